@@ -1,0 +1,55 @@
+// What a user asks for: an isovalue, how large an error is allowed, and under which guarantees.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "common/lattice.hpp"
+#include "common/result.hpp"
+
+namespace multitetra {
+
+// Which error of a dividing point is compared with the threshold.
+enum class ErrorMeasure {
+  kCertified,  // Bounds the two-sided distance between the mesh and the full-resolution isosurface.
+  kPaper,      // The error of Zhou, Chen and Kaufman 1997; the real distance may exceed it.
+};
+
+// Which changes of sign at a dividing point forbid its fusion.
+enum class TopologyRule {
+  kExact,  // Those that change the topology of the isosurface.
+  kPaper,  // All of them (Zhou, Chen and Kaufman 1997).
+};
+
+enum class LengthUnit {
+  kVoxel,  // 1 is the dataset's smallest spacing.
+  kWorld,  // The unit of the dataset's spacing.
+};
+
+[[nodiscard]] std::string_view name(ErrorMeasure measure);  // "certified", "paper"
+[[nodiscard]] std::string_view name(TopologyRule rule);     // "exact", "paper"
+[[nodiscard]] std::string_view name(LengthUnit unit);       // "voxel", "world"
+[[nodiscard]] std::optional<ErrorMeasure> error_measure_from(std::string_view name);
+[[nodiscard]] std::optional<TopologyRule> topology_rule_from(std::string_view name);
+[[nodiscard]] std::optional<LengthUnit> length_unit_from(std::string_view name);
+
+struct IsosurfaceRequest {
+  double isovalue = 0;  // Finite. Outside the data's range the mesh is empty; that is no error.
+  double error = 1;  // The threshold, >= 0 and finite, in `unit`. 0 is the full-resolution surface.
+  LengthUnit unit = LengthUnit::kVoxel;
+  ErrorMeasure measure = ErrorMeasure::kCertified;
+  TopologyRule topology_rule = TopologyRule::kExact;
+  double topology_tolerance =
+      0;  // >= 0, voxels. Features up to this spacing may vanish; 0 preserves the topology.
+  int lattice_resolution =
+      kDefaultLatticeResolution;  // r, kMinLatticeResolution to kMaxLatticeResolution.
+
+  friend bool operator==(const IsosurfaceRequest&, const IsosurfaceRequest&) = default;
+};
+
+// kInvalidArgument, naming the field, its value and the range, unless every field is within its
+// documented range.
+[[nodiscard]] Result<IsosurfaceRequest> validated(const IsosurfaceRequest& request);
+
+}  // namespace multitetra

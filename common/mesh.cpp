@@ -1,0 +1,103 @@
+#include "common/mesh.hpp"
+
+#include <bit>
+#include <cassert>
+#include <limits>
+
+namespace multitetra {
+namespace {
+
+// Numbers lattice points in the order they first appear: open addressing with linear probing, at
+// most half full.
+class VertexNumbers {
+ public:
+  explicit VertexNumbers(std::size_t expected_vertices) { reserve(expected_vertices); }
+
+  std::uint32_t number(const LatticePoint& point, std::vector<LatticePoint>& vertices) {
+    if (2 * (vertices.size() + 1) > slots_.size()) grow(vertices);
+    std::uint32_t& slot = find(point, vertices);
+    if (slot == kFree) {
+      slot = static_cast<std::uint32_t>(vertices.size());
+      vertices.push_back(point);
+    }
+    return slot;
+  }
+
+ private:
+  static constexpr std::uint32_t kFree = std::numeric_limits<std::uint32_t>::max();
+
+  void reserve(std::size_t vertices) {
+    slots_.assign(std::bit_ceil(2 * vertices + 16), kFree);
+    shift_ = 64 - std::countr_zero(slots_.size());
+  }
+  void grow(const std::vector<LatticePoint>& vertices) {
+    reserve(slots_.size());
+    for (std::uint32_t i = 0; i < vertices.size(); ++i) find(vertices[i], vertices) = i;
+  }
+  std::uint32_t& find(const LatticePoint& point, const std::vector<LatticePoint>& vertices) {
+    const std::size_t mask = slots_.size() - 1;
+    std::size_t at = static_cast<std::size_t>((point.key() * 0x9E3779B97F4A7C15u) >> shift_);
+    while (slots_[at] != kFree && vertices[slots_[at]] != point) at = (at + 1) & mask;
+    return slots_[at];
+  }
+
+  std::vector<std::uint32_t> slots_;
+  int shift_ = 0;
+};
+
+}  // namespace
+
+LatticeMesh index_triangles(std::span<const LatticeTriangle> triangles, int resolution) {
+  LatticeMesh mesh{.resolution = resolution, .vertices = {}, .triangles = {}};
+  mesh.vertices.reserve(triangles.size() / 2 + 8);
+  mesh.triangles.reserve(triangles.size());
+  VertexNumbers numbers(triangles.size() / 2);
+  for (const LatticeTriangle& triangle : triangles) {
+    mesh.triangles.push_back({numbers.number(triangle[0], mesh.vertices),
+                              numbers.number(triangle[1], mesh.vertices),
+                              numbers.number(triangle[2], mesh.vertices)});
+  }
+  return mesh;
+}
+
+LatticeMesh weld(std::span<const LatticeMesh* const> meshes, int resolution) {
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  for (const LatticeMesh* mesh : meshes) {
+    assert(mesh->resolution == resolution);
+    vertices += mesh->vertices.size();
+    triangles += mesh->triangles.size();
+  }
+  LatticeMesh whole{.resolution = resolution, .vertices = {}, .triangles = {}};
+  whole.vertices.reserve(vertices);
+  whole.triangles.reserve(triangles);
+  VertexNumbers numbers(vertices);
+  std::vector<std::uint32_t> number_of;
+  for (const LatticeMesh* mesh : meshes) {
+    number_of.clear();
+    for (const LatticePoint& vertex : mesh->vertices) {
+      number_of.push_back(numbers.number(vertex, whole.vertices));
+    }
+    for (const TriangleIndices& t : mesh->triangles) {
+      whole.triangles.push_back({number_of[t[0]], number_of[t[1]], number_of[t[2]]});
+    }
+  }
+  return whole;
+}
+
+PositionedMesh positioned(const LatticeMesh& mesh, const Affine& grid_to_world) {
+  PositionedMesh result;
+  result.positions.reserve(mesh.vertices.size());
+  for (const LatticePoint& vertex : mesh.vertices) {
+    const Vec3 p = grid_to_world(grid_coordinates(vertex, mesh.resolution));
+    result.positions.push_back(
+        {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])});
+  }
+  result.triangles = mesh.triangles;
+  if (grid_to_world.determinant() < 0) {
+    for (TriangleIndices& t : result.triangles) std::swap(t[1], t[2]);
+  }
+  return result;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,32 @@
+// Meshes as files other programs read: binary PLY and STL, OBJ, GLB (binary glTF 2.0) and Draco.
+//
+// All formats hold float positions in the coordinates of the mesh. GLB files carry a node matrix
+// that turns z-up into glTF's y-up; the positions themselves stay as they are.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "common/mesh.hpp"
+
+namespace multitetra {
+
+enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc };
+
+// By suffix, letters of either case: "ply", "stl", "obj", "glb", "drc", with or without the leading
+// dot.
+[[nodiscard]] std::optional<MeshFormat> mesh_format_from(std::string_view suffix);
+// "model/stl" and so on, for HTTP.
+[[nodiscard]] std::string_view media_type(MeshFormat format);
+
+// The whole file's bytes. An empty mesh gives a valid file without triangles wherever the format
+// has one; DRC has none, and GLB then has a scene without mesh.
+[[nodiscard]] std::string mesh_file(const PositionedMesh& mesh, MeshFormat format);
+
+// Writes to a temporary name beside `path` and renames, so that no half file is ever seen.
+// Throws std::system_error naming the file.
+void write_file(const std::filesystem::path& path, std::string_view bytes);
+
+}  // namespace multitetra

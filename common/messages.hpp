@@ -1,0 +1,160 @@
+// The conversation as plain structs, and their bytes. The only file that sees generated protobuf
+// code.
+//
+//   client                               server
+//   Hello                       ->
+//                               <-       Welcome (or Error, then the connection ends)
+//   ListDatasets                ->
+//                               <-       DatasetList
+//   OpenStream                  ->
+//                               <-       StepBegin, Tile..., StepEnd      once for each step
+//                               <-       StreamEnd (or Error with the request's id)
+//   Cancel, Ping                ->
+//                               <-       StreamEnd(cancelled), Pong
+//
+// parse_* are the door for untrusted bytes: every field is checked for its documented range, and
+// what they return is safe to use. Unknown fields are ignored, so that old peers keep working.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "common/dataset_info.hpp"
+#include "common/isosurface_request.hpp"
+#include "common/result.hpp"
+#include "common/tile.hpp"
+
+namespace multitetra {
+
+inline constexpr std::uint32_t kProtocolVersion = 1;
+
+// How a tile's payload is coded; negotiated in Hello and Welcome.
+enum class PayloadCodec { kDracoLattice = 1 };
+
+// ---- client to server
+
+struct Hello {
+  std::uint32_t min_version =
+      kProtocolVersion;  // Inclusive range of protocol versions the client speaks.
+  std::uint32_t max_version = kProtocolVersion;
+  std::vector<PayloadCodec> codecs = {PayloadCodec::kDracoLattice};
+  std::string token;  // Bearer token, empty without; at most 4096 bytes.
+  std::string agent;  // Program and version, for logs; at most 255 bytes.
+};
+
+struct ListDatasets {
+  std::uint64_t request_id = 0;
+};
+
+// Which steps a stream has.
+enum class StepPolicy {
+  kProgressive,  // Previews chosen by the server, then the request itself.
+  kFinalOnly,
+};
+
+struct OpenStream {
+  std::uint64_t request_id =
+      0;  // Chosen by the client, > 0, greater than those before on this connection.
+  std::string dataset;
+  IsosurfaceRequest request;
+  StepPolicy steps = StepPolicy::kProgressive;
+  std::vector<ContentDigest> held;  // Tiles that the client has already, at most kMaxHeldDigests.
+};
+inline constexpr std::size_t kMaxHeldDigests = 8192;
+
+struct Cancel {
+  std::uint64_t request_id = 0;
+};
+
+struct Ping {
+  std::uint64_t value = 0;
+};
+
+using ClientMessage = std::variant<Hello, ListDatasets, OpenStream, Cancel, Ping>;
+
+// ---- server to client
+
+struct Welcome {
+  std::uint32_t version = kProtocolVersion;  // The version both speak from now on.
+  PayloadCodec codec = PayloadCodec::kDracoLattice;
+  std::string agent;
+  std::uint32_t max_message_bytes = 0;  // The longest client message that the server accepts.
+};
+
+struct DatasetList {
+  std::uint64_t request_id = 0;
+  std::vector<DatasetInfo> datasets;  // By name.
+};
+
+// A step is a complete conforming model. It replaces the one before as a whole, when its StepEnd
+// has come.
+struct StepBegin {
+  std::uint64_t request_id = 0;
+  std::uint32_t step = 0;     // 0, 1, ... within the stream.
+  bool is_final = false;      // This step is the request itself.
+  IsosurfaceRequest request;  // This step's own parameters; `error` in the request's unit.
+  double error_bound_world =
+      0;  // Threshold in world units; the distance bound when measure is certified and
+          // topology_tolerance is 0 (lattice snapping excluded).
+  std::int32_t finest_spacing = 1;  // Grid steps; no finer dividing point takes part.
+  PayloadCodec codec = PayloadCodec::kDracoLattice;
+  std::uint64_t tetrahedra = 0;         // Of the model.
+  std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface.
+  std::vector<TileSummary> tiles;  // All tiles of the step, those that the client holds included.
+};
+
+struct Tile {
+  std::uint64_t request_id = 0;
+  std::uint32_t step = 0;
+  std::uint32_t index = 0;  // Into StepBegin::tiles.
+  std::shared_ptr<const std::string> payload;
+};
+
+struct StepEnd {
+  std::uint64_t request_id = 0;
+  std::uint32_t step = 0;
+  std::uint32_t tiles_sent = 0;     // Without those that the client held.
+  std::uint64_t payload_bytes = 0;  // Of the tiles sent.
+  ContentDigest digest;             // Of the whole step.
+  double seconds = 0;               // The server's time for this step.
+};
+
+enum class StreamOutcome { kComplete = 1, kCancelled = 2, kSuperseded = 3 };
+
+struct StreamEnd {
+  std::uint64_t request_id = 0;
+  StreamOutcome outcome = StreamOutcome::kComplete;
+  std::uint32_t steps = 0;  // Steps that were ended.
+};
+
+struct ErrorReply {
+  std::uint64_t request_id = 0;  // 0 when it concerns the connection.
+  Error error;
+};
+
+struct Pong {
+  std::uint64_t value = 0;
+};
+
+using ServerMessage =
+    std::variant<Welcome, DatasetList, StepBegin, Tile, StepEnd, StreamEnd, ErrorReply, Pong>;
+
+// The content of one frame or one WebSocket message.
+[[nodiscard]] std::string serialize(const ClientMessage& message);
+[[nodiscard]] std::string serialize(const ServerMessage& message);
+
+// kMalformedMessage when the bytes are no message; kInvalidArgument or kLimitExceeded, with the
+// request id where one could be read, when a field is outside its range: the connection can go on
+// after those.
+struct ParseError {
+  Error error;
+  std::uint64_t request_id = 0;
+};
+[[nodiscard]] tl::expected<ClientMessage, ParseError> parse_client_message(std::string_view bytes);
+[[nodiscard]] tl::expected<ServerMessage, ParseError> parse_server_message(std::string_view bytes);
+
+}  // namespace multitetra

@@ -1,0 +1,55 @@
+// A tile: the isosurface inside one octree cube, as Draco bytes and back. The only file that sees
+// Draco.
+//
+// Positions are encoded as lattice integers, so what is decoded is bit for bit what was encoded;
+// Draco keeps no order of vertices or triangles, so the content is identified by its ContentDigest.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/content_digest.hpp"
+#include "common/mesh.hpp"
+#include "common/octree_cube.hpp"
+#include "common/result.hpp"
+
+namespace multitetra {
+
+// What a manifest says of a tile before its bytes arrive.
+struct TileSummary {
+  OctreeCube cube;       // All vertices lie in this closed cube.
+  ContentDigest digest;  // Of its triangles.
+  std::uint32_t triangles = 0;
+  std::uint32_t vertices = 0;  // Distinct lattice points.
+  std::uint32_t bytes = 0;     // Encoded size.
+
+  friend bool operator==(const TileSummary&, const TileSummary&) = default;
+};
+
+struct EncodedTile {
+  TileSummary summary;
+  std::shared_ptr<const std::string> payload;  // Draco bytes: made once, sent to many.
+};
+
+// How Draco trades size against time: 0 (smallest) to 10; 10 switches to a sequential method and is
+// not allowed here.
+inline constexpr int kDefaultEncodingSpeed = 5;
+
+// Requires at least one triangle, none degenerate, and coordinates within the lattice.
+[[nodiscard]] EncodedTile encode_tile(const LatticeMesh& mesh, const OctreeCube& cube,
+                                      int speed = kDefaultEncodingSpeed);
+
+// Decodes and checks against what the manifest promised: counts, digest, vertices inside the cube
+// and on the lattice. Never allocates more than in proportion to `promised` and the payload,
+// whatever the payload claims. kDamagedData, naming the tile and the first difference, otherwise.
+[[nodiscard]] Result<LatticeMesh> decode_tile(std::string_view payload, const TileSummary& promised,
+                                              int lattice_resolution);
+
+// A mesh in float positions as a Draco file (.drc) for other programs: explicit quantization over
+// the bounding box with `position_bits` (1 to 30) bits.
+[[nodiscard]] std::string encode_draco_file(const PositionedMesh& mesh, int position_bits);
+
+}  // namespace multitetra
