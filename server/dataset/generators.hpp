@@ -1,0 +1,62 @@
+// Volumes made from formulas: inputs whose isosurfaces are known, for tests, benchmarks and first
+// steps without data.
+//
+// Guaranteed: the same kind and options give the same bits on every machine and with any number of
+// threads, as far as the C library's sin and cos do: only gyroid and marschner-lobb use them on
+// samples.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "server/core/volume.hpp"
+
+namespace multitetra {
+
+// Samples lie at the points of the cube [-1, 1]^3, both ends included, unless it says otherwise.
+enum class GeneratorKind {
+  // f32: 0.75 - |p|. Isovalue 0 is the sphere of radius 0.75.
+  kSphere,
+  // f32: 0.25 - sqrt((sqrt(x^2 + y^2) - 0.6)^2 + z^2). Isovalue 0 is the torus of radii 0.6, 0.25.
+  kTorus,
+  // f32: sin X cos Y + sin Y cos Z + sin Z cos X, two periods a side. Isovalue 0 approximates the
+  // gyroid: A. Schoen, "Infinite Periodic Minimal Surfaces without Self-Intersections", NASA TN
+  // D-5541, 1970.
+  kGyroid,
+  // f32: the test signal of S. Marschner and R. Lobb, "An Evaluation of Reconstruction Filters for
+  // Volume Rendering", IEEE Visualization 1994, with f_M = 6 and alpha = 0.25. Isovalue 0.5.
+  kMarschnerLobb,
+  // u8: 255 within the box |x| <= 1/2, |y| <= 3/8, |z| <= 1/4, 0 elsewhere: a voxelized box as in
+  // Zhou, Chen and Kaufman 1997, whose flat faces fuse into few tetrahedra. Isovalue 127.5.
+  kBox,
+  // i16, like the Hounsfield units of a CT scan: the Shepp-Logan head of ten ellipsoids. Isovalue
+  // 500.5 is skull, -499.5 skin; see generators.cpp for the table and its sources.
+  kHead,
+};
+
+inline constexpr std::array kGeneratorKinds = {
+    GeneratorKind::kSphere,        GeneratorKind::kTorus, GeneratorKind::kGyroid,
+    GeneratorKind::kMarschnerLobb, GeneratorKind::kBox,   GeneratorKind::kHead};
+
+// "sphere", "torus", "gyroid", "marschner-lobb", "box", "head"
+[[nodiscard]] std::string_view name(GeneratorKind kind);
+[[nodiscard]] std::optional<GeneratorKind> generator_kind_from(std::string_view name);
+
+// The isovalue that the kind's description names first.
+[[nodiscard]] double suggested_isovalue(GeneratorKind kind);
+
+struct GeneratorOptions {
+  std::int32_t size = 64;  // Samples a side, 2 to 4097.
+  // Standard deviation of the noise added to each sample, in units of the sample, >= 0; close to a
+  // normal distribution (the sum of twelve uniform ones). Integer samples are rounded and clamped.
+  double noise = 0;
+  std::uint64_t seed = 1;  // Chooses the noise.
+};
+
+// Spacing is 1 and the origin is the first sample. Throws std::invalid_argument, naming the option
+// and its range, when an option is outside its range.
+[[nodiscard]] Volume generate(GeneratorKind kind, const GeneratorOptions& options);
+
+}  // namespace multitetra

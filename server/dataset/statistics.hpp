@@ -1,0 +1,44 @@
+// What the samples of a volume say about it: range, histogram, isovalues worth a look.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/core/volume.hpp"
+#include "server/dataset/dataset.hpp"
+
+namespace multitetra {
+
+struct SampleStatistics {
+  double min = 0;  // Over the samples that are not void; 0 when all are void.
+  double max = 0;
+  std::uint64_t void_samples = 0;  // NaN.
+  // At most 256 bins. Integer samples: bins are a whole number of values wide and their edges lie
+  // between integers. The counts add up to the samples that are not void.
+  Histogram histogram;
+  // Up to 5 values strictly between min and max, best first, never an integer when the samples are
+  // integers (k + 0.5); empty when all samples are equal.
+  std::vector<double> suggested_isovalues;
+};
+
+// Requires samples that are finite or NaN. The same for any number of threads.
+[[nodiscard]] SampleStatistics statistics(const Volume& volume);
+
+// The facts of a volume under a name. Throws std::invalid_argument, naming the argument and its
+// range, when the name is not valid, `margin` < 0, `outside` is not finite, a sample is infinite,
+// or the volume does not fit the largest grid.
+[[nodiscard]] DatasetInfo describe(const Volume& volume, std::string name,
+                                   std::optional<double> outside, std::int32_t margin);
+
+// `describe` and the volume in one.
+[[nodiscard]] DatasetPtr make_dataset(Volume volume, std::string name,
+                                      std::optional<double> outside = std::nullopt,
+                                      std::int32_t margin = 0);
+
+// What is wrong with `info`, in one sentence; nullopt when every field is in its documented range
+// and they agree with each other.
+[[nodiscard]] std::optional<std::string> first_problem(const DatasetInfo& info);
+
+}  // namespace multitetra

@@ -1,0 +1,61 @@
+// Volume files in, through ITK: NRRD, MetaImage, NIfTI, legacy VTK, stacks of TIFF images; and raw
+// bytes whose layout the caller knows.
+//
+//   Volume head = read_volume("CThead.nhdr");
+//   Volume fuel = read_volume("fuel.raw", {.raw = RawLayout{.dims = {64, 64, 64}}});
+//
+// Guaranteed: 8-bit and 16-bit integers and 32-bit floats keep their type and their bits. 32-bit
+// and 64-bit integers and 64-bit floats become f32, infinite samples become void (NaN); both are
+// told through `notice`. NaN samples stay and mean void.
+//
+// Coordinates: `index_to_world` holds origin, direction and spacing as ITK reports them, that is in
+// the LPS system of medical imaging (x to the patient's left, y to the back, z to the head). ITK
+// turns headers that say RAS (NIfTI, NRRD with a space field) into LPS; files without a system of
+// their own keep their numbers.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "server/core/volume.hpp"
+
+namespace multitetra {
+
+// A volume file that cannot be read or written. The text names the file, the problem and a remedy.
+class VolumeFileError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+enum class Endian { kLittle, kBig };
+
+// Where the samples are in a file without a header of its own, x fastest.
+struct RawLayout {
+  std::array<std::int32_t, 3> dims{};  // Samples along x, y, z; each at least 1.
+  SampleType type = SampleType::kU8;
+  Endian endian = Endian::kLittle;
+  std::uint64_t header_bytes = 0;  // Bytes before the first sample.
+  Vec3 spacing = {1, 1, 1};        // World units between samples, > 0.
+};
+
+struct VolumeFileOptions {
+  std::optional<RawLayout> raw;                    // Given: the file is read as raw bytes.
+  std::function<void(const std::string&)> notice;  // Told of conversions, a sentence each.
+};
+
+// Reads one volume. `path` is a file whose suffix names its format, a directory of TIFF images, or
+// a pattern of TIFF images: either printf style ("slice%03d.tif") or with '*' and '?'
+// ("slice*.tif"). Images of a stack are slices along z in natural order (slice2 before slice10).
+// Throws VolumeFileError.
+[[nodiscard]] Volume read_volume(const std::filesystem::path& path,
+                                 const VolumeFileOptions& options = {});
+
+// Writes a NRRD (.nrrd) that read_volume reads back bit for bit. The file appears whole or not at
+// all: it is written under a temporary name beside `path` and then renamed. Throws VolumeFileError.
+void write_nrrd(const std::filesystem::path& path, const Volume& volume);
+
+}  // namespace multitetra
