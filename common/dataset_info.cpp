@@ -56,7 +56,8 @@ Affine grid_to_world(const DatasetInfo& info) {
   return map;
 }
 
-DataBorder data_border(const DatasetInfo& info, int lattice_resolution, double topology_tolerance) {
+DataBorder data_border(const DatasetInfo& info, int lattice_resolution, double topology_tolerance,
+                       std::int32_t finest_spacing) {
   DataBorder border;
   border.anywhere = info.void_samples > 0;
   const std::int32_t step = std::int32_t{1} << lattice_resolution;
@@ -65,11 +66,17 @@ DataBorder data_border(const DatasetInfo& info, int lattice_resolution, double t
     border.high = {side, side, side};
     return border;
   }
-  const auto low = info.margin * step;
+  const std::int32_t low = info.margin * step;
   border.low = {low, low, low};
   border.high = {low + (info.dims[0] - 1) * step, low + (info.dims[1] - 1) * step,
                  low + (info.dims[2] - 1) * step};
-  border.inset = static_cast<std::int32_t>(std::ceil(std::min(topology_tolerance, 4096.0))) * step;
+  std::int32_t longest =
+      finest_spacing;  // Extent of the tetrahedra that may reach over the border.
+  for (std::int32_t spacing = 1;
+       spacing <= topology_tolerance && spacing <= (1 << info.grid_exponent); spacing *= 2) {
+    longest = std::max(longest, 2 * spacing);
+  }
+  border.inset = (longest - 1) * step;
   return border;
 }
 

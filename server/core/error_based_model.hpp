@@ -1,0 +1,71 @@
+// Models of the framework: which of its dividing points take part.
+//
+// A model is a predicate, not a data structure: a tetrahedron of it is bisected exactly when its
+// dividing point is kept. The model is *conforming* (no vertex in the middle of another
+// tetrahedron's edge, hence no crack) exactly when a kept point has kept parents.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <utility>
+
+#include "server/core/dividing_point.hpp"
+#include "server/core/saturated_errors.hpp"
+#include "server/core/threshold_map.hpp"
+
+namespace multitetra {
+
+class Model {
+ public:
+  virtual ~Model() = default;
+  // Whether the point takes part. The grid's centre always does.
+  [[nodiscard]] virtual bool kept(const DividingPoint& point) const = 0;
+};
+
+// The places that depend on a point: B(p) contains every diamond of p and of its descendants, and B
+// of a child lies inside B of its parents.
+[[nodiscard]] Box region(const DividingPoint& point);
+
+struct ModelOptions {
+  ThresholdMap thresholds = ThresholdMap::everywhere(0);
+  double topology_tolerance = 0;  // Grid steps; flips of at most this spacing do not keep a point.
+  std::int32_t finest_spacing = 1;  // No point of a smaller spacing is kept.
+};
+
+// The paper's error-based model, for any threshold map.
+class ErrorBasedModel final : public Model {
+ public:
+  ErrorBasedModel(std::shared_ptr<const SaturatedErrors> errors, ModelOptions options)
+      : errors_(std::move(errors)), options_(std::move(options)) {}
+
+  // A dividing point stays exactly when fusing it could show. The error of a parent is at least its
+  // children's, its region contains theirs and its spacing is not smaller, so a point that stays
+  // has parents that stay: the model conforms without any repair. `>` is strict: at threshold 0 all
+  // is fused that changes nothing.
+  [[nodiscard]] bool kept(const DividingPoint& point) const override {
+    if (point.spacing() < options_.finest_spacing) return false;
+    const ErrorBound bound = errors_->bound(point);
+    return bound.flip_spacing > options_.topology_tolerance ||
+           static_cast<double>(bound.error) > options_.thresholds.least_in(region(point));
+  }
+
+ private:
+  std::shared_ptr<const SaturatedErrors> errors_;
+  ModelOptions options_;
+};
+
+// All tetrahedra of one depth: the paper's "certain level", 0 to 3 N.
+class UniformModel final : public Model {
+ public:
+  UniformModel(const Grid& grid, int depth) : grid_(grid), depth_(depth) {}
+  [[nodiscard]] bool kept(const DividingPoint& point) const override {
+    return point.depth(grid_) < depth_;
+  }
+
+ private:
+  Grid grid_;
+  int depth_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,19 @@
+// How core asks for the many to be done: it knows what is independent, the caller knows about
+// threads.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+namespace multitetra {
+
+// Calls body(0) ... body(count - 1), in any order and possibly at the same time, and returns when
+// all have returned. An exception of a body leaves the call.
+using ForEach =
+    std::function<void(std::size_t count, const std::function<void(std::size_t)>& body)>;
+
+inline void one_after_another(std::size_t count, const std::function<void(std::size_t)>& body) {
+  for (std::size_t i = 0; i < count; ++i) body(i);
+}
+
+}  // namespace multitetra

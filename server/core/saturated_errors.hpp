@@ -1,0 +1,67 @@
+// The exact errors of all dividing points for one isovalue, each at least as large as those of its
+// descendants (Zhou, Chen and Kaufman 1997, section 4). The reference that faster ways are compared
+// with.
+//
+// Errors are pushed from the points to their parents in the order spacing 1, 2, 4, ..., and within
+// a spacing edge, face, cube, so that every child is ready before its parent:
+//
+//   paper      E(p) = max(own error, E of the children)
+//   certified  E(p) = certified own error + max(E of the children)
+//
+// The certified error bounds the two-sided distance between the mesh and the full-resolution
+// isosurface: within a phase in which no sign changes, every point of the surface in a tetrahedron
+// moves at most as far as the crossings on its edges; phases, and fusions along a chain, add up.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/isosurface_request.hpp"
+#include "server/core/dividing_point.hpp"
+#include "server/core/field.hpp"
+#include "server/core/for_each.hpp"
+#include "server/core/own_error.hpp"
+
+namespace multitetra {
+
+// What is known of a dividing point and all its descendants.
+struct ErrorBound {
+  float error = 0;  // World units.
+  std::int32_t flip_spacing =
+      0;  // The largest spacing of a flip that the topology rule forbids; 0 without one.
+};
+
+class SaturatedErrors {
+ public:
+  // One pass over the field: time O(samples), 5 bytes a sample. The same result for any `for_each`.
+  SaturatedErrors(const Field& field, double isovalue, ErrorMeasure measure, TopologyRule rule,
+                  const ForEach& for_each = one_after_another);
+
+  // Never smaller than the exact value: errors are rounded up to float.
+  [[nodiscard]] ErrorBound bound(const DividingPoint& point) const;
+
+  [[nodiscard]] std::size_t bytes() const;
+
+ private:
+  // The points with one spacing, in units of it, over the data's box and three units around it: the
+  // error of a point farther away is 0, since all its descendants' diamonds lie within three units
+  // of it.
+  struct Level {
+    GridPoint low;
+    GridPoint extent;
+    std::vector<float> error;
+    std::vector<std::uint8_t> flip;  // 0, or 1 + log2 of the spacing
+
+    [[nodiscard]] bool contains(GridPoint unit_point) const;
+    [[nodiscard]] std::size_t index(GridPoint unit_point) const;
+  };
+
+  template <typename Sample>
+  void fill(const SampledField<Sample>& field, const Grid& grid, const StepLengths& lengths,
+            int exponent, PointKind kind, std::int32_t slice, double isovalue, ErrorMeasure measure,
+            TopologyRule rule);
+
+  std::vector<Level> levels_;  // Level e holds the points with spacing 2^e.
+};
+
+}  // namespace multitetra

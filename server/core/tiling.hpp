@@ -1,0 +1,54 @@
+// The isosurface of a model, cut into tiles.
+//
+// A tile is the surface in one octree cube, without that of the tiles inside the cube: tetrahedra
+// that are larger than a tile's cube belong to the tile of an enclosing one. Tiles are cut
+// bottom-up: wherever more than `max_triangles` come together in a cube, its children with most
+// triangles become tiles of their own until the rest fits. The result is a function of the model,
+// the field and the isovalue alone.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/mesh.hpp"
+#include "common/octree_cube.hpp"
+#include "server/core/error_based_model.hpp"
+#include "server/core/field.hpp"
+
+namespace multitetra {
+
+struct SurfaceOptions {
+  double isovalue = 0;
+  int lattice_resolution = kDefaultLatticeResolution;
+  std::size_t max_triangles =
+      16000;  // Of a tile; exceeded only where one octree cube of side 2 holds more.
+};
+
+// The surface in one octree cube, as far as it was cut off already.
+struct CubeSurface {
+  struct Piece {
+    OctreeCube cube;
+    std::vector<LatticeTriangle> triangles;
+  };
+  std::uint64_t tetrahedra = 0;         // Of the model, in the cube.
+  std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface.
+  std::vector<Piece> tiles;             // Cut off, smaller cubes first.
+  std::vector<LatticeTriangle> rest;    // Not yet in a tile.
+};
+
+// The surface in a refined cube (see leaves.hpp).
+[[nodiscard]] CubeSurface surface_in_cube(const Model& model, const Field& field,
+                                          const OctreeCube& cube, const SurfaceOptions& options);
+
+// The same, from the surfaces in the refined ones of its children, which were computed apart:
+// `children` holds them in the order of the child index, with an empty CubeSurface for a child that
+// is not refined.
+[[nodiscard]] CubeSurface join_children(const Model& model, const Field& field,
+                                        const OctreeCube& cube, std::vector<CubeSurface> children,
+                                        const SurfaceOptions& options);
+
+// The whole as tiles: what is left at the root becomes the last one.
+[[nodiscard]] std::vector<CubeSurface::Piece> finished_tiles(CubeSurface root,
+                                                             const OctreeCube& root_cube);
+
+}  // namespace multitetra

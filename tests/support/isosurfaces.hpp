@@ -1,0 +1,91 @@
+// Isosurfaces by the reference way, whole: what the tests of guarantees compare.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "common/mesh.hpp"
+#include "common/mesh_checks.hpp"
+#include "server/core/error_based_model.hpp"
+#include "server/core/leaves.hpp"
+#include "server/core/tiling.hpp"
+
+namespace multitetra::testing {
+
+struct Case {
+  double isovalue = 0;
+  double threshold = 0;  // World units.
+  ErrorMeasure measure = ErrorMeasure::kPaper;
+  TopologyRule rule = TopologyRule::kPaper;
+  double topology_tolerance = 0;
+  std::int32_t finest_spacing = 1;
+  int lattice_resolution = kDefaultLatticeResolution;
+};
+
+struct Surface {
+  std::uint64_t tetrahedra = 0;
+  std::uint64_t active_tetrahedra = 0;
+  LatticeMesh mesh;
+  MeshTopology topology;
+};
+
+inline DataBorder border_of(const Volume& volume, std::optional<double> outside,
+                            std::int32_t margin, int resolution, double topology_tolerance) {
+  DatasetInfo info;
+  info.dims = volume.dims;
+  info.outside = outside;
+  info.margin = margin;
+  info.grid_exponent = grid_exponent_for(volume.dims, margin);
+  return data_border(info, resolution, topology_tolerance);
+}
+
+inline Surface surface_of_model(const Model& model, const Field& field, double isovalue,
+                                const DataBorder& border,
+                                int resolution = kDefaultLatticeResolution) {
+  const OctreeCube root = root_cube(field.grid());
+  CubeSurface in_root = surface_in_cube(
+      model, field, root,
+      {.isovalue = isovalue, .lattice_resolution = resolution, .max_triangles = SIZE_MAX});
+  Surface surface{.tetrahedra = in_root.tetrahedra,
+                  .active_tetrahedra = in_root.active_tetrahedra,
+                  .mesh = {},
+                  .topology = {}};
+  surface.mesh = index_triangles(in_root.rest, resolution);
+  surface.topology = topology(surface.mesh, border);
+  return surface;
+}
+
+// Errors of one isovalue, then as many thresholds as wanted.
+class ReferenceIsosurfaces {
+ public:
+  ReferenceIsosurfaces(const Volume& volume, std::optional<double> outside, std::int32_t margin)
+      : volume_(volume), outside_(outside), margin_(margin), field_(volume, outside, margin) {}
+
+  [[nodiscard]] const Field& field() const { return field_; }
+
+  [[nodiscard]] Surface operator()(const Case& c) {
+    const auto key = std::tuple(c.isovalue, c.measure, c.rule);
+    if (!errors_ || key != key_) {
+      errors_ = std::make_shared<SaturatedErrors>(field_, c.isovalue, c.measure, c.rule);
+      key_ = key;
+    }
+    const ErrorBasedModel model(errors_, {.thresholds = ThresholdMap::everywhere(c.threshold),
+                                          .topology_tolerance = c.topology_tolerance,
+                                          .finest_spacing = c.finest_spacing});
+    return surface_of_model(
+        model, field_, c.isovalue,
+        border_of(volume_, outside_, margin_, c.lattice_resolution, c.topology_tolerance),
+        c.lattice_resolution);
+  }
+
+ private:
+  const Volume& volume_;
+  std::optional<double> outside_;
+  std::int32_t margin_;
+  Field field_;
+  std::shared_ptr<const SaturatedErrors> errors_;
+  std::tuple<double, ErrorMeasure, TopologyRule> key_;
+};
+
+}  // namespace multitetra::testing
