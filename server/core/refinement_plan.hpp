@@ -17,8 +17,10 @@ struct StepRequest {
   friend bool operator==(const StepRequest&, const StepRequest&) = default;
 };
 
-// Previews with falling error and tolerance, then exactly `request`. Without `previews` only the
-// request itself.
-[[nodiscard]] std::vector<StepRequest> plan_steps(const IsosurfaceRequest& request, bool previews);
+// Previews with falling error and topology tolerance, then exactly `request`. Without `previews`
+// only the request itself. `voxel_length` is the length of one voxel in world units. Previews are
+// not made where they would be no coarser than the request.
+[[nodiscard]] std::vector<StepRequest> plan_steps(const IsosurfaceRequest& request, bool previews,
+                                                  double voxel_length);
 
 }  // namespace multitetra

@@ -10,8 +10,12 @@
 #include "common/mesh.hpp"
 #include "common/octree_cube.hpp"
 #include "common/tile.hpp"
+#include "server/core/error_based_model.hpp"
+#include "server/core/field.hpp"
 #include "server/core/refinement_plan.hpp"
+#include "server/core/tiling.hpp"
 #include "server/dataset/dataset.hpp"
+#include "server/dataset/in_parallel.hpp"
 
 namespace multitetra {
 
@@ -26,23 +30,31 @@ struct TiledSurface {
   std::vector<TileMesh> tiles;          // Sorted by cube; the same for any number of threads.
 };
 
-// Thrown by long work whose stop token was triggered.
-struct Cancelled {};
-
-// Safe to use from several threads at once.
+// Safe to use from several threads at once. Errors of the isovalues asked for last are kept.
 class SurfaceExtractor {
  public:
   explicit SurfaceExtractor(DatasetPtr dataset);
   ~SurfaceExtractor();
 
   [[nodiscard]] const Dataset& dataset() const { return *dataset_; }
+  [[nodiscard]] const Field& field() const { return field_; }
 
-  // Requires a validated request. Throws Cancelled soon after `stop` is triggered.
+  // The error-based model of a step: a pass over the volume where the isovalue's errors are not
+  // known yet. Requires a validated request. Throws Cancelled soon after `stop` is triggered.
+  [[nodiscard]] std::shared_ptr<const Model> model(const StepRequest& step,
+                                                   std::stop_token stop = {}) const;
+
+  // The isosurface of any model of this dataset's grid. Throws Cancelled as above.
+  [[nodiscard]] TiledSurface surface(const Model& model, const SurfaceOptions& options,
+                                     std::stop_token stop = {}) const;
+
+  // Both at once.
   [[nodiscard]] TiledSurface extract(const StepRequest& step, std::stop_token stop = {}) const;
 
  private:
   class ErrorsCache;
   DatasetPtr dataset_;
+  Field field_;
   std::unique_ptr<ErrorsCache> errors_;
 };
 
