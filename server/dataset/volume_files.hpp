@@ -43,8 +43,9 @@ struct RawLayout {
 };
 
 struct VolumeFileOptions {
-  std::optional<RawLayout> raw;                    // Given: the file is read as raw bytes.
-  std::function<void(const std::string&)> notice;  // Told of conversions, a sentence each.
+  std::optional<RawLayout> raw = std::nullopt;  // Given: the file is read as raw bytes.
+  std::function<void(const std::string&)> notice =
+      nullptr;  // Told of conversions, a sentence each.
 };
 
 // Reads one volume. `path` is a file whose suffix names its format, a directory of TIFF images, or

@@ -1,0 +1,358 @@
+#include "server/dataset/image_file.hpp"
+
+#include <itkMetaDataObject.h>
+#include <itkMetaImageIO.h>
+#include <itkNiftiImageIO.h>
+#include <itkNrrdImageIO.h>
+#include <itkTIFFImageIO.h>
+#include <itkVTKImageIO.h>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "server/dataset/nrrd_header.hpp"
+#include "server/dataset/payload_size.hpp"
+#include "server/dataset/volume_files.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+using Component = itk::IOComponentEnum;
+using ImageIo = itk::ImageIOBase::Pointer;
+
+// ITK reports over several lines, with its own source file and object address in front.
+std::string one_line(const itk::ExceptionObject& problem) {
+  std::string text = problem.GetDescription();
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r' || c == '\t'; }, ' ');
+  if (const std::size_t address = text.find("): "); address != std::string::npos) {
+    text.erase(0, address + 3);
+  }
+  while (!text.empty() && (text.back() == ' ' || text.back() == '.')) text.pop_back();
+  return text.empty() ? "the reader of this format gives up without a reason" : text;
+}
+
+// ---- what a header says
+
+StoredType stored_type(const fs::path& file, Component component) {
+  switch (component) {
+    case Component::UCHAR:
+      return StoredType::kU8;
+    case Component::CHAR:
+      return StoredType::kI8;
+    case Component::USHORT:
+      return StoredType::kU16;
+    case Component::SHORT:
+      return StoredType::kI16;
+    case Component::UINT:
+      return StoredType::kU32;
+    case Component::INT:
+      return StoredType::kI32;
+    case Component::ULONG:
+    case Component::ULONGLONG:
+      return StoredType::kU64;
+    case Component::LONG:
+    case Component::LONGLONG:
+      return StoredType::kI64;
+    case Component::FLOAT:
+      return StoredType::kF32;
+    case Component::DOUBLE:
+      return StoredType::kF64;
+    default:
+      fail_reading(file, "the type of its samples is not known",
+                   "Give integers of 8 to 64 bits or floating-point numbers of 32 or 64 bits");
+  }
+}
+
+Component component_of(SampleType type) {
+  switch (type) {
+    case SampleType::kU8:
+      return Component::UCHAR;
+    case SampleType::kI8:
+      return Component::CHAR;
+    case SampleType::kU16:
+      return Component::USHORT;
+    case SampleType::kI16:
+      return Component::SHORT;
+    case SampleType::kF32:
+      return Component::FLOAT;
+  }
+  return Component::UNKNOWNCOMPONENTTYPE;
+}
+
+ImageHeader header_of(const fs::path& file, const itk::ImageIOBase& io) {
+  ImageHeader header;
+  header.type = stored_type(file, io.GetComponentType());
+  if (io.GetNumberOfComponents() != 1) {
+    fail_reading(file,
+                 "each sample has " + std::to_string(io.GetNumberOfComponents()) + " components",
+                 "Give a volume with one number per sample, for example one channel of it");
+  }
+  for (unsigned axis = 0; axis < io.GetNumberOfDimensions(); ++axis) {
+    const auto side = static_cast<std::int64_t>(io.GetDimensions(axis));
+    if (axis < 3) {
+      header.dims[axis] = side;
+    } else if (side != 1) {
+      fail_reading(file,
+                   "it has " + std::to_string(io.GetNumberOfDimensions()) + " dimensions and " +
+                       std::to_string(side) + " volumes along dimension " +
+                       std::to_string(axis + 1),
+                   "Give a single volume of three dimensions, for example one time step");
+    }
+  }
+  const auto axes = std::min<std::size_t>(io.GetNumberOfDimensions(), 3);
+  if (axes < 2) fail_reading(file, "it has one dimension", "Give an image or a volume");
+  for (std::size_t axis = 0; axis < axes; ++axis) {
+    const auto index = static_cast<unsigned>(axis);
+    const double step = io.GetSpacing(index);
+    const std::vector<double> direction = io.GetDirection(index);
+    if (!std::isfinite(step) || step == 0) {
+      fail_reading(
+          file,
+          "its spacing along axis " + std::to_string(axis + 1) + " is " + std::to_string(step),
+          "Correct the header: spacings are positive numbers");
+    }
+    header.spacing[axis] = std::abs(step);
+    header.index_to_world.columns[axis] = {0, 0, 0};
+    for (std::size_t row = 0; row < std::min<std::size_t>(direction.size(), 3); ++row) {
+      header.index_to_world.columns[axis][row] = direction[row] * step + 0.0;  // No -0.
+    }
+    header.index_to_world.translation[axis] = io.GetOrigin(index);
+  }
+  const double volume = header.index_to_world.determinant();
+  if (!std::isfinite(volume) || volume == 0) {
+    fail_reading(file, "its directions do not span space",
+                 "Correct the header: the three directions must be independent");
+  }
+  return header;
+}
+
+// ---- which reader
+
+std::string lower_case_name(const fs::path& file) {
+  std::string text = file.filename().string();
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+ImageIo io_for(const fs::path& file) {
+  const std::string file_name = lower_case_name(file);
+  const auto ends_with = [&](auto... suffixes) { return (file_name.ends_with(suffixes) || ...); };
+  if (ends_with(".nrrd", ".nhdr")) return itk::NrrdImageIO::New().GetPointer();
+  if (ends_with(".mha", ".mhd")) return itk::MetaImageIO::New().GetPointer();
+  if (ends_with(".nii", ".nii.gz")) return itk::NiftiImageIO::New().GetPointer();
+  if (ends_with(".vtk")) return itk::VTKImageIO::New().GetPointer();
+  if (ends_with(".tif", ".tiff")) return itk::TIFFImageIO::New().GetPointer();
+  if (ends_with(".vti")) {
+    fail_reading(
+        file, "XML VTK files (.vti) are not supported",
+        "Save it as legacy VTK (.vtk) or NRRD. Known are " + std::string(kKnownVolumeFiles));
+  }
+  fail_reading(file, "its suffix names no known format",
+               "Known are " + std::string(kKnownVolumeFiles));
+}
+
+// A header under a name of its own for as long as ITK reads it.
+class TemporaryHeader {
+ public:
+  explicit TemporaryHeader(const std::string& text) {
+    std::string pattern = (fs::temp_directory_path() / "multitetra-XXXXXX.nhdr").string();
+    const int descriptor = mkstemps(pattern.data(), static_cast<int>(std::strlen(".nhdr")));
+    if (descriptor < 0) {
+      throw fs::filesystem_error("", pattern, std::error_code(errno, std::generic_category()));
+    }
+    close(descriptor);
+    path_ = pattern;
+    std::ofstream(path_, std::ios::binary) << text;
+  }
+  TemporaryHeader(const TemporaryHeader&) = delete;
+  TemporaryHeader& operator=(const TemporaryHeader&) = delete;
+  ~TemporaryHeader() {
+    std::error_code error;
+    fs::remove(path_, error);
+  }
+  [[nodiscard]] const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+// ---- whether the file holds what its header promises
+
+[[noreturn]] void fail_truncated(const fs::path& file, std::uint64_t found, std::uint64_t needed,
+                                 std::string_view what) {
+  fail_reading(file,
+               "it ends too early or is damaged: its header promises " + std::to_string(needed) +
+                   " " + std::string(what) + " and " + std::to_string(found) + " are there",
+               "Get a whole copy of it");
+}
+
+void require(const fs::path& file, std::uint64_t found, std::uint64_t needed,
+             std::string_view what = "bytes of samples") {
+  if (found < needed) fail_truncated(file, found, needed, what);
+}
+
+// A stream that is damaged counts as nothing.
+void require_inflated(const fs::path& file, std::uint64_t offset, std::uint64_t needed) {
+  require(file, inflated_bytes(file, offset).value_or(0), needed);
+}
+
+// Where the samples of a MetaImage with ElementDataFile = LOCAL begin.
+std::uint64_t local_data_offset(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string line;
+  while (std::getline(in, line)) {
+    if (line.starts_with("ElementDataFile")) return static_cast<std::uint64_t>(in.tellg());
+  }
+  return 0;
+}
+
+void check_meta_image(const fs::path& file, itk::MetaImageIO& io, std::uint64_t needed) {
+  const MetaImage& meta = *io.GetMetaImagePointer();
+  const std::string data_name = meta.ElementDataFileName();
+  const bool local = data_name == "LOCAL" || data_name == "Local" || data_name == "local";
+  const bool several = data_name == "LIST" || data_name.find('%') != std::string::npos;
+  if (several) {
+    fail_reading(file, "it lists several data files",
+                 "Join them into one, or give a NRRD header (.nhdr), which may list slices");
+  }
+  const fs::path data = local ? file : file.parent_path() / data_name;
+  std::uint64_t offset = local ? local_data_offset(file) : 0;
+  if (!local && meta.HeaderSize() > 0) offset = static_cast<std::uint64_t>(meta.HeaderSize());
+  if (!meta.BinaryData()) {
+    const std::uint64_t numbers = static_cast<std::uint64_t>(io.GetImageSizeInComponents());
+    require(data, numbers_in_text(data, offset, numbers), numbers, "numbers");
+  } else if (meta.CompressedData()) {
+    require_inflated(data, offset, needed);
+  } else {
+    require(data, bytes_after(data, offset), needed);
+  }
+}
+
+void check_nifti(const fs::path& file, itk::NiftiImageIO& io) {
+  const auto number = [&](const char* key) {
+    std::string text;
+    itk::ExposeMetaData<std::string>(io.GetMetaDataDictionary(), key, text);
+    return std::strtod(text.c_str(), nullptr);
+  };
+  const double bytes =
+      number("vox_offset") + static_cast<double>(io.GetImageSizeInPixels()) * number("bitpix") / 8;
+  require_inflated(file, 0, static_cast<std::uint64_t>(bytes));
+}
+
+void check_vtk(const fs::path& file, const itk::VTKImageIO& io, std::uint64_t needed) {
+  const auto offset = static_cast<std::uint64_t>(io.GetHeaderSize());
+  if (io.GetFileType() == itk::IOFileEnum::ASCII) {
+    const std::uint64_t numbers = static_cast<std::uint64_t>(io.GetImageSizeInComponents());
+    require(file, numbers_in_text(file, offset, numbers), numbers, "numbers");
+  } else {
+    require(file, bytes_after(file, offset), needed);
+  }
+}
+
+// NRRD and TIFF need no check: their readers tell.
+void check_payload(const fs::path& file, itk::ImageIOBase& io) {
+  const auto needed = static_cast<std::uint64_t>(io.GetImageSizeInBytes());
+  if (auto* const meta = dynamic_cast<itk::MetaImageIO*>(&io))
+    check_meta_image(file, *meta, needed);
+  if (auto* const nifti = dynamic_cast<itk::NiftiImageIO*>(&io)) check_nifti(file, *nifti);
+  if (auto* const vtk = dynamic_cast<itk::VTKImageIO*>(&io)) check_vtk(file, *vtk, needed);
+}
+
+void fill_from(const itk::ImageIOBase::Pointer& io, void* memory) {
+  itk::ImageIORegion region(io->GetNumberOfDimensions());
+  for (unsigned axis = 0; axis < io->GetNumberOfDimensions(); ++axis) {
+    region.SetIndex(axis, 0);
+    region.SetSize(axis, io->GetDimensions(axis));
+  }
+  io->SetIORegion(region);
+  io->Read(memory);
+}
+
+}  // namespace
+
+void fail_reading(const fs::path& file, const std::string& problem, const std::string& remedy) {
+  throw VolumeFileError("Cannot read '" + file.string() + "': " + problem + ". " + remedy + ".");
+}
+
+std::size_t bytes_of(StoredType type) {
+  constexpr std::array<std::size_t, 10> kBytes = {1, 1, 2, 2, 4, 4, 4, 8, 8, 8};
+  return kBytes[static_cast<std::size_t>(type)];
+}
+
+struct ImageFile::Reader {
+  ImageIo io;
+  std::optional<TemporaryHeader> rewritten;
+};
+
+ImageFile::ImageFile(const fs::path& file) : file_(file), reader_(std::make_unique<Reader>()) {
+  reader_->io = io_for(file);
+  if (dynamic_cast<itk::NrrdImageIO*>(reader_->io.GetPointer()) != nullptr) {
+    const auto header = rewritten_nrrd_header(read_nrrd_header(file), file);
+    if (header) reader_->rewritten.emplace(*header);
+  }
+  try {
+    reader_->io->SetFileName((reader_->rewritten ? reader_->rewritten->path() : file).string());
+    reader_->io->ReadImageInformation();
+  } catch (const itk::ExceptionObject& problem) {
+    fail_reading(file, one_line(problem), "Check that it is a whole file of this format");
+  }
+  header_ = header_of(file, *reader_->io);
+}
+
+ImageFile::~ImageFile() = default;
+ImageFile::ImageFile(ImageFile&&) noexcept = default;
+
+void ImageFile::read(void* memory) const {
+  try {
+    check_payload(file_, *reader_->io);
+    fill_from(reader_->io, memory);
+  } catch (const itk::ExceptionObject& problem) {
+    fail_reading(file_, one_line(problem),
+                 "Check that the file and the data files it names are whole");
+  }
+}
+
+void write_nrrd_image(const fs::path& file, const Volume& volume) {
+  try {
+    const auto io = itk::NrrdImageIO::New();
+    io->SetFileName(file.string());
+    io->SetNumberOfDimensions(3);
+    io->SetNumberOfComponents(1);
+    io->SetPixelType(itk::IOPixelEnum::SCALAR);
+    io->SetComponentType(component_of(volume.type()));
+    itk::ImageIORegion region(3);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto index = static_cast<unsigned>(axis);
+      std::vector<double> direction(3);
+      for (std::size_t row = 0; row < 3; ++row) {
+        direction[row] = volume.index_to_world.columns[axis][row] / volume.spacing[axis];
+      }
+      io->SetDimensions(index, static_cast<itk::SizeValueType>(volume.dims[axis]));
+      io->SetSpacing(index, volume.spacing[axis]);
+      io->SetOrigin(index, volume.index_to_world.translation[axis]);
+      io->SetDirection(index, direction);
+      region.SetIndex(index, 0);
+      region.SetSize(index, static_cast<itk::SizeValueType>(volume.dims[axis]));
+    }
+    io->SetIORegion(region);
+    std::visit([&](const auto& samples) { io->Write(samples.data()); }, volume.samples);
+  } catch (const itk::ExceptionObject& problem) {
+    throw VolumeFileError("Cannot write '" + file.string() + "': " + one_line(problem) +
+                          ". Check the folder, its permissions and the free space.");
+  }
+}
+
+}  // namespace multitetra

@@ -1,0 +1,104 @@
+#include "server/dataset/payload_size.hpp"
+
+#include <zlib.h>
+
+#include <array>
+#include <cctype>
+#include <cstddef>
+#include <cstring>
+#include <fstream>
+#include <string>
+#include <vector>
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kPortion = std::size_t{1} << 18;
+
+std::ifstream opened_at(const fs::path& file, std::uint64_t offset) {
+  std::ifstream in(file, std::ios::binary);
+  in.seekg(static_cast<std::streamoff>(offset));
+  return in;
+}
+
+bool starts_stream(const std::array<unsigned char, 2>& first) {
+  const bool gzip = first[0] == 0x1f && first[1] == 0x8b;
+  const bool zlib = (first[0] & 0x0f) == 8 && (first[0] * 256 + first[1]) % 31 == 0;
+  return gzip || zlib;
+}
+
+// Owns zlib's state.
+class Inflater {
+ public:
+  Inflater() { inflateInit2(&stream_, 15 + 32); }  // Tells zlib from gzip by itself.
+  ~Inflater() { inflateEnd(&stream_); }
+  Inflater(const Inflater&) = delete;
+  Inflater& operator=(const Inflater&) = delete;
+  z_stream* operator->() { return &stream_; }
+  int run() { return inflate(&stream_, Z_NO_FLUSH); }
+
+ private:
+  z_stream stream_{};
+};
+
+}  // namespace
+
+std::optional<std::uint64_t> inflated_bytes(const fs::path& file, std::uint64_t offset) {
+  std::ifstream in = opened_at(file, offset);
+  std::array<unsigned char, 2> first{};
+  in.read(reinterpret_cast<char*>(first.data()), 2);
+  if (!in || !starts_stream(first)) return bytes_after(file, offset);
+  in.seekg(static_cast<std::streamoff>(offset));
+
+  Inflater inflater;
+  std::vector<char> packed(kPortion);
+  std::vector<unsigned char> unpacked(kPortion);
+  std::uint64_t total = 0;
+  int state = Z_OK;
+  while (state == Z_OK) {
+    if (inflater->avail_in == 0) {
+      in.read(packed.data(), static_cast<std::streamsize>(packed.size()));
+      inflater->next_in = reinterpret_cast<unsigned char*>(packed.data());
+      inflater->avail_in = static_cast<unsigned>(in.gcount());
+      if (inflater->avail_in == 0) return std::nullopt;  // The stream goes on, the file does not.
+    }
+    inflater->next_out = unpacked.data();
+    inflater->avail_out = static_cast<unsigned>(unpacked.size());
+    state = inflater.run();
+    total += unpacked.size() - inflater->avail_out;
+  }
+  if (state != Z_STREAM_END) return std::nullopt;
+  return total;
+}
+
+std::uint64_t numbers_in_text(const fs::path& file, std::uint64_t offset, std::uint64_t enough) {
+  std::ifstream in = opened_at(file, offset);
+  std::vector<char> portion(kPortion);
+  std::uint64_t words = 0;
+  bool in_word = false;
+  while (words <= enough) {
+    in.read(portion.data(), static_cast<std::streamsize>(portion.size()));
+    const auto count = static_cast<std::size_t>(in.gcount());
+    if (count == 0) break;
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool space = std::isspace(static_cast<unsigned char>(portion[i])) != 0;
+      if (!space && !in_word) {
+        const bool numeric = std::strchr("0123456789+-.nNiI", portion[i]) != nullptr;
+        if (!numeric || portion[i] == '\0') return words;
+        ++words;
+      }
+      in_word = !space;
+    }
+  }
+  return words < enough ? words : enough;
+}
+
+std::uint64_t bytes_after(const fs::path& file, std::uint64_t offset) {
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(file, error);
+  return error || size < offset ? 0 : size - offset;
+}
+
+}  // namespace multitetra
