@@ -1,0 +1,92 @@
+#include "client/manifest_checks.hpp"
+
+#include <bit>
+#include <set>
+
+namespace multitetra {
+namespace {
+
+// A preview may be coarser than the request; everything else is as it was asked for.
+std::optional<std::string> parameter_fault(const StepBegin& begin, const IsosurfaceRequest& asked) {
+  IsosurfaceRequest given = begin.request;
+  if (begin.is_final) {
+    if (given != asked) return "the final step has other parameters than the request";
+    if (begin.finest_spacing != 1) return "the final step leaves out the finest points";
+    return std::nullopt;
+  }
+  if (!(given.error >= asked.error)) return "a preview's error is below the request's";
+  if (!(given.topology_tolerance >= asked.topology_tolerance)) {
+    return "a preview's topology tolerance is below the request's";
+  }
+  if (given.lattice_resolution > asked.lattice_resolution) {
+    return "a preview's lattice is finer than the request's";
+  }
+  given.lattice_resolution = asked.lattice_resolution;
+  given.error = asked.error;
+  given.topology_tolerance = asked.topology_tolerance;
+  if (given != asked) return "a preview differs from the request in more than its accuracy";
+  if (begin.finest_spacing < 1 ||
+      !std::has_single_bit(static_cast<std::uint32_t>(begin.finest_spacing))) {
+    return "the finest spacing is no power of two";
+  }
+  return std::nullopt;
+}
+
+bool is_in_grid(const OctreeCube& cube, int grid_exponent) {
+  if (cube.exponent < 0 || cube.exponent > grid_exponent) return false;
+  const std::int32_t cubes = std::int32_t{1} << (grid_exponent - cube.exponent);
+  const auto within = [cubes](std::int32_t position) { return position >= 0 && position < cubes; };
+  return within(cube.x) && within(cube.y) && within(cube.z);
+}
+
+std::optional<std::string> summary_fault(const TileSummary& tile, int grid_exponent) {
+  if (!is_in_grid(tile.cube, grid_exponent)) return "it lies outside the grid";
+  if (tile.triangles == 0) return "it has no triangle";
+  if (tile.vertices < 3 || tile.vertices > 3 * std::uint64_t{tile.triangles}) {
+    return std::to_string(tile.vertices) + " vertices cannot belong to " +
+           std::to_string(tile.triangles) + " triangles";
+  }
+  if (tile.bytes == 0) return "it has no bytes";
+  return std::nullopt;
+}
+
+std::string too_many(const char* what, std::uint64_t count, std::uint64_t limit) {
+  return "it announces " + std::to_string(count) + " " + what + "; this client allows " +
+         std::to_string(limit);
+}
+
+}  // namespace
+
+std::string tile_name(const StepBegin& begin, std::size_t index) {
+  return "tile " + std::to_string(index) + " (" + to_string(begin.tiles[index].cube) + ")";
+}
+
+std::optional<std::string> manifest_fault(const StepBegin& begin, const OpenStream& open,
+                                          const DatasetInfo& info, const AssemblerLimits& limits) {
+  if (auto fault = parameter_fault(begin, open.request)) return fault;
+  if (begin.codec != PayloadCodec::kDracoLattice) return "its codec was not negotiated";
+  if (begin.tiles.size() > limits.tiles) {
+    return too_many("tiles", begin.tiles.size(), limits.tiles);
+  }
+  std::uint64_t triangles = 0;
+  std::uint64_t bytes = 0;
+  std::set<OctreeCube> cubes;
+  std::set<ContentDigest> digests;
+  for (std::size_t i = 0; i < begin.tiles.size(); ++i) {
+    const TileSummary& tile = begin.tiles[i];
+    if (auto fault = summary_fault(tile, info.grid_exponent)) {
+      return tile_name(begin, i) + ": " + *fault;
+    }
+    if (!cubes.insert(tile.cube).second) return tile_name(begin, i) + " is there twice";
+    if (!digests.insert(tile.digest).second) {
+      return tile_name(begin, i) + " has the same content as another tile";
+    }
+    triangles += tile.triangles;
+    bytes += tile.bytes;
+  }
+  if (triangles > limits.triangles) return too_many("triangles", triangles, limits.triangles);
+  if (bytes > limits.payload_bytes) return too_many("bytes", bytes, limits.payload_bytes);
+  return std::nullopt;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,131 @@
+#include "client/message_socket.hpp"
+
+#include <array>
+#include <optional>
+
+#include "common/net.hpp"
+
+namespace multitetra {
+
+using boost::system::error_code;
+
+struct MessageSocket::State {
+  State(Endpoint server_in, std::chrono::milliseconds timeout_in, std::uint32_t max_message_bytes)
+      : server(std::move(server_in)), timeout(timeout_in), frames(max_message_bytes) {}
+
+  Endpoint server;
+  std::chrono::milliseconds timeout;
+  FrameReader frames;
+  asio::io_context io{1};
+  tcp::socket socket{io};
+  tcp::resolver resolver{io};
+
+  // Runs what was started until it completes. nullopt when it took too long; it is then given up
+  // and the socket closed. Otherwise the operation's own error.
+  std::optional<error_code> wait(const std::optional<error_code>& outcome) {
+    io.restart();
+    io.run_for(timeout);
+    if (outcome) return outcome;
+    error_code ignored;
+    resolver.cancel();
+    socket.close(ignored);
+    io.restart();
+    io.run();
+    return std::nullopt;
+  }
+
+  [[nodiscard]] tl::unexpected<Error> silent(const std::string& what) const {
+    return fail(ErrorCode::kUnavailable, to_string(server) + " " + what + " within " +
+                                             std::to_string(timeout.count() / 1000) +
+                                             " s; try a longer timeout.");
+  }
+  [[nodiscard]] tl::unexpected<Error> lost(const error_code& error) const {
+    return fail(ErrorCode::kUnavailable,
+                "The connection to " + to_string(server) + " was lost: " + error.message() + ".");
+  }
+};
+
+namespace {
+
+tl::unexpected<Error> unreachable(const Endpoint& server, const error_code& error) {
+  std::string text = "Cannot connect to " + to_string(server) + ": " + error.message() + ".";
+  if (error == asio::error::connection_refused) {
+    text += " Is the server running? Start it with: multitetra-server serve --listen " +
+            to_string(server) + " DATASET...";
+  } else if (error == asio::error::host_not_found) {
+    text += " Is the host's name written correctly?";
+  }
+  return fail(ErrorCode::kUnavailable, std::move(text));
+}
+
+}  // namespace
+
+MessageSocket::MessageSocket(std::unique_ptr<State> state) : state_(std::move(state)) {}
+MessageSocket::MessageSocket(MessageSocket&&) noexcept = default;
+MessageSocket& MessageSocket::operator=(MessageSocket&&) noexcept = default;
+MessageSocket::~MessageSocket() = default;
+
+Result<MessageSocket> MessageSocket::connect(const Endpoint& server,
+                                             std::chrono::milliseconds timeout,
+                                             std::uint32_t max_message_bytes) {
+  auto state = std::make_unique<State>(server, timeout, max_message_bytes);
+  std::optional<error_code> outcome;
+  state->resolver.async_resolve(
+      server.host, std::to_string(server.port),
+      [&](const error_code& error, const tcp::resolver::results_type& found) {
+        if (error) {
+          outcome = error;
+          return;
+        }
+        asio::async_connect(
+            state->socket, found,
+            [&](const error_code& connected, const tcp::endpoint&) { outcome = connected; });
+      });
+  const auto error = state->wait(outcome);
+  if (!error) return state->silent("did not accept the connection");
+  if (*error) return unreachable(server, *error);
+  error_code ignored;
+  state->socket.set_option(tcp::no_delay(true), ignored);
+  return MessageSocket(std::move(state));
+}
+
+Result<void> MessageSocket::send(const ClientMessage& message) {
+  const std::string content = serialize(message);
+  return send_bytes(frame_header(static_cast<std::uint32_t>(content.size())) + content);
+}
+
+Result<void> MessageSocket::send_bytes(std::string_view bytes) {
+  std::optional<error_code> outcome;
+  asio::async_write(state_->socket, asio::buffer(bytes),
+                    [&](const error_code& error, std::size_t) { outcome = error; });
+  const auto error = state_->wait(outcome);
+  if (!error) return state_->silent("did not take our message");
+  if (*error) return state_->lost(*error);
+  return {};
+}
+
+Result<ServerMessage> MessageSocket::receive() {
+  std::array<char, 64 * 1024> buffer{};
+  for (;;) {
+    auto content = state_->frames.next();
+    if (!content) return tl::unexpected(content.error());
+    if (*content) {
+      auto message = parse_server_message(**content);
+      if (!message) return tl::unexpected(message.error().error);
+      return *std::move(message);
+    }
+    std::optional<error_code> outcome;
+    std::size_t received = 0;
+    state_->socket.async_read_some(asio::buffer(buffer),
+                                   [&](const error_code& error, std::size_t size) {
+                                     outcome = error;
+                                     received = size;
+                                   });
+    const auto error = state_->wait(outcome);
+    if (!error) return state_->silent("sent nothing");
+    if (*error) return state_->lost(*error);
+    state_->frames.feed({buffer.data(), received});
+  }
+}
+
+}  // namespace multitetra

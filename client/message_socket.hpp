@@ -1,0 +1,40 @@
+// Messages over one TCP connection, blocking, with a limit on every wait.
+//
+// Trouble with the network or with the server's bytes is an Error: kUnavailable when the server
+// cannot be reached, is silent for too long or hangs up; the codes of frame.hpp and messages.hpp
+// when its bytes are no messages. After an error the connection is closed.
+#pragma once
+
+#include <chrono>
+#include <memory>
+
+#include "common/endpoint.hpp"
+#include "common/frame.hpp"
+#include "common/messages.hpp"
+
+namespace multitetra {
+
+class MessageSocket {
+ public:
+  // `timeout` holds for connecting, for sending one message, and for the silence of the server
+  // while a message is awaited.
+  [[nodiscard]] static Result<MessageSocket> connect(
+      const Endpoint& server, std::chrono::milliseconds timeout,
+      std::uint32_t max_message_bytes = kMaxServerFrameBytes);
+
+  MessageSocket(MessageSocket&&) noexcept;
+  MessageSocket& operator=(MessageSocket&&) noexcept;
+  ~MessageSocket();
+
+  [[nodiscard]] Result<void> send(const ClientMessage& message);
+  // Bytes as they are, for tests of what a server makes of them.
+  [[nodiscard]] Result<void> send_bytes(std::string_view bytes);
+  [[nodiscard]] Result<ServerMessage> receive();
+
+ private:
+  struct State;
+  explicit MessageSocket(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,31 @@
+// What was fetched, as JSON for programs and as lines for people.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "client/client.hpp"
+
+namespace multitetra {
+
+// A whole fetch: what was asked of whom, and every step that came.
+struct FetchReport {
+  Endpoint server;
+  OpenStream open;
+  std::string coordinates;  // "world" or "index"
+  std::string mesh_file;
+  std::vector<FetchedStep> steps;  // Meshes may be left out of all but the last.
+};
+
+// Indented JSON with a newline at its end. Non-finite numbers do not occur.
+[[nodiscard]] std::string json_report(const FetchReport& report);
+[[nodiscard]] std::string json_list(const Endpoint& server,
+                                    const std::vector<DatasetInfo>& datasets);
+
+// One line without newline: "step 2 final  error 1 voxel  34 tiles  12 345 triangles  18.2 KiB
+// ...".
+[[nodiscard]] std::string step_line(const FetchedStep& step);
+// A table, one dataset a line.
+[[nodiscard]] std::string text_list(const std::vector<DatasetInfo>& datasets);
+
+}  // namespace multitetra

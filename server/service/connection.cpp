@@ -1,0 +1,132 @@
+#include "server/service/connection.hpp"
+
+#include <spdlog/spdlog.h>
+
+namespace multitetra {
+
+using boost::system::error_code;
+
+Connection::Connection(tcp::socket socket, std::shared_ptr<Conversation> conversation,
+                       ConnectionOptions options)
+    : socket_(std::move(socket)),
+      conversation_(std::move(conversation)),
+      options_(options),
+      handshake_timer_(socket_.get_executor()),
+      write_timer_(socket_.get_executor()),
+      linger_timer_(socket_.get_executor()) {
+  error_code ignored;
+  socket_.set_option(tcp::no_delay(true), ignored);
+  socket_.set_option(asio::socket_base::keep_alive(true), ignored);
+  if (options_.send_buffer_bytes) {
+    socket_.set_option(asio::socket_base::send_buffer_size(*options_.send_buffer_bytes), ignored);
+  }
+}
+
+void Connection::start(std::function<void()> on_closed) {
+  on_closed_ = std::move(on_closed);
+  const auto self = shared_from_this();
+  handshake_timer_.expires_after(options_.handshake_timeout);
+  handshake_timer_.async_wait([self](error_code cancelled) {
+    if (cancelled || self->conversation_->is_welcomed()) return;
+    self->end({ErrorCode::kUnavailable, "No Hello came in time; it opens a connection."});
+  });
+  const auto done = [self](const std::exception_ptr& trouble) { self->coroutine_done(trouble); };
+  asio::co_spawn(
+      socket_.get_executor(), [self] { return self->read(); }, done);
+  asio::co_spawn(
+      socket_.get_executor(), [self] { return self->write(); }, done);
+}
+
+void Connection::end(const Error& error) {
+  conversation_->end(error);
+  close_after(linger_timer_, options_.linger);
+}
+
+asio::awaitable<void> Connection::read() {
+  FrameReader frames(options_.max_message_bytes);
+  std::array<char, 16 * 1024> buffer{};
+  for (;;) {
+    co_await conversation_->room();
+    error_code error;
+    const std::size_t size =
+        co_await socket_.async_read_some(asio::buffer(buffer), use_error(error));
+    if (error) break;
+    // What comes after the end is read and dropped: closing with unread bytes would reset the
+    // connection and take our last words away from the client.
+    if (conversation_->is_over()) continue;
+    frames.feed({buffer.data(), size});
+    co_await receive_frames(frames);
+  }
+  if (frames.buffered() > 0) spdlog::info("{}: left inside a message", conversation_->peer());
+  conversation_->leave();
+}
+
+asio::awaitable<void> Connection::receive_frames(FrameReader& frames) {
+  while (!conversation_->is_over()) {
+    const auto content = frames.next();
+    if (!content) {
+      conversation_->end(content.error());
+    } else if (*content) {
+      conversation_->receive(**content);
+      co_await conversation_->room();
+    } else {
+      break;
+    }
+  }
+}
+
+asio::awaitable<void> Connection::write() {
+  while (const auto message = co_await conversation_->next_message()) {
+    const std::string content = serialize(*message);
+    if (content.size() > kMaxServerFrameBytes) {
+      const Error error = {ErrorCode::kLimitExceeded, "The answer has a message longer than " +
+                                                          std::to_string(kMaxServerFrameBytes) +
+                                                          " bytes; ask for a larger error."};
+      if (!conversation_->fail_stream(error)) conversation_->end(error);
+      continue;
+    }
+    const std::string header = frame_header(static_cast<std::uint32_t>(content.size()));
+    const std::array<asio::const_buffer, 2> frame = {asio::buffer(header), asio::buffer(content)};
+    close_after(write_timer_, options_.write_timeout);
+    error_code error;
+    co_await asio::async_write(socket_, frame, use_error(error));
+    write_timer_.cancel();
+    if (error) {
+      close();
+      co_return;
+    }
+  }
+  error_code ignored;
+  socket_.shutdown(tcp::socket::shutdown_send, ignored);
+  close_after(linger_timer_, options_.linger);
+}
+
+void Connection::close_after(asio::steady_timer& timer, std::chrono::milliseconds delay) {
+  timer.expires_after(delay);
+  timer.async_wait([self = shared_from_this()](error_code cancelled) {
+    if (!cancelled) self->close();
+  });
+}
+
+void Connection::close() {
+  error_code ignored;
+  socket_.close(ignored);
+  conversation_->leave();
+}
+
+void Connection::coroutine_done(const std::exception_ptr& trouble) {
+  try {
+    if (trouble) std::rethrow_exception(trouble);
+  } catch (const std::exception& error) {
+    spdlog::error("{}: closing the connection: {}", conversation_->peer(), error.what());
+    close();
+  }
+  if (--running_coroutines_ > 0) return;
+  handshake_timer_.cancel();
+  write_timer_.cancel();
+  linger_timer_.cancel();
+  close();
+  on_closed_();
+}
+
+}  // namespace multitetra

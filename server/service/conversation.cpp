@@ -1,0 +1,188 @@
+#include "server/service/conversation.hpp"
+
+#include <exception>
+
+#include <spdlog/spdlog.h>
+
+#include "server/service/surface_extractor.hpp"
+
+namespace multitetra {
+
+using Clock = std::chrono::steady_clock;
+
+struct Conversation::RunningStream {
+  StreamMessages messages;
+  std::shared_ptr<const StepSource> source;
+  std::stop_source stop;
+  Clock::time_point started = Clock::now();
+};
+
+namespace {
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Runs on a worker. The client learns that something went wrong here; the log says what.
+Result<EncodedStep> make_step(const StepSource& source, const StepRequest& step,
+                              const std::stop_token& stop) {
+  try {
+    if (stop.stop_requested()) throw Cancelled{};
+    return source.make(step, stop);
+  } catch (const Cancelled&) {
+    return fail(ErrorCode::kCancelled, "The step was cancelled.");
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::kLimitExceeded,
+                "The server has not enough memory for this step; ask for a larger error.");
+  } catch (const std::exception& trouble) {
+    spdlog::error("dataset {}: making a step failed: {}", source.info().name, trouble.what());
+    return fail(ErrorCode::kInternal, "The server failed to make this step; its log says why.");
+  }
+}
+
+asio::awaitable<void> wait_on(asio::steady_timer& timer) {
+  boost::system::error_code cancelled;
+  timer.expires_at(Clock::time_point::max());
+  co_await timer.async_wait(use_error(cancelled));
+}
+
+}  // namespace
+
+Conversation::Conversation(asio::any_io_executor executor, asio::thread_pool& workers,
+                           Session session, std::string peer)
+    : executor_(executor),
+      workers_(workers),
+      session_(std::move(session)),
+      peer_(std::move(peer)),
+      something_to_send_(executor),
+      replies_taken_(executor) {}
+
+void Conversation::receive(std::string_view content) {
+  const auto message = parse_client_message(content);
+  perform(message ? session_.receive(*message) : session_.receive(message.error()));
+}
+
+void Conversation::end(const Error& error) { perform(session_.end(error)); }
+
+void Conversation::leave() {
+  is_over_ = true;
+  replies_.clear();
+  drop_stream();
+  something_to_send_.cancel();
+  replies_taken_.cancel();
+}
+
+bool Conversation::fail_stream(Error error) {
+  if (!stream_) return false;
+  spdlog::warn("{}: stream {} failed: {}", peer_, stream_->messages.request_id(), error.text);
+  stream_->stop.request_stop();
+  stream_->messages.fail(std::move(error));
+  something_to_send_.cancel();
+  return true;
+}
+
+asio::awaitable<std::optional<ServerMessage>> Conversation::next_message() {
+  for (;;) {
+    if (!replies_.empty()) {
+      ServerMessage reply = std::move(replies_.front());
+      replies_.pop_front();
+      replies_taken_.cancel();
+      co_return reply;
+    }
+    if (is_over_) co_return std::nullopt;
+    if (auto message = take_stream_message()) co_return message;
+    co_await wait_on(something_to_send_);
+  }
+}
+
+asio::awaitable<void> Conversation::room() {
+  while (replies_.size() >= kMaxWaitingReplies) co_await wait_on(replies_taken_);
+}
+
+void Conversation::perform(Actions actions) {
+  for (Action& action : actions) {
+    std::visit([this](auto& a) { perform(std::move(a)); }, action);
+  }
+  something_to_send_.cancel();
+}
+
+void Conversation::perform(Send action) { replies_.push_back(std::move(action.message)); }
+
+void Conversation::perform(StartStream action) {
+  const IsosurfaceRequest& request = action.open.request;
+  spdlog::info("{}: stream {} of {}: isovalue {}, error {} {}, {} tiles held", peer_,
+               action.open.request_id, action.open.dataset, request.isovalue, request.error,
+               name(request.unit), action.open.held.size());
+  stream_ = std::make_shared<RunningStream>(
+      RunningStream{.messages = StreamMessages(action.open, action.source->info()),
+                    .source = std::move(action.source),
+                    .stop = {}});
+  make_next_step();
+}
+
+void Conversation::perform(StopStream action) {
+  if (!stream_) return;
+  stream_->messages.end(action.outcome);
+  replies_.push_back(stream_->messages.take());
+  spdlog::info("{}: stream {} stopped after {:.3f} s", peer_, action.request_id,
+               seconds_since(stream_->started));
+  drop_stream();
+}
+
+void Conversation::perform(Close action) {
+  spdlog::info("{}: ending the connection: {}", peer_, action.reason);
+  is_over_ = true;
+}
+
+void Conversation::make_next_step() {
+  const auto step = stream_->messages.next_step();
+  if (!step) return;
+  // The guard keeps the executor running until the step has come back.
+  asio::post(workers_, [self = shared_from_this(), stream = stream_, step = *step,
+                        guard = asio::make_work_guard(executor_)] {
+    const Clock::time_point start = Clock::now();
+    auto made = make_step(*stream->source, step, stream->stop.get_token());
+    asio::post(self->executor_,
+               [self, stream, made = std::move(made), seconds = seconds_since(start)]() mutable {
+                 self->step_made(stream, std::move(made), seconds);
+               });
+  });
+}
+
+void Conversation::step_made(const std::shared_ptr<RunningStream>& stream, Result<EncodedStep> step,
+                             double seconds) {
+  if (stream != stream_) return;
+  if (!step) {
+    fail_stream(step.error());
+    return;
+  }
+  stream_->messages.supply(*std::move(step), seconds);
+  something_to_send_.cancel();
+}
+
+std::optional<ServerMessage> Conversation::take_stream_message() {
+  if (!stream_ || !stream_->messages.has_message()) return std::nullopt;
+  ServerMessage message = stream_->messages.take();
+  if (const auto* step = std::get_if<StepEnd>(&message)) {
+    spdlog::info("{}: stream {} step {}: {} tiles, {} bytes, made in {:.3f} s", peer_,
+                 step->request_id, step->step, step->tiles_sent, step->payload_bytes,
+                 step->seconds);
+  }
+  if (stream_->messages.is_finished()) {
+    spdlog::info("{}: stream {} ended after {:.3f} s", peer_, stream_->messages.request_id(),
+                 seconds_since(stream_->started));
+    session_.stream_ended(stream_->messages.request_id());
+    drop_stream();
+  } else {
+    make_next_step();
+  }
+  return message;
+}
+
+void Conversation::drop_stream() {
+  if (!stream_) return;
+  stream_->stop.request_stop();
+  stream_.reset();
+}
+
+}  // namespace multitetra

@@ -1,0 +1,83 @@
+// One client's conversation as pure logic: messages in, actions out. It knows no socket, no thread
+// and no clock; whoever owns the connection performs the actions in their order.
+//
+//   Session session(catalogue, {});
+//   for (const Action& action : session.receive(message)) perform(action);
+//
+// Guarantees: at most one stream runs at a time, StopStream always names the one that runs, and
+// nothing follows a Close. A bad request is answered with an ErrorReply and changes nothing else.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/frame.hpp"
+#include "common/messages.hpp"
+#include "server/service/dataset_catalogue.hpp"
+
+namespace multitetra {
+
+struct Send {
+  ServerMessage message;
+};
+// Begin the stream of a request that was found good.
+struct StartStream {
+  OpenStream open;
+  std::shared_ptr<const StepSource> source;
+};
+// Drop what is left of the running stream; its last message is StreamEnd with this outcome.
+struct StopStream {
+  std::uint64_t request_id = 0;
+  StreamOutcome outcome = StreamOutcome::kCancelled;
+};
+// Send what was said before, then end the connection.
+struct Close {
+  std::string reason;  // For the log.
+};
+using Action = std::variant<Send, StartStream, StopStream, Close>;
+using Actions = std::vector<Action>;
+
+struct SessionOptions {
+  std::string agent = "multitetra-server/" MULTITETRA_VERSION;  // Told in Welcome.
+  std::uint32_t max_message_bytes = kMaxClientFrameBytes;       // Told in Welcome.
+  std::size_t max_held_digests = kMaxHeldDigests;               // In one OpenStream.
+};
+
+class Session {
+ public:
+  Session(CataloguePtr catalogue, SessionOptions options);
+
+  // A message that parsed.
+  [[nodiscard]] Actions receive(const ClientMessage& message);
+  // A whole frame whose content is no message, or has a field outside its range.
+  [[nodiscard]] Actions receive(const ParseError& error);
+  // The connection cannot go on: a broken frame, a handshake that takes too long, a server that
+  // stops.
+  [[nodiscard]] Actions end(const Error& error);
+
+  // The running stream has sent its last message.
+  void stream_ended(std::uint64_t request_id);
+
+  [[nodiscard]] bool is_welcomed() const { return is_welcomed_; }
+  [[nodiscard]] bool is_closed() const { return is_closed_; }
+
+ private:
+  Actions answer(const Hello& hello);
+  Actions answer(const ListDatasets& list);
+  Actions answer(const OpenStream& open);
+  Actions answer(const Cancel& cancel);
+  Actions answer(const Ping& ping);
+
+  CataloguePtr catalogue_;
+  SessionOptions options_;
+  bool is_welcomed_ = false;
+  bool is_closed_ = false;
+  std::uint64_t last_request_id_ = 0;     // Of all streams ever asked for.
+  std::optional<std::uint64_t> running_;  // The stream that runs.
+};
+
+}  // namespace multitetra
