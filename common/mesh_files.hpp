@@ -22,7 +22,9 @@ enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc };
 [[nodiscard]] std::string_view media_type(MeshFormat format);
 
 // The whole file's bytes. An empty mesh gives a valid file without triangles wherever the format
-// has one; DRC has none, and GLB then has a scene without mesh.
+// has one: GLB then has a scene without mesh; DRC has none, and no bytes are returned. GLB has
+// smooth normals and a double-sided material; DRC is quantized to 20 bits over the bounding box.
+// Throws std::system_error when the mesh exceeds a limit of the format (GLB: 4 GiB).
 [[nodiscard]] std::string mesh_file(const PositionedMesh& mesh, MeshFormat format);
 
 // Writes to a temporary name beside `path` and renames, so that no half file is ever seen.

@@ -210,7 +210,7 @@ TileSummary read(const v1::TileSummary& wire, FieldChecks& checks) {
   checks.integer("TileSummary.cube_x", wire.cube_x(), 0, last_position);
   checks.integer("TileSummary.cube_y", wire.cube_y(), 0, last_position);
   checks.integer("TileSummary.cube_z", wire.cube_z(), 0, last_position);
-  checks.integer("TileSummary.triangles", wire.triangles(), 1, kMaxU32);
+  checks.integer("TileSummary.triangles", wire.triangles(), 1, kMaxTileTriangles);
   checks.integer("TileSummary.vertices", wire.vertices(), 3, 3 * std::uint64_t{wire.triangles()});
   checks.integer("TileSummary.bytes", wire.bytes(), 1, kMaxServerFrameBytes);
   return {

@@ -139,6 +139,20 @@ TEST(Tile, WithAnyByteChangedIsRefusedOrTheSame) {
   }
 }
 
+TEST(Tile, OfManyTrianglesWithAnyByteChangedIsRefusedOrTheSame) {
+  // Large enough for the valence traversal; one bit of every byte, for time.
+  const EncodedTile tile = encode_tile(surfaces::torus(5, 36, 16, 0.2, 9), surfaces::kCube);
+  ASSERT_EQ((*tile.payload)[11], 2);
+  for (std::size_t at = 0; at < tile.payload->size(); ++at) {
+    std::string payload = *tile.payload;
+    payload[at] = static_cast<char>(payload[at] ^ (1 << at % 8));
+    const Result<LatticeMesh> decoded = decode_tile(payload, tile.summary, 5);
+    if (decoded) {
+      EXPECT_EQ(digest(*decoded), tile.summary.digest) << "byte " << at;
+    }
+  }
+}
+
 TEST(Tile, CutShortAnywhereIsRefused) {
   const EncodedTile tile = small_tile();
   for (std::size_t bytes = 0; bytes < tile.payload->size(); ++bytes) {
@@ -157,27 +171,42 @@ std::string varint5(std::uint32_t value) {
   return bytes;
 }
 
-// A payload that claims `triangles` and is `bytes` long.
+// A payload of `bytes` bytes whose numbers agree with each other and claim `triangles`.
 std::string boast(std::uint32_t triangles, std::size_t bytes) {
   std::string payload("DRACO\2\2\1\1\0\0\0", 12);
   payload += varint5(triangles / 2) + varint5(triangles) + std::string(1, '\0') +
              varint5(triangles) + varint5(0) + varint5(0);
-  payload.push_back(static_cast<char>(bytes - payload.size() - 10));
   payload.resize(bytes, '\1');
   return payload;
 }
 
 TEST(Tile, OfAFewBytesThatClaimsBillionsOfTrianglesIsRefusedBeforeItIsDecoded) {
-  for (const std::uint32_t triangles : {0x80000000U, 0x55555555U, 0x01000000U, 1000U}) {
-    const std::string payload = boast(triangles, 61);
-    const TileSummary promised{.cube = surfaces::kCube,
-                               .digest = {},
-                               .triangles = triangles,
-                               .vertices = 3,
-                               .bytes = static_cast<std::uint32_t>(payload.size())};
-    // Even when the manifest promises as much: 61 bytes cannot hold it.
-    expect_damaged(decode_tile(payload, promised, 5), "a bit or more for each symbol");
+  TileSummary promised{
+      .cube = surfaces::kCube, .digest = {}, .triangles = 100, .vertices = 50, .bytes = 61};
+  for (const std::uint32_t triangles : {0xFFFFFFFFU, 0x80000000U, 0x01000000U, 101U}) {
+    ASSERT_EQ(read_claims(boast(triangles, 61))->triangles, triangles);
+    expect_damaged(decode_tile(boast(triangles, 61), promised, 5),
+                   std::to_string(triangles) + " triangles");
   }
+  // Also when the manifest promises as much.
+  promised.triangles = 0x80000000U;
+  promised.vertices = 0x40000000U;
+  expect_damaged(decode_tile(boast(0x80000000U, 61), promised, 5), "at most 1048576");
+}
+
+TEST(Tile, WhoseNumbersContradictEachOtherIsRefusedBeforeItIsDecoded) {
+  const std::string start("DRACO\2\2\1\1\0\0\0", 12);
+  const std::string zero(1, '\0');
+  const auto claims = [&](std::uint32_t vertices, std::uint32_t triangles, std::uint32_t symbols,
+                          std::uint32_t split_symbols) {
+    return read_claims(start + varint5(vertices) + varint5(triangles) + zero + varint5(symbols) +
+                       varint5(split_symbols));
+  };
+  EXPECT_TRUE(claims(6, 8, 7, 1));
+  EXPECT_FALSE(claims(25, 8, 7, 1)) << "more than three vertices a triangle";
+  EXPECT_FALSE(claims(6, 8, 9, 1)) << "more symbols than triangles";
+  EXPECT_FALSE(claims(6, 8, 5, 1)) << "fewer symbols than the triangles need";
+  EXPECT_FALSE(claims(6, 8, 7, 8)) << "more split symbols than symbols";
 }
 
 TEST(Tile, InAnotherFormOfDracoIsRefused) {
@@ -194,7 +223,15 @@ TEST(Tile, InAnotherFormOfDracoIsRefused) {
   EXPECT_FALSE(with(7, 0)) << "point cloud";
   EXPECT_FALSE(with(8, 0)) << "sequential method";
   EXPECT_FALSE(with(10, '\x80')) << "metadata";
-  EXPECT_FALSE(with(11, 2)) << "valence traversal";
+  EXPECT_FALSE(with(11, 1)) << "predictive traversal";
+  // One attribute of another kind stops the decoder before it allocates.
+  const std::size_t attribute = tile.payload->find(kTileAttribute);
+  ASSERT_NE(attribute, std::string::npos);
+  for (std::size_t i = 0; i < kTileAttribute.size(); ++i) {
+    std::string payload = *tile.payload;
+    ++payload[attribute + i];
+    expect_damaged(decode_tile(payload, tile.summary, 5), "Draco cannot decode");
+  }
 }
 
 TEST(DracoFile, HoldsPositionsWithinHalfAQuantizationStep) {
