@@ -42,8 +42,8 @@ struct Hello {
       kProtocolVersion;  // Inclusive range of protocol versions the client speaks.
   std::uint32_t max_version = kProtocolVersion;
   std::vector<PayloadCodec> codecs = {PayloadCodec::kDracoLattice};
-  std::string token;  // Bearer token, empty without; at most 4096 bytes.
-  std::string agent;  // Program and version, for logs; at most 255 bytes.
+  std::string token = {};  // Bearer token, empty without; at most 4096 bytes.
+  std::string agent = {};  // Program and version, for logs; at most 255 bytes.
 };
 
 struct ListDatasets {
@@ -59,10 +59,11 @@ enum class StepPolicy {
 struct OpenStream {
   std::uint64_t request_id =
       0;  // Chosen by the client, > 0, greater than those before on this connection.
-  std::string dataset;
-  IsosurfaceRequest request;
+  std::string dataset = {};
+  IsosurfaceRequest request = {};
   StepPolicy steps = StepPolicy::kProgressive;
-  std::vector<ContentDigest> held;  // Tiles that the client has already, at most kMaxHeldDigests.
+  // Tiles that the client has already, at most kMaxHeldDigests.
+  std::vector<ContentDigest> held = {};
 };
 inline constexpr std::size_t kMaxHeldDigests = 8192;
 
@@ -81,22 +82,22 @@ using ClientMessage = std::variant<Hello, ListDatasets, OpenStream, Cancel, Ping
 struct Welcome {
   std::uint32_t version = kProtocolVersion;  // The version both speak from now on.
   PayloadCodec codec = PayloadCodec::kDracoLattice;
-  std::string agent;
+  std::string agent = {};
   std::uint32_t max_message_bytes = 0;  // The longest client message that the server accepts.
 };
 
 struct DatasetList {
   std::uint64_t request_id = 0;
-  std::vector<DatasetInfo> datasets;  // By name.
+  std::vector<DatasetInfo> datasets = {};  // By name.
 };
 
 // A step is a complete conforming model. It replaces the one before as a whole, when its StepEnd
 // has come.
 struct StepBegin {
   std::uint64_t request_id = 0;
-  std::uint32_t step = 0;     // 0, 1, ... within the stream.
-  bool is_final = false;      // This step is the request itself.
-  IsosurfaceRequest request;  // This step's own parameters; `error` in the request's unit.
+  std::uint32_t step = 0;          // 0, 1, ... within the stream.
+  bool is_final = false;           // This step is the request itself.
+  IsosurfaceRequest request = {};  // This step's own parameters; `error` in the request's unit.
   double error_bound_world =
       0;  // Threshold in world units; the distance bound when measure is certified and
           // topology_tolerance is 0 (lattice snapping excluded).
@@ -104,14 +105,15 @@ struct StepBegin {
   PayloadCodec codec = PayloadCodec::kDracoLattice;
   std::uint64_t tetrahedra = 0;         // Of the model.
   std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface.
-  std::vector<TileSummary> tiles;  // All tiles of the step, those that the client holds included.
+  // All tiles of the step, those that the client holds included.
+  std::vector<TileSummary> tiles = {};
 };
 
 struct Tile {
   std::uint64_t request_id = 0;
   std::uint32_t step = 0;
   std::uint32_t index = 0;  // Into StepBegin::tiles.
-  std::shared_ptr<const std::string> payload;
+  std::shared_ptr<const std::string> payload = {};
 };
 
 struct StepEnd {
@@ -119,7 +121,7 @@ struct StepEnd {
   std::uint32_t step = 0;
   std::uint32_t tiles_sent = 0;     // Without those that the client held.
   std::uint64_t payload_bytes = 0;  // Of the tiles sent.
-  ContentDigest digest;             // Of the whole step.
+  ContentDigest digest = {};        // Of the whole step.
   double seconds = 0;               // The server's time for this step.
 };
 
@@ -133,7 +135,7 @@ struct StreamEnd {
 
 struct ErrorReply {
   std::uint64_t request_id = 0;  // 0 when it concerns the connection.
-  Error error;
+  Error error = {};
 };
 
 struct Pong {

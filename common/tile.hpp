@@ -20,8 +20,8 @@ namespace multitetra {
 
 // What a manifest says of a tile before its bytes arrive.
 struct TileSummary {
-  OctreeCube cube;       // All vertices lie in this closed cube.
-  ContentDigest digest;  // Of its triangles.
+  OctreeCube cube = {};       // All vertices lie in this closed cube.
+  ContentDigest digest = {};  // Of its triangles.
   std::uint32_t triangles = 0;
   std::uint32_t vertices = 0;  // Distinct lattice points.
   std::uint32_t bytes = 0;     // Encoded size.
