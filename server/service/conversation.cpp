@@ -4,7 +4,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include "server/service/surface_extractor.hpp"
+#include "server/dataset/in_parallel.hpp"
 
 namespace multitetra {
 

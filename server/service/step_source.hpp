@@ -29,7 +29,7 @@ class StepSource {
   [[nodiscard]] virtual const DatasetInfo& info() const = 0;
 
   // Requires a validated request. The same step gives the same tiles, on any thread. Throws
-  // Cancelled (of surface_extractor.hpp) soon after `stop` is triggered.
+  // Cancelled (of in_parallel.hpp) soon after `stop` is triggered.
   [[nodiscard]] virtual EncodedStep make(const StepRequest& step, std::stop_token stop) const = 0;
 };
 

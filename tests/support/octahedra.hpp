@@ -1,0 +1,74 @@
+// Small closed surfaces cut into tiles, for tests of what carries tiles.
+#pragma once
+
+#include <vector>
+
+#include "common/dataset_info.hpp"
+#include "common/tile.hpp"
+
+namespace multitetra::testing {
+
+inline constexpr int kResolution = kDefaultLatticeResolution;
+
+// A dataset of 33^3 samples that nobody has: only its facts.
+inline DatasetInfo octahedra_info(std::string name = "octahedra") {
+  DatasetInfo info;
+  info.name = std::move(name);
+  info.dims = {33, 33, 33};
+  info.max = 255;
+  info.grid_exponent = 5;
+  info.suggested_isovalues = {100.5};
+  return info;
+}
+
+// The half of an octahedron that lies on one side (-1 or 1) of the plane x = 16, which is the
+// border of two cubes of side 16. Faces look outwards; both halves weld to a closed surface.
+inline std::vector<LatticeTriangle> half_octahedron(std::int32_t side) {
+  constexpr std::int32_t kStep = 1 << kResolution;
+  constexpr LatticePoint kCenter = {16 * kStep, 8 * kStep, 8 * kStep};
+  constexpr std::int32_t kRadius = 4 * kStep;
+  std::vector<LatticeTriangle> triangles;
+  for (const std::int32_t y : {-1, 1}) {
+    for (const std::int32_t z : {-1, 1}) {
+      LatticeTriangle t = {kCenter, kCenter, kCenter};
+      t[0].x += side * kRadius;
+      t[1].y += y * kRadius;
+      t[2].z += z * kRadius;
+      if (side * y * z < 0) std::swap(t[1], t[2]);
+      triangles.push_back(t);
+    }
+  }
+  return triangles;
+}
+
+// The same surface with its first triangle cut in three at an inner point.
+inline std::vector<LatticeTriangle> refined(std::vector<LatticeTriangle> triangles) {
+  const LatticeTriangle t = triangles.front();
+  const LatticePoint inner = {(t[0].x + t[1].x + t[2].x) / 3, (t[0].y + t[1].y + t[2].y) / 3,
+                              (t[0].z + t[1].z + t[2].z) / 3};
+  triangles.front() = {t[0], t[1], inner};
+  triangles.push_back({t[1], t[2], inner});
+  triangles.push_back({t[2], t[0], inner});
+  return triangles;
+}
+
+// The cube that holds the half on that side.
+inline OctreeCube cube_of_half(std::int32_t side) {
+  return {.exponent = 4, .x = side < 0 ? 0 : 1, .y = 0, .z = 0};
+}
+
+inline EncodedTile tile_of(const std::vector<LatticeTriangle>& triangles, const OctreeCube& cube) {
+  return encode_tile(index_triangles(triangles, kResolution), cube);
+}
+
+// An octahedron in two tiles, and the same with the right one refined.
+inline std::vector<EncodedTile> coarse_tiles() {
+  return {tile_of(half_octahedron(-1), cube_of_half(-1)),
+          tile_of(half_octahedron(1), cube_of_half(1))};
+}
+inline std::vector<EncodedTile> fine_tiles() {
+  return {tile_of(half_octahedron(-1), cube_of_half(-1)),
+          tile_of(refined(half_octahedron(1)), cube_of_half(1))};
+}
+
+}  // namespace multitetra::testing
