@@ -2,8 +2,7 @@
 // steps without data.
 //
 // Guaranteed: the same kind and options give the same bits on every machine and with any number of
-// threads, as far as the C library's sin and cos do: only gyroid and marschner-lobb use them on
-// samples.
+// threads.
 #pragma once
 
 #include <array>
@@ -32,7 +31,7 @@ enum class GeneratorKind {
   // Zhou, Chen and Kaufman 1997, whose flat faces fuse into few tetrahedra. Isovalue 127.5.
   kBox,
   // i16, like the Hounsfield units of a CT scan: the Shepp-Logan head of ten ellipsoids. Isovalue
-  // 500.5 is skull, -499.5 skin; see generators.cpp for the table and its sources.
+  // 500.5 is the skull's outside and inside, 100.5 shows the ventricles too; see head_phantom.hpp.
   kHead,
 };
 

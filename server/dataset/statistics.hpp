@@ -1,6 +1,7 @@
 // What the samples of a volume say about it: range, histogram, isovalues worth a look.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -10,6 +11,8 @@
 #include "server/dataset/dataset.hpp"
 
 namespace multitetra {
+
+inline constexpr std::size_t kMaxSuggestedIsovalues = 5;
 
 struct SampleStatistics {
   double min = 0;  // Over the samples that are not void; 0 when all are void.
@@ -23,7 +26,7 @@ struct SampleStatistics {
   std::vector<double> suggested_isovalues;
 };
 
-// Requires samples that are finite or NaN. The same for any number of threads.
+// The same for any number of threads. Throws std::invalid_argument when a sample is infinite.
 [[nodiscard]] SampleStatistics statistics(const Volume& volume);
 
 // The facts of a volume under a name. Throws std::invalid_argument, naming the argument and its

@@ -1,0 +1,185 @@
+#include "server/dataset/dataset_metadata.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "server/dataset/statistics.hpp"
+
+namespace multitetra {
+namespace {
+
+using Json = nlohmann::json;
+
+// Reads the fields of one JSON object. The first trouble is kept and everything after it reads as
+// zero, so that callers ask once at the end.
+class Fields {
+ public:
+  Fields(const Json& object, std::string& trouble) : object_(object), trouble_(trouble) {}
+
+  const Json& at(const char* key) {
+    static const Json kNothing;
+    if (!object_.is_object() || !object_.contains(key)) {
+      complain(key, "is missing");
+      return kNothing;
+    }
+    return object_.at(key);
+  }
+  std::string text(const char* key) {
+    const Json& value = at(key);
+    if (value.is_string()) return value.get<std::string>();
+    complain(key, "is no text");
+    return {};
+  }
+  double number(const char* key) { return number(key, at(key)); }
+  std::uint64_t count(const char* key) { return count(key, at(key)); }
+  std::int32_t integer(const char* key) {
+    const std::uint64_t value = count(key, at(key));
+    if (value > std::numeric_limits<std::int32_t>::max()) complain(key, "is too large");
+    return static_cast<std::int32_t>(value & 0x7FFFFFFFu);
+  }
+  std::optional<double> number_or_null(const char* key) {
+    const Json& value = at(key);
+    if (value.is_null()) return std::nullopt;
+    return number(key, value);
+  }
+  std::vector<double> numbers(const char* key) {
+    std::vector<double> values;
+    for (const Json& value : list(key)) values.push_back(number(key, value));
+    return values;
+  }
+  std::vector<std::uint64_t> counts(const char* key) {
+    std::vector<std::uint64_t> values;
+    for (const Json& value : list(key)) values.push_back(count(key, value));
+    return values;
+  }
+  Vec3 vector(const char* key, const Json& value) {
+    Vec3 result{};
+    if (!value.is_array() || value.size() != 3) {
+      complain(key, "is not made of three numbers");
+      return result;
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) result[axis] = number(key, value[axis]);
+    return result;
+  }
+  Affine affine(const char* key) {
+    const Json& value = at(key);
+    Affine map;
+    if (!value.is_array() || value.size() != 4) {
+      complain(key, "is not made of three columns and a translation");
+      return map;
+    }
+    for (std::size_t column = 0; column < 3; ++column) {
+      map.columns[column] = vector(key, value[column]);
+    }
+    map.translation = vector(key, value[3]);
+    return map;
+  }
+  void complain(const std::string& key, const std::string& what) {
+    if (trouble_.empty()) trouble_ = "field \"" + key + "\" " + what;
+  }
+
+ private:
+  const Json& list(const char* key) {
+    static const Json kEmpty = Json::array();
+    const Json& value = at(key);
+    if (value.is_array()) return value;
+    complain(key, "is no list");
+    return kEmpty;
+  }
+  double number(const char* key, const Json& value) {
+    if (value.is_number()) return value.get<double>();
+    complain(key, "is no number");
+    return 0;
+  }
+  std::uint64_t count(const char* key, const Json& value) {
+    if (value.is_number_unsigned()) return value.get<std::uint64_t>();
+    complain(key, "is no whole number of at least 0");
+    return 0;
+  }
+
+  const Json& object_;
+  std::string& trouble_;
+};
+
+Json to_json(const Affine& map) {
+  return {map.columns[0], map.columns[1], map.columns[2], map.translation};
+}
+
+}  // namespace
+
+std::string metadata_text(const DatasetMetadata& metadata) {
+  const DatasetInfo& info = metadata.info;
+  const Json json = {
+      {"name", info.name},
+      {"dims", info.dims},
+      {"type", name(info.type)},
+      {"spacing", info.spacing},
+      {"index_to_world", to_json(info.index_to_world)},
+      {"min", info.min},
+      {"max", info.max},
+      {"void_samples", info.void_samples},
+      {"outside", info.outside ? Json(*info.outside) : Json()},
+      {"margin", info.margin},
+      {"grid_exponent", info.grid_exponent},
+      {"histogram",
+       {{"low", info.histogram.low},
+        {"high", info.histogram.high},
+        {"counts", info.histogram.counts}}},
+      {"suggested_isovalues", info.suggested_isovalues},
+      {"source", {{"file", metadata.source.file}, {"digest", metadata.source.digest}}},
+      {"program_version", metadata.program_version},
+  };
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Result<DatasetMetadata> parse_metadata(std::string_view text) {
+  const auto damaged = [](const std::string& what) {
+    return fail(ErrorCode::kDamagedData, "Section \"metadata\": " + what);
+  };
+  const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) return damaged("it is no JSON object.");
+
+  std::string trouble;
+  Fields fields(json, trouble);
+  Fields source(fields.at("source"), trouble);
+  Fields histogram(fields.at("histogram"), trouble);
+  DatasetMetadata metadata;
+  DatasetInfo& info = metadata.info;
+  info.name = fields.text("name");
+  const std::vector<std::uint64_t> dims = fields.counts("dims");
+  for (std::size_t axis = 0; axis < 3 && axis < dims.size(); ++axis) {
+    if (dims[axis] <= std::uint64_t{1} << kMaxLatticeBits) {
+      info.dims[axis] = static_cast<std::int32_t>(dims[axis]);
+    }
+  }
+  if (dims.size() != 3) fields.complain("dims", "is not made of three numbers");
+  const auto type = sample_type_from(fields.text("type"));
+  if (!type) fields.complain("type", "is none of u8, i8, u16, i16, f32");
+  info.type = type.value_or(SampleType::kU8);
+  info.spacing = fields.vector("spacing", fields.at("spacing"));
+  info.index_to_world = fields.affine("index_to_world");
+  info.min = fields.number("min");
+  info.max = fields.number("max");
+  info.void_samples = fields.count("void_samples");
+  info.outside = fields.number_or_null("outside");
+  info.margin = fields.integer("margin");
+  info.grid_exponent = fields.integer("grid_exponent");
+  info.histogram.low = histogram.number("low");
+  info.histogram.high = histogram.number("high");
+  info.histogram.counts = histogram.counts("counts");
+  info.suggested_isovalues = fields.numbers("suggested_isovalues");
+  metadata.source = {.file = source.text("file"), .digest = source.text("digest")};
+  metadata.program_version = fields.text("program_version");
+  if (!trouble.empty()) return damaged(trouble + ".");
+  if (const auto problem = first_problem(info)) return damaged(*problem);
+  return metadata;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,20 @@
+// The section "metadata" of a prepared dataset: JSON text.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "common/result.hpp"
+#include "server/dataset/dataset_format.hpp"
+
+namespace multitetra {
+
+// The same text for the same metadata; numbers come back bit for bit. Bytes of the source note that
+// are not UTF-8 become U+FFFD.
+[[nodiscard]] std::string metadata_text(const DatasetMetadata& metadata);
+
+// kDamagedData, with the field and what is wrong, unless every field is there, of its type, and the
+// whole has no `first_problem`. Fields it does not know are left out.
+[[nodiscard]] Result<DatasetMetadata> parse_metadata(std::string_view text);
+
+}  // namespace multitetra

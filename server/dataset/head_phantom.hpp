@@ -1,0 +1,45 @@
+// The three-dimensional Shepp-Logan head phantom, in Hounsfield units.
+//
+// Ten ellipsoids in the cube [-1, 1]^3 whose values add up. Shapes and places: A. C. Kak and M.
+// Slaney, "Principles of Computerized Tomographic Imaging", IEEE Press 1988, chapter 3 (after L. A.
+// Shepp and B. F. Logan, "The Fourier Reconstruction of a Head Section", IEEE Transactions on
+// Nuclear Science 21, 1974); the same table is the variant "yu-ye-wang" of M. Schabel's phantom3d.
+// The published contrasts of one or two percent are stretched so that a few isovalues tell the
+// tissues apart: air -1000, ventricles 0, brain 200, tumours 300, skull 1000.
+//
+// As in a scanner a sample is the mean over its voxel: across a surface the value runs linearly
+// over one voxel, so an isosurface half way lies where the ellipsoid's does.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+namespace multitetra {
+
+class HeadPhantom {
+ public:
+  // Samples lie on a cube of `size` samples a side, at least 2.
+  explicit HeadPhantom(std::int32_t size);
+
+  // The values of the samples of one row along x.
+  void fill_row(std::int32_t y, std::int32_t z, std::span<double> row) const;
+
+ private:
+  struct Ellipsoid {
+    double value;
+    std::array<double, 3> inverse_axes;  // 1 / semi-axis.
+    std::array<double, 3> centre;
+    double cosine;  // Of its rotation about z.
+    double sine;
+    std::array<double, 3> half_extents;  // Of its bounding box, with one voxel around it.
+  };
+
+  void add(const Ellipsoid& ellipsoid, double y, double z, std::span<double> row) const;
+
+  double size_;
+  double voxel_;  // Distance between samples.
+  std::array<Ellipsoid, 10> ellipsoids_;
+};
+
+}  // namespace multitetra
