@@ -1,0 +1,44 @@
+// Any payload is refused or decodes to a mesh that keeps its promise, whatever Draco makes of it.
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string>
+
+#include "common/tile.hpp"
+#include "common/tile_payload.hpp"
+#include "tests/fuzz/require.hpp"
+
+namespace {
+
+using namespace multitetra;
+
+// The first 20 bytes are the part of the promise that the payload does not tell itself: the digest
+// and the number of vertices.
+constexpr std::size_t kPromiseBytes = 20;
+// Below kMaxTileTriangles, for the sake of pace.
+constexpr std::uint32_t kMaxTriangles = 1 << 16;
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size < kPromiseBytes) return 0;
+  TileSummary promised{.cube = {15, 0, 0, 0}, .bytes = static_cast<std::uint32_t>(size - 20)};
+  std::memcpy(&promised.digest, data, 16);
+  std::memcpy(&promised.vertices, data + 16, 4);
+  const std::string_view payload(reinterpret_cast<const char*>(data) + kPromiseBytes,
+                                 size - kPromiseBytes);
+  const Result<TilePayloadClaims> claims = read_claims(payload);
+  if (!claims || claims->triangles > kMaxTriangles) return 0;
+  promised.triangles = claims->triangles;
+  promised.vertices = std::min(promised.vertices, claims->vertices);
+  const Result<LatticeMesh> mesh = decode_tile(payload, promised, 5);
+  if (!mesh) {
+    require(mesh.error().code == ErrorCode::kDamagedData);
+    return 0;
+  }
+  require(digest(*mesh) == promised.digest);
+  const EncodedTile again = encode_tile(*mesh, promised.cube);
+  require(decode_tile(*again.payload, again.summary, 5).has_value());
+  return 0;
+}

@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# Builds all libFuzzer harnesses and runs each for SECONDS (60 by default); stops at the first
+# finding. What was learnt stays in build/fuzz/corpus for the next run. A finding is kept in
+# build/fuzz/findings: mend it, and keep it as a golden file with a named test.
+#   bash tests/fuzz/run.sh [SECONDS]
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+seconds=${1:-60}
+build=${MULTITETRA_FUZZ_BUILD:-build/fuzz}
+
+cmake --preset fuzz -B "$build" >/dev/null
+cmake --build "$build"
+"$build/bin/write_seeds" "$build/seeds"
+mkdir -p "$build/findings"
+for harness in fuzz_frame fuzz_client_message fuzz_server_message fuzz_tile fuzz_tile_round_trip; do
+  mkdir -p "$build/corpus/$harness"
+  echo "== $harness, $seconds s"
+  if ! "$build/bin/$harness" -max_total_time="$seconds" -max_len=16384 -timeout=10 \
+      -rss_limit_mb=1024 -malloc_limit_mb=512 -print_final_stats=1 -verbosity=0 \
+      -artifact_prefix="$build/findings/$harness-" "$build/corpus/$harness" \
+      "$build/seeds/$harness" 2>"$build/findings/$harness.log"; then
+    tail -40 "$build/findings/$harness.log"
+    echo "$harness found something: see $build/findings" >&2
+    exit 1
+  fi
+  grep -E 'number_of_executed_units|peak_rss_mb' "$build/findings/$harness.log"
+done
+echo "No finding."

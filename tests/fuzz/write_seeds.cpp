@@ -1,0 +1,66 @@
+// Writes the inputs that fuzzing starts from: valid messages, frames and tiles.
+//   write_seeds DIRECTORY    fills DIRECTORY/<harness>/
+#include <cstring>
+#include <filesystem>
+#include <random>
+#include <string>
+
+#include "common/frame.hpp"
+#include "common/mesh_files.hpp"
+#include "common/messages.hpp"
+#include "tests/common/sample_messages.hpp"
+#include "tests/common/surfaces.hpp"
+
+namespace {
+
+using namespace multitetra;
+
+void write(const std::filesystem::path& folder, int number, const std::string& bytes) {
+  std::filesystem::create_directories(folder);
+  write_file(folder / ("seed" + std::to_string(number)), bytes);
+}
+
+std::string framed(const std::string& content) {
+  return frame_header(static_cast<std::uint32_t>(content.size())) + content;
+}
+
+// As fuzz_tile.cpp reads it.
+std::string promised_tile(const LatticeMesh& mesh, int speed) {
+  const EncodedTile tile = encode_tile(mesh, {15, 0, 0, 0}, speed);
+  std::string bytes(20, '\0');
+  std::memcpy(bytes.data(), &tile.summary.digest, 16);
+  std::memcpy(bytes.data() + 16, &tile.summary.vertices, 4);
+  return bytes + *tile.payload;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) return 2;
+  const std::filesystem::path root = argv[1];
+  std::mt19937_64 random(1);
+  int number = 0;
+  for (int i = 0; i < 4; ++i) {
+    for (std::size_t kind = 0; kind < std::variant_size_v<ClientMessage>; ++kind) {
+      const std::string bytes = serialize(samples::client_message(kind, random));
+      write(root / "fuzz_client_message", ++number, bytes);
+      write(root / "fuzz_frame", number, "\7" + framed(bytes) + framed(bytes));
+    }
+    for (std::size_t kind = 0; kind < std::variant_size_v<ServerMessage>; ++kind) {
+      write(root / "fuzz_server_message", ++number,
+            serialize(samples::server_message(kind, random)));
+    }
+  }
+  for (int speed = 0; speed < 10; ++speed) {
+    const auto seed = static_cast<unsigned>(speed);
+    write(root / "fuzz_tile", ++number,
+          promised_tile(surfaces::torus(5, 6 + speed, 5, 0.2, seed), speed));
+    write(root / "fuzz_tile", ++number,
+          promised_tile(surfaces::torus(5, 34, 15, 0.2, seed), speed));
+  }
+  write(root / "fuzz_tile", ++number, promised_tile(surfaces::touching_octahedra(5), 5));
+  std::string triangles(1 + 3 * 60, '\0');
+  for (char& byte : triangles) byte = static_cast<char>(random());
+  write(root / "fuzz_tile_round_trip", ++number, triangles);
+  return 0;
+}
