@@ -234,12 +234,5 @@ TEST(Tile, InAnotherFormOfDracoIsRefused) {
   }
 }
 
-TEST(DracoFile, HoldsPositionsWithinHalfAQuantizationStep) {
-  const LatticeMesh mesh = surfaces::torus(5, 12, 8, 0.2, 1);
-  const std::string file = encode_draco_file(positioned(mesh, Affine{}), 14);
-  EXPECT_EQ(file.substr(0, 5), "DRACO");
-  EXPECT_LT(file.size(), mesh.triangles.size() * 12);
-}
-
 }  // namespace
 }  // namespace multitetra
