@@ -194,7 +194,7 @@ class TemporaryHeader {
 [[noreturn]] void fail_truncated(const fs::path& file, std::uint64_t found, std::uint64_t needed,
                                  std::string_view what) {
   fail_reading(file,
-               "it ends too early or is damaged: its header promises " + std::to_string(needed) +
+               "it ends too early or is damaged; its header promises " + std::to_string(needed) +
                    " " + std::string(what) + " and " + std::to_string(found) + " are there",
                "Get a whole copy of it");
 }
@@ -262,13 +262,16 @@ void check_vtk(const fs::path& file, const itk::VTKImageIO& io, std::uint64_t ne
   }
 }
 
-// NRRD and TIFF need no check: their readers tell.
+// NRRD needs no check: its reader tells.
 void check_payload(const fs::path& file, itk::ImageIOBase& io) {
   const auto needed = static_cast<std::uint64_t>(io.GetImageSizeInBytes());
   if (auto* const meta = dynamic_cast<itk::MetaImageIO*>(&io))
     check_meta_image(file, *meta, needed);
   if (auto* const nifti = dynamic_cast<itk::NiftiImageIO*>(&io)) check_nifti(file, *nifti);
   if (auto* const vtk = dynamic_cast<itk::VTKImageIO*>(&io)) check_vtk(file, *vtk, needed);
+  if (dynamic_cast<itk::TIFFImageIO*>(&io) != nullptr && !tiff_directories_are_whole(file)) {
+    fail_reading(file, "it ends before its last page", "Get a whole copy of it");
+  }
 }
 
 void fill_from(const itk::ImageIOBase::Pointer& io, void* memory) {

@@ -43,6 +43,29 @@ class Inflater {
   z_stream stream_{};
 };
 
+// Numbers of a TIFF file, in its byte order; reading beyond the end makes `good` false.
+class TiffNumbers {
+ public:
+  explicit TiffNumbers(const fs::path& file) : in_(file, std::ios::binary) {
+    little_ = number(0, 1) == 'I';
+  }
+  std::uint64_t number(std::uint64_t offset, std::size_t bytes) {
+    std::array<unsigned char, 8> raw{};
+    in_.seekg(static_cast<std::streamoff>(offset));
+    in_.read(reinterpret_cast<char*>(raw.data()), static_cast<std::streamsize>(bytes));
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < bytes; ++i) {
+      value = value << 8 | raw[little_ ? bytes - 1 - i : i];
+    }
+    return value;
+  }
+  [[nodiscard]] bool good() const { return in_.good(); }
+
+ private:
+  std::ifstream in_;
+  bool little_ = false;
+};
+
 }  // namespace
 
 std::optional<std::uint64_t> inflated_bytes(const fs::path& file, std::uint64_t offset) {
@@ -93,6 +116,22 @@ std::uint64_t numbers_in_text(const fs::path& file, std::uint64_t offset, std::u
     }
   }
   return words < enough ? words : enough;
+}
+
+bool tiff_directories_are_whole(const fs::path& file) {
+  TiffNumbers tiff(file);
+  const bool big = tiff.number(2, 2) == 43;  // BigTIFF: 64-bit counts and offsets.
+  const std::uint64_t entry_bytes = big ? 20 : 12;
+  const std::size_t count_bytes = big ? 8 : 2;
+  const std::size_t offset_bytes = big ? 8 : 4;
+  const std::uint64_t most_pages = bytes_after(file, 0) / entry_bytes + 1;  // More is a cycle.
+  std::uint64_t directory = tiff.number(big ? 8 : 4, offset_bytes);
+  for (std::uint64_t page = 0; directory != 0 && tiff.good(); ++page) {
+    if (page > most_pages) return false;
+    const std::uint64_t entries = tiff.number(directory, count_bytes);
+    directory = tiff.number(directory + count_bytes + entries * entry_bytes, offset_bytes);
+  }
+  return tiff.good();
 }
 
 std::uint64_t bytes_after(const fs::path& file, std::uint64_t offset) {

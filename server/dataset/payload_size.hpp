@@ -20,4 +20,8 @@ namespace multitetra {
 // The bytes of the file from `offset` on; 0 when there is no such file.
 [[nodiscard]] std::uint64_t bytes_after(const std::filesystem::path& file, std::uint64_t offset);
 
+// Whether the chain of a TIFF file's directories, one for each page, ends inside the file. (libtiff
+// takes a file that ends between two pages for one with fewer pages.)
+[[nodiscard]] bool tiff_directories_are_whole(const std::filesystem::path& file);
+
 }  // namespace multitetra
