@@ -18,7 +18,8 @@ struct ConnectionOptions {
   std::chrono::milliseconds write_timeout{60'000};      // For one message to leave for the client.
   std::chrono::milliseconds linger{1'000};  // For the client to read our last words and hang up.
   std::uint32_t max_message_bytes = kMaxClientFrameBytes;  // What we accept.
-  std::optional<int> send_buffer_bytes;  // Of the socket; none leaves it to the system.
+  std::optional<int> send_buffer_bytes =
+      std::nullopt;  // Of the socket; none leaves it to the system.
 };
 
 class Connection : public std::enable_shared_from_this<Connection> {
