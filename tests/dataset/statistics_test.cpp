@@ -1,1 +1,187 @@
+#include "server/dataset/statistics.hpp"
 
+#include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "server/dataset/generators.hpp"
+#include "server/dataset/suggested_isovalues.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+Volume row_of(Samples samples) {
+  const auto size = std::visit([](const auto& values) { return values.size(); }, samples);
+  Volume volume;
+  volume.dims = {static_cast<std::int32_t>(size), 1, 1};
+  volume.samples = std::move(samples);
+  return volume;
+}
+
+std::uint64_t total(const Histogram& histogram) {
+  return std::accumulate(histogram.counts.begin(), histogram.counts.end(), std::uint64_t{0});
+}
+
+TEST(Statistics, SmallIntegerRangesHaveABinForEachValue) {
+  const SampleStatistics facts = statistics(row_of(std::vector<std::int16_t>{-3, -3, -1, 2, 2, 2}));
+  EXPECT_EQ(facts.min, -3);
+  EXPECT_EQ(facts.max, 2);
+  EXPECT_EQ(facts.void_samples, 0u);
+  EXPECT_EQ(facts.histogram, (Histogram{-3.5, 2.5, {2, 0, 1, 0, 0, 3}}));
+}
+
+TEST(Statistics, LargeIntegerRangesHaveBinsWithEdgesBetweenIntegers) {
+  std::vector<std::uint16_t> samples(1000);
+  std::iota(samples.begin(), samples.end(), std::uint16_t{100});
+  const Histogram histogram = statistics(row_of(samples)).histogram;
+  EXPECT_EQ(histogram.low, 99.5);
+  EXPECT_EQ(histogram.high, 1099.5);  // 250 bins of 4 values.
+  EXPECT_EQ(histogram.counts, std::vector<std::uint64_t>(250, 4));
+}
+
+TEST(Statistics, ExtremesOfEveryIntegerTypeAreCounted) {
+  const auto check = [](auto lowest, auto highest) {
+    using Sample = decltype(lowest);
+    const SampleStatistics facts = statistics(row_of(std::vector<Sample>{highest, lowest}));
+    EXPECT_EQ(facts.min, lowest);
+    EXPECT_EQ(facts.max, highest);
+    EXPECT_EQ(facts.histogram.counts.size(), 256u);
+    EXPECT_EQ(facts.histogram.counts.front(), 1u);
+    EXPECT_EQ(facts.histogram.counts.back(), 1u);
+  };
+  check(std::uint8_t{0}, std::uint8_t{255});
+  check(std::int8_t{-128}, std::int8_t{127});
+  check(std::uint16_t{0}, std::uint16_t{65535});
+  check(std::int16_t{-32768}, std::int16_t{32767});
+}
+
+TEST(Statistics, NanIsVoidAndCountsNowhereElse) {
+  const SampleStatistics facts =
+      statistics(row_of(std::vector<float>{kNan, -1.0F, kNan, 3.0F, 0.5F}));
+  EXPECT_EQ(facts.min, -1);
+  EXPECT_EQ(facts.max, 3);
+  EXPECT_EQ(facts.void_samples, 2u);
+  EXPECT_EQ(facts.histogram.low, -1);
+  EXPECT_EQ(facts.histogram.high, 3);
+  EXPECT_EQ(facts.histogram.counts.size(), 256u);
+  EXPECT_EQ(facts.histogram.counts.back(), 1u);
+  EXPECT_EQ(total(facts.histogram), 3u);
+}
+
+TEST(Statistics, AVolumeOfOneValueOrNoneHasOneBinAndSuggestsNothing) {
+  const SampleStatistics equal = statistics(row_of(std::vector<float>(5, 2.0F)));
+  EXPECT_EQ(equal.histogram, (Histogram{1.5, 2.5, {5}}));
+  EXPECT_TRUE(equal.suggested_isovalues.empty());
+  const SampleStatistics none = statistics(row_of(std::vector<float>(5, kNan)));
+  EXPECT_EQ(none.void_samples, 5u);
+  EXPECT_EQ(none.min, 0);
+  EXPECT_EQ(none.histogram, (Histogram{-0.5, 0.5, {0}}));
+  EXPECT_TRUE(statistics(row_of(std::vector<std::uint8_t>(5, 9))).suggested_isovalues.empty());
+}
+
+TEST(Statistics, AnInfiniteSampleIsRefused) {
+  const float infinity = std::numeric_limits<float>::infinity();
+  EXPECT_THROW((void)statistics(row_of(std::vector<float>{1, infinity})), std::invalid_argument);
+  EXPECT_THROW((void)statistics(row_of(std::vector<float>{-infinity, 1})), std::invalid_argument);
+  EXPECT_THROW((void)statistics(row_of(std::vector<float>{infinity})), std::invalid_argument);
+}
+
+TEST(Statistics, DoNotDependOnTheNumberOfThreads) {
+  // Larger than several portions of work.
+  const Volume volume = generate(GeneratorKind::kGyroid, {.size = 150, .noise = 0.1});
+  const SampleStatistics many = statistics(volume);
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const SampleStatistics single = statistics(volume);
+  EXPECT_EQ(single.min, many.min);
+  EXPECT_EQ(single.max, many.max);
+  EXPECT_EQ(single.histogram, many.histogram);
+  EXPECT_EQ(total(many.histogram), volume.size());
+}
+
+TEST(SuggestedIsovalues, PartTheClassesOfAHistogram) {
+  Histogram histogram{-0.5, 99.5, std::vector<std::uint64_t>(100)};
+  for (const std::size_t centre : {10u, 40u, 80u}) {
+    for (std::size_t i = centre - 3; i <= centre + 3; ++i) histogram.counts[i] = 50;
+  }
+  const std::vector<double> isovalues = suggested_isovalues(histogram);
+  ASSERT_GE(isovalues.size(), 2u);
+  const auto suggests = [&](double low, double high) {
+    for (const double value : isovalues) {
+      if (value > low && value < high) return true;
+    }
+    return false;
+  };
+  EXPECT_TRUE(suggests(13, 37));
+  EXPECT_TRUE(suggests(43, 77));
+}
+
+TEST(SuggestedIsovalues, TwoValuesArePartedInTheMiddle) {
+  const Volume box = generate(GeneratorKind::kBox, {.size = 17});
+  EXPECT_EQ(statistics(box).suggested_isovalues, std::vector<double>{127.5});
+}
+
+TEST(SuggestedIsovalues, LieInsideTheRangeAndNeverOnAnInteger) {
+  const Volume head = generate(GeneratorKind::kHead, {.size = 40, .noise = 20});
+  const SampleStatistics facts = statistics(head);
+  EXPECT_GE(facts.suggested_isovalues.size(), 2u);
+  EXPECT_LE(facts.suggested_isovalues.size(), kMaxSuggestedIsovalues);
+  for (const double isovalue : facts.suggested_isovalues) {
+    EXPECT_GT(isovalue, facts.min);
+    EXPECT_LT(isovalue, facts.max);
+    EXPECT_EQ(isovalue - std::floor(isovalue), 0.5) << isovalue;
+  }
+}
+
+TEST(Describe, TellsTheFactsOfAVolume) {
+  Volume volume = generate(GeneratorKind::kBox, {.size = 17});
+  volume.spacing = {1, 2, 3};
+  volume.index_to_world = {.columns = {Vec3{1, 0, 0}, Vec3{0, 2, 0}, Vec3{0, 0, 3}},
+                           .translation = {4, 5, 6}};
+  const DatasetInfo info = describe(volume, "box", 0.0, 1);
+  EXPECT_EQ(info.name, "box");
+  EXPECT_EQ(info.dims, volume.dims);
+  EXPECT_EQ(info.type, SampleType::kU8);
+  EXPECT_EQ(info.spacing, volume.spacing);
+  EXPECT_EQ(info.index_to_world, volume.index_to_world);
+  EXPECT_EQ(info.outside, 0.0);
+  EXPECT_EQ(info.grid_exponent, 5);  // 16 steps and a margin of 1 on both sides.
+  EXPECT_EQ(first_problem(info), std::nullopt);
+  EXPECT_EQ(describe(volume, "box", std::nullopt, 0).grid_exponent, 4);
+}
+
+TEST(Describe, RefusesWhatIsOutsideItsRangeAndSaysSo) {
+  const Volume volume = row_of(std::vector<std::uint8_t>{1, 2});
+  const auto refused = [&](const std::string& name, std::optional<double> outside,
+                           std::int32_t margin) -> std::string {
+    try {
+      (void)describe(volume, name, outside, margin);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(refused("h\xC3\xA4nd \xF0\x9F\xA6\x8E", 1.0, 3), "accepted");
+  EXPECT_EQ(refused(std::string(255, 'a'), {}, 0), "accepted");
+  for (const std::string& name :
+       {std::string(), std::string(256, 'a'), std::string("a/b"), std::string("a\nb"),
+        std::string("a\0b", 3), std::string("\x7F"), std::string("\xFF"), std::string("\xC3"),
+        std::string("\xC0\xAF"), std::string("\xE0\x80\xAF"), std::string("\xED\xA0\x80"),
+        std::string("\xF4\x90\x80\x80")}) {
+    EXPECT_NE(refused(name, {}, 0).find("name"), std::string::npos) << name;
+  }
+  EXPECT_NE(refused("a", {}, -1).find("margin"), std::string::npos);
+  EXPECT_NE(refused("a", {}, 5000).find("margin"), std::string::npos);
+  EXPECT_NE(refused("a", {}, 4096).find("largest grid"), std::string::npos);
+  EXPECT_NE(refused("a", std::nan(""), 0).find("outside"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace multitetra
