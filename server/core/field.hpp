@@ -41,6 +41,35 @@ class SampledField {
     return static_cast<float>(samples_[x + row_ * y + slice_ * z]);
   }
 
+  // Whether the values at the points p + step * offset are on different sides of c, or any of them
+  // is void. `offsets` have coordinates -1, 0 and 1.
+  template <typename Offsets>
+  [[nodiscard]] bool is_mixed(GridPoint p, std::int32_t step, const Offsets& offsets,
+                              double c) const {
+    const GridPoint i = p - GridPoint{margin_, margin_, margin_};
+    const bool is_inside = i.x >= step && i.y >= step && i.z >= step && i.x + step < dims_[0] &&
+                           i.y + step < dims_[1] && i.z + step < dims_[2];
+    int positive = 0;
+    int negative = 0;
+    if (is_inside) {
+      const Sample* centre = samples_ + (i.x + row_ * i.y + slice_ * i.z);
+      for (const GridPoint offset : offsets) {
+        const auto value =
+            static_cast<double>(centre[step * (offset.x + row_ * offset.y + slice_ * offset.z)]);
+        positive += value > c ? 1 : 0;
+        negative += value <= c ? 1 : 0;
+      }
+    } else {
+      for (const GridPoint offset : offsets) {
+        const auto value = static_cast<double>(at(p + step * offset));
+        positive += value > c ? 1 : 0;
+        negative += value <= c ? 1 : 0;
+      }
+    }
+    const auto count = static_cast<int>(offsets.size());
+    return positive != count && negative != count;
+  }
+
  private:
   const Sample* samples_;
   std::array<std::int32_t, 3> dims_;

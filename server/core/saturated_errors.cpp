@@ -1,8 +1,13 @@
 #include "server/core/saturated_errors.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+
+#include "server/core/own_error.hpp"
 
 namespace multitetra {
 namespace {
@@ -17,6 +22,54 @@ float rounded_up(double value) {
   return static_cast<double>(nearest) >= value
              ? nearest
              : std::nextafter(nearest, std::numeric_limits<float>::infinity());
+}
+
+int exponent_of(std::int32_t spacing) {
+  return std::countr_zero(static_cast<std::uint32_t>(spacing));
+}
+
+// The points of a row along x that have one kind: their diamonds and children lie at the same
+// offsets, whichever diagonal of a face or cube is the split edge.
+struct RowShape {
+  PointKind kind;
+  std::int32_t first;  // Least x, in units of the spacing; the points are two units apart.
+  PointList<11>
+      diamond;  // Offsets of the point, its split edge and its link, in units of the spacing.
+  PointList<8> children;  // Offsets in units of the children's spacing.
+};
+
+// The shape of the points of `kind` in the row (y, z), from x = low on; `first` < low when there
+// are none.
+RowShape row_shape(PointKind kind, std::int32_t low, std::int32_t y, std::int32_t z) {
+  RowShape shape{.kind = kind, .first = low - 1, .diamond = {}, .children = {}};
+  const int odd = kind == PointKind::kEdge ? 1 : kind == PointKind::kFace ? 2 : 3;
+  const int x_parity = odd - (y & 1) - (z & 1);
+  if (x_parity != 0 && x_parity != 1) return shape;
+  shape.first = low + ((low & 1) == x_parity ? 0 : 1);
+
+  const std::array<bool, 3> is_odd = {x_parity == 1, (y & 1) != 0, (z & 1) != 0};
+  for (int code = 0; code < 27; ++code) {
+    const GridPoint offset = {code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1};
+    int along_odd = 0;
+    int along_even = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (offset[axis] != 0) ++(is_odd[static_cast<std::size_t>(axis)] ? along_odd : along_even);
+    }
+    const int steps = along_odd + along_even;
+    // Edge: its two ends and the eight points across. Face: four corners and the two points along
+    // the normal. Cube: eight corners.
+    const bool in_diamond = steps == 0 ||
+                            (kind == PointKind::kEdge && along_odd * along_even == 0) ||
+                            (kind == PointKind::kFace &&
+                             (steps == 2 ? along_odd == 2 : steps == 1 && along_even == 1)) ||
+                            (kind == PointKind::kCube && steps == 3);
+    if (in_diamond) shape.diamond.push_back(offset);
+    const bool is_child = (kind == PointKind::kEdge && steps == 3) ||
+                          (kind == PointKind::kFace && steps == 1 && along_odd == 1) ||
+                          (kind == PointKind::kCube && steps == 1);
+    if (is_child) shape.children.push_back(offset);
+  }
+  return shape;
 }
 
 }  // namespace
@@ -35,89 +88,124 @@ std::size_t SaturatedErrors::Level::index(GridPoint unit_point) const {
               static_cast<std::size_t>(extent.y) * static_cast<std::size_t>(at.z));
 }
 
-SaturatedErrors::SaturatedErrors(const Field& field, double isovalue, ErrorMeasure measure,
-                                 TopologyRule rule, const ForEach& for_each) {
-  const Grid& grid = field.grid();
-  const StepLengths lengths(field.spacing());
-  for (int exponent = 0; exponent < grid.exponent(); ++exponent) {
-    const std::int32_t last = grid.side() >> exponent;
-    const auto low = [&](std::int32_t v) { return std::max(0, floor_shift(v, exponent) - 3); };
-    const auto high = [&](std::int32_t v) { return std::min(last, ceil_shift(v, exponent) + 3); };
-    const GridPoint first_sample = field.first_sample();
-    const GridPoint last_sample = field.last_sample();
-    Level level;
-    level.low = {low(first_sample.x), low(first_sample.y), low(first_sample.z)};
-    level.extent = GridPoint{high(last_sample.x), high(last_sample.y), high(last_sample.z)} -
-                   level.low + GridPoint{1, 1, 1};
-    const std::size_t size = static_cast<std::size_t>(level.extent.x) *
-                             static_cast<std::size_t>(level.extent.y) *
-                             static_cast<std::size_t>(level.extent.z);
-    level.error.assign(size, 0.0F);
-    level.flip.assign(size, 0);
-    levels_.push_back(std::move(level));
-
-    for (const PointKind kind : {PointKind::kEdge, PointKind::kFace, PointKind::kCube}) {
-      for_each(static_cast<std::size_t>(levels_.back().extent.z), [&](std::size_t slice) {
-        field.visit([&](const auto& sampled) {
-          fill(sampled, grid, lengths, exponent, kind, static_cast<std::int32_t>(slice), isovalue,
-               measure, rule);
-        });
-      });
-    }
-  }
+SaturatedErrors::Level SaturatedErrors::level_for(const Field& field, int exponent) {
+  const std::int32_t last = field.grid().side() >> exponent;
+  const auto low = [&](std::int32_t v) { return std::max(0, floor_shift(v, exponent) - 3); };
+  const auto high = [&](std::int32_t v) { return std::min(last, ceil_shift(v, exponent) + 3); };
+  const GridPoint first_sample = field.first_sample();
+  const GridPoint last_sample = field.last_sample();
+  Level level;
+  level.low = {low(first_sample.x), low(first_sample.y), low(first_sample.z)};
+  level.extent = GridPoint{high(last_sample.x), high(last_sample.y), high(last_sample.z)} -
+                 level.low + GridPoint{1, 1, 1};
+  const std::size_t size = static_cast<std::size_t>(level.extent.x) *
+                           static_cast<std::size_t>(level.extent.y) *
+                           static_cast<std::size_t>(level.extent.z);
+  level.error.assign(size, 0.0F);
+  level.flip.assign(size, 0);
+  return level;
 }
 
+// Fills one level, whose finer neighbour is complete. All values are 0 before, so that only points
+// whose own error or children's errors are not 0 cost more than a glance.
 template <typename Sample>
-void SaturatedErrors::fill(const SampledField<Sample>& field, const Grid& grid,
-                           const StepLengths& lengths, int exponent, PointKind kind,
-                           std::int32_t slice, double isovalue, ErrorMeasure measure,
-                           TopologyRule rule) {
-  Level& level = levels_[static_cast<std::size_t>(exponent)];
-  const std::int32_t z = level.low.z + slice;
-  const auto odd_axes = kind == PointKind::kEdge ? 1 : kind == PointKind::kFace ? 2 : 3;
-  for (std::int32_t y = level.low.y; y < level.low.y + level.extent.y; ++y) {
-    // The parity of x follows from the kind and the other two.
-    const int odd_yz = (y & 1) + (z & 1);
-    if (odd_axes - odd_yz < 0 || odd_axes - odd_yz > 1) continue;
-    const std::int32_t x_parity = odd_axes - odd_yz;
-    std::int32_t x = level.low.x + ((level.low.x & 1) == x_parity ? 0 : 1);
-    for (; x < level.low.x + level.extent.x; x += 2) {
-      const DividingPoint point((1 << exponent) * GridPoint{x, y, z});
-      const OwnError own = own_error(field, grid, lengths, point, isovalue);
+class SaturatedErrors::Pass {
+ public:
+  Pass(std::vector<Level>& levels, const Grid& grid, const SampledField<Sample>& field,
+       const StepLengths& lengths, double isovalue, ErrorMeasure measure, TopologyRule rule)
+      : level_(levels.back()),
+        finer_(levels.size() > 1 ? &levels[levels.size() - 2] : nullptr),
+        exponent_(static_cast<int>(levels.size()) - 1),
+        grid_(grid),
+        field_(field),
+        lengths_(lengths),
+        isovalue_(isovalue),
+        measure_(measure),
+        rule_(rule) {}
 
-      ErrorBound below;
-      for (const GridPoint child : point.children(grid)) {
-        const ErrorBound bound_of_child = bound(DividingPoint(child));
-        below.error = std::max(below.error, bound_of_child.error);
-        below.flip_spacing = std::max(below.flip_spacing, bound_of_child.flip_spacing);
-      }
-      const std::size_t at = level.index({x, y, z});
-      level.error[at] = measure == ErrorMeasure::kPaper
-                            ? std::max(below.error, rounded_up(own.displacement))
-                            : rounded_up(own.certified + static_cast<double>(below.error));
-      const bool forbidden = rule == TopologyRule::kPaper ? own.flip : own.critical;
-      int flip = 0;
-      while (below.flip_spacing >> flip != 0) ++flip;
-      level.flip[at] = static_cast<std::uint8_t>(forbidden ? exponent + 1 : flip);
+  void fill_slice(PointKind kind, std::int32_t z) const {
+    for (std::int32_t y = level_.low.y; y < level_.low.y + level_.extent.y; ++y) {
+      const RowShape shape = row_shape(kind, level_.low.x, y, z);
+      if (shape.first < level_.low.x) continue;
+      for (std::int32_t x = shape.first; x < level_.low.x + level_.extent.x; x += 2)
+        fill(shape, {x, y, z});
     }
   }
+
+ private:
+  void fill(const RowShape& shape, GridPoint unit_point) const {
+    const GridPoint at = (1 << exponent_) * unit_point;
+    const bool is_active = field_.is_mixed(at, 1 << exponent_, shape.diamond, isovalue_);
+    const ErrorBound below = worst_child(shape, unit_point);
+    if (!is_active && below.error == 0 && below.flip_spacing == 0) return;
+
+    const OwnError own =
+        is_active ? own_error(field_, grid_, lengths_, DividingPoint(at), isovalue_) : OwnError{};
+    const std::size_t index = level_.index(unit_point);
+    level_.error[index] = measure_ == ErrorMeasure::kPaper
+                              ? std::max(below.error, rounded_up(own.displacement))
+                              : rounded_up(own.certified + static_cast<double>(below.error));
+    const bool is_forbidden = rule_ == TopologyRule::kPaper ? own.flip : own.critical;
+    const int flip_below = below.flip_spacing == 0 ? 0 : 1 + exponent_of(below.flip_spacing);
+    level_.flip[index] = static_cast<std::uint8_t>(is_forbidden ? 1 + exponent_ : flip_below);
+  }
+
+  [[nodiscard]] ErrorBound worst_child(const RowShape& shape, GridPoint unit_point) const {
+    const bool are_finer = shape.kind == PointKind::kEdge;
+    if (are_finer && finer_ == nullptr) return {};
+    const Level& level = are_finer ? *finer_ : level_;
+    const GridPoint centre = are_finer ? 2 * unit_point : unit_point;
+    ErrorBound worst;
+    for (const GridPoint offset : shape.children) {
+      if (!level.contains(centre + offset)) continue;
+      const ErrorBound child = level.bound(level.index(centre + offset));
+      worst.error = std::max(worst.error, child.error);
+      worst.flip_spacing = std::max(worst.flip_spacing, child.flip_spacing);
+    }
+    return worst;
+  }
+
+  Level& level_;
+  const Level* finer_;  // Null at spacing 1.
+  int exponent_;
+  const Grid& grid_;
+  const SampledField<Sample>& field_;
+  const StepLengths& lengths_;
+  double isovalue_;
+  ErrorMeasure measure_;
+  TopologyRule rule_;
+};
+
+SaturatedErrors::SaturatedErrors(const Field& field, double isovalue, ErrorMeasure measure,
+                                 TopologyRule rule, const ForEach& for_each) {
+  const StepLengths lengths(field.spacing());
+  field.visit([&]<typename Sample>(const SampledField<Sample>& sampled) {
+    for (int exponent = 0; exponent < field.grid().exponent(); ++exponent) {
+      levels_.push_back(level_for(field, exponent));
+      const Level& level = levels_.back();
+      const Pass<Sample> pass(levels_, field.grid(), sampled, lengths, isovalue, measure, rule);
+      for (const PointKind kind : {PointKind::kEdge, PointKind::kFace, PointKind::kCube}) {
+        for_each(static_cast<std::size_t>(level.extent.z), [&](std::size_t slice) {
+          pass.fill_slice(kind, level.low.z + static_cast<std::int32_t>(slice));
+        });
+      }
+    }
+  });
 }
 
 ErrorBound SaturatedErrors::bound(const DividingPoint& point) const {
-  int exponent = 0;
-  while ((1 << exponent) < point.spacing()) ++exponent;
+  const int exponent = exponent_of(point.spacing());
   const Level& level = levels_[static_cast<std::size_t>(exponent)];
   const GridPoint p = point.at();
   const GridPoint unit_point = {p.x >> exponent, p.y >> exponent, p.z >> exponent};
-  if (!level.contains(unit_point)) return {};
-  const std::size_t at = level.index(unit_point);
-  return {level.error[at], (1 << level.flip[at]) >> 1};
+  return level.contains(unit_point) ? level.bound(level.index(unit_point)) : ErrorBound{};
 }
 
 std::size_t SaturatedErrors::bytes() const {
   std::size_t bytes = 0;
-  for (const Level& level : levels_)
+  for (const Level& level : levels_) {
     bytes += level.error.size() * sizeof(float) + level.flip.size();
+  }
   return bytes;
 }
 

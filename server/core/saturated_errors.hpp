@@ -20,7 +20,6 @@
 #include "server/core/dividing_point.hpp"
 #include "server/core/field.hpp"
 #include "server/core/for_each.hpp"
-#include "server/core/own_error.hpp"
 
 namespace multitetra {
 
@@ -43,23 +42,25 @@ class SaturatedErrors {
   [[nodiscard]] std::size_t bytes() const;
 
  private:
-  // The points with one spacing, in units of it, over the data's box and three units around it: the
-  // error of a point farther away is 0, since all its descendants' diamonds lie within three units
-  // of it.
+  // The points with one spacing, in units of it, over the data's box and three units around it:
+  // the error of a point farther away is 0, since all its descendants' diamonds lie within three
+  // units of it.
   struct Level {
     GridPoint low;
     GridPoint extent;
     std::vector<float> error;
-    std::vector<std::uint8_t> flip;  // 0, or 1 + log2 of the spacing
+    std::vector<std::uint8_t> flip;  // 0, or 1 + log2 of the spacing.
 
     [[nodiscard]] bool contains(GridPoint unit_point) const;
     [[nodiscard]] std::size_t index(GridPoint unit_point) const;
+    [[nodiscard]] ErrorBound bound(std::size_t index) const {
+      return {error[index], (1 << flip[index]) >> 1};
+    }
   };
+  [[nodiscard]] static Level level_for(const Field& field, int exponent);
 
   template <typename Sample>
-  void fill(const SampledField<Sample>& field, const Grid& grid, const StepLengths& lengths,
-            int exponent, PointKind kind, std::int32_t slice, double isovalue, ErrorMeasure measure,
-            TopologyRule rule);
+  class Pass;
 
   std::vector<Level> levels_;  // Level e holds the points with spacing 2^e.
 };

@@ -1,0 +1,31 @@
+// The words of our JSON reports, the same from the server's programs and the client's.
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "common/dataset_info.hpp"
+#include "common/isosurface_request.hpp"
+#include "common/mesh_checks.hpp"
+
+namespace multitetra {
+
+using Json = nlohmann::ordered_json;
+
+// isovalue, error, unit, bound, topology_rule, topology_tolerance, lattice_resolution
+[[nodiscard]] Json json_of(const IsosurfaceRequest& request);
+
+// triangles, vertices, euler_characteristic, components, border_edges, open_edges,
+// nonmanifold_edges, degenerate_triangles
+[[nodiscard]] Json json_of(const MeshTopology& topology);
+
+// name, dims, type, spacing, min, max, void_samples, outside (null: void), margin, grid_exponent,
+// index_to_world, suggested_isovalues, histogram
+[[nodiscard]] Json json_of(const DatasetInfo& info);
+
+// Indented, with a newline at the end. Bytes that are no UTF-8, as in names from outside, are
+// replaced.
+[[nodiscard]] std::string text_of(const Json& json);
+
+}  // namespace multitetra

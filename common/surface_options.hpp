@@ -1,0 +1,37 @@
+// How an isosurface is asked for on a command line: the same options for the server's `extract` and
+// the client's `fetch`.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "common/affine.hpp"
+#include "common/dataset_info.hpp"
+#include "common/isosurface_request.hpp"
+
+namespace multitetra {
+
+struct SurfaceArguments {
+  std::optional<double> isovalue;  // None: the dataset's first suggestion.
+  double error = 1;
+  std::string unit = "voxel";
+  std::string bound = "certified";
+  std::string topology_rule = "exact";
+  double topology_tolerance = 0;
+  int lattice_resolution = kDefaultLatticeResolution;
+  std::string coordinates = "world";
+};
+
+void add_surface_options(CLI::App& command, SurfaceArguments& arguments);
+
+// The request, checked. kInvalidArgument where a value is out of its range, or where no isovalue is
+// given and the dataset suggests none.
+[[nodiscard]] Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments,
+                                                   const DatasetInfo& info);
+
+// Grid coordinates -> the coordinates that were asked for.
+[[nodiscard]] Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info);
+
+}  // namespace multitetra

@@ -1,0 +1,159 @@
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "common/content_digest.hpp"
+#include "common/human_units.hpp"
+#include "common/json_report.hpp"
+#include "common/mesh_files.hpp"
+#include "common/surface_options.hpp"
+#include "server/dataset/dataset_file.hpp"
+#include "server/dataset/model_file.hpp"
+#include "server/service/commands.hpp"
+#include "server/service/progress.hpp"
+#include "server/service/surface_extractor.hpp"
+#include "server/service/thread_options.hpp"
+
+namespace multitetra {
+namespace {
+
+struct Arguments {
+  std::string file;
+  std::string output;
+  SurfaceArguments surface;
+  std::string errors = "exact";
+  std::optional<int> level;
+  std::string model_file;
+  int threads = 0;
+  bool json = false;
+  bool quiet = false;
+};
+
+MeshFormat format_of(const std::string& output) {
+  const auto format = mesh_format_from(std::filesystem::path(output).extension().string());
+  if (!format) {
+    throw std::invalid_argument(
+        "\"" + output + "\" has no suffix of a mesh format; use .ply, .stl, .obj, .glb or .drc.");
+  }
+  return *format;
+}
+
+Json report_of(const Arguments& arguments, const IsosurfaceRequest& request,
+               const TiledSurface& surface, const MeshTopology& topology,
+               const ContentDigest& content, const Progress& progress) {
+  Json report = {{"tetrahedra", surface.tetrahedra},
+                 {"active_tetrahedra", surface.active_tetrahedra}};
+  report.update(json_of(topology));
+  report["tiles"] = surface.tiles.size();
+  report["content_digest"] = content.hex();
+  report["seconds"] = progress.seconds();
+  report["parameters"] = json_of(request);
+  report["parameters"]["coordinates"] = arguments.surface.coordinates;
+  report["parameters"]["errors"] = arguments.errors;
+  if (arguments.level) report["parameters"]["level"] = *arguments.level;
+  report["mesh_file"] = arguments.output;
+  return report;
+}
+
+void print_facts(const Arguments& arguments, const TiledSurface& surface,
+                 const MeshTopology& topology) {
+  std::cout << arguments.output << ": "
+            << human_count(static_cast<std::uint64_t>(topology.triangles)) << " triangles, "
+            << human_count(static_cast<std::uint64_t>(topology.vertices)) << " vertices, from "
+            << human_count(surface.tetrahedra) << " tetrahedra\n"
+            << "  Euler characteristic " << topology.euler_characteristic << ", "
+            << topology.components << " components, " << topology.border_edges
+            << " edges on the border, " << topology.open_edges << " open, "
+            << topology.nonmanifold_edges << " non-manifold\n";
+}
+
+int extract(const Arguments& arguments) {
+  const ThreadLimit limit(arguments.threads);
+  const MeshFormat format = format_of(arguments.output);
+  const bool has_model_file = !arguments.model_file.empty();
+  Progress progress("extract", has_model_file ? 6 : 5, arguments.quiet || arguments.json);
+  progress.begin("open");
+  const SurfaceExtractor extractor(open_dataset(arguments.file));
+  const DatasetInfo& info = extractor.dataset().info;
+  const Result<IsosurfaceRequest> asked = request_of(arguments.surface, info);
+  if (!asked) throw std::invalid_argument(asked.error().text);
+  const IsosurfaceRequest& request = *asked;
+
+  progress.begin("errors");
+  std::shared_ptr<const Model> model;
+  if (arguments.level) {
+    model = std::make_shared<UniformModel>(extractor.field().grid(), *arguments.level);
+  } else {
+    model = extractor.model({.request = request});
+  }
+  progress.begin("surface");
+  const TiledSurface surface = extractor.surface(
+      *model, {.isovalue = request.isovalue, .lattice_resolution = request.lattice_resolution});
+  progress.begin("checks");
+  std::vector<const LatticeMesh*> tiles;
+  for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
+  const LatticeMesh mesh = weld(tiles, request.lattice_resolution);
+  // A uniform level is coarse everywhere, also where the data ends.
+  const std::int32_t finest = arguments.level ? extractor.field().grid().side() : 1;
+  const MeshTopology topology = multitetra::topology(
+      mesh, data_border(info, request.lattice_resolution, request.topology_tolerance, finest));
+  const ContentDigest content = digest(mesh);
+
+  progress.begin("file");
+  const Affine to_output = output_map(arguments.surface, info);
+  write_file(arguments.output, mesh_file(positioned(mesh, to_output), format));
+  if (has_model_file) {
+    progress.begin("model_file");
+    write_file(arguments.model_file, vtu_file(*model, extractor.field(), to_output));
+  }
+  progress.finish();
+  if (arguments.json) {
+    std::cout << text_of(report_of(arguments, request, surface, topology, content, progress));
+  } else if (!arguments.quiet) {
+    print_facts(arguments, surface, topology);
+  }
+  if (topology.is_sound()) return 0;
+  std::cerr << "multitetra-server: the mesh has open, non-manifold or degenerate parts; this is "
+               "our mistake, please "
+               "report it.\n";
+  return 1;
+}
+
+}  // namespace
+
+void add_extract_command(CLI::App& program, Run& run) {
+  const auto a = std::make_shared<Arguments>();
+  CLI::App* command =
+      program.add_subcommand("extract", "Write one isosurface as a mesh file, without a network");
+  command->add_option("file", a->file, "Dataset file (.mtd)")->required();
+  command->add_option("-o,--output", a->output, "Mesh file: .ply, .stl, .obj, .glb or .drc")
+      ->required();
+  add_surface_options(*command, a->surface);
+  command->add_option("--errors", a->errors, "exact: a pass over the volume for this isovalue")
+      ->check(CLI::IsMember({"exact"}))
+      ->capture_default_str();
+  command
+      ->add_option("--level", a->level,
+                   "Instead of an error: all tetrahedra of this depth, 0 (twelve) to 3 N - 1 (full "
+                   "resolution)")
+      ->check(CLI::Range(0, 3 * kMaxLatticeBits))
+      ->excludes("--error");
+  command->add_option(
+      "--model", a->model_file,
+      "Also write the model's tetrahedra with their vertex values, for ParaView (.vtu)");
+  add_threads_option(*command, a->threads);
+  command->add_flag("--json", a->json, "Print a JSON report");
+  command->add_flag("--quiet", a->quiet, "Say nothing unless something is wrong");
+  command->footer(
+      "Examples:\n"
+      "  multitetra-server extract head.mtd -o head.ply\n"
+      "  multitetra-server extract head.mtd --isovalue 1200.5 --error 0.5 -o bone.glb\n"
+      "  multitetra-server extract head.mtd --error 2 --unit world -o head.stl --json\n"
+      "  multitetra-server extract head.mtd --error 4 -o head.ply --model head.vtu");
+  command->callback([a, &run] { run = [a] { return extract(*a); }; });
+}
+
+}  // namespace multitetra

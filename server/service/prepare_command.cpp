@@ -1,0 +1,159 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "common/human_units.hpp"
+#include "common/json_report.hpp"
+#include "server/dataset/dataset_file.hpp"
+#include "server/dataset/statistics.hpp"
+#include "server/dataset/volume_files.hpp"
+#include "server/service/commands.hpp"
+#include "server/service/progress.hpp"
+#include "server/service/thread_options.hpp"
+
+namespace multitetra {
+namespace {
+
+struct Arguments {
+  std::string input;
+  std::string output;
+  std::string name;
+  std::string outside = "void";
+  std::int32_t margin = 0;
+  std::vector<std::int32_t> dims;
+  std::string type = "u8";
+  std::string endian = "little";
+  std::uint64_t header_bytes = 0;
+  std::vector<double> spacing = {1, 1, 1};
+  int threads = 0;
+  bool json = false;
+  bool quiet = false;
+};
+
+std::optional<RawLayout> raw_layout(const Arguments& arguments) {
+  if (arguments.dims.empty()) return std::nullopt;
+  RawLayout layout{.type = sample_type_from(arguments.type).value(),
+                   .endian = arguments.endian == "big" ? Endian::kBig : Endian::kLittle,
+                   .header_bytes = arguments.header_bytes};
+  std::copy_n(arguments.dims.begin(), 3, layout.dims.begin());
+  std::copy_n(arguments.spacing.begin(), 3, layout.spacing.begin());
+  return layout;
+}
+
+// "void" or a number.
+std::optional<double> outside_value(const std::string& text) {
+  if (text == "void") return std::nullopt;
+  try {
+    std::size_t used = 0;
+    const double value = std::stod(text, &used);
+    if (used == text.size() && std::isfinite(value)) return value;
+  } catch (const std::exception&) {  // Told below.
+  }
+  throw std::invalid_argument("--outside is \"" + text + "\"; it must be void or a finite number.");
+}
+
+// The file's name without its suffixes: "chris_t1.nii.gz" is chris_t1.
+std::string default_name(const std::filesystem::path& input) {
+  std::filesystem::path name =
+      input.filename().empty() ? input.parent_path().filename() : input.filename();
+  if (name.extension() == ".gz") name = name.stem();
+  return name.stem().string();
+}
+
+int prepare(const Arguments& arguments) {
+  const ThreadLimit limit(arguments.threads);
+  const std::optional<double> outside = outside_value(arguments.outside);
+  const std::string dataset_name =
+      arguments.name.empty() ? default_name(arguments.input) : arguments.name;
+  Progress progress("prepare", 3, arguments.quiet || arguments.json);
+  progress.begin("volume");
+  Volume volume = read_volume(arguments.input,
+                              {.raw = raw_layout(arguments),
+                               .notice = [&](const std::string& text) { progress.note(text); }});
+  progress.begin("statistics");
+  const DatasetPtr dataset =
+      make_dataset(std::move(volume), dataset_name, outside, arguments.margin);
+  progress.begin("file");
+  write_dataset(arguments.output, *dataset, source_note(arguments.input));
+  progress.finish();
+
+  const auto bytes = std::filesystem::file_size(arguments.output);
+  if (arguments.json) {
+    Json report = {{"dataset", json_of(dataset->info)},
+                   {"input", arguments.input},
+                   {"file", arguments.output},
+                   {"file_bytes", bytes},
+                   {"seconds", progress.seconds()}};
+    std::cout << text_of(report);
+  } else if (!arguments.quiet) {
+    const DatasetInfo& info = dataset->info;
+    std::cout << arguments.output << ": \"" << info.name << "\", " << info.dims[0] << " x "
+              << info.dims[1] << " x " << info.dims[2] << " " << name(info.type) << ", values "
+              << human_number(info.min) << " to " << human_number(info.max) << ", "
+              << human_bytes(bytes) << "\n"
+              << "Next: multitetra-server serve " << arguments.output << "\n";
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_prepare_command(CLI::App& program, Run& run) {
+  const auto a = std::make_shared<Arguments>();
+  CLI::App* command =
+      program.add_subcommand("prepare", "Turn a volume file into a dataset that can be served");
+  command
+      ->add_option("input", a->input,
+                   "Volume: .nrrd, .nhdr, .mha, .mhd, .nii, .nii.gz, .vtk, .tif, a directory or "
+                   "pattern of TIFF "
+                   "slices, or raw bytes with --dims")
+      ->required();
+  command->add_option("-o,--output", a->output, "Dataset file to write (.mtd)")->required();
+  command->add_option("--name", a->name,
+                      "Name of the dataset (default: the input's name without its suffix)");
+  command
+      ->add_option("--outside", a->outside,
+                   "What lies beyond the data: void (surfaces end at the last sample) or a value "
+                   "(they close)")
+      ->capture_default_str();
+  command
+      ->add_option("--margin", a->margin,
+                   "Grid steps around the data; 1 with a value closes surfaces on all sides")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  CLI::Option* dims = command->add_option("--dims", a->dims, "Raw file: samples along x,y,z")
+                          ->delimiter(',')
+                          ->expected(3);
+  command->add_option("--type", a->type, "Raw file: type of a sample")
+      ->check(CLI::IsMember({"u8", "i8", "u16", "i16", "f32"}))
+      ->capture_default_str()
+      ->needs(dims);
+  command->add_option("--endian", a->endian, "Raw file: order of bytes")
+      ->check(CLI::IsMember({"little", "big"}))
+      ->capture_default_str()
+      ->needs(dims);
+  command->add_option("--header-bytes", a->header_bytes, "Raw file: bytes before the first sample")
+      ->capture_default_str()
+      ->needs(dims);
+  command->add_option("--spacing", a->spacing, "Raw file: world units between samples along x,y,z")
+      ->delimiter(',')
+      ->expected(3)
+      ->needs(dims);
+  add_threads_option(*command, a->threads);
+  command->add_flag("--json", a->json, "Print a JSON report");
+  command->add_flag("--quiet", a->quiet, "Say nothing unless something is wrong");
+  command->footer(
+      "Examples:\n"
+      "  multitetra-server prepare CThead.nhdr -o head.mtd --name head\n"
+      "  multitetra-server prepare engine.mhd -o engine.mtd --outside 0 --margin 1\n"
+      "  multitetra-server prepare fuel.raw --dims 64,64,64 --type u8 -o fuel.mtd\n"
+      "  multitetra-server prepare 'slices/ct_*.tif' -o ct.mtd");
+  command->callback([a, &run] { run = [a] { return prepare(*a); }; });
+}
+
+}  // namespace multitetra

@@ -1,0 +1,52 @@
+// What a long command tells while it works: a bar on a terminal, a plain line per finished stage
+// elsewhere.
+#pragma once
+
+#include <chrono>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "common/json_report.hpp"
+
+namespace multitetra {
+
+// Stages come one after another; their seconds are kept for the report. All output goes to stderr.
+class Progress {
+ public:
+  // `stages` is how many will come; 0 when `is_quiet`.
+  Progress(std::string command, std::size_t stages, bool is_quiet);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  // Ends the stage before and begins one; `stage` is a noun such as "errors".
+  void begin(const std::string& stage);
+  void finish();
+  // A sentence for the user, above the bar.
+  void note(const std::string& sentence);
+
+  // stage -> seconds, and "total".
+  [[nodiscard]] Json seconds() const;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Stage {
+    std::string name;
+    double seconds = 0;
+  };
+  void draw() const;
+  void clear_line() const;
+  void end_stage();
+
+  std::string command_;
+  std::size_t expected_;
+  bool is_quiet_;
+  bool is_terminal_;
+  bool is_running_ = false;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point stage_start_ = start_;
+  std::vector<Stage> stages_;
+};
+
+}  // namespace multitetra
