@@ -1,0 +1,151 @@
+// Real surfaces through the whole service: extracted, encoded, sent, decoded, checked.
+#include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
+
+#include "client/client.hpp"
+#include "server/dataset/statistics.hpp"
+#include "server/service/surface_extractor.hpp"
+#include "tests/service/fake_steps.hpp"
+#include "tests/service/running_server.hpp"
+#include "tests/support/fields.hpp"
+
+namespace multitetra {
+namespace {
+
+using testing::RunningServer;
+namespace fields = testing::fields;
+
+DatasetPtr noisy_gyroid() { return make_dataset(fields::gyroid(24, 0.4, 7), "gyroid"); }
+DatasetPtr masked() { return make_dataset(fields::masked_gyroid(21, 3), "masked"); }
+DatasetPtr closed_ball() {
+  return make_dataset(fields::ball({20, 17, 23}, 9.5), "ball", /*outside=*/-100.0, /*margin=*/1);
+}
+
+CataloguePtr all_datasets() {
+  auto catalogue = std::make_shared<DatasetCatalogue>();
+  for (const DatasetPtr& dataset : {noisy_gyroid(), masked(), closed_ball()}) {
+    catalogue->add(
+        std::make_shared<ExtractedSteps>(std::make_shared<const SurfaceExtractor>(dataset)));
+  }
+  return catalogue;
+}
+
+Client client_of(const RunningServer& server) {
+  auto client = Client::connect(server.endpoint(), {});
+  if (!client) throw std::runtime_error(client.error().error.text);
+  return *std::move(client);
+}
+
+// The steps of one stream, none when it failed.
+std::vector<FetchedStep> fetch(Client& client, const DatasetInfo& info,
+                               const IsosurfaceRequest& request) {
+  std::vector<FetchedStep> steps;
+  const auto fetched = client.fetch(info, {.dataset = info.name, .request = request, .held = {}},
+                                    [&steps](const FetchedStep& step) { steps.push_back(step); });
+  EXPECT_TRUE(fetched) << fetched.error().error.text;
+  return steps;
+}
+
+ContentDigest extracted_digest(const DatasetPtr& dataset, const StepRequest& step) {
+  ContentDigest sum;
+  for (const TileMesh& tile : SurfaceExtractor(dataset).extract(step).tiles) {
+    sum += digest(tile.mesh);
+  }
+  return sum;
+}
+
+TEST(ServedSurfaces, AreTheExtractedOnesWithAnyNumberOfThreads) {
+  const DatasetPtr dataset = noisy_gyroid();
+  const IsosurfaceRequest request{.isovalue = 0.1, .error = 0.5};
+  for (const std::size_t threads : {1U, 2U, 4U}) {
+    SCOPED_TRACE(threads);
+    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            threads);
+    RunningServer server(all_datasets(), {.workers = threads});
+    Client client = client_of(server);
+    const auto steps = fetch(client, dataset->info, request);
+    ASSERT_GE(steps.size(), 2U);
+    for (const FetchedStep& fetched : steps) {
+      const StepBegin& begin = fetched.step->begin;
+      EXPECT_GT(fetched.step->topology.triangles, 0);
+      EXPECT_EQ(fetched.step->end.digest,
+                extracted_digest(dataset, {begin.request, begin.finest_spacing}));
+    }
+    EXPECT_EQ(steps.back().step->begin.request, request);
+  }
+}
+
+TEST(ServedSurfaces, PassAllChecksOverFieldsIsovaluesAndErrors) {
+  RunningServer server(all_datasets());
+  Client client = client_of(server);
+  const auto datasets = client.list_datasets();
+  ASSERT_TRUE(datasets);
+  ASSERT_EQ(datasets->size(), 3U);
+  for (const DatasetInfo& info : *datasets) {
+    for (const double part : {0.3, 0.5, 0.7}) {
+      for (const double error : {0.0, 1.0, 4.0}) {
+        SCOPED_TRACE(info.name + " at " + std::to_string(part) + ", error " +
+                     std::to_string(error));
+        const double isovalue = info.min + part * (info.max - info.min);
+        EXPECT_FALSE(fetch(client, info, {.isovalue = isovalue, .error = error}).empty());
+      }
+    }
+  }
+}
+
+TEST(ServedSurfaces, AnIsovalueOutsideTheDataGivesAnEmptyMesh) {
+  RunningServer server(all_datasets());
+  Client client = client_of(server);
+  const DatasetInfo info = noisy_gyroid()->info;
+  const auto steps = fetch(client, info, {.isovalue = 1e6, .error = 1});
+  ASSERT_FALSE(steps.empty());
+  EXPECT_EQ(steps.back().step->topology.triangles, 0);
+}
+
+TEST(ServedSurfaces, ARepeatedRequestWithAllTilesHeldSendsNone) {
+  RunningServer server(all_datasets());
+  const DatasetInfo info = noisy_gyroid()->info;
+  const OpenStream open{.dataset = "gyroid",
+                        .request = {.isovalue = 0.1, .error = 0.5},
+                        .steps = StepPolicy::kFinalOnly,
+                        .held = {}};
+  MessageSocket socket = server.greet();
+  const auto run = [&](std::uint64_t id, const HeldTiles& held) {
+    OpenStream request = open;
+    request.request_id = id;
+    for (const auto& [digest, mesh] : held) request.held.push_back(digest);
+    EXPECT_TRUE(socket.send(request));
+    Assembler assembler(info, request, held);
+    for (;;) {
+      const auto message = socket.receive();
+      if (!message) throw std::runtime_error(message.error().text);
+      const auto progress = assembler.receive(*message);
+      if (!progress) throw std::runtime_error(progress.error().text);
+      if (std::holds_alternative<StreamEnd>(*progress)) return assembler;
+    }
+  };
+  const Assembler first = run(1, {});
+  const Assembler second = run(2, first.held());
+  EXPECT_GT(first.shown()->end.tiles_sent, 0U);
+  EXPECT_EQ(second.shown()->end.tiles_sent, 0U);
+  EXPECT_EQ(second.shown()->end.digest, first.shown()->end.digest);
+}
+
+TEST(ServedSurfaces, ManyClientsGetTheSameBytes) {
+  RunningServer server(all_datasets());
+  const DatasetInfo info = noisy_gyroid()->info;
+  const IsosurfaceRequest request{.isovalue = 0.2, .error = 1};
+  std::vector<ContentDigest> digests(4);
+  std::vector<std::thread> threads;
+  for (ContentDigest& digest : digests) {
+    threads.emplace_back([&server, &info, &request, &digest] {
+      Client client = client_of(server);
+      digest = fetch(client, info, request).back().step->end.digest;
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const ContentDigest& digest : digests) EXPECT_EQ(digest, digests.front());
+}
+
+}  // namespace
+}  // namespace multitetra
