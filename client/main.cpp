@@ -1,8 +1,6 @@
 // multitetra-client: lists a server's datasets and fetches isosurfaces as mesh files.
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
-#include <optional>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -10,6 +8,7 @@
 #include "client/client.hpp"
 #include "client/report.hpp"
 #include "common/mesh_files.hpp"
+#include "common/surface_options.hpp"
 
 namespace multitetra {
 namespace {
@@ -25,15 +24,8 @@ struct ListArguments {
 struct FetchArguments {
   std::string server = to_string(Endpoint{.host = "127.0.0.1"});
   std::string dataset;
-  std::optional<double> isovalue;
-  double error = 1;
-  std::string unit = "voxel";
-  std::string bound = "certified";
-  std::string topology_rule = "exact";
-  double topology_tolerance = 0;
-  int lattice_resolution = kDefaultLatticeResolution;
+  SurfaceArguments surface;
   bool final_only = false;
-  std::string coordinates = "world";
   double timeout = 60;
   std::string mesh;
   std::string report;
@@ -83,24 +75,11 @@ std::string no_such_dataset(const std::string& name, const std::vector<DatasetIn
   return text + (datasets.empty() ? " none." : ".");
 }
 
-// The isovalue may be left open; the dataset's first suggestion is taken then.
-IsosurfaceRequest request_of(const FetchArguments& arguments, double suggested_isovalue) {
-  return {.isovalue = arguments.isovalue.value_or(suggested_isovalue),
-          .error = arguments.error,
-          .unit = *length_unit_from(arguments.unit),
-          .measure = *error_measure_from(arguments.bound),
-          .topology_rule = *topology_rule_from(arguments.topology_rule),
-          .topology_tolerance = arguments.topology_tolerance,
-          .lattice_resolution = arguments.lattice_resolution};
-}
-
 // Writes what a fetch gives as it comes.
 class Output {
  public:
   Output(const FetchArguments& arguments, MeshFormat format, const DatasetInfo& info)
-      : arguments_(arguments),
-        format_(format),
-        to_output_(arguments.coordinates == "world" ? grid_to_world(info) : grid_to_index(info)) {
+      : arguments_(arguments), format_(format), to_output_(output_map(arguments.surface, info)) {
     if (!arguments_.steps_directory.empty()) {
       std::filesystem::create_directories(arguments_.steps_directory);
     }
@@ -150,9 +129,6 @@ int fetch(const FetchArguments& arguments) {
                                 "\" has no suffix of a mesh format; use .ply, .stl, .obj, .glb or "
                                 ".drc.");
   }
-  if (const auto valid = validated(request_of(arguments, 0)); !valid) {
-    return complain(kUsage, valid.error().text);
-  }
 
   auto client = Client::connect(*server, {.timeout = milliseconds(arguments.timeout)});
   if (!client) return complain(client.error());
@@ -160,18 +136,15 @@ int fetch(const FetchArguments& arguments) {
   if (!datasets) return complain(datasets.error());
   const DatasetInfo* info = find(*datasets, arguments.dataset);
   if (info == nullptr) return complain(kFailed, no_such_dataset(arguments.dataset, *datasets));
-  if (!arguments.isovalue && info->suggested_isovalues.empty()) {
-    return complain(
-        kUsage, "Dataset \"" + info->name + "\" suggests no isovalue; name one with --isovalue.");
-  }
-  const double suggested = arguments.isovalue ? 0 : info->suggested_isovalues.front();
+  const auto request = request_of(arguments.surface, *info);
+  if (!request) return complain(kUsage, request.error().text);
   FetchReport report{
       .server = *server,
       .open = {.dataset = info->name,
-               .request = request_of(arguments, suggested),
+               .request = *request,
                .steps = arguments.final_only ? StepPolicy::kFinalOnly : StepPolicy::kProgressive,
                .held = {}},
-      .coordinates = arguments.coordinates,
+      .coordinates = arguments.surface.coordinates,
       .mesh_file = arguments.mesh,
       .steps = {}};
   const Output output(arguments, *format, *info);
@@ -204,31 +177,8 @@ void add_fetch(CLI::App& app, FetchArguments& a) {
       "fetch", "Fetch an isosurface, coarse first, check it and write it as a mesh file");
   command->add_option("--server", a.server, "Where the server listens")->capture_default_str();
   command->add_option("--dataset", a.dataset, "Name of the dataset, as `list` tells")->required();
-  command->add_option("--isovalue", a.isovalue,
-                      "Value of the surface (default: the dataset's first suggestion)");
-  command->add_option("--error", a.error, "Largest allowed error; 0 is the full resolution")
-      ->capture_default_str();
-  command->add_option("--unit", a.unit, "Unit of --error; 1 voxel is the smallest spacing")
-      ->check(CLI::IsMember({"voxel", "world"}))
-      ->capture_default_str();
-  command->add_option("--bound", a.bound, "certified bounds the real distance, paper need not")
-      ->check(CLI::IsMember({"paper", "certified"}))
-      ->capture_default_str();
-  command->add_option("--topology-rule", a.topology_rule, "What counts as a change of topology")
-      ->check(CLI::IsMember({"exact", "paper"}))
-      ->capture_default_str();
-  command
-      ->add_option("--topology-tolerance", a.topology_tolerance,
-                   "Features up to this many voxels may vanish; 0 preserves the topology")
-      ->capture_default_str();
-  command
-      ->add_option("--lattice", a.lattice_resolution,
-                   "Vertices lie on a lattice of 2^-R grid steps, R from 1 to 8")
-      ->capture_default_str();
+  add_surface_options(*command, a.surface);
   command->add_flag("--final-only", a.final_only, "No previews");
-  command->add_option("--coordinates", a.coordinates, "Of the mesh file")
-      ->check(CLI::IsMember({"world", "index"}))
-      ->capture_default_str();
   command->add_option("--timeout", a.timeout, "Seconds of silence after which to give up")
       ->check(CLI::Range(0.1, 86400.0))
       ->capture_default_str();

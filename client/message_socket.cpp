@@ -50,8 +50,8 @@ namespace {
 tl::unexpected<Error> unreachable(const Endpoint& server, const error_code& error) {
   std::string text = "Cannot connect to " + to_string(server) + ": " + error.message() + ".";
   if (error == asio::error::connection_refused) {
-    text += " Is the server running? Start it with: multitetra-server serve --listen " +
-            to_string(server) + " DATASET...";
+    text += " Is the server running? Start it with: multitetra-server serve DATASET.mtd --tcp " +
+            to_string(server);
   } else if (error == asio::error::host_not_found) {
     text += " Is the host's name written correctly?";
   }

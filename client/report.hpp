@@ -17,7 +17,10 @@ struct FetchReport {
   std::vector<FetchedStep> steps;  // Meshes may be left out of all but the last.
 };
 
-// Indented JSON with a newline at its end. Non-finite numbers do not occur.
+// Indented JSON with a newline at its end. A step's keys are those of json_report.hpp and:
+// step, final, parameters, error_bound_world, finest_spacing, tetrahedra, active_tetrahedra, tiles,
+// tiles_received, bytes (of payload), first_byte_seconds, seconds, server_seconds, content_digest,
+// checks.
 [[nodiscard]] std::string json_report(const FetchReport& report);
 [[nodiscard]] std::string json_list(const Endpoint& server,
                                     const std::vector<DatasetInfo>& datasets);

@@ -1,5 +1,7 @@
 #include "server/service/server.hpp"
 
+#include <algorithm>
+#include <csignal>
 #include <map>
 #include <stdexcept>
 
@@ -50,13 +52,11 @@ class Server::Listener {
   [[nodiscard]] Endpoint endpoint() const { return {.host = options_.listen.host, .port = port_}; }
 
   void run() {
-    spdlog::info("listening on {}, {} datasets", to_string(endpoint()), catalogue_->size());
     if (options_.stop_on_signals) watch_signals();
     asio::co_spawn(
         io_, [this] { return accept(); }, asio::detached);
     io_.run();
     workers_.join();
-    spdlog::info("stopped");
   }
 
   void stop() {
