@@ -50,7 +50,7 @@ inline constexpr int kDefaultEncodingSpeed = 5;
 
 // Decodes and checks against what the manifest promised: counts, digest, vertices inside the cube
 // and on the lattice. Never allocates more than in proportion to `promised` and the payload,
-// whatever the payload claims: about 250 bytes a triangle. kDamagedData, naming the tile and the
+// whatever the payload claims: about 100 bytes a triangle. kDamagedData, naming the tile and the
 // first difference, otherwise.
 [[nodiscard]] Result<LatticeMesh> decode_tile(std::string_view payload, const TileSummary& promised,
                                               int lattice_resolution);
