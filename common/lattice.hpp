@@ -11,9 +11,7 @@
 #pragma once
 
 #include <compare>
-#include <cstddef>
 #include <cstdint>
-#include <functional>
 
 #include "common/affine.hpp"
 
@@ -53,10 +51,3 @@ struct LatticePoint {
 }
 
 }  // namespace multitetra
-
-template <>
-struct std::hash<multitetra::LatticePoint> {
-  std::size_t operator()(const multitetra::LatticePoint& p) const noexcept {
-    return static_cast<std::size_t>((p.key() * 0x9E3779B97F4A7C15u) >> 16);
-  }
-};

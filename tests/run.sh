@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# Builds and runs all tests. A second run builds and tests only what changed takes part in.
+#
+#   bash tests/run.sh                everything, also the slow tests
+#   bash tests/run.sh --fast         without the tests labelled slow
+#   bash tests/run.sh --preset asan  under another preset (dev, release, asan, tsan)
+#   --yes                            installs missing packages without asking
+set -euo pipefail
+
+project=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+cd "$project"
+
+preset=dev
+install_options=()
+ctest_options=(--output-on-failure --no-tests=error -j "$(nproc)")
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --fast) ctest_options+=(-LE slow) ;;
+    --preset) preset=${2:?--preset needs a name}; shift ;;
+    --yes) install_options=(--yes) ;;
+    -h | --help) sed -n '2,7s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    *) echo "Unknown option $1; see --help." >&2; exit 2 ;;
+  esac
+  shift
+done
+
+bash docker/install.sh "${install_options[@]}"
+echo "== Building (preset $preset)"
+cmake --preset "$preset" >/dev/null
+cmake --build --preset "$preset"
+echo "== Testing"
+if [ ! -d ../shared/data ]; then
+  echo "!! The public volumes are not at ../shared/data: the tests that need them are SKIPPED."
+fi
+ctest --test-dir "build/$preset" "${ctest_options[@]}"
