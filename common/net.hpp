@@ -4,6 +4,9 @@
 
 #include <utility>  // Boost 1.74 uses std::exchange in its coroutines without including it.
 
+#if defined(__SANITIZE_THREAD__)
+#define BOOST_ASIO_DISABLE_FENCED_BLOCK  // GCC's thread sanitizer does not know fences.
+#endif
 #include <boost/asio.hpp>
 
 namespace multitetra {
