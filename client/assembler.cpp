@@ -42,13 +42,6 @@ LatticeMesh welded(const std::vector<std::shared_ptr<const LatticeMesh>>& tiles,
   return weld(meshes, resolution);
 }
 
-// With void outside, the surface of a preview ends where its coarse tetrahedra reach the void: up
-// to the finest spacing inside the data.
-double border_tolerance(const StepBegin& begin) {
-  const double coarse = begin.finest_spacing > 1 ? begin.finest_spacing : 0;
-  return std::max(begin.request.topology_tolerance, coarse);
-}
-
 bool preserves_topology(const StepBegin& begin) {
   return begin.request.topology_tolerance == 0 && begin.finest_spacing == 1;
 }
@@ -183,8 +176,9 @@ Result<Progress> Assembler::take(const StepEnd& end) {
     return fault(end.step,
                  "its digest is " + found.hex() + "; the server says " + end.digest.hex());
   }
-  step->topology = topology(
-      step->mesh, data_border(info_, begin.request.lattice_resolution, border_tolerance(begin)));
+  step->topology =
+      topology(step->mesh, data_border(info_, begin.request.lattice_resolution,
+                                       begin.request.topology_tolerance, begin.finest_spacing));
   if (const auto torn = topology_fault(begin, step->topology)) return fault(end.step, *torn);
   step->checks = {"tiles_complete", "tile_digests", "inside_cubes", "step_digest", "sound_mesh"};
   if (preserves_topology(begin)) step->checks.emplace_back("topology_preserved");

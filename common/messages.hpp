@@ -98,9 +98,9 @@ struct StepBegin {
   std::uint32_t step = 0;          // 0, 1, ... within the stream.
   bool is_final = false;           // This step is the request itself.
   IsosurfaceRequest request = {};  // This step's own parameters; `error` in the request's unit.
-  double error_bound_world =
-      0;  // Threshold in world units; the distance bound when measure is certified and
-          // topology_tolerance is 0 (lattice snapping excluded).
+  // The threshold in world units. It bounds the distance to the full surface (lattice snapping
+  // excluded) when the measure is certified, topology_tolerance is 0 and finest_spacing is 1.
+  double error_bound_world = 0;
   std::int32_t finest_spacing = 1;  // Grid steps; no finer dividing point takes part.
   PayloadCodec codec = PayloadCodec::kDracoLattice;
   std::uint64_t tetrahedra = 0;         // Of the model.

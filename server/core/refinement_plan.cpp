@@ -6,30 +6,36 @@ namespace multitetra {
 namespace {
 
 // How much coarser than the request a preview is. Noise keeps most triangles of a model at any
-// error while its topology is preserved, so it is the tolerance that makes a preview small.
+// error while its topology is preserved, and a certified bound adds up along sharp borders; so it
+// is the finest spacing f that makes a preview small, about f^2 times smaller than the full
+// resolution, and the tolerance lets go what f cannot show.
 struct Preview {
+  std::int32_t finest_spacing;  // Grid steps.
   double error_factor;
   double least_error;  // Voxels.
-  double tolerance;    // Voxels.
-  int resolution;      // Lattice steps matter little at such errors.
+  int resolution;      // Fine lattice steps are lost on coarse tetrahedra.
 };
 
 constexpr Preview kPreviews[] = {
-    {.error_factor = 8, .least_error = 8, .tolerance = 4, .resolution = 3},
-    {.error_factor = 3, .least_error = 4, .tolerance = 2, .resolution = 4},
+    {.finest_spacing = 8, .error_factor = 4, .least_error = 4, .resolution = 3},
+    {.finest_spacing = 4, .error_factor = 2, .least_error = 2, .resolution = 4},
 };
+
+constexpr std::int32_t kLeastStepsASide = 8;  // Of a preview's own grid.
 
 }  // namespace
 
 std::vector<StepRequest> plan_steps(const IsosurfaceRequest& request, bool previews,
-                                    double voxel_length) {
+                                    const DatasetInfo& info) {
   std::vector<StepRequest> steps;
-  const double unit = request.unit == LengthUnit::kVoxel ? 1.0 : voxel_length;
+  const double unit = request.unit == LengthUnit::kVoxel ? 1.0 : voxel_length(info);
   for (const Preview& preview : kPreviews) {
-    if (!previews || request.topology_tolerance >= preview.tolerance) continue;
-    StepRequest step{.request = request, .finest_spacing = 1};
+    const double tolerance = preview.finest_spacing / 2.0;
+    if (!previews || request.topology_tolerance >= tolerance) continue;
+    if ((1 << info.grid_exponent) / preview.finest_spacing < kLeastStepsASide) continue;
+    StepRequest step{.request = request, .finest_spacing = preview.finest_spacing};
     step.request.error = std::max(preview.error_factor * request.error, preview.least_error * unit);
-    step.request.topology_tolerance = preview.tolerance;
+    step.request.topology_tolerance = tolerance;
     step.request.lattice_resolution = std::min(request.lattice_resolution, preview.resolution);
     steps.push_back(step);
   }

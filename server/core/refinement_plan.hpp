@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/dataset_info.hpp"
 #include "common/isosurface_request.hpp"
 
 namespace multitetra {
@@ -17,10 +18,10 @@ struct StepRequest {
   friend bool operator==(const StepRequest&, const StepRequest&) = default;
 };
 
-// Previews with falling error and topology tolerance, then exactly `request`. Without `previews`
-// only the request itself. `voxel_length` is the length of one voxel in world units. Previews are
-// not made where they would be no coarser than the request.
+// Previews with falling error, topology tolerance and finest spacing, then exactly `request`.
+// Without `previews` only the request itself. Previews that would be no coarser than the request
+// are left out, and so are those of a grid that is too small for them.
 [[nodiscard]] std::vector<StepRequest> plan_steps(const IsosurfaceRequest& request, bool previews,
-                                                  double voxel_length);
+                                                  const DatasetInfo& info);
 
 }  // namespace multitetra

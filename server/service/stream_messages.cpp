@@ -8,7 +8,7 @@ namespace multitetra {
 StreamMessages::StreamMessages(const OpenStream& open, const DatasetInfo& info)
     : request_id_(open.request_id),
       voxel_length_(voxel_length(info)),
-      plan_(plan_steps(open.request, open.steps == StepPolicy::kProgressive, voxel_length_)),
+      plan_(plan_steps(open.request, open.steps == StepPolicy::kProgressive, info)),
       known_(open.held.begin(), open.held.end()) {
   assert(!plan_.empty());
 }

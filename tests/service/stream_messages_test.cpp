@@ -48,7 +48,7 @@ TEST(StreamMessages, WantsOneStepAtATimeAndSaysSoOnce) {
 
 TEST(StreamMessages, SendsEveryStepOfThePlanThenTheEnd) {
   StreamMessages stream(progressive(), octahedra_info());
-  const auto plan = plan_steps(progressive().request, true, 1);
+  const auto plan = plan_steps(progressive().request, true, octahedra_info());
   ASSERT_GE(plan.size(), 2U);
   for (std::uint32_t i = 0; i < plan.size(); ++i) {
     const auto step = stream.next_step();
