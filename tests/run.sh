@@ -3,6 +3,7 @@
 #
 #   bash tests/run.sh                everything, also the slow tests
 #   bash tests/run.sh --fast         without the tests labelled slow
+#   bash tests/run.sh --all          with the large public volumes too, which takes long
 #   bash tests/run.sh --preset asan  under another preset (dev, release, asan, tsan)
 #   --yes                            installs missing packages without asking
 set -euo pipefail
@@ -16,9 +17,10 @@ ctest_options=(--output-on-failure --no-tests=error -j "$(nproc)")
 while [ $# -gt 0 ]; do
   case "$1" in
     --fast) ctest_options+=(-LE slow) ;;
+    --all) export MULTITETRA_ALL_VOLUMES=1 ;;
     --preset) preset=${2:?--preset needs a name}; shift ;;
     --yes) install_options=(--yes) ;;
-    -h | --help) sed -n '2,7s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    -h | --help) sed -n '2,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
     *) echo "Unknown option $1; see --help." >&2; exit 2 ;;
   esac
   shift

@@ -1,0 +1,115 @@
+#!/usr/bin/env bash
+# The programs as users run them: generate, prepare, info, extract, serve, list and fetch, and what they say when something
+# is wrong. Usage: programs_test.sh DIRECTORY_OF_PROGRAMS
+set -euo pipefail
+
+bin=$(cd "$1" && pwd)
+server=$bin/multitetra-server
+client=$bin/multitetra-client
+work=$(mktemp -d)
+trap 'kill $(jobs -p) 2>/dev/null || true; wait; rm -rf "$work"' EXIT
+cd "$work"
+
+failures=0
+fail() { echo "FAILED: $*" >&2; failures=$((failures + 1)); }
+
+# The value of a key in our indented JSON, first occurrence.
+value() { sed -n "s/^ *\"$2\": \"\{0,1\}\([^\",]*\)\"\{0,1\},\{0,1\}$/\1/p" "$1" | head -n 1; }
+last_value() { sed -n "s/^ *\"$2\": \"\{0,1\}\([^\",]*\)\"\{0,1\},\{0,1\}$/\1/p" "$1" | tail -n 1; }
+
+# expect_exit CODE WORDS COMMAND...: the command ends with the code and says the words on stderr.
+expect_exit() {
+  local code=$1 words=$2
+  shift 2
+  local got=0
+  "$@" >out.txt 2>err.txt || got=$?
+  [ "$got" -eq "$code" ] || { fail "exit code $got, not $code: $*"; cat err.txt >&2; }
+  grep -qF -- "$words" out.txt err.txt || { fail "does not say \"$words\": $*"; cat err.txt >&2; }
+}
+
+# --- every kind is generated, prepared and extracted without a crack
+for kind in sphere torus gyroid marschner-lobb box head; do
+  "$server" generate "$kind" --size 33 --noise 0.01 -o "$kind.nrrd" --quiet
+  "$server" prepare "$kind.nrrd" -o "$kind.mtd" --quiet
+  "$server" info "$kind.mtd" --json >info.json
+  [ "$(value info.json name)" = "$kind" ] || fail "the dataset of $kind.nrrd is not named $kind"
+  "$server" extract "$kind.mtd" -o "$kind.ply" --json --quiet >"$kind.json"
+  [ "$(value "$kind.json" triangles)" -gt 0 ] || fail "$kind has no triangle"
+  [ "$(value "$kind.json" open_edges)" = 0 ] || fail "$kind has open edges"
+  [ "$(value "$kind.json" nonmanifold_edges)" = 0 ] || fail "$kind has non-manifold edges"
+done
+[ "$(value sphere.json euler_characteristic)" = 2 ] || fail "the sphere is none"
+
+"$server" generate torus --size 33 -o torus.nrrd --quiet
+"$server" prepare torus.nrrd -o torus.mtd --quiet
+"$server" extract torus.mtd --isovalue 0 -o torus.ply --json --quiet >torus.json
+[ "$(value torus.json euler_characteristic)" = 0 ] || fail "the torus is none"
+
+# --- all formats, coordinates, levels, the model
+for format in ply stl obj drc glb; do
+  "$server" extract gyroid.mtd -o "mesh.$format" --coordinates index --quiet
+  [ -s "mesh.$format" ] || fail "no mesh.$format"
+done
+"$server" extract gyroid.mtd -o level.ply --level 6 --model model.vtu --json --quiet >level.json
+[ "$(value level.json tetrahedra)" = 768 ] || fail "level 6 has $(value level.json tetrahedra) tetrahedra, not 12 * 2^6"
+grep -aq 'NumberOfCells="768"' model.vtu || fail "the model file does not hold 768 cells"
+
+# --- raw files
+head -c 4096 /dev/zero >zeros.raw
+printf 'abcdef' | cat - zeros.raw >raw_with_header.raw
+"$server" prepare raw_with_header.raw --dims 16,16,8 --type u16 --endian big --header-bytes 6 --spacing 1,1,2.5 \
+  -o raw.mtd --outside 1 --margin 1 --quiet
+expect_exit 1 "4102" "$server" prepare raw_with_header.raw --dims 16,16,9 --type u16 -o never.mtd
+[ ! -e never.mtd ] || fail "a failed prepare left a file"
+
+# --- serving and fetching
+"$server" serve . --tcp 127.0.0.1:0 2>server.log &
+server_pid=$!
+url=
+for _ in $(seq 200); do
+  url=$(sed -n 's/.*listening on \(tcp:[^ ]*\).*/\1/p' server.log)
+  [ -n "$url" ] && break
+  sleep 0.05
+done
+[ -n "$url" ] || { cat server.log >&2; fail "the server does not listen"; exit 1; }
+
+"$client" list --server "$url" | grep -q gyroid || fail "list does not name gyroid"
+for dataset in gyroid head torus; do
+  for error in 0 0.7; do
+    "$client" fetch --server "$url" --dataset "$dataset" --error "$error" -o fetched.ply --report report.json \
+      --save-steps steps --quiet
+    for threads in 1 2 4; do
+      "$server" extract "$dataset.mtd" --error "$error" -o extracted.ply --threads "$threads" --json --quiet >extract.json
+      [ "$(last_value report.json content_digest)" = "$(value extract.json content_digest)" ] ||
+        fail "$dataset at error $error: the fetched mesh is not the one extracted with $threads threads"
+    done
+    [ "$(stat -c %s fetched.ply)" = "$(stat -c %s extracted.ply)" ] || fail "$dataset: the files differ in size"
+  done
+done
+ls steps/step_0.ply >/dev/null || fail "no saved step"
+"$client" fetch --server "$url" --dataset gyroid --isovalue 1e9 -o empty.ply --quiet || fail "an empty mesh is an error"
+
+expect_exit 1 "nowhere" "$client" fetch --server "$url" --dataset nowhere -o x.ply
+expect_exit 2 "error threshold" "$client" fetch --server "$url" --dataset gyroid --error -1 -o x.ply
+expect_exit 2 "suffix" "$client" fetch --server "$url" --dataset gyroid -o x.xyz
+expect_exit 2 "isovalue" "$client" fetch --server "$url" --dataset gyroid --isovalue nan -o x.ply
+expect_exit 1 "127.0.0.1:1" "$client" list --server tcp://127.0.0.1:1
+kill "$server_pid"
+wait "$server_pid" || fail "the server ended with $?"
+
+# --- what is wrong is said
+expect_exit 1 "missing.nrrd" "$server" prepare missing.nrrd -o x.mtd
+expect_exit 1 "--outside" "$server" prepare torus.nrrd -o x.mtd --outside nothing
+expect_exit 1 "torus.nrrd" "$server" extract torus.nrrd -o x.ply
+expect_exit 1 "suffix" "$server" extract torus.mtd -o x.xyz
+expect_exit 1 "error threshold" "$server" extract torus.mtd -o x.ply --error nan
+expect_exit 1 "No dataset" "$server" serve missing.mtd --tcp 127.0.0.1:0
+expect_exit 2 "cube" "$server" generate cube -o x.nrrd
+expect_exit 1 "--size" "$server" generate sphere --size 1 -o x.nrrd
+head -c 2000 torus.mtd >cut.mtd
+expect_exit 1 "cut.mtd" "$server" info cut.mtd
+for command in generate prepare info extract serve; do "$server" "$command" --help | grep -q Examples || fail "$command --help has no examples"; done
+for command in list fetch; do "$client" "$command" --help | grep -q Examples || fail "$command --help has no examples"; done
+
+[ "$failures" -eq 0 ] || { echo "$failures failures" >&2; exit 1; }
+echo "all as expected"
