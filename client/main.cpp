@@ -96,7 +96,11 @@ class Output {
   void report(const FetchReport& report) const {
     const std::string text = json_report(report);
     if (!arguments_.report.empty()) write_file(arguments_.report, text);
-    if (arguments_.json) std::cout << text;
+    if (arguments_.json) {
+      std::cout << text;
+    } else if (!arguments_.quiet) {
+      std::cout << checks_table(report.steps) << arguments_.mesh << " written\n";
+    }
   }
 
  private:

@@ -57,6 +57,41 @@ std::string step_line(const FetchedStep& fetched) {
          human_bytes(fetched.step->end.payload_bytes) + ", " + human_seconds(fetched.seconds);
 }
 
+std::string checks_table(const std::vector<FetchedStep>& steps) {
+  std::string table;
+  const auto row = [&](const std::string& what, const auto& cell) {
+    constexpr std::size_t kFirstColumn = 26;
+    constexpr std::size_t kColumn = 12;
+    const auto padded = [](std::size_t width, const std::string& text) {
+      return std::string(width > text.size() ? width - text.size() : 1, ' ');
+    };
+    table += what + padded(kFirstColumn, what);
+    for (const FetchedStep& fetched : steps) {
+      const std::string text = cell(*fetched.step);
+      table += padded(kColumn, text) + text;
+    }
+    table += "\n";
+  };
+  const auto count = [](std::int64_t n) { return human_count(static_cast<std::uint64_t>(n)); };
+  row("check", [](const CommittedStep& s) {
+    return s.begin.is_final ? std::string("final") : "step " + std::to_string(s.begin.step);
+  });
+  row("tiles and digests", [](const CommittedStep&) { return "ok"; });  // Else there is no step.
+  row("open edges", [&](const CommittedStep& s) { return count(s.topology.open_edges); });
+  row("non-manifold edges",
+      [&](const CommittedStep& s) { return count(s.topology.nonmanifold_edges); });
+  row("edges on the border",
+      [&](const CommittedStep& s) { return count(s.topology.border_edges); });
+  row("components", [&](const CommittedStep& s) { return count(s.topology.components); });
+  row("Euler characteristic",
+      [](const CommittedStep& s) { return std::to_string(s.topology.euler_characteristic); });
+  row("topology preserved", [](const CommittedStep& s) {
+    return s.begin.request.topology_tolerance == 0 && s.begin.finest_spacing == 1 ? "yes"
+                                                                                  : "preview";
+  });
+  return table;
+}
+
 std::string text_list(const std::vector<DatasetInfo>& datasets) {
   std::string text;
   for (const DatasetInfo& info : datasets) {

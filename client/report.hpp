@@ -28,6 +28,8 @@ struct FetchReport {
 // One line without newline: "step 2 final  error 1 voxel  34 tiles  12 345 triangles  18.2 KiB
 // ...".
 [[nodiscard]] std::string step_line(const FetchedStep& step);
+// What was checked of every step, one column a step, for people.
+[[nodiscard]] std::string checks_table(const std::vector<FetchedStep>& steps);
 // A table, one dataset a line.
 [[nodiscard]] std::string text_list(const std::vector<DatasetInfo>& datasets);
 
