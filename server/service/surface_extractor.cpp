@@ -1,6 +1,8 @@
 #include "server/service/surface_extractor.hpp"
 
 #include <algorithm>
+#include <condition_variable>
+#include <exception>
 #include <list>
 #include <mutex>
 #include <tuple>
@@ -11,27 +13,40 @@
 namespace multitetra {
 
 // The errors of the isovalues asked for last. One computation at a time, so that equal requests
-// share it.
+// share it; who waits for another's can be stopped.
 class SurfaceExtractor::ErrorsCache {
  public:
   std::shared_ptr<const SaturatedErrors> get(const Field& field, const IsosurfaceRequest& request,
                                              std::stop_token stop) {
     const Key key(request.isovalue, request.measure, request.topology_rule);
-    const std::lock_guard lock(mutex_);
-    const auto found =
-        std::find_if(recent_.begin(), recent_.end(), [&](const Entry& e) { return e.key == key; });
-    if (found != recent_.end()) {
-      recent_.splice(recent_.begin(), recent_, found);
-      return recent_.front().errors;
+    std::unique_lock lock(mutex_);
+    const auto may_go_on = [&] { return !is_computing_ || find(key) != nullptr; };
+    if (!changed_.wait(lock, stop, may_go_on)) throw Cancelled{};
+    if (const auto known = find(key)) return known;
+
+    is_computing_ = true;
+    lock.unlock();
+    std::shared_ptr<const SaturatedErrors> errors;
+    std::exception_ptr trouble;
+    try {
+      const ForEach for_each = [&](std::size_t count,
+                                   const std::function<void(std::size_t)>& body) {
+        in_parallel(count, body, stop);
+      };
+      errors = std::make_shared<const SaturatedErrors>(field, request.isovalue, request.measure,
+                                                       request.topology_rule, for_each);
+    } catch (...) {
+      trouble = std::current_exception();
     }
-    const ForEach for_each = [&](std::size_t count, const std::function<void(std::size_t)>& body) {
-      in_parallel(count, body, stop);
-    };
-    auto errors = std::make_shared<const SaturatedErrors>(field, request.isovalue, request.measure,
-                                                          request.topology_rule, for_each);
-    recent_.push_front({key, std::move(errors)});
-    if (recent_.size() > kKept) recent_.pop_back();
-    return recent_.front().errors;
+    lock.lock();
+    is_computing_ = false;
+    if (errors) {
+      recent_.push_front({key, errors});
+      if (recent_.size() > kKept) recent_.pop_back();
+    }
+    changed_.notify_all();
+    if (trouble) std::rethrow_exception(trouble);
+    return errors;
   }
 
  private:
@@ -42,8 +57,19 @@ class SurfaceExtractor::ErrorsCache {
   };
   static constexpr std::size_t kKept = 2;
 
-  std::mutex mutex_;  // Guards recent_.
-  std::list<Entry> recent_;
+  // Null when they are not kept; otherwise they are the last to be dropped. Requires mutex_.
+  std::shared_ptr<const SaturatedErrors> find(const Key& key) {
+    const auto found =
+        std::find_if(recent_.begin(), recent_.end(), [&](const Entry& e) { return e.key == key; });
+    if (found == recent_.end()) return nullptr;
+    recent_.splice(recent_.begin(), recent_, found);
+    return recent_.front().errors;
+  }
+
+  std::mutex mutex_;  // Guards all below.
+  std::condition_variable_any changed_;
+  bool is_computing_ = false;
+  std::list<Entry> recent_;  // Used last first.
 };
 
 namespace {

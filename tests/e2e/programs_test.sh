@@ -105,7 +105,7 @@ expect_exit 1 "suffix" "$server" extract torus.mtd -o x.xyz
 expect_exit 1 "error threshold" "$server" extract torus.mtd -o x.ply --error nan
 expect_exit 1 "No dataset" "$server" serve missing.mtd --tcp 127.0.0.1:0
 expect_exit 2 "cube" "$server" generate cube -o x.nrrd
-expect_exit 1 "--size" "$server" generate sphere --size 1 -o x.nrrd
+expect_exit 1 "2 to 4097" "$server" generate sphere --size 1 -o x.nrrd
 head -c 2000 torus.mtd >cut.mtd
 expect_exit 1 "cut.mtd" "$server" info cut.mtd
 for command in generate prepare info extract serve; do "$server" "$command" --help | grep -q Examples || fail "$command --help has no examples"; done

@@ -71,7 +71,7 @@ std::vector<PublicVolume> public_volumes() {
   };
 }
 
-class PublicIsosurfaces : public testing::TestWithParam<PublicVolume> {
+class PublicIsosurfaces : public ::testing::TestWithParam<PublicVolume> {
  protected:
   static ContentDigest extracted_digest(const SurfaceExtractor& extractor, const StepRequest& step,
                                         std::size_t threads) {
@@ -104,7 +104,7 @@ TEST_P(PublicIsosurfaces, HaveOneTopologyNoCrackAndArriveAsExtracted) {
   for (const double isovalue : volume.isovalues) {
     std::optional<MeshTopology> full;
     for (const double error : {0.0, 0.5, 2.0}) {
-      SCOPED_TRACE(testing::Message() << "isovalue " << isovalue << ", error " << error);
+      SCOPED_TRACE(::testing::Message() << "isovalue " << isovalue << ", error " << error);
       const IsosurfaceRequest request{.isovalue = isovalue, .error = error};
       // The client fails on an open or non-manifold edge in any step.
       const auto final_step = client->fetch(
@@ -126,14 +126,14 @@ TEST_P(PublicIsosurfaces, HaveOneTopologyNoCrackAndArriveAsExtracted) {
   }
 }
 
-std::string test_name(const testing::TestParamInfo<PublicVolume>& parameter) {
+std::string test_name(const ::testing::TestParamInfo<PublicVolume>& parameter) {
   std::string name = parameter.param.file.substr(0, parameter.param.file.find_last_of('.'));
   for (char& c : name) {
     if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
   }
   return name;
 }
-INSTANTIATE_TEST_SUITE_P(All, PublicIsosurfaces, testing::ValuesIn(public_volumes()), test_name);
+INSTANTIATE_TEST_SUITE_P(All, PublicIsosurfaces, ::testing::ValuesIn(public_volumes()), test_name);
 
 }  // namespace
 }  // namespace multitetra

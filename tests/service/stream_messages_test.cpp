@@ -132,7 +132,7 @@ TEST(StreamMessages, TheBoundIsToldInWorldUnits) {
 
 // At whatever message it is stopped, one message is left, and late results change nothing.
 TEST(StreamMessages, StoppingAnywhereLeavesOnlyTheEnd) {
-  for (int taken = 0; taken <= 6; ++taken) {
+  for (int taken = 0; taken < 6; ++taken) {
     for (const bool fails : {false, true}) {
       SCOPED_TRACE(taken);
       StreamMessages stream(progressive(), octahedra_info());
