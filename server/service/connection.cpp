@@ -79,10 +79,7 @@ asio::awaitable<void> Connection::write() {
   while (const auto message = co_await conversation_->next_message()) {
     const std::string content = serialize(*message);
     if (content.size() > kMaxServerFrameBytes) {
-      const Error error = {ErrorCode::kLimitExceeded, "The answer has a message longer than " +
-                                                          std::to_string(kMaxServerFrameBytes) +
-                                                          " bytes; ask for a larger error."};
-      if (!conversation_->fail_stream(error)) conversation_->end(error);
+      conversation_->give_up(*message);
       continue;
     }
     const std::string header = frame_header(static_cast<std::uint32_t>(content.size()));

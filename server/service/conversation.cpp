@@ -1,5 +1,6 @@
 #include "server/service/conversation.hpp"
 
+#include <algorithm>
 #include <exception>
 
 #include <spdlog/spdlog.h>
@@ -72,13 +73,24 @@ void Conversation::leave() {
   replies_taken_.cancel();
 }
 
-bool Conversation::fail_stream(Error error) {
-  if (!stream_) return false;
+void Conversation::fail_stream(Error error) {
   spdlog::warn("{}: stream {} failed: {}", peer_, stream_->messages.request_id(), error.text);
   stream_->stop.request_stop();
   stream_->messages.fail(std::move(error));
   something_to_send_.cancel();
-  return true;
+}
+
+void Conversation::give_up(const ServerMessage& message) {
+  const std::string beyond = " has a message longer than " + std::to_string(kMaxServerFrameBytes) +
+                             " bytes, the most that is sent";
+  if (const auto* list = std::get_if<DatasetList>(&message)) {
+    const Error error = {ErrorCode::kLimitExceeded,
+                         "The list of datasets" + beyond + "; this server offers too many."};
+    spdlog::error("{}: {}", peer_, error.text);
+    replies_.push_front(ErrorReply{.request_id = list->request_id, .error = error});
+  } else if (stream_) {
+    fail_stream({ErrorCode::kLimitExceeded, "The answer" + beyond + "; ask for a larger error."});
+  }
 }
 
 asio::awaitable<std::optional<ServerMessage>> Conversation::next_message() {
@@ -96,7 +108,16 @@ asio::awaitable<std::optional<ServerMessage>> Conversation::next_message() {
 }
 
 asio::awaitable<void> Conversation::room() {
-  while (replies_.size() >= kMaxWaitingReplies) co_await wait_on(replies_taken_);
+  while (!has_room()) co_await wait_on(replies_taken_);
+}
+
+// All replies are short but one: a list may have megabytes.
+bool Conversation::has_room() const {
+  const auto is_list = [](const ServerMessage& m) {
+    return std::holds_alternative<DatasetList>(m);
+  };
+  return replies_.size() < kMaxWaitingReplies &&
+         std::none_of(replies_.begin(), replies_.end(), is_list);
 }
 
 void Conversation::perform(Actions actions) {
@@ -135,6 +156,7 @@ void Conversation::perform(Close action) {
 }
 
 void Conversation::make_next_step() {
+  if (is_making_ || !stream_) return;
   const auto step = stream_->messages.next_step();
   if (!step) return;
   // The guard keeps the executor running until the step has come back.
@@ -147,11 +169,16 @@ void Conversation::make_next_step() {
                  self->step_made(stream, std::move(made), seconds);
                });
   });
+  is_making_ = true;
 }
 
 void Conversation::step_made(const std::shared_ptr<RunningStream>& stream, Result<EncodedStep> step,
                              double seconds) {
-  if (stream != stream_) return;
+  is_making_ = false;
+  if (stream != stream_) {  // It was stopped; the stream after it, if any, has waited.
+    make_next_step();
+    return;
+  }
   if (!step) {
     fail_stream(step.error());
     return;

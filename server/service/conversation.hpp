@@ -6,9 +6,10 @@
 //   reading:  co_await room(); read a message; receive(content)
 //   writing:  while (auto message = co_await next_message()) write it
 //
-// Memory is bounded whatever the client does: replies wait in a short queue, and reading pauses
-// while it is full; stream messages are made when the writing loop asks for them, and a step only
-// when the one before has gone. Workers never wait for a client.
+// Memory is bounded whatever the client does: replies wait in a short queue, of which one may be a
+// list of datasets, and reading pauses while it is full; stream messages are made when the writing
+// loop asks for them, and a step only when the one before has gone. At most one step is with the
+// workers, also when streams supersede each other. Workers never wait for a client.
 //
 // Not thread-safe: everything runs on the executor, of which one thread runs at a time. Only the
 // making of steps happens elsewhere.
@@ -42,8 +43,9 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   void end(const Error& error);
   // The client is gone: drops everything that was to be sent.
   void leave();
-  // The running stream cannot go on; the conversation can. False when no stream runs.
-  bool fail_stream(Error error);
+  // `message`, of next_message(), is too long to be sent: its request is answered with an error
+  // instead, and the conversation goes on.
+  void give_up(const ServerMessage& message);
 
   // The next message to send; nullopt when the conversation is over.
   [[nodiscard]] asio::awaitable<std::optional<ServerMessage>> next_message();
@@ -63,11 +65,15 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   void perform(StopStream action);
   void perform(Close action);
 
+  // Unless one is being made: step_made() calls it again then.
   void make_next_step();
   void step_made(const std::shared_ptr<RunningStream>& stream, Result<EncodedStep> step,
                  double seconds);
   [[nodiscard]] std::optional<ServerMessage> take_stream_message();
+  // The running stream cannot go on; the conversation can. Requires a running stream.
+  void fail_stream(Error error);
   void drop_stream();
+  [[nodiscard]] bool has_room() const;
 
   asio::any_io_executor executor_;
   asio::thread_pool& workers_;
@@ -76,6 +82,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   bool is_over_ = false;
   std::deque<ServerMessage> replies_;
   std::shared_ptr<RunningStream> stream_;
+  bool is_making_ = false;  // A step is with the workers: of stream_, or of one that was stopped.
   // Timers that never expire; cancelling one wakes who waits on it.
   asio::steady_timer something_to_send_;
   asio::steady_timer replies_taken_;

@@ -99,7 +99,18 @@ class Server::Listener {
     }
   }
 
+  // Trouble with one client, such as no memory left for it, must not end the accepting of others.
   void welcome(tcp::socket socket) {
+    const std::uint64_t id = next_id_++;
+    try {
+      start_connection(id, std::move(socket));
+    } catch (const std::exception& trouble) {
+      connections_.erase(id);
+      spdlog::error("a connection could not be served: {}", trouble.what());
+    }
+  }
+
+  void start_connection(std::uint64_t id, tcp::socket socket) {
     const std::string peer = peer_name(socket);
     const auto conversation = std::make_shared<Conversation>(
         io_.get_executor(), workers_, Session(catalogue_, options_.session), peer);
@@ -107,7 +118,6 @@ class Server::Listener {
         std::make_shared<Connection>(std::move(socket), conversation, options_.connection);
     const bool is_full = connections_.size() >= options_.max_connections;
     spdlog::info("{}: connected", peer);
-    const std::uint64_t id = next_id_++;
     connections_.emplace(id, connection);
     connection->start([this, id, peer] {
       connections_.erase(id);

@@ -16,7 +16,7 @@ std::optional<Error> objection(const OpenStream& open, std::uint64_t last_reques
     return Error{ErrorCode::kInvalidArgument,
                  "The request id is " + std::to_string(open.request_id) +
                      "; it must be greater than " + std::to_string(last_request_id) +
-                     ", the greatest so far on this connection."};
+                     ", that of the last stream on this connection."};
   }
   if (open.held.size() > max_held_digests) {
     return Error{ErrorCode::kLimitExceeded,
@@ -108,7 +108,6 @@ Actions Session::answer(const OpenStream& open) {
   if (auto error = objection(open, last_request_id_, options_.max_held_digests)) {
     return {reply(*std::move(error), open.request_id)};
   }
-  last_request_id_ = open.request_id;
   std::shared_ptr<const StepSource> source = catalogue_->find(open.dataset);
   if (!source) {
     return {reply({ErrorCode::kUnknownDataset, "No dataset is named \"" + open.dataset +
@@ -120,6 +119,7 @@ Actions Session::answer(const OpenStream& open) {
   }
   Actions actions;
   if (running_) actions.push_back(StopStream{*running_, StreamOutcome::kSuperseded});
+  last_request_id_ = open.request_id;
   running_ = open.request_id;
   actions.push_back(StartStream{open, std::move(source)});
   return actions;

@@ -5,7 +5,8 @@
 //   for (const Action& action : session.receive(message)) perform(action);
 //
 // Guarantees: at most one stream runs at a time, StopStream always names the one that runs, and
-// nothing follows a Close. A bad request is answered with an ErrorReply and changes nothing else.
+// nothing follows a Close. A bad request is answered with an ErrorReply and changes nothing else:
+// not even its request id is used up.
 #pragma once
 
 #include <cstdint>
@@ -76,7 +77,7 @@ class Session {
   SessionOptions options_;
   bool is_welcomed_ = false;
   bool is_closed_ = false;
-  std::uint64_t last_request_id_ = 0;     // Of all streams ever asked for.
+  std::uint64_t last_request_id_ = 0;     // Of all streams ever started.
   std::optional<std::uint64_t> running_;  // The stream that runs.
 };
 

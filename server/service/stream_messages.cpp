@@ -1,9 +1,20 @@
 #include "server/service/stream_messages.hpp"
 
+#include <algorithm>
 #include <cassert>
+#include <limits>
 #include <utility>
 
 namespace multitetra {
+namespace {
+
+// In world units. Finite as all that is sent, also where the conversion leaves the doubles.
+double world_error(const IsosurfaceRequest& request, double voxel_length) {
+  if (request.unit == LengthUnit::kWorld) return request.error;
+  return std::min(request.error * voxel_length, std::numeric_limits<double>::max());
+}
+
+}  // namespace
 
 StreamMessages::StreamMessages(const OpenStream& open, const DatasetInfo& info)
     : request_id_(open.request_id),
@@ -53,12 +64,11 @@ ServerMessage StreamMessages::take() {
 
 StepBegin StreamMessages::step_begin() const {
   const StepRequest& step = plan_[step_];
-  const bool in_voxels = step.request.unit == LengthUnit::kVoxel;
   StepBegin begin{.request_id = request_id_,
                   .step = step_,
                   .is_final = step_ + 1 == plan_.size(),
                   .request = step.request,
-                  .error_bound_world = step.request.error * (in_voxels ? voxel_length_ : 1.0),
+                  .error_bound_world = world_error(step.request, voxel_length_),
                   .finest_spacing = step.finest_spacing,
                   .codec = PayloadCodec::kDracoLattice,
                   .tetrahedra = current_.tetrahedra,

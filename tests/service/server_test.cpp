@@ -6,6 +6,7 @@
 #include <thread>
 
 #include <gtest/gtest.h>
+#include <spdlog/sinks/base_sink.h>
 
 #include "common/net.hpp"
 #include "tests/service/fake_steps.hpp"
@@ -146,6 +147,38 @@ TEST(Server, ANewStreamSupersedesTheOneAtWork) {
   EXPECT_EQ(receive<StepBegin>(socket).request_id, 2U);
   std::uint32_t steps = 0;
   EXPECT_EQ(read_stream(socket, steps).request_id, 2U);
+}
+
+// The only worker is freed by the very request that waits for it.
+TEST(Server, OneWorkerServesTwoClientsOfWhichOneSupersedesItself) {
+  std::atomic<int> running = 0;
+  const auto endless = testing::endless(running);
+  RunningServer server(catalogue_of(std::make_shared<FakeSteps>(
+                           "fake",
+                           [endless](const StepRequest& step, const std::stop_token& stop) {
+                             return step.request.isovalue == 1 ? endless(step, stop)
+                                                               : octahedron_step(step);
+                           })),
+                       {.workers = 1});
+  const auto brief = [](std::uint64_t id) {
+    OpenStream request = open(id, StepPolicy::kProgressive);
+    request.request.isovalue = 2;
+    return request;
+  };
+  MessageSocket first = server.greet();
+  MessageSocket second = server.greet();
+  ASSERT_TRUE(first.send(open(1)));
+  ASSERT_TRUE(eventually([&] { return running == 1; }));
+  ASSERT_TRUE(second.send(brief(1)));
+  ASSERT_TRUE(second.send(brief(2)));
+  EXPECT_EQ(receive<StreamEnd>(second).outcome, StreamOutcome::kSuperseded);
+  for (std::uint64_t id = 2; id <= 20; ++id) ASSERT_TRUE(first.send(brief(id)));
+  std::uint32_t steps = 0;
+  for (std::uint64_t id = 1; id < 20; ++id) {
+    EXPECT_EQ(read_stream(first, steps).request_id, id);
+  }
+  EXPECT_EQ(read_stream(first, steps).outcome, StreamOutcome::kComplete);
+  EXPECT_EQ(read_stream(second, steps).outcome, StreamOutcome::kComplete);
 }
 
 // Between two tiles, while the client takes its time.
@@ -370,6 +403,63 @@ TEST(Server, RepliesThatNobodyReadsAreBounded) {
     }
   }
   EXPECT_LT(sent, kFarTooMuch) << "the server read on though nobody took its answers";
+}
+
+// Serialized, its histogram alone is longer than a frame may be.
+class OversizedInfo : public FakeSteps {
+ public:
+  explicit OversizedInfo(testing::MakeStep make) : FakeSteps("fake", std::move(make)) {
+    info_ = testing::octahedra_info("fake");
+    info_.histogram.counts.assign(kMaxServerFrameBytes / 8, ~std::uint64_t{0});
+  }
+  [[nodiscard]] const DatasetInfo& info() const override { return info_; }
+
+ private:
+  DatasetInfo info_;
+};
+
+TEST(Server, AListTooLongToSendFailsAloneAndNotTheRunningStream) {
+  std::atomic<int> running = 0;
+  RunningServer server(catalogue_of(std::make_shared<OversizedInfo>(testing::endless(running))));
+  MessageSocket socket = server.greet();
+  ASSERT_TRUE(socket.send(open(1)));
+  ASSERT_TRUE(eventually([&] { return running == 1; }));
+  ASSERT_TRUE(socket.send(ListDatasets{9}));
+  const ErrorReply reply = receive<ErrorReply>(socket);
+  EXPECT_EQ(reply.request_id, 9U);
+  EXPECT_EQ(reply.error.code, ErrorCode::kLimitExceeded);
+  EXPECT_EQ(running, 1);
+  ASSERT_TRUE(socket.send(Cancel{1}));
+  EXPECT_EQ(receive<StreamEnd>(socket).outcome, StreamOutcome::kCancelled);
+}
+
+// A log that cannot be written when the first client comes, as a disk that is full.
+class FailingOnce : public spdlog::sinks::base_sink<std::mutex> {
+ private:
+  void sink_it_(const spdlog::details::log_msg&) override {
+    if (!std::exchange(has_failed_, true)) throw std::runtime_error("the disk is full");
+  }
+  void flush_() override {}
+
+  bool has_failed_ = false;
+};
+
+TEST(Server, GoesOnAcceptingAfterAClientThatItCouldNotServe) {
+  const auto usual_log = spdlog::default_logger();
+  const auto log = std::make_shared<spdlog::logger>("failing", std::make_shared<FailingOnce>());
+  log->set_error_handler([](const std::string& text) { throw std::runtime_error(text); });
+  spdlog::set_default_logger(log);
+  {
+    RunningServer server(octahedra());
+    log->set_level(spdlog::level::info);
+    MessageSocket unlucky = server.connect();
+    EXPECT_TRUE(is_closed_by_server(unlucky));
+    MessageSocket next = server.greet();
+    ASSERT_TRUE(next.send(Ping{1}));
+    EXPECT_EQ(receive<Pong>(next).value, 1U);
+  }
+  spdlog::set_default_logger(usual_log);
+  spdlog::drop("failing");
 }
 
 TEST(Server, SaysWhichAddressItCannotListenOn) {

@@ -180,6 +180,12 @@ TEST(Session, ABadRequestIsAnsweredAndLeavesTheRunningStreamAlone) {
   }
 }
 
+TEST(Session, ARefusedRequestDoesNotUseUpItsId) {
+  Session session = welcomed_session();
+  EXPECT_EQ(words(session.receive(open(1, "nothing"))), Words{"error unknown_dataset 1"});
+  EXPECT_EQ(words(session.receive(open(1))), Words{"start 1"});
+}
+
 TEST(Session, RefusesALatticeTooFineForALargeDataset) {
   class Large : public FakeSteps {
    public:

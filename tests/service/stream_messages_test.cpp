@@ -1,6 +1,7 @@
 #include "server/service/stream_messages.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -128,6 +129,19 @@ TEST(StreamMessages, TheBoundIsToldInWorldUnits) {
     stream.supply({}, 0);
     EXPECT_EQ(std::get<StepBegin>(stream.take()).error_bound_world, bound);
   }
+}
+
+TEST(StreamMessages, TheBoundIsFiniteHoweverLargeTheError) {
+  DatasetInfo info = octahedra_info();
+  info.spacing = {100, 100, 100};
+  OpenStream open = progressive();
+  open.steps = StepPolicy::kFinalOnly;
+  open.request.error = 1e308;
+  StreamMessages stream(open, info);
+  (void)stream.next_step();
+  stream.supply({}, 0);
+  EXPECT_EQ(std::get<StepBegin>(stream.take()).error_bound_world,
+            std::numeric_limits<double>::max());
 }
 
 // At whatever message it is stopped, one message is left, and late results change nothing.

@@ -1,0 +1,100 @@
+// A conversation without a network: the test plays the transport.
+#include "server/service/conversation.hpp"
+
+#include <future>
+
+#include <gtest/gtest.h>
+#include <spdlog/spdlog.h>
+
+#include "tests/service/fake_steps.hpp"
+
+namespace multitetra {
+namespace {
+
+using testing::catalogue_of;
+using testing::FakeSteps;
+
+// A welcomed conversation whose only worker is busy until it is freed.
+class ConversationTest : public ::testing::Test {
+ protected:
+  ConversationTest() {
+    spdlog::set_level(spdlog::level::off);
+    asio::post(workers_, [freed = freed_.get_future().share()] { freed.wait(); });
+    receive(Hello{});
+    EXPECT_TRUE(std::holds_alternative<Welcome>(next()));
+  }
+  ~ConversationTest() override {
+    free_the_worker();
+    conversation_->leave();
+    io_.restart();
+    io_.run();
+    workers_.join();
+  }
+
+  void receive(const ClientMessage& message) { conversation_->receive(serialize(message)); }
+  void open(std::uint64_t id) {
+    receive(OpenStream{
+        .request_id = id, .dataset = "fake", .steps = StepPolicy::kFinalOnly, .held = {}});
+  }
+  ServerMessage next() {
+    auto message = asio::co_spawn(
+        io_, [this] { return conversation_->next_message(); }, asio::use_future);
+    io_.restart();
+    while (message.wait_for(std::chrono::seconds(0)) != std::future_status::ready) io_.run_one();
+    return message.get().value();
+  }
+  // Whether another message may be received now.
+  bool has_room() {
+    if (!room_.valid()) {
+      room_ = asio::co_spawn(
+          io_, [this] { return conversation_->room(); }, asio::use_future);
+    }
+    io_.restart();
+    io_.poll();
+    if (room_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
+    room_.get();
+    return true;
+  }
+  void free_the_worker() {
+    if (!std::exchange(is_free_, true)) freed_.set_value();
+  }
+
+  std::shared_ptr<FakeSteps> source_ = std::make_shared<FakeSteps>("fake");
+  asio::io_context io_{1};
+  asio::thread_pool workers_{1};
+  std::promise<void> freed_;
+  bool is_free_ = false;
+  std::future<void> room_;
+  std::shared_ptr<Conversation> conversation_ = std::make_shared<Conversation>(
+      io_.get_executor(), workers_, Session(catalogue_of(source_), {}), "test");
+};
+
+// Every stream that is kept, here or in the workers' queue, holds the source.
+TEST_F(ConversationTest, KeepsTwoStreamsAtMostHoweverManySupersedeEachOther) {
+  const long before = source_.use_count();
+  constexpr std::uint64_t kStreams = 100;
+  for (std::uint64_t id = 1; id <= kStreams; ++id) {
+    open(id);
+    EXPECT_LE(source_.use_count(), before + 2);
+  }
+  for (std::uint64_t id = 1; id < kStreams; ++id) {
+    EXPECT_EQ(std::get<StreamEnd>(next()).outcome, StreamOutcome::kSuperseded);
+  }
+  free_the_worker();
+  EXPECT_EQ(std::get<StepBegin>(next()).request_id, kStreams);
+}
+
+TEST_F(ConversationTest, ReceivesNothingMoreWhileAListOfDatasetsWaits) {
+  EXPECT_TRUE(has_room());
+  receive(Ping{1});
+  EXPECT_TRUE(has_room());
+  receive(ListDatasets{2});
+  EXPECT_FALSE(has_room());
+  EXPECT_TRUE(std::holds_alternative<Pong>(next()));
+  EXPECT_FALSE(has_room());
+  EXPECT_TRUE(std::holds_alternative<DatasetList>(next()));
+  EXPECT_TRUE(has_room());
+}
+
+}  // namespace
+}  // namespace multitetra
