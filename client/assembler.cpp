@@ -1,6 +1,7 @@
 #include "client/assembler.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include "client/manifest_checks.hpp"
 
@@ -42,14 +43,23 @@ LatticeMesh welded(const std::vector<std::shared_ptr<const LatticeMesh>>& tiles,
   return weld(meshes, resolution);
 }
 
-bool preserves_topology(const StepBegin& begin) {
-  return begin.request.topology_tolerance == 0 && begin.finest_spacing == 1;
+HeldTiles told_of(HeldTiles held, const std::vector<ContentDigest>& digests) {
+  const std::set<ContentDigest> told(digests.begin(), digests.end());
+  std::erase_if(held, [&told](const auto& tile) { return !told.contains(tile.first); });
+  return held;
 }
 
 }  // namespace
 
+bool preserves_topology(const StepBegin& begin) {
+  return begin.request.topology_tolerance == 0 && begin.finest_spacing == 1;
+}
+
 Assembler::Assembler(DatasetInfo info, OpenStream open, HeldTiles held, AssemblerLimits limits)
-    : info_(std::move(info)), open_(std::move(open)), limits_(limits), held_(std::move(held)) {}
+    : info_(std::move(info)),
+      open_(std::move(open)),
+      limits_(limits),
+      held_(told_of(std::move(held), open_.held)) {}
 
 Result<Progress> Assembler::receive(const ServerMessage& message) {
   if (failed_) return tl::unexpected(*failed_);
@@ -89,6 +99,9 @@ Result<Progress> Assembler::take(const StepBegin& begin) {
     return fault(begin.step, "step " + std::to_string(steps_committed_) + " was due");
   }
   if (shown_ && shown_->begin.is_final) return fault(begin.step, "it follows the final step");
+  if (begin.step >= limits_.steps) {
+    return fault(begin.step, "this client allows " + std::to_string(limits_.steps) + " steps");
+  }
   if (const auto found = manifest_fault(begin, open_, info_, limits_)) {
     return fault(begin.step, *found);
   }
@@ -96,6 +109,7 @@ Result<Progress> Assembler::take(const StepBegin& begin) {
   pending->begin = begin;
   for (std::size_t i = 0; i < begin.tiles.size(); ++i) {
     const auto held = held_.find(begin.tiles[i].digest);
+    if (held == held_.end()) announced_.add(begin.tiles[i]);
     pending->tiles.push_back(held == held_.end() ? nullptr : held->second);
     if (held != held_.end() &&
         !is_as_promised(*held->second, begin.tiles[i], begin.request.lattice_resolution)) {
@@ -103,6 +117,9 @@ Result<Progress> Assembler::take(const StepBegin& begin) {
                                    " is held already, but with other counts or "
                                    "outside its cube");
     }
+  }
+  if (const auto beyond = excess(announced_, limits_)) {
+    return fault(begin.step, "with the steps before " + *beyond);
   }
   pending_ = std::move(pending);
   return Progress{};

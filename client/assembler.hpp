@@ -31,11 +31,23 @@ namespace multitetra {
 // Decoded tiles by their content, for use in later steps and streams.
 using HeldTiles = std::map<ContentDigest, std::shared_ptr<const LatticeMesh>>;
 
-// What one step may ask the client to hold.
+// What one stream may ask the client to hold, all steps together: a tile is kept until the stream
+// has ended, because the server does not send it again. A tile in several steps counts once. The
+// same limits hold for one step with the tiles that are held already.
 struct AssemblerLimits {
-  std::size_t tiles = 1 << 20;
+  std::uint32_t steps = 64;
+  std::uint64_t tiles = 1 << 20;
   std::uint64_t triangles = 400'000'000;
   std::uint64_t payload_bytes = std::uint64_t{4} << 30;
+};
+
+// Sums over the tiles of a manifest.
+struct ManifestTotals {
+  std::uint64_t tiles = 0;
+  std::uint64_t triangles = 0;
+  std::uint64_t payload_bytes = 0;
+
+  void add(const TileSummary& tile);
 };
 
 // A step that passed all checks.
@@ -46,6 +58,8 @@ struct CommittedStep {
   MeshTopology topology;
   std::vector<std::string> checks;  // Names of the checks that it passed.
 };
+// Whether the step promises the topology of the full-resolution surface.
+[[nodiscard]] bool preserves_topology(const StepBegin& begin);
 using CommittedStepPtr = std::shared_ptr<const CommittedStep>;
 
 // The server refuses or gives up the stream. That is no failed check.
@@ -59,7 +73,7 @@ using Progress = std::variant<std::monostate, CommittedStepPtr, StreamEnd, Refus
 
 class Assembler {
  public:
-  // `held` are tiles that `open` told the server not to send.
+  // Of `held` those are used that `open` tells the server not to send; the server sends the others.
   Assembler(DatasetInfo info, OpenStream open, HeldTiles held = {}, AssemblerLimits limits = {});
 
   [[nodiscard]] Result<Progress> receive(const ServerMessage& message);
@@ -96,6 +110,7 @@ class Assembler {
   CommittedStepPtr shown_;
   std::shared_ptr<PendingStep> pending_;
   std::uint32_t steps_committed_ = 0;
+  ManifestTotals announced_;              // Of the tiles of all steps so far that were not held.
   std::optional<Invariants> invariants_;  // Of the steps that preserve the topology.
   bool has_ended_ = false;
   std::optional<Error> failed_;

@@ -52,6 +52,14 @@ ClientResult<Client> Client::connect(const Endpoint& server, ClientOptions optio
   if (auto sent = socket->send(hello); !sent) return trouble(Trouble::kNetwork, sent.error());
   const auto welcome = receive<Welcome>(*socket, "Welcome");
   if (!welcome) return tl::unexpected(welcome.error());
+  if (welcome->version != kProtocolVersion || welcome->codec != PayloadCodec::kDracoLattice) {
+    return trouble(
+        Trouble::kServer,
+        {ErrorCode::kUnsupportedVersion,
+         "It welcomes with protocol version " + std::to_string(welcome->version) + " and codec " +
+             std::to_string(static_cast<int>(welcome->codec)) + "; this client asked for version " +
+             std::to_string(kProtocolVersion) + " and codec 1."});
+  }
   return Client(*std::move(socket), std::move(options));
 }
 

@@ -93,12 +93,13 @@ class Output {
     write_mesh(*fetched.step, std::filesystem::path(arguments_.steps_directory) / name);
   }
   void final_step(const FetchedStep& fetched) const { write_mesh(*fetched.step, arguments_.mesh); }
+  // Also of a fetch that failed, with the steps that came.
   void report(const FetchReport& report) const {
     const std::string text = json_report(report);
     if (!arguments_.report.empty()) write_file(arguments_.report, text);
     if (arguments_.json) {
       std::cout << text;
-    } else if (!arguments_.quiet) {
+    } else if (!arguments_.quiet && !report.error) {
       std::cout << checks_table(report.steps) << arguments_.mesh << " written\n";
     }
   }
@@ -149,15 +150,20 @@ int fetch(const FetchArguments& arguments) {
                .steps = arguments.final_only ? StepPolicy::kFinalOnly : StepPolicy::kProgressive,
                .held = {}},
       .coordinates = arguments.surface.coordinates,
-      .mesh_file = arguments.mesh,
+      .mesh_file = {},
       .steps = {}};
   const Output output(arguments, *format, *info);
   const auto final_step = client->fetch(*info, report.open, [&](const FetchedStep& step) {
     output.step(step);
     report.steps.push_back(for_report(step));
   });
-  if (!final_step) return complain(final_step.error());
+  if (!final_step) {
+    report.error = final_step.error().error;
+    output.report(report);
+    return complain(final_step.error());
+  }
   output.final_step(*final_step);
+  report.mesh_file = arguments.mesh;
   output.report(report);
   return kOk;
 }
@@ -188,7 +194,8 @@ void add_fetch(CLI::App& app, FetchArguments& a) {
       ->capture_default_str();
   command->add_option("-o,--output", a.mesh, "Mesh file: .ply, .stl, .obj, .glb or .drc")
       ->required();
-  command->add_option("--report", a.report, "Write a JSON report of all steps to this file");
+  command->add_option("--report", a.report,
+                      "Write a JSON report of all steps to this file, also when the fetch fails");
   command->add_option("--save-steps", a.steps_directory, "Write every step to this directory");
   command->add_flag("--json", a.json, "Print the JSON report");
   command->add_flag("--quiet", a.quiet, "No line per step");

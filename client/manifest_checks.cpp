@@ -57,6 +57,23 @@ std::string too_many(const char* what, std::uint64_t count, std::uint64_t limit)
 
 }  // namespace
 
+void ManifestTotals::add(const TileSummary& tile) {
+  ++tiles;
+  triangles += tile.triangles;
+  payload_bytes += tile.bytes;
+}
+
+std::optional<std::string> excess(const ManifestTotals& totals, const AssemblerLimits& limits) {
+  if (totals.tiles > limits.tiles) return too_many("tiles", totals.tiles, limits.tiles);
+  if (totals.triangles > limits.triangles) {
+    return too_many("triangles", totals.triangles, limits.triangles);
+  }
+  if (totals.payload_bytes > limits.payload_bytes) {
+    return too_many("bytes", totals.payload_bytes, limits.payload_bytes);
+  }
+  return std::nullopt;
+}
+
 std::string tile_name(const StepBegin& begin, std::size_t index) {
   return "tile " + std::to_string(index) + " (" + to_string(begin.tiles[index].cube) + ")";
 }
@@ -65,11 +82,7 @@ std::optional<std::string> manifest_fault(const StepBegin& begin, const OpenStre
                                           const DatasetInfo& info, const AssemblerLimits& limits) {
   if (auto fault = parameter_fault(begin, open.request)) return fault;
   if (begin.codec != PayloadCodec::kDracoLattice) return "its codec was not negotiated";
-  if (begin.tiles.size() > limits.tiles) {
-    return too_many("tiles", begin.tiles.size(), limits.tiles);
-  }
-  std::uint64_t triangles = 0;
-  std::uint64_t bytes = 0;
+  ManifestTotals totals;
   std::set<OctreeCube> cubes;
   std::set<ContentDigest> digests;
   for (std::size_t i = 0; i < begin.tiles.size(); ++i) {
@@ -81,12 +94,9 @@ std::optional<std::string> manifest_fault(const StepBegin& begin, const OpenStre
     if (!digests.insert(tile.digest).second) {
       return tile_name(begin, i) + " has the same content as another tile";
     }
-    triangles += tile.triangles;
-    bytes += tile.bytes;
+    totals.add(tile);
   }
-  if (triangles > limits.triangles) return too_many("triangles", triangles, limits.triangles);
-  if (bytes > limits.payload_bytes) return too_many("bytes", bytes, limits.payload_bytes);
-  return std::nullopt;
+  return excess(totals, limits);
 }
 
 }  // namespace multitetra

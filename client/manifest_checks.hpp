@@ -18,4 +18,8 @@ namespace multitetra {
                                                         const DatasetInfo& info,
                                                         const AssemblerLimits& limits);
 
+// What of the totals is above the limits, as the end of a sentence; nullopt when nothing is.
+[[nodiscard]] std::optional<std::string> excess(const ManifestTotals& totals,
+                                                const AssemblerLimits& limits);
+
 }  // namespace multitetra

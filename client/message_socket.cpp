@@ -26,14 +26,23 @@ struct MessageSocket::State {
     io.restart();
     io.run_for(timeout);
     if (outcome) return outcome;
-    error_code ignored;
     resolver.cancel();
-    socket.close(ignored);
+    close();
     io.restart();
     io.run();
     return std::nullopt;
   }
 
+  void close() {
+    error_code ignored;
+    socket.close(ignored);
+  }
+
+  // How every operation that fails ends.
+  [[nodiscard]] tl::unexpected<Error> closed(tl::unexpected<Error> error) {
+    close();
+    return error;
+  }
   [[nodiscard]] tl::unexpected<Error> silent(const std::string& what) const {
     return fail(ErrorCode::kUnavailable, to_string(server) + " " + what + " within " +
                                              std::to_string(timeout.count() / 1000) +
@@ -95,23 +104,25 @@ Result<void> MessageSocket::send(const ClientMessage& message) {
 }
 
 Result<void> MessageSocket::send_bytes(std::string_view bytes) {
+  if (!state_->socket.is_open()) return state_->lost(asio::error::not_connected);
   std::optional<error_code> outcome;
   asio::async_write(state_->socket, asio::buffer(bytes),
                     [&](const error_code& error, std::size_t) { outcome = error; });
   const auto error = state_->wait(outcome);
   if (!error) return state_->silent("did not take our message");
-  if (*error) return state_->lost(*error);
+  if (*error) return state_->closed(state_->lost(*error));
   return {};
 }
 
 Result<ServerMessage> MessageSocket::receive() {
+  if (!state_->socket.is_open()) return state_->lost(asio::error::not_connected);
   std::array<char, 64 * 1024> buffer{};
   for (;;) {
     auto content = state_->frames.next();
-    if (!content) return tl::unexpected(content.error());
+    if (!content) return state_->closed(tl::unexpected(content.error()));
     if (*content) {
       auto message = parse_server_message(**content);
-      if (!message) return tl::unexpected(message.error().error);
+      if (!message) return state_->closed(tl::unexpected(message.error().error));
       return *std::move(message);
     }
     std::optional<error_code> outcome;
@@ -123,7 +134,7 @@ Result<ServerMessage> MessageSocket::receive() {
                                    });
     const auto error = state_->wait(outcome);
     if (!error) return state_->silent("sent nothing");
-    if (*error) return state_->lost(*error);
+    if (*error) return state_->closed(state_->lost(*error));
     state_->frames.feed({buffer.data(), received});
   }
 }

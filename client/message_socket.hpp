@@ -2,7 +2,8 @@
 //
 // Trouble with the network or with the server's bytes is an Error: kUnavailable when the server
 // cannot be reached, is silent for too long or hangs up; the codes of frame.hpp and messages.hpp
-// when its bytes are no messages. After an error the connection is closed.
+// when its bytes are no messages. After an error the connection is closed, and whatever is tried on
+// it next is kUnavailable.
 #pragma once
 
 #include <chrono>

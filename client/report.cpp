@@ -33,13 +33,17 @@ Json step_json(const FetchedStep& fetched) {
 std::string json_report(const FetchReport& report) {
   Json steps = Json::array();
   for (const FetchedStep& step : report.steps) steps.push_back(step_json(step));
-  return text_of({{"server", to_string(report.server)},
-                  {"dataset", report.open.dataset},
-                  {"parameters", json_of(report.open.request)},
-                  {"final_only", report.open.steps == StepPolicy::kFinalOnly},
-                  {"coordinates", report.coordinates},
-                  {"mesh_file", report.mesh_file},
-                  {"steps", std::move(steps)}});
+  Json json = {{"server", to_string(report.server)},
+               {"dataset", report.open.dataset},
+               {"parameters", json_of(report.open.request)},
+               {"final_only", report.open.steps == StepPolicy::kFinalOnly},
+               {"coordinates", report.coordinates},
+               {"mesh_file", report.mesh_file.empty() ? Json(nullptr) : Json(report.mesh_file)},
+               {"steps", std::move(steps)}};
+  if (report.error) {
+    json["error"] = {{"code", name(report.error->code)}, {"text", report.error->text}};
+  }
+  return text_of(json);
 }
 
 std::string json_list(const Endpoint& server, const std::vector<DatasetInfo>& datasets) {
@@ -85,10 +89,8 @@ std::string checks_table(const std::vector<FetchedStep>& steps) {
   row("components", [&](const CommittedStep& s) { return count(s.topology.components); });
   row("Euler characteristic",
       [](const CommittedStep& s) { return std::to_string(s.topology.euler_characteristic); });
-  row("topology preserved", [](const CommittedStep& s) {
-    return s.begin.request.topology_tolerance == 0 && s.begin.finest_spacing == 1 ? "yes"
-                                                                                  : "preview";
-  });
+  row("topology preserved",
+      [](const CommittedStep& s) { return preserves_topology(s.begin) ? "yes" : "preview"; });
   return table;
 }
 

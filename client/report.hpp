@@ -1,6 +1,7 @@
 // What was fetched, as JSON for programs and as lines for people.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,12 +13,15 @@ namespace multitetra {
 struct FetchReport {
   Endpoint server;
   OpenStream open;
-  std::string coordinates;  // "world" or "index"
-  std::string mesh_file;
-  std::vector<FetchedStep> steps;  // Meshes may be left out of all but the last.
+  std::string coordinates;                    // "world" or "index"
+  std::string mesh_file;                      // Empty when none was written.
+  std::vector<FetchedStep> steps;             // Meshes may be left out of all but the last.
+  std::optional<Error> error = std::nullopt;  // What ended the fetch before its final step.
 };
 
-// Indented JSON with a newline at its end. A step's keys are those of json_report.hpp and:
+// Indented JSON with a newline at its end: server, dataset, parameters, final_only, coordinates,
+// mesh_file (null: none was written), steps and, of a fetch that failed, error: {code, text}. A
+// step's keys are those of json_report.hpp and:
 // step, final, parameters, error_bound_world, finest_spacing, tetrahedra, active_tetrahedra, tiles,
 // tiles_received, bytes (of payload), first_byte_seconds, seconds, server_seconds, content_digest,
 // checks.

@@ -183,12 +183,27 @@ TEST(Assembler, ContinuesAfterALostConnectionWithTheTilesItHolds) {
 
   std::vector<ContentDigest> known;
   for (const auto& [digest, mesh] : first.held()) known.push_back(digest);
-  Assembler second(octahedra_info(), open_stream(), first.held());
+  OpenStream open = open_stream();
+  open.held = known;
+  Assembler second(octahedra_info(), open, first.held());
   const Messages rest = stream_of({{.tiles = fine_tiles()}}, known);
   EXPECT_EQ(rest.size(), 4U) << "one of two tiles is sent";
   const Outcome outcome = assemble(rest, second);
   EXPECT_TRUE(outcome.is_complete);
   EXPECT_EQ(outcome.steps.back()->topology.triangles, 10);
+}
+
+// The protocol allows to tell 8192 digests; who holds more gets the others sent.
+TEST(Assembler, ATileThatIsHeldButWasNotToldMayCome) {
+  Assembler first(octahedra_info(), open_stream());
+  ASSERT_TRUE(assemble(two_steps(), first).is_complete);
+  ASSERT_EQ(first.held().size(), 3U);
+  OpenStream open = open_stream();
+  open.held = {coarse_tiles()[0].summary.digest};
+  Assembler second(octahedra_info(), open, first.held());
+  const Outcome outcome = assemble(stream_of({{.tiles = fine_tiles()}}, open.held), second);
+  ASSERT_FALSE(outcome.failed_check) << outcome.failed_check->text;
+  EXPECT_EQ(outcome.steps.back()->end.tiles_sent, 1U);
 }
 
 TEST(Assembler, IgnoresMessagesOfAnEarlierStream) {
@@ -372,6 +387,41 @@ TEST(Assembler, AManifestBeyondTheLimitsIsRefusedAtOnce) {
   EXPECT_TRUE(refused({.tiles = 1}));
   EXPECT_TRUE(refused({.triangles = 7}));
   EXPECT_TRUE(refused({.payload_bytes = 10}));
+}
+
+TEST(Assembler, AStreamHasALimitOnItsSteps) {
+  const auto previews = [](std::size_t count) {
+    return stream_of(
+        std::vector<Step>(count, {.tiles = coarse_tiles(), .error = 4, .is_final = false}));
+  };
+  for (const std::size_t count : {3U, 4U}) {
+    Assembler assembler(octahedra_info(), open_stream(), {}, {.steps = 3});
+    Messages stream = previews(count);
+    stream.pop_back();
+    const Outcome outcome = assemble(stream, assembler);
+    EXPECT_EQ(outcome.steps.size(), 3U);
+    EXPECT_EQ(outcome.failed_check.has_value(), count > 3);
+  }
+  EXPECT_TRUE(assemble(previews(AssemblerLimits{}.steps + 1)).failed_check);
+}
+
+// Tiles are kept for later steps, so what counts is the stream; a tile in both steps counts once.
+TEST(Assembler, AllStepsOfAStreamTogetherStayWithinTheLimits) {
+  const auto limited = [](AssemblerLimits limits) {
+    Assembler assembler(octahedra_info(), open_stream(), {}, limits);
+    return assemble(two_steps(), assembler);
+  };
+  const std::uint64_t bytes = coarse_tiles()[0].payload->size() +
+                              coarse_tiles()[1].payload->size() + fine_tiles()[1].payload->size();
+  EXPECT_TRUE(limited({.tiles = 3, .triangles = 14, .payload_bytes = bytes}).is_complete);
+  for (const AssemblerLimits& limits :
+       {AssemblerLimits{.tiles = 2}, {.triangles = 13}, {.payload_bytes = bytes - 1}}) {
+    const Outcome outcome = limited(limits);
+    EXPECT_EQ(outcome.steps.size(), 1U);
+    ASSERT_TRUE(outcome.failed_check);
+    EXPECT_NE(outcome.failed_check->text.find("Step 1: with the steps before"), std::string::npos)
+        << outcome.failed_check->text;
+  }
 }
 
 // ---- steps that are not what was asked for
