@@ -37,7 +37,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kSuffixAn
     {"drc", "application/vnd.draco"},
 }};
 
-// Fine enough that quantization stays below the rounding of float positions.
+// A millionth of the longest side: finer than any lattice step that we send.
 constexpr int kDracoFileBits = 20;
 
 template <typename T>

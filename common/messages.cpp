@@ -13,6 +13,7 @@
 #include <google/protobuf/wire_format_lite.h>
 
 #include "common/frame.hpp"
+#include "common/utf8.hpp"
 #include "multitetra/v1/conversation.pb.h"
 
 namespace multitetra {
@@ -51,25 +52,6 @@ static_assert(static_cast<int>(ErrorCode::kUnavailable) == v1::ERROR_CODE_UNAVAI
               "Error codes have the same numbers in common/result.hpp and on the wire.");
 
 // ---- strings
-
-// The length of the UTF-8 sequence at the start of `text`, which is not empty; 0 when there is
-// none.
-std::size_t utf8_sequence(std::string_view text) {
-  const auto byte = [text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char lead = byte(0);
-  if (lead < 0x80) return 1;
-  const std::size_t length = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
-  if (lead < 0xC2 || lead > 0xF4 || text.size() < length) return 0;
-  for (std::size_t i = 1; i < length; ++i) {
-    if ((byte(i) & 0xC0) != 0x80) return 0;
-  }
-  // Overlong forms, surrogates, and what lies beyond U+10FFFF.
-  if ((lead == 0xE0 && byte(1) < 0xA0) || (lead == 0xED && byte(1) > 0x9F) ||
-      (lead == 0xF0 && byte(1) < 0x90) || (lead == 0xF4 && byte(1) > 0x8F)) {
-    return 0;
-  }
-  return length;
-}
 
 // Error texts may quote the world (file names, messages of libraries); the wire wants UTF-8.
 std::string as_utf8(std::string_view text) {

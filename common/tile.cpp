@@ -220,18 +220,10 @@ Result<LatticeMesh> decode_tile(std::string_view payload, const TileSummary& pro
 
 std::string encode_draco_file(const PositionedMesh& mesh, int position_bits) {
   assert(position_bits >= 1 && position_bits <= 30);
-  std::array<float, 3> low = mesh.positions.at(0);
-  std::array<float, 3> high = low;
-  for (const std::array<float, 3>& position : mesh.positions) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], position[axis]);
-      high[axis] = std::max(high[axis], position[axis]);
-    }
-  }
-  const float range = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
   draco::Encoder encoder = edgebreaker(mesh.triangles.size(), kDefaultEncodingSpeed);
-  encoder.SetAttributeExplicitQuantization(draco::GeometryAttribute::POSITION, position_bits, 3,
-                                           low.data(), range > 0 ? range : 1.0F);
+  // One mesh alone needs no lattice in common with others, and Draco keeps explicit ranges with six
+  // decimals only.
+  encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, position_bits);
   return encoded(encoder, *draco_mesh(mesh.positions, draco::DT_FLOAT32, mesh.triangles));
 }
 

@@ -40,6 +40,19 @@ struct GridPoint {
   return {axis == 0 ? 1 : 0, axis == 1 ? 1 : 0, axis == 2 ? 1 : 0};
 }
 
+// Six times the signed volume of the tetrahedron p, q, r, s: positive when q, r, s turn
+// counter-clockwise seen from the side away from p. Exact for points of any grid.
+[[nodiscard]] constexpr std::int64_t six_volumes(GridPoint p, GridPoint q, GridPoint r,
+                                                 GridPoint s) {
+  const GridPoint a = q - p;
+  const GridPoint b = r - p;
+  const GridPoint c = s - p;
+  const auto product = [](std::int64_t x, std::int64_t y) { return x * y; };
+  return a.x * (product(b.y, c.z) - product(b.z, c.y)) -
+         a.y * (product(b.x, c.z) - product(b.z, c.x)) +
+         a.z * (product(b.x, c.y) - product(b.y, c.x));
+}
+
 // The largest power of two that divides all coordinates. Requires p other than the origin.
 [[nodiscard]] constexpr std::int32_t spacing_of(GridPoint p) {
   const std::int32_t bits = p.x | p.y | p.z;

@@ -11,18 +11,6 @@
 namespace multitetra {
 namespace {
 
-// Six times the signed volume of the tetrahedron, positive when q, r, s turn counter-clockwise seen
-// from p's far side.
-std::int64_t orientation(GridPoint p, GridPoint q, GridPoint r, GridPoint s) {
-  const GridPoint a = q - p;
-  const GridPoint b = r - p;
-  const GridPoint c = s - p;
-  const auto product = [](std::int32_t x, std::int32_t y) { return std::int64_t{x} * y; };
-  return a.x * (product(b.y, c.z) - product(b.z, c.y)) -
-         a.y * (product(b.x, c.z) - product(b.z, c.x)) +
-         a.z * (product(b.x, c.y) - product(b.y, c.x));
-}
-
 std::int64_t squared_distance(LatticePoint p, LatticePoint q) {
   const auto square = [](std::int32_t d) { return std::int64_t{d} * d; };
   return square(p.x - q.x) + square(p.y - q.y) + square(p.z - q.z);
@@ -84,7 +72,7 @@ TetrahedronSurface marching_tetrahedron(const std::array<GridPoint, 4>& corners,
     return lattice_vertex(corner(i), static_cast<double>(values[order[i]]), corner(j),
                           static_cast<double>(values[order[j]]), isovalue, resolution);
   };
-  const bool turned = orientation(corner(0), corner(1), corner(2), corner(3)) < 0;
+  const bool turned = six_volumes(corner(0), corner(1), corner(2), corner(3)) < 0;
   if (positives == 2) {
     const LatticePoint p = vertex(0, 2);
     const LatticePoint q = vertex(0, 3);

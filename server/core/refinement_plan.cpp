@@ -1,6 +1,7 @@
 #include "server/core/refinement_plan.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace multitetra {
 namespace {
@@ -23,6 +24,11 @@ constexpr Preview kPreviews[] = {
 
 constexpr std::int32_t kLeastStepsASide = 8;  // Of a preview's own grid.
 
+// A request that allows large errors is a small mesh itself: its previews are coarser still.
+std::int32_t coarsening(double error_in_voxels) {
+  return error_in_voxels < 2 ? 1 : error_in_voxels < 8 ? 2 : 4;
+}
+
 }  // namespace
 
 std::vector<StepRequest> plan_steps(const IsosurfaceRequest& request, bool previews,
@@ -30,12 +36,13 @@ std::vector<StepRequest> plan_steps(const IsosurfaceRequest& request, bool previ
   std::vector<StepRequest> steps;
   const double unit = request.unit == LengthUnit::kVoxel ? 1.0 : voxel_length(info);
   for (const Preview& preview : kPreviews) {
-    const double tolerance = preview.finest_spacing / 2.0;
-    if (!previews || request.topology_tolerance >= tolerance) continue;
-    if ((1 << info.grid_exponent) / preview.finest_spacing < kLeastStepsASide) continue;
-    StepRequest step{.request = request, .finest_spacing = preview.finest_spacing};
-    step.request.error = std::max(preview.error_factor * request.error, preview.least_error * unit);
-    step.request.topology_tolerance = tolerance;
+    const std::int32_t finest = preview.finest_spacing * coarsening(request.error / unit);
+    if (!previews || (1 << info.grid_exponent) / finest < kLeastStepsASide) continue;
+    StepRequest step{.request = request, .finest_spacing = finest};
+    step.request.error =
+        std::min(std::max(preview.error_factor * request.error, preview.least_error * unit),
+                 std::numeric_limits<double>::max());
+    step.request.topology_tolerance = std::max(request.topology_tolerance, finest / 2.0);
     step.request.lattice_resolution = std::min(request.lattice_resolution, preview.resolution);
     steps.push_back(step);
   }

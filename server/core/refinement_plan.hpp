@@ -19,8 +19,7 @@ struct StepRequest {
 };
 
 // Previews with falling error, topology tolerance and finest spacing, then exactly `request`.
-// Without `previews` only the request itself. Previews that would be no coarser than the request
-// are left out, and so are those of a grid that is too small for them.
+// Without `previews` only the request itself. Previews that the grid is too small for are left out.
 [[nodiscard]] std::vector<StepRequest> plan_steps(const IsosurfaceRequest& request, bool previews,
                                                   const DatasetInfo& info);
 

@@ -228,8 +228,14 @@ Result<Samples> decode_samples(const ByteSource& source, const Table& table,
       return result(read_samples<std::uint16_t>(source, *section));
     case SampleType::kI16:
       return result(read_samples<std::int16_t>(source, *section));
-    case SampleType::kF32:
-      return result(read_samples<float>(source, *section));
+    case SampleType::kF32: {
+      auto samples = read_samples<float>(source, *section);
+      const auto is_infinite = [](float sample) { return std::isinf(sample); };
+      if (samples && std::any_of(samples->begin(), samples->end(), is_infinite)) {
+        return damaged("samples", "it has an infinite sample; samples are finite or NaN.");
+      }
+      return result(std::move(samples));
+    }
   }
   return damaged("metadata", "its sample type is not known.");
 }

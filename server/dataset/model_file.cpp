@@ -34,15 +34,8 @@ std::int32_t size_of(const Tetrahedron& t) {
 
 // Whether two corners have to change places for the order that VTK wants: the fourth corner on the
 // side that the first three, turning counter-clockwise, face.
-bool is_turned(const std::array<GridPoint, 4>& corners, double determinant) {
-  const GridPoint a = corners[1] - corners[0];
-  const GridPoint b = corners[2] - corners[0];
-  const GridPoint c = corners[3] - corners[0];
-  const auto product = [](std::int32_t x, std::int32_t y) { return std::int64_t{x} * y; };
-  const std::int64_t volume = a.x * (product(b.y, c.z) - product(b.z, c.y)) -
-                              a.y * (product(b.x, c.z) - product(b.z, c.x)) +
-                              a.z * (product(b.x, c.y) - product(b.y, c.x));
-  return static_cast<double>(volume) * determinant < 0;
+bool is_turned(const std::array<GridPoint, 4>& c, const Affine& map) {
+  return (six_volumes(c[0], c[1], c[2], c[3]) < 0) != (map.determinant() < 0);
 }
 
 Tetrahedra collect(const Model& model, const Field& field, const Affine& map) {
@@ -66,7 +59,7 @@ Tetrahedra collect(const Model& model, const Field& field, const Affine& map) {
       if (std::any_of(corners.begin(), corners.end(),
                       [&](GridPoint p) { return is_void(sampled.at(p)); }))
         return;
-      if (is_turned(corners, map.determinant())) std::swap(corners[2], corners[3]);
+      if (is_turned(corners, map)) std::swap(corners[2], corners[3]);
       result.cells.push_back(
           {number(corners[0]), number(corners[1]), number(corners[2]), number(corners[3])});
       result.sizes.push_back(size_of(t));

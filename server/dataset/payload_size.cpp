@@ -23,10 +23,15 @@ std::ifstream opened_at(const fs::path& file, std::uint64_t offset) {
   return in;
 }
 
+constexpr int kGzipFirstByte = 0x1f;
+
+bool is_gzip(const std::array<unsigned char, 2>& first) {
+  return first[0] == kGzipFirstByte && first[1] == 0x8b;
+}
+
 bool starts_stream(const std::array<unsigned char, 2>& first) {
-  const bool gzip = first[0] == 0x1f && first[1] == 0x8b;
   const bool zlib = (first[0] & 0x0f) == 8 && (first[0] * 256 + first[1]) % 31 == 0;
-  return gzip || zlib;
+  return is_gzip(first) || zlib;
 }
 
 // Owns zlib's state.
@@ -38,6 +43,7 @@ class Inflater {
   Inflater& operator=(const Inflater&) = delete;
   z_stream* operator->() { return &stream_; }
   int run() { return inflate(&stream_, Z_NO_FLUSH); }
+  int begin_next_member() { return inflateReset(&stream_); }
 
  private:
   z_stream stream_{};
@@ -91,6 +97,10 @@ std::optional<std::uint64_t> inflated_bytes(const fs::path& file, std::uint64_t 
     inflater->avail_out = static_cast<unsigned>(unpacked.size());
     state = inflater.run();
     total += unpacked.size() - inflater->avail_out;
+    if (state == Z_STREAM_END && is_gzip(first)) {  // It may have several members.
+      const int next = inflater->avail_in > 0 ? *inflater->next_in : in.peek();
+      if (next == kGzipFirstByte) state = inflater.begin_next_member();
+    }
   }
   if (state != Z_STREAM_END) return std::nullopt;
   return total;

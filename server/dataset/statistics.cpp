@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "common/utf8.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/dataset/suggested_isovalues.hpp"
 
@@ -136,29 +137,13 @@ SampleStatistics of_floats(const std::vector<float>& samples) {
 
 // ---- the facts of a dataset
 
-// The length of the well-formed UTF-8 sequence at the start of `text`, which is not empty; 0 when
-// there is none (RFC 3629: no overlong forms, no surrogates, nothing above U+10FFFF).
-std::size_t utf8_length(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char lead = byte(0);
-  if (lead < 0x80) return 1;
-  const std::size_t length = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
-  if (lead < 0xC2 || lead > 0xF4 || text.size() < length) return 0;
-  for (std::size_t i = 1; i < length; ++i) {
-    if ((byte(i) & 0xC0) != 0x80) return 0;
-  }
-  const bool overlong = (lead == 0xE0 && byte(1) < 0xA0) || (lead == 0xF0 && byte(1) < 0x90);
-  const bool beyond = (lead == 0xED && byte(1) > 0x9F) || (lead == 0xF4 && byte(1) > 0x8F);
-  return overlong || beyond ? 0 : length;
-}
-
 std::optional<std::string> problem_of_name(std::string_view name) {
   if (name.empty() || name.size() > 255) {
     return "A dataset's name has 1 to 255 bytes, not " + std::to_string(name.size()) + ".";
   }
   while (!name.empty()) {
     const auto byte = static_cast<unsigned char>(name[0]);
-    const std::size_t length = utf8_length(name);
+    const std::size_t length = utf8_sequence(name);
     if (length == 0 || byte == '/' || byte < 0x20 || byte == 0x7F) {
       return "A dataset's name is UTF-8 without '/' and control characters, and this one has "
              "byte " +
@@ -205,8 +190,9 @@ std::optional<std::string> problem_of_grid(const DatasetInfo& info) {
 }
 
 std::optional<std::string> problem_of_values(const DatasetInfo& info) {
-  if (info.outside && !std::isfinite(*info.outside)) {
-    return "The value outside the data is a finite number; leave it out for void.";
+  if (info.outside && !(std::abs(*info.outside) <= std::numeric_limits<float>::max())) {
+    return "The value outside the data is a number that a 32-bit float holds; leave it out for "
+           "void.";
   }
   if (!std::isfinite(info.min) || !std::isfinite(info.max) || info.min > info.max) {
     return "The range of the samples is two finite numbers in order.";

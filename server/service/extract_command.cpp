@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -73,6 +74,9 @@ void print_facts(const Arguments& arguments, const TiledSurface& surface,
 int extract(const Arguments& arguments) {
   const ThreadLimit limit(arguments.threads);
   const MeshFormat format = format_of(arguments.output);
+  if (arguments.errors == "spectrum") {
+    throw std::invalid_argument(arguments.file + " holds no error spectrum; use --errors exact.");
+  }
   const bool has_model_file = !arguments.model_file.empty();
   Progress progress("extract", has_model_file ? 6 : 5, arguments.quiet || arguments.json);
   progress.begin("open");
@@ -97,7 +101,8 @@ int extract(const Arguments& arguments) {
   for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
   const LatticeMesh mesh = weld(tiles, request.lattice_resolution);
   // A uniform level is coarse everywhere, also where the data ends.
-  const std::int32_t finest = arguments.level ? extractor.field().grid().side() : 1;
+  const std::int32_t finest =
+      arguments.level ? std::max(1, extractor.field().grid().side() >> (*arguments.level / 3)) : 1;
   const MeshTopology topology = multitetra::topology(
       mesh, data_border(info, request.lattice_resolution, request.topology_tolerance, finest));
   const ContentDigest content = digest(mesh);
@@ -132,8 +137,11 @@ void add_extract_command(CLI::App& program, Run& run) {
   command->add_option("-o,--output", a->output, "Mesh file: .ply, .stl, .obj, .glb or .drc")
       ->required();
   add_surface_options(*command, a->surface);
-  command->add_option("--errors", a->errors, "exact: a pass over the volume for this isovalue")
-      ->check(CLI::IsMember({"exact"}))
+  command
+      ->add_option(
+          "--errors", a->errors,
+          "exact: a pass over the volume for this isovalue; spectrum: those that the dataset holds")
+      ->check(CLI::IsMember({"exact", "spectrum"}))
       ->capture_default_str();
   command
       ->add_option("--level", a->level,

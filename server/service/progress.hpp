@@ -3,7 +3,6 @@
 #pragma once
 
 #include <chrono>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -14,7 +13,7 @@ namespace multitetra {
 // Stages come one after another; their seconds are kept for the report. All output goes to stderr.
 class Progress {
  public:
-  // `stages` is how many will come; 0 when `is_quiet`.
+  // `stages` is how many will come.
   Progress(std::string command, std::size_t stages, bool is_quiet);
   ~Progress();
   Progress(const Progress&) = delete;

@@ -45,10 +45,12 @@ std::vector<std::filesystem::path> dataset_files(const std::vector<std::string>&
 // A dataset that cannot be served is told and left out.
 CataloguePtr open_all(const std::vector<std::filesystem::path>& files) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
+  const auto errors = std::make_shared<ErrorsCache>(kDefaultErrorsCacheBytes);
   for (const std::filesystem::path& file : files) {
     try {
       const DatasetPtr dataset = open_dataset(file);
-      catalogue->add(std::make_shared<ExtractedSteps>(std::make_shared<SurfaceExtractor>(dataset)));
+      catalogue->add(
+          std::make_shared<ExtractedSteps>(std::make_shared<SurfaceExtractor>(dataset, errors)));
       spdlog::info("serving \"{}\" from {}: {} x {} x {} {}", dataset->info.name, file.string(),
                    dataset->info.dims[0], dataset->info.dims[1], dataset->info.dims[2],
                    name(dataset->info.type));
@@ -69,7 +71,9 @@ int serve(const Arguments& arguments) {
     throw std::runtime_error(
         "No dataset to serve; make one with: multitetra-server prepare VOLUME -o FILE.mtd");
   }
-  Server server(catalogue, {.listen = *endpoint, .stop_on_signals = true});
+  // Each step uses all threads; a second one at the same time fills what the first leaves idle.
+  const std::size_t workers = arguments.threads == 1 ? 1 : 2;
+  Server server(catalogue, {.listen = *endpoint, .workers = workers, .stop_on_signals = true});
   spdlog::info("listening on {}", to_string(server.endpoint()));
   server.run();
   spdlog::info("stopped");

@@ -1,76 +1,11 @@
 #include "server/service/surface_extractor.hpp"
 
 #include <algorithm>
-#include <condition_variable>
-#include <exception>
-#include <list>
-#include <mutex>
-#include <tuple>
 #include <utility>
 
 #include "server/core/leaves.hpp"
 
 namespace multitetra {
-
-// The errors of the isovalues asked for last. One computation at a time, so that equal requests
-// share it; who waits for another's can be stopped.
-class SurfaceExtractor::ErrorsCache {
- public:
-  std::shared_ptr<const SaturatedErrors> get(const Field& field, const IsosurfaceRequest& request,
-                                             std::stop_token stop) {
-    const Key key(request.isovalue, request.measure, request.topology_rule);
-    std::unique_lock lock(mutex_);
-    const auto may_go_on = [&] { return !is_computing_ || find(key) != nullptr; };
-    if (!changed_.wait(lock, stop, may_go_on)) throw Cancelled{};
-    if (const auto known = find(key)) return known;
-
-    is_computing_ = true;
-    lock.unlock();
-    std::shared_ptr<const SaturatedErrors> errors;
-    std::exception_ptr trouble;
-    try {
-      const ForEach for_each = [&](std::size_t count,
-                                   const std::function<void(std::size_t)>& body) {
-        in_parallel(count, body, stop);
-      };
-      errors = std::make_shared<const SaturatedErrors>(field, request.isovalue, request.measure,
-                                                       request.topology_rule, for_each);
-    } catch (...) {
-      trouble = std::current_exception();
-    }
-    lock.lock();
-    is_computing_ = false;
-    if (errors) {
-      recent_.push_front({key, errors});
-      if (recent_.size() > kKept) recent_.pop_back();
-    }
-    changed_.notify_all();
-    if (trouble) std::rethrow_exception(trouble);
-    return errors;
-  }
-
- private:
-  using Key = std::tuple<double, ErrorMeasure, TopologyRule>;
-  struct Entry {
-    Key key;
-    std::shared_ptr<const SaturatedErrors> errors;
-  };
-  static constexpr std::size_t kKept = 2;
-
-  // Null when they are not kept; otherwise they are the last to be dropped. Requires mutex_.
-  std::shared_ptr<const SaturatedErrors> find(const Key& key) {
-    const auto found =
-        std::find_if(recent_.begin(), recent_.end(), [&](const Entry& e) { return e.key == key; });
-    if (found == recent_.end()) return nullptr;
-    recent_.splice(recent_.begin(), recent_, found);
-    return recent_.front().errors;
-  }
-
-  std::mutex mutex_;  // Guards all below.
-  std::condition_variable_any changed_;
-  bool is_computing_ = false;
-  std::list<Entry> recent_;  // Used last first.
-};
 
 namespace {
 
@@ -103,12 +38,10 @@ CubeSurface join(const Model& model, const Field& field, const OctreeCube& cube,
 
 }  // namespace
 
-SurfaceExtractor::SurfaceExtractor(DatasetPtr dataset)
+SurfaceExtractor::SurfaceExtractor(DatasetPtr dataset, std::shared_ptr<ErrorsCache> cache)
     : dataset_(std::move(dataset)),
       field_(dataset_->volume, dataset_->info.outside, dataset_->info.margin),
-      errors_(std::make_unique<ErrorsCache>()) {}
-
-SurfaceExtractor::~SurfaceExtractor() = default;
+      errors_(cache ? std::move(cache) : std::make_shared<ErrorsCache>(kDefaultErrorsCacheBytes)) {}
 
 std::shared_ptr<const Model> SurfaceExtractor::model(const StepRequest& step,
                                                      std::stop_token stop) const {

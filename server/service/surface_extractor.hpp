@@ -16,6 +16,7 @@
 #include "server/core/tiling.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/in_parallel.hpp"
+#include "server/service/errors_cache.hpp"
 
 namespace multitetra {
 
@@ -30,11 +31,15 @@ struct TiledSurface {
   std::vector<TileMesh> tiles;          // Sorted by cube; the same for any number of threads.
 };
 
-// Safe to use from several threads at once. Errors of the isovalues asked for last are kept.
+inline constexpr std::size_t kDefaultErrorsCacheBytes = std::size_t{1} << 30;
+
+// Safe to use from several threads at once.
 class SurfaceExtractor {
  public:
-  explicit SurfaceExtractor(DatasetPtr dataset);
-  ~SurfaceExtractor();
+  // Extractors may share a cache as long as all of them live; without one each has its own.
+  explicit SurfaceExtractor(DatasetPtr dataset, std::shared_ptr<ErrorsCache> cache = nullptr);
+  SurfaceExtractor(const SurfaceExtractor&) = delete;  // The cache knows the field by its address.
+  SurfaceExtractor& operator=(const SurfaceExtractor&) = delete;
 
   [[nodiscard]] const Dataset& dataset() const { return *dataset_; }
   [[nodiscard]] const Field& field() const { return field_; }
@@ -52,10 +57,9 @@ class SurfaceExtractor {
   [[nodiscard]] TiledSurface extract(const StepRequest& step, std::stop_token stop = {}) const;
 
  private:
-  class ErrorsCache;
   DatasetPtr dataset_;
   Field field_;
-  std::unique_ptr<ErrorsCache> errors_;
+  std::shared_ptr<ErrorsCache> errors_;
 };
 
 // The tiles as Draco bytes, in the same order, encoded on all threads.

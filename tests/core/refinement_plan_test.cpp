@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace multitetra {
 namespace {
 
@@ -39,8 +41,22 @@ TEST(RefinementPlan, HasNoPreviewUnlessAskedFor) {
   EXPECT_EQ(plan_steps({.error = 0.5}, false, dataset(129, 1)).size(), 1U);
 }
 
-TEST(RefinementPlan, HasNoPreviewThatIsNoCoarserThanTheRequest) {
-  EXPECT_EQ(plan_steps({.error = 1, .topology_tolerance = 1e3}, true, dataset(129, 1)).size(), 1U);
+TEST(RefinementPlan, HasPreviewsAlsoWhereTheRequestItselfToleratesMuch) {
+  const auto steps = plan_steps({.error = 1, .topology_tolerance = 1e3}, true, dataset(129, 1));
+  ASSERT_EQ(steps.size(), 3U);
+  for (const StepRequest& step : steps) EXPECT_EQ(step.request.topology_tolerance, 1e3);
+}
+
+TEST(RefinementPlan, IsCoarserForARequestThatAllowsMore) {
+  const auto fine = plan_steps({.error = 0.5}, true, dataset(513, 1));
+  const auto coarse = plan_steps({.error = 4}, true, dataset(513, 1));
+  EXPECT_LT(fine.front().finest_spacing, coarse.front().finest_spacing);
+}
+
+TEST(RefinementPlan, HasFiniteErrorsHoweverLargeTheRequestIs) {
+  for (const StepRequest& step : plan_steps({.error = 1e308}, true, dataset(513, 1))) {
+    EXPECT_TRUE(std::isfinite(step.request.error));
+  }
 }
 
 TEST(RefinementPlan, HasNoPreviewThatASmallGridCannotShow) {

@@ -87,6 +87,15 @@ TEST(DatasetFormat, EveryTypeComesBackBitForBit) {
   }
 }
 
+TEST(DatasetFormat, AnInfiniteSampleIsReported) {
+  const DatasetPtr finite = make_dataset(
+      {.dims = {3, 1, 1}, .index_to_world = {}, .samples = std::vector<float>{1, 2, 3}}, "name");
+  Dataset infinite = *finite;
+  std::get<std::vector<float>>(infinite.volume.samples)[1] = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(error_of(encoded(*finite)), "whole");
+  EXPECT_NE(error_of(encoded(infinite)).find("infinite"), std::string::npos);
+}
+
 TEST(DatasetFormat, TheGoldenFileIsWhatThisVersionWritesAndReads) {
   const std::string golden = bytes_of_file(MULTITETRA_TEST_DATA "/small.mtd");
   ASSERT_FALSE(golden.empty());

@@ -181,6 +181,7 @@ TEST(Describe, RefusesWhatIsOutsideItsRangeAndSaysSo) {
   EXPECT_NE(refused("a", {}, 5000).find("margin"), std::string::npos);
   EXPECT_NE(refused("a", {}, 4096).find("largest grid"), std::string::npos);
   EXPECT_NE(refused("a", std::nan(""), 0).find("outside"), std::string::npos);
+  EXPECT_NE(refused("a", 1e300, 0).find("outside"), std::string::npos);
 }
 
 }  // namespace

@@ -176,6 +176,9 @@ TEST_F(VolumeFiles, NiftiIsReadInBothByteOrdersPackedOrNotAndTurnedToLps) {
     EXPECT_EQ(volume.index_to_world({1, 1, 1}), (Vec3{-11, -22, 33}));
     expect_is_the_volume(read_volume(folder_.file("v.nii.gz", deflated(bytes, true))),
                          SampleType::kI16);
+    const std::string two_members =
+        deflated(bytes.substr(0, 200), true) + deflated(bytes.substr(200), true);
+    expect_is_the_volume(read_volume(folder_.file("w.nii.gz", two_members)), SampleType::kI16);
   }
 }
 

@@ -7,7 +7,7 @@
 // (`bash tests/run.sh --all`).
 
 #include <gtest/gtest.h>
-#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -71,17 +71,18 @@ std::vector<PublicVolume> public_volumes() {
   };
 }
 
-class PublicIsosurfaces : public ::testing::TestWithParam<PublicVolume> {
- protected:
-  static ContentDigest extracted_digest(const SurfaceExtractor& extractor, const StepRequest& step,
-                                        std::size_t threads) {
-    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
-                                            threads);
-    ContentDigest sum;
-    for (const TileMesh& tile : extractor.extract(step).tiles) sum += digest(tile.mesh);
-    return sum;
-  }
-};
+class PublicIsosurfaces : public ::testing::TestWithParam<PublicVolume> {};
+
+// With everything computed anew by so many threads.
+ContentDigest extracted_digest(const DatasetPtr& dataset, const StepRequest& step, int threads) {
+  oneapi::tbb::task_arena arena(threads);
+  ContentDigest sum;
+  arena.execute([&] {
+    for (const TileMesh& tile : SurfaceExtractor(dataset).extract(step).tiles)
+      sum += digest(tile.mesh);
+  });
+  return sum;
+}
 
 TEST_P(PublicIsosurfaces, HaveOneTopologyNoCrackAndArriveAsExtracted) {
   const PublicVolume& volume = GetParam();
@@ -92,11 +93,11 @@ TEST_P(PublicIsosurfaces, HaveOneTopologyNoCrackAndArriveAsExtracted) {
     GTEST_SKIP() << "NOT TESTED: " << volume.file
                  << " is large; `bash tests/run.sh --all` takes it too";
   }
-  const auto extractor = std::make_shared<const SurfaceExtractor>(
-      make_dataset(read_volume(path, {.raw = volume.raw}), "volume"));
-  const DatasetInfo& info = extractor->dataset().info;
+  const DatasetPtr dataset = make_dataset(read_volume(path, {.raw = volume.raw}), "volume");
+  const DatasetInfo& info = dataset->info;
   const auto catalogue = std::make_shared<DatasetCatalogue>();
-  catalogue->add(std::make_shared<ExtractedSteps>(extractor));
+  catalogue->add(
+      std::make_shared<ExtractedSteps>(std::make_shared<const SurfaceExtractor>(dataset)));
   const testing::RunningServer server(catalogue);
   auto client = Client::connect(server.endpoint(), {.timeout = std::chrono::minutes(10)});
   ASSERT_TRUE(client) << client.error().error.text;
@@ -117,8 +118,8 @@ TEST_P(PublicIsosurfaces, HaveOneTopologyNoCrackAndArriveAsExtracted) {
       EXPECT_EQ(topology.euler_characteristic, full->euler_characteristic);
       EXPECT_EQ(topology.components, full->components);
       EXPECT_LE(topology.triangles, full->triangles);
-      for (const std::size_t threads : {1U, 2U, 4U}) {
-        EXPECT_EQ(extracted_digest(*extractor, {.request = request}, threads),
+      for (const int threads : {1, 2, 4}) {
+        EXPECT_EQ(extracted_digest(dataset, {.request = request}, threads),
                   final_step->step->end.digest)
             << threads << " threads";
       }
