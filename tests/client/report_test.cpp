@@ -1,6 +1,8 @@
 // The reports that programs read: as a function, and as the client program writes them.
 #include "client/report.hpp"
 
+#include <unistd.h>
+
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
