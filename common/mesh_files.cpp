@@ -4,21 +4,19 @@
 #include <array>
 #include <bit>
 #include <cctype>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <limits>
+#include <span>
 #include <system_error>
 #include <utility>
 #include <vector>
 
-#include <unistd.h>
-
 #include <nlohmann/json.hpp>
 
+#include "common/atomic_file.hpp"
 #include "common/tile.hpp"
 
 namespace multitetra {
@@ -268,25 +266,9 @@ std::string mesh_file(const PositionedMesh& mesh, MeshFormat format) {
 }
 
 void write_file(const std::filesystem::path& path, std::string_view bytes) {
-  std::filesystem::path temporary = path;
-  temporary += ".part" + std::to_string(::getpid());
-  const auto trouble = [&temporary, &path](const std::string& what) {
-    const int number = errno == 0 ? EIO : errno;
-    std::error_code ignored;
-    std::filesystem::remove(temporary, ignored);
-    return std::system_error(number, std::generic_category(), what + " " + path.string());
-  };
-  errno = 0;
-  std::ofstream file(temporary, std::ios::binary | std::ios::trunc);
-  if (!file) throw trouble("Cannot create");
-  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  file.close();
-  if (!file) throw trouble("Cannot write");
-  std::error_code code;
-  std::filesystem::rename(temporary, path, code);
-  if (!code) return;
-  errno = code.value();
-  throw trouble("Cannot replace");
+  AtomicFile file(path);
+  file.write_at(0, std::as_bytes(std::span(bytes)));
+  file.commit(Durability::kProcessEnd);
 }
 
 }  // namespace multitetra

@@ -27,8 +27,8 @@ enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc };
 // Throws std::system_error when the mesh exceeds a limit of the format (GLB: 4 GiB).
 [[nodiscard]] std::string mesh_file(const PositionedMesh& mesh, MeshFormat format);
 
-// Writes to a temporary name beside `path` and renames, so that no half file is ever seen.
-// Throws std::system_error naming the file.
+// The file appears whole or not at all, see atomic_file.hpp. Throws std::system_error naming the
+// file.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 
 }  // namespace multitetra

@@ -25,12 +25,33 @@ class Model {
 
 // The places that depend on a point: B(p) contains every diamond of p and of its descendants, and B
 // of a child lies inside B of its parents.
-[[nodiscard]] Box region(const DividingPoint& point);
+[[nodiscard]] inline Box region(const DividingPoint& point) {
+  // Half-widths per axis: cube 3s; face 3s in its plane and 2s along its normal; edge 2s.
+  const GridPoint p = point.at();
+  const std::int32_t s = point.spacing();
+  Box box{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const bool in_face_plane = point.kind() == PointKind::kFace && (p[axis] & s) != 0;
+    const bool wide = point.kind() == PointKind::kCube || in_face_plane;
+    const std::int32_t half_width = (wide ? 3 : 2) * s;
+    box.low[static_cast<std::size_t>(axis)] = p[axis] - half_width;
+    box.high[static_cast<std::size_t>(axis)] = p[axis] + half_width;
+  }
+  return box;
+}
 
 struct ModelOptions {
   ThresholdMap thresholds = ThresholdMap::everywhere(0);
   double topology_tolerance = 0;  // Grid steps; flips of at most this spacing do not keep a point.
   std::int32_t finest_spacing = 1;  // No point of a smaller spacing is kept.
+
+  // A dividing point stays exactly when fusing it could show. `>` is strict: at threshold 0 all is
+  // fused that changes nothing.
+  [[nodiscard]] bool keeps(const DividingPoint& point, const ErrorBound& bound) const {
+    if (point.spacing() < finest_spacing) return false;
+    return bound.flip_spacing > topology_tolerance ||
+           static_cast<double>(bound.error) > thresholds.least_in(region(point));
+  }
 };
 
 // The paper's error-based model, for any threshold map.
@@ -39,15 +60,11 @@ class ErrorBasedModel final : public Model {
   ErrorBasedModel(std::shared_ptr<const SaturatedErrors> errors, ModelOptions options)
       : errors_(std::move(errors)), options_(std::move(options)) {}
 
-  // A dividing point stays exactly when fusing it could show. The error of a parent is at least its
-  // children's, its region contains theirs and its spacing is not smaller, so a point that stays
-  // has parents that stay: the model conforms without any repair. `>` is strict: at threshold 0 all
-  // is fused that changes nothing.
+  // The error of a parent is at least its children's, its region contains theirs and its spacing is
+  // not smaller, so a point that stays has parents that stay: the model conforms without any
+  // repair.
   [[nodiscard]] bool kept(const DividingPoint& point) const override {
-    if (point.spacing() < options_.finest_spacing) return false;
-    const ErrorBound bound = errors_->bound(point);
-    return bound.flip_spacing > options_.topology_tolerance ||
-           static_cast<double>(bound.error) > options_.thresholds.least_in(region(point));
+    return options_.keeps(point, errors_->bound(point));
   }
 
  private:

@@ -14,13 +14,10 @@
 // then *critical*.
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-
-#include "common/affine.hpp"
+#include "server/core/diamond_values.hpp"
 #include "server/core/dividing_point.hpp"
 #include "server/core/field.hpp"
+#include "server/core/step_lengths.hpp"
 
 namespace multitetra {
 
@@ -33,60 +30,74 @@ struct OwnError {
   bool critical = false;  // Implies flip.
 };
 
-// Lengths of the 26 steps to the neighbours of a point, in world units, for a step of one grid
-// step.
-class StepLengths {
- public:
-  explicit StepLengths(const Vec3& spacing) {
-    for (int code = 0; code < 27; ++code) {
-      const std::array<int, 3> step = {code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1};
-      double square = 0;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double along = step[axis] * spacing[axis];
-        square += along * along;
-      }
-      lengths_[static_cast<std::size_t>(code)] = std::sqrt(square);
-    }
-  }
-  // The length of `offset`, whose coordinates are each 0 or +-spacing.
-  [[nodiscard]] double operator()(GridPoint offset, std::int32_t spacing) const {
-    const auto sign = [](std::int32_t v) { return v > 0 ? 2 : v < 0 ? 0 : 1; };
-    return spacing * lengths_[static_cast<std::size_t>(sign(offset.x) + 3 * sign(offset.y) +
-                                                       9 * sign(offset.z))];
-  }
-
- private:
-  std::array<double, 27> lengths_{};
-};
-
 // Exact for the isovalue c, in double precision. A diamond with void corners is a critical flip
 // when its other values are not all on one side, so that the surface ends exactly at the last
 // samples; otherwise its error is 0.
+[[nodiscard]] inline OwnError own_error(const DiamondValues<double>& d, double c) {
+  const ValueRange<double> range = range_of(d);
+  if (!(range.high > c) || range.low > c) return {};
+  if (range.any_void) return {.displacement = 0, .certified = 0, .flip = true, .critical = true};
+
+  using Vector = Lanes<double>::Vector;
+  const double m = d.centre;
+  const double v = 0.5 * (d.value[0] + d.value[1]);
+  const bool m_is_positive = m > c;
+  const bool v_is_positive = v > c;
+  const Vector isovalue = all(c);
+  // Lanes behind the last corner hold m and the length 0: they add nothing.
+  const auto crossing = [&](double y, bool y_is_positive, Vector x) {
+    const auto is_crossed = y_is_positive ? x <= isovalue : x > isovalue;
+    const Vector t = all(c - y) / (is_crossed ? x - all(y) : all(1.0));
+    return is_crossed ? t : Vector{};
+  };
+  Vector displacement{};
+  Vector from_m{};
+  Vector from_v{};
+  for (std::size_t i = 0; i < d.vectors; ++i) {
+    const Vector x = d.value.vectors[i];
+    const Vector length = d.length->vectors[i];
+    const Vector t_m = crossing(m, m_is_positive, x);
+    const Vector t_v = crossing(v, v_is_positive, x);
+    const Vector moved = t_m - t_v;
+    displacement = larger(displacement, (moved < Vector{} ? -moved : moved) * length);
+    from_m = larger(from_m, t_m * length);
+    from_v = larger(from_v, t_v * length);
+  }
+  OwnError result;
+  result.displacement = largest_of<double>(displacement);
+  result.certified = m_is_positive != v_is_positive
+                         ? largest_of<double>(from_m) + largest_of<double>(from_v)
+                         : result.displacement;
+
+  const bool a_is_positive = d.value[0] > c;
+  result.flip = a_is_positive == (d.value[1] > c) && m_is_positive != a_is_positive;
+  if (result.flip) {
+    int changes = 0;
+    bool before = d.value[d.corners - 1] > c;
+    for (std::size_t i = 2; i < d.corners; ++i) {
+      const bool is_positive = d.value[i] > c;
+      changes += is_positive != before ? 1 : 0;
+      before = is_positive;
+    }
+    result.critical = d.ring_is_open || changes != 2;
+  }
+  return result;
+}
+
+// The same, with the values taken from a field.
 template <typename Sample>
 [[nodiscard]] OwnError own_error(const SampledField<Sample>& field, const Grid& grid,
                                  const StepLengths& lengths, const DividingPoint& point, double c) {
-  struct Corner {
-    double value;
-    double length;
-  };
-  std::array<Corner, 10> corners;
-  std::size_t count = 0;
-  bool any_void = false;
-  bool any_positive = false;
-  bool any_negative = false;
-  const auto note = [&](float value) {
-    if (is_void(value)) {
-      any_void = true;
-    } else {
-      (value > c ? any_positive : any_negative) = true;
-    }
-    return static_cast<double>(value);
-  };
+  Lanes<double> length{};
+  DiamondValues<double> d;
+  d.centre = static_cast<double>(field.at(point.at()));
+  d.corners = 0;
+  d.vectors = Lanes<double>::kVectors;
+  for (auto& lanes : d.value.vectors) lanes = all(d.centre);
   const auto add = [&](GridPoint x) {
-    corners[count++] = {note(field.at(x)), lengths(x - point.at(), point.spacing())};
+    length.set(d.corners, lengths(x - point.at(), point.spacing()));
+    d.value.set(d.corners++, static_cast<double>(field.at(x)));
   };
-
-  const double m = note(field.at(point.at()));
   const auto [a, b] = point.split_edge();
   add(a);
   add(b);
@@ -94,38 +105,9 @@ template <typename Sample>
   for (const GridPoint x : ring) {
     if (grid.contains(x)) add(x);
   }
-  if (!(any_positive && any_negative)) return {};
-  if (any_void) return {.flip = true, .critical = true};
-
-  const double v = 0.5 * (corners[0].value + corners[1].value);
-  const auto positive = [c](double value) { return value > c; };
-  const auto crossing = [&](double y, double x) {
-    return positive(x) != positive(y) ? (c - y) / (x - y) : 0.0;
-  };
-  OwnError result;
-  double from_m = 0;
-  double from_v = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double t_m = crossing(m, corners[i].value);
-    const double t_v = crossing(v, corners[i].value);
-    result.displacement = std::max(result.displacement, std::abs(t_m - t_v) * corners[i].length);
-    from_m = std::max(from_m, t_m * corners[i].length);
-    from_v = std::max(from_v, t_v * corners[i].length);
-  }
-  result.certified = positive(m) != positive(v) ? from_m + from_v : result.displacement;
-
-  result.flip = positive(corners[0].value) == positive(corners[1].value) &&
-                positive(m) != positive(corners[0].value);
-  if (result.flip) {
-    const bool ring_is_open = count != 2 + ring.size();
-    int changes = 0;
-    for (std::size_t i = 2; i < count; ++i) {
-      const std::size_t next = i + 1 < count ? i + 1 : 2;
-      changes += positive(corners[i].value) != positive(corners[next].value) ? 1 : 0;
-    }
-    result.critical = ring_is_open || changes != 2;
-  }
-  return result;
+  d.ring_is_open = d.corners != 2 + ring.size();
+  d.length = &length;
+  return own_error(d, c);
 }
 
 }  // namespace multitetra

@@ -2,31 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cmath>
 #include <cstddef>
-#include <limits>
 
 #include "server/core/own_error.hpp"
+#include "server/core/rounding.hpp"
 
 namespace multitetra {
 namespace {
-
-constexpr std::int32_t floor_shift(std::int32_t value, int exponent) { return value >> exponent; }
-constexpr std::int32_t ceil_shift(std::int32_t value, int exponent) {
-  return -((-value) >> exponent);
-}
-
-float rounded_up(double value) {
-  const float nearest = static_cast<float>(value);
-  return static_cast<double>(nearest) >= value
-             ? nearest
-             : std::nextafter(nearest, std::numeric_limits<float>::infinity());
-}
-
-int exponent_of(std::int32_t spacing) {
-  return std::countr_zero(static_cast<std::uint32_t>(spacing));
-}
 
 // The points of a row along x that have one kind: their diamonds and children lie at the same
 // offsets, whichever diagonal of a face or cube is the split edge.
@@ -74,35 +56,11 @@ RowShape row_shape(PointKind kind, std::int32_t low, std::int32_t y, std::int32_
 
 }  // namespace
 
-bool SaturatedErrors::Level::contains(GridPoint unit_point) const {
-  const GridPoint at = unit_point - low;
-  return at.x >= 0 && at.y >= 0 && at.z >= 0 && at.x < extent.x && at.y < extent.y &&
-         at.z < extent.z;
-}
-
-std::size_t SaturatedErrors::Level::index(GridPoint unit_point) const {
-  const GridPoint at = unit_point - low;
-  return static_cast<std::size_t>(at.x) +
-         static_cast<std::size_t>(extent.x) *
-             (static_cast<std::size_t>(at.y) +
-              static_cast<std::size_t>(extent.y) * static_cast<std::size_t>(at.z));
-}
-
 SaturatedErrors::Level SaturatedErrors::level_for(const Field& field, int exponent) {
-  const std::int32_t last = field.grid().side() >> exponent;
-  const auto low = [&](std::int32_t v) { return std::max(0, floor_shift(v, exponent) - 3); };
-  const auto high = [&](std::int32_t v) { return std::min(last, ceil_shift(v, exponent) + 3); };
-  const GridPoint first_sample = field.first_sample();
-  const GridPoint last_sample = field.last_sample();
   Level level;
-  level.low = {low(first_sample.x), low(first_sample.y), low(first_sample.z)};
-  level.extent = GridPoint{high(last_sample.x), high(last_sample.y), high(last_sample.z)} -
-                 level.low + GridPoint{1, 1, 1};
-  const std::size_t size = static_cast<std::size_t>(level.extent.x) *
-                           static_cast<std::size_t>(level.extent.y) *
-                           static_cast<std::size_t>(level.extent.z);
-  level.error.assign(size, 0.0F);
-  level.flip.assign(size, 0);
+  level.extent = level_extent(field.grid(), field.first_sample(), field.last_sample(), exponent);
+  level.error.assign(level.extent.size(), 0.0F);
+  level.flip.assign(level.extent.size(), 0);
   return level;
 }
 
@@ -124,11 +82,11 @@ class SaturatedErrors::Pass {
         rule_(rule) {}
 
   void fill_slice(PointKind kind, std::int32_t z) const {
-    for (std::int32_t y = level_.low.y; y < level_.low.y + level_.extent.y; ++y) {
-      const RowShape shape = row_shape(kind, level_.low.x, y, z);
-      if (shape.first < level_.low.x) continue;
-      for (std::int32_t x = shape.first; x < level_.low.x + level_.extent.x; x += 2)
-        fill(shape, {x, y, z});
+    const auto& [exponent, low, extent] = level_.extent;
+    for (std::int32_t y = low.y; y < low.y + extent.y; ++y) {
+      const RowShape shape = row_shape(kind, low.x, y, z);
+      if (shape.first < low.x) continue;
+      for (std::int32_t x = shape.first; x < low.x + extent.x; x += 2) fill(shape, {x, y, z});
     }
   }
 
@@ -141,7 +99,7 @@ class SaturatedErrors::Pass {
 
     const OwnError own =
         is_active ? own_error(field_, grid_, lengths_, DividingPoint(at), isovalue_) : OwnError{};
-    const std::size_t index = level_.index(unit_point);
+    const std::size_t index = level_.extent.index(unit_point);
     level_.error[index] = measure_ == ErrorMeasure::kPaper
                               ? std::max(below.error, rounded_up(own.displacement))
                               : rounded_up(own.certified + static_cast<double>(below.error));
@@ -157,8 +115,8 @@ class SaturatedErrors::Pass {
     const GridPoint centre = are_finer ? 2 * unit_point : unit_point;
     ErrorBound worst;
     for (const GridPoint offset : shape.children) {
-      if (!level.contains(centre + offset)) continue;
-      const ErrorBound child = level.bound(level.index(centre + offset));
+      if (!level.extent.contains(centre + offset)) continue;
+      const ErrorBound child = level.bound(level.extent.index(centre + offset));
       worst.error = std::max(worst.error, child.error);
       worst.flip_spacing = std::max(worst.flip_spacing, child.flip_spacing);
     }
@@ -185,8 +143,8 @@ SaturatedErrors::SaturatedErrors(const Field& field, double isovalue, ErrorMeasu
       const Level& level = levels_.back();
       const Pass<Sample> pass(levels_, field.grid(), sampled, lengths, isovalue, measure, rule);
       for (const PointKind kind : {PointKind::kEdge, PointKind::kFace, PointKind::kCube}) {
-        for_each(static_cast<std::size_t>(level.extent.z), [&](std::size_t slice) {
-          pass.fill_slice(kind, level.low.z + static_cast<std::int32_t>(slice));
+        for_each(static_cast<std::size_t>(level.extent.extent.z), [&](std::size_t slice) {
+          pass.fill_slice(kind, level.extent.low.z + static_cast<std::int32_t>(slice));
         });
       }
     }
@@ -194,11 +152,10 @@ SaturatedErrors::SaturatedErrors(const Field& field, double isovalue, ErrorMeasu
 }
 
 ErrorBound SaturatedErrors::bound(const DividingPoint& point) const {
-  const int exponent = exponent_of(point.spacing());
-  const Level& level = levels_[static_cast<std::size_t>(exponent)];
-  const GridPoint p = point.at();
-  const GridPoint unit_point = {p.x >> exponent, p.y >> exponent, p.z >> exponent};
-  return level.contains(unit_point) ? level.bound(level.index(unit_point)) : ErrorBound{};
+  const Level& level = levels_[static_cast<std::size_t>(exponent_of(point.spacing()))];
+  const GridPoint unit_point = level.extent.unit_point(point.at());
+  return level.extent.contains(unit_point) ? level.bound(level.extent.index(unit_point))
+                                           : ErrorBound{};
 }
 
 std::size_t SaturatedErrors::bytes() const {

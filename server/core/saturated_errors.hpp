@@ -20,6 +20,7 @@
 #include "server/core/dividing_point.hpp"
 #include "server/core/field.hpp"
 #include "server/core/for_each.hpp"
+#include "server/core/level_extent.hpp"
 
 namespace multitetra {
 
@@ -42,17 +43,11 @@ class SaturatedErrors {
   [[nodiscard]] std::size_t bytes() const;
 
  private:
-  // The points with one spacing, in units of it, over the data's box and three units around it:
-  // the error of a point farther away is 0, since all its descendants' diamonds lie within three
-  // units of it.
   struct Level {
-    GridPoint low;
-    GridPoint extent;
+    LevelExtent extent;
     std::vector<float> error;
     std::vector<std::uint8_t> flip;  // 0, or 1 + log2 of the spacing.
 
-    [[nodiscard]] bool contains(GridPoint unit_point) const;
-    [[nodiscard]] std::size_t index(GridPoint unit_point) const;
     [[nodiscard]] ErrorBound bound(std::size_t index) const {
       return {error[index], (1 << flip[index]) >> 1};
     }

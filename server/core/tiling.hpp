@@ -14,6 +14,7 @@
 #include "common/octree_cube.hpp"
 #include "server/core/error_based_model.hpp"
 #include "server/core/field.hpp"
+#include "server/core/prepared_model.hpp"
 
 namespace multitetra {
 
@@ -46,6 +47,16 @@ struct CubeSurface {
 [[nodiscard]] CubeSurface join_children(const Model& model, const Field& field,
                                         const OctreeCube& cube, std::vector<CubeSurface> children,
                                         const SurfaceOptions& options);
+
+// The same two for a prepared volume. `cube` has an exponent of at least kSpectrumExponent;
+// surface_in_cube takes at most FineErrors::kMaxExponent, and memory to work in.
+[[nodiscard]] CubeSurface surface_in_cube(const PreparedModel& model, const OctreeCube& cube,
+                                          const SurfaceOptions& options, FineArrays& arrays);
+[[nodiscard]] CubeSurface join_children(const PreparedModel& model, const OctreeCube& cube,
+                                        std::vector<CubeSurface> children,
+                                        const SurfaceOptions& options);
+// Whether the cube, whose exponent is at least kSpectrumExponent + 1, has tetrahedra of its own.
+[[nodiscard]] bool is_refined(const PreparedModel& model, const OctreeCube& cube);
 
 // The whole as tiles: what is left at the root becomes the last one.
 [[nodiscard]] std::vector<CubeSurface::Piece> finished_tiles(CubeSurface root,

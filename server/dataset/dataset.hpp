@@ -1,12 +1,16 @@
-// A prepared dataset: a volume with its facts. Immutable, shared by pointer-to-const among all
-// sessions.
+// A prepared dataset: a volume with its facts and its errors for every isovalue. Immutable, shared
+// by pointer-to-const among all sessions.
+//
+//   const DatasetPtr head = open_dataset("head.mtd");
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 
 #include "common/dataset_info.hpp"
 #include "common/lattice.hpp"
+#include "server/core/prepared_volume.hpp"
 #include "server/core/volume.hpp"
 
 namespace multitetra {
@@ -16,11 +20,15 @@ namespace multitetra {
 inline constexpr std::int32_t kMaxGridExponent = 12;
 static_assert(kMaxGridExponent + kMaxLatticeResolution <= kMaxLatticeBits);
 
-struct Dataset {
-  DatasetInfo info;
-  Volume volume;
-};
+using DatasetPtr = std::shared_ptr<const PreparedVolume>;
 
-using DatasetPtr = std::shared_ptr<const Dataset>;
+// Maps the file into memory and verifies all but its large sections, see prepared_file.hpp. Damage
+// that is found later throws DatasetFileError out of whoever reads the brick. Throws
+// DatasetFileError.
+[[nodiscard]] DatasetPtr open_dataset(const std::filesystem::path& path);
+
+// All samples in one piece, for the exact pass over a volume. Needs memory for them, and reads
+// every brick.
+[[nodiscard]] Volume whole_volume(const PreparedVolume& dataset);
 
 }  // namespace multitetra

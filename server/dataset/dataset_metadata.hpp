@@ -1,13 +1,22 @@
-// The section "metadata" of a prepared dataset: JSON text.
+// The section "metadata" of a prepared dataset: what is known of it, as JSON text.
 #pragma once
 
 #include <string>
 #include <string_view>
 
+#include "common/dataset_info.hpp"
 #include "common/result.hpp"
-#include "server/dataset/dataset_format.hpp"
+#include "server/dataset/source_note.hpp"
 
 namespace multitetra {
+
+struct DatasetMetadata {
+  DatasetInfo info;
+  SourceNote source;
+  std::string program_version;  // Of the program that wrote the file.
+
+  friend bool operator==(const DatasetMetadata&, const DatasetMetadata&) = default;
+};
 
 // The same text for the same metadata; numbers come back bit for bit. Bytes of the source note that
 // are not UTF-8 become U+FFFD.

@@ -1,6 +1,5 @@
 #include "server/dataset/image_file.hpp"
 
-#include <itkMetaDataObject.h>
 #include <itkMetaImageIO.h>
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
@@ -20,8 +19,9 @@
 #include <utility>
 #include <vector>
 
+#include "server/dataset/image_payload.hpp"
 #include "server/dataset/nrrd_header.hpp"
-#include "server/dataset/payload_size.hpp"
+#include "server/dataset/nrrd_payload.hpp"
 #include "server/dataset/volume_files.hpp"
 
 namespace multitetra {
@@ -189,90 +189,7 @@ class TemporaryHeader {
   fs::path path_;
 };
 
-// ---- whether the file holds what its header promises
-
-[[noreturn]] void fail_truncated(const fs::path& file, std::uint64_t found, std::uint64_t needed,
-                                 std::string_view what) {
-  fail_reading(file,
-               "it ends too early or is damaged; its header promises " + std::to_string(needed) +
-                   " " + std::string(what) + " and " + std::to_string(found) + " are there",
-               "Get a whole copy of it");
-}
-
-void require(const fs::path& file, std::uint64_t found, std::uint64_t needed,
-             std::string_view what = "bytes of samples") {
-  if (found < needed) fail_truncated(file, found, needed, what);
-}
-
-// A stream that is damaged counts as nothing.
-void require_inflated(const fs::path& file, std::uint64_t offset, std::uint64_t needed) {
-  require(file, inflated_bytes(file, offset).value_or(0), needed);
-}
-
-// Where the samples of a MetaImage with ElementDataFile = LOCAL begin.
-std::uint64_t local_data_offset(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::string line;
-  while (std::getline(in, line)) {
-    if (line.starts_with("ElementDataFile")) return static_cast<std::uint64_t>(in.tellg());
-  }
-  return 0;
-}
-
-void check_meta_image(const fs::path& file, itk::MetaImageIO& io, std::uint64_t needed) {
-  const MetaImage& meta = *io.GetMetaImagePointer();
-  const std::string data_name = meta.ElementDataFileName();
-  const bool local = data_name == "LOCAL" || data_name == "Local" || data_name == "local";
-  const bool several = data_name == "LIST" || data_name.find('%') != std::string::npos;
-  if (several) {
-    fail_reading(file, "it lists several data files",
-                 "Join them into one, or give a NRRD header (.nhdr), which may list slices");
-  }
-  const fs::path data = local ? file : file.parent_path() / data_name;
-  std::uint64_t offset = local ? local_data_offset(file) : 0;
-  if (!local && meta.HeaderSize() > 0) offset = static_cast<std::uint64_t>(meta.HeaderSize());
-  if (!meta.BinaryData()) {
-    const std::uint64_t numbers = static_cast<std::uint64_t>(io.GetImageSizeInComponents());
-    require(data, numbers_in_text(data, offset, numbers), numbers, "numbers");
-  } else if (meta.CompressedData()) {
-    require_inflated(data, offset, needed);
-  } else {
-    require(data, bytes_after(data, offset), needed);
-  }
-}
-
-void check_nifti(const fs::path& file, itk::NiftiImageIO& io) {
-  const auto number = [&](const char* key) {
-    std::string text;
-    itk::ExposeMetaData<std::string>(io.GetMetaDataDictionary(), key, text);
-    return std::strtod(text.c_str(), nullptr);
-  };
-  const double bytes =
-      number("vox_offset") + static_cast<double>(io.GetImageSizeInPixels()) * number("bitpix") / 8;
-  require_inflated(file, 0, static_cast<std::uint64_t>(bytes));
-}
-
-void check_vtk(const fs::path& file, const itk::VTKImageIO& io, std::uint64_t needed) {
-  const auto offset = static_cast<std::uint64_t>(io.GetHeaderSize());
-  if (io.GetFileType() == itk::IOFileEnum::ASCII) {
-    const std::uint64_t numbers = static_cast<std::uint64_t>(io.GetImageSizeInComponents());
-    require(file, numbers_in_text(file, offset, numbers), numbers, "numbers");
-  } else {
-    require(file, bytes_after(file, offset), needed);
-  }
-}
-
-// NRRD needs no check: its reader tells.
-void check_payload(const fs::path& file, itk::ImageIOBase& io) {
-  const auto needed = static_cast<std::uint64_t>(io.GetImageSizeInBytes());
-  if (auto* const meta = dynamic_cast<itk::MetaImageIO*>(&io))
-    check_meta_image(file, *meta, needed);
-  if (auto* const nifti = dynamic_cast<itk::NiftiImageIO*>(&io)) check_nifti(file, *nifti);
-  if (auto* const vtk = dynamic_cast<itk::VTKImageIO*>(&io)) check_vtk(file, *vtk, needed);
-  if (dynamic_cast<itk::TIFFImageIO*>(&io) != nullptr && !tiff_directories_are_whole(file)) {
-    fail_reading(file, "it ends before its last page", "Get a whole copy of it");
-  }
-}
+// ---- samples
 
 void fill_from(const itk::ImageIOBase::Pointer& io, void* memory) {
   itk::ImageIORegion region(io->GetNumberOfDimensions());
@@ -305,6 +222,7 @@ ImageFile::ImageFile(const fs::path& file) : file_(file), reader_(std::make_uniq
   if (dynamic_cast<itk::NrrdImageIO*>(reader_->io.GetPointer()) != nullptr) {
     const auto header = rewritten_nrrd_header(read_nrrd_header(file), file);
     if (header) reader_->rewritten.emplace(*header);
+    check_nrrd_header(file, reader_->rewritten ? reader_->rewritten->path() : file);
   }
   try {
     reader_->io->SetFileName((reader_->rewritten ? reader_->rewritten->path() : file).string());
@@ -317,6 +235,10 @@ ImageFile::ImageFile(const fs::path& file) : file_(file), reader_(std::make_uniq
 
 ImageFile::~ImageFile() = default;
 ImageFile::ImageFile(ImageFile&&) noexcept = default;
+
+std::optional<PlainPayload> ImageFile::plain_payload() const {
+  return multitetra::plain_payload(file_, header_, *reader_->io);
+}
 
 void ImageFile::read(void* memory) const {
   try {

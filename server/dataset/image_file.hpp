@@ -1,7 +1,4 @@
-// One image file through ITK, which is seen by image_file.cpp alone.
-//
-// ITK takes some damaged files for whole: MetaImage, NIfTI and legacy VTK files that end too early
-// are filled up with zeros. Here every file is checked to hold what its header promises.
+// One image file through ITK, which is seen by image_file.cpp and image_payload alone.
 #pragma once
 
 #include <array>
@@ -9,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -37,6 +35,8 @@ inline constexpr std::string_view kKnownVolumeFiles =
 [[noreturn]] void fail_reading(const std::filesystem::path& file, const std::string& problem,
                                const std::string& remedy);
 
+struct PlainPayload;
+
 class ImageFile {
  public:
   // Reads the header. Throws VolumeFileError when the suffix names no known format, the header is
@@ -47,8 +47,12 @@ class ImageFile {
 
   [[nodiscard]] const ImageHeader& header() const { return header_; }
 
+  // Where the samples are when they lie in files as they are; nullopt when they must be read
+  // through read(). Requires dims within the largest grid. Throws VolumeFileError.
+  [[nodiscard]] std::optional<PlainPayload> plain_payload() const;
+
   // All samples into `memory`, x fastest, in the byte order of this machine. Throws
-  // VolumeFileError.
+  // VolumeFileError, also when the file holds less than its header promises.
   void read(void* memory) const;
 
  private:

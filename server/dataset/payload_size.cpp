@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "server/dataset/image_file.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -73,6 +75,15 @@ class TiffNumbers {
 };
 
 }  // namespace
+
+void require_whole(const fs::path& file, std::uint64_t found, std::uint64_t needed,
+                   std::string_view what) {
+  if (found >= needed) return;
+  fail_reading(file,
+               "it ends too early or is damaged; its header promises " + std::to_string(needed) +
+                   " " + std::string(what) + " and " + std::to_string(found) + " are there",
+               "Get a whole copy of it");
+}
 
 std::optional<std::uint64_t> inflated_bytes(const fs::path& file, std::uint64_t offset) {
   std::ifstream in = opened_at(file, offset);

@@ -4,8 +4,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string_view>
 
 namespace multitetra {
+
+// Throws VolumeFileError, saying that `file` ends too early, unless found >= needed. `what` is what
+// is counted.
+void require_whole(const std::filesystem::path& file, std::uint64_t found, std::uint64_t needed,
+                   std::string_view what = "bytes of samples");
 
 // The bytes that the zlib or gzip stream at `offset` of the file inflates to; nullopt when the
 // stream is damaged or ends too early. A file that is no such stream counts as it is.

@@ -9,9 +9,11 @@
 
 #include "server/core/volume.hpp"
 #include "server/dataset/dataset.hpp"
+#include "server/dataset/volume_source.hpp"
 
 namespace multitetra {
 
+inline constexpr std::size_t kMaxHistogramBins = 256;
 inline constexpr std::size_t kMaxSuggestedIsovalues = 5;
 
 struct SampleStatistics {
@@ -26,19 +28,20 @@ struct SampleStatistics {
   std::vector<double> suggested_isovalues;
 };
 
-// The same for any number of threads. Throws std::invalid_argument when a sample is infinite.
+// The same for any number of threads; statistics_builder.hpp does it slab by slab. Throws
+// std::invalid_argument when a sample is infinite.
 [[nodiscard]] SampleStatistics statistics(const Volume& volume);
 
 // The facts of a volume under a name. Throws std::invalid_argument, naming the argument and its
-// range, when the name is not valid, `margin` < 0, `outside` is not finite, a sample is infinite,
-// or the volume does not fit the largest grid.
+// range, when the name is not valid, `margin` < 0, `outside` is not finite, or the volume does not
+// fit the largest grid.
+[[nodiscard]] DatasetInfo describe(const VolumeHeader& header, const SampleStatistics& facts,
+                                   std::string name, std::optional<double> outside,
+                                   std::int32_t margin);
+
+// The same for a volume in memory. Throws std::invalid_argument also when a sample is infinite.
 [[nodiscard]] DatasetInfo describe(const Volume& volume, std::string name,
                                    std::optional<double> outside, std::int32_t margin);
-
-// `describe` and the volume in one.
-[[nodiscard]] DatasetPtr make_dataset(Volume volume, std::string name,
-                                      std::optional<double> outside = std::nullopt,
-                                      std::int32_t margin = 0);
 
 // What is wrong with `info`, in one sentence; nullopt when every field is in its documented range
 // and they agree with each other.

@@ -3,6 +3,7 @@
 //
 //   Volume head = read_volume("CThead.nhdr");
 //   Volume fuel = read_volume("fuel.raw", {.raw = RawLayout{.dims = {64, 64, 64}}});
+//   const auto larger_than_memory = open_volume("body.nhdr");  // See volume_source.hpp.
 //
 // Guaranteed: 8-bit and 16-bit integers and 32-bit floats keep their type and their bits. 32-bit
 // and 64-bit integers and 64-bit floats become f32, infinite samples become void (NaN); both are
@@ -14,14 +15,17 @@
 // their own keep their numbers.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
 
 #include "server/core/volume.hpp"
+#include "server/dataset/volume_source.hpp"
 
 namespace multitetra {
 
@@ -44,8 +48,8 @@ struct RawLayout {
 
 struct VolumeFileOptions {
   std::optional<RawLayout> raw = std::nullopt;  // Given: the file is read as raw bytes.
-  std::function<void(const std::string&)> notice =
-      nullptr;  // Told of conversions, a sentence each.
+  // Told of conversions, a sentence each. A source from open_volume tells while it is read.
+  std::function<void(const std::string&)> notice = nullptr;
 };
 
 // Reads one volume. `path` is a file whose suffix names its format, a directory of TIFF images, or
@@ -54,6 +58,14 @@ struct VolumeFileOptions {
 // Throws VolumeFileError.
 [[nodiscard]] Volume read_volume(const std::filesystem::path& path,
                                  const VolumeFileOptions& options = {});
+
+// The same volume slab by slab. It streams, so that memory does not bound its size, when it is raw,
+// NRRD of encoding raw, MetaImage without compression, binary legacy VTK or a stack of TIFF images;
+// anything else is read as a whole here and handed out in slabs. Throws VolumeFileError when the
+// header is damaged or (except for stacks of images, whose slices are looked at one by one) the
+// samples are not all there.
+[[nodiscard]] std::unique_ptr<VolumeSource> open_volume(const std::filesystem::path& path,
+                                                        const VolumeFileOptions& options = {});
 
 // Writes a NRRD (.nrrd) that read_volume reads back bit for bit. The file appears whole or not at
 // all: it is written under a temporary name beside `path` and then renamed. Throws VolumeFileError.

@@ -11,10 +11,11 @@
 #include "common/json_report.hpp"
 #include "common/mesh_files.hpp"
 #include "common/surface_options.hpp"
-#include "server/dataset/dataset_file.hpp"
+#include "server/dataset/dataset.hpp"
 #include "server/dataset/model_file.hpp"
 #include "server/service/commands.hpp"
 #include "server/service/progress.hpp"
+#include "server/service/reference_extractor.hpp"
 #include "server/service/surface_extractor.hpp"
 #include "server/service/thread_options.hpp"
 
@@ -25,7 +26,7 @@ struct Arguments {
   std::string file;
   std::string output;
   SurfaceArguments surface;
-  std::string errors = "exact";
+  std::string errors = "spectrum";
   std::optional<int> level;
   std::string model_file;
   int threads = 0;
@@ -71,38 +72,58 @@ void print_facts(const Arguments& arguments, const TiledSurface& surface,
             << topology.nonmanifold_edges << " non-manifold\n";
 }
 
+// The model as the reference way makes it, where it is asked for.
+struct ReferenceModel {
+  std::unique_ptr<const ReferenceExtractor> extractor;
+  std::shared_ptr<const Model> model;
+  bool is_for_file_only = false;  // The same surface comes faster from the SurfaceExtractor.
+};
+ReferenceModel reference_model(const Arguments& arguments, const PreparedVolume& dataset,
+                               const IsosurfaceRequest& request) {
+  const bool is_exact =
+      arguments.errors == "exact" || dataset.info.grid_exponent <= kSpectrumExponent;
+  if (!arguments.level && !is_exact && arguments.model_file.empty()) return {};
+  ReferenceModel reference;
+  reference.extractor = std::make_unique<const ReferenceExtractor>(dataset);
+  if (arguments.level) {
+    reference.model =
+        std::make_shared<UniformModel>(reference.extractor->field().grid(), *arguments.level);
+  } else if (is_exact) {
+    reference.model = reference.extractor->exact_model({.request = request});
+  } else {
+    reference.model = reference.extractor->spectrum_model({.request = request});
+    reference.is_for_file_only = true;
+  }
+  return reference;
+}
+
 int extract(const Arguments& arguments) {
   const ThreadLimit limit(arguments.threads);
   const MeshFormat format = format_of(arguments.output);
-  if (arguments.errors == "spectrum") {
-    throw std::invalid_argument(arguments.file + " holds no error spectrum; use --errors exact.");
-  }
   const bool has_model_file = !arguments.model_file.empty();
-  Progress progress("extract", has_model_file ? 6 : 5, arguments.quiet || arguments.json);
+  Progress progress("extract", has_model_file ? 5 : 4, arguments.quiet || arguments.json);
   progress.begin("open");
-  const SurfaceExtractor extractor(open_dataset(arguments.file));
-  const DatasetInfo& info = extractor.dataset().info;
+  const DatasetPtr dataset = open_dataset(arguments.file);
+  const DatasetInfo& info = dataset->info;
   const Result<IsosurfaceRequest> asked = request_of(arguments.surface, info);
   if (!asked) throw std::invalid_argument(asked.error().text);
   const IsosurfaceRequest& request = *asked;
 
-  progress.begin("errors");
-  std::shared_ptr<const Model> model;
-  if (arguments.level) {
-    model = std::make_shared<UniformModel>(extractor.field().grid(), *arguments.level);
-  } else {
-    model = extractor.model({.request = request});
-  }
   progress.begin("surface");
-  const TiledSurface surface = extractor.surface(
-      *model, {.isovalue = request.isovalue, .lattice_resolution = request.lattice_resolution});
+  const ReferenceModel reference = reference_model(arguments, *dataset, request);
+  const TiledSurface surface =
+      reference.model && !reference.is_for_file_only
+          ? reference.extractor->surface(
+                *reference.model,
+                {.isovalue = request.isovalue, .lattice_resolution = request.lattice_resolution})
+          : SurfaceExtractor(dataset).extract({.request = request});
   progress.begin("checks");
   std::vector<const LatticeMesh*> tiles;
   for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
   const LatticeMesh mesh = weld(tiles, request.lattice_resolution);
   // A uniform level is coarse everywhere, also where the data ends.
   const std::int32_t finest =
-      arguments.level ? std::max(1, extractor.field().grid().side() >> (*arguments.level / 3)) : 1;
+      arguments.level ? std::max(1, (1 << info.grid_exponent) >> (*arguments.level / 3)) : 1;
   const MeshTopology topology = multitetra::topology(
       mesh, data_border(info, request.lattice_resolution, request.topology_tolerance, finest));
   const ContentDigest content = digest(mesh);
@@ -112,7 +133,8 @@ int extract(const Arguments& arguments) {
   write_file(arguments.output, mesh_file(positioned(mesh, to_output), format));
   if (has_model_file) {
     progress.begin("model_file");
-    write_file(arguments.model_file, vtu_file(*model, extractor.field(), to_output));
+    write_file(arguments.model_file,
+               vtu_file(*reference.model, reference.extractor->field(), to_output));
   }
   progress.finish();
   if (arguments.json) {
@@ -138,9 +160,9 @@ void add_extract_command(CLI::App& program, Run& run) {
       ->required();
   add_surface_options(*command, a->surface);
   command
-      ->add_option(
-          "--errors", a->errors,
-          "exact: a pass over the volume for this isovalue; spectrum: those that the dataset holds")
+      ->add_option("--errors", a->errors,
+                   "spectrum: those that the dataset holds; exact: the reference, a pass over the "
+                   "whole volume")
       ->check(CLI::IsMember({"exact", "spectrum"}))
       ->capture_default_str();
   command

@@ -7,8 +7,9 @@
 
 #include "common/human_units.hpp"
 #include "common/json_report.hpp"
-#include "server/dataset/dataset_file.hpp"
-#include "server/dataset/dataset_format.hpp"
+#include "server/core/isovalue_bins.hpp"
+#include "server/dataset/prepared_file.hpp"
+#include "server/dataset/prepared_format.hpp"
 #include "server/service/commands.hpp"
 
 namespace multitetra {
@@ -40,8 +41,20 @@ std::string vector_text(const Vec3& v) {
   return human_number(v[0]) + " " + human_number(v[1]) + " " + human_number(v[2]);
 }
 
-void print_facts(const std::string& file, const Dataset& dataset, const SourceNote& source) {
-  const DatasetInfo& info = dataset.info;
+std::uint64_t sample_bytes(const DatasetInfo& info) {
+  auto bytes = static_cast<std::uint64_t>(bytes_per_sample(info.type));
+  for (const std::int32_t side : info.dims) bytes *= static_cast<std::uint64_t>(side);
+  return bytes;
+}
+
+std::size_t bin_count(const PreparedFile& dataset) {
+  const std::size_t edges = dataset.bins().size() / sizeof(float);
+  return edges == 0 ? 0 : edges - 1;
+}
+
+void print_facts(const std::string& file, const PreparedFile& dataset) {
+  const DatasetInfo& info = dataset.info();
+  const SourceNote& source = dataset.metadata().source;
   const auto line = [](const char* what, const std::string& value) {
     std::cout << "  " << what << std::string(20 - std::string(what).size(), ' ') << value << "\n";
   };
@@ -63,25 +76,24 @@ void print_facts(const std::string& file, const Dataset& dataset, const SourceNo
   for (const double isovalue : info.suggested_isovalues) isovalues += human_number(isovalue) + "  ";
   line("suggested isovalues", isovalues.empty() ? "none" : isovalues);
   line("size", human_bytes(std::filesystem::file_size(file)) + ", " +
-                   human_bytes(dataset.volume.size() *
-                               static_cast<std::size_t>(bytes_per_sample(info.type))) +
-                   " of it samples");
-  line("format version", std::to_string(kDatasetFormatVersion));
+                   human_bytes(sample_bytes(info)) + " of it samples");
+  line("error spectrum", std::to_string(bin_count(dataset)) + " bins of isovalues");
+  line("format version", std::to_string(kPreparedFormatVersion));
   line("source", source.file + (source.digest.empty() ? "" : " (XXH3-128 " + source.digest + ")"));
 }
 
 int info(const Arguments& arguments) {
-  const DatasetPtr dataset = open_dataset(arguments.file);
-  const SourceNote source = read_source_note(arguments.file);
+  const PreparedFile dataset(arguments.file);
   if (!arguments.json) {
-    print_facts(arguments.file, *dataset, source);
+    print_facts(arguments.file, dataset);
     return 0;
   }
-  Json report = json_of(dataset->info);
+  const SourceNote& source = dataset.metadata().source;
+  Json report = json_of(dataset.info());
   report["file_bytes"] = std::filesystem::file_size(arguments.file);
-  report["sample_bytes"] =
-      dataset->volume.size() * static_cast<std::size_t>(bytes_per_sample(dataset->info.type));
-  report["format_version"] = kDatasetFormatVersion;
+  report["sample_bytes"] = sample_bytes(dataset.info());
+  report["spectrum_bins"] = bin_count(dataset);
+  report["format_version"] = kPreparedFormatVersion;
   report["source"] = {{"file", source.file}, {"digest", source.digest}};
   std::cout << text_of(report);
   return 0;

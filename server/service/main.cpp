@@ -27,6 +27,7 @@ int run(int argc, char** argv) {
   add_generate_command(program, command);
   add_prepare_command(program, command);
   add_info_command(program, command);
+  add_verify_command(program, command);
   add_extract_command(program, command);
   add_serve_command(program, command);
   try {

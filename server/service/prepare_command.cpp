@@ -9,8 +9,8 @@
 
 #include "common/human_units.hpp"
 #include "common/json_report.hpp"
-#include "server/dataset/dataset_file.hpp"
-#include "server/dataset/statistics.hpp"
+#include "server/dataset/prepare.hpp"
+#include "server/dataset/source_note.hpp"
 #include "server/dataset/volume_files.hpp"
 #include "server/service/commands.hpp"
 #include "server/service/progress.hpp"
@@ -30,6 +30,7 @@ struct Arguments {
   std::string endian = "little";
   std::uint64_t header_bytes = 0;
   std::vector<double> spacing = {1, 1, 1};
+  int bins = IsovalueBins::kDefaultCount;
   int threads = 0;
   bool json = false;
   bool quiet = false;
@@ -71,27 +72,35 @@ int prepare(const Arguments& arguments) {
   const std::string dataset_name =
       arguments.name.empty() ? default_name(arguments.input) : arguments.name;
   Progress progress("prepare", 3, arguments.quiet || arguments.json);
-  progress.begin("volume");
-  Volume volume = read_volume(arguments.input,
-                              {.raw = raw_layout(arguments),
-                               .notice = [&](const std::string& text) { progress.note(text); }});
-  progress.begin("statistics");
-  const DatasetPtr dataset =
-      make_dataset(std::move(volume), dataset_name, outside, arguments.margin);
-  progress.begin("file");
-  write_dataset(arguments.output, *dataset, source_note(arguments.input));
+  progress.begin("open");
+  const auto notice = [&](const std::string& text) { progress.note(text); };
+  const auto source =
+      open_volume(arguments.input, {.raw = raw_layout(arguments), .notice = notice});
+  const SourceNote note = source_note(arguments.input);
+  std::string pass;
+  const DatasetInfo info =
+      prepare(*source,
+              {.name = dataset_name,
+               .outside = outside,
+               .margin = arguments.margin,
+               .bins = arguments.bins,
+               .progress =
+                   [&](const char* name, std::uint64_t done, std::uint64_t all) {
+                     if (pass != name) progress.begin(pass = name);
+                     progress.update(static_cast<double>(done), static_cast<double>(all), "voxels");
+                   }},
+              arguments.output, note);
   progress.finish();
 
   const auto bytes = std::filesystem::file_size(arguments.output);
   if (arguments.json) {
-    Json report = {{"dataset", json_of(dataset->info)},
+    Json report = {{"dataset", json_of(info)},
                    {"input", arguments.input},
                    {"file", arguments.output},
                    {"file_bytes", bytes},
                    {"seconds", progress.seconds()}};
     std::cout << text_of(report);
   } else if (!arguments.quiet) {
-    const DatasetInfo& info = dataset->info;
     std::cout << arguments.output << ": \"" << info.name << "\", " << info.dims[0] << " x "
               << info.dims[1] << " x " << info.dims[2] << " " << name(info.type) << ", values "
               << human_number(info.min) << " to " << human_number(info.max) << ", "
@@ -144,6 +153,11 @@ void add_prepare_command(CLI::App& program, Run& run) {
       ->delimiter(',')
       ->expected(3)
       ->needs(dims);
+  command
+      ->add_option("--bins", a->bins,
+                   "Bins of isovalues that errors are stored for; more bins, a larger file")
+      ->check(CLI::Range(1, IsovalueBins::kMaxCount))
+      ->capture_default_str();
   add_threads_option(*command, a->threads);
   command->add_flag("--json", a->json, "Print a JSON report");
   command->add_flag("--quiet", a->quiet, "Say nothing unless something is wrong");

@@ -24,9 +24,30 @@ Progress::~Progress() {
 void Progress::begin(const std::string& stage) {
   end_stage();
   stages_.push_back({stage, 0});
-  stage_start_ = Clock::now();
+  stage_start_ = last_update_ = Clock::now();
+  fraction_ = 0;
   is_running_ = true;
   if (is_terminal_ && !is_quiet_) draw();
+}
+
+void Progress::update(double done, double all, const char* unit) {
+  using std::chrono::milliseconds;
+  const Clock::time_point now = Clock::now();
+  const auto pause = is_terminal_ ? milliseconds(100) : milliseconds(10'000);
+  if (is_quiet_ || !is_running_ || !(all > 0) || now - last_update_ < pause) return;
+  last_update_ = now;
+  fraction_ = std::clamp(done / all, 0.0, 1.0);
+  const double seconds = std::chrono::duration<double>(now - stage_start_).count();
+  const double speed = seconds > 0 ? done / seconds : 0;
+  const std::string detail =
+      std::to_string(static_cast<int>(100 * fraction_)) + " %, " +
+      human_count(static_cast<std::uint64_t>(speed)) + " " + unit + "/s" +
+      (speed > 0 ? ", " + human_seconds((all - done) / speed) + " left" : "");
+  if (is_terminal_) {
+    draw(detail);
+  } else {
+    std::cerr << command_ << ": " << stages_.back().name << " " << detail << std::endl;
+  }
 }
 
 void Progress::finish() {
@@ -64,12 +85,14 @@ void Progress::end_stage() {
   }
 }
 
-void Progress::draw() const {
+void Progress::draw(const std::string& detail) const {
   constexpr std::size_t kWidth = 24;
-  const std::size_t filled = std::min(kWidth, kWidth * (stages_.size() - 1) / expected_);
+  const double share = (static_cast<double>(stages_.size() - 1) + fraction_) /
+                       static_cast<double>(std::max(expected_, stages_.size()));
+  const auto filled = static_cast<std::size_t>(kWidth * share);
   std::cerr << "\r\033[K" << command_ << " [" << std::string(filled, '#')
             << std::string(kWidth - filled, '.') << "] " << stages_.size() << "/" << expected_
-            << " " << stages_.back().name << std::flush;
+            << " " << stages_.back().name << (detail.empty() ? "" : ": " + detail) << std::flush;
 }
 
 void Progress::clear_line() const { std::cerr << "\r\033[K" << std::flush; }

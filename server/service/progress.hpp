@@ -21,6 +21,10 @@ class Progress {
 
   // Ends the stage before and begins one; `stage` is a noun such as "errors".
   void begin(const std::string& stage);
+  // How far the stage is: `done` of `all` units of work, whose plural is `unit`. Tells percentage,
+  // speed and remaining time, on a terminal at most ten times a second, elsewhere every ten
+  // seconds.
+  void update(double done, double all, const char* unit);
   void finish();
   // A sentence for the user, above the bar.
   void note(const std::string& sentence);
@@ -34,7 +38,7 @@ class Progress {
     std::string name;
     double seconds = 0;
   };
-  void draw() const;
+  void draw(const std::string& detail = {}) const;
   void clear_line() const;
   void end_stage();
 
@@ -45,6 +49,8 @@ class Progress {
   bool is_running_ = false;
   Clock::time_point start_ = Clock::now();
   Clock::time_point stage_start_ = start_;
+  Clock::time_point last_update_ = start_;
+  double fraction_ = 0;  // Of the running stage.
   std::vector<Stage> stages_;
 };
 

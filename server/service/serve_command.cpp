@@ -9,9 +9,10 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include "server/dataset/dataset_file.hpp"
+#include "server/dataset/dataset.hpp"
 #include "server/service/commands.hpp"
 #include "server/service/server.hpp"
+#include "server/service/step_source.hpp"
 #include "server/service/surface_extractor.hpp"
 #include "server/service/thread_options.hpp"
 
@@ -45,12 +46,12 @@ std::vector<std::filesystem::path> dataset_files(const std::vector<std::string>&
 // A dataset that cannot be served is told and left out.
 CataloguePtr open_all(const std::vector<std::filesystem::path>& files) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
-  const auto errors = std::make_shared<ErrorsCache>(kDefaultErrorsCacheBytes);
+  const auto pool = std::make_shared<FineArraysPool>();
   for (const std::filesystem::path& file : files) {
     try {
       const DatasetPtr dataset = open_dataset(file);
       catalogue->add(
-          std::make_shared<ExtractedSteps>(std::make_shared<SurfaceExtractor>(dataset, errors)));
+          std::make_shared<ExtractedSteps>(std::make_shared<SurfaceExtractor>(dataset, pool)));
       spdlog::info("serving \"{}\" from {}: {} x {} x {} {}", dataset->info.name, file.string(),
                    dataset->info.dims[0], dataset->info.dims[1], dataset->info.dims[2],
                    name(dataset->info.type));

@@ -3,102 +3,82 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/core/leaves.hpp"
+#include "server/core/prepared_model.hpp"
+#include "server/service/parallel_surface.hpp"
+#include "server/service/reference_extractor.hpp"
 
 namespace multitetra {
-
 namespace {
 
-// The refined cubes of one size: what can be extracted independently.
-void append_refined_cubes(const Model& model, const Grid& grid, const OctreeCube& cube,
-                          int exponent, std::vector<OctreeCube>& cubes) {
-  if (cube.exponent == exponent) {
-    cubes.push_back(cube);
-    return;
-  }
-  for (int i = 0; i < 8; ++i) {
-    if (is_refined(model, grid, cube.child(i)))
-      append_refined_cubes(model, grid, cube.child(i), exponent, cubes);
-  }
-}
+class PreparedCubes : public CubeExtractor {
+ public:
+  PreparedCubes(const PreparedModel& model, const SurfaceOptions& options, FineArraysPool& pool)
+      : model_(model), options_(options), pool_(pool) {}
 
-// Joins the surfaces of those cubes, which come in the order of append_refined_cubes, up to `cube`.
-CubeSurface join(const Model& model, const Field& field, const OctreeCube& cube, int exponent,
-                 const SurfaceOptions& options, std::vector<CubeSurface>::iterator& next) {
-  if (cube.exponent == exponent) return std::move(*next++);
-  std::vector<CubeSurface> children(8);
-  for (int i = 0; i < 8; ++i) {
-    if (is_refined(model, field.grid(), cube.child(i))) {
-      children[static_cast<std::size_t>(i)] =
-          join(model, field, cube.child(i), exponent, options, next);
-    }
+  [[nodiscard]] bool is_refined(const OctreeCube& cube) const override {
+    return multitetra::is_refined(model_, cube);
   }
-  return join_children(model, field, cube, std::move(children), options);
+  [[nodiscard]] CubeSurface surface_in(const OctreeCube& cube) const override {
+    FineArraysPool::Lease lease(pool_);
+    return surface_in_cube(model_, cube, options_, lease.arrays());
+  }
+  [[nodiscard]] CubeSurface join(const OctreeCube& cube,
+                                 std::vector<CubeSurface> children) const override {
+    return join_children(model_, cube, std::move(children), options_);
+  }
+
+ private:
+  const PreparedModel& model_;
+  const SurfaceOptions& options_;
+  FineArraysPool& pool_;
+};
+
+// Cubes large enough that the errors around them, which neighbours compute once more, cost little,
+// and enough of them to keep all threads busy to the end.
+int cube_exponent(int grid_exponent) {
+  return std::clamp(grid_exponent - 2, kSpectrumExponent + 1, FineErrors::kMaxExponent);
 }
 
 }  // namespace
 
-SurfaceExtractor::SurfaceExtractor(DatasetPtr dataset, std::shared_ptr<ErrorsCache> cache)
+FineArraysPool::Lease::Lease(FineArraysPool& pool) : pool_(pool) {
+  {
+    const std::lock_guard lock(pool_.mutex_);
+    if (!pool_.free_.empty()) {
+      arrays_ = std::move(pool_.free_.back());
+      pool_.free_.pop_back();
+    }
+  }
+  if (!arrays_) arrays_ = std::make_unique<FineArrays>();
+}
+
+FineArraysPool::Lease::~Lease() {
+  const std::lock_guard lock(pool_.mutex_);
+  pool_.free_.push_back(std::move(arrays_));
+}
+
+SurfaceExtractor::SurfaceExtractor(DatasetPtr dataset, std::shared_ptr<FineArraysPool> pool)
     : dataset_(std::move(dataset)),
-      field_(dataset_->volume, dataset_->info.outside, dataset_->info.margin),
-      errors_(cache ? std::move(cache) : std::make_shared<ErrorsCache>(kDefaultErrorsCacheBytes)) {}
-
-std::shared_ptr<const Model> SurfaceExtractor::model(const StepRequest& step,
-                                                     std::stop_token stop) const {
-  const IsosurfaceRequest& request = step.request;
-  const double unit = request.unit == LengthUnit::kVoxel ? voxel_length(dataset_->info) : 1.0;
-  return std::make_shared<ErrorBasedModel>(
-      errors_->get(field_, request, stop),
-      ModelOptions{.thresholds = ThresholdMap::everywhere(request.error * unit),
-                   .topology_tolerance = request.topology_tolerance,
-                   .finest_spacing = step.finest_spacing});
-}
-
-TiledSurface SurfaceExtractor::surface(const Model& model, const SurfaceOptions& options,
-                                       std::stop_token stop) const {
-  const OctreeCube root = root_cube(field_.grid());
-  // Enough cubes to keep all threads busy to the end, large enough that joining them costs little.
-  const int exponent = std::clamp(root.exponent - 3, std::min(root.exponent, 4), 6);
-  std::vector<OctreeCube> cubes;
-  append_refined_cubes(model, field_.grid(), root, exponent, cubes);
-  std::vector<CubeSurface> parts(cubes.size());
-  in_parallel(
-      cubes.size(),
-      [&](std::size_t i) { parts[i] = surface_in_cube(model, field_, cubes[i], options); }, stop);
-
-  auto next = parts.begin();
-  CubeSurface whole = join(model, field_, root, exponent, options, next);
-  TiledSurface surface{
-      .tetrahedra = whole.tetrahedra, .active_tetrahedra = whole.active_tetrahedra, .tiles = {}};
-  std::vector<CubeSurface::Piece> pieces = finished_tiles(std::move(whole), root);
-  surface.tiles.resize(pieces.size());
-  in_parallel(
-      pieces.size(),
-      [&](std::size_t i) {
-        surface.tiles[i] = {pieces[i].cube,
-                            index_triangles(pieces[i].triangles, options.lattice_resolution)};
-        pieces[i].triangles = {};
-      },
-      stop);
-  return surface;
-}
+      pool_(pool ? std::move(pool) : std::make_shared<FineArraysPool>()) {}
 
 TiledSurface SurfaceExtractor::extract(const StepRequest& step, std::stop_token stop) const {
-  return surface(
-      *model(step, stop),
-      {.isovalue = step.request.isovalue, .lattice_resolution = step.request.lattice_resolution},
-      stop);
-}
-
-std::vector<EncodedTile> encode_tiles(const TiledSurface& surface, std::stop_token stop) {
-  std::vector<EncodedTile> encoded(surface.tiles.size());
-  in_parallel(
-      encoded.size(),
-      [&](std::size_t i) {
-        encoded[i] = encode_tile(surface.tiles[i].mesh, surface.tiles[i].cube);
-      },
-      stop);
-  return encoded;
+  const DatasetInfo& info = dataset_->info;
+  if (info.grid_exponent <= kSpectrumExponent) {
+    // A grid of eight steps or fewer has no spectrum, and a pass over it costs nothing.
+    return ReferenceExtractor(*dataset_).extract(step, stop);
+  }
+  const IsosurfaceRequest& request = step.request;
+  const PreparedModel model(*dataset_,
+                            {.isovalue = request.isovalue,
+                             .measure = request.measure,
+                             .rule = request.topology_rule,
+                             .topology_tolerance = request.topology_tolerance},
+                            model_options(step, info));
+  const SurfaceOptions options{.isovalue = request.isovalue,
+                               .lattice_resolution = request.lattice_resolution};
+  return extract_in_parallel(PreparedCubes(model, options, *pool_),
+                             root_cube(Grid(info.grid_exponent)), cube_exponent(info.grid_exponent),
+                             request.lattice_resolution, stop);
 }
 
 }  // namespace multitetra

@@ -1,69 +1,60 @@
-// The isosurface of a dataset for one step, cut into tiles: the pure parts of core, run on all
-// threads.
+// The isosurface of a prepared dataset for one step, cut into tiles: the pure parts of core, run on
+// all threads.
+//
+// Every answer is a function of the dataset and the step alone: errors come from the error spectrum
+// and, where the model goes below its spacing, from the samples there. Nothing is kept from one
+// isovalue to the next.
 #pragma once
 
-#include <cstdint>
 #include <memory>
+#include <mutex>
 #include <stop_token>
 #include <vector>
 
-#include "common/mesh.hpp"
-#include "common/octree_cube.hpp"
-#include "common/tile.hpp"
-#include "server/core/error_based_model.hpp"
-#include "server/core/field.hpp"
+#include "server/core/fine_errors.hpp"
 #include "server/core/refinement_plan.hpp"
-#include "server/core/tiling.hpp"
 #include "server/dataset/dataset.hpp"
-#include "server/dataset/in_parallel.hpp"
-#include "server/service/errors_cache.hpp"
+#include "server/service/tiled_surface.hpp"
 
 namespace multitetra {
 
-struct TileMesh {
-  OctreeCube cube;
-  LatticeMesh mesh;  // At least one triangle.
-};
+// Memory to work in, used again and again by whoever needs it next.
+class FineArraysPool {
+ public:
+  // Owns the arrays while they are in use; gives them back at its end.
+  class Lease {
+   public:
+    explicit Lease(FineArraysPool& pool);
+    ~Lease();
+    Lease(const Lease&) = delete;
+    Lease& operator=(const Lease&) = delete;
+    [[nodiscard]] FineArrays& arrays() { return *arrays_; }
 
-struct TiledSurface {
-  std::uint64_t tetrahedra = 0;         // Of the model.
-  std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface.
-  std::vector<TileMesh> tiles;          // Sorted by cube; the same for any number of threads.
-};
+   private:
+    FineArraysPool& pool_;
+    std::unique_ptr<FineArrays> arrays_;
+  };
 
-inline constexpr std::size_t kDefaultErrorsCacheBytes = std::size_t{1} << 30;
+ private:
+  std::mutex mutex_;  // Guards free_.
+  std::vector<std::unique_ptr<FineArrays>> free_;
+};
 
 // Safe to use from several threads at once.
 class SurfaceExtractor {
  public:
-  // Extractors may share a cache as long as all of them live; without one each has its own.
-  explicit SurfaceExtractor(DatasetPtr dataset, std::shared_ptr<ErrorsCache> cache = nullptr);
-  SurfaceExtractor(const SurfaceExtractor&) = delete;  // The cache knows the field by its address.
-  SurfaceExtractor& operator=(const SurfaceExtractor&) = delete;
+  // Extractors may share a pool.
+  explicit SurfaceExtractor(DatasetPtr dataset, std::shared_ptr<FineArraysPool> pool = nullptr);
 
-  [[nodiscard]] const Dataset& dataset() const { return *dataset_; }
-  [[nodiscard]] const Field& field() const { return field_; }
+  [[nodiscard]] const PreparedVolume& dataset() const { return *dataset_; }
 
-  // The error-based model of a step: a pass over the volume where the isovalue's errors are not
-  // known yet. Requires a validated request. Throws Cancelled soon after `stop` is triggered.
-  [[nodiscard]] std::shared_ptr<const Model> model(const StepRequest& step,
-                                                   std::stop_token stop = {}) const;
-
-  // The isosurface of any model of this dataset's grid. Throws Cancelled as above.
-  [[nodiscard]] TiledSurface surface(const Model& model, const SurfaceOptions& options,
-                                     std::stop_token stop = {}) const;
-
-  // Both at once.
+  // Requires a validated request. Throws Cancelled soon after `stop` is triggered, and
+  // DatasetFileError when the dataset turns out to be damaged.
   [[nodiscard]] TiledSurface extract(const StepRequest& step, std::stop_token stop = {}) const;
 
  private:
   DatasetPtr dataset_;
-  Field field_;
-  std::shared_ptr<ErrorsCache> errors_;
+  std::shared_ptr<FineArraysPool> pool_;
 };
-
-// The tiles as Draco bytes, in the same order, encoded on all threads.
-[[nodiscard]] std::vector<EncodedTile> encode_tiles(const TiledSurface& surface,
-                                                    std::stop_token stop = {});
 
 }  // namespace multitetra

@@ -3,14 +3,17 @@
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "server/dataset/generators.hpp"
+#include "server/dataset/statistics_builder.hpp"
 #include "server/dataset/suggested_isovalues.hpp"
 
 namespace multitetra {
@@ -104,6 +107,116 @@ TEST(Statistics, DoNotDependOnTheNumberOfThreads) {
   EXPECT_EQ(single.max, many.max);
   EXPECT_EQ(single.histogram, many.histogram);
   EXPECT_EQ(total(many.histogram), volume.size());
+}
+
+// ---- slab by slab
+
+// The samples begin ... end - 1.
+Samples part_of(const Samples& samples, std::size_t begin, std::size_t end) {
+  return std::visit(
+      [&](const auto& values) {
+        return Samples(
+            std::decay_t<decltype(values)>(values.begin() + static_cast<std::ptrdiff_t>(begin),
+                                           values.begin() + static_cast<std::ptrdiff_t>(end)));
+      },
+      samples);
+}
+
+// The builder after all passes over `samples`, in slabs of `slab` samples, the last ones first.
+SampleStatisticsBuilder built(const Samples& samples, std::size_t size, std::size_t slab) {
+  SampleStatisticsBuilder builder(static_cast<SampleType>(samples.index()));
+  const auto pass = [&](auto add) {
+    for (std::size_t end = size; end > 0; end -= std::min(slab, end)) {
+      add(part_of(samples, end - std::min(slab, end), end));
+    }
+  };
+  pass([&](const Samples& part) { builder.add(part); });
+  if (builder.needs_second_pass()) pass([&](const Samples& part) { builder.add_again(part); });
+  return builder;
+}
+
+TEST(SampleStatisticsBuilder, SlabsOfAnySizeGiveTheStatisticsOfTheVolume) {
+  for (const GeneratorKind kind : {GeneratorKind::kHead, GeneratorKind::kGyroid}) {
+    Volume volume = generate(kind, {.size = 30, .noise = 0.1});
+    if (auto* floats = std::get_if<std::vector<float>>(&volume.samples)) (*floats)[77] = kNan;
+    const SampleStatistics expected = statistics(volume);
+    for (const std::size_t slab : {std::size_t{900}, std::size_t{1234}, volume.size()}) {
+      const SampleStatistics facts = built(volume.samples, volume.size(), slab).finish();
+      EXPECT_EQ(facts.min, expected.min);
+      EXPECT_EQ(facts.max, expected.max);
+      EXPECT_EQ(facts.void_samples, expected.void_samples);
+      EXPECT_EQ(facts.histogram, expected.histogram);
+      EXPECT_EQ(facts.suggested_isovalues, expected.suggested_isovalues);
+    }
+  }
+}
+
+TEST(SampleStatisticsBuilder, OnlyFloatsThatDifferNeedASecondPass) {
+  const auto needs = [](const Samples& samples) {
+    SampleStatisticsBuilder builder(static_cast<SampleType>(samples.index()));
+    builder.add(samples);
+    return builder.needs_second_pass();
+  };
+  EXPECT_FALSE(needs(std::vector<std::uint16_t>{1, 2, 3}));
+  EXPECT_FALSE(needs(std::vector<float>{2, 2, kNan}));
+  EXPECT_FALSE(needs(std::vector<float>{0.0F, -0.0F}));
+  EXPECT_FALSE(needs(std::vector<float>{kNan, kNan}));
+  EXPECT_TRUE(needs(std::vector<float>{2, kNan, 3}));
+}
+
+TEST(SampleStatisticsBuilder, EveryIntegerThatOccursIsADistinctValue) {
+  using Values = std::vector<float>;
+  const auto distinct = [](const Samples& samples, std::size_t size) {
+    return built(samples, size, 2).distinct_values();
+  };
+  EXPECT_EQ(distinct(std::vector<std::uint8_t>{255, 3, 0, 3}, 4), (Values{0, 3, 255}));
+  EXPECT_EQ(distinct(std::vector<std::int8_t>{127, -128, 0, -1}, 4), (Values{-128, -1, 0, 127}));
+  EXPECT_EQ(distinct(std::vector<std::uint16_t>{65535, 7, 7}, 3), (Values{7, 65535}));
+  EXPECT_EQ(distinct(std::vector<std::int16_t>{-32768, 32767, 5}, 3), (Values{-32768, 5, 32767}));
+}
+
+TEST(SampleStatisticsBuilder, DistinctFloatsAreToldToFifteenBitsOfTheFraction) {
+  using Values = std::vector<float>;
+  const auto distinct = [](const std::vector<float>& samples) {
+    return built(samples, samples.size(), 3).distinct_values();
+  };
+  const float largest = std::numeric_limits<float>::max();
+  const Values extremes = distinct({largest, 1, kNan, -0.0F, 0, -2, -largest, 1});
+  ASSERT_EQ(extremes.size(), 5u);
+  EXPECT_EQ(extremes[0], -largest);
+  EXPECT_LE(extremes[1], -2);
+  EXPECT_GT(extremes[1], -2 - std::ldexp(1.0F, -13));
+  EXPECT_EQ(extremes[2], 0);
+  EXPECT_EQ(extremes[3], 1);
+  EXPECT_LE(extremes[4], largest);
+  EXPECT_GT(extremes[4] / largest, 1 - std::ldexp(1.0F, -15));
+  const float next = 1 + std::ldexp(1.0F, -15);
+  const float between = 1 + std::ldexp(1.0F, -16);
+  EXPECT_EQ(distinct({0, 1, between, next}), (Values{0, 1, next}));
+  EXPECT_EQ(distinct({between, 3}), (Values{between, 3})) << "None lies below the least sample.";
+  EXPECT_TRUE(distinct({kNan}).empty());
+}
+
+TEST(SampleStatisticsBuilder, DistinctFloatsAscendAndLieCloselyBelowTheSamples) {
+  const Volume volume = generate(GeneratorKind::kGyroid, {.size = 24, .noise = 0.5});
+  const auto& samples = std::get<std::vector<float>>(volume.samples);
+  const std::vector<float> distinct = built(volume.samples, samples.size(), 5000).distinct_values();
+  EXPECT_TRUE(std::is_sorted(distinct.begin(), distinct.end()));
+  EXPECT_EQ(std::adjacent_find(distinct.begin(), distinct.end()), distinct.end());
+  for (const float sample : samples) {
+    const auto above = std::upper_bound(distinct.begin(), distinct.end(), sample);
+    ASSERT_NE(above, distinct.begin());
+    EXPECT_LE(sample - *std::prev(above), std::abs(sample) * std::ldexp(1.0F, -14));
+  }
+}
+
+TEST(SampleStatisticsBuilder, NoSamplesAreNoTrouble) {
+  for (const SampleType type : {SampleType::kU8, SampleType::kI16, SampleType::kF32}) {
+    const SampleStatistics facts = SampleStatisticsBuilder(type).finish();
+    EXPECT_EQ(facts.min, 0);
+    EXPECT_EQ(facts.max, 0);
+    EXPECT_EQ(facts.histogram, (Histogram{-0.5, 0.5, {0}}));
+  }
 }
 
 TEST(SuggestedIsovalues, PartTheClassesOfAHistogram) {

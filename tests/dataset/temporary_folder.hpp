@@ -1,6 +1,7 @@
 // A folder of its own for one test, gone afterwards.
 #pragma once
 
+#include <cstddef>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -39,6 +40,11 @@ class TemporaryFolder {
  private:
   std::filesystem::path path_;
 };
+
+[[nodiscard]] inline std::size_t entries_of(const std::filesystem::path& folder) {
+  return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder),
+                                                std::filesystem::directory_iterator()));
+}
 
 inline std::string bytes_of_file(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);

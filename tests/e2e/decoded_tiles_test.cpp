@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "server/dataset/statistics.hpp"
+#include "server/dataset/prepare.hpp"
 #include "server/service/surface_extractor.hpp"
 #include "tests/support/fields.hpp"
 

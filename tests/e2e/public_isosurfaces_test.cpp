@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "client/client.hpp"
-#include "server/dataset/statistics.hpp"
+#include "server/dataset/prepare.hpp"
 #include "server/dataset/volume_files.hpp"
 #include "server/service/surface_extractor.hpp"
 #include "tests/service/running_server.hpp"

@@ -1,7 +1,9 @@
-// Writes the inputs that fuzzing starts from: valid messages, frames and tiles.
+// Writes the inputs that fuzzing starts from: valid messages, frames, tiles and datasets.
 //   write_seeds DIRECTORY    fills DIRECTORY/<harness>/
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <random>
 #include <string>
 
@@ -10,6 +12,7 @@
 #include "common/messages.hpp"
 #include "tests/common/sample_messages.hpp"
 #include "tests/common/surfaces.hpp"
+#include "tests/fuzz/dataset_file_input.hpp"
 
 namespace {
 
@@ -59,6 +62,10 @@ int main(int argc, char** argv) {
           promised_tile(surfaces::torus(5, 34, 15, 0.2, seed), speed));
   }
   write(root / "fuzz_tile", ++number, promised_tile(surfaces::touching_octahedra(5), 5));
+  std::ifstream golden(MULTITETRA_TEST_DATA "/small_v2.mtd", std::ios::binary);
+  const std::string dataset{std::istreambuf_iterator<char>(golden), {}};
+  write(root / "fuzz_dataset_file", ++number, input_of_bytes(dataset));
+  write(root / "fuzz_dataset_file", ++number, input_of_sections(dataset));
   std::string triangles(1 + 3 * 60, '\0');
   for (char& byte : triangles) byte = static_cast<char>(random());
   write(root / "fuzz_tile_round_trip", ++number, triangles);

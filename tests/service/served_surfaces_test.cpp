@@ -3,7 +3,7 @@
 #include <oneapi/tbb/global_control.h>
 
 #include "client/client.hpp"
-#include "server/dataset/statistics.hpp"
+#include "server/dataset/prepare.hpp"
 #include "server/service/surface_extractor.hpp"
 #include "tests/service/fake_steps.hpp"
 #include "tests/service/running_server.hpp"

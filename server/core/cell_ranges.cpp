@@ -1,0 +1,92 @@
+#include "server/core/cell_ranges.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <type_traits>
+#include <utility>
+
+#include "server/core/prepared_volume.hpp"
+
+namespace multitetra {
+namespace {
+
+template <typename Sample>
+constexpr Sample highest() {
+  if constexpr (std::is_floating_point_v<Sample>) return std::numeric_limits<Sample>::infinity();
+  return std::numeric_limits<Sample>::max();
+}
+template <typename Sample>
+constexpr Sample lowest() {
+  if constexpr (std::is_floating_point_v<Sample>) return -std::numeric_limits<Sample>::infinity();
+  return std::numeric_limits<Sample>::lowest();
+}
+
+// The cells, first and last, whose closed extent along one axis holds grid coordinate v.
+std::pair<std::int32_t, std::int32_t> cells_at(std::int32_t v) {
+  const std::int32_t cell = v / kSpectrumSpacing;
+  return {std::max(0, v % kSpectrumSpacing == 0 ? cell - 1 : cell), cell};
+}
+
+// Takes one row of samples into the ranges of a row of cells; both begin with the data.
+template <typename Sample>
+void include_row(const Sample* row, const DatasetInfo& info, const CoarseExtent& cells,
+                 Sample* ranges) {
+  for (std::int32_t i = 0; i < cells.dims[0]; ++i) {
+    const std::int32_t begin = kSpectrumSpacing * (cells.origin.x + i) - info.margin;
+    const std::int32_t first = std::max(0, begin);
+    const std::int32_t last = std::min(info.dims[0] - 1, begin + kSpectrumSpacing);
+    Sample low = ranges[2 * i];
+    Sample high = ranges[2 * i + 1];
+    for (std::int32_t x = first; x <= last; ++x) {  // Comparing with NaN is false.
+      low = row[x] < low ? row[x] : low;
+      high = row[x] > high ? row[x] : high;
+    }
+    ranges[2 * i] = low;
+    ranges[2 * i + 1] = high;
+  }
+}
+
+}  // namespace
+
+CellRanges::CellRanges(const DatasetInfo& info) : info_(info) {
+  const std::size_t size = 2 * cell_extent(info).size();
+  visit_type(info.type, [&]<typename Sample>(const Sample*) {
+    std::vector<Sample> ranges(size, lowest<Sample>());
+    for (std::size_t i = 0; i < size; i += 2) ranges[i] = highest<Sample>();
+    ranges_ = std::move(ranges);
+  });
+}
+
+void CellRanges::add(const Samples& slab, std::int32_t slices, const ForEach& for_each) {
+  const CoarseExtent cells = cell_extent(info_);
+  const std::int32_t first_z = next_slice_;
+  next_slice_ += slices;
+  std::visit(
+      [&](auto& ranges) {
+        const auto& samples = std::get<std::decay_t<decltype(ranges)>>(slab);
+        // A row of cells along x is written by one body alone.
+        for_each(static_cast<std::size_t>(cells.dims[1]), [&](std::size_t j) {
+          const std::int32_t cell_y = cells.origin.y + static_cast<std::int32_t>(j);
+          const std::int32_t begin = kSpectrumSpacing * cell_y - info_.margin;
+          const std::int32_t last_y = std::min(info_.dims[1] - 1, begin + kSpectrumSpacing);
+          for (std::int32_t slice = 0; slice < slices; ++slice) {
+            const auto [low, high] = cells_at(info_.margin + first_z + slice);
+            for (std::int32_t cell_z = low; cell_z <= high; ++cell_z) {
+              const GridPoint first_cell = {cells.origin.x, cell_y, cell_z};
+              for (std::int32_t y = std::max(0, begin); y <= last_y; ++y) {
+                include_row(samples.data() + std::ptrdiff_t{info_.dims[0]} *
+                                                 (y + std::ptrdiff_t{info_.dims[1]} * slice),
+                            info_, cells, ranges.data() + 2 * cells.index(first_cell));
+              }
+            }
+          }
+        });
+      },
+      ranges_);
+}
+
+std::span<const std::byte> CellRanges::bytes() const {
+  return std::visit([](const auto& ranges) { return std::as_bytes(std::span(ranges)); }, ranges_);
+}
+
+}  // namespace multitetra

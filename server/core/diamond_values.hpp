@@ -1,0 +1,98 @@
+// The field's values in a diamond, side by side in registers.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+
+#include "server/core/diamond.hpp"
+
+namespace multitetra {
+
+// Up to twelve numbers. Comparing and choosing give the same bits on every machine. Real is float
+// where the arithmetic on the values is exact in it (16-bit integers), double otherwise.
+template <typename Vector>
+[[nodiscard]] inline Vector larger(Vector a, Vector b) {
+  return a > b ? a : b;
+}
+
+template <typename Real>
+struct VectorOf;
+template <>
+struct VectorOf<float> {
+  using Type = float __attribute__((vector_size(16)));
+};
+template <>
+struct VectorOf<double> {
+  using Type = double __attribute__((vector_size(16)));
+};
+
+template <typename Real>
+struct Lanes {
+  static constexpr std::size_t kWidth = 16 / sizeof(Real);
+  static constexpr std::size_t kVectors = 12 / kWidth;
+  using Vector = typename VectorOf<Real>::Type;
+
+  std::array<Vector, kVectors> vectors;
+
+  [[nodiscard]] Real operator[](std::size_t i) const { return vectors[i / kWidth][i % kWidth]; }
+  void set(std::size_t i, Real value) { vectors[i / kWidth][i % kWidth] = value; }
+};
+
+template <typename Real>
+[[nodiscard]] inline typename Lanes<Real>::Vector all(Real value) {
+  return typename Lanes<Real>::Vector{} + value;
+}
+template <typename Real, typename Vector>
+[[nodiscard]] inline Real largest_of(Vector v) {
+  Real largest = v[0];
+  for (std::size_t i = 1; i < Lanes<Real>::kWidth; ++i) largest = std::max(largest, Real{v[i]});
+  return largest;
+}
+template <typename Real, typename Vector>
+[[nodiscard]] inline Real least_of(Vector v) {
+  return -largest_of<Real>(-v);
+}
+
+template <typename Real>
+struct DiamondValues {
+  Real centre;
+  std::size_t corners;           // At most 10.
+  std::size_t vectors;           // That hold them; lanes behind the last corner repeat `centre`.
+  bool ring_is_open;             // Corners beyond the grid's border were left out.
+  Lanes<Real> value;             // Of the corners, ends of the split edge first.
+  const Lanes<Real>* length;     // From the point to the corners, world units.
+  Lanes<Real> length_at_border;  // What `length` refers to when corners were left out.
+};
+
+// What a diamond's values allow to know before any bin is looked at.
+template <typename Real>
+struct ValueRange {
+  Real low;  // Of the values that are not void.
+  Real high;
+  bool any_void;
+  [[nodiscard]] bool is_mixed() const { return low < high; }
+};
+
+template <typename Real>
+[[nodiscard]] ValueRange<Real> range_of(const DiamondValues<Real>& d) {
+  constexpr Real kInfinity = std::numeric_limits<Real>::infinity();
+  auto low = all(kInfinity);
+  auto high = all(-kInfinity);
+  bool any_void = false;
+  const auto include = [&](auto x) {  // Comparing with NaN is false: it changes neither end.
+    low = x < low ? x : low;
+    high = x > high ? x : high;
+  };
+  include(all(d.centre));
+  auto sum = all(d.centre);
+  for (std::size_t i = 0; i < d.vectors; ++i) {
+    include(d.value.vectors[i]);
+    sum += d.value.vectors[i];
+  }
+  for (std::size_t i = 0; i < Lanes<Real>::kWidth; ++i) any_void |= sum[i] != sum[i];
+  return {.low = least_of<Real>(low), .high = largest_of<Real>(high), .any_void = any_void};
+}
+
+}  // namespace multitetra

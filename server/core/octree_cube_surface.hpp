@@ -1,0 +1,79 @@
+// The surface in the tetrahedra that lie in one octree cube but in none of its refined children,
+// from the values at its 27 points and the bits that say which of them are kept.
+//
+// Seen from the corner with even coordinates (in units of the cube's side), every cube looks the
+// same: each face is cut from its corner next to the even one to the opposite corner. So one table
+// of 84 tetrahedra serves all cubes, turned over along the axes where the even corner is the upper
+// one.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "common/mesh.hpp"
+#include "common/octree_cube.hpp"
+#include "server/core/grid.hpp"
+
+namespace multitetra {
+
+// The 27 points of a cube: index i + 3 j + 9 k is the centre + step * turned (i - 1, j - 1, k - 1).
+struct OctreeCubePoints {
+  GridPoint centre;
+  std::int32_t step = 1;                           // Half the cube's side.
+  std::array<std::int32_t, 3> turned = {1, 1, 1};  // -1 along axes where the even corner is upper.
+  std::array<float, 27> values{};                  // NaN is void.
+  std::uint32_t kept = 0;  // Bits of the face centres and edge midpoints that are kept, and
+                           // of the corners whose child is refined.
+
+  [[nodiscard]] GridPoint at(std::size_t index) const {
+    const auto i = static_cast<std::int32_t>(index);
+    return {centre.x + step * turned[0] * (i % 3 - 1),
+            centre.y + step * turned[1] * (i / 3 % 3 - 1),
+            centre.z + step * turned[2] * (i / 9 - 1)};
+  }
+};
+
+// Centre, step and turns of a cube of exponent >= 1.
+[[nodiscard]] OctreeCubePoints points_of(const OctreeCube& cube);
+
+// Index of the corner of child `index` (see OctreeCube::child).
+[[nodiscard]] inline std::size_t corner_of_child(const OctreeCubePoints& points, int index) {
+  std::size_t corner = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const bool upper = (index >> axis & 1) != 0;
+    const bool far = upper == (points.turned[static_cast<std::size_t>(axis)] > 0);
+    constexpr std::array<std::size_t, 3> kStride = {1, 3, 9};
+    corner += far ? 2 * kStride[static_cast<std::size_t>(axis)] : 0;
+  }
+  return corner;
+}
+
+// Extracts cube after cube; keeps a little memory between them. One thread at a time.
+class OctreeCubeSurface {
+ public:
+  OctreeCubeSurface(double isovalue, int lattice_resolution)
+      : isovalue_(isovalue), resolution_(lattice_resolution) {}
+
+  struct Counts {
+    std::uint32_t tetrahedra = 0;
+    std::uint32_t active_tetrahedra = 0;
+  };
+  // Appends the triangles of the cube's own tetrahedra.
+  Counts append(const OctreeCubePoints& points, std::vector<LatticeTriangle>& triangles);
+
+ private:
+  [[nodiscard]] LatticePoint vertex(const OctreeCubePoints& points, std::size_t i, std::size_t j);
+
+  double isovalue_;
+  int resolution_;
+  struct Known {
+    std::uint32_t cube = 0;  // The cube that it was computed for.
+    LatticePoint vertex;
+  };
+  std::uint32_t cube_ = 0;
+  std::vector<Known> known_ = std::vector<Known>(27 * 27);
+};
+
+}  // namespace multitetra

@@ -1,0 +1,239 @@
+// The own error of one dividing point for all isovalues at once: an upper bound over every bin.
+//
+// With m at the point, v the mean of its split edge's ends, A and B the lesser and the larger of
+// the two, and x at a corner at length L, the displacement |t(m) - t(v)| L of own_error.hpp is a
+// tent over the isovalue c:
+//
+//   x > B   rises over [A, B] as L (c - A) / (x - A), falls over [B, x] as
+//           L (B - A) (x - c) / ((x - A) (x - B))
+//   x < A   the same turned around
+//   else    rises over [A, x], falls over [x, B], with L at its peak x
+//
+// So the largest value over a bin is known without searching: where c >= B at the bin's lower end,
+// where c <= A at its upper end. Where A <= c < B the point and its fused value are on different
+// sides, one of the two crossings exists for every corner, and the certified error is at most
+//
+//   R + F,   R = max over x > c of L (c - A) / (x - A),   F = max over x <= c of L (B - c) / (B -
+//   x)
+//
+// with the largest R and the largest F of the bin.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "server/core/diamond_values.hpp"
+#include "server/core/error_curve.hpp"
+#include "server/core/isovalue_bins.hpp"
+
+namespace multitetra {
+
+// Adds the own error of a diamond to what its children left in `blocks`, whose first bin is
+// `first_bin`: the paper's error becomes the larger of both, the certified one their sum. `flip` is
+// 1 + log2 of the point's spacing. Requires blocks for all bins from `first` =
+// first_from(range.low) to `last` = last_below(range.high), and range.is_mixed().
+template <typename Real>
+class OwnErrorCurve {
+ public:
+  struct Bins {
+    int first;
+    int last;
+  };
+
+  OwnErrorCurve(const IsovalueBins& bins, const DiamondValues<Real>& diamond, Bins active,
+                CurveBlock* blocks, int first_bin, std::uint8_t flip)
+      : bins_(bins),
+        d_(diamond),
+        active_(active),
+        blocks_(blocks),
+        first_bin_(first_bin),
+        flip_(flip) {}
+
+  // For a diamond with void corners: its flip is critical.
+  void add_void() {
+    for (int bin = active_.first; bin <= active_.last; ++bin) {
+      mark(bin, 0);
+      mark(bin, 4);
+    }
+  }
+
+  void add() {
+    const Real a = d_.value[0];
+    const Real b = d_.value[1];
+    const Real m = d_.centre;
+    const Real v = (a + b) / 2;
+    if (v == m) return;  // Fusing moves nothing.
+    low_ = std::min(v, m);
+    high_ = std::max(v, m);
+    active_.first == active_.last ? add_to_one_bin() : add_to_bins();
+    if (m > std::max(a, b)) add_flip(std::max(a, b), m);
+    if (m < std::min(a, b)) add_flip(m, std::min(a, b));
+  }
+
+ private:
+  using Vector = typename Lanes<Real>::Vector;
+  // Rounding never makes a bound smaller than the exact error: each takes a few operations with a
+  // relative error of 2^-24 at most.
+  static constexpr float kRoundingUp = 1 + 0x1p-20F;
+
+  // The bin holds every isovalue for which the diamond is active: the peaks of all tents.
+  void add_to_one_bin() {
+    const Vector low = all(low_);
+    const Vector high = all(high_);
+    const Vector extent = high - low;
+    Vector from_low{};
+    Vector from_high{};
+    for (std::size_t i = 0; i < d_.vectors; ++i) {
+      const Vector x = d_.value.vectors[i];
+      const Vector length = d_.length->vectors[i];
+      // With extent / max(extent, x - A) the tent's peak is cut off at L, where it belongs when x
+      // lies between A and B.
+      const Vector up = length * (extent / larger(extent, x - low));
+      const Vector down = length * (extent / larger(extent, high - x));
+      from_low = larger(from_low, x > low ? up : Vector{});
+      from_high = larger(from_high, x < high ? down : Vector{});
+    }
+    const Real r = largest_of<Real>(from_low);
+    const Real f = largest_of<Real>(from_high);
+    add(active_.first, static_cast<float>(std::max(r, f)), static_cast<float>(r + f));
+  }
+
+  void add_to_bins() {
+    const Vector low = all(low_);
+    const Vector high = all(high_);
+    const Vector extent = high - low;
+    const Vector none{};
+    for (std::size_t i = 0; i < d_.vectors; ++i) {
+      const Vector x = d_.value.vectors[i];
+      const Vector length = d_.length->vectors[i];
+      const Vector up = x - low;
+      const Vector down = high - x;
+      const Vector below = up > none ? length / (up > none ? up : all(Real{1})) : none;
+      const Vector above = down > none ? length / (down > none ? down : all(Real{1})) : none;
+      below_[i] = below;
+      above_[i] = above;
+      falling_[i] = down < none ? below * extent / (down < none ? -down : all(Real{1})) : none;
+      rising_[i] = up < none ? above * extent / (up < none ? -up : all(Real{1})) : none;
+    }
+    for (int bin = active_.first; bin <= active_.last; ++bin) {
+      const auto from = static_cast<Real>(bins_.low(bin));
+      const auto to = static_cast<Real>(bins_.high(bin));
+      Real paper = 0;
+      if (from < low_) paper = largest_rising(std::min(to, low_));
+      if (to > high_) paper = std::max(paper, largest_falling(std::max(from, high_)));
+      Real certified = paper;
+      if (from < high_ && to > low_) {
+        const Real r = largest_from_low(std::max(from, low_), std::min(to, high_));
+        const Real f = largest_from_high(std::max(from, low_), std::min(to, high_));
+        paper = std::max(paper, std::max(r, f));
+        certified = std::max(certified, r + f);
+      }
+      add(bin, static_cast<float>(paper), static_cast<float>(certified));
+    }
+  }
+
+  [[nodiscard]] Real largest_rising(Real isovalue) const {
+    const Vector c = all(isovalue);
+    Vector largest{};
+    for (std::size_t i = 0; i < d_.vectors; ++i) {
+      largest = larger(largest, rising_[i] * (c - d_.value.vectors[i]));
+    }
+    return largest_of<Real>(largest);
+  }
+  [[nodiscard]] Real largest_falling(Real isovalue) const {
+    const Vector c = all(isovalue);
+    Vector largest{};
+    for (std::size_t i = 0; i < d_.vectors; ++i) {
+      largest = larger(largest, falling_[i] * (d_.value.vectors[i] - c));
+    }
+    return largest_of<Real>(largest);
+  }
+  // R over the isovalues from c_low to c_high.
+  [[nodiscard]] Real largest_from_low(Real c_low, Real c_high) const {
+    const Vector reach = all(c_high - low_);
+    Vector largest{};
+    for (std::size_t i = 0; i < d_.vectors; ++i) {
+      const Vector length = d_.length->vectors[i];
+      const Vector risen = below_[i] * reach;
+      const Vector moved = risen < length ? risen : length;
+      largest = larger(largest, d_.value.vectors[i] > all(c_low) ? moved : Vector{});
+    }
+    return largest_of<Real>(largest);
+  }
+  // F over the same.
+  [[nodiscard]] Real largest_from_high(Real c_low, Real c_high) const {
+    const Vector reach = all(high_ - c_low);
+    Vector largest{};
+    for (std::size_t i = 0; i < d_.vectors; ++i) {
+      const Vector length = d_.length->vectors[i];
+      const Vector risen = above_[i] * reach;
+      const Vector moved = risen < length ? risen : length;
+      largest = larger(largest, d_.value.vectors[i] < all(c_high) ? moved : Vector{});
+    }
+    return largest_of<Real>(largest);
+  }
+
+  void add(int bin, float paper, float certified) {
+    CurveBlock& block = blocks_[(bin - first_bin_) / 4];
+    const int lane = (bin - first_bin_) % 4;
+    block.paper[lane] = std::max(block.paper[lane], paper * kRoundingUp);
+    const float sum = (block.certified[lane] + certified) * kRoundingUp;
+    block.certified[lane] = certified > 0 ? sum : block.certified[lane];
+  }
+
+  void mark(int bin, int kind) {
+    Byte8& flips = blocks_[(bin - first_bin_) / 4].flips;
+    const int lane = kind + (bin - first_bin_) % 4;
+    flips[lane] = std::max(flips[lane], flip_);
+  }
+  // The isovalues from `from` (included) to `to` see a flip; `kind` is 0, or 4 for a critical one.
+  void mark(Real from, Real to, int kind) {
+    if (active_.first == active_.last) return mark(active_.first, kind);
+    const int last = bins_.last_below(static_cast<float>(to));
+    for (int bin = bins_.first_from(static_cast<float>(from)); bin <= last; ++bin) mark(bin, kind);
+  }
+
+  // A flip for isovalues from `from` (included) to `to`. It is critical where the signs on the ring
+  // do not change exactly twice; they only change at the ring's own values.
+  void add_flip(Real from, Real to) {
+    mark(from, to, 0);
+    if (d_.ring_is_open) {
+      mark(from, to, 4);
+      return;
+    }
+    for (Real c = from; c < to;) {
+      Real next = to;
+      int changes = 0;
+      bool before = d_.value[d_.corners - 1] > c;
+      for (std::size_t i = 2; i < d_.corners; ++i) {
+        const Real x = d_.value[i];
+        const bool is_positive = x > c;
+        changes += is_positive != before ? 1 : 0;
+        before = is_positive;
+        next = is_positive && x < next ? x : next;
+      }
+      if (changes != 2) {
+        mark(c, next, 4);
+        if (active_.first == active_.last) return;
+      }
+      c = next;
+    }
+  }
+
+  const IsovalueBins& bins_;
+  const DiamondValues<Real>& d_;
+  Bins active_;
+  CurveBlock* blocks_;
+  int first_bin_;
+  std::uint8_t flip_;
+  Real low_ = 0;                                       // A
+  Real high_ = 0;                                      // B
+  std::array<Vector, Lanes<Real>::kVectors> below_;    // L / (x - A) for x > A, else 0
+  std::array<Vector, Lanes<Real>::kVectors> above_;    // L / (B - x) for x < B
+  std::array<Vector, Lanes<Real>::kVectors> falling_;  // The tent's slope beyond B, for x > B
+  std::array<Vector, Lanes<Real>::kVectors> rising_;   // Its slope up to A, for x < A
+};
+
+}  // namespace multitetra

@@ -1,0 +1,55 @@
+// The error-based model of a prepared volume for one request: the same predicate as
+// ErrorBasedModel, with errors from the spectrum and, below its spacing, from the samples.
+#pragma once
+
+#include "common/octree_cube.hpp"
+#include "server/core/error_based_model.hpp"
+#include "server/core/error_spectrum.hpp"
+#include "server/core/fine_errors.hpp"
+#include "server/core/prepared_volume.hpp"
+#include "server/core/tetrahedron.hpp"
+
+namespace multitetra {
+
+// Immutable; safe to use from several threads at once. Conforms for any threshold map: the spectrum
+// is never smaller than the exact errors that take over below it, so a kept point has kept parents.
+class PreparedModel {
+ public:
+  // The volume must outlive the model. Requires a grid of more than kSpectrumSpacing steps a side.
+  PreparedModel(const PreparedVolume& volume, const FineErrorsOptions& errors, ModelOptions options)
+      : volume_(volume),
+        fine_(errors),
+        options_(std::move(options)),
+        spectrum_(volume.spectrum, errors.isovalue, errors.measure, errors.rule) {}
+
+  [[nodiscard]] const PreparedVolume& volume() const { return volume_; }
+  [[nodiscard]] const FineErrorsOptions& fine_options() const { return fine_; }
+
+  // For points of spacing kSpectrumSpacing and more.
+  [[nodiscard]] bool kept(const DividingPoint& point) const {
+    return options_.keeps(point, spectrum_.bound(point));
+  }
+
+  // For finer points, whose error is known: infinite when a flip keeps them.
+  [[nodiscard]] bool kept(const DividingPoint& point, float error) const {
+    return options_.keeps(point, {.error = error, .flip_spacing = 0});
+  }
+
+  // Whether the cell's centre may be kept: all its parents are.
+  [[nodiscard]] bool is_wanted(const OctreeCube& cell) const {
+    if (options_.finest_spacing >= kSpectrumSpacing) return false;
+    const PointList<4> parents = centre(cell).parents(Grid(volume_.info.grid_exponent));
+    for (const GridPoint parent : parents) {
+      if (!kept(DividingPoint(parent))) return false;
+    }
+    return true;
+  }
+
+ private:
+  const PreparedVolume& volume_;
+  FineErrorsOptions fine_;
+  ModelOptions options_;
+  SpectrumErrors spectrum_;
+};
+
+}  // namespace multitetra

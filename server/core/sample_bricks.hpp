@@ -1,0 +1,89 @@
+// How a prepared dataset lays out its samples: in bricks of 16 samples a side, so that a look at
+// one place touches little of the file.
+//
+// Bricks follow each other x fastest, then y, then z, and so do the samples inside a brick. At the
+// upper ends of the data bricks are cut off, not padded: the bricks are exactly the samples in
+// another order, and bricks with the same z are one contiguous layer.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace multitetra {
+
+// Parts that are read one at a time. Safe to use from several threads at once.
+class BrickSource {
+ public:
+  virtual ~BrickSource() = default;
+  // The bytes of brick `index`; they stay where they are as long as the source lives. Throws what
+  // the source throws when they are damaged.
+  [[nodiscard]] virtual std::span<const std::byte> brick(std::size_t index) const = 0;
+};
+
+using GridCounts = std::array<std::int32_t, 3>;  // Along x, y, z.
+
+// Cuts a box of `dims` items into bricks of `side` items.
+class BrickLayout {
+ public:
+  static constexpr std::int32_t kSampleSide = 16;  // Samples along a brick of samples.
+
+  // Requires dims >= 1 each.
+  explicit constexpr BrickLayout(const GridCounts& dims, std::int32_t side = kSampleSide)
+      : dims_(dims), side_(side) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      counts_[axis] = (dims[axis] + side - 1) / side;
+    }
+  }
+
+  [[nodiscard]] constexpr const GridCounts& dims() const { return dims_; }      // Items.
+  [[nodiscard]] constexpr const GridCounts& counts() const { return counts_; }  // Bricks.
+  [[nodiscard]] constexpr std::int32_t side() const { return side_; }
+  [[nodiscard]] constexpr std::size_t size() const {  // Bricks in all.
+    return static_cast<std::size_t>(counts_[0]) * static_cast<std::size_t>(counts_[1]) *
+           static_cast<std::size_t>(counts_[2]);
+  }
+  [[nodiscard]] constexpr std::size_t index(const GridCounts& brick) const {
+    return static_cast<std::size_t>(brick[0]) +
+           static_cast<std::size_t>(counts_[0]) *
+               (static_cast<std::size_t>(brick[1]) +
+                static_cast<std::size_t>(counts_[1]) * static_cast<std::size_t>(brick[2]));
+  }
+  [[nodiscard]] constexpr GridCounts at(std::size_t index) const {
+    const auto x = static_cast<std::size_t>(counts_[0]);
+    const auto y = static_cast<std::size_t>(counts_[1]);
+    return {static_cast<std::int32_t>(index % x), static_cast<std::int32_t>(index / x % y),
+            static_cast<std::int32_t>(index / x / y)};
+  }
+  // Items along a brick: `side`, or fewer at the upper ends.
+  [[nodiscard]] constexpr GridCounts extent(const GridCounts& brick) const {
+    GridCounts extent{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      extent[axis] = std::min(side_, dims_[axis] - side_ * brick[axis]);
+    }
+    return extent;
+  }
+  // Items in a brick.
+  [[nodiscard]] constexpr std::size_t volume(const GridCounts& brick) const {
+    const GridCounts e = extent(brick);
+    return static_cast<std::size_t>(e[0]) * static_cast<std::size_t>(e[1]) *
+           static_cast<std::size_t>(e[2]);
+  }
+  // Items in all bricks before this one.
+  [[nodiscard]] constexpr std::uint64_t offset(const GridCounts& brick) const {
+    const GridCounts e = extent(brick);
+    const auto u = [](std::int32_t value) { return static_cast<std::uint64_t>(value); };
+    const std::uint64_t row = u(dims_[0]);
+    const std::uint64_t slice = row * u(dims_[1]);
+    return u(side_) * (u(brick[2]) * slice + u(e[2]) * (u(brick[1]) * row + u(e[1]) * u(brick[0])));
+  }
+
+ private:
+  GridCounts dims_;
+  GridCounts counts_{};
+  std::int32_t side_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,30 @@
+// XXH3-64 with seed 0: finds every damage by accident. It is no protection against somebody who
+// wants to deceive.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+struct XXH3_state_s;
+
+namespace multitetra {
+
+[[nodiscard]] std::uint64_t checksum(std::span<const std::byte> bytes);
+
+// The checksum of bytes that come in pieces.
+class RunningChecksum {
+ public:
+  RunningChecksum();
+  void add(std::span<const std::byte> bytes);
+  [[nodiscard]] std::uint64_t value() const;  // Of all bytes so far.
+
+ private:
+  struct Free {
+    void operator()(XXH3_state_s* state) const;
+  };
+  std::unique_ptr<XXH3_state_s, Free> state_;
+};
+
+}  // namespace multitetra

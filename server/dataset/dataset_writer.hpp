@@ -1,0 +1,79 @@
+// Writes a prepared dataset piece by piece, in memory that does not grow with the volume.
+//
+//   DatasetWriter writer("head.mtd", {.dims = {512, 512, 234}, .type = SampleType::kI16,
+//                                     .spectrum_bricks = SpectrumLayout(info).size()});
+//   for (...) writer.add_samples(layer_of_bricks);
+//   for (...) writer.add_spectrum_brick(index, bytes);   // Also between the samples.
+//   writer.finish(metadata, {.coarse = ..., .ranges = ..., .bins = ...});
+//
+// Guaranteed: the file appears whole or not at all (AtomicFile), also when the writer is killed or
+// the machine stops. Without finish() nothing appears.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "common/atomic_file.hpp"
+#include "server/dataset/checksum.hpp"
+#include "server/dataset/prepared_format.hpp"
+
+namespace multitetra {
+
+// What must be known before the first brick.
+struct DatasetShape {
+  GridCounts dims{};
+  SampleType type = SampleType::kU8;
+  std::size_t spectrum_bricks = 0;  // SpectrumLayout(info).size(), empty ones included.
+};
+
+// What core keeps for a first look, beside the bricks. Each may be empty.
+struct SmallSections {
+  std::span<const std::byte> coarse;
+  std::span<const std::byte> ranges;
+  std::span<const std::byte> bins;
+};
+
+// All functions throw DatasetFileError when the disk fails. To be used by one thread at a time.
+class DatasetWriter {
+ public:
+  DatasetWriter(const std::filesystem::path& path, const DatasetShape& shape);
+
+  // The next bricks in the order of BrickLayout(dims), as many as these bytes hold: normally a
+  // layer. Requires that they end where a brick ends, and that no sample is infinite.
+  void add_samples(std::span<const std::byte> bytes);
+
+  // In any order. Requires index < spectrum_bricks, each at most once, and fewer than 4 GiB. A
+  // brick that is never added is empty.
+  void add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes);
+
+  // Brings the file to the disk and gives it its name. Requires that all samples were added, that
+  // the metadata has no `first_problem` and agrees with the shape, and nothing after it.
+  void finish(const DatasetMetadata& metadata, const SmallSections& small);
+
+ private:
+  void write(std::uint64_t offset, std::span<const std::byte> bytes);
+  void flush_spectrum();
+  void append_section(const char* name, std::span<const std::byte> bytes);
+
+  std::filesystem::path path_;
+  AtomicFile file_;
+  DatasetShape shape_;
+  BrickLayout layout_;
+
+  std::uint64_t sample_bytes_ = 0;  // Added so far.
+  RunningChecksum samples_checksum_;
+  std::vector<std::uint64_t> sample_checksums_;  // Of the bricks added so far.
+
+  std::uint64_t spectrum_begin_ = 0;  // In the file.
+  std::uint64_t spectrum_bytes_ = 0;  // Added so far, those in the buffer included.
+  RunningChecksum spectrum_checksum_;
+  std::vector<BrickPlace> spectrum_index_;
+  std::vector<std::byte> spectrum_buffer_;  // The last of them, not written yet.
+
+  SectionTable sections_;  // Filled by finish().
+};
+
+}  // namespace multitetra

@@ -1,0 +1,43 @@
+// Preparing: a volume in, a dataset that can be served out. Two passes over the slices, one for the
+// range of values and one for everything else; memory does not grow with the number of slices.
+//
+//   const auto source = open_volume("CThead.nhdr");
+//   prepare(*source, {.name = "head"}, "head.mtd", source_note("CThead.nhdr"));
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "server/core/isovalue_bins.hpp"
+#include "server/dataset/dataset.hpp"
+#include "server/dataset/source_note.hpp"
+#include "server/dataset/volume_source.hpp"
+
+namespace multitetra {
+
+struct PrepareOptions {
+  std::string name;
+  std::optional<double> outside = std::nullopt;  // The value beyond the data; none means void.
+  std::int32_t margin = 0;                       // Grid steps around the data.
+  int bins = IsovalueBins::kDefaultCount;        // Of the error spectrum, 1 to kMaxCount.
+  // Is told now and then what is going on ("range", "errors") and how many of how many samples of
+  // that pass are done.
+  std::function<void(const char* pass, std::uint64_t done, std::uint64_t all)> progress = nullptr;
+};
+
+// Writes the dataset file; it appears whole or not at all. The same bytes for any number of
+// threads. Throws std::invalid_argument when an option is outside its range or the volume does not
+// fit the largest grid, VolumeFileError when the source fails, DatasetFileError when the disk does.
+DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
+                    const std::filesystem::path& output, const SourceNote& note);
+
+// The same in memory, without a file.
+[[nodiscard]] DatasetPtr prepare_in_memory(VolumeSource& source, const PrepareOptions& options);
+[[nodiscard]] DatasetPtr make_dataset(Volume volume, std::string name,
+                                      std::optional<double> outside = std::nullopt,
+                                      std::int32_t margin = 0);
+
+}  // namespace multitetra

@@ -1,0 +1,69 @@
+// The frame of a prepared dataset (.mtd): named sections of bytes, and what proves them whole. What
+// the sections hold is the matter of prepared_format.hpp; README.md describes every byte.
+//
+//   0        24                24 + 40 n     + 8      4096
+//   +--------+-----------------+-------------+--------+-----------+-------+-----------+----
+//   | header | table, n entries| its checksum| zeros  | section 0 | zeros | section 1 | ...
+//   +--------+-----------------+-------------+--------+-----------+-------+-----------+----
+//
+// Numbers are little-endian, checksums are XXH3-64. The first section begins at byte 4096, the
+// others at the next multiple of 64; the last one ends the file. Every byte is covered: by the
+// magic, the table's checksum, a section's checksum, or as zero.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/result.hpp"
+#include "server/dataset/byte_source.hpp"
+
+namespace multitetra {
+
+inline constexpr std::uint32_t kPreparedFormatVersion = 2;
+inline constexpr std::uint64_t kHeadBytes = 4096;  // Header, table and zeros.
+inline constexpr std::size_t kMaxSections = 64;
+static_assert(24 + 40 * kMaxSections + 8 <= kHeadBytes);
+
+struct Section {
+  std::string name;      // ASCII, 1 to 8 bytes, unique in a file.
+  bool required = true;  // A reader that does not know the section must refuse the file.
+  std::uint64_t offset = 0;
+  std::uint64_t size = 0;
+  std::uint64_t checksum = 0;  // XXH3-64 of its bytes.
+
+  friend bool operator==(const Section&, const Section&) = default;
+};
+
+using SectionTable = std::vector<Section>;  // In the order of the file.
+
+// Where a section begins when those before it end here; kHeadBytes for the first.
+[[nodiscard]] std::uint64_t section_begin(std::uint64_t end_of_those_before);
+
+// The first kHeadBytes of a file. Requires 1 to kMaxSections sections that begin where
+// section_begin says.
+[[nodiscard]] std::string encode_head(const SectionTable& sections);
+
+// Verifies header, table and all zeros between sections; no section is read. kDamagedData or
+// kUnsupportedVersion.
+[[nodiscard]] Result<SectionTable> decode_section_table(const ByteSource& source);
+
+// The section of this name; null when there is none.
+[[nodiscard]] const Section* find_section(const SectionTable& sections, std::string_view name);
+
+// What is wrong with the bytes of a section: nothing when they have their checksum. Needs little
+// memory for a section of any size.
+[[nodiscard]] std::optional<Error> damage_of(const ByteSource& source, const Section& section);
+
+// The whole section. Requires into.size() == section.size. Returns what is wrong with it.
+[[nodiscard]] std::optional<Error> read_section(const ByteSource& source, const Section& section,
+                                                std::span<std::byte> into);
+
+// kDamagedData: the section, what is wrong with it, and what to do.
+[[nodiscard]] Error damage(std::string_view section, std::string_view what);
+
+}  // namespace multitetra

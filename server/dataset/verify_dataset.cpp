@@ -1,0 +1,179 @@
+#include "server/dataset/verify_dataset.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <new>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/dataset/checksum.hpp"
+#include "server/dataset/prepared_format.hpp"
+
+namespace multitetra {
+namespace {
+
+using namespace section_names;
+
+// Tells about each further percent.
+class Ticker {
+ public:
+  Ticker(std::uint64_t total, const VerificationProgress& progress)
+      : total_(total), progress_(progress) {}
+  void add(std::uint64_t bytes) {
+    done_ += bytes;
+    const std::uint64_t percent = done_ * 100 / total_;
+    if (!progress_ || percent <= told_percent_) return;
+    told_percent_ = percent;
+    progress_(static_cast<double>(percent) / 100);
+  }
+
+ private:
+  std::uint64_t total_;
+  std::uint64_t done_ = 0;
+  std::uint64_t told_percent_ = 0;
+  const VerificationProgress& progress_;
+};
+
+// What the metadata says about the samples.
+struct SampleFacts {
+  double min = std::numeric_limits<double>::infinity();
+  double max = -std::numeric_limits<double>::infinity();
+  std::uint64_t void_samples = 0;
+};
+
+template <typename Sample>
+void add_samples(SampleFacts& facts, std::span<const std::byte> bytes) {
+  for (; bytes.size() >= sizeof(Sample); bytes = bytes.subspan(sizeof(Sample))) {
+    Sample sample{};
+    std::memcpy(&sample, bytes.data(), sizeof(Sample));
+    const auto value = static_cast<double>(sample);
+    if (std::isnan(value)) {
+      ++facts.void_samples;
+      continue;
+    }
+    facts.min = std::min(facts.min, value);
+    facts.max = std::max(facts.max, value);
+  }
+}
+
+void add_samples(SampleFacts& facts, SampleType type, std::span<const std::byte> bytes) {
+  switch (type) {
+    case SampleType::kU8:
+      return add_samples<std::uint8_t>(facts, bytes);
+    case SampleType::kI8:
+      return add_samples<std::int8_t>(facts, bytes);
+    case SampleType::kU16:
+      return add_samples<std::uint16_t>(facts, bytes);
+    case SampleType::kI16:
+      return add_samples<std::int16_t>(facts, bytes);
+    case SampleType::kF32:
+      return add_samples<float>(facts, bytes);
+  }
+}
+
+std::optional<Error> contradiction(const DatasetInfo& info, SampleFacts facts) {
+  if (facts.min > facts.max) facts.min = facts.max = 0;  // All are void.
+  if (facts.min == info.min && facts.max == info.max && facts.void_samples == info.void_samples) {
+    return std::nullopt;
+  }
+  return damage(kMetadata, "it says that the samples range from " + std::to_string(info.min) +
+                               " to " + std::to_string(info.max) + " and " +
+                               std::to_string(info.void_samples) + " are void; they range from " +
+                               std::to_string(facts.min) + " to " + std::to_string(facts.max) +
+                               " and " + std::to_string(facts.void_samples) + " are void.");
+}
+
+// A brick's own checksum comes first, since it says where the damage is.
+class LargeSection {
+ public:
+  LargeSection(const ByteSource& source, const Section& section, std::optional<SampleType> type,
+               Ticker& ticker)
+      : source_(source), section_(section), type_(type), ticker_(ticker) {}
+
+  // The next brick in the order of the file. Returns what is wrong with it.
+  std::optional<Error> add(std::size_t index, const BrickPlace& place) {
+    brick_.resize(place.size);
+    source_.read(section_.offset + place.offset, brick_);
+    if (auto problem = damage_of_brick(section_.name, index, brick_, place.checksum, type_)) {
+      return problem;
+    }
+    checksum_.add(brick_);
+    ticker_.add(brick_.size());
+    return std::nullopt;
+  }
+  // Of the brick that was added last.
+  [[nodiscard]] std::span<const std::byte> brick() const { return brick_; }
+
+  // When all bricks were added: what is wrong with the section.
+  [[nodiscard]] std::optional<Error> problem() const {
+    if (checksum_.value() == section_.checksum) return std::nullopt;
+    return damage(section_.name, "its checksum does not match.");
+  }
+
+ private:
+  const ByteSource& source_;
+  const Section& section_;
+  std::optional<SampleType> type_;
+  Ticker& ticker_;
+  RunningChecksum checksum_;
+  std::vector<std::byte> brick_;
+};
+
+std::optional<Error> first_damage_of_samples(const ByteSource& source,
+                                             const PreparedStructure& structure, Ticker& ticker) {
+  const DatasetInfo& info = structure.metadata.info;
+  const BrickLayout layout(info.dims);
+  LargeSection samples(source, structure.section(kSamples), info.type, ticker);
+  SampleFacts facts;
+  for (std::size_t i = 0; i < layout.size(); ++i) {
+    if (auto problem = samples.add(i, sample_brick_place(structure, layout, i))) return problem;
+    add_samples(facts, info.type, samples.brick());
+  }
+  if (auto problem = samples.problem()) return problem;
+  return contradiction(info, facts);
+}
+
+std::optional<Error> first_damage_of_spectrum(const ByteSource& source,
+                                              const PreparedStructure& structure, Ticker& ticker) {
+  const Section& section = structure.section(kSpectrum);
+  LargeSection spectrum(source, section, std::nullopt, ticker);
+  const auto order = bricks_in_file_order(structure.spectrum_index, section.size);
+  for (const std::size_t i : order.value()) {  // decode_structure made sure that there is one.
+    if (auto problem = spectrum.add(i, structure.spectrum_index[i])) return problem;
+  }
+  return spectrum.problem();
+}
+
+}  // namespace
+
+std::optional<Error> first_damage(const ByteSource& source, const VerificationProgress& progress) {
+  Ticker ticker(std::max<std::uint64_t>(source.size(), 1), progress);
+  const auto structure = decode_structure(source);
+  if (!structure) return structure.error();
+  if (auto problem = first_damage_of_samples(source, *structure, ticker)) return problem;
+  if (auto problem = first_damage_of_spectrum(source, *structure, ticker)) return problem;
+  // The small ones are verified already; there may be others, of later versions.
+  for (const Section& section : structure->sections) {
+    if (is_known_section(section.name)) continue;
+    if (auto problem = damage_of(source, section)) return problem;
+    ticker.add(section.size);
+  }
+  if (progress) progress(1);
+  return std::nullopt;
+}
+
+void verify_dataset(const std::filesystem::path& path, const VerificationProgress& progress) {
+  try {
+    const auto problem = first_damage(FileSource(path), progress);
+    if (problem) throw DatasetFileError(path, problem->text);
+  } catch (const std::bad_alloc&) {
+    throw DatasetFileError(path, "there is not enough memory for its index.");
+  }
+}
+
+}  // namespace multitetra

@@ -1,0 +1,33 @@
+// Verifies every byte of a prepared dataset: after copying, or when a disk is doubted.
+//
+//   verify_dataset("head.mtd", [](double fraction) { std::cout << 100 * fraction << " %\n"; });
+//
+// Guaranteed: any file that differs in a byte from one that our writer finished is reported, with
+// the section and, in the large sections, the brick. Beyond the checksums, the facts in the
+// metadata (range, void samples) must be those of the samples. Reads the file once, from front to
+// back but for the small sections, and needs memory for a brick and the indexes only. Nothing is
+// mapped: a disk that fails gives an error too.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+
+#include "common/result.hpp"
+#include "server/dataset/byte_source.hpp"
+
+namespace multitetra {
+
+// Is told now and then which part of the bytes is done, from 0 to 1 and never less than before. An
+// exception of it ends the verification.
+using VerificationProgress = std::function<void(double fraction)>;
+
+// Throws DatasetFileError, which names the file, the section, the brick and what to do.
+void verify_dataset(const std::filesystem::path& path, const VerificationProgress& progress = {});
+
+// The same for bytes from anywhere: the first damage found, or nothing. Throws what the source and
+// `progress` throw.
+[[nodiscard]] std::optional<Error> first_damage(const ByteSource& source,
+                                                const VerificationProgress& progress = {});
+
+}  // namespace multitetra

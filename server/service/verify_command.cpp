@@ -1,0 +1,48 @@
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "common/human_units.hpp"
+#include "server/dataset/verify_dataset.hpp"
+#include "server/service/commands.hpp"
+#include "server/service/progress.hpp"
+
+namespace multitetra {
+namespace {
+
+struct Arguments {
+  std::string file;
+  bool quiet = false;
+};
+
+int verify(const Arguments& arguments) {
+  Progress progress("verify", 1, arguments.quiet);
+  progress.begin("checksums");
+  const auto bytes = static_cast<double>(std::filesystem::file_size(arguments.file));
+  verify_dataset(arguments.file,
+                 [&](double fraction) { progress.update(fraction * bytes, bytes, "bytes"); });
+  progress.finish();
+  if (!arguments.quiet) {
+    std::cout << arguments.file << ": every byte is as it was written ("
+              << human_bytes(static_cast<std::uint64_t>(bytes)) << ")\n";
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_verify_command(CLI::App& program, Run& run) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = program.add_subcommand(
+      "verify", "Check every byte of a dataset file; serving checks only what it reads");
+  command->add_option("file", arguments->file, "Dataset file (.mtd)")->required();
+  command->add_flag("--quiet", arguments->quiet, "Say nothing unless something is wrong");
+  command->footer(
+      "Exit code 0: the file is whole. 1: damaged; the message names section and brick.\n"
+      "Example:\n"
+      "  multitetra-server verify head.mtd");
+  command->callback([arguments, &run] { run = [arguments] { return verify(*arguments); }; });
+}
+
+}  // namespace multitetra

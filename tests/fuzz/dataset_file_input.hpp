@@ -1,0 +1,99 @@
+// What the bytes of a fuzzer mean as a prepared dataset. Taken as they are they would hardly ever
+// have the right checksums, and so never get past the table.
+//
+// The first byte chooses:
+//   'f'   a file without the zeros at the end of its head: the first kShortHead bytes, then what
+//         follows from byte 4096 on; the table's checksum is made right
+//   else  the sections, each with its length before it in two bytes, of a file that is right in
+//         all else
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "server/dataset/checksum.hpp"
+#include "server/dataset/prepared_format.hpp"
+
+namespace multitetra {
+
+inline constexpr std::size_t kShortHead = 24 + 40 * 8 + 8;
+inline constexpr std::array<const char*, 8> kFuzzedSections = {
+    section_names::kSamples,       section_names::kSpectrum, section_names::kCoarse,
+    section_names::kRanges,        section_names::kBins,     section_names::kSampleChecksums,
+    section_names::kSpectrumIndex, section_names::kMetadata};
+
+inline void mend_table_checksum(std::string& file) {
+  if (file.size() < kHeadBytes) return;
+  std::uint32_t sections = 0;
+  std::memcpy(&sections, file.data() + 12, sizeof(sections));
+  const std::size_t covered = 24 + 40 * std::min<std::size_t>(sections, kMaxSections);
+  const std::uint64_t sum = checksum(std::as_bytes(std::span(file).first(covered)));
+  std::memcpy(file.data() + covered, &sum, sizeof(sum));
+}
+
+inline std::string file_of_bytes(std::string_view input) {
+  std::string file(input.substr(0, kShortHead));
+  if (input.size() <= kShortHead) return file;
+  file.resize(kHeadBytes, '\0');
+  file += input.substr(kShortHead);
+  mend_table_checksum(file);
+  return file;
+}
+
+// The bytes of the next section; `input` loses them.
+inline std::string_view take_section(std::string_view& input) {
+  std::uint16_t size = 0;
+  if (input.size() < sizeof(size)) return {};
+  std::memcpy(&size, input.data(), sizeof(size));
+  input.remove_prefix(sizeof(size));
+  const std::string_view section = input.substr(0, size);
+  input.remove_prefix(section.size());
+  return section;
+}
+
+inline std::string file_of_sections(std::string_view input) {
+  SectionTable table;
+  std::string file(kHeadBytes, '\0');
+  for (const char* const name : kFuzzedSections) {
+    const std::string_view section = take_section(input);
+    file.resize(section_begin(file.size()), '\0');
+    table.push_back({.name = name,
+                     .offset = file.size(),
+                     .size = section.size(),
+                     .checksum = checksum(std::as_bytes(std::span(section)))});
+    file += section;
+  }
+  return file.replace(0, kHeadBytes, encode_head(table));
+}
+
+inline std::string dataset_file_of(std::string_view input) {
+  if (input.empty()) return {};
+  const std::string_view rest = input.substr(1);
+  return input[0] == 'f' ? file_of_bytes(rest) : file_of_sections(rest);
+}
+
+// ---- the inputs that stand for a whole file
+
+inline std::string input_of_bytes(std::string_view file) {
+  return "f" + std::string(file.substr(0, kShortHead)) + std::string(file.substr(kHeadBytes));
+}
+
+// Requires a file with the sections above.
+inline std::string input_of_sections(std::string_view file) {
+  const auto table = decode_section_table(MemorySource(std::as_bytes(std::span(file))));
+  std::string input = "s";
+  for (const char* const name : kFuzzedSections) {
+    const Section& section = *find_section(*table, name);
+    const auto size = static_cast<std::uint16_t>(section.size);
+    input.append(reinterpret_cast<const char*>(&size), sizeof(size));
+    input += file.substr(section.offset, section.size);
+  }
+  return input;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,51 @@
+// Any bytes are refused or are a prepared dataset whose bricks can be looked at: each is whole or
+// refused, and all are whole when the verification finds no damage.
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "server/dataset/checksum.hpp"
+#include "server/dataset/prepared_bricks.hpp"
+#include "server/dataset/verify_dataset.hpp"
+#include "tests/fuzz/dataset_file_input.hpp"
+#include "tests/fuzz/require.hpp"
+
+namespace {
+
+using namespace multitetra;
+
+// Whether all bricks are whole.
+bool look_at_all(const PreparedBricks& source) {
+  bool whole = true;
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    try {
+      std::uint64_t sum = 0;
+      for (const std::byte byte : source.brick(i)) sum += static_cast<std::uint64_t>(byte);
+      require(sum <= 255 * std::uint64_t{source.brick(i).size()});
+    } catch (const DatasetFileError&) {
+      whole = false;
+    }
+  }
+  return whole;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string file = dataset_file_of({reinterpret_cast<const char*>(data), size});
+  const auto bytes = std::as_bytes(std::span(file));
+  const std::optional<Error> damage = first_damage(MemorySource(bytes));
+  auto decoded = decode_structure(MemorySource(bytes));
+  require(decoded.has_value() || damage.has_value());
+  if (!decoded) return 0;
+  const auto structure = std::make_shared<const PreparedStructure>(*std::move(decoded));
+  const bool samples = look_at_all(SampleBricks("memory", bytes, structure));
+  const bool spectrum = look_at_all(SpectrumBricks("memory", bytes, structure));
+  require((samples && spectrum) || damage.has_value());
+  return 0;
+}
