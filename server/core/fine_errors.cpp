@@ -1,6 +1,7 @@
 #include "server/core/fine_errors.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cstring>
 
@@ -14,14 +15,6 @@ namespace {
 // Grid steps beyond the cube in which errors of spacing 1, 2 and 4 are needed.
 constexpr std::array<std::int32_t, kSpectrumExponent> kReach = {6, 4, 0};
 
-// The points of one kind in a row along x: which coordinates are odd, and where children lie.
-struct RowKind {
-  bool exists = false;
-  bool odd_x = false;
-  PointList<11> diamond;  // The point, its split edge and its link, in units of the spacing.
-  PointList<8> children;  // In units of the children's spacing.
-};
-
 // By kind and by 2 * (z is odd) + (y is odd), in units of the spacing.
 constexpr std::array<std::array<RowKind, 4>, 3> make_row_kinds() {
   std::array<std::array<RowKind, 4>, 3> rows{};
@@ -31,6 +24,7 @@ constexpr std::array<std::array<RowKind, 4>, 3> make_row_kinds() {
       if (odd_x != 0 && odd_x != 1) continue;
       RowKind& shape = rows[static_cast<std::size_t>(kind)][static_cast<std::size_t>(row)];
       shape.exists = true;
+      shape.is_edge = kind == 0;
       shape.odd_x = odd_x == 1;
       const GridPoint unit_point = {4 + odd_x, 4 + (row & 1), 4 + (row >> 1)};
       const Diamond& diamond = diamond_of(unit_point);
@@ -52,6 +46,29 @@ constexpr std::array<std::array<RowKind, 4>, 3> make_row_kinds() {
   return rows;
 }
 constexpr auto kRowKinds = make_row_kinds();
+
+// Of eight points in a row, those of spacing 2^[i] with an even and with an odd coordinate.
+constexpr unsigned kPositions[kSpectrumExponent][2] = {{0x55, 0xAA}, {0x11, 0x44}, {0x01, 0x10}};
+
+using Float4 = Lanes<float>::Vector;
+using Mask = std::int32_t __attribute__((vector_size(16)));
+constexpr Mask kLowBits = {1, 2, 4, 8};
+constexpr Mask kHighBits = {16, 32, 64, 128};
+using Mask8 = std::array<Mask, 2>;
+
+// All ones where the bit is set.
+Mask8 mask_of(unsigned bits) {
+  const auto lanes = Mask{} + static_cast<std::int32_t>(bits);
+  return {(lanes & kLowBits) != 0, (lanes & kHighBits) != 0};
+}
+
+// The bits of the points at low, low + 1, ..., low + 7 that lie from `first` to `last`.
+unsigned bits_between(std::int32_t low, std::int32_t first, std::int32_t last) {
+  const std::int32_t begin = std::max(0, first - low);
+  const std::int32_t end = std::min(kSpectrumSpacing, last - low + 1);
+  if (begin >= end) return 0;
+  return (1U << end) - (1U << begin);
+}
 
 GridPoint low_of(const OctreeCube& cube) {
   return {cube.x << cube.exponent, cube.y << cube.exponent, cube.z << cube.exponent};
@@ -91,11 +108,30 @@ void FineErrors::load(const OctreeCube& cube,
   if (arrays_.values.size() < size) {
     arrays_.values.resize(size);
     arrays_.errors.resize(size);
-    arrays_.above.resize(size / 8 + 2);
-    arrays_.below.resize(size / 8 + 2);
+  }
+  unused_bytes_ = (4 * row_ + 4 * slice_) / 8 + 1;
+  const std::size_t bytes = size / 8 + 2 * static_cast<std::size_t>(unused_bytes_);
+  if (arrays_.above.size() < bytes) {
+    arrays_.above.resize(bytes);
+    arrays_.below.resize(bytes);
+    arrays_.mixed.resize(bytes);
   }
   visit_type(volume_.info.type, [this](const auto* type) { load_values(type); });
+  for (const Cell& cell : support_) {
+    if (cell.is_crossed) find_mixed_diamonds(cell);
+  }
+  make_offsets();
   for (int exponent = 0; exponent < kSpectrumExponent; ++exponent) compute(exponent);
+}
+
+// Where corners and children lie in the arrays, whose strides depend on the cube's size.
+void FineErrors::make_offsets() {
+  const auto offset_of = [this](GridPoint p) { return p.x + row_ * p.y + slice_ * p.z; };
+  for (std::size_t shape = 0; shape < kDiamonds.size(); ++shape) {
+    for (std::size_t i = 0; i < kDiamonds[shape].corners; ++i) {
+      offsets_[shape][i] = offset_of(kDiamonds[shape].offsets[i]);
+    }
+  }
 }
 
 // ---- cells
@@ -267,10 +303,6 @@ void FineErrors::load_cell(const Cell& cell) {
 
 // Eight bits a row of the cell.
 void FineErrors::load_signs(const Cell& cell) {
-  using Mask = std::int32_t __attribute__((vector_size(16)));
-  using Float4 = Lanes<float>::Vector;
-  constexpr Mask kLow = {1, 2, 4, 8};
-  constexpr Mask kHigh = {16, 32, 64, 128};
   const auto byte = [](Mask m) { return static_cast<std::uint8_t>(m[0] | m[1] | m[2] | m[3]); };
   const Float4 c = all(isovalue_below_);
   for (std::int32_t z = 0; z < kCell; ++z) {
@@ -278,9 +310,10 @@ void FineErrors::load_signs(const Cell& cell) {
       const std::ptrdiff_t at = cell.at + row_ * y + slice_ * z;
       std::array<Float4, 2> v;
       std::memcpy(v.data(), &arrays_.values[static_cast<std::size_t>(at)], sizeof(v));
-      const auto bits = static_cast<std::size_t>(at / 8 + 1);
-      arrays_.above[bits] = byte(((v[0] > c) & kLow) | ((v[1] > c) & kHigh));
-      arrays_.below[bits] = byte(((v[0] <= c) & kLow) | ((v[1] <= c) & kHigh));
+      const std::size_t bits = byte_of(at);
+      arrays_.mixed[bits] = 0;
+      arrays_.above[bits] = byte(((v[0] > c) & kLowBits) | ((v[1] > c) & kHighBits));
+      arrays_.below[bits] = byte(((v[0] <= c) & kLowBits) | ((v[1] <= c) & kHighBits));
     }
   }
 }
@@ -298,82 +331,112 @@ void FineErrors::compute(int exponent) {
 void FineErrors::compute_kind(const Cell& cell, int exponent, PointKind kind) {
   const std::int32_t step = 1 << exponent;
   const std::int32_t reach = kReach[static_cast<std::size_t>(exponent)];
-  const std::int32_t last = volume_.info.grid_exponent;
+  const std::int32_t last = 1 << volume_.info.grid_exponent;
   // Only where somebody asks, and within the grid.
   const auto begin = [&](std::int32_t low, std::int32_t origin) {
     return std::max({low, origin + kCell - reach, 0});
   };
   const auto end = [&](std::int32_t low, std::int32_t origin) {
-    return std::min({low + kCell - 1, origin + kCell + side_ + reach, 1 << last});
+    return std::min({low + kCell - 1, origin + kCell + side_ + reach, last});
   };
-  const Range x = {begin(cell.low.x, origin_.x), end(cell.low.x, origin_.x)};
-  for (std::int32_t z = begin(cell.low.z, origin_.z); z <= end(cell.low.z, origin_.z); z += step) {
-    for (std::int32_t y = begin(cell.low.y, origin_.y); y <= end(cell.low.y, origin_.y);
-         y += step) {
-      compute_row(cell, x, y, z, exponent, kind);
+  const unsigned x_bits =
+      bits_between(cell.low.x, begin(cell.low.x, origin_.x), end(cell.low.x, origin_.x));
+  const std::int32_t end_y = end(cell.low.y, origin_.y);
+  const std::int32_t end_z = end(cell.low.z, origin_.z);
+  for (std::int32_t z = begin(cell.low.z, origin_.z); z <= end_z; z += step) {
+    for (std::int32_t y = begin(cell.low.y, origin_.y); y <= end_y; y += step) {
+      const auto row = static_cast<std::size_t>((y >> exponent & 1) | (z >> exponent & 1) << 1);
+      const RowKind& shape = kRowKinds[static_cast<std::size_t>(kind)][row];
+      if (!shape.exists) continue;
+      const unsigned bits = x_bits & kPositions[static_cast<std::size_t>(exponent)][shape.odd_x];
+      compute_row({cell.low.x, y, z}, bits, exponent, shape);
     }
   }
 }
 
-// Bit i: the diamond of the point at (cell.low.x + i, y, z), of spacing 1, has values on both
-// sides.
-unsigned FineErrors::mixed_diamonds(const PointList<11>& diamond, std::ptrdiff_t row_start) const {
-  unsigned above = 0;
-  unsigned below = 0;
-  const std::ptrdiff_t at = row_start / 8 + 1;
-  for (const GridPoint offset : diamond) {
-    const auto byte = static_cast<std::size_t>(at + (row_ * offset.y + slice_ * offset.z) / 8);
-    const auto window = [&](const std::vector<std::uint8_t>& bits) {
-      const unsigned all = bits[byte - 1] | static_cast<unsigned>(bits[byte]) << 8 |
-                           static_cast<unsigned>(bits[byte + 1]) << 16;
-      return all >> (8 + offset.x);
-    };
-    above |= window(arrays_.above);
-    below |= window(arrays_.below);
+// All levels and kinds of the cell at once: their points are different ones, so their bits are too.
+void FineErrors::find_mixed_diamonds(const Cell& cell) {
+  // Bits 0 to 23 of a window are the signs of a row from eight steps before the cell to eight
+  // behind it; there is one for every row from four steps before the cell on, farther than diamonds
+  // reach.
+  struct Window {
+    std::uint32_t above;
+    std::uint32_t below;
+  };
+  constexpr std::int32_t kSide = 2 * kCell;
+  std::array<Window, std::size_t{kSide} * kSide> windows;
+  const auto bits_of = [](const std::uint8_t* bytes) {
+    return bytes[0] | static_cast<std::uint32_t>(bytes[1]) << 8 |
+           static_cast<std::uint32_t>(bytes[2]) << 16;
+  };
+  std::size_t next = 0;
+  for (std::int32_t z = -4; z < kSide - 4; ++z) {
+    for (std::int32_t y = -4; y < kSide - 4; ++y) {
+      const std::size_t byte = byte_of(cell.at + row_ * y + slice_ * z) - 1;
+      windows[next++] = {bits_of(&arrays_.above[byte]), bits_of(&arrays_.below[byte])};
+    }
   }
-  return above & below & 0xFFU;
+  for (int exponent = 0; exponent < kSpectrumExponent; ++exponent) {
+    const std::int32_t step = 1 << exponent;
+    for (std::int32_t z = 0; z < kCell; z += step) {
+      for (std::int32_t y = 0; y < kCell; y += step) {
+        const Window* const row = &windows[static_cast<std::size_t>((y + 4) + kSide * (z + 4))];
+        const auto parity =
+            static_cast<std::size_t>((y >> exponent & 1) | (z >> exponent & 1) << 1);
+        unsigned mixed = 0;
+        for (const auto& kinds : kRowKinds) {
+          const RowKind& shape = kinds[parity];
+          if (!shape.exists) continue;
+          std::uint32_t above = 0;
+          std::uint32_t below = 0;
+          for (const GridPoint offset : shape.diamond) {
+            const Window& window = row[(offset.y + kSide * offset.z) * step];
+            const auto shift = static_cast<unsigned>(kCell + offset.x * step);
+            above |= window.above >> shift;
+            below |= window.below >> shift;
+          }
+          mixed |= above & below & kPositions[static_cast<std::size_t>(exponent)][shape.odd_x];
+        }
+        arrays_.mixed[byte_of(cell.at + row_ * y + slice_ * z)] |= static_cast<std::uint8_t>(mixed);
+      }
+    }
+  }
 }
 
-void FineErrors::compute_row(const Cell& cell, Range x_range, std::int32_t y, std::int32_t z,
-                             int exponent, PointKind kind) {
-  const auto row = static_cast<std::size_t>((y >> exponent & 1) | (z >> exponent & 1) << 1);
-  const RowKind& shape = kRowKinds[static_cast<std::size_t>(kind)][row];
-  if (!shape.exists) return;
-  const std::int32_t step = 1 << exponent;
+// The points of one kind among the eight from `first` on: those with a bit in `bits`.
+void FineErrors::compute_row(GridPoint first, unsigned bits, int exponent, const RowKind& shape) {
+  const std::ptrdiff_t at = index(first);
+  unsigned mixed = arrays_.mixed[byte_of(at)] & bits;
+  float* const errors = arrays_.errors.data() + at;
+  std::array<Float4, 2> below{};
   // Children of an edge have half the spacing; at spacing 1 there are none.
-  const bool has_children = kind != PointKind::kEdge || exponent > 0;
-  const std::int32_t child_step = kind == PointKind::kEdge ? step / 2 : step;
-  std::array<std::ptrdiff_t, 8> children{};
-  std::size_t count = 0;
-  if (has_children) {
+  if (!shape.is_edge || exponent > 0) {
+    const int child_exponent = shape.is_edge ? exponent - 1 : exponent;
     for (const GridPoint offset : shape.children) {
-      children[count++] = child_step * (offset.x + row_ * offset.y + slice_ * offset.z);
+      const std::ptrdiff_t child = offset.x + row_ * offset.y + slice_ * offset.z;
+      std::array<Float4, 2> of;
+      std::memcpy(of.data(), errors + (child << child_exponent), sizeof(of));
+      below[0] = larger(below[0], of[0]);
+      below[1] = larger(below[1], of[1]);
     }
+    std::array<Float4, 2> made;
+    std::memcpy(made.data(), errors, sizeof(made));
+    const Mask8 chosen = mask_of(bits);
+    made[0] = chosen[0] ? below[0] : made[0];
+    made[1] = chosen[1] ? below[1] : made[1];
+    std::memcpy(errors, made.data(), sizeof(made));
   }
-  const std::ptrdiff_t start = index({cell.low.x, y, z});
-  unsigned mixed = cell.is_crossed ? 0xFFU : 0U;
-  if (exponent == 0 && cell.is_crossed) mixed = mixed_diamonds(shape.diamond, start);
-  if (count == 0 && mixed == 0) return;
-
-  std::int32_t x = x_range.first;  // A multiple of the spacing.
-  if (((x >> exponent & 1) != 0) != shape.odd_x) x += step;
-  for (; x <= x_range.last; x += 2 * step) {
-    const std::ptrdiff_t at = start + (x - cell.low.x);
-    float below = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const float child = arrays_.errors[static_cast<std::size_t>(at + children[i])];
-      below = child > below ? child : below;
-    }
-    const bool is_active = (mixed >> (x - cell.low.x) & 1U) != 0;
-    arrays_.errors[static_cast<std::size_t>(at)] =
-        is_active ? with_own_error({x, y, z}, at, exponent, below) : below;
+  for (; mixed != 0; mixed &= mixed - 1) {
+    const auto i = static_cast<std::int32_t>(std::countr_zero(mixed));
+    errors[i] = with_own_error(first + GridPoint{i, 0, 0}, at + i, exponent,
+                               below[static_cast<std::size_t>(i / 4)][i % 4]);
   }
 }
 
 float FineErrors::with_own_error(GridPoint p, std::ptrdiff_t at, int exponent, float below) const {
   DiamondValues<double> d;
   load_diamond(p, at, exponent, d);
-  const OwnError own = own_error(d, options_.isovalue);
+  const OwnError own = own_error_of_mixed(d, options_.isovalue);
   const bool is_forbidden = options_.rule == TopologyRule::kPaper ? own.flip : own.critical;
   if (is_forbidden && (1 << exponent) > options_.topology_tolerance) {
     return std::numeric_limits<float>::infinity();
@@ -387,38 +450,38 @@ void FineErrors::load_diamond(GridPoint p, std::ptrdiff_t at, int exponent,
                               DiamondValues<double>& d) const {
   const std::size_t index = diamond_index({p.x >> exponent, p.y >> exponent, p.z >> exponent});
   const Diamond& shape = kDiamonds[index];
+  const auto& offsets = offsets_[index];
+  const Lanes<double>& length = lengths_[static_cast<std::size_t>(exponent)][index];
   const std::int32_t last = 1 << volume_.info.grid_exponent;
-  const auto place = [&](GridPoint offset) {
-    return static_cast<std::size_t>(at + (std::ptrdiff_t{1} << exponent) *
-                                             (offset.x + row_ * offset.y + slice_ * offset.z));
-  };
-  d.centre = static_cast<double>(arrays_.values[static_cast<std::size_t>(at)]);
+  const float* const values = arrays_.values.data() + at;
+  d.centre = static_cast<double>(*values);
   d.vectors = (shape.corners + Lanes<double>::kWidth - 1) / Lanes<double>::kWidth;
-  alignas(16) std::array<double, 12> value;
-  value.fill(d.centre);
   const bool is_inside = std::min({p.x, p.y, p.z}) > 0 && std::max({p.x, p.y, p.z}) < last;
   if (is_inside) {
     d.corners = shape.corners;
-    d.length = &lengths_[static_cast<std::size_t>(exponent)][index];
-    for (std::size_t i = 0; i < shape.corners; ++i) {
-      value[i] = static_cast<double>(arrays_.values[place(shape.offsets[i])]);
+    d.ring_is_open = false;
+    d.length = &length;
+    for (std::size_t i = 0; i < d.vectors; ++i) {  // The number of corners is even.
+      d.value.vectors[i] =
+          Lanes<double>::Vector{static_cast<double>(values[offsets[2 * i] << exponent]),
+                                static_cast<double>(values[offsets[2 * i + 1] << exponent])};
     }
-  } else {
-    d.corners = 0;
-    d.length_at_border = {};
-    d.length = &d.length_at_border;
-    for (std::size_t i = 0; i < shape.corners; ++i) {
-      const GridPoint corner = p + (1 << exponent) * shape.offsets[i];
-      if (std::min({corner.x, corner.y, corner.z}) < 0 ||
-          std::max({corner.x, corner.y, corner.z}) > last) {
-        continue;
-      }
-      d.length_at_border.set(d.corners, lengths_[static_cast<std::size_t>(exponent)][index][i]);
-      value[d.corners++] = static_cast<double>(arrays_.values[place(shape.offsets[i])]);
+    return;
+  }
+  for (auto& lanes : d.value.vectors) lanes = all(d.centre);
+  d.corners = 0;
+  d.length_at_border = {};
+  d.length = &d.length_at_border;
+  for (std::size_t i = 0; i < shape.corners; ++i) {
+    const GridPoint corner = p + (1 << exponent) * shape.offsets[i];
+    if (std::min({corner.x, corner.y, corner.z}) < 0 ||
+        std::max({corner.x, corner.y, corner.z}) > last) {
+      continue;
     }
+    d.length_at_border.set(d.corners, length[i]);
+    d.value.set(d.corners++, static_cast<double>(values[offsets[i] << exponent]));
   }
   d.ring_is_open = d.corners != shape.corners;
-  std::memcpy(&d.value, value.data(), sizeof(value));
 }
 
 }  // namespace multitetra

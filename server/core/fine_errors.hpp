@@ -39,9 +39,19 @@ struct FineErrorsOptions {
 struct FineArrays {
   std::vector<float> values;
   std::vector<float> errors;
-  std::vector<std::uint8_t> above;  // A bit per point from byte 1 on: its value is greater than the
-                                    // isovalue.
-  std::vector<std::uint8_t> below;  // A bit per point: it is not, and it is not void.
+  // A bit per point, behind and before some unused bytes:
+  std::vector<std::uint8_t> above;  // Its value is greater than the isovalue.
+  std::vector<std::uint8_t> below;  // It is not, and it is not void.
+  std::vector<std::uint8_t> mixed;  // Its diamond has values of both kinds.
+};
+
+// The points of one kind in a row along x.
+struct RowKind {
+  bool exists = false;
+  bool is_edge = false;
+  bool odd_x = false;
+  PointList<11> diamond;  // The point, its split edge and its link, in units of the spacing.
+  PointList<8> children;  // In units of the children's spacing.
 };
 
 // One thread at a time.
@@ -86,10 +96,6 @@ class FineErrors {
     bool is_crossed;    // Diamonds of its points may have values on both sides of the isovalue.
     bool is_near;       // Those of their descendants may: it or a neighbour is crossed.
   };
-  struct Range {
-    std::int32_t first;
-    std::int32_t last;
-  };
   void find_cells(const std::function<bool(const OctreeCube&)>& is_wanted);
   [[nodiscard]] bool may_cross(GridPoint cell) const;
   template <typename Sample>
@@ -97,12 +103,15 @@ class FineErrors {
   template <typename Sample>
   void load_cell(const Cell& cell);
   void load_signs(const Cell& cell);
+  void make_offsets();
   void compute(int exponent);
   void compute_kind(const Cell& cell, int exponent, PointKind kind);
-  void compute_row(const Cell& cell, Range x, std::int32_t y, std::int32_t z, int exponent,
-                   PointKind kind);
-  [[nodiscard]] unsigned mixed_diamonds(const PointList<11>& diamond,
-                                        std::ptrdiff_t row_start) const;
+  void compute_row(GridPoint first, unsigned bits, int exponent, const RowKind& shape);
+  void find_mixed_diamonds(const Cell& cell);
+  // Where the bits of the eight points from `at` on are.
+  [[nodiscard]] std::size_t byte_of(std::ptrdiff_t at) const {
+    return static_cast<std::size_t>(unused_bytes_ + at / 8);
+  }
   [[nodiscard]] float with_own_error(GridPoint p, std::ptrdiff_t at, int exponent,
                                      float below) const;
   void load_diamond(GridPoint p, std::ptrdiff_t at, int exponent, DiamondValues<double>& d) const;
@@ -117,10 +126,13 @@ class FineErrors {
   std::int32_t cells_ = 0;  // Of the array along an axis.
   std::ptrdiff_t row_ = 0;  // Strides of the arrays.
   std::ptrdiff_t slice_ = 0;
+  std::ptrdiff_t unused_bytes_ = 0;  // At both ends of the bits.
   FineArrays& arrays_;
   std::vector<bool> wanted_;  // By cell of the array.
   std::vector<Cell> support_;
   std::array<std::array<Lanes<double>, 64>, kSpectrumExponent> lengths_{};  // By spacing and shape.
+  std::array<std::array<std::ptrdiff_t, Diamond::kMaxCorners>, 64> offsets_{};  // By shape, for
+                                                                                // spacing 1.
 };
 
 }  // namespace multitetra

@@ -15,6 +15,7 @@
 #include "common/mesh.hpp"
 #include "common/octree_cube.hpp"
 #include "server/core/grid.hpp"
+#include "server/core/rounding.hpp"
 
 namespace multitetra {
 
@@ -28,11 +29,19 @@ struct OctreeCubePoints {
                            // of the corners whose child is refined.
 
   [[nodiscard]] GridPoint at(std::size_t index) const {
-    const auto i = static_cast<std::int32_t>(index);
-    return {centre.x + step * turned[0] * (i % 3 - 1),
-            centre.y + step * turned[1] * (i / 3 % 3 - 1),
-            centre.z + step * turned[2] * (i / 9 - 1)};
+    const GridPoint offset = kOffsets[index];
+    return {centre.x + step * turned[0] * offset.x, centre.y + step * turned[1] * offset.y,
+            centre.z + step * turned[2] * offset.z};
   }
+
+ private:
+  static constexpr std::array<GridPoint, 27> kOffsets = [] {
+    std::array<GridPoint, 27> offsets{};
+    for (std::int32_t i = 0; i < 27; ++i) {
+      offsets[static_cast<std::size_t>(i)] = {i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
+    }
+    return offsets;
+  }();
 };
 
 // Centre, step and turns of a cube of exponent >= 1.
@@ -54,7 +63,9 @@ struct OctreeCubePoints {
 class OctreeCubeSurface {
  public:
   OctreeCubeSurface(double isovalue, int lattice_resolution)
-      : isovalue_(isovalue), resolution_(lattice_resolution) {}
+      : isovalue_(isovalue),
+        isovalue_below_(rounded_down(isovalue)),
+        resolution_(lattice_resolution) {}
 
   struct Counts {
     std::uint32_t tetrahedra = 0;
@@ -67,6 +78,7 @@ class OctreeCubeSurface {
   [[nodiscard]] LatticePoint vertex(const OctreeCubePoints& points, std::size_t i, std::size_t j);
 
   double isovalue_;
+  float isovalue_below_;  // A float is above the isovalue exactly when it is above this one.
   int resolution_;
   struct Known {
     std::uint32_t cube = 0;  // The cube that it was computed for.

@@ -14,6 +14,9 @@
 // then *critical*.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+
 #include "server/core/diamond_values.hpp"
 #include "server/core/dividing_point.hpp"
 #include "server/core/field.hpp"
@@ -30,45 +33,74 @@ struct OwnError {
   bool critical = false;  // Implies flip.
 };
 
-// Exact for the isovalue c, in double precision. A diamond with void corners is a critical flip
-// when its other values are not all on one side, so that the surface ends exactly at the last
-// samples; otherwise its error is 0.
-[[nodiscard]] inline OwnError own_error(const DiamondValues<double>& d, double c) {
-  const ValueRange<double> range = range_of(d);
-  if (!(range.high > c) || range.low > c) return {};
-  if (range.any_void) return {.displacement = 0, .certified = 0, .flip = true, .critical = true};
-
+// The largest |t(m) - t(v)| L when m and v are on one side of c: corners on the other side count.
+[[nodiscard]] inline double largest_displacement(const DiamondValues<double>& d, double v,
+                                                 double c) {
   using Vector = Lanes<double>::Vector;
-  const double m = d.centre;
-  const double v = 0.5 * (d.value[0] + d.value[1]);
-  const bool m_is_positive = m > c;
-  const bool v_is_positive = v > c;
+  const Vector m_lanes = all(d.centre);
+  const Vector v_lanes = all(v);
   const Vector isovalue = all(c);
-  // Lanes behind the last corner hold m and the length 0: they add nothing.
-  const auto crossing = [&](double y, bool y_is_positive, Vector x) {
-    const auto is_crossed = y_is_positive ? x <= isovalue : x > isovalue;
-    const Vector t = all(c - y) / (is_crossed ? x - all(y) : all(1.0));
-    return is_crossed ? t : Vector{};
-  };
-  Vector displacement{};
+  const Vector one = all(1.0);
+  Vector largest{};
+  for (std::size_t i = 0; i < d.vectors; ++i) {
+    const Vector x = d.value.vectors[i];
+    const auto is_crossed = d.centre > c ? x <= isovalue : x > isovalue;
+    const Vector t_m = (isovalue - m_lanes) / (is_crossed ? x - m_lanes : one);
+    const Vector t_v = (isovalue - v_lanes) / (is_crossed ? x - v_lanes : one);
+    const Vector moved = (t_m < t_v ? t_v - t_m : t_m - t_v) * d.length->vectors[i];
+    largest = larger(largest, is_crossed ? moved : Vector{});
+  }
+  return largest_of<double>(largest);
+}
+
+// The largest t(m) L and the largest t(v) L when m and v are on different sides of c: every corner
+// is crossed from one of them.
+struct Crossings {
+  double from_m = 0;
+  double from_v = 0;
+};
+[[nodiscard]] inline Crossings largest_crossings(const DiamondValues<double>& d, double v,
+                                                 double c) {
+  using Vector = Lanes<double>::Vector;
+  const Vector m_lanes = all(d.centre);
+  const Vector v_lanes = all(v);
+  const Vector isovalue = all(c);
   Vector from_m{};
   Vector from_v{};
   for (std::size_t i = 0; i < d.vectors; ++i) {
     const Vector x = d.value.vectors[i];
-    const Vector length = d.length->vectors[i];
-    const Vector t_m = crossing(m, m_is_positive, x);
-    const Vector t_v = crossing(v, v_is_positive, x);
-    const Vector moved = t_m - t_v;
-    displacement = larger(displacement, (moved < Vector{} ? -moved : moved) * length);
-    from_m = larger(from_m, t_m * length);
-    from_v = larger(from_v, t_v * length);
+    const auto with_m = d.centre > c ? x <= isovalue : x > isovalue;
+    const Vector y = with_m ? m_lanes : v_lanes;
+    const Vector moved = (isovalue - y) / (x - y) * d.length->vectors[i];
+    from_m = larger(from_m, with_m ? moved : Vector{});
+    from_v = larger(from_v, with_m ? Vector{} : moved);
   }
-  OwnError result;
-  result.displacement = largest_of<double>(displacement);
-  result.certified = m_is_positive != v_is_positive
-                         ? largest_of<double>(from_m) + largest_of<double>(from_v)
-                         : result.displacement;
+  return {largest_of<double>(from_m), largest_of<double>(from_v)};
+}
 
+// Exact for the isovalue c, in double precision. A diamond with void corners is a critical flip
+// when its other values are not all on one side, so that the surface ends exactly at the last
+// samples; otherwise its error is 0. Requires values on both sides.
+[[nodiscard]] inline OwnError own_error_of_mixed(const DiamondValues<double>& d, double c) {
+  auto sum = all(d.centre);
+  for (std::size_t i = 0; i < d.vectors; ++i) sum += d.value.vectors[i];
+  const bool any_void = sum[0] != sum[0] || sum[1] != sum[1];
+  if (any_void) {
+    return {.displacement = 0, .certified = 0, .flip = true, .critical = true};
+  }
+  const double m = d.centre;
+  const double v = 0.5 * (d.value[0] + d.value[1]);
+  OwnError result;
+  if ((m > c) == (v > c)) {
+    result.displacement = largest_displacement(d, v, c);
+    result.certified = result.displacement;
+  } else {
+    const auto [from_m, from_v] = largest_crossings(d, v, c);
+    result.displacement = std::max(from_m, from_v);
+    result.certified = from_m + from_v;
+  }
+
+  const bool m_is_positive = m > c;
   const bool a_is_positive = d.value[0] > c;
   result.flip = a_is_positive == (d.value[1] > c) && m_is_positive != a_is_positive;
   if (result.flip) {
@@ -82,6 +114,12 @@ struct OwnError {
     result.critical = d.ring_is_open || changes != 2;
   }
   return result;
+}
+
+// The same for any values.
+[[nodiscard]] inline OwnError own_error(const DiamondValues<double>& d, double c) {
+  const ValueRange<double> range = range_of(d);
+  return range.high > c && range.low <= c ? own_error_of_mixed(d, c) : OwnError{};
 }
 
 // The same, with the values taken from a field.

@@ -30,9 +30,12 @@ class PreparedModel {
     return options_.keeps(point, spectrum_.bound(point));
   }
 
-  // For finer points, whose error is known: infinite when a flip keeps them.
-  [[nodiscard]] bool kept(const DividingPoint& point, float error) const {
-    return options_.keeps(point, {.error = error, .flip_spacing = 0});
+  // For a finer point p of spacing s, whose error is known: infinite when a flip keeps it.
+  [[nodiscard]] bool kept(GridPoint p, std::int32_t s, float error) const {
+    const auto e = static_cast<double>(error);
+    if (s < options_.finest_spacing || !(e > options_.thresholds.least())) return false;
+    return e > options_.thresholds.largest() ||
+           e > options_.thresholds.least_in(region(DividingPoint(p)));
   }
 
   // Whether the cell's centre may be kept: all its parents are.

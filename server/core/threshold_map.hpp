@@ -25,6 +25,10 @@ class ThresholdMap {
   // The least threshold anywhere in `box`; never larger than the true minimum.
   [[nodiscard]] double least_in([[maybe_unused]] const Box& box) const { return threshold_; }
 
+  // Over all places: bounds that need no look at the place.
+  [[nodiscard]] double least() const { return threshold_; }
+  [[nodiscard]] double largest() const { return threshold_; }
+
  private:
   explicit ThresholdMap(double threshold) : threshold_(threshold) {}
 

@@ -71,7 +71,7 @@ class PreparedSource {
       return cube.exponent == info_.grid_exponent || model_.kept(point);
     }
     if (cube.exponent == kSpectrumExponent && !fine_.is_wanted(cube)) return false;
-    return model_.kept(point, fine_.error(fine_.index(point.at())));
+    return model_.kept(point.at(), point.spacing(), fine_.error(fine_.index(point.at())));
   }
 
   void append_own(const OctreeCube& cube, CubeSurface& out) {
@@ -108,16 +108,21 @@ class PreparedSource {
     const std::array<std::ptrdiff_t, 3> stride = {points.step * points.turned[0],
                                                   points.step * points.turned[1] * fine_.row(),
                                                   points.step * points.turned[2] * fine_.slice()};
+    std::array<std::ptrdiff_t, 27> at;
     std::size_t i = 0;
     for (int z = -1; z <= 1; ++z) {
       for (int y = -1; y <= 1; ++y) {
         for (int x = -1; x <= 1; ++x, ++i) {
-          const std::ptrdiff_t at = centre + x * stride[0] + y * stride[1] + z * stride[2];
-          points.values[i] = fine_.value(at);
-          if ((kFacesAndEdges >> i & 1U) == 0) continue;
-          if (model_.kept(DividingPoint(points.at(i)), fine_.error(at))) points.kept |= 1U << i;
+          at[i] = centre + x * stride[0] + y * stride[1] + z * stride[2];
+          points.values[i] = fine_.value(at[i]);
         }
       }
+    }
+    for (std::uint32_t left = kFacesAndEdges; left != 0; left &= left - 1) {
+      const auto p = static_cast<std::size_t>(std::countr_zero(left));
+      // Where a face or an edge lies, its spacing is that of the cube's centre.
+      const bool kept = model_.kept(points.at(p), points.step, fine_.error(at[p]));
+      points.kept |= static_cast<std::uint32_t>(kept) << p;
     }
   }
   // Requires coordinates that are multiples of kSpectrumSpacing.

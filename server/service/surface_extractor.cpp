@@ -36,7 +36,8 @@ class PreparedCubes : public CubeExtractor {
 // Cubes large enough that the errors around them, which neighbours compute once more, cost little,
 // and enough of them to keep all threads busy to the end.
 int cube_exponent(int grid_exponent) {
-  return std::clamp(grid_exponent - 2, kSpectrumExponent + 1, FineErrors::kMaxExponent);
+  constexpr int kCubeExponent = 6;  // What FineErrors needs for it stays near the processor.
+  return std::clamp(grid_exponent - 2, kSpectrumExponent + 1, kCubeExponent);
 }
 
 }  // namespace

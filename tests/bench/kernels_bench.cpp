@@ -1,11 +1,19 @@
 // How long the parts take on one thread, per sample or per triangle: a head phantom with noise, 128
 // samples a side.
 
+#include <array>
+#include <cmath>
+#include <random>
+
 #include <benchmark/benchmark.h>
+#include <oneapi/tbb/global_control.h>
 
 #include "server/core/leaves.hpp"
+#include "server/core/own_error.hpp"
+#include "server/core/own_error_curve.hpp"
+#include "server/core/tiling.hpp"
 #include "server/dataset/generators.hpp"
-#include "server/dataset/statistics.hpp"
+#include "server/dataset/prepare.hpp"
 #include "server/service/surface_extractor.hpp"
 
 namespace multitetra {
@@ -13,13 +21,19 @@ namespace {
 
 constexpr double kIsovalue = 500.5;
 
-const DatasetPtr& head() {
-  static const DatasetPtr dataset =
-      make_dataset(generate(GeneratorKind::kHead, {.size = 128, .noise = 20}), "head");
+// One thread throughout, also where the work would run on all.
+const tbb::global_control kOneThread(tbb::global_control::max_allowed_parallelism, 1);
+
+const Volume& head() {
+  static const Volume volume = generate(GeneratorKind::kHead, {.size = 128, .noise = 20});
+  return volume;
+}
+const DatasetPtr& dataset() {
+  static const DatasetPtr dataset = make_dataset(head(), "head");
   return dataset;
 }
 const Field& field() {
-  static const Field field(head()->volume, std::nullopt, 0);
+  static const Field field(head(), std::nullopt, 0);
   return field;
 }
 const std::shared_ptr<const SaturatedErrors>& errors() {
@@ -32,13 +46,113 @@ CubeSurface surface(double threshold) {
   return surface_in_cube(model, field(), root_cube(field().grid()), {.isovalue = kIsovalue});
 }
 
+// Diamonds with values as noisy as the head's near its skull, with the lengths of a cube's centre
+// to its corners.
+class NoisyDiamonds {
+ public:
+  static constexpr std::size_t kCount = 1024;
+
+  NoisyDiamonds() {
+    for (std::size_t i = 0; i < 8; ++i) length_.set(i, std::sqrt(3.0));
+    std::minstd_rand random(1);
+    std::normal_distribution<double> value(kIsovalue, 60);
+    for (DiamondValues<double>& diamond : diamonds_) {
+      diamond.centre = std::round(value(random));
+      diamond.corners = 8;
+      diamond.vectors = Lanes<double>::kVectors;
+      diamond.ring_is_open = false;
+      diamond.length = &length_;
+      for (auto& lanes : diamond.value.vectors) lanes = all(diamond.centre);
+      for (std::size_t i = 0; i < diamond.corners; ++i) {
+        diamond.value.set(i, std::round(value(random)));
+      }
+    }
+  }
+  NoisyDiamonds(const NoisyDiamonds&) = delete;
+  NoisyDiamonds& operator=(const NoisyDiamonds&) = delete;
+
+  [[nodiscard]] const std::array<DiamondValues<double>, kCount>& all_of_them() const {
+    return diamonds_;
+  }
+
+ private:
+  Lanes<double> length_{};
+  std::array<DiamondValues<double>, kCount> diamonds_{};
+};
+
+// The own error for one isovalue. Items are dividing points.
+void own_errors(benchmark::State& state) {
+  const NoisyDiamonds diamonds;
+  for (auto _ : state) {
+    for (const auto& diamond : diamonds.all_of_them()) {
+      benchmark::DoNotOptimize(own_error(diamond, kIsovalue));
+    }
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(NoisyDiamonds::kCount));
+}
+BENCHMARK(own_errors);
+
+// The own errors for all isovalues of the active bins. Items are dividing points.
+void own_error_curves(benchmark::State& state) {
+  const NoisyDiamonds diamonds;
+  const IsovalueBins& bins = dataset()->spectrum.bins;
+  std::array<CurveBlock, IsovalueBins::kMaxCount / 4> blocks{};
+  std::int64_t active = 0;
+  for (auto _ : state) {
+    for (const auto& diamond : diamonds.all_of_them()) {
+      const ValueRange<double> range = range_of(diamond);
+      const OwnErrorCurve<double>::Bins active_bins{
+          .first = bins.first_from(static_cast<float>(range.low)),
+          .last = bins.last_below(static_cast<float>(range.high))};
+      OwnErrorCurve<double>(bins, diamond, active_bins, blocks.data(), 0, 1).add();
+      active += active_bins.last - active_bins.first + 1;
+      benchmark::DoNotOptimize(blocks.data());
+      benchmark::ClobberMemory();
+    }
+  }
+  const std::int64_t count = state.iterations() * static_cast<std::int64_t>(NoisyDiamonds::kCount);
+  state.SetItemsProcessed(count);
+  state.counters["bins_per_point"] = static_cast<double>(active) / static_cast<double>(count);
+}
+BENCHMARK(own_error_curves);
+
+// Everything that `prepare` does but the disk: range, statistics, errors for every isovalue. Items
+// are voxels.
+void spectrum_building(benchmark::State& state) {
+  for (auto _ : state) {
+    state.PauseTiming();
+    const auto source = source_of(head());
+    state.ResumeTiming();
+    benchmark::DoNotOptimize(prepare_in_memory(*source, {.name = "head"}));
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(head().size()));
+}
+BENCHMARK(spectrum_building)->Unit(benchmark::kMillisecond);
+
+// What the server does for a request: errors from the spectrum, tiles that are indexed. Items are
+// triangles; the argument is the error in hundredths of a voxel.
+void prepared_extraction(benchmark::State& state) {
+  const SurfaceExtractor extractor(dataset());
+  const StepRequest step{
+      .request = {.isovalue = kIsovalue, .error = static_cast<double>(state.range(0)) / 100}};
+  std::int64_t count = 0;
+  for (auto _ : state) {
+    const TiledSurface surface = extractor.extract(step);
+    for (const auto& tile : surface.tiles) {
+      count += static_cast<std::int64_t>(tile.mesh.triangles.size());
+    }
+  }
+  state.SetItemsProcessed(count);
+}
+BENCHMARK(prepared_extraction)->Arg(0)->Arg(50)->Arg(200)->Unit(benchmark::kMillisecond);
+
 // Items are samples.
 void exact_errors(benchmark::State& state) {
   for (auto _ : state) {
     benchmark::DoNotOptimize(
         SaturatedErrors(field(), kIsovalue, ErrorMeasure::kCertified, TopologyRule::kExact));
   }
-  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(head()->volume.size()));
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(head().size()));
 }
 BENCHMARK(exact_errors)->Unit(benchmark::kMillisecond);
 
@@ -48,15 +162,16 @@ std::int64_t triangles(const CubeSurface& surface) {
   return count;
 }
 
-// Items are triangles; the argument is the threshold in hundredths of a voxel.
-void extraction(benchmark::State& state) {
+// From errors that are known, the reference way. Items are triangles; the argument is the threshold
+// in hundredths of a voxel.
+void reference_extraction(benchmark::State& state) {
   const double threshold = static_cast<double>(state.range(0)) / 100;
   (void)errors();
   std::int64_t count = 0;
   for (auto _ : state) count += triangles(surface(threshold));
   state.SetItemsProcessed(count);
 }
-BENCHMARK(extraction)->Arg(0)->Arg(50)->Arg(200)->Unit(benchmark::kMillisecond);
+BENCHMARK(reference_extraction)->Arg(0)->Arg(50)->Arg(200)->Unit(benchmark::kMillisecond);
 
 void tile_encoding(benchmark::State& state) {
   const CubeSurface cut = surface(0.5);

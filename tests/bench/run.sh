@@ -1,0 +1,136 @@
+#!/usr/bin/env bash
+# Measures preparing, opening and extracting on whole volumes, beside VTK's flying edges. Run it with nothing else on the
+# machine; everything takes about twenty minutes. Works in a temporary folder that it removes.
+#
+#   bash tests/bench/run.sh           heads of 128, 256 and 512 samples a side, and two public volumes if they are there
+#   bash tests/bench/run.sh --quick   only the smallest head, few runs: whether it works, not how fast
+#   --runs N                          runs of each that count (default 5)
+#   --programs DIR                    takes the programs in DIR instead of building the bench preset
+#   --yes                             installs missing packages without asking (never VTK)
+set -euo pipefail
+
+project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+public_data=$project/../shared/data
+runs=5
+quick=false
+programs=
+install_options=()
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --quick) quick=true; runs=1 ;;
+    --runs) runs=${2:?--runs needs a number}; shift ;;
+    --programs) programs=$(realpath "${2:?--programs needs a folder}"); shift ;;
+    --yes) install_options=(--yes) ;;
+    -h | --help) sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    *) echo "Unknown option $1; see --help." >&2; exit 2 ;;
+  esac
+  shift
+done
+cd "$project"
+
+if [ -z "$programs" ]; then
+  bash docker/install.sh "${install_options[@]}"
+  echo "== Building (preset bench)"
+  cmake --preset bench >/dev/null
+  targets=(multitetra_server_program volume_bench measured_run)
+  cmake --build --preset bench --target "${targets[@]}"
+  if cmake --build --preset bench --target help | grep '^vti_to_nrrd:' >/dev/null; then
+    cmake --build --preset bench --target vti_to_nrrd
+  else
+    rm -f build/bench/bin/vti_to_nrrd
+  fi
+  programs=$project/build/bench/bin
+fi
+server=$programs/multitetra-server
+
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+left_out=()
+busy_warning=
+leave_out() { left_out+=("$1"); echo "!! LEFT OUT: $1"; }
+
+# Somebody else's work on a processor makes two threads look like one.
+busy=$(awk '/^cpu / { print $2 + $3 + $4 }' /proc/stat)
+sleep 1
+busy=$(awk -v before="$busy" '/^cpu / { print $2 + $3 + $4 - before }' /proc/stat)
+if [ "$busy" -gt 20 ]; then
+  busy_warning="!! THE MACHINE WAS BUSY before we began ($busy % of one processor): do not believe the figures."
+  echo "$busy_warning"
+fi
+
+# volume NAME FILE ISOVALUE: notes a volume to be measured.
+names=() files=() isovalues=()
+volume() { names+=("$1"); files+=("$2"); isovalues+=("$3"); }
+
+echo "== Volumes"
+sizes=(128 256 512)
+[ "$quick" = true ] && sizes=(128)
+for size in "${sizes[@]}"; do
+  "$server" generate head --size "$size" --noise 20 -o "$work/head_$size.nrrd" --quiet
+  volume "head_$size" "$work/head_$size.nrrd" 500.5
+done
+has_vtk=true
+if [ ! -x "$programs/vti_to_nrrd" ]; then
+  has_vtk=false
+  packages=$(sed -n 's/^#bench \([^ ]*\).*/\1/p' docker/packages.txt)
+  leave_out "flying edges, and volumes in .vti: VTK is not there (apt-get install $packages, then run this again)"
+fi
+if [ "$quick" = true ]; then
+  leave_out "all but the smallest head (--quick)"
+else
+  embryo=$public_data/embryo_256x256x256.vti
+  if [ ! -f "$embryo" ]; then
+    leave_out "embryo: ../shared/data/$(basename "$embryo") is not there"
+  elif [ "$has_vtk" = true ]; then
+    "$programs/vti_to_nrrd" "$embryo" "$work/embryo.nrrd"
+    volume embryo "$work/embryo.nrrd" 80.5
+  else
+    leave_out "embryo: without VTK nothing reads its .vti"
+  fi
+  female=$public_data/visible_female_head_512x512x234_HU.nrrd
+  if [ -f "$female" ]; then
+    volume visible_female_head "$female" 300
+  else
+    leave_out "visible_female_head: ../shared/data/$(basename "$female") is not there"
+  fi
+fi
+
+# Samples of a prepared file: the product of its dims.
+voxels_of() {
+  "$server" info "$1" --json | tr -d ' \n' | sed 's/.*"dims":\[\([0-9]*\),\([0-9]*\),\([0-9]*\)\].*/\1 \2 \3/' |
+    awk '{ printf "%.0f\n", $1 * $2 * $3 }'
+}
+
+# prepare_row NAME FILE: prepares it with 1 and 2 threads, adds a row to prepare.txt and leaves the dataset in NAME.mtd.
+prepare_row() {
+  local dataset=$work/$1.mtd one two
+  one=$("$programs/measured_run" "$runs" "$server" prepare "$2" -o "$dataset" --name "$1" --threads 1 --quiet)
+  two=$("$programs/measured_run" "$runs" "$server" prepare "$2" -o "$dataset" --name "$1" --threads 2 --quiet)
+  echo "$one $two" | awk -v name="$1" -v voxels="$(voxels_of "$dataset")" '{
+    printf "| %s | %.1f | %.2f (%.2f) | %.1f | %.2f (%.2f) | %.1f | %.2f | %.0f | %.0f |\n", name, voxels / 1e6,
+      $1, $2, voxels / 1e6 / $1, $4, $5, voxels / 1e6 / $4, $1 / $4, $3 / 1024, $6 / 1024 }' >>"$work/prepare.txt"
+  tail -n 1 "$work/prepare.txt"
+}
+
+prepare_header="\
+| volume | million voxels | prepare s (least), threads 1 | million voxels/s | threads 2 | million voxels/s | \
+t(1)/t(2) | peak MiB, threads 1 | threads 2 |
+| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"
+for i in "${!names[@]}"; do
+  echo "== ${names[i]}"
+  echo "$prepare_header"
+  prepare_row "${names[i]}" "${files[i]}"
+  "$programs/volume_bench" "$work/${names[i]}.mtd" --isovalue "${isovalues[i]}" --runs "$runs" --threads 1,2 |
+    tee -a "$work/extract.txt"
+  rm -f "$work/${names[i]}.nrrd" "$work/${names[i]}.mtd"
+done
+
+echo
+echo "== Everything: medians (and least) of $runs runs after one that is not counted, $(nproc) processors"
+echo "$prepare_header"
+cat "$work/prepare.txt"
+echo
+grep -v '^|' "$work/extract.txt"
+awk '/^\|/ && !(/^\| (volume|---) / && seen[$0]++)' "$work/extract.txt"
+for what in "${left_out[@]}"; do echo "!! LEFT OUT: $what"; done
+if [ -n "$busy_warning" ]; then echo "$busy_warning"; fi
