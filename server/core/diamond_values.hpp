@@ -46,9 +46,13 @@ template <typename Real>
 }
 template <typename Real, typename Vector>
 [[nodiscard]] inline Real largest_of(Vector v) {
-  Real largest = v[0];
-  for (std::size_t i = 1; i < Lanes<Real>::kWidth; ++i) largest = std::max(largest, Real{v[i]});
-  return largest;
+  if constexpr (Lanes<Real>::kWidth == 4) {
+    v = larger(v, __builtin_shufflevector(v, v, 2, 3, 0, 1));
+    v = larger(v, __builtin_shufflevector(v, v, 1, 0, 3, 2));
+  } else {
+    v = larger(v, __builtin_shufflevector(v, v, 1, 0));
+  }
+  return v[0];
 }
 template <typename Real, typename Vector>
 [[nodiscard]] inline Real least_of(Vector v) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cstring>
 #include <utility>
 
 namespace multitetra {
@@ -43,13 +42,10 @@ LevelWavefront<Real>::LevelWavefront(const Grid& grid, const Vec3& spacing,
     for (std::size_t i = 0; i < diamond.corners; ++i) {
       const GridPoint offset = diamond.offsets[i];
       lengths_[shape].set(i, static_cast<Real>((1 << window.exponent) * lengths(offset, 1)));
-      offsets_[shape][i] = offset.x + std::ptrdiff_t{plane_extent_.x} * offset.y;
     }
   }
-  for (auto& plane : planes_) {
-    plane.resize(static_cast<std::size_t>(plane_extent_.x) *
-                 static_cast<std::size_t>(plane_extent_.y));
-  }
+  plane_size_ = std::ptrdiff_t{plane_extent_.x} * plane_extent_.y;
+  planes_.resize(static_cast<std::size_t>(8 * plane_size_));
   loaded_ = std::max(0, window.low.z - 1) - 1;
   for (CurveLayer& layer : even_) layer.reset(window.low, window.extent);
 }
@@ -58,7 +54,18 @@ template <typename Real>
 void LevelWavefront<Real>::load_plane(const PlaneSource& values) {
   ++loaded_;
   values.read(window_.exponent, {plane_low_.x, plane_low_.y, loaded_}, plane_extent_,
-              planes_[static_cast<std::size_t>(loaded_ & 7)].data());
+              planes_.data() + (loaded_ & 7) * plane_size_);
+}
+
+template <typename Real>
+void LevelWavefront<Real>::make_offsets(std::int32_t z) {
+  for (std::size_t shape = 0; shape < kDiamonds.size(); ++shape) {
+    for (std::size_t i = 0; i < kDiamonds[shape].corners; ++i) {
+      const GridPoint offset = kDiamonds[shape].offsets[i];
+      offsets_[shape][i] =
+          offset.x + std::ptrdiff_t{plane_extent_.x} * offset.y + (plane(z + offset.z) - plane(z));
+    }
+  }
 }
 
 template <typename Real>
@@ -93,6 +100,7 @@ template <typename Real>
 void LevelWavefront<Real>::fill_even(std::int32_t z, CurveLayer& layer, const CubeCurve& finer) {
   layer.reset(window_.low, window_.extent);
   if (z >= window_.low.z + window_.extent.z) return;
+  make_offsets(z);
   const auto edge = [&](GridPoint p) { return finer_cubes(p, finer); };
   fill_points(z, true, false, layer, edge);
   fill_points(z, false, true, layer, edge);
@@ -109,6 +117,7 @@ void LevelWavefront<Real>::fill_even(std::int32_t z, CurveLayer& layer, const Cu
 template <typename Real>
 void LevelWavefront<Real>::fill_odd(std::int32_t z, const CubeCurve& finer) {
   odd_.reset(window_.low, window_.extent);
+  make_offsets(z);
   const auto add_above_and_below = [&](GridPoint p, Children& children) {
     for (const CurveLayer& even : even_) children.add({even.find(p.x, p.y), &even});
   };
@@ -171,20 +180,23 @@ void LevelWavefront<Real>::load(GridPoint p, DiamondValues<Real>& d) const {
   if (!is_inside) return load_at_border(p, shape, d);
   const std::ptrdiff_t here =
       (p.x - plane_low_.x) + std::ptrdiff_t{plane_extent_.x} * (p.y - plane_low_.y);
-  const std::array<const float*, 3> planes = {plane(p.z - 1) + here, plane(p.z) + here,
-                                              plane(p.z + 1) + here};
-  d.centre = static_cast<Real>(*planes[1]);
+  const float* const centre = plane(p.z) + here;
+  const auto& offsets = offsets_[index];
+  d.centre = static_cast<Real>(*centre);
   d.corners = shape.corners;
   d.ring_is_open = false;
   d.length = &lengths_[index];
   d.vectors = (shape.corners + Lanes<Real>::kWidth - 1) / Lanes<Real>::kWidth;
-  alignas(16) std::array<Real, 12> value;
-  value.fill(d.centre);
-  for (std::size_t i = 0; i < shape.corners; ++i) {
-    const float* const layer = planes[static_cast<std::size_t>(shape.offsets[i].z + 1)];
-    value[i] = static_cast<Real>(layer[offsets_[index][i]]);
+  using Vector = typename Lanes<Real>::Vector;
+  const auto value = [&](std::size_t i) { return static_cast<Real>(centre[offsets[i]]); };
+  for (std::size_t i = 0; i < d.vectors; ++i) {
+    if constexpr (Lanes<Real>::kWidth == 4) {
+      d.value.vectors[i] =
+          Vector{value(4 * i), value(4 * i + 1), value(4 * i + 2), value(4 * i + 3)};
+    } else {
+      d.value.vectors[i] = Vector{value(2 * i), value(2 * i + 1)};
+    }
   }
-  std::memcpy(&d.value, value.data(), sizeof(value));
 }
 
 // Corners beyond the grid are left out.

@@ -83,8 +83,9 @@ class LevelWavefront {
  private:
   void fill_even(std::int32_t z, CurveLayer& layer, const CubeCurve& finer);
   void fill_odd(std::int32_t z, const CubeCurve& finer);
+  void make_offsets(std::int32_t z);
   [[nodiscard]] const float* plane(std::int32_t z) const {
-    return planes_[static_cast<std::size_t>(z & 7)].data();
+    return planes_.data() + (z & 7) * plane_size_;
   }
   struct Children {
     std::array<FoundCurve, 8> of;
@@ -107,10 +108,13 @@ class LevelWavefront {
   LevelWindow window_;
   GridPoint plane_low_;  // In units: the window and one unit around it, within the grid.
   GridPoint plane_extent_;
-  std::array<std::vector<float>, 8> planes_;  // Of layer z: [z & 7].
-  std::int32_t loaded_ = -1;                  // The last layer of values that is there.
-  std::array<Lanes<Real>, 64> lengths_{};     // By shape.
-  std::array<std::array<std::ptrdiff_t, Diamond::kMaxCorners>, 64> offsets_{};  // In a plane.
+  std::ptrdiff_t plane_size_ = 0;
+  std::vector<float> planes_;              // Eight of them; that of layer z is number z & 7.
+  std::int32_t loaded_ = -1;               // The last layer of values that is there.
+  std::array<Lanes<Real>, 64> lengths_{};  // By shape.
+  // By shape: where the corners lie as seen from a point of the layer at hand; behind the last one,
+  // the point itself.
+  std::array<std::array<std::ptrdiff_t, 12>, 64> offsets_{};
   std::array<CurveLayer, 2> even_;
   std::size_t lower_ = 1;  // even_[lower_] is layer 2k, the other one 2k + 2.
   std::int32_t next_ = 0;

@@ -67,7 +67,7 @@ class OwnErrorCurve {
     if (v == m) return;  // Fusing moves nothing.
     low_ = std::min(v, m);
     high_ = std::max(v, m);
-    active_.first == active_.last ? add_to_one_bin() : add_to_bins();
+    is_narrow() ? add_peaks() : add_to_bins();
     if (m > std::max(a, b)) add_flip(std::max(a, b), m);
     if (m < std::min(a, b)) add_flip(m, std::min(a, b));
   }
@@ -77,9 +77,14 @@ class OwnErrorCurve {
   // Rounding never makes a bound smaller than the exact error: each takes a few operations with a
   // relative error of 2^-24 at most.
   static constexpr float kRoundingUp = 1 + 0x1p-20F;
+  static constexpr int kNarrow = 5;  // Bins.
 
-  // The bin holds every isovalue for which the diamond is active: the peaks of all tents.
-  void add_to_one_bin() {
+  // Whether few bins hold every isovalue for which the diamond is active, as it is with noise: then
+  // what is true somewhere counts everywhere in them.
+  [[nodiscard]] bool is_narrow() const { return active_.last - active_.first < kNarrow; }
+
+  // The peaks of all tents.
+  void add_peaks() {
     const Vector low = all(low_);
     const Vector high = all(high_);
     const Vector extent = high - low;
@@ -97,7 +102,9 @@ class OwnErrorCurve {
     }
     const Real r = largest_of<Real>(from_low);
     const Real f = largest_of<Real>(from_high);
-    add(active_.first, static_cast<float>(std::max(r, f)), static_cast<float>(r + f));
+    for (int bin = active_.first; bin <= active_.last; ++bin) {
+      add(bin, static_cast<float>(std::max(r, f)), static_cast<float>(r + f));
+    }
   }
 
   void add_to_bins() {
@@ -188,38 +195,56 @@ class OwnErrorCurve {
     const int lane = kind + (bin - first_bin_) % 4;
     flips[lane] = std::max(flips[lane], flip_);
   }
-  // The isovalues from `from` (included) to `to` see a flip; `kind` is 0, or 4 for a critical one.
-  void mark(Real from, Real to, int kind) {
-    if (active_.first == active_.last) return mark(active_.first, kind);
-    const int last = bins_.last_below(static_cast<float>(to));
-    for (int bin = bins_.first_from(static_cast<float>(from)); bin <= last; ++bin) mark(bin, kind);
+  // The bins of the isovalues from `from` (included) to `to`.
+  [[nodiscard]] Bins bins_between(Real from, Real to) const {
+    return {.first = bins_.first_from(static_cast<float>(from)),
+            .last = bins_.last_below(static_cast<float>(to))};
+  }
+  // These bins see a flip; `kind` is 0, or 4 for a critical one.
+  void mark(Bins bins, int kind) {
+    for (int bin = bins.first; bin <= bins.last; ++bin) mark(bin, kind);
   }
 
   // A flip for isovalues from `from` (included) to `to`. It is critical where the signs on the ring
   // do not change exactly twice; they only change at the ring's own values.
   void add_flip(Real from, Real to) {
-    mark(from, to, 0);
-    if (d_.ring_is_open) {
-      mark(from, to, 4);
-      return;
-    }
+    const Bins flipped = bins_between(from, to);
+    mark(flipped, 0);
+    if (d_.ring_is_open) return mark(flipped, 4);
     for (Real c = from; c < to;) {
-      Real next = to;
-      int changes = 0;
-      bool before = d_.value[d_.corners - 1] > c;
-      for (std::size_t i = 2; i < d_.corners; ++i) {
-        const Real x = d_.value[i];
-        const bool is_positive = x > c;
-        changes += is_positive != before ? 1 : 0;
-        before = is_positive;
-        next = is_positive && x < next ? x : next;
-      }
-      if (changes != 2) {
-        mark(c, next, 4);
-        if (active_.first == active_.last) return;
-      }
+      const bool is_critical = !changes_twice(ring_signs(c));
+      if (is_critical && is_narrow()) return mark(flipped, 4);
+      const Real next = next_ring_value(c, to);
+      if (is_critical) mark(bins_between(c, next), 4);
       c = next;
     }
+  }
+
+  // Bit i: the value of corner i + 2, which is on the ring, is greater than c.
+  [[nodiscard]] unsigned ring_signs(Real c) const {
+    unsigned signs = 0;
+    for (std::size_t i = 0; i < d_.vectors; ++i) {
+      const auto is_positive = d_.value.vectors[i] > all(c);
+      for (std::size_t lane = 0; lane < Lanes<Real>::kWidth; ++lane) {
+        signs |= static_cast<unsigned>(is_positive[lane] & 1) << (i * Lanes<Real>::kWidth + lane);
+      }
+    }
+    return (signs >> 2) & ((1U << (d_.corners - 2)) - 1);
+  }
+  [[nodiscard]] bool changes_twice(unsigned signs) const {
+    const unsigned turned = signs >> 1 | (signs & 1U) << (d_.corners - 3);
+    const unsigned changes = signs ^ turned;  // An even number of bits.
+    const unsigned but_one = changes & (changes - 1);
+    return changes != 0 && (but_one & (but_one - 1)) == 0;
+  }
+  // The least value on the ring that is greater than c, but at most `to`.
+  [[nodiscard]] Real next_ring_value(Real c, Real to) const {
+    Real next = to;
+    for (std::size_t i = 2; i < d_.corners; ++i) {
+      const Real x = d_.value[i];
+      next = x > c && x < next ? x : next;
+    }
+    return next;
   }
 
   const IsovalueBins& bins_;

@@ -15,7 +15,8 @@ namespace multitetra {
 namespace {
 
 constexpr std::int32_t kCell = kSpectrumSpacing;
-constexpr std::int32_t kCellsInColumn = 16;  // Along x and y.
+// Along x and y: the seam of a small column is a large part of it.
+constexpr std::array<std::int32_t, 3> kCellsInColumn = {32, 16, 8};
 constexpr int kFineLevels = kSpectrumExponent;
 constexpr std::int32_t kFineRing = 4;  // A level takes the steps of a finer one as they are made;
 constexpr std::int32_t kRing = 16;     // cells wait for a slab, and coarser levels for the cells.
@@ -318,7 +319,8 @@ class SpectrumBuilder::Work {
 template <typename Real>
 class SpectrumBuilder::TypedWork : public Work {
  public:
-  TypedWork(const DatasetInfo& info, IsovalueBins bins, Sink sink, ForEach for_each)
+  TypedWork(const DatasetInfo& info, IsovalueBins bins, Sink sink, ForEach for_each,
+            std::size_t least_columns)
       : info_(info),
         grid_(grid_of(info_)),
         bins_(std::move(bins)),
@@ -327,7 +329,7 @@ class SpectrumBuilder::TypedWork : public Work {
         layout_(info_),
         coarse_(info_) {
     if (layout_.size() == 0 || bins_.count() == 0) return;
-    make_columns();
+    make_columns(least_columns);
     for (const SpectrumLayout::Level& level : layout_.levels()) {
       levels_.emplace_back(grid_, info_.spacing, bins_, window_of(level));
       brick_layers_.emplace_back(level, static_cast<float>(voxel_length(info_)));
@@ -359,20 +361,26 @@ class SpectrumBuilder::TypedWork : public Work {
   [[nodiscard]] const Samples& coarse_samples() const override { return coarse_.samples(); }
 
  private:
-  void make_columns() {
+  void make_columns(std::size_t least_columns) {
     const LevelExtent fine =
         level_extent(grid_, first_sample(info_), last_sample(info_), kFineLevels - 1);
     const GridPoint last = fine.low + fine.extent - GridPoint{1, 1, 1};
     cells_begin_ = {floor_half(fine.low.x), floor_half(fine.low.y), floor_half(fine.low.z)};
     cells_end_ = {ceil_half(last.x), ceil_half(last.y), ceil_half(last.z)};
-    for (std::int32_t y = cells_begin_.y; y < cells_end_.y; y += kCellsInColumn) {
+    const GridPoint cells = cells_end_ - cells_begin_;
+    for (const std::int32_t size : kCellsInColumn) {
+      const auto along = [size](std::int32_t count) { return (count + size - 1) / size; };
+      cells_in_column_ = size;
+      if (static_cast<std::size_t>(along(cells.x) * along(cells.y)) >= least_columns) break;
+    }
+    for (std::int32_t y = cells_begin_.y; y < cells_end_.y; y += cells_in_column_) {
       columns_in_row_ = 0;
-      for (std::int32_t x = cells_begin_.x; x < cells_end_.x; x += kCellsInColumn) {
+      for (std::int32_t x = cells_begin_.x; x < cells_end_.x; x += cells_in_column_) {
         ++columns_in_row_;
         columns_.push_back(std::make_unique<Column<Real>>(
             grid_, info_.spacing, bins_, GridPoint{x, y, cells_begin_.z},
-            GridPoint{std::min(x + kCellsInColumn, cells_end_.x),
-                      std::min(y + kCellsInColumn, cells_end_.y), cells_end_.z}));
+            GridPoint{std::min(x + cells_in_column_, cells_end_.x),
+                      std::min(y + cells_in_column_, cells_end_.y), cells_end_.z}));
       }
     }
     next_z_ = std::max(0, kCell * cells_begin_.z - kSeam[0] - 1);
@@ -405,7 +413,7 @@ class SpectrumBuilder::TypedWork : public Work {
       return {};
     }
     const std::int32_t column =
-        cell_x / kCellsInColumn + columns_in_row_ * (cell_y / kCellsInColumn);
+        cell_x / cells_in_column_ + columns_in_row_ * (cell_y / cells_in_column_);
     return columns_[static_cast<std::size_t>(column)]->find(k, x, y);
   }
 
@@ -451,6 +459,7 @@ class SpectrumBuilder::TypedWork : public Work {
   CoarseVolume coarse_;
   GridPoint cells_begin_;
   GridPoint cells_end_;
+  std::int32_t cells_in_column_ = 0;
   std::int32_t columns_in_row_ = 0;
   std::vector<std::unique_ptr<Column<Real>>> columns_;
   std::vector<LevelWavefront<Real>> levels_;
@@ -461,13 +470,13 @@ class SpectrumBuilder::TypedWork : public Work {
 };
 
 SpectrumBuilder::SpectrumBuilder(const DatasetInfo& info, IsovalueBins bins, Sink sink,
-                                 ForEach for_each) {
+                                 ForEach for_each, std::size_t least_columns) {
   if (is_exact_in_float(info)) {
     work_ = std::make_unique<TypedWork<float>>(info, std::move(bins), std::move(sink),
-                                               std::move(for_each));
+                                               std::move(for_each), least_columns);
   } else {
     work_ = std::make_unique<TypedWork<double>>(info, std::move(bins), std::move(sink),
-                                                std::move(for_each));
+                                                std::move(for_each), least_columns);
   }
 }
 SpectrumBuilder::~SpectrumBuilder() = default;

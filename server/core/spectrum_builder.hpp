@@ -32,8 +32,10 @@ class SpectrumBuilder {
   // always the same; those that are never taken are empty.
   using Sink = std::function<void(std::size_t brick, std::span<const std::byte> bytes)>;
 
+  // Makes at least `least_columns` columns where there is enough to cut: as many as `for_each`
+  // needs to keep its threads busy. The result is the same for any number.
   SpectrumBuilder(const DatasetInfo& info, IsovalueBins bins, Sink sink,
-                  ForEach for_each = one_after_another);
+                  ForEach for_each = one_after_another, std::size_t least_columns = 1);
   ~SpectrumBuilder();
   SpectrumBuilder(const SpectrumBuilder&) = delete;
   SpectrumBuilder& operator=(const SpectrumBuilder&) = delete;

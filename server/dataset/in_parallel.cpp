@@ -6,6 +6,9 @@
 #include <mutex>
 #include <thread>
 #else
+#include <algorithm>
+
+#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 #endif
@@ -41,6 +44,8 @@ void in_parallel(std::size_t count, const std::function<void(std::size_t)>& body
   if (trouble) std::rethrow_exception(trouble);
 }
 
+std::size_t parallel_threads() { return 2; }
+
 #else
 
 void in_parallel(std::size_t count, const std::function<void(std::size_t)>& body,
@@ -51,6 +56,11 @@ void in_parallel(std::size_t count, const std::function<void(std::size_t)>& body
       body(i);
     });
   });
+}
+
+std::size_t parallel_threads() {
+  return std::min(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism),
+                  static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()));
 }
 
 #endif

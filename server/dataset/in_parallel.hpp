@@ -16,4 +16,7 @@ struct Cancelled {};
 void in_parallel(std::size_t count, const std::function<void(std::size_t)>& body,
                  std::stop_token stop = {});
 
+// How many threads that is.
+[[nodiscard]] std::size_t parallel_threads();
+
 }  // namespace multitetra

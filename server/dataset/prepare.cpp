@@ -191,7 +191,7 @@ SmallParts second_pass(VolumeSource& source, const PrepareOptions& options, cons
       [&](std::size_t brick, std::span<const std::byte> bytes) {
         sink.add_spectrum_brick(brick, bytes);
       },
-      on_all_threads);
+      on_all_threads, parallel_threads() == 1 ? 1 : 2 * parallel_threads());
   for_each_slab(source, options, "errors", [&](const Samples& slab, std::int32_t slices) {
     sink.add_samples(brickwork.layer(slab, slices));
     parts.ranges.add(slab, slices, on_all_threads);

@@ -5,6 +5,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "server/dataset/byte_source.hpp"
 #include "server/dataset/in_parallel.hpp"
 
 namespace multitetra {
@@ -35,6 +36,10 @@ Result<EncodedStep> make_step(const StepSource& source, const StepRequest& step,
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
                 "The server has not enough memory for this step; ask for a larger error.");
+  } catch (const DatasetFileError& damage) {
+    spdlog::error("dataset {}: {}", source.info().name, damage.what());
+    return fail(ErrorCode::kDamagedData,
+                "The dataset's file is damaged where this step needs it; the server's log says where.");
   } catch (const std::exception& trouble) {
     spdlog::error("dataset {}: making a step failed: {}", source.info().name, trouble.what());
     return fail(ErrorCode::kInternal, "The server failed to make this step; its log says why.");

@@ -2,9 +2,13 @@
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
 
+#include <filesystem>
+#include <fstream>
+
 #include "client/client.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/service/surface_extractor.hpp"
+#include "tests/dataset/temporary_folder.hpp"
 #include "tests/service/fake_steps.hpp"
 #include "tests/service/running_server.hpp"
 #include "tests/support/fields.hpp"
@@ -15,7 +19,10 @@ namespace {
 using testing::RunningServer;
 namespace fields = testing::fields;
 
-DatasetPtr noisy_gyroid() { return make_dataset(fields::gyroid(24, 0.4, 7), "gyroid"); }
+DatasetPtr noisy_gyroid_named(const std::string& name) {
+  return make_dataset(fields::gyroid(24, 0.4, 7), name);
+}
+DatasetPtr noisy_gyroid() { return noisy_gyroid_named("gyroid"); }
 DatasetPtr masked() { return make_dataset(fields::masked_gyroid(21, 3), "masked"); }
 DatasetPtr closed_ball() {
   return make_dataset(fields::ball({20, 17, 23}, 9.5), "ball", /*outside=*/-100.0, /*margin=*/1);
@@ -145,6 +152,33 @@ TEST(ServedSurfaces, ManyClientsGetTheSameBytes) {
   }
   for (std::thread& thread : threads) thread.join();
   for (const ContentDigest& digest : digests) EXPECT_EQ(digest, digests.front());
+}
+
+// A file that was damaged after it was prepared: opening does not see it, reading does.
+TEST(ServedSurfaces, OfADamagedBrickAreAnErrorAndNothingElseSuffers) {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder.path() / "gyroid.mtd";
+  prepare(*source_of(fields::gyroid(40, 0.2, 7)), {.name = "gyroid"}, path, {});
+  {
+    std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+    file.seekp(4096 + 5);  // In the first brick of samples.
+    file.put('\x55');
+  }
+  auto catalogue = std::make_shared<DatasetCatalogue>();
+  for (const DatasetPtr& dataset : {open_dataset(path), noisy_gyroid_named("other")}) {
+    catalogue->add(
+        std::make_shared<ExtractedSteps>(std::make_shared<const SurfaceExtractor>(dataset)));
+  }
+  RunningServer server(catalogue);
+  Client client = client_of(server);
+  const DatasetPtr damaged = open_dataset(path);
+  const auto fetched =
+      client.fetch(damaged->info, {.dataset = "gyroid", .request = {.isovalue = 0.1}, .held = {}},
+                   [](const FetchedStep&) {});
+  ASSERT_FALSE(fetched);
+  EXPECT_EQ(fetched.error().error.code, ErrorCode::kDamagedData);
+  Client another = client_of(server);
+  EXPECT_FALSE(fetch(another, noisy_gyroid_named("other")->info, {.isovalue = 0.1}).empty());
 }
 
 }  // namespace
