@@ -39,9 +39,9 @@ void add_verify_command(CLI::App& program, Run& run) {
   command->add_option("file", arguments->file, "Dataset file (.mtd)")->required();
   command->add_flag("--quiet", arguments->quiet, "Say nothing unless something is wrong");
   command->footer(
-      "Exit code 0: the file is whole. 1: damaged; the message names section and brick.\n"
-      "Example:\n"
-      "  multitetra-server verify head.mtd");
+      "Examples:\n"
+      "  multitetra-server verify head.mtd\n"
+      "Exit code 0: the file is whole. 1: damaged; the message names section and brick.");
   command->callback([arguments, &run] { run = [arguments] { return verify(*arguments); }; });
 }
 

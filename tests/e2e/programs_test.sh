@@ -33,6 +33,7 @@ for kind in sphere torus gyroid marschner-lobb box head; do
   "$server" prepare "$kind.nrrd" -o "$kind.mtd" --quiet
   "$server" info "$kind.mtd" --json >info.json
   [ "$(value info.json name)" = "$kind" ] || fail "the dataset of $kind.nrrd is not named $kind"
+  "$server" verify "$kind.mtd" --quiet || fail "$kind.mtd is not whole"
   "$server" extract "$kind.mtd" -o "$kind.ply" --json --quiet >"$kind.json"
   [ "$(value "$kind.json" triangles)" -gt 0 ] || fail "$kind has no triangle"
   [ "$(value "$kind.json" open_edges)" = 0 ] || fail "$kind has open edges"
@@ -108,7 +109,11 @@ expect_exit 2 "cube" "$server" generate cube -o x.nrrd
 expect_exit 1 "2 to 4097" "$server" generate sphere --size 1 -o x.nrrd
 head -c 2000 torus.mtd >cut.mtd
 expect_exit 1 "cut.mtd" "$server" info cut.mtd
-for command in generate prepare info extract serve; do "$server" "$command" --help | grep -q Examples || fail "$command --help has no examples"; done
+cp torus.mtd damaged.mtd
+printf 'x' | dd of=damaged.mtd bs=1 seek=5000 conv=notrunc status=none
+expect_exit 1 'brick 0' "$server" verify damaged.mtd
+expect_exit 1 '"samples"' "$server" extract damaged.mtd --error 0 -o x.ply
+for command in generate prepare info verify extract serve; do "$server" "$command" --help | grep -q Examples || fail "$command --help has no examples"; done
 for command in list fetch; do "$client" "$command" --help | grep -q Examples || fail "$command --help has no examples"; done
 
 [ "$failures" -eq 0 ] || { echo "$failures failures" >&2; exit 1; }
