@@ -15,9 +15,12 @@ struct Preview {
   double error_factor;
   double least_error;  // Voxels.
   int resolution;      // Fine lattice steps are lost on coarse tetrahedra.
+  std::int32_t least_side =
+      0;  // Of the grid; in a large one the next preview is a large mesh itself.
 };
 
 constexpr Preview kPreviews[] = {
+    {.finest_spacing = 16, .error_factor = 8, .least_error = 8, .resolution = 3, .least_side = 512},
     {.finest_spacing = 8, .error_factor = 4, .least_error = 4, .resolution = 3},
     {.finest_spacing = 4, .error_factor = 2, .least_error = 2, .resolution = 4},
 };
@@ -37,7 +40,8 @@ std::vector<StepRequest> plan_steps(const IsosurfaceRequest& request, bool previ
   const double unit = request.unit == LengthUnit::kVoxel ? 1.0 : voxel_length(info);
   for (const Preview& preview : kPreviews) {
     const std::int32_t finest = preview.finest_spacing * coarsening(request.error / unit);
-    if (!previews || (1 << info.grid_exponent) / finest < kLeastStepsASide) continue;
+    const std::int32_t side = 1 << info.grid_exponent;
+    if (!previews || side / finest < kLeastStepsASide || side < preview.least_side) continue;
     StepRequest step{.request = request, .finest_spacing = finest};
     step.request.error =
         std::min(std::max(preview.error_factor * request.error, preview.least_error * unit),

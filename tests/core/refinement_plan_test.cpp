@@ -53,6 +53,11 @@ TEST(RefinementPlan, IsCoarserForARequestThatAllowsMore) {
   EXPECT_LT(fine.front().finest_spacing, coarse.front().finest_spacing);
 }
 
+TEST(RefinementPlan, BeginsCoarserInALargeGrid) {
+  EXPECT_EQ(plan_steps({.error = 0.5}, true, dataset(257, 1)).front().finest_spacing, 8);
+  EXPECT_EQ(plan_steps({.error = 0.5}, true, dataset(400, 1)).front().finest_spacing, 16);
+}
+
 TEST(RefinementPlan, HasFiniteErrorsHoweverLargeTheRequestIs) {
   for (const StepRequest& step : plan_steps({.error = 1e308}, true, dataset(513, 1))) {
     EXPECT_TRUE(std::isfinite(step.request.error));
