@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "server/core/diamond.hpp"
+#include "server/core/mixed_diamonds.hpp"
 #include "server/core/own_error.hpp"
 #include "server/core/rounding.hpp"
 
@@ -14,41 +15,6 @@ namespace {
 
 // Grid steps beyond the cube in which errors of spacing 1, 2 and 4 are needed.
 constexpr std::array<std::int32_t, kSpectrumExponent> kReach = {6, 4, 0};
-
-// By kind and by 2 * (z is odd) + (y is odd), in units of the spacing.
-constexpr std::array<std::array<RowKind, 4>, 3> make_row_kinds() {
-  std::array<std::array<RowKind, 4>, 3> rows{};
-  for (int kind = 0; kind < 3; ++kind) {
-    for (int row = 0; row < 4; ++row) {
-      const int odd_x = kind + 1 - (row & 1) - (row >> 1);
-      if (odd_x != 0 && odd_x != 1) continue;
-      RowKind& shape = rows[static_cast<std::size_t>(kind)][static_cast<std::size_t>(row)];
-      shape.exists = true;
-      shape.is_edge = kind == 0;
-      shape.odd_x = odd_x == 1;
-      const GridPoint unit_point = {4 + odd_x, 4 + (row & 1), 4 + (row >> 1)};
-      const Diamond& diamond = diamond_of(unit_point);
-      shape.diamond.push_back({});
-      for (std::size_t i = 0; i < diamond.corners; ++i) {
-        shape.diamond.push_back(diamond.offsets[i]);
-      }
-      // Twice the units, so that the children of an edge are grid points.
-      const DividingPoint point(2 * unit_point);
-      const PointList<8> children = point.children(Grid(5));
-      for (const GridPoint child : children) {
-        const GridPoint offset = child - point.at();
-        shape.children.push_back(point.kind() == PointKind::kEdge
-                                     ? offset
-                                     : GridPoint{offset.x / 2, offset.y / 2, offset.z / 2});
-      }
-    }
-  }
-  return rows;
-}
-constexpr auto kRowKinds = make_row_kinds();
-
-// Of eight points in a row, those of spacing 2^[i] with an even and with an odd coordinate.
-constexpr unsigned kPositions[kSpectrumExponent][2] = {{0x55, 0xAA}, {0x11, 0x44}, {0x01, 0x10}};
 
 using Float4 = Lanes<float>::Vector;
 using Mask = std::int32_t __attribute__((vector_size(16)));
@@ -356,49 +322,22 @@ void FineErrors::compute_kind(const Cell& cell, int exponent, PointKind kind) {
 
 // All levels and kinds of the cell at once: their points are different ones, so their bits are too.
 void FineErrors::find_mixed_diamonds(const Cell& cell) {
-  // Bits 0 to 23 of a window are the signs of a row from eight steps before the cell to eight
-  // behind it; there is one for every row from four steps before the cell on, farther than diamonds
-  // reach.
-  struct Window {
-    std::uint32_t above;
-    std::uint32_t below;
-  };
-  constexpr std::int32_t kSide = 2 * kCell;
-  std::array<Window, std::size_t{kSide} * kSide> windows;
   const auto bits_of = [](const std::uint8_t* bytes) {
     return bytes[0] | static_cast<std::uint32_t>(bytes[1]) << 8 |
            static_cast<std::uint32_t>(bytes[2]) << 16;
   };
-  std::size_t next = 0;
-  for (std::int32_t z = -4; z < kSide - 4; ++z) {
-    for (std::int32_t y = -4; y < kSide - 4; ++y) {
+  SignRows rows;
+  for (std::int32_t z = SignRows::kFirst; z < SignRows::kEnd; ++z) {
+    for (std::int32_t y = SignRows::kFirst; y < SignRows::kEnd; ++y) {
       const std::size_t byte = byte_of(cell.at + row_ * y + slice_ * z) - 1;
-      windows[next++] = {bits_of(&arrays_.above[byte]), bits_of(&arrays_.below[byte])};
+      rows.set(y, z, bits_of(&arrays_.above[byte]), bits_of(&arrays_.below[byte]));
     }
   }
-  for (int exponent = 0; exponent < kSpectrumExponent; ++exponent) {
-    const std::int32_t step = 1 << exponent;
-    for (std::int32_t z = 0; z < kCell; z += step) {
-      for (std::int32_t y = 0; y < kCell; y += step) {
-        const Window* const row = &windows[static_cast<std::size_t>((y + 4) + kSide * (z + 4))];
-        const auto parity =
-            static_cast<std::size_t>((y >> exponent & 1) | (z >> exponent & 1) << 1);
-        unsigned mixed = 0;
-        for (const auto& kinds : kRowKinds) {
-          const RowKind& shape = kinds[parity];
-          if (!shape.exists) continue;
-          std::uint32_t above = 0;
-          std::uint32_t below = 0;
-          for (const GridPoint offset : shape.diamond) {
-            const Window& window = row[(offset.y + kSide * offset.z) * step];
-            const auto shift = static_cast<unsigned>(kCell + offset.x * step);
-            above |= window.above >> shift;
-            below |= window.below >> shift;
-          }
-          mixed |= above & below & kPositions[static_cast<std::size_t>(exponent)][shape.odd_x];
-        }
-        arrays_.mixed[byte_of(cell.at + row_ * y + slice_ * z)] |= static_cast<std::uint8_t>(mixed);
-      }
+  const std::array<std::uint8_t, 64> mixed = mixed_diamonds(rows);
+  for (std::int32_t z = 0; z < kCell; ++z) {
+    for (std::int32_t y = 0; y < kCell; ++y) {
+      arrays_.mixed[byte_of(cell.at + row_ * y + slice_ * z)] =
+          mixed[static_cast<std::size_t>(y + kCell * z)];
     }
   }
 }

@@ -22,6 +22,7 @@
 #include "common/isosurface_request.hpp"
 #include "common/octree_cube.hpp"
 #include "server/core/diamond_values.hpp"
+#include "server/core/mixed_diamonds.hpp"
 #include "server/core/prepared_volume.hpp"
 #include "server/core/step_lengths.hpp"
 
@@ -43,15 +44,6 @@ struct FineArrays {
   std::vector<std::uint8_t> above;  // Its value is greater than the isovalue.
   std::vector<std::uint8_t> below;  // It is not, and it is not void.
   std::vector<std::uint8_t> mixed;  // Its diamond has values of both kinds.
-};
-
-// The points of one kind in a row along x.
-struct RowKind {
-  bool exists = false;
-  bool is_edge = false;
-  bool odd_x = false;
-  PointList<11> diamond;  // The point, its split edge and its link, in units of the spacing.
-  PointList<8> children;  // In units of the children's spacing.
 };
 
 // One thread at a time.
