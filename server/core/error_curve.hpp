@@ -58,7 +58,8 @@ class CurveLayer {
 
   // Zero blocks for one more curve. Pointers to earlier blocks are no longer valid.
   [[nodiscard]] CurveBlock* append(std::size_t count, std::uint32_t& offset) {
-    if (used_ + count > pool_.size()) pool_.resize(std::max(2 * pool_.size(), used_ + count));
+    if (used_ + count > pool_.size())
+      pool_.resize(std::max(pool_.size() + pool_.size() / 4, used_ + count));
     offset = static_cast<std::uint32_t>(used_);
     std::fill_n(pool_.begin() + static_cast<std::ptrdiff_t>(used_), count, CurveBlock{});
     used_ += count;

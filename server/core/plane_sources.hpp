@@ -1,0 +1,144 @@
+// Where the levels of a spectrum take the field's values from: a slab of samples that passes by,
+// and every eighth sample of the whole volume.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+#include <variant>
+
+#include "common/dataset_info.hpp"
+#include "server/core/level_wavefront.hpp"
+#include "server/core/prepared_volume.hpp"
+#include "server/core/volume.hpp"
+
+namespace multitetra {
+
+// Values from a slab of samples; beyond the data the value outside.
+class SlabPlanes : public PlaneSource {
+ public:
+  // Slices from grid z `first_z` on; the slab may be empty.
+  SlabPlanes(const DatasetInfo& info, const Samples* slab, std::int32_t first_z,
+             std::int32_t slices)
+      : info_(info),
+        slab_(slab),
+        first_z_(first_z),
+        slices_(slices),
+        outside_(outside_value(info)) {}
+
+  void read(int exponent, GridPoint low, GridPoint extent, float* into) const override {
+    const std::int32_t slice = (low.z << exponent) - first_z_;
+    if (slab_ == nullptr || slice < 0 || slice >= slices_) {
+      std::fill_n(into, std::ptrdiff_t{extent.x} * extent.y, outside_);
+      return;
+    }
+    std::visit(
+        [&](const auto& samples) { read(samples.data(), slice, exponent, low, extent, into); },
+        *slab_);
+  }
+
+ private:
+  template <typename Sample>
+  void read(const Sample* samples, std::int32_t slice, int exponent, GridPoint low,
+            GridPoint extent, float* into) const {
+    const std::int32_t step = 1 << exponent;
+    for (std::int32_t j = 0; j < extent.y; ++j, into += extent.x) {
+      const std::int32_t y = (low.y + j) * step - info_.margin;
+      if (y < 0 || y >= info_.dims[1]) {
+        std::fill_n(into, extent.x, outside_);
+        continue;
+      }
+      const Sample* const row =
+          samples + std::ptrdiff_t{info_.dims[0]} * (y + std::ptrdiff_t{info_.dims[1]} * slice);
+      for (std::int32_t i = 0; i < extent.x; ++i) {
+        const std::int32_t x = (low.x + i) * step - info_.margin;
+        into[i] = x < 0 || x >= info_.dims[0] ? outside_ : static_cast<float>(row[x]);
+      }
+    }
+  }
+
+  const DatasetInfo& info_;
+  const Samples* slab_;
+  std::int32_t first_z_;
+  std::int32_t slices_;
+  float outside_;
+};
+
+// Every eighth sample of the data.
+class CoarseVolume : public PlaneSource {
+ public:
+  explicit CoarseVolume(const DatasetInfo& info)
+      : info_(info), extent_(coarse_extent(info, kSpectrumSpacing)) {
+    const std::size_t size = extent_.size();
+    switch (info.type) {
+      case SampleType::kU8:
+        samples_ = std::vector<std::uint8_t>(size);
+        break;
+      case SampleType::kI8:
+        samples_ = std::vector<std::int8_t>(size);
+        break;
+      case SampleType::kU16:
+        samples_ = std::vector<std::uint16_t>(size);
+        break;
+      case SampleType::kI16:
+        samples_ = std::vector<std::int16_t>(size);
+        break;
+      case SampleType::kF32:
+        samples_ = std::vector<float>(size);
+        break;
+    }
+  }
+
+  // Takes what it needs of a slab that begins with slice `first`.
+  void add(const Samples& slab, std::int32_t first, std::int32_t slices) {
+    std::visit(
+        [&](auto& into) {
+          const auto& from = std::get<std::decay_t<decltype(into)>>(slab);
+          for (std::int32_t k = 0; k < extent_.dims[2]; ++k) {
+            const GridPoint at = {extent_.origin.x, extent_.origin.y, extent_.origin.z + k};
+            const std::int32_t slice = kSpectrumSpacing * at.z - info_.margin - first;
+            if (slice >= 0 && slice < slices) add_slice(from, slice, at, into);
+          }
+        },
+        samples_);
+  }
+
+  void read(int exponent, GridPoint low, GridPoint extent, float* into) const override {
+    const float outside = outside_value(info_);
+    const std::int32_t step = 1 << (exponent - kSpectrumExponent);
+    std::visit(
+        [&](const auto& samples) {
+          for (std::int32_t j = 0; j < extent.y; ++j) {
+            for (std::int32_t i = 0; i < extent.x; ++i) {
+              const GridPoint p = step * (low + GridPoint{i, j, 0});
+              *into++ =
+                  extent_.contains(p) ? static_cast<float>(samples[extent_.index(p)]) : outside;
+            }
+          }
+        },
+        samples_);
+  }
+
+  [[nodiscard]] const Samples& samples() const { return samples_; }
+
+ private:
+  template <typename Values>
+  void add_slice(const Values& slab, std::int32_t slice, GridPoint first, Values& into) const {
+    for (std::int32_t j = 0; j < extent_.dims[1]; ++j) {
+      for (std::int32_t i = 0; i < extent_.dims[0]; ++i) {
+        const GridPoint at = first + GridPoint{i, j, 0};
+        const GridPoint sample = kSpectrumSpacing * at - GridPoint{info_.margin, info_.margin, 0};
+        into[extent_.index(at)] = slab[static_cast<std::size_t>(
+            sample.x +
+            std::ptrdiff_t{info_.dims[0]} * (sample.y + std::ptrdiff_t{info_.dims[1]} * slice))];
+      }
+    }
+  }
+
+  const DatasetInfo& info_;
+  CoarseExtent extent_;
+  Samples samples_;
+};
+
+}  // namespace multitetra
