@@ -3,6 +3,7 @@
 
 #include <array>
 #include <bit>
+#include <cassert>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -32,8 +33,10 @@ class ErrorCodes {
     }
   }
 
-  // The smallest code whose value is not below `error` (voxels, >= 0), or the one above it.
+  // The smallest code whose value is not below `error` (voxels, >= 0, perhaps infinite), or the one
+  // above it.
   [[nodiscard]] std::uint8_t code(float error) const {
+    assert(error >= 0);
     const auto bits = std::bit_cast<std::uint32_t>(error);
     return codes_[(bits + (1U << kDroppedBits) - 1) >> kDroppedBits];
   }

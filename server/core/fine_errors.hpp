@@ -8,8 +8,11 @@
 //     . . . . . .      w  wanted cell
 //     . s s s . .      s  support: loaded, and computed as far as a wanted cell needs it
 //     . s w s s .
-//     . s s w s .      The diamonds of all points in a closed wanted cell, and of their
-//     descendants, . . s s s .      reach seven steps beyond it; a cell has eight.
+//     . s s w s .
+//     . . s s s .
+//
+// The diamonds of all points in a closed wanted cell, and of their descendants, reach seven steps
+// beyond it; a cell has eight.
 #pragma once
 
 #include <array>

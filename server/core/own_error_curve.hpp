@@ -13,8 +13,8 @@
 // where c <= A at its upper end. Where A <= c < B the point and its fused value are on different
 // sides, one of the two crossings exists for every corner, and the certified error is at most
 //
-//   R + F,   R = max over x > c of L (c - A) / (x - A),   F = max over x <= c of L (B - c) / (B -
-//   x)
+//   R + F   with   R = max over x > c of L (c - A) / (x - A)
+//                  F = max over x <= c of L (B - c) / (B - x)
 //
 // with the largest R and the largest F of the bin.
 #pragma once

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -31,15 +32,20 @@ std::optional<std::string> problem_of_name(std::string_view name) {
   return std::nullopt;
 }
 
+constexpr double kMinSpacing = 1e-30;
+constexpr double kMaxSpacing = 1e30;
+
 std::optional<std::string> problem_of_grid(const DatasetInfo& info) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (info.dims[axis] < 1 || info.dims[axis] > (1 << kMaxGridExponent) + 1) {
       return "A dataset has 1 to " + std::to_string((1 << kMaxGridExponent) + 1) +
              " samples a side, not " + std::to_string(info.dims[axis]) + ".";
     }
-    if (!std::isfinite(info.spacing[axis]) || info.spacing[axis] <= 0) {
-      return "A dataset's spacing is greater than 0, not " + std::to_string(info.spacing[axis]) +
-             ".";
+    // Errors are floats in world units, for one grid step and for thousands of them.
+    if (!(info.spacing[axis] >= kMinSpacing && info.spacing[axis] <= kMaxSpacing)) {
+      std::ostringstream spacing;
+      spacing << info.spacing[axis];
+      return "A dataset's spacing is 1e-30 to 1e30 world units, not " + spacing.str() + ".";
     }
   }
   if (info.margin < 0 || info.margin > 1 << kMaxGridExponent) {

@@ -110,7 +110,24 @@ TEST(Prepare, RefusesOptionsOutsideTheirRangeAndLeavesNoFile) {
   EXPECT_THROW(attempt({.name = "x", .bins = 257}), std::invalid_argument);
   EXPECT_THROW(attempt({.name = "x", .margin = -1}), std::invalid_argument);
   EXPECT_THROW(attempt({.name = ""}), std::invalid_argument);
+  for (const double spacing : {0.0, 1e-31, 1e31}) {
+    EXPECT_THROW(prepare(*source_of(fields::noise({5, 5, 5}, 1, {1, 1, spacing})), {.name = "x"},
+                         folder.path() / "x.mtd", {}),
+                 std::invalid_argument)
+        << spacing;
+  }
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(Prepare, TakesSpacingsAtTheEndsOfTheirRange) {
+  for (const Vec3& spacing :
+       {Vec3{1e-30, 1e-30, 1e-30}, Vec3{1e30, 1e30, 1e30}, Vec3{1e-30, 1, 1e30}}) {
+    const DatasetPtr dataset =
+        testing::prepared({"noise", fields::noise({20, 20, 20}, 1, spacing)});
+    const SpectrumErrors spectrum(dataset->spectrum, 0.5, ErrorMeasure::kCertified,
+                                  TopologyRule::kExact);
+    EXPECT_GT(spectrum.bound(DividingPoint({8, 8, 8})).error, 0);
+  }
 }
 
 TEST(OpenDataset, RefusesSmallSectionsOfAWrongSizeAndWrongBins) {
