@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 
 #include "server/core/diamond.hpp"
+#include "server/core/step_lengths.hpp"
 
 namespace multitetra {
 
@@ -97,6 +99,50 @@ template <typename Real>
   }
   for (std::size_t i = 0; i < Lanes<Real>::kWidth; ++i) any_void |= sum[i] != sum[i];
   return {.low = least_of<Real>(low), .high = largest_of<Real>(high), .any_void = any_void};
+}
+
+// The lengths of the steps to the corners, in world units, by the index of the shape; for points of
+// spacing 2^exponent.
+template <typename Real>
+using DiamondLengths = std::array<Lanes<Real>, 64>;
+
+template <typename Real>
+[[nodiscard]] DiamondLengths<Real> diamond_lengths(const StepLengths& lengths, int exponent) {
+  DiamondLengths<Real> result{};
+  for (std::size_t shape = 0; shape < kDiamonds.size(); ++shape) {
+    for (std::size_t i = 0; i < kDiamonds[shape].corners; ++i) {
+      const GridPoint offset = kDiamonds[shape].offsets[i];
+      result[shape].set(i, static_cast<Real>((1 << exponent) * lengths(offset, 1)));
+    }
+  }
+  return result;
+}
+
+// Fills `d` for a point on the grid's border: corners beyond it are left out. `unit_point` and
+// `last`, the grid's largest coordinate, are in units of the spacing; `value(i)` is that of corner
+// i.
+template <typename Real, typename Value>
+void load_at_border(GridPoint unit_point, std::int32_t last, Real centre,
+                    const DiamondLengths<Real>& lengths, const Value& value,
+                    DiamondValues<Real>& d) {
+  const std::size_t index = diamond_index(unit_point);
+  const Diamond& shape = kDiamonds[index];
+  d.centre = centre;
+  d.corners = 0;
+  d.vectors = Lanes<Real>::kVectors;
+  for (auto& lanes : d.value.vectors) lanes = all(centre);
+  d.length_at_border = {};
+  d.length = &d.length_at_border;
+  for (std::size_t i = 0; i < shape.corners; ++i) {
+    const GridPoint corner = unit_point + shape.offsets[i];
+    if (std::min({corner.x, corner.y, corner.z}) < 0 ||
+        std::max({corner.x, corner.y, corner.z}) > last) {
+      continue;
+    }
+    d.length_at_border.set(d.corners, lengths[index][i]);
+    d.value.set(d.corners++, value(i));
+  }
+  d.ring_is_open = d.corners != shape.corners;
 }
 
 }  // namespace multitetra

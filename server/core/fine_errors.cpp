@@ -51,13 +51,8 @@ FineErrors::FineErrors(const PreparedVolume& volume, const FineErrorsOptions& op
       isovalue_below_(rounded_down(options.isovalue)),
       arrays_(arrays) {
   const StepLengths lengths(volume.info.spacing);
-  for (std::size_t exponent = 0; exponent < lengths_.size(); ++exponent) {
-    for (std::size_t shape = 0; shape < kDiamonds.size(); ++shape) {
-      const Diamond& diamond = kDiamonds[shape];
-      for (std::size_t i = 0; i < diamond.corners; ++i) {
-        lengths_[exponent][shape].set(i, (1 << exponent) * lengths(diamond.offsets[i], 1));
-      }
-    }
+  for (int exponent = 0; exponent < kSpectrumExponent; ++exponent) {
+    lengths_[static_cast<std::size_t>(exponent)] = diamond_lengths<double>(lengths, exponent);
   }
 }
 
@@ -387,40 +382,26 @@ float FineErrors::with_own_error(GridPoint p, std::ptrdiff_t at, int exponent, f
 
 void FineErrors::load_diamond(GridPoint p, std::ptrdiff_t at, int exponent,
                               DiamondValues<double>& d) const {
-  const std::size_t index = diamond_index({p.x >> exponent, p.y >> exponent, p.z >> exponent});
-  const Diamond& shape = kDiamonds[index];
-  const auto& offsets = offsets_[index];
-  const Lanes<double>& length = lengths_[static_cast<std::size_t>(exponent)][index];
-  const std::int32_t last = 1 << volume_.info.grid_exponent;
-  const float* const values = arrays_.values.data() + at;
-  d.centre = static_cast<double>(*values);
-  d.vectors = (shape.corners + Lanes<double>::kWidth - 1) / Lanes<double>::kWidth;
-  const bool is_inside = std::min({p.x, p.y, p.z}) > 0 && std::max({p.x, p.y, p.z}) < last;
-  if (is_inside) {
-    d.corners = shape.corners;
-    d.ring_is_open = false;
-    d.length = &length;
-    for (std::size_t i = 0; i < d.vectors; ++i) {  // The number of corners is even.
-      d.value.vectors[i] =
-          Lanes<double>::Vector{static_cast<double>(values[offsets[2 * i] << exponent]),
-                                static_cast<double>(values[offsets[2 * i + 1] << exponent])};
-    }
-    return;
+  const GridPoint unit_point = {p.x >> exponent, p.y >> exponent, p.z >> exponent};
+  const std::int32_t last = 1 << (volume_.info.grid_exponent - exponent);
+  const std::size_t index = diamond_index(unit_point);
+  const auto& lengths = lengths_[static_cast<std::size_t>(exponent)];
+  const float* const centre = arrays_.values.data() + at;
+  const auto value = [&](std::size_t i) {
+    return static_cast<double>(centre[offsets_[index][i] << exponent]);
+  };
+  if (std::min({p.x, p.y, p.z}) == 0 ||
+      std::max({unit_point.x, unit_point.y, unit_point.z}) == last) {
+    return load_at_border(unit_point, last, static_cast<double>(*centre), lengths, value, d);
   }
-  for (auto& lanes : d.value.vectors) lanes = all(d.centre);
-  d.corners = 0;
-  d.length_at_border = {};
-  d.length = &d.length_at_border;
-  for (std::size_t i = 0; i < shape.corners; ++i) {
-    const GridPoint corner = p + (1 << exponent) * shape.offsets[i];
-    if (std::min({corner.x, corner.y, corner.z}) < 0 ||
-        std::max({corner.x, corner.y, corner.z}) > last) {
-      continue;
-    }
-    d.length_at_border.set(d.corners, length[i]);
-    d.value.set(d.corners++, static_cast<double>(values[offsets[i] << exponent]));
+  d.centre = static_cast<double>(*centre);
+  d.corners = kDiamonds[index].corners;
+  d.vectors = d.corners / Lanes<double>::kWidth;  // The number of corners is even.
+  d.ring_is_open = false;
+  d.length = &lengths[index];
+  for (std::size_t i = 0; i < d.vectors; ++i) {
+    d.value.vectors[i] = Lanes<double>::Vector{value(2 * i), value(2 * i + 1)};
   }
-  d.ring_is_open = d.corners != shape.corners;
 }
 
 }  // namespace multitetra

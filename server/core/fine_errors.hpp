@@ -125,7 +125,7 @@ class FineErrors {
   FineArrays& arrays_;
   std::vector<bool> wanted_;  // By cell of the array.
   std::vector<Cell> support_;
-  std::array<std::array<Lanes<double>, 64>, kSpectrumExponent> lengths_{};  // By spacing and shape.
+  std::array<DiamondLengths<double>, kSpectrumExponent> lengths_{};             // By spacing.
   std::array<std::array<std::ptrdiff_t, Diamond::kMaxCorners>, 64> offsets_{};  // By shape, for
                                                                                 // spacing 1.
 };

@@ -30,20 +30,16 @@ void take_larger(CurveBlock* into, const CurveBlock* from, int count) {
 template <typename Real>
 LevelWavefront<Real>::LevelWavefront(const Grid& grid, const Vec3& spacing,
                                      const IsovalueBins& bins, const LevelWindow& window)
-    : grid_(grid), bins_(bins), window_(window), next_(window.first_step()) {
+    : grid_(grid),
+      bins_(bins),
+      window_(window),
+      lengths_(diamond_lengths<Real>(StepLengths(spacing), window.exponent)),
+      next_(window.first_step()) {
   assert(window.low.z % 2 == 0);
   const std::int32_t last = grid.side() >> window.exponent;
   const GridPoint high = window.low + window.extent;  // One beyond the window's last point.
   plane_low_ = {std::max(0, window.low.x - 1), std::max(0, window.low.y - 1), 0};
   plane_extent_ = GridPoint{std::min(last, high.x) + 1, std::min(last, high.y) + 1, 0} - plane_low_;
-  const StepLengths lengths(spacing);
-  for (std::size_t shape = 0; shape < kDiamonds.size(); ++shape) {
-    const Diamond& diamond = kDiamonds[shape];
-    for (std::size_t i = 0; i < diamond.corners; ++i) {
-      const GridPoint offset = diamond.offsets[i];
-      lengths_[shape].set(i, static_cast<Real>((1 << window.exponent) * lengths(offset, 1)));
-    }
-  }
   plane_size_ = std::ptrdiff_t{plane_extent_.x} * plane_extent_.y;
   planes_.resize(static_cast<std::size_t>(8 * plane_size_));
   loaded_ = std::max(0, window.low.z - 1) - 1;
@@ -176,19 +172,20 @@ void LevelWavefront<Real>::load(GridPoint p, DiamondValues<Real>& d) const {
   const std::size_t index = diamond_index(p);
   const Diamond& shape = kDiamonds[index];
   const std::int32_t last = grid_.side() >> window_.exponent;
-  const bool is_inside = p.x > 0 && p.y > 0 && p.z > 0 && p.x < last && p.y < last && p.z < last;
-  if (!is_inside) return load_at_border(p, shape, d);
   const std::ptrdiff_t here =
       (p.x - plane_low_.x) + std::ptrdiff_t{plane_extent_.x} * (p.y - plane_low_.y);
   const float* const centre = plane(p.z) + here;
   const auto& offsets = offsets_[index];
+  const auto value = [&](std::size_t i) { return static_cast<Real>(centre[offsets[i]]); };
+  if (std::min({p.x, p.y, p.z}) == 0 || std::max({p.x, p.y, p.z}) == last) {
+    return load_at_border(p, last, static_cast<Real>(*centre), lengths_, value, d);
+  }
   d.centre = static_cast<Real>(*centre);
   d.corners = shape.corners;
   d.ring_is_open = false;
   d.length = &lengths_[index];
   d.vectors = (shape.corners + Lanes<Real>::kWidth - 1) / Lanes<Real>::kWidth;
   using Vector = typename Lanes<Real>::Vector;
-  const auto value = [&](std::size_t i) { return static_cast<Real>(centre[offsets[i]]); };
   for (std::size_t i = 0; i < d.vectors; ++i) {
     if constexpr (Lanes<Real>::kWidth == 4) {
       d.value.vectors[i] =
@@ -197,33 +194,6 @@ void LevelWavefront<Real>::load(GridPoint p, DiamondValues<Real>& d) const {
       d.value.vectors[i] = Vector{value(2 * i), value(2 * i + 1)};
     }
   }
-}
-
-// Corners beyond the grid are left out.
-template <typename Real>
-void LevelWavefront<Real>::load_at_border(GridPoint p, const Diamond& shape,
-                                          DiamondValues<Real>& d) const {
-  const std::int32_t last = grid_.side() >> window_.exponent;
-  const auto value = [&](GridPoint q) {
-    return static_cast<Real>(
-        plane(q.z)[(q.x - plane_low_.x) + std::ptrdiff_t{plane_extent_.x} * (q.y - plane_low_.y)]);
-  };
-  d.centre = value(p);
-  d.corners = 0;
-  d.vectors = Lanes<Real>::kVectors;
-  for (auto& lanes : d.value.vectors) lanes = all(d.centre);
-  d.length_at_border = {};
-  d.length = &d.length_at_border;
-  for (std::size_t i = 0; i < shape.corners; ++i) {
-    const GridPoint corner = p + shape.offsets[i];
-    if (std::min({corner.x, corner.y, corner.z}) < 0 ||
-        std::max({corner.x, corner.y, corner.z}) > last) {
-      continue;
-    }
-    d.length_at_border.set(d.corners, lengths_[diamond_index(p)][i]);
-    d.value.set(d.corners++, value(corner));
-  }
-  d.ring_is_open = d.corners != shape.corners;
 }
 
 template <typename Real>

@@ -96,8 +96,6 @@ class LevelWavefront {
   };
   void fill(GridPoint unit_point, CurveLayer& layer, const Children& children);
   void load(GridPoint unit_point, DiamondValues<Real>& diamond) const;
-  void load_at_border(GridPoint unit_point, const Diamond& shape,
-                      DiamondValues<Real>& diamond) const;
   template <typename AddChildren>
   void fill_points(std::int32_t z, bool odd_x, bool odd_y, CurveLayer& layer,
                    const AddChildren& add_children);
@@ -106,12 +104,12 @@ class LevelWavefront {
   Grid grid_;
   const IsovalueBins& bins_;
   LevelWindow window_;
+  DiamondLengths<Real> lengths_;
   GridPoint plane_low_;  // In units: the window and one unit around it, within the grid.
   GridPoint plane_extent_;
   std::ptrdiff_t plane_size_ = 0;
-  std::vector<float> planes_;              // Eight of them; that of layer z is number z & 7.
-  std::int32_t loaded_ = -1;               // The last layer of values that is there.
-  std::array<Lanes<Real>, 64> lengths_{};  // By shape.
+  std::vector<float> planes_;  // Eight of them; that of layer z is number z & 7.
+  std::int32_t loaded_ = -1;   // The last layer of values that is there.
   // By shape: where the corners lie as seen from a point of the layer at hand; behind the last one,
   // the point itself.
   std::array<std::array<std::ptrdiff_t, 12>, 64> offsets_{};

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <type_traits>
 #include <variant>
+#include <vector>
 
 #include "common/dataset_info.hpp"
 #include "server/core/level_wavefront.hpp"
@@ -70,24 +71,9 @@ class CoarseVolume : public PlaneSource {
  public:
   explicit CoarseVolume(const DatasetInfo& info)
       : info_(info), extent_(coarse_extent(info, kSpectrumSpacing)) {
-    const std::size_t size = extent_.size();
-    switch (info.type) {
-      case SampleType::kU8:
-        samples_ = std::vector<std::uint8_t>(size);
-        break;
-      case SampleType::kI8:
-        samples_ = std::vector<std::int8_t>(size);
-        break;
-      case SampleType::kU16:
-        samples_ = std::vector<std::uint16_t>(size);
-        break;
-      case SampleType::kI16:
-        samples_ = std::vector<std::int16_t>(size);
-        break;
-      case SampleType::kF32:
-        samples_ = std::vector<float>(size);
-        break;
-    }
+    visit_type(info.type, [&]<typename Sample>(const Sample*) {
+      samples_ = std::vector<Sample>(extent_.size());
+    });
   }
 
   // Takes what it needs of a slab that begins with slice `first`.
