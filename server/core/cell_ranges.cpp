@@ -29,10 +29,10 @@ std::pair<std::int32_t, std::int32_t> cells_at(std::int32_t v) {
 
 // Takes one row of samples into the ranges of a row of cells; both begin with the data.
 template <typename Sample>
-void include_row(const Sample* row, const DatasetInfo& info, const CoarseExtent& cells,
+void include_row(const Sample* row, const DatasetInfo& info, const LevelExtent& cells,
                  Sample* ranges) {
-  for (std::int32_t i = 0; i < cells.dims[0]; ++i) {
-    const std::int32_t begin = kSpectrumSpacing * (cells.origin.x + i) - info.margin;
+  for (std::int32_t i = 0; i < cells.extent.x; ++i) {
+    const std::int32_t begin = kSpectrumSpacing * (cells.low.x + i) - info.margin;
     const std::int32_t first = std::max(0, begin);
     const std::int32_t last = std::min(info.dims[0] - 1, begin + kSpectrumSpacing);
     Sample low = ranges[2 * i];
@@ -58,21 +58,21 @@ CellRanges::CellRanges(const DatasetInfo& info) : info_(info) {
 }
 
 void CellRanges::add(const Samples& slab, std::int32_t slices, const ForEach& for_each) {
-  const CoarseExtent cells = cell_extent(info_);
+  const LevelExtent cells = cell_extent(info_);
   const std::int32_t first_z = next_slice_;
   next_slice_ += slices;
   std::visit(
       [&](auto& ranges) {
         const auto& samples = std::get<std::decay_t<decltype(ranges)>>(slab);
         // A row of cells along x is written by one body alone.
-        for_each(static_cast<std::size_t>(cells.dims[1]), [&](std::size_t j) {
-          const std::int32_t cell_y = cells.origin.y + static_cast<std::int32_t>(j);
+        for_each(static_cast<std::size_t>(cells.extent.y), [&](std::size_t j) {
+          const std::int32_t cell_y = cells.low.y + static_cast<std::int32_t>(j);
           const std::int32_t begin = kSpectrumSpacing * cell_y - info_.margin;
           const std::int32_t last_y = std::min(info_.dims[1] - 1, begin + kSpectrumSpacing);
           for (std::int32_t slice = 0; slice < slices; ++slice) {
             const auto [low, high] = cells_at(info_.margin + first_z + slice);
             for (std::int32_t cell_z = low; cell_z <= high; ++cell_z) {
-              const GridPoint first_cell = {cells.origin.x, cell_y, cell_z};
+              const GridPoint first_cell = {cells.low.x, cell_y, cell_z};
               for (std::int32_t y = std::max(0, begin); y <= last_y; ++y) {
                 include_row(samples.data() + std::ptrdiff_t{info_.dims[0]} *
                                                  (y + std::ptrdiff_t{info_.dims[1]} * slice),

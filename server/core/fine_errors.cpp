@@ -306,8 +306,7 @@ void FineErrors::compute_kind(const Cell& cell, int exponent, PointKind kind) {
   const std::int32_t end_z = end(cell.low.z, origin_.z);
   for (std::int32_t z = begin(cell.low.z, origin_.z); z <= end_z; z += step) {
     for (std::int32_t y = begin(cell.low.y, origin_.y); y <= end_y; y += step) {
-      const auto row = static_cast<std::size_t>((y >> exponent & 1) | (z >> exponent & 1) << 1);
-      const RowKind& shape = kRowKinds[static_cast<std::size_t>(kind)][row];
+      const RowKind& shape = row_kind(kind, y >> exponent, z >> exponent);
       if (!shape.exists) continue;
       const unsigned bits = x_bits & kPositions[static_cast<std::size_t>(exponent)][shape.odd_x];
       compute_row({cell.low.x, y, z}, bits, exponent, shape);

@@ -113,7 +113,7 @@ class FineErrors {
 
   const PreparedVolume& volume_;
   const FineErrorsOptions options_;
-  const CoarseExtent cells_in_data_;
+  const LevelExtent cells_in_data_;
   const float outside_;
   const float isovalue_below_;  // A float is above the isovalue exactly when it is above this one.
   GridPoint origin_;        // Grid coordinates of the arrays' first point: one cell below the cube.

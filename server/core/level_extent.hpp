@@ -68,37 +68,4 @@ struct LevelExtent {
   return first_sample(info) + GridPoint{info.dims[0] - 1, info.dims[1] - 1, info.dims[2] - 1};
 }
 
-// The samples of the data whose grid coordinates are multiples of `step`.
-struct CoarseExtent {
-  GridPoint origin;                    // Of the first one, in units of `step`.
-  std::array<std::int32_t, 3> dims{};  // How many along x, y, z; perhaps none.
-
-  [[nodiscard]] constexpr bool contains(GridPoint unit_point) const {
-    const GridPoint at = unit_point - origin;
-    return at.x >= 0 && at.y >= 0 && at.z >= 0 && at.x < dims[0] && at.y < dims[1] &&
-           at.z < dims[2];
-  }
-  // x fastest.
-  [[nodiscard]] constexpr std::size_t index(GridPoint unit_point) const {
-    const GridPoint at = unit_point - origin;
-    return static_cast<std::size_t>(at.x) +
-           static_cast<std::size_t>(dims[0]) *
-               (static_cast<std::size_t>(at.y) +
-                static_cast<std::size_t>(dims[1]) * static_cast<std::size_t>(at.z));
-  }
-  [[nodiscard]] constexpr std::size_t size() const {
-    return static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]) *
-           static_cast<std::size_t>(dims[2]);
-  }
-};
-[[nodiscard]] constexpr CoarseExtent coarse_extent(const DatasetInfo& info, std::int32_t step) {
-  const std::int32_t first = (info.margin + step - 1) / step;
-  CoarseExtent extent{.origin = {first, first, first}, .dims = {}};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::int32_t last = (info.margin + info.dims[axis] - 1) / step;
-    extent.dims[axis] = std::max(0, last - first + 1);
-  }
-  return extent;
-}
-
 }  // namespace multitetra

@@ -10,10 +10,9 @@ using Rows4 = std::uint32_t __attribute__((vector_size(16)));
 
 // The points of spacing 2^exponent in the rows y, y + 2, y + 4 and y + 6 of the layer z.
 Rows4 mixed_in_rows(const SignRows& rows, int exponent, std::int32_t y, std::int32_t z) {
-  const auto parity = static_cast<std::size_t>((y >> exponent & 1) | (z >> exponent & 1) << 1);
   Rows4 mixed{};
-  for (const auto& kinds : kRowKinds) {
-    const RowKind& shape = kinds[parity];
+  for (const PointKind kind : {PointKind::kEdge, PointKind::kFace, PointKind::kCube}) {
+    const RowKind& shape = row_kind(kind, y >> exponent, z >> exponent);
     if (!shape.exists) continue;
     Rows4 above{};
     Rows4 below{};

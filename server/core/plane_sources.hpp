@@ -69,8 +69,7 @@ class SlabPlanes : public PlaneSource {
 // Every eighth sample of the data.
 class CoarseVolume : public PlaneSource {
  public:
-  explicit CoarseVolume(const DatasetInfo& info)
-      : info_(info), extent_(coarse_extent(info, kSpectrumSpacing)) {
+  explicit CoarseVolume(const DatasetInfo& info) : info_(info), extent_(coarse_extent(info)) {
     visit_type(info.type, [&]<typename Sample>(const Sample*) {
       samples_ = std::vector<Sample>(extent_.size());
     });
@@ -81,8 +80,8 @@ class CoarseVolume : public PlaneSource {
     std::visit(
         [&](auto& into) {
           const auto& from = std::get<std::decay_t<decltype(into)>>(slab);
-          for (std::int32_t k = 0; k < extent_.dims[2]; ++k) {
-            const GridPoint at = {extent_.origin.x, extent_.origin.y, extent_.origin.z + k};
+          for (std::int32_t k = 0; k < extent_.extent.z; ++k) {
+            const GridPoint at = extent_.low + GridPoint{0, 0, k};
             const std::int32_t slice = kSpectrumSpacing * at.z - info_.margin - first;
             if (slice >= 0 && slice < slices) add_slice(from, slice, at, into);
           }
@@ -111,8 +110,8 @@ class CoarseVolume : public PlaneSource {
  private:
   template <typename Values>
   void add_slice(const Values& slab, std::int32_t slice, GridPoint first, Values& into) const {
-    for (std::int32_t j = 0; j < extent_.dims[1]; ++j) {
-      for (std::int32_t i = 0; i < extent_.dims[0]; ++i) {
+    for (std::int32_t j = 0; j < extent_.extent.y; ++j) {
+      for (std::int32_t i = 0; i < extent_.extent.x; ++i) {
         const GridPoint at = first + GridPoint{i, j, 0};
         const GridPoint sample = kSpectrumSpacing * at - GridPoint{info_.margin, info_.margin, 0};
         into[extent_.index(at)] = slab[static_cast<std::size_t>(
@@ -123,7 +122,7 @@ class CoarseVolume : public PlaneSource {
   }
 
   const DatasetInfo& info_;
-  CoarseExtent extent_;
+  LevelExtent extent_;
   Samples samples_;
 };
 

@@ -2,6 +2,7 @@
 // and its errors for every isovalue.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
 #include <memory>
@@ -14,15 +15,27 @@
 
 namespace multitetra {
 
-// A cell is a cube of kSpectrumSpacing grid steps, at multiples of it. The closed cells that hold a
-// sample of the data:
-[[nodiscard]] constexpr CoarseExtent cell_extent(const DatasetInfo& info) {
-  const std::int32_t first = std::max(0, info.margin - 1) / kSpectrumSpacing;
-  CoarseExtent cells{.origin = {first, first, first}, .dims = {}};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    cells.dims[axis] = (info.margin + info.dims[axis] - 1) / kSpectrumSpacing - first + 1;
-  }
-  return cells;
+// The samples of the data whose grid coordinates are multiples of kSpectrumSpacing; perhaps none.
+[[nodiscard]] constexpr LevelExtent coarse_extent(const DatasetInfo& info) {
+  const GridPoint last = last_sample(info);
+  const std::int32_t first = (info.margin + kSpectrumSpacing - 1) >> kSpectrumExponent;
+  const auto count = [first](std::int32_t v) {
+    return std::max(0, (v >> kSpectrumExponent) - first + 1);
+  };
+  return {.exponent = kSpectrumExponent,
+          .low = {first, first, first},
+          .extent = {count(last.x), count(last.y), count(last.z)}};
+}
+
+// A cell is a cube of kSpectrumSpacing grid steps, at multiples of it; its unit point is its lowest
+// corner. The closed cells that hold a sample of the data:
+[[nodiscard]] constexpr LevelExtent cell_extent(const DatasetInfo& info) {
+  const GridPoint last = last_sample(info);
+  const std::int32_t first = std::max(0, info.margin - 1) >> kSpectrumExponent;
+  const auto count = [first](std::int32_t v) { return (v >> kSpectrumExponent) - first + 1; };
+  return {.exponent = kSpectrumExponent,
+          .low = {first, first, first},
+          .extent = {count(last.x), count(last.y), count(last.z)}};
 }
 
 // The value beyond the data, NaN for void.
@@ -34,7 +47,7 @@ namespace multitetra {
 struct PreparedVolume {
   DatasetInfo info;
   std::shared_ptr<const BrickSource> samples;  // BrickLayout(info.dims), x fastest in a brick.
-  std::span<const std::byte> coarse;  // The samples of coarse_extent(info, kSpectrumSpacing).
+  std::span<const std::byte> coarse;           // The samples of coarse_extent(info).
   std::span<const std::byte> ranges;  // Of every closed cell of cell_extent(info): the least and
                                       // the largest sample in it; void ones do not count, and where
                                       // all are void the least is larger than the largest.

@@ -6,56 +6,9 @@
 
 #include "server/core/own_error.hpp"
 #include "server/core/rounding.hpp"
+#include "server/core/row_kinds.hpp"
 
 namespace multitetra {
-namespace {
-
-// The points of a row along x that have one kind: their diamonds and children lie at the same
-// offsets, whichever diagonal of a face or cube is the split edge.
-struct RowShape {
-  PointKind kind;
-  std::int32_t first;  // Least x, in units of the spacing; the points are two units apart.
-  PointList<11>
-      diamond;  // Offsets of the point, its split edge and its link, in units of the spacing.
-  PointList<8> children;  // Offsets in units of the children's spacing.
-};
-
-// The shape of the points of `kind` in the row (y, z), from x = low on; `first` < low when there
-// are none.
-RowShape row_shape(PointKind kind, std::int32_t low, std::int32_t y, std::int32_t z) {
-  RowShape shape{.kind = kind, .first = low - 1, .diamond = {}, .children = {}};
-  const int odd = kind == PointKind::kEdge ? 1 : kind == PointKind::kFace ? 2 : 3;
-  const int x_parity = odd - (y & 1) - (z & 1);
-  if (x_parity != 0 && x_parity != 1) return shape;
-  shape.first = low + ((low & 1) == x_parity ? 0 : 1);
-
-  const std::array<bool, 3> is_odd = {x_parity == 1, (y & 1) != 0, (z & 1) != 0};
-  for (int code = 0; code < 27; ++code) {
-    const GridPoint offset = {code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1};
-    int along_odd = 0;
-    int along_even = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      if (offset[axis] != 0) ++(is_odd[static_cast<std::size_t>(axis)] ? along_odd : along_even);
-    }
-    const int steps = along_odd + along_even;
-    // Edge: its two ends and the eight points across. Face: four corners and the two points along
-    // the normal. Cube: eight corners.
-    const bool in_diamond = steps == 0 ||
-                            (kind == PointKind::kEdge && along_odd * along_even == 0) ||
-                            (kind == PointKind::kFace &&
-                             (steps == 2 ? along_odd == 2 : steps == 1 && along_even == 1)) ||
-                            (kind == PointKind::kCube && steps == 3);
-    if (in_diamond) shape.diamond.push_back(offset);
-    const bool is_child = (kind == PointKind::kEdge && steps == 3) ||
-                          (kind == PointKind::kFace && steps == 1 && along_odd == 1) ||
-                          (kind == PointKind::kCube && steps == 1);
-    if (is_child) shape.children.push_back(offset);
-  }
-  return shape;
-}
-
-}  // namespace
-
 SaturatedErrors::Level SaturatedErrors::level_for(const Field& field, int exponent) {
   Level level;
   level.extent = level_extent(field.grid(), field.first_sample(), field.last_sample(), exponent);
@@ -84,14 +37,15 @@ class SaturatedErrors::Pass {
   void fill_slice(PointKind kind, std::int32_t z) const {
     const auto& [exponent, low, extent] = level_.extent;
     for (std::int32_t y = low.y; y < low.y + extent.y; ++y) {
-      const RowShape shape = row_shape(kind, low.x, y, z);
-      if (shape.first < low.x) continue;
-      for (std::int32_t x = shape.first; x < low.x + extent.x; x += 2) fill(shape, {x, y, z});
+      const RowKind& shape = row_kind(kind, y, z);
+      if (!shape.exists) continue;
+      const std::int32_t first = low.x + (((low.x & 1) != 0) == shape.odd_x ? 0 : 1);
+      for (std::int32_t x = first; x < low.x + extent.x; x += 2) fill(shape, {x, y, z});
     }
   }
 
  private:
-  void fill(const RowShape& shape, GridPoint unit_point) const {
+  void fill(const RowKind& shape, GridPoint unit_point) const {
     const GridPoint at = (1 << exponent_) * unit_point;
     const bool is_active = field_.is_mixed(at, 1 << exponent_, shape.diamond, isovalue_);
     const ErrorBound below = worst_child(shape, unit_point);
@@ -108,8 +62,8 @@ class SaturatedErrors::Pass {
     level_.flip[index] = static_cast<std::uint8_t>(is_forbidden ? 1 + exponent_ : flip_below);
   }
 
-  [[nodiscard]] ErrorBound worst_child(const RowShape& shape, GridPoint unit_point) const {
-    const bool are_finer = shape.kind == PointKind::kEdge;
+  [[nodiscard]] ErrorBound worst_child(const RowKind& shape, GridPoint unit_point) const {
+    const bool are_finer = shape.is_edge;
     if (are_finer && finer_ == nullptr) return {};
     const Level& level = are_finer ? *finer_ : level_;
     const GridPoint centre = are_finer ? 2 * unit_point : unit_point;

@@ -55,7 +55,7 @@ class PreparedSource {
   PreparedSource(const PreparedModel& model, const SurfaceOptions& options, FineArrays& arrays)
       : model_(model),
         info_(model.volume().info),
-        coarse_(coarse_extent(info_, kSpectrumSpacing)),
+        coarse_(coarse_extent(info_)),
         fine_(model.volume(), model.fine_options(), arrays),
         surface_(options.isovalue, options.lattice_resolution) {}
 
@@ -127,8 +127,7 @@ class PreparedSource {
   }
   // Requires coordinates that are multiples of kSpectrumSpacing.
   [[nodiscard]] float coarse_value(GridPoint p) const {
-    const GridPoint at = {p.x >> kSpectrumExponent, p.y >> kSpectrumExponent,
-                          p.z >> kSpectrumExponent};
+    const GridPoint at = coarse_.unit_point(p);
     if (!coarse_.contains(at)) return outside_value(info_);
     return visit_type(info_.type, [&]<typename Sample>(const Sample*) {
       Sample sample;
@@ -140,7 +139,7 @@ class PreparedSource {
 
   const PreparedModel& model_;
   const DatasetInfo& info_;
-  CoarseExtent coarse_;
+  LevelExtent coarse_;
   FineErrors fine_;
   OctreeCubeSurface surface_;
 };

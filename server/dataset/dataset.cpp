@@ -50,7 +50,7 @@ DatasetPtr open_dataset(const std::filesystem::path& path) {
   const auto file = std::make_shared<const PreparedFile>(path);
   const DatasetInfo& info = file->info();
   const auto width = static_cast<std::size_t>(bytes_per_sample(info.type));
-  check_size(path, "coarse", file->coarse(), width * coarse_extent(info, kSpectrumSpacing).size());
+  check_size(path, "coarse", file->coarse(), width * coarse_extent(info).size());
   check_size(path, "ranges", file->ranges(), 2 * width * cell_extent(info).size());
   return std::make_shared<const PreparedVolume>(
       PreparedVolume{.info = info,
