@@ -159,13 +159,18 @@ std::size_t used_vertices(const LatticeMesh& mesh) {
 }  // namespace
 
 EncodedTile encode_tile(const LatticeMesh& mesh, const OctreeCube& cube, int speed) {
+  return encode_tile(mesh, cube, digest(mesh), speed);
+}
+
+EncodedTile encode_tile(const LatticeMesh& mesh, const OctreeCube& cube,
+                        const ContentDigest& content, int speed) {
   assert(speed >= 0 && speed < 10);
   assert(is_encodable(mesh));
   draco::Encoder encoder = edgebreaker(mesh.triangles.size(), speed);
   auto payload = std::make_shared<const std::string>(
       encoded(encoder, *draco_mesh(mesh.vertices, draco::DT_INT32, mesh.triangles)));
   return {.summary = {.cube = cube,
-                      .digest = digest(mesh),
+                      .digest = content,
                       .triangles = static_cast<std::uint32_t>(mesh.triangles.size()),
                       .vertices = static_cast<std::uint32_t>(mesh.vertices.size()),
                       .bytes = static_cast<std::uint32_t>(payload->size())},

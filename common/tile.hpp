@@ -47,6 +47,10 @@ inline constexpr int kDefaultEncodingSpeed = 5;
 // Throws std::runtime_error when Draco fails.
 [[nodiscard]] EncodedTile encode_tile(const LatticeMesh& mesh, const OctreeCube& cube,
                                       int speed = kDefaultEncodingSpeed);
+// The same where digest(mesh) is known already.
+[[nodiscard]] EncodedTile encode_tile(const LatticeMesh& mesh, const OctreeCube& cube,
+                                      const ContentDigest& content,
+                                      int speed = kDefaultEncodingSpeed);
 
 // Decodes and checks against what the manifest promised: counts, digest, vertices inside the cube
 // and on the lattice. Never allocates more than in proportion to `promised` and the payload,

@@ -1,57 +1,88 @@
 #include "server/core/refinement_plan.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <optional>
+
+#include "server/core/spectrum_layout.hpp"
 
 namespace multitetra {
 namespace {
 
-// How much coarser than the request a preview is. Noise keeps most triangles of a model at any
-// error while its topology is preserved, and a certified bound adds up along sharp borders; so it
-// is the finest spacing f that makes a preview small, about f^2 times smaller than the full
-// resolution, and the tolerance lets go what f cannot show.
-struct Preview {
-  std::int32_t finest_spacing;  // Grid steps.
-  double error_factor;
-  double least_error;  // Voxels.
-  int resolution;      // Fine lattice steps are lost on coarse tetrahedra.
-  std::int32_t least_side =
-      0;  // Of the grid; in a large one the next preview is a large mesh itself.
-};
-
-constexpr Preview kPreviews[] = {
-    {.finest_spacing = 16, .error_factor = 8, .least_error = 8, .resolution = 3, .least_side = 512},
-    {.finest_spacing = 8, .error_factor = 4, .least_error = 4, .resolution = 3},
-    {.finest_spacing = 4, .error_factor = 2, .least_error = 2, .resolution = 4},
-};
-
+// Sizes are estimates: what is aimed at stays below what is promised.
+constexpr double kCaution = 0.85;
+constexpr double kMaxFirstTriangles = 40'000;
+// A final step of this size comes as fast as a preview.
+constexpr double kBytesWithoutPreviews = 64'000;
 constexpr std::int32_t kLeastStepsASide = 8;  // Of a preview's own grid.
 
-// A request that allows large errors is a small mesh itself: its previews are coarser still.
-std::int32_t coarsening(double error_in_voxels) {
-  return error_in_voxels < 2 ? 1 : error_in_voxels < 8 ? 2 : 4;
+StepRequest preview_at(const IsosurfaceRequest& request, std::int32_t finest,
+                       const DatasetInfo& info) {
+  const double unit = request.unit == LengthUnit::kVoxel ? 1.0 : voxel_length(info);
+  StepRequest step{.request = request, .finest_spacing = finest};
+  double& floor = step.request.thresholds.at_least;
+  floor = std::min(std::max(floor, finest / 2.0 * unit), std::numeric_limits<double>::max());
+  step.request.topology_tolerance = std::max(request.topology_tolerance, finest / 2.0);
+  // Fine lattice steps are lost on coarse tetrahedra.
+  step.request.lattice_resolution = std::min(request.lattice_resolution, finest >= 8 ? 3 : 4);
+  return step;
+}
+
+bool is_worth_showing(std::int32_t finest, const DatasetInfo& info) {
+  return (1 << info.grid_exponent) / finest >= kLeastStepsASide;
+}
+
+std::optional<StepRequest> first_preview(const IsosurfaceRequest& request, const DatasetInfo& info,
+                                         const StepSizes& sizes) {
+  const double whole = sizes.rough(request).bytes;
+  if (whole < kBytesWithoutPreviews) return std::nullopt;
+  std::optional<StepRequest> coarsest;
+  for (std::int32_t finest = kSpectrumSpacing; is_worth_showing(finest, info); finest *= 2) {
+    coarsest = preview_at(request, finest, info);
+    const SurfaceSize size = sizes.of(*coarsest);
+    if (size.triangles <= kMaxFirstTriangles && size.bytes <= kCaution * kFirstShare * whole) break;
+  }
+  return coarsest;
+}
+
+std::optional<StepRequest> second_preview(const IsosurfaceRequest& request, const ShownStep& first,
+                                          const DatasetInfo& info, const StepSizes& sizes) {
+  const double whole = sizes.of({.request = request}).bytes;
+  const double left = kCaution * kPreviewsShare * whole - first.bytes;
+  // From coarse to fine, while they fit. One that shows hardly more than the first is not worth its
+  // bytes.
+  double least = 2 * first.bytes;
+  std::optional<StepRequest> best;
+  for (std::int32_t finest = first.step.finest_spacing / 2; finest >= 2; finest /= 2) {
+    if (2 * least > left) break;  // The next is at least twice as large as the one before.
+    const StepRequest preview = preview_at(request, finest, info);
+    const double bytes = sizes.of(preview).bytes;
+    if (bytes > left) break;
+    if (bytes > least) best = preview;
+    least = std::max(least, bytes);
+  }
+  return best;
 }
 
 }  // namespace
 
-std::vector<StepRequest> plan_steps(const IsosurfaceRequest& request, bool previews,
-                                    const DatasetInfo& info) {
-  std::vector<StepRequest> steps;
-  const double unit = request.unit == LengthUnit::kVoxel ? 1.0 : voxel_length(info);
-  for (const Preview& preview : kPreviews) {
-    const std::int32_t finest = preview.finest_spacing * coarsening(request.error / unit);
-    const std::int32_t side = 1 << info.grid_exponent;
-    if (!previews || side / finest < kLeastStepsASide || side < preview.least_side) continue;
-    StepRequest step{.request = request, .finest_spacing = finest};
-    step.request.error =
-        std::min(std::max(preview.error_factor * request.error, preview.least_error * unit),
-                 std::numeric_limits<double>::max());
-    step.request.topology_tolerance = std::max(request.topology_tolerance, finest / 2.0);
-    step.request.lattice_resolution = std::min(request.lattice_resolution, preview.resolution);
-    steps.push_back(step);
-  }
-  steps.push_back({.request = request, .finest_spacing = 1});
-  return steps;
+NextStep next_step(const IsosurfaceRequest& request, bool previews,
+                   std::span<const ShownStep> shown, const DatasetInfo& info,
+                   const StepSizes& sizes) {
+  std::optional<StepRequest> preview;
+  if (previews && shown.empty()) preview = first_preview(request, info, sizes);
+  if (previews && shown.size() == 1) preview = second_preview(request, shown[0], info, sizes);
+  if (preview) return {.step = *preview, .is_final = false};
+  return {.step = {.request = request, .finest_spacing = 1}, .is_final = true};
+}
+
+double estimated_bytes(double triangles, const StepRequest& step) {
+  constexpr double kBytesATile = 250;
+  constexpr double kTrianglesATile = 10'000;
+  const double a_triangle =
+      0.3 + 0.19 * (step.request.lattice_resolution + std::log2(step.finest_spacing));
+  return triangles * a_triangle + kBytesATile * std::ceil(triangles / kTrianglesATile);
 }
 
 }  // namespace multitetra

@@ -26,11 +26,11 @@ double seconds_since(Clock::time_point start) {
 }
 
 // Runs on a worker. The client learns that something went wrong here; the log says what.
-Result<EncodedStep> make_step(const StepSource& source, const StepRequest& step,
-                              const std::stop_token& stop) {
+Result<MadeStep> make_step(const StepSource& source, const StreamState& state,
+                           const std::stop_token& stop) {
   try {
     if (stop.stop_requested()) throw Cancelled{};
-    return source.make(step, stop);
+    return make_next_step(source, state, stop);
   } catch (const Cancelled&) {
     return fail(ErrorCode::kCancelled, "The step was cancelled.");
   } catch (const std::bad_alloc&) {
@@ -54,10 +54,11 @@ asio::awaitable<void> wait_on(asio::steady_timer& timer) {
 
 }  // namespace
 
-Conversation::Conversation(asio::any_io_executor executor, asio::thread_pool& workers,
+Conversation::Conversation(asio::any_io_executor executor, Workers& workers,
                            Session session, std::string peer)
     : executor_(executor),
       workers_(workers),
+      client_(workers.new_client()),
       session_(std::move(session)),
       peer_(std::move(peer)),
       something_to_send_(executor),
@@ -162,22 +163,25 @@ void Conversation::perform(Close action) {
 
 void Conversation::make_next_step() {
   if (is_making_ || !stream_) return;
-  const auto step = stream_->messages.next_step();
-  if (!step) return;
+  const auto state = stream_->messages.wanted();
+  if (!state) return;
   // The guard keeps the executor running until the step has come back.
-  asio::post(workers_, [self = shared_from_this(), stream = stream_, step = *step,
-                        guard = asio::make_work_guard(executor_)] {
+  auto make = [self = shared_from_this(), stream = stream_, state = *state,
+               guard = asio::make_work_guard(executor_)] {
     const Clock::time_point start = Clock::now();
-    auto made = make_step(*stream->source, step, stream->stop.get_token());
+    auto made = make_step(*stream->source, state, stream->stop.get_token());
     asio::post(self->executor_,
                [self, stream, made = std::move(made), seconds = seconds_since(start)]() mutable {
                  self->step_made(stream, std::move(made), seconds);
                });
-  });
+  };
+  // A first preview is short; what follows may take as long as the whole.
+  const bool is_long = !state->previews || !state->shown.empty();
+  workers_.post(client_, {.run = std::move(make), .is_long = is_long});
   is_making_ = true;
 }
 
-void Conversation::step_made(const std::shared_ptr<RunningStream>& stream, Result<EncodedStep> step,
+void Conversation::step_made(const std::shared_ptr<RunningStream>& stream, Result<MadeStep> step,
                              double seconds) {
   is_making_ = false;
   if (stream != stream_) {  // It was stopped; the stream after it, if any, has waited.

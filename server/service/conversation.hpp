@@ -26,6 +26,7 @@
 #include "common/net.hpp"
 #include "server/service/session.hpp"
 #include "server/service/stream_messages.hpp"
+#include "server/service/workers.hpp"
 
 namespace multitetra {
 
@@ -34,7 +35,7 @@ inline constexpr std::size_t kMaxWaitingReplies = 64;
 class Conversation : public std::enable_shared_from_this<Conversation> {
  public:
   // `peer` names the client in the log. The workers must live until their work is done.
-  Conversation(asio::any_io_executor executor, asio::thread_pool& workers, Session session,
+  Conversation(asio::any_io_executor executor, Workers& workers, Session session,
                std::string peer);
 
   // The content of one frame, of untrusted bytes.
@@ -67,7 +68,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
 
   // Unless one is being made: step_made() calls it again then.
   void make_next_step();
-  void step_made(const std::shared_ptr<RunningStream>& stream, Result<EncodedStep> step,
+  void step_made(const std::shared_ptr<RunningStream>& stream, Result<MadeStep> step,
                  double seconds);
   [[nodiscard]] std::optional<ServerMessage> take_stream_message();
   // The running stream cannot go on; the conversation can. Requires a running stream.
@@ -76,7 +77,8 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   [[nodiscard]] bool has_room() const;
 
   asio::any_io_executor executor_;
-  asio::thread_pool& workers_;
+  Workers& workers_;
+  FairQueue::Client client_;  // Of the workers.
   Session session_;
   std::string peer_;
   bool is_over_ = false;

@@ -23,6 +23,7 @@ struct Arguments {
   std::vector<std::string> inputs;
   std::string tcp = to_string(Endpoint{.host = "127.0.0.1"});
   int threads = 0;
+  std::size_t cache_bytes = std::size_t{512} << 20;
 };
 
 // The files themselves, and those named *.mtd in directories, each once, in order.
@@ -44,14 +45,15 @@ std::vector<std::filesystem::path> dataset_files(const std::vector<std::string>&
 }
 
 // A dataset that cannot be served is told and left out.
-CataloguePtr open_all(const std::vector<std::filesystem::path>& files) {
+CataloguePtr open_all(const std::vector<std::filesystem::path>& files, std::size_t cache_bytes) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
   const auto pool = std::make_shared<FineArraysPool>();
+  const auto cache = std::make_shared<StepCache>(cache_bytes);
   for (const std::filesystem::path& file : files) {
     try {
       const DatasetPtr dataset = open_dataset(file);
-      catalogue->add(
-          std::make_shared<ExtractedSteps>(std::make_shared<SurfaceExtractor>(dataset, pool)));
+      catalogue->add(std::make_shared<ExtractedSteps>(
+          std::make_shared<SurfaceExtractor>(dataset, pool), cache));
       spdlog::info("serving \"{}\" from {}: {} x {} x {} {}", dataset->info.name, file.string(),
                    dataset->info.dims[0], dataset->info.dims[1], dataset->info.dims[2],
                    name(dataset->info.type));
@@ -67,7 +69,7 @@ int serve(const Arguments& arguments) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("multitetra-server"));
   const Result<Endpoint> endpoint = parse_endpoint(arguments.tcp);
   if (!endpoint) throw std::invalid_argument("--tcp: " + endpoint.error().text);
-  const CataloguePtr catalogue = open_all(dataset_files(arguments.inputs));
+  const CataloguePtr catalogue = open_all(dataset_files(arguments.inputs), arguments.cache_bytes);
   if (catalogue->size() == 0) {
     throw std::runtime_error(
         "No dataset to serve; make one with: multitetra-server prepare VOLUME -o FILE.mtd");
@@ -90,6 +92,12 @@ void add_serve_command(CLI::App& program, Run& run) {
   command->add_option("inputs", a->inputs, "Dataset files, or directories of them (.mtd)")
       ->required();
   command->add_option("--tcp", a->tcp, "Address and port to listen on; port 0 takes a free one")
+      ->capture_default_str();
+  command
+      ->add_option("--cache-bytes", a->cache_bytes,
+                   "Memory for encoded tiles that are kept for the next request, for example "
+                   "512MiB; 0 keeps none")
+      ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false))
       ->capture_default_str();
   add_threads_option(*command, a->threads);
   command->footer(

@@ -41,7 +41,7 @@ class Server::Listener {
       : catalogue_(std::move(catalogue)),
         options_(std::move(options)),
         io_(/*concurrency_hint=*/1),
-        workers_(std::max<std::size_t>(options_.workers, 1)),
+        workers_(options_.workers),
         acceptor_(listening(io_, options_.listen)),
         signals_(io_),
         retry_(io_) {
@@ -133,7 +133,7 @@ class Server::Listener {
   CataloguePtr catalogue_;
   ServerOptions options_;
   asio::io_context io_;
-  asio::thread_pool workers_;
+  Workers workers_;
   tcp::acceptor acceptor_;
   const std::uint16_t port_ = acceptor_.local_endpoint().port();
   asio::signal_set signals_;

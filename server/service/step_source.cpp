@@ -1,16 +1,93 @@
 #include "server/service/step_source.hpp"
 
+#include <algorithm>
+#include <utility>
+
+#include "common/messages.hpp"
+#include "server/core/threshold_map.hpp"
+#include "server/dataset/in_parallel.hpp"
+#include "server/service/reference_extractor.hpp"
 #include "server/service/surface_extractor.hpp"
+#include "server/service/surface_sizes.hpp"
 
 namespace multitetra {
+namespace {
+
+// Everything that a step is a function of. Protobuf's bytes identify the request well enough within
+// one process: equal requests that differed in their bytes would only be made twice.
+std::string key_of(const StepRequest& step, const DatasetInfo& info) {
+  return std::to_string(step.finest_spacing) + ' ' +
+         serialize(OpenStream{.request_id = 1, .dataset = info.name, .request = step.request, .held = {}});
+}
+
+Box box_of(const OctreeCube& cube) {
+  const auto side = static_cast<double>(cube.side());
+  const Vec3 low = {side * cube.x, side * cube.y, side * cube.z};
+  return {low, {low[0] + side, low[1] + side, low[2] + side}};
+}
+
+// The most important first: where the least error is allowed, which is near the eye or in the
+// finest region.
+void sort_by_importance(std::vector<EncodedTile>& tiles, const ThresholdMap& thresholds) {
+  if (thresholds.least() == thresholds.largest()) return;
+  std::vector<std::pair<double, std::size_t>> order;
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    order.emplace_back(thresholds.least_in(box_of(tiles[i].summary.cube)), i);
+  }
+  std::sort(order.begin(), order.end());
+  std::vector<EncodedTile> sorted;
+  sorted.reserve(tiles.size());
+  for (const auto& [threshold, index] : order) sorted.push_back(std::move(tiles[index]));
+  tiles = std::move(sorted);
+}
+
+// On all threads; tiles that the cache has are not encoded again.
+std::vector<EncodedTile> encode(const TiledSurface& surface, TileCache& cache,
+                                const std::stop_token& stop) {
+  std::vector<EncodedTile> encoded(surface.tiles.size());
+  in_parallel(
+      encoded.size(),
+      [&](std::size_t i) {
+        const TileMesh& tile = surface.tiles[i];
+        const ContentDigest content = digest(tile.mesh);
+        const TileKey key = {content, tile.cube, 0};
+        if (auto known = cache.find(key)) {
+          encoded[i] = *std::move(known);
+          return;
+        }
+        encoded[i] = encode_tile(tile.mesh, tile.cube, content);
+        cache.add(key, encoded[i]);
+      },
+      stop);
+  return encoded;
+}
+
+}  // namespace
+
+ExtractedSteps::ExtractedSteps(std::shared_ptr<const SurfaceExtractor> extractor,
+                               std::shared_ptr<StepCache> cache)
+    
+    : extractor_(std::move(extractor)),
+      cache_(cache ? std::move(cache) : std::make_shared<StepCache>(0)) {}
 
 const DatasetInfo& ExtractedSteps::info() const { return extractor_->dataset().info; }
 
 EncodedStep ExtractedSteps::make(const StepRequest& step, std::stop_token stop) const {
+  return cache_->get(key_of(step, info()), stop,
+                     [&](const std::stop_token& all_stop) { return extract(step, all_stop); });
+}
+
+EncodedStep ExtractedSteps::extract(const StepRequest& step, const std::stop_token& stop) const {
   const TiledSurface surface = extractor_->extract(step, stop);
-  return {.tetrahedra = surface.tetrahedra,
-          .active_tetrahedra = surface.active_tetrahedra,
-          .tiles = encode_tiles(surface, stop)};
+  EncodedStep made{.tetrahedra = surface.tetrahedra,
+                   .active_tetrahedra = surface.active_tetrahedra,
+                   .tiles = encode(surface, cache_->tiles(), stop)};
+  sort_by_importance(made.tiles, model_options(step, info()).thresholds);
+  return made;
+}
+
+StepSizes ExtractedSteps::sizes(std::stop_token stop) const {
+  return surface_sizes(extractor_->dataset(), std::move(stop));
 }
 
 }  // namespace multitetra

@@ -9,41 +9,42 @@
 #include "common/dataset_info.hpp"
 #include "common/tile.hpp"
 #include "server/core/refinement_plan.hpp"
+#include "server/service/step_cache.hpp"
 
 namespace multitetra {
 
 class SurfaceExtractor;
 
-// A complete conforming model, ready to be sent.
-struct EncodedStep {
-  std::uint64_t tetrahedra = 0;         // Of the model.
-  std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface.
-  std::vector<EncodedTile> tiles;       // In the order they are sent.
-};
-
-// Immutable and used by all sessions at once.
+// Immutable as seen from outside, and used by all sessions at once. What it takes long for throws
+// Cancelled (of in_parallel.hpp) soon after `stop` is triggered.
 class StepSource {
  public:
   virtual ~StepSource() = default;
 
   [[nodiscard]] virtual const DatasetInfo& info() const = 0;
 
-  // Requires a validated request. The same step gives the same tiles, on any thread. Throws
-  // Cancelled (of in_parallel.hpp) soon after `stop` is triggered.
+  // Requires a validated request. The same step gives the same tiles, on any thread.
   [[nodiscard]] virtual EncodedStep make(const StepRequest& step, std::stop_token stop) const = 0;
+  // How large steps would be, for the plan; valid while `stop` and the source live.
+  [[nodiscard]] virtual StepSizes sizes(std::stop_token stop) const = 0;
 };
 
-// Steps that are extracted from the volume and encoded, each time they are asked for.
+// Steps that are extracted from the volume and encoded, unless the cache has them.
 class ExtractedSteps : public StepSource {
  public:
-  explicit ExtractedSteps(std::shared_ptr<const SurfaceExtractor> extractor)
-      : extractor_(std::move(extractor)) {}
+  // Sources may share a cache; their datasets need different names then. Null: nothing is kept.
+  explicit ExtractedSteps(std::shared_ptr<const SurfaceExtractor> extractor,
+                          std::shared_ptr<StepCache> cache = nullptr);
 
   [[nodiscard]] const DatasetInfo& info() const override;
   [[nodiscard]] EncodedStep make(const StepRequest& step, std::stop_token stop) const override;
+  [[nodiscard]] StepSizes sizes(std::stop_token stop) const override;
 
  private:
+  [[nodiscard]] EncodedStep extract(const StepRequest& step, const std::stop_token& stop) const;
+
   std::shared_ptr<const SurfaceExtractor> extractor_;
+  std::shared_ptr<StepCache> cache_;
 };
 
 }  // namespace multitetra

@@ -19,23 +19,23 @@ double world_error(const IsosurfaceRequest& request, double voxel_length) {
 StreamMessages::StreamMessages(const OpenStream& open, const DatasetInfo& info)
     : request_id_(open.request_id),
       voxel_length_(voxel_length(info)),
-      plan_(plan_steps(open.request, open.steps == StepPolicy::kProgressive, info)),
-      known_(open.held.begin(), open.held.end()) {
-  assert(!plan_.empty());
-}
+      state_{.request = open.request,
+             .previews = open.steps == StepPolicy::kProgressive,
+             .shown = {}},
+      known_(open.held.begin(), open.held.end()) {}
 
-std::optional<StepRequest> StreamMessages::next_step() {
+std::optional<StreamState> StreamMessages::wanted() {
   if (phase_ != Phase::kWanted) return std::nullopt;
   phase_ = Phase::kMaking;
-  return plan_[step_];
+  return state_;
 }
 
-void StreamMessages::supply(EncodedStep step, double seconds) {
+void StreamMessages::supply(MadeStep step, double seconds) {
   if (phase_ != Phase::kMaking) return;
   current_ = std::move(step);
   next_tile_ = 0;
   totals_ = {.request_id = request_id_, .step = step_, .digest = {}, .seconds = seconds};
-  for (const EncodedTile& tile : current_.tiles) totals_.digest += tile.summary.digest;
+  for (const EncodedTile& tile : current_.encoded.tiles) totals_.digest += tile.summary.digest;
   phase_ = Phase::kBegin;
 }
 
@@ -63,25 +63,26 @@ ServerMessage StreamMessages::take() {
 }
 
 StepBegin StreamMessages::step_begin() const {
-  const StepRequest& step = plan_[step_];
+  const StepRequest& step = current_.step;
   StepBegin begin{.request_id = request_id_,
                   .step = step_,
-                  .is_final = step_ + 1 == plan_.size(),
+                  .is_final = current_.is_final,
                   .request = step.request,
                   .error_bound_world = world_error(step.request, voxel_length_),
                   .finest_spacing = step.finest_spacing,
                   .codec = PayloadCodec::kDracoLattice,
-                  .tetrahedra = current_.tetrahedra,
-                  .active_tetrahedra = current_.active_tetrahedra,
+                  .tetrahedra = current_.encoded.tetrahedra,
+                  .active_tetrahedra = current_.encoded.active_tetrahedra,
                   .tiles = {}};
-  begin.tiles.reserve(current_.tiles.size());
-  for (const EncodedTile& tile : current_.tiles) begin.tiles.push_back(tile.summary);
+  begin.tiles.reserve(current_.encoded.tiles.size());
+  for (const EncodedTile& tile : current_.encoded.tiles) begin.tiles.push_back(tile.summary);
   return begin;
 }
 
 ServerMessage StreamMessages::take_tile_or_end() {
-  for (; next_tile_ < current_.tiles.size(); ++next_tile_) {
-    const EncodedTile& tile = current_.tiles[next_tile_];
+  const std::vector<EncodedTile>& tiles = current_.encoded.tiles;
+  for (; next_tile_ < tiles.size(); ++next_tile_) {
+    const EncodedTile& tile = tiles[next_tile_];
     if (!known_.insert(tile.summary.digest).second) continue;
     ++totals_.tiles_sent;
     totals_.payload_bytes += tile.payload->size();
@@ -90,9 +91,13 @@ ServerMessage StreamMessages::take_tile_or_end() {
                 .index = static_cast<std::uint32_t>(next_tile_++),
                 .payload = tile.payload};
   }
+  state_ = std::move(current_.after);
+  state_.shown.push_back({.step = current_.step, .bytes = size_of(current_.encoded).bytes});
+  const bool was_final = current_.is_final;
   current_ = {};
   phase_ = Phase::kWanted;
-  if (++step_ == plan_.size()) end(StreamOutcome::kComplete);
+  ++step_;
+  if (was_final) end(StreamOutcome::kComplete);
   return totals_;
 }
 

@@ -3,9 +3,9 @@
 //   StepBegin, Tile..., StepEnd      once for each step of the plan
 //   StreamEnd or ErrorReply
 //
-// Pure: it tells which step it wants, somebody makes that step, and nothing is made before all
-// messages of the step before were taken. So a slow client holds one encoded step in memory, never
-// a queue.
+// Pure: it tells what was shown, somebody makes the step that follows, and nothing is made before
+// all messages of the step before were taken. So a slow client holds one encoded step in memory,
+// never a queue.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "common/messages.hpp"
-#include "server/service/step_source.hpp"
+#include "server/service/stream_plan.hpp"
 
 namespace multitetra {
 
@@ -25,11 +25,12 @@ class StreamMessages {
 
   [[nodiscard]] std::uint64_t request_id() const { return request_id_; }
 
-  // The step to make now, told once; nullopt while messages are left, a step is being made, or none
-  // follows.
-  [[nodiscard]] std::optional<StepRequest> next_step();
-  // The step that next_step told, and the time it took. Ignored after end() or fail().
-  void supply(EncodedStep step, double seconds);
+  // Where the stream stands when its next step is to be made now, told once; nullopt while messages
+  // are left, a step is being made, or none follows.
+  [[nodiscard]] std::optional<StreamState> wanted();
+  // The step that follows the state that was told, and the time it took. Ignored after end() or
+  // fail().
+  void supply(MadeStep step, double seconds);
 
   // What was not taken yet is dropped; the last message remains. The first of these two decides.
   void end(StreamOutcome outcome);
@@ -49,12 +50,12 @@ class StreamMessages {
 
   std::uint64_t request_id_;
   double voxel_length_;
-  std::vector<StepRequest> plan_;
+  StreamState state_;
   std::set<ContentDigest> known_;  // Tiles that the client has, or will have read by then.
 
   Phase phase_ = Phase::kWanted;
-  std::uint32_t step_ = 0;  // Of the plan: being made or sent.
-  EncodedStep current_;
+  std::uint32_t step_ = 0;  // Being made or sent.
+  MadeStep current_;
   std::size_t next_tile_ = 0;
   StepEnd totals_;      // Of the current step so far.
   ServerMessage last_;  // Valid in phase kLast.

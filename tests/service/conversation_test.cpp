@@ -19,7 +19,8 @@ class ConversationTest : public ::testing::Test {
  protected:
   ConversationTest() {
     spdlog::set_level(spdlog::level::off);
-    asio::post(workers_, [freed = freed_.get_future().share()] { freed.wait(); });
+    workers_.post(workers_.new_client(),
+                  {.run = [freed = freed_.get_future().share()] { freed.wait(); }});
     receive(Hello{});
     EXPECT_TRUE(std::holds_alternative<Welcome>(next()));
   }
@@ -61,7 +62,7 @@ class ConversationTest : public ::testing::Test {
 
   std::shared_ptr<FakeSteps> source_ = std::make_shared<FakeSteps>("fake");
   asio::io_context io_{1};
-  asio::thread_pool workers_{1};
+  Workers workers_{1};
   std::promise<void> freed_;
   bool is_free_ = false;
   std::future<void> room_;

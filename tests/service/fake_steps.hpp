@@ -23,6 +23,16 @@ inline EncodedStep octahedron_step(const StepRequest& step) {
       .tetrahedra = 100, .active_tetrahedra = 10, .tiles = is_fine ? fine_tiles() : coarse_tiles()};
 }
 
+// A step with a coarser finest spacing is much smaller; the whole has a megabyte.
+inline StepSizes fake_sizes() {
+  const auto size_at = [](std::int32_t finest) {
+    const double triangles = 1e6 / (finest * finest * finest);
+    return SurfaceSize{.triangles = triangles, .bytes = triangles};
+  };
+  return {.of = [=](const StepRequest& step) { return size_at(step.finest_spacing); },
+          .rough = [=](const IsosurfaceRequest&) { return size_at(1); }};
+}
+
 class FakeSteps : public StepSource {
  public:
   explicit FakeSteps(
@@ -34,6 +44,8 @@ class FakeSteps : public StepSource {
   [[nodiscard]] EncodedStep make(const StepRequest& step, std::stop_token stop) const override {
     return make_(step, std::move(stop));
   }
+  // Previews are a small part of the whole.
+  [[nodiscard]] StepSizes sizes(std::stop_token) const override { return fake_sizes(); }
 
  private:
   DatasetInfo info_;

@@ -18,8 +18,15 @@ OpenStream progressive() {
   return {.request_id = 7, .dataset = "octahedra", .request = {.isovalue = 1}, .held = {}};
 }
 
-EncodedStep step_of(std::vector<EncodedTile> tiles) {
-  return {.tetrahedra = 100, .active_tetrahedra = 10, .tiles = std::move(tiles)};
+MadeStep step_of(std::vector<EncodedTile> tiles, bool is_final = false) {
+  return {
+      .step = {.request = progressive().request, .finest_spacing = is_final ? 1 : 4},
+      .is_final = is_final,
+      .encoded = {.tetrahedra = 100, .active_tetrahedra = 10, .tiles = std::move(tiles)},
+      .after = {.request = progressive().request}};
+}
+MadeStep empty_step(const OpenStream& open) {
+  return {.step = {.request = open.request}, .is_final = true, .encoded = {}};
 }
 
 std::vector<ServerMessage> take_all(StreamMessages& stream) {
@@ -37,40 +44,55 @@ std::size_t count_tiles(const std::vector<ServerMessage>& messages) {
 TEST(StreamMessages, WantsOneStepAtATimeAndSaysSoOnce) {
   StreamMessages stream(progressive(), octahedra_info());
   EXPECT_FALSE(stream.has_message());
-  EXPECT_TRUE(stream.next_step());
-  EXPECT_FALSE(stream.next_step());
+  EXPECT_TRUE(stream.wanted());
+  EXPECT_FALSE(stream.wanted());
   stream.supply(step_of(coarse_tiles()), 0.5);
   while (stream.has_message()) {
-    EXPECT_FALSE(stream.next_step()) << "made before the step before was taken";
+    EXPECT_FALSE(stream.wanted()) << "made before the step before was taken";
     (void)stream.take();
   }
-  EXPECT_TRUE(stream.next_step());
+  EXPECT_TRUE(stream.wanted());
 }
 
-TEST(StreamMessages, SendsEveryStepOfThePlanThenTheEnd) {
+TEST(StreamMessages, SendsEveryStepThatIsMadeThenTheEnd) {
   StreamMessages stream(progressive(), octahedra_info());
-  const auto plan = plan_steps(progressive().request, true, octahedra_info());
-  ASSERT_GE(plan.size(), 2U);
-  for (std::uint32_t i = 0; i < plan.size(); ++i) {
-    const auto step = stream.next_step();
-    ASSERT_TRUE(step);
-    EXPECT_EQ(*step, plan[i]);
-    stream.supply(step_of(fine_tiles()), 0.25);
+  constexpr std::uint32_t kSteps = 3;
+  for (std::uint32_t i = 0; i < kSteps; ++i) {
+    const auto state = stream.wanted();
+    ASSERT_TRUE(state);
+    EXPECT_EQ(state->request, progressive().request);
+    EXPECT_EQ(state->shown.size(), i);
+    MadeStep made = step_of(fine_tiles(), i + 1 == kSteps);
+    made.after = *state;
+    stream.supply(made, 0.25);
     const auto begin = std::get<StepBegin>(stream.take());
     EXPECT_EQ(begin.request_id, 7U);
     EXPECT_EQ(begin.step, i);
-    EXPECT_EQ(begin.is_final, i + 1 == plan.size());
-    EXPECT_EQ(begin.request, plan[i].request);
+    EXPECT_EQ(begin.is_final, i + 1 == kSteps);
+    EXPECT_EQ(begin.request, made.step.request);
+    EXPECT_EQ(begin.finest_spacing, made.step.finest_spacing);
     EXPECT_EQ(begin.tiles.size(), 2U);
-    while (i + 1 < plan.size() && stream.has_message()) (void)stream.take();
+    while (i + 1 < kSteps && stream.has_message()) (void)stream.take();
   }
   const auto messages = take_all(stream);
   EXPECT_TRUE(std::holds_alternative<StepEnd>(messages[messages.size() - 2]));
   const auto& end = std::get<StreamEnd>(messages.back());
   EXPECT_EQ(end.outcome, StreamOutcome::kComplete);
-  EXPECT_EQ(end.steps, plan.size());
+  EXPECT_EQ(end.steps, kSteps);
   EXPECT_TRUE(stream.is_finished());
-  EXPECT_FALSE(stream.next_step());
+  EXPECT_FALSE(stream.wanted());
+}
+
+TEST(StreamMessages, TellsWhatWasShownWithTheBytesOfAllItsTiles) {
+  StreamMessages stream(progressive(), octahedra_info());
+  (void)stream.wanted();
+  stream.supply(step_of(fine_tiles()), 0);
+  (void)take_all(stream);
+  const auto state = stream.wanted();
+  ASSERT_TRUE(state);
+  ASSERT_EQ(state->shown.size(), 1U);
+  EXPECT_EQ(state->shown[0].step, step_of({}).step);
+  EXPECT_EQ(state->shown[0].bytes, size_of(EncodedStep{.tiles = fine_tiles()}).bytes);
 }
 
 TEST(StreamMessages, AStepsEndCountsWhatWasSentAndSumsTheDigestsOfAllTiles) {
@@ -78,7 +100,7 @@ TEST(StreamMessages, AStepsEndCountsWhatWasSentAndSumsTheDigestsOfAllTiles) {
   const auto tiles = fine_tiles();
   open.held = {tiles[0].summary.digest};
   StreamMessages stream(open, octahedra_info());
-  (void)stream.next_step();
+  (void)stream.wanted();
   stream.supply(step_of(tiles), 0.5);
   const auto messages = take_all(stream);
   ASSERT_EQ(messages.size(), 3U);
@@ -94,10 +116,10 @@ TEST(StreamMessages, AStepsEndCountsWhatWasSentAndSumsTheDigestsOfAllTiles) {
 
 TEST(StreamMessages, ATileOfAnEarlierStepIsNotSentAgain) {
   StreamMessages stream(progressive(), octahedra_info());
-  (void)stream.next_step();
+  (void)stream.wanted();
   stream.supply(step_of(coarse_tiles()), 0);
   EXPECT_EQ(count_tiles(take_all(stream)), 2U);
-  (void)stream.next_step();
+  (void)stream.wanted();
   stream.supply(step_of(fine_tiles()), 0);
   EXPECT_EQ(count_tiles(take_all(stream)), 1U);
 }
@@ -106,8 +128,8 @@ TEST(StreamMessages, AnEmptySurfaceIsAStepWithoutTiles) {
   OpenStream open = progressive();
   open.steps = StepPolicy::kFinalOnly;
   StreamMessages stream(open, octahedra_info());
-  (void)stream.next_step();
-  stream.supply({}, 0);
+  (void)stream.wanted();
+  stream.supply(empty_step(open), 0);
   const auto messages = take_all(stream);
   ASSERT_EQ(messages.size(), 3U);
   EXPECT_TRUE(std::get<StepBegin>(messages[0]).is_final);
@@ -125,8 +147,8 @@ TEST(StreamMessages, TheBoundIsToldInWorldUnits) {
     open.request.error = 2;
     open.request.unit = unit;
     StreamMessages stream(open, info);
-    (void)stream.next_step();
-    stream.supply({}, 0);
+    (void)stream.wanted();
+    stream.supply(empty_step(open), 0);
     EXPECT_EQ(std::get<StepBegin>(stream.take()).error_bound_world, bound);
   }
 }
@@ -138,8 +160,8 @@ TEST(StreamMessages, TheBoundIsFiniteHoweverLargeTheError) {
   open.steps = StepPolicy::kFinalOnly;
   open.request.error = 1e308;
   StreamMessages stream(open, info);
-  (void)stream.next_step();
-  stream.supply({}, 0);
+  (void)stream.wanted();
+  stream.supply(empty_step(open), 0);
   EXPECT_EQ(std::get<StepBegin>(stream.take()).error_bound_world,
             std::numeric_limits<double>::max());
 }
@@ -152,7 +174,7 @@ TEST(StreamMessages, StoppingAnywhereLeavesOnlyTheEnd) {
       StreamMessages stream(progressive(), octahedra_info());
       std::uint32_t steps_ended = 0;
       for (int i = 0; i < taken; ++i) {
-        if (stream.next_step()) stream.supply(step_of(fine_tiles()), 0);
+        if (stream.wanted()) stream.supply(step_of(fine_tiles()), 0);
         steps_ended += std::holds_alternative<StepEnd>(stream.take()) ? 1U : 0U;
       }
       if (fails) {
@@ -162,7 +184,7 @@ TEST(StreamMessages, StoppingAnywhereLeavesOnlyTheEnd) {
       }
       stream.supply(step_of(fine_tiles()), 0);
       stream.end(StreamOutcome::kSuperseded);
-      EXPECT_FALSE(stream.next_step());
+      EXPECT_FALSE(stream.wanted());
       const auto messages = take_all(stream);
       ASSERT_EQ(messages.size(), 1U);
       EXPECT_TRUE(stream.is_finished());

@@ -1,0 +1,66 @@
+// A map of bounded weight that forgets what was not used for longest.
+//
+//   LruMap<std::string, Picture> pictures(/*capacity=*/1 << 30);
+//   pictures.add("a", picture, picture.bytes());
+//   if (const Picture* picture = pictures.find("a")) show(*picture);
+//
+// One thread at a time. Operations cost O(log size).
+#pragma once
+
+#include <cstddef>
+#include <iterator>
+#include <list>
+#include <map>
+#include <utility>
+
+namespace multitetra {
+
+template <typename Key, typename Value>
+class LruMap {
+ public:
+  // The weights of all entries together never exceed `capacity`.
+  explicit LruMap(std::size_t capacity) : capacity_(capacity) {}
+
+  // Null when it is not there; otherwise valid until the next add(). Counts as a use.
+  [[nodiscard]] const Value* find(const Key& key) {
+    const auto found = entries_.find(key);
+    if (found == entries_.end()) return nullptr;
+    by_use_.splice(by_use_.begin(), by_use_, found->second);
+    return &found->second->value;
+  }
+
+  // Replaces an entry of that key. What is heavier than the whole map is not kept.
+  void add(const Key& key, Value value, std::size_t weight) {
+    if (const auto found = entries_.find(key); found != entries_.end()) remove(found->second);
+    if (weight > capacity_) return;
+    while (weight_ > capacity_ - weight) remove(std::prev(by_use_.end()));
+    by_use_.push_front({key, std::move(value), weight});
+    entries_.emplace(key, by_use_.begin());
+    weight_ += weight;
+  }
+
+  [[nodiscard]] std::size_t size() const { return entries_.size(); }
+  [[nodiscard]] std::size_t weight() const { return weight_; }
+  [[nodiscard]] std::size_t capacity() const { return capacity_; }
+
+ private:
+  struct Entry {
+    Key key;
+    Value value;
+    std::size_t weight;
+  };
+  using Place = typename std::list<Entry>::iterator;
+
+  void remove(Place place) {
+    weight_ -= place->weight;
+    entries_.erase(place->key);
+    by_use_.erase(place);
+  }
+
+  std::size_t capacity_;
+  std::size_t weight_ = 0;
+  std::list<Entry> by_use_;  // The last used one first.
+  std::map<Key, Place> entries_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,62 @@
+#include "server/service/stream_plan.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/core/budget.hpp"
+
+namespace multitetra {
+namespace {
+
+// A surface is never planned to be larger than its budget.
+StepSizes within(const StepSizes& sizes, const IsosurfaceRequest& budget) {
+  if (budget.max_bytes == 0) return sizes;
+  return {.of = sizes.of, .rough = [rough = sizes.rough, &budget](const IsosurfaceRequest& request) {
+            SurfaceSize size = rough(request);
+            size.bytes = std::min(size.bytes, static_cast<double>(budget.max_bytes));
+            return size;
+          }};
+}
+
+}  // namespace
+
+MadeStep make_next_step(const StepSource& source, const StreamState& state, std::stop_token stop) {
+  const DatasetInfo& info = source.info();
+  const StepSizes sizes = source.sizes(stop);
+  MadeStep made{.step = {}, .is_final = false, .encoded = {}, .after = state};
+  // The first preview looks at no samples, as finding the right threshold does.
+  const bool is_first_preview = state.previews && state.shown.empty();
+  IsosurfaceRequest& request = made.after.request;
+  const auto find_threshold = [&] {
+    if (std::exchange(made.after.is_within_budget, true)) return;
+    request = within_budget(request, info, sizes.of);
+  };
+  if (!is_first_preview) find_threshold();
+  NextStep next = next_step(request, state.previews, state.shown, info, within(sizes, request));
+  if (next.is_final) {
+    find_threshold();
+    next.step.request = request;
+  }
+  made.encoded = source.make(next.step, stop);
+  while (next.is_final && !fits(size_of(made.encoded), request)) {
+    const IsosurfaceRequest higher = one_rung_up(request, info);
+    if (higher == request) break;
+    request = higher;
+    next.step.request = higher;
+    made.encoded = source.make(next.step, stop);
+  }
+  made.step = next.step;
+  made.is_final = next.is_final;
+  return made;
+}
+
+SurfaceSize size_of(const EncodedStep& step) {
+  SurfaceSize size;
+  for (const EncodedTile& tile : step.tiles) {
+    size.triangles += tile.summary.triangles;
+    size.bytes += tile.summary.bytes;
+  }
+  return size;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,35 @@
+// The next step of a stream, decided and made: what a worker does for a session.
+#pragma once
+
+#include <stop_token>
+#include <vector>
+
+#include "common/isosurface_request.hpp"
+#include "server/core/refinement_plan.hpp"
+#include "server/service/step_source.hpp"
+
+namespace multitetra {
+
+// Where a stream stands: all that its next step depends on.
+struct StreamState {
+  IsosurfaceRequest request;  // As it was made, and once it is known as its budget allows it.
+  bool previews = true;
+  std::vector<ShownStep> shown;
+  bool is_within_budget = false;  // Whether `request` is the latter.
+};
+
+struct MadeStep {
+  StepRequest step;
+  bool is_final = false;
+  EncodedStep encoded;
+  StreamState after;  // Without this step among those that were shown.
+};
+
+// A final step with a budget is within it, or the coarsest that there is. Throws what the source throws; Cancelled soon after `stop` is triggered.
+[[nodiscard]] MadeStep make_next_step(const StepSource& source, const StreamState& state,
+                                      std::stop_token stop);
+
+// Of all tiles together.
+[[nodiscard]] SurfaceSize size_of(const EncodedStep& step);
+
+}  // namespace multitetra

@@ -1,0 +1,29 @@
+#include "server/service/tile_cache.hpp"
+
+namespace multitetra {
+namespace {
+
+// What an entry takes beside its payload: keys in both directions and the summary.
+constexpr std::size_t kOverhead = 2 * sizeof(TileKey) + sizeof(EncodedTile) + 128;
+
+}  // namespace
+
+std::optional<EncodedTile> TileCache::find(const TileKey& key) {
+  const std::lock_guard lock(mutex_);
+  const EncodedTile* const found = tiles_.find(key);
+  ++(found != nullptr ? hits_ : misses_);
+  if (found == nullptr) return std::nullopt;
+  return *found;
+}
+
+void TileCache::add(const TileKey& key, const EncodedTile& tile) {
+  const std::lock_guard lock(mutex_);
+  tiles_.add(key, tile, tile.payload->size() + kOverhead);
+}
+
+TileCache::Counts TileCache::counts() const {
+  const std::lock_guard lock(mutex_);
+  return {.hits = hits_, .misses = misses_, .tiles = tiles_.size(), .bytes = tiles_.weight()};
+}
+
+}  // namespace multitetra

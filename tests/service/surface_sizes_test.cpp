@@ -1,0 +1,98 @@
+// Sizes that are told before anything is extracted.
+#include "server/service/surface_sizes.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "server/service/step_source.hpp"
+#include "server/service/stream_plan.hpp"
+#include "server/service/surface_extractor.hpp"
+#include "tests/support/prepared_fields.hpp"
+
+namespace multitetra {
+namespace {
+
+using testing::prepared;
+using testing::PreparedSetting;
+namespace fields = testing::fields;
+
+std::vector<DatasetPtr> datasets() {
+  return {prepared({"noisy_gyroid", fields::gyroid(90, 0.2, 8)}),
+          prepared({"ball", fields::ball({70, 60, 80}, 25)}),
+          prepared({"noise", fields::noise({50, 60, 70}, 3)}),
+          prepared({"stretched", fields::gyroid(60, 0.05, 9, {1, 1.3, 2}), 0.0, 1})};
+}
+
+double triangles_of(const DatasetPtr& dataset, const StepRequest& step) {
+  double triangles = 0;
+  for (const TileMesh& tile : SurfaceExtractor(dataset).extract(step).tiles) {
+    triangles += static_cast<double>(tile.mesh.triangles.size());
+  }
+  return triangles;
+}
+
+TEST(SurfaceSizes, AreNearTheRealOnes) {
+  for (const DatasetPtr& dataset : datasets()) {
+    const StepSizes sizes = surface_sizes(*dataset);
+    const double isovalue = dataset->info.min + 0.45 * (dataset->info.max - dataset->info.min);
+    for (const double error : {0.0, 0.5, 2.0}) {
+      for (const std::int32_t finest : {1, 4, 8}) {
+        StepRequest step{.request = {.isovalue = isovalue, .error = error},
+                         .finest_spacing = finest};
+        if (finest > 1) step.request.topology_tolerance = finest / 2;
+        SCOPED_TRACE(dataset->info.name + ", error " + std::to_string(error) + ", finest " +
+                     std::to_string(finest));
+        const double real = triangles_of(dataset, step);
+        const double told = sizes.of(step).triangles;
+        EXPECT_LE(std::abs(told - real), 0.3 * real + 100) << told << " for " << real;
+      }
+    }
+  }
+}
+
+TEST(SurfaceSizes, OfAnEmptySurfaceAreZero) {
+  const DatasetPtr dataset = datasets().front();
+  EXPECT_EQ(surface_sizes(*dataset).of({.request = {.isovalue = 1e6}}).triangles, 0);
+  EXPECT_EQ(surface_sizes(*dataset).rough({.isovalue = 1e6}).bytes, 0);
+}
+
+TEST(SurfaceSizes, AreKnownOfGridsWithoutASpectrum) {
+  const DatasetPtr dataset = prepared({"tiny", fields::ball({8, 7, 9}, 3)});
+  const StepRequest step{.request = {.isovalue = 0}};
+  EXPECT_NEAR(surface_sizes(*dataset).of(step).triangles, triangles_of(dataset, step),
+              0.1 * triangles_of(dataset, step) + 10);
+}
+
+TEST(SurfaceSizes, AreTheSameEveryTime) {
+  const DatasetPtr dataset = datasets().front();
+  const StepRequest step{.request = {.isovalue = 0.1, .error = 0.5}};
+  const double first = surface_sizes(*dataset).of(step).triangles;
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(surface_sizes(*dataset).of(step).triangles, first);
+}
+
+// The shares that the plan promises, kept by real bytes.
+TEST(SurfaceSizes, LetPreviewsKeepToTheirShares) {
+  const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(129, 0.1, 8)});
+  const ExtractedSteps source(std::make_shared<const SurfaceExtractor>(dataset));
+  for (const double error : {0.25, 1.0, 2.0}) {
+    StreamState state{.request = {.isovalue = 0.1, .error = error}, .shown = {}};
+    double previews = 0;
+    for (;;) {
+      const MadeStep made = make_next_step(source, state, {});
+      const double bytes = size_of(made.encoded).bytes;
+      if (made.is_final) {
+        ASSERT_FALSE(state.shown.empty());
+        EXPECT_LE(state.shown.front().bytes, 1.2 * kFirstShare * bytes) << "about its share";
+        EXPECT_LE(previews, kPreviewsShare * bytes);
+        break;
+      }
+      previews += bytes;
+      state = made.after;
+      state.shown.push_back({made.step, bytes});
+    }
+  }
+}
+
+}  // namespace
+}  // namespace multitetra
