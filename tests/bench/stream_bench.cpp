@@ -1,0 +1,107 @@
+// What a progressive stream costs: bytes and seconds of every step beside the final step alone, and
+// how near the estimates are that it is planned with. Prints a row of a Markdown table for every
+// isovalue and error.
+//
+//   stream_bench head.mtd 500.5 1200.5 -- tooth.mtd 510.5
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/dataset/dataset.hpp"
+#include "server/service/step_source.hpp"
+#include "server/service/stream_plan.hpp"
+#include "server/service/surface_extractor.hpp"
+
+namespace multitetra {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Row {
+  std::vector<MadeStep> steps;
+  std::vector<double> seconds;  // From the request to each step, as the server makes them.
+  double alone_seconds = 0;     // Of the final step, asked for alone.
+  double estimate_seconds = 0;
+  SurfaceSize estimate;
+};
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+Row measure(const ExtractedSteps& source, const IsosurfaceRequest& request) {
+  Row row;
+  Clock::time_point start = Clock::now();
+  (void)make_next_step(source, {.request = request, .previews = false, .shown = {}}, {});
+  row.alone_seconds = seconds_since(start);
+  start = Clock::now();
+  row.estimate = source.sizes({}).of({.request = request});
+  row.estimate_seconds = seconds_since(start);
+  start = Clock::now();
+  StreamState state{.request = request, .shown = {}};
+  while (row.steps.empty() || !row.steps.back().is_final) {
+    MadeStep made = make_next_step(source, state, {});
+    row.seconds.push_back(seconds_since(start));
+    state = made.after;
+    state.shown.push_back({made.step, size_of(made.encoded).bytes});
+    row.steps.push_back(std::move(made));
+  }
+  return row;
+}
+
+void print(const std::string& name, double isovalue, double error, const Row& row) {
+  const SurfaceSize last = size_of(row.steps.back().encoded);
+  std::printf("| %s, %g | %g | ", name.c_str(), isovalue, error);
+  double previews = 0;
+  for (std::size_t i = 0; i + 1 < row.steps.size(); ++i) {
+    const double bytes = size_of(row.steps[i].encoded).bytes;
+    previews += bytes;
+    std::printf("%s%d: %.1f KB (%.1f %%), %.0f ms", i == 0 ? "" : "; ",
+                static_cast<int>(row.steps[i].step.finest_spacing), bytes / 1e3,
+                100 * bytes / last.bytes, 1e3 * row.seconds[i]);
+  }
+  std::printf(" | %.1f KB, %.0f ms | %.1f %%, %.2f | %.2f, %.2f, %.0f ms |\n", last.bytes / 1e3,
+              1e3 * row.seconds.back(), 100 * previews / last.bytes,
+              row.seconds.back() / row.alone_seconds, row.estimate.triangles / last.triangles,
+              row.estimate.bytes / last.bytes, 1e3 * row.estimate_seconds);
+  std::fflush(stdout);
+}
+
+void run(const std::string& file, const std::vector<double>& isovalues) {
+  const DatasetPtr dataset = open_dataset(file);
+  const ExtractedSteps source(std::make_shared<const SurfaceExtractor>(dataset));
+  for (const double isovalue : isovalues) {
+    for (const double error : {0.25, 1.0, 2.0}) {
+      print(dataset->info.name, isovalue, error,
+            measure(source, {.isovalue = isovalue, .error = error}));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace multitetra
+
+int main(int argc, char** argv) {
+  std::puts(
+      "| volume, isovalue | error, voxels | previews (finest spacing: bytes, of the final step's; "
+      "time) | final step | previews' bytes; time to alone | estimate to real: triangles, bytes; "
+      "time |");
+  std::puts("| --- | --- | --- | --- | --- | --- |");
+  try {
+    for (int i = 1; i < argc; ++i) {
+      const std::string file = argv[i];
+      std::vector<double> isovalues;
+      while (++i < argc && std::string(argv[i]) != "--") isovalues.push_back(std::atof(argv[i]));
+      multitetra::run(file, isovalues);
+    }
+  } catch (const std::exception& trouble) {
+    std::cerr << "stream_bench: " << trouble.what() << "\n";
+    return 1;
+  }
+  return 0;
+}
