@@ -46,6 +46,10 @@ std::vector<StepRequest> plan_steps(const IsosurfaceRequest& request, bool previ
     step.request.error =
         std::min(std::max(preview.error_factor * request.error, preview.least_error * unit),
                  std::numeric_limits<double>::max());
+    // A map goes nowhere below the preview's error, or it would ask for the full mesh in a region.
+    if (!request.thresholds.is_uniform()) {
+      step.request.thresholds.at_least = std::max(request.thresholds.at_least, step.request.error);
+    }
     step.request.topology_tolerance = std::max(request.topology_tolerance, finest / 2.0);
     step.request.lattice_resolution = std::min(request.lattice_resolution, preview.resolution);
     steps.push_back(step);

@@ -134,4 +134,9 @@ Actions Session::answer(const Cancel& cancel) {
 
 Actions Session::answer(const Ping& ping) { return {Send{Pong{.value = ping.value}}}; }
 
+Actions Session::answer(const Estimate& estimate) {
+  return {reply({ErrorCode::kUnavailable, "This server makes no estimates; open the stream."},
+                estimate.request_id)};
+}
+
 }  // namespace multitetra

@@ -72,6 +72,7 @@ class Session {
   Actions answer(const OpenStream& open);
   Actions answer(const Cancel& cancel);
   Actions answer(const Ping& ping);
+  Actions answer(const Estimate& estimate);
 
   CataloguePtr catalogue_;
   SessionOptions options_;

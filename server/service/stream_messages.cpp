@@ -1,27 +1,20 @@
 #include "server/service/stream_messages.hpp"
 
-#include <algorithm>
 #include <cassert>
-#include <limits>
 #include <utility>
 
+#include "server/core/threshold_map.hpp"
+
 namespace multitetra {
-namespace {
-
-// In world units. Finite as all that is sent, also where the conversion leaves the doubles.
-double world_error(const IsosurfaceRequest& request, double voxel_length) {
-  if (request.unit == LengthUnit::kWorld) return request.error;
-  return std::min(request.error * voxel_length, std::numeric_limits<double>::max());
-}
-
-}  // namespace
 
 StreamMessages::StreamMessages(const OpenStream& open, const DatasetInfo& info)
     : request_id_(open.request_id),
-      voxel_length_(voxel_length(info)),
       plan_(plan_steps(open.request, open.steps == StepPolicy::kProgressive, info)),
       known_(open.held.begin(), open.held.end()) {
   assert(!plan_.empty());
+  for (const StepRequest& step : plan_) {
+    error_bounds_.push_back(largest_threshold(step.request, info));
+  }
 }
 
 std::optional<StepRequest> StreamMessages::next_step() {
@@ -68,7 +61,7 @@ StepBegin StreamMessages::step_begin() const {
                   .step = step_,
                   .is_final = step_ + 1 == plan_.size(),
                   .request = step.request,
-                  .error_bound_world = world_error(step.request, voxel_length_),
+                  .error_bound_world = error_bounds_[step_],
                   .finest_spacing = step.finest_spacing,
                   .codec = PayloadCodec::kDracoLattice,
                   .tetrahedra = current_.tetrahedra,

@@ -48,8 +48,8 @@ class StreamMessages {
   void finish_with(ServerMessage last);
 
   std::uint64_t request_id_;
-  double voxel_length_;
   std::vector<StepRequest> plan_;
+  std::vector<double> error_bounds_;  // Of the plan's steps, world units.
   std::set<ContentDigest> known_;  // Tiles that the client has, or will have read by then.
 
   Phase phase_ = Phase::kWanted;
