@@ -21,7 +21,11 @@ std::optional<std::string> parameter_fault(const StepBegin& begin, const Isosurf
   if (given.lattice_resolution > asked.lattice_resolution) {
     return "a preview's lattice is finer than the request's";
   }
+  if (!(given.thresholds.at_least >= asked.thresholds.at_least)) {
+    return "a preview's least threshold is below the request's";
+  }
   given.lattice_resolution = asked.lattice_resolution;
+  given.thresholds.at_least = asked.thresholds.at_least;
   given.error = asked.error;
   given.topology_tolerance = asked.topology_tolerance;
   if (given != asked) return "a preview differs from the request in more than its accuracy";

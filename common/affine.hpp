@@ -31,4 +31,38 @@ struct Affine {
   friend bool operator==(const Affine&, const Affine&) = default;
 };
 
+// x -> outer(inner(x))
+[[nodiscard]] constexpr Affine composed(const Affine& outer, const Affine& inner) {
+  Affine map;
+  map.translation = outer(inner.translation);
+  for (std::size_t column = 0; column < 3; ++column) {
+    for (std::size_t row = 0; row < 3; ++row) {
+      map.columns[column][row] = outer.columns[0][row] * inner.columns[column][0] +
+                                 outer.columns[1][row] * inner.columns[column][1] +
+                                 outer.columns[2][row] * inner.columns[column][2];
+    }
+  }
+  return map;
+}
+
+// Requires a determinant other than 0.
+[[nodiscard]] constexpr Affine inverse(const Affine& map) {
+  const double d = map.determinant();
+  Affine back;
+  for (std::size_t row = 0; row < 3; ++row) {
+    // Row i of the inverse is the cross product of the other two columns, by the determinant.
+    const Vec3& b = map.columns[(row + 1) % 3];
+    const Vec3& c = map.columns[(row + 2) % 3];
+    for (std::size_t column = 0; column < 3; ++column) {
+      const std::size_t next = (column + 1) % 3;
+      const std::size_t last = (column + 2) % 3;
+      back.columns[column][row] = (b[next] * c[last] - b[last] * c[next]) / d;
+    }
+  }
+  back.translation = {0, 0, 0};
+  const Vec3 moved = back(map.translation);
+  back.translation = {-moved[0], -moved[1], -moved[2]};
+  return back;
+}
+
 }  // namespace multitetra

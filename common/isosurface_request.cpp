@@ -1,21 +1,11 @@
 #include "common/isosurface_request.hpp"
 
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <string>
 
+#include "common/number_text.hpp"
+
 namespace multitetra {
-namespace {
-
-std::string describe(double value) {
-  if (std::isnan(value)) return "NaN";
-  if (std::isinf(value)) return value > 0 ? "infinity" : "-infinity";
-  std::array<char, 32> text{};  // The shortest decimal that reads back as the same number.
-  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
-}
-
-}  // namespace
 
 std::string_view name(ErrorMeasure measure) {
   return measure == ErrorMeasure::kCertified ? "certified" : "paper";
@@ -47,15 +37,15 @@ Result<IsosurfaceRequest> validated(const IsosurfaceRequest& request) {
   };
   const auto is_length = [](double value) { return std::isfinite(value) && value >= 0; };
   if (!std::isfinite(request.isovalue)) {
-    return reject("The isovalue is " + describe(request.isovalue) +
+    return reject("The isovalue is " + shortest_text(request.isovalue) +
                   "; it must be a finite number.");
   }
   if (!is_length(request.error)) {
-    return reject("The error threshold is " + describe(request.error) +
+    return reject("The error threshold is " + shortest_text(request.error) +
                   "; it must be a finite number, 0 or greater.");
   }
   if (!is_length(request.topology_tolerance)) {
-    return reject("The topology tolerance is " + describe(request.topology_tolerance) +
+    return reject("The topology tolerance is " + shortest_text(request.topology_tolerance) +
                   "; it must be a finite number of voxels, 0 or greater.");
   }
   if (request.lattice_resolution < kMinLatticeResolution ||
@@ -64,6 +54,13 @@ Result<IsosurfaceRequest> validated(const IsosurfaceRequest& request) {
                   "; it must be from " + std::to_string(kMinLatticeResolution) + " to " +
                   std::to_string(kMaxLatticeResolution) + ".");
   }
+  if (request.normal_bits != 0 &&
+      (request.normal_bits < kMinNormalBits || request.normal_bits > kMaxNormalBits)) {
+    return reject("The normals have " + std::to_string(request.normal_bits) +
+                  " bits; they must have " + std::to_string(kMinNormalBits) + " to " +
+                  std::to_string(kMaxNormalBits) + ", or 0 for none.");
+  }
+  if (auto fault = fault_of(request.thresholds)) return tl::unexpected(*std::move(fault));
   return request;
 }
 

@@ -1,4 +1,5 @@
-// What a user asks for: an isovalue, how large an error is allowed, and under which guarantees.
+// What a user asks for: an isovalue, how large an error is allowed where, and under which
+// guarantees.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +7,7 @@
 #include <string_view>
 
 #include "common/lattice.hpp"
+#include "common/local_thresholds.hpp"
 #include "common/result.hpp"
 
 namespace multitetra {
@@ -34,22 +36,33 @@ enum class LengthUnit {
 [[nodiscard]] std::optional<TopologyRule> topology_rule_from(std::string_view name);
 [[nodiscard]] std::optional<LengthUnit> length_unit_from(std::string_view name);
 
+inline constexpr int kMinNormalBits = 8;
+inline constexpr int kMaxNormalBits = 10;
+
 struct IsosurfaceRequest {
   double isovalue = 0;  // Finite. Outside the data's range the mesh is empty; that is no error.
-  double error = 1;  // The threshold, >= 0 and finite, in `unit`. 0 is the full-resolution surface.
-  LengthUnit unit = LengthUnit::kVoxel;
+  // The threshold where `thresholds` say nothing else, >= 0 and finite, in `unit`. 0 is the
+  // full-resolution surface.
+  double error = 1;
+  LengthUnit unit = LengthUnit::kVoxel;  // Of all thresholds of the request.
   ErrorMeasure measure = ErrorMeasure::kCertified;
   TopologyRule topology_rule = TopologyRule::kExact;
   double topology_tolerance =
       0;  // >= 0, voxels. Features up to this spacing may vanish; 0 preserves the topology.
   int lattice_resolution =
-      kDefaultLatticeResolution;  // r, kMinLatticeResolution to kMaxLatticeResolution.
+      kDefaultLatticeResolution;    // r, kMinLatticeResolution to kMaxLatticeResolution.
+  LocalThresholds thresholds = {};  // Where another error than `error` is allowed.
+  // A budget: the largest mesh and the most payload bytes that the final step may have; 0: as large
+  // as the thresholds make it.
+  std::uint64_t max_triangles = 0;
+  std::uint64_t max_bytes = 0;
+  int normal_bits = 0;  // Of each of a normal's two octahedral coordinates, 8 to 10; 0: no normals.
 
   friend bool operator==(const IsosurfaceRequest&, const IsosurfaceRequest&) = default;
 };
 
-// kInvalidArgument, naming the field, its value and the range, unless every field is within its
-// documented range.
+// kInvalidArgument, or kLimitExceeded where there is too much of something, naming the field, its
+// value and the range, unless every field is within its documented range.
 [[nodiscard]] Result<IsosurfaceRequest> validated(const IsosurfaceRequest& request);
 
 }  // namespace multitetra

@@ -13,8 +13,13 @@ namespace multitetra {
 
 using Json = nlohmann::ordered_json;
 
-// isovalue, error, unit, bound, topology_rule, topology_tolerance, lattice_resolution
+// isovalue, error, unit, bound, topology_rule, topology_tolerance, lattice_resolution; where they
+// are not their defaults also thresholds, max_triangles, max_bytes, normal_bits
 [[nodiscard]] Json json_of(const IsosurfaceRequest& request);
+
+// coordinates, combination, at_least, regions, grid (its samples as a summary), view; the latter
+// three where there are any
+[[nodiscard]] Json json_of(const LocalThresholds& thresholds);
 
 // triangles, vertices, euler_characteristic, components, border_edges, open_edges,
 // nonmanifold_edges, degenerate_triangles

@@ -1,5 +1,5 @@
-// The conversation as plain structs, and their bytes. The only file that sees generated protobuf
-// code.
+// The conversation as plain structs, and their bytes. No generated protobuf code is seen from here:
+// client_messages.cpp, server_messages.cpp and their wire_* helpers keep it to themselves.
 //
 //   client                               server
 //   Hello                       ->
@@ -9,8 +9,8 @@
 //   OpenStream                  ->
 //                               <-       StepBegin, Tile..., StepEnd      once for each step
 //                               <-       StreamEnd (or Error with the request's id)
-//   Cancel, Ping                ->
-//                               <-       StreamEnd(cancelled), Pong
+//   Cancel, Ping, Estimate      ->
+//                               <-       StreamEnd(cancelled), Pong, EstimateReply
 //
 // parse_* are the door for untrusted bytes: every field is checked for its documented range, and
 // what they return is safe to use. Unknown fields are ignored, so that old peers keep working.
@@ -75,7 +75,14 @@ struct Ping {
   std::uint64_t value = 0;
 };
 
-using ClientMessage = std::variant<Hello, ListDatasets, OpenStream, Cancel, Ping>;
+// Asks how large the answer to a request would be.
+struct Estimate {
+  std::uint64_t request_id = 0;
+  std::string dataset = {};
+  IsosurfaceRequest request = {};
+};
+
+using ClientMessage = std::variant<Hello, ListDatasets, OpenStream, Cancel, Ping, Estimate>;
 
 // ---- server to client
 
@@ -98,8 +105,9 @@ struct StepBegin {
   std::uint32_t step = 0;          // 0, 1, ... within the stream.
   bool is_final = false;           // This step is the request itself.
   IsosurfaceRequest request = {};  // This step's own parameters; `error` in the request's unit.
-  // The threshold in world units. It bounds the distance to the full surface (lattice snapping
-  // excluded) when the measure is certified, topology_tolerance is 0 and finest_spacing is 1.
+  // The largest threshold anywhere, world units. It bounds the distance to the full surface
+  // (lattice snapping excluded) when the measure is certified, topology_tolerance is 0 and
+  // finest_spacing is 1.
   double error_bound_world = 0;
   std::int32_t finest_spacing = 1;  // Grid steps; no finer dividing point takes part.
   PayloadCodec codec = PayloadCodec::kDracoLattice;
@@ -142,8 +150,15 @@ struct Pong {
   std::uint64_t value = 0;
 };
 
-using ServerMessage =
-    std::variant<Welcome, DatasetList, StepBegin, Tile, StepEnd, StreamEnd, ErrorReply, Pong>;
+struct EstimateReply {
+  std::uint64_t request_id = 0;
+  std::uint64_t triangles = 0;  // About as many as the final step would have,
+  std::uint64_t bytes = 0;      // and payload bytes.
+  double threshold_world = 0;   // The largest threshold anywhere, world units.
+};
+
+using ServerMessage = std::variant<Welcome, DatasetList, StepBegin, Tile, StepEnd, StreamEnd,
+                                   ErrorReply, Pong, EstimateReply>;
 
 // The content of one frame or one WebSocket message.
 [[nodiscard]] std::string serialize(const ClientMessage& message);

@@ -1,13 +1,89 @@
 #include "common/surface_options.hpp"
 
+#include <memory>
+#include <utility>
+
+#include "common/threshold_image.hpp"
+#include "common/threshold_words.hpp"
+
 namespace multitetra {
+
+namespace {
+
+void add_threshold_options(CLI::App& command, SurfaceArguments& a) {
+  command
+      .add_option("--region", a.regions,
+                  "Another error in a region, the last that contains a place wins (repeatable): "
+                  "box:X0,Y0,Z0,X1,Y1,Z1=TAU, ball:X,Y,Z,R=TAU or halfspace:NX,NY,NZ,D=TAU for "
+                  "the places with N.x >= D; TAU in --unit")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command
+      .add_option("--region-unit", a.region_unit,
+                  "Of the coordinates of --region and --view: world, or index for sample indices")
+      ->check(CLI::IsMember({"world", "index"}))
+      ->capture_default_str();
+  command.add_option(
+      "--view", a.view,
+      "Errors that look the same on a screen: "
+      "eye=X,Y,Z,fov=DEGREES,height=PIXELS,pixels=TOLERANCE; "
+      "for more error outside the picture also look=X,Y,Z,outside=TAU[,up=X,Y,Z][,aspect=RATIO]");
+  command.add_option(
+      "--threshold-grid", a.threshold_grid,
+      "Image file whose samples are errors in --unit, each for its voxel; NaN: none");
+  command
+      .add_option("--combine", a.combination,
+                  "order: regions over the view over the grid over --error; minimum: the least of "
+                  "those that say something")
+      ->check(CLI::IsMember({"order", "minimum"}))
+      ->capture_default_str();
+}
+
+void add_budget_options(CLI::App& command, SurfaceArguments& a) {
+  command.add_option("--max-triangles", a.max_triangles,
+                     "The most triangles; errors are raised to meet it (default: no limit)");
+  command.add_option("--max-bytes", a.max_bytes,
+                     "The most bytes of compressed mesh; errors are raised to meet it (default: no "
+                     "limit)");
+  command
+      .add_option("--normals", a.normal_bits,
+                  "Bits of each coordinate of the vertices' normals, 8 to 10; 0: no normals")
+      ->capture_default_str();
+}
+
+Result<LocalThresholds> thresholds_of(const SurfaceArguments& arguments) {
+  LocalThresholds thresholds{
+      .coordinates =
+          coordinate_system_from(arguments.region_unit).value_or(CoordinateSystem::kWorld),
+      .combination = combination_from(arguments.combination).value_or(Combination::kInOrder)};
+  for (const std::string& word : arguments.regions) {
+    const auto region = parse_region(word);
+    if (!region) return tl::unexpected(region.error());
+    thresholds.regions.push_back(*region);
+  }
+  if (!arguments.view.empty()) {
+    const auto view = parse_view(arguments.view);
+    if (!view) return tl::unexpected(view.error());
+    thresholds.view = *view;
+  }
+  if (!arguments.threshold_grid.empty()) {
+    auto grid = read_threshold_grid(arguments.threshold_grid, arguments.error);
+    if (!grid) return tl::unexpected(grid.error());
+    thresholds.grid = std::make_shared<const ThresholdGrid>(*std::move(grid));
+  }
+  return thresholds;
+}
+
+}  // namespace
 
 void add_surface_options(CLI::App& command, SurfaceArguments& a) {
   command.add_option("--isovalue", a.isovalue,
                      "Value of the surface (default: the dataset's first suggestion)");
-  command.add_option("--error", a.error, "Largest allowed error; 0 is the full resolution")
+  command
+      .add_option("--error", a.error,
+                  "Largest allowed error where nothing else is said; 0 is the full resolution")
       ->capture_default_str();
-  command.add_option("--unit", a.unit, "Unit of --error; 1 voxel is the smallest spacing")
+  command.add_option("--unit", a.unit, "Unit of all errors; 1 voxel is the smallest spacing")
       ->check(CLI::IsMember({"voxel", "world"}))
       ->capture_default_str();
   command.add_option("--bound", a.bound, "certified bounds the real distance, paper need not")
@@ -30,6 +106,8 @@ void add_surface_options(CLI::App& command, SurfaceArguments& a) {
       .add_option("--coordinates", a.coordinates, "Of the mesh: world, or index for sample indices")
       ->check(CLI::IsMember({"world", "index"}))
       ->capture_default_str();
+  add_threshold_options(command, a);
+  add_budget_options(command, a);
 }
 
 Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments, const DatasetInfo& info) {
@@ -37,6 +115,8 @@ Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments, const Da
     return fail(ErrorCode::kInvalidArgument,
                 "Dataset \"" + info.name + "\" suggests no isovalue; name one with --isovalue.");
   }
+  auto thresholds = thresholds_of(arguments);
+  if (!thresholds) return tl::unexpected(thresholds.error());
   return validated(
       {.isovalue = arguments.isovalue ? *arguments.isovalue : info.suggested_isovalues.front(),
        .error = arguments.error,
@@ -44,7 +124,11 @@ Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments, const Da
        .measure = error_measure_from(arguments.bound).value_or(ErrorMeasure::kCertified),
        .topology_rule = topology_rule_from(arguments.topology_rule).value_or(TopologyRule::kExact),
        .topology_tolerance = arguments.topology_tolerance,
-       .lattice_resolution = arguments.lattice_resolution});
+       .lattice_resolution = arguments.lattice_resolution,
+       .thresholds = *std::move(thresholds),
+       .max_triangles = arguments.max_triangles,
+       .max_bytes = arguments.max_bytes,
+       .normal_bits = arguments.normal_bits});
 }
 
 Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info) {

@@ -2,8 +2,10 @@
 // the client's `fetch`.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -22,12 +24,21 @@ struct SurfaceArguments {
   double topology_tolerance = 0;
   int lattice_resolution = kDefaultLatticeResolution;
   std::string coordinates = "world";
+  std::vector<std::string> regions = {};  // As parse_region reads them.
+  std::string region_unit = "world";
+  std::string view = {};            // As parse_view reads it; empty: none.
+  std::string threshold_grid = {};  // An image file; empty: none.
+  std::string combination = "order";
+  std::uint64_t max_triangles = 0;
+  std::uint64_t max_bytes = 0;
+  int normal_bits = 0;
 };
 
 void add_surface_options(CLI::App& command, SurfaceArguments& arguments);
 
-// The request, checked. kInvalidArgument where a value is out of its range, or where no isovalue is
-// given and the dataset suggests none.
+// The request, checked. kInvalidArgument or kLimitExceeded where a value is out of its range or not
+// understood, the grid's file cannot be read, or no isovalue is given and the dataset suggests
+// none.
 [[nodiscard]] Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments,
                                                    const DatasetInfo& info);
 

@@ -10,6 +10,7 @@
 #include <memory>
 #include <utility>
 
+#include "server/core/box.hpp"
 #include "server/core/dividing_point.hpp"
 #include "server/core/saturated_errors.hpp"
 #include "server/core/threshold_map.hpp"
@@ -49,8 +50,10 @@ struct ModelOptions {
   // fused that changes nothing.
   [[nodiscard]] bool keeps(const DividingPoint& point, const ErrorBound& bound) const {
     if (point.spacing() < finest_spacing) return false;
+    const auto error = static_cast<double>(bound.error);
     return bound.flip_spacing > topology_tolerance ||
-           static_cast<double>(bound.error) > thresholds.least_in(region(point));
+           (error > thresholds.least() &&
+            (error > thresholds.largest() || error > thresholds.least_in(region(point))));
   }
 };
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "server/dataset/dataset.hpp"
-#include "server/dataset/exact_sine.hpp"
+#include "server/core/exact_sine.hpp"
 #include "server/dataset/head_phantom.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/dataset/sample_noise.hpp"

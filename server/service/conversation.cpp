@@ -5,6 +5,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "server/core/threshold_map.hpp"
 #include "server/dataset/byte_source.hpp"
 #include "server/dataset/in_parallel.hpp"
 
@@ -26,24 +27,48 @@ double seconds_since(Clock::time_point start) {
 }
 
 // Runs on a worker. The client learns that something went wrong here; the log says what.
-Result<MadeStep> make_step(const StepSource& source, const StreamState& state,
-                           const std::stop_token& stop) {
+template <typename Make>
+auto guarded(const StepSource& source, const char* what, const std::stop_token& stop,
+             const Make& make) -> Result<decltype(make())> {
   try {
     if (stop.stop_requested()) throw Cancelled{};
-    return make_next_step(source, state, stop);
+    return make();
   } catch (const Cancelled&) {
-    return fail(ErrorCode::kCancelled, "The step was cancelled.");
+    return fail(ErrorCode::kCancelled, std::string("The ") + what + " was cancelled.");
   } catch (const std::bad_alloc&) {
-    return fail(ErrorCode::kLimitExceeded,
-                "The server has not enough memory for this step; ask for a larger error.");
+    return fail(ErrorCode::kLimitExceeded, std::string("The server has not enough memory for this ") +
+                                               what + "; ask for a larger error.");
   } catch (const DatasetFileError& damage) {
     spdlog::error("dataset {}: {}", source.info().name, damage.what());
     return fail(ErrorCode::kDamagedData,
-                "The dataset's file is damaged where this step needs it; the server's log says where.");
+                std::string("The dataset's file is damaged where this ") + what +
+                    " needs it; the server's log says where.");
   } catch (const std::exception& trouble) {
-    spdlog::error("dataset {}: making a step failed: {}", source.info().name, trouble.what());
-    return fail(ErrorCode::kInternal, "The server failed to make this step; its log says why.");
+    spdlog::error("dataset {}: making a {} failed: {}", source.info().name, what, trouble.what());
+    return fail(ErrorCode::kInternal,
+                std::string("The server failed to make this ") + what + "; its log says why.");
   }
+}
+
+Result<MadeStep> make_step(const StepSource& source, const StreamState& state,
+                           const std::stop_token& stop) {
+  return guarded(source, "step", stop, [&] { return make_next_step(source, state, stop); });
+}
+
+// What a client can hold of a number that is only about right.
+std::uint64_t rounded(double value) {
+  return static_cast<std::uint64_t>(std::min(value, 1e18) + 0.5);
+}
+
+Result<EstimateReply> make_estimate(const StepSource& source, const Estimate& asked,
+                                    const std::stop_token& stop) {
+  return guarded(source, "estimate", stop, [&] {
+    const EstimatedAnswer found = estimate(source, asked.request, stop);
+    return EstimateReply{.request_id = asked.request_id,
+                         .triangles = rounded(found.size.triangles),
+                         .bytes = rounded(found.size.bytes),
+                         .threshold_world = largest_threshold(found.request, source.info())};
+  });
 }
 
 asio::awaitable<void> wait_on(asio::steady_timer& timer) {
@@ -74,6 +99,7 @@ void Conversation::end(const Error& error) { perform(session_.end(error)); }
 void Conversation::leave() {
   is_over_ = true;
   replies_.clear();
+  estimates_stop_.request_stop();
   drop_stream();
   something_to_send_.cancel();
   replies_taken_.cancel();
@@ -145,6 +171,24 @@ void Conversation::perform(StartStream action) {
                     .source = std::move(action.source),
                     .stop = {}});
   make_next_step();
+}
+
+void Conversation::perform(MakeEstimate action) {
+  auto make = [self = shared_from_this(), action = std::move(action),
+               stop = estimates_stop_.get_token(), guard = asio::make_work_guard(executor_)] {
+    auto made = make_estimate(*action.source, action.estimate, stop);
+    asio::post(self->executor_, [self, id = action.estimate.request_id, made = std::move(made)] {
+      self->session_.estimate_ended();
+      if (self->is_over_) return;
+      if (made) {
+        self->replies_.push_back(*made);
+      } else {
+        self->replies_.push_back(ErrorReply{.request_id = id, .error = made.error()});
+      }
+      self->something_to_send_.cancel();
+    });
+  };
+  workers_.post(client_, {.run = std::move(make)});
 }
 
 void Conversation::perform(StopStream action) {

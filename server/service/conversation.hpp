@@ -63,6 +63,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   void perform(Actions actions);
   void perform(Send action);
   void perform(StartStream action);
+  void perform(MakeEstimate action);
   void perform(StopStream action);
   void perform(Close action);
 
@@ -84,6 +85,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   bool is_over_ = false;
   std::deque<ServerMessage> replies_;
   std::shared_ptr<RunningStream> stream_;
+  std::stop_source estimates_stop_;
   bool is_making_ = false;  // A step is with the workers: of stream_, or of one that was stopped.
   // Timers that never expire; cancelling one wakes who waits on it.
   asio::steady_timer something_to_send_;

@@ -47,8 +47,7 @@ std::shared_ptr<const SaturatedErrors> exact_errors(const Field& field,
 
 ModelOptions model_options(const StepRequest& step, const DatasetInfo& info) {
   const IsosurfaceRequest& request = step.request;
-  const double unit = request.unit == LengthUnit::kVoxel ? voxel_length(info) : 1.0;
-  return {.thresholds = ThresholdMap::everywhere(request.error * unit),
+  return {.thresholds = ThresholdMap(request, info),
           .topology_tolerance = request.topology_tolerance,
           .finest_spacing = step.finest_spacing};
 }

@@ -104,24 +104,28 @@ Actions Session::answer(const ListDatasets& list) {
   return {Send{DatasetList{.request_id = list.request_id, .datasets = catalogue_->infos()}}};
 }
 
+std::variant<std::shared_ptr<const StepSource>, Error> Session::source_of(
+    const std::string& dataset, const IsosurfaceRequest& request) const {
+  std::shared_ptr<const StepSource> source = catalogue_->find(dataset);
+  if (!source) {
+    return Error{ErrorCode::kUnknownDataset,
+                 "No dataset is named \"" + dataset + "\"; ListDatasets tells those that are."};
+  }
+  if (auto error = lattice_objection(request, source->info())) return *std::move(error);
+  return source;
+}
+
 Actions Session::answer(const OpenStream& open) {
   if (auto error = objection(open, last_request_id_, options_.max_held_digests)) {
     return {reply(*std::move(error), open.request_id)};
   }
-  std::shared_ptr<const StepSource> source = catalogue_->find(open.dataset);
-  if (!source) {
-    return {reply({ErrorCode::kUnknownDataset, "No dataset is named \"" + open.dataset +
-                                                   "\"; ListDatasets tells those that are."},
-                  open.request_id)};
-  }
-  if (auto error = lattice_objection(open.request, source->info())) {
-    return {reply(*std::move(error), open.request_id)};
-  }
+  auto found = source_of(open.dataset, open.request);
+  if (auto* error = std::get_if<Error>(&found)) return {reply(std::move(*error), open.request_id)};
   Actions actions;
   if (running_) actions.push_back(StopStream{*running_, StreamOutcome::kSuperseded});
   last_request_id_ = open.request_id;
   running_ = open.request_id;
-  actions.push_back(StartStream{open, std::move(source)});
+  actions.push_back(StartStream{open, std::get<0>(std::move(found))});
   return actions;
 }
 
@@ -133,5 +137,23 @@ Actions Session::answer(const Cancel& cancel) {
 }
 
 Actions Session::answer(const Ping& ping) { return {Send{Pong{.value = ping.value}}}; }
+
+Actions Session::answer(const Estimate& estimate) {
+  if (const auto request = validated(estimate.request); !request) {
+    return {reply(request.error(), estimate.request_id)};
+  }
+  auto found = source_of(estimate.dataset, estimate.request);
+  if (auto* error = std::get_if<Error>(&found)) {
+    return {reply(std::move(*error), estimate.request_id)};
+  }
+  if (estimates_ >= options_.max_estimates) {
+    return {reply({ErrorCode::kLimitExceeded,
+                   "There are " + std::to_string(estimates_) +
+                       " estimates under way on this connection; wait for one of them."},
+                  estimate.request_id)};
+  }
+  ++estimates_;
+  return {MakeEstimate{estimate, std::get<0>(std::move(found))}};
+}
 
 }  // namespace multitetra

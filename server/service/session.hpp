@@ -30,6 +30,11 @@ struct StartStream {
   OpenStream open;
   std::shared_ptr<const StepSource> source;
 };
+// Find out how large the answer to a request that was found good would be, and send it.
+struct MakeEstimate {
+  Estimate estimate;
+  std::shared_ptr<const StepSource> source;
+};
 // Drop what is left of the running stream; its last message is StreamEnd with this outcome.
 struct StopStream {
   std::uint64_t request_id = 0;
@@ -39,13 +44,14 @@ struct StopStream {
 struct Close {
   std::string reason;  // For the log.
 };
-using Action = std::variant<Send, StartStream, StopStream, Close>;
+using Action = std::variant<Send, StartStream, MakeEstimate, StopStream, Close>;
 using Actions = std::vector<Action>;
 
 struct SessionOptions {
   std::string agent = "multitetra-server/" MULTITETRA_VERSION;  // Told in Welcome.
   std::uint32_t max_message_bytes = kMaxClientFrameBytes;       // Told in Welcome.
   std::size_t max_held_digests = kMaxHeldDigests;               // In one OpenStream.
+  std::size_t max_estimates = 4;                                // That are made at the same time.
 };
 
 class Session {
@@ -62,6 +68,8 @@ class Session {
 
   // The running stream has sent its last message.
   void stream_ended(std::uint64_t request_id);
+  // An estimate was answered.
+  void estimate_ended() { --estimates_; }
 
   [[nodiscard]] bool is_welcomed() const { return is_welcomed_; }
   [[nodiscard]] bool is_closed() const { return is_closed_; }
@@ -72,6 +80,10 @@ class Session {
   Actions answer(const OpenStream& open);
   Actions answer(const Cancel& cancel);
   Actions answer(const Ping& ping);
+  Actions answer(const Estimate& estimate);
+  // Where a valid request for that dataset is met, or why it cannot be.
+  [[nodiscard]] std::variant<std::shared_ptr<const StepSource>, Error> source_of(
+      const std::string& dataset, const IsosurfaceRequest& request) const;
 
   CataloguePtr catalogue_;
   SessionOptions options_;
@@ -79,6 +91,7 @@ class Session {
   bool is_closed_ = false;
   std::uint64_t last_request_id_ = 0;     // Of all streams ever started.
   std::optional<std::uint64_t> running_;  // The stream that runs.
+  std::size_t estimates_ = 0;             // That are being made.
 };
 
 }  // namespace multitetra

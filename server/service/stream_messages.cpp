@@ -1,24 +1,15 @@
 #include "server/service/stream_messages.hpp"
 
-#include <algorithm>
 #include <cassert>
-#include <limits>
 #include <utility>
 
+#include "server/core/threshold_map.hpp"
+
 namespace multitetra {
-namespace {
-
-// In world units. Finite as all that is sent, also where the conversion leaves the doubles.
-double world_error(const IsosurfaceRequest& request, double voxel_length) {
-  if (request.unit == LengthUnit::kWorld) return request.error;
-  return std::min(request.error * voxel_length, std::numeric_limits<double>::max());
-}
-
-}  // namespace
 
 StreamMessages::StreamMessages(const OpenStream& open, const DatasetInfo& info)
     : request_id_(open.request_id),
-      voxel_length_(voxel_length(info)),
+      info_(info),
       state_{.request = open.request,
              .previews = open.steps == StepPolicy::kProgressive,
              .shown = {}},
@@ -68,7 +59,7 @@ StepBegin StreamMessages::step_begin() const {
                   .step = step_,
                   .is_final = current_.is_final,
                   .request = step.request,
-                  .error_bound_world = world_error(step.request, voxel_length_),
+                  .error_bound_world = largest_threshold(step.request, info_),
                   .finest_spacing = step.finest_spacing,
                   .codec = PayloadCodec::kDracoLattice,
                   .tetrahedra = current_.encoded.tetrahedra,

@@ -49,7 +49,7 @@ class StreamMessages {
   void finish_with(ServerMessage last);
 
   std::uint64_t request_id_;
-  double voxel_length_;
+  DatasetInfo info_;
   StreamState state_;
   std::set<ContentDigest> known_;  // Tiles that the client has, or will have read by then.
 

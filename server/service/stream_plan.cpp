@@ -50,6 +50,13 @@ MadeStep make_next_step(const StepSource& source, const StreamState& state, std:
   return made;
 }
 
+EstimatedAnswer estimate(const StepSource& source, const IsosurfaceRequest& request,
+                         std::stop_token stop) {
+  const StepSizes sizes = source.sizes(std::move(stop));
+  const IsosurfaceRequest affordable = within_budget(request, source.info(), sizes.of);
+  return {.size = sizes.of({.request = affordable}), .request = affordable};
+}
+
 SurfaceSize size_of(const EncodedStep& step) {
   SurfaceSize size;
   for (const EncodedTile& tile : step.tiles) {

@@ -29,6 +29,15 @@ struct MadeStep {
 [[nodiscard]] MadeStep make_next_step(const StepSource& source, const StreamState& state,
                                       std::stop_token stop);
 
+// How large the answer to a request would be, and the request as its budget allows it. Nothing is
+// extracted.
+struct EstimatedAnswer {
+  SurfaceSize size;
+  IsosurfaceRequest request;
+};
+[[nodiscard]] EstimatedAnswer estimate(const StepSource& source, const IsosurfaceRequest& request,
+                                       std::stop_token stop);
+
 // Of all tiles together.
 [[nodiscard]] SurfaceSize size_of(const EncodedStep& step);
 

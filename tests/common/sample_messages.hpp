@@ -36,6 +36,69 @@ Enum one_of(int first, int last, Random& random) {
   return static_cast<Enum>(int_in(first, last, random));
 }
 
+inline Vec3 place(Random& random) { return {number(random), number(random), number(random)}; }
+
+inline ThresholdRegion threshold_region(Random& random) {
+  ThresholdRegion region{.threshold = std::abs(number(random))};
+  switch (up_to(2, random)) {
+    case 0: {
+      BoxShape box{.low = place(random)};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        box.high[axis] = box.low[axis] + std::abs(number(random));
+      }
+      region.shape = box;
+      break;
+    }
+    case 1:
+      region.shape = BallShape{.centre = place(random), .radius = std::abs(number(random))};
+      break;
+    default:
+      region.shape =
+          HalfSpaceShape{.normal = {number(random), number(random), 1}, .offset = number(random)};
+  }
+  return region;
+}
+
+inline ThresholdGrid threshold_grid(Random& random) {
+  ThresholdGrid grid;
+  for (std::int32_t& side : grid.dims) side = int_in(1, 5, random);
+  for (Vec3& column : grid.index_to_world.columns) column = place(random);
+  for (int i = 0; i < grid.dims[0] * grid.dims[1] * grid.dims[2]; ++i) {
+    grid.thresholds.push_back(up_to(4, random) == 0 ? std::nanf("")
+                                                    : std::abs(static_cast<float>(number(random))));
+  }
+  grid.index_to_world.translation = place(random);
+  return grid;
+}
+
+inline ThresholdView threshold_view(Random& random) {
+  ThresholdView view{.eye = place(random),
+                     .field_of_view = static_cast<double>(int_in(1, 179, random)),
+                     .height_pixels = std::abs(number(random)) + 1,
+                     .tolerance_pixels = std::abs(number(random))};
+  if (random() % 2 == 0) {
+    view.frustum = Frustum{.look_at = place(random),
+                           .up = place(random),
+                           .aspect = std::abs(number(random)) + 1e-3,
+                           .outside = std::abs(number(random))};
+  }
+  return view;
+}
+
+inline LocalThresholds local_thresholds(Random& random) {
+  LocalThresholds thresholds{.coordinates = one_of<CoordinateSystem>(0, 1, random),
+                             .combination = one_of<Combination>(0, 1, random)};
+  for (std::uint64_t i = up_to(4, random); i > 0; --i) {
+    thresholds.regions.push_back(threshold_region(random));
+  }
+  if (random() % 2 == 0) {
+    thresholds.grid = std::make_shared<const ThresholdGrid>(threshold_grid(random));
+  }
+  if (random() % 2 == 0) thresholds.view = threshold_view(random);
+  if (random() % 2 == 0) thresholds.at_least = std::abs(number(random));
+  return thresholds;
+}
+
 inline IsosurfaceRequest request(Random& random) {
   return {.isovalue = number(random),
           .error = std::abs(number(random)),
@@ -43,7 +106,11 @@ inline IsosurfaceRequest request(Random& random) {
           .measure = one_of<ErrorMeasure>(0, 1, random),
           .topology_rule = one_of<TopologyRule>(0, 1, random),
           .topology_tolerance = std::abs(number(random)),
-          .lattice_resolution = int_in(kMinLatticeResolution, kMaxLatticeResolution, random)};
+          .lattice_resolution = int_in(kMinLatticeResolution, kMaxLatticeResolution, random),
+          .thresholds = random() % 2 == 0 ? local_thresholds(random) : LocalThresholds{},
+          .max_triangles = random() % 2 == 0 ? random() : 0,
+          .max_bytes = random() % 2 == 0 ? random() : 0,
+          .normal_bits = random() % 2 == 0 ? int_in(kMinNormalBits, kMaxNormalBits, random) : 0};
 }
 
 inline TileSummary tile_summary(Random& random) {
@@ -113,8 +180,11 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
     }
     case 3:
       return Cancel{random()};
-    default:
+    case 4:
       return Ping{random()};
+    default:
+      return Estimate{
+          .request_id = random(), .dataset = dataset_info(random).name, .request = request(random)};
   }
 }
 
@@ -167,8 +237,13 @@ inline ServerMessage server_message(std::size_t kind, Random& random) {
     case 6:
       return ErrorReply{.request_id = random(),
                         .error = {one_of<ErrorCode>(0, 12, random), text(80, random)}};
-    default:
+    case 7:
       return Pong{random()};
+    default:
+      return EstimateReply{.request_id = random(),
+                           .triangles = random(),
+                           .bytes = random(),
+                           .threshold_world = std::abs(number(random))};
   }
 }
 
@@ -215,6 +290,14 @@ inline bool same(const ErrorReply& a, const ErrorReply& b) {
   return std::tie(a.request_id, a.error) == std::tie(b.request_id, b.error);
 }
 inline bool same(const Pong& a, const Pong& b) { return a.value == b.value; }
+inline bool same(const Estimate& a, const Estimate& b) {
+  return std::tie(a.request_id, a.dataset, a.request) ==
+         std::tie(b.request_id, b.dataset, b.request);
+}
+inline bool same(const EstimateReply& a, const EstimateReply& b) {
+  return std::tie(a.request_id, a.triangles, a.bytes, a.threshold_world) ==
+         std::tie(b.request_id, b.triangles, b.bytes, b.threshold_world);
+}
 
 template <typename... Alternatives>
 bool same(const std::variant<Alternatives...>& a, const std::variant<Alternatives...>& b) {

@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "server/dataset/exact_sine.hpp"
+#include "server/core/exact_sine.hpp"
 #include "server/dataset/sample_noise.hpp"
 
 namespace multitetra {

@@ -1,0 +1,19 @@
+// Numbers in texts for people.
+#pragma once
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <string>
+
+namespace multitetra {
+
+// The shortest decimal that reads back as the same number; "NaN", "infinity", "-infinity".
+[[nodiscard]] inline std::string shortest_text(double value) {
+  if (std::isnan(value)) return "NaN";
+  if (std::isinf(value)) return value > 0 ? "infinity" : "-infinity";
+  std::array<char, 32> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
+}
+
+}  // namespace multitetra

@@ -1,0 +1,63 @@
+// The least threshold that regions say over a box, without a look at all of them.
+//
+// An octree over the grid. A leaf keeps the short list of regions that may hold in its cube; every
+// node knows the least threshold below it and whether there may be places that no region contains.
+// A query is the minimum over the cubes that the box overlaps: a cube inside it answers at once,
+// one that can only say more than what was found is left out, and a leaf at the box's border
+// compares its regions with the part of the box inside it.
+//
+// The answer is monotone (said_threshold.hpp): the parts of an inner box lie in parts of the outer
+// one, and for every part it is the minimum over the regions that touch it and are not hidden by a
+// later one that contains it, which a cube's list gives for any part of the cube.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "server/core/box.hpp"
+#include "server/core/region_set.hpp"
+#include "server/core/said_threshold.hpp"
+
+namespace multitetra {
+
+class RegionOctree {
+ public:
+  // For boxes within `places`, which lie in the cube from the origin with 2^exponent steps a side.
+  // Costs memory and time of at most about 2^20 entries of lists, however the regions lie.
+  RegionOctree(RegionSet regions, const Box& places, int exponent);
+
+  // Requires a box within the places. Costs a few comparisons for each cube at the box's border;
+  // at worst, where thousands of borders cross in one cube, one for each of them.
+  [[nodiscard]] SaidThreshold least_in(const Box& box) const;
+
+ private:
+  struct Node {
+    double least = 0;
+    bool has_gap = false;
+    bool has_children = false;
+    bool is_constant = false;  // The same is said about every part of it.
+    std::uint32_t first = 0;   // Of its eight children, or of its list.
+    std::uint32_t count = 0;   // Of its list.
+  };
+  // A node with the low corner and the side of its cube.
+  struct Cube {
+    std::uint32_t node = 0;
+    Vec3 low = {};
+    double side = 0;
+  };
+  struct Growth;
+
+  [[nodiscard]] Box box_of(const Cube& cube) const;  // Within the places.
+  [[nodiscard]] static Cube child(const Cube& cube, std::uint32_t first, unsigned octant);
+  void settle(std::uint32_t node, const RegionSet::List& list);
+  void add(const Cube& cube, const Box& box, SaidThreshold& said) const;
+  void add_leaf(const Node& node, const Box& part, SaidThreshold& said) const;
+
+  RegionSet regions_;
+  Box places_;
+  double side_;
+  std::vector<Node> nodes_;
+  std::vector<RegionSet::Index> lists_;
+};
+
+}  // namespace multitetra
