@@ -49,6 +49,7 @@ FineErrors::FineErrors(const PreparedVolume& volume, const FineErrorsOptions& op
       cells_in_data_(cell_extent(volume.info)),
       outside_(outside_value(volume.info)),
       isovalue_below_(rounded_down(options.isovalue)),
+      settled_above_(rounded_down(options.largest_threshold)),
       arrays_(arrays) {
   const StepLengths lengths(volume.info.spacing);
   for (int exponent = 0; exponent < kSpectrumExponent; ++exponent) {
@@ -361,8 +362,9 @@ void FineErrors::compute_row(GridPoint first, unsigned bits, int exponent, const
   }
   for (; mixed != 0; mixed &= mixed - 1) {
     const auto i = static_cast<std::int32_t>(std::countr_zero(mixed));
-    errors[i] = with_own_error(first + GridPoint{i, 0, 0}, at + i, exponent,
-                               below[static_cast<std::size_t>(i / 4)][i % 4]);
+    const float of_children = below[static_cast<std::size_t>(i / 4)][i % 4];
+    if (of_children > settled_above_) continue;
+    errors[i] = with_own_error(first + GridPoint{i, 0, 0}, at + i, exponent, of_children);
   }
 }
 

@@ -36,6 +36,9 @@ struct FineErrorsOptions {
   ErrorMeasure measure = ErrorMeasure::kCertified;
   TopologyRule rule = TopologyRule::kExact;
   double topology_tolerance = 0;  // Grid steps.
+  // World units. An error above it says no more than that: what a point adds to children that are
+  // above it already is not computed.
+  double largest_threshold = std::numeric_limits<double>::infinity();
 };
 
 // The memory of FineErrors, some 30 MB for the largest cubes: worth to be used again. What it holds
@@ -69,8 +72,9 @@ class FineErrors {
   [[nodiscard]] float value(std::ptrdiff_t at) const {
     return arrays_.values[static_cast<std::size_t>(at)];
   }
-  // The error, infinite when a flip that is not tolerated keeps the point or a descendant. For
-  // points of spacing 1, 2 or 4.
+  // The error, infinite when a flip that is not tolerated keeps the point or a descendant; where it
+  // is above the largest threshold, some lower bound that is above it too. For points of spacing 1,
+  // 2 or 4.
   [[nodiscard]] float error(std::ptrdiff_t at) const {
     return arrays_.errors[static_cast<std::size_t>(at)];
   }
@@ -116,6 +120,7 @@ class FineErrors {
   const LevelExtent cells_in_data_;
   const float outside_;
   const float isovalue_below_;  // A float is above the isovalue exactly when it is above this one.
+  const float settled_above_;   // As for the isovalue, of the largest threshold.
   GridPoint origin_;        // Grid coordinates of the arrays' first point: one cell below the cube.
   std::int32_t side_ = 0;   // Of the cube, grid steps.
   std::int32_t cells_ = 0;  // Of the array along an axis.

@@ -20,7 +20,9 @@ class PreparedModel {
       : volume_(volume),
         fine_(errors),
         options_(std::move(options)),
-        spectrum_(volume.spectrum, errors.isovalue, errors.measure, errors.rule) {}
+        spectrum_(volume.spectrum, errors.isovalue, errors.measure, errors.rule) {
+    fine_.largest_threshold = options_.thresholds.largest();
+  }
 
   [[nodiscard]] const PreparedVolume& volume() const { return volume_; }
   [[nodiscard]] const FineErrorsOptions& fine_options() const { return fine_; }
