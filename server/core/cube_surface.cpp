@@ -12,6 +12,31 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 }  // namespace
 
+// Between two calls `number_of` knows no vertex.
+LatticeMesh part_of(const LatticeMesh& mesh, std::size_t begin, std::size_t end,
+                    std::vector<std::uint32_t>& number_of) {
+  LatticeMesh part{.resolution = mesh.resolution, .vertices = {}, .triangles = {}};
+  part.triangles.reserve(end - begin);
+  part.vertices.reserve((end - begin) / 2 + (end - begin) / 16 + 8);
+  number_of.resize(mesh.vertices.size(), kNone);
+  for (std::size_t i = begin; i < end; ++i) {
+    TriangleIndices triangle = mesh.triangles[i];
+    for (std::uint32_t& corner : triangle) {
+      std::uint32_t& number = number_of[corner];
+      if (number == kNone) {
+        number = static_cast<std::uint32_t>(part.vertices.size());
+        part.vertices.push_back(mesh.vertices[corner]);
+      }
+      corner = number;
+    }
+    part.triangles.push_back(triangle);
+  }
+  for (std::size_t i = begin; i < end; ++i) {
+    for (const std::uint32_t corner : mesh.triangles[i]) number_of[corner] = kNone;
+  }
+  return part;
+}
+
 template <typename IsShared>
 void CubeSurfaceBuilder::weld(const LatticeMesh& mesh, const IsShared& is_shared) {
   std::vector<std::uint32_t> number_of(mesh.vertices.size());
@@ -43,30 +68,6 @@ void CubeSurfaceBuilder::append(const LatticeMesh& mesh) {
   weld(mesh, [](const LatticePoint&) { return true; });
 }
 
-// Triangles of mesh_ as a mesh of their own.
-LatticeMesh CubeSurfaceBuilder::part(std::size_t begin, std::size_t end) {
-  LatticeMesh part{.resolution = mesh_.resolution, .vertices = {}, .triangles = {}};
-  part.triangles.reserve(end - begin);
-  part.vertices.reserve((end - begin) / 2 + (end - begin) / 16 + 8);
-  number_of_.resize(mesh_.vertices.size(), kNone);
-  for (std::size_t i = begin; i < end; ++i) {
-    TriangleIndices triangle = mesh_.triangles[i];
-    for (std::uint32_t& corner : triangle) {
-      std::uint32_t& number = number_of_[corner];
-      if (number == kNone) {
-        number = static_cast<std::uint32_t>(part.vertices.size());
-        part.vertices.push_back(mesh_.vertices[corner]);
-      }
-      corner = number;
-    }
-    part.triangles.push_back(triangle);
-  }
-  for (std::size_t i = begin; i < end; ++i) {
-    for (const std::uint32_t corner : mesh_.triangles[i]) number_of_[corner] = kNone;
-  }
-  return part;
-}
-
 void CubeSurfaceBuilder::cut_off(const OctreeCube& cube, std::size_t begin,
                                  const ChildRanges& ranges) {
   std::size_t left = triangles() - begin;
@@ -87,8 +88,8 @@ void CubeSurfaceBuilder::cut_off(const OctreeCube& cube, std::size_t begin,
   auto keep = at(begin);
   for (std::size_t child = 0; child < 8; ++child) {
     if (is_cut[child]) {
-      surface_.tiles.push_back(
-          {cube.child(static_cast<int>(child)), part(ranges[child], ranges[child + 1])});
+      surface_.tiles.push_back({cube.child(static_cast<int>(child)),
+                                part_of(mesh_, ranges[child], ranges[child + 1], number_of_)});
     } else {
       keep = std::move(at(ranges[child]), at(ranges[child + 1]), keep);
     }
@@ -98,7 +99,8 @@ void CubeSurfaceBuilder::cut_off(const OctreeCube& cube, std::size_t begin,
 }
 
 CubeSurface CubeSurfaceBuilder::take() {
-  surface_.rest = part(0, triangles());
+  const bool is_cut = !number_of_.empty();  // Then vertices of tiles are left over.
+  surface_.rest = is_cut ? part_of(mesh_, 0, triangles(), number_of_) : std::move(mesh_);
   return std::move(surface_);
 }
 

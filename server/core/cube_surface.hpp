@@ -1,7 +1,7 @@
 // The surface in one octree cube, and how tiles are cut off from it while it grows.
 //
 // Wherever more than `max_triangles` come together in a cube, its children with most triangles
-// become tiles of their own until the rest fits. Every mesh has its vertices in the order in which
+// become tiles of their own until the rest fits. Every tile has its vertices in the order in which
 // its triangles first use them, whatever cubes it was put together from.
 #pragma once
 
@@ -26,8 +26,13 @@ struct CubeSurface {
   std::uint64_t tetrahedra = 0;         // Of the model, in the cube.
   std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface.
   std::vector<TileMesh> tiles;          // Cut off, smaller cubes first.
-  LatticeMesh rest;                     // Not yet in a tile.
+  LatticeMesh rest;                     // Not yet in a tile. Vertices in any order, all used.
 };
+
+// Some triangles of a mesh with the vertices that they use, in the order of their first use.
+// `number_of` is memory to work in, which is empty or comes from such a call for the same mesh.
+[[nodiscard]] LatticeMesh part_of(const LatticeMesh& mesh, std::size_t begin, std::size_t end,
+                                  std::vector<std::uint32_t>& number_of);
 
 // Where the triangles of a cube's eight children begin in the order of the child index, and where
 // the last end.
@@ -59,7 +64,6 @@ class CubeSurfaceBuilder {
   [[nodiscard]] CubeSurface take();
 
  private:
-  [[nodiscard]] LatticeMesh part(std::size_t begin, std::size_t end);
   template <typename IsShared>
   void weld(const LatticeMesh& mesh, const IsShared& is_shared);
 
@@ -67,7 +71,7 @@ class CubeSurfaceBuilder {
   LatticeMesh mesh_;
   CubeSurface surface_;
   VertexNumbers shared_;                  // Of those that may be shared.
-  std::vector<std::uint32_t> number_of_;  // Between calls of part, none.
+  std::vector<std::uint32_t> number_of_;  // For part_of.
 };
 
 }  // namespace multitetra

@@ -52,7 +52,7 @@ class EdgeVertices {
   }
 
  private:
-  static constexpr int kBlockBits = 4;
+  static constexpr int kBlockBits = 3;
   using Block = std::array<std::uint32_t, 1 << (3 * kBlockBits)>;
 
   std::uint32_t new_block() {

@@ -40,6 +40,14 @@ class PreparedModel {
            e > options_.thresholds.least_in(region(DividingPoint(p)));
   }
 
+  // Whether points of spacing s may be kept at all.
+  [[nodiscard]] bool may_keep(std::int32_t s) const { return s >= options_.finest_spacing; }
+  // Whether of the finer points no other is kept than those with an error above the largest
+  // threshold.
+  [[nodiscard]] bool keeps_only_settled() const {
+    return options_.thresholds.least() == options_.thresholds.largest();
+  }
+
   // Whether the cell's centre may be kept: all its parents are.
   [[nodiscard]] bool is_wanted(const OctreeCube& cell) const {
     if (options_.finest_spacing >= kSpectrumSpacing) return false;

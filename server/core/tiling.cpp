@@ -27,8 +27,10 @@ class FieldSource {
   [[nodiscard]] bool is_refined(const OctreeCube& cube) const {
     return multitetra::is_refined(model_, grid_, cube);
   }
-  // Appends the surface in the cube's own tetrahedra to a mesh that grows by nothing else.
-  OctreeCubeSurface::Counts append_own(const OctreeCube& cube, LatticeMesh& mesh) {
+  // Appends the surface in the cube's own tetrahedra to a mesh that grows by nothing else. A bit
+  // for each child says whether it is refined.
+  OctreeCubeSurface::Counts append_own(const OctreeCube& cube, unsigned /*refined*/,
+                                       LatticeMesh& mesh) {
     OctreeCubeSurface::Counts counts;
     visit_own_leaves(model_, cube, [&](const Tetrahedron& t) {
       ++counts.tetrahedra;
@@ -83,16 +85,15 @@ class PreparedSource {
       return cube.exponent == info_.grid_exponent || model_.kept(point);
     }
     if (cube.exponent == kSpectrumExponent && !fine_.is_wanted(cube)) return false;
-    return model_.kept(point.at(), point.spacing(), fine_.error(fine_.index(point.at())));
+    return model_.kept(point.at(), point.spacing(), fine_.error(point.at()));
   }
 
-  OctreeCubeSurface::Counts append_own(const OctreeCube& cube, LatticeMesh& mesh) {
+  OctreeCubeSurface::Counts append_own(const OctreeCube& cube, unsigned refined,
+                                       LatticeMesh& mesh) {
     OctreeCubePoints points = points_of(cube);
     cube.exponent > kSpectrumExponent ? read_coarse(points) : read_fine(points);
-    if (cube.exponent > 1) {
-      for (int i = 0; i < 8; ++i) {
-        if (is_refined(cube.child(i))) points.kept |= 1U << corner_of_child(points, i);
-      }
+    for (; refined != 0; refined &= refined - 1) {
+      points.kept |= 1U << corner_of_child(points, std::countr_zero(refined));
     }
     return surface_.append(points, vertices_, mesh);
   }
@@ -120,20 +121,22 @@ class PreparedSource {
     const std::array<std::ptrdiff_t, 3> stride = {points.step * points.turned[0],
                                                   points.step * points.turned[1] * fine_.row(),
                                                   points.step * points.turned[2] * fine_.slice()};
-    std::array<std::ptrdiff_t, 27> at;
     std::size_t i = 0;
     for (int z = -1; z <= 1; ++z) {
       for (int y = -1; y <= 1; ++y) {
         for (int x = -1; x <= 1; ++x, ++i) {
-          at[i] = centre + x * stride[0] + y * stride[1] + z * stride[2];
-          points.values[i] = fine_.value(at[i]);
+          points.values[i] = fine_.value(centre + x * stride[0] + y * stride[1] + z * stride[2]);
         }
       }
     }
-    for (std::uint32_t left = kFacesAndEdges; left != 0; left &= left - 1) {
+    // Where a face or an edge lies, its spacing is that of the cube's centre.
+    if (!model_.may_keep(points.step)) return;
+    points.kept = fine_.settled_around(points.centre, points.step, points.turned) & kFacesAndEdges;
+    if (model_.keeps_only_settled()) return;
+    for (std::uint32_t left = kFacesAndEdges & ~points.kept; left != 0; left &= left - 1) {
       const auto p = static_cast<std::size_t>(std::countr_zero(left));
-      // Where a face or an edge lies, its spacing is that of the cube's centre.
-      const bool kept = model_.kept(points.at(p), points.step, fine_.error(at[p]));
+      const GridPoint at = points.at(p);
+      const bool kept = model_.kept(at, points.step, fine_.error(at));
       points.kept |= static_cast<std::uint32_t>(kept) << p;
     }
   }
@@ -159,18 +162,30 @@ class PreparedSource {
 
 // ---- cubes
 
+// A bit for each child.
+template <typename Source>
+unsigned refined_children(const Source& source, const OctreeCube& cube) {
+  unsigned refined = 0;
+  if (cube.exponent <= 1) return refined;
+  for (int i = 0; i < 8; ++i) {
+    refined |= static_cast<unsigned>(source.is_refined(cube.child(i))) << i;
+  }
+  return refined;
+}
+
 // Appends the surface of the cube, its children's first, and cuts tiles off where it grows too
 // large.
 template <typename Source>
 void collect(Source& source, const OctreeCube& cube, CubeSurfaceBuilder& out) {
   const std::size_t begin = out.triangles();
   ChildRanges ranges{};
+  const unsigned refined = refined_children(source, cube);
   for (int i = 0; i < 8; ++i) {
     ranges[static_cast<std::size_t>(i)] = out.triangles();
-    if (source.is_refined(cube.child(i))) collect(source, cube.child(i), out);
+    if ((refined >> i & 1U) != 0) collect(source, cube.child(i), out);
   }
   ranges[8] = out.triangles();
-  const OctreeCubeSurface::Counts own = source.append_own(cube, out.mesh());
+  const OctreeCubeSurface::Counts own = source.append_own(cube, refined, out.mesh());
   out.count(own.tetrahedra, own.active_tetrahedra);
   out.cut_off(cube, begin, ranges);
 }
@@ -193,7 +208,8 @@ CubeSurface joined(Source& source, const OctreeCube& cube, std::vector<CubeSurfa
   }
   ranges[8] = out.triangles();
   LatticeMesh own;
-  const OctreeCubeSurface::Counts counts = source.append_own(cube, own);
+  const OctreeCubeSurface::Counts counts =
+      source.append_own(cube, refined_children(source, cube), own);
   out.append(own);
   out.count(counts.tetrahedra, counts.active_tetrahedra);
   out.cut_off(cube, 0, ranges);
@@ -239,7 +255,10 @@ bool is_refined(const PreparedModel& model, const OctreeCube& cube) {
 
 std::vector<TileMesh> finished_tiles(CubeSurface root, const OctreeCube& root_cube) {
   std::vector<TileMesh> tiles = std::move(root.tiles);
-  if (!root.rest.triangles.empty()) tiles.push_back({root_cube, std::move(root.rest)});
+  std::vector<std::uint32_t> number_of;
+  if (const std::size_t left = root.rest.triangles.size(); left > 0) {
+    tiles.push_back({root_cube, part_of(root.rest, 0, left, number_of)});
+  }
   std::sort(tiles.begin(), tiles.end(),
             [](const auto& a, const auto& b) { return a.cube < b.cube; });
   return tiles;
