@@ -1,51 +1,11 @@
 #include "common/mesh.hpp"
 
-#include <bit>
 #include <cassert>
-#include <limits>
+#include <utility>
+
+#include "common/vertex_numbers.hpp"
 
 namespace multitetra {
-namespace {
-
-// Numbers lattice points in the order they first appear: open addressing with linear probing, at
-// most half full.
-class VertexNumbers {
- public:
-  explicit VertexNumbers(std::size_t expected_vertices) { reserve(expected_vertices); }
-
-  std::uint32_t number(const LatticePoint& point, std::vector<LatticePoint>& vertices) {
-    if (2 * (vertices.size() + 1) > slots_.size()) grow(vertices);
-    std::uint32_t& slot = find(point, vertices);
-    if (slot == kFree) {
-      slot = static_cast<std::uint32_t>(vertices.size());
-      vertices.push_back(point);
-    }
-    return slot;
-  }
-
- private:
-  static constexpr std::uint32_t kFree = std::numeric_limits<std::uint32_t>::max();
-
-  void reserve(std::size_t vertices) {
-    slots_.assign(std::bit_ceil(2 * vertices + 16), kFree);
-    shift_ = 64 - std::countr_zero(slots_.size());
-  }
-  void grow(const std::vector<LatticePoint>& vertices) {
-    reserve(slots_.size());
-    for (std::uint32_t i = 0; i < vertices.size(); ++i) find(vertices[i], vertices) = i;
-  }
-  std::uint32_t& find(const LatticePoint& point, const std::vector<LatticePoint>& vertices) {
-    const std::size_t mask = slots_.size() - 1;
-    std::size_t at = static_cast<std::size_t>((point.key() * 0x9E3779B97F4A7C15u) >> shift_);
-    while (slots_[at] != kFree && vertices[slots_[at]] != point) at = (at + 1) & mask;
-    return slots_[at];
-  }
-
-  std::vector<std::uint32_t> slots_;
-  int shift_ = 0;
-};
-
-}  // namespace
 
 LatticeMesh index_triangles(std::span<const LatticeTriangle> triangles, int resolution) {
   LatticeMesh mesh{.resolution = resolution, .vertices = {}, .triangles = {}};

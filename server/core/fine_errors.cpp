@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cstring>
 
+#include "server/core/cell_samples.hpp"
 #include "server/core/diamond.hpp"
 #include "server/core/mixed_diamonds.hpp"
 #include "server/core/own_error.hpp"
@@ -20,12 +21,24 @@ using Float4 = Lanes<float>::Vector;
 using Mask = std::int32_t __attribute__((vector_size(16)));
 constexpr Mask kLowBits = {1, 2, 4, 8};
 constexpr Mask kHighBits = {16, 32, 64, 128};
-using Mask8 = std::array<Mask, 2>;
+// A bit for each of eight points in four rows, a byte a row.
+struct RowSigns {
+  std::uint32_t above = 0;
+  std::uint32_t below = 0;
+};
 
-// All ones where the bit is set.
-Mask8 mask_of(unsigned bits) {
-  const auto lanes = Mask{} + static_cast<std::int32_t>(bits);
-  return {(lanes & kLowBits) != 0, (lanes & kHighBits) != 0};
+RowSigns signs_of_rows(const float* values, std::ptrdiff_t row, float isovalue_below) {
+  const Float4 c = all(isovalue_below);
+  Mask above{};
+  Mask below{};
+  for (int y = 0; y < 4; ++y) {
+    std::array<Float4, 2> v;
+    std::memcpy(v.data(), values + row * y, sizeof(v));
+    above |= (((v[0] > c) & kLowBits) | ((v[1] > c) & kHighBits)) << (8 * y);
+    below |= (((v[0] <= c) & kLowBits) | ((v[1] <= c) & kHighBits)) << (8 * y);
+  }
+  const auto joined = [](Mask m) { return static_cast<std::uint32_t>(m[0] | m[1] | m[2] | m[3]); };
+  return {.above = joined(above), .below = joined(below)};
 }
 
 // The bits of the points at low, low + 1, ..., low + 7 that lie from `first` to `last`.
@@ -46,9 +59,9 @@ FineErrors::FineErrors(const PreparedVolume& volume, const FineErrorsOptions& op
                        FineArrays& arrays)
     : volume_(volume),
       options_(options),
-      cells_in_data_(cell_extent(volume.info)),
-      outside_(outside_value(volume.info)),
       isovalue_below_(rounded_down(options.isovalue)),
+      settled_above_(rounded_down(options.largest_threshold)),
+      cells_(volume, options.isovalue),
       arrays_(arrays) {
   const StepLengths lengths(volume.info.spacing);
   for (int exponent = 0; exponent < kSpectrumExponent; ++exponent) {
@@ -59,30 +72,34 @@ FineErrors::FineErrors(const PreparedVolume& volume, const FineErrorsOptions& op
 void FineErrors::load(const OctreeCube& cube,
                       const std::function<bool(const OctreeCube&)>& is_wanted) {
   assert(cube.exponent >= kSpectrumExponent && cube.exponent <= kMaxExponent);
+  cells_.find(cube, is_wanted);
+  if (cells_.support().empty()) return;
   side_ = cube.side();
   origin_ = low_of(cube) - GridPoint{kCell, kCell, kCell};
   row_ = side_ + 2 * kCell;
   slice_ = row_ * row_;
-  find_cells(is_wanted);
-  if (support_.empty()) return;
+  begin_arrays();
+  make_offsets();
+  for (const FineCell& cell : cells_.support()) {
+    load_cell(volume_, cell.low, arrays_.values.data() + index(cell.low), row_, slice_);
+    load_signs(cell);
+  }
+  for (const FineCell& cell : cells_.support()) {
+    if (cell.is_crossed) find_mixed_diamonds(cell);
+  }
+  for (int exponent = 0; exponent < kSpectrumExponent; ++exponent) compute(exponent);
+}
+
+void FineErrors::begin_arrays() {
   const auto size = static_cast<std::size_t>(slice_ * row_);
   if (arrays_.values.size() < size) {
     arrays_.values.resize(size);
     arrays_.errors.resize(size);
   }
-  unused_bytes_ = (4 * row_ + 4 * slice_) / 8 + 1;
-  const std::size_t bytes = size / 8 + 2 * static_cast<std::size_t>(unused_bytes_);
-  if (arrays_.above.size() < bytes) {
-    arrays_.above.resize(bytes);
-    arrays_.below.resize(bytes);
-    arrays_.mixed.resize(bytes);
+  for (BitGrid* bits :
+       {&arrays_.above, &arrays_.below, &arrays_.mixed, &arrays_.active, &arrays_.settled}) {
+    bits->begin(static_cast<std::int32_t>(row_ / kCell));
   }
-  visit_type(volume_.info.type, [this](const auto* type) { load_values(type); });
-  for (const Cell& cell : support_) {
-    if (cell.is_crossed) find_mixed_diamonds(cell);
-  }
-  make_offsets();
-  for (int exponent = 0; exponent < kSpectrumExponent; ++exponent) compute(exponent);
 }
 
 // Where corners and children lie in the arrays, whose strides depend on the cube's size.
@@ -93,277 +110,158 @@ void FineErrors::make_offsets() {
       offsets_[shape][i] = offset_of(kDiamonds[shape].offsets[i]);
     }
   }
-}
-
-// ---- cells
-
-// Whether the closed cell has values on both sides of the isovalue.
-bool FineErrors::may_cross(GridPoint cell) const {
-  if (!cells_in_data_.contains(cell)) return false;
-  return visit_type(volume_.info.type, [&]<typename Sample>(const Sample*) {
-    std::array<Sample, 2> range;
-    std::memcpy(range.data(), volume_.ranges.data() + sizeof(range) * cells_in_data_.index(cell),
-                sizeof(range));
-    if (range[0] > range[1]) return false;  // All void, or nothing but what lies outside.
-    auto low = static_cast<float>(range[0]);
-    auto high = static_cast<float>(range[1]);
-    const GridPoint first = first_sample(volume_.info);
-    const GridPoint last = last_sample(volume_.info);
-    for (int axis = 0; axis < 3; ++axis) {
-      if (kCell * cell[axis] < first[axis] || kCell * (cell[axis] + 1) > last[axis]) {
-        low = outside_ < low ? outside_ : low;  // False when it is void.
-        high = outside_ > high ? outside_ : high;
-      }
-    }
-    return high > isovalue_below_ && !(low > isovalue_below_);
-  });
-}
-
-void FineErrors::find_cells(const std::function<bool(const OctreeCube&)>& is_wanted) {
-  const std::int32_t side = side_ / kCell;  // Of the cube, in cells; the array has side + 2.
-  cells_ = side + 2;
-  const auto index = [this](std::int32_t i, std::int32_t j, std::int32_t k) {
-    return static_cast<std::size_t>(i + cells_ * (j + cells_ * k));
-  };
-  const auto size = static_cast<std::size_t>(cells_ * cells_ * cells_);
-  const GridPoint first = {origin_.x / kCell, origin_.y / kCell, origin_.z / kCell};
-  wanted_.assign(size, false);
-  std::vector<std::uint8_t> is_support(size);
-  std::vector<std::uint8_t> is_crossed(size);
-  bool any = false;
-  for (std::int32_t k = 1; k <= side; ++k) {
-    for (std::int32_t j = 1; j <= side; ++j) {
-      for (std::int32_t i = 1; i <= side; ++i) {
-        if (!is_wanted({kSpectrumExponent, first.x + i, first.y + j, first.z + k})) continue;
-        any = true;
-        wanted_[index(i, j, k)] = true;
-        for (int n = 0; n < 27; ++n) {
-          is_support[index(i + n % 3 - 1, j + n / 3 % 3 - 1, k + n / 9 - 1)] = 1;
-        }
-      }
-    }
-  }
-  support_.clear();
-  if (!any) return;
-  // The range of a cell counts for its own points and for those of the cells above it, whose
-  // diamonds reach into it.
-  const auto last = cells_ - 1;
-  for (std::int32_t k = -1; k <= last; ++k) {
-    for (std::int32_t j = -1; j <= last; ++j) {
-      for (std::int32_t i = -1; i <= last; ++i) {
-        if (!may_cross(first + GridPoint{i, j, k})) continue;
-        for (int n = 0; n < 8; ++n) {
-          const std::int32_t x = i + (n & 1);
-          const std::int32_t y = j + (n >> 1 & 1);
-          const std::int32_t z = k + (n >> 2);
-          if (std::min({x, y, z}) >= 0 && std::max({x, y, z}) <= last)
-            is_crossed[index(x, y, z)] = 1;
-        }
-      }
-    }
-  }
-  for (std::int32_t k = 0; k <= last; ++k) {
-    for (std::int32_t j = 0; j <= last; ++j) {
-      for (std::int32_t i = 0; i <= last; ++i) {
-        if (is_support[index(i, j, k)] == 0) continue;
-        Cell cell{.low = kCell * (first + GridPoint{i, j, k}),
-                  .at = 0,
-                  .is_crossed = false,
-                  .is_near = false};
-        cell.at = this->index(cell.low);
-        cell.is_crossed = is_crossed[index(i, j, k)] != 0;
-        for (int n = 0; n < 27; ++n) {
-          const std::int32_t x = std::clamp(i + n % 3 - 1, 0, last);
-          const std::int32_t y = std::clamp(j + n / 3 % 3 - 1, 0, last);
-          const std::int32_t z = std::clamp(k + n / 9 - 1, 0, last);
-          cell.is_near = cell.is_near || is_crossed[index(x, y, z)] != 0;
-        }
-        support_.push_back(cell);
-      }
-    }
-  }
-}
-
-bool FineErrors::is_wanted(const OctreeCube& cell) const {
-  const auto along = [this](std::int32_t position, std::int32_t origin) {
-    return position - origin / kCell;
-  };
-  return wanted_[static_cast<std::size_t>(
-      along(cell.x, origin_.x) +
-      cells_ * (along(cell.y, origin_.y) + cells_ * along(cell.z, origin_.z)))];
-}
-
-// ---- values
-
-template <typename Sample>
-void FineErrors::load_values(const Sample*) {
-  for (const Cell& cell : support_) {
-    load_cell<Sample>(cell);
-    if (cell.is_near) load_signs(cell);
-    for (std::int32_t z = 0; z < kCell; ++z) {
-      for (std::int32_t y = 0; y < kCell; ++y) {
-        std::fill_n(arrays_.errors.begin() + cell.at + row_ * y + slice_ * z, kCell, 0.0F);
-      }
-    }
-  }
-}
-
-template <typename Sample>
-void FineErrors::load_cell(const Cell& cell) {
-  const DatasetInfo& info = volume_.info;
-  const GridPoint margin = first_sample(info);
-  const GridPoint begin = cell.low - margin;  // Sample indices; the cell may reach over the data.
-  GridPoint low;
-  GridPoint high;  // Exclusive.
-  const auto clip = [&](std::int32_t from, std::int32_t dims, std::int32_t& a, std::int32_t& b) {
-    a = std::clamp(from, 0, dims);
-    b = std::clamp(from + kCell, 0, dims);
-  };
-  clip(begin.x, info.dims[0], low.x, high.x);
-  clip(begin.y, info.dims[1], low.y, high.y);
-  clip(begin.z, info.dims[2], low.z, high.z);
-  const auto into = [&](std::int32_t x, std::int32_t y, std::int32_t z) {
-    return arrays_.values.begin() + cell.at + (x - begin.x) + row_ * (y - begin.y) +
-           slice_ * (z - begin.z);
-  };
-  const GridPoint size = high - low;
-  if (size.x < kCell || size.y < kCell || size.z < kCell) {
-    for (std::int32_t z = 0; z < kCell; ++z) {
-      for (std::int32_t y = 0; y < kCell; ++y) {
-        std::fill_n(into(begin.x, begin.y + y, begin.z + z), kCell, outside_);
-      }
-    }
-    if (size.x <= 0 || size.y <= 0 || size.z <= 0) return;
-  }
-  constexpr std::int32_t kSide = BrickLayout::kSampleSide;
-  const BrickLayout layout(info.dims);
-  for (std::int32_t bz = low.z / kSide; bz * kSide < high.z; ++bz) {
-    for (std::int32_t by = low.y / kSide; by * kSide < high.y; ++by) {
-      for (std::int32_t bx = low.x / kSide; bx * kSide < high.x; ++bx) {
-        const auto* const brick = reinterpret_cast<const Sample*>(
-            volume_.samples->brick(layout.index({bx, by, bz})).data());
-        const GridCounts extent = layout.extent({bx, by, bz});
-        const std::int32_t x0 = std::max(low.x, kSide * bx);
-        const std::int32_t x1 = std::min(high.x, kSide * bx + kSide);
-        for (std::int32_t z = std::max(low.z, kSide * bz); z < std::min(high.z, kSide * bz + kSide);
-             ++z) {
-          for (std::int32_t y = std::max(low.y, kSide * by);
-               y < std::min(high.y, kSide * by + kSide); ++y) {
-            const Sample* const from =
-                brick + (x0 - kSide * bx) +
-                std::ptrdiff_t{extent[0]} *
-                    ((y - kSide * by) + std::ptrdiff_t{extent[1]} * (z - kSide * bz));
-            std::transform(from, from + (x1 - x0), into(x0, y, z),
-                           [](Sample sample) { return static_cast<float>(sample); });
-          }
+  for (int exponent = 0; exponent < kSpectrumExponent; ++exponent) {
+    for (const PointKind kind : {PointKind::kEdge, PointKind::kFace, PointKind::kCube}) {
+      for (std::int32_t row = 0; row < 4; ++row) {
+        const RowKind& shape = row_kind(kind, row & 1, row >> 1);
+        // Children of an edge have half the spacing; at spacing 1 there are none.
+        if (!shape.exists || (shape.is_edge && exponent == 0)) continue;
+        Children& children =
+            children_[static_cast<std::size_t>(exponent)][row_index(kind, {0, row & 1, row >> 1})];
+        children.count = 0;
+        for (const GridPoint child : shape.children) {
+          children.offsets[children.count++] =
+              offset_of(child) * (1 << (shape.is_edge ? exponent - 1 : exponent));
         }
       }
     }
   }
 }
 
-// Eight bits a row of the cell.
-void FineErrors::load_signs(const Cell& cell) {
-  const auto byte = [](Mask m) { return static_cast<std::uint8_t>(m[0] | m[1] | m[2] | m[3]); };
-  const Float4 c = all(isovalue_below_);
+// ---- bits
+
+std::size_t FineErrors::bits_of(const FineCell& cell) const {
+  const GridPoint at = cell.low - origin_;
+  return arrays_.above.cell(at.x / kCell, at.y / kCell, at.z / kCell);
+}
+
+// All errors are 0 at first.
+void FineErrors::load_signs(const FineCell& cell) {
+  const std::size_t bits = bits_of(cell);
   for (std::int32_t z = 0; z < kCell; ++z) {
+    const std::ptrdiff_t at = index(cell.low) + slice_ * z;
     for (std::int32_t y = 0; y < kCell; ++y) {
-      const std::ptrdiff_t at = cell.at + row_ * y + slice_ * z;
-      std::array<Float4, 2> v;
-      std::memcpy(v.data(), &arrays_.values[static_cast<std::size_t>(at)], sizeof(v));
-      const std::size_t bits = byte_of(at);
-      arrays_.mixed[bits] = 0;
-      arrays_.above[bits] = byte(((v[0] > c) & kLowBits) | ((v[1] > c) & kHighBits));
-      arrays_.below[bits] = byte(((v[0] <= c) & kLowBits) | ((v[1] <= c) & kHighBits));
+      std::fill_n(arrays_.errors.begin() + at + row_ * y, kCell, 0.0F);
+    }
+    if (!cell.is_near) continue;
+    const auto rows =
+        signs_of_rows(&arrays_.values[static_cast<std::size_t>(at)], row_, isovalue_below_);
+    const auto more = signs_of_rows(&arrays_.values[static_cast<std::size_t>(at + 4 * row_)], row_,
+                                    isovalue_below_);
+    arrays_.above.plane(bits, z) = rows.above | BitPlane{more.above} << 32;
+    arrays_.below.plane(bits, z) = rows.below | BitPlane{more.below} << 32;
+  }
+}
+
+// All levels and kinds at once: their points are different ones, so their bits are too.
+void FineErrors::find_mixed_diamonds(const FineCell& cell) {
+  const std::size_t bits = bits_of(cell);
+  const std::array<BitPlane, kCell> mixed = mixed_diamonds(arrays_.above, arrays_.below, bits);
+  for (std::int32_t z = 0; z < kCell; ++z) {
+    arrays_.mixed.plane(bits, z) = mixed[static_cast<std::size_t>(z)];
+  }
+}
+
+float FineErrors::error(GridPoint p) const {
+  const GridPoint at = p - origin_;
+  const std::size_t cell = arrays_.settled.cell(at.x / kCell, at.y / kCell, at.z / kCell);
+  const int bit = at.x % kCell + kCell * (at.y % kCell);
+  if ((arrays_.settled.plane(cell, at.z % kCell) >> bit & 1) != 0) {
+    return std::numeric_limits<float>::infinity();
+  }
+  return arrays_.errors[static_cast<std::size_t>(index(p))];
+}
+
+std::uint32_t FineErrors::settled_around(GridPoint p, std::int32_t step,
+                                         const std::array<std::int32_t, 3>& turned) const {
+  const GridPoint at = p - origin_;
+  // The lower ends of the octree cube lie in the cell of its centre, the upper ones perhaps behind.
+  const int first = at.x % kCell - step * turned[0];
+  const int middle = at.x % kCell;
+  const int last = at.x % kCell + step * turned[0];
+  std::uint32_t result = 0;
+  int place = 0;
+  for (std::int32_t k = -1; k <= 1; ++k) {
+    for (std::int32_t j = -1; j <= 1; ++j, place += 3) {
+      const std::int32_t y = at.y + step * turned[1] * j;
+      const std::int32_t z = at.z + step * turned[2] * k;
+      const std::size_t cell = arrays_.settled.cell(at.x / kCell, y / kCell, z / kCell);
+      const BitPlane row = (arrays_.settled.plane(cell, z % kCell) >> (8 * (y % kCell)) & 0xFF) |
+                           (arrays_.settled.plane(cell + 1, z % kCell) >> (8 * (y % kCell)) & 1)
+                               << kCell;
+      const BitPlane three = (row >> first & 1) | (row >> middle & 1) << 1 | (row >> last & 1) << 2;
+      result |= static_cast<std::uint32_t>(three) << place;
     }
   }
+  return result;
 }
 
 // ---- errors
 
 void FineErrors::compute(int exponent) {
   for (const PointKind kind : {PointKind::kEdge, PointKind::kFace, PointKind::kCube}) {
-    for (const Cell& cell : support_) {
+    for (const FineCell& cell : cells_.support()) {
       if (cell.is_near) compute_kind(cell, exponent, kind);
     }
   }
 }
 
-void FineErrors::compute_kind(const Cell& cell, int exponent, PointKind kind) {
+void FineErrors::compute_kind(const FineCell& cell, int exponent, PointKind kind) {
   const std::int32_t step = 1 << exponent;
   const std::int32_t reach = kReach[static_cast<std::size_t>(exponent)];
   const std::int32_t last = 1 << volume_.info.grid_exponent;
   // Only where somebody asks, and within the grid.
-  const auto begin = [&](std::int32_t low, std::int32_t origin) {
-    return std::max({low, origin + kCell - reach, 0});
+  const auto needed = [&](std::int32_t low, std::int32_t origin) {
+    return bits_between(low, std::max(origin + kCell - reach, 0),
+                        std::min(origin + kCell + side_ + reach, last));
   };
-  const auto end = [&](std::int32_t low, std::int32_t origin) {
-    return std::min({low + kCell - 1, origin + kCell + side_ + reach, last});
-  };
-  const unsigned x_bits =
-      bits_between(cell.low.x, begin(cell.low.x, origin_.x), end(cell.low.x, origin_.x));
-  const std::int32_t end_y = end(cell.low.y, origin_.y);
-  const std::int32_t end_z = end(cell.low.z, origin_.z);
-  for (std::int32_t z = begin(cell.low.z, origin_.z); z <= end_z; z += step) {
-    for (std::int32_t y = begin(cell.low.y, origin_.y); y <= end_y; y += step) {
-      const RowKind& shape = row_kind(kind, y >> exponent, z >> exponent);
-      if (!shape.exists) continue;
-      const unsigned bits = x_bits & kPositions[static_cast<std::size_t>(exponent)][shape.odd_x];
-      compute_row({cell.low.x, y, z}, bits, exponent, shape);
-    }
+  const BitPlane needed_in_layer =
+      plane_of(needed(cell.low.x, origin_.x), needed(cell.low.y, origin_.y));
+  const unsigned layers = needed(cell.low.z, origin_.z);
+  const std::size_t bits = bits_of(cell);
+  for (std::int32_t z = 0; z < kCell; z += step) {
+    const BitPlane points = points_of_kind(kind, z, exponent) & needed_in_layer;
+    if ((layers >> z & 1U) == 0 || points == 0) continue;
+    const BitPlane mixed = arrays_.mixed.plane(bits, z) & points;
+    const BitPlane active = with_children(arrays_.active, bits, z, exponent, kind) & points;
+    if ((mixed | active) == 0) continue;
+    const BitPlane settled =
+        active == 0 ? 0 : with_children(arrays_.settled, bits, z, exponent, kind) & points;
+    arrays_.active.plane(bits, z) |= active;
+    arrays_.settled.plane(bits, z) |= settled;
+    compute_points(cell, z, (mixed | active) & ~settled, mixed, exponent, kind);
   }
 }
 
-// All levels and kinds of the cell at once: their points are different ones, so their bits are too.
-void FineErrors::find_mixed_diamonds(const Cell& cell) {
-  const auto bits_of = [](const std::uint8_t* bytes) {
-    return bytes[0] | static_cast<std::uint32_t>(bytes[1]) << 8 |
-           static_cast<std::uint32_t>(bytes[2]) << 16;
-  };
-  SignRows rows;
-  for (std::int32_t z = SignRows::kFirst; z < SignRows::kEnd; ++z) {
-    for (std::int32_t y = SignRows::kFirst; y < SignRows::kEnd; ++y) {
-      const std::size_t byte = byte_of(cell.at + row_ * y + slice_ * z) - 1;
-      rows.set(y, z, bits_of(&arrays_.above[byte]), bits_of(&arrays_.below[byte]));
-    }
+// Those of a layer that may have an error and no settled child.
+void FineErrors::compute_points(const FineCell& cell, std::int32_t z, BitPlane points,
+                                BitPlane mixed, int exponent, PointKind kind) {
+  BitPlane active = 0;
+  BitPlane settled = 0;
+  for (BitPlane left = points; left != 0; left &= left - 1) {
+    const int i = std::countr_zero(left);
+    const GridPoint p = cell.low + GridPoint{i % kCell, i / kCell, z};
+    const std::ptrdiff_t at = index(p);
+    const GridPoint unit_point = {p.x >> exponent, p.y >> exponent, p.z >> exponent};
+    float error = largest_error(
+        children_[static_cast<std::size_t>(exponent)][row_index(kind, unit_point)], at);
+    if ((mixed >> i & 1U) != 0) error = with_own_error(p, at, exponent, error);
+    arrays_.errors[static_cast<std::size_t>(at)] = error;
+    active |= static_cast<BitPlane>(error > 0) << i;
+    settled |= static_cast<BitPlane>(error > settled_above_) << i;
   }
-  const std::array<std::uint8_t, 64> mixed = mixed_diamonds(rows);
-  for (std::int32_t z = 0; z < kCell; ++z) {
-    for (std::int32_t y = 0; y < kCell; ++y) {
-      arrays_.mixed[byte_of(cell.at + row_ * y + slice_ * z)] =
-          mixed[static_cast<std::size_t>(y + kCell * z)];
-    }
-  }
+  const std::size_t bits = bits_of(cell);
+  arrays_.active.plane(bits, z) |= active;
+  arrays_.settled.plane(bits, z) |= settled;
 }
 
-// The points of one kind among the eight from `first` on: those with a bit in `bits`.
-void FineErrors::compute_row(GridPoint first, unsigned bits, int exponent, const RowKind& shape) {
-  const std::ptrdiff_t at = index(first);
-  unsigned mixed = arrays_.mixed[byte_of(at)] & bits;
-  float* const errors = arrays_.errors.data() + at;
-  std::array<Float4, 2> below{};
-  // Children of an edge have half the spacing; at spacing 1 there are none.
-  if (!shape.is_edge || exponent > 0) {
-    const int child_exponent = shape.is_edge ? exponent - 1 : exponent;
-    for (const GridPoint offset : shape.children) {
-      const std::ptrdiff_t child = offset.x + row_ * offset.y + slice_ * offset.z;
-      std::array<Float4, 2> of;
-      std::memcpy(of.data(), errors + (child << child_exponent), sizeof(of));
-      below[0] = larger(below[0], of[0]);
-      below[1] = larger(below[1], of[1]);
-    }
-    std::array<Float4, 2> made;
-    std::memcpy(made.data(), errors, sizeof(made));
-    const Mask8 chosen = mask_of(bits);
-    made[0] = chosen[0] ? below[0] : made[0];
-    made[1] = chosen[1] ? below[1] : made[1];
-    std::memcpy(errors, made.data(), sizeof(made));
+// Of the children of the point at `at`, none of which is settled.
+float FineErrors::largest_error(const Children& children, std::ptrdiff_t at) const {
+  float largest = 0;
+  for (std::size_t i = 0; i < children.count; ++i) {
+    largest = std::max(largest, arrays_.errors[static_cast<std::size_t>(at + children.offsets[i])]);
   }
-  for (; mixed != 0; mixed &= mixed - 1) {
-    const auto i = static_cast<std::int32_t>(std::countr_zero(mixed));
-    errors[i] = with_own_error(first + GridPoint{i, 0, 0}, at + i, exponent,
-                               below[static_cast<std::size_t>(i / 4)][i % 4]);
-  }
+  return largest;
 }
 
 float FineErrors::with_own_error(GridPoint p, std::ptrdiff_t at, int exponent, float below) const {

@@ -1,18 +1,9 @@
 // The field and the exact errors of spacings 1, 2 and 4 in one octree cube, for one isovalue: what
 // the error spectrum leaves out, computed from the samples when a query needs it.
 //
-// Only *wanted* cells are computed: those in which the model goes beyond the spectrum, because all
-// three parents of the cell's centre are kept. What they need lies in the cells around them, which
-// a cell's least and largest sample let it pass over as long as no surface is near:
-//
-//     . . . . . .      w  wanted cell
-//     . s s s . .      s  support: loaded, and computed as far as a wanted cell needs it
-//     . s w s s .
-//     . s s w s .
-//     . . s s s .
-//
-// The diamonds of all points in a closed wanted cell, and of their descendants, reach seven steps
-// beyond it; a cell has eight.
+// Errors above the largest threshold are not told apart: the point is *settled*, and so are its
+// parents, by bits of whole layers and without any arithmetic. The same bits pass over the points
+// whose diamond the surface misses.
 #pragma once
 
 #include <array>
@@ -24,10 +15,11 @@
 
 #include "common/isosurface_request.hpp"
 #include "common/octree_cube.hpp"
+#include "server/core/cell_bits.hpp"
 #include "server/core/diamond_values.hpp"
-#include "server/core/mixed_diamonds.hpp"
+#include "server/core/fine_cells.hpp"
 #include "server/core/prepared_volume.hpp"
-#include "server/core/step_lengths.hpp"
+#include "server/core/row_kinds.hpp"
 
 namespace multitetra {
 
@@ -36,17 +28,20 @@ struct FineErrorsOptions {
   ErrorMeasure measure = ErrorMeasure::kCertified;
   TopologyRule rule = TopologyRule::kExact;
   double topology_tolerance = 0;  // Grid steps.
+  // World units. By how much an error is above it is not computed.
+  double largest_threshold = std::numeric_limits<double>::infinity();
 };
 
 // The memory of FineErrors, some 30 MB for the largest cubes: worth to be used again. What it holds
 // between two uses means nothing.
 struct FineArrays {
   std::vector<float> values;
-  std::vector<float> errors;
-  // A bit per point, behind and before some unused bytes:
-  std::vector<std::uint8_t> above;  // Its value is greater than the isovalue.
-  std::vector<std::uint8_t> below;  // It is not, and it is not void.
-  std::vector<std::uint8_t> mixed;  // Its diamond has values of both kinds.
+  std::vector<float> errors;  // Of points that are not settled.
+  BitGrid above;              // The value is greater than the isovalue.
+  BitGrid below;              // It is not, and it is not void.
+  BitGrid mixed;              // The diamond has values of both kinds.
+  BitGrid active;             // The error is not 0.
+  BitGrid settled;            // It is greater than the largest threshold.
 };
 
 // One thread at a time.
@@ -63,17 +58,19 @@ class FineErrors {
   void load(const OctreeCube& cube, const std::function<bool(const OctreeCube&)>& is_wanted);
 
   // Whether a cell of the cube is wanted.
-  [[nodiscard]] bool is_wanted(const OctreeCube& cell) const;
+  [[nodiscard]] bool is_wanted(const OctreeCube& cell) const { return cells_.is_wanted(cell); }
 
   // Of points in a wanted closed cell, by index().
   [[nodiscard]] float value(std::ptrdiff_t at) const {
     return arrays_.values[static_cast<std::size_t>(at)];
   }
-  // The error, infinite when a flip that is not tolerated keeps the point or a descendant. For
-  // points of spacing 1, 2 or 4.
-  [[nodiscard]] float error(std::ptrdiff_t at) const {
-    return arrays_.errors[static_cast<std::size_t>(at)];
-  }
+  // The error of such a point of spacing 1, 2 or 4; infinite when it is settled, or when a flip
+  // that is not tolerated keeps the point or a descendant.
+  [[nodiscard]] float error(GridPoint p) const;
+  // Bit i + 3 j + 9 k: whether the point p + step * turned (i - 1, j - 1, k - 1) is settled. They
+  // are the points of an octree cube in a wanted cell, p its centre.
+  [[nodiscard]] std::uint32_t settled_around(GridPoint p, std::int32_t step,
+                                             const std::array<std::int32_t, 3>& turned) const;
   [[nodiscard]] std::ptrdiff_t index(GridPoint p) const {
     const GridPoint at = p - origin_;
     return at.x + row_ * at.y + slice_ * at.z;
@@ -84,48 +81,42 @@ class FineErrors {
  private:
   static constexpr std::int32_t kCell = kSpectrumSpacing;
 
-  // One cell of the array; its points are those with offsets 0 to 7 from `low`.
-  struct Cell {
-    GridPoint low;
-    std::ptrdiff_t at;  // index(low)
-    bool is_crossed;    // Diamonds of its points may have values on both sides of the isovalue.
-    bool is_near;       // Those of their descendants may: it or a neighbour is crossed.
+  // Offsets in the arrays to the children of one kind of point.
+  struct Children {
+    std::size_t count = 0;
+    std::array<std::ptrdiff_t, 8> offsets{};
   };
-  void find_cells(const std::function<bool(const OctreeCube&)>& is_wanted);
-  [[nodiscard]] bool may_cross(GridPoint cell) const;
-  template <typename Sample>
-  void load_values(const Sample*);
-  template <typename Sample>
-  void load_cell(const Cell& cell);
-  void load_signs(const Cell& cell);
+
+  void begin_arrays();
   void make_offsets();
+  void load_signs(const FineCell& cell);
+  void find_mixed_diamonds(const FineCell& cell);
   void compute(int exponent);
-  void compute_kind(const Cell& cell, int exponent, PointKind kind);
-  void compute_row(GridPoint first, unsigned bits, int exponent, const RowKind& shape);
-  void find_mixed_diamonds(const Cell& cell);
-  // Where the bits of the eight points from `at` on are.
-  [[nodiscard]] std::size_t byte_of(std::ptrdiff_t at) const {
-    return static_cast<std::size_t>(unused_bytes_ + at / 8);
+  void compute_kind(const FineCell& cell, int exponent, PointKind kind);
+  void compute_points(const FineCell& cell, std::int32_t z, BitPlane points, BitPlane mixed,
+                      int exponent, PointKind kind);
+  [[nodiscard]] std::size_t bits_of(const FineCell& cell) const;
+  [[nodiscard]] static std::size_t row_index(PointKind kind, GridPoint unit_point) {
+    return static_cast<std::size_t>(kind) * 4 +
+           static_cast<std::size_t>((unit_point.y & 1) | (unit_point.z & 1) << 1);
   }
+  [[nodiscard]] float largest_error(const Children& children, std::ptrdiff_t at) const;
   [[nodiscard]] float with_own_error(GridPoint p, std::ptrdiff_t at, int exponent,
                                      float below) const;
   void load_diamond(GridPoint p, std::ptrdiff_t at, int exponent, DiamondValues<double>& d) const;
 
   const PreparedVolume& volume_;
   const FineErrorsOptions options_;
-  const LevelExtent cells_in_data_;
-  const float outside_;
   const float isovalue_below_;  // A float is above the isovalue exactly when it is above this one.
+  const float settled_above_;   // As for the isovalue, of the largest threshold.
+  FineCells cells_;
   GridPoint origin_;        // Grid coordinates of the arrays' first point: one cell below the cube.
   std::int32_t side_ = 0;   // Of the cube, grid steps.
-  std::int32_t cells_ = 0;  // Of the array along an axis.
   std::ptrdiff_t row_ = 0;  // Strides of the arrays.
   std::ptrdiff_t slice_ = 0;
-  std::ptrdiff_t unused_bytes_ = 0;  // At both ends of the bits.
   FineArrays& arrays_;
-  std::vector<bool> wanted_;  // By cell of the array.
-  std::vector<Cell> support_;
-  std::array<DiamondLengths<double>, kSpectrumExponent> lengths_{};             // By spacing.
+  std::array<std::array<Children, 12>, kSpectrumExponent> children_{};  // By spacing and row_index.
+  std::array<DiamondLengths<double>, kSpectrumExponent> lengths_{};     // By spacing.
   std::array<std::array<std::ptrdiff_t, Diamond::kMaxCorners>, 64> offsets_{};  // By shape, for
                                                                                 // spacing 1.
 };

@@ -23,75 +23,71 @@ struct TetrahedronSurface {
   std::size_t count = 0;  // 0, 1 or 2
 };
 
-// How the surface lies in a tetrahedron whose corners' signs are known: which corners come first,
-// so that positive ones precede, and whether that order is an odd permutation.
+// The edges of a tetrahedron, as pairs of its corners.
+inline constexpr std::array<std::array<std::uint8_t, 2>, 6> kTetrahedronEdges = {
+    {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
+
+// The polygon that the surface cuts out of a tetrahedron whose corners' signs are known: the edges
+// that its corners lie on, in the order in which it faces the negative corners.
 struct MarchingCase {
-  std::uint8_t positives = 0;
-  bool is_odd = false;
-  std::array<std::uint8_t, 4> order{};
+  std::uint8_t corners = 0;  // 0, 3 or 4
+  std::array<std::uint8_t, 4> edges{};
 };
 
-[[nodiscard]] constexpr std::array<MarchingCase, 16> make_marching_cases() {
-  std::array<MarchingCase, 16> cases{};
-  for (unsigned signs = 0; signs < 16; ++signs) {
-    MarchingCase& c = cases[signs];
+// Indexed by the signs, where bit i is set when corner i is positive, and by whether the corners 0,
+// 1, 2, 3 span a negative volume.
+using MarchingCases = std::array<std::array<MarchingCase, 2>, 16>;
+
+[[nodiscard]] constexpr MarchingCases make_marching_cases() {
+  MarchingCases cases{};
+  for (unsigned signs = 1; signs < 15; ++signs) {
+    // Positive corners first; is that an odd permutation?
+    std::array<std::uint8_t, 4> order{};
+    std::size_t positives = 0;
     std::size_t last = 4;
     for (std::uint8_t i = 0; i < 4; ++i) {
-      if ((signs >> i & 1U) != 0) {
-        c.order[c.positives++] = i;
-      } else {
-        c.order[--last] = i;
-      }
+      ((signs >> i & 1U) != 0 ? order[positives++] : order[--last]) = i;
     }
+    bool is_odd = false;
     for (std::size_t i = 0; i < 4; ++i) {
-      for (std::size_t j = i + 1; j < 4; ++j) c.is_odd ^= c.order[i] > c.order[j];
+      for (std::size_t j = i + 1; j < 4; ++j) is_odd ^= order[i] > order[j];
+    }
+    const auto edge = [&](std::size_t i, std::size_t j) {
+      const std::uint8_t low = std::min(order[i], order[j]);
+      const std::uint8_t high = std::max(order[i], order[j]);
+      return static_cast<std::uint8_t>(low + high - (low == 0 ? 1 : 0));
+    };
+    for (const bool is_negative : {false, true}) {
+      MarchingCase& c = cases[signs][is_negative ? 1 : 0];
+      const bool turned = is_negative != is_odd;
+      if (positives == 2) {
+        c = {.corners = 4, .edges = {edge(0, 2), edge(0, 3), edge(1, 3), edge(1, 2)}};
+        if (turned) std::swap(c.edges[1], c.edges[3]);
+      } else {  // The triangle turns its back on the one positive corner, or faces the negative
+                // one.
+        const std::size_t one = positives == 1 ? 0 : 3;
+        c = {.corners = 3,
+             .edges = {edge(one, one == 0 ? 1 : 0), edge(one, one == 0 ? 2 : 1),
+                       edge(one, one == 0 ? 3 : 2)}};
+        if (turned) std::swap(c.edges[1], c.edges[2]);
+      }
     }
   }
   return cases;
 }
+inline constexpr MarchingCases kMarchingCases = make_marching_cases();
 
-// Indexed by the signs: bit i is set when corner i is positive.
-inline constexpr std::array<MarchingCase, 16> kMarchingCases = make_marching_cases();
-
-// The quad p, q, r, s in cyclic order, cut along its shorter diagonal; among equals along the one
-// with the least end.
-[[nodiscard]] inline TetrahedronSurface cut_quad(LatticePoint p, LatticePoint q, LatticePoint r,
-                                                 LatticePoint s) {
-  const auto squared_distance = [](LatticePoint a, LatticePoint b) {
+// The quad p, q, r, s in cyclic order is cut along its shorter diagonal; among equals along the one
+// with the least end. Whether that is pr.
+[[nodiscard]] inline bool is_cut_along_first(const LatticePoint& p, const LatticePoint& q,
+                                             const LatticePoint& r, const LatticePoint& s) {
+  const auto squared_distance = [](const LatticePoint& a, const LatticePoint& b) {
     const auto square = [](std::int32_t d) { return std::int64_t{d} * d; };
     return square(a.x - b.x) + square(a.y - b.y) + square(a.z - b.z);
   };
   const std::int64_t pr = squared_distance(p, r);
   const std::int64_t qs = squared_distance(q, s);
-  const bool along_pr = pr < qs || (pr == qs && std::min(p, r) < std::min(q, s));
-  if (along_pr)
-    return {.triangles = {LatticeTriangle{p, q, r}, LatticeTriangle{p, r, s}}, .count = 2};
-  return {.triangles = {LatticeTriangle{q, r, s}, LatticeTriangle{q, s, p}}, .count = 2};
-}
-
-// The surface in a tetrahedron. `vertex(i, j)` is the vertex on the edge between corners i and j;
-// `is_negative` whether the corners 0, 1, 2, 3 span a negative volume. Requires corners on both
-// sides.
-template <typename Vertex>
-[[nodiscard]] TetrahedronSurface march(const MarchingCase& c, bool is_negative,
-                                       const Vertex& vertex) {
-  const bool turned = is_negative != c.is_odd;
-  const auto at = [&](std::size_t i, std::size_t j) { return vertex(c.order[i], c.order[j]); };
-  if (c.positives == 2) {
-    const LatticePoint p = at(0, 2);
-    const LatticePoint q = at(0, 3);
-    const LatticePoint r = at(1, 3);
-    const LatticePoint s = at(1, 2);
-    return turned ? cut_quad(p, s, r, q) : cut_quad(p, q, r, s);
-  }
-  TetrahedronSurface result{.triangles = {}, .count = 1};
-  if (c.positives == 1) {  // The triangle turns its back on corner 0.
-    result.triangles[0] = {at(0, 1), at(0, 2), at(0, 3)};
-  } else {  // The triangle faces corner 3.
-    result.triangles[0] = {at(3, 0), at(3, 1), at(3, 2)};
-  }
-  if (turned) std::swap(result.triangles[0][1], result.triangles[0][2]);
-  return result;
+  return pr < qs || (pr == qs && std::min(p, r) < std::min(q, s));
 }
 
 // The vertex on the edge from g to h, values on different sides of the isovalue c. The edge runs

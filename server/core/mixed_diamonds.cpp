@@ -1,62 +1,107 @@
 #include "server/core/mixed_diamonds.hpp"
 
-#include <cstring>
-
 namespace multitetra {
 namespace {
 
-constexpr std::int32_t kCell = 8;
-using Rows4 = std::uint32_t __attribute__((vector_size(16)));
+// Of eight points in a row, those of spacing 2^[i] with an even and with an odd coordinate.
+constexpr unsigned kPositions[3][2] = {{0x55, 0xAA}, {0x11, 0x44}, {0x01, 0x10}};
 
-// The points of spacing 2^exponent in the rows y, y + 2, y + 4 and y + 6 of the layer z.
-Rows4 mixed_in_rows(const SignRows& rows, int exponent, std::int32_t y, std::int32_t z) {
-  Rows4 mixed{};
-  for (const PointKind kind : {PointKind::kEdge, PointKind::kFace, PointKind::kCube}) {
-    const RowKind& shape = row_kind(kind, y >> exponent, z >> exponent);
-    if (!shape.exists) continue;
-    Rows4 above{};
-    Rows4 below{};
-    for (const GridPoint offset : shape.diamond) {
-      const std::int32_t at_y = y + offset.y * (1 << exponent);
-      const std::int32_t at_z = z + offset.z * (1 << exponent);
-      Rows4 of_above;
-      Rows4 of_below;
-      std::memcpy(&of_above, rows.above(at_y, at_z), sizeof(of_above));
-      std::memcpy(&of_below, rows.below(at_y, at_z), sizeof(of_below));
-      const int shift = kCell + offset.x * (1 << exponent);
-      above |= of_above >> shift;
-      below |= of_below >> shift;
-    }
-    mixed |= above & below & kPositions[static_cast<std::size_t>(exponent)][shape.odd_x];
+// The points of a layer by whether x and y, in units of the spacing, are odd.
+struct Parities {
+  BitPlane none = 0;
+  BitPlane x = 0;
+  BitPlane y = 0;
+  BitPlane both = 0;
+};
+constexpr std::array<Parities, 3> kParities = [] {
+  std::array<Parities, 3> parities{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto [even, odd] = kPositions[i];
+    parities[i] = {.none = plane_of(even, even),
+                   .x = plane_of(odd, even),
+                   .y = plane_of(even, odd),
+                   .both = plane_of(odd, odd)};
   }
-  return mixed;
+  return parities;
+}();
+
+bool is_odd(std::int32_t z, int exponent) { return (z >> exponent & 1) != 0; }
+
+// The points of spacing 2^exponent with a bit somewhere in their diamond, from what is around them
+// in the layer z and in those one spacing below and above it. See DividingPoint: the link of an
+// edge lies across it, that of a face in its plane and on its normal, a cube's are its corners.
+BitPlane with_diamonds(const BitGrid::Around& low, const BitGrid::Around& in,
+                       const BitGrid::Around& high, std::int32_t z, int exponent) {
+  const BitPlane z_here = low.here | high.here;
+  const BitPlane z_x = low.along_x | high.along_x;
+  const BitPlane z_y = low.along_y | high.along_y;
+  const BitPlane across = in.along_x | in.along_y;
+  const Parities& odd = kParities[static_cast<std::size_t>(exponent)];
+  if (is_odd(z, exponent)) {
+    return ((in.here | z_here | across | in.diagonal) & odd.none) |
+           ((in.here | z_x | in.along_y) & odd.x) | ((in.here | z_y | in.along_x) & odd.y) |
+           ((in.here | low.diagonal | high.diagonal) & odd.both);
+  }
+  return ((in.here | across | z_here | z_y) & odd.x) | ((in.here | across | z_here | z_x) & odd.y) |
+         ((in.here | in.diagonal | z_here) & odd.both);
 }
 
 }  // namespace
 
-std::array<std::uint8_t, 64> mixed_diamonds(const SignRows& rows) {
-  std::array<std::uint8_t, 64> mixed{};
-  // Of the four rows that come at once, the first in every `stride` have the kind of the first.
-  const auto take = [&](int exponent, std::int32_t y, std::int32_t z, std::int32_t stride) {
-    const Rows4 of_rows = mixed_in_rows(rows, exponent, y, z);
-    for (std::int32_t i = 0; i < 4; i += stride) {
-      mixed[static_cast<std::size_t>(y + 2 * i + kCell * z)] |=
-          static_cast<std::uint8_t>(of_rows[i]);
-    }
-  };
-  for (std::int32_t z = 0; z < kCell; ++z) {
-    take(0, 0, z, 1);
-    take(0, 1, z, 1);
-  }
-  for (std::int32_t z = 0; z < kCell; z += 2) {
-    take(1, 0, z, 2);
-    take(1, 2, z, 2);
-  }
-  for (std::int32_t z = 0; z < kCell; z += 4) {
-    take(2, 0, z, 4);
-    take(2, 4, z, 4);
+std::array<BitPlane, 8> mixed_diamonds(const BitGrid& above, const BitGrid& below,
+                                       std::size_t cell) {
+  std::array<BitPlane, 8> mixed{};
+  for (int exponent = 0; exponent < 3; ++exponent) {
+    const int step = 1 << exponent;
+    const auto in_layers = [&](const BitGrid& bits, const auto& take) {
+      BitGrid::Around low = bits.around(cell, -step, step);
+      BitGrid::Around in = bits.around(cell, 0, step);
+      for (std::int32_t z = 0; z < 8; z += step) {
+        const BitGrid::Around high = bits.around(cell, z + step, step);
+        take(static_cast<std::size_t>(z), with_diamonds(low, in, high, z, exponent));
+        low = in;
+        in = high;
+      }
+    };
+    std::array<BitPlane, 8> with_above{};
+    in_layers(above, [&](std::size_t z, BitPlane points) { with_above[z] = points; });
+    in_layers(below, [&](std::size_t z, BitPlane points) { mixed[z] |= with_above[z] & points; });
   }
   return mixed;
+}
+
+BitPlane points_of_kind(PointKind kind, std::int32_t z, int exponent) {
+  const Parities& odd = kParities[static_cast<std::size_t>(exponent)];
+  const bool odd_z = is_odd(z, exponent);
+  switch (kind) {
+    case PointKind::kEdge:
+      return odd_z ? odd.none : odd.x | odd.y;
+    case PointKind::kFace:
+      return odd_z ? odd.x | odd.y : odd.both;
+    case PointKind::kCube:
+      break;
+  }
+  return odd_z ? odd.both : 0;
+}
+
+BitPlane with_children(const BitGrid& bits, std::size_t cell, std::int32_t z, int exponent,
+                       PointKind kind) {
+  const Parities& odd = kParities[static_cast<std::size_t>(exponent)];
+  const int step = 1 << exponent;
+  if (kind == PointKind::kEdge) {  // The centres of the eight cubes of half the size around it.
+    if (exponent == 0) return 0;
+    const int half = step / 2;
+    return (bits.around(cell, z - half, half).diagonal |
+            bits.around(cell, z + half, half).diagonal) &
+           points_of_kind(kind, z, exponent);
+  }
+  // The edges of a face, the faces of a cube: one step along every axis in which the point is odd.
+  const BitGrid::Around in = bits.around(cell, z, step);
+  const BitPlane in_layer = in.along_x | in.along_y;
+  if (!is_odd(z, exponent)) return kind == PointKind::kFace ? in_layer & odd.both : 0;
+  const BitPlane along_z = bits.layer(cell, z - step) | bits.layer(cell, z + step);
+  if (kind == PointKind::kCube) return (in_layer | along_z) & odd.both;
+  return ((in.along_x | along_z) & odd.x) | ((in.along_y | along_z) & odd.y);
 }
 
 }  // namespace multitetra

@@ -10,10 +10,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 #include "common/mesh.hpp"
 #include "common/octree_cube.hpp"
+#include "server/core/edge_vertices.hpp"
 #include "server/core/grid.hpp"
 #include "server/core/rounding.hpp"
 
@@ -28,13 +28,16 @@ struct OctreeCubePoints {
   std::uint32_t kept = 0;  // Bits of the face centres and edge midpoints that are kept, and
                            // of the corners whose child is refined.
 
-  [[nodiscard]] GridPoint at(std::size_t index) const {
-    const GridPoint offset = kOffsets[index];
-    return {centre.x + step * turned[0] * offset.x, centre.y + step * turned[1] * offset.y,
-            centre.z + step * turned[2] * offset.z};
+  [[nodiscard]] GridPoint at(std::size_t index) const { return centre + turn(kOffsets[index]); }
+  // Of the edge between two points.
+  [[nodiscard]] GridPoint sum_of_ends(std::size_t i, std::size_t j) const {
+    return 2 * centre + turn(kOffsets[i] + kOffsets[j]);
   }
 
  private:
+  [[nodiscard]] GridPoint turn(GridPoint offset) const {
+    return {step * turned[0] * offset.x, step * turned[1] * offset.y, step * turned[2] * offset.z};
+  }
   static constexpr std::array<GridPoint, 27> kOffsets = [] {
     std::array<GridPoint, 27> offsets{};
     for (std::int32_t i = 0; i < 27; ++i) {
@@ -59,7 +62,7 @@ struct OctreeCubePoints {
   return corner;
 }
 
-// Extracts cube after cube; keeps a little memory between them. One thread at a time.
+// Extracts cube after cube into one mesh.
 class OctreeCubeSurface {
  public:
   OctreeCubeSurface(double isovalue, int lattice_resolution)
@@ -71,21 +74,14 @@ class OctreeCubeSurface {
     std::uint32_t tetrahedra = 0;
     std::uint32_t active_tetrahedra = 0;
   };
-  // Appends the triangles of the cube's own tetrahedra.
-  Counts append(const OctreeCubePoints& points, std::vector<LatticeTriangle>& triangles);
+  // Appends the triangles of the cube's own tetrahedra to the mesh, whose vertices are those of
+  // `known`.
+  Counts append(const OctreeCubePoints& points, EdgeVertices& known, LatticeMesh& mesh) const;
 
  private:
-  [[nodiscard]] LatticePoint vertex(const OctreeCubePoints& points, std::size_t i, std::size_t j);
-
   double isovalue_;
   float isovalue_below_;  // A float is above the isovalue exactly when it is above this one.
   int resolution_;
-  struct Known {
-    std::uint32_t cube = 0;  // The cube that it was computed for.
-    LatticePoint vertex;
-  };
-  std::uint32_t cube_ = 0;
-  std::vector<Known> known_ = std::vector<Known>(27 * 27);
 };
 
 }  // namespace multitetra

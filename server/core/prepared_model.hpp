@@ -20,7 +20,9 @@ class PreparedModel {
       : volume_(volume),
         fine_(errors),
         options_(std::move(options)),
-        spectrum_(volume.spectrum, errors.isovalue, errors.measure, errors.rule) {}
+        spectrum_(volume.spectrum, errors.isovalue, errors.measure, errors.rule) {
+    fine_.largest_threshold = options_.thresholds.largest();
+  }
 
   [[nodiscard]] const PreparedVolume& volume() const { return volume_; }
   [[nodiscard]] const FineErrorsOptions& fine_options() const { return fine_; }
@@ -36,6 +38,14 @@ class PreparedModel {
     if (s < options_.finest_spacing || !(e > options_.thresholds.least())) return false;
     return e > options_.thresholds.largest() ||
            e > options_.thresholds.least_in(region(DividingPoint(p)));
+  }
+
+  // Whether points of spacing s may be kept at all.
+  [[nodiscard]] bool may_keep(std::int32_t s) const { return s >= options_.finest_spacing; }
+  // Whether of the finer points no other is kept than those with an error above the largest
+  // threshold.
+  [[nodiscard]] bool keeps_only_settled() const {
+    return options_.thresholds.least() == options_.thresholds.largest();
   }
 
   // Whether the cell's centre may be kept: all its parents are.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "server/core/tiling.hpp"
 
 namespace multitetra {
 namespace {
@@ -43,8 +42,8 @@ CubeSample sample_cubes(const PreparedModel& model, std::size_t count, double is
 }
 
 std::uint64_t crossed_tetrahedra(const PreparedModel& model, const OctreeCube& cube,
-                                 double isovalue, FineArrays& arrays) {
-  return surface_in_cube(model, cube, {.isovalue = isovalue}, arrays).active_tetrahedra;
+                                 double isovalue, CubeMemory& memory) {
+  return surface_in_cube(model, cube, {.isovalue = isovalue}, memory).active_tetrahedra;
 }
 
 std::size_t count_wanted_cells(const PreparedModel& model) {

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "common/octree_cube.hpp"
-#include "server/core/fine_errors.hpp"
 #include "server/core/prepared_model.hpp"
+#include "server/core/tiling.hpp"
 
 namespace multitetra {
 
@@ -33,7 +33,7 @@ struct CubeSample {
 
 // The tetrahedra of one such cube that the surface crosses.
 [[nodiscard]] std::uint64_t crossed_tetrahedra(const PreparedModel& model, const OctreeCube& cube,
-                                               double isovalue, FineArrays& arrays);
+                                               double isovalue, CubeMemory& memory);
 
 // Triangles for every crossed tetrahedron: some have a triangle, some a quad. Measured 1.30 to 1.32
 // on all volumes.

@@ -4,9 +4,9 @@
 #include <array>
 #include <bit>
 #include <cstring>
-#include <iterator>
 #include <utility>
 
+#include "common/vertex_numbers.hpp"
 #include "server/core/leaves.hpp"
 #include "server/core/marching_tetrahedra.hpp"
 #include "server/core/octree_cube_surface.hpp"
@@ -27,19 +27,28 @@ class FieldSource {
   [[nodiscard]] bool is_refined(const OctreeCube& cube) const {
     return multitetra::is_refined(model_, grid_, cube);
   }
-  void append_own(const OctreeCube& cube, CubeSurface& out) const {
+  // Appends the surface in the cube's own tetrahedra to a mesh that grows by nothing else. A bit
+  // for each child says whether it is refined.
+  OctreeCubeSurface::Counts append_own(const OctreeCube& cube, unsigned /*refined*/,
+                                       LatticeMesh& mesh) {
+    OctreeCubeSurface::Counts counts;
     visit_own_leaves(model_, cube, [&](const Tetrahedron& t) {
-      ++out.tetrahedra;
+      ++counts.tetrahedra;
       const auto corners = t.corners();
       const std::array<float, 4> values = {field_.at(corners[0]), field_.at(corners[1]),
                                            field_.at(corners[2]), field_.at(corners[3])};
       const TetrahedronSurface surface =
           marching_tetrahedron(corners, values, options_.isovalue, options_.lattice_resolution);
       if (surface.count == 0) return;
-      ++out.active_tetrahedra;
-      out.rest.insert(out.rest.end(), surface.triangles.begin(),
-                      surface.triangles.begin() + static_cast<std::ptrdiff_t>(surface.count));
+      ++counts.active_tetrahedra;
+      for (std::size_t i = 0; i < surface.count; ++i) {
+        const auto& [p, q, r] = surface.triangles[i];
+        mesh.triangles.push_back({numbers_.number(p, mesh.vertices),
+                                  numbers_.number(q, mesh.vertices),
+                                  numbers_.number(r, mesh.vertices)});
+      }
     });
+    return counts;
   }
 
  private:
@@ -47,22 +56,27 @@ class FieldSource {
   const Grid& grid_;
   const SampledField<Sample>& field_;
   const SurfaceOptions& options_;
+  VertexNumbers numbers_;
 };
 
 // A prepared volume.
 class PreparedSource {
  public:
-  PreparedSource(const PreparedModel& model, const SurfaceOptions& options, FineArrays& arrays)
+  PreparedSource(const PreparedModel& model, const SurfaceOptions& options, CubeMemory& memory)
       : model_(model),
         info_(model.volume().info),
         coarse_(coarse_extent(info_)),
-        fine_(model.volume(), model.fine_options(), arrays),
-        surface_(options.isovalue, options.lattice_resolution) {}
+        fine_(model.volume(), model.fine_options(), memory.fine),
+        surface_(options.isovalue, options.lattice_resolution),
+        vertices_(memory.vertices) {}
 
   // Makes everything inside the cube available.
   void load(const OctreeCube& cube) {
+    vertices_.begin(cube, 0);
     fine_.load(cube, [this](const OctreeCube& cell) { return model_.is_wanted(cell); });
   }
+  // Makes only the cube's own tetrahedra available. Requires a cube larger than a cell.
+  void load_own(const OctreeCube& cube) { vertices_.begin(cube, cube.exponent - 1); }
 
   [[nodiscard]] bool is_refined(const OctreeCube& cube) const {
     if (cube.exponent < 1) return false;
@@ -71,18 +85,17 @@ class PreparedSource {
       return cube.exponent == info_.grid_exponent || model_.kept(point);
     }
     if (cube.exponent == kSpectrumExponent && !fine_.is_wanted(cube)) return false;
-    return model_.kept(point.at(), point.spacing(), fine_.error(fine_.index(point.at())));
+    return model_.kept(point.at(), point.spacing(), fine_.error(point.at()));
   }
 
-  void append_own(const OctreeCube& cube, CubeSurface& out) {
+  OctreeCubeSurface::Counts append_own(const OctreeCube& cube, unsigned refined,
+                                       LatticeMesh& mesh) {
     OctreeCubePoints points = points_of(cube);
     cube.exponent > kSpectrumExponent ? read_coarse(points) : read_fine(points);
-    for (int i = 0; i < 8; ++i) {
-      if (is_refined(cube.child(i))) points.kept |= 1U << corner_of_child(points, i);
+    for (; refined != 0; refined &= refined - 1) {
+      points.kept |= 1U << corner_of_child(points, std::countr_zero(refined));
     }
-    const OctreeCubeSurface::Counts counts = surface_.append(points, out.rest);
-    out.tetrahedra += counts.tetrahedra;
-    out.active_tetrahedra += counts.active_tetrahedra;
+    return surface_.append(points, vertices_, mesh);
   }
 
  private:
@@ -108,20 +121,22 @@ class PreparedSource {
     const std::array<std::ptrdiff_t, 3> stride = {points.step * points.turned[0],
                                                   points.step * points.turned[1] * fine_.row(),
                                                   points.step * points.turned[2] * fine_.slice()};
-    std::array<std::ptrdiff_t, 27> at;
     std::size_t i = 0;
     for (int z = -1; z <= 1; ++z) {
       for (int y = -1; y <= 1; ++y) {
         for (int x = -1; x <= 1; ++x, ++i) {
-          at[i] = centre + x * stride[0] + y * stride[1] + z * stride[2];
-          points.values[i] = fine_.value(at[i]);
+          points.values[i] = fine_.value(centre + x * stride[0] + y * stride[1] + z * stride[2]);
         }
       }
     }
-    for (std::uint32_t left = kFacesAndEdges; left != 0; left &= left - 1) {
+    // Where a face or an edge lies, its spacing is that of the cube's centre.
+    if (!model_.may_keep(points.step)) return;
+    points.kept = fine_.settled_around(points.centre, points.step, points.turned) & kFacesAndEdges;
+    if (model_.keeps_only_settled()) return;
+    for (std::uint32_t left = kFacesAndEdges & ~points.kept; left != 0; left &= left - 1) {
       const auto p = static_cast<std::size_t>(std::countr_zero(left));
-      // Where a face or an edge lies, its spacing is that of the cube's centre.
-      const bool kept = model_.kept(points.at(p), points.step, fine_.error(at[p]));
+      const GridPoint at = points.at(p);
+      const bool kept = model_.kept(at, points.step, fine_.error(at));
       points.kept |= static_cast<std::uint32_t>(kept) << p;
     }
   }
@@ -142,81 +157,64 @@ class PreparedSource {
   LevelExtent coarse_;
   FineErrors fine_;
   OctreeCubeSurface surface_;
+  EdgeVertices& vertices_;
 };
 
-// ---- tiles
+// ---- cubes
 
-// One after another: what was appended for one cube stays together in `out.rest`.
+// A bit for each child.
 template <typename Source>
-class Collector {
- public:
-  Collector(Source& source, const SurfaceOptions& options) : source_(source), options_(options) {}
-
-  // Appends the surface of the cube to out_.rest and cuts tiles off where it grows too large.
-  void collect(const OctreeCube& cube) {
-    const std::size_t begin = out_.rest.size();
-    std::array<std::size_t, 9>
-        ends{};  // ends[i]: where the triangles of child i begin, ends[8]: where all end
-    for (int i = 0; i < 8; ++i) {
-      ends[static_cast<std::size_t>(i)] = out_.rest.size();
-      if (source_.is_refined(cube.child(i))) collect(cube.child(i));
-    }
-    ends[8] = out_.rest.size();
-    source_.append_own(cube, out_);
-    cut_off(cube, begin, ends);
+unsigned refined_children(const Source& source, const OctreeCube& cube) {
+  unsigned refined = 0;
+  if (cube.exponent <= 1) return refined;
+  for (int i = 0; i < 8; ++i) {
+    refined |= static_cast<unsigned>(source.is_refined(cube.child(i))) << i;
   }
+  return refined;
+}
 
-  void join(const OctreeCube& cube, std::vector<CubeSurface> children) {
-    std::array<std::size_t, 9> ends{};
-    for (std::size_t i = 0; i < 8; ++i) {
-      ends[i] = out_.rest.size();
-      out_.tetrahedra += children[i].tetrahedra;
-      out_.active_tetrahedra += children[i].active_tetrahedra;
-      std::move(children[i].tiles.begin(), children[i].tiles.end(), std::back_inserter(out_.tiles));
-      out_.rest.insert(out_.rest.end(), children[i].rest.begin(), children[i].rest.end());
-    }
-    ends[8] = out_.rest.size();
-    source_.append_own(cube, out_);
-    cut_off(cube, 0, ends);
+// Appends the surface of the cube, its children's first, and cuts tiles off where it grows too
+// large.
+template <typename Source>
+void collect(Source& source, const OctreeCube& cube, CubeSurfaceBuilder& out) {
+  const std::size_t begin = out.triangles();
+  ChildRanges ranges{};
+  const unsigned refined = refined_children(source, cube);
+  for (int i = 0; i < 8; ++i) {
+    ranges[static_cast<std::size_t>(i)] = out.triangles();
+    if ((refined >> i & 1U) != 0) collect(source, cube.child(i), out);
   }
+  ranges[8] = out.triangles();
+  const OctreeCubeSurface::Counts own = source.append_own(cube, refined, out.mesh());
+  out.count(own.tetrahedra, own.active_tetrahedra);
+  out.cut_off(cube, begin, ranges);
+}
 
-  [[nodiscard]] CubeSurface take() { return std::move(out_); }
+template <typename Source>
+CubeSurface collected(Source& source, const OctreeCube& cube, const SurfaceOptions& options) {
+  CubeSurfaceBuilder out(options.lattice_resolution, options.max_triangles);
+  collect(source, cube, out);
+  return out.take();
+}
 
- private:
-  // Makes tiles of the children with most triangles until the rest of the cube fits into one.
-  void cut_off(const OctreeCube& cube, std::size_t begin, const std::array<std::size_t, 9>& ends) {
-    std::size_t left = out_.rest.size() - begin;
-    if (left <= options_.max_triangles) return;
-    const auto size_of = [&](std::size_t child) { return ends[child + 1] - ends[child]; };
-    std::array<std::size_t, 8> by_size = {0, 1, 2, 3, 4, 5, 6, 7};
-    std::stable_sort(by_size.begin(), by_size.end(),
-                     [&](std::size_t a, std::size_t b) { return size_of(a) > size_of(b); });
-    std::array<bool, 8> is_cut{};
-    for (const std::size_t child : by_size) {
-      if (left <= options_.max_triangles || size_of(child) == 0) break;
-      is_cut[child] = true;
-      left -= size_of(child);
-    }
-    const auto at = [this](std::size_t i) {
-      return out_.rest.begin() + static_cast<std::ptrdiff_t>(i);
-    };
-    auto keep = at(begin);
-    for (std::size_t child = 0; child < 8; ++child) {
-      if (is_cut[child]) {
-        out_.tiles.push_back(
-            {cube.child(static_cast<int>(child)), {at(ends[child]), at(ends[child + 1])}});
-      } else {
-        keep = std::move(at(ends[child]), at(ends[child + 1]), keep);
-      }
-    }
-    keep = std::move(at(ends[8]), out_.rest.end(), keep);
-    out_.rest.erase(keep, out_.rest.end());
+template <typename Source>
+CubeSurface joined(Source& source, const OctreeCube& cube, std::vector<CubeSurface> children,
+                   const SurfaceOptions& options) {
+  CubeSurfaceBuilder out(options.lattice_resolution, options.max_triangles);
+  ChildRanges ranges{};
+  for (std::size_t i = 0; i < 8; ++i) {
+    ranges[i] = out.triangles();
+    out.append(std::move(children[i]), cube.child(static_cast<int>(i)));
   }
-
-  Source& source_;
-  const SurfaceOptions& options_;
-  CubeSurface out_;
-};
+  ranges[8] = out.triangles();
+  LatticeMesh own;
+  const OctreeCubeSurface::Counts counts =
+      source.append_own(cube, refined_children(source, cube), own);
+  out.append(own);
+  out.count(counts.tetrahedra, counts.active_tetrahedra);
+  out.cut_off(cube, 0, ranges);
+  return out.take();
+}
 
 }  // namespace
 
@@ -224,9 +222,7 @@ CubeSurface surface_in_cube(const Model& model, const Field& field, const Octree
                             const SurfaceOptions& options) {
   return field.visit([&](const auto& sampled) {
     FieldSource source(model, field.grid(), sampled, options);
-    Collector collector(source, options);
-    collector.collect(cube);
-    return collector.take();
+    return collected(source, cube, options);
   });
 }
 
@@ -234,37 +230,35 @@ CubeSurface join_children(const Model& model, const Field& field, const OctreeCu
                           std::vector<CubeSurface> children, const SurfaceOptions& options) {
   return field.visit([&](const auto& sampled) {
     FieldSource source(model, field.grid(), sampled, options);
-    Collector collector(source, options);
-    collector.join(cube, std::move(children));
-    return collector.take();
+    return joined(source, cube, std::move(children), options);
   });
 }
 
 CubeSurface surface_in_cube(const PreparedModel& model, const OctreeCube& cube,
-                            const SurfaceOptions& options, FineArrays& arrays) {
-  PreparedSource source(model, options, arrays);
+                            const SurfaceOptions& options, CubeMemory& memory) {
+  PreparedSource source(model, options, memory);
   source.load(cube);
-  Collector collector(source, options);
-  collector.collect(cube);
-  return collector.take();
+  return collected(source, cube, options);
 }
 
 CubeSurface join_children(const PreparedModel& model, const OctreeCube& cube,
                           std::vector<CubeSurface> children, const SurfaceOptions& options) {
-  FineArrays none;  // Nothing finer than the spectrum lies between the children.
-  PreparedSource source(model, options, none);
-  Collector collector(source, options);
-  collector.join(cube, std::move(children));
-  return collector.take();
+  CubeMemory memory;  // Nothing finer than the spectrum lies between the children.
+  PreparedSource source(model, options, memory);
+  source.load_own(cube);
+  return joined(source, cube, std::move(children), options);
 }
 
 bool is_refined(const PreparedModel& model, const OctreeCube& cube) {
   return cube.exponent == model.volume().info.grid_exponent || model.kept(centre(cube));
 }
 
-std::vector<CubeSurface::Piece> finished_tiles(CubeSurface root, const OctreeCube& root_cube) {
-  std::vector<CubeSurface::Piece> tiles = std::move(root.tiles);
-  if (!root.rest.empty()) tiles.push_back({root_cube, std::move(root.rest)});
+std::vector<TileMesh> finished_tiles(CubeSurface root, const OctreeCube& root_cube) {
+  std::vector<TileMesh> tiles = std::move(root.tiles);
+  std::vector<std::uint32_t> number_of;
+  if (const std::size_t left = root.rest.triangles.size(); left > 0) {
+    tiles.push_back({root_cube, part_of(root.rest, 0, left, number_of)});
+  }
   std::sort(tiles.begin(), tiles.end(),
             [](const auto& a, const auto& b) { return a.cube < b.cube; });
   return tiles;

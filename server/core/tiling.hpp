@@ -10,8 +10,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/mesh.hpp"
 #include "common/octree_cube.hpp"
+#include "server/core/cube_surface.hpp"
+#include "server/core/edge_vertices.hpp"
 #include "server/core/error_based_model.hpp"
 #include "server/core/field.hpp"
 #include "server/core/prepared_model.hpp"
@@ -25,16 +26,11 @@ struct SurfaceOptions {
       16000;  // Of a tile; exceeded only where one octree cube of side 2 holds more.
 };
 
-// The surface in one octree cube, as far as it was cut off already.
-struct CubeSurface {
-  struct Piece {
-    OctreeCube cube;
-    std::vector<LatticeTriangle> triangles;
-  };
-  std::uint64_t tetrahedra = 0;         // Of the model, in the cube.
-  std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface.
-  std::vector<Piece> tiles;             // Cut off, smaller cubes first.
-  std::vector<LatticeTriangle> rest;    // Not yet in a tile.
+// Memory to work in, some 40 MB for the largest cubes: worth to be used again. What it holds
+// between two uses means nothing.
+struct CubeMemory {
+  FineArrays fine;
+  EdgeVertices vertices;
 };
 
 // The surface in a refined cube (see leaves.hpp).
@@ -51,7 +47,7 @@ struct CubeSurface {
 // The same two for a prepared volume. `cube` has an exponent of at least kSpectrumExponent;
 // surface_in_cube takes at most FineErrors::kMaxExponent, and memory to work in.
 [[nodiscard]] CubeSurface surface_in_cube(const PreparedModel& model, const OctreeCube& cube,
-                                          const SurfaceOptions& options, FineArrays& arrays);
+                                          const SurfaceOptions& options, CubeMemory& memory);
 [[nodiscard]] CubeSurface join_children(const PreparedModel& model, const OctreeCube& cube,
                                         std::vector<CubeSurface> children,
                                         const SurfaceOptions& options);
@@ -59,7 +55,6 @@ struct CubeSurface {
 [[nodiscard]] bool is_refined(const PreparedModel& model, const OctreeCube& cube);
 
 // The whole as tiles: what is left at the root becomes the last one.
-[[nodiscard]] std::vector<CubeSurface::Piece> finished_tiles(CubeSurface root,
-                                                             const OctreeCube& root_cube);
+[[nodiscard]] std::vector<TileMesh> finished_tiles(CubeSurface root, const OctreeCube& root_cube);
 
 }  // namespace multitetra

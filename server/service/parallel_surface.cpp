@@ -33,7 +33,7 @@ CubeSurface join(const CubeExtractor& extractor, const OctreeCube& cube, int exp
 }  // namespace
 
 TiledSurface extract_in_parallel(const CubeExtractor& extractor, const OctreeCube& root,
-                                 int exponent, int lattice_resolution, std::stop_token stop) {
+                                 int exponent, std::stop_token stop) {
   exponent = std::min(exponent, root.exponent);
   std::vector<OctreeCube> cubes;
   append_refined_cubes(extractor, root, exponent, cubes);
@@ -45,16 +45,7 @@ TiledSurface extract_in_parallel(const CubeExtractor& extractor, const OctreeCub
   CubeSurface whole = join(extractor, root, exponent, next);
   TiledSurface surface{
       .tetrahedra = whole.tetrahedra, .active_tetrahedra = whole.active_tetrahedra, .tiles = {}};
-  std::vector<CubeSurface::Piece> pieces = finished_tiles(std::move(whole), root);
-  surface.tiles.resize(pieces.size());
-  in_parallel(
-      pieces.size(),
-      [&](std::size_t i) {
-        surface.tiles[i] = {pieces[i].cube,
-                            index_triangles(pieces[i].triangles, lattice_resolution)};
-        pieces[i].triangles = {};
-      },
-      stop);
+  surface.tiles = finished_tiles(std::move(whole), root);
   return surface;
 }
 

@@ -29,6 +29,6 @@ class CubeExtractor {
 // number of threads. Throws Cancelled soon after `stop` is triggered.
 [[nodiscard]] TiledSurface extract_in_parallel(const CubeExtractor& extractor,
                                                const OctreeCube& root, int exponent,
-                                               int lattice_resolution, std::stop_token stop);
+                                               std::stop_token stop);
 
 }  // namespace multitetra

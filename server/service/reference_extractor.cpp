@@ -77,8 +77,7 @@ TiledSurface ReferenceExtractor::surface(const Model& model, const SurfaceOption
                                          std::stop_token stop) const {
   const OctreeCube root = root_cube(field_.grid());
   const int exponent = std::clamp(root.exponent - 3, std::min(root.exponent, 4), 6);
-  return extract_in_parallel(FieldCubes(model, field_, options), root, exponent,
-                             options.lattice_resolution, stop);
+  return extract_in_parallel(FieldCubes(model, field_, options), root, exponent, stop);
 }
 
 TiledSurface ReferenceExtractor::extract(const StepRequest& step, std::stop_token stop) const {

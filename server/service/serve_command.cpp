@@ -47,7 +47,7 @@ std::vector<std::filesystem::path> dataset_files(const std::vector<std::string>&
 // A dataset that cannot be served is told and left out.
 CataloguePtr open_all(const std::vector<std::filesystem::path>& files, std::size_t cache_bytes) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
-  const auto pool = std::make_shared<FineArraysPool>();
+  const auto pool = std::make_shared<CubeMemoryPool>();
   const auto cache = std::make_shared<StepCache>(cache_bytes);
   for (const std::filesystem::path& file : files) {
     try {

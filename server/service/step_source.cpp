@@ -87,7 +87,7 @@ EncodedStep ExtractedSteps::extract(const StepRequest& step, const std::stop_tok
 }
 
 StepSizes ExtractedSteps::sizes(std::stop_token stop) const {
-  return surface_sizes(extractor_->dataset(), std::move(stop));
+  return surface_sizes(*extractor_, std::move(stop));
 }
 
 }  // namespace multitetra

@@ -12,15 +12,15 @@ namespace {
 
 class PreparedCubes : public CubeExtractor {
  public:
-  PreparedCubes(const PreparedModel& model, const SurfaceOptions& options, FineArraysPool& pool)
+  PreparedCubes(const PreparedModel& model, const SurfaceOptions& options, CubeMemoryPool& pool)
       : model_(model), options_(options), pool_(pool) {}
 
   [[nodiscard]] bool is_refined(const OctreeCube& cube) const override {
     return multitetra::is_refined(model_, cube);
   }
   [[nodiscard]] CubeSurface surface_in(const OctreeCube& cube) const override {
-    FineArraysPool::Lease lease(pool_);
-    return surface_in_cube(model_, cube, options_, lease.arrays());
+    CubeMemoryPool::Lease lease(pool_);
+    return surface_in_cube(model_, cube, options_, lease.memory());
   }
   [[nodiscard]] CubeSurface join(const OctreeCube& cube,
                                  std::vector<CubeSurface> children) const override {
@@ -30,7 +30,7 @@ class PreparedCubes : public CubeExtractor {
  private:
   const PreparedModel& model_;
   const SurfaceOptions& options_;
-  FineArraysPool& pool_;
+  CubeMemoryPool& pool_;
 };
 
 // Cubes large enough that the errors around them, which neighbours compute once more, cost little,
@@ -42,25 +42,35 @@ int cube_exponent(int grid_exponent) {
 
 }  // namespace
 
-FineArraysPool::Lease::Lease(FineArraysPool& pool) : pool_(pool) {
+CubeMemoryPool::Lease::Lease(CubeMemoryPool& pool) : pool_(pool) {
   {
     const std::lock_guard lock(pool_.mutex_);
     if (!pool_.free_.empty()) {
-      arrays_ = std::move(pool_.free_.back());
+      memory_ = std::move(pool_.free_.back());
       pool_.free_.pop_back();
     }
   }
-  if (!arrays_) arrays_ = std::make_unique<FineArrays>();
+  if (!memory_) memory_ = std::make_unique<CubeMemory>();
 }
 
-FineArraysPool::Lease::~Lease() {
+CubeMemoryPool::Lease::~Lease() {
   const std::lock_guard lock(pool_.mutex_);
-  pool_.free_.push_back(std::move(arrays_));
+  pool_.free_.push_back(std::move(memory_));
 }
 
-SurfaceExtractor::SurfaceExtractor(DatasetPtr dataset, std::shared_ptr<FineArraysPool> pool)
+PreparedModel prepared_model(const PreparedVolume& volume, const StepRequest& step) {
+  const IsosurfaceRequest& request = step.request;
+  return {volume,
+          {.isovalue = request.isovalue,
+           .measure = request.measure,
+           .rule = request.topology_rule,
+           .topology_tolerance = request.topology_tolerance},
+          model_options(step, volume.info)};
+}
+
+SurfaceExtractor::SurfaceExtractor(DatasetPtr dataset, std::shared_ptr<CubeMemoryPool> pool)
     : dataset_(std::move(dataset)),
-      pool_(pool ? std::move(pool) : std::make_shared<FineArraysPool>()) {}
+      pool_(pool ? std::move(pool) : std::make_shared<CubeMemoryPool>()) {}
 
 TiledSurface SurfaceExtractor::extract(const StepRequest& step, std::stop_token stop) const {
   const DatasetInfo& info = dataset_->info;
@@ -68,18 +78,12 @@ TiledSurface SurfaceExtractor::extract(const StepRequest& step, std::stop_token 
     // A grid of eight steps or fewer has no spectrum, and a pass over it costs nothing.
     return ReferenceExtractor(*dataset_).extract(step, stop);
   }
-  const IsosurfaceRequest& request = step.request;
-  const PreparedModel model(*dataset_,
-                            {.isovalue = request.isovalue,
-                             .measure = request.measure,
-                             .rule = request.topology_rule,
-                             .topology_tolerance = request.topology_tolerance},
-                            model_options(step, info));
-  const SurfaceOptions options{.isovalue = request.isovalue,
-                               .lattice_resolution = request.lattice_resolution};
+  const PreparedModel model = prepared_model(*dataset_, step);
+  const SurfaceOptions options{.isovalue = step.request.isovalue,
+                               .lattice_resolution = step.request.lattice_resolution};
   return extract_in_parallel(PreparedCubes(model, options, *pool_),
                              root_cube(Grid(info.grid_exponent)), cube_exponent(info.grid_exponent),
-                             request.lattice_resolution, stop);
+                             stop);
 }
 
 }  // namespace multitetra

@@ -11,42 +11,48 @@
 #include <stop_token>
 #include <vector>
 
-#include "server/core/fine_errors.hpp"
+#include "server/core/prepared_model.hpp"
 #include "server/core/refinement_plan.hpp"
+#include "server/core/tiling.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/service/tiled_surface.hpp"
 
 namespace multitetra {
 
 // Memory to work in, used again and again by whoever needs it next.
-class FineArraysPool {
+class CubeMemoryPool {
  public:
-  // Owns the arrays while they are in use; gives them back at its end.
+  // Owns memory while it is in use; gives it back at its end.
   class Lease {
    public:
-    explicit Lease(FineArraysPool& pool);
+    explicit Lease(CubeMemoryPool& pool);
     ~Lease();
     Lease(const Lease&) = delete;
     Lease& operator=(const Lease&) = delete;
-    [[nodiscard]] FineArrays& arrays() { return *arrays_; }
+    [[nodiscard]] CubeMemory& memory() { return *memory_; }
 
    private:
-    FineArraysPool& pool_;
-    std::unique_ptr<FineArrays> arrays_;
+    CubeMemoryPool& pool_;
+    std::unique_ptr<CubeMemory> memory_;
   };
 
  private:
   std::mutex mutex_;  // Guards free_.
-  std::vector<std::unique_ptr<FineArrays>> free_;
+  std::vector<std::unique_ptr<CubeMemory>> free_;
 };
+
+// The model of a step. The volume must outlive it; requires a grid of more than kSpectrumSpacing
+// steps a side.
+[[nodiscard]] PreparedModel prepared_model(const PreparedVolume& volume, const StepRequest& step);
 
 // Safe to use from several threads at once.
 class SurfaceExtractor {
  public:
   // Extractors may share a pool.
-  explicit SurfaceExtractor(DatasetPtr dataset, std::shared_ptr<FineArraysPool> pool = nullptr);
+  explicit SurfaceExtractor(DatasetPtr dataset, std::shared_ptr<CubeMemoryPool> pool = nullptr);
 
   [[nodiscard]] const PreparedVolume& dataset() const { return *dataset_; }
+  [[nodiscard]] CubeMemoryPool& pool() const { return *pool_; }
 
   // Requires a validated request. Throws Cancelled soon after `stop` is triggered, and
   // DatasetFileError when the dataset turns out to be damaged.
@@ -54,7 +60,7 @@ class SurfaceExtractor {
 
  private:
   DatasetPtr dataset_;
-  std::shared_ptr<FineArraysPool> pool_;
+  std::shared_ptr<CubeMemoryPool> pool_;
 };
 
 }  // namespace multitetra

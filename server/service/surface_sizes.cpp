@@ -4,10 +4,10 @@
 #include <utility>
 #include <vector>
 
-#include "server/core/prepared_model.hpp"
 #include "server/core/surface_size.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/service/reference_extractor.hpp"
+#include "server/service/surface_extractor.hpp"
 
 namespace multitetra {
 namespace {
@@ -15,16 +15,6 @@ namespace {
 constexpr std::size_t kSampledCubes = 32;
 // Of a cell of 8 x 8 x 8 steps that the surface crosses, at errors of a voxel or two.
 constexpr double kTrianglesAWantedCell = 100;
-
-PreparedModel model_of(const PreparedVolume& dataset, const StepRequest& step) {
-  const IsosurfaceRequest& request = step.request;
-  return {dataset,
-          {.isovalue = request.isovalue,
-           .measure = request.measure,
-           .rule = request.topology_rule,
-           .topology_tolerance = request.topology_tolerance},
-          model_options(step, dataset.info)};
-}
 
 SurfaceSize size_with(double triangles, const StepRequest& step) {
   return {.triangles = triangles, .bytes = estimated_bytes(triangles, step)};
@@ -37,17 +27,18 @@ SurfaceSize exact_size(const PreparedVolume& dataset, const StepRequest& step,
   return size_with(kTrianglesATetrahedron * static_cast<double>(surface.active_tetrahedra), step);
 }
 
-SurfaceSize sampled_size(const PreparedVolume& dataset, const StepRequest& step,
+SurfaceSize sampled_size(const SurfaceExtractor& extractor, const StepRequest& step,
                          const std::stop_token& stop) {
-  const PreparedModel model = model_of(dataset, step);
+  const PreparedVolume& dataset = extractor.dataset();
+  const PreparedModel model = prepared_model(dataset, step);
   const double isovalue = step.request.isovalue;
   const CubeSample sample = sample_cubes(model, kSampledCubes, isovalue);
   std::vector<std::uint64_t> crossed(sample.cubes.size());
   in_parallel(
       crossed.size(),
       [&](std::size_t i) {
-        FineArrays arrays;
-        crossed[i] = crossed_tetrahedra(model, sample.cubes[i], isovalue, arrays);
+        CubeMemoryPool::Lease lease(extractor.pool());
+        crossed[i] = crossed_tetrahedra(model, sample.cubes[i], isovalue, lease.memory());
       },
       stop);
   const auto found = static_cast<double>(std::accumulate(crossed.begin(), crossed.end(), std::uint64_t{0}));
@@ -58,18 +49,19 @@ SurfaceSize sampled_size(const PreparedVolume& dataset, const StepRequest& step,
 
 }  // namespace
 
-StepSizes surface_sizes(const PreparedVolume& dataset, std::stop_token stop) {
+StepSizes surface_sizes(const SurfaceExtractor& extractor, std::stop_token stop) {
+  const PreparedVolume& dataset = extractor.dataset();
   const bool has_spectrum = dataset.info.grid_exponent > kSpectrumExponent;
   return {.of =
-              [&dataset, stop, has_spectrum](const StepRequest& step) {
-                return has_spectrum ? sampled_size(dataset, step, stop)
+              [&extractor, &dataset, stop, has_spectrum](const StepRequest& step) {
+                return has_spectrum ? sampled_size(extractor, step, stop)
                                     : exact_size(dataset, step, stop);
               },
           .rough =
               [&dataset, stop, has_spectrum](const IsosurfaceRequest& request) {
                 const StepRequest step = {.request = request};
                 if (!has_spectrum) return exact_size(dataset, step, stop);
-                const std::size_t cells = count_wanted_cells(model_of(dataset, step));
+                const std::size_t cells = count_wanted_cells(prepared_model(dataset, step));
                 return size_with(kTrianglesAWantedCell * static_cast<double>(cells), step);
               }};
 }

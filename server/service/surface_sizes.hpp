@@ -4,13 +4,15 @@
 
 #include <stop_token>
 
-#include "server/core/prepared_volume.hpp"
 #include "server/core/refinement_plan.hpp"
 
 namespace multitetra {
 
+class SurfaceExtractor;
+
 // Estimates within some ten percent. The functions throw Cancelled soon after `stop` is triggered;
-// the dataset must outlive them.
-[[nodiscard]] StepSizes surface_sizes(const PreparedVolume& dataset, std::stop_token stop = {});
+// the extractor must outlive them.
+[[nodiscard]] StepSizes surface_sizes(const SurfaceExtractor& extractor,
+                                      std::stop_token stop = {});
 
 }  // namespace multitetra

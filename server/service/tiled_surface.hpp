@@ -5,16 +5,10 @@
 #include <stop_token>
 #include <vector>
 
-#include "common/mesh.hpp"
-#include "common/octree_cube.hpp"
 #include "common/tile.hpp"
+#include "server/core/cube_surface.hpp"
 
 namespace multitetra {
-
-struct TileMesh {
-  OctreeCube cube;
-  LatticeMesh mesh;  // At least one triangle.
-};
 
 struct TiledSurface {
   std::uint64_t tetrahedra = 0;         // Of the model.

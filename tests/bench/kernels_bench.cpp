@@ -157,8 +157,9 @@ void exact_errors(benchmark::State& state) {
 BENCHMARK(exact_errors)->Unit(benchmark::kMillisecond);
 
 std::int64_t triangles(const CubeSurface& surface) {
-  auto count = static_cast<std::int64_t>(surface.rest.size());
-  for (const auto& tile : surface.tiles) count += static_cast<std::int64_t>(tile.triangles.size());
+  auto count = static_cast<std::int64_t>(surface.rest.triangles.size());
+  for (const auto& tile : surface.tiles)
+    count += static_cast<std::int64_t>(tile.mesh.triangles.size());
   return count;
 }
 
@@ -175,7 +176,7 @@ BENCHMARK(reference_extraction)->Arg(0)->Arg(50)->Arg(200)->Unit(benchmark::kMil
 
 void tile_encoding(benchmark::State& state) {
   const CubeSurface cut = surface(0.5);
-  const LatticeMesh mesh = index_triangles(cut.tiles.front().triangles, kDefaultLatticeResolution);
+  const LatticeMesh& mesh = cut.tiles.front().mesh;
   std::int64_t bytes = 0;
   for (auto _ : state) bytes += encode_tile(mesh, cut.tiles.front().cube).summary.bytes;
   const auto count = state.iterations() * static_cast<std::int64_t>(mesh.triangles.size());
@@ -187,7 +188,7 @@ BENCHMARK(tile_encoding)->Unit(benchmark::kMillisecond);
 // With all checks of arrival.
 void tile_decoding(benchmark::State& state) {
   const CubeSurface cut = surface(0.5);
-  const LatticeMesh mesh = index_triangles(cut.tiles.front().triangles, kDefaultLatticeResolution);
+  const LatticeMesh& mesh = cut.tiles.front().mesh;
   const EncodedTile tile = encode_tile(mesh, cut.tiles.front().cube);
   for (auto _ : state) {
     benchmark::DoNotOptimize(decode_tile(*tile.payload, tile.summary, kDefaultLatticeResolution));
@@ -197,13 +198,10 @@ void tile_decoding(benchmark::State& state) {
 BENCHMARK(tile_decoding)->Unit(benchmark::kMillisecond);
 
 void mesh_topology(benchmark::State& state) {
-  std::vector<LatticeTriangle> all;  // Of the whole surface, not of one tile.
   const CubeSurface cut = surface(0);
-  for (const auto& tile : cut.tiles) {
-    all.insert(all.end(), tile.triangles.begin(), tile.triangles.end());
-  }
-  all.insert(all.end(), cut.rest.begin(), cut.rest.end());
-  const LatticeMesh mesh = index_triangles(all, kDefaultLatticeResolution);
+  std::vector<const LatticeMesh*> all = {&cut.rest};
+  for (const TileMesh& tile : cut.tiles) all.push_back(&tile.mesh);
+  const LatticeMesh mesh = weld(all, kDefaultLatticeResolution);
   for (auto _ : state) benchmark::DoNotOptimize(topology(mesh, {}));
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(mesh.triangles.size()));
 }

@@ -217,16 +217,15 @@ TEST_P(IsosurfaceGuarantees, TilesOfAnySizeHoldTheWholeSurfaceOnceAndLieInTheirC
       std::vector<LatticeMesh> meshes;
       for (const auto& tile : tiles) {
         EXPECT_TRUE(cubes.insert(tile.cube).second) << to_string(tile.cube);
-        EXPECT_FALSE(tile.triangles.empty());
+        EXPECT_FALSE(tile.mesh.triangles.empty());
         // The own tetrahedra of a cube are at most 48, of two triangles each, and stay together.
-        EXPECT_LE(tile.triangles.size(), max_triangles + 96);
-        triangles += tile.triangles.size();
-        for (const LatticeTriangle& t : tile.triangles) {
-          sum += digest(t, kDefaultLatticeResolution);
-          for (const LatticePoint& p : t)
-            EXPECT_TRUE(tile.cube.contains(p, kDefaultLatticeResolution));
+        EXPECT_LE(tile.mesh.triangles.size(), max_triangles + 96);
+        triangles += tile.mesh.triangles.size();
+        sum += digest(tile.mesh);
+        for (const LatticePoint& p : tile.mesh.vertices) {
+          EXPECT_TRUE(tile.cube.contains(p, kDefaultLatticeResolution));
         }
-        meshes.push_back(index_triangles(tile.triangles, kDefaultLatticeResolution));
+        meshes.push_back(tile.mesh);
       }
       EXPECT_EQ(triangles, whole.mesh.triangles.size());
       EXPECT_EQ(sum, digest(whole.mesh));

@@ -34,7 +34,8 @@ double triangles_of(const DatasetPtr& dataset, const StepRequest& step) {
 
 TEST(SurfaceSizes, AreNearTheRealOnes) {
   for (const DatasetPtr& dataset : datasets()) {
-    const StepSizes sizes = surface_sizes(*dataset);
+    const SurfaceExtractor extractor(dataset);
+    const StepSizes sizes = surface_sizes(extractor);
     const double isovalue = dataset->info.min + 0.45 * (dataset->info.max - dataset->info.min);
     for (const double error : {0.0, 0.5, 2.0}) {
       for (const std::int32_t finest : {1, 4, 8}) {
@@ -53,22 +54,22 @@ TEST(SurfaceSizes, AreNearTheRealOnes) {
 
 TEST(SurfaceSizes, OfAnEmptySurfaceAreZero) {
   const DatasetPtr dataset = datasets().front();
-  EXPECT_EQ(surface_sizes(*dataset).of({.request = {.isovalue = 1e6}}).triangles, 0);
-  EXPECT_EQ(surface_sizes(*dataset).rough({.isovalue = 1e6}).bytes, 0);
+  EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of({.request = {.isovalue = 1e6}}).triangles, 0);
+  EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).rough({.isovalue = 1e6}).bytes, 0);
 }
 
 TEST(SurfaceSizes, AreKnownOfGridsWithoutASpectrum) {
   const DatasetPtr dataset = prepared({"tiny", fields::ball({8, 7, 9}, 3)});
   const StepRequest step{.request = {.isovalue = 0}};
-  EXPECT_NEAR(surface_sizes(*dataset).of(step).triangles, triangles_of(dataset, step),
+  EXPECT_NEAR(surface_sizes(SurfaceExtractor(dataset)).of(step).triangles, triangles_of(dataset, step),
               0.1 * triangles_of(dataset, step) + 10);
 }
 
 TEST(SurfaceSizes, AreTheSameEveryTime) {
   const DatasetPtr dataset = datasets().front();
   const StepRequest step{.request = {.isovalue = 0.1, .error = 0.5}};
-  const double first = surface_sizes(*dataset).of(step).triangles;
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(surface_sizes(*dataset).of(step).triangles, first);
+  const double first = surface_sizes(SurfaceExtractor(dataset)).of(step).triangles;
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of(step).triangles, first);
 }
 
 // The shares that the plan promises, kept by real bytes.

@@ -51,7 +51,7 @@ inline Surface surface_of_model(const Model& model, const Field& field, double i
                   .active_tetrahedra = in_root.active_tetrahedra,
                   .mesh = {},
                   .topology = {}};
-  surface.mesh = index_triangles(in_root.rest, resolution);
+  surface.mesh = std::move(in_root.rest);
   surface.topology = topology(surface.mesh, border);
   return surface;
 }
