@@ -65,7 +65,7 @@ void LevelWavefront<Real>::make_offsets(std::int32_t z) {
 }
 
 template <typename Real>
-void LevelWavefront<Real>::step(const CubeCurve& finer) {
+void LevelWavefront<Real>::step(const FinerCubes& finer) {
   assert(has_values() && !is_done());
   const std::int32_t k = next_++;
   if (k == window_.first_step()) {
@@ -93,7 +93,7 @@ void LevelWavefront<Real>::copy_cubes(CurveLayer& into) const {
 }
 
 template <typename Real>
-void LevelWavefront<Real>::fill_even(std::int32_t z, CurveLayer& layer, const CubeCurve& finer) {
+void LevelWavefront<Real>::fill_even(std::int32_t z, CurveLayer& layer, const FinerCubes& finer) {
   layer.reset(window_.low, window_.extent);
   if (z >= window_.low.z + window_.extent.z) return;
   make_offsets(z);
@@ -111,7 +111,7 @@ void LevelWavefront<Real>::fill_even(std::int32_t z, CurveLayer& layer, const Cu
 }
 
 template <typename Real>
-void LevelWavefront<Real>::fill_odd(std::int32_t z, const CubeCurve& finer) {
+void LevelWavefront<Real>::fill_odd(std::int32_t z, const FinerCubes& finer) {
   odd_.reset(window_.low, window_.extent);
   make_offsets(z);
   const auto add_above_and_below = [&](GridPoint p, Children& children) {
@@ -142,13 +142,14 @@ void LevelWavefront<Real>::fill_odd(std::int32_t z, const CubeCurve& finer) {
 
 template <typename Real>
 typename LevelWavefront<Real>::Children LevelWavefront<Real>::finer_cubes(
-    GridPoint p, const CubeCurve& finer) const {
+    GridPoint p, const FinerCubes& finer) const {
   Children children;
-  if (!finer) return children;
   // A cube of the finer level at z = 2 k' + 1, in its own units, is of its step k'.
   for (const std::int32_t k : {p.z - 1, p.z}) {
-    for (const std::int32_t y : {2 * p.y - 1, 2 * p.y + 1}) {
-      for (const std::int32_t x : {2 * p.x - 1, 2 * p.x + 1}) children.add(finer(k, x, y));
+    const CurveLayer* const cubes = finer.layer(k);
+    if (cubes == nullptr) continue;
+    for (const std::int32_t y : {p.y - 1, p.y}) {
+      for (const std::int32_t x : {p.x - 1, p.x}) children.add({cubes->find(x, y), cubes});
     }
   }
   return children;
@@ -219,7 +220,7 @@ void LevelWavefront<Real>::fill(GridPoint p, CurveLayer& layer, const Children& 
                              .count = static_cast<std::uint16_t>(needed.end - needed.begin)};
   CurveBlock* const blocks = layer.append(curve.count, curve.offset);
   for (std::size_t i = 0; i < children.count; ++i) {
-    const FoundCurve& child = children.of[i];
+    const Child& child = children.of[i];
     take_larger(blocks + (child.curve.first - needed.begin), child.layer->blocks(child.curve),
                 child.curve.count);
   }

@@ -1,5 +1,5 @@
-// Where the levels of a spectrum take the field's values from: a slab of samples that passes by,
-// and every eighth sample of the whole volume.
+// Where the levels of a spectrum take the field's values from: a box of samples, and every eighth
+// sample of the whole volume.
 #pragma once
 
 #include <algorithm>
@@ -12,57 +12,59 @@
 #include "common/dataset_info.hpp"
 #include "server/core/level_wavefront.hpp"
 #include "server/core/prepared_volume.hpp"
+#include "server/core/sample_boxes.hpp"
 #include "server/core/volume.hpp"
 
 namespace multitetra {
 
-// Values from a slab of samples; beyond the data the value outside.
-class SlabPlanes : public PlaneSource {
+// Values from a box of samples; beyond it the value outside.
+class BoxPlanes : public PlaneSource {
  public:
-  // Slices from grid z `first_z` on; the slab may be empty.
-  SlabPlanes(const DatasetInfo& info, const Samples* slab, std::int32_t first_z,
-             std::int32_t slices)
-      : info_(info),
-        slab_(slab),
-        first_z_(first_z),
-        slices_(slices),
-        outside_(outside_value(info)) {}
+  explicit BoxPlanes(const DatasetInfo& info) : info_(info), outside_(outside_value(info)) {}
+
+  // Takes the samples first ... first + extent - 1.
+  void set(const SampleBoxes& samples, GridPoint first, GridPoint extent) {
+    first_ = first;
+    extent_ = extent;
+    samples.read(first, extent, box_);
+  }
+  // There are none where the next planes are.
+  void clear() { extent_ = {}; }
 
   void read(int exponent, GridPoint low, GridPoint extent, float* into) const override {
-    const std::int32_t slice = (low.z << exponent) - first_z_;
-    if (slab_ == nullptr || slice < 0 || slice >= slices_) {
+    const std::int32_t z = (low.z << exponent) - info_.margin - first_.z;
+    if (z < 0 || z >= extent_.z) {
       std::fill_n(into, std::ptrdiff_t{extent.x} * extent.y, outside_);
       return;
     }
-    std::visit(
-        [&](const auto& samples) { read(samples.data(), slice, exponent, low, extent, into); },
-        *slab_);
+    std::visit([&](const auto& samples) { read(samples.data(), z, exponent, low, extent, into); },
+               box_);
   }
 
  private:
   template <typename Sample>
-  void read(const Sample* samples, std::int32_t slice, int exponent, GridPoint low,
-            GridPoint extent, float* into) const {
+  void read(const Sample* samples, std::int32_t z, int exponent, GridPoint low, GridPoint extent,
+            float* into) const {
     const std::int32_t step = 1 << exponent;
     for (std::int32_t j = 0; j < extent.y; ++j, into += extent.x) {
-      const std::int32_t y = (low.y + j) * step - info_.margin;
-      if (y < 0 || y >= info_.dims[1]) {
+      const std::int32_t y = (low.y + j) * step - info_.margin - first_.y;
+      if (y < 0 || y >= extent_.y) {
         std::fill_n(into, extent.x, outside_);
         continue;
       }
       const Sample* const row =
-          samples + std::ptrdiff_t{info_.dims[0]} * (y + std::ptrdiff_t{info_.dims[1]} * slice);
+          samples + std::ptrdiff_t{extent_.x} * (y + std::ptrdiff_t{extent_.y} * z);
       for (std::int32_t i = 0; i < extent.x; ++i) {
-        const std::int32_t x = (low.x + i) * step - info_.margin;
-        into[i] = x < 0 || x >= info_.dims[0] ? outside_ : static_cast<float>(row[x]);
+        const std::int32_t x = (low.x + i) * step - info_.margin - first_.x;
+        into[i] = x < 0 || x >= extent_.x ? outside_ : static_cast<float>(row[x]);
       }
     }
   }
 
   const DatasetInfo& info_;
-  const Samples* slab_;
-  std::int32_t first_z_;
-  std::int32_t slices_;
+  GridPoint first_;
+  GridPoint extent_;
+  Samples box_;
   float outside_;
 };
 
@@ -121,7 +123,7 @@ class CoarseVolume : public PlaneSource {
     }
   }
 
-  const DatasetInfo& info_;
+  const DatasetInfo info_;
   LevelExtent extent_;
   Samples samples_;
 };

@@ -57,6 +57,11 @@ void DatasetWriter::add_samples(std::span<const std::byte> bytes) {
   }
 }
 
+void DatasetWriter::read_samples(std::size_t first, std::span<std::byte> into) const {
+  const auto width = static_cast<std::size_t>(bytes_per_sample(shape_.type));
+  on_disk([&] { file_.read_at(kHeadBytes + layout_.offset(layout_.at(first)) * width, into); });
+}
+
 void DatasetWriter::add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes) {
   assert(index < spectrum_index_.size() && spectrum_index_[index].size == 0);
   assert(bytes.size() <= std::numeric_limits<std::uint32_t>::max());

@@ -36,7 +36,8 @@ struct SmallSections {
   std::span<const std::byte> bins;
 };
 
-// All functions throw DatasetFileError when the disk fails. To be used by one thread at a time.
+// All functions throw DatasetFileError when the disk fails. To be used by one thread at a time,
+// but for read_samples.
 class DatasetWriter {
  public:
   DatasetWriter(const std::filesystem::path& path, const DatasetShape& shape);
@@ -44,6 +45,10 @@ class DatasetWriter {
   // The next bricks in the order of BrickLayout(dims), as many as these bytes hold: normally a
   // layer. Requires that they end where a brick ends, and that no sample is infinite.
   void add_samples(std::span<const std::byte> bytes);
+
+  // The bytes of brick `first` and of those after it, from the unfinished file. Requires that they
+  // were added. From several threads at once, also while spectrum bricks are added.
+  void read_samples(std::size_t first, std::span<std::byte> into) const;
 
   // In any order. Requires index < spectrum_bricks, each at most once, and fewer than 4 GiB. A
   // brick that is never added is empty.

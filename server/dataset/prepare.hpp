@@ -12,6 +12,7 @@
 #include <string>
 
 #include "server/core/isovalue_bins.hpp"
+#include "server/core/spectrum_builder.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/source_note.hpp"
 #include "server/dataset/volume_source.hpp"
@@ -23,6 +24,9 @@ struct PrepareOptions {
   std::optional<double> outside = std::nullopt;  // The value beyond the data; none means void.
   std::int32_t margin = 0;                       // Grid steps around the data.
   int bins = IsovalueBins::kDefaultCount;        // Of the error spectrum, 1 to kMaxCount.
+  // Bounds of memory; the result is the same for any.
+  std::size_t slab_bytes = std::size_t{64} << 20;  // Read at a time; a slice may be larger.
+  std::size_t column_bytes = kMostColumnBytes;     // See spectrum_builder.hpp.
   // Is told now and then what is going on ("range", "errors") and how many of how many samples of
   // that pass are done.
   std::function<void(const char* pass, std::uint64_t done, std::uint64_t all)> progress = nullptr;

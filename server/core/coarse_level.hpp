@@ -1,0 +1,57 @@
+// One level of a spectrum, of spacing 8 or more, cut into blocks that are computed one by one.
+//
+// A block is a box of the level's bricks. It takes the curves of the finer level's cube centres
+// from where they were put aside, computes its own points and two more along x and y on each side
+// (a cube centre needs faces beside it, and these need edges), and puts aside its cube centres.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "server/core/curve_tiles.hpp"
+#include "server/core/isovalue_bins.hpp"
+#include "server/core/level_wavefront.hpp"
+#include "server/core/plane_sources.hpp"
+#include "server/core/spectrum_layout.hpp"
+
+namespace multitetra {
+
+template <typename Real>
+class CoarseLevel {
+ public:
+  struct Brick {
+    std::size_t index;
+    std::vector<std::byte> bytes;
+  };
+
+  // All references must outlive the level.
+  CoarseLevel(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumLayout::Level& level,
+              const CoarseVolume& samples, const CurveTiles& finer, Scratch& scratch);
+
+  [[nodiscard]] std::size_t blocks() const { return blocks_.size(); }
+  // The bricks of one block that are not empty. Each block exactly once, from any threads.
+  [[nodiscard]] std::vector<Brick> make(std::size_t block);
+  // Complete after all blocks.
+  [[nodiscard]] const CurveTiles& cubes() const { return cubes_; }
+
+ private:
+  static constexpr GridPoint kBricks = {4, 4, 8};  // In a block.
+
+  [[nodiscard]] static CurveTiles tiles_of(const LevelExtent& extent, Scratch& scratch);
+  [[nodiscard]] GridPoint begin_of(std::size_t block) const;  // The block's first point, in units.
+
+  const DatasetInfo& info_;
+  const IsovalueBins& bins_;
+  const SpectrumLayout::Level& level_;
+  const CoarseVolume& samples_;
+  const CurveTiles& finer_;
+  BrickLayout blocks_;
+  CurveTiles cubes_;
+};
+
+extern template class CoarseLevel<float>;
+extern template class CoarseLevel<double>;
+
+}  // namespace multitetra
