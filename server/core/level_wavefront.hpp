@@ -20,6 +20,7 @@
 #include "server/core/grid.hpp"
 #include "server/core/isovalue_bins.hpp"
 #include "server/core/own_error_curve.hpp"
+#include "server/core/own_error_rows.hpp"
 #include "server/core/step_lengths.hpp"
 
 namespace multitetra {
@@ -105,7 +106,21 @@ class LevelWavefront {
       if (child.curve.count > 0) of[count++] = child;
     }
   };
-  void fill(GridPoint unit_point, CurveLayer& layer, const Children& children);
+  using Bins = typename OwnErrorCurve<Real>::Bins;
+  // The curve of one point that is active in these bins: what its children leave there.
+  struct Appended {
+    CurveBlock* blocks = nullptr;  // Null when there is none.
+    int first_bin = 0;
+  };
+  Appended append(GridPoint unit_point, CurveLayer& layer, const Children& children, bool is_mixed,
+                  Bins active) const;
+  [[nodiscard]] Bins bins_between(Real low, Real high) const;
+  void fill(GridPoint unit_point, CurveLayer& layer, const Children& children) const;
+  void fill(GridPoint unit_point, CurveLayer& layer, const Children& children,
+            const FourOwnErrors& errors, std::size_t lane) const;
+  void add_own(const DiamondValues<Real>& values, Bins active, bool any_void,
+               const Appended& curve) const;
+  [[nodiscard]] bool compute_errors(GridPoint first, std::size_t count);
   void load(GridPoint unit_point, DiamondValues<Real>& diamond) const;
   template <typename AddChildren>
   void fill_points(std::int32_t z, bool odd_x, bool odd_y, CurveLayer& layer,
@@ -124,6 +139,7 @@ class LevelWavefront {
   // By shape: where the corners lie as seen from a point of the layer at hand; behind the last one,
   // the point itself.
   std::array<std::array<std::ptrdiff_t, 12>, 64> offsets_{};
+  std::vector<FourOwnErrors> errors_;  // Of the row at hand.
   std::array<CurveLayer, 2> even_;
   std::size_t lower_ = 1;  // even_[lower_] is layer 2k, the other one 2k + 2.
   std::int32_t next_ = 0;

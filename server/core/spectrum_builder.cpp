@@ -32,6 +32,12 @@ constexpr std::int32_t parts(std::int32_t count, std::int32_t size) {
   return (count + size - 1) / size;
 }
 
+// The size of parts that are no larger than `size`, as many of them, and about equally large.
+constexpr std::int32_t evened(std::int32_t count, std::int32_t size) {
+  const std::int32_t number = parts(count, size);
+  return parts(count, number);
+}
+
 bool is_exact_in_float(const DatasetInfo& info) {
   const double outside = info.outside.value_or(0);
   return info.type != SampleType::kF32 && outside == std::floor(outside) &&
@@ -76,14 +82,16 @@ class FineLevels {
   // The largest columns that keep the threads busy within the memory.
   [[nodiscard]] GridPoint column_size() const {
     const GridPoint cells = cells_.extent();
-    const std::size_t wanted = work_.threads == 1 ? 1 : 6 * work_.threads;
+    const std::size_t wanted = work_.threads == 1 ? 1 : 2 * work_.threads;
     for (const GridPoint& size : kColumns) {
       const auto columns = static_cast<std::size_t>(parts(cells.x, size.x)) *
                            static_cast<std::size_t>(parts(cells.y, size.y)) *
                            static_cast<std::size_t>(parts(cells.z, size.z));
       const std::size_t bytes =
           SpectrumColumn<Real>::most_bytes(size.x, size.y, bins_.count()) * work_.threads;
-      if (columns >= wanted && bytes <= work_.column_bytes) return size;
+      if (columns >= wanted && bytes <= work_.column_bytes) {
+        return {evened(cells.x, size.x), evened(cells.y, size.y), evened(cells.z, size.z)};
+      }
     }
     return kColumns.back();
   }
