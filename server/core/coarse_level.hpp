@@ -30,6 +30,18 @@ class CoarseLevel {
   CoarseLevel(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumLayout::Level& level,
               const CoarseVolume& samples, const CurveTiles& finer, Scratch& scratch);
 
+  // The most memory that a block takes, in bytes: three layers of its own curves and four of the
+  // finer level's, with a quarter to spare, and a byte for each of three codes of all points, one
+  // layer of bricks of them twice.
+  [[nodiscard]] static std::size_t most_bytes(int bins) {
+    constexpr std::size_t kSide = SpectrumLayout::kSide;
+    constexpr std::size_t kPlaces = (kSide * kBricks.x + 5) * (kSide * kBricks.y + 5);
+    constexpr std::size_t kBlockBricks = std::size_t{kBricks.x} * kBricks.y * (kBricks.z + 2);
+    const std::size_t curve_blocks = (static_cast<std::size_t>(bins) + 3) / 4;
+    return 9 * kPlaces * (curve_blocks * sizeof(CurveBlock) + 16) +
+           kBlockBricks * (3 * SpectrumLayout::kPoints + 64) * static_cast<std::size_t>(bins);
+  }
+
   [[nodiscard]] std::size_t blocks() const { return blocks_.size(); }
   // The bricks of one block that are not empty. Each block exactly once, from any threads.
   [[nodiscard]] std::vector<Brick> make(std::size_t block);

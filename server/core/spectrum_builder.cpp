@@ -74,7 +74,13 @@ class FineLevels {
         curves_(cells_.begin, cells_.end, {size_.x, size_.y, 1}, work.scratch) {}
 
   void make() {
-    work_.for_each(columns_.size(), [&](std::size_t i) { make_column(columns_.at(i)); });
+    const std::size_t bytes = SpectrumColumn<Real>::most_bytes(size_.x, size_.y, bins_.count());
+    const std::size_t fit = std::max<std::size_t>(1, work_.column_bytes / bytes);
+    const std::size_t at_once = fit < work_.threads ? fit : columns_.size();
+    for (std::size_t first = 0; first < columns_.size(); first += at_once) {
+      work_.for_each(std::min(at_once, columns_.size() - first),
+                     [&](std::size_t i) { make_column(columns_.at(first + i)); });
+    }
   }
   [[nodiscard]] const CurveTiles& curves() const { return curves_; }
 
@@ -163,8 +169,9 @@ class FineLevels {
 
 // A few blocks at a time, whose bricks leave in order.
 template <typename Real>
-void make_bricks(CoarseLevel<Real>& level, const SpectrumWork& work) {
-  const std::size_t at_once = 2 * work.threads;
+void make_bricks(CoarseLevel<Real>& level, int bins, const SpectrumWork& work) {
+  const std::size_t fit = work.column_bytes / CoarseLevel<Real>::most_bytes(bins);
+  const std::size_t at_once = std::clamp<std::size_t>(fit, 1, 2 * work.threads);
   for (std::size_t first = 0; first < level.blocks(); first += at_once) {
     std::vector<std::vector<typename CoarseLevel<Real>::Brick>> made(
         std::min(at_once, level.blocks() - first));
@@ -185,7 +192,7 @@ void build(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumWork
   for (const SpectrumLayout::Level& level : layout.levels()) {
     auto coarser = std::make_unique<CoarseLevel<Real>>(
         info, bins, level, work.coarse, finer ? finer->cubes() : fine.curves(), work.scratch);
-    make_bricks(*coarser, work);
+    make_bricks(*coarser, bins.count(), work);
     finer = std::move(coarser);
   }
 }

@@ -10,11 +10,10 @@
 // from every eighth sample, the coarser levels follow one after the other, each cut into blocks of
 // bricks.
 //
-// Memory, beside `coarse` and `scratch`: columns are chosen so that `threads` of them, of a volume
-// in which every point has errors in every bin, take kMostColumnBytes together (with more than
-// about 60 threads, or 15 and 256 bins, the smallest columns take more). The blocks of bricks,
-// which come later, take at most 25 MiB a thread with 64 bins and 100 MiB with 256. And 16 bytes
-// for each tile that is put aside: at most 16 MiB for the largest grid.
+// Memory, beside what is in the scratch: as many columns are made at a time, and as large ones, as
+// take kMostColumnBytes together in a volume in which every point has errors in every bin; and then
+// as many blocks of bricks. (One at least: 37 MiB for a column with 256 bins, 110 MiB for a block.)
+// And 16 bytes for each tile that is put aside: at most 16 MiB for the largest grid.
 #pragma once
 
 #include <cstddef>

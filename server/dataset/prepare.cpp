@@ -261,33 +261,44 @@ DatasetInfo geometry_of(const VolumeHeader& header, const PrepareOptions& option
   return describe(header, any, options.name, options.outside, options.margin);
 }
 
-// What is kept in memory, beside what goes to the sink.
+// What is small, beside what goes to the sink.
 struct SmallParts {
   DatasetInfo info;
+  std::unique_ptr<Scratch> coarse_scratch;
+  std::unique_ptr<Scratch> ranges_scratch;
   CoarseVolume coarse;
   CellRanges ranges;
   std::optional<IsovalueBins> bins = std::nullopt;
 
-  explicit SmallParts(const DatasetInfo& geometry)
-      : info(geometry), coarse(geometry), ranges(geometry) {}
-  [[nodiscard]] std::span<const std::byte> coarse_bytes() const {
-    return std::visit([](const auto& samples) { return std::as_bytes(std::span(samples)); },
-                      coarse.samples());
-  }
+  SmallParts(const DatasetInfo& geometry, const Sink& sink)
+      : info(geometry),
+        coarse_scratch(sink.new_scratch()),
+        ranges_scratch(sink.new_scratch()),
+        coarse(geometry, *coarse_scratch),
+        ranges(geometry, *ranges_scratch) {}
 };
+
+SectionBytes section_of(std::uint64_t size, const Scratch& scratch) {
+  return {size, [&scratch](std::uint64_t offset, std::span<std::byte> into) {
+            scratch.get(offset, into);
+          }};
+}
+std::vector<std::byte> bytes_of(std::uint64_t size, const Scratch& scratch) {
+  std::vector<std::byte> bytes(size);
+  scratch.get(0, bytes);
+  return bytes;
+}
 
 // The samples: into the sink, their facts and what is small of them into `parts`.
 void first_pass(VolumeSource& source, const PrepareOptions& options, Sink& sink,
                 SmallParts& parts) {
   SampleStatisticsBuilder builder(source.header().type);
   BrickLayers bricks(source.header(), sink);
-  std::int32_t first = 0;
   for_each_slab(source, options, "range", [&](const Samples& slab, std::int32_t slices) {
     builder.add(slab);
     bricks.add(slab, slices);
     parts.ranges.add(slab, slices, on_all_threads);
-    parts.coarse.add(slab, first, slices);
-    first += slices;
+    parts.coarse.add(slab, slices);
   });
   if (builder.needs_second_pass()) {
     for_each_slab(source, options, "histogram",
@@ -343,12 +354,12 @@ DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
                     const std::filesystem::path& output, const SourceNote& note) {
   const DatasetInfo geometry = checked_geometry(source, options);
   FileSink sink(output, geometry);
-  SmallParts parts(geometry);
+  SmallParts parts(geometry, sink);
   first_pass(source, options, sink, parts);
   second_pass(options, sink, parts);
   sink.writer().finish({.info = parts.info, .source = note, .program_version = MULTITETRA_VERSION},
-                       {.coarse = parts.coarse_bytes(),
-                        .ranges = parts.ranges.bytes(),
+                       {.coarse = section_of(parts.coarse.bytes(), *parts.coarse_scratch),
+                        .ranges = section_of(parts.ranges.bytes(), *parts.ranges_scratch),
                         .bins = std::as_bytes(std::span(parts.bins->edges()))});
   return parts.info;
 }
@@ -356,19 +367,26 @@ DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
 DatasetPtr prepare_in_memory(VolumeSource& source, const PrepareOptions& options) {
   const DatasetInfo geometry = checked_geometry(source, options);
   MemorySink sink(geometry);
-  const auto parts = std::make_shared<SmallParts>(geometry);
-  first_pass(source, options, sink, *parts);
-  second_pass(options, sink, *parts);
+  SmallParts parts(geometry, sink);
+  first_pass(source, options, sink, parts);
+  second_pass(options, sink, parts);
+  struct Kept {
+    std::vector<std::byte> coarse;
+    std::vector<std::byte> ranges;
+  };
+  const auto kept = std::make_shared<const Kept>(
+      Kept{.coarse = bytes_of(parts.coarse.bytes(), *parts.coarse_scratch),
+           .ranges = bytes_of(parts.ranges.bytes(), *parts.ranges_scratch)});
   return std::make_shared<const PreparedVolume>(
-      PreparedVolume{.info = parts->info,
+      PreparedVolume{.info = parts.info,
                      .samples = sink.samples(),
-                     .coarse = parts->coarse_bytes(),
-                     .ranges = parts->ranges.bytes(),
-                     .spectrum = {.layout = SpectrumLayout(parts->info),
-                                  .bins = *parts->bins,
-                                  .voxel = static_cast<float>(voxel_length(parts->info)),
+                     .coarse = kept->coarse,
+                     .ranges = kept->ranges,
+                     .spectrum = {.layout = SpectrumLayout(parts.info),
+                                  .bins = *parts.bins,
+                                  .voxel = static_cast<float>(voxel_length(parts.info)),
                                   .bricks = sink.spectrum()},
-                     .owner = parts});
+                     .owner = kept});
 }
 
 DatasetPtr make_dataset(Volume volume, std::string name, std::optional<double> outside,

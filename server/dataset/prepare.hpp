@@ -1,5 +1,8 @@
-// Preparing: a volume in, a dataset that can be served out. Two passes over the slices, one for the
-// range of values and one for everything else; memory does not grow with the number of slices.
+// Preparing: a volume in, a dataset that can be served out. One pass over the source (two when its
+// samples are floating-point), then one over the samples in the unfinished dataset. Into a file, of
+// a source that streams, it takes less than 1 GiB of memory whatever the volume's size and content,
+// and the number of threads: slabs, columns of the spectrum (spectrum_builder.hpp) and 8
+// bytes for each brick of samples; what else grows with the volume waits in files without a name.
 //
 //   const auto source = open_volume("CThead.nhdr");
 //   prepare(*source, {.name = "head"}, "head.mtd", source_note("CThead.nhdr"));
