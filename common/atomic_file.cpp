@@ -31,7 +31,7 @@ fs::path temporary_beside(const fs::path& path) {
 
 AtomicFile::AtomicFile(fs::path path)
     : path_(std::move(path)), temporary_(temporary_beside(path_)) {
-  descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor_ < 0) fail("Cannot create");
 }
 
@@ -49,6 +49,19 @@ void AtomicFile::write_at(std::uint64_t offset, std::span<const std::byte> bytes
     if (count < 0) fail("Cannot write");
     offset += static_cast<std::uint64_t>(count);
     bytes = bytes.subspan(static_cast<std::size_t>(count));
+  }
+}
+
+void AtomicFile::read_at(std::uint64_t offset, std::span<std::byte> into) const {
+  assert(descriptor_ >= 0);
+  while (!into.empty()) {
+    const ssize_t count =
+        ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
+    if (count < 0 && errno == EINTR) continue;
+    if (count == 0) errno = EIO;  // Somebody cut it.
+    if (count <= 0) fail("Cannot read");
+    offset += static_cast<std::uint64_t>(count);
+    into = into.subspan(static_cast<std::size_t>(count));
   }
 }
 

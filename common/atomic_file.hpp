@@ -27,7 +27,7 @@ enum class Durability {
 };
 
 // All functions throw std::system_error, which names the file and the system's reason. To be used
-// by one thread at a time.
+// by one thread at a time, but for read_at.
 class AtomicFile {
  public:
   explicit AtomicFile(std::filesystem::path path);
@@ -37,6 +37,10 @@ class AtomicFile {
 
   // In any order; what is never written reads as zero. Requires that nothing is committed yet.
   void write_at(std::uint64_t offset, std::span<const std::byte> bytes);
+
+  // What was written there. From several threads at once, also while one writes elsewhere. Requires
+  // that nothing is committed yet, and throws when the file ends before.
+  void read_at(std::uint64_t offset, std::span<std::byte> into) const;
 
   // Gives the file its name. Requires that nothing is committed yet.
   void commit(Durability durability);

@@ -2,13 +2,17 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "server/core/prepared_volume.hpp"
 
 namespace multitetra {
 namespace {
+
+constexpr std::size_t kLayers = 4;  // That 16 slices can touch.
 
 template <typename Sample>
 constexpr Sample highest() {
@@ -48,17 +52,36 @@ void include_row(const Sample* row, const DatasetInfo& info, const LevelExtent& 
 
 }  // namespace
 
-CellRanges::CellRanges(const DatasetInfo& info) : info_(info) {
-  const std::size_t size = 2 * cell_extent(info).size();
-  visit_type(info.type, [&]<typename Sample>(const Sample*) {
-    std::vector<Sample> ranges(size, lowest<Sample>());
-    for (std::size_t i = 0; i < size; i += 2) ranges[i] = highest<Sample>();
-    ranges_ = std::move(ranges);
-  });
+CellRanges::CellRanges(const DatasetInfo& info, Scratch& scratch) : info_(info), scratch_(scratch) {
+  visit_type(info.type, [&]<typename Sample>(const Sample*) { ranges_ = std::vector<Sample>(); });
+  put_aside(0);
+}
+
+// Puts aside the first layers of those in memory, and begins as many others.
+void CellRanges::put_aside(std::int32_t layers) {
+  const LevelExtent cells = cell_extent(info_);
+  const auto layer =
+      2 * static_cast<std::size_t>(cells.extent.x) * static_cast<std::size_t>(cells.extent.y);
+  const std::size_t size = static_cast<std::size_t>(layers) * layer;
+  first_layer_ += layers;
+  std::visit(
+      [&](auto& ranges) {
+        using Sample = typename std::decay_t<decltype(ranges)>::value_type;
+        if (layers > 0) {
+          (void)scratch_.put(std::as_bytes(std::span(ranges).first(size)));
+          ranges.erase(ranges.begin(), ranges.begin() + static_cast<std::ptrdiff_t>(size));
+        }
+        for (std::size_t i = ranges.size(); i < kLayers * layer; i += 2) {
+          ranges.insert(ranges.end(), {highest<Sample>(), lowest<Sample>()});
+        }
+      },
+      ranges_);
 }
 
 void CellRanges::add(const Samples& slab, std::int32_t slices, const ForEach& for_each) {
-  const LevelExtent cells = cell_extent(info_);
+  const LevelExtent all_cells = cell_extent(info_);
+  LevelExtent cells = all_cells;  // Those in memory.
+  cells.low.z += first_layer_;
   const std::int32_t first_z = next_slice_;
   next_slice_ += slices;
   std::visit(
@@ -83,10 +106,14 @@ void CellRanges::add(const Samples& slab, std::int32_t slices, const ForEach& fo
         });
       },
       ranges_);
+  const bool is_last = next_slice_ == info_.dims[2];
+  const std::int32_t next_layer =
+      is_last ? all_cells.low.z + all_cells.extent.z : cells_at(info_.margin + next_slice_).first;
+  put_aside(next_layer - cells.low.z);
 }
 
-std::span<const std::byte> CellRanges::bytes() const {
-  return std::visit([](const auto& ranges) { return std::as_bytes(std::span(ranges)); }, ranges_);
+std::uint64_t CellRanges::bytes() const {
+  return 2 * static_cast<std::uint64_t>(bytes_per_sample(info_.type)) * cell_extent(info_).size();
 }
 
 }  // namespace multitetra

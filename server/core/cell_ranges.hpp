@@ -4,27 +4,33 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
-#include <vector>
 
 #include "common/dataset_info.hpp"
 #include "server/core/for_each.hpp"
+#include "server/core/scratch.hpp"
 #include "server/core/volume.hpp"
 
 namespace multitetra {
 
-// Collects the ranges of cell_extent(info) from a volume that passes by once.
+// Collects the ranges of cell_extent(info) from a volume that passes by once, and puts them aside
+// layer after layer: a few layers of cells are in memory.
 class CellRanges {
  public:
-  explicit CellRanges(const DatasetInfo& info);
-  // The next slices along z, x fastest in the dataset's type.
+  // The scratch must outlive this, and nothing else may put into it.
+  CellRanges(const DatasetInfo& info, Scratch& scratch);
+  // The next slices along z, at most 16, x fastest in the dataset's type.
   void add(const Samples& slab, std::int32_t slices, const ForEach& for_each);
-  // As PreparedVolume::ranges.
-  [[nodiscard]] std::span<const std::byte> bytes() const;
+  // The size of all ranges together, which lie in the scratch, from its beginning, as
+  // PreparedVolume::ranges, once the last slice was added.
+  [[nodiscard]] std::uint64_t bytes() const;
 
  private:
+  void put_aside(std::int32_t layers);
+
   const DatasetInfo info_;
-  Samples ranges_;  // Pairs.
+  Scratch& scratch_;
+  Samples ranges_;                // Pairs, of some layers of cells.
+  std::int32_t first_layer_ = 0;  // Of these, seen from the first of cell_extent.
   std::int32_t next_slice_ = 0;
 };
 

@@ -40,14 +40,15 @@ class CurveLayer {
   void reset(GridPoint low, GridPoint extent) {
     low_ = low;
     extent_ = extent;
-    curves_.assign(static_cast<std::size_t>(extent.x) * static_cast<std::size_t>(extent.y), {});
+    curves_.assign(static_cast<std::size_t>(extent.x + 2) * static_cast<std::size_t>(extent.y + 2),
+                   {});
     used_ = 0;
   }
 
   [[nodiscard]] bool contains(std::int32_t x, std::int32_t y) const {
     return x >= low_.x && y >= low_.y && x < low_.x + extent_.x && y < low_.y + extent_.y;
   }
-  // Requires contains(x, y).
+  // Requires contains(x, y), or to read a place one step beside the layer, which is empty.
   [[nodiscard]] Curve& at(std::int32_t x, std::int32_t y) { return curves_[index(x, y)]; }
   [[nodiscard]] Curve at(std::int32_t x, std::int32_t y) const { return curves_[index(x, y)]; }
   // The curve of any point: an empty one outside of the layer.
@@ -56,12 +57,12 @@ class CurveLayer {
   }
   [[nodiscard]] const CurveBlock* blocks(Curve curve) const { return pool_.data() + curve.offset; }
 
-  // Zero blocks for one more curve. Pointers to earlier blocks are no longer valid.
+  // Blocks for one more curve, with anything in them. Pointers to earlier blocks are no longer
+  // valid.
   [[nodiscard]] CurveBlock* append(std::size_t count, std::uint32_t& offset) {
     if (used_ + count > pool_.size())
       pool_.resize(std::max(pool_.size() + pool_.size() / 4, used_ + count));
     offset = static_cast<std::uint32_t>(used_);
-    std::fill_n(pool_.begin() + static_cast<std::ptrdiff_t>(used_), count, CurveBlock{});
     used_ += count;
     return pool_.data() + offset;
   }
@@ -70,13 +71,13 @@ class CurveLayer {
 
  private:
   [[nodiscard]] std::size_t index(std::int32_t x, std::int32_t y) const {
-    return static_cast<std::size_t>(x - low_.x) +
-           static_cast<std::size_t>(extent_.x) * static_cast<std::size_t>(y - low_.y);
+    return static_cast<std::size_t>(x - low_.x + 1) +
+           static_cast<std::size_t>(extent_.x + 2) * static_cast<std::size_t>(y - low_.y + 1);
   }
 
   GridPoint low_;
   GridPoint extent_;
-  std::vector<Curve> curves_;
+  std::vector<Curve> curves_;  // With one empty place around.
   std::vector<CurveBlock> pool_;
   std::size_t used_ = 0;
 };

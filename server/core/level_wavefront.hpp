@@ -14,13 +14,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "server/core/error_curve.hpp"
 #include "server/core/grid.hpp"
 #include "server/core/isovalue_bins.hpp"
 #include "server/core/own_error_curve.hpp"
+#include "server/core/own_error_rows.hpp"
 #include "server/core/step_lengths.hpp"
 
 namespace multitetra {
@@ -34,13 +34,21 @@ class PlaneSource {
   virtual void read(int exponent, GridPoint low, GridPoint extent, float* into) const = 0;
 };
 
-// The curve of one point; an empty one where all errors are 0.
-struct FoundCurve {
-  CurveLayer::Curve curve;
-  const CurveLayer* layer = nullptr;
+// The cube centres of the finer level in its steps around one of ours: 2k - 1 ... 2k + 2.
+class FinerCubes {
+ public:
+  // Their curves in step k, at (x / 2, y / 2) rounded down. The layer must outlive this.
+  void add(std::int32_t k, const CurveLayer& cubes) {
+    layers_[static_cast<std::size_t>(k) % layers_.size()] = &cubes;
+  }
+  // Null where there are none. Requires one of the four steps, if it is not negative.
+  [[nodiscard]] const CurveLayer* layer(std::int32_t k) const {
+    return k < 0 ? nullptr : layers_[static_cast<std::size_t>(k) % layers_.size()];
+  }
+
+ private:
+  std::array<const CurveLayer*, 4> layers_{};
 };
-// The curve of the finer level's cube centre at (x, y), in its units, of its step k.
-using CubeCurve = std::function<FoundCurve(std::int32_t k, std::int32_t x, std::int32_t y)>;
 
 // The points that a level computes, in its units. Points outside have no errors, or nobody asks.
 struct LevelWindow {
@@ -65,7 +73,7 @@ class LevelWavefront {
   [[nodiscard]] std::int32_t next_plane() const { return loaded_ + 1; }
 
   // Makes the next step, k = next_step(). Requires has_values() and not is_done().
-  void step(const CubeCurve& finer);
+  void step(const FinerCubes& finer);
   [[nodiscard]] bool has_values() const {
     return loaded_ >= std::min(2 * next_ + 3, grid_.side() >> window_.exponent);
   }
@@ -81,25 +89,43 @@ class LevelWavefront {
   void copy_cubes(CurveLayer& into) const;
 
  private:
-  void fill_even(std::int32_t z, CurveLayer& layer, const CubeCurve& finer);
-  void fill_odd(std::int32_t z, const CubeCurve& finer);
+  void fill_even(std::int32_t z, CurveLayer& layer, const FinerCubes& finer);
+  void fill_odd(std::int32_t z, const FinerCubes& finer);
   void make_offsets(std::int32_t z);
   [[nodiscard]] const float* plane(std::int32_t z) const {
     return planes_.data() + (z & 7) * plane_size_;
   }
+  struct Child {
+    CurveLayer::Curve curve;
+    const CurveLayer* layer = nullptr;
+  };
   struct Children {
-    std::array<FoundCurve, 8> of;
+    std::array<Child, 8> of;
     std::size_t count = 0;
-    void add(FoundCurve child) {
+    void add(Child child) {
       if (child.curve.count > 0) of[count++] = child;
     }
   };
-  void fill(GridPoint unit_point, CurveLayer& layer, const Children& children);
+  using Bins = typename OwnErrorCurve<Real>::Bins;
+  // The curve of one point that is active in these bins: what its children leave there.
+  struct Appended {
+    CurveBlock* blocks = nullptr;  // Null when there is none.
+    int first_bin = 0;
+  };
+  Appended append(GridPoint unit_point, CurveLayer& layer, const Children& children, bool is_mixed,
+                  Bins active) const;
+  [[nodiscard]] Bins bins_between(Real low, Real high) const;
+  void fill(GridPoint unit_point, CurveLayer& layer, const Children& children) const;
+  void fill(GridPoint unit_point, CurveLayer& layer, const Children& children,
+            const FourOwnErrors& errors, std::size_t lane) const;
+  void add_own(const DiamondValues<Real>& values, Bins active, bool any_void,
+               const Appended& curve) const;
+  [[nodiscard]] bool compute_errors(GridPoint first, std::size_t count);
   void load(GridPoint unit_point, DiamondValues<Real>& diamond) const;
   template <typename AddChildren>
   void fill_points(std::int32_t z, bool odd_x, bool odd_y, CurveLayer& layer,
                    const AddChildren& add_children);
-  [[nodiscard]] Children finer_cubes(GridPoint p, const CubeCurve& finer) const;
+  [[nodiscard]] Children finer_cubes(GridPoint p, const FinerCubes& finer) const;
 
   Grid grid_;
   const IsovalueBins& bins_;
@@ -113,6 +139,7 @@ class LevelWavefront {
   // By shape: where the corners lie as seen from a point of the layer at hand; behind the last one,
   // the point itself.
   std::array<std::array<std::ptrdiff_t, 12>, 64> offsets_{};
+  std::vector<FourOwnErrors> errors_;  // Of the row at hand.
   std::array<CurveLayer, 2> even_;
   std::size_t lower_ = 1;  // even_[lower_] is layer 2k, the other one 2k + 2.
   std::int32_t next_ = 0;

@@ -21,6 +21,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -41,6 +42,32 @@ class OwnErrorCurve {
     int first;
     int last;
   };
+  // Whether few bins hold every isovalue for which the diamond is active, as it is with noise: then
+  // what is true somewhere counts everywhere in them.
+  [[nodiscard]] static bool is_narrow(Bins active) { return active.last - active.first < kNarrow; }
+
+  // What a narrow diamond adds: errors that move something, in its active bins, and a flip, perhaps
+  // a critical one, in others among these (none where `flipped.last` is smaller).
+  static void add_narrow(Bins active, float paper, float certified, Bins flipped, bool is_critical,
+                         std::uint8_t flip, CurveBlock* blocks, int first_bin) {
+    using Int4 = std::int32_t __attribute__((vector_size(16)));
+    const Float4 moved = Float4{} + paper * kRoundingUp;
+    for (int block = active.first / 4; block <= active.last / 4; ++block) {
+      CurveBlock& into = blocks[block - first_bin / 4];
+      const Int4 bins = Int4{0, 1, 2, 3} + 4 * block;
+      const Int4 is_active = (bins >= active.first) & (bins <= active.last);
+      into.paper = larger(into.paper, is_active ? moved : Float4{});
+      const Float4 sum = (into.certified + certified) * kRoundingUp;
+      if (certified > 0) into.certified = is_active ? sum : into.certified;
+      const int first = std::max(flipped.first - 4 * block, 0);
+      const int last = std::min(flipped.last - 4 * block, 3);
+      if (first > last) continue;
+      const std::uint32_t lanes = 0xFFFFFFFFU >> 8 * (3 - last + first) << 8 * first;
+      const std::uint64_t marks = lanes & 0x01010101U * flip;
+      into.flips =
+          larger(into.flips, std::bit_cast<Byte8>(marks | (is_critical ? marks << 32 : 0)));
+    }
+  }
 
   OwnErrorCurve(const IsovalueBins& bins, const DiamondValues<Real>& diamond, Bins active,
                 CurveBlock* blocks, int first_bin, std::uint8_t flip)
@@ -79,9 +106,7 @@ class OwnErrorCurve {
   static constexpr float kRoundingUp = 1 + 0x1p-20F;
   static constexpr int kNarrow = 5;  // Bins.
 
-  // Whether few bins hold every isovalue for which the diamond is active, as it is with noise: then
-  // what is true somewhere counts everywhere in them.
-  [[nodiscard]] bool is_narrow() const { return active_.last - active_.first < kNarrow; }
+  [[nodiscard]] bool is_narrow() const { return is_narrow(active_); }
 
   // The peaks of all tents.
   void add_peaks() {

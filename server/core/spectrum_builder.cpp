@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
-#include <utility>
+#include <memory>
+#include <vector>
 
-#include "server/core/plane_sources.hpp"
-#include "server/core/spectrum_brick.hpp"
+#include "server/core/coarse_level.hpp"
+#include "server/core/curve_tiles.hpp"
 #include "server/core/spectrum_column.hpp"
 #include "server/core/spectrum_layout.hpp"
 
@@ -15,59 +15,28 @@ namespace multitetra {
 namespace {
 
 constexpr std::int32_t kCell = kSpectrumSpacing;
-// Along x and y: the seam of a small column is a large part of it.
-constexpr std::array<std::int32_t, 3> kCellsInColumn = {32, 16, 8};
-constexpr std::int32_t kStepsKept = 16;  // Of a coarser level, until the next one takes them.
+constexpr std::int32_t kSlices = BrickLayout::kSampleSide;  // Read at a time.
 
-constexpr std::int32_t floor_half(std::int32_t v) { return v >> 1; }
-constexpr std::int32_t ceil_half(std::int32_t v) { return (v + 1) >> 1; }
+// Sizes of a column in cells, the ones with the least seam first.
+constexpr std::array<GridPoint, 9> kColumns = {{{32, 32, 64},
+                                                {32, 16, 64},
+                                                {16, 16, 64},
+                                                {16, 16, 32},
+                                                {16, 16, 16},
+                                                {16, 8, 16},
+                                                {8, 8, 16},
+                                                {4, 4, 16},
+                                                {4, 4, 8}}};
 
-// The bricks of one level that are being filled: one layer of them.
-class BrickLayer {
- public:
-  BrickLayer(const SpectrumLayout::Level& level, float voxel)
-      : level_(level), voxel_(voxel), builders_(bricks_in_layer()) {}
+constexpr std::int32_t parts(std::int32_t count, std::int32_t size) {
+  return (count + size - 1) / size;
+}
 
-  // The points of layer z (units) that have exactly this level's spacing.
-  void add(std::int32_t z, const CurveLayer& layer) {
-    const GridPoint low = level_.extent.low;
-    for (std::int32_t y = low.y; y < low.y + level_.extent.extent.y; ++y) {
-      for (std::int32_t x = low.x; x < low.x + level_.extent.extent.x; ++x) {
-        const CurveLayer::Curve curve = layer.find(x, y);
-        if (curve.count == 0) continue;
-        const auto place = SpectrumLayout::place(level_, {x, y, z});
-        builders_[(place.brick - level_.first_brick) % builders_.size()].add(
-            place.point, layer.blocks(curve), curve, voxel_);
-      }
-    }
-  }
-  // Whether z is the last layer of points in its layer of bricks.
-  [[nodiscard]] bool ends_with(std::int32_t z) const {
-    const std::int32_t at = z - level_.extent.low.z;
-    return at % SpectrumLayout::kSide == SpectrumLayout::kSide - 1 ||
-           at == level_.extent.extent.z - 1;
-  }
-  void flush(std::int32_t z, const SpectrumBuilder::Sink& sink, const ForEach& for_each) {
-    const std::size_t first =
-        level_.first_brick + builders_.size() * static_cast<std::size_t>((z - level_.extent.low.z) /
-                                                                         SpectrumLayout::kSide);
-    std::vector<std::vector<std::byte>> bytes(builders_.size());
-    for_each(builders_.size(), [&](std::size_t i) { bytes[i] = builders_[i].take(); });
-    for (std::size_t i = 0; i < bytes.size(); ++i) {
-      if (!bytes[i].empty()) sink(first + i, bytes[i]);
-    }
-  }
-
- private:
-  [[nodiscard]] std::size_t bricks_in_layer() const {
-    return static_cast<std::size_t>(level_.bricks.counts()[0]) *
-           static_cast<std::size_t>(level_.bricks.counts()[1]);
-  }
-
-  const SpectrumLayout::Level& level_;
-  float voxel_;
-  std::vector<SpectrumBrickBuilder> builders_;
-};
+// The size of parts that are no larger than `size`, as many of them, and about equally large.
+constexpr std::int32_t evened(std::int32_t count, std::int32_t size) {
+  const std::int32_t number = parts(count, size);
+  return parts(count, number);
+}
 
 bool is_exact_in_float(const DatasetInfo& info) {
   const double outside = info.outside.value_or(0);
@@ -75,183 +44,163 @@ bool is_exact_in_float(const DatasetInfo& info) {
          std::abs(outside) <= 65536;
 }
 
-}  // namespace
-
-class SpectrumBuilder::Work {
- public:
-  virtual ~Work() = default;
-  virtual void add(const Samples& slab, std::int32_t slices) = 0;
-  virtual void finish() = 0;
-  [[nodiscard]] virtual const Samples& coarse_samples() const = 0;
+// The cells whose centres the coarser levels ask for.
+struct Cells {
+  GridPoint begin;
+  GridPoint end;
+  [[nodiscard]] GridPoint extent() const { return end - begin; }
 };
+Cells cells_of(const DatasetInfo& info) {
+  const LevelExtent fine =
+      level_extent(grid_of(info), first_sample(info), last_sample(info), kSpectrumExponent - 1);
+  const GridPoint last = fine.low + fine.extent - GridPoint{1, 1, 1};
+  return {.begin = {fine.low.x >> 1, fine.low.y >> 1, fine.low.z >> 1},
+          .end = {(last.x + 1) >> 1, (last.y + 1) >> 1, (last.z + 1) >> 1}};
+}
 
 template <typename Real>
-class SpectrumBuilder::TypedWork : public Work {
+class FineLevels {
  public:
-  TypedWork(const DatasetInfo& info, IsovalueBins bins, Sink sink, ForEach for_each,
-            std::size_t least_columns)
+  FineLevels(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumWork& work)
       : info_(info),
-        grid_(grid_of(info_)),
-        bins_(std::move(bins)),
-        sink_(std::move(sink)),
-        for_each_(std::move(for_each)),
-        layout_(info_),
-        coarse_(info_) {
-    if (layout_.size() == 0 || bins_.count() == 0) return;
-    make_columns(least_columns);
-    for (const SpectrumLayout::Level& level : layout_.levels()) {
-      levels_.emplace_back(grid_, info_.spacing, bins_, window_of(level));
-      brick_layers_.emplace_back(level, static_cast<float>(voxel_length(info_)));
+        grid_(grid_of(info)),
+        bins_(bins),
+        work_(work),
+        cells_(cells_of(info)),
+        size_(column_size()),
+        columns_({parts(cells_.extent().x, size_.x), parts(cells_.extent().y, size_.y),
+                  parts(cells_.extent().z, size_.z)},
+                 1),
+        curves_(cells_.begin, cells_.end, {size_.x, size_.y, 1}, work.scratch) {}
+
+  void make() {
+    const std::size_t bytes = SpectrumColumn<Real>::most_bytes(size_.x, size_.y, bins_.count());
+    const std::size_t fit = std::max<std::size_t>(1, work_.column_bytes / bytes);
+    const std::size_t at_once = fit < work_.threads ? fit : columns_.size();
+    for (std::size_t first = 0; first < columns_.size(); first += at_once) {
+      work_.for_each(std::min(at_once, columns_.size() - first),
+                     [&](std::size_t i) { make_column(columns_.at(first + i)); });
     }
-    rings_.assign(levels_.size(), CubeRing(kStepsKept));
   }
-
-  void add(const Samples& slab, std::int32_t slices) override {
-    coarse_.add(slab, next_slice_, slices);
-    const std::int32_t z = info_.margin + next_slice_;
-    next_slice_ += slices;
-    if (columns_.empty()) return;
-    run_columns(z, nullptr, 0);  // What lies before the data.
-    run_columns(z + slices, &slab, slices);
-    advance();
-  }
-
-  void finish() override {
-    assert(next_slice_ == info_.dims[2]);
-    if (columns_.empty()) return;
-    const std::int32_t end = std::min(grid_.side(), kCell * cells_end_.z + 8) + 1;
-    while (next_z_ < end) {
-      run_columns(std::min(end, next_z_ + 16), nullptr, 0);
-      advance();
-    }
-    assert(std::all_of(levels_.begin(), levels_.end(), [](const auto& l) { return l.is_done(); }));
-  }
-
-  [[nodiscard]] const Samples& coarse_samples() const override { return coarse_.samples(); }
+  [[nodiscard]] const CurveTiles& curves() const { return curves_; }
 
  private:
-  void make_columns(std::size_t least_columns) {
-    const LevelExtent fine =
-        level_extent(grid_, first_sample(info_), last_sample(info_), kSpectrumExponent - 1);
-    const GridPoint last = fine.low + fine.extent - GridPoint{1, 1, 1};
-    cells_begin_ = {floor_half(fine.low.x), floor_half(fine.low.y), floor_half(fine.low.z)};
-    cells_end_ = {ceil_half(last.x), ceil_half(last.y), ceil_half(last.z)};
-    const GridPoint cells = cells_end_ - cells_begin_;
-    for (const std::int32_t size : kCellsInColumn) {
-      const auto along = [size](std::int32_t count) { return (count + size - 1) / size; };
-      cells_in_column_ = size;
-      if (static_cast<std::size_t>(along(cells.x) * along(cells.y)) >= least_columns) break;
-    }
-    for (std::int32_t y = cells_begin_.y; y < cells_end_.y; y += cells_in_column_) {
-      columns_in_row_ = 0;
-      for (std::int32_t x = cells_begin_.x; x < cells_end_.x; x += cells_in_column_) {
-        ++columns_in_row_;
-        columns_.push_back(std::make_unique<SpectrumColumn<Real>>(
-            grid_, info_.spacing, bins_, GridPoint{x, y, cells_begin_.z},
-            GridPoint{std::min(x + cells_in_column_, cells_end_.x),
-                      std::min(y + cells_in_column_, cells_end_.y), cells_end_.z}));
+  // The largest columns that keep the threads busy within the memory.
+  [[nodiscard]] GridPoint column_size() const {
+    const GridPoint cells = cells_.extent();
+    const std::size_t wanted = work_.threads == 1 ? 1 : 2 * work_.threads;
+    for (const GridPoint& size : kColumns) {
+      const auto columns = static_cast<std::size_t>(parts(cells.x, size.x)) *
+                           static_cast<std::size_t>(parts(cells.y, size.y)) *
+                           static_cast<std::size_t>(parts(cells.z, size.z));
+      const std::size_t bytes =
+          SpectrumColumn<Real>::most_bytes(size.x, size.y, bins_.count()) * work_.threads;
+      if (columns >= wanted && bytes <= work_.column_bytes) {
+        return {evened(cells.x, size.x), evened(cells.y, size.y), evened(cells.z, size.z)};
       }
     }
-    next_z_ = std::max(0, kCell * cells_begin_.z - 7);  // Six steps and a diamond.
+    return kColumns.back();
   }
 
-  static LevelWindow window_of(const SpectrumLayout::Level& level) {
-    LevelWindow window{
-        .exponent = level.extent.exponent, .low = level.extent.low, .extent = level.extent.extent};
-    const std::int32_t odd = window.low.z & 1;
-    window.low.z -= odd;
-    window.extent.z += odd;
-    return window;
-  }
-
-  // Lets all columns take the values up to grid z `end`.
-  void run_columns(std::int32_t end, const Samples* slab, std::int32_t slices) {
-    if (next_z_ >= end) return;
-    const SlabPlanes values(info_, slab, end - slices, slices);
-    for_each_(columns_.size(), [&](std::size_t i) {
-      for (std::int32_t z = next_z_; z < end; ++z) columns_[i]->add(z, values);
-    });
-    next_z_ = end;
-  }
-
-  [[nodiscard]] FoundCurve find_cell(std::int32_t k, std::int32_t x, std::int32_t y) const {
-    const std::int32_t cell_x = floor_half(x) - cells_begin_.x;
-    const std::int32_t cell_y = floor_half(y) - cells_begin_.y;
-    if (cell_x < 0 || cell_y < 0 || floor_half(x) >= cells_end_.x ||
-        floor_half(y) >= cells_end_.y) {
-      return {};
+  void make_column(const GridCounts& at) {
+    const GridPoint begin =
+        cells_.begin + GridPoint{at[0] * size_.x, at[1] * size_.y, at[2] * size_.z};
+    const GridPoint end = {std::min(begin.x + size_.x, cells_.end.x),
+                           std::min(begin.y + size_.y, cells_.end.y),
+                           std::min(begin.z + size_.z, cells_.end.z)};
+    SpectrumColumn<Real> column(grid_, info_.spacing, bins_, begin, end);
+    BoxPlanes values(info_);
+    std::int32_t next_box = std::max(0, kCell * begin.z - column.kReach);
+    for (std::int32_t z = next_box; !column.is_done(); ++z) {
+      if (z == next_box) next_box = read_slices(z, begin, end, values);
+      column.add(z, values, [&](std::int32_t k, const CurveLayer& centres) {
+        curves_.put({begin.x, begin.y, k}, centres);
+      });
     }
-    const std::int32_t column =
-        cell_x / cells_in_column_ + columns_in_row_ * (cell_y / cells_in_column_);
-    return columns_[static_cast<std::size_t>(column)]->find(k, x, y);
+    if (work_.progress) work_.progress(samples_in(begin, end));
   }
 
-  // Coarser levels, as far as the cells that are done allow.
-  void advance() {
-    const std::int32_t cells = columns_.front()->finished_cells();
-    for (std::size_t i = 0; i < levels_.size(); ++i) {
-      LevelWavefront<Real>& level = levels_[i];
-      const CubeCurve finer = [this, i](std::int32_t k, std::int32_t x, std::int32_t y) {
-        return i == 0 ? find_cell(k, x, y) : rings_[i - 1].find(k, x, y);
-      };
-      const std::int32_t available = i == 0 ? cells : levels_[i - 1].next_step();
-      const bool is_last = i == 0 ? cells >= cells_end_.z : levels_[i - 1].is_done();
-      while (!level.is_done() && (is_last || available > 2 * level.next_step() + 2)) {
-        while (!level.has_values()) level.load_plane(coarse_);
-        const std::int32_t k = level.next_step();
-        level.step(finer);
-        write_layers(i, k);
-        rings_[i].take(level, k);
-      }
-    }
-  }
-
-  void write_layers(std::size_t i, std::int32_t k) {
-    const LevelWavefront<Real>& level = levels_[i];
-    const auto write = [&](std::int32_t z, const CurveLayer& layer) {
-      const LevelExtent& extent = layout_.levels()[i].extent;
-      if (z < extent.low.z || z >= extent.low.z + extent.extent.z) return;
-      brick_layers_[i].add(z, layer);
-      if (brick_layers_[i].ends_with(z)) brick_layers_[i].flush(z, sink_, for_each_);
+  // The box of samples that the planes from grid z on need, up to the next layer of bricks. Returns
+  // the z of the box after it.
+  std::int32_t read_slices(std::int32_t z, GridPoint begin, GridPoint end,
+                           BoxPlanes& values) const {
+    const std::int32_t reach = SpectrumColumn<Real>::kReach;
+    const std::int32_t slice = z - info_.margin;
+    const std::int32_t next = slice < 0 ? 0 : (slice / kSlices + 1) * kSlices;
+    const auto low = [&](std::int32_t cell) {
+      return std::max(0, kCell * cell - reach - info_.margin);
     };
-    write(2 * k, level.lower());
-    write(2 * k + 1, level.middle());
-    if (level.is_done()) write(2 * k + 2, level.upper());
+    const auto high = [&](std::int32_t cell, std::size_t axis) {
+      return std::min(info_.dims[axis], kCell * cell + reach + 1 - info_.margin);
+    };
+    const GridPoint first = {low(begin.x), low(begin.y), std::max(0, slice)};
+    const GridPoint extent =
+        GridPoint{high(end.x, 0), high(end.y, 1), std::min(next, high(end.z, 2))} - first;
+    if (std::min({extent.x, extent.y, extent.z}) > 0) {
+      values.set(work_.samples, first, extent);
+    } else {
+      values.clear();
+    }
+    return next + info_.margin;
   }
 
-  const DatasetInfo info_;
+  // Every sample is in one cell: the one that it begins, or lies inside.
+  [[nodiscard]] std::uint64_t samples_in(GridPoint begin, GridPoint end) const {
+    const auto along = [&](std::int32_t from, std::int32_t to, std::int32_t last,
+                           std::size_t axis) {
+      const std::int32_t low = std::max(0, kCell * from - info_.margin);
+      const std::int32_t high =
+          to == last ? info_.dims[axis] : std::min(info_.dims[axis], kCell * to - info_.margin);
+      return static_cast<std::uint64_t>(std::max(0, high - low));
+    };
+    return along(begin.x, end.x, cells_.end.x, 0) * along(begin.y, end.y, cells_.end.y, 1) *
+           along(begin.z, end.z, cells_.end.z, 2);
+  }
+
+  const DatasetInfo& info_;
   const Grid grid_;
-  const IsovalueBins bins_;
-  const Sink sink_;
-  const ForEach for_each_;
-  const SpectrumLayout layout_;
-  CoarseVolume coarse_;
-  GridPoint cells_begin_;
-  GridPoint cells_end_;
-  std::int32_t cells_in_column_ = 0;
-  std::int32_t columns_in_row_ = 0;
-  std::vector<std::unique_ptr<SpectrumColumn<Real>>> columns_;
-  std::vector<LevelWavefront<Real>> levels_;
-  std::vector<CubeRing> rings_;
-  std::vector<BrickLayer> brick_layers_;
-  std::int32_t next_slice_ = 0;
-  std::int32_t next_z_ = 0;  // Of the values that the columns take next.
+  const IsovalueBins& bins_;
+  const SpectrumWork& work_;
+  const Cells cells_;
+  const GridPoint size_;  // Of a column, in cells.
+  BrickLayout columns_;
+  CurveTiles curves_;
 };
 
-SpectrumBuilder::SpectrumBuilder(const DatasetInfo& info, IsovalueBins bins, Sink sink,
-                                 ForEach for_each, std::size_t least_columns) {
-  if (is_exact_in_float(info)) {
-    work_ = std::make_unique<TypedWork<float>>(info, std::move(bins), std::move(sink),
-                                               std::move(for_each), least_columns);
-  } else {
-    work_ = std::make_unique<TypedWork<double>>(info, std::move(bins), std::move(sink),
-                                                std::move(for_each), least_columns);
+// A few blocks at a time, whose bricks leave in order.
+template <typename Real>
+void make_bricks(CoarseLevel<Real>& level, int bins, const SpectrumWork& work) {
+  const std::size_t fit = work.column_bytes / CoarseLevel<Real>::most_bytes(bins);
+  const std::size_t at_once = std::clamp<std::size_t>(fit, 1, 2 * work.threads);
+  for (std::size_t first = 0; first < level.blocks(); first += at_once) {
+    std::vector<std::vector<typename CoarseLevel<Real>::Brick>> made(
+        std::min(at_once, level.blocks() - first));
+    work.for_each(made.size(), [&](std::size_t i) { made[i] = level.make(first + i); });
+    for (const auto& bricks : made) {
+      for (const auto& brick : bricks) work.sink(brick.index, brick.bytes);
+    }
   }
 }
-SpectrumBuilder::~SpectrumBuilder() = default;
 
-void SpectrumBuilder::add(const Samples& slab, std::int32_t slices) { work_->add(slab, slices); }
-void SpectrumBuilder::finish() { work_->finish(); }
-const Samples& SpectrumBuilder::coarse_samples() const { return work_->coarse_samples(); }
+template <typename Real>
+void build(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumWork& work) {
+  const SpectrumLayout layout(info);
+  if (layout.size() == 0 || bins.count() == 0) return;
+  FineLevels<Real> fine(info, bins, work);
+  fine.make();
+  std::unique_ptr<CoarseLevel<Real>> finer;
+  for (const SpectrumLayout::Level& level : layout.levels()) {
+    auto coarser = std::make_unique<CoarseLevel<Real>>(
+        info, bins, level, work.coarse, finer ? finer->cubes() : fine.curves(), work.scratch);
+    make_bricks(*coarser, bins.count(), work);
+    finer = std::move(coarser);
+  }
+}
+
+}  // namespace
+
+void build_spectrum(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumWork& work) {
+  is_exact_in_float(info) ? build<float>(info, bins, work) : build<double>(info, bins, work);
+}
 
 }  // namespace multitetra

@@ -57,6 +57,11 @@ void DatasetWriter::add_samples(std::span<const std::byte> bytes) {
   }
 }
 
+void DatasetWriter::read_samples(std::size_t first, std::span<std::byte> into) const {
+  const auto width = static_cast<std::size_t>(bytes_per_sample(shape_.type));
+  on_disk([&] { file_.read_at(kHeadBytes + layout_.offset(layout_.at(first)) * width, into); });
+}
+
 void DatasetWriter::add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes) {
   assert(index < spectrum_index_.size() && spectrum_index_[index].size == 0);
   assert(bytes.size() <= std::numeric_limits<std::uint32_t>::max());
@@ -106,14 +111,19 @@ void DatasetWriter::flush_spectrum() {
 }
 
 // The zeros before it are never written, and read as zero.
-void DatasetWriter::append_section(const char* name, std::span<const std::byte> bytes) {
+void DatasetWriter::append_section(const char* name, const SectionBytes& bytes) {
   const Section& last = sections_.back();
-  const Section section = {.name = name,
-                           .offset = section_begin(last.offset + last.size),
-                           .size = bytes.size(),
-                           .checksum = checksum(bytes)};
-  write(section.offset, bytes);
-  sections_.push_back(section);
+  const std::uint64_t begin = section_begin(last.offset + last.size);
+  RunningChecksum sum;
+  std::vector<std::byte> buffer;
+  for (std::uint64_t done = 0; done < bytes.size; done += buffer.size()) {
+    buffer.resize(
+        static_cast<std::size_t>(std::min<std::uint64_t>(kBufferBytes, bytes.size - done)));
+    bytes.read(done, buffer);
+    write(begin + done, buffer);
+    sum.add(buffer);
+  }
+  sections_.push_back({.name = name, .offset = begin, .size = bytes.size, .checksum = sum.value()});
 }
 
 }  // namespace multitetra

@@ -10,10 +10,13 @@
 // the machine stops. Without finish() nothing appears.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/atomic_file.hpp"
@@ -29,14 +32,31 @@ struct DatasetShape {
   std::size_t spectrum_bricks = 0;  // SpectrumLayout(info).size(), empty ones included.
 };
 
+// A section that need not be in memory as a whole.
+struct SectionBytes {
+  using Read = std::function<void(std::uint64_t offset, std::span<std::byte> into)>;
+
+  SectionBytes() = default;
+  SectionBytes(std::span<const std::byte> bytes)  // NOLINT: as good as its bytes.
+      : size(bytes.size()), read([bytes](std::uint64_t offset, std::span<std::byte> into) {
+          std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(offset), into.size(),
+                      into.begin());
+        }) {}
+  SectionBytes(std::uint64_t bytes, Read reader) : size(bytes), read(std::move(reader)) {}
+
+  std::uint64_t size = 0;
+  Read read;
+};
+
 // What core keeps for a first look, beside the bricks. Each may be empty.
 struct SmallSections {
-  std::span<const std::byte> coarse;
-  std::span<const std::byte> ranges;
+  SectionBytes coarse;
+  SectionBytes ranges;
   std::span<const std::byte> bins;
 };
 
-// All functions throw DatasetFileError when the disk fails. To be used by one thread at a time.
+// All functions throw DatasetFileError when the disk fails. To be used by one thread at a time,
+// but for read_samples.
 class DatasetWriter {
  public:
   DatasetWriter(const std::filesystem::path& path, const DatasetShape& shape);
@@ -44,6 +64,10 @@ class DatasetWriter {
   // The next bricks in the order of BrickLayout(dims), as many as these bytes hold: normally a
   // layer. Requires that they end where a brick ends, and that no sample is infinite.
   void add_samples(std::span<const std::byte> bytes);
+
+  // The bytes of brick `first` and of those after it, from the unfinished file. Requires that they
+  // were added. From several threads at once, also while spectrum bricks are added.
+  void read_samples(std::size_t first, std::span<std::byte> into) const;
 
   // In any order. Requires index < spectrum_bricks, each at most once, and fewer than 4 GiB. A
   // brick that is never added is empty.
@@ -56,7 +80,7 @@ class DatasetWriter {
  private:
   void write(std::uint64_t offset, std::span<const std::byte> bytes);
   void flush_spectrum();
-  void append_section(const char* name, std::span<const std::byte> bytes);
+  void append_section(const char* name, const SectionBytes& bytes);
 
   std::filesystem::path path_;
   AtomicFile file_;

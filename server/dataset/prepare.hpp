@@ -1,5 +1,8 @@
-// Preparing: a volume in, a dataset that can be served out. Two passes over the slices, one for the
-// range of values and one for everything else; memory does not grow with the number of slices.
+// Preparing: a volume in, a dataset that can be served out. One pass over the source (two when its
+// samples are floating-point), then one over the samples in the unfinished dataset. Into a file, of
+// a source that streams, it takes less than 1 GiB of memory whatever the volume's size and content,
+// and the number of threads: slabs, columns of the spectrum (spectrum_builder.hpp) and 8
+// bytes for each brick of samples; what else grows with the volume waits in files without a name.
 //
 //   const auto source = open_volume("CThead.nhdr");
 //   prepare(*source, {.name = "head"}, "head.mtd", source_note("CThead.nhdr"));
@@ -12,6 +15,7 @@
 #include <string>
 
 #include "server/core/isovalue_bins.hpp"
+#include "server/core/spectrum_builder.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/source_note.hpp"
 #include "server/dataset/volume_source.hpp"
@@ -23,6 +27,9 @@ struct PrepareOptions {
   std::optional<double> outside = std::nullopt;  // The value beyond the data; none means void.
   std::int32_t margin = 0;                       // Grid steps around the data.
   int bins = IsovalueBins::kDefaultCount;        // Of the error spectrum, 1 to kMaxCount.
+  // Bounds of memory; the result is the same for any.
+  std::size_t slab_bytes = std::size_t{64} << 20;  // Read at a time; a slice may be larger.
+  std::size_t column_bytes = kMostColumnBytes;     // See spectrum_builder.hpp.
   // Is told now and then what is going on ("range", "errors") and how many of how many samples of
   // that pass are done.
   std::function<void(const char* pass, std::uint64_t done, std::uint64_t all)> progress = nullptr;

@@ -80,6 +80,26 @@ TEST(Prepare, WritesTheSameBytesWithAnyNumberOfThreads) {
   }
 }
 
+TEST(Prepare, WritesTheSameBytesWithAnyMemory) {
+  const TemporaryFolder folder;
+  for (const PreparedSetting& setting :
+       {PreparedSetting{"wide", fields::noise({150, 70, 20}, 6)},
+        PreparedSetting{"long", fields::integer_noise({12, 37, 140}, 90, 2), 0.0, 3}}) {
+    const std::string ample = bytes_of(prepare_file(folder, setting));
+    for (const std::size_t bytes : {std::size_t{1}, std::size_t{70} << 20}) {
+      const std::filesystem::path scarce = folder.path() / "scarce.mtd";
+      prepare(*source_of(setting.volume),
+              {.name = setting.name,
+               .outside = setting.outside,
+               .margin = setting.margin,
+               .slab_bytes = bytes / 8,
+               .column_bytes = bytes},
+              scarce, {.file = setting.name, .digest = {}});
+      EXPECT_TRUE(bytes_of(scarce) == ample) << setting.name << ", " << bytes << " bytes";
+    }
+  }
+}
+
 TEST(Prepare, TellsHowFarItIs) {
   const TemporaryFolder folder;
   std::vector<std::string> passes;
