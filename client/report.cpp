@@ -39,6 +39,10 @@ std::string json_report(const FetchReport& report) {
                {"final_only", report.open.steps == StepPolicy::kFinalOnly},
                {"coordinates", report.coordinates},
                {"mesh_file", report.mesh_file.empty() ? Json(nullptr) : Json(report.mesh_file)},
+               {"tiles_held", report.tiles_held},
+               {"tiles_received", report.received.tiles},
+               {"bytes_received", report.received.payload_bytes},
+               {"reconnections", report.reconnections},
                {"steps", std::move(steps)}};
   if (report.error) {
     json["error"] = {{"code", name(report.error->code)}, {"text", report.error->text}};
