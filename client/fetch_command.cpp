@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "client/client.hpp"
+#include "client/distance_check.hpp"
+#include "client/local_volume.hpp"
 #include "client/program.hpp"
 #include "client/report.hpp"
 #include "client/tile_folder.hpp"
@@ -57,8 +59,10 @@ class Output {
     if (!arguments_.report.empty()) write_file(arguments_.report, text);
     if (arguments_.json) {
       std::cout << text;
-    } else if (!arguments_.quiet && !report.error) {
-      std::cout << checks_table(report.steps) << arguments_.mesh << " written\n";
+    } else if (!arguments_.quiet && (!report.error || report.distances)) {
+      std::cout << checks_table(report.steps);
+      if (report.distances) std::cout << distances_table(*report.distances);
+      if (!report.mesh_file.empty()) std::cout << report.mesh_file << " written\n";
     }
   }
 
@@ -154,9 +158,25 @@ FetchedStep for_report(const FetchedStep& fetched) {
       .step = step, .first_byte_seconds = fetched.first_byte_seconds, .seconds = fetched.seconds};
 }
 
+std::string distances_fault(const DistanceCheck& check) {
+  const bool is_of_mesh = check.mesh_to_full.above_limit > 0;
+  const DistanceStatistics& worse = is_of_mesh ? check.mesh_to_full : check.full_to_mesh;
+  std::string place;
+  for (const double coordinate : worse.worst_place) place += " " + human_number(coordinate);
+  return std::string(is_of_mesh ? "The mesh is " : "The full-resolution surface is ") +
+         human_number(worse.worst_distance) + " voxels from " +
+         (is_of_mesh ? "the full-resolution surface" : "the mesh") + " at" + place +
+         "; allowed are " + human_number(worse.worst_limit) + ".";
+}
+
 }  // namespace
 
 int fetch(const FetchArguments& arguments) {
+  if ((arguments.check == "full") != !arguments.against.empty()) {
+    return complain(kUsage,
+                    "--check full and --against FILE belong together: FILE is a local copy of the "
+                    "volume.");
+  }
   const auto server = parse_endpoint(arguments.server);
   if (!server) return complain(kUsage, server.error().text);
   const auto format = mesh_format_from(std::filesystem::path(arguments.mesh).extension().string());
@@ -183,6 +203,9 @@ int fetch(const FetchArguments& arguments) {
       .mesh_file = {},
       .steps = {}};
   const Output output(arguments, *format, *info);
+  // Read before anything is fetched: a file that does not fit is told at once.
+  std::optional<std::vector<float>> local;
+  if (!arguments.against.empty()) local = read_local_volume(arguments.against, *info);
   KeptTiles kept(arguments);
   const auto final_step = client.fetch(
       *info, report.open,
@@ -195,6 +218,16 @@ int fetch(const FetchArguments& arguments) {
     report.error = final_step.error().error;
     output.report(report);
     return complain(final_step.error());
+  }
+  if (local) {
+    report.checked_against = arguments.against;
+    report.distances = check_distances(*final_step->step, *info, *local,
+                                       {.samples = static_cast<std::size_t>(arguments.samples)});
+    if (!report.distances->has_passed()) {
+      report.error = {ErrorCode::kDamagedData, distances_fault(*report.distances)};
+      output.report(report);
+      return complain({Trouble::kCheck, *report.error});
+    }
   }
   output.final_step(*final_step);
   report.mesh_file = arguments.mesh;
@@ -221,6 +254,18 @@ void add_fetch(CLI::App& app, FetchArguments& a) {
   command->add_option("--resume", a.resume_directory,
                       "Keep the tiles that come in this directory, and do not fetch those that "
                       "are there: a run that was stopped goes on where it was");
+  command
+      ->add_option("--check", a.check,
+                   "standard: tiles, digests, cracks, topology; full: also the distance to the "
+                   "full-resolution surface of the volume in --against, both ways")
+      ->check(CLI::IsMember({"standard", "full"}))
+      ->capture_default_str();
+  command->add_option("--against", a.against,
+                      "For --check full: a local copy of the dataset's volume (.nrrd .nhdr .mha "
+                      ".mhd .nii .nii.gz .vtk .tif, or raw samples)");
+  command->add_option("--samples", a.samples, "For --check full: sampled points each way")
+      ->check(CLI::Range(1, 100'000'000))
+      ->capture_default_str();
   command->add_option("-o,--output", a.mesh, "Mesh file: .ply, .stl, .obj, .glb or .drc")
       ->required();
   command->add_option("--report", a.report,
@@ -235,6 +280,8 @@ void add_fetch(CLI::App& app, FetchArguments& a) {
                   "-o head.ply\n"
                   "  multitetra-client fetch --dataset head --isovalue 1200.5 --error 0.5 "
                   "-o bone.glb --report bone.json\n"
+                  "  multitetra-client fetch --dataset head --error 0.5 --check full "
+                  "--against head.nrrd -o head.ply\n"
                   "  multitetra-client fetch --server tcp://example.org:7410 --dataset head "
                   "--error 2 --unit world --save-steps steps -o head.stl\n") +
       kExitCodes);

@@ -19,6 +19,9 @@ struct FetchArguments {
   double timeout = 60;
   int retries = 5;
   std::string resume_directory;
+  std::string check = "standard";
+  std::string against;
+  std::uint64_t samples = 20'000;
   std::string mesh;
   std::string report;
   std::string steps_directory;
