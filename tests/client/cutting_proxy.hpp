@@ -1,6 +1,7 @@
 // Stands between clients and a server, and loses the connection where a test says.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -21,7 +22,7 @@ namespace multitetra::testing {
 struct Cut {
   std::size_t messages = SIZE_MAX;  // So many are passed on,
   std::size_t tiles = SIZE_MAX;     // or so many tiles, whichever is first,
-  std::size_t bytes_of_next = 0;    // and so many bytes of the frame behind them.
+  std::size_t bytes_of_next = 0;    // and so many bytes of the frame behind them, never all.
   bool stays_open = false;          // Silent instead of cut.
 };
 
@@ -104,7 +105,8 @@ class CuttingProxy {
         const std::string header = frame_header(static_cast<std::uint32_t>((*content)->size()));
         const std::string frame = header + **content;
         if (messages == cut.messages || tiles == cut.tiles) {
-          asio::write(client, asio::buffer(frame, cut.bytes_of_next), error);
+          asio::write(client, asio::buffer(frame, std::min(cut.bytes_of_next, frame.size() - 1)),
+                      error);
           break;
         }
         const auto message = parse_server_message(**content);

@@ -13,6 +13,7 @@
 #include "client/local_volume.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/service/surface_extractor.hpp"
+#include "tests/dataset/temporary_folder.hpp"
 #include "tests/service/running_server.hpp"
 #include "tests/support/public_volume_list.hpp"
 
@@ -20,6 +21,18 @@ namespace multitetra {
 namespace {
 
 using testing::PublicVolume;
+
+// One header is written in a way that ITK refuses; its slices are raw files.
+std::vector<float> local_copy(const PublicVolume& volume, const DatasetInfo& info) {
+  const auto path = std::filesystem::path(MULTITETRA_PUBLIC_DATA) / volume.file;
+  if (volume.file != "headsq/quarter.nhdr") return read_local_volume(path, info);
+  std::string bytes;
+  for (int slice = 1; slice <= info.dims[2]; ++slice) {
+    bytes += bytes_of_file(path.parent_path() / ("quarter." + std::to_string(slice)));
+  }
+  const TemporaryFolder folder;
+  return read_local_volume(folder.file("quarter.raw", bytes), info);
+}
 
 class CertifiedDistances : public ::testing::TestWithParam<PublicVolume> {};
 
@@ -37,7 +50,7 @@ TEST_P(CertifiedDistances, AreNeverAboveTheErrorAndTheLattice) {
   const auto datasets = client->list_datasets();
   ASSERT_TRUE(datasets) << datasets.error().error.text;
   const DatasetInfo& info = datasets->front();
-  const std::vector<float> samples = read_local_volume(path, info);
+  const std::vector<float> samples = local_copy(volume, info);
 
   for (const double isovalue : volume.isovalues) {
     for (const double error : {0.5, 1.0, 2.0}) {
