@@ -1,9 +1,9 @@
 #include "client/client.hpp"
 
+#include "client/surface_stream.hpp"
+
 namespace multitetra {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 tl::unexpected<ClientError> trouble(Trouble kind, Error error) {
   return tl::unexpected(ClientError{kind, std::move(error)});
@@ -27,21 +27,8 @@ ClientResult<Awaited> receive(MessageSocket& socket, const char* awaited) {
   return unexpected_answer(awaited);
 }
 
-std::vector<ContentDigest> digests_to_tell(const HeldTiles& held) {
-  std::vector<ContentDigest> digests;
-  for (const auto& [digest, mesh] : held) {
-    if (digests.size() == kMaxHeldDigests) break;
-    digests.push_back(digest);
-  }
-  return digests;
-}
-
-}  // namespace
-
-Client::Client(MessageSocket socket, ClientOptions options)
-    : socket_(std::move(socket)), options_(std::move(options)) {}
-
-ClientResult<Client> Client::connect(const Endpoint& server, ClientOptions options) {
+// A connection on which Hello was said and answered.
+ClientResult<MessageSocket> welcomed_socket(const Endpoint& server, const ClientOptions& options) {
   auto socket = MessageSocket::connect(server, options.timeout);
   if (!socket) return trouble(Trouble::kNetwork, socket.error());
   const Hello hello{.min_version = kProtocolVersion,
@@ -60,45 +47,71 @@ ClientResult<Client> Client::connect(const Endpoint& server, ClientOptions optio
              std::to_string(static_cast<int>(welcome->codec)) + "; this client asked for version " +
              std::to_string(kProtocolVersion) + " and codec 1."});
   }
-  return Client(*std::move(socket), std::move(options));
+  return *std::move(socket);
+}
+
+}  // namespace
+
+Client::Client(Endpoint server, MessageSocket socket, ClientOptions options)
+    : server_(std::move(server)), socket_(std::move(socket)), options_(std::move(options)) {}
+
+ClientResult<Client> Client::connect(const Endpoint& server, ClientOptions options) {
+  auto socket = welcomed_socket(server, options);
+  if (!socket) return tl::unexpected(socket.error());
+  return Client(server, *std::move(socket), std::move(options));
+}
+
+ClientResult<void> Client::reconnect() {
+  auto socket = welcomed_socket(server_, options_);
+  if (!socket) return tl::unexpected(socket.error());
+  socket_ = *std::move(socket);
+  return {};
 }
 
 ClientResult<std::vector<DatasetInfo>> Client::list_datasets() {
-  if (auto sent = socket_.send(ListDatasets{.request_id = ++last_request_id_}); !sent) {
-    return trouble(Trouble::kNetwork, sent.error());
+  if (auto sent = send(ListDatasets{.request_id = next_request_id()}); !sent) {
+    return tl::unexpected(sent.error());
   }
   auto list = receive<DatasetList>(socket_, "DatasetList");
   if (!list) return tl::unexpected(list.error());
   return std::move(list->datasets);
 }
 
+ClientResult<void> Client::send(const ClientMessage& message) {
+  if (auto sent = socket_.send(message); !sent) return trouble(Trouble::kNetwork, sent.error());
+  return {};
+}
+
+ClientResult<std::optional<ServerMessage>> Client::receive_within(
+    std::chrono::milliseconds patience) {
+  auto message = socket_.receive_within(patience);
+  if (!message) return trouble(Trouble::kNetwork, message.error());
+  return *std::move(message);
+}
+
 ClientResult<FetchedStep> Client::fetch(const DatasetInfo& info, OpenStream open,
                                         const std::function<void(const FetchedStep&)>& on_step,
-                                        HeldTiles held) {
-  open.request_id = ++last_request_id_;
-  open.held = digests_to_tell(held);
-  const Clock::time_point start = Clock::now();
-  const auto seconds = [start] {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-  };
-  if (auto sent = socket_.send(open); !sent) return trouble(Trouble::kNetwork, sent.error());
-
-  Assembler assembler(info, open, std::move(held), options_.limits);
-  FetchedStep current;
+                                        const FetchOptions& options) {
+  TileMemory own({.tiles = options_.limits.tiles, .triangles = options_.limits.triangles});
+  SurfaceStream stream(*this, options.tiles != nullptr ? *options.tiles : own);
+  stream.set_tile_listener(options.on_tile);
+  FetchedStep final_step;
+  Retries retries(options.retries);
+  std::uint64_t tiles_before = 0;
+  auto asked = stream.open(info, std::move(open));
   for (;;) {
-    const auto message = socket_.receive();
-    if (!message) return trouble(Trouble::kNetwork, message.error());
-    if (std::holds_alternative<StepBegin>(*message)) current.first_byte_seconds = seconds();
-    const auto progress = assembler.receive(*message);
-    if (!progress) return trouble(Trouble::kCheck, progress.error());
-    if (const auto* step = std::get_if<CommittedStepPtr>(&*progress)) {
-      current.step = *step;
-      current.seconds = seconds();
-      on_step(current);
-    } else if (const auto* refusal = std::get_if<Refusal>(&*progress)) {
-      return trouble(Trouble::kServer, refusal->error);
-    } else if (const auto* end = std::get_if<StreamEnd>(&*progress)) {
-      if (end->outcome == StreamOutcome::kComplete) return current;
+    auto news = asked ? stream.next(options_.timeout)
+                      : ClientResult<StreamNews>(tl::unexpected(asked.error()));
+    if (!news) {
+      if (stream.received().tiles > tiles_before) retries.progress();
+      tiles_before = stream.received().tiles;
+      if (!retries.wait_after(news.error().error)) return tl::unexpected(news.error());
+      asked = stream.resume();
+    } else if (auto* step = std::get_if<FetchedStep>(&*news)) {
+      final_step = std::move(*step);
+      on_step(final_step);
+    } else if (const auto* end = std::get_if<StreamIsOver>(&*news)) {
+      if (end->outcome == StreamOutcome::kComplete) return final_step;
       return trouble(Trouble::kServer,
                      {ErrorCode::kCancelled, "The server ended the stream before its final step."});
     }

@@ -3,15 +3,20 @@
 //   auto client = Client::connect({"127.0.0.1", 7410}, {});
 //   auto datasets = client->list_datasets();
 //   auto fetched = client->fetch(info, open, [](const FetchedStep& step) { ... });
+//
+// A program that shows surfaces while its user moves on takes surface_stream.hpp instead of fetch.
 #pragma once
 
 #include <chrono>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "client/assembler.hpp"
 #include "client/message_socket.hpp"
+#include "client/retries.hpp"
+#include "client/tile_memory.hpp"
 
 namespace multitetra {
 
@@ -33,30 +38,61 @@ struct ClientOptions {
   AssemblerLimits limits = {};
 };
 
-// A step with what it took to get it. Times count from sending the request.
+// A step with what it took to get it. Times count from sending the request, lost connections
+// included.
 struct FetchedStep {
   CommittedStepPtr step;
   double first_byte_seconds = 0;  // Until the step's StepBegin.
   double seconds = 0;             // Until the step was complete and checked.
 };
 
+// Tiles that travelled, whatever became of their steps.
+struct ReceivedTiles {
+  std::uint64_t tiles = 0;
+  std::uint64_t payload_bytes = 0;
+};
+
+// Gets a tile that passed its checks, the lattice resolution of its step, and its bytes.
+using TileListener = std::function<void(const TileSummary& tile, int lattice_resolution,
+                                        const std::string& payload)>;
+
+struct FetchOptions {
+  RetryOptions retries = {};    // After a lost connection; a new tile is progress.
+  TileMemory* tiles = nullptr;  // What is held already and what comes; null: one for this fetch.
+  TileListener on_tile = {};
+};
+
 class Client {
  public:
   // Connects and says Hello.
   [[nodiscard]] static ClientResult<Client> connect(const Endpoint& server, ClientOptions options);
+  // The same again, after the connection was lost. Nothing that was under way comes any more.
+  [[nodiscard]] ClientResult<void> reconnect();
 
   [[nodiscard]] ClientResult<std::vector<DatasetInfo>> list_datasets();
 
-  // Runs one stream to its end and calls `on_step` with each step that passed all checks. `open`
-  // gets its request id here; `held` is told to the server as far as the protocol allows. Gives the
+  // Runs one stream to its end and calls `on_step` with each step that passed all checks, once.
+  // When the connection is lost it connects anew and repeats the request, naming the tiles that it
+  // has: no tile is sent twice (as long as no more than kMaxHeldDigests are held, see
+  // TileMemory::digests_to_name). `open` gets its request id and the digests held here. Gives the
   // final step.
   [[nodiscard]] ClientResult<FetchedStep> fetch(
       const DatasetInfo& info, OpenStream open,
-      const std::function<void(const FetchedStep&)>& on_step, HeldTiles held = {});
+      const std::function<void(const FetchedStep&)>& on_step, const FetchOptions& options = {});
+
+  // ---- the conversation itself, for surface_stream.hpp
+
+  [[nodiscard]] ClientResult<void> send(const ClientMessage& message);
+  // nullopt when no whole message came within `patience`.
+  [[nodiscard]] ClientResult<std::optional<ServerMessage>> receive_within(
+      std::chrono::milliseconds patience);
+  [[nodiscard]] std::uint64_t next_request_id() { return ++last_request_id_; }
+  [[nodiscard]] const ClientOptions& options() const { return options_; }
 
  private:
-  Client(MessageSocket socket, ClientOptions options);
+  Client(Endpoint server, MessageSocket socket, ClientOptions options);
 
+  Endpoint server_;
   MessageSocket socket_;
   ClientOptions options_;
   std::uint64_t last_request_id_ = 0;

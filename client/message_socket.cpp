@@ -1,5 +1,6 @@
 #include "client/message_socket.hpp"
 
+#include <algorithm>
 #include <array>
 #include <optional>
 
@@ -8,6 +9,7 @@
 namespace multitetra {
 
 using boost::system::error_code;
+using Clock = std::chrono::steady_clock;
 
 struct MessageSocket::State {
   State(Endpoint server_in, std::chrono::milliseconds timeout_in, std::uint32_t max_message_bytes)
@@ -19,6 +21,7 @@ struct MessageSocket::State {
   asio::io_context io{1};
   tcp::socket socket{io};
   tcp::resolver resolver{io};
+  Clock::time_point last_sign = Clock::now();  // That a message was sent or bytes came.
 
   // Runs what was started until it completes. nullopt when it took too long; it is then given up
   // and the socket closed. Otherwise the operation's own error.
@@ -31,6 +34,25 @@ struct MessageSocket::State {
     io.restart();
     io.run();
     return std::nullopt;
+  }
+
+  // The same, but what takes too long is only put off: the socket stays open. Bytes that come while
+  // the operation is called back are not lost, because the outcome then says so.
+  std::optional<error_code> wait_within(std::chrono::milliseconds patience,
+                                        const std::optional<error_code>& outcome) {
+    io.restart();
+    io.run_for(patience);
+    if (outcome) return outcome;
+    error_code ignored;
+    socket.cancel(ignored);
+    io.restart();
+    io.run();
+    if (outcome == asio::error::operation_aborted) return std::nullopt;
+    return outcome;
+  }
+
+  [[nodiscard]] std::chrono::milliseconds silence() const {
+    return std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - last_sign);
   }
 
   void close() {
@@ -111,11 +133,23 @@ Result<void> MessageSocket::send_bytes(std::string_view bytes) {
   const auto error = state_->wait(outcome);
   if (!error) return state_->silent("did not take our message");
   if (*error) return state_->closed(state_->lost(*error));
+  state_->last_sign = Clock::now();
   return {};
 }
 
 Result<ServerMessage> MessageSocket::receive() {
+  state_->last_sign = Clock::now();
+  for (;;) {
+    auto message = receive_within(state_->timeout);
+    if (!message) return tl::unexpected(message.error());
+    if (*message) return **std::move(message);
+  }
+}
+
+Result<std::optional<ServerMessage>> MessageSocket::receive_within(
+    std::chrono::milliseconds patience) {
   if (!state_->socket.is_open()) return state_->lost(asio::error::not_connected);
+  const Clock::time_point until = Clock::now() + patience;
   std::array<char, 64 * 1024> buffer{};
   for (;;) {
     auto content = state_->frames.next();
@@ -125,6 +159,13 @@ Result<ServerMessage> MessageSocket::receive() {
       if (!message) return state_->closed(tl::unexpected(message.error().error));
       return *std::move(message);
     }
+    if (state_->silence() >= state_->timeout) {
+      return state_->closed(state_->silent("sent nothing"));
+    }
+    const auto left =
+        std::min(std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now()) +
+                     std::chrono::milliseconds(1),
+                 state_->timeout - state_->silence());
     std::optional<error_code> outcome;
     std::size_t received = 0;
     state_->socket.async_read_some(asio::buffer(buffer),
@@ -132,10 +173,14 @@ Result<ServerMessage> MessageSocket::receive() {
                                      outcome = error;
                                      received = size;
                                    });
-    const auto error = state_->wait(outcome);
-    if (!error) return state_->silent("sent nothing");
-    if (*error) return state_->closed(state_->lost(*error));
-    state_->frames.feed({buffer.data(), received});
+    const auto error = state_->wait_within(left, outcome);
+    if (error && *error) return state_->closed(state_->lost(*error));
+    if (error) {
+      state_->last_sign = Clock::now();
+      state_->frames.feed({buffer.data(), received});
+    } else if (Clock::now() >= until && state_->silence() < state_->timeout) {
+      return std::nullopt;
+    }
   }
 }
 

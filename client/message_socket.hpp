@@ -8,6 +8,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 
 #include "common/endpoint.hpp"
 #include "common/frame.hpp"
@@ -31,6 +32,10 @@ class MessageSocket {
   // Bytes as they are, for tests of what a server makes of them.
   [[nodiscard]] Result<void> send_bytes(std::string_view bytes);
   [[nodiscard]] Result<ServerMessage> receive();
+  // The same for who has other things to do: nullopt when no whole message came within `patience`,
+  // which is no error. The part of one that came is kept.
+  [[nodiscard]] Result<std::optional<ServerMessage>> receive_within(
+      std::chrono::milliseconds patience);
 
  private:
   struct State;

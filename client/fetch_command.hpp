@@ -1,0 +1,37 @@
+// `multitetra-client fetch`: an isosurface as a mesh file, checked.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "common/endpoint.hpp"
+#include "common/surface_options.hpp"
+
+namespace multitetra {
+
+struct FetchArguments {
+  std::string server = to_string(Endpoint{.host = "127.0.0.1"});
+  std::string dataset;
+  SurfaceArguments surface;
+  bool final_only = false;
+  double timeout = 60;
+  int retries = 5;
+  std::string resume_directory;
+  std::string check = "standard";
+  std::string against;
+  std::uint64_t samples = 20'000;
+  std::string mesh;
+  std::string report;
+  std::string steps_directory;
+  bool json = false;
+  bool quiet = false;
+};
+
+void add_fetch(CLI::App& app, FetchArguments& arguments);
+
+// Gives the exit code.
+[[nodiscard]] int fetch(const FetchArguments& arguments);
+
+}  // namespace multitetra

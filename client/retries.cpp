@@ -1,0 +1,19 @@
+#include "client/retries.hpp"
+
+#include <algorithm>
+#include <thread>
+
+namespace multitetra {
+
+bool Retries::wait_after(const Error& error) {
+  if (error.code != ErrorCode::kUnavailable || in_a_row_ >= options_.most) return false;
+  std::chrono::milliseconds wait = options_.first_wait;
+  for (int i = 0; i < in_a_row_ && wait < options_.longest_wait; ++i) wait *= 2;
+  wait = std::min(wait, options_.longest_wait);
+  ++in_a_row_;
+  if (options_.on_retry) options_.on_retry({in_a_row_, wait, error});
+  std::this_thread::sleep_for(wait);
+  return true;
+}
+
+}  // namespace multitetra

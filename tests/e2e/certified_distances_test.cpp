@@ -1,0 +1,86 @@
+// The promise on real data: no surface of bound `certified` is farther from the full-resolution one
+// than its error and the lattice, both ways. The mesh comes over TCP, the volume through the
+// client's own reader, the full surface from the client's own definition.
+//
+// The large volumes take minutes and run when MULTITETRA_ALL_VOLUMES is set
+// (`bash tests/run.sh --all`).
+#include <gtest/gtest.h>
+
+#include <iostream>
+
+#include "client/client.hpp"
+#include "client/distance_check.hpp"
+#include "client/local_volume.hpp"
+#include "server/dataset/prepare.hpp"
+#include "server/service/surface_extractor.hpp"
+#include "tests/dataset/temporary_folder.hpp"
+#include "tests/service/running_server.hpp"
+#include "tests/support/public_volume_list.hpp"
+
+namespace multitetra {
+namespace {
+
+using testing::PublicVolume;
+
+// One header is written in a way that ITK refuses; its slices are raw files.
+std::vector<float> local_copy(const PublicVolume& volume, const DatasetInfo& info) {
+  const auto path = std::filesystem::path(MULTITETRA_PUBLIC_DATA) / volume.file;
+  if (volume.file != "headsq/quarter.nhdr") return read_local_volume(path, info);
+  std::string bytes;
+  for (int slice = 1; slice <= info.dims[2]; ++slice) {
+    bytes += bytes_of_file(path.parent_path() / ("quarter." + std::to_string(slice)));
+  }
+  const TemporaryFolder folder;
+  return read_local_volume(folder.file("quarter.raw", bytes), info);
+}
+
+class CertifiedDistances : public ::testing::TestWithParam<PublicVolume> {};
+
+TEST_P(CertifiedDistances, AreNeverAboveTheErrorAndTheLattice) {
+  const PublicVolume& volume = GetParam();
+  if (const auto why = testing::why_skipped(volume)) GTEST_SKIP() << *why;
+  const auto path = std::filesystem::path(MULTITETRA_PUBLIC_DATA) / volume.file;
+  const DatasetPtr dataset = make_dataset(read_volume(path, {.raw = volume.raw}), "volume");
+  const auto catalogue = std::make_shared<DatasetCatalogue>();
+  catalogue->add(
+      std::make_shared<ExtractedSteps>(std::make_shared<const SurfaceExtractor>(dataset)));
+  const testing::RunningServer server(catalogue);
+  auto client = Client::connect(server.endpoint(), {.timeout = std::chrono::minutes(10)});
+  ASSERT_TRUE(client) << client.error().error.text;
+  const auto datasets = client->list_datasets();
+  ASSERT_TRUE(datasets) << datasets.error().error.text;
+  const DatasetInfo& info = datasets->front();
+  const std::vector<float> samples = local_copy(volume, info);
+
+  for (const double isovalue : volume.isovalues) {
+    for (const double error : {0.5, 1.0, 2.0}) {
+      SCOPED_TRACE(::testing::Message() << "isovalue " << isovalue << ", error " << error);
+      const IsosurfaceRequest request{.isovalue = isovalue, .error = error};
+      const auto fetched = client->fetch(
+          info,
+          {.dataset = info.name, .request = request, .steps = StepPolicy::kFinalOnly, .held = {}},
+          [](const FetchedStep&) {});
+      ASSERT_TRUE(fetched) << fetched.error().error.text;
+      const DistanceCheck check =
+          check_distances(*fetched->step, info, samples, {.samples = 20'000});
+      ASSERT_TRUE(check.promise);
+      for (const DistanceStatistics* way : {&check.mesh_to_full, &check.full_to_mesh}) {
+        EXPECT_EQ(way->samples, 20'000U);
+        EXPECT_EQ(way->above_limit, 0U)
+            << way->worst_distance << " voxels, allowed " << way->worst_limit << ", at ("
+            << way->worst_place[0] << ", " << way->worst_place[1] << ", " << way->worst_place[2]
+            << ")";
+      }
+      std::cout << volume.file << " isovalue " << isovalue << " error " << error << ": maximum "
+                << check.mesh_to_full.maximum << " and " << check.full_to_mesh.maximum << ", 99 % "
+                << check.mesh_to_full.percentile_99 << " and " << check.full_to_mesh.percentile_99
+                << " voxels" << std::endl;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, CertifiedDistances, ::testing::ValuesIn(testing::public_volumes()),
+                         testing::name_of_volume);
+
+}  // namespace
+}  // namespace multitetra
