@@ -125,6 +125,17 @@ for i in "${!names[@]}"; do
   rm -f "$work/${names[i]}.nrrd" "$work/${names[i]}.mtd"
 done
 
+# Noise over the full range: every point has errors in every bin, which is as much as there can be.
+if [ "$quick" = false ]; then
+  echo "== white_noise (1 run)"
+  echo "$prepare_header"
+  head -c 16777216 /dev/urandom >"$work/white.raw"
+  printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 1024 1024 16\nencoding: raw\ndata file: white.raw\n' >"$work/white.nhdr"
+  counted=$runs runs=1
+  prepare_row white_noise "$work/white.nhdr"
+  runs=$counted
+fi
+
 echo
 echo "== Everything: medians (and least) of $runs runs after one that is not counted, $(nproc) processors"
 echo "$prepare_header"
