@@ -12,17 +12,17 @@ namespace multitetra {
 
 // Where a stream stands: all that its next step depends on.
 struct StreamState {
-  IsosurfaceRequest request;  // As it was made, and once it is known as its budget allows it.
+  IsosurfaceRequest request = {};  // As it was made; once it is known, as its budget allows it.
   bool previews = true;
-  std::vector<ShownStep> shown;
+  std::vector<ShownStep> shown = {};
   bool is_within_budget = false;  // Whether `request` is the latter.
 };
 
 struct MadeStep {
-  StepRequest step;
+  StepRequest step = {};
   bool is_final = false;
-  EncodedStep encoded;
-  StreamState after;  // Without this step among those that were shown.
+  EncodedStep encoded = {};
+  StreamState after = {};  // Without this step among those that were shown.
 };
 
 // A final step with a budget is within it, or the coarsest that there is. Throws what the source throws; Cancelled soon after `stop` is triggered.

@@ -82,10 +82,11 @@ Outcome encode(std::shared_ptr<const TiledSurface> surface) {
   return outcome;
 }
 
-std::optional<StepRequest> first_preview(const DatasetInfo& info, double isovalue) {
-  const auto steps = plan_steps(request_for(isovalue, kEncodedError), /*previews=*/true, info);
-  if (steps.size() < 2) return std::nullopt;
-  return steps.front();
+std::optional<StepRequest> first_preview(const SurfaceExtractor& extractor, double isovalue) {
+  const NextStep next = next_step(request_for(isovalue, kEncodedError), /*previews=*/true, {},
+                                  extractor.dataset().info, surface_sizes(extractor));
+  if (next.is_final) return std::nullopt;
+  return next.step;
 }
 
 // Counted on a dataset that was just opened.

@@ -35,31 +35,14 @@ using testing::RunningServer;
 constexpr int kSide = 40;
 const IsosurfaceRequest kRequest = {.isovalue = 0.1, .error = 0.25};
 
-// Makes each step once: the tests ask for the same ones many times.
-class RememberedSteps : public StepSource {
- public:
-  explicit RememberedSteps(DatasetPtr dataset)
-      : steps_(std::make_shared<const SurfaceExtractor>(std::move(dataset))) {}
-
-  [[nodiscard]] const DatasetInfo& info() const override { return steps_.info(); }
-  [[nodiscard]] EncodedStep make(const StepRequest& step, std::stop_token) const override {
-    const std::lock_guard lock(mutex_);
-    const auto key = std::tuple(step.request.error, step.finest_spacing);
-    const auto found = made_.find(key);
-    if (found != made_.end()) return found->second;
-    return made_.emplace(key, steps_.make(step, {})).first->second;
-  }
-
- private:
-  ExtractedSteps steps_;
-  mutable std::mutex mutex_;  // Guards made_.
-  mutable std::map<std::tuple<double, std::int32_t>, EncodedStep> made_;
-};
 
 CataloguePtr gyroid(double amplitude = 0.4) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
-  catalogue->add(std::make_shared<RememberedSteps>(
-      make_dataset(testing::fields::gyroid(kSide, amplitude, 7), "gyroid")));
+  // Each of many cut connections asks for the same steps: the cache makes them once.
+  catalogue->add(std::make_shared<ExtractedSteps>(
+      std::make_shared<const SurfaceExtractor>(
+          make_dataset(testing::fields::gyroid(kSide, amplitude, 7), "gyroid")),
+      std::make_shared<StepCache>(std::size_t{64} << 20)));
   return catalogue;
 }
 

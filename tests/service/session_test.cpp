@@ -33,6 +33,9 @@ struct Describe {
   std::string operator()(const StartStream& start) const {
     return "start " + std::to_string(start.open.request_id);
   }
+  std::string operator()(const MakeEstimate& make) const {
+    return "estimate " + std::to_string(make.estimate.request_id);
+  }
   std::string operator()(const StopStream& stop) const {
     return "stop " + std::to_string(stop.request_id) +
            (stop.outcome == StreamOutcome::kSuperseded ? " superseded" : " cancelled");
@@ -112,6 +115,30 @@ TEST(Session, RefusesASecondHelloAndGoesOn) {
 }
 
 // ---- requests
+
+TEST(Session, EstimatesBesideARunningStreamUpToALimit) {
+  Session session = welcomed_session();
+  EXPECT_EQ(words(session.receive(open(1))), Words{"start 1"});
+  for (std::uint64_t id = 1; id <= SessionOptions{}.max_estimates; ++id) {
+    EXPECT_EQ(words(session.receive(Estimate{.request_id = id, .dataset = "head"})),
+              Words{"estimate " + std::to_string(id)});
+  }
+  const Estimate one_more{.request_id = 99, .dataset = "head"};
+  EXPECT_EQ(words(session.receive(one_more)), Words{"error limit_exceeded 99"});
+  session.estimate_ended();
+  EXPECT_EQ(words(session.receive(one_more)), Words{"estimate 99"});
+}
+
+TEST(Session, RefusesEstimatesThatNoStreamCouldBeOpenedFor) {
+  Session session = welcomed_session();
+  EXPECT_EQ(words(session.receive(Estimate{.request_id = 3, .dataset = "nothing"})),
+            Words{"error unknown_dataset 3"});
+  EXPECT_EQ(words(session.receive(
+                Estimate{.request_id = 4, .dataset = "head", .request = {.error = -1}})),
+            Words{"error invalid_argument 4"});
+  EXPECT_EQ(words(session.receive(Estimate{.request_id = 5, .dataset = "head"})),
+            Words{"estimate 5"});
+}
 
 TEST(Session, ListsItsDatasets) {
   Session session = welcomed_session();
