@@ -73,7 +73,7 @@ struct ThresholdRegion {
 // all sides, borders included. Never interpolated: where voxels meet the least of them holds.
 struct ThresholdGrid {
   std::array<std::int32_t, 3> dims = {};  // Each at least 1; at most kMaxGridThresholds together.
-  Affine index_to_world;                  // Its own, and invertible.
+  Affine index_to_world = {};             // Its own, and invertible.
   std::vector<float> thresholds = {};     // x fastest; finite and >= 0, or NaN: nothing said there.
 
   // Where both say nothing they are equal.

@@ -52,6 +52,49 @@ decltype(ThresholdRegion::shape) shape_of(std::string_view kind, const std::vect
   return box;
 }
 
+using NamedNumbers = std::map<std::string_view, std::vector<double>>;
+
+// How many numbers each part of a view has.
+const std::map<std::string_view, std::size_t> kViewParts = {
+    {"eye", 3},  {"fov", 1}, {"height", 1}, {"pixels", 1},
+    {"look", 3}, {"up", 3},  {"aspect", 1}, {"outside", 1}};
+
+// The parts of a view by name, each with all its numbers; those that must be there are.
+Result<NamedNumbers> numbers_of_view(std::string_view word) {
+  const auto wrong = [word](std::string problem) {
+    return refuse("view", word, std::move(problem), kViewForm);
+  };
+  NamedNumbers given;
+  std::string_view name;
+  for (std::string_view part : split(word, ',')) {
+    if (const std::size_t equals = part.find('='); equals != std::string_view::npos) {
+      name = part.substr(0, equals);
+      part.remove_prefix(equals + 1);
+      if (!kViewParts.contains(name)) return wrong("has an unknown part " + quoted(name));
+      if (given.contains(name)) return wrong("has " + quoted(name) + " twice");
+    }
+    const auto value = number(part);
+    if (name.empty() || !value) return wrong("has " + quoted(part) + " where a number should be");
+    given[name].push_back(*value);
+  }
+  for (const auto& [part, numbers] : given) {
+    if (numbers.size() == kViewParts.at(part)) continue;
+    return wrong("has " + std::to_string(numbers.size()) + " numbers for " + quoted(part) +
+                 ", not " + std::to_string(kViewParts.at(part)));
+  }
+  for (const std::string_view part : {"eye", "fov", "height", "pixels"}) {
+    if (!given.contains(part)) return wrong("lacks " + quoted(part));
+  }
+  for (const std::string_view part : {"up", "aspect", "outside"}) {
+    if (!given.contains(part) || given.contains("look")) continue;
+    return wrong("has " + quoted(part) + " without \"look\"");
+  }
+  if (given.contains("look") && !given.contains("outside")) {
+    return wrong("has \"look\" without \"outside\"");
+  }
+  return given;
+}
+
 }  // namespace
 
 Result<ThresholdRegion> parse_region(std::string_view word) {
@@ -82,34 +125,9 @@ Result<ThresholdRegion> parse_region(std::string_view word) {
 }
 
 Result<ThresholdView> parse_view(std::string_view word) {
-  const auto wrong = [word](std::string problem) {
-    return refuse("view", word, std::move(problem), kViewForm);
-  };
-  const std::map<std::string_view, std::size_t> lengths = {
-      {"eye", 3},  {"fov", 1}, {"height", 1}, {"pixels", 1},
-      {"look", 3}, {"up", 3},  {"aspect", 1}, {"outside", 1}};
-  std::map<std::string_view, std::vector<double>> given;
-  std::string_view key;
-  for (std::string_view part : split(word, ',')) {
-    if (const std::size_t equals = part.find('='); equals != std::string_view::npos) {
-      key = part.substr(0, equals);
-      part.remove_prefix(equals + 1);
-      if (!lengths.contains(key)) return wrong("has an unknown part " + quoted(key));
-      if (given.contains(key)) return wrong("has " + quoted(key) + " twice");
-    }
-    const auto value = number(part);
-    if (key.empty() || !value) return wrong("has " + quoted(part) + " where a number should be");
-    given[key].push_back(*value);
-  }
-  for (const auto& [name, numbers] : given) {
-    if (numbers.size() != lengths.at(name)) {
-      return wrong("has " + std::to_string(numbers.size()) + " numbers for " + quoted(name) +
-                   ", not " + std::to_string(lengths.at(name)));
-    }
-  }
-  for (const std::string_view name : {"eye", "fov", "height", "pixels"}) {
-    if (!given.contains(name)) return wrong("lacks " + quoted(name));
-  }
+  auto read = numbers_of_view(word);
+  if (!read) return tl::unexpected(read.error());
+  NamedNumbers& given = *read;
   const auto place = [&given](std::string_view name) {
     const std::vector<double>& n = given[name];
     return Vec3{n[0], n[1], n[2]};
@@ -118,13 +136,7 @@ Result<ThresholdView> parse_view(std::string_view word) {
                      .field_of_view = given["fov"][0],
                      .height_pixels = given["height"][0],
                      .tolerance_pixels = given["pixels"][0]};
-  const bool has_frustum = given.contains("look");
-  for (const std::string_view name : {"up", "aspect", "outside"}) {
-    if (given.contains(name) && !has_frustum)
-      return wrong("has " + quoted(name) + " without \"look\"");
-  }
-  if (!has_frustum) return view;
-  if (!given.contains("outside")) return wrong("has \"look\" without \"outside\"");
+  if (!given.contains("look")) return view;
   view.frustum = Frustum{.look_at = place("look"), .outside = given["outside"][0]};
   const Vec3& look = view.frustum->look_at;
   if (given.contains("up")) {

@@ -10,6 +10,7 @@ namespace {
 constexpr std::size_t kShortList = 4;         // Not worth a division.
 constexpr double kLeastSide = 4;              // Grid steps: about the region of the finest points.
 constexpr std::size_t kMaxEntries = 1 << 20;  // Of all lists together.
+constexpr std::size_t kLongList = 64;         // Of a leaf, not worth a look for each query.
 
 Box intersection(const Box& a, const Box& b) {
   Box both = a;
@@ -26,54 +27,71 @@ bool is_empty(const Box& box) {
 
 }  // namespace
 
-// Cubes whose lists wait to be divided, the largest first.
-struct RegionOctree::Growth {
-  struct Entry {
-    Cube cube;
-    RegionSet::List list;
-  };
-  std::deque<Entry> waiting;
-  std::size_t entries = 0;  // Of all lists, waiting or settled.
-};
-
 RegionOctree::RegionOctree(RegionSet regions, const Box& places, int exponent)
     : regions_(std::move(regions)),
       places_(places),
       side_(static_cast<double>(std::int64_t{1} << exponent)) {
-  Growth growth;
+  grow(regions_.relevant(regions_.all(), places));
+  sum_up();
+}
+
+// Divides the largest cubes first, so that the entries are spent evenly.
+void RegionOctree::grow(RegionSet::List all) {
+  std::size_t entries = all.regions.size();
   nodes_.emplace_back();
-  growth.waiting.push_back(
-      {{.node = 0, .low = {}, .side = side_}, regions_.relevant(regions_.all(), places)});
-  growth.entries = growth.waiting.front().list.regions.size();
-  while (!growth.waiting.empty()) {
-    const Growth::Entry entry = std::move(growth.waiting.front());
-    growth.waiting.pop_front();
-    const std::size_t size = entry.list.regions.size();
-    settle(entry.cube.node, entry.list);
-    if (nodes_[entry.cube.node].is_constant || size <= kShortList ||
-        entry.cube.side <= kLeastSide || growth.entries + 7 * size > kMaxEntries) {
-      nodes_[entry.cube.node].first = static_cast<std::uint32_t>(lists_.size());
-      nodes_[entry.cube.node].count = static_cast<std::uint32_t>(size);
-      lists_.insert(lists_.end(), entry.list.regions.begin(), entry.list.regions.end());
+  std::deque<Leaf> waiting;
+  waiting.push_back({{.node = 0, .low = {}, .side = side_}, std::move(all)});
+  while (!waiting.empty()) {
+    const Leaf leaf = std::move(waiting.front());
+    waiting.pop_front();
+    settle(leaf);
+    if (!is_divisible(leaf, entries)) {
+      store(leaf);
       continue;
     }
-    const auto first = static_cast<std::uint32_t>(nodes_.size());
-    nodes_[entry.cube.node].has_children = true;
-    nodes_[entry.cube.node].first = first;
-    nodes_.resize(nodes_.size() + 8);
-    growth.entries -= size;
-    for (unsigned octant = 0; octant < 8; ++octant) {
-      const Cube part = child(entry.cube, first, octant);
-      const Box box = box_of(part);
-      if (is_empty(box)) {  // Beyond the places: no query comes here.
-        nodes_[part.node] = {.least = SaidThreshold{}.least, .is_constant = true};
-        continue;
-      }
-      growth.waiting.push_back({part, regions_.relevant(entry.list, box)});
-      growth.entries += growth.waiting.back().list.regions.size();
+    entries -= leaf.list.regions.size();
+    for (Leaf& part : divide(leaf)) {
+      entries += part.list.regions.size();
+      waiting.push_back(std::move(part));
     }
   }
-  // Children stand behind their parents: what they say is known when a parent's turn comes.
+}
+
+bool RegionOctree::is_divisible(const Leaf& leaf, std::size_t entries) const {
+  const std::size_t size = leaf.list.regions.size();
+  return !nodes_[leaf.cube.node].is_constant && size > kShortList && leaf.cube.side > kLeastSide &&
+         entries + 7 * size <= kMaxEntries;
+}
+
+std::vector<RegionOctree::Leaf> RegionOctree::divide(const Leaf& leaf) {
+  const auto first = static_cast<std::uint32_t>(nodes_.size());
+  nodes_[leaf.cube.node].has_children = true;
+  nodes_[leaf.cube.node].first = first;
+  nodes_.resize(nodes_.size() + 8);
+  std::vector<Leaf> parts;
+  for (unsigned octant = 0; octant < 8; ++octant) {
+    const Cube cube = child(leaf.cube, first, octant);
+    const Box box = box_of(cube);
+    if (is_empty(box)) {  // Beyond the places: no query comes here.
+      nodes_[cube.node] = {.least = SaidThreshold{}.least, .is_constant = true};
+    } else {
+      parts.push_back({cube, regions_.relevant(leaf.list, box)});
+    }
+  }
+  return parts;
+}
+
+void RegionOctree::store(const Leaf& leaf) {
+  Node& node = nodes_[leaf.cube.node];
+  node.is_constant = node.is_constant || leaf.list.regions.size() > kLongList;
+  if (node.is_constant) return;
+  node.first = static_cast<std::uint32_t>(lists_.size());
+  node.count = static_cast<std::uint32_t>(leaf.list.regions.size());
+  lists_.insert(lists_.end(), leaf.list.regions.begin(), leaf.list.regions.end());
+}
+
+// Children stand behind their parents: what they say is known when a parent's turn comes.
+void RegionOctree::sum_up() {
   for (std::size_t i = nodes_.size(); i-- > 0;) {
     Node& node = nodes_[i];
     if (!node.has_children) continue;
@@ -100,8 +118,10 @@ RegionOctree::Cube RegionOctree::child(const Cube& cube, std::uint32_t first, un
   return part;
 }
 
-void RegionOctree::settle(std::uint32_t node, const RegionSet::List& list) {
-  Node& settled = nodes_[node];
+// What is said about the whole cube.
+void RegionOctree::settle(const Leaf& leaf) {
+  const RegionSet::List& list = leaf.list;
+  Node& settled = nodes_[leaf.cube.node];
   settled.has_gap = !list.is_closed;
   settled.least = SaidThreshold{}.least;
   double largest = 0;
@@ -131,14 +151,14 @@ void RegionOctree::add(const Cube& cube, const Box& box, SaidThreshold& said) co
     add_leaf(node, intersection(box, whole), said);
     return;
   }
-  // Both halves of an axis where the box has places on either side of the middle. A box that only
-  // ends at the middle has no place in the other half that this one lacks.
+  // The middle belongs to the upper half, so every place to one leaf, and a box inside another
+  // comes to no leaf that the other does not come to.
   unsigned lower = 0;
   unsigned upper = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double middle = cube.low[axis] + cube.side / 2;
-    if (box.low[axis] < middle || box.high[axis] <= middle) lower |= 1U << axis;
-    if (box.high[axis] > middle || box.low[axis] >= middle) upper |= 1U << axis;
+    if (box.low[axis] < middle) lower |= 1U << axis;
+    if (box.high[axis] >= middle) upper |= 1U << axis;
   }
   for (unsigned octant = 0; octant < 8; ++octant) {
     if ((octant & ~upper) != 0 || (~octant & 7U & ~lower) != 0) continue;

@@ -2,13 +2,14 @@
 //
 // An octree over the grid. A leaf keeps the short list of regions that may hold in its cube; every
 // node knows the least threshold below it and whether there may be places that no region contains.
-// A query is the minimum over the cubes that the box overlaps: a cube inside it answers at once,
+// A query is the minimum over the leaves that the box comes to: a cube inside it answers at once,
 // one that can only say more than what was found is left out, and a leaf at the box's border
-// compares its regions with the part of the box inside it.
+// compares its regions with the part of the box inside it. Where the borders of very many regions
+// cross in one small cube, the least of them stands for the whole cube.
 //
-// The answer is monotone (said_threshold.hpp): the parts of an inner box lie in parts of the outer
-// one, and for every part it is the minimum over the regions that touch it and are not hidden by a
-// later one that contains it, which a cube's list gives for any part of the cube.
+// The answer is monotone (said_threshold.hpp): an inner box comes to no leaf that the outer one
+// does not come to, its part there lies in the outer one's part, and for a part it is the minimum
+// over the regions that touch it and are not hidden by a later one that contains it.
 #pragma once
 
 #include <cstdint>
@@ -26,8 +27,7 @@ class RegionOctree {
   // Costs memory and time of at most about 2^20 entries of lists, however the regions lie.
   RegionOctree(RegionSet regions, const Box& places, int exponent);
 
-  // Requires a box within the places. Costs a few comparisons for each cube at the box's border;
-  // at worst, where thousands of borders cross in one cube, one for each of them.
+  // Requires a box within the places. Costs some comparisons for each cube at the box's border.
   [[nodiscard]] SaidThreshold least_in(const Box& box) const;
 
  private:
@@ -35,7 +35,7 @@ class RegionOctree {
     double least = 0;
     bool has_gap = false;
     bool has_children = false;
-    bool is_constant = false;  // The same is said about every part of it.
+    bool is_constant = false;  // The same is said about all of it.
     std::uint32_t first = 0;   // Of its eight children, or of its list.
     std::uint32_t count = 0;   // Of its list.
   };
@@ -45,11 +45,20 @@ class RegionOctree {
     Vec3 low = {};
     double side = 0;
   };
-  struct Growth;
+  // A cube with its list.
+  struct Leaf {
+    Cube cube;
+    RegionSet::List list;
+  };
 
   [[nodiscard]] Box box_of(const Cube& cube) const;  // Within the places.
   [[nodiscard]] static Cube child(const Cube& cube, std::uint32_t first, unsigned octant);
-  void settle(std::uint32_t node, const RegionSet::List& list);
+  void grow(RegionSet::List all);
+  void settle(const Leaf& leaf);
+  [[nodiscard]] bool is_divisible(const Leaf& leaf, std::size_t entries) const;
+  [[nodiscard]] std::vector<Leaf> divide(const Leaf& leaf);
+  void store(const Leaf& leaf);
+  void sum_up();
   void add(const Cube& cube, const Box& box, SaidThreshold& said) const;
   void add_leaf(const Node& node, const Box& part, SaidThreshold& said) const;
 

@@ -146,6 +146,71 @@ void prepared_extraction(benchmark::State& state) {
 }
 BENCHMARK(prepared_extraction)->Arg(0)->Arg(50)->Arg(200)->Unit(benchmark::kMillisecond);
 
+// What a request's map costs: balls all over a grid of 512 steps, or a view.
+IsosurfaceRequest mapped_request(std::int64_t regions, bool has_view) {
+  IsosurfaceRequest request{.isovalue = kIsovalue, .error = 4};
+  std::minstd_rand random(1);
+  std::uniform_real_distribution<double> coordinate(0, 512);
+  std::uniform_real_distribution<double> number(0, 1);
+  for (std::int64_t i = 0; i < regions; ++i) {
+    request.thresholds.regions.push_back(
+        {.shape = BallShape{.centre = {coordinate(random), coordinate(random), coordinate(random)},
+                            .radius = 30 * number(random)},
+         .threshold = 4 * number(random)});
+  }
+  if (has_view) {
+    request.thresholds.view = ThresholdView{.eye = {-300, 200, 100},
+                                            .field_of_view = 40,
+                                            .height_pixels = 1000,
+                                            .tolerance_pixels = 2,
+                                            .frustum = Frustum{.look_at = {256, 256, 256}}};
+  }
+  return request;
+}
+DatasetInfo info_of_512() {
+  DatasetInfo info;
+  info.dims = {513, 513, 513};
+  info.grid_exponent = 9;
+  return info;
+}
+
+// The least threshold around a point of the finest three spacings. Items are queries; arguments are
+// the number of regions and whether there is a view.
+void threshold_queries(benchmark::State& state) {
+  const ThresholdMap map(mapped_request(state.range(0), state.range(1) != 0), info_of_512());
+  std::minstd_rand random(2);
+  std::vector<Box> boxes;
+  for (int i = 0; i < 4096; ++i) {
+    const std::int32_t spacing = 1 << (i % 3);
+    const auto coordinate = [&] {
+      return spacing *
+             static_cast<std::int32_t>(1 + random() % (512U / static_cast<unsigned>(spacing) - 1));
+    };
+    boxes.push_back(region(DividingPoint({coordinate(), coordinate(), coordinate()})));
+  }
+  for (auto _ : state) {
+    for (const Box& box : boxes) benchmark::DoNotOptimize(map.least_in(box));
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(boxes.size()));
+}
+BENCHMARK(threshold_queries)
+    ->ArgNames({"regions", "view"})
+    ->Args({0, 0})
+    ->Args({1, 0})
+    ->Args({100, 0})
+    ->Args({10000, 0})
+    ->Args({0, 1})
+    ->Args({10000, 1});
+
+// Items are regions.
+void threshold_map_building(benchmark::State& state) {
+  const IsosurfaceRequest request = mapped_request(state.range(0), false);
+  const DatasetInfo info = info_of_512();
+  for (auto _ : state) benchmark::DoNotOptimize(ThresholdMap(request, info));
+  state.SetItemsProcessed(state.iterations() * state.range(0));
+}
+BENCHMARK(threshold_map_building)->Arg(100)->Arg(10000)->Unit(benchmark::kMillisecond);
+
 // Items are samples.
 void exact_errors(benchmark::State& state) {
   for (auto _ : state) {

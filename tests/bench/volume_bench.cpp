@@ -20,6 +20,7 @@
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/prepared_bricks.hpp"
 #include "server/service/surface_extractor.hpp"
+#include "server/service/surface_sizes.hpp"
 #include "server/service/thread_options.hpp"
 #include "tests/bench/flying_edges.hpp"
 #include "tests/bench/volume_report.hpp"
@@ -92,11 +93,12 @@ std::optional<StepRequest> first_preview(const SurfaceExtractor& extractor, doub
 // Counted on a dataset that was just opened.
 std::optional<BrickReads> preview_reads(const Arguments& arguments) {
   const DatasetPtr dataset = open_dataset(arguments.file);
-  const auto preview = first_preview(dataset->info, arguments.isovalue);
+  const SurfaceExtractor extractor(dataset);
+  const auto preview = first_preview(extractor, arguments.isovalue);
   const auto* samples = dynamic_cast<const PreparedBricks*>(dataset->samples.get());
   const auto* spectrum = dynamic_cast<const PreparedBricks*>(dataset->spectrum.bricks.get());
   if (!preview || samples == nullptr || spectrum == nullptr) return std::nullopt;
-  (void)SurfaceExtractor(dataset).extract(*preview);
+  (void)extractor.extract(*preview);
   return BrickReads{.sample_reads = samples->reads(),
                     .sample_bricks = samples->size(),
                     .spectrum_reads = spectrum->reads(),
@@ -117,9 +119,10 @@ std::vector<Work> works_of(const SurfaceExtractor& extractor, double isovalue) {
   add_extraction("extract, error 0", {.request = request_for(isovalue, 0)});
   add_extraction("extract, error 0.5", {.request = request_for(isovalue, 0.5)});
   add_extraction("extract, error 2", {.request = request_for(isovalue, 2)});
-  if (const auto preview = first_preview(extractor.dataset().info, isovalue)) {
+  if (const auto preview = first_preview(extractor, isovalue)) {
     add_extraction("first preview", *preview);
-    works.push_back({"first preview, encoded", [&extractor, step = *preview](int) {
+    works.push_back({"first preview, planned and encoded", [&extractor, isovalue](int) {
+                       const StepRequest step = first_preview(extractor, isovalue).value();
                        return encode(std::make_shared<const TiledSurface>(extractor.extract(step)));
                      }});
   }

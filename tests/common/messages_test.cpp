@@ -42,10 +42,26 @@ TEST(Messages, FromTheServerAreReadAsTheyWereWritten) {
   }
 }
 
+// A request with as much of everything as is allowed.
+IsosurfaceRequest largest_request() {
+  std::mt19937_64 random(4);
+  IsosurfaceRequest request = samples::request(random);
+  request.thresholds.view = samples::threshold_view(random);
+  const BoxShape longest{.low = {1.5, 2.5, 3.5}, .high = {4.5, 5.5, 6.5}};
+  request.thresholds.regions.assign(kMaxThresholdRegions, {.shape = longest, .threshold = 1});
+  ThresholdGrid grid{.dims = {64, 64, 32}};
+  grid.thresholds.assign(kMaxGridThresholds, 1);
+  request.thresholds.grid = std::make_shared<const ThresholdGrid>(grid);
+  return request;
+}
+
 TEST(Messages, OfFullLengthFitIntoAFrame) {
-  OpenStream open{.request_id = 1, .dataset = "x", .request = {}};
+  OpenStream open{
+      .request_id = ~0ULL, .dataset = std::string(255, 'x'), .request = largest_request()};
   open.held.assign(kMaxHeldDigests, ContentDigest{1, 2});
-  EXPECT_LE(serialize(ClientMessage(open)).size(), kMaxClientFrameBytes);
+  const std::string longest = serialize(ClientMessage(open));
+  EXPECT_LE(longest.size(), kMaxClientFrameBytes);
+  EXPECT_TRUE(parse_client_message(longest));
   StepBegin begin{.request_id = 1};
   begin.tiles.assign(200000, TileSummary{.cube = {5, 1000, 1000, 1000},
                                          .digest = {~0ULL, ~0ULL},
@@ -220,9 +236,178 @@ TEST(OpenStream, OutOfRangeIsRefused) {
   refuse([](OpenStream& o) { o.request.measure = static_cast<ErrorMeasure>(2); }, "measure");
   refuse([](OpenStream& o) { o.request.topology_rule = static_cast<TopologyRule>(-3); },
          "topology_rule");
+  refuse([](OpenStream& o) { o.request.normal_bits = 7; }, "normals have 7 bits");
+  refuse([](OpenStream& o) { o.request.normal_bits = 11; }, "normals have 11 bits");
+  refuse([](OpenStream& o) { o.request.normal_bits = -1; }, "normals have");
   refuse([](OpenStream& o) { o.steps = static_cast<StepPolicy>(2); }, "OpenStream.steps");
   refuse([](OpenStream& o) { o.held.resize(kMaxHeldDigests + 1); }, "OpenStream.held",
          ErrorCode::kLimitExceeded);
+}
+
+// A request with one part of every kind.
+IsosurfaceRequest request_with_a_map() {
+  IsosurfaceRequest request;
+  request.thresholds.regions = {
+      {.shape = BoxShape{.low = {0, 0, 0}, .high = {1, 1, 1}}, .threshold = 1},
+      {.shape = BallShape{.centre = {0, 0, 0}, .radius = 1}, .threshold = 1},
+      {.shape = HalfSpaceShape{.normal = {0, 0, 1}, .offset = 1}, .threshold = 1}};
+  request.thresholds.grid = std::make_shared<const ThresholdGrid>(
+      ThresholdGrid{.dims = {2, 1, 1}, .index_to_world = {}, .thresholds = {1, std::nanf("")}});
+  request.thresholds.view = ThresholdView{.eye = {0, 0, 0},
+                                          .field_of_view = 45,
+                                          .height_pixels = 600,
+                                          .tolerance_pixels = 1,
+                                          .frustum = Frustum{.look_at = {1, 0, 0}}};
+  return request;
+}
+
+// The same in an OpenStream and in an Estimate.
+void expect_map_refused(const std::function<void(LocalThresholds&)>& spoil, const char* text,
+                        ErrorCode code = ErrorCode::kInvalidArgument) {
+  expect_refused<OpenStream>(
+      {.request_id = 9, .dataset = "fuel", .request = request_with_a_map()},
+      [&](OpenStream& o) { spoil(o.request.thresholds); }, text, code);
+  expect_refused<Estimate>(
+      {.request_id = 9, .dataset = "fuel", .request = request_with_a_map()},
+      [&](Estimate& e) { spoil(e.request.thresholds); }, text, code);
+}
+
+TEST(ThresholdMaps, WithAPartOfEveryKindAreAccepted) {
+  const OpenStream open{.request_id = 9, .dataset = "fuel", .request = request_with_a_map()};
+  const auto parsed = parse_client_message(serialize(ClientMessage(open)));
+  ASSERT_TRUE(parsed) << parsed.error().error.text;
+  EXPECT_TRUE(samples::same(*parsed, ClientMessage(open)));
+}
+
+TEST(ThresholdMaps, WithARegionOutOfRangeAreRefusedByItsIndexAndField) {
+  using Map = LocalThresholds;
+  for (const double wrong : {-1.0, kNaN, kInfinity}) {
+    expect_map_refused([=](Map& m) { m.regions[2].threshold = wrong; }, "regions[2].threshold");
+    expect_map_refused([=](Map& m) { m.at_least = wrong; }, "at_least");
+    expect_map_refused([=](Map& m) { std::get<BallShape>(m.regions[1].shape).radius = wrong; },
+                       "regions[1].ball.radius");
+  }
+  for (const double wrong : {1e101, -kInfinity, kNaN}) {
+    expect_map_refused([=](Map& m) { std::get<BoxShape>(m.regions[0].shape).low[2] = wrong; },
+                       "regions[0].box.low");
+    expect_map_refused([=](Map& m) { std::get<BoxShape>(m.regions[0].shape).high[0] = wrong; },
+                       "regions[0].box.high");
+    expect_map_refused([=](Map& m) { std::get<BallShape>(m.regions[1].shape).centre[1] = wrong; },
+                       "regions[1].ball.centre");
+    expect_map_refused(
+        [=](Map& m) { std::get<HalfSpaceShape>(m.regions[2].shape).normal[0] = wrong; },
+        "regions[2].half_space.normal");
+    expect_map_refused([=](Map& m) { std::get<HalfSpaceShape>(m.regions[2].shape).offset = wrong; },
+                       "regions[2].half_space.offset");
+  }
+  expect_map_refused([](Map& m) { std::get<BoxShape>(m.regions[0].shape).low[1] = 2; },
+                     "regions[0].box");
+  expect_map_refused([](Map& m) { std::get<HalfSpaceShape>(m.regions[2].shape).normal = {}; },
+                     "regions[2].half_space.normal");
+  expect_map_refused([](Map& m) { m.coordinates = static_cast<CoordinateSystem>(2); },
+                     "threshold.coordinates");
+  expect_map_refused([](Map& m) { m.combination = static_cast<Combination>(-2); },
+                     "threshold.combination");
+}
+
+TEST(ThresholdMaps, WithAGridOutOfRangeAreRefused) {
+  const auto refuse = [](const std::function<void(ThresholdGrid&)>& spoil, const char* text,
+                         ErrorCode code = ErrorCode::kInvalidArgument) {
+    expect_map_refused(
+        [&](LocalThresholds& m) {
+          ThresholdGrid grid = *m.grid;
+          spoil(grid);
+          m.grid = std::make_shared<const ThresholdGrid>(grid);
+        },
+        text, code);
+  };
+  for (const float wrong : {-1.0F, std::numeric_limits<float>::infinity()}) {
+    refuse([=](ThresholdGrid& g) { g.thresholds[1] = wrong; }, "grid.thresholds[1]");
+  }
+  refuse([](ThresholdGrid& g) { g.thresholds.push_back(1); }, "grid.thresholds");
+  refuse([](ThresholdGrid& g) { g.dims[2] = 0; }, "ThresholdGrid.dims");
+  refuse([](ThresholdGrid& g) { g.dims[2] = -1; }, "ThresholdGrid.dims");
+  refuse(
+      [](ThresholdGrid& g) {
+        g.dims = {131072, 131072, 131072};
+      },
+      "grid", ErrorCode::kLimitExceeded);
+  refuse([](ThresholdGrid& g) { g.thresholds.resize(kMaxGridThresholds + 1); }, "thresholds",
+         ErrorCode::kLimitExceeded);
+  refuse([](ThresholdGrid& g) { g.index_to_world.translation[0] = kNaN; }, "grid.index_to_world");
+  refuse([](ThresholdGrid& g) { g.index_to_world.columns[1] = {2, 0, 0}; }, "grid.index_to_world");
+}
+
+TEST(ThresholdMaps, WithAViewOutOfRangeAreRefused) {
+  const auto refuse = [](const std::function<void(ThresholdView&)>& spoil, const char* text) {
+    expect_map_refused([&](LocalThresholds& m) { spoil(*m.view); }, text);
+  };
+  for (const double wrong : {0.0, -1.0, 180.0, kNaN, kInfinity}) {
+    refuse([=](ThresholdView& v) { v.field_of_view = wrong; }, "view.field_of_view");
+  }
+  for (const double wrong : {0.0, -1.0, kNaN, kInfinity}) {
+    refuse([=](ThresholdView& v) { v.height_pixels = wrong; }, "view.height_pixels");
+  }
+  for (const double wrong : {-1.0, kNaN, kInfinity}) {
+    refuse([=](ThresholdView& v) { v.tolerance_pixels = wrong; }, "view.tolerance_pixels");
+    refuse([=](ThresholdView& v) { v.frustum->aspect = wrong; }, "view.frustum.aspect");
+    refuse([=](ThresholdView& v) { v.frustum->outside = wrong; }, "view.frustum.outside");
+  }
+  refuse([](ThresholdView& v) { v.eye[2] = kNaN; }, "view.eye");
+  refuse([](ThresholdView& v) { v.frustum->look_at[2] = kInfinity; }, "view.frustum.look_at");
+  refuse([](ThresholdView& v) { v.frustum->look_at = v.eye; }, "view.frustum.look_at");
+  refuse([](ThresholdView& v) { v.frustum->up = {0, 0, 0}; }, "view.frustum.up");
+  refuse([](ThresholdView& v) { v.frustum->up = {-3, 0, 0}; }, "view.frustum.up");
+}
+
+TEST(ThresholdMaps, OfMoreThanTenThousandRegionsAreRefusedAndTheConversationGoesOn) {
+  for (const std::size_t count : {kMaxThresholdRegions + 1, 3 * kMaxThresholdRegions}) {
+    expect_map_refused([=](LocalThresholds& m) { m.regions.resize(count); }, "regions",
+                       ErrorCode::kLimitExceeded);
+  }
+}
+
+// The bytes of an OpenStream with request id 9 whose threshold map is `map`.
+std::string open_stream_with_map(const std::string& map) {
+  return field(3, "\x08\x09" + field(2, "fuel") + field(3, field(2, map)));
+}
+
+TEST(ThresholdMaps, OfPiecesThatAreNotWholeAreRefused) {
+  const auto refusal = [](const std::string& map) {
+    const auto parsed = parse_client_message(open_stream_with_map(map));
+    if (parsed) return std::string("accepted");
+    EXPECT_EQ(parsed.error().error.code, ErrorCode::kInvalidArgument);
+    EXPECT_EQ(parsed.error().request_id, 9U);
+    return parsed.error().error.text;
+  };
+  const std::string one(8, '\0');  // A double.
+  EXPECT_NE(refusal(field(4, "")).find("shape"), std::string::npos);
+  EXPECT_NE(refusal(field(4, field(9, "cone"))).find("shape"), std::string::npos);
+  EXPECT_NE(refusal(field(4, field(2, ""))).find("box.low has 0 numbers"), std::string::npos);
+  EXPECT_NE(refusal(field(4, field(3, field(1, one)))).find("ball.centre has 1 numbers"),
+            std::string::npos);
+  EXPECT_NE(refusal(field(4, field(4, field(1, one + one)))).find("normal has 2 numbers"),
+            std::string::npos);
+  EXPECT_NE(refusal(field(5, "")).find("ThresholdGrid.dims"), std::string::npos);
+  EXPECT_NE(refusal(field(5, field(1, "\1\1\1"))).find("index_to_world"), std::string::npos);
+  EXPECT_NE(refusal(field(6, "")).find("ThresholdView.eye"), std::string::npos);
+  EXPECT_NE(refusal(field(6, field(1, one + one + one) + field(5, ""))).find("Frustum.look_at"),
+            std::string::npos);
+}
+
+TEST(ThresholdMaps, WithoutOptionalFieldsHaveTheirDocumentedDefaults) {
+  const std::string zero(8, '\0');
+  std::string one_point(8, '\0');
+  one_point[6] = '\xF0';
+  one_point[7] = '\x3F';  // 1.0
+  const std::string place = zero + zero + zero;
+  const std::string number = "\x11" + one_point + "\x19" + one_point;  // Fields 2 and 3.
+  const auto parsed = parse_client_message(open_stream_with_map(
+      field(6, field(1, place) + number + field(5, field(1, one_point + zero + zero)))));
+  ASSERT_TRUE(parsed) << parsed.error().error.text;
+  const ThresholdView& view = *std::get<OpenStream>(*parsed).request.thresholds.view;
+  EXPECT_EQ(view.frustum, (Frustum{.look_at = {1, 0, 0}, .up = {0, 0, 1}, .aspect = 1}));
+  EXPECT_EQ(view.tolerance_pixels, 0);
 }
 
 TEST(OpenStream, WithAPieceOfADigestIsRefused) {
@@ -325,17 +510,29 @@ TEST(ServerMessages, OutOfRangeAreRefused) {
   }
 }
 
+TEST(EstimateReply, OutOfRangeIsRefused) {
+  for (const double wrong : {-1.0, kNaN, kInfinity}) {
+    expect_refused<EstimateReply>(
+        {.request_id = 9}, [=](EstimateReply& e) { e.threshold_world = wrong; }, "threshold_world");
+  }
+}
+
 // ---- hostile sizes
+
+// Content as a field, of any length.
+std::string long_field(int number, const std::string& content) {
+  std::string bytes(1, static_cast<char>(number << 3 | 2));
+  for (std::size_t length = content.size();; length >>= 7) {
+    bytes.push_back(static_cast<char>((length & 0x7F) | (length >= 0x80 ? 0x80U : 0U)));
+    if (length < 0x80) return bytes + content;
+  }
+}
 
 // Field `outer` that holds `entries` empty entries of field `inner`, two bytes each.
 std::string many_entries(int outer, int inner, std::size_t entries) {
   std::string content;
   for (std::size_t i = 0; i < entries; ++i) content += field(inner, "");
-  std::string bytes(1, static_cast<char>(outer << 3 | 2));
-  for (std::size_t length = content.size();; length >>= 7) {
-    bytes.push_back(static_cast<char>((length & 0x7F) | (length >= 0x80 ? 0x80U : 0U)));
-    if (length < 0x80) return bytes + content;
-  }
+  return long_field(outer, content);
 }
 
 TEST(ServerMessages, OfMillionsOfEmptyEntriesAreRefusedBeforeTheyAreParsed) {
@@ -350,6 +547,27 @@ TEST(ServerMessages, OfMillionsOfEmptyEntriesAreRefusedBeforeTheyAreParsed) {
   std::string portions;
   for (int i = 0; i < 100; ++i) portions += many_entries(3, 10, 3000);
   EXPECT_EQ(code(portions), ErrorCode::kLimitExceeded) << "tiles in portions";
+}
+
+TEST(ThresholdMaps, OfMillionsOfEmptyRegionsAreRefusedBeforeTheyAreParsed) {
+  const std::string map = many_entries(2, 4, 1000000);  // As a field of the request.
+  const std::string id = "\x08\x09";
+  for (const int kind : {3, 6}) {  // OpenStream and Estimate.
+    const auto parsed = parse_client_message(long_field(kind, id + long_field(3, map)));
+    ASSERT_FALSE(parsed);
+    EXPECT_EQ(parsed.error().error.code, ErrorCode::kLimitExceeded);
+    EXPECT_EQ(parsed.error().request_id, 9U);
+  }
+  // Said in many portions, which protobuf merges.
+  std::string portions;
+  for (int i = 0; i < 40; ++i) portions += long_field(3, many_entries(2, 4, 300));
+  const auto parsed = parse_client_message(long_field(3, portions + id));
+  ASSERT_FALSE(parsed);
+  EXPECT_EQ(parsed.error().error.code, ErrorCode::kLimitExceeded);
+  EXPECT_EQ(parsed.error().request_id, 9U);
+  const auto begin = parse_server_message(long_field(3, id + long_field(4, map)));
+  ASSERT_FALSE(begin);
+  EXPECT_EQ(begin.error().error.code, ErrorCode::kLimitExceeded);
 }
 
 }  // namespace

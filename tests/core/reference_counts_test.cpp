@@ -77,6 +77,15 @@ Case certified(double isovalue, double threshold, TopologyRule rule = TopologyRu
           .measure = ErrorMeasure::kCertified,
           .rule = rule};
 }
+// The paper's Fig. 11: a finer threshold in one half of the samples.
+Case finer_for_low_x(double isovalue, double threshold, double finer, double last_x) {
+  return {
+      .isovalue = isovalue,
+      .threshold = threshold,
+      .thresholds = {.coordinates = CoordinateSystem::kIndex,
+                     .regions = {{.shape = BoxShape{.low = {0, 0, 0}, .high = {last_x, 1000, 1000}},
+                                  .threshold = finer}}}};
+}
 Case tolerant(double isovalue, double threshold, double tolerance) {
   return {.isovalue = isovalue, .threshold = threshold, .topology_tolerance = tolerance};
 }
@@ -113,6 +122,7 @@ TEST(ReferenceCounts, CtHeadSkinWithVoidOutside) {
        .rows = {{paper(500.5, 0), {1575340, 548132, 723145, 361984, 1891}},
                 {paper(500.5, 1.5), {379884, 181376, 238246, 119409, 1640}},
                 {paper(500.5, 4), {343384, 167327, 219774, 110172, 1638}},
+                {finer_for_low_x(500.5, 4, 0, 63), {1092616, 401430, 529084, 264889, 1762}},
                 {certified(500.5, 1), {670216, 293250, 383507, 192067, 1695}},
                 {certified(500.5, 4), {412910, 194019, 255111, 127843, 1643}},
                 {certified(500.5, 4, TopologyRule::kExact), {362908, 164895, 219040, 109803, 1634}},

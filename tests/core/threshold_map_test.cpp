@@ -67,7 +67,12 @@ Box random_box(const Box& outer, std::mt19937_64& random) {
     if (box.low[axis] > box.high[axis]) std::swap(box.low[axis], box.high[axis]);
     if (random() % 8 == 0) box.low[axis] = outer.low[axis];
     if (random() % 8 == 0) box.high[axis] = outer.high[axis];
-    if (random() % 8 == 0) box.low[axis] = std::min(std::ceil(box.low[axis]), box.high[axis]);
+    // Where cubes of an octree meet.
+    const double snapped =
+        std::clamp(4 * std::round(box.low[axis] / 4), outer.low[axis], outer.high[axis]);
+    if (random() % 4 == 0) box.low[axis] = std::min(snapped, box.high[axis]);
+    if (random() % 4 == 0) box.high[axis] = std::max(snapped, box.low[axis]);
+    if (random() % 8 == 0) box.high[axis] = box.low[axis];
   }
   return box;
 }
@@ -364,12 +369,18 @@ TEST(ThresholdMap, OfTenThousandRegionsIsMonotoneAndNeverAboveAPlace) {
       }
     }
     const ThresholdMap map(request, info);
-    for (int i = 0; i < 50; ++i) {
-      const Vec3 corner = random_grid_place(info, random);
-      const Box outer{corner, {corner[0] + 12, corner[1] + 12, corner[2] + 12}};
+    for (int i = 0; i < 200; ++i) {
+      // Around the balls' common border, or anywhere.
+      const double angle = between(0, 6, random);
+      const Vec3 corner = same_place
+                              ? Vec3{100 + 40 * std::cos(angle), 95, 100 + 40 * std::sin(angle)}
+                              : random_grid_place(info, random);
+      const Box outer = clamped({corner, {corner[0] + 12, corner[1] + 12, corner[2] + 12}},
+                                {{0, 0, 0}, {256, 256, 256}});
       const Box inner = random_box(outer, random);
-      const Vec3 place = place_in(clamped(inner, {{0, 0, 0}, {256, 256, 256}}), random);
+      const Vec3 place = place_in(inner, random);
       EXPECT_LE(map.least_in(outer), map.least_in(inner));
+      EXPECT_LE(map.least_in(inner), map.least_in({place, place}));
       EXPECT_LE(map.least_in(inner), threshold_at(request, info, place));
     }
   }

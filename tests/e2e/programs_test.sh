@@ -88,6 +88,24 @@ for dataset in gyroid head torus; do
   done
 done
 ls steps/step_0.ply >/dev/null || fail "no saved step"
+
+# A threshold map of all kinds, on both command lines.
+{ printf 'NRRD0004\ntype: float\ndimension: 3\nsizes: 2 1 1\nencoding: ascii\nspace dimension: 3\n'
+  printf 'space directions: (12,0,0) (0,90,0) (0,0,90)\nspace origin: (6,45,45)\n\n1.5 nan\n'; } >grid.nrrd
+map=(--error 3 --region ball:9,9,9,7=0.1 --region box:30,30,30,9,9,25=0.6 --region-unit index
+  --view eye=-20,10,10,fov=50,height=400,pixels=8,look=20,10,10,outside=4 --threshold-grid grid.nrrd)
+for combine in order minimum; do
+  "$client" fetch --server "$url" --dataset gyroid "${map[@]}" --combine "$combine" -o fetched.ply --report report.json --quiet
+  "$server" extract gyroid.mtd "${map[@]}" --combine "$combine" -o extracted.ply --json --quiet >extract.json
+  [ "$(last_value report.json content_digest)" = "$(value extract.json content_digest)" ] ||
+    fail "with a threshold map ($combine) the fetched mesh is not the extracted one"
+  grep -q '"radius"' report.json || fail "the report does not tell the map"
+done
+"$client" fetch --server "$url" --dataset gyroid --error 3 -o coarse.ply --quiet
+[ "$(stat -c %s coarse.ply)" -lt "$(stat -c %s fetched.ply)" ] || fail "a finer region gives no larger mesh"
+expect_exit 2 "no shape" "$client" fetch --server "$url" --dataset gyroid --region cone:1=2 -o x.ply
+expect_exit 2 "regions[0].ball.radius" "$client" fetch --server "$url" --dataset gyroid --region ball:1,2,3,-4=2 -o x.ply
+expect_exit 2 "no such file" "$client" fetch --server "$url" --dataset gyroid --threshold-grid none.nrrd -o x.ply
 "$client" fetch --server "$url" --dataset gyroid --isovalue 1e9 -o empty.ply --quiet || fail "an empty mesh is an error"
 
 expect_exit 1 "nowhere" "$client" fetch --server "$url" --dataset nowhere -o x.ply

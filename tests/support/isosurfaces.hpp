@@ -21,6 +21,7 @@ struct Case {
   double topology_tolerance = 0;
   std::int32_t finest_spacing = 1;
   int lattice_resolution = kDefaultLatticeResolution;
+  LocalThresholds thresholds = {};  // Where another threshold is allowed; world units.
 };
 
 struct Surface {
@@ -30,14 +31,22 @@ struct Surface {
   MeshTopology topology;
 };
 
-inline DataBorder border_of(const Volume& volume, std::optional<double> outside,
-                            std::int32_t margin, int resolution, double topology_tolerance) {
+// What the places of a volume need.
+inline DatasetInfo info_of(const Volume& volume, std::optional<double> outside,
+                           std::int32_t margin) {
   DatasetInfo info;
   info.dims = volume.dims;
+  info.spacing = volume.spacing;
+  info.index_to_world = volume.index_to_world;
   info.outside = outside;
   info.margin = margin;
   info.grid_exponent = grid_exponent_for(volume.dims, margin);
-  return data_border(info, resolution, topology_tolerance);
+  return info;
+}
+
+inline DataBorder border_of(const Volume& volume, std::optional<double> outside,
+                            std::int32_t margin, int resolution, double topology_tolerance) {
+  return data_border(info_of(volume, outside, margin), resolution, topology_tolerance);
 }
 
 inline Surface surface_of_model(const Model& model, const Field& field, double isovalue,
@@ -63,20 +72,27 @@ class ReferenceIsosurfaces {
       : volume_(volume), outside_(outside), margin_(margin), field_(volume, outside, margin) {}
 
   [[nodiscard]] const Field& field() const { return field_; }
+  [[nodiscard]] DatasetInfo info() const { return info_of(volume_, outside_, margin_); }
 
   [[nodiscard]] Surface operator()(const Case& c) {
+    return surface_of_model(
+        model(c), field_, c.isovalue,
+        border_of(volume_, outside_, margin_, c.lattice_resolution, c.topology_tolerance),
+        c.lattice_resolution);
+  }
+
+  [[nodiscard]] ErrorBasedModel model(const Case& c) {
     const auto key = std::tuple(c.isovalue, c.measure, c.rule);
     if (!errors_ || key != key_) {
       errors_ = std::make_shared<SaturatedErrors>(field_, c.isovalue, c.measure, c.rule);
       key_ = key;
     }
-    const ErrorBasedModel model(errors_, {.thresholds = ThresholdMap::everywhere(c.threshold),
-                                          .topology_tolerance = c.topology_tolerance,
-                                          .finest_spacing = c.finest_spacing});
-    return surface_of_model(
-        model, field_, c.isovalue,
-        border_of(volume_, outside_, margin_, c.lattice_resolution, c.topology_tolerance),
-        c.lattice_resolution);
+    const IsosurfaceRequest request{
+        .error = c.threshold, .unit = LengthUnit::kWorld, .thresholds = c.thresholds};
+    return {errors_,
+            {.thresholds = ThresholdMap(request, info()),
+             .topology_tolerance = c.topology_tolerance,
+             .finest_spacing = c.finest_spacing}};
   }
 
  private:
