@@ -150,7 +150,8 @@ Result<Progress> Assembler::take(const Tile& tile) {
                                 std::to_string(tile.payload ? tile.payload->size() : 0) +
                                 " bytes; promised were " + std::to_string(promised.bytes));
   }
-  auto mesh = decode_tile(*tile.payload, promised, begin.request.lattice_resolution);
+  auto mesh = decode_tile(*tile.payload, promised, begin.request.lattice_resolution,
+                          begin.request.normal_bits);
   if (!mesh) return fault(tile.step, name + " is damaged: " + mesh.error().text);
   const auto decoded = std::make_shared<const LatticeMesh>(*std::move(mesh));
   pending_->tiles[tile.index] = decoded;

@@ -53,7 +53,7 @@ struct ReceivedTiles {
 };
 
 // Gets a tile that passed its checks, the lattice resolution of its step, and its bytes.
-using TileListener = std::function<void(const TileSummary& tile, int lattice_resolution,
+using TileListener = std::function<void(const TileSummary& tile, const IsosurfaceRequest& step,
                                         const std::string& payload)>;
 
 struct FetchOptions {

@@ -6,11 +6,39 @@
 namespace multitetra {
 namespace {
 
+bool has_budget(const IsosurfaceRequest& request) {
+  return request.max_triangles > 0 || request.max_bytes > 0;
+}
+
+std::optional<std::string> budget_fault(const StepBegin& begin, const IsosurfaceRequest& asked) {
+  ManifestTotals totals;
+  for (const TileSummary& tile : begin.tiles) totals.add(tile);
+  if (asked.max_triangles > 0 && totals.triangles > asked.max_triangles) {
+    return "it has " + std::to_string(totals.triangles) + " triangles, more than the budget of " +
+           std::to_string(asked.max_triangles);
+  }
+  if (asked.max_bytes > 0 && totals.payload_bytes > asked.max_bytes) {
+    return "it has " + std::to_string(totals.payload_bytes) + " bytes, more than the budget of " +
+           std::to_string(asked.max_bytes);
+  }
+  return std::nullopt;
+}
+
 // A preview may be coarser than the request; everything else is as it was asked for.
 std::optional<std::string> parameter_fault(const StepBegin& begin, const IsosurfaceRequest& asked) {
   IsosurfaceRequest given = begin.request;
   if (begin.is_final) {
+    if (const auto beyond = budget_fault(begin, asked)) return beyond;
+    if (has_budget(asked)) {
+      // What does not fit may be coarser than asked for, and says so.
+      given.thresholds.at_least = asked.thresholds.at_least;
+      given.topology_tolerance = asked.topology_tolerance;
+    }
     if (given != asked) return "the final step has other parameters than the request";
+    if (begin.request.thresholds.at_least < asked.thresholds.at_least ||
+        begin.request.topology_tolerance < asked.topology_tolerance) {
+      return "the final step is said to be finer than the request";
+    }
     if (begin.finest_spacing != 1) return "the final step leaves out the finest points";
     return std::nullopt;
   }

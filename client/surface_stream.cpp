@@ -31,7 +31,7 @@ ClientResult<void> SurfaceStream::open(const DatasetInfo& info, OpenStream open)
 
 ClientResult<void> SurfaceStream::ask() {
   open_.request_id = client_.next_request_id();
-  open_.held = tiles_.digests_to_name();
+  open_.held = tiles_.digests_to_name(kMaxHeldDigests, open_.request.normal_bits != 0);
   begun_.reset();
   assembler_.emplace(info_, open_, tiles_.tiles(), client_.options().limits);
   return client_.send(open_);
@@ -117,7 +117,7 @@ void SurfaceStream::keep(const ServerMessage& message) {
     tiles_.keep(summary.digest, assembler_->held().at(summary.digest));
     ++received_.tiles;
     received_.payload_bytes += tile->payload->size();
-    if (listener_) listener_(summary, begun_->request.lattice_resolution, *tile->payload);
+    if (listener_) listener_(summary, begun_->request, *tile->payload);
   }
 }
 

@@ -24,14 +24,16 @@ constexpr std::uintmax_t kMaxFileBytes = kMaxHeaderBytes + kMaxServerFrameBytes;
 struct StoredTile {
   TileSummary summary;
   int lattice_resolution = 0;
+  int normal_bits = 0;
   std::string_view payload;
 };
 
-std::string header_of(const TileSummary& tile, int lattice_resolution) {
+std::string header_of(const TileSummary& tile, int lattice_resolution, int normal_bits) {
   std::ostringstream text;
   text << kFirstLine << "lattice " << lattice_resolution << " cube " << tile.cube.exponent << " "
        << tile.cube.x << " " << tile.cube.y << " " << tile.cube.z << " triangles " << tile.triangles
-       << " vertices " << tile.vertices << " bytes " << tile.bytes << "\n";
+       << " vertices " << tile.vertices << " bytes " << tile.bytes << " normals "
+       << normal_bits << "\n";
   return text.str();
 }
 
@@ -41,6 +43,9 @@ bool is_in_range(const StoredTile& tile) {
   };
   const OctreeCube& cube = tile.summary.cube;
   if (!within(tile.lattice_resolution, kMinLatticeResolution, kMaxLatticeResolution)) return false;
+  if (tile.normal_bits != 0 && !within(tile.normal_bits, kMinNormalBits, kMaxNormalBits)) {
+    return false;
+  }
   const int grid_exponent = kMaxLatticeBits - tile.lattice_resolution;
   if (!within(cube.exponent, 0, grid_exponent)) return false;
   const std::int64_t last = (std::int64_t{1} << (grid_exponent - cube.exponent)) - 1;
@@ -67,7 +72,8 @@ std::optional<StoredTile> parse(const std::string& bytes) {
       word("lattice") && line >> tile.lattice_resolution && word("cube") &&
       line >> summary.cube.exponent >> summary.cube.x >> summary.cube.y >> summary.cube.z &&
       word("triangles") && line >> summary.triangles && word("vertices") &&
-      line >> summary.vertices && word("bytes") && line >> summary.bytes;
+      line >> summary.vertices && word("bytes") && line >> summary.bytes && word("normals") &&
+      line >> tile.normal_bits;
   if (!is_whole || !is_in_range(tile)) return std::nullopt;
   return tile;
 }
@@ -113,7 +119,7 @@ std::shared_ptr<const LatticeMesh> mesh_in(const TileFile& file, std::uint64_t m
   auto tile = parse(*bytes);
   if (!tile || tile->summary.triangles > most_triangles) return nullptr;
   tile->summary.digest = file.digest;
-  auto mesh = decode_tile(tile->payload, tile->summary, tile->lattice_resolution);
+  auto mesh = decode_tile(tile->payload, tile->summary, tile->lattice_resolution, tile->normal_bits);
   return mesh ? std::make_shared<const LatticeMesh>(*std::move(mesh)) : nullptr;
 }
 
@@ -138,10 +144,10 @@ TileFolder::Loaded TileFolder::load(TileMemory& memory, std::uint64_t most_trian
   return loaded;
 }
 
-void TileFolder::keep(const TileSummary& tile, int lattice_resolution,
+void TileFolder::keep(const TileSummary& tile, int lattice_resolution, int normal_bits,
                       const std::string& payload) const {
   AtomicFile file(folder_ / (tile.digest.hex() + std::string(kSuffix)));
-  const std::string header = header_of(tile, lattice_resolution);
+  const std::string header = header_of(tile, lattice_resolution, normal_bits);
   file.write_at(0, std::as_bytes(std::span(header)));
   file.write_at(header.size(), std::as_bytes(std::span(payload)));
   file.commit(Durability::kProcessEnd);

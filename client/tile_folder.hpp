@@ -43,7 +43,8 @@ class TileFolder {
 
   // Writes a tile that passed its checks. The tile stays when the process ends; after a power cut
   // it may be found damaged.
-  void keep(const TileSummary& tile, int lattice_resolution, const std::string& payload) const;
+  void keep(const TileSummary& tile, int lattice_resolution, int normal_bits,
+            const std::string& payload) const;
 
  private:
   std::filesystem::path folder_;

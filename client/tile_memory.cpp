@@ -44,10 +44,13 @@ HeldTiles TileMemory::tiles() const {
   return held;
 }
 
-std::vector<ContentDigest> TileMemory::digests_to_name(std::size_t most) const {
+std::vector<ContentDigest> TileMemory::digests_to_name(std::size_t most,
+                                                        bool with_normals) const {
   std::vector<const Kept*> largest_first;
   largest_first.reserve(by_use_.size());
-  for (const Kept& kept : by_use_) largest_first.push_back(&kept);
+  for (const Kept& kept : by_use_) {
+    if (!with_normals || !kept.mesh->normals.empty()) largest_first.push_back(&kept);
+  }
   std::sort(largest_first.begin(), largest_first.end(), [](const Kept* a, const Kept* b) {
     const auto size_a = a->mesh->triangles.size();
     const auto size_b = b->mesh->triangles.size();

@@ -74,10 +74,16 @@ std::string ply(const PositionedMesh& mesh) {
   std::string file = "ply\nformat binary_little_endian 1.0\ncomment Multi-Tetra isosurface\n";
   file += "element vertex " + std::to_string(mesh.positions.size()) +
           "\nproperty float x\nproperty float y\nproperty float z\n";
+  if (!mesh.normals.empty()) file += "property float nx\nproperty float ny\nproperty float nz\n";
   file += "element face " + std::to_string(mesh.triangles.size()) +
           "\nproperty list uchar uint vertex_indices\nend_header\n";
-  file.reserve(file.size() + 12 * mesh.positions.size() + 13 * mesh.triangles.size());
-  append_all(file, mesh.positions);
+  file.reserve(file.size() + 12 * (mesh.positions.size() + mesh.normals.size()) +
+               13 * mesh.triangles.size());
+  if (mesh.normals.empty()) append_all(file, mesh.positions);
+  for (std::size_t i = 0; i < mesh.normals.size(); ++i) {
+    append(file, mesh.positions[i]);
+    append(file, mesh.normals[i]);
+  }
   for (const TriangleIndices& t : mesh.triangles) {
     file.push_back(3);
     append(file, t);
@@ -111,22 +117,32 @@ void append_text(std::string& file, Number number) {
   file.append(text.data(), static_cast<std::size_t>(end - text.data()));
 }
 
-std::string obj(const PositionedMesh& mesh) {
-  std::string file = "# Multi-Tetra isosurface\n";
-  file.reserve(file.size() + 40 * mesh.positions.size() + 30 * mesh.triangles.size());
-  for (const Position& position : mesh.positions) {
-    file += 'v';
-    for (const float coordinate : position) {
+// A line for each: its name and three numbers.
+void append_lines(std::string& file, std::string_view name, const std::vector<Position>& vectors) {
+  for (const Position& vector : vectors) {
+    file += name;
+    for (const float coordinate : vector) {
       file += ' ';
       append_text(file, coordinate);
     }
     file += '\n';
   }
+}
+
+std::string obj(const PositionedMesh& mesh) {
+  std::string file = "# Multi-Tetra isosurface\n";
+  file.reserve(file.size() + 40 * (mesh.positions.size() + mesh.normals.size()) +
+               (mesh.normals.empty() ? 30 : 60) * mesh.triangles.size());
+  append_lines(file, "v", mesh.positions);
+  append_lines(file, "vn", mesh.normals);
   for (const TriangleIndices& t : mesh.triangles) {
     file += 'f';
     for (const std::uint32_t corner : t) {
       file += ' ';
       append_text(file, std::uint64_t{corner} + 1);  // OBJ counts from 1.
+      if (mesh.normals.empty()) continue;
+      file += "//";
+      append_text(file, std::uint64_t{corner} + 1);
     }
     file += '\n';
   }
@@ -227,7 +243,7 @@ std::string glb(const PositionedMesh& mesh) {
   append(file, static_cast<std::uint32_t>(binary));
   append(file, kBinaryChunk);
   append_all(file, mesh.positions);
-  append_all(file, smooth_normals(mesh));
+  append_all(file, mesh.normals.empty() ? smooth_normals(mesh) : mesh.normals);
   append_all(file, mesh.triangles);
   return file;
 }

@@ -14,6 +14,14 @@
 //   1  0 5 3 0  0  1             one attribute: POSITION, INT32, 3 components, not normalized;
 //                                its id; coded as integers
 //   ...                          prediction and residuals
+//
+// In a tile with normals there are two attributes, walked together:
+//
+//   2  0 5 3 0  0                POSITION as above,
+//      1 9 3 0  1  1 3           NORMAL, FLOAT32, 3 components, not normalized; its id; how the two
+//                                are coded: as integers and as octahedral integers
+//   ...                          prediction and residuals of both
+//   bits                         of an octahedral coordinate
 #pragma once
 
 #include <cstdint>
@@ -34,5 +42,6 @@ struct TilePayloadClaims {
 
 // The bytes before an attribute's prediction, from the number of attributes on.
 inline constexpr std::string_view kTileAttribute("\1\0\5\3\0\0\1", 7);
+inline constexpr std::string_view kTileAttributesWithNormals("\2\0\5\3\0\0\1\x9\3\0\1\1\3", 13);
 
 }  // namespace multitetra

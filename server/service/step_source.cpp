@@ -1,10 +1,13 @@
 #include "server/service/step_source.hpp"
 
 #include <algorithm>
+#include <functional>
+#include <string>
 #include <utility>
 
 #include "common/messages.hpp"
 #include "server/core/threshold_map.hpp"
+#include "server/core/vertex_normals.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/service/reference_extractor.hpp"
 #include "server/service/surface_extractor.hpp"
@@ -41,21 +44,52 @@ void sort_by_importance(std::vector<EncodedTile>& tiles, const ThresholdMap& thr
   tiles = std::move(sorted);
 }
 
+// The normals of a step's tiles, where it wants them.
+class Shading {
+ public:
+  Shading(const PreparedVolume& volume, const StepRequest& step)
+      : volume_(volume),
+        bits_(step.request.normal_bits),
+        source_(step.finest_spacing >= kSpectrumSpacing ? NormalSource::kCoarseSamples
+                                                        : NormalSource::kSamples) {}
+
+  // As in TileKey. The name tells datasets apart; of equal hashes only the shading would suffer.
+  [[nodiscard]] std::uint64_t appearance() const {
+    if (bits_ == 0) return 0;
+    const std::uint64_t name = std::hash<std::string>{}(volume_.info.name);
+    return name * 64 + static_cast<std::uint64_t>(2 * bits_) +
+           (source_ == NormalSource::kSamples ? 1U : 0U);
+  }
+  [[nodiscard]] EncodedTile encoded(const TileMesh& tile, const ContentDigest& content) const {
+    std::vector<UnitVector> directions;
+    if (bits_ != 0) {
+      directions = vertex_normals(volume_, tile.mesh.vertices, tile.mesh.resolution, source_);
+    }
+    return encode_tile(tile.mesh, tile.cube, content, kDefaultEncodingSpeed,
+                       {.directions = directions, .bits = bits_});
+  }
+
+ private:
+  const PreparedVolume& volume_;
+  int bits_;
+  NormalSource source_;
+};
+
 // On all threads; tiles that the cache has are not encoded again.
-std::vector<EncodedTile> encode(const TiledSurface& surface, TileCache& cache,
-                                const std::stop_token& stop) {
+std::vector<EncodedTile> encode(const TiledSurface& surface, const Shading& shading,
+                                TileCache& cache, const std::stop_token& stop) {
   std::vector<EncodedTile> encoded(surface.tiles.size());
   in_parallel(
       encoded.size(),
       [&](std::size_t i) {
         const TileMesh& tile = surface.tiles[i];
         const ContentDigest content = digest(tile.mesh);
-        const TileKey key = {content, tile.cube, 0};
+        const TileKey key = {content, tile.cube, shading.appearance()};
         if (auto known = cache.find(key)) {
           encoded[i] = *std::move(known);
           return;
         }
-        encoded[i] = encode_tile(tile.mesh, tile.cube, content);
+        encoded[i] = shading.encoded(tile, content);
         cache.add(key, encoded[i]);
       },
       stop);
@@ -79,9 +113,11 @@ EncodedStep ExtractedSteps::make(const StepRequest& step, std::stop_token stop) 
 
 EncodedStep ExtractedSteps::extract(const StepRequest& step, const std::stop_token& stop) const {
   const TiledSurface surface = extractor_->extract(step, stop);
+  const Shading shading(extractor_->dataset(), step);
   EncodedStep made{.tetrahedra = surface.tetrahedra,
                    .active_tetrahedra = surface.active_tetrahedra,
-                   .tiles = encode(surface, cache_->tiles(), stop)};
+                   .tiles = encode(surface, shading, cache_->tiles(), stop),
+                   .appearance = shading.appearance()};
   sort_by_importance(made.tiles, model_options(step, info()).thresholds);
   return made;
 }

@@ -12,6 +12,7 @@
 #include "server/core/own_error.hpp"
 #include "server/core/own_error_curve.hpp"
 #include "server/core/tiling.hpp"
+#include "server/core/vertex_normals.hpp"
 #include "server/dataset/generators.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/service/surface_extractor.hpp"
@@ -239,28 +240,64 @@ void reference_extraction(benchmark::State& state) {
 }
 BENCHMARK(reference_extraction)->Arg(0)->Arg(50)->Arg(200)->Unit(benchmark::kMillisecond);
 
-void tile_encoding(benchmark::State& state) {
+// Items are vertices; the argument is the source.
+void normals_at_vertices(benchmark::State& state) {
   const CubeSurface cut = surface(0.5);
   const LatticeMesh& mesh = cut.tiles.front().mesh;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(vertex_normals(*dataset(), mesh.vertices, mesh.resolution,
+                                            static_cast<NormalSource>(state.range(0))));
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(mesh.vertices.size()));
+}
+BENCHMARK(normals_at_vertices)
+    ->Arg(static_cast<int>(NormalSource::kSamples))
+    ->Arg(static_cast<int>(NormalSource::kCoarseSamples))
+    ->Unit(benchmark::kMillisecond);
+
+// A tile's normals with some bits; none with 0.
+struct ShadedTile {
+  explicit ShadedTile(int normal_bits)
+      : cut(surface(0.5)),
+        mesh(cut.tiles.front().mesh),
+        bits(normal_bits) {
+    if (bits == 0) return;
+    directions = vertex_normals(*dataset(), mesh.vertices, mesh.resolution, NormalSource::kSamples);
+  }
+  [[nodiscard]] EncodedTile encoded() const {
+    return encode_tile(mesh, cut.tiles.front().cube, kDefaultEncodingSpeed,
+                       {.directions = directions, .bits = bits});
+  }
+
+  CubeSurface cut;
+  LatticeMesh mesh;
+  int bits;
+  std::vector<UnitVector> directions;
+};
+
+// The argument of this and the next is the bits of normals.
+void tile_encoding(benchmark::State& state) {
+  const ShadedTile tile(static_cast<int>(state.range(0)));
   std::int64_t bytes = 0;
-  for (auto _ : state) bytes += encode_tile(mesh, cut.tiles.front().cube).summary.bytes;
-  const auto count = state.iterations() * static_cast<std::int64_t>(mesh.triangles.size());
+  for (auto _ : state) bytes += tile.encoded().summary.bytes;
+  const auto count = state.iterations() * static_cast<std::int64_t>(tile.mesh.triangles.size());
   state.SetItemsProcessed(count);
   state.counters["bytes_per_triangle"] = static_cast<double>(bytes) / static_cast<double>(count);
 }
-BENCHMARK(tile_encoding)->Unit(benchmark::kMillisecond);
+BENCHMARK(tile_encoding)->Arg(0)->Arg(8)->Arg(9)->Arg(10)->Unit(benchmark::kMillisecond);
 
 // With all checks of arrival.
 void tile_decoding(benchmark::State& state) {
-  const CubeSurface cut = surface(0.5);
-  const LatticeMesh& mesh = cut.tiles.front().mesh;
-  const EncodedTile tile = encode_tile(mesh, cut.tiles.front().cube);
+  const ShadedTile shaded(static_cast<int>(state.range(0)));
+  const EncodedTile tile = shaded.encoded();
   for (auto _ : state) {
-    benchmark::DoNotOptimize(decode_tile(*tile.payload, tile.summary, kDefaultLatticeResolution));
+    benchmark::DoNotOptimize(
+        decode_tile(*tile.payload, tile.summary, kDefaultLatticeResolution, shaded.bits));
   }
-  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(mesh.triangles.size()));
+  state.SetItemsProcessed(state.iterations() *
+                          static_cast<std::int64_t>(shaded.mesh.triangles.size()));
 }
-BENCHMARK(tile_decoding)->Unit(benchmark::kMillisecond);
+BENCHMARK(tile_decoding)->Arg(0)->Arg(8)->Arg(10)->Unit(benchmark::kMillisecond);
 
 void mesh_topology(benchmark::State& state) {
   const CubeSurface cut = surface(0);

@@ -15,7 +15,7 @@ using testing::kResolution;
 
 class TileFolderTest : public ::testing::Test {
  protected:
-  TileFolderTest() { folder_.keep(tile_.summary, kResolution, *tile_.payload); }
+  TileFolderTest() { folder_.keep(tile_.summary, kResolution, 0, *tile_.payload); }
 
   [[nodiscard]] fs::path file() const {
     return temporary_.path() / "tiles" / (tile_.summary.digest.hex() + ".tile");
@@ -123,7 +123,7 @@ TEST_F(TileFolderTest, OtherFilesAreLeftAlone) {
 
 TEST_F(TileFolderTest, LoadsNoMoreTrianglesThanAllowed) {
   for (const EncodedTile& tile : testing::coarse_tiles()) {
-    folder_.keep(tile.summary, kResolution, *tile.payload);
+    folder_.keep(tile.summary, kResolution, 0, *tile.payload);
   }
   for (std::uint64_t most = 0; most < 16; ++most) {
     TileMemory memory;

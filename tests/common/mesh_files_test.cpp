@@ -68,8 +68,12 @@ PositionedMesh read_ply(std::string_view file) {
   }
   PositionedMesh mesh;
   std::string_view body = file.substr(end);
+  const bool has_normals = header.str().find(
+                               "property float z\nproperty float nx\nproperty float ny\n"
+                               "property float nz\n") != std::string::npos;
   for (std::size_t i = 0; i < vertices; ++i) {
     mesh.positions.push_back(take<std::array<float, 3>>(body));
+    if (has_normals) mesh.normals.push_back(take<UnitVector>(body));
   }
   for (std::size_t i = 0; i < faces; ++i) {
     EXPECT_EQ(take<std::uint8_t>(body), 3);
@@ -84,7 +88,21 @@ PositionedMesh read_obj(const std::string& file) {
   PositionedMesh mesh;
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line.substr(1));
-    if (line.starts_with("v ")) {
+    if (line.starts_with("vn ")) {
+      std::istringstream numbers(line.substr(2));
+      UnitVector n{};
+      EXPECT_TRUE(numbers >> n[0] >> n[1] >> n[2]) << line;
+      mesh.normals.push_back(n);
+    } else if (line.starts_with("f ") && line.find("//") != std::string::npos) {
+      TriangleIndices t{};
+      TriangleIndices n{};
+      char slash = 0;
+      for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_TRUE(words >> t[i] >> slash >> slash >> n[i]) << line;
+      }
+      EXPECT_EQ(t, n) << line;
+      mesh.triangles.push_back({t[0] - 1, t[1] - 1, t[2] - 1});
+    } else if (line.starts_with("v ")) {
       std::array<float, 3> p{};
       EXPECT_TRUE(words >> p[0] >> p[1] >> p[2]) << line;
       mesh.positions.push_back(p);
@@ -120,7 +138,37 @@ Glb read_glb(std::string_view file) {
   return glb;
 }
 
+// The mesh with a direction at each vertex that no triangle suggests.
+PositionedMesh shaded_mesh() {
+  PositionedMesh mesh = world_mesh();
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    const auto angle = static_cast<float>(i);
+    mesh.normals.push_back({std::cos(angle), 0, std::sin(angle)});
+  }
+  return mesh;
+}
+
 // ---- what is written is what was given
+
+TEST(MeshFile, HoldsTheNormalsOfTheMesh) {
+  const PositionedMesh mesh = shaded_mesh();
+  for (const PositionedMesh& read :
+       {read_ply(mesh_file(mesh, MeshFormat::kPly)), read_obj(mesh_file(mesh, MeshFormat::kObj))}) {
+    EXPECT_EQ(read.positions, mesh.positions);
+    EXPECT_EQ(read.triangles, mesh.triangles);
+    EXPECT_EQ(read.normals, mesh.normals);
+  }
+  const std::string glb = mesh_file(mesh, MeshFormat::kGlb);
+  EXPECT_EQ((take_all<UnitVector>(read_glb(glb).binary, 12 * mesh.positions.size(),
+                                  mesh.positions.size())),
+            mesh.normals);
+  const std::string drc = mesh_file(mesh, MeshFormat::kDrc);
+  draco::DecoderBuffer buffer;
+  buffer.Init(drc.data(), drc.size());
+  auto decoded = draco::Decoder().DecodeMeshFromBuffer(&buffer);
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  ASSERT_NE(decoded.value()->GetNamedAttribute(draco::GeometryAttribute::NORMAL), nullptr);
+}
 
 TEST(MeshFile, AsPlyReadsBackTheSame) {
   const PositionedMesh mesh = world_mesh();

@@ -13,9 +13,10 @@ namespace {
 
 using namespace multitetra;
 
-// The first 20 bytes are the part of the promise that the payload does not tell itself: the digest
-// and the number of vertices.
-constexpr std::size_t kPromiseBytes = 20;
+// The first 21 bytes are the part of the promise that the payload does not tell itself: the digest,
+// the number of vertices, and which normals are there.
+constexpr std::size_t kPromiseBytes = 21;
+constexpr int kNormalBits[] = {0, 8, 9, 10};
 // Below kMaxTileTriangles, for the sake of pace.
 constexpr std::uint32_t kMaxTriangles = 1 << 16;
 
@@ -23,22 +24,27 @@ constexpr std::uint32_t kMaxTriangles = 1 << 16;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < kPromiseBytes) return 0;
-  TileSummary promised{.cube = {15, 0, 0, 0}, .bytes = static_cast<std::uint32_t>(size - 20)};
+  TileSummary promised{.cube = {15, 0, 0, 0},
+                       .bytes = static_cast<std::uint32_t>(size - kPromiseBytes)};
   std::memcpy(&promised.digest, data, 16);
   std::memcpy(&promised.vertices, data + 16, 4);
+  const int normal_bits = kNormalBits[data[20] % 4];
   const std::string_view payload(reinterpret_cast<const char*>(data) + kPromiseBytes,
                                  size - kPromiseBytes);
   const Result<TilePayloadClaims> claims = read_claims(payload);
   if (!claims || claims->triangles > kMaxTriangles) return 0;
   promised.triangles = claims->triangles;
   promised.vertices = std::min(promised.vertices, claims->vertices);
-  const Result<LatticeMesh> mesh = decode_tile(payload, promised, 5);
+  const Result<LatticeMesh> mesh = decode_tile(payload, promised, 5, normal_bits);
   if (!mesh) {
     require(mesh.error().code == ErrorCode::kDamagedData);
     return 0;
   }
   require(digest(*mesh) == promised.digest);
-  const EncodedTile again = encode_tile(*mesh, promised.cube);
-  require(decode_tile(*again.payload, again.summary, 5).has_value());
+  require(mesh->normals.size() == (normal_bits == 0 ? 0 : mesh->vertices.size()));
+  require(std::all_of(mesh->normals.begin(), mesh->normals.end(), is_unit));
+  const EncodedTile again = encode_tile(*mesh, promised.cube, kDefaultEncodingSpeed,
+                                        {.directions = mesh->normals, .bits = normal_bits});
+  require(decode_tile(*again.payload, again.summary, 5, normal_bits).has_value());
   return 0;
 }

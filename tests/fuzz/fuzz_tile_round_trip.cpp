@@ -1,4 +1,5 @@
 // Any proper triangles survive a tile, however wild they are: folded, doubled, crossing.
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -23,5 +24,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const LatticeMesh mesh = index_triangles(triangles, 3);
   const EncodedTile tile = encode_tile(mesh, {.exponent = 0, .x = 0, .y = 0, .z = 0}, speed);
   require(decode_tile(*tile.payload, tile.summary, 3).has_value());
+  std::vector<UnitVector> directions;
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const auto angle = static_cast<float>(i * data[0]);
+    directions.push_back({std::cos(angle), 0, std::sin(angle)});
+  }
+  const int bits = kMinNormalBits + data[0] % (kMaxNormalBits - kMinNormalBits + 1);
+  const EncodedTile shaded = encode_tile(mesh, tile.summary.cube, speed, {directions, bits});
+  require(decode_tile(*shaded.payload, shaded.summary, 3, bits).has_value());
   return 0;
 }

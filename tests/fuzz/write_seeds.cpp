@@ -1,11 +1,13 @@
 // Writes the inputs that fuzzing starts from: valid messages, frames, tiles and datasets.
 //   write_seeds DIRECTORY    fills DIRECTORY/<harness>/
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <random>
 #include <string>
+#include <vector>
 
 #include "common/frame.hpp"
 #include "common/mesh_files.hpp"
@@ -28,9 +30,16 @@ std::string framed(const std::string& content) {
 }
 
 // As fuzz_tile.cpp reads it.
-std::string promised_tile(const LatticeMesh& mesh, int speed) {
-  const EncodedTile tile = encode_tile(mesh, {15, 0, 0, 0}, speed);
-  std::string bytes(20, '\0');
+std::string promised_tile(const LatticeMesh& mesh, int speed, int normal_bits = 0) {
+  std::vector<UnitVector> directions;
+  for (std::size_t i = 0; normal_bits != 0 && i < mesh.vertices.size(); ++i) {
+    const auto angle = 0.1F * static_cast<float>(i);
+    directions.push_back({std::cos(angle), 0, std::sin(angle)});
+  }
+  const EncodedTile tile =
+      encode_tile(mesh, {15, 0, 0, 0}, speed, {.directions = directions, .bits = normal_bits});
+  std::string bytes(21, '\0');
+  if (normal_bits != 0) bytes.back() = static_cast<char>(normal_bits - 7);
   std::memcpy(bytes.data(), &tile.summary.digest, 16);
   std::memcpy(bytes.data() + 16, &tile.summary.vertices, 4);
   return bytes + *tile.payload;
@@ -60,6 +69,8 @@ int main(int argc, char** argv) {
           promised_tile(surfaces::torus(5, 6 + speed, 5, 0.2, seed), speed));
     write(root / "fuzz_tile", ++number,
           promised_tile(surfaces::torus(5, 34, 15, 0.2, seed), speed));
+    write(root / "fuzz_tile", ++number,
+          promised_tile(surfaces::torus(5, 6 + speed, 5, 0.2, seed), speed, 8 + speed % 3));
   }
   write(root / "fuzz_tile", ++number, promised_tile(surfaces::touching_octahedra(5), 5));
   std::ifstream golden(MULTITETRA_TEST_DATA "/small_v2.mtd", std::ios::binary);
