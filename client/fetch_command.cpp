@@ -132,11 +132,12 @@ class KeptTiles {
     };
     return {.retries = std::move(retries),
             .tiles = &memory_,
-            .on_tile = [this, &report](const TileSummary& tile, int lattice_resolution,
+            .on_tile = [this, &report](const TileSummary& tile, const IsosurfaceRequest& step,
                                        const std::string& payload) {
               ++report.received.tiles;
               report.received.payload_bytes += payload.size();
-              if (folder_) folder_->keep(tile, lattice_resolution, payload);
+              if (!folder_) return;
+              folder_->keep(tile, step.lattice_resolution, step.normal_bits, payload);
             }};
   }
 
