@@ -9,7 +9,7 @@
 namespace multitetra {
 
 // Reads a scalar image of two or three dimensions: NRRD, MetaImage, NIfTI, legacy VTK, TIFF, GIPL,
-// MRC, HDF5, MINC, BioRad, Stimulate, DICOM, PNG, BMP or JPEG, told by its content. Larger ones are
+// MRC, BioRad, Stimulate, PNG, BMP or JPEG, told by its content. Larger ones are
 // shrunk by minimum until a request may carry them (threshold_shrinking.hpp); `elsewhere` is the
 // threshold where the image says nothing.
 //

@@ -7,8 +7,8 @@
 namespace multitetra {
 namespace {
 
-constexpr std::size_t kShortList = 4;         // Not worth a division.
-constexpr double kLeastSide = 4;              // Grid steps: about the region of the finest points.
+constexpr std::size_t kShortList = 12;  // Not worth a division.
+constexpr double kLeastSide = 8;        // Grid steps; the region of a finest point has 4 to 6.
 constexpr std::size_t kMaxEntries = 1 << 20;  // Of all lists together.
 constexpr std::size_t kLongList = 64;         // Of a leaf, not worth a look for each query.
 
