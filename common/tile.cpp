@@ -68,9 +68,9 @@ draco::Encoder edgebreaker(std::size_t triangles, int speed) {
   return encoder;
 }
 
-// Normals are walked together with the positions: a point of theirs is a vertex. Differences from
-// the normal before cost a fifth of what Draco's geometric prediction costs in addition, at half
-// its time: on noisy surfaces triangles say little about the field's gradient.
+// Normals are walked together with the positions: a point of theirs is a vertex. With 8 bits on a
+// noisy head, differences to the normal before take 0.5 to 0.6 bytes a triangle; Draco's geometric
+// prediction takes 0.8 and several times as long, as triangles say little about noise.
 void add_normals(draco::Encoder& encoder, int bits) {
   encoder.SetAttributeQuantization(draco::GeometryAttribute::NORMAL, bits);
   encoder.SetAttributePredictionScheme(draco::GeometryAttribute::NORMAL,
