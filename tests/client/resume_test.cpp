@@ -32,7 +32,7 @@ using testing::Cut;
 using testing::CuttingProxy;
 using testing::RunningServer;
 
-constexpr int kSide = 40;
+constexpr int kSide = 72;
 const IsosurfaceRequest kRequest = {.isovalue = 0.1, .error = 0.25};
 
 

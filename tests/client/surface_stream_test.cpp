@@ -17,7 +17,7 @@ namespace {
 using std::chrono::milliseconds;
 using testing::RunningServer;
 
-DatasetPtr gyroid() { return make_dataset(testing::fields::gyroid(40, 0.3, 7), "gyroid"); }
+DatasetPtr gyroid() { return make_dataset(testing::fields::gyroid(72, 0.3, 7), "gyroid"); }
 
 CataloguePtr catalogue_of(const DatasetPtr& dataset) {
   auto catalogue = std::make_shared<DatasetCatalogue>();

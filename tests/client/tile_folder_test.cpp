@@ -50,7 +50,7 @@ TEST_F(TileFolderTest, ALaterRunFindsWhatWasKept) {
 TEST_F(TileFolderTest, IsWrittenAsItsHeaderSays) {
   EXPECT_TRUE(bytes().starts_with(
       "multitetra tile 1\nlattice 5 cube 4 1 0 0 triangles 6 vertices 6 bytes " +
-      std::to_string(tile_.payload->size()) + "\n"))
+      std::to_string(tile_.payload->size()) + " normals 0\n"))
       << bytes().substr(0, 100);
   EXPECT_TRUE(bytes().ends_with(*tile_.payload));
 }

@@ -47,7 +47,7 @@ TEST(Budget, IsMetByTheLowestFloorOfThresholds) {
     EXPECT_GT(found.thresholds.at_least, 0);
     EXPECT_TRUE(fits(noisy_surface({found}), found));
     IsosurfaceRequest lower = found;
-    lower.thresholds.at_least /= 1.5;
+    lower.thresholds.at_least /= 2;
     EXPECT_FALSE(fits(noisy_surface({lower}), lower)) << triangles;
   }
 }

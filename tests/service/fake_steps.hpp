@@ -38,7 +38,10 @@ class FakeSteps : public StepSource {
   explicit FakeSteps(
       std::string name, MakeStep make = [](const StepRequest& step,
                                            std::stop_token) { return octahedron_step(step); })
-      : info_(octahedra_info(std::move(name))), make_(std::move(make)) {}
+      : info_(octahedra_info(std::move(name))), make_(std::move(make)) {
+    info_.dims = {65, 65, 65};  // Large enough for previews.
+    info_.grid_exponent = 6;
+  }
 
   [[nodiscard]] const DatasetInfo& info() const override { return info_; }
   [[nodiscard]] EncodedStep make(const StepRequest& step, std::stop_token stop) const override {

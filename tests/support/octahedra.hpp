@@ -10,13 +10,13 @@ namespace multitetra::testing {
 
 inline constexpr int kResolution = kDefaultLatticeResolution;
 
-// A dataset of 65^3 samples that nobody has: only its facts.
+// A dataset of 33^3 samples that nobody has: only its facts.
 inline DatasetInfo octahedra_info(std::string name = "octahedra") {
   DatasetInfo info;
   info.name = std::move(name);
-  info.dims = {65, 65, 65};
+  info.dims = {33, 33, 33};
   info.max = 255;
-  info.grid_exponent = 6;
+  info.grid_exponent = 5;
   info.suggested_isovalues = {100.5};
   return info;
 }
