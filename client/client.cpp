@@ -77,6 +77,13 @@ ClientResult<std::vector<DatasetInfo>> Client::list_datasets() {
   return std::move(list->datasets);
 }
 
+ClientResult<EstimateReply> Client::estimate(const std::string& dataset,
+                                             const IsosurfaceRequest& request) {
+  const Estimate asked{.request_id = next_request_id(), .dataset = dataset, .request = request};
+  if (auto sent = send(asked); !sent) return tl::unexpected(sent.error());
+  return receive<EstimateReply>(socket_, "EstimateReply");
+}
+
 ClientResult<void> Client::send(const ClientMessage& message) {
   if (auto sent = socket_.send(message); !sent) return trouble(Trouble::kNetwork, sent.error());
   return {};

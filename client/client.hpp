@@ -71,6 +71,10 @@ class Client {
 
   [[nodiscard]] ClientResult<std::vector<DatasetInfo>> list_datasets();
 
+  // How large the answer to a request would be, without making it.
+  [[nodiscard]] ClientResult<EstimateReply> estimate(const std::string& dataset,
+                                                     const IsosurfaceRequest& request);
+
   // Runs one stream to its end and calls `on_step` with each step that passed all checks, once.
   // When the connection is lost it connects anew and repeats the request, naming the tiles that it
   // has: no tile is sent twice (as long as no more than kMaxHeldDigests are held, see

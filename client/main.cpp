@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 
 #include "client/client.hpp"
+#include "client/estimate_command.hpp"
 #include "client/fetch_command.hpp"
 #include "client/program.hpp"
 #include "client/report.hpp"
@@ -50,15 +51,19 @@ int run(int argc, char** argv) {
                          "  multitetra-client fetch --dataset head --error 1 -o head.ply\n") +
              kExitCodes);
   ListArguments list_arguments;
+  EstimateArguments estimate_arguments;
   FetchArguments fetch_arguments;
   add_list(app, list_arguments);
+  add_estimate(app, estimate_arguments);
   add_fetch(app, fetch_arguments);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kOk : kUsage;
   }
-  return app.got_subcommand("list") ? list(list_arguments) : fetch(fetch_arguments);
+  if (app.got_subcommand("list")) return list(list_arguments);
+  if (app.got_subcommand("estimate")) return estimate(estimate_arguments);
+  return fetch(fetch_arguments);
 }
 
 }  // namespace

@@ -32,8 +32,8 @@ std::string header_of(const TileSummary& tile, int lattice_resolution, int norma
   std::ostringstream text;
   text << kFirstLine << "lattice " << lattice_resolution << " cube " << tile.cube.exponent << " "
        << tile.cube.x << " " << tile.cube.y << " " << tile.cube.z << " triangles " << tile.triangles
-       << " vertices " << tile.vertices << " bytes " << tile.bytes << " normals "
-       << normal_bits << "\n";
+       << " vertices " << tile.vertices << " bytes " << tile.bytes << " normals " << normal_bits
+       << "\n";
   return text.str();
 }
 
@@ -119,7 +119,8 @@ std::shared_ptr<const LatticeMesh> mesh_in(const TileFile& file, std::uint64_t m
   auto tile = parse(*bytes);
   if (!tile || tile->summary.triangles > most_triangles) return nullptr;
   tile->summary.digest = file.digest;
-  auto mesh = decode_tile(tile->payload, tile->summary, tile->lattice_resolution, tile->normal_bits);
+  auto mesh =
+      decode_tile(tile->payload, tile->summary, tile->lattice_resolution, tile->normal_bits);
   return mesh ? std::make_shared<const LatticeMesh>(*std::move(mesh)) : nullptr;
 }
 

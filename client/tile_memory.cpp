@@ -44,8 +44,7 @@ HeldTiles TileMemory::tiles() const {
   return held;
 }
 
-std::vector<ContentDigest> TileMemory::digests_to_name(std::size_t most,
-                                                        bool with_normals) const {
+std::vector<ContentDigest> TileMemory::digests_to_name(std::size_t most, bool with_normals) const {
   std::vector<const Kept*> largest_first;
   largest_first.reserve(by_use_.size());
   for (const Kept& kept : by_use_) {

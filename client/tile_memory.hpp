@@ -38,8 +38,8 @@ class TileMemory {
   // What a request tells the server not to send: for one that wants normals only tiles that have
   // them. A request may name kMaxHeldDigests tiles: of more, those with the most triangles are
   // named, because they spare the most bytes.
-  [[nodiscard]] std::vector<ContentDigest> digests_to_name(
-      std::size_t most = kMaxHeldDigests, bool with_normals = false) const;
+  [[nodiscard]] std::vector<ContentDigest> digests_to_name(std::size_t most = kMaxHeldDigests,
+                                                           bool with_normals = false) const;
 
   [[nodiscard]] std::size_t size() const { return places_.size(); }
   [[nodiscard]] std::uint64_t triangles() const { return triangles_; }

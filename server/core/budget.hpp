@@ -1,7 +1,7 @@
 // The best model that fits into a budget of triangles and bytes.
 //
-// Best is what gives up least, in this order: thresholds are raised to a common floor, in steps of a
-// fourth of an octave; only where no floor helps, because the topology alone takes more than the
+// Best is what gives up least, in this order: thresholds are raised to a common floor, in steps of
+// a fourth of an octave; only where no floor helps, because the topology alone takes more than the
 // budget, the topology tolerance grows, by doubling. The request that was found says both.
 #pragma once
 

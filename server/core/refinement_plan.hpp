@@ -1,9 +1,9 @@
 // Which models a progressive stream shows on its way to the one that was asked for.
 //
-// A preview ends the hierarchy at a *finest spacing* f: noise keeps most triangles of a model at any
-// error while its topology is preserved, and a certified bound adds up along sharp borders, so it is
-// f that makes a preview small, and a topology tolerance of f / 2 lets go what f cannot show. How
-// large the steps are decides which f are used:
+// A preview ends the hierarchy at a *finest spacing* f: noise keeps most triangles of a model at
+// any error while its topology is preserved, and a certified bound adds up along sharp borders, so
+// it is f that makes a preview small, and a topology tolerance of f / 2 lets go what f cannot show.
+// How large the steps are decides which f are used:
 //
 //     step        bytes, of the final step's            chosen from
 //     first       at most kFirstShare                   f = 8, 16, 32, ...  the finest that fits

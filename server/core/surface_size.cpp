@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-
 namespace multitetra {
 namespace {
 
@@ -35,7 +34,8 @@ CubeSample sample_cubes(const PreparedModel& model, std::size_t count, double is
   });
   const std::size_t all = sample.cubes.size();
   if (all <= count) return sample;
-  for (std::size_t i = 0; i < count; ++i) sample.cubes[i] = sample.cubes[(2 * i + 1) * all / (2 * count)];
+  for (std::size_t i = 0; i < count; ++i)
+    sample.cubes[i] = sample.cubes[(2 * i + 1) * all / (2 * count)];
   sample.cubes.resize(count);
   sample.weight = static_cast<double>(all) / static_cast<double>(count);
   return sample;

@@ -21,9 +21,9 @@ namespace multitetra {
 struct CubeSample {
   static constexpr int kExponent = kSpectrumExponent + 1;
 
-  std::vector<OctreeCube> cubes;          // Of kExponent.
-  double weight = 1;                      // At least 1.
-  std::uint64_t coarse_tetrahedra = 0;    // Crossed ones that belong to larger cubes.
+  std::vector<OctreeCube> cubes;        // Of kExponent.
+  double weight = 1;                    // At least 1.
+  std::uint64_t coarse_tetrahedra = 0;  // Crossed ones that belong to larger cubes.
 };
 
 // At most `count` cubes; all of them, when there are no more. Reads no samples. Requires a grid of

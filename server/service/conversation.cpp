@@ -36,13 +36,13 @@ auto guarded(const StepSource& source, const char* what, const std::stop_token& 
   } catch (const Cancelled&) {
     return fail(ErrorCode::kCancelled, std::string("The ") + what + " was cancelled.");
   } catch (const std::bad_alloc&) {
-    return fail(ErrorCode::kLimitExceeded, std::string("The server has not enough memory for this ") +
-                                               what + "; ask for a larger error.");
+    return fail(ErrorCode::kLimitExceeded,
+                std::string("The server has not enough memory for this ") + what +
+                    "; ask for a larger error.");
   } catch (const DatasetFileError& damage) {
     spdlog::error("dataset {}: {}", source.info().name, damage.what());
-    return fail(ErrorCode::kDamagedData,
-                std::string("The dataset's file is damaged where this ") + what +
-                    " needs it; the server's log says where.");
+    return fail(ErrorCode::kDamagedData, std::string("The dataset's file is damaged where this ") +
+                                             what + " needs it; the server's log says where.");
   } catch (const std::exception& trouble) {
     spdlog::error("dataset {}: making a {} failed: {}", source.info().name, what, trouble.what());
     return fail(ErrorCode::kInternal,
@@ -79,8 +79,8 @@ asio::awaitable<void> wait_on(asio::steady_timer& timer) {
 
 }  // namespace
 
-Conversation::Conversation(asio::any_io_executor executor, Workers& workers,
-                           Session session, std::string peer)
+Conversation::Conversation(asio::any_io_executor executor, Workers& workers, Session session,
+                           std::string peer)
     : executor_(executor),
       workers_(workers),
       client_(workers.new_client()),

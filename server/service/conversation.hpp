@@ -35,8 +35,7 @@ inline constexpr std::size_t kMaxWaitingReplies = 64;
 class Conversation : public std::enable_shared_from_this<Conversation> {
  public:
   // `peer` names the client in the log. The workers must live until their work is done.
-  Conversation(asio::any_io_executor executor, Workers& workers, Session session,
-               std::string peer);
+  Conversation(asio::any_io_executor executor, Workers& workers, Session session, std::string peer);
 
   // The content of one frame, of untrusted bytes.
   void receive(std::string_view content);

@@ -11,12 +11,15 @@
 #include "common/json_report.hpp"
 #include "common/mesh_files.hpp"
 #include "common/surface_options.hpp"
+#include "server/core/budget.hpp"
+#include "server/core/vertex_normals.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/model_file.hpp"
 #include "server/service/commands.hpp"
 #include "server/service/progress.hpp"
 #include "server/service/reference_extractor.hpp"
 #include "server/service/surface_extractor.hpp"
+#include "server/service/surface_sizes.hpp"
 #include "server/service/thread_options.hpp"
 
 namespace multitetra {
@@ -97,6 +100,12 @@ ReferenceModel reference_model(const Arguments& arguments, const PreparedVolume&
   return reference;
 }
 
+// The request as its budget allows it.
+IsosurfaceRequest affordable(const SurfaceExtractor& extractor, const IsosurfaceRequest& asked) {
+  const DatasetInfo& info = extractor.dataset().info;
+  return within_budget(asked, info, surface_sizes(extractor, {}, SizeAccuracy::kCareful).of);
+}
+
 int extract(const Arguments& arguments) {
   const ThreadLimit limit(arguments.threads);
   const MeshFormat format = format_of(arguments.output);
@@ -107,20 +116,24 @@ int extract(const Arguments& arguments) {
   const DatasetInfo& info = dataset->info;
   const Result<IsosurfaceRequest> asked = request_of(arguments.surface, info);
   if (!asked) throw std::invalid_argument(asked.error().text);
-  const IsosurfaceRequest& request = *asked;
+  const SurfaceExtractor extractor(dataset);
 
   progress.begin("surface");
+  const IsosurfaceRequest request = affordable(extractor, *asked);
   const ReferenceModel reference = reference_model(arguments, *dataset, request);
   const TiledSurface surface =
       reference.model && !reference.is_for_file_only
           ? reference.extractor->surface(
                 *reference.model,
                 {.isovalue = request.isovalue, .lattice_resolution = request.lattice_resolution})
-          : SurfaceExtractor(dataset).extract({.request = request});
+          : extractor.extract({.request = request});
   progress.begin("checks");
   std::vector<const LatticeMesh*> tiles;
   for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
-  const LatticeMesh mesh = weld(tiles, request.lattice_resolution);
+  LatticeMesh mesh = weld(tiles, request.lattice_resolution);
+  if (request.normal_bits != 0) {  // Files hold them in full precision.
+    mesh.normals = vertex_normals(*dataset, mesh.vertices, mesh.resolution, NormalSource::kSamples);
+  }
   // A uniform level is coarse everywhere, also where the data ends.
   const std::int32_t finest =
       arguments.level ? std::max(1, (1 << info.grid_exponent) >> (*arguments.level / 3)) : 1;

@@ -44,7 +44,8 @@ void StepCache::remember(const std::string& key, const EncodedStep& step) {
     tiles_.add(of, tile);
     outline.tiles.push_back(of);
   }
-  const std::size_t weight = sizeof(Outline) + 2 * key.size() + 128 + outline.tiles.size() * sizeof(TileKey);
+  const std::size_t weight =
+      sizeof(Outline) + 2 * key.size() + 128 + outline.tiles.size() * sizeof(TileKey);
   const std::lock_guard lock(mutex_);
   outlines_.add(key, std::move(outline), weight);
 }

@@ -11,7 +11,6 @@
 #include "server/dataset/in_parallel.hpp"
 #include "server/service/reference_extractor.hpp"
 #include "server/service/surface_extractor.hpp"
-#include "server/service/surface_sizes.hpp"
 
 namespace multitetra {
 namespace {
@@ -20,7 +19,8 @@ namespace {
 // one process: equal requests that differed in their bytes would only be made twice.
 std::string key_of(const StepRequest& step, const DatasetInfo& info) {
   return std::to_string(step.finest_spacing) + ' ' +
-         serialize(OpenStream{.request_id = 1, .dataset = info.name, .request = step.request, .held = {}});
+         serialize(OpenStream{
+             .request_id = 1, .dataset = info.name, .request = step.request, .held = {}});
 }
 
 Box box_of(const OctreeCube& cube) {
@@ -100,7 +100,7 @@ std::vector<EncodedTile> encode(const TiledSurface& surface, const Shading& shad
 
 ExtractedSteps::ExtractedSteps(std::shared_ptr<const SurfaceExtractor> extractor,
                                std::shared_ptr<StepCache> cache)
-    
+
     : extractor_(std::move(extractor)),
       cache_(cache ? std::move(cache) : std::make_shared<StepCache>(0)) {}
 
@@ -122,8 +122,8 @@ EncodedStep ExtractedSteps::extract(const StepRequest& step, const std::stop_tok
   return made;
 }
 
-StepSizes ExtractedSteps::sizes(std::stop_token stop) const {
-  return surface_sizes(*extractor_, std::move(stop));
+StepSizes ExtractedSteps::sizes(std::stop_token stop, SizeAccuracy accuracy) const {
+  return surface_sizes(*extractor_, std::move(stop), accuracy);
 }
 
 }  // namespace multitetra

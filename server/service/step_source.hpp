@@ -10,6 +10,7 @@
 #include "common/tile.hpp"
 #include "server/core/refinement_plan.hpp"
 #include "server/service/step_cache.hpp"
+#include "server/service/surface_sizes.hpp"
 
 namespace multitetra {
 
@@ -25,8 +26,8 @@ class StepSource {
 
   // Requires a validated request. The same step gives the same tiles, on any thread.
   [[nodiscard]] virtual EncodedStep make(const StepRequest& step, std::stop_token stop) const = 0;
-  // How large steps would be, for the plan; valid while `stop` and the source live.
-  [[nodiscard]] virtual StepSizes sizes(std::stop_token stop) const = 0;
+  // How large steps would be; valid while the source lives.
+  [[nodiscard]] virtual StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const = 0;
 };
 
 // Steps that are extracted from the volume and encoded, unless the cache has them.
@@ -38,7 +39,7 @@ class ExtractedSteps : public StepSource {
 
   [[nodiscard]] const DatasetInfo& info() const override;
   [[nodiscard]] EncodedStep make(const StepRequest& step, std::stop_token stop) const override;
-  [[nodiscard]] StepSizes sizes(std::stop_token stop) const override;
+  [[nodiscard]] StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
 
  private:
   [[nodiscard]] EncodedStep extract(const StepRequest& step, const std::stop_token& stop) const;

@@ -10,9 +10,8 @@ namespace multitetra {
 StreamMessages::StreamMessages(const OpenStream& open, const DatasetInfo& info)
     : request_id_(open.request_id),
       info_(info),
-      state_{.request = open.request,
-             .previews = open.steps == StepPolicy::kProgressive,
-             .shown = {}},
+      state_{
+          .request = open.request, .previews = open.steps == StepPolicy::kProgressive, .shown = {}},
       known_(open.held.begin(), open.held.end()) {}
 
 std::optional<StreamState> StreamMessages::wanted() {

@@ -11,7 +11,8 @@ namespace {
 // A surface is never planned to be larger than its budget.
 StepSizes within(const StepSizes& sizes, const IsosurfaceRequest& budget) {
   if (budget.max_bytes == 0) return sizes;
-  return {.of = sizes.of, .rough = [rough = sizes.rough, &budget](const IsosurfaceRequest& request) {
+  return {.of = sizes.of,
+          .rough = [rough = sizes.rough, &budget](const IsosurfaceRequest& request) {
             SurfaceSize size = rough(request);
             size.bytes = std::min(size.bytes, static_cast<double>(budget.max_bytes));
             return size;
@@ -22,14 +23,14 @@ StepSizes within(const StepSizes& sizes, const IsosurfaceRequest& budget) {
 
 MadeStep make_next_step(const StepSource& source, const StreamState& state, std::stop_token stop) {
   const DatasetInfo& info = source.info();
-  const StepSizes sizes = source.sizes(stop);
+  const StepSizes sizes = source.sizes(stop, SizeAccuracy::kQuick);
   MadeStep made{.step = {}, .is_final = false, .encoded = {}, .after = state};
   // The first preview looks at no samples, as finding the right threshold does.
   const bool is_first_preview = state.previews && state.shown.empty();
   IsosurfaceRequest& request = made.after.request;
   const auto find_threshold = [&] {
     if (std::exchange(made.after.is_within_budget, true)) return;
-    request = within_budget(request, info, sizes.of);
+    request = within_budget(request, info, source.sizes(stop, SizeAccuracy::kCareful).of);
   };
   if (!is_first_preview) find_threshold();
   NextStep next = next_step(request, state.previews, state.shown, info, within(sizes, request));
@@ -52,7 +53,7 @@ MadeStep make_next_step(const StepSource& source, const StreamState& state, std:
 
 EstimatedAnswer estimate(const StepSource& source, const IsosurfaceRequest& request,
                          std::stop_token stop) {
-  const StepSizes sizes = source.sizes(std::move(stop));
+  const StepSizes sizes = source.sizes(std::move(stop), SizeAccuracy::kCareful);
   const IsosurfaceRequest affordable = within_budget(request, source.info(), sizes.of);
   return {.size = sizes.of({.request = affordable}), .request = affordable};
 }

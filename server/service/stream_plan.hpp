@@ -25,7 +25,8 @@ struct MadeStep {
   StreamState after = {};  // Without this step among those that were shown.
 };
 
-// A final step with a budget is within it, or the coarsest that there is. Throws what the source throws; Cancelled soon after `stop` is triggered.
+// A final step with a budget is within it, or the coarsest that there is. Throws what the source
+// throws; Cancelled soon after `stop` is triggered.
 [[nodiscard]] MadeStep make_next_step(const StepSource& source, const StreamState& state,
                                       std::stop_token stop);
 

@@ -1,10 +1,14 @@
 #include "server/service/surface_sizes.hpp"
 
+#include <algorithm>
 #include <numeric>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "common/tile.hpp"
 #include "server/core/surface_size.hpp"
+#include "server/core/tiling.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/service/reference_extractor.hpp"
 #include "server/service/surface_extractor.hpp"
@@ -12,7 +16,9 @@
 namespace multitetra {
 namespace {
 
-constexpr std::size_t kSampledCubes = 32;
+constexpr std::size_t kQuickCubes = 32;
+constexpr std::size_t kCarefulCubes = 256;
+constexpr std::size_t kEncodedBlocks = 6;
 // Of a cell of 8 x 8 x 8 steps that the surface crosses, at errors of a voxel or two.
 constexpr double kTrianglesAWantedCell = 100;
 
@@ -27,12 +33,48 @@ SurfaceSize exact_size(const PreparedVolume& dataset, const StepRequest& step,
   return size_with(kTrianglesATetrahedron * static_cast<double>(surface.active_tetrahedra), step);
 }
 
+// Some of the blocks twice as large as the sample's cubes, encoded; none when they hold nothing.
+std::optional<double> encoded_bytes_a_triangle(const SurfaceExtractor& extractor,
+                                               const PreparedModel& model, const CubeSample& sample,
+                                               const StepRequest& step,
+                                               const std::stop_token& stop) {
+  if (extractor.dataset().info.grid_exponent <= CubeSample::kExponent) return std::nullopt;
+  std::vector<OctreeCube> blocks;
+  for (std::size_t i = 0; i < kEncodedBlocks && !sample.cubes.empty(); ++i) {
+    blocks.push_back(
+        sample.cubes[(2 * i + 1) * sample.cubes.size() / (2 * kEncodedBlocks)].parent());
+  }
+  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+  std::vector<SurfaceSize> sizes(blocks.size());
+  const SurfaceOptions options{.isovalue = step.request.isovalue,
+                               .lattice_resolution = step.request.lattice_resolution,
+                               .max_triangles = kMaxTileTriangles};
+  in_parallel(
+      blocks.size(),
+      [&](std::size_t i) {
+        CubeMemoryPool::Lease lease(extractor.pool());
+        const LatticeMesh mesh = surface_in_cube(model, blocks[i], options, lease.memory()).rest;
+        if (mesh.triangles.empty()) return;
+        sizes[i] = {.triangles = static_cast<double>(mesh.triangles.size()),
+                    .bytes = static_cast<double>(encode_tile(mesh, blocks[i]).summary.bytes)};
+      },
+      stop);
+  SurfaceSize all;
+  for (const SurfaceSize& size : sizes) {
+    all.triangles += size.triangles;
+    all.bytes += size.bytes;
+  }
+  if (all.triangles == 0) return std::nullopt;
+  return all.bytes / all.triangles;
+}
+
 SurfaceSize sampled_size(const SurfaceExtractor& extractor, const StepRequest& step,
-                         const std::stop_token& stop) {
+                         SizeAccuracy accuracy, const std::stop_token& stop) {
   const PreparedVolume& dataset = extractor.dataset();
   const PreparedModel model = prepared_model(dataset, step);
   const double isovalue = step.request.isovalue;
-  const CubeSample sample = sample_cubes(model, kSampledCubes, isovalue);
+  const CubeSample sample =
+      sample_cubes(model, accuracy == SizeAccuracy::kQuick ? kQuickCubes : kCarefulCubes, isovalue);
   std::vector<std::uint64_t> crossed(sample.cubes.size());
   in_parallel(
       crossed.size(),
@@ -41,20 +83,27 @@ SurfaceSize sampled_size(const SurfaceExtractor& extractor, const StepRequest& s
         crossed[i] = crossed_tetrahedra(model, sample.cubes[i], isovalue, lease.memory());
       },
       stop);
-  const auto found = static_cast<double>(std::accumulate(crossed.begin(), crossed.end(), std::uint64_t{0}));
-  return size_with(kTrianglesATetrahedron *
-                       (static_cast<double>(sample.coarse_tetrahedra) + sample.weight * found),
-                   step);
+  const auto found =
+      static_cast<double>(std::accumulate(crossed.begin(), crossed.end(), std::uint64_t{0}));
+  const double triangles = kTrianglesATetrahedron *
+                           (static_cast<double>(sample.coarse_tetrahedra) + sample.weight * found);
+  SurfaceSize size = size_with(triangles, step);
+  if (accuracy == SizeAccuracy::kCareful && step.finest_spacing < kSpectrumSpacing) {
+    const auto a_triangle = encoded_bytes_a_triangle(extractor, model, sample, step, stop);
+    if (a_triangle) size.bytes = *a_triangle * triangles;
+  }
+  return size;
 }
 
 }  // namespace
 
-StepSizes surface_sizes(const SurfaceExtractor& extractor, std::stop_token stop) {
+StepSizes surface_sizes(const SurfaceExtractor& extractor, std::stop_token stop,
+                        SizeAccuracy accuracy) {
   const PreparedVolume& dataset = extractor.dataset();
   const bool has_spectrum = dataset.info.grid_exponent > kSpectrumExponent;
   return {.of =
-              [&extractor, &dataset, stop, has_spectrum](const StepRequest& step) {
-                return has_spectrum ? sampled_size(extractor, step, stop)
+              [&extractor, &dataset, stop, accuracy, has_spectrum](const StepRequest& step) {
+                return has_spectrum ? sampled_size(extractor, step, accuracy, stop)
                                     : exact_size(dataset, step, stop);
               },
           .rough =

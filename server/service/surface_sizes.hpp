@@ -10,9 +10,13 @@ namespace multitetra {
 
 class SurfaceExtractor;
 
-// Estimates within some ten percent. The functions throw Cancelled soon after `stop` is triggered;
-// the extractor must outlive them.
-[[nodiscard]] StepSizes surface_sizes(const SurfaceExtractor& extractor,
-                                      std::stop_token stop = {});
+enum class SizeAccuracy {
+  kQuick,    // To plan a stream with: within about two thirds and three halves, in milliseconds.
+  kCareful,  // To tell a client: a larger sample, and bytes as a sample of blocks is encoded.
+};
+
+// The functions throw Cancelled soon after `stop` is triggered; the extractor must outlive them.
+[[nodiscard]] StepSizes surface_sizes(const SurfaceExtractor& extractor, std::stop_token stop = {},
+                                      SizeAccuracy accuracy = SizeAccuracy::kQuick);
 
 }  // namespace multitetra

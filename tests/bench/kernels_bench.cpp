@@ -258,9 +258,7 @@ BENCHMARK(normals_at_vertices)
 // A tile's normals with some bits; none with 0.
 struct ShadedTile {
   explicit ShadedTile(int normal_bits)
-      : cut(surface(0.5)),
-        mesh(cut.tiles.front().mesh),
-        bits(normal_bits) {
+      : cut(surface(0.5)), mesh(cut.tiles.front().mesh), bits(normal_bits) {
     if (bits == 0) return;
     directions = vertex_normals(*dataset(), mesh.vertices, mesh.resolution, NormalSource::kSamples);
   }

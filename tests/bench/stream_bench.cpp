@@ -40,7 +40,7 @@ Row measure(const ExtractedSteps& source, const IsosurfaceRequest& request) {
   (void)make_next_step(source, {.request = request, .previews = false, .shown = {}}, {});
   row.alone_seconds = seconds_since(start);
   start = Clock::now();
-  row.estimate = source.sizes({}).of({.request = request});
+  row.estimate = source.sizes({}, SizeAccuracy::kCareful).of({.request = request});
   row.estimate_seconds = seconds_since(start);
   start = Clock::now();
   StreamState state{.request = request, .shown = {}};

@@ -151,9 +151,9 @@ TEST_F(FullCheck, OfAnHonestServerPassesAndTellsTheDistances) {
 TEST_F(FullCheck, OfAWrongSurfaceFailsAndWritesNoMesh) {
   const RunningServer server(
       testing::catalogue_of(std::make_shared<testing::FakeSteps>("octahedra")));
-  std::string bytes(33 * 33 * 33, '\0');
+  std::string bytes(65 * 65 * 65, '\0');
   for (int i = 0; i < 27; ++i) {
-    bytes[static_cast<std::size_t>(16 + i % 3 + 33 * (8 + i / 3 % 3) + 33 * 33 * (8 + i / 9))] =
+    bytes[static_cast<std::size_t>(16 + i % 3 + 65 * (8 + i / 3 % 3) + 65 * 65 * (8 + i / 9))] =
         '\xff';
   }
   const std::string options =

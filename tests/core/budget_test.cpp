@@ -27,10 +27,7 @@ SurfaceSize noisy_surface(const StepRequest& step) {
 }
 
 IsosurfaceRequest request_for(std::uint64_t max_triangles, std::uint64_t max_bytes = 0) {
-  return {.isovalue = 1,
-          .error = 0.25,
-          .max_triangles = max_triangles,
-          .max_bytes = max_bytes};
+  return {.isovalue = 1, .error = 0.25, .max_triangles = max_triangles, .max_bytes = max_bytes};
 }
 
 TEST(Budget, LeavesARequestAloneThatHasNoneOrFits) {

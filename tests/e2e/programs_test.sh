@@ -132,7 +132,7 @@ printf 'x' | dd of=damaged.mtd bs=1 seek=5000 conv=notrunc status=none
 expect_exit 1 'brick 0' "$server" verify damaged.mtd
 expect_exit 1 '"samples"' "$server" extract damaged.mtd --error 0 -o x.ply
 for command in generate prepare info verify extract serve; do "$server" "$command" --help | grep Examples >/dev/null || fail "$command --help has no examples"; done
-for command in list fetch; do "$client" "$command" --help | grep Examples >/dev/null || fail "$command --help has no examples"; done
+for command in list estimate fetch; do "$client" "$command" --help | grep Examples >/dev/null || fail "$command --help has no examples"; done
 
 [ "$failures" -eq 0 ] || { echo "$failures failures" >&2; exit 1; }
 echo "all as expected"

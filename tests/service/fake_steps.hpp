@@ -48,7 +48,9 @@ class FakeSteps : public StepSource {
     return make_(step, std::move(stop));
   }
   // Previews are a small part of the whole.
-  [[nodiscard]] StepSizes sizes(std::stop_token) const override { return fake_sizes(); }
+  [[nodiscard]] StepSizes sizes(std::stop_token, SizeAccuracy) const override {
+    return fake_sizes();
+  }
 
  private:
   DatasetInfo info_;

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "client/client.hpp"
+#include "server/core/threshold_map.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/service/surface_extractor.hpp"
 #include "tests/dataset/temporary_folder.hpp"
@@ -98,6 +99,104 @@ TEST(ServedSurfaces, PassAllChecksOverFieldsIsovaluesAndErrors) {
       }
     }
   }
+}
+
+// What is estimated is what comes, about.
+TEST(ServedSurfaces, AreAboutAsLargeAsEstimated) {
+  RunningServer server(all_datasets());
+  Client client = client_of(server);
+  const DatasetInfo info = noisy_gyroid()->info;
+  const IsosurfaceRequest request{.isovalue = 0.1, .error = 0.5};
+  const auto estimate = client.estimate(info.name, request);
+  ASSERT_TRUE(estimate) << estimate.error().error.text;
+  const auto steps = fetch(client, info, request);
+  ASSERT_FALSE(steps.empty());
+  double triangles = 0;
+  double bytes = 0;
+  for (const TileSummary& tile : steps.back().step->begin.tiles) {
+    triangles += tile.triangles;
+    bytes += tile.bytes;
+  }
+  EXPECT_NEAR(static_cast<double>(estimate->triangles), triangles, triangles / 3);
+  EXPECT_NEAR(static_cast<double>(estimate->bytes), bytes, bytes / 3);
+  EXPECT_EQ(estimate->threshold_world, 0.5);
+}
+
+// The client checks the counts of the manifest against its budget.
+TEST(ServedSurfaces, KeepToTheirBudgetAndSayAtWhichThreshold) {
+  RunningServer server(all_datasets());
+  Client client = client_of(server);
+  const DatasetInfo info = noisy_gyroid()->info;
+  const IsosurfaceRequest whole{.isovalue = 0.1, .error = 0.25};
+  const auto triangles = [](const std::vector<FetchedStep>& steps) {
+    return steps.back().step->topology.triangles;
+  };
+  const std::int64_t all = triangles(fetch(client, info, whole));
+  for (const std::int64_t part : {2, 4, 20}) {
+    IsosurfaceRequest request = whole;
+    request.max_triangles = static_cast<std::uint64_t>(all / part);
+    const auto steps = fetch(client, info, request);
+    ASSERT_FALSE(steps.empty());
+    EXPECT_LE(triangles(steps), all / part);
+    EXPECT_GE(triangles(steps), all / part / 3) << "the best that fits";
+    const IsosurfaceRequest& given = steps.back().step->begin.request;
+    EXPECT_GT(given.thresholds.at_least, whole.error);
+    EXPECT_EQ(steps.back().step->begin.error_bound_world, given.thresholds.at_least);
+  }
+  IsosurfaceRequest few_bytes = whole;
+  few_bytes.max_bytes = 30'000;
+  EXPECT_LE(fetch(client, info, few_bytes).back().step->end.payload_bytes, 30'000U);
+}
+
+TEST(ServedSurfaces, CarryNormalsThatAgreeWithTheirTriangles) {
+  RunningServer server(all_datasets());
+  Client client = client_of(server);
+  const DatasetInfo info = closed_ball()->info;
+  for (const int bits : {8, 10}) {
+    const auto steps = fetch(client, info, {.isovalue = 0.0, .error = 0.1, .normal_bits = bits});
+    ASSERT_FALSE(steps.empty());
+    const LatticeMesh& mesh = steps.back().step->mesh;
+    ASSERT_EQ(mesh.normals.size(), mesh.vertices.size());
+    const PositionedMesh in_world = positioned(mesh, grid_to_world(info));
+    int opposed = 0;
+    for (const TriangleIndices& t : in_world.triangles) {
+      const auto& a = in_world.positions[t[0]];
+      const auto& b = in_world.positions[t[1]];
+      const auto& c = in_world.positions[t[2]];
+      const Vec3 u = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+      const Vec3 v = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
+      const Vec3 facet = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
+                          u[0] * v[1] - u[1] * v[0]};
+      double along = 0;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        along += facet[axis] * static_cast<double>(mesh.normals[t[0]][axis]);
+      }
+      opposed += along < 0 ? 1 : 0;
+    }
+    EXPECT_LE(opposed, static_cast<int>(in_world.triangles.size() / 100));
+  }
+}
+
+// Where less error is allowed is what a user looks at.
+TEST(ServedSurfaces, ComeWithTheTilesOfTheFinestRegionFirst) {
+  const ExtractedSteps source(std::make_shared<const SurfaceExtractor>(noisy_gyroid()));
+  IsosurfaceRequest request{.isovalue = 0.1, .error = 4};
+  request.thresholds.coordinates = CoordinateSystem::kIndex;
+  request.thresholds.regions = {
+      {.shape = BallShape{.centre = {50, 50, 50}, .radius = 12}, .threshold = 0}};
+  const EncodedStep step = source.make({.request = request}, {});
+  ASSERT_GE(step.tiles.size(), 3U);
+  const ThresholdMap thresholds(request, source.info());
+  double before = 0;
+  for (const EncodedTile& tile : step.tiles) {
+    const OctreeCube& cube = tile.summary.cube;
+    const double side = cube.side();
+    const Vec3 low = {side * cube.x, side * cube.y, side * cube.z};
+    const double least = thresholds.least_in({low, {low[0] + side, low[1] + side, low[2] + side}});
+    EXPECT_GE(least, before);
+    before = least;
+  }
+  EXPECT_LT(thresholds.least(), thresholds.largest());
 }
 
 TEST(ServedSurfaces, AnIsovalueOutsideTheDataGivesAnEmptyMesh) {

@@ -19,11 +19,10 @@ OpenStream progressive() {
 }
 
 MadeStep step_of(std::vector<EncodedTile> tiles, bool is_final = false) {
-  return {
-      .step = {.request = progressive().request, .finest_spacing = is_final ? 1 : 4},
-      .is_final = is_final,
-      .encoded = {.tetrahedra = 100, .active_tetrahedra = 10, .tiles = std::move(tiles)},
-      .after = {.request = progressive().request}};
+  return {.step = {.request = progressive().request, .finest_spacing = is_final ? 1 : 4},
+          .is_final = is_final,
+          .encoded = {.tetrahedra = 100, .active_tetrahedra = 10, .tiles = std::move(tiles)},
+          .after = {.request = progressive().request}};
 }
 MadeStep empty_step(const OpenStream& open) {
   return {.step = {.request = open.request}, .is_final = true, .encoded = {}};

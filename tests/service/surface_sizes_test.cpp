@@ -54,22 +54,24 @@ TEST(SurfaceSizes, AreNearTheRealOnes) {
 
 TEST(SurfaceSizes, OfAnEmptySurfaceAreZero) {
   const DatasetPtr dataset = datasets().front();
-  EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of({.request = {.isovalue = 1e6}}).triangles, 0);
+  EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of({.request = {.isovalue = 1e6}}).triangles,
+            0);
   EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).rough({.isovalue = 1e6}).bytes, 0);
 }
 
 TEST(SurfaceSizes, AreKnownOfGridsWithoutASpectrum) {
   const DatasetPtr dataset = prepared({"tiny", fields::ball({8, 7, 9}, 3)});
   const StepRequest step{.request = {.isovalue = 0}};
-  EXPECT_NEAR(surface_sizes(SurfaceExtractor(dataset)).of(step).triangles, triangles_of(dataset, step),
-              0.1 * triangles_of(dataset, step) + 10);
+  EXPECT_NEAR(surface_sizes(SurfaceExtractor(dataset)).of(step).triangles,
+              triangles_of(dataset, step), 0.1 * triangles_of(dataset, step) + 10);
 }
 
 TEST(SurfaceSizes, AreTheSameEveryTime) {
   const DatasetPtr dataset = datasets().front();
   const StepRequest step{.request = {.isovalue = 0.1, .error = 0.5}};
   const double first = surface_sizes(SurfaceExtractor(dataset)).of(step).triangles;
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of(step).triangles, first);
+  for (int i = 0; i < 3; ++i)
+    EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of(step).triangles, first);
 }
 
 // The shares that the plan promises, kept by real bytes.
