@@ -20,7 +20,8 @@ namespace multitetra {
 inline constexpr std::size_t kFrameHeaderBytes = 4;
 // Default limits on the length of one frame's content. A client's longest message is a request with
 // all the regions, grid thresholds and held tiles that are allowed, about 1.4 million bytes.
-inline constexpr std::uint32_t kMaxClientFrameBytes = 2 * 1024 * 1024;   // What a server accepts.
+inline constexpr std::uint32_t kMaxClientFrameBytes = 2 * 1024 * 1024;  // What a server accepts.
+inline constexpr std::uint32_t kMaxHelloFrameBytes = 16 * 1024;         // Before it has said Hello.
 inline constexpr std::uint32_t kMaxServerFrameBytes = 16 * 1024 * 1024;  // What a client accepts.
 
 // The 4 bytes that precede `content_bytes` bytes.
@@ -32,6 +33,8 @@ class FrameReader {
   explicit FrameReader(std::uint32_t max_content_bytes) : max_content_bytes_(max_content_bytes) {}
 
   void feed(std::string_view bytes);
+  // From the next frame on.
+  void set_limit(std::uint32_t max_content_bytes) { max_content_bytes_ = max_content_bytes; }
 
   // The next whole frame's content; nullopt when more bytes are needed. kMessageTooLarge or
   // kMalformedFrame as soon as the header shows it, and from then on: the stream cannot be followed

@@ -1,5 +1,7 @@
 #include "server/service/connection.hpp"
 
+#include <algorithm>
+
 #include <spdlog/spdlog.h>
 
 namespace multitetra {
@@ -43,7 +45,7 @@ void Connection::end(const Error& error) {
 }
 
 asio::awaitable<void> Connection::read() {
-  FrameReader frames(options_.max_message_bytes);
+  FrameReader frames(std::min(options_.max_message_bytes, kMaxHelloFrameBytes));
   std::array<char, 16 * 1024> buffer{};
   for (;;) {
     co_await conversation_->room();
@@ -68,6 +70,7 @@ asio::awaitable<void> Connection::receive_frames(FrameReader& frames) {
       conversation_->end(content.error());
     } else if (*content) {
       conversation_->receive(**content);
+      if (conversation_->is_welcomed()) frames.set_limit(options_.max_message_bytes);
       co_await conversation_->room();
     } else {
       break;

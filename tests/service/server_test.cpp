@@ -271,6 +271,14 @@ TEST(Server, AnOversizedFrameEndsTheConnectionBeforeItsBytesCome) {
   EXPECT_TRUE(is_closed_by_server(socket));
 }
 
+TEST(Server, AFrameBeforeHelloMayBeNoLongerThanAHello) {
+  RunningServer server(octahedra());
+  MessageSocket socket = server.connect();
+  ASSERT_TRUE(socket.send_bytes(frame_header(kMaxHelloFrameBytes + 1)));
+  EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kMessageTooLarge);
+  EXPECT_TRUE(is_closed_by_server(socket));
+}
+
 // An HTTP request read as a frame has a length of more than a gigabyte.
 TEST(Server, AnotherProtocolIsRefusedWithAReason) {
   RunningServer server(octahedra());
