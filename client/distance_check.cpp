@@ -15,9 +15,13 @@ namespace {
 // For what double arithmetic on world coordinates loses.
 constexpr double kRounding = 1e-9;  // Voxels.
 
+// From the request, not from what the server makes of it; only where thresholds differ from place to
+// place the largest of them is taken as the server tells it.
 double threshold_world(const StepBegin& begin, const DatasetInfo& info) {
   const IsosurfaceRequest& request = begin.request;
-  return request.unit == LengthUnit::kVoxel ? request.error * voxel_length(info) : request.error;
+  if (!request.thresholds.is_uniform()) return begin.error_bound_world;
+  const double unit = request.unit == LengthUnit::kVoxel ? voxel_length(info) : 1.0;
+  return unit * std::max(request.error, request.thresholds.at_least);
 }
 
 bool bounds_distances(const StepBegin& begin) {

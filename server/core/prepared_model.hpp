@@ -2,6 +2,9 @@
 // ErrorBasedModel, with errors from the spectrum and, below its spacing, from the samples.
 #pragma once
 
+#include <memory>
+#include <utility>
+
 #include "common/octree_cube.hpp"
 #include "server/core/error_based_model.hpp"
 #include "server/core/error_spectrum.hpp"
@@ -16,11 +19,16 @@ namespace multitetra {
 class PreparedModel {
  public:
   // The volume must outlive the model. Requires a grid of more than kSpectrumSpacing steps a side.
-  PreparedModel(const PreparedVolume& volume, const FineErrorsOptions& errors, ModelOptions options)
+  // `spectrum` may be shared by models of the same isovalue, measure and rule, which then decode
+  // its bricks once; null: the model has its own.
+  PreparedModel(const PreparedVolume& volume, const FineErrorsOptions& errors, ModelOptions options,
+                std::shared_ptr<const SpectrumErrors> spectrum = nullptr)
       : volume_(volume),
         fine_(errors),
         options_(std::move(options)),
-        spectrum_(volume.spectrum, errors.isovalue, errors.measure, errors.rule) {
+        spectrum_(spectrum ? std::move(spectrum)
+                           : std::make_shared<const SpectrumErrors>(
+                                 volume.spectrum, errors.isovalue, errors.measure, errors.rule)) {
     fine_.largest_threshold = options_.thresholds.largest();
   }
 
@@ -29,7 +37,7 @@ class PreparedModel {
 
   // For points of spacing kSpectrumSpacing and more.
   [[nodiscard]] bool kept(const DividingPoint& point) const {
-    return options_.keeps(point, spectrum_.bound(point));
+    return options_.keeps(point, spectrum_->bound(point));
   }
 
   // For a finer point p of spacing s, whose error is known: infinite when a flip keeps it.
@@ -62,7 +70,7 @@ class PreparedModel {
   const PreparedVolume& volume_;
   FineErrorsOptions fine_;
   ModelOptions options_;
-  SpectrumErrors spectrum_;
+  std::shared_ptr<const SpectrumErrors> spectrum_;
 };
 
 }  // namespace multitetra

@@ -58,14 +58,16 @@ CubeMemoryPool::Lease::~Lease() {
   pool_.free_.push_back(std::move(memory_));
 }
 
-PreparedModel prepared_model(const PreparedVolume& volume, const StepRequest& step) {
+PreparedModel prepared_model(const PreparedVolume& volume, const StepRequest& step,
+                             std::shared_ptr<const SpectrumErrors> spectrum) {
   const IsosurfaceRequest& request = step.request;
   return {volume,
           {.isovalue = request.isovalue,
            .measure = request.measure,
            .rule = request.topology_rule,
            .topology_tolerance = request.topology_tolerance},
-          model_options(step, volume.info)};
+          model_options(step, volume.info),
+          std::move(spectrum)};
 }
 
 SurfaceExtractor::SurfaceExtractor(DatasetPtr dataset, std::shared_ptr<CubeMemoryPool> pool)

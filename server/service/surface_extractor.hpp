@@ -43,7 +43,9 @@ class CubeMemoryPool {
 
 // The model of a step. The volume must outlive it; requires a grid of more than kSpectrumSpacing
 // steps a side.
-[[nodiscard]] PreparedModel prepared_model(const PreparedVolume& volume, const StepRequest& step);
+[[nodiscard]] PreparedModel prepared_model(
+    const PreparedVolume& volume, const StepRequest& step,
+    std::shared_ptr<const SpectrumErrors> spectrum = nullptr);
 
 // Safe to use from several threads at once.
 class SurfaceExtractor {

@@ -68,10 +68,32 @@ std::optional<double> encoded_bytes_a_triangle(const SurfaceExtractor& extractor
   return all.bytes / all.triangles;
 }
 
-SurfaceSize sampled_size(const SurfaceExtractor& extractor, const StepRequest& step,
-                         SizeAccuracy accuracy, const std::stop_token& stop) {
-  const PreparedVolume& dataset = extractor.dataset();
-  const PreparedModel model = prepared_model(dataset, step);
+// The spectrum for one request after another; most of them ask for the same isovalue.
+class SharedSpectrum {
+ public:
+  explicit SharedSpectrum(const PreparedVolume& volume) : volume_(volume) {}
+
+  [[nodiscard]] PreparedModel model(const StepRequest& step) {
+    const IsosurfaceRequest& request = step.request;
+    if (!spectrum_ || request.isovalue != request_.isovalue ||
+        request.measure != request_.measure || request.topology_rule != request_.topology_rule) {
+      spectrum_ = std::make_shared<const SpectrumErrors>(volume_.spectrum, request.isovalue,
+                                                         request.measure, request.topology_rule);
+      request_ = request;
+    }
+    return prepared_model(volume_, step, spectrum_);
+  }
+
+ private:
+  const PreparedVolume& volume_;
+  IsosurfaceRequest request_;
+  std::shared_ptr<const SpectrumErrors> spectrum_;
+};
+
+SurfaceSize sampled_size(const SurfaceExtractor& extractor, SharedSpectrum& spectrum,
+                         const StepRequest& step, SizeAccuracy accuracy,
+                         const std::stop_token& stop) {
+  const PreparedModel model = spectrum.model(step);
   const double isovalue = step.request.isovalue;
   const CubeSample sample =
       sample_cubes(model, accuracy == SizeAccuracy::kQuick ? kQuickCubes : kCarefulCubes, isovalue);
@@ -100,19 +122,21 @@ SurfaceSize sampled_size(const SurfaceExtractor& extractor, const StepRequest& s
 StepSizes surface_sizes(const SurfaceExtractor& extractor, std::stop_token stop,
                         SizeAccuracy accuracy) {
   const PreparedVolume& dataset = extractor.dataset();
+  const auto spectrum = std::make_shared<SharedSpectrum>(dataset);
   const bool has_spectrum = dataset.info.grid_exponent > kSpectrumExponent;
-  return {.of =
-              [&extractor, &dataset, stop, accuracy, has_spectrum](const StepRequest& step) {
-                return has_spectrum ? sampled_size(extractor, step, accuracy, stop)
-                                    : exact_size(dataset, step, stop);
-              },
-          .rough =
-              [&dataset, stop, has_spectrum](const IsosurfaceRequest& request) {
-                const StepRequest step = {.request = request};
-                if (!has_spectrum) return exact_size(dataset, step, stop);
-                const std::size_t cells = count_wanted_cells(prepared_model(dataset, step));
-                return size_with(kTrianglesAWantedCell * static_cast<double>(cells), step);
-              }};
+  return {
+      .of =
+          [&extractor, &dataset, spectrum, stop, accuracy, has_spectrum](const StepRequest& step) {
+            return has_spectrum ? sampled_size(extractor, *spectrum, step, accuracy, stop)
+                                : exact_size(dataset, step, stop);
+          },
+      .rough =
+          [&dataset, spectrum, stop, has_spectrum](const IsosurfaceRequest& request) {
+            const StepRequest step = {.request = request};
+            if (!has_spectrum) return exact_size(dataset, step, stop);
+            const std::size_t cells = count_wanted_cells(spectrum->model(step));
+            return size_with(kTrianglesAWantedCell * static_cast<double>(cells), step);
+          }};
 }
 
 }  // namespace multitetra

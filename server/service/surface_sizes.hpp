@@ -15,7 +15,8 @@ enum class SizeAccuracy {
   kCareful,  // To tell a client: a larger sample, and bytes as a sample of blocks is encoded.
 };
 
-// The functions throw Cancelled soon after `stop` is triggered; the extractor must outlive them.
+// For one thread at a time. The functions throw Cancelled soon after `stop` is triggered; the
+// extractor must outlive them.
 [[nodiscard]] StepSizes surface_sizes(const SurfaceExtractor& extractor, std::stop_token stop = {},
                                       SizeAccuracy accuracy = SizeAccuracy::kQuick);
 

@@ -162,6 +162,20 @@ TEST_F(WrongSurface, OneOfALargerErrorIsFound) {
   EXPECT_FALSE(checked(coarse).has_passed());
 }
 
+// Of a budget the server raises the floor of thresholds; with a map the largest one counts.
+TEST_F(WrongSurface, WhatIsAllowedCountsWhereverItIsSaid) {
+  CommittedStep raised = step_of(dataset_, {.isovalue = 0.1, .error = 2});
+  raised.begin.request.error = 0.05;
+  EXPECT_FALSE(checked(raised).has_passed());
+  raised.begin.request.thresholds.at_least = 2;
+  EXPECT_TRUE(checked(raised).has_passed());
+  CommittedStep mapped = step_of(dataset_, {.isovalue = 0.1, .error = 2});
+  mapped.begin.request.error = 0.05;
+  mapped.begin.request.thresholds.regions = {{.shape = BallShape{}, .threshold = 2}};
+  mapped.begin.error_bound_world = 2;
+  EXPECT_TRUE(checked(mapped).has_passed());
+}
+
 TEST_F(WrongSurface, AnEmptyOneIsFound) {
   step_.mesh = {};
   EXPECT_FALSE(checked(step_).has_passed());
