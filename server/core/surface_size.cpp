@@ -46,11 +46,10 @@ std::uint64_t crossed_tetrahedra(const PreparedModel& model, const OctreeCube& c
   return surface_in_cube(model, cube, {.isovalue = isovalue}, memory).active_tetrahedra;
 }
 
-std::size_t count_wanted_cells(const PreparedModel& model) {
+std::size_t count_refined_cubes(const PreparedModel& model, int exponent) {
   std::size_t count = 0;
-  visit_refined(model, root_of(model), CubeSample::kExponent, [&](const OctreeCube& cube) {
-    if (cube.exponent > CubeSample::kExponent) return;
-    for (int i = 0; i < 8; ++i) count += model.is_wanted(cube.child(i)) ? 1U : 0U;
+  visit_refined(model, root_of(model), exponent, [&](const OctreeCube& cube) {
+    if (cube.exponent == exponent) ++count;
   });
   return count;
 }

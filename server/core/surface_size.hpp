@@ -39,7 +39,8 @@ struct CubeSample {
 // on all volumes.
 inline constexpr double kTrianglesATetrahedron = 1.31;
 
-// Cells of kSpectrumSpacing steps in which the model goes beyond the spectrum. Reads no samples.
-[[nodiscard]] std::size_t count_wanted_cells(const PreparedModel& model);
+// The refined cubes of that exponent, at least kSpectrumExponent + 1. Looks at the spectrum alone,
+// and takes a small part of the time of everything else here.
+[[nodiscard]] std::size_t count_refined_cubes(const PreparedModel& model, int exponent);
 
 }  // namespace multitetra
