@@ -21,7 +21,7 @@ using testing::RunningServer;
 namespace fields = testing::fields;
 
 DatasetPtr noisy_gyroid_named(const std::string& name) {
-  return make_dataset(fields::gyroid(60, 0.4, 7), name);
+  return make_dataset(fields::gyroid(76, 0.4, 7), name);
 }
 DatasetPtr noisy_gyroid() { return noisy_gyroid_named("gyroid"); }
 DatasetPtr masked() { return make_dataset(fields::masked_gyroid(21, 3), "masked"); }

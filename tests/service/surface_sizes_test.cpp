@@ -35,7 +35,7 @@ double triangles_of(const DatasetPtr& dataset, const StepRequest& step) {
 TEST(SurfaceSizes, AreNearTheRealOnes) {
   for (const DatasetPtr& dataset : datasets()) {
     const SurfaceExtractor extractor(dataset);
-    const StepSizes sizes = surface_sizes(extractor);
+    const StepSizes sizes = surface_sizes(extractor, {}, SizeAccuracy::kCareful);
     const double isovalue = dataset->info.min + 0.45 * (dataset->info.max - dataset->info.min);
     for (const double error : {0.0, 0.5, 2.0}) {
       for (const std::int32_t finest : {1, 4, 8}) {
