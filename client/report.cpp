@@ -1,5 +1,7 @@
 #include "client/report.hpp"
 
+#include <algorithm>
+
 #include "common/human_units.hpp"
 #include "common/json_report.hpp"
 
@@ -52,6 +54,16 @@ Json distances_json(const DistanceCheck& check, const std::string& against) {
   return json;
 }
 
+// The error that the step allows: of previews, and of what fits into a budget, more than was asked.
+std::string allowed_error(const StepBegin& begin) {
+  const IsosurfaceRequest& request = begin.request;
+  if (!request.thresholds.is_uniform()) {
+    return "errors up to " + human_number(begin.error_bound_world) + " world";
+  }
+  return "error " + human_number(std::max(request.error, request.thresholds.at_least)) + " " +
+         std::string(name(request.unit));
+}
+
 }  // namespace
 
 std::string json_report(const FetchReport& report) {
@@ -86,10 +98,10 @@ std::string json_list(const Endpoint& server, const std::vector<DatasetInfo>& da
 std::string step_line(const FetchedStep& fetched) {
   const StepBegin& begin = fetched.step->begin;
   const auto triangles = static_cast<std::uint64_t>(fetched.step->topology.triangles);
-  return "step " + std::to_string(begin.step) + (begin.is_final ? " (final)" : "") + ": error " +
-         human_number(begin.request.error) + " " + std::string(name(begin.request.unit)) + ", " +
-         human_count(begin.tiles.size()) + " tiles, " + human_count(triangles) + " triangles, " +
-         human_bytes(fetched.step->end.payload_bytes) + ", " + human_seconds(fetched.seconds);
+  return "step " + std::to_string(begin.step) + (begin.is_final ? " (final)" : "") + ": " +
+         allowed_error(begin) + ", " + human_count(begin.tiles.size()) + " tiles, " +
+         human_count(triangles) + " triangles, " + human_bytes(fetched.step->end.payload_bytes) +
+         ", " + human_seconds(fetched.seconds);
 }
 
 std::string checks_table(const std::vector<FetchedStep>& steps) {
@@ -120,8 +132,9 @@ std::string checks_table(const std::vector<FetchedStep>& steps) {
   row("components", [&](const CommittedStep& s) { return count(s.topology.components); });
   row("Euler characteristic",
       [](const CommittedStep& s) { return std::to_string(s.topology.euler_characteristic); });
-  row("topology preserved",
-      [](const CommittedStep& s) { return preserves_topology(s.begin) ? "yes" : "preview"; });
+  row("topology preserved", [](const CommittedStep& s) {
+    return preserves_topology(s.begin) ? "yes" : s.begin.is_final ? "no" : "preview";
+  });
   return table;
 }
 

@@ -119,6 +119,20 @@ TEST(Report, TheTableTellsPreviewsFromStepsThatPreserveTheTopology) {
   EXPECT_NE(checks_table(report.steps).find("preview"), std::string::npos);
 }
 
+TEST(Report, TheLineOfAStepTellsTheErrorThatItAllows) {
+  CommittedStep step = *octahedron_report().steps.front().step;
+  const auto line = [&step] {
+    return step_line({.step = std::make_shared<const CommittedStep>(step)});
+  };
+  step.begin.request.error = 0.5;
+  EXPECT_NE(line().find(": error 0.5 voxel,"), std::string::npos) << line();
+  step.begin.request.thresholds.at_least = 4;
+  EXPECT_NE(line().find(": error 4 voxel,"), std::string::npos) << line();
+  step.begin.request.thresholds.regions = {{.shape = BallShape{}, .threshold = 9}};
+  step.begin.error_bound_world = 9;
+  EXPECT_NE(line().find(": errors up to 9 world,"), std::string::npos) << line();
+}
+
 // ---- the program, with servers that fail
 
 class ReportOfProgram : public ::testing::Test {
