@@ -18,8 +18,9 @@
 #include "server/service/commands.hpp"
 #include "server/service/progress.hpp"
 #include "server/service/reference_extractor.hpp"
+#include "server/service/step_source.hpp"
+#include "server/service/stream_plan.hpp"
 #include "server/service/surface_extractor.hpp"
-#include "server/service/surface_sizes.hpp"
 #include "server/service/thread_options.hpp"
 
 namespace multitetra {
@@ -100,10 +101,12 @@ ReferenceModel reference_model(const Arguments& arguments, const PreparedVolume&
   return reference;
 }
 
-// The request as its budget allows it.
-IsosurfaceRequest affordable(const SurfaceExtractor& extractor, const IsosurfaceRequest& asked) {
-  const DatasetInfo& info = extractor.dataset().info;
-  return within_budget(asked, info, surface_sizes(extractor, {}, SizeAccuracy::kCareful).of);
+// The request as its budget allows it: that of the final step that a server would send.
+IsosurfaceRequest affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
+                             const IsosurfaceRequest& asked) {
+  if (!has_budget(asked)) return asked;
+  return make_next_step(ExtractedSteps(extractor), {.request = asked, .previews = false}, {})
+      .step.request;
 }
 
 int extract(const Arguments& arguments) {
@@ -116,7 +119,7 @@ int extract(const Arguments& arguments) {
   const DatasetInfo& info = dataset->info;
   const Result<IsosurfaceRequest> asked = request_of(arguments.surface, info);
   if (!asked) throw std::invalid_argument(asked.error().text);
-  const SurfaceExtractor extractor(dataset);
+  const auto extractor = std::make_shared<const SurfaceExtractor>(dataset);
 
   progress.begin("surface");
   const IsosurfaceRequest request = affordable(extractor, *asked);
@@ -126,7 +129,7 @@ int extract(const Arguments& arguments) {
           ? reference.extractor->surface(
                 *reference.model,
                 {.isovalue = request.isovalue, .lattice_resolution = request.lattice_resolution})
-          : extractor.extract({.request = request});
+          : extractor->extract({.request = request});
   progress.begin("checks");
   std::vector<const LatticeMesh*> tiles;
   for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);

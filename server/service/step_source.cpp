@@ -100,7 +100,6 @@ std::vector<EncodedTile> encode(const TiledSurface& surface, const Shading& shad
 
 ExtractedSteps::ExtractedSteps(std::shared_ptr<const SurfaceExtractor> extractor,
                                std::shared_ptr<StepCache> cache)
-
     : extractor_(std::move(extractor)),
       cache_(cache ? std::move(cache) : std::make_shared<StepCache>(0)) {}
 

@@ -25,7 +25,7 @@ MadeStep make_next_step(const StepSource& source, const StreamState& state, std:
   const DatasetInfo& info = source.info();
   const StepSizes sizes = source.sizes(stop, SizeAccuracy::kQuick);
   MadeStep made{.step = {}, .is_final = false, .encoded = {}, .after = state};
-  // The first preview looks at no samples, as finding the right threshold does.
+  // Finding the threshold of a budget reads samples; a first preview must not wait for that.
   const bool is_first_preview = state.previews && state.shown.empty();
   IsosurfaceRequest& request = made.after.request;
   const auto find_threshold = [&] {

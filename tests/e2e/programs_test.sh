@@ -101,6 +101,16 @@ for combine in order minimum; do
     fail "with a threshold map ($combine) the fetched mesh is not the extracted one"
   grep -q '"radius"' report.json || fail "the report does not tell the map"
 done
+# A budget leads both to the same mesh, which keeps to it.
+for budget in "--max-triangles 3000" "--max-bytes 9000"; do
+  # shellcheck disable=SC2086
+  "$client" fetch --server "$url" --dataset gyroid --error 0 $budget -o fetched.ply --report report.json --quiet
+  # shellcheck disable=SC2086
+  "$server" extract gyroid.mtd --error 0 $budget -o extracted.ply --json --quiet >extract.json
+  [ "$(last_value report.json content_digest)" = "$(value extract.json content_digest)" ] ||
+    fail "with $budget the fetched mesh is not the extracted one"
+done
+[ "$("$client" estimate --server "$url" --dataset gyroid --error 0.7 --json | grep -c '"triangles"')" = 1 ] || fail "no estimate"
 "$client" fetch --server "$url" --dataset gyroid --error 3 -o coarse.ply --quiet
 [ "$(stat -c %s coarse.ply)" -lt "$(stat -c %s fetched.ply)" ] || fail "a finer region gives no larger mesh"
 expect_exit 2 "no shape" "$client" fetch --server "$url" --dataset gyroid --region cone:1=2 -o x.ply
