@@ -115,8 +115,18 @@ TEST(Report, TheTableTellsPreviewsFromStepsThatPreserveTheTopology) {
   EXPECT_EQ(checks_table(report.steps).find("preview"), std::string::npos);
   CommittedStep preview = *report.steps.front().step;
   preview.begin.finest_spacing = 2;
+  preview.begin.is_final = false;
   report.steps.push_back({.step = std::make_shared<const CommittedStep>(preview)});
   EXPECT_NE(checks_table(report.steps).find("preview"), std::string::npos);
+}
+
+TEST(Report, TheTableTellsAFinalStepWithoutThePromiseOfTopologyFromAPreview) {
+  CommittedStep tolerant = *octahedron_report().steps.front().step;
+  tolerant.begin.request.topology_tolerance = 2;
+  const std::string table =
+      checks_table({{.step = std::make_shared<const CommittedStep>(tolerant)}});
+  EXPECT_EQ(table.find("preview"), std::string::npos);
+  EXPECT_NE(table.find(" no\n"), std::string::npos) << table;
 }
 
 TEST(Report, TheLineOfAStepTellsTheErrorThatItAllows) {
