@@ -1,19 +1,53 @@
 #!/usr/bin/env bash
 # Installs the Debian packages of docker/packages.txt that are missing, and says which. Asks nothing when run as root or
 # with --yes; otherwise it asks once and uses sudo.
+#
+#   bash docker/install.sh [--yes] SECTION...    sections of packages.txt, for example: build tests
+#   bash docker/install.sh --list SECTION...     only prints their packages
 set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 say_yes=false
-[ "${1:-}" = "--yes" ] && say_yes=true
+only_list=false
+sections=()
+for argument in "$@"; do
+  case "$argument" in
+    --yes) say_yes=true ;;
+    --list) only_list=true ;;
+    -h | --help) sed -n '2,6s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    *)
+      grep -qx "\[$argument\]" "$here/packages.txt" || { echo "No section [$argument] in packages.txt." >&2; exit 2; }
+      sections+=("$argument")
+      ;;
+  esac
+done
+[ ${#sections[@]} -gt 0 ] || { echo "Name a section of packages.txt; see --help." >&2; exit 2; }
 
-is_installed() { [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
+packages=()
+section=
+while read -r word _; do
+  case "$word" in
+    '' | '#'*) ;;
+    '['*) section=${word:1:-1} ;;
+    *) [[ " ${sections[*]} " == *" $section "* ]] && packages+=("$word") ;;
+  esac
+done <"$here/packages.txt"
+if [ "$only_list" = true ]; then
+  printf '%s\n' "${packages[@]}"
+  exit 0
+fi
+
+# What is installed, with what it provides: another maker's nodejs brings npm along.
+declare -A installed
+while read -r status names; do
+  [ "$status" = installed ] || continue
+  for name in ${names//,/ }; do installed[$name]=yes; done
+done < <(dpkg-query -W -f '${db:Status-Status} ${Package} ${Provides}\n')
 
 missing=()
-while read -r package _; do
-  case "$package" in '' | '#'*) continue ;; esac
-  is_installed "$package" || missing+=("$package")
-done <"$here/packages.txt"
+for package in "${packages[@]}"; do
+  [ -n "${installed[$package]:-}" ] || missing+=("$package")
+done
 [ ${#missing[@]} -eq 0 ] && exit 0
 
 echo "Missing packages (of docker/packages.txt): ${missing[*]}"

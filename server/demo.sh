@@ -25,7 +25,7 @@ for argument in "$@"; do
 done
 cd "$project"
 
-bash docker/install.sh "${install_options[@]}"
+bash docker/install.sh "${install_options[@]}" build
 
 echo "== Building (the first time takes some minutes)"
 build_log=$(mktemp)

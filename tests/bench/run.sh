@@ -29,7 +29,7 @@ done
 cd "$project"
 
 if [ -z "$programs" ]; then
-  bash docker/install.sh "${install_options[@]}"
+  bash docker/install.sh "${install_options[@]}" build tests
   echo "== Building (preset bench)"
   cmake --preset bench >/dev/null
   targets=(multitetra_server_program volume_bench measured_run)
@@ -72,8 +72,7 @@ done
 has_vtk=true
 if [ ! -x "$programs/vti_to_nrrd" ]; then
   has_vtk=false
-  packages=$(sed -n 's/^#bench \([^ ]*\).*/\1/p' docker/packages.txt)
-  leave_out "flying edges, and volumes in .vti: VTK is not there (apt-get install $packages, then run this again)"
+  leave_out "flying edges, and volumes in .vti: VTK is not there (bash docker/install.sh bench, then run this again)"
 fi
 if [ "$quick" = true ]; then
   leave_out "all but the smallest head (--quick)"
