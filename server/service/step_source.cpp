@@ -23,12 +23,6 @@ std::string key_of(const StepRequest& step, const DatasetInfo& info) {
              .request_id = 1, .dataset = info.name, .request = step.request, .held = {}});
 }
 
-Box box_of(const OctreeCube& cube) {
-  const auto side = static_cast<double>(cube.side());
-  const Vec3 low = {side * cube.x, side * cube.y, side * cube.z};
-  return {low, {low[0] + side, low[1] + side, low[2] + side}};
-}
-
 // The most important first: where the least error is allowed, which is near the eye or in the
 // finest region.
 void sort_by_importance(std::vector<EncodedTile>& tiles, const ThresholdMap& thresholds) {
