@@ -1,6 +1,7 @@
 #include "server/service/stream_plan.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "server/core/budget.hpp"
@@ -10,12 +11,18 @@ namespace {
 
 // A surface is never planned to be larger than its budget.
 StepSizes within(const StepSizes& sizes, const IsosurfaceRequest& budget) {
-  if (budget.max_bytes == 0) return sizes;
-  return {.of = sizes.of,
-          .rough = [rough = sizes.rough, &budget](const IsosurfaceRequest& request) {
-            SurfaceSize size = rough(request);
-            size.bytes = std::min(size.bytes, static_cast<double>(budget.max_bytes));
-            return size;
+  SurfaceSize most = {.triangles = std::numeric_limits<double>::infinity(),
+                      .bytes = std::numeric_limits<double>::infinity()};
+  if (budget.max_triangles > 0) {
+    most.triangles = static_cast<double>(budget.max_triangles);
+    most.bytes = estimated_bytes(most.triangles, {.request = budget});
+  }
+  if (budget.max_bytes > 0)
+    most.bytes = std::min(most.bytes, static_cast<double>(budget.max_bytes));
+  return {.of = sizes.of, .rough = [rough = sizes.rough, most](const IsosurfaceRequest& request) {
+            const SurfaceSize size = rough(request);
+            return SurfaceSize{.triangles = std::min(size.triangles, most.triangles),
+                               .bytes = std::min(size.bytes, most.bytes)};
           }};
 }
 

@@ -12,6 +12,7 @@
 #include "server/core/tiling.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/service/reference_extractor.hpp"
+#include "server/service/shading.hpp"
 #include "server/service/surface_extractor.hpp"
 
 namespace multitetra {
@@ -43,7 +44,8 @@ SurfaceSize exact_size(const PreparedVolume& dataset, const StepRequest& step,
   return size_with(kTrianglesATetrahedron * static_cast<double>(surface.active_tetrahedra), step);
 }
 
-// Some of the blocks twice as large as the sample's cubes, encoded; none when they hold nothing.
+// Some of the blocks twice as large as the sample's cubes, encoded as they would be sent; none when
+// they hold nothing.
 std::optional<double> encoded_bytes_a_triangle(const SurfaceExtractor& extractor,
                                                const PreparedModel& model, const CubeSample& sample,
                                                const StepRequest& step,
@@ -56,6 +58,7 @@ std::optional<double> encoded_bytes_a_triangle(const SurfaceExtractor& extractor
   }
   blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
   std::vector<SurfaceSize> sizes(blocks.size());
+  const Shading shading(extractor.dataset(), step);
   const SurfaceOptions options{.isovalue = step.request.isovalue,
                                .lattice_resolution = step.request.lattice_resolution,
                                .max_triangles = kMaxTileTriangles};
@@ -63,10 +66,12 @@ std::optional<double> encoded_bytes_a_triangle(const SurfaceExtractor& extractor
       blocks.size(),
       [&](std::size_t i) {
         CubeMemoryPool::Lease lease(extractor.pool());
-        const LatticeMesh mesh = surface_in_cube(model, blocks[i], options, lease.memory()).rest;
-        if (mesh.triangles.empty()) return;
-        sizes[i] = {.triangles = static_cast<double>(mesh.triangles.size()),
-                    .bytes = static_cast<double>(encode_tile(mesh, blocks[i]).summary.bytes)};
+        const TileMesh tile = {blocks[i],
+                               surface_in_cube(model, blocks[i], options, lease.memory()).rest};
+        if (tile.mesh.triangles.empty()) return;
+        const TileSummary encoded = shading.encoded(tile, digest(tile.mesh)).summary;
+        sizes[i] = {.triangles = static_cast<double>(encoded.triangles),
+                    .bytes = static_cast<double>(encoded.bytes)};
       },
       stop);
   SurfaceSize all;

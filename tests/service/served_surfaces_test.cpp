@@ -106,20 +106,22 @@ TEST(ServedSurfaces, AreAboutAsLargeAsEstimated) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
   const DatasetInfo info = noisy_gyroid()->info;
-  const IsosurfaceRequest request{.isovalue = 0.1, .error = 0.5};
-  const auto estimate = client.estimate(info.name, request);
-  ASSERT_TRUE(estimate) << estimate.error().error.text;
-  const auto steps = fetch(client, info, request);
-  ASSERT_FALSE(steps.empty());
-  double triangles = 0;
-  double bytes = 0;
-  for (const TileSummary& tile : steps.back().step->begin.tiles) {
-    triangles += tile.triangles;
-    bytes += tile.bytes;
+  for (const int normal_bits : {0, 8, 10}) {
+    const IsosurfaceRequest request{.isovalue = 0.1, .error = 0.5, .normal_bits = normal_bits};
+    const auto estimate = client.estimate(info.name, request);
+    ASSERT_TRUE(estimate) << estimate.error().error.text;
+    const auto steps = fetch(client, info, request);
+    ASSERT_FALSE(steps.empty());
+    double triangles = 0;
+    double bytes = 0;
+    for (const TileSummary& tile : steps.back().step->begin.tiles) {
+      triangles += tile.triangles;
+      bytes += tile.bytes;
+    }
+    EXPECT_NEAR(static_cast<double>(estimate->triangles), triangles, triangles / 3);
+    EXPECT_NEAR(static_cast<double>(estimate->bytes), bytes, bytes / 3) << normal_bits << " bits";
+    EXPECT_EQ(estimate->threshold_world, 0.5);
   }
-  EXPECT_NEAR(static_cast<double>(estimate->triangles), triangles, triangles / 3);
-  EXPECT_NEAR(static_cast<double>(estimate->bytes), bytes, bytes / 3);
-  EXPECT_EQ(estimate->threshold_world, 0.5);
 }
 
 // The client checks the counts of the manifest against its budget.

@@ -122,8 +122,10 @@ TEST(SurfaceSizes, LetPreviewsKeepToTheirShares) {
        std::vector<IsosurfaceRequest>{{.isovalue = 0.1, .error = 0.25},
                                       {.isovalue = 0.1, .error = 1},
                                       {.isovalue = 0.1, .error = 2},
+                                      {.isovalue = 0.1, .error = 1, .normal_bits = 10},
+                                      {.isovalue = 0.1, .error = 0.25, .max_triangles = 120'000},
                                       fine_inside}) {
-    SCOPED_TRACE(request.error);
+    SCOPED_TRACE(std::to_string(request.error) + ", " + std::to_string(request.max_triangles));
     StreamState state{.request = request, .shown = {}};
     double previews = 0;
     for (;;) {
