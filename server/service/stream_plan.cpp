@@ -1,7 +1,9 @@
 #include "server/service/stream_plan.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <string>
 #include <utility>
 
 #include "server/core/budget.hpp"
@@ -26,7 +28,25 @@ StepSizes within(const StepSizes& sizes, const IsosurfaceRequest& budget) {
           }};
 }
 
+std::string counted(double triangles, double bytes) {
+  const auto rounded = [](double number) {
+    return std::to_string(static_cast<std::uint64_t>(std::ceil(number)));
+  };
+  return rounded(triangles) + " triangles in " + rounded(bytes) + " bytes";
+}
+
+std::string budget_of(const IsosurfaceRequest& request) {
+  const std::string triangles = std::to_string(request.max_triangles) + " triangles";
+  const std::string bytes = std::to_string(request.max_bytes) + " bytes";
+  if (request.max_bytes == 0) return triangles;
+  return request.max_triangles == 0 ? bytes : triangles + " and " + bytes;
+}
+
 }  // namespace
+
+BudgetTooSmall::BudgetTooSmall(const SurfaceSize& coarsest, const IsosurfaceRequest& request)
+    : std::runtime_error("The coarsest surface has " + counted(coarsest.triangles, coarsest.bytes) +
+                         ", more than the budget of " + budget_of(request) + "; allow more.") {}
 
 MadeStep make_next_step(const StepSource& source, const StreamState& state, std::stop_token stop) {
   const DatasetInfo& info = source.info();
@@ -48,7 +68,7 @@ MadeStep make_next_step(const StepSource& source, const StreamState& state, std:
   made.encoded = source.make(next.step, stop);
   while (next.is_final && !fits(size_of(made.encoded), request)) {
     const IsosurfaceRequest higher = one_rung_up(request, info);
-    if (higher == request) break;
+    if (higher == request) throw BudgetTooSmall(size_of(made.encoded), request);
     request = higher;
     next.step.request = higher;
     made.encoded = source.make(next.step, stop);
@@ -62,7 +82,11 @@ EstimatedAnswer estimate(const StepSource& source, const IsosurfaceRequest& requ
                          std::stop_token stop) {
   const StepSizes sizes = source.sizes(std::move(stop), SizeAccuracy::kCareful);
   const IsosurfaceRequest affordable = within_budget(request, source.info(), sizes.of);
-  return {.size = sizes.of({.request = affordable}), .request = affordable};
+  const SurfaceSize size = sizes.of({.request = affordable});
+  if (!fits(size, affordable) && one_rung_up(affordable, source.info()) == affordable) {
+    throw BudgetTooSmall(size, affordable);
+  }
+  return {.size = size, .request = affordable};
 }
 
 SurfaceSize size_of(const EncodedStep& step) {

@@ -150,6 +150,25 @@ TEST(ServedSurfaces, KeepToTheirBudgetAndSayAtWhichThreshold) {
   EXPECT_LE(fetch(client, info, few_bytes).back().step->end.payload_bytes, 30'000U);
 }
 
+// It is the request that is at fault, not the surface that comes.
+TEST(ServedSurfaces, ABudgetThatNothingFitsIntoIsRefusedWithTheLeastThatWould) {
+  RunningServer server(all_datasets());
+  Client client = client_of(server);
+  const DatasetInfo info = noisy_gyroid()->info;
+  const IsosurfaceRequest request{.isovalue = 0.1, .error = 0.25, .max_triangles = 1};
+  const auto fetched = client.fetch(info, {.dataset = info.name, .request = request, .held = {}},
+                                    [](const auto&) {});
+  ASSERT_FALSE(fetched);
+  EXPECT_EQ(fetched.error().trouble, Trouble::kServer);
+  EXPECT_EQ(fetched.error().error.code, ErrorCode::kLimitExceeded);
+  EXPECT_NE(fetched.error().error.text.find("budget of 1 triangles"), std::string::npos)
+      << fetched.error().error.text;
+  const auto estimate = client.estimate(info.name, request);
+  ASSERT_FALSE(estimate);
+  EXPECT_EQ(estimate.error().error.code, ErrorCode::kLimitExceeded);
+  EXPECT_FALSE(fetch(client, info, {.isovalue = 0.1, .error = 4}).empty()) << "it goes on";
+}
+
 TEST(ServedSurfaces, CarryNormalsThatAgreeWithTheirTriangles) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
