@@ -1,0 +1,17 @@
+import { Stage } from "./scene/stage";
+import { Surface } from "./scene/surface";
+import { SurfaceClient } from "./surface_client";
+import { TilePool } from "./workers/tile_pool";
+import { defaults } from "./state/settings";
+import { worldBox } from "./stream/dataset";
+const app = document.getElementById("app")!;
+app.innerHTML = '<canvas style="width:100vw;height:100vh;display:block"></canvas>';
+app.style.cssText="width:100vw;height:100vh;background:#15181d";
+const stage = new Stage(app.querySelector("canvas")!);
+const pool = new TilePool(2);
+const surface = new Surface(stage.scene, () => stage.invalidate(), (ids) => pool.drop(ids));
+stage.everyFrame(() => surface.uploadSome());
+const client = new SurfaceClient(`ws://${location.host}/v1/stream`, "", pool, surface, (s, first) => { console.log(JSON.stringify(s.facts)); void first; });
+client.datasets.watch(({ list }) => { if (list) { const i = list[list.length - 1]; const b = worldBox(i); stage.setBounds(b.low, b.high); stage.defaultView(); client.want(i, defaults, null); } });
+client.progress.watch((p) => p.trouble && console.log("TROUBLE", p.trouble.text));
+client.connect();
