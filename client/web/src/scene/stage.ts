@@ -80,9 +80,29 @@ export class Stage {
     this.invalidate();
   }
 
-  // Keeps the direction of view.
-  fit(): void {
-    this.lookFrom(this.camera.position.clone().sub(this.controls.target));
+  // The box fills the picture; the direction of view stays. Nothing happens for an empty box.
+  frameBox(box: THREE.Box3): void {
+    if (box.isEmpty()) return;
+    const direction = this.camera.position.clone().sub(this.controls.target).normalize();
+    const target = box.getCenter(new THREE.Vector3());
+    const right = new THREE.Vector3().crossVectors(this.camera.up, direction).normalize();
+    const up = new THREE.Vector3().crossVectors(direction, right);
+    const slope = Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2)) * 0.9;
+    let distance = 0;
+    for (let corner = 0; corner < 8; ++corner) {
+      const p = new THREE.Vector3(
+        corner & 1 ? box.max.x : box.min.x,
+        corner & 2 ? box.max.y : box.min.y,
+        corner & 4 ? box.max.z : box.min.z,
+      ).sub(target);
+      const across = Math.abs(p.dot(right)) / (slope * this.camera.aspect);
+      const upwards = Math.abs(p.dot(up)) / slope;
+      distance = Math.max(distance, p.dot(direction) + Math.max(across, upwards));
+    }
+    this.camera.position.copy(target).addScaledVector(direction, distance);
+    this.controls.target.copy(target);
+    this.controls.update();
+    this.invalidate();
   }
 
   setView(eye: Vec3, target: Vec3): void {

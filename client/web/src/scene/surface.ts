@@ -96,6 +96,17 @@ export class Surface {
     return this.shown;
   }
 
+  // Around what is shown.
+  worldBox(): THREE.Box3 {
+    const box = new THREE.Box3();
+    for (const id of this.shown) {
+      const { mesh } = this.tiles.get(id)!;
+      mesh.geometry.boundingBox ?? mesh.geometry.computeBoundingBox();
+      box.union(mesh.geometry.boundingBox!.clone().applyMatrix4(mesh.matrix));
+    }
+    return box;
+  }
+
   // Once in a frame, before it is drawn: true when there is more to do.
   uploadSome(): boolean {
     let bytes = 0;
