@@ -27,18 +27,26 @@ function thirdParty(packages: string[]): Plugin {
   };
 }
 
+// Draco's loader names modules of node that it does not use in a browser.
+function withoutNode(): Plugin {
+  return {
+    name: "without-node",
+    enforce: "pre",
+    resolveId: (id) => (id === "fs" || id === "path" ? "\0none" : null),
+    load: (id) => (id === "\0none" ? "export default {};" : null),
+  };
+}
+
 // MULTITETRA_VIEWER_OUT names the folder that the server's HTTP door reads; build.sh sets it.
 export default defineConfig({
   base: "./",
-  plugins: [thirdParty(["three", "draco3d", "@bufbuild/protobuf", "hash-wasm"])],
+  plugins: [withoutNode(), thirdParty(["three", "draco3d", "@bufbuild/protobuf", "hash-wasm"])],
   build: {
     outDir: process.env.MULTITETRA_VIEWER_OUT ?? "dist",
     emptyOutDir: true,
     target: "es2022",
     assetsInlineLimit: 0,
     chunkSizeWarningLimit: 1200,
-    // Draco's loader names node's modules and does not use them in a browser.
-    rollupOptions: { onwarn: (warning, warn) => warning.code?.includes("EXTERNAL") || warn(warning) },
   },
-  worker: { format: "es" },
+  worker: { format: "es", plugins: () => [withoutNode()] },
 });

@@ -10,7 +10,6 @@ import { dataBorder, latticeToWorld, voxelLength } from "./stream/dataset";
 import { Link } from "./stream/link";
 import { isosurfaceRequest, type View } from "./stream/request";
 import { hex } from "./mesh/content_digest";
-import type { MeshTopology } from "./mesh/seams";
 import { type DatasetInfo, ErrorMeasure, type ServerKind } from "./protocol/messages";
 import type { Surface } from "./scene/surface";
 import { noProgress, type Progress, type StepFacts } from "./state/progress";
@@ -18,6 +17,8 @@ import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
 import type { TilePool } from "./workers/tile_pool";
 import type { Certified } from "./workers/worker_messages";
+
+type Committed = AssemblerEffect & { kind: "committed" };
 
 const patience = 400; // Milliseconds that a drag waits for a preview.
 
@@ -161,7 +162,7 @@ export class SurfaceClient {
         void this.certify(order, effect.step);
         break;
       case "committed":
-        void this.present(order, effect.step, effect.topology, isNews);
+        this.present(order, effect, isNews);
         break;
       case "ended":
         progress.set({ isStreaming: false });
@@ -214,8 +215,9 @@ export class SurfaceClient {
     this.perform(this.conversation.certified(stream, step, result.topology));
   }
 
-  private present(order: Wanted, step: StepOfTiles, topology: MeshTopology, isNews: boolean): void {
-    const facts = factsOf(order, step, topology);
+  private present(order: Wanted, committed: Committed, isNews: boolean): void {
+    const { step } = committed;
+    const facts = factsOf(order, committed);
     const before = this.shown;
     if (isNews && !isStepBack(before, order, facts)) {
       this.surface.show(idsOf(order, step));
@@ -261,7 +263,7 @@ function idsOf(order: Wanted, step: StepOfTiles): string[] {
   return step.tiles.map(({ key }) => prefix + key);
 }
 
-function factsOf(order: Wanted, step: StepOfTiles, topology: MeshTopology): StepFacts {
+function factsOf(order: Wanted, { step, topology, sameAs }: Committed): StepFacts {
   const { begin, end } = step;
   const request = begin.request!;
   const isPreserving = preservesTopology(begin);
@@ -281,6 +283,6 @@ function factsOf(order: Wanted, step: StepOfTiles, topology: MeshTopology): Step
     serverSeconds: end.seconds,
     digest: hex(step.digest),
     topology,
-    matchesEarlierSteps: isPreserving && begin.step > 0,
+    sameTopologyAs: sameAs,
   };
 }

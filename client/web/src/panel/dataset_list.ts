@@ -64,7 +64,7 @@ export class DatasetList {
       h("img", { alt: "", src: blank, width: "64", height: "48" }),
       h("span", { class: "dataset-name" }, info.name),
       h("span", { class: "dataset-facts" },
-        `${x} × ${y} × ${z} · ${sampleTypeName(info.type)} · ${million} samples`),
+        `${x} × ${y} × ${z} · ${sampleTypeName(info.type)}`),
     );
     card.dataset.name = info.name;
     card.addEventListener("click", () => this.events.chosen(info));

@@ -44,3 +44,8 @@ export function inSeconds(milliseconds: number): string {
 export function inDigits(value: number, digits = 4): string {
   return String(Number(value.toPrecision(digits)));
 }
+
+// "1 voxel", "2 voxels".
+export function counted(value: number, noun: string, digits = 3): string {
+  return `${inDigits(value, digits)} ${noun}${value === 1 ? "" : "s"}`;
+}

@@ -5,7 +5,7 @@ import { defaults } from "../state/settings";
 import type { Store } from "../state/store";
 import { suggestedIsovalue } from "../stream/request";
 import { voxelLength, worldBox } from "../stream/dataset";
-import { grouped, h, inDigits } from "./dom";
+import { counted, grouped, h, inDigits } from "./dom";
 import { HistogramView } from "./histogram";
 import { choice, folded, section, slider, toggle } from "./inputs";
 
@@ -94,7 +94,7 @@ export class Panel {
 
   private accuracySection(): HTMLElement {
     const world = (voxels: number) =>
-      this.info ? ` (${inDigits(voxels * voxelLength(this.info), 3)} units)` : "";
+      this.info ? ` (${counted(voxels * voxelLength(this.info), "unit")})` : "";
     const error = slider({
       label: "Allowed error",
       tip: "How far the surface may be from the one at full resolution. Larger errors need fewer triangles.",
@@ -102,7 +102,7 @@ export class Panel {
       // More room for small errors, which matter most.
       toPosition: (value) => Math.sqrt(Math.min(value, maxError) / maxError),
       fromPosition: (at) => Number((Math.round(at * at * maxError * 40) / 40).toFixed(3)),
-      text: (value) => (value === 0 ? "none: full resolution" : `${inDigits(value, 3)} voxel${value === 1 ? "" : "s"}${world(value)}`),
+      text: (value) => (value === 0 ? "none: full resolution" : counted(value, "voxel") + world(value)),
       moved: (value, isDragging) => this.change({ error: value }, isDragging),
     });
     const bound = choice({
@@ -129,7 +129,7 @@ export class Panel {
       min: 0, max: 4, step: 1,
       toPosition: (value) => (value < 1 ? 0 : Math.min(4, Math.log2(value) + 1)),
       fromPosition: (at) => (at === 0 ? 0 : 2 ** (at - 1)),
-      text: (value) => (value === 0 ? "none" : `up to ${inDigits(value)} voxel${value === 1 ? "" : "s"}`),
+      text: (value) => (value === 0 ? "none" : `up to ${counted(value, "voxel")}`),
       moved: (value, isDragging) => this.change({ tolerance: value }, isDragging),
     });
     const budget = slider({
@@ -149,7 +149,7 @@ export class Panel {
     const pixels = slider({
       label: "Error on the screen", tip: "How many pixels of your screen an error may cover.",
       min: 0.5, max: 8, step: 0.5,
-      text: (value) => `${value} pixel${value === 1 ? "" : "s"}`,
+      text: (value) => counted(value, "pixel"),
       moved: (value, isDragging) => this.change({ pixels: value }, isDragging),
     });
     this.shows.push((s) => {
@@ -179,7 +179,7 @@ export class Panel {
       min: 0, max: 1, step: 0.001,
       toPosition: (value) => Math.sqrt(Math.min(value, maxError) / maxError),
       fromPosition: (at) => Number((Math.round(at * at * maxError * 40) / 40).toFixed(3)),
-      text: (value) => (value === 0 ? "none: full resolution" : `${inDigits(value, 3)} voxels`),
+      text: (value) => (value === 0 ? "none: full resolution" : counted(value, "voxel")),
       moved: (value, isDragging) => {
         const { region } = this.settings.get();
         if (region) this.change({ region: { ...region, error: value } }, isDragging);

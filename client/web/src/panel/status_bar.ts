@@ -113,7 +113,7 @@ function certificateOf(shown: StepFacts): HTMLElement[] {
     row("Euler characteristic", String(topology.eulerCharacteristic),
       "Vertices - edges + triangles: 2 for a ball, 0 for a ring; each hole takes 2 away."),
     row("Topology", shown.preservesTopology
-      ? shown.matchesEarlierSteps ? "preserved, same as the step before" : "preserved"
+      ? shown.sameTopologyAs !== null ? `preserved, same as in step ${shown.sameTopologyAs + 1}` : "preserved"
       : "a preview: parts may be missing",
       "Whether parts, tunnels and hollows are exactly those of the full-resolution surface."),
     row("Vertices, edges", `${grouped(topology.vertices)}, ${grouped(topology.edges)}`, "As counted here."),

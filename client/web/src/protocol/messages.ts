@@ -9,6 +9,7 @@ import {
   ServerMessageSchema,
 } from "./generated/multitetra/v1/conversation_pb";
 
+export { create } from "@bufbuild/protobuf";
 export * from "./generated/multitetra/v1/conversation_pb";
 export * from "./generated/multitetra/v1/dataset_pb";
 export * from "./generated/multitetra/v1/request_pb";

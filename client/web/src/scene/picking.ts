@@ -2,7 +2,7 @@
 // distance. Escape, or a click beside the surface, forgets both.
 import * as THREE from "three";
 
-import { h, inDigits } from "../panel/dom";
+import { counted, h, inDigits } from "../panel/dom";
 import { applied, inverse, latticeToIndex, latticeToWorld, type Vec3, voxelLength } from "../stream/dataset";
 import type { ShownSurface } from "../surface_client";
 import type { TilePool } from "../workers/tile_pool";
@@ -91,8 +91,8 @@ export class Picking {
       const distance = b ? Math.hypot(...a.world.map((v, i) => v - b.world[i])) : 0;
       this.element.append(
         b
-          ? h("p", { class: "distance" }, `A to B: ${inDigits(distance, 4)} units`,
-              h("span", {}, ` (${inDigits(distance / voxel, 4)} voxels)`))
+          ? h("p", { class: "distance" }, `A to B: ${counted(distance, "unit", 4)}`,
+              h("span", {}, ` (${counted(distance / voxel, "voxel", 4)})`))
           : h("p", { class: "hint" }, "Click another point to measure."),
       );
       for (const name of b ? ["A", "B"] : ["A"]) {

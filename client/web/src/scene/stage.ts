@@ -17,7 +17,7 @@ export class Stage {
   readonly renderer: THREE.WebGLRenderer;
   readonly controls: OrbitControls;
   readonly clipPlane = new THREE.Plane();
-  private readonly headlight = new THREE.DirectionalLight(0xffffff, 1.9);
+  private readonly headlight = new THREE.DirectionalLight(0xfff6ea, 2.5);
   private readonly sphere = new THREE.Sphere(new THREE.Vector3(), 1);
   private isDue = false;
   // Work to do in small parts, one part a frame: true when there is more.
@@ -29,7 +29,7 @@ export class Stage {
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.setClearColor(0x000000, 0);
     this.camera.up.set(0, 0, 1);
-    this.scene.add(new THREE.HemisphereLight(0xdfe8f5, 0x3a3530, 1.25), this.camera);
+    this.scene.add(new THREE.HemisphereLight(0xdfe8f5, 0x2a2622, 0.85), this.camera);
     this.headlight.position.set(-0.6, 0.9, 1);
     this.camera.add(this.headlight, this.headlight.target);
     this.headlight.target.position.set(0, 0, -1);

@@ -38,7 +38,7 @@ export class Surface {
     color: 0x000000,
     wireframe: true,
     transparent: true,
-    opacity: 0.38,
+    opacity: 0.24,
   });
   private colouring: Colouring = "plain";
   private isWireframe = false;

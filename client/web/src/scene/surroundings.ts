@@ -3,7 +3,7 @@ import * as THREE from "three";
 
 import { applied } from "../stream/dataset";
 import type { DatasetInfo } from "../protocol/messages";
-import { h, inDigits } from "../panel/dom";
+import { counted, h } from "../panel/dom";
 import type { Stage } from "./stage";
 
 const axisColours = [0xd9534f, 0x5cb85c, 0x4f8fd9];
@@ -53,7 +53,7 @@ export class Surroundings {
     const pixels = length / this.stage.unitsOf(1);
     if (!Number.isFinite(pixels)) return;
     this.scaleBar.style.width = `${pixels.toFixed(1)}px`;
-    const text = `${inDigits(length)} units`;
+    const text = counted(length, "unit", 4);
     if (this.scaleBar.textContent !== text) this.scaleBar.textContent = text;
   }
 }

@@ -18,7 +18,7 @@ export interface StepFacts {
   serverSeconds: number;
   digest: string;
   topology: MeshTopology;
-  matchesEarlierSteps: boolean; // Of the same stream, with their topology preserved.
+  sameTopologyAs: number | null; // An earlier step of the stream that it was compared with.
 }
 
 export type ConnectionPhase = "connecting" | "greeting" | "ready" | "lost";

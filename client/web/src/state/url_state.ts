@@ -15,7 +15,7 @@ export function toAddress(settings: Settings): string {
   if (settings.region) said.set("region", regionText(settings.region));
   if (settings.eye) said.set("eye", settings.eye.map(short).join(","));
   if (settings.target) said.set("target", settings.target.map(short).join(","));
-  return said.toString().replaceAll("%2C", ",").replaceAll("%3A", ":");
+  return said.toString().replace(/%(2C|3A|3D)/g, decodeURIComponent);
 }
 
 export function fromAddress(text: string): Partial<Settings> {

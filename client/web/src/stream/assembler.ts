@@ -40,7 +40,8 @@ export type AssemblerEffect =
   | { kind: "begun"; begin: StepBegin; tiles: TilePromise[]; missing: number }
   | { kind: "decode"; tile: TilePromise; payload: Uint8Array; begin: StepBegin }
   | { kind: "certify"; step: StepOfTiles }
-  | { kind: "committed"; step: StepOfTiles; topology: MeshTopology }
+  // `sameAs`: an earlier step that was found to have the same topology, if one had to.
+  | { kind: "committed"; step: StepOfTiles; topology: MeshTopology; sameAs: number | null }
   | { kind: "ended"; outcome: StreamOutcome }
   | { kind: "refused"; code: number; text: string }
   | { kind: "failed"; text: string };
@@ -143,7 +144,9 @@ export class Assembler {
     const { certifying } = first;
     this.pending.shift();
     ++this.committed;
-    return [{ kind: "committed", step: certifying, topology }, ...this.advance()];
+    const compared = preservesTopology(certifying.begin) ? this.invariants!.step : step;
+    const sameAs = compared === step ? null : compared;
+    return [{ kind: "committed", step: certifying, topology, sameAs }, ...this.advance()];
   }
 
   private ofThisStream(id: bigint, act: () => AssemblerEffect[]): AssemblerEffect[] {
