@@ -5,12 +5,11 @@
 #include <vector>
 
 #include "client/trust.hpp"
-#include "common/web_socket.hpp"
+#include "common/websocket.hpp"
 
 namespace multitetra {
 
 using boost::system::error_code;
-namespace http = beast::http;
 
 // What is spoken over the byte stream.
 class MessageChannel::Wire {
@@ -98,7 +97,7 @@ class MessageChannel::WebSocketWire final : public Wire {
     socket_.binary(true);
     socket_.auto_fragment(false);
     socket_.write_buffer_bytes(16 * 1024);
-    socket_.read_message_max(channel.options_.max_message_bytes);
+    socket_.read_message_max(0);  // The limit is ours, in receive().
   }
 
   asio::awaitable<Result<void>> open() override {
@@ -131,13 +130,14 @@ class MessageChannel::WebSocketWire final : public Wire {
 
   asio::awaitable<Result<std::string>> receive() override {
     std::string content;
-    auto buffer = asio::dynamic_buffer(content, channel_.options_.max_message_bytes);
+    auto buffer = asio::dynamic_buffer(content);
     do {
       error_code error;
       const std::size_t size = co_await socket_.async_read_some(
           buffer, channel_.options_.read_buffer_bytes, use_error(error));
       if (error) co_return fault(error);
       channel_.came(size);
+      if (content.size() > channel_.options_.max_message_bytes) co_return too_large();
     } while (!socket_.is_message_done());
     if (!socket_.got_binary()) {
       co_return channel_.closed({ErrorCode::kMalformedMessage,
@@ -152,13 +152,14 @@ class MessageChannel::WebSocketWire final : public Wire {
   }
 
  private:
+  tl::unexpected<Error> too_large() {
+    return channel_.closed(
+        {ErrorCode::kMessageTooLarge, "A message of more than " +
+                                          std::to_string(channel_.options_.max_message_bytes) +
+                                          " bytes comes, which is the limit here."});
+  }
+
   tl::unexpected<Error> fault(const error_code& error) {
-    if (error == websocket::error::message_too_big || error == websocket::error::buffer_overflow) {
-      return channel_.closed(
-          {ErrorCode::kMessageTooLarge, "A message of more than " +
-                                            std::to_string(channel_.options_.max_message_bytes) +
-                                            " bytes comes, which is the limit here."});
-    }
     const bool is_protocol_fault =
         error.category() == make_error_code(websocket::error::bad_opcode).category() &&
         error != websocket::error::closed;
@@ -167,7 +168,7 @@ class MessageChannel::WebSocketWire final : public Wire {
         {ErrorCode::kMalformedFrame, "What comes is no WebSocket frame: " + error.message() + "."});
   }
 
-  websocket::stream<StreamSocket&> socket_;
+  WebSocket socket_;
 };
 
 // ---- the channel

@@ -10,7 +10,7 @@
 #include "client/trust.hpp"
 #include "common/endpoint.hpp"
 #include "common/frame.hpp"
-#include "common/web_socket.hpp"
+#include "common/websocket.hpp"
 #include "tests/dataset/temporary_folder.hpp"
 #include "tests/support/certificate.hpp"
 
@@ -53,7 +53,6 @@ class TransportDoor {
 
  private:
   using error_code = boost::system::error_code;
-  using WebSocket = websocket::stream<StreamSocket&>;
 
   struct Visit {
     Visit(tcp::socket socket, const TlsContextPtr& tls, asio::io_context& io)
