@@ -108,9 +108,10 @@ asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
     if (!request) {
       const BrokenRequest& broken = request.error();
       is_answering_ = true;
-      co_await write(error_answer(broken.status, {ErrorCode::kMalformedMessage, broken.text},
-                                  service_.new_request_id()),
-                     /*with_body=*/true, /*keep_alive=*/false);
+      // Made before it is awaited: GCC 12 destroys an aggregate of an awaiting expression twice.
+      const Answer answer = error_answer(broken.status, {ErrorCode::kMalformedMessage, broken.text},
+                                         service_.new_request_id());
+      co_await write(answer, /*with_body=*/true, /*keep_alive=*/false);
       co_return std::nullopt;
     }
     if (*request) co_return std::move(**request);
