@@ -25,6 +25,9 @@ struct Arguments {
   std::string tcp = to_string(Endpoint{.host = "127.0.0.1"});
   std::string http = http_url(HttpOptions{}.listen);
   std::vector<std::string> allowed_origins;
+  std::string viewer;
+  std::uint64_t max_mesh_triangles = HttpOptions{}.max_mesh_triangles;
+  std::uint64_t mesh_cache_bytes = HttpOptions{}.mesh_cache_bytes;
   int threads = 0;
   std::size_t cache_bytes = std::size_t{512} << 20;
 };
@@ -48,10 +51,10 @@ std::vector<std::filesystem::path> dataset_files(const std::vector<std::string>&
 }
 
 // A dataset that cannot be served is told and left out.
-CataloguePtr open_all(const std::vector<std::filesystem::path>& files, std::size_t cache_bytes) {
+CataloguePtr open_all(const std::vector<std::filesystem::path>& files,
+                      const std::shared_ptr<StepCache>& cache) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
   const auto pool = std::make_shared<CubeMemoryPool>();
-  const auto cache = std::make_shared<StepCache>(cache_bytes);
   for (const std::filesystem::path& file : files) {
     try {
       const DatasetPtr dataset = open_dataset(file);
@@ -67,11 +70,19 @@ CataloguePtr open_all(const std::vector<std::filesystem::path>& files, std::size
   return catalogue;
 }
 
-std::vector<MakeDoor> more_doors(const Arguments& arguments) {
+std::vector<MakeDoor> more_doors(const Arguments& arguments,
+                                 const std::shared_ptr<StepCache>& cache) {
   if (arguments.http == "off") return {};
   const Result<Endpoint> endpoint = parse_http_endpoint(arguments.http);
   if (!endpoint) throw std::invalid_argument("--http: " + endpoint.error().text);
-  const HttpOptions options = {.listen = *endpoint, .allowed_origins = arguments.allowed_origins};
+  HttpOptions options = {.listen = *endpoint,
+                         .allowed_origins = arguments.allowed_origins,
+                         .max_mesh_triangles = arguments.max_mesh_triangles,
+                         .mesh_cache_bytes = arguments.mesh_cache_bytes,
+                         .viewer = find_viewer(arguments.viewer)};
+  options.hooks.find_tile = [cache](const ContentDigest& digest) {
+    return cache->tiles().find_plain(digest);
+  };
   return {[options](const House& house) { return std::make_unique<HttpDoor>(house, options); }};
 }
 
@@ -80,7 +91,8 @@ int serve(const Arguments& arguments) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("multitetra-server"));
   const Result<Endpoint> endpoint = parse_endpoint(arguments.tcp);
   if (!endpoint) throw std::invalid_argument("--tcp: " + endpoint.error().text);
-  const CataloguePtr catalogue = open_all(dataset_files(arguments.inputs), arguments.cache_bytes);
+  const auto cache = std::make_shared<StepCache>(arguments.cache_bytes);
+  const CataloguePtr catalogue = open_all(dataset_files(arguments.inputs), cache);
   if (catalogue->size() == 0) {
     throw std::runtime_error(
         "No dataset to serve; make one with: multitetra-server prepare VOLUME -o FILE.mtd");
@@ -88,7 +100,7 @@ int serve(const Arguments& arguments) {
   // Each step uses all threads; a second one at the same time fills what the first leaves idle.
   const std::size_t workers = arguments.threads == 1 ? 1 : 2;
   Server server(catalogue, {.listen = *endpoint, .workers = workers, .stop_on_signals = true},
-                more_doors(arguments));
+                more_doors(arguments, cache));
   spdlog::info("listening on {}", to_string(server.endpoint()));
   if (arguments.http != "off") spdlog::info("listening on {}", http_url(server.endpoint(1)));
   server.run();
@@ -112,6 +124,20 @@ void add_serve_command(CLI::App& program, Run& run) {
   command->add_option("--allow-origin", a->allowed_origins,
                       "Web pages of this origin, for example https://example.org, may use the "
                       "HTTP door besides its own; * allows all (repeatable)");
+  command->add_option("--viewer", a->viewer,
+                      "Folder of the web viewer's files, served at / (default: the one that was "
+                      "built or installed with this program)");
+  command
+      ->add_option("--max-mesh-triangles", a->max_mesh_triangles,
+                   "The most triangles of a mesh in one HTTP response; while one is made it takes "
+                   "about 120 bytes of memory for each")
+      ->capture_default_str();
+  command
+      ->add_option("--mesh-cache-bytes", a->mesh_cache_bytes,
+                   "Disk for mesh files that are kept for the next HTTP request, in the temporary "
+                   "folder")
+      ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false))
+      ->capture_default_str();
   command
       ->add_option("--cache-bytes", a->cache_bytes,
                    "Memory for encoded tiles that are kept for the next request, for example "
