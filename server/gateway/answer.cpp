@@ -44,6 +44,8 @@ int status_of(ErrorCode code) {
     case ErrorCode::kCancelled:
     case ErrorCode::kUnavailable:
       return 503;
+    case ErrorCode::kUnauthenticated:
+      return 401;
     case ErrorCode::kUnknown:
     case ErrorCode::kDamagedData:
     case ErrorCode::kInternal:
@@ -92,6 +94,7 @@ Answer error_answer(int status, const Error& error, std::string_view request_id)
 Answer error_answer(const Error& error, std::string_view request_id) {
   Answer answer = error_answer(status_of(error.code), error, request_id);
   if (answer.status == 503) add_field(answer, "Retry-After", "1");
+  if (answer.status == 401) add_field(answer, "WWW-Authenticate", "Bearer");
   return answer;
 }
 

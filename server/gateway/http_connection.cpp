@@ -6,14 +6,18 @@
 
 #include <spdlog/spdlog.h>
 
+#include "server/operations/log.hpp"
+
 namespace multitetra {
 
 using boost::system::error_code;
 
-HttpConnection::HttpConnection(std::unique_ptr<StreamSocket> stream, std::string peer,
-                               HttpService& service, const HttpOptions& options)
+HttpConnection::HttpConnection(std::unique_ptr<StreamSocket> stream, GuestPtr guest,
+                               std::optional<Error> refusal, HttpService& service,
+                               const HttpOptions& options)
     : stream_(std::move(stream)),
-      peer_(std::move(peer)),
+      guest_(std::move(guest)),
+      refusal_(std::move(refusal)),
       service_(service),
       options_(options),
       requests_(options.max_header_bytes) {
@@ -35,7 +39,7 @@ void HttpConnection::start(Upgrade on_upgrade, std::function<void()> on_closed) 
         try {
           if (trouble) std::rethrow_exception(trouble);
         } catch (const std::exception& error) {
-          spdlog::error("{}: closing the connection: {}", self->peer_, error.what());
+          spdlog::error("{}: closing the connection: {}", self->guest_->facts().peer, error.what());
           self->upgrade_.reset();
         }
         if (self->upgrade_) {
@@ -60,7 +64,7 @@ void HttpConnection::end(const Error& why) {
 
 void HttpConnection::keep_time(Clock::time_point now) {
   if (!deadline_.is_past(now)) return;
-  spdlog::debug("{}: closing the connection: it took too long", peer_);
+  spdlog::debug("{}: closing the connection: it took too long", guest_->facts().peer);
   deadline_.clear();
   stream_->close();
 }
@@ -70,17 +74,26 @@ asio::awaitable<void> HttpConnection::run() {
   error_code error;
   co_await stream_->async_handshake(asio::ssl::stream_base::server, use_error(error));
   if (error) {
-    spdlog::info("{}: no TLS: {}", peer_, error.message());
+    log_line(LogLevel::kInfo, "no TLS: " + error.message(),
+             {{"connection", guest_->facts().connection}, {"peer", guest_->facts().peer}});
     co_return;
   }
   while (auto request = co_await read_request()) {
     is_answering_ = true;
     deadline_.clear();
-    Visit visit{
-        .peer = peer_, .request_id = service_.new_request_id(), .watch = [this] { watch(); }};
-    visit_ = &visit;
-    const Outcome outcome = co_await service_.answer(*request, visit);
-    visit_ = nullptr;
+    if (const auto refused = refusal_of(*request)) {
+      guest_->keeper().observer().error_answered(guest_->facts(), *refused, 0);
+      const Answer answer = error_answer(503, *refused, service_.new_request_id());
+      co_await write(answer, /*with_body=*/true, /*keep_alive=*/false);
+      break;
+    }
+    const auto visit = std::make_shared<Visit>();
+    visit->guest = guest_;
+    visit->request_id = service_.new_request_id();
+    visit->watch = [this] { watch(); };
+    visit_ = visit;
+    const Outcome outcome = co_await service_.answer(*request, *visit);
+    visit_.reset();
     const auto* answer = std::get_if<Answer>(&outcome);
     if (!answer) {
       upgrade_ = std::move(request);
@@ -89,11 +102,17 @@ asio::awaitable<void> HttpConnection::run() {
     const bool keep_alive = request->keep_alive() && !is_ending_;
     const bool with_body = request->method() != http::verb::head;
     const bool is_written = co_await write(*answer, with_body, keep_alive);
+    if (visit->record && is_written) visit->record->end(visit->outcome);
     if (!is_written) co_return;
     if (!keep_alive || is_ending_) break;
     is_answering_ = false;
   }
   co_await hang_up();
+}
+
+std::optional<Error> HttpConnection::refusal_of(const HttpRequest& request) {
+  if (refusal_) return refusal_;
+  return guest_->forwarded_for(view_of(request["X-Forwarded-For"]));
 }
 
 asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
@@ -105,9 +124,10 @@ asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
     if (!request) {
       const BrokenRequest& broken = request.error();
       is_answering_ = true;
-      co_await write(error_answer(broken.status, {ErrorCode::kMalformedMessage, broken.text},
-                                  service_.new_request_id()),
-                     /*with_body=*/true, /*keep_alive=*/false);
+      // Made before it is awaited: GCC 12 destroys an aggregate of an awaiting expression twice.
+      const Answer answer = error_answer(broken.status, {ErrorCode::kMalformedMessage, broken.text},
+                                         service_.new_request_id());
+      co_await write(answer, /*with_body=*/true, /*keep_alive=*/false);
       co_return std::nullopt;
     }
     if (*request) co_return std::move(**request);
@@ -134,7 +154,8 @@ asio::awaitable<bool> HttpConnection::write(const Answer& answer, bool with_body
   }
   deadline_.set(options_.write_timeout);
   error_code error;
-  co_await asio::async_write(*stream_, parts, use_error(error));
+  const std::size_t size = co_await asio::async_write(*stream_, parts, use_error(error));
+  guest_->keeper().observer().sent("http", size);
   if (error) co_return false;
   if (!with_body || !file) co_return true;
   co_return co_await write_file(**file, body.first, body.length);
@@ -149,7 +170,9 @@ asio::awaitable<bool> HttpConnection::write_file(const ScratchFile& file, std::u
     file.get(first, piece);
     deadline_.set(options_.write_timeout);
     error_code error;
-    co_await asio::async_write(*stream_, asio::buffer(piece), use_error(error));
+    const std::size_t size =
+        co_await asio::async_write(*stream_, asio::buffer(piece), use_error(error));
+    guest_->keeper().observer().sent("http", size);
     if (error) co_return false;
     first += piece.size();
     length -= piece.size();

@@ -17,9 +17,10 @@ namespace multitetra {
 
 class HttpConnection : public Visitor, public std::enable_shared_from_this<HttpConnection> {
  public:
-  // Service and options outlive the connection.
-  HttpConnection(std::unique_ptr<StreamSocket> stream, std::string peer, HttpService& service,
-                 const HttpOptions& options);
+  // Service and options outlive the connection. With a `refusal` the first request is answered so,
+  // whatever it is.
+  HttpConnection(std::unique_ptr<StreamSocket> stream, GuestPtr guest, std::optional<Error> refusal,
+                 HttpService& service, const HttpOptions& options);
 
   // Takes over the stream of a connection that becomes a WebSocket.
   using Upgrade = std::function<void(std::unique_ptr<StreamSocket>, HttpRequest)>;
@@ -34,6 +35,8 @@ class HttpConnection : public Visitor, public std::enable_shared_from_this<HttpC
   // The next request; nullopt when there is none, or what came cannot be followed: then that was
   // answered.
   asio::awaitable<std::optional<HttpRequest>> read_request();
+  // Why this request is not answered; nullopt when it is.
+  [[nodiscard]] std::optional<Error> refusal_of(const HttpRequest& request);
   asio::awaitable<bool> write(const Answer& answer, bool with_body, bool keep_alive);
   asio::awaitable<bool> write_file(const ScratchFile& file, std::uint64_t first,
                                    std::uint64_t length);
@@ -43,14 +46,15 @@ class HttpConnection : public Visitor, public std::enable_shared_from_this<HttpC
   [[nodiscard]] bool has_hung_up();
 
   std::unique_ptr<StreamSocket> stream_;
-  std::string peer_;
+  GuestPtr guest_;
+  std::optional<Error> refusal_;
   HttpService& service_;
   const HttpOptions& options_;
   std::optional<HttpRequest> upgrade_;
   Upgrade on_upgrade_;
   std::function<void()> on_closed_;
   RequestReader requests_;
-  Visit* visit_ = nullptr;  // While a request is answered.
+  std::shared_ptr<Visit> visit_;  // While a request is answered.
   bool is_watching_ = false;
   bool is_answering_ = false;
   bool is_ending_ = false;

@@ -9,7 +9,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "common/endpoint.hpp"
@@ -26,18 +25,12 @@ inline constexpr std::uint16_t kDefaultHttpPort = 7480;
 struct HttpHooks {
   // A tile without normals that is at hand.
   std::function<std::optional<EncodedTile>(const ContentDigest&)> find_tile = {};
-  // Whether the bearer of the token (empty: none was shown) may have tiles. Empty: everybody.
-  std::function<bool(std::string_view token)> admits = {};
-  // Whether new work is welcome. Empty: always.
+  // Whether new work is welcome, besides what the keeper of the house says. Empty: always.
   std::function<bool()> is_ready = {};
-  // In Prometheus' text format.
-  std::function<std::string()> metrics = {};
 };
 
 struct HttpOptions {
   Endpoint listen{.host = "127.0.0.1", .port = kDefaultHttpPort};  // Port 0: a free one.
-  std::size_t max_connections = 4096;
-  TlsContexts tls = {};
   // Each for itself: TLS, a request's header from its first byte on, a WebSocket's first Hello.
   std::chrono::milliseconds handshake_timeout{10'000};
   std::chrono::milliseconds keep_alive_timeout{60'000};  // Between two requests.

@@ -121,7 +121,7 @@ asio::awaitable<Outcome> HttpService::routed(const HttpRequest& request, Visit& 
 
 asio::awaitable<Answer> HttpService::inquired(const Route& route, Question asked) {
   const std::string& id = asked.visit.request_id;
-  Inquiry inquiry(house_.new_dialogue(asked.visit.peer), asked.visit);
+  Inquiry inquiry(house_.new_dialogue(asked.visit.guest), asked.visit);
   const auto welcome = co_await inquiry.greet(std::string(bearer_token(asked.request)));
   if (!welcome) co_return error_answer(welcome.error(), id);
   if (const auto* surface = std::get_if<SurfaceFile>(&route)) {
@@ -148,14 +148,17 @@ Answer HttpService::answer_to(const Liveness&, const Question&) const {
 }
 
 Answer HttpService::answer_to(const Readiness&, const Question& asked) const {
+  if (const auto refusal = house_.keeper.refusal_of_work()) {
+    return error_answer(*refusal, asked.visit.request_id);
+  }
   if (!options_.hooks.is_ready || options_.hooks.is_ready()) return answer_to(Liveness{}, asked);
   return error_answer({ErrorCode::kUnavailable, "The server takes no new work now."},
                       asked.visit.request_id);
 }
 
 Answer HttpService::answer_to(const Metrics&, const Question& asked) const {
-  if (!options_.hooks.metrics) return not_offered("metrics", asked.visit.request_id);
-  Answer answer{.body = body_of(options_.hooks.metrics())};
+  if (!house_.metrics) return not_offered("metrics", asked.visit.request_id);
+  Answer answer{.body = body_of(house_.metrics())};
   add_field(answer, "Content-Type", "text/plain; version=0.0.4; charset=utf-8");
   add_field(answer, "Cache-Control", "no-store");
   return answer;
@@ -168,12 +171,10 @@ Answer HttpService::answer_to(const Description&, const Question& asked) const {
 Answer HttpService::answer_to(const TileBytes& tile, const Question& asked) const {
   const HttpHooks& hooks = options_.hooks;
   if (!hooks.find_tile) return not_offered("tiles by their digest", asked.visit.request_id);
-  if (hooks.admits && !hooks.admits(bearer_token(asked.request))) {
-    Answer answer =
-        error_answer(401, {ErrorCode::kInvalidArgument, "Tiles are for bearers of a token only."},
-                     asked.visit.request_id);
-    add_field(answer, "WWW-Authenticate", "Bearer");
-    return answer;
+  const AccessListPtr& access = house_.keeper.access();
+  if (access) {
+    const auto rights = access->rights_of(bearer_token(asked.request));
+    if (!rights) return error_answer(rights.error(), asked.visit.request_id);
   }
   const auto found = hooks.find_tile(tile.digest);
   if (!found) {
@@ -185,9 +186,9 @@ Answer HttpService::answer_to(const TileBytes& tile, const Question& asked) cons
   }
   Answer answer{.body = body_of(found->payload)};
   add_field(answer, "Content-Type", media_type(MeshFormat::kDrc));
-  add_field(answer, "Cache-Control",
-            hooks.admits ? "private, max-age=31536000, immutable"
-                         : "public, max-age=31536000, immutable");
+  add_field(
+      answer, "Cache-Control",
+      access ? "private, max-age=31536000, immutable" : "public, max-age=31536000, immutable");
   meet_conditions(answer, asked.request, '"' + tile.digest.hex() + '"');
   return answer;
 }

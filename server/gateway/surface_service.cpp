@@ -107,15 +107,17 @@ asio::awaitable<Result<SurfaceService::Wanted>> SurfaceService::wanted(const std
 
 asio::awaitable<Result<StoredMesh>> SurfaceService::make(const Wanted& wanted, Inquiry& inquiry,
                                                          Visit& visit) {
+  visit.stop = std::stop_source();
   if (visit.watch) visit.watch();
   auto step =
       co_await inquiry.final_step(wanted.info.name, wanted.request, options_.max_mesh_triangles);
   if (!step) co_return tl::unexpected(step.error());
-  auto stored = co_await run_on(
-      assembling_,
-      [step = std::make_shared<const Inquiry::Step>(*std::move(step)), info = wanted.info,
-       form = wanted.form, folder = options_.temporary_folder,
-       stop = visit.stop.get_token()] { return guarded_store(*step, info, form, folder, stop); });
+  auto job = [step = std::make_shared<const Inquiry::Step>(*std::move(step)), info = wanted.info,
+              form = wanted.form, folder = options_.temporary_folder,
+              stop = visit.stop.get_token()] {
+    return guarded_store(*step, info, form, folder, stop);
+  };
+  auto stored = co_await run_on(assembling_, std::move(job));
   if (stored && !wanted.tag.empty()) meshes_.add(wanted.key, *stored, stored->bytes + 4096);
   co_return stored;
 }
@@ -136,12 +138,22 @@ asio::awaitable<Answer> SurfaceService::answer(const std::string& dataset, const
   const StoredMesh* const known = meshes_.find(wanted->key);
   const bool needs_none = request.method() == http::verb::head ||
                           names_tag(field(request, http::field::if_none_match), wanted->tag);
+  RequestFacts facts;
+  facts.kind = "isosurface";
+  facts.dataset = dataset;
+  facts.isovalue = wanted->request.isovalue;
+  facts.error = wanted->request.error;
+  facts.unit = multitetra::name(wanted->request.unit);
+  visit.record = std::make_unique<RequestRecord>(visit.guest, std::move(facts));
   StoredMesh mesh;
   if (known) {
     mesh = *known;
   } else if (!needs_none) {
     auto made = co_await make(*wanted, inquiry, visit);
-    if (!made) co_return error_answer(made.error(), visit.request_id);
+    if (!made) {
+      visit.outcome = multitetra::name(made.error().code);
+      co_return error_answer(made.error(), visit.request_id);
+    }
     mesh = *std::move(made);
   }
   if (mesh.file) {

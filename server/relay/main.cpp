@@ -24,7 +24,8 @@ struct Arguments {
   std::string tcp = "off";
   std::vector<std::string> allowed_origins;
   std::string viewer;
-  std::size_t max_connections = HttpOptions{}.max_connections;
+  std::size_t max_connections = 4096;
+  double max_requests = 1000;
   std::uint64_t max_mesh_triangles = HttpOptions{}.max_mesh_triangles;
   std::uint64_t mesh_cache_bytes = HttpOptions{}.mesh_cache_bytes;
 };
@@ -45,16 +46,18 @@ int serve(const Arguments& arguments) {
   }
   if (arguments.http != "off") {
     options.http = HttpOptions{.listen = parsed("--http", arguments.http, parse_http_endpoint),
-                               .max_connections = arguments.max_connections,
                                .allowed_origins = arguments.allowed_origins,
                                .max_mesh_triangles = arguments.max_mesh_triangles,
                                .mesh_cache_bytes = arguments.mesh_cache_bytes,
                                .viewer = find_viewer(arguments.viewer)};
   }
   if (arguments.tcp != "off") {
-    options.tcp = TcpDoorOptions{.listen = parsed("--tcp", arguments.tcp, tcp_endpoint),
-                                 .max_connections = arguments.max_connections};
+    options.tcp = TcpDoorOptions{.listen = parsed("--tcp", arguments.tcp, tcp_endpoint)};
   }
+  options.keeper.connections = {.total = arguments.max_connections,
+                                .per_name = arguments.max_connections};
+  options.keeper.requests = {.per_second = arguments.max_requests,
+                             .burst = 3 * arguments.max_requests};
   if (!options.http && !options.tcp) throw std::invalid_argument("Both doors are off.");
   RelayServer relay(options);
   if (options.tcp) spdlog::info("listening on {}", to_string(relay.tcp()));
@@ -85,7 +88,9 @@ int run(int argc, char** argv) {
                      "Web pages of this origin may use the HTTP door besides its own; * allows all "
                      "(repeatable)");
   program.add_option("--viewer", a.viewer, "Folder of the web viewer's files, served at /");
-  program.add_option("--max-connections", a.max_connections, "Through each door")
+  program.add_option("--max-connections", a.max_connections, "Through all doors")
+      ->capture_default_str();
+  program.add_option("--max-requests", a.max_requests, "Requests of one address in a second")
       ->capture_default_str();
   program
       .add_option("--max-mesh-triangles", a.max_mesh_triangles,

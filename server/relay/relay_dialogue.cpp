@@ -25,6 +25,14 @@ std::uint64_t request_id_of(const ServerMessage& message) {
       message);
 }
 
+// The id of a message that counts as a request.
+std::optional<std::uint64_t> counted_request(const ClientMessage& message) {
+  if (const auto* open = std::get_if<OpenStream>(&message)) return open->request_id;
+  if (const auto* estimate = std::get_if<Estimate>(&message)) return estimate->request_id;
+  if (const auto* list = std::get_if<ListDatasets>(&message)) return list->request_id;
+  return std::nullopt;
+}
+
 // Several may wait: none of them may set the time, as that would wake the others.
 asio::awaitable<void> wait_on(asio::steady_timer& timer) {
   boost::system::error_code cancelled;
@@ -34,12 +42,12 @@ asio::awaitable<void> wait_on(asio::steady_timer& timer) {
 }  // namespace
 
 RelayDialogue::RelayDialogue(asio::any_io_executor executor, std::shared_ptr<Relay> relay,
-                             SessionOptions options, std::string peer)
+                             SessionOptions options, GuestPtr guest)
     : executor_(executor),
       relay_(std::move(relay)),
       options_(std::move(options)),
       session_(std::make_shared<const DatasetCatalogue>(), options_),
-      peer_(std::move(peer)),
+      guest_(std::move(guest)),
       change_(executor, asio::steady_timer::time_point::max()) {}
 
 void RelayDialogue::wake() { change_.cancel(); }
@@ -58,6 +66,13 @@ void RelayDialogue::receive(std::string_view content) {
         executor_, [self = shared_from_this(), hello = *hello] { return self->greet(hello); },
         asio::detached);
     return;
+  }
+  const auto counted = message ? counted_request(*message) : std::nullopt;
+  if (counted && session_.is_welcomed() && !session_.is_closed()) {
+    if (auto error = guest_->may_ask()) {
+      say(ErrorReply{.request_id = *counted, .error = *std::move(error)});
+      return;
+    }
   }
   perform(message ? session_.receive(*message) : session_.receive(message.error()));
 }
@@ -129,7 +144,7 @@ void RelayDialogue::perform(Actions actions) {
 void RelayDialogue::perform(Send action) { say(std::move(action.message)); }
 
 void RelayDialogue::perform(StartStream action) {
-  spdlog::info("{}: stream {} of {}: isovalue {}, error {}", peer_, action.open.request_id,
+  spdlog::info("{}: stream {} of {}: isovalue {}, error {}", peer(), action.open.request_id,
                action.open.dataset, action.open.request.isovalue, action.open.request.error);
   auto dataset = std::dynamic_pointer_cast<const RelayedDataset>(action.source);
   running_ = std::make_shared<Running>(
@@ -161,7 +176,7 @@ void RelayDialogue::perform(StopStream action) {
 }
 
 void RelayDialogue::perform(Close action) {
-  spdlog::info("{}: ending the connection: {}", peer_, action.reason);
+  spdlog::info("{}: ending the connection: {}", peer(), action.reason);
   is_over_ = true;
   if (reached_) reached_->link->close();
 }
@@ -203,7 +218,7 @@ asio::awaitable<void> RelayDialogue::bring(RunningPtr running) {
     reached_->link->send(running->stream.open());
     const bool is_over = co_await forward(running);
     if (is_over) co_return;
-    spdlog::warn("{}: a server was lost in stream {}; another one is asked", peer_,
+    spdlog::warn("{}: a server was lost in stream {}; another one is asked", peer(),
                  running->stream.open().request_id);
     relay_->lost(reached_->upstream);
   }

@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 
+#include "server/operations/doorkeeper.hpp"
 #include "server/relay/relay.hpp"
 #include "server/relay/relayed_stream.hpp"
 #include "server/service/dialogue.hpp"
@@ -22,7 +23,7 @@ namespace multitetra {
 class RelayDialogue : public Dialogue, public std::enable_shared_from_this<RelayDialogue> {
  public:
   RelayDialogue(asio::any_io_executor executor, std::shared_ptr<Relay> relay,
-                SessionOptions options, std::string peer);
+                SessionOptions options, GuestPtr guest);
 
   void receive(std::string_view content) override;
   void end(const Error& error) override;
@@ -34,7 +35,7 @@ class RelayDialogue : public Dialogue, public std::enable_shared_from_this<Relay
 
   [[nodiscard]] bool is_welcomed() const override { return session_.is_welcomed(); }
   [[nodiscard]] bool is_over() const override { return is_over_; }
-  [[nodiscard]] const std::string& peer() const override { return peer_; }
+  [[nodiscard]] const std::string& peer() const override { return guest_->facts().peer; }
 
  private:
   struct Running {
@@ -68,7 +69,7 @@ class RelayDialogue : public Dialogue, public std::enable_shared_from_this<Relay
   std::shared_ptr<Relay> relay_;
   SessionOptions options_;
   Session session_;
-  std::string peer_;
+  GuestPtr guest_;
   std::string token_;
   bool is_over_ = false;
   bool is_greeting_ = false;

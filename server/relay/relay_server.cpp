@@ -14,13 +14,15 @@ class RelayServer::Running {
  public:
   explicit Running(RelayServerOptions options)
       : options_(std::move(options)),
+        keeper_(options_.keeper),
         io_(/*concurrency_hint=*/1),
         relay_(std::make_shared<Relay>(io_.get_executor(), options_.relay)),
         signals_(io_) {
-    const House house = {.io = io_, .new_dialogue = [this](std::string peer) -> DialoguePtr {
-                           return std::make_shared<RelayDialogue>(
-                               io_.get_executor(), relay_, options_.session, std::move(peer));
-                         }};
+    const House house = {
+        .io = io_, .keeper = keeper_, .new_dialogue = [this](GuestPtr guest) -> DialoguePtr {
+          return std::make_shared<RelayDialogue>(io_.get_executor(), relay_, options_.session,
+                                                 std::move(guest));
+        }};
     if (options_.tcp) tcp_ = std::make_unique<TcpDoor>(house, *options_.tcp);
     if (options_.http) {
       HttpOptions http = *options_.http;
@@ -67,6 +69,7 @@ class RelayServer::Running {
   }
 
   RelayServerOptions options_;
+  Doorkeeper keeper_;  // Outlives everything that may hold a guest.
   asio::io_context io_;
   std::shared_ptr<Relay> relay_;
   asio::signal_set signals_;

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "server/gateway/http_options.hpp"
+#include "server/operations/doorkeeper.hpp"
 #include "server/relay/relay.hpp"
 #include "server/service/session.hpp"
 #include "server/service/tcp_door.hpp"
@@ -18,6 +19,7 @@ struct RelayServerOptions {
   RelayOptions relay = {};
   std::optional<HttpOptions> http = {};  // None: no such door.
   std::optional<TcpDoorOptions> tcp = {};
+  DoorkeeperOptions keeper = {};
   SessionOptions session = {.agent = "multitetra-gateway/" MULTITETRA_VERSION};
   bool stop_on_signals = false;
 };

@@ -113,18 +113,19 @@ TEST(HttpDoor, WaitsForTheNextRequestOnlySoLong) {
 }
 
 TEST(HttpDoor, HasRoomForSoManyConnections) {
-  RunningGateway server(octahedra(), {.max_connections = 1});
+  RunningGateway server(octahedra(), {}, {.keeper = {.connections = {.total = 1}}});
   HttpClient first(server.http());
   EXPECT_EQ(first.get("/livez").result_int(), 200U);
   HttpClient second(server.http());
+  EXPECT_EQ(second.get("/livez").result_int(), 503U);
   EXPECT_EQ(second.rest(), "");
   EXPECT_EQ(first.get("/livez").result_int(), 200U);
 }
 
 TEST(HttpDoor, TellsWhetherItIsReady) {
   std::atomic<bool> ready = true;
-  RunningGateway server(octahedra(), {.hooks = {.is_ready = [&] { return ready.load(); },
-                                                .metrics = [] { return "a 1\n"; }}});
+  RunningGateway server(octahedra(), {.hooks = {.is_ready = [&] { return ready.load(); }}},
+                        {.metrics = std::make_shared<PrometheusMetrics>()});
   HttpClient client(server.http());
   EXPECT_EQ(client.get("/readyz").result_int(), 200U);
   ready = false;
@@ -132,7 +133,7 @@ TEST(HttpDoor, TellsWhetherItIsReady) {
   EXPECT_EQ(response.result_int(), 503U);
   EXPECT_EQ(response[http::field::retry_after], "1");
   EXPECT_EQ(client.get("/livez").result_int(), 200U);
-  EXPECT_EQ(client.get("/metrics").body(), "a 1\n");
+  EXPECT_NE(client.get("/metrics").body().find("# TYPE multitetra_"), std::string::npos);
 }
 
 TEST(HttpDoor, LetsPagesOfAllowedOriginsReadItsAnswers) {
@@ -193,18 +194,29 @@ TEST(HttpDoor, ServesTilesThatAreAtHandToBeKeptForEver) {
   EXPECT_EQ(client.get("/v1/tiles/xyz").result_int(), 400U);
 }
 
-TEST(HttpDoor, GivesTilesToBearersOfAGoodTokenWhereTokensAreNeeded) {
+TEST(HttpDoor, WantsAGoodTokenWhereTokensAreNeeded) {
+  const TemporaryFolder folder;
+  const testing::TokensFile tokens(folder.path(), {{"alice", "good", "octahedron"}});
   const auto tile = testing::fine_tiles().front();
-  RunningGateway server(
-      octahedra(), {.hooks = {.find_tile = [&](const ContentDigest&) { return tile; },
-                              .admits = [](std::string_view token) { return token == "good"; }}});
+  RunningGateway server(octahedra(),
+                        {.hooks = {.find_tile = [&](const ContentDigest&) { return tile; }}},
+                        {.keeper = {.tokens = tokens.path()}});
   HttpClient client(server.http());
-  const std::string path = "/v1/tiles/" + tile.summary.digest.hex();
-  EXPECT_EQ(client.get(path).result_int(), 401U);
-  EXPECT_EQ(client.get(path, "Authorization: Bearer bad\r\n").result_int(), 401U);
-  const auto response = client.get(path, "Authorization: bearer good\r\n");
-  EXPECT_EQ(response.result_int(), 200U);
-  EXPECT_EQ(response[http::field::cache_control].find("public"), beast::string_view::npos);
+  for (const std::string& path :
+       {"/v1/tiles/" + tile.summary.digest.hex(), std::string("/v1/datasets"),
+        std::string("/v1/datasets/octahedron"),
+        std::string("/v1/datasets/octahedron/isosurface?isovalue=1")}) {
+    const auto refusal = client.get(path);
+    EXPECT_EQ(refusal.result_int(), 401U) << path;
+    EXPECT_EQ(refusal[http::field::www_authenticate], "Bearer");
+    EXPECT_EQ(code_of(refusal), "unauthenticated");
+    EXPECT_EQ(client.get(path, "Authorization: Bearer bad\r\n").result_int(), 401U) << path;
+    EXPECT_EQ(client.get(path, "Authorization: Basic good\r\n").result_int(), 401U) << path;
+    const auto response = client.get(path, "Authorization: bearer good\r\n");
+    EXPECT_EQ(response.result_int(), 200U) << path;
+    EXPECT_EQ(response[http::field::cache_control].find("public"), beast::string_view::npos);
+  }
+  EXPECT_EQ(client.get("/livez").result_int(), 200U);
 }
 
 // ---- the viewer's files
