@@ -7,6 +7,7 @@
 
 #include "server/dataset/dataset.hpp"
 #include "server/gateway/http_door.hpp"
+#include "server/gateway/viewer_files.hpp"
 #include "server/operations/exit_codes.hpp"
 #include "server/operations/log.hpp"
 #include "server/operations/request_log.hpp"
@@ -75,8 +76,12 @@ CataloguePtr open_all(const std::vector<std::filesystem::path>& files,
   return catalogue;
 }
 
-std::vector<MakeDoor> more_doors(const std::optional<HttpOptions>& http) {
+std::vector<MakeDoor> more_doors(std::optional<HttpOptions> http,
+                                 const std::shared_ptr<StepCache>& cache) {
   if (!http) return {};
+  http->hooks.find_tile = [cache](const ContentDigest& digest) {
+    return cache->tiles().find_plain(digest);
+  };
   return {[http](const House& house) { return std::make_unique<HttpDoor>(house, *http); }};
 }
 
@@ -84,7 +89,8 @@ int serve(const ServeOptions& options) {
   const ThreadLimit limit(options.threads);
   start_log(log_options(options));
   ServerOptions server_with = server_options(options);
-  const std::optional<HttpOptions> http = http_options(options);
+  std::optional<HttpOptions> http = http_options(options);
+  if (http) http->viewer = find_viewer(options.viewer);
   const auto cache = std::make_shared<StepCache>(options.cache_bytes);
   const CataloguePtr catalogue = open_all(dataset_files(options.datasets), cache);
   server_with.keeper.observer = std::make_shared<RequestLog>();
@@ -96,7 +102,7 @@ int serve(const ServeOptions& options) {
                         .cached_tiles = counts.tiles,
                         .cache_bytes = counts.bytes};
   };
-  Server server(catalogue, server_with, more_doors(http));
+  Server server(catalogue, server_with, more_doors(http, cache));
   const bool has_tls = server_with.keeper.tls.has_value();
   std::string tcp = to_string(server.endpoint());
   if (has_tls) tcp.replace(0, tcp.find(':'), "tls");

@@ -47,6 +47,9 @@ void add_doors(CLI::App& command, ServeOptions& o) {
   command
       .add_option("--http", o.http, "Address and port for HTTP and WebSockets; off: no such door")
       ->capture_default_str();
+  command.add_option("--viewer", o.viewer,
+                     "Folder of the web viewer's files, served at / (default: the one that was "
+                     "built or installed with this program)");
 }
 
 void add_security(CLI::App& command, ServeOptions& o) {
@@ -117,6 +120,13 @@ void add_limits(CLI::App& command, ServeOptions& o) {
       ->group(kLimits);
   add_bytes(command, "--queue-bytes", o.queue_bytes,
             "Memory for steps that wait for their clients, all together")
+      ->group(kLimits);
+  add_count(command, "--max-mesh-triangles", o.max_mesh_triangles,
+            "Of a mesh in one HTTP response; while one is made it takes about 120 bytes of memory "
+            "for each")
+      ->group(kLimits);
+  add_bytes(command, "--mesh-cache-bytes", o.mesh_cache_bytes,
+            "Disk for mesh files that are kept for the next HTTP request, in the temporary folder")
       ->group(kLimits);
 }
 
@@ -196,6 +206,8 @@ std::optional<HttpOptions> http_options(const ServeOptions& o) {
   http.max_message_bytes = static_cast<std::uint32_t>(o.max_message_bytes);
   http.max_hello_bytes = static_cast<std::uint32_t>(o.max_hello_bytes);
   http.allowed_origins = o.allowed_origins;
+  http.max_mesh_triangles = o.max_mesh_triangles;
+  http.mesh_cache_bytes = o.mesh_cache_bytes;
   return http;
 }
 

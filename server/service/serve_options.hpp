@@ -18,6 +18,7 @@ struct ServeOptions {
   std::vector<std::string> datasets = {};
   std::string tcp = to_string(Endpoint{.host = "127.0.0.1"});
   std::string http = "http://127.0.0.1:" + std::to_string(kDefaultHttpPort);
+  std::string viewer = {};
   int threads = 0;
 
   std::string tls_certificate = {};
@@ -40,6 +41,8 @@ struct ServeOptions {
   double idle_seconds = 600;
   std::size_t cache_bytes = std::size_t{512} << 20;
   std::size_t queue_bytes = std::size_t{1} << 30;
+  std::uint64_t max_mesh_triangles = HttpOptions{}.max_mesh_triangles;
+  std::uint64_t mesh_cache_bytes = HttpOptions{}.mesh_cache_bytes;
 
   double drain_seconds = 30;
   std::string log_format = "text";
@@ -50,7 +53,7 @@ void add_serve_options(CLI::App& command, ServeOptions& options);
 
 // These throw CLI::ValidationError that names the option.
 [[nodiscard]] ServerOptions server_options(const ServeOptions& options);
-// Empty where there shall be no such door.
+// Without the viewer. Empty where there shall be no such door.
 [[nodiscard]] std::optional<HttpOptions> http_options(const ServeOptions& options);
 [[nodiscard]] LogOptions log_options(const ServeOptions& options);
 
