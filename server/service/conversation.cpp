@@ -157,7 +157,7 @@ void Conversation::receive(std::string_view content) {
   if (!message) {
     perform(session_.receive(message.error()));
   } else if (auto refused = refusal(*message)) {
-    perform({Send{*std::move(refused)}});
+    perform(Actions{Send{*std::move(refused)}});
   } else {
     perform(session_.receive(*message));
   }
