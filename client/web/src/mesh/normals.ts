@@ -1,0 +1,61 @@
+// Directions for shading, in the lattice's coordinates: the graphics card takes them to the world
+// with the inverse transpose of the map that takes vertices there. Each is four signed 16-bit
+// numbers, x, y, z and 0, which keeps vertices aligned.
+import type { LatticeMesh } from "./tile_mesh";
+
+// The matrix of lattice -> world, by columns, without its translation.
+export type Linear = readonly number[];
+
+// The field's normals, which the wire has in world coordinates.
+export function fieldNormals(world: Float32Array, linear: Linear): Int16Array {
+  const packed = new Int16Array((4 * world.length) / 3);
+  for (let v = 0; v < world.length / 3; ++v) {
+    const [x, y, z] = world.subarray(3 * v, 3 * v + 3);
+    const dot = (column: number) =>
+      linear[column] * x + linear[column + 1] * y + linear[column + 2] * z;
+    pack(packed, v, dot(0), dot(3), dot(6));
+  }
+  return packed;
+}
+
+// Sums of the triangles' normals at each vertex, weighted by area: three numbers a vertex. Sums of
+// several tiles add up where they meet.
+export function normalSums(mesh: LatticeMesh): Float32Array {
+  const p = mesh.positions;
+  const sums = new Float32Array(p.length);
+  for (let t = 0; t < mesh.triangles.length; t += 3) {
+    const a = 3 * mesh.triangles[t];
+    const b = 3 * mesh.triangles[t + 1];
+    const c = 3 * mesh.triangles[t + 2];
+    const ux = p[b] - p[a];
+    const uy = p[b + 1] - p[a + 1];
+    const uz = p[b + 2] - p[a + 2];
+    const vx = p[c] - p[a];
+    const vy = p[c + 1] - p[a + 1];
+    const vz = p[c + 2] - p[a + 2];
+    const nx = uy * vz - uz * vy;
+    const ny = uz * vx - ux * vz;
+    const nz = ux * vy - uy * vx;
+    for (const corner of [a, b, c]) {
+      sums[corner] += nx;
+      sums[corner + 1] += ny;
+      sums[corner + 2] += nz;
+    }
+  }
+  return sums;
+}
+
+export function packedNormals(sums: Float32Array): Int16Array {
+  const packed = new Int16Array((4 * sums.length) / 3);
+  for (let v = 0; v < sums.length / 3; ++v) {
+    pack(packed, v, sums[3 * v], sums[3 * v + 1], sums[3 * v + 2]);
+  }
+  return packed;
+}
+
+export function pack(into: Int16Array, vertex: number, x: number, y: number, z: number): void {
+  const scale = 32767 / (Math.hypot(x, y, z) || 1);
+  into[4 * vertex] = x * scale;
+  into[4 * vertex + 1] = y * scale;
+  into[4 * vertex + 2] = z * scale;
+}

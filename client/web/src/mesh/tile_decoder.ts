@@ -1,0 +1,137 @@
+// A tile's Draco bytes -> a mesh on the lattice, or one sentence that says what is wrong with them.
+//
+// Nothing the server sends is trusted: counts are compared with the manifest before Draco allocates
+// for them, then vertices with the tile's cube, and the triangles with their digest.
+import type { Decoder, DecoderModule } from "draco3d";
+
+import { hex, type TriangleHasher } from "./content_digest";
+import { PointNumbers } from "./point_numbers";
+import { type LatticeMesh, nameOf, type OctreeCube, type TilePromise } from "./tile_mesh";
+import { payloadClaims } from "./tile_payload";
+
+export class TileDamage extends Error {}
+
+export interface TileDecoding {
+  draco: DecoderModule;
+  hasher: TriangleHasher; // For the step's lattice resolution.
+  resolution: number;
+  hasNormals: boolean;
+}
+
+// Throws TileDamage.
+export function decodeTile(
+  payload: Uint8Array,
+  promised: TilePromise,
+  { draco, hasher, resolution, hasNormals }: TileDecoding,
+): LatticeMesh {
+  const damaged = (what: string) => new TileDamage(`Tile at ${nameOf(promised.cube)}: ${what}.`);
+  const claims = payloadClaims(payload);
+  if (typeof claims === "string") throw damaged(claims);
+  if (claims.triangles !== promised.triangles || claims.vertices < promised.vertices) {
+    throw damaged(
+      `it claims ${claims.triangles} triangles and ${claims.vertices} vertices; the manifest ` +
+        `promises ${promised.triangles} and ${promised.vertices}`,
+    );
+  }
+  const split = dracoDecoded(draco, payload, hasNormals, damaged);
+  if (split.triangles.length !== 3 * promised.triangles) {
+    throw damaged(`${split.triangles.length / 3} triangles came instead of ${promised.triangles}`);
+  }
+  if (!isInside(split.positions, promised.cube, resolution)) {
+    throw damaged("a vertex lies outside the tile's cube");
+  }
+  const mesh = welded(split);
+  if (mesh.positions.length !== 3 * promised.vertices) {
+    throw damaged(`${mesh.positions.length / 3} vertices came instead of ${promised.vertices}`);
+  }
+  const found = hex(hasher(mesh.positions, mesh.triangles));
+  if (found !== promised.key) {
+    throw damaged(`the triangles have the digest ${found}; the manifest promises ${promised.key}`);
+  }
+  return mesh;
+}
+
+function dracoDecoded(
+  draco: DecoderModule,
+  payload: Uint8Array,
+  hasNormals: boolean,
+  damaged: (what: string) => TileDamage,
+): LatticeMesh {
+  const decoder = new draco.Decoder();
+  const mesh = new draco.Mesh();
+  try {
+    const bytes = new Int8Array(payload.buffer, payload.byteOffset, payload.byteLength);
+    const status = decoder.DecodeArrayToMesh(bytes, bytes.byteLength, mesh);
+    if (!status.ok()) throw damaged(`Draco cannot decode it: ${status.error_msg()}`);
+    const position = decoder.GetAttributeId(mesh, draco.POSITION);
+    const normal = decoder.GetAttributeId(mesh, draco.NORMAL);
+    if (position < 0 || normal >= 0 !== hasNormals) {
+      throw damaged(hasNormals ? "it has no normals" : "it has other attributes than positions");
+    }
+    const points = mesh.num_points();
+    const read = (attribute: number, type: number) =>
+      fromHeap(draco, 12 * points, (pointer) =>
+        decoder.GetAttributeDataArrayForAllPoints(
+          mesh,
+          decoder.GetAttribute(mesh, attribute),
+          type as Parameters<Decoder["GetAttributeDataArrayForAllPoints"]>[2],
+          12 * points,
+          pointer,
+        ),
+      );
+    const triangles = fromHeap(draco, 12 * mesh.num_faces(), (pointer) =>
+      decoder.GetTrianglesUInt32Array(mesh, 12 * mesh.num_faces(), pointer),
+    );
+    return {
+      positions: new Int32Array(read(position, draco.DT_INT32)),
+      triangles: new Uint32Array(triangles),
+      normals: hasNormals ? new Float32Array(read(normal, draco.DT_FLOAT32)) : null,
+    };
+  } finally {
+    draco.destroy(mesh);
+    draco.destroy(decoder);
+  }
+}
+
+function fromHeap(
+  draco: DecoderModule,
+  bytes: number,
+  fill: (pointer: number) => unknown,
+): ArrayBuffer {
+  const pointer = draco._malloc(bytes);
+  try {
+    fill(pointer);
+    return (draco.HEAPF32.buffer as ArrayBuffer).slice(pointer, pointer + bytes);
+  } finally {
+    draco._free(pointer);
+  }
+}
+
+function isInside(positions: Int32Array, cube: OctreeCube, resolution: number): boolean {
+  const side = 2 ** (cube.exponent + resolution);
+  const low = [cube.x * side, cube.y * side, cube.z * side];
+  for (let i = 0; i < positions.length; ++i) {
+    const from = low[i % 3];
+    if (positions[i] < from || positions[i] > from + side) return false;
+  }
+  return true;
+}
+
+// Draco splits a vertex where the tile's surface touches itself; one lattice point is one vertex.
+function welded(split: LatticeMesh): LatticeMesh {
+  const points = split.positions.length / 3;
+  const numbers = new PointNumbers(points);
+  const renumbered = new Uint32Array(points);
+  const normals = split.normals && new Float32Array(split.normals.length);
+  for (let i = 0; i < points; ++i) {
+    const [x, y, z] = split.positions.subarray(3 * i, 3 * i + 3);
+    renumbered[i] = numbers.numberOf(x, y, z);
+    normals?.set(split.normals!.subarray(3 * i, 3 * i + 3), 3 * renumbered[i]);
+  }
+  if (numbers.size === points) return split;
+  return {
+    positions: numbers.coordinates(),
+    triangles: split.triangles.map((vertex) => renumbered[vertex]),
+    normals: normals && normals.slice(0, 3 * numbers.size),
+  };
+}

@@ -1,0 +1,77 @@
+// What the server has: a picture and the facts of each dataset; one of them is chosen.
+import type { DatasetInfo } from "../protocol/messages";
+import { sampleTypeName } from "../stream/dataset";
+import { grouped, h, inDigits } from "./dom";
+
+export class DatasetList {
+  readonly element = h("div", { class: "datasets" });
+  private readonly cards = new Map<string, HTMLElement>();
+  private readonly seen: IntersectionObserver;
+
+  constructor(
+    private readonly events: {
+      chosen: (info: DatasetInfo) => void;
+      becameVisible: (name: string) => void; // Its picture is wanted.
+    },
+  ) {
+    this.seen = new IntersectionObserver((entries) => {
+      for (const { isIntersecting, target } of entries) {
+        if (isIntersecting) this.events.becameVisible((target as HTMLElement).dataset.name!);
+      }
+    });
+  }
+
+  show(list: readonly DatasetInfo[]): void {
+    this.cards.clear();
+    this.seen.disconnect();
+    const cards = list.map((info) => this.card(info));
+    this.element.replaceChildren(...cards);
+    if (list.length === 0) {
+      this.element.append(
+        h("p", { class: "hint" }, "This server has no dataset yet. ",
+          h("code", {}, "multitetra-server prepare"), " makes one from a volume file."),
+      );
+    }
+    for (const card of cards) this.seen.observe(card);
+  }
+
+  choose(name: string): void {
+    for (const [other, card] of this.cards) {
+      card.setAttribute("aria-pressed", String(other === name));
+      if (other === name) card.scrollIntoView({ block: "nearest" });
+    }
+  }
+
+  setPicture(name: string, address: string): void {
+    this.cards.get(name)?.querySelector("img")?.setAttribute("src", address);
+  }
+
+  private card(info: DatasetInfo): HTMLElement {
+    const [x, y, z] = info.dims;
+    const samples = x * y * z;
+    const million = samples >= 1e6 ? `${inDigits(samples / 1e6, 3)} M` : grouped(samples);
+    const card = h(
+      "button",
+      {
+        type: "button",
+        class: "dataset",
+        "aria-pressed": "false",
+        "data-tip":
+          `${million} samples of type ${sampleTypeName(info.type)}, spacing ` +
+          `${info.spacing.map((s) => inDigits(s, 3)).join(" × ")}, values ` +
+          `${inDigits(info.min)} to ${inDigits(info.max)}`,
+      },
+      h("img", { alt: "", src: blank, width: "64", height: "48" }),
+      h("span", { class: "dataset-name" }, info.name),
+      h("span", { class: "dataset-facts" },
+        `${x} × ${y} × ${z} · ${sampleTypeName(info.type)}`),
+    );
+    card.dataset.name = info.name;
+    card.addEventListener("click", () => this.events.chosen(info));
+    this.cards.set(info.name, card);
+    return card;
+  }
+}
+
+// One transparent pixel, until the picture is there.
+const blank = "data:image/gif;base64,R0lGODlhAQABAAAAACH5BAEKAAEALAAAAAABAAEAAAICTAEAOw==";

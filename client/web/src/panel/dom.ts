@@ -1,0 +1,51 @@
+// Elements in one expression.
+type Child = Node | string | null;
+
+export function h<K extends keyof HTMLElementTagNameMap>(
+  tag: K,
+  attributes: Record<string, string | boolean | ((event: never) => void)> = {},
+  ...children: Child[]
+): HTMLElementTagNameMap[K] {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (typeof value === "function") {
+      element.addEventListener(name, value as unknown as EventListener);
+    } else if (value === true) element.setAttribute(name, "");
+    else if (value !== false) element.setAttribute(name, value);
+  }
+  element.append(...children.filter((child) => child !== null));
+  return element;
+}
+
+// 1234567 -> "1 234 567", with thin spaces that do not break.
+export function grouped(count: number): string {
+  return String(Math.round(count)).replace(/\B(?=(\d{3})+$)/g, "\u202f");
+}
+
+export function inBytes(bytes: number): string {
+  if (bytes < 1000) return `${bytes} B`;
+  const units = ["KiB", "MiB", "GiB"];
+  let value = bytes / 1024;
+  let unit = 0;
+  while (value >= 1000 && unit < units.length - 1) {
+    value /= 1024;
+    ++unit;
+  }
+  return `${value < 10 ? value.toFixed(1) : Math.round(value)} ${units[unit]}`;
+}
+
+export function inSeconds(milliseconds: number): string {
+  return milliseconds < 995
+    ? `${Math.max(1, Math.round(milliseconds))} ms`
+    : `${(milliseconds / 1000).toFixed(milliseconds < 9950 ? 2 : 1)} s`;
+}
+
+// As short as the value allows.
+export function inDigits(value: number, digits = 4): string {
+  return String(Number(value.toPrecision(digits)));
+}
+
+// "1 voxel", "2 voxels".
+export function counted(value: number, noun: string, digits = 3): string {
+  return `${inDigits(value, digits)} ${noun}${value === 1 ? "" : "s"}`;
+}

@@ -1,0 +1,107 @@
+// The few kinds of control that the panel is made of, each with its label and its explanation.
+import { h } from "./dom";
+
+export interface Control<T> {
+  element: HTMLElement;
+  show: (value: T) => void;
+}
+
+// A slider with a readout; `moved` hears of every position, and `isDragging` until it is let go.
+export function slider(options: {
+  label: string;
+  tip: string;
+  min: number;
+  max: number;
+  step: number;
+  text: (value: number) => string;
+  toPosition?: (value: number) => number;
+  fromPosition?: (position: number) => number;
+  moved: (value: number, isDragging: boolean) => void;
+}): Control<number> {
+  const toPosition = options.toPosition ?? ((value) => value);
+  const fromPosition = options.fromPosition ?? ((position) => position);
+  const input = h("input", {
+    type: "range",
+    min: String(options.min),
+    max: String(options.max),
+    step: String(options.step),
+    "aria-label": options.label,
+  });
+  const readout = h("output");
+  const tell = (isDragging: boolean) => {
+    const value = fromPosition(Number(input.value));
+    readout.textContent = options.text(value);
+    options.moved(value, isDragging);
+  };
+  input.addEventListener("input", () => tell(true));
+  input.addEventListener("change", () => tell(false));
+  const element = h("label", { class: "control", "data-tip": options.tip },
+    h("span", { class: "control-head" }, h("span", {}, options.label), readout), input);
+  return {
+    element,
+    show: (value) => {
+      if (document.activeElement !== input || Number(input.value) !== toPosition(value)) {
+        input.value = String(toPosition(value));
+      }
+      readout.textContent = options.text(value);
+      const share = (toPosition(value) - options.min) / (options.max - options.min);
+      input.style.setProperty("--share", `${100 * Math.min(1, Math.max(0, share))}%`);
+    },
+  };
+}
+
+// One of a few words.
+export function choice<T extends string>(options: {
+  label: string;
+  tip: string;
+  words: readonly (readonly [T, string, string?])[]; // Value, word, own explanation.
+  chosen: (value: T) => void;
+}): Control<T> {
+  const buttons = options.words.map(([value, word, tip]) => {
+    const button = h("button", { type: "button", role: "radio", "aria-checked": "false" }, word);
+    if (tip) button.setAttribute("data-tip", tip);
+    button.addEventListener("click", () => options.chosen(value));
+    button.addEventListener("keydown", (event) => {
+      const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
+      if (!step) return;
+      event.preventDefault();
+      event.stopPropagation();
+      const at = options.words.findIndex(([other]) => other === value);
+      const next = (at + step + buttons.length) % buttons.length;
+      buttons[next].focus();
+      options.chosen(options.words[next][0]);
+    });
+    return button;
+  });
+  const element = h("div", { class: "control", role: "radiogroup", "aria-label": options.label },
+    h("span", { class: "control-head", "data-tip": options.tip }, h("span", {}, options.label)),
+    h("div", { class: "choice" }, ...buttons));
+  return {
+    element,
+    show: (value) =>
+      options.words.forEach(([word], i) => {
+        buttons[i].setAttribute("aria-checked", String(word === value));
+        buttons[i].tabIndex = word === value ? 0 : -1;
+      }),
+  };
+}
+
+export function toggle(options: {
+  label: string;
+  tip: string;
+  turned: (isOn: boolean) => void;
+}): Control<boolean> {
+  const input = h("input", { type: "checkbox", role: "switch" });
+  input.addEventListener("change", () => options.turned(input.checked));
+  const element = h("label", { class: "control toggle", "data-tip": options.tip },
+    h("span", {}, options.label), input);
+  return { element, show: (isOn) => (input.checked = isOn) };
+}
+
+export function section(title: string, ...children: HTMLElement[]): HTMLElement {
+  return h("section", {}, h("h2", {}, title), ...children);
+}
+
+export function folded(title: string, isOpen: boolean, ...children: HTMLElement[]): HTMLElement {
+  return h("details", isOpen ? { open: true } : {}, h("summary", {}, title), ...children);
+}

@@ -1,0 +1,29 @@
+// Bytes of a WebSocket frame <-> messages of the conversation. The only module that knows how they
+// are coded; proto/README.md tells what they mean.
+import { create, fromBinary, toBinary } from "@bufbuild/protobuf";
+
+import {
+  type ClientMessage,
+  ClientMessageSchema,
+  type ServerMessage,
+  ServerMessageSchema,
+} from "./generated/multitetra/v1/conversation_pb";
+
+export { create } from "@bufbuild/protobuf";
+export * from "./generated/multitetra/v1/conversation_pb";
+export * from "./generated/multitetra/v1/dataset_pb";
+export * from "./generated/multitetra/v1/request_pb";
+
+export type ServerKind = ServerMessage["kind"];
+export type ClientKind = ClientMessage["kind"];
+
+export const subprotocol = "multitetra.v1";
+
+export function encoded(kind: ClientKind): Uint8Array {
+  return toBinary(ClientMessageSchema, create(ClientMessageSchema, { kind }));
+}
+
+// Throws when the bytes are no message.
+export function decoded(bytes: Uint8Array): ServerKind {
+  return fromBinary(ServerMessageSchema, bytes).kind;
+}

@@ -1,0 +1,255 @@
+// The region of another error in the scene: a box or a ball with handles that one drags. Faces of
+// the box move along their axis, the ball's outer handle changes its radius, the middle moves all.
+import * as THREE from "three";
+
+import type { Region } from "../state/settings";
+import type { Vec3 } from "../stream/dataset";
+import type { Stage } from "./stage";
+
+interface Handle {
+  mesh: THREE.Mesh;
+  place: (region: Region) => Vec3;
+  axis: THREE.Vector3 | null; // Null: moves in the plane of the picture.
+  dragged: (region: Region, to: Vec3) => Region;
+}
+
+const colour = 0x4fb3ff;
+
+export class RegionHandles {
+  private readonly group = new THREE.Group();
+  private region: Region | null = null;
+  private handles: Handle[] = [];
+  private grabbed: { handle: Handle; plane: THREE.Plane; offset: THREE.Vector3 } | null = null;
+
+  constructor(
+    private readonly stage: Stage,
+    canvas: HTMLCanvasElement,
+    private readonly changed: (region: Region, isDragging: boolean) => void,
+  ) {
+    stage.scene.add(this.group);
+    // Before the camera's controls hear of it.
+    canvas.addEventListener("pointerdown", (event) => this.grab(event), { capture: true });
+    canvas.addEventListener("pointermove", (event) => this.drag(event));
+    const end = (event: PointerEvent) => {
+      if (!this.grabbed) return;
+      this.grabbed = null;
+      this.stage.controls.enabled = true;
+      canvas.releasePointerCapture(event.pointerId);
+      if (this.region) this.changed(this.region, false);
+    };
+    canvas.addEventListener("pointerup", end);
+    canvas.addEventListener("pointercancel", end);
+    stage.whenDrawn(() => this.keepSize());
+  }
+
+  get isGrabbed(): boolean {
+    return this.grabbed !== null;
+  }
+
+  // For pointers that hover.
+  isOver(x: number, y: number): boolean {
+    return this.handleAt(x, y) !== null;
+  }
+
+  // Places of the handles on the canvas.
+  positions(): { x: number; y: number }[] {
+    return this.handles.flatMap(({ mesh }) => this.stage.project(mesh.position) ?? []);
+  }
+
+  show(region: Region | null): void {
+    const isOtherKind = region?.kind !== this.region?.kind;
+    this.region = region;
+    if (isOtherKind) this.build();
+    if (region) this.place(region);
+    this.stage.invalidate();
+  }
+
+  private build(): void {
+    this.group.clear();
+    this.handles = [];
+    if (!this.region) return;
+    const shape =
+      this.region.kind === "box"
+        ? new THREE.BoxGeometry(1, 1, 1)
+        : new THREE.SphereGeometry(1, 48, 32);
+    const glass = new THREE.Mesh(
+      shape,
+      new THREE.MeshBasicMaterial({ color: colour, transparent: true, opacity: 0.1, depthWrite: false, side: THREE.DoubleSide }),
+    );
+    glass.renderOrder = 2;
+    const edges =
+      this.region.kind === "box"
+        ? new THREE.LineSegments(new THREE.EdgesGeometry(shape), lineMaterial())
+        : rings();
+    edges.renderOrder = 3;
+    this.group.add(glass, edges);
+    this.handles = this.region.kind === "box" ? boxHandles() : ballHandles();
+    this.group.add(...this.handles.map(({ mesh }) => mesh));
+  }
+
+  private place(region: Region): void {
+    for (const part of this.group.children.slice(0, 2)) {
+      if (region.kind === "box") {
+        part.position.set(...middle(region.low, region.high));
+        part.scale.set(...(region.high.map((v, i) => Math.max(1e-9, v - region.low[i])) as Vec3));
+      } else {
+        part.position.set(...region.centre);
+        part.scale.setScalar(Math.max(1e-9, region.radius));
+      }
+    }
+    for (const { mesh, place } of this.handles) mesh.position.set(...place(region));
+    this.keepSize();
+  }
+
+  // Handles have one size on the screen.
+  private keepSize(): void {
+    const { camera } = this.stage;
+    const perPixel = this.stage.unitsOf(1) / camera.position.distanceTo(this.stage.controls.target);
+    for (const { mesh } of this.handles) {
+      mesh.scale.setScalar(7 * perPixel * camera.position.distanceTo(mesh.position));
+    }
+  }
+
+  private handleAt(x: number, y: number): Handle | null {
+    let nearest: Handle | null = null;
+    let least = 16;
+    for (const handle of this.handles) {
+      const at = this.stage.project(handle.mesh.position);
+      const distance = at ? Math.hypot(at.x - x, at.y - y) : Infinity;
+      if (distance < least) {
+        least = distance;
+        nearest = handle;
+      }
+    }
+    return nearest;
+  }
+
+  private grab(event: PointerEvent): void {
+    const handle = event.button === 0 ? this.handleAt(event.offsetX, event.offsetY) : null;
+    if (!handle) return;
+    event.stopImmediatePropagation();
+    (event.target as Element).setPointerCapture(event.pointerId);
+    this.stage.controls.enabled = false;
+    const { camera } = this.stage;
+    const normal = camera.getWorldDirection(new THREE.Vector3());
+    if (handle.axis) {
+      // The plane through the axis that faces the eye most.
+      normal.addScaledVector(handle.axis, -normal.dot(handle.axis));
+      if (normal.lengthSq() < 1e-6) normal.copy(camera.up);
+      normal.normalize();
+    }
+    const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(normal, handle.mesh.position);
+    const at = this.stage.rayAt(event.offsetX, event.offsetY).intersectPlane(plane, new THREE.Vector3());
+    const offset = at ? handle.mesh.position.clone().sub(at) : new THREE.Vector3();
+    this.grabbed = { handle, plane, offset };
+  }
+
+  private drag(event: PointerEvent): void {
+    if (!this.grabbed || !this.region) return;
+    const { handle, plane, offset } = this.grabbed;
+    const at = this.stage.rayAt(event.offsetX, event.offsetY).intersectPlane(plane, new THREE.Vector3());
+    if (!at) return;
+    at.add(offset);
+    if (handle.axis) {
+      const start = handle.mesh.position;
+      at.copy(start.clone().addScaledVector(handle.axis, at.sub(start).dot(handle.axis)));
+    }
+    this.changed(handle.dragged(this.region, at.toArray()), true);
+  }
+}
+
+function boxHandles(): Handle[] {
+  const handles: Handle[] = [];
+  for (let axis = 0; axis < 3; ++axis) {
+    for (const side of ["low", "high"] as const) {
+      handles.push({
+        mesh: handleMesh(),
+        axis: new THREE.Vector3().setComponent(axis, 1),
+        place: (region) => {
+          if (region.kind !== "box") return [0, 0, 0];
+          const at = middle(region.low, region.high);
+          at[axis] = region[side][axis];
+          return at;
+        },
+        dragged: (region, to) => {
+          if (region.kind !== "box") return region;
+          const moved = [...region[side]] as Vec3;
+          moved[axis] =
+            side === "low" ? Math.min(to[axis], region.high[axis]) : Math.max(to[axis], region.low[axis]);
+          return { ...region, [side]: moved };
+        },
+      });
+    }
+  }
+  handles.push({
+    mesh: handleMesh(true),
+    axis: null,
+    place: (region) => (region.kind === "box" ? middle(region.low, region.high) : [0, 0, 0]),
+    dragged: (region, to) => {
+      if (region.kind !== "box") return region;
+      const at = middle(region.low, region.high);
+      const moved = (corner: Vec3) => corner.map((v, i) => v + to[i] - at[i]) as Vec3;
+      return { ...region, low: moved(region.low), high: moved(region.high) };
+    },
+  });
+  return handles;
+}
+
+function ballHandles(): Handle[] {
+  const centreOf = (region: Region): Vec3 => (region.kind === "ball" ? region.centre : [0, 0, 0]);
+  return [
+    {
+      mesh: handleMesh(true),
+      axis: null,
+      place: centreOf,
+      dragged: (region, to) => (region.kind === "ball" ? { ...region, centre: to } : region),
+    },
+    {
+      mesh: handleMesh(),
+      axis: new THREE.Vector3(1, 0, 0),
+      place: (region) => {
+        const [x, y, z] = centreOf(region);
+        return [x + (region.kind === "ball" ? region.radius : 0), y, z];
+      },
+      dragged: (region, to) =>
+        region.kind === "ball"
+          ? { ...region, radius: Math.max(0, to[0] - region.centre[0]) }
+          : region,
+    },
+  ];
+}
+
+function handleMesh(isMiddle = false): THREE.Mesh {
+  const mesh = new THREE.Mesh(
+    isMiddle ? new THREE.OctahedronGeometry(1.25) : new THREE.SphereGeometry(1, 16, 12),
+    new THREE.MeshBasicMaterial({ color: isMiddle ? 0xffffff : colour, depthTest: false }),
+  );
+  mesh.renderOrder = 4;
+  return mesh;
+}
+
+function lineMaterial(): THREE.LineBasicMaterial {
+  return new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity: 0.9 });
+}
+
+function rings(): THREE.LineSegments {
+  const points: number[] = [];
+  const n = 96;
+  for (let axis = 0; axis < 3; ++axis) {
+    for (let i = 0; i < n; ++i) {
+      for (const turn of [i, i + 1]) {
+        const p = [0, 0, 0];
+        p[(axis + 1) % 3] = Math.cos((2 * Math.PI * turn) / n);
+        p[(axis + 2) % 3] = Math.sin((2 * Math.PI * turn) / n);
+        points.push(...p);
+      }
+    }
+  }
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
+  return new THREE.LineSegments(geometry, lineMaterial());
+}
+
+function middle(low: Vec3, high: Vec3): Vec3 {
+  return low.map((value, axis) => (value + high[axis]) / 2) as Vec3;
+}

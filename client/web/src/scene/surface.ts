@@ -1,0 +1,288 @@
+// The surface that is shown, tile by tile, and the tiles that may be shown next.
+//
+// A tile's buffers go to the graphics card while the step before is still drawn, a little in each
+// frame, and without being drawn. So show() only decides which tiles take part: from one frame to
+// the next the old surface is replaced by the new one, without a hole, and tiles that are in both
+// stay as they are.
+import * as THREE from "three";
+
+import type { Affine } from "../stream/dataset";
+import type { Colouring, Settings, Shading } from "../state/settings";
+import type { DecodedTile } from "../workers/worker_messages";
+
+interface KeptTile {
+  mesh: THREE.Mesh;
+  triangles: number;
+  lastUse: number;
+  isUploaded: boolean;
+  stepNumber: number;
+}
+
+const bytesAFrame = 3_000_000; // Uploaded while the page stays fluid.
+const mostTriangles = 12_000_000; // Kept, those shown included.
+const palette = [
+  "#d8b48f", "#7fb3d5", "#8fc9a3", "#e3a6a1", "#b7a3d9", "#e6cf7c",
+  "#79c7c5", "#d99bc4", "#a9bf6f", "#c7a17a", "#8fa8d8", "#d6d0c4",
+];
+const stepPalette = ["#c75146", "#dd8a4a", "#e3c567", "#a7c17a", "#5ea58b", "#4d87b0", "#7b6fb3"];
+const plainColour = "#e0cdb4";
+
+export class Surface {
+  private readonly tiles = new Map<string, KeptTile>();
+  private readonly uploads: string[] = [];
+  private shown: string[] = [];
+  private uses = 0;
+  private waiting: { ids: string[]; resolve: () => void }[] = [];
+  private readonly materials = new Map<string, THREE.MeshStandardMaterial>();
+  private readonly lines = new THREE.MeshBasicMaterial({
+    color: 0x000000,
+    wireframe: true,
+    transparent: true,
+    opacity: 0.24,
+  });
+  private colouring: Colouring = "plain";
+  private isWireframe = false;
+  private shading: Shading = "field";
+  private clip: THREE.Plane[] = [];
+
+  constructor(
+    private readonly scene: THREE.Scene,
+    private readonly invalidate: () => void,
+    private readonly onDropped: (ids: string[]) => void,
+  ) {}
+
+  add(tile: DecodedTile, toWorld: Affine, stepNumber: number): void {
+    if (this.tiles.has(tile.id)) return;
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(tile.positions, 3));
+    geometry.setAttribute("normal", new THREE.BufferAttribute(tile.normals, 4, true));
+    geometry.setIndex(new THREE.BufferAttribute(tile.triangles, 1));
+    geometry.computeBoundingSphere();
+    geometry.setDrawRange(0, 0);
+    const mesh = new THREE.Mesh(geometry, this.material(tile.id, stepNumber));
+    mesh.matrixAutoUpdate = false;
+    mesh.matrix.set(
+      toWorld[0], toWorld[3], toWorld[6], toWorld[9],
+      toWorld[1], toWorld[4], toWorld[7], toWorld[10],
+      toWorld[2], toWorld[5], toWorld[8], toWorld[11],
+      0, 0, 0, 1,
+    );
+    mesh.frustumCulled = false; // Until it is uploaded.
+    mesh.userData.triangles = tile.triangles.length / 3;
+    this.tiles.set(tile.id, {
+      mesh,
+      triangles: tile.triangles.length / 3,
+      lastUse: ++this.uses,
+      isUploaded: false,
+      stepNumber,
+    });
+    this.uploads.push(tile.id);
+    this.invalidate();
+  }
+
+  has(id: string): boolean {
+    return this.tiles.has(id);
+  }
+
+  // Ids of the tiles that are kept, the largest first.
+  ids(prefix: string): string[] {
+    return [...this.tiles.entries()]
+      .filter(([id]) => id.startsWith(prefix))
+      .sort(([, a], [, b]) => b.triangles - a.triangles)
+      .map(([id]) => id);
+  }
+
+  get shownIds(): readonly string[] {
+    return this.shown;
+  }
+
+  // Around what is shown.
+  worldBox(): THREE.Box3 {
+    const box = new THREE.Box3();
+    for (const id of this.shown) {
+      const { mesh } = this.tiles.get(id)!;
+      mesh.geometry.boundingBox ?? mesh.geometry.computeBoundingBox();
+      box.union(mesh.geometry.boundingBox!.clone().applyMatrix4(mesh.matrix));
+    }
+    return box;
+  }
+
+  // Once in a frame, before it is drawn: true when there is more to do.
+  uploadSome(): boolean {
+    let bytes = 0;
+    const uploaded: string[] = [];
+    while (this.uploads.length > 0 && bytes < bytesAFrame) {
+      const id = this.uploads.shift()!;
+      const tile = this.tiles.get(id);
+      if (!tile) continue;
+      this.scene.add(tile.mesh);
+      bytes += 30 * tile.triangles;
+      uploaded.push(id);
+    }
+    if (uploaded.length > 0) setTimeout(() => this.finishUpload(uploaded));
+    return this.uploads.length > 0;
+  }
+
+  // Resolves when all of them are on the graphics card.
+  uploaded(ids: string[]): Promise<void> {
+    return new Promise((resolve) => {
+      this.waiting.push({ ids, resolve });
+      this.resolveWaiting();
+      this.invalidate();
+    });
+  }
+
+  // From the next frame on exactly these tiles are drawn. Requires that they are uploaded.
+  show(ids: string[]): void {
+    const next = new Set(ids);
+    for (const id of this.shown) {
+      if (!next.has(id)) this.setVisible(id, false);
+    }
+    for (const id of ids) this.setVisible(id, true);
+    this.shown = [...ids];
+    this.invalidate();
+  }
+
+  // A neighbour has changed, and with it the directions at the common vertices.
+  setNormals(id: string, normals: Int16Array): void {
+    const attribute = this.tiles.get(id)?.mesh.geometry.getAttribute("normal");
+    if (!(attribute instanceof THREE.BufferAttribute)) return;
+    attribute.array = normals;
+    attribute.needsUpdate = true;
+  }
+
+  // Tiles that were unused for longest go, until the rest fits; never those shown or `inUse`.
+  dropUnused(inUse: ReadonlySet<string>): void {
+    let kept = [...this.tiles.values()].reduce((n, tile) => n + tile.triangles, 0);
+    if (kept <= mostTriangles) return;
+    const shown = new Set(this.shown);
+    const unused = [...this.tiles.entries()]
+      .filter(([id]) => !shown.has(id) && !inUse.has(id))
+      .sort(([, a], [, b]) => a.lastUse - b.lastUse);
+    const dropped: string[] = [];
+    for (const [id, tile] of unused) {
+      if (kept <= mostTriangles) break;
+      kept -= tile.triangles;
+      this.remove(id, tile);
+      dropped.push(id);
+    }
+    this.onDropped(dropped);
+  }
+
+  // All but those shown.
+  clear(): void {
+    const shown = new Set(this.shown);
+    const dropped: string[] = [];
+    for (const [id, tile] of this.tiles) {
+      if (shown.has(id)) continue;
+      this.remove(id, tile);
+      dropped.push(id);
+    }
+    this.onDropped(dropped);
+  }
+
+  use(ids: string[]): void {
+    for (const id of ids) {
+      const tile = this.tiles.get(id);
+      if (tile) tile.lastUse = ++this.uses;
+    }
+  }
+
+  applyLook(settings: Settings, clip: THREE.Plane | null): void {
+    this.colouring = settings.colouring;
+    this.isWireframe = settings.wireframe;
+    this.shading = settings.shading;
+    this.clip = clip ? [clip] : [];
+    for (const material of this.materials.values()) this.refresh(material);
+    this.lines.clippingPlanes = this.clip;
+    for (const [id, tile] of this.tiles) {
+      tile.mesh.material = this.material(id, tile.stepNumber);
+      this.setLines(tile);
+    }
+    this.invalidate();
+  }
+
+  private finishUpload(ids: string[]): void {
+    for (const id of ids) {
+      const tile = this.tiles.get(id);
+      if (!tile || tile.isUploaded) continue;
+      tile.isUploaded = true;
+      tile.mesh.visible = false;
+      tile.mesh.frustumCulled = true;
+      tile.mesh.geometry.setDrawRange(0, Infinity);
+    }
+    this.resolveWaiting();
+  }
+
+  private resolveWaiting(): void {
+    this.waiting = this.waiting.filter(({ ids, resolve }) => {
+      if (!ids.every((id) => this.tiles.get(id)?.isUploaded ?? true)) return true;
+      resolve();
+      return false;
+    });
+  }
+
+  private setVisible(id: string, isVisible: boolean): void {
+    const tile = this.tiles.get(id);
+    if (!tile) return;
+    tile.mesh.visible = isVisible;
+    tile.lastUse = ++this.uses;
+    if (isVisible) this.setLines(tile);
+  }
+
+  private setLines(tile: KeptTile): void {
+    const child = tile.mesh.children[0];
+    if (child) child.visible = this.isWireframe;
+    if (child || !this.isWireframe || !tile.mesh.visible) return;
+    const lines = new THREE.Mesh(tile.mesh.geometry, this.lines);
+    lines.matrixAutoUpdate = false;
+    tile.mesh.add(lines);
+  }
+
+  private remove(id: string, tile: KeptTile): void {
+    tile.mesh.removeFromParent();
+    tile.mesh.geometry.dispose();
+    this.tiles.delete(id);
+  }
+
+  private material(id: string, stepNumber: number): THREE.MeshStandardMaterial {
+    let colour = plainColour;
+    if (this.colouring === "tiles") colour = palette[parseInt(id.slice(-6), 16) % palette.length];
+    if (this.colouring === "steps") colour = stepPalette[stepNumber % stepPalette.length];
+    let material = this.materials.get(colour);
+    if (!material) {
+      material = surfaceMaterial(colour);
+      this.refresh(material);
+      this.materials.set(colour, material);
+    }
+    return material;
+  }
+
+  private refresh(material: THREE.MeshStandardMaterial): void {
+    material.clippingPlanes = this.clip;
+    if (material.flatShading === (this.shading === "facets")) return;
+    material.flatShading = this.shading === "facets";
+    material.needsUpdate = true;
+  }
+}
+
+export function surfaceMaterial(colour: string): THREE.MeshStandardMaterial {
+  const material = new THREE.MeshStandardMaterial({
+    color: colour,
+    roughness: 0.62,
+    metalness: 0,
+    side: THREE.DoubleSide,
+    polygonOffset: true,
+    polygonOffsetFactor: 1,
+    polygonOffsetUnits: 1,
+  });
+  // The inside, seen where the surface ends or is cut, is told apart by its colour.
+  material.onBeforeCompile = (shader) => {
+    shader.fragmentShader = shader.fragmentShader.replace(
+      "#include <color_fragment>",
+      "#include <color_fragment>\n" +
+        "if (!gl_FrontFacing) diffuseColor.rgb = diffuseColor.rgb * vec3(0.62, 0.50, 0.47);",
+    );
+  };
+  return material;
+}

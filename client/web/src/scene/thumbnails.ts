@@ -1,0 +1,218 @@
+// Small pictures of datasets: the first preview of each, drawn once and kept for the session. They
+// come over a connection of their own, one after the other, and only for what is looked at.
+import * as THREE from "three";
+
+import type { DatasetInfo } from "../protocol/messages";
+import { defaults } from "../state/settings";
+import { Conversation, type Effect } from "../stream/conversation";
+import { latticeToWorld } from "../stream/dataset";
+import { Link } from "../stream/link";
+import { isosurfaceRequest } from "../stream/request";
+import type { TilePool } from "../workers/tile_pool";
+import type { DecodedTile } from "../workers/worker_messages";
+import { surfaceMaterial } from "./surface";
+
+const width = 128;
+const height = 96;
+const plenty = 5000; // Triangles: a first step of so many makes a picture; fewer wait for the next.
+
+export class Thumbnails {
+  private readonly queue: DatasetInfo[] = [];
+  private current: DatasetInfo | null = null;
+  private conversation: Conversation | null = null;
+  private link: Link | null = null;
+  private tiles = new Map<string, DecodedTile>();
+  private resolutions = new Map<string, number>();
+  private stream = 0;
+
+  constructor(
+    private readonly address: string,
+    private readonly token: string,
+    private readonly pool: TilePool,
+    private readonly renderer: THREE.WebGLRenderer,
+    private readonly made: (name: string, picture: string) => void,
+  ) {}
+
+  want(info: DatasetInfo): void {
+    const kept = sessionStorage.getItem(keyOf(info));
+    if (kept) {
+      this.made(info.name, kept);
+    } else if (!this.queue.includes(info) && this.current !== info) {
+      this.queue.push(info);
+      this.goOn();
+    }
+  }
+
+  private goOn(): void {
+    if (this.current) return;
+    this.current = this.queue.shift() ?? null;
+    if (!this.current) {
+      this.link?.leave();
+      this.link = this.conversation = null;
+      return;
+    }
+    this.tiles.clear();
+    this.resolutions.clear();
+    if (this.conversation) this.perform(this.open());
+    else this.connect();
+  }
+
+  private connect(): void {
+    const conversation = new Conversation({
+      agent: "multitetra-viewer/0.1 thumbnails",
+      token: this.token,
+      held: () => [],
+    });
+    this.conversation = conversation;
+    this.link = new Link(this.address, {
+      opened: () => this.perform(conversation.opened()),
+      received: (message) => this.perform(conversation.received(message)),
+      closed: () => {
+        // Pictures are no reason to insist.
+        this.link = this.conversation = null;
+        this.current = null;
+        this.queue.length = 0;
+      },
+    });
+    this.link.connect();
+  }
+
+  private open(): Effect[] {
+    const info = this.current!;
+    const request = isosurfaceRequest(info, { ...defaults, error: 2, tolerance: 8 }, null);
+    return this.conversation!.want({ info, request });
+  }
+
+  private perform(effects: Effect[]): void {
+    for (const effect of effects) {
+      if (effect.kind === "send") this.link?.send(effect.message);
+      if (effect.kind === "datasets" && this.current) this.perform(this.open());
+      if (effect.kind === "opened") this.stream = effect.stream;
+      if (effect.kind === "stream" && effect.stream === this.stream) void this.follow(effect);
+    }
+  }
+
+  private async follow({ effect, order }: Effect & { kind: "stream" }): Promise<void> {
+    const { conversation, stream } = this;
+    if (effect.kind === "decode") {
+      const resolution = effect.begin.request!.latticeResolution;
+      const id = `thumbnail/${effect.tile.key}`;
+      try {
+        const tile = await this.pool.decode({
+          kind: "decode",
+          id,
+          payload: effect.payload,
+          promised: effect.tile,
+          resolution,
+          hasNormals: true,
+          linear: latticeToWorld(order.info, resolution).slice(0, 9),
+        });
+        this.pool.drop([id]);
+        this.tiles.set(effect.tile.key, tile);
+        this.resolutions.set(effect.tile.key, resolution);
+        if (stream === this.stream) this.perform(conversation!.decoded(stream, effect.tile.key));
+      } catch {
+        this.finish(null);
+      }
+    } else if (effect.kind === "certify") {
+      const { begin, tiles } = effect.step;
+      const triangles = tiles.reduce((n, tile) => n + tile.triangles, 0);
+      if (triangles < plenty && !begin.isFinal) {
+        // Too coarse to recognise anything; the next step's checks do not depend on this one's.
+        const sound = { ...nothing, triangles };
+        this.perform(conversation!.certified(stream, effect.step, sound));
+      } else {
+        this.finish(this.drawn(order.info, tiles.map(({ key }) => key)));
+      }
+    } else if (effect.kind === "ended" || effect.kind === "refused" || effect.kind === "failed") {
+      this.finish(null);
+    }
+  }
+
+  private finish(picture: string | null): void {
+    const info = this.current;
+    if (!info) return;
+    ++this.stream;
+    this.perform(this.conversation?.cancel() ?? []);
+    if (picture) {
+      try {
+        sessionStorage.setItem(keyOf(info), picture);
+      } catch {
+        // Full: it is drawn anew next time.
+      }
+      this.made(info.name, picture);
+    }
+    this.current = null;
+    this.goOn();
+  }
+
+  private drawn(info: DatasetInfo, keys: string[]): string {
+    const scene = new THREE.Scene();
+    const camera = new THREE.PerspectiveCamera(30, width / height, 0.1, 1000);
+    camera.up.set(0, 0, 1);
+    const light = new THREE.DirectionalLight(0xffffff, 2.2);
+    scene.add(new THREE.HemisphereLight(0xdfe8f5, 0x3a3530, 1.3), camera);
+    camera.add(light, light.target);
+    light.position.set(-0.6, 0.9, 1);
+    light.target.position.set(0, 0, -1);
+    const material = surfaceMaterial("#e0cdb4");
+    const box = new THREE.Box3();
+    for (const key of keys) {
+      const tile = this.tiles.get(key);
+      if (!tile) continue;
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute("position", new THREE.BufferAttribute(tile.positions, 3));
+      geometry.setAttribute("normal", new THREE.BufferAttribute(tile.normals, 4, true));
+      geometry.setIndex(new THREE.BufferAttribute(tile.triangles, 1));
+      const mesh = new THREE.Mesh(geometry, material);
+      const m = latticeToWorld(info, this.resolutions.get(key)!);
+      mesh.matrixAutoUpdate = false;
+      mesh.matrix.set(m[0], m[3], m[6], m[9], m[1], m[4], m[7], m[10], m[2], m[5], m[8], m[11], 0, 0, 0, 1);
+      geometry.computeBoundingBox();
+      box.union(geometry.boundingBox!.clone().applyMatrix4(mesh.matrix));
+      scene.add(mesh);
+    }
+    const sphere = box.getBoundingSphere(new THREE.Sphere());
+    const direction = new THREE.Vector3(0.55, -1, 0.32).normalize();
+    camera.position.copy(sphere.center).addScaledVector(direction, 3.4 * sphere.radius);
+    camera.lookAt(sphere.center);
+    camera.near = sphere.radius;
+    camera.far = 6 * sphere.radius;
+    camera.updateProjectionMatrix();
+    const picture = this.render(scene, camera);
+    scene.traverse((object) => object instanceof THREE.Mesh && object.geometry.dispose());
+    material.dispose();
+    return picture;
+  }
+
+  private render(scene: THREE.Scene, camera: THREE.Camera): string {
+    const target = new THREE.WebGLRenderTarget(width, height, { samples: 4, colorSpace: THREE.SRGBColorSpace });
+    this.renderer.setRenderTarget(target);
+    this.renderer.clear();
+    this.renderer.render(scene, camera);
+    const pixels = new Uint8Array(4 * width * height);
+    this.renderer.readRenderTargetPixels(target, 0, 0, width, height, pixels);
+    this.renderer.setRenderTarget(null);
+    target.dispose();
+    const canvas = document.createElement("canvas");
+    canvas.width = width;
+    canvas.height = height;
+    const context = canvas.getContext("2d")!;
+    const image = context.createImageData(width, height);
+    for (let y = 0; y < height; ++y) {
+      const row = pixels.subarray(4 * width * (height - 1 - y), 4 * width * (height - y));
+      image.data.set(row, 4 * width * y);
+    }
+    context.putImageData(image, 0, 0);
+    return canvas.toDataURL("image/png");
+  }
+}
+
+const nothing = {
+  vertices: 0, edges: 0, triangles: 0, eulerCharacteristic: 0, components: 0,
+  borderEdges: 0, openEdges: 0, nonmanifoldEdges: 0, degenerateTriangles: 0,
+};
+
+function keyOf(info: DatasetInfo): string {
+  return `thumbnail:${info.name}:${info.dims.join("x")}:${info.suggestedIsovalues[0] ?? ""}`;
+}

@@ -1,0 +1,56 @@
+// What is told of the surface that is shown and of the one that comes: for the status bar and the
+// certificate.
+import type { MeshTopology } from "../mesh/seams";
+
+export interface StepFacts {
+  step: number;
+  isFinal: boolean;
+  triangles: number;
+  tiles: number;
+  heldTiles: number;
+  bytes: number; // Of the payloads of all its tiles.
+  errorWorld: number;
+  errorVoxels: number;
+  isCertified: boolean; // The error is a bound.
+  preservesTopology: boolean;
+  tolerance: number;
+  isovalue: number;
+  serverSeconds: number;
+  digest: string;
+  topology: MeshTopology;
+  sameTopologyAs: number | null; // An earlier step of the stream that it was compared with.
+}
+
+export type ConnectionPhase = "connecting" | "greeting" | "ready" | "lost";
+
+export interface Progress {
+  phase: ConnectionPhase;
+  retryAt: number; // performance.now() of the next attempt, while lost; 0: none.
+  isStreaming: boolean;
+  // Of the stream that runs or ran last.
+  step: number; // That is being received.
+  tilesToCome: number;
+  tilesReceived: number;
+  bytesReceived: number; // Of all steps.
+  firstTile: number | null; // Milliseconds after the request.
+  firstSurface: number | null;
+  complete: number | null;
+  shown: StepFacts | null;
+  // One sentence for the user, and how bad it is.
+  trouble: { text: string; isFatal: boolean } | null;
+}
+
+export const noProgress: Progress = {
+  phase: "connecting",
+  retryAt: 0,
+  isStreaming: false,
+  step: 0,
+  tilesToCome: 0,
+  tilesReceived: 0,
+  bytesReceived: 0,
+  firstTile: null,
+  firstSurface: null,
+  complete: null,
+  shown: null,
+  trouble: null,
+};

@@ -1,0 +1,69 @@
+// Everything that a user can turn, as one plain value: what is asked of the server, and how it is
+// shown. The whole of it is in the page's address.
+export interface BoxRegion {
+  kind: "box";
+  low: [number, number, number]; // World coordinates.
+  high: [number, number, number];
+  error: number; // Voxels.
+}
+export interface BallRegion {
+  kind: "ball";
+  centre: [number, number, number];
+  radius: number;
+  error: number;
+}
+export type Region = BoxRegion | BallRegion;
+
+export type Shading = "field" | "smooth" | "facets";
+export type Colouring = "plain" | "tiles" | "steps";
+export type Theme = "auto" | "dark" | "light";
+
+export interface Settings {
+  // What is asked for.
+  dataset: string;
+  isovalue: number | null; // Null: the dataset's own suggestion.
+  error: number; // Voxels, 0 to 8.
+  bound: "certified" | "paper";
+  rule: "exact" | "paper";
+  tolerance: number; // Voxels.
+  region: Region | null;
+  followView: boolean;
+  pixels: number; // Allowed error on the screen when the view is followed.
+  maxTriangles: number; // 0: no limit.
+  // How it is shown.
+  shading: Shading;
+  wireframe: boolean;
+  colouring: Colouring;
+  clip: "off" | "x" | "y" | "z";
+  clipAt: number; // 0 to 1 along the axis.
+  clipFlipped: boolean;
+  axes: boolean;
+  logScale: boolean;
+  theme: Theme;
+  eye: [number, number, number] | null; // World coordinates; null: the default view.
+  target: [number, number, number] | null;
+}
+
+export const defaults: Settings = {
+  dataset: "",
+  isovalue: null,
+  error: 1,
+  bound: "certified",
+  rule: "exact",
+  tolerance: 0,
+  region: null,
+  followView: false,
+  pixels: 1,
+  maxTriangles: 0,
+  shading: "field",
+  wireframe: false,
+  colouring: "plain",
+  clip: "off",
+  clipAt: 0.5,
+  clipFlipped: false,
+  axes: true,
+  logScale: true,
+  theme: "auto",
+  eye: null,
+  target: null,
+};

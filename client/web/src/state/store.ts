@@ -1,0 +1,24 @@
+// One value that many look at: told to all of them when it changes.
+export class Store<T extends object> {
+  private readonly listeners = new Set<(now: T, before: T) => void>();
+
+  constructor(private value: T) {}
+
+  get(): Readonly<T> {
+    return this.value;
+  }
+
+  set(change: Partial<T>): void {
+    const before = this.value;
+    const isSame = (Object.keys(change) as (keyof T)[]).every((key) => change[key] === before[key]);
+    if (isSame) return;
+    this.value = { ...before, ...change };
+    for (const listener of this.listeners) listener(this.value, before);
+  }
+
+  // The listener is told at once, too.
+  watch(listener: (now: T, before: T) => void): void {
+    this.listeners.add(listener);
+    listener(this.value, this.value);
+  }
+}

@@ -1,0 +1,94 @@
+// Settings <-> the part of an address behind '#', which no server gets to see. Only what differs
+// from the defaults is said, in words that a person can edit:
+//
+//   #dataset=head&isovalue=500.5&error=0.5&region=box:0,0,0,10,10,10=0.25&eye=1,2,3&target=0,0,0
+//
+// Whatever cannot be read is passed over: an address from elsewhere never breaks the page.
+import { defaults, type Region, type Settings } from "./settings";
+
+export function toAddress(settings: Settings): string {
+  const said = new URLSearchParams();
+  const add = (name: string, value: string | number | boolean | null, usual: unknown) => {
+    if (value !== usual && value !== null) said.set(name, String(value));
+  };
+  for (const name of plainNames) add(name, settings[name], defaults[name]);
+  if (settings.region) said.set("region", regionText(settings.region));
+  if (settings.eye) said.set("eye", settings.eye.map(short).join(","));
+  if (settings.target) said.set("target", settings.target.map(short).join(","));
+  return said.toString().replace(/%(2C|3A|3D)/g, decodeURIComponent);
+}
+
+export function fromAddress(text: string): Partial<Settings> {
+  const said = new URLSearchParams(text.replace(/^#/, ""));
+  const settings: Partial<Settings> = {};
+  const set = <K extends keyof Settings>(name: K, value: Settings[K] | undefined) => {
+    if (value !== undefined) settings[name] = value;
+  };
+  const word = <T extends string>(name: string, ...known: T[]) =>
+    known.find((value) => value === said.get(name));
+  const number = (name: string, low: number, high: number) => {
+    const value = said.get(name)?.trim() ? Number(said.get(name)) : NaN;
+    return value >= low && value <= high ? value : undefined;
+  };
+  const yes = (name: string) =>
+    said.get(name) === "true" ? true : said.get(name) === "false" ? false : undefined;
+  set("dataset", said.get("dataset") ?? undefined);
+  set("isovalue", number("isovalue", -Number.MAX_VALUE, Number.MAX_VALUE));
+  set("error", number("error", 0, 1e6));
+  set("bound", word("bound", "certified", "paper"));
+  set("rule", word("rule", "exact", "paper"));
+  set("tolerance", number("tolerance", 0, 1e6));
+  set("followView", yes("followView"));
+  set("pixels", number("pixels", 0.1, 100));
+  set("maxTriangles", number("maxTriangles", 0, 1e9));
+  set("shading", word("shading", "field", "smooth", "facets"));
+  set("wireframe", yes("wireframe"));
+  set("colouring", word("colouring", "plain", "tiles", "steps"));
+  set("clip", word("clip", "off", "x", "y", "z"));
+  set("clipAt", number("clipAt", 0, 1));
+  set("clipFlipped", yes("clipFlipped"));
+  set("axes", yes("axes"));
+  set("logScale", yes("logScale"));
+  set("theme", word("theme", "auto", "dark", "light"));
+  set("region", regionFrom(said.get("region")));
+  set("eye", numbersFrom(said.get("eye"), 3) as Settings["eye"] | undefined);
+  set("target", numbersFrom(said.get("target"), 3) as Settings["target"] | undefined);
+  return settings;
+}
+
+const plainNames = [
+  "dataset", "isovalue", "error", "bound", "rule", "tolerance", "followView", "pixels",
+  "maxTriangles", "shading", "wireframe", "colouring", "clip", "clipAt", "clipFlipped", "axes",
+  "logScale", "theme",
+] as const;
+
+function short(value: number): string {
+  return String(Number(value.toPrecision(6)));
+}
+
+// As the programs' --region option says it.
+function regionText(region: Region): string {
+  const numbers =
+    region.kind === "box" ? [...region.low, ...region.high] : [...region.centre, region.radius];
+  return `${region.kind}:${numbers.map(short).join(",")}=${short(region.error)}`;
+}
+
+function regionFrom(text: string | null): Region | undefined {
+  const [, kind, place, errorText] = text?.match(/^(box|ball):([^=]+)=([^=]+)$/) ?? [];
+  const error = numbersFrom(errorText ?? null, 1)?.[0];
+  if (error === undefined || error < 0) return undefined;
+  if (kind === "box") {
+    const n = numbersFrom(place, 6);
+    if (!n || n[0] > n[3] || n[1] > n[4] || n[2] > n[5]) return undefined;
+    return { kind, low: [n[0], n[1], n[2]], high: [n[3], n[4], n[5]], error };
+  }
+  const n = numbersFrom(place, 4);
+  if (!n || n[3] < 0) return undefined;
+  return { kind: "ball", centre: [n[0], n[1], n[2]], radius: n[3], error };
+}
+
+function numbersFrom(text: string | null | undefined, count: number): number[] | undefined {
+  if (!text) return undefined;
+  const numbers = text.split(",").map((part) => (part.trim() ? Number(part) : NaN));
+  return numbers.length === count && numbers.every(Number.isFinite) ? numbers : undefined;
+}

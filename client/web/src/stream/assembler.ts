@@ -1,0 +1,355 @@
+// Server messages in, complete and checked steps out: the browser's counterpart of
+// client/assembler.hpp. Pure: what has to be done elsewhere (decoding, checking a whole step) is
+// told as an effect, and its outcome comes back by a call.
+//
+// A step is shown only when all its tiles are decoded and its checks have passed; until then the
+// step before stays. Steps end in the order in which they began. After a failed check the assembler
+// says nothing more.
+import { create, equals } from "@bufbuild/protobuf";
+
+import { type ContentDigest, emptyDigest, fromHex, hex, sum } from "../mesh/content_digest";
+import { isSound, type MeshTopology } from "../mesh/seams";
+import { nameOf, type TilePromise } from "../mesh/tile_mesh";
+import {
+  type DatasetInfo,
+  type IsosurfaceRequest,
+  IsosurfaceRequestSchema,
+  PayloadCodec,
+  type ServerKind,
+  type StepBegin,
+  type StepEnd,
+  StreamOutcome,
+  ThresholdMapSchema,
+} from "../protocol/messages";
+
+export interface StreamOrder {
+  info: DatasetInfo;
+  request: IsosurfaceRequest; // Every field said, none left to its default.
+  requestId: bigint;
+}
+
+export interface StepOfTiles {
+  begin: StepBegin;
+  end: StepEnd;
+  tiles: TilePromise[];
+  digest: ContentDigest; // Of all triangles, as found here.
+  held: number; // Tiles that did not have to be sent.
+}
+
+export type AssemblerEffect =
+  | { kind: "begun"; begin: StepBegin; tiles: TilePromise[]; missing: number }
+  | { kind: "decode"; tile: TilePromise; payload: Uint8Array; begin: StepBegin }
+  | { kind: "certify"; step: StepOfTiles }
+  // `sameAs`: an earlier step that was found to have the same topology, if one had to.
+  | { kind: "committed"; step: StepOfTiles; topology: MeshTopology; sameAs: number | null }
+  | { kind: "ended"; outcome: StreamOutcome }
+  | { kind: "refused"; code: number; text: string }
+  | { kind: "failed"; text: string };
+
+interface Pending {
+  begin: StepBegin;
+  tiles: TilePromise[];
+  held: number;
+  received: Set<number>;
+  bytes: number;
+  end: StepEnd | null;
+  certifying: StepOfTiles | null;
+}
+
+const maxSteps = 64;
+const maxTriangles = 60_000_000; // Of a step: about what a browser's memory takes.
+const maxTileTriangles = 2 ** 20;
+
+export function promiseOf(summary: StepBegin["tiles"][number]): TilePromise {
+  return {
+    key: hex({ high: summary.digestHigh, low: summary.digestLow }),
+    cube: { exponent: summary.cubeExponent, x: summary.cubeX, y: summary.cubeY, z: summary.cubeZ },
+    triangles: summary.triangles,
+    vertices: summary.vertices,
+    bytes: summary.bytes,
+  };
+}
+
+// Whether the step promises the topology of the full-resolution surface.
+export function preservesTopology(begin: StepBegin): boolean {
+  return begin.request?.topologyTolerance === 0 && begin.finestSpacing === 1;
+}
+
+export class Assembler {
+  private readonly pending: Pending[] = [];
+  private steps = 0; // That have begun.
+  private committed = 0;
+  private finalHasBegun = false;
+  private streamEnd: { outcome: StreamOutcome } | null = null;
+  private isOver = false;
+  private invariants: { step: number; euler: number; components: number } | null = null;
+  private readonly announced = new Set<string>();
+  private readonly ready: Set<string>;
+
+  // `held`: keys of tiles that are decoded and kept, and of which the server was told.
+  constructor(
+    private readonly order: StreamOrder,
+    held: Iterable<string> = [],
+  ) {
+    this.ready = new Set(held);
+  }
+
+  get hasEnded(): boolean {
+    return this.isOver;
+  }
+
+  receive(message: ServerKind): AssemblerEffect[] {
+    if (this.isOver) return [];
+    switch (message.case) {
+      case "stepBegin":
+        return this.ofThisStream(message.value.requestId, () => this.begin(message.value));
+      case "tile": {
+        const { requestId, step, index, payload } = message.value;
+        return this.ofThisStream(requestId, () => this.tile(step, index, payload));
+      }
+      case "stepEnd":
+        return this.ofThisStream(message.value.requestId, () => this.end(message.value));
+      case "streamEnd":
+        return this.ofThisStream(message.value.requestId, () => {
+          const { outcome, steps } = message.value;
+          return this.endOfStream(outcome, steps);
+        });
+      case "error": {
+        const { requestId, code, text } = message.value;
+        if (requestId !== this.order.requestId && requestId !== 0n) return [];
+        this.isOver = true;
+        return [{ kind: "refused", code, text }];
+      }
+      default:
+        return [];
+    }
+  }
+
+  // A tile that a "decode" effect asked for has passed its checks.
+  decoded(key: string): AssemblerEffect[] {
+    this.ready.add(key);
+    return this.advance();
+  }
+
+  damaged(text: string): AssemblerEffect[] {
+    return this.fail(text);
+  }
+
+  // The outcome of a "certify" effect.
+  certified(step: number, topology: MeshTopology): AssemblerEffect[] {
+    const first = this.pending[0];
+    if (this.isOver || !first?.certifying || first.begin.step !== step) return [];
+    const fault = this.topologyFault(first.begin, topology);
+    if (fault) return this.fail(`Step ${step}: ${fault}.`);
+    const { certifying } = first;
+    this.pending.shift();
+    ++this.committed;
+    const compared = preservesTopology(certifying.begin) ? this.invariants!.step : step;
+    const sameAs = compared === step ? null : compared;
+    return [{ kind: "committed", step: certifying, topology, sameAs }, ...this.advance()];
+  }
+
+  private ofThisStream(id: bigint, act: () => AssemblerEffect[]): AssemblerEffect[] {
+    if (id === this.order.requestId) return act();
+    // An earlier stream's messages may still be under way.
+    return id < this.order.requestId ? [] : this.fail("A message belongs to a request never made.");
+  }
+
+  private fail(text: string): AssemblerEffect[] {
+    if (this.isOver) return [];
+    this.isOver = true;
+    this.pending.length = 0;
+    return [{ kind: "failed", text }];
+  }
+
+  private begin(begin: StepBegin): AssemblerEffect[] {
+    const fault = (what: string) => this.fail(`Step ${begin.step}: ${what}.`);
+    const last = this.pending.at(-1);
+    if (last && !last.end) return fault("it begins before the step before has ended");
+    if (begin.step !== this.steps) return fault(`step ${this.steps} was due`);
+    if (this.finalHasBegun) return fault("it follows the final step");
+    if (begin.step >= maxSteps) return fault(`this viewer allows ${maxSteps} steps`);
+    const found = parameterFault(begin, this.order.request) ?? this.manifestFault(begin);
+    if (found) return fault(found);
+    const tiles = begin.tiles.map(promiseOf);
+    const missing = tiles.filter(({ key }) => !this.ready.has(key) && !this.announced.has(key));
+    for (const { key } of missing) this.announced.add(key);
+    const pending: Pending = {
+      begin,
+      tiles,
+      held: tiles.length - missing.length,
+      received: new Set(),
+      bytes: 0,
+      end: null,
+      certifying: null,
+    };
+    this.pending.push(pending);
+    this.toCome.set(begin.step, new Set(missing.map(({ key }) => key)));
+    ++this.steps;
+    this.finalHasBegun = begin.isFinal;
+    return [{ kind: "begun", begin, tiles, missing: missing.length }];
+  }
+
+  // Keys that must still come, by step.
+  private readonly toCome = new Map<number, Set<string>>();
+
+  private tile(step: number, index: number, payload: Uint8Array): AssemblerEffect[] {
+    const pending = this.pending.at(-1);
+    if (!pending || pending.end || pending.begin.step !== step) {
+      return this.fail(`Step ${step}: a tile comes outside of its step.`);
+    }
+    const tile = pending.tiles[index];
+    if (!tile) return this.fail(`Step ${step}: tile ${index} is not in its manifest.`);
+    const name = `Step ${step}: tile ${index} (${nameOf(tile.cube)})`;
+    if (!this.toCome.get(step)!.delete(tile.key)) {
+      return this.fail(`${name} comes, but is there already.`);
+    }
+    if (payload.length !== tile.bytes) {
+      return this.fail(`${name} has ${payload.length} bytes; promised were ${tile.bytes}.`);
+    }
+    pending.received.add(index);
+    pending.bytes += payload.length;
+    return [{ kind: "decode", tile, payload, begin: pending.begin }];
+  }
+
+  private end(end: StepEnd): AssemblerEffect[] {
+    const fault = (what: string) => this.fail(`Step ${end.step}: ${what}.`);
+    const pending = this.pending.at(-1);
+    if (!pending || pending.end || pending.begin.step !== end.step) {
+      return fault("it ends, but has not begun");
+    }
+    const missing = this.toCome.get(end.step)!.size;
+    if (missing > 0) return fault(`it ends without ${missing} of its tiles`);
+    if (end.tilesSent !== pending.received.size || end.payloadBytes !== BigInt(pending.bytes)) {
+      return fault(
+        `the server counts ${end.tilesSent} tiles and ${end.payloadBytes} bytes; ` +
+          `${pending.received.size} and ${pending.bytes} came`,
+      );
+    }
+    pending.end = end;
+    return this.advance();
+  }
+
+  private endOfStream(outcome: StreamOutcome, steps: number): AssemblerEffect[] {
+    if (this.streamEnd) return this.fail("The stream's end comes twice.");
+    if (steps !== this.steps && outcome === StreamOutcome.COMPLETE) {
+      return this.fail(`The server counts ${steps} steps; ${this.steps} came.`);
+    }
+    if (outcome === StreamOutcome.COMPLETE && !this.finalHasBegun) {
+      return this.fail("The stream is said to be complete, but the final step is missing.");
+    }
+    this.streamEnd = { outcome };
+    // A step that was cut short never comes to an end.
+    if (this.pending.at(-1) && !this.pending.at(-1)!.end) this.pending.pop();
+    return this.advance();
+  }
+
+  // Goes on with the oldest step that waits, or tells the end.
+  private advance(): AssemblerEffect[] {
+    if (this.isOver) return [];
+    const first = this.pending[0];
+    if (!first) {
+      if (!this.streamEnd) return [];
+      this.isOver = true;
+      return [{ kind: "ended", outcome: this.streamEnd.outcome }];
+    }
+    if (!first.end || first.certifying || first.tiles.some(({ key }) => !this.ready.has(key))) {
+      return [];
+    }
+    const digest = first.tiles.reduce((d, { key }) => sum(d, fromHex(key)), emptyDigest);
+    if (digest.high !== first.end.digestHigh || digest.low !== first.end.digestLow) {
+      const said = hex({ high: first.end.digestHigh, low: first.end.digestLow });
+      return this.fail(
+        `Step ${first.begin.step}: its digest is ${hex(digest)}; the server says ${said}.`,
+      );
+    }
+    const { begin, end, tiles, held } = first;
+    first.certifying = { begin, end, tiles, digest, held };
+    return [{ kind: "certify", step: first.certifying }];
+  }
+
+  private manifestFault(begin: StepBegin): string | null {
+    if (begin.codec !== PayloadCodec.DRACO_LATTICE) return "its codec was not negotiated";
+    const cubes = new Set<string>();
+    const keys = new Set<string>();
+    let triangles = 0;
+    for (const tile of begin.tiles.map(promiseOf)) {
+      const name = nameOf(tile.cube);
+      const { exponent, x, y, z } = tile.cube;
+      const side = 2 ** (this.order.info.gridExponent - exponent);
+      if (!(side >= 1 && Math.max(x, y, z) < side)) return `${name} lies outside the grid`;
+      if (tile.triangles < 1 || tile.triangles > maxTileTriangles) {
+        return `${name} cannot have ${tile.triangles} triangles`;
+      }
+      if (tile.vertices < 3 || tile.vertices > 3 * tile.triangles) {
+        return `${tile.vertices} vertices cannot belong to ${tile.triangles} triangles at ${name}`;
+      }
+      if (tile.bytes < 1) return `${name} has no bytes`;
+      if (cubes.size === cubes.add(name).size) return `${name} is there twice`;
+      if (keys.size === keys.add(tile.key).size) return `${name} has another tile's content`;
+      triangles += tile.triangles;
+    }
+    if (triangles > maxTriangles) {
+      return `it announces ${triangles} triangles; this viewer allows ${maxTriangles}`;
+    }
+    return null;
+  }
+
+  private topologyFault(begin: StepBegin, found: MeshTopology): string | null {
+    if (!isSound(found)) {
+      return (
+        `the mesh is torn: ${found.openEdges} open edges, ${found.nonmanifoldEdges} ` +
+        `non-manifold edges, ${found.degenerateTriangles} degenerate triangles`
+      );
+    }
+    if (!preservesTopology(begin)) return null;
+    const first = (this.invariants ??= {
+      step: begin.step,
+      euler: found.eulerCharacteristic,
+      components: found.components,
+    });
+    if (first.euler === found.eulerCharacteristic && first.components === found.components) {
+      return null;
+    }
+    return (
+      `its topology differs from step ${first.step}, though both preserve it: Euler ` +
+      `characteristic ${found.eulerCharacteristic} instead of ${first.euler}, ` +
+      `${found.components} components instead of ${first.components}`
+    );
+  }
+}
+
+// A preview may be coarser than the request; everything else is as it was asked for.
+function parameterFault(begin: StepBegin, asked: IsosurfaceRequest): string | null {
+  const given = begin.request;
+  if (!given?.threshold || !asked.threshold) return "it tells no parameters";
+  const least = { given: given.threshold.atLeast, asked: asked.threshold.atLeast };
+  if (least.given < least.asked || given.topologyTolerance < asked.topologyTolerance) {
+    return "it is said to be finer than the request";
+  }
+  if (given.threshold.everywhere < asked.threshold.everywhere) {
+    return "its error is below the request's";
+  }
+  const mayDiffer = !begin.isFinal || asked.maxTriangles > 0n || asked.maxBytes > 0n;
+  const compared = create(IsosurfaceRequestSchema, {
+    ...given,
+    ...(mayDiffer ? { topologyTolerance: asked.topologyTolerance } : {}),
+    threshold: create(ThresholdMapSchema, {
+      ...given.threshold,
+      ...(mayDiffer ? { atLeast: least.asked } : {}),
+      ...(begin.isFinal ? {} : { everywhere: asked.threshold.everywhere }),
+      combination: given.threshold.combination || 1,
+      coordinates: given.threshold.coordinates || 1,
+    }),
+    ...(begin.isFinal ? {} : { latticeResolution: asked.latticeResolution }),
+  });
+  if (!equals(IsosurfaceRequestSchema, compared, asked)) {
+    return "its parameters differ from the request in more than accuracy";
+  }
+  if (begin.isFinal && begin.finestSpacing !== 1) return "the final step leaves out points";
+  if (begin.isFinal && asked.maxTriangles > 0n) {
+    const triangles = begin.tiles.reduce((n, tile) => n + tile.triangles, 0);
+    if (BigInt(triangles) > asked.maxTriangles) return "it has more triangles than its budget";
+  }
+  return null;
+}

@@ -1,0 +1,209 @@
+// A whole conversation with a server, without its socket: connects again and again, tells what is
+// served, keeps one stream running, and after a lost connection repeats it, naming the tiles that
+// came. Pure; the page performs the effects and reports back.
+//
+//   opened() -> Hello -> Welcome -> ListDatasets -> DatasetList -> OpenStream ... -> closed()
+import { create } from "@bufbuild/protobuf";
+
+import { packed } from "../mesh/content_digest";
+import {
+  type ClientKind,
+  type DatasetInfo,
+  ErrorCode,
+  HelloSchema,
+  type IsosurfaceRequest,
+  ListDatasetsSchema,
+  OpenStreamSchema,
+  CancelSchema,
+  PayloadCodec,
+  type ServerKind,
+  StepPolicy,
+} from "../protocol/messages";
+import { Assembler, type AssemblerEffect, type StepOfTiles } from "./assembler";
+import type { MeshTopology } from "../mesh/seams";
+
+export type Phase = "connecting" | "greeting" | "ready" | "lost";
+
+export type Effect =
+  | { kind: "send"; message: ClientKind }
+  | { kind: "phase"; phase: Phase; retryInMilliseconds?: number }
+  | { kind: "datasets"; datasets: DatasetInfo[] }
+  | { kind: "opened"; order: Wanted; stream: number }
+  // Of a stream; `stream` tells which, as answers from elsewhere may come late.
+  | { kind: "stream"; stream: number; order: Wanted; effect: AssemblerEffect; isNews: boolean }
+  | { kind: "trouble"; text: string; isFatal: boolean; code: ErrorCode };
+
+export interface Wanted {
+  info: DatasetInfo;
+  request: IsosurfaceRequest;
+  finalOnly?: boolean;
+}
+
+export interface ConversationOptions {
+  agent: string;
+  token: string;
+  // Keys of the tiles that are kept and fit this request; the most useful first.
+  held: (order: Wanted) => string[];
+}
+
+const maxHeld = 8192;
+const firstRetry = 500;
+const longestRetry = 15_000;
+
+export class Conversation {
+  private phase: Phase = "connecting";
+  private retry = firstRetry;
+  private lastRequestId = 0n;
+  private datasets: DatasetInfo[] = [];
+  private wanted: Wanted | null = null;
+  private assembler: Assembler | null = null;
+  private order: Wanted | null = null; // Of the assembler.
+  private stream = 0;
+  private isGivenUp = false;
+  // Steps of `wanted` that were committed already, on this connection or one before.
+  private given = 0;
+
+  constructor(private readonly options: ConversationOptions) {}
+
+  // ---- what the user wants
+
+  // Another surface; it replaces the one before. Waits for a connection if there is none.
+  want(order: Wanted): Effect[] {
+    this.wanted = order;
+    this.given = 0;
+    return this.phase === "ready" ? this.openStream() : [];
+  }
+
+  cancel(): Effect[] {
+    this.wanted = null;
+    if (!this.assembler || this.assembler.hasEnded || this.phase !== "ready") return [];
+    this.assembler = null;
+    const value = create(CancelSchema, { requestId: this.lastRequestId });
+    return [{ kind: "send", message: { case: "cancel", value } }];
+  }
+
+  // ---- what the connection reports
+
+  opened(): Effect[] {
+    this.lastRequestId = 0n;
+    const value = create(HelloSchema, {
+      minVersion: 1,
+      maxVersion: 1,
+      codecs: [PayloadCodec.DRACO_LATTICE],
+      token: this.options.token,
+      agent: this.options.agent,
+    });
+    return [...this.turn("greeting"), { kind: "send", message: { case: "hello", value } }];
+  }
+
+  // How long to wait before the next attempt grows from time to time; it is told with the phase.
+  closed(): Effect[] {
+    this.assembler = null;
+    const wait = this.retry;
+    this.retry = Math.min(longestRetry, this.retry * 2);
+    this.phase = "lost";
+    if (this.isGivenUp) return [{ kind: "phase", phase: "lost" }];
+    return [{ kind: "phase", phase: "lost", retryInMilliseconds: wait }];
+  }
+
+  received(message: ServerKind): Effect[] {
+    switch (message.case) {
+      case "welcome":
+        this.retry = firstRetry;
+        return [
+          ...this.turn("ready"),
+          {
+            kind: "send",
+            message: { case: "listDatasets", value: create(ListDatasetsSchema, { requestId: 1n }) },
+          },
+        ];
+      case "datasetList":
+        return this.listed(message.value.datasets);
+      case "error":
+        if (message.value.requestId === 0n) return this.refusedAltogether(message.value);
+    }
+    if (!this.assembler) return [];
+    return this.told(this.assembler.receive(message));
+  }
+
+  // ---- what the page did
+
+  decoded(stream: number, key: string): Effect[] {
+    return this.current(stream, (assembler) => assembler.decoded(key));
+  }
+  damaged(stream: number, text: string): Effect[] {
+    return this.current(stream, (assembler) => assembler.damaged(text));
+  }
+  certified(stream: number, step: StepOfTiles, topology: MeshTopology): Effect[] {
+    return this.current(stream, (assembler) => assembler.certified(step.begin.step, topology));
+  }
+
+  // ----
+
+  private current(stream: number, act: (a: Assembler) => AssemblerEffect[]): Effect[] {
+    return stream === this.stream && this.assembler ? this.told(act(this.assembler)) : [];
+  }
+
+  private turn(phase: Phase): Effect[] {
+    this.phase = phase;
+    return [{ kind: "phase", phase }];
+  }
+
+  private listed(datasets: DatasetInfo[]): Effect[] {
+    this.datasets = datasets;
+    const effects: Effect[] = [{ kind: "datasets", datasets }];
+    const { wanted } = this;
+    // The page opens its first stream when it hears of the datasets; a stream that was cut off is
+    // repeated with what the server now says of its dataset.
+    if (!wanted || this.assembler) return effects;
+    const info = this.datasets.find(({ name }) => name === wanted.info.name);
+    if (!info) {
+      this.wanted = null;
+      const text = `The server no longer has a dataset named "${wanted.info.name}".`;
+      return [...effects, { kind: "trouble", text, isFatal: false, code: ErrorCode.UNKNOWN_DATASET }];
+    }
+    this.wanted = { ...wanted, info };
+    return [...effects, ...this.openStream()];
+  }
+
+  private openStream(): Effect[] {
+    const order = (this.order = this.wanted!);
+    const held = this.options.held(order).slice(0, maxHeld);
+    ++this.lastRequestId;
+    ++this.stream;
+    this.assembler = new Assembler({ ...order, requestId: this.lastRequestId }, held);
+    const value = create(OpenStreamSchema, {
+      requestId: this.lastRequestId,
+      dataset: order.info.name,
+      request: order.request,
+      steps: order.finalOnly ? StepPolicy.FINAL_ONLY : StepPolicy.PROGRESSIVE,
+      held: packed(held),
+    });
+    return [
+      { kind: "opened", order, stream: this.stream },
+      { kind: "send", message: { case: "openStream", value } },
+    ];
+  }
+
+  private refusedAltogether({ code, text }: { code: ErrorCode; text: string }): Effect[] {
+    // The connection ends; some reasons will not go away by themselves.
+    const isFatal = code !== ErrorCode.UNAVAILABLE && code !== ErrorCode.LIMIT_EXCEEDED;
+    this.isGivenUp = isFatal;
+    return [{ kind: "trouble", text, isFatal, code }];
+  }
+
+  private told(effects: AssemblerEffect[]): Effect[] {
+    return effects.map((effect) => {
+      let isNews = true;
+      if (effect.kind === "committed") {
+        // Steps that were given before the connection was lost come again.
+        isNews = effect.step.begin.step >= this.given;
+        this.given = Math.max(this.given, effect.step.begin.step + 1);
+      }
+      if (effect.kind === "ended" || effect.kind === "refused" || effect.kind === "failed") {
+        this.wanted = null;
+      }
+      return { kind: "stream", stream: this.stream, order: this.order!, effect, isNews };
+    });
+  }
+}

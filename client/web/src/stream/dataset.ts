@@ -1,0 +1,83 @@
+// What follows from a DatasetInfo: lengths, the maps between coordinates, where surfaces may end.
+import type { DataBorder } from "../mesh/seams";
+import { type DatasetInfo, SampleType } from "../protocol/messages";
+
+export type Vec3 = [number, number, number];
+
+// Columns of x, y and z, then the translation: three numbers each.
+export type Affine = readonly number[];
+
+export function applied(map: Affine, p: readonly number[]): Vec3 {
+  const row = (i: number) => map[i] * p[0] + map[3 + i] * p[1] + map[6 + i] * p[2] + map[9 + i];
+  return [row(0), row(1), row(2)];
+}
+
+export function inverse(map: Affine): Affine {
+  const [a, b, c, d, e, f, g, h, i] = map;
+  const determinant = a * (e * i - f * h) - d * (b * i - c * h) + g * (b * f - c * e);
+  const linear = [
+    e * i - f * h, c * h - b * i, b * f - c * e,
+    f * g - d * i, a * i - c * g, c * d - a * f,
+    d * h - e * g, b * g - a * h, a * e - b * d,
+  ].map((value) => value / determinant);
+  const back = [...linear, 0, 0, 0];
+  const t = applied(back, map.slice(9));
+  return [...linear, -t[0], -t[1], -t[2]];
+}
+
+// The length of "1 voxel" in world units.
+export function voxelLength(info: DatasetInfo): number {
+  return Math.min(...info.spacing);
+}
+
+export function latticeToIndex(info: DatasetInfo, resolution: number): Affine {
+  const step = 2 ** -resolution;
+  return [step, 0, 0, 0, step, 0, 0, 0, step, -info.margin, -info.margin, -info.margin];
+}
+
+export function latticeToWorld(info: DatasetInfo, resolution: number): Affine {
+  const step = 2 ** -resolution;
+  const shift = [-info.margin, -info.margin, -info.margin];
+  const linear = info.indexToWorld.slice(0, 9).map((value) => value * step);
+  return [...linear, ...applied(info.indexToWorld, shift)];
+}
+
+// The corners of the data: of the box from the first sample to the last.
+export function worldBox(info: DatasetInfo): { low: Vec3; high: Vec3 } {
+  const low: Vec3 = [Infinity, Infinity, Infinity];
+  const high: Vec3 = [-Infinity, -Infinity, -Infinity];
+  for (let corner = 0; corner < 8; ++corner) {
+    const index = info.dims.map((n, axis) => (corner & (1 << axis) ? n - 1 : 0));
+    applied(info.indexToWorld, index).forEach((value, axis) => {
+      low[axis] = Math.min(low[axis], value);
+      high[axis] = Math.max(high[axis], value);
+    });
+  }
+  return { low, high };
+}
+
+// As data_border in common/dataset_info.cpp, which says why.
+export function dataBorder(
+  info: DatasetInfo,
+  resolution: number,
+  topologyTolerance: number,
+  finestSpacing: number,
+): DataBorder {
+  const step = 2 ** resolution;
+  const anywhere = info.voidSamples > 0n;
+  if (info.outside !== undefined) {
+    const side = 2 ** info.gridExponent * step;
+    return { low: [0, 0, 0], high: [side, side, side], inset: 0, anywhere };
+  }
+  const low = info.margin * step;
+  const high = info.dims.map((n) => low + (n - 1) * step) as Vec3;
+  let longest = finestSpacing;
+  for (let s = 1; s <= topologyTolerance && s <= 2 ** info.gridExponent; s *= 2) {
+    longest = Math.max(longest, 2 * s);
+  }
+  return { low: [low, low, low], high, inset: (longest - 1) * step, anywhere };
+}
+
+export function sampleTypeName(type: SampleType): string {
+  return SampleType[type]?.toLowerCase().replace("sample_type_", "") ?? "?";
+}

@@ -1,0 +1,62 @@
+// The WebSocket under a conversation: performs its sends, tells it what came, connects anew.
+import { type ClientKind, decoded, encoded, type ServerKind, subprotocol } from "../protocol/messages";
+
+export interface LinkEvents {
+  opened: () => void;
+  received: (message: ServerKind) => void;
+  closed: () => void;
+}
+
+export class Link {
+  private socket: WebSocket | null = null;
+  private timer = 0;
+
+  constructor(
+    private readonly address: string,
+    private readonly events: LinkEvents,
+  ) {}
+
+  connect(): void {
+    clearTimeout(this.timer);
+    this.leave();
+    const socket = new WebSocket(this.address, subprotocol);
+    socket.binaryType = "arraybuffer";
+    const isCurrent = () => this.socket === socket;
+    socket.onopen = () => isCurrent() && this.events.opened();
+    socket.onclose = () => {
+      if (!isCurrent()) return;
+      this.socket = null;
+      this.events.closed();
+    };
+    socket.onmessage = ({ data }) => {
+      if (!isCurrent()) return;
+      let message: ServerKind;
+      try {
+        if (!(data instanceof ArrayBuffer)) throw new Error("a text frame");
+        message = decoded(new Uint8Array(data));
+      } catch {
+        socket.close(4000, "not a message of multitetra.v1");
+        return;
+      }
+      this.events.received(message);
+    };
+    this.socket = socket;
+  }
+
+  connectIn(milliseconds: number): void {
+    clearTimeout(this.timer);
+    this.timer = window.setTimeout(() => this.connect(), milliseconds);
+  }
+
+  send(message: ClientKind): void {
+    if (this.socket?.readyState === WebSocket.OPEN) {
+      this.socket.send(encoded(message) as Uint8Array<ArrayBuffer>);
+    }
+  }
+
+  leave(): void {
+    const socket = this.socket;
+    this.socket = null;
+    socket?.close();
+  }
+}

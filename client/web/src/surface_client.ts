@@ -1,0 +1,288 @@
+// Joins the parts: settings become requests, messages become tiles, complete steps become what is
+// shown.
+//
+// While the isovalue is dragged only one request is under way: the next one follows as soon as the
+// surface of the one before was shown, or takes too long. When the dragging stops the last request
+// simply goes on to its final step.
+import { type Effect, Conversation, type Wanted } from "./stream/conversation";
+import { type AssemblerEffect, preservesTopology, type StepOfTiles } from "./stream/assembler";
+import { dataBorder, latticeToWorld, voxelLength } from "./stream/dataset";
+import { Link } from "./stream/link";
+import { isosurfaceRequest, type View } from "./stream/request";
+import { hex } from "./mesh/content_digest";
+import { type DatasetInfo, ErrorMeasure, type ServerKind } from "./protocol/messages";
+import type { Surface } from "./scene/surface";
+import { noProgress, type Progress, type StepFacts } from "./state/progress";
+import type { Settings } from "./state/settings";
+import { Store } from "./state/store";
+import type { TilePool } from "./workers/tile_pool";
+import type { Certified } from "./workers/worker_messages";
+
+type Committed = AssemblerEffect & { kind: "committed" };
+
+const patience = 400; // Milliseconds that a drag waits for a preview.
+
+export interface ShownSurface {
+  info: DatasetInfo;
+  resolution: number;
+  request: Wanted["request"];
+  facts: StepFacts;
+}
+
+export class SurfaceClient {
+  readonly progress = new Store<Progress>(noProgress);
+  readonly datasets = new Store<{ list: DatasetInfo[] | null }>({ list: null });
+  shown: ShownSurface | null = null;
+  private readonly conversation: Conversation;
+  private readonly link: Link;
+  private started = 0;
+  private stream = 0;
+  private next: Wanted | null = null; // Waits for the request under way.
+  private isDragging = false;
+  private dragTimer = 0;
+  private readonly inUse = new Set<string>();
+
+  constructor(
+    address: string,
+    token: string,
+    private readonly pool: TilePool,
+    private readonly surface: Surface,
+    private readonly onShown: (shown: ShownSurface, isFirstOfDataset: boolean) => void,
+  ) {
+    this.conversation = new Conversation({
+      agent: "multitetra-viewer/0.1",
+      token,
+      held: (order) => {
+        const prefix = memoryOf(order);
+        return this.surface.ids(prefix).map((id) => id.slice(prefix.length));
+      },
+    });
+    this.link = new Link(address, {
+      opened: () => this.perform(this.conversation.opened()),
+      closed: () => this.perform(this.conversation.closed()),
+      received: (message: ServerKind) => this.perform(this.conversation.received(message)),
+    });
+  }
+
+  connect(): void {
+    this.link.connect();
+  }
+
+  // Another surface. With `isDragging` more will follow soon.
+  want(info: DatasetInfo, settings: Settings, view: View | null, isDragging = false): void {
+    const order: Wanted = { info, request: isosurfaceRequest(info, settings, view) };
+    this.isDragging = isDragging;
+    if (isDragging && this.dragTimer) {
+      this.next = order;
+      return;
+    }
+    this.open(order);
+  }
+
+  private open(order: Wanted): void {
+    this.next = null;
+    clearTimeout(this.dragTimer);
+    this.dragTimer = this.isDragging ? window.setTimeout(() => this.goOn(), patience) : 0;
+    this.perform(this.conversation.want(order));
+  }
+
+  // The surface that a drag waited for is there, or late.
+  private goOn(): void {
+    clearTimeout(this.dragTimer);
+    this.dragTimer = 0;
+    if (this.next) this.open(this.next);
+  }
+
+  private perform(effects: Effect[]): void {
+    for (const effect of effects) this.performOne(effect);
+  }
+
+  private performOne(effect: Effect): void {
+    switch (effect.kind) {
+      case "send":
+        this.link.send(effect.message);
+        break;
+      case "phase": {
+        const wait = effect.retryInMilliseconds;
+        if (effect.phase === "lost" && wait !== undefined) this.link.connectIn(wait);
+        this.progress.set({
+          phase: effect.phase,
+          retryAt: wait === undefined ? 0 : performance.now() + wait,
+          ...(effect.phase === "ready" ? { trouble: null } : {}),
+        });
+        break;
+      }
+      case "datasets":
+        this.datasets.set({ list: effect.datasets });
+        break;
+      case "opened":
+        this.begin(effect.stream);
+        break;
+      case "trouble":
+        this.progress.set({ trouble: { text: effect.text, isFatal: effect.isFatal } });
+        break;
+      case "stream":
+        if (effect.stream === this.stream) this.performOfStream(effect);
+        break;
+    }
+  }
+
+  private begin(stream: number): void {
+    this.pool.forget();
+    this.stream = stream;
+    this.started = performance.now();
+    this.inUse.clear();
+    const { phase, shown } = this.progress.get();
+    this.progress.set({ ...noProgress, phase, shown, isStreaming: true });
+  }
+
+  private performOfStream({ effect, order, isNews }: Effect & { kind: "stream" }): void {
+    const { progress } = this;
+    switch (effect.kind) {
+      case "begun": {
+        const ids = effect.tiles.map(({ key }) => memoryOf(order) + key);
+        for (const id of ids) this.inUse.add(id);
+        this.surface.use(ids);
+        progress.set({
+          step: effect.begin.step,
+          tilesToCome: effect.missing,
+          tilesReceived: 0,
+        });
+        break;
+      }
+      case "decode":
+        progress.set({
+          tilesReceived: progress.get().tilesReceived + 1,
+          bytesReceived: progress.get().bytesReceived + effect.payload.length,
+          firstTile: progress.get().firstTile ?? performance.now() - this.started,
+        });
+        void this.decode(order, effect);
+        break;
+      case "certify":
+        void this.certify(order, effect.step);
+        break;
+      case "committed":
+        this.present(order, effect, isNews);
+        break;
+      case "ended":
+        progress.set({ isStreaming: false });
+        this.surface.dropUnused(this.inUse);
+        this.goOn();
+        break;
+      case "refused":
+      case "failed":
+        progress.set({ isStreaming: false, trouble: { text: effect.text, isFatal: false } });
+        this.goOn();
+        break;
+    }
+  }
+
+  private async decode(
+    order: Wanted,
+    { tile: promised, payload, begin }: AssemblerEffect & { kind: "decode" },
+  ): Promise<void> {
+    const { stream } = this;
+    const resolution = begin.request!.latticeResolution; // A preview's may be less.
+    const toWorld = latticeToWorld(order.info, resolution);
+    try {
+      const tile = await this.pool.decode({
+        kind: "decode",
+        id: memoryOf(order) + promised.key,
+        payload,
+        promised,
+        resolution,
+        hasNormals: order.request.normalBits > 0,
+        linear: toWorld.slice(0, 9),
+      });
+      this.surface.add(tile, toWorld, begin.step);
+      this.perform(this.conversation.decoded(stream, promised.key));
+    } catch (error) {
+      this.perform(this.conversation.damaged(stream, (error as Error).message));
+    }
+  }
+
+  private certified: { step: StepOfTiles; result: Certified } | null = null;
+
+  private async certify(order: Wanted, step: StepOfTiles): Promise<void> {
+    const { stream } = this;
+    const { begin } = step;
+    const ids = idsOf(order, step);
+    const { latticeResolution: resolution, topologyTolerance } = begin.request!;
+    const border = dataBorder(order.info, resolution, topologyTolerance, begin.finestSpacing || 1);
+    const [result] = await Promise.all([this.pool.certify(ids, border), this.surface.uploaded(ids)]);
+    if (stream !== this.stream) return;
+    this.certified = { step, result };
+    this.perform(this.conversation.certified(stream, step, result.topology));
+  }
+
+  private present(order: Wanted, committed: Committed, isNews: boolean): void {
+    const { step } = committed;
+    const facts = factsOf(order, committed);
+    const before = this.shown;
+    if (isNews && !isStepBack(before, order, facts)) {
+      this.surface.show(idsOf(order, step));
+      for (const { id, normals } of this.certified?.result.normals ?? []) {
+        this.surface.setNormals(id, normals);
+      }
+      this.shown = {
+        info: order.info,
+        resolution: step.begin.request!.latticeResolution,
+        request: step.begin.request!,
+        facts,
+      };
+      const isFirst = before?.info.name !== order.info.name;
+      const elapsed = performance.now() - this.started;
+      const { firstSurface } = this.progress.get();
+      this.progress.set({
+        shown: facts,
+        firstSurface: firstSurface ?? elapsed,
+        complete: facts.isFinal ? elapsed : null,
+      });
+      this.onShown(this.shown, isFirst);
+    }
+    this.goOn();
+  }
+}
+
+// On the way to a finer surface of the same isovalue, nothing coarser than what is there is shown.
+function isStepBack(before: ShownSurface | null, order: Wanted, facts: StepFacts): boolean {
+  if (facts.isFinal || !before || before.info.name !== order.info.name) return false;
+  if (before.request.isovalue !== order.request.isovalue) return false;
+  const { errorWorld, tolerance } = before.facts;
+  return facts.errorWorld > errorWorld || facts.tolerance > tolerance;
+}
+
+// Tiles of one memory can stand in for one another.
+export function memoryOf(order: Wanted): string {
+  const { info, request } = order;
+  return `${info.name}/${request.normalBits}/`;
+}
+
+function idsOf(order: Wanted, step: StepOfTiles): string[] {
+  const prefix = memoryOf(order);
+  return step.tiles.map(({ key }) => prefix + key);
+}
+
+function factsOf(order: Wanted, { step, topology, sameAs }: Committed): StepFacts {
+  const { begin, end } = step;
+  const request = begin.request!;
+  const isPreserving = preservesTopology(begin);
+  return {
+    step: begin.step,
+    isFinal: begin.isFinal,
+    triangles: topology.triangles,
+    tiles: step.tiles.length,
+    heldTiles: step.held,
+    bytes: step.tiles.reduce((n, tile) => n + tile.bytes, 0),
+    errorWorld: begin.errorBoundWorld,
+    errorVoxels: begin.errorBoundWorld / voxelLength(order.info),
+    isCertified: request.measure === ErrorMeasure.CERTIFIED && isPreserving,
+    preservesTopology: isPreserving,
+    tolerance: request.topologyTolerance,
+    isovalue: request.isovalue,
+    serverSeconds: end.seconds,
+    digest: hex(step.digest),
+    topology,
+    sameTopologyAs: sameAs,
+  };
+}

@@ -1,0 +1,99 @@
+// Keeps a copy of every tile, away from the page: what needs whole surfaces happens here. Checks a
+// step before it is shown, makes normals agree where tiles meet, finds what a ray hits, and writes
+// files.
+import { meshFile } from "../mesh/mesh_files";
+import { pack } from "../mesh/normals";
+import { nearestHit } from "../mesh/ray";
+import { type DataBorder, joined } from "../mesh/seams";
+import type { Certified, KeeperReply, KeeperRequest, KeptTile } from "./worker_messages";
+
+const tiles = new Map<string, KeptTile>();
+// Tiles come from other workers: a step may be asked for before the last of them is here.
+let waiting: { ids: string[]; resolve: () => void }[] = [];
+
+function keep(tile: KeptTile): void {
+  tiles.set(tile.id, tile);
+  waiting = waiting.filter(({ ids, resolve }) => {
+    if (!ids.every((id) => tiles.has(id))) return true;
+    resolve();
+    return false;
+  });
+}
+
+async function all(ids: string[]): Promise<KeptTile[]> {
+  if (!ids.every((id) => tiles.has(id))) {
+    await new Promise<void>((resolve) => waiting.push({ ids, resolve }));
+  }
+  return ids.map((id) => tiles.get(id)!);
+}
+
+async function certified(ids: string[], border: DataBorder): Promise<Certified> {
+  const step = await all(ids);
+  const seams = joined(
+    step.map((tile) => tile.rim),
+    border,
+  );
+  return { topology: seams.topology, normals: agreed(step, seams.numbers, seams.rimVertices) };
+}
+
+// Gives each rim vertex the sum over all tiles that share it; tells the tiles where that shows.
+function agreed(step: KeptTile[], numbers: Uint32Array[], count: number): Certified["normals"] {
+  if (step.some((tile) => !tile.sums)) return [];
+  const sums = new Float32Array(3 * count);
+  step.forEach(({ rim, sums: own }, i) => {
+    numbers[i].forEach((number, j) => {
+      for (let axis = 0; axis < 3; ++axis) {
+        sums[3 * number + axis] += own![3 * rim.vertices[j] + axis];
+      }
+    });
+  });
+  const changed: Certified["normals"] = [];
+  const before = new Int16Array(4);
+  step.forEach((tile, i) => {
+    let isOther = false;
+    numbers[i].forEach((number, j) => {
+      const at = 4 * tile.rim.vertices[j];
+      before.set(tile.normals.subarray(at, at + 4));
+      const [x, y, z] = sums.subarray(3 * number, 3 * number + 3);
+      pack(tile.normals, tile.rim.vertices[j], x, y, z);
+      isOther ||= before.some((value, k) => value !== tile.normals[at + k]);
+    });
+    if (isOther) changed.push({ id: tile.id, normals: tile.normals.slice() });
+  });
+  return changed;
+}
+
+async function answer(request: KeeperRequest): Promise<KeeperReply["result"]> {
+  switch (request.kind) {
+    case "certify":
+      return certified(request.ids, request.border);
+    case "pick":
+      return nearestHit(await all(request.ids), request.origin, request.direction);
+    case "file":
+      return meshFile(await all(request.ids), request.format, request.toWorld);
+    default:
+      return null;
+  }
+}
+
+function transfers(result: KeeperReply["result"]): ArrayBufferLike[] {
+  if (result instanceof Uint8Array) return [result.buffer];
+  if (result && "topology" in result) return result.normals.map(({ normals }) => normals.buffer);
+  return [];
+}
+
+self.onmessage = async ({ data }: MessageEvent<KeeperRequest>) => {
+  if (data.kind === "port") {
+    data.port.onmessage = (event: MessageEvent<KeptTile>) => keep(event.data);
+  } else if (data.kind === "drop") {
+    for (const id of data.ids) tiles.delete(id);
+  } else {
+    const reply: KeeperReply = { request: data.request };
+    try {
+      reply.result = await answer(data);
+    } catch (error) {
+      reply.error = String(error);
+    }
+    self.postMessage(reply, { transfer: transfers(reply.result) as ArrayBuffer[] });
+  }
+};

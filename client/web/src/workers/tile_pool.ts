@@ -1,0 +1,102 @@
+// The page's side of the workers: tiles are decoded by several, whole steps are kept by one.
+import type { DataBorder } from "../mesh/seams";
+import type {
+  Certified,
+  DamagedTile,
+  DecodedTile,
+  Hit,
+  KeeperReply,
+  KeeperRequest,
+  MeshFormat,
+  TileJob,
+} from "./worker_messages";
+
+interface Waiting<T> {
+  resolve: (value: T) => void;
+  reject: (error: Error) => void;
+}
+
+export class TilePool {
+  private readonly idle: Worker[] = [];
+  private readonly queue: { job: TileJob; done: Waiting<DecodedTile> }[] = [];
+  private readonly jobs = new Map<Worker, Waiting<DecodedTile>>();
+  private readonly keeper: Worker;
+  private readonly questions = new Map<number, Waiting<never>>();
+  private lastQuestion = 0;
+
+  constructor(workers: number) {
+    this.keeper = new Worker(new URL("./mesh_keeper.ts", import.meta.url), { type: "module" });
+    this.keeper.onmessage = ({ data }: MessageEvent<KeeperReply>) => {
+      const waiting = this.questions.get(data.request);
+      this.questions.delete(data.request);
+      if (data.error) waiting?.reject(new Error(data.error));
+      else waiting?.resolve(data.result as never);
+    };
+    for (let i = 0; i < workers; ++i) this.idle.push(this.tileWorker());
+  }
+
+  // Rejects with one sentence when the tile is damaged. Older jobs of streams that nobody waits for
+  // any more can be dropped with forget().
+  decode(job: TileJob): Promise<DecodedTile> {
+    return new Promise((resolve, reject) => {
+      this.queue.push({ job, done: { resolve, reject } });
+      this.dispatch();
+    });
+  }
+
+  // Drops jobs that no worker has begun.
+  forget(): void {
+    this.queue.length = 0;
+  }
+
+  drop(ids: string[]): void {
+    this.keeper.postMessage({ kind: "drop", ids } satisfies KeeperRequest);
+  }
+
+  certify(ids: string[], border: DataBorder): Promise<Certified> {
+    return this.ask((request) => ({ kind: "certify", request, ids, border }));
+  }
+
+  pick(ids: string[], origin: number[], direction: number[]): Promise<Hit | null> {
+    return this.ask((request) => ({ kind: "pick", request, ids, origin, direction }));
+  }
+
+  file(ids: string[], format: MeshFormat, toWorld: number[]): Promise<Uint8Array> {
+    return this.ask((request) => ({ kind: "file", request, ids, format, toWorld }));
+  }
+
+  private ask<T>(make: (request: number) => KeeperRequest): Promise<T> {
+    const request = ++this.lastQuestion;
+    return new Promise((resolve, reject) => {
+      this.questions.set(request, { resolve, reject });
+      this.keeper.postMessage(make(request));
+    });
+  }
+
+  private tileWorker(): Worker {
+    const worker = new Worker(new URL("./tile_worker.ts", import.meta.url), { type: "module" });
+    const channel = new MessageChannel();
+    worker.postMessage({ kind: "keeper", port: channel.port1 }, [channel.port1]);
+    this.keeper.postMessage({ kind: "port", port: channel.port2 } satisfies KeeperRequest, [
+      channel.port2,
+    ]);
+    worker.onmessage = ({ data }: MessageEvent<DecodedTile | DamagedTile>) => {
+      const done = this.jobs.get(worker);
+      this.jobs.delete(worker);
+      this.idle.push(worker);
+      this.dispatch();
+      if (data.kind === "decoded") done?.resolve(data);
+      else done?.reject(new Error(data.text));
+    };
+    return worker;
+  }
+
+  private dispatch(): void {
+    while (this.idle.length > 0 && this.queue.length > 0) {
+      const worker = this.idle.pop()!;
+      const { job, done } = this.queue.shift()!;
+      this.jobs.set(worker, done);
+      worker.postMessage(job);
+    }
+  }
+}

@@ -1,0 +1,72 @@
+// What travels between the page, the tile workers and the mesh keeper. A tile's id is its key
+// within one tile memory: the same content with and without normals are two tiles.
+import type { DataBorder, MeshTopology } from "../mesh/seams";
+import type { TilePromise } from "../mesh/tile_mesh";
+import type { TileRim } from "../mesh/tile_rim";
+
+// ---- page -> tile worker
+
+export interface TileJob {
+  kind: "decode";
+  id: string;
+  payload: Uint8Array;
+  promised: TilePromise;
+  resolution: number;
+  hasNormals: boolean;
+  linear: number[]; // Lattice -> world, 3 x 3 by columns.
+}
+
+// ---- tile worker -> page
+
+export interface DecodedTile {
+  kind: "decoded";
+  id: string;
+  positions: Float32Array; // Lattice coordinates.
+  triangles: Uint16Array | Uint32Array;
+  normals: Int16Array;
+}
+export interface DamagedTile {
+  kind: "damaged";
+  id: string;
+  text: string;
+}
+
+// ---- tile worker -> keeper
+
+export interface KeptTile {
+  kind: "tile";
+  id: string;
+  positions: Float32Array;
+  triangles: Uint16Array | Uint32Array;
+  normals: Int16Array;
+  sums: Float32Array | null; // For computed normals.
+  rim: TileRim;
+}
+
+// ---- page -> keeper
+
+export type KeeperRequest =
+  | { kind: "port"; port: MessagePort }
+  | { kind: "drop"; ids: string[] }
+  | { kind: "certify"; request: number; ids: string[]; border: DataBorder }
+  | { kind: "pick"; request: number; ids: string[]; origin: number[]; direction: number[] }
+  | { kind: "file"; request: number; ids: string[]; format: MeshFormat; toWorld: number[] };
+
+export type MeshFormat = "glb" | "ply" | "stl";
+
+// ---- keeper -> page
+
+export interface Certified {
+  topology: MeshTopology;
+  // Computed normals that changed because a neighbour did.
+  normals: { id: string; normals: Int16Array }[];
+}
+export interface Hit {
+  point: [number, number, number]; // Lattice coordinates.
+  id: string;
+}
+export interface KeeperReply {
+  request: number;
+  result?: Certified | Hit | null | Uint8Array;
+  error?: string;
+}

@@ -1,0 +1,52 @@
+import { existsSync, readdirSync, readFileSync } from "node:fs";
+import { defineConfig, type Plugin } from "vite";
+
+// The licences of the packages whose code is shipped, beside it.
+function thirdParty(packages: string[]): Plugin {
+  const text = packages.map((name) => {
+    const folder = new URL(`node_modules/${name}/`, import.meta.url);
+    const { version, license } = JSON.parse(
+      readFileSync(new URL("package.json", folder), "utf8"),
+    ) as { version: string; license: string };
+    const file = readdirSync(folder).find((entry) => /^licen[cs]e/i.test(entry));
+    const ours = new URL("../../LICENSE", import.meta.url);
+    const isApache = license.startsWith("Apache-2.0") && existsSync(ours);
+    const words = file
+      ? readFileSync(new URL(file, folder), "utf8")
+      : isApache
+        ? readFileSync(ours, "utf8")
+        : license;
+    return `${name} ${version} (${license})\n\n${words.trim()}\n`;
+  });
+  return {
+    name: "third-party",
+    generateBundle() {
+      const source = text.join(`\n${"=".repeat(80)}\n\n`);
+      this.emitFile({ type: "asset", fileName: "THIRD_PARTY.txt", source });
+    },
+  };
+}
+
+// Draco's loader names modules of node that it does not use in a browser.
+function withoutNode(): Plugin {
+  return {
+    name: "without-node",
+    enforce: "pre",
+    resolveId: (id) => (id === "fs" || id === "path" ? "\0none" : null),
+    load: (id) => (id === "\0none" ? "export default {};" : null),
+  };
+}
+
+// MULTITETRA_VIEWER_OUT names the folder that the server's HTTP door reads; build.sh sets it.
+export default defineConfig({
+  base: "./",
+  plugins: [withoutNode(), thirdParty(["three", "draco3d", "@bufbuild/protobuf", "hash-wasm"])],
+  build: {
+    outDir: process.env.MULTITETRA_VIEWER_OUT ?? "dist",
+    emptyOutDir: true,
+    target: "es2022",
+    assetsInlineLimit: 0,
+    chunkSizeWarningLimit: 1200,
+  },
+  worker: { format: "es", plugins: () => [withoutNode()] },
+});

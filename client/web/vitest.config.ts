@@ -1,0 +1,8 @@
+import { fileURLToPath } from "node:url";
+import { defineConfig } from "vitest/config";
+
+// The tests live with all others.
+export default defineConfig({
+  server: { fs: { strict: false } },
+  test: { globals: true, root: fileURLToPath(new URL("../../tests/web", import.meta.url)) },
+});
