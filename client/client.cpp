@@ -28,8 +28,9 @@ ClientResult<Awaited> receive(MessageSocket& socket, const char* awaited) {
 }
 
 // A connection on which Hello was said and answered.
-ClientResult<MessageSocket> welcomed_socket(const Endpoint& server, const ClientOptions& options) {
-  auto socket = MessageSocket::connect(server, options.timeout);
+ClientResult<MessageSocket> welcomed_socket(const Endpoint& server, const TlsContextPtr& tls,
+                                            const ClientOptions& options) {
+  auto socket = MessageSocket::connect(server, options.timeout, {.tls = tls});
   if (!socket) return trouble(Trouble::kNetwork, socket.error());
   const Hello hello{.min_version = kProtocolVersion,
                     .max_version = kProtocolVersion,
@@ -52,17 +53,26 @@ ClientResult<MessageSocket> welcomed_socket(const Endpoint& server, const Client
 
 }  // namespace
 
-Client::Client(Endpoint server, MessageSocket socket, ClientOptions options)
-    : server_(std::move(server)), socket_(std::move(socket)), options_(std::move(options)) {}
+Client::Client(Endpoint server, TlsContextPtr tls, MessageSocket socket, ClientOptions options)
+    : server_(std::move(server)),
+      tls_(std::move(tls)),
+      socket_(std::move(socket)),
+      options_(std::move(options)) {}
 
 ClientResult<Client> Client::connect(const Endpoint& server, ClientOptions options) {
-  auto socket = welcomed_socket(server, options);
+  TlsContextPtr tls;
+  if (server.is_secure()) {
+    auto trusting = client_tls(options.trust);
+    if (!trusting) return trouble(Trouble::kNetwork, trusting.error());
+    tls = *std::move(trusting);
+  }
+  auto socket = welcomed_socket(server, tls, options);
   if (!socket) return tl::unexpected(socket.error());
-  return Client(server, *std::move(socket), std::move(options));
+  return Client(server, std::move(tls), *std::move(socket), std::move(options));
 }
 
 ClientResult<void> Client::reconnect() {
-  auto socket = welcomed_socket(server_, options_);
+  auto socket = welcomed_socket(server_, tls_, options_);
   if (!socket) return tl::unexpected(socket.error());
   socket_ = *std::move(socket);
   return {};

@@ -17,6 +17,7 @@
 #include "client/message_socket.hpp"
 #include "client/retries.hpp"
 #include "client/tile_memory.hpp"
+#include "client/trust.hpp"
 
 namespace multitetra {
 
@@ -35,6 +36,7 @@ struct ClientOptions {
   std::chrono::milliseconds timeout{60'000};  // Of silence.
   std::string agent = "multitetra-client/" MULTITETRA_VERSION;
   std::string token = {};
+  Trust trust = {};  // For tls:// and wss://.
   AssemblerLimits limits = {};
 };
 
@@ -94,9 +96,10 @@ class Client {
   [[nodiscard]] const ClientOptions& options() const { return options_; }
 
  private:
-  Client(Endpoint server, MessageSocket socket, ClientOptions options);
+  Client(Endpoint server, TlsContextPtr tls, MessageSocket socket, ClientOptions options);
 
   Endpoint server_;
+  TlsContextPtr tls_;  // Null where the server's address says nothing of TLS.
   MessageSocket socket_;
   ClientOptions options_;
   std::uint64_t last_request_id_ = 0;

@@ -25,7 +25,7 @@ void print(const EstimateReply& reply, const IsosurfaceRequest& request) {
 void add_estimate(CLI::App& app, EstimateArguments& a) {
   CLI::App* command =
       app.add_subcommand("estimate", "Tell how large an isosurface would be, without making it");
-  command->add_option("--server", a.server, "Where the server listens")->capture_default_str();
+  add_server_options(*command, a.server);
   command->add_option("--dataset", a.dataset, "Name of the dataset, as `list` tells")->required();
   add_surface_options(*command, a.surface);
   command->add_flag("--json", a.json, "Print JSON");
@@ -37,9 +37,9 @@ void add_estimate(CLI::App& app, EstimateArguments& a) {
 }
 
 int estimate(const EstimateArguments& arguments) {
-  const auto server = parse_endpoint(arguments.server);
-  if (!server) return complain(kUsage, server.error().text);
-  auto client = Client::connect(*server, {});
+  const auto access = access_of(arguments.server);
+  if (!access) return complain(kUsage, access.error().text);
+  auto client = Client::connect(access->server, access->options);
   if (!client) return complain(client.error());
   const auto datasets = client->list_datasets();
   if (!datasets) return complain(datasets.error());

@@ -5,13 +5,13 @@
 
 #include <CLI/CLI.hpp>
 
-#include "common/endpoint.hpp"
+#include "client/server_options.hpp"
 #include "common/surface_options.hpp"
 
 namespace multitetra {
 
 struct EstimateArguments {
-  std::string server = to_string(Endpoint{.host = "127.0.0.1"});
+  ServerArguments server;
   std::string dataset;
   SurfaceArguments surface;
   bool json = false;

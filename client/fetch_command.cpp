@@ -18,10 +18,6 @@
 namespace multitetra {
 namespace {
 
-std::chrono::milliseconds milliseconds(double seconds) {
-  return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
-}
-
 const DatasetInfo* find(const std::vector<DatasetInfo>& datasets, const std::string& name) {
   for (const DatasetInfo& info : datasets) {
     if (info.name == name) return &info;
@@ -87,21 +83,20 @@ RetryOptions retry_options(const FetchArguments& arguments) {
 
 using Connected = std::pair<Client, std::vector<DatasetInfo>>;
 
-ClientResult<Connected> connected_once(const Endpoint& server, const ClientOptions& options) {
-  auto client = Client::connect(server, options);
+ClientResult<Connected> connected_once(const ServerAccess& access) {
+  auto client = Client::connect(access.server, access.options);
   if (!client) return tl::unexpected(client.error());
   auto datasets = client->list_datasets();
   if (!datasets) return tl::unexpected(datasets.error());
   return Connected(*std::move(client), *std::move(datasets));
 }
 
-ClientResult<Connected> connected_and_listed(const Endpoint& server,
+ClientResult<Connected> connected_and_listed(const ServerAccess& access,
                                              const FetchArguments& arguments) {
-  const ClientOptions options = {.timeout = milliseconds(arguments.timeout)};
   Retries retries(retry_options(arguments));
-  auto connected = connected_once(server, options);
+  auto connected = connected_once(access);
   while (!connected && retries.wait_after(connected.error().error)) {
-    connected = connected_once(server, options);
+    connected = connected_once(access);
   }
   return connected;
 }
@@ -178,8 +173,8 @@ int fetch(const FetchArguments& arguments) {
                     "--check full and --against FILE belong together: FILE is a local copy of the "
                     "volume.");
   }
-  const auto server = parse_endpoint(arguments.server);
-  if (!server) return complain(kUsage, server.error().text);
+  const auto access = access_of(arguments.server);
+  if (!access) return complain(kUsage, access.error().text);
   const auto format = mesh_format_from(std::filesystem::path(arguments.mesh).extension().string());
   if (!format) {
     return complain(kUsage, "\"" + arguments.mesh +
@@ -187,7 +182,7 @@ int fetch(const FetchArguments& arguments) {
                                 ".drc.");
   }
 
-  auto connected = connected_and_listed(*server, arguments);
+  auto connected = connected_and_listed(*access, arguments);
   if (!connected) return complain(connected.error());
   auto& [client, datasets] = *connected;
   const DatasetInfo* info = find(datasets, arguments.dataset);
@@ -195,7 +190,7 @@ int fetch(const FetchArguments& arguments) {
   const auto request = request_of(arguments.surface, *info);
   if (!request) return complain(kUsage, request.error().text);
   FetchReport report{
-      .server = *server,
+      .server = access->server,
       .open = {.dataset = info->name,
                .request = *request,
                .steps = arguments.final_only ? StepPolicy::kFinalOnly : StepPolicy::kProgressive,
@@ -239,13 +234,10 @@ int fetch(const FetchArguments& arguments) {
 void add_fetch(CLI::App& app, FetchArguments& a) {
   CLI::App* command = app.add_subcommand(
       "fetch", "Fetch an isosurface, coarse first, check it and write it as a mesh file");
-  command->add_option("--server", a.server, "Where the server listens")->capture_default_str();
+  add_server_options(*command, a.server);
   command->add_option("--dataset", a.dataset, "Name of the dataset, as `list` tells")->required();
   add_surface_options(*command, a.surface);
   command->add_flag("--final-only", a.final_only, "No previews");
-  command->add_option("--timeout", a.timeout, "Seconds of silence after which to give up")
-      ->check(CLI::Range(0.1, 86400.0))
-      ->capture_default_str();
   command
       ->add_option("--retries", a.retries,
                    "How often in a row to try again when the server cannot be reached or the "
@@ -283,6 +275,8 @@ void add_fetch(CLI::App& app, FetchArguments& a) {
                   "-o bone.glb --report bone.json\n"
                   "  multitetra-client fetch --dataset head --error 0.5 --check full "
                   "--against head.nrrd -o head.ply\n"
+                  "  multitetra-client fetch --server wss://example.org --token-file token "
+                  "--dataset head -o head.ply\n"
                   "  multitetra-client fetch --server tcp://example.org:7410 --dataset head "
                   "--error 2 --unit world --save-steps steps -o head.stl\n") +
       kExitCodes);

@@ -6,17 +6,16 @@
 
 #include <CLI/CLI.hpp>
 
-#include "common/endpoint.hpp"
+#include "client/server_options.hpp"
 #include "common/surface_options.hpp"
 
 namespace multitetra {
 
 struct FetchArguments {
-  std::string server = to_string(Endpoint{.host = "127.0.0.1"});
+  ServerArguments server;
   std::string dataset;
   SurfaceArguments surface;
   bool final_only = false;
-  double timeout = 60;
   int retries = 5;
   std::string resume_directory;
   std::string check = "standard";

@@ -10,35 +10,37 @@
 #include "client/fetch_command.hpp"
 #include "client/program.hpp"
 #include "client/report.hpp"
+#include "client/server_options.hpp"
 #include "client/view_command.hpp"
 
 namespace multitetra {
 namespace {
 
 struct ListArguments {
-  std::string server = to_string(Endpoint{.host = "127.0.0.1"});
+  ServerArguments server;
   bool json = false;
 };
 
 int list(const ListArguments& arguments) {
-  const auto server = parse_endpoint(arguments.server);
-  if (!server) return complain(kUsage, server.error().text);
-  auto client = Client::connect(*server, {});
+  const auto access = access_of(arguments.server);
+  if (!access) return complain(kUsage, access.error().text);
+  auto client = Client::connect(access->server, access->options);
   if (!client) return complain(client.error());
   const auto datasets = client->list_datasets();
   if (!datasets) return complain(datasets.error());
-  std::cout << (arguments.json ? json_list(*server, *datasets) : text_list(*datasets));
+  std::cout << (arguments.json ? json_list(access->server, *datasets) : text_list(*datasets));
   return kOk;
 }
 
 void add_list(CLI::App& app, ListArguments& arguments) {
   CLI::App* command = app.add_subcommand("list", "List the datasets of a server");
-  command->add_option("--server", arguments.server, "Where the server listens")
-      ->capture_default_str();
+  add_server_options(*command, arguments.server);
   command->add_flag("--json", arguments.json, "Print JSON, with histograms and affine maps");
   command->footer(std::string("Examples:\n"
                               "  multitetra-client list\n"
-                              "  multitetra-client list --server tcp://example.org:7410 --json\n") +
+                              "  multitetra-client list --server tcp://example.org:7410 --json\n"
+                              "  multitetra-client list --server wss://example.org "
+                              "--token-file token\n") +
                   kExitCodes);
 }
 

@@ -1,17 +1,17 @@
-// Messages over one TCP connection, blocking, with a limit on every wait.
+// Messages with one server, blocking, with a limit on every wait.
 //
 // Trouble with the network or with the server's bytes is an Error: kUnavailable when the server
 // cannot be reached, is silent for too long or hangs up; the codes of frame.hpp and messages.hpp
-// when its bytes are no messages. After an error the connection is closed, and whatever is tried on
-// it next is kUnavailable.
+// when its bytes are no messages; kInvalidArgument when there is no TLS or no WebSocket where the
+// address says so. After an error the connection is closed, and whatever is tried on it next is
+// kUnavailable.
 #pragma once
 
 #include <chrono>
 #include <memory>
 #include <optional>
 
-#include "common/endpoint.hpp"
-#include "common/frame.hpp"
+#include "client/message_channel.hpp"
 #include "common/messages.hpp"
 
 namespace multitetra {
@@ -20,9 +20,9 @@ class MessageSocket {
  public:
   // `timeout` holds for connecting, for sending one message, and for the silence of the server
   // while a message is awaited.
-  [[nodiscard]] static Result<MessageSocket> connect(
-      const Endpoint& server, std::chrono::milliseconds timeout,
-      std::uint32_t max_message_bytes = kMaxServerFrameBytes);
+  [[nodiscard]] static Result<MessageSocket> connect(const Endpoint& server,
+                                                     std::chrono::milliseconds timeout,
+                                                     const ChannelOptions& options = {});
 
   MessageSocket(MessageSocket&&) noexcept;
   MessageSocket& operator=(MessageSocket&&) noexcept;

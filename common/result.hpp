@@ -29,11 +29,12 @@ enum class ErrorCode {
   kUnknownDataset = 6,      // No dataset of that name is served.
   kInvalidArgument =
       7,  // A value outside its documented range: NaN isovalue, negative threshold, ...
-  kLimitExceeded = 8,  // A documented limit would be exceeded.
-  kCancelled = 9,      // The stream was cancelled or superseded.
-  kDamagedData = 10,   // Stored or sent bytes contradict their checksum, hash or counts.
-  kInternal = 11,      // Our mistake; the text says which.
-  kUnavailable = 12,   // The server is going away or cannot be reached.
+  kLimitExceeded = 8,     // A documented limit would be exceeded.
+  kCancelled = 9,         // The stream was cancelled or superseded.
+  kDamagedData = 10,      // Stored or sent bytes contradict their checksum, hash or counts.
+  kInternal = 11,         // Our mistake; the text says which.
+  kUnavailable = 12,      // The server is going away or cannot be reached.
+  kUnauthenticated = 13,  // This server wants a token that it knows.
 };
 
 // The code's stable name in logs and JSON, for example "unknown_dataset".

@@ -18,8 +18,8 @@ using namespace wire;
 constexpr std::size_t kMaxTilesPerStep = 262144;
 constexpr std::size_t kMaxDatasets = 4096;
 
-static_assert(static_cast<int>(ErrorCode::kUnavailable) == v1::ERROR_CODE_UNAVAILABLE &&
-                  v1::ErrorCode_MAX == v1::ERROR_CODE_UNAVAILABLE,
+static_assert(static_cast<int>(ErrorCode::kUnauthenticated) == v1::ERROR_CODE_UNAUTHENTICATED &&
+                  v1::ErrorCode_MAX == v1::ERROR_CODE_UNAUTHENTICATED,
               "Error codes have the same numbers in common/result.hpp and on the wire.");
 
 // Error texts may quote the world (file names, messages of libraries); the wire wants UTF-8.

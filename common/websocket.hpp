@@ -6,9 +6,9 @@
 // A binary message is one message of the conversation.
 #pragma once
 
-#include <string_view>
 #include <utility>
 
+#include "common/endpoint.hpp"
 #include "common/stream_socket.hpp"
 
 #include <boost/beast/core.hpp>
@@ -20,9 +20,6 @@ namespace multitetra {
 namespace beast = boost::beast;
 namespace http = boost::beast::http;
 namespace websocket = boost::beast::websocket;
-
-inline constexpr std::string_view kStreamPath = "/v1/stream";
-inline constexpr std::string_view kSubprotocol = "multitetra.v1";
 
 // Beast finds this by its argument when a WebSocket has been closed.
 template <typename Handler>

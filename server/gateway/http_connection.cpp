@@ -4,14 +4,18 @@
 
 #include <spdlog/spdlog.h>
 
+#include "server/operations/log.hpp"
+
 namespace multitetra {
 
 using boost::system::error_code;
 
-HttpConnection::HttpConnection(std::unique_ptr<StreamSocket> stream, std::string peer,
-                               HttpService& service, const HttpOptions& options)
+HttpConnection::HttpConnection(std::unique_ptr<StreamSocket> stream, GuestPtr guest,
+                               std::optional<Error> refusal, HttpService& service,
+                               const HttpOptions& options)
     : stream_(std::move(stream)),
-      peer_(std::move(peer)),
+      guest_(std::move(guest)),
+      refusal_(std::move(refusal)),
       service_(service),
       options_(options),
       requests_(options.max_header_bytes) {
@@ -33,7 +37,7 @@ void HttpConnection::start(Upgrade on_upgrade, std::function<void()> on_closed) 
         try {
           if (trouble) std::rethrow_exception(trouble);
         } catch (const std::exception& error) {
-          spdlog::error("{}: closing the connection: {}", self->peer_, error.what());
+          spdlog::error("{}: closing the connection: {}", self->guest_->facts().peer, error.what());
           self->upgrade_.reset();
         }
         if (self->upgrade_) {
@@ -52,7 +56,7 @@ void HttpConnection::end(const Error&) {
 
 void HttpConnection::keep_time(Clock::time_point now) {
   if (!deadline_.is_past(now)) return;
-  spdlog::debug("{}: closing the connection: it took too long", peer_);
+  spdlog::debug("{}: closing the connection: it took too long", guest_->facts().peer);
   deadline_.clear();
   stream_->close();
 }
@@ -62,13 +66,20 @@ asio::awaitable<void> HttpConnection::run() {
   error_code error;
   co_await stream_->async_handshake(asio::ssl::stream_base::server, use_error(error));
   if (error) {
-    spdlog::info("{}: no TLS: {}", peer_, error.message());
+    log_line(LogLevel::kInfo, "no TLS: " + error.message(),
+             {{"connection", guest_->facts().connection}, {"peer", guest_->facts().peer}});
     co_return;
   }
   while (auto request = co_await read_request()) {
     is_answering_ = true;
     deadline_.clear();
     const std::string request_id = service_.new_request_id();
+    if (const auto refused = refusal_of(*request)) {
+      guest_->keeper().observer().error_answered(guest_->facts(), *refused, 0);
+      co_await write(error_answer(503, *refused, request_id), /*with_body=*/true,
+                     /*keep_alive=*/false);
+      break;
+    }
     const Outcome outcome = co_await service_.answer(*request, request_id);
     const auto* answer = std::get_if<Answer>(&outcome);
     if (!answer) {
@@ -83,6 +94,11 @@ asio::awaitable<void> HttpConnection::run() {
   co_await hang_up();
 }
 
+std::optional<Error> HttpConnection::refusal_of(const HttpRequest& request) {
+  if (refusal_) return refusal_;
+  return guest_->forwarded_for(view_of(request["X-Forwarded-For"]));
+}
+
 asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
   deadline_.set(options_.keep_alive_timeout);
   std::array<char, 8 * 1024> buffer;  // NOLINT: it is read into before it is looked at.
@@ -92,9 +108,10 @@ asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
     if (!request) {
       const BrokenRequest& broken = request.error();
       is_answering_ = true;
-      co_await write(error_answer(broken.status, {ErrorCode::kMalformedMessage, broken.text},
-                                  service_.new_request_id()),
-                     /*with_body=*/true, /*keep_alive=*/false);
+      // Made before it is awaited: GCC 12 destroys an aggregate of an awaiting expression twice.
+      const Answer answer = error_answer(broken.status, {ErrorCode::kMalformedMessage, broken.text},
+                                         service_.new_request_id());
+      co_await write(answer, /*with_body=*/true, /*keep_alive=*/false);
       co_return std::nullopt;
     }
     if (*request) co_return std::move(**request);
@@ -121,7 +138,8 @@ asio::awaitable<bool> HttpConnection::write(const Answer& answer, bool with_body
   }
   deadline_.set(options_.write_timeout);
   error_code error;
-  co_await asio::async_write(*stream_, parts, use_error(error));
+  const std::size_t size = co_await asio::async_write(*stream_, parts, use_error(error));
+  guest_->keeper().observer().sent("http", size);
   co_return !error;
 }
 

@@ -17,9 +17,10 @@ namespace multitetra {
 
 class HttpConnection : public Visitor, public std::enable_shared_from_this<HttpConnection> {
  public:
-  // Service and options outlive the connection.
-  HttpConnection(std::unique_ptr<StreamSocket> stream, std::string peer, HttpService& service,
-                 const HttpOptions& options);
+  // Service and options outlive the connection. With a `refusal` the first request is answered so,
+  // whatever it is.
+  HttpConnection(std::unique_ptr<StreamSocket> stream, GuestPtr guest, std::optional<Error> refusal,
+                 HttpService& service, const HttpOptions& options);
 
   // Takes over the stream of a connection that becomes a WebSocket.
   using Upgrade = std::function<void(std::unique_ptr<StreamSocket>, HttpRequest)>;
@@ -34,11 +35,14 @@ class HttpConnection : public Visitor, public std::enable_shared_from_this<HttpC
   // The next request; nullopt when there is none, or what came cannot be followed: then that was
   // answered.
   asio::awaitable<std::optional<HttpRequest>> read_request();
+  // Why this request is not answered; nullopt when it is.
+  [[nodiscard]] std::optional<Error> refusal_of(const HttpRequest& request);
   asio::awaitable<bool> write(const Answer& answer, bool with_body, bool keep_alive);
   asio::awaitable<void> hang_up();
 
   std::unique_ptr<StreamSocket> stream_;
-  std::string peer_;
+  GuestPtr guest_;
+  std::optional<Error> refusal_;
   HttpService& service_;
   const HttpOptions& options_;
   std::optional<HttpRequest> upgrade_;

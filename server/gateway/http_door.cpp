@@ -4,8 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include <spdlog/spdlog.h>
-
 #include "server/gateway/http_connection.hpp"
 #include "server/gateway/websocket_connection.hpp"
 
@@ -32,7 +30,7 @@ HttpDoor::HttpDoor(const House& house, HttpOptions options)
 
 void HttpDoor::open() {
   listener_.open(
-      [this](tcp::socket socket, const std::string& peer) { welcome(std::move(socket), peer); });
+      [this](tcp::socket socket, const Peer& peer) { welcome(std::move(socket), peer); });
   asio::co_spawn(
       house_.io, [this] { return keep_time(); }, asio::detached);
 }
@@ -47,20 +45,19 @@ void HttpDoor::close(const Error& why) {
   for (const auto& visitor : all) visitor->end(why);
 }
 
-void HttpDoor::welcome(tcp::socket socket, const std::string& peer) {
-  if (visitors_.size() >= options_.max_connections) {
-    spdlog::warn("{}: refused, there are {} connections", peer, visitors_.size());
-    return;
-  }
-  const std::uint64_t id = next_id_++;
-  auto stream = std::make_unique<StreamSocket>(std::move(socket), next_context(options_.tls));
-  const auto connection =
-      std::make_shared<HttpConnection>(std::move(stream), peer, service_, options_);
+void HttpDoor::welcome(tcp::socket socket, const Peer& peer) {
+  Doorkeeper::Admitted admitted = house_.keeper.admit("http", peer.address, peer.name);
+  if (!admitted.guest) return;
+  const GuestPtr guest = admitted.guest;
+  const std::uint64_t id = guest->facts().connection;
+  auto stream = std::make_unique<StreamSocket>(std::move(socket), house_.keeper.tls());
+  const auto connection = std::make_shared<HttpConnection>(
+      std::move(stream), guest, std::move(admitted.refusal), service_, options_);
   visitors_.emplace(id, connection);
   try {
     connection->start(
-        [this, id, peer](std::unique_ptr<StreamSocket> taken, HttpRequest request) {
-          upgrade(id, peer, std::move(taken), std::move(request));
+        [this, guest](std::unique_ptr<StreamSocket> taken, HttpRequest request) {
+          upgrade(guest, std::move(taken), std::move(request));
         },
         [this, id] { leave(id); });
   } catch (...) {
@@ -69,16 +66,14 @@ void HttpDoor::welcome(tcp::socket socket, const std::string& peer) {
   }
 }
 
-void HttpDoor::upgrade(std::uint64_t id, const std::string& peer,
-                       std::unique_ptr<StreamSocket> stream, HttpRequest request) {
-  spdlog::info("{}: WebSocket connected", peer);
+void HttpDoor::upgrade(const GuestPtr& guest, std::unique_ptr<StreamSocket> stream,
+                       HttpRequest request) {
+  guest->changes_to("websocket");
+  const std::uint64_t id = guest->facts().connection;
   const auto connection = std::make_shared<WebSocketConnection>(
-      std::move(stream), std::move(request), service_.new_dialogue(peer), options_);
+      std::move(stream), std::move(request), guest, service_.new_dialogue(guest), options_);
   visitors_[id] = connection;
-  connection->start([this, id, peer] {
-    leave(id);
-    spdlog::info("{}: WebSocket disconnected", peer);
-  });
+  connection->start([this, id] { leave(id); });
   if (is_closed_) connection->end({ErrorCode::kUnavailable, "The server stops."});
 }
 

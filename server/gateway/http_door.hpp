@@ -23,9 +23,8 @@ class HttpDoor : public Door {
   void close(const Error& why) override;
 
  private:
-  void welcome(tcp::socket socket, const std::string& peer);
-  void upgrade(std::uint64_t id, const std::string& peer, std::unique_ptr<StreamSocket> stream,
-               HttpRequest request);
+  void welcome(tcp::socket socket, const Peer& peer);
+  void upgrade(const GuestPtr& guest, std::unique_ptr<StreamSocket> stream, HttpRequest request);
   void leave(std::uint64_t id);
   // Until the door is closed and everybody has gone.
   asio::awaitable<void> keep_time();
@@ -36,7 +35,6 @@ class HttpDoor : public Door {
   Listener listener_;
   asio::steady_timer timer_;
   bool is_closed_ = false;
-  std::uint64_t next_id_ = 0;
   std::map<std::uint64_t, std::shared_ptr<Visitor>> visitors_;
 };
 

@@ -18,8 +18,6 @@ inline constexpr std::uint16_t kDefaultHttpPort = 7480;
 
 struct HttpOptions {
   Endpoint listen{.host = "127.0.0.1", .port = kDefaultHttpPort};  // Port 0: a free one.
-  std::size_t max_connections = 4096;
-  TlsContexts tls = {};
   // Each for itself: TLS, a request's header from its first byte on, a WebSocket's first Hello.
   std::chrono::milliseconds handshake_timeout{10'000};
   std::chrono::milliseconds keep_alive_timeout{60'000};  // Between two requests.

@@ -27,8 +27,8 @@ class HttpService {
                                                 std::string_view request_id);
   // Names a request in its answer and in the log.
   [[nodiscard]] std::string new_request_id();
-  [[nodiscard]] DialoguePtr new_dialogue(const std::string& peer) const {
-    return house_.new_dialogue(peer);
+  [[nodiscard]] DialoguePtr new_dialogue(const GuestPtr& guest) const {
+    return house_.new_dialogue(guest);
   }
 
  private:

@@ -25,10 +25,12 @@ void give_back(std::string& memory) {
 }  // namespace
 
 WebSocketConnection::WebSocketConnection(std::unique_ptr<StreamSocket> stream, HttpRequest upgrade,
-                                         DialoguePtr conversation, const HttpOptions& options)
+                                         GuestPtr guest, DialoguePtr conversation,
+                                         const HttpOptions& options)
     : stream_(std::move(stream)),
       socket_(*stream_),
       upgrade_(std::move(upgrade)),
+      guest_(std::move(guest)),
       conversation_(std::move(conversation)),
       options_(options) {
   socket_.set_option(websocket::stream_base::timeout{.handshake_timeout = options.handshake_timeout,
@@ -130,6 +132,7 @@ asio::awaitable<void> WebSocketConnection::write() {
       close();
       co_return;
     }
+    guest_->keeper().observer().sent("websocket", content.size());
   }
   linger_.set(options_.linger);
   if (!socket_.is_open()) co_return;

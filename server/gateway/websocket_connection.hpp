@@ -15,7 +15,7 @@ class WebSocketConnection : public Visitor,
                             public std::enable_shared_from_this<WebSocketConnection> {
  public:
   // `upgrade` is the request that asked for it, and was found good.
-  WebSocketConnection(std::unique_ptr<StreamSocket> stream, HttpRequest upgrade,
+  WebSocketConnection(std::unique_ptr<StreamSocket> stream, HttpRequest upgrade, GuestPtr guest,
                       DialoguePtr conversation, const HttpOptions& options);
 
   // The coroutines keep the connection alive; `on_closed` is called once when they are done.
@@ -35,6 +35,7 @@ class WebSocketConnection : public Visitor,
   std::unique_ptr<StreamSocket> stream_;
   WebSocket socket_;
   HttpRequest upgrade_;
+  GuestPtr guest_;
   DialoguePtr conversation_;
   const HttpOptions& options_;  // Of the door, which outlives its connections.
   std::function<void()> on_closed_;

@@ -2,15 +2,16 @@
 
 #include <algorithm>
 
-#include <spdlog/spdlog.h>
+#include "server/operations/log.hpp"
 
 namespace multitetra {
 
 using boost::system::error_code;
 
-Connection::Connection(tcp::socket socket, TlsContextPtr tls, DialoguePtr conversation,
-                       ConnectionOptions options)
+Connection::Connection(tcp::socket socket, TlsContextPtr tls, GuestPtr guest,
+                       DialoguePtr conversation, ConnectionOptions options)
     : stream_(std::move(socket), std::move(tls)),
+      guest_(std::move(guest)),
       conversation_(std::move(conversation)),
       options_(options),
       handshake_timer_(stream_.get_executor()),
@@ -55,7 +56,8 @@ asio::awaitable<void> Connection::greet_and_read() {
   error_code error;
   co_await stream_.async_handshake(asio::ssl::stream_base::server, use_error(error));
   if (error) {
-    spdlog::info("{}: no TLS: {}", conversation_->peer(), error.message());
+    log_line(LogLevel::kInfo, "no TLS: " + error.message(),
+             {{"connection", guest_->facts().connection}, {"peer", guest_->facts().peer}});
     conversation_->leave();
     co_return;
   }
@@ -78,7 +80,10 @@ asio::awaitable<void> Connection::read() {
     frames.feed({buffer.data(), size});
     co_await receive_frames(frames);
   }
-  if (frames.buffered() > 0) spdlog::info("{}: left inside a message", conversation_->peer());
+  if (frames.buffered() > 0) {
+    log_line(LogLevel::kInfo, "left inside a message",
+             {{"connection", guest_->facts().connection}, {"peer", guest_->facts().peer}});
+  }
   conversation_->leave();
 }
 
@@ -114,6 +119,7 @@ asio::awaitable<void> Connection::write() {
       close();
       co_return;
     }
+    guest_->keeper().observer().sent("tcp", header.size() + content.size());
   }
   close_after(linger_timer_, options_.linger);
   error_code ignored;
@@ -136,7 +142,8 @@ void Connection::coroutine_done(const std::exception_ptr& trouble) {
   try {
     if (trouble) std::rethrow_exception(trouble);
   } catch (const std::exception& error) {
-    spdlog::error("{}: closing the connection: {}", conversation_->peer(), error.what());
+    log_line(LogLevel::kError, std::string("closing the connection: ") + error.what(),
+             {{"connection", guest_->facts().connection}, {"peer", guest_->facts().peer}});
     close();
   }
   if (--running_coroutines_ > 0) return;

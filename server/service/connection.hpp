@@ -9,6 +9,7 @@
 
 #include "common/frame.hpp"
 #include "common/stream_socket.hpp"
+#include "server/operations/doorkeeper.hpp"
 #include "server/service/dialogue.hpp"
 
 namespace multitetra {
@@ -25,7 +26,7 @@ struct ConnectionOptions {
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
   // Plain TCP if `tls` is null.
-  Connection(tcp::socket socket, TlsContextPtr tls, DialoguePtr conversation,
+  Connection(tcp::socket socket, TlsContextPtr tls, GuestPtr guest, DialoguePtr conversation,
              ConnectionOptions options);
 
   // Both coroutines keep the connection alive; `on_closed` is called once when they are done.
@@ -44,6 +45,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void coroutine_done(const std::exception_ptr& trouble);
 
   StreamSocket stream_;
+  GuestPtr guest_;
   DialoguePtr conversation_;
   ConnectionOptions options_;
   std::function<void()> on_closed_;

@@ -5,19 +5,32 @@
 
 #include <spdlog/spdlog.h>
 
+#include "server/core/budget.hpp"
 #include "server/core/threshold_map.hpp"
 #include "server/dataset/byte_source.hpp"
 #include "server/dataset/in_parallel.hpp"
+#include "server/service/stream_plan.hpp"
 
 namespace multitetra {
 
 using Clock = std::chrono::steady_clock;
 
+// Workers hold it as well; they touch only what makes the step.
 struct Conversation::RunningStream {
   StreamMessages messages;
   std::shared_ptr<const StepSource> source;
-  std::stop_source stop;
-  Clock::time_point started = Clock::now();
+  std::unique_ptr<RequestRecord> record;
+  std::stop_source stop = {};
+  double worker_seconds = 0;           // Of the steps that were made.
+  ByteBudget::Share queue_share = {};  // Of the step that is being sent.
+};
+
+struct Conversation::RunningEstimate {
+  Estimate asked;
+  std::shared_ptr<const StepSource> source;
+  std::unique_ptr<RequestRecord> record;
+  asio::steady_timer timer;
+  std::stop_source stop = {};
 };
 
 namespace {
@@ -35,6 +48,8 @@ auto guarded(const StepSource& source, const char* what, const std::stop_token& 
     return make();
   } catch (const Cancelled&) {
     return fail(ErrorCode::kCancelled, std::string("The ") + what + " was cancelled.");
+  } catch (const BudgetTooSmall& problem) {
+    return fail(ErrorCode::kLimitExceeded, problem.what());
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
                 std::string("The server has not enough memory for this ") + what +
@@ -71,6 +86,44 @@ Result<EstimateReply> make_estimate(const StepSource& source, const Estimate& as
   });
 }
 
+std::string_view outcome_of(const ServerMessage& last) {
+  if (const auto* error = std::get_if<ErrorReply>(&last)) return name(error->error.code);
+  switch (std::get<StreamEnd>(last).outcome) {
+    case StreamOutcome::kComplete:
+      return "complete";
+    case StreamOutcome::kCancelled:
+      return "cancelled";
+    case StreamOutcome::kSuperseded:
+      return "superseded";
+  }
+  return "complete";
+}
+
+RequestFacts facts_of(const char* kind, std::uint64_t id, const std::string& dataset,
+                      const IsosurfaceRequest& request) {
+  return {.kind = kind,
+          .request = id,
+          .dataset = dataset,
+          .isovalue = request.isovalue,
+          .error = request.error,
+          .unit = name(request.unit)};
+}
+
+Error too_long(std::chrono::milliseconds limit) {
+  return {ErrorCode::kLimitExceeded,
+          "The answer takes this server longer than the " +
+              std::to_string(static_cast<double>(limit.count()) / 1000) +
+              " s that it spends on one request; ask for a larger error."};
+}
+
+// The id of a message that makes work, 0 for others.
+std::optional<std::uint64_t> counted_request(const ClientMessage& message) {
+  if (const auto* open = std::get_if<OpenStream>(&message)) return open->request_id;
+  if (const auto* estimate = std::get_if<Estimate>(&message)) return estimate->request_id;
+  if (const auto* list = std::get_if<ListDatasets>(&message)) return list->request_id;
+  return std::nullopt;
+}
+
 asio::awaitable<void> wait_on(asio::steady_timer& timer) {
   boost::system::error_code cancelled;
   timer.expires_at(Clock::time_point::max());
@@ -80,18 +133,61 @@ asio::awaitable<void> wait_on(asio::steady_timer& timer) {
 }  // namespace
 
 Conversation::Conversation(asio::any_io_executor executor, Workers& workers, Session session,
-                           std::string peer)
+                           GuestPtr guest, ConversationLimits limits)
     : executor_(executor),
       workers_(workers),
       client_(workers.new_client()),
       session_(std::move(session)),
-      peer_(std::move(peer)),
+      guest_(std::move(guest)),
+      limits_(limits),
+      worker_timer_(executor),
+      idle_timer_(executor),
       something_to_send_(executor),
       replies_taken_(executor) {}
 
 void Conversation::receive(std::string_view content) {
+  const Doorkeeper& keeper = guest_->keeper();
+  const bool is_first = !std::exchange(has_heard_, true);
+  last_message_ = Clock::now();
+  if (is_first) watch_idleness();
+  if (auto why = keeper.refusal_of_work()) session_.refuse_work(*std::move(why));
+  if (session_.access() != keeper.access()) perform(session_.renew(keeper.access()));
+  const bool was_welcomed = session_.is_welcomed();
   const auto message = parse_client_message(content);
-  perform(message ? session_.receive(*message) : session_.receive(message.error()));
+  if (!message) {
+    perform(session_.receive(message.error()));
+  } else if (auto refused = refusal(*message)) {
+    perform({Send{*std::move(refused)}});
+  } else {
+    perform(session_.receive(*message));
+  }
+  if (!was_welcomed && session_.is_welcomed()) guest_->is_named(session_.rights().name());
+}
+
+std::optional<ErrorReply> Conversation::refusal(const ClientMessage& message) {
+  const auto request = counted_request(message);
+  if (!request || !session_.is_welcomed() || session_.is_closed()) return std::nullopt;
+  auto error = guest_->may_ask();
+  if (!error) return std::nullopt;
+  return ErrorReply{.request_id = *request, .error = *std::move(error)};
+}
+
+// One timer that is set anew only when it has run out: messages cost nothing here.
+void Conversation::watch_idleness() {
+  if (limits_.idle_time.count() <= 0 || is_over_) return;
+  const bool is_busy = stream_ || !estimates_.empty();
+  const auto since = is_busy ? Clock::now() : last_message_;
+  if (since + limits_.idle_time <= Clock::now()) {
+    guest_->keeper().observer().refused(guest_->facts(), "idle_seconds");
+    end({ErrorCode::kUnavailable,
+         "Nothing was asked for a long time; connect again when there is something to ask."});
+    return;
+  }
+  idle_timer_.expires_at(since + limits_.idle_time);
+  idle_timer_.async_wait([weak = weak_from_this()](const boost::system::error_code& cancelled) {
+    const auto self = weak.lock();
+    if (!cancelled && self) self->watch_idleness();
+  });
 }
 
 void Conversation::end(const Error& error) { perform(session_.end(error)); }
@@ -99,14 +195,20 @@ void Conversation::end(const Error& error) { perform(session_.end(error)); }
 void Conversation::leave() {
   is_over_ = true;
   replies_.clear();
-  estimates_stop_.request_stop();
+  for (const auto& estimate : estimates_) {
+    estimate->stop.request_stop();
+    estimate->timer.cancel();
+    estimate->record.reset();
+  }
+  estimates_.clear();
   drop_stream();
+  leaving_.reset();
+  idle_timer_.cancel();
   something_to_send_.cancel();
   replies_taken_.cancel();
 }
 
 void Conversation::fail_stream(Error error) {
-  spdlog::warn("{}: stream {} failed: {}", peer_, stream_->messages.request_id(), error.text);
   stream_->stop.request_stop();
   stream_->messages.fail(std::move(error));
   something_to_send_.cancel();
@@ -118,7 +220,6 @@ void Conversation::give_up(const ServerMessage& message) {
   if (const auto* list = std::get_if<DatasetList>(&message)) {
     const Error error = {ErrorCode::kLimitExceeded,
                          "The list of datasets" + beyond + "; this server offers too many."};
-    spdlog::error("{}: {}", peer_, error.text);
     replies_.push_front(ErrorReply{.request_id = list->request_id, .error = error});
   } else if (stream_) {
     fail_stream({ErrorCode::kLimitExceeded, "The answer" + beyond + "; ask for a larger error."});
@@ -126,17 +227,25 @@ void Conversation::give_up(const ServerMessage& message) {
 }
 
 asio::awaitable<std::optional<ServerMessage>> Conversation::next_message() {
+  leaving_.reset();  // Whoever asks for another message has sent the one before.
   for (;;) {
     if (!replies_.empty()) {
       ServerMessage reply = std::move(replies_.front());
       replies_.pop_front();
       replies_taken_.cancel();
-      co_return reply;
+      co_return told(std::move(reply));
     }
     if (is_over_) co_return std::nullopt;
     if (auto message = take_stream_message()) co_return message;
     co_await wait_on(something_to_send_);
   }
+}
+
+ServerMessage Conversation::told(ServerMessage message) {
+  if (const auto* reply = std::get_if<ErrorReply>(&message)) {
+    guest_->keeper().observer().error_answered(guest_->facts(), reply->error, reply->request_id);
+  }
+  return message;
 }
 
 asio::awaitable<void> Conversation::room() {
@@ -159,65 +268,106 @@ void Conversation::perform(Actions actions) {
   something_to_send_.cancel();
 }
 
-void Conversation::perform(Send action) { replies_.push_back(std::move(action.message)); }
+void Conversation::perform(Send action) {
+  if (const auto* list = std::get_if<DatasetList>(&action.message)) {
+    RequestRecord(guest_, {.kind = "list", .request = list->request_id}).end("complete");
+  }
+  replies_.push_back(std::move(action.message));
+}
 
 void Conversation::perform(StartStream action) {
-  const IsosurfaceRequest& request = action.open.request;
-  spdlog::info("{}: stream {} of {}: isovalue {}, error {} {}, {} tiles held", peer_,
-               action.open.request_id, action.open.dataset, request.isovalue, request.error,
-               name(request.unit), action.open.held.size());
+  const OpenStream& open = action.open;
+  auto record = std::make_unique<RequestRecord>(
+      guest_, facts_of("stream", open.request_id, open.dataset, open.request));
   stream_ = std::make_shared<RunningStream>(
-      RunningStream{.messages = StreamMessages(action.open, action.source->info()),
+      RunningStream{.messages = StreamMessages(open, action.source->info()),
                     .source = std::move(action.source),
-                    .stop = {}});
+                    .record = std::move(record)});
   make_next_step();
 }
 
 void Conversation::perform(MakeEstimate action) {
-  auto make = [self = shared_from_this(), action = std::move(action),
-               stop = estimates_stop_.get_token(), guard = asio::make_work_guard(executor_)] {
-    auto made = make_estimate(*action.source, action.estimate, stop);
-    asio::post(self->executor_, [self, id = action.estimate.request_id, made = std::move(made)] {
-      self->session_.estimate_ended();
-      if (self->is_over_) return;
-      if (made) {
-        self->replies_.push_back(*made);
-      } else {
-        self->replies_.push_back(ErrorReply{.request_id = id, .error = made.error()});
-      }
-      self->something_to_send_.cancel();
+  // To find what a budget allows takes as long as some steps; without one it is quick.
+  const bool is_long = has_budget(action.estimate.request);
+  const Estimate& asked = action.estimate;
+  auto record = std::make_unique<RequestRecord>(
+      guest_, facts_of("estimate", asked.request_id, asked.dataset, asked.request));
+  const auto estimate =
+      std::make_shared<RunningEstimate>(RunningEstimate{.asked = std::move(action.estimate),
+                                                        .source = std::move(action.source),
+                                                        .record = std::move(record),
+                                                        .timer = asio::steady_timer(executor_)});
+  estimates_.insert(estimate);
+  // What belongs to the executor's thread is given back to it, and let go there.
+  auto make = [self = shared_from_this(), estimate, stop = estimate->stop.get_token(),
+               guard = asio::make_work_guard(executor_)]() mutable {
+    const asio::any_io_executor executor = self->executor_;
+    asio::post(executor, [self, estimate] { self->watch_worker(estimate); });
+    auto made = make_estimate(*estimate->source, estimate->asked, stop);
+    asio::post(executor, [self = std::move(self), estimate = std::move(estimate),
+                          made = std::move(made)]() mutable {
+      self->estimate_made(estimate, std::move(made));
     });
   };
-  workers_.post(client_, {.run = std::move(make)});
+  workers_.post(client_, {.run = std::move(make), .is_long = is_long});
+}
+
+void Conversation::watch_worker(const std::shared_ptr<RunningEstimate>& estimate) {
+  if (limits_.request_time.count() <= 0 || !estimates_.contains(estimate)) return;
+  estimate->timer.expires_after(limits_.request_time);
+  estimate->timer.async_wait(
+      [weak = std::weak_ptr(estimate)](const boost::system::error_code& cancelled) {
+        const auto running = weak.lock();
+        if (!cancelled && running) running->stop.request_stop();
+      });
+}
+
+void Conversation::estimate_made(const std::shared_ptr<RunningEstimate>& estimate,
+                                 Result<EstimateReply> made) {
+  session_.estimate_ended();
+  if (estimates_.erase(estimate) == 0) return;  // The client has left.
+  estimate->timer.cancel();
+  if (is_over_) return;
+  last_message_ = Clock::now();
+  if (!made && estimate->stop.stop_requested())
+    made = tl::unexpected(too_long(limits_.request_time));
+  estimate->record->end(made ? "complete" : name(made.error().code));
+  if (made) {
+    replies_.push_back(*made);
+  } else {
+    replies_.push_back(ErrorReply{.request_id = estimate->asked.request_id, .error = made.error()});
+  }
+  something_to_send_.cancel();
 }
 
 void Conversation::perform(StopStream action) {
   if (!stream_) return;
   stream_->messages.end(action.outcome);
-  replies_.push_back(stream_->messages.take());
-  spdlog::info("{}: stream {} stopped after {:.3f} s", peer_, action.request_id,
-               seconds_since(stream_->started));
+  ServerMessage last = stream_->messages.take();
+  stream_->record->end(outcome_of(last));
+  replies_.push_back(std::move(last));
   drop_stream();
 }
 
-void Conversation::perform(Close action) {
-  spdlog::info("{}: ending the connection: {}", peer_, action.reason);
-  is_over_ = true;
-}
+void Conversation::perform(Close) { is_over_ = true; }
 
 void Conversation::make_next_step() {
   if (is_making_ || !stream_) return;
   const auto state = stream_->messages.wanted();
   if (!state) return;
-  // The guard keeps the executor running until the step has come back.
+  stream_->queue_share = {};
+  // The guard keeps the executor running until the step has come back. What belongs to the
+  // executor's thread is given back to it, and let go there.
   auto make = [self = shared_from_this(), stream = stream_, state = *state,
-               guard = asio::make_work_guard(executor_)] {
+               guard = asio::make_work_guard(executor_)]() mutable {
+    const asio::any_io_executor executor = self->executor_;
+    asio::post(executor, [self, stream] { self->watch_worker(stream); });
     const Clock::time_point start = Clock::now();
     auto made = make_step(*stream->source, state, stream->stop.get_token());
-    asio::post(self->executor_,
-               [self, stream, made = std::move(made), seconds = seconds_since(start)]() mutable {
-                 self->step_made(stream, std::move(made), seconds);
-               });
+    asio::post(executor, [self = std::move(self), stream = std::move(stream),
+                          made = std::move(made), seconds = seconds_since(start)]() mutable {
+      self->step_made(stream, std::move(made), seconds);
+    });
   };
   // A first preview is short; what follows may take as long as the whole.
   const bool is_long = !state->previews || !state->shown.empty();
@@ -225,44 +375,76 @@ void Conversation::make_next_step() {
   is_making_ = true;
 }
 
+void Conversation::watch_worker(const std::shared_ptr<RunningStream>& stream) {
+  if (limits_.request_time.count() <= 0 || stream != stream_) return;
+  const std::chrono::duration<double> left =
+      limits_.request_time - std::chrono::duration<double>(stream->worker_seconds);
+  worker_timer_.expires_after(std::chrono::duration_cast<Clock::duration>(left));
+  worker_timer_.async_wait([weak = weak_from_this(), of = std::weak_ptr(stream)](
+                               const boost::system::error_code& cancelled) {
+    const auto self = weak.lock();
+    const auto late = of.lock();
+    if (cancelled || !self || !late || late != self->stream_) return;
+    self->guest_->keeper().observer().refused(self->guest_->facts(), "request_seconds");
+    self->fail_stream(too_long(self->limits_.request_time));
+  });
+}
+
 void Conversation::step_made(const std::shared_ptr<RunningStream>& stream, Result<MadeStep> step,
                              double seconds) {
   is_making_ = false;
+  worker_timer_.cancel();
+  guest_->keeper().observer().step_made(seconds);
   if (stream != stream_) {  // It was stopped; the stream after it, if any, has waited.
     make_next_step();
     return;
   }
+  stream->worker_seconds += seconds;
   if (!step) {
     fail_stream(step.error());
     return;
   }
-  stream_->messages.supply(*std::move(step), seconds);
+  auto share =
+      guest_->keeper().queue().take(static_cast<std::size_t>(size_of(step->encoded).bytes));
+  if (!share) {
+    guest_->keeper().observer().refused(guest_->facts(), "queue_bytes");
+    fail_stream({ErrorCode::kUnavailable,
+                 "This server has no room for another step of that size, because others wait for "
+                 "slow clients; try again later, or ask for a larger error."});
+    return;
+  }
+  stream->queue_share = *std::move(share);
+  stream->messages.supply(*std::move(step), seconds);
   something_to_send_.cancel();
 }
 
 std::optional<ServerMessage> Conversation::take_stream_message() {
   if (!stream_ || !stream_->messages.has_message()) return std::nullopt;
   ServerMessage message = stream_->messages.take();
-  if (const auto* step = std::get_if<StepEnd>(&message)) {
-    spdlog::info("{}: stream {} step {}: {} tiles, {} bytes, made in {:.3f} s", peer_,
-                 step->request_id, step->step, step->tiles_sent, step->payload_bytes,
-                 step->seconds);
+  if (const auto* tile = std::get_if<Tile>(&message)) {
+    stream_->record->sent_tile(tile->payload->size());
+  } else if (std::holds_alternative<StepEnd>(message)) {
+    stream_->record->sent_step();
   }
   if (stream_->messages.is_finished()) {
-    spdlog::info("{}: stream {} ended after {:.3f} s", peer_, stream_->messages.request_id(),
-                 seconds_since(stream_->started));
+    stream_->record->end(outcome_of(message));
+    leaving_ = std::move(stream_->record);
     session_.stream_ended(stream_->messages.request_id());
     drop_stream();
   } else {
     make_next_step();
   }
-  return message;
+  return told(std::move(message));
 }
 
+// A worker may hold it still; what it took of others is given back now.
 void Conversation::drop_stream() {
   if (!stream_) return;
   stream_->stop.request_stop();
+  stream_->record.reset();
+  stream_->queue_share = {};
   stream_.reset();
+  last_message_ = Clock::now();
 }
 
 }  // namespace multitetra

@@ -14,11 +14,13 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <set>
 #include <stop_token>
 #include <string>
 #include <string_view>
 
 #include "common/net.hpp"
+#include "server/operations/doorkeeper.hpp"
 #include "server/service/dialogue.hpp"
 #include "server/service/session.hpp"
 #include "server/service/stream_messages.hpp"
@@ -28,10 +30,17 @@ namespace multitetra {
 
 inline constexpr std::size_t kMaxWaitingReplies = 64;
 
+// Zero is no limit.
+struct ConversationLimits {
+  std::chrono::milliseconds request_time{0};  // Of workers, for one stream or estimate.
+  std::chrono::milliseconds idle_time{0};     // Without a message from the client or a stream.
+};
+
 class Conversation : public Dialogue, public std::enable_shared_from_this<Conversation> {
  public:
-  // `peer` names the client in the log. The workers must live until their work is done.
-  Conversation(asio::any_io_executor executor, Workers& workers, Session session, std::string peer);
+  // The workers must live until their work is done, the guest's keeper as long as this.
+  Conversation(asio::any_io_executor executor, Workers& workers, Session session, GuestPtr guest,
+               ConversationLimits limits = {});
 
   void receive(std::string_view content) override;
   void end(const Error& error) override;
@@ -43,10 +52,14 @@ class Conversation : public Dialogue, public std::enable_shared_from_this<Conver
 
   [[nodiscard]] bool is_welcomed() const override { return session_.is_welcomed(); }
   [[nodiscard]] bool is_over() const override { return is_over_; }
-  [[nodiscard]] const std::string& peer() const override { return peer_; }
+  [[nodiscard]] const std::string& peer() const override { return guest_->facts().peer; }
 
  private:
   struct RunningStream;
+  struct RunningEstimate;
+
+  // Limits that hold before a session sees the message. An error is the answer to it.
+  [[nodiscard]] std::optional<ErrorReply> refusal(const ClientMessage& message);
 
   void perform(Actions actions);
   void perform(Send action);
@@ -57,9 +70,15 @@ class Conversation : public Dialogue, public std::enable_shared_from_this<Conver
 
   // Unless one is being made: step_made() calls it again then.
   void make_next_step();
+  // A worker begins with it: from now on its time counts.
+  void watch_worker(const std::shared_ptr<RunningStream>& stream);
+  void watch_worker(const std::shared_ptr<RunningEstimate>& estimate);
+  void estimate_made(const std::shared_ptr<RunningEstimate>& estimate, Result<EstimateReply> made);
+  void watch_idleness();
   void step_made(const std::shared_ptr<RunningStream>& stream, Result<MadeStep> step,
                  double seconds);
   [[nodiscard]] std::optional<ServerMessage> take_stream_message();
+  [[nodiscard]] ServerMessage told(ServerMessage message);
   // The running stream cannot go on; the conversation can. Requires a running stream.
   void fail_stream(Error error);
   void drop_stream();
@@ -69,12 +88,19 @@ class Conversation : public Dialogue, public std::enable_shared_from_this<Conver
   Workers& workers_;
   FairQueue::Client client_;  // Of the workers.
   Session session_;
-  std::string peer_;
+  GuestPtr guest_;
+  ConversationLimits limits_;
   bool is_over_ = false;
+  bool has_heard_ = false;  // Of the client.
   std::deque<ServerMessage> replies_;
   std::shared_ptr<RunningStream> stream_;
-  std::stop_source estimates_stop_;
+  // Of the stream that has ended last, until its last message has left.
+  std::unique_ptr<RequestRecord> leaving_;
+  std::set<std::shared_ptr<RunningEstimate>> estimates_;
   bool is_making_ = false;  // A step is with the workers: of stream_, or of one that was stopped.
+  std::chrono::steady_clock::time_point last_message_ = std::chrono::steady_clock::now();
+  asio::steady_timer worker_timer_;  // Runs while a step of stream_ is with a worker.
+  asio::steady_timer idle_timer_;
   // Timers that never expire; cancelling one wakes who waits on it.
   asio::steady_timer something_to_send_;
   asio::steady_timer replies_taken_;

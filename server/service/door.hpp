@@ -8,7 +8,7 @@
 #include <string>
 
 #include "common/endpoint.hpp"
-#include "common/stream_socket.hpp"
+#include "server/operations/doorkeeper.hpp"
 #include "server/service/dialogue.hpp"
 
 namespace multitetra {
@@ -29,17 +29,11 @@ class Door {
 // What a door leads into. The house outlives its doors.
 struct House {
   asio::io_context& io;
-  std::function<DialoguePtr(std::string peer)> new_dialogue;
+  Doorkeeper& keeper;
+  std::function<DialoguePtr(GuestPtr guest)> new_dialogue;
+  std::function<std::string()> metrics = {};  // Prometheus text; empty: none are kept.
 };
 
 using MakeDoor = std::function<std::unique_ptr<Door>(const House&)>;
-
-// The context for the next connection: it may be another one each time. Empty, or a null context:
-// plain TCP.
-using TlsContexts = std::function<TlsContextPtr()>;
-
-[[nodiscard]] inline TlsContextPtr next_context(const TlsContexts& contexts) {
-  return contexts ? contexts() : nullptr;
-}
 
 }  // namespace multitetra

@@ -11,11 +11,13 @@ using boost::system::error_code;
 
 namespace {
 
-std::string peer_name(const tcp::socket& socket) {
+Peer peer_of(const tcp::socket& socket) {
   error_code error;
-  const tcp::endpoint peer = socket.remote_endpoint(error);
-  if (error) return "unknown client";
-  return peer.address().to_string() + ":" + std::to_string(peer.port());
+  const tcp::endpoint end = socket.remote_endpoint(error);
+  if (error) return {.address = "unknown client", .name = "unknown client"};
+  std::string address = end.address().to_string();
+  std::string name = address + ":" + std::to_string(end.port());
+  return {.address = std::move(address), .name = std::move(name)};
 }
 
 tcp::acceptor listening(asio::io_context& io, const Endpoint& at) {
@@ -24,9 +26,9 @@ tcp::acceptor listening(asio::io_context& io, const Endpoint& at) {
     const auto found = resolver.resolve(at.host, std::to_string(at.port), tcp::resolver::passive);
     return tcp::acceptor(io, *found.begin(), /*reuse_addr=*/true);
   } catch (const boost::system::system_error& error) {
-    throw std::runtime_error("Cannot listen on " + to_string(at) + ": " + error.code().message() +
-                             ". Is another server running there? Choose another port, or port 0 "
-                             "for a free one.");
+    throw AddressError("Cannot listen on " + to_string(at) + ": " + error.code().message() +
+                       ". Is another server running there? Choose another port, or port 0 "
+                       "for a free one.");
   }
 }
 
@@ -63,11 +65,11 @@ asio::awaitable<void> Listener::accept(Welcome welcome) {
       co_await retry_.async_wait(use_error(error));
       continue;
     }
-    const std::string peer = peer_name(socket);
+    const Peer peer = peer_of(socket);
     try {
       welcome(std::move(socket), peer);
     } catch (const std::exception& trouble) {
-      spdlog::error("{}: the connection could not be served: {}", peer, trouble.what());
+      spdlog::error("{}: the connection could not be served: {}", peer.name, trouble.what());
     }
   }
 }

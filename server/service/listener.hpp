@@ -6,16 +6,23 @@
 
 #include "common/endpoint.hpp"
 #include "common/net.hpp"
+#include "server/operations/exit_codes.hpp"
 
 namespace multitetra {
 
+// The other end of a connection.
+struct Peer {
+  std::string address;  // Without port.
+  std::string name;     // With port, for the log.
+};
+
 class Listener {
  public:
-  // What to do with a connection; `peer` is its address and port. May throw: the connection is
-  // dropped then, and others are accepted.
-  using Welcome = std::function<void(tcp::socket socket, const std::string& peer)>;
+  // What to do with a connection. May throw: the connection is dropped then, and others are
+  // accepted.
+  using Welcome = std::function<void(tcp::socket socket, const Peer& peer)>;
 
-  // Binds and listens. Throws std::runtime_error that names the address when that fails. Must
+  // Binds and listens. Throws AddressError that names the address when that fails. Must
   // outlive the io_context's last handler once it was opened.
   Listener(asio::io_context& io, const Endpoint& at);
 

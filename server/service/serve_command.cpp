@@ -87,7 +87,7 @@ int serve(const Arguments& arguments) {
   }
   // Each step uses all threads; a second one at the same time fills what the first leaves idle.
   const std::size_t workers = arguments.threads == 1 ? 1 : 2;
-  Server server(catalogue, {.listen = *endpoint, .workers = workers, .stop_on_signals = true},
+  Server server(catalogue, {.listen = *endpoint, .workers = workers, .heed_signals = true},
                 more_doors(arguments));
   spdlog::info("listening on {}", to_string(server.endpoint()));
   if (arguments.http != "off") spdlog::info("listening on {}", http_url(server.endpoint(1)));

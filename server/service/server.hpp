@@ -1,17 +1,23 @@
 // The service behind its doors.
 //
 //   Server server(catalogue, {.listen = {"127.0.0.1", 7410}});
-//   server.run();  // Until stop() is called from another thread, or SIGINT or SIGTERM comes.
+//   server.run();  // Until stop() or drain() is called from another thread, or a signal comes.
 //
 // One thread, the caller of run(), does all input and output; `workers` threads make steps, and
 // each step uses all processors. Slow clients cost memory for one step each and no thread.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
+#include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "common/endpoint.hpp"
+#include "server/operations/doorkeeper.hpp"
+#include "server/operations/prometheus_metrics.hpp"
+#include "server/service/conversation.hpp"
 #include "server/service/dataset_catalogue.hpp"
 #include "server/service/door.hpp"
 #include "server/service/session.hpp"
@@ -21,18 +27,23 @@ namespace multitetra {
 
 struct ServerOptions {
   Endpoint listen{.host = "127.0.0.1", .port = kDefaultPort};  // Port 0: the system chooses one.
-  std::size_t max_connections = 256;                           // Over TCP.
-  std::size_t workers = 2;       // Steps that are made at the same time, at least 1.
-  bool stop_on_signals = false;  // SIGINT and SIGTERM call stop().
-  TlsContexts tls = {};          // For connections over TCP.
+  std::size_t workers = 2;  // Steps that are made at the same time, at least 1.
+  // SIGINT and SIGTERM drain, a second one stops at once; SIGHUP reloads.
+  bool heed_signals = false;
+  std::chrono::milliseconds drain_time{30'000};  // For requests that run when it drains.
+  DoorkeeperOptions keeper = {};
   SessionOptions session = {};
+  ConversationLimits limits = {};
   ConnectionOptions connection = {};
+  // Kept, and given to whoever asks at a door. The caller adds what it knows of the state.
+  std::shared_ptr<PrometheusMetrics> metrics = {};
+  std::function<ServiceState()> state = {};
 };
 
 class Server {
  public:
-  // All doors are bound and listen. Throws std::runtime_error that names the address when that
-  // fails.
+  // All doors are bound and listen. Throws AddressError that names the address when that fails, and
+  // ExitError when certificate or tokens cannot be used.
   Server(CataloguePtr catalogue, ServerOptions options, const std::vector<MakeDoor>& more = {});
   ~Server();
 
@@ -43,6 +54,11 @@ class Server {
   void run();
   // From any thread. Clients are told; after the linger time connections are closed.
   void stop();
+  // From any thread. Nothing new is begun; stops when no request is under way any more, or the
+  // drain time is over.
+  void drain();
+  // From any thread. Reads certificate and tokens again (see doorkeeper.hpp).
+  void reload();
 
  private:
   class Running;

@@ -44,8 +44,25 @@ std::string version_range(std::uint32_t low, std::uint32_t high) {
 
 }  // namespace
 
-Session::Session(CataloguePtr catalogue, SessionOptions options)
-    : catalogue_(std::move(catalogue)), options_(std::move(options)) {}
+std::optional<Error> beyond(const SessionOptions& options, const IsosurfaceRequest& request) {
+  const std::size_t regions = request.thresholds.regions.size();
+  if (regions <= options.max_regions) return std::nullopt;
+  return Error{ErrorCode::kLimitExceeded, "The threshold map has " + std::to_string(regions) +
+                                              " regions; this server allows " +
+                                              std::to_string(options.max_regions) + "."};
+}
+
+Session::Session(CataloguePtr catalogue, SessionOptions options, AccessListPtr access)
+    : catalogue_(std::move(catalogue)), options_(std::move(options)), access_(std::move(access)) {}
+
+Actions Session::renew(AccessListPtr access) {
+  access_ = std::move(access);
+  if (!is_welcomed_ || is_closed_ || !access_) return {};
+  auto rights = access_->rights_of(token_);
+  if (!rights) return end(rights.error());
+  rights_ = *std::move(rights);
+  return {};
+}
 
 Actions Session::receive(const ClientMessage& message) {
   if (is_closed_) return {};
@@ -93,6 +110,12 @@ Actions Session::answer(const Hello& hello) {
                 "The client names no codec of this server; it must know Draco on the lattice "
                 "(codec 1)."});
   }
+  if (access_) {
+    auto rights = access_->rights_of(hello.token);
+    if (!rights) return end(rights.error());
+    rights_ = *std::move(rights);
+    token_ = hello.token;
+  }
   is_welcomed_ = true;
   return {Send{Welcome{.version = kProtocolVersion,
                        .codec = PayloadCodec::kDracoLattice,
@@ -101,12 +124,18 @@ Actions Session::answer(const Hello& hello) {
 }
 
 Actions Session::answer(const ListDatasets& list) {
-  return {Send{DatasetList{.request_id = list.request_id, .datasets = catalogue_->infos()}}};
+  std::vector<DatasetInfo> infos = catalogue_->infos();
+  std::erase_if(infos, [this](const DatasetInfo& info) { return !rights_.may_see(info.name); });
+  return {Send{DatasetList{.request_id = list.request_id, .datasets = std::move(infos)}}};
 }
 
 std::variant<std::shared_ptr<const StepSource>, Error> Session::source_of(
     const std::string& dataset, const IsosurfaceRequest& request) const {
-  std::shared_ptr<const StepSource> source = catalogue_->find(dataset);
+  if (no_work_) return *no_work_;
+  if (auto error = beyond(options_, request)) return *std::move(error);
+  // What a client may not see does not exist for it.
+  std::shared_ptr<const StepSource> source =
+      rights_.may_see(dataset) ? catalogue_->find(dataset) : nullptr;
   if (!source) {
     return Error{ErrorCode::kUnknownDataset,
                  "No dataset is named \"" + dataset + "\"; ListDatasets tells those that are."};

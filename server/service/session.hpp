@@ -18,6 +18,7 @@
 
 #include "common/frame.hpp"
 #include "common/messages.hpp"
+#include "server/operations/access_list.hpp"
 #include "server/service/dataset_catalogue.hpp"
 
 namespace multitetra {
@@ -52,11 +53,18 @@ struct SessionOptions {
   std::uint32_t max_message_bytes = kMaxClientFrameBytes;       // Told in Welcome.
   std::size_t max_held_digests = kMaxHeldDigests;               // In one OpenStream.
   std::size_t max_estimates = 4;                                // That are made at the same time.
+  std::size_t max_regions = kMaxThresholdRegions;               // Of one threshold map.
 };
+
+// What is wrong with a request that is beyond what this server allows, though the protocol would
+// allow it; nullopt when nothing is.
+[[nodiscard]] std::optional<Error> beyond(const SessionOptions& options,
+                                          const IsosurfaceRequest& request);
 
 class Session {
  public:
-  Session(CataloguePtr catalogue, SessionOptions options);
+  // `access` says what a client may see by the token of its Hello; null: everything.
+  Session(CataloguePtr catalogue, SessionOptions options, AccessListPtr access = nullptr);
 
   // A message that parsed.
   [[nodiscard]] Actions receive(const ClientMessage& message);
@@ -65,6 +73,11 @@ class Session {
   // The connection cannot go on: a broken frame, a handshake that takes too long, a server that
   // stops.
   [[nodiscard]] Actions end(const Error& error);
+  // Another list holds from now on: a client whose token it does not know any more is sent away.
+  // What runs goes on.
+  [[nodiscard]] Actions renew(AccessListPtr access);
+  // From now on every stream and estimate is refused so.
+  void refuse_work(Error why) { no_work_ = std::move(why); }
 
   // The running stream has sent its last message.
   void stream_ended(std::uint64_t request_id);
@@ -73,6 +86,8 @@ class Session {
 
   [[nodiscard]] bool is_welcomed() const { return is_welcomed_; }
   [[nodiscard]] bool is_closed() const { return is_closed_; }
+  [[nodiscard]] const AccessListPtr& access() const { return access_; }
+  [[nodiscard]] const AccessRights& rights() const { return rights_; }  // Of a welcomed client.
 
  private:
   Actions answer(const Hello& hello);
@@ -87,6 +102,10 @@ class Session {
 
   CataloguePtr catalogue_;
   SessionOptions options_;
+  AccessListPtr access_;
+  std::string token_;    // Of Hello.
+  AccessRights rights_;  // Of that token.
+  std::optional<Error> no_work_;
   bool is_welcomed_ = false;
   bool is_closed_ = false;
   std::uint64_t last_request_id_ = 0;     // Of all streams ever started.

@@ -1,9 +1,6 @@
 #include "server/service/tcp_door.hpp"
 
-#include <string>
 #include <utility>
-
-#include <spdlog/spdlog.h>
 
 namespace multitetra {
 
@@ -12,7 +9,7 @@ TcpDoor::TcpDoor(const House& house, TcpDoorOptions options)
 
 void TcpDoor::open() {
   listener_.open(
-      [this](tcp::socket socket, const std::string& peer) { welcome(std::move(socket), peer); });
+      [this](tcp::socket socket, const Peer& peer) { welcome(std::move(socket), peer); });
 }
 
 void TcpDoor::close(const Error& why) {
@@ -20,28 +17,21 @@ void TcpDoor::close(const Error& why) {
   for (const auto& [id, connection] : connections_) connection->end(why);
 }
 
-void TcpDoor::welcome(tcp::socket socket, const std::string& peer) {
-  const bool is_full = connections_.size() >= options_.max_connections;
-  const std::uint64_t id = next_id_++;
+void TcpDoor::welcome(tcp::socket socket, const Peer& peer) {
+  const Doorkeeper::Admitted admitted = house_.keeper.admit("tcp", peer.address, peer.name);
+  if (!admitted.guest) return;
+  const std::uint64_t id = admitted.guest->facts().connection;
   const auto connection =
-      std::make_shared<Connection>(std::move(socket), next_context(options_.tls),
-                                   house_.new_dialogue(peer), options_.connection);
-  spdlog::info("{}: connected", peer);
+      std::make_shared<Connection>(std::move(socket), house_.keeper.tls(), admitted.guest,
+                                   house_.new_dialogue(admitted.guest), options_.connection);
   connections_.emplace(id, connection);
   try {
-    connection->start([this, id, peer] {
-      connections_.erase(id);
-      spdlog::info("{}: disconnected", peer);
-    });
+    connection->start([this, id] { connections_.erase(id); });
   } catch (...) {
     connections_.erase(id);
     throw;
   }
-  if (is_full) {
-    connection->end({ErrorCode::kUnavailable, "The server has its " +
-                                                  std::to_string(options_.max_connections) +
-                                                  " connections; try again later."});
-  }
+  if (admitted.refusal) connection->end(*admitted.refusal);
 }
 
 }  // namespace multitetra

@@ -14,8 +14,6 @@ namespace multitetra {
 
 struct TcpDoorOptions {
   Endpoint listen{.host = "127.0.0.1", .port = kDefaultPort};  // Port 0: the system chooses one.
-  std::size_t max_connections = 256;
-  TlsContexts tls = {};
   ConnectionOptions connection = {};
 };
 
@@ -29,12 +27,11 @@ class TcpDoor : public Door {
   void close(const Error& why) override;
 
  private:
-  void welcome(tcp::socket socket, const std::string& peer);
+  void welcome(tcp::socket socket, const Peer& peer);
 
   House house_;
   TcpDoorOptions options_;
   Listener listener_;
-  std::uint64_t next_id_ = 0;
   std::map<std::uint64_t, std::shared_ptr<Connection>> connections_;
 };
 

@@ -20,6 +20,7 @@
 #include "server/dataset/prepare.hpp"
 #include "server/service/surface_extractor.hpp"
 #include "tests/client/cutting_proxy.hpp"
+#include "tests/client/transport_door.hpp"
 #include "tests/dataset/temporary_folder.hpp"
 #include "tests/service/running_server.hpp"
 #include "tests/support/fields.hpp"
@@ -31,18 +32,24 @@ namespace fs = std::filesystem;
 using testing::Cut;
 using testing::CuttingProxy;
 using testing::RunningServer;
+using testing::TransportDoor;
 
 constexpr int kSide = 72;
 const IsosurfaceRequest kRequest = {.isovalue = 0.1, .error = 0.25};
 
-
 CataloguePtr gyroid(double amplitude = 0.4) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
   // Each of many cut connections asks for the same steps: the cache makes them once.
-  catalogue->add(std::make_shared<ExtractedSteps>(
-      std::make_shared<const SurfaceExtractor>(
-          make_dataset(testing::fields::gyroid(kSide, amplitude, 7), "gyroid")),
-      std::make_shared<StepCache>(std::size_t{64} << 20)));
+  catalogue->add(
+      std::make_shared<ExtractedSteps>(std::make_shared<const SurfaceExtractor>(make_dataset(
+                                           testing::fields::gyroid(kSide, amplitude, 7), "gyroid")),
+                                       std::make_shared<StepCache>(std::size_t{64} << 20)));
+  return catalogue;
+}
+
+// Prepared once, its steps made once, for all tests here.
+const CataloguePtr& shared_gyroid() {
+  static const CataloguePtr catalogue = gyroid();
   return catalogue;
 }
 
@@ -53,10 +60,11 @@ RetryOptions at_once(int most) {
 }
 
 // As a program goes about it: connect, list, fetch, and again from the start of what was lost.
-ClientResult<std::vector<FetchedStep>> fetch_from(const Endpoint& server, int retries) {
+ClientResult<std::vector<FetchedStep>> fetch_from(const Endpoint& server, int retries,
+                                                  const Trust& trust = {}) {
   Retries again(at_once(retries));
   for (;;) {
-    auto client = Client::connect(server, {.timeout = std::chrono::seconds(30)});
+    auto client = Client::connect(server, {.timeout = std::chrono::seconds(30), .trust = trust});
     auto datasets = client ? client->list_datasets() : tl::unexpected(client.error());
     if (!datasets && again.wait_after(datasets.error().error)) continue;
     if (!datasets) return tl::unexpected(datasets.error());
@@ -74,7 +82,27 @@ bool are_distinct(const std::vector<ContentDigest>& tiles) {
   return std::set<ContentDigest>(tiles.begin(), tiles.end()).size() == tiles.size();
 }
 
-class Resume : public ::testing::Test {
+// How a client comes to a proxy: straight, or through a door of another transport in front of it.
+class Way {
+ public:
+  Way(Transport transport, const Endpoint& server) : endpoint_(server) {
+    if (transport == Transport::kTcp) return;
+    door_.emplace(transport, server);
+    endpoint_ = door_->endpoint();
+  }
+  [[nodiscard]] const Endpoint& endpoint() const { return endpoint_; }
+  [[nodiscard]] Trust trust() const { return door_ ? door_->trust() : Trust{}; }
+
+  [[nodiscard]] ClientResult<std::vector<FetchedStep>> fetch(int retries) const {
+    return fetch_from(endpoint_, retries, trust());
+  }
+
+ private:
+  Endpoint endpoint_;
+  std::optional<TransportDoor> door_;
+};
+
+class Resume : public ::testing::TestWithParam<Transport> {
  protected:
   // One conversation that nothing disturbs.
   void SetUp() override {
@@ -89,6 +117,11 @@ class Resume : public ::testing::Test {
     ASSERT_EQ(messages_, 2 + 2 * digests_.size() + tiles_ + 1);
   }
 
+  // Over TCP cuts are tried at every place; what is above it only passes them on.
+  [[nodiscard]] static std::size_t stride(std::size_t over_tcp) {
+    return GetParam() == Transport::kTcp ? over_tcp : 4 * over_tcp + 1;
+  }
+
   void expect_the_same(const ClientResult<std::vector<FetchedStep>>& steps,
                        const CuttingProxy& proxy) const {
     ASSERT_TRUE(steps) << steps.error().error.text;
@@ -99,44 +132,44 @@ class Resume : public ::testing::Test {
     EXPECT_EQ(proxy.tiles().size(), tiles_);
   }
 
-  RunningServer server_{gyroid()};
+  RunningServer server_{shared_gyroid()};
   std::vector<ContentDigest> digests_;  // Of the steps.
   std::size_t tiles_ = 0;
   std::size_t messages_ = 0;
 };
 
-TEST_F(Resume, ACutAtAnyMessageCostsNoTileAndNoStep) {
-  for (std::size_t passed = 0; passed < messages_; ++passed) {
+TEST_P(Resume, ACutAtAnyMessageCostsNoTileAndNoStep) {
+  for (std::size_t passed = 0; passed < messages_; passed += stride(1)) {
     SCOPED_TRACE(::testing::Message() << "cut after " << passed << " of " << messages_);
     const CuttingProxy proxy({server_.endpoint()},
                              [&](int i) { return i == 0 ? Cut{.messages = passed} : Cut{}; });
-    expect_the_same(fetch_from(proxy.endpoint(), 1), proxy);
+    expect_the_same(Way(GetParam(), proxy.endpoint()).fetch(1), proxy);
     EXPECT_EQ(proxy.connections(), 2);
   }
 }
 
-TEST_F(Resume, ACutInsideAFrameIsNoOther) {
-  for (std::size_t passed = 0; passed < messages_; passed += 3) {
+TEST_P(Resume, ACutInsideAFrameIsNoOther) {
+  for (std::size_t passed = 0; passed < messages_; passed += stride(3)) {
     for (const std::size_t bytes : {1U, 4U, 5U, 1'000'000U}) {
       SCOPED_TRACE(::testing::Message() << bytes << " bytes behind " << passed << " messages");
       const CuttingProxy proxy({server_.endpoint()}, [&](int i) {
         return i == 0 ? Cut{.messages = passed, .bytes_of_next = bytes} : Cut{};
       });
-      expect_the_same(fetch_from(proxy.endpoint(), 1), proxy);
+      expect_the_same(Way(GetParam(), proxy.endpoint()).fetch(1), proxy);
     }
   }
 }
 
-TEST_F(Resume, ItGoesOnAsLongAsEachConnectionBringsATile) {
+TEST_P(Resume, ItGoesOnAsLongAsEachConnectionBringsATile) {
   const CuttingProxy proxy({server_.endpoint()}, [](int) { return Cut{.tiles = 1}; });
-  expect_the_same(fetch_from(proxy.endpoint(), 1), proxy);
+  expect_the_same(Way(GetParam(), proxy.endpoint()).fetch(1), proxy);
   EXPECT_GE(static_cast<std::size_t>(proxy.connections()), tiles_);
 }
 
-TEST_F(Resume, ItGivesUpWhenNothingNewComes) {
+TEST_P(Resume, ItGivesUpWhenNothingNewComes) {
   for (const int retries : {0, 1, 3}) {
     const CuttingProxy proxy({server_.endpoint()}, [](int) { return Cut{.messages = 3}; });
-    const auto steps = fetch_from(proxy.endpoint(), retries);
+    const auto steps = Way(GetParam(), proxy.endpoint()).fetch(retries);
     ASSERT_FALSE(steps);
     EXPECT_EQ(steps.error().trouble, Trouble::kNetwork);
     EXPECT_EQ(steps.error().error.code, ErrorCode::kUnavailable);
@@ -144,37 +177,47 @@ TEST_F(Resume, ItGivesUpWhenNothingNewComes) {
   }
 }
 
-TEST_F(Resume, AnotherDatasetUnderTheNameIsNoContinuation) {
+TEST_P(Resume, AnotherDatasetUnderTheNameIsNoContinuation) {
   const RunningServer other(gyroid(/*amplitude=*/0.3));
   const CuttingProxy proxy({server_.endpoint(), other.endpoint()},
                            [](int i) { return i == 0 ? Cut{.tiles = 1} : Cut{}; });
-  const auto steps = fetch_from(proxy.endpoint(), 3);
+  const auto steps = Way(GetParam(), proxy.endpoint()).fetch(3);
   ASSERT_FALSE(steps);
   EXPECT_EQ(steps.error().error.code, ErrorCode::kUnknownDataset);
 }
+
+std::string name_of(const ::testing::TestParamInfo<Transport>& way) {
+  return std::array{"OverTcp", "OverTls", "OverWebSocket", "OverSecureWebSocket"}.at(
+      static_cast<std::size_t>(way.param));
+}
+INSTANTIATE_TEST_SUITE_P(, Resume,
+                         ::testing::Values(Transport::kTcp, Transport::kTls, Transport::kWebSocket,
+                                           Transport::kSecureWebSocket),
+                         name_of);
 
 // ---- the program, and what it keeps in a folder
 
 class ResumeOfProgram : public Resume {
  protected:
-  [[nodiscard]] pid_t start(const Endpoint& server) const {
-    const std::vector<std::string> words = {MULTITETRA_CLIENT_PROGRAM,
-                                            "fetch",
-                                            "--server",
-                                            to_string(server),
-                                            "--dataset",
-                                            "gyroid",
-                                            "--isovalue",
-                                            "0.1",
-                                            "--error",
-                                            "0.25",
-                                            "--resume",
-                                            (folder_ / "tiles").string(),
-                                            "--report",
-                                            (folder_ / "report.json").string(),
-                                            "-o",
-                                            (folder_ / "mesh.ply").string(),
-                                            "--quiet"};
+  [[nodiscard]] pid_t start(const Endpoint& server, const Trust& trust = {}) const {
+    std::vector<std::string> words = {MULTITETRA_CLIENT_PROGRAM,
+                                      "fetch",
+                                      "--server",
+                                      to_string(server),
+                                      "--dataset",
+                                      "gyroid",
+                                      "--isovalue",
+                                      "0.1",
+                                      "--error",
+                                      "0.25",
+                                      "--resume",
+                                      (folder_ / "tiles").string(),
+                                      "--report",
+                                      (folder_ / "report.json").string(),
+                                      "-o",
+                                      (folder_ / "mesh.ply").string(),
+                                      "--quiet"};
+    if (!trust.ca_file.empty()) words.insert(words.end(), {"--ca", trust.ca_file});
     std::vector<char*> arguments;
     for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
     arguments.push_back(nullptr);
@@ -208,13 +251,14 @@ class ResumeOfProgram : public Resume {
   fs::path folder_ = temporary_.path();
 };
 
-TEST_F(ResumeOfProgram, AKilledRunIsContinued) {
+TEST_P(ResumeOfProgram, AKilledRunIsContinued) {
   const std::size_t enough = tiles_ / 2;
   std::vector<ContentDigest> sent;
   {
     const CuttingProxy proxy({server_.endpoint()},
                              [&](int) { return Cut{.tiles = enough, .stays_open = true}; });
-    const pid_t process = start(proxy.endpoint());
+    const Way way(GetParam(), proxy.endpoint());
+    const pid_t process = start(way.endpoint(), way.trust());
     for (int i = 0; i < 3000 && tile_files().size() < enough; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
@@ -235,7 +279,7 @@ TEST_F(ResumeOfProgram, AKilledRunIsContinued) {
   EXPECT_EQ(report().at("tiles_received"), tiles_ - enough);
 }
 
-TEST_F(ResumeOfProgram, ADamagedFileIsFetchedAgain) {
+TEST_P(ResumeOfProgram, ADamagedFileIsFetchedAgain) {
   ASSERT_EQ(exit_code_of(start(server_.endpoint())), 0);
   const auto files = tile_files();
   ASSERT_EQ(files.size(), tiles_);
@@ -253,6 +297,9 @@ TEST_F(ResumeOfProgram, ADamagedFileIsFetchedAgain) {
   EXPECT_EQ(exit_code_of(start(server_.endpoint())), 0);
   EXPECT_EQ(report().at("tiles_held"), tiles_) << "they are whole again";
 }
+
+INSTANTIATE_TEST_SUITE_P(, ResumeOfProgram,
+                         ::testing::Values(Transport::kTcp, Transport::kSecureWebSocket), name_of);
 
 }  // namespace
 }  // namespace multitetra

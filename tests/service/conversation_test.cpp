@@ -61,13 +61,15 @@ class ConversationTest : public ::testing::Test {
   }
 
   std::shared_ptr<FakeSteps> source_ = std::make_shared<FakeSteps>("fake");
+  Doorkeeper keeper_{{}};
   asio::io_context io_{1};
   Workers workers_{1};
   std::promise<void> freed_;
   bool is_free_ = false;
   std::future<void> room_;
   std::shared_ptr<Conversation> conversation_ = std::make_shared<Conversation>(
-      io_.get_executor(), workers_, Session(catalogue_of(source_), {}), "test");
+      io_.get_executor(), workers_, Session(catalogue_of(source_), {}),
+      keeper_.admit("tcp", "127.0.0.1", "test").guest);
 };
 
 // Every stream that is kept, here or in the workers' queue, holds the source.

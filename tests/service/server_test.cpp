@@ -6,7 +6,6 @@
 #include <thread>
 
 #include <gtest/gtest.h>
-#include <spdlog/sinks/base_sink.h>
 
 #include "common/net.hpp"
 #include "tests/service/fake_steps.hpp"
@@ -315,7 +314,8 @@ TEST(Server, AnIdleClientStaysAfterTheHandshake) {
 }
 
 TEST(Server, HasALimitOnConnectionsAndRoomAgainWhenOneLeaves) {
-  RunningServer server(octahedra(), {.max_connections = 2, .connection = {.linger = 10ms}});
+  RunningServer server(octahedra(),
+                       {.keeper = {.connections = {.total = 2}}, .connection = {.linger = 10ms}});
   MessageSocket first = server.greet();
   {
     MessageSocket second = server.greet();
@@ -362,7 +362,7 @@ TEST(Server, AClientThatDoesNotReadIsGivenUpAfterTheWriteTimeout) {
   std::atomic<int> left = 0;
   RunningServer server(
       catalogue_of(std::make_shared<FakeSteps>("fake", testing::heavy(64, 1024 * 1024))),
-      {.max_connections = 1,
+      {.keeper = {.connections = {.total = 1}},
        .connection = {.write_timeout = 200ms, .linger = 10ms, .send_buffer_bytes = 64 * 1024}});
   MessageSocket stalled = server.greet();
   ASSERT_TRUE(stalled.send(open(1)));
@@ -441,33 +441,24 @@ TEST(Server, AListTooLongToSendFailsAloneAndNotTheRunningStream) {
   EXPECT_EQ(receive<StreamEnd>(socket).outcome, StreamOutcome::kCancelled);
 }
 
-// A log that cannot be written when the first client comes, as a disk that is full.
-class FailingOnce : public spdlog::sinks::base_sink<std::mutex> {
- private:
-  void sink_it_(const spdlog::details::log_msg&) override {
+// As a log that cannot be written when the first client comes, because the disk is full.
+class FailingOnce : public ServiceObserver {
+ public:
+  void connected(const ClientFacts&) override {
     if (!std::exchange(has_failed_, true)) throw std::runtime_error("the disk is full");
   }
-  void flush_() override {}
 
+ private:
   bool has_failed_ = false;
 };
 
 TEST(Server, GoesOnAcceptingAfterAClientThatItCouldNotServe) {
-  const auto usual_log = spdlog::default_logger();
-  const auto log = std::make_shared<spdlog::logger>("failing", std::make_shared<FailingOnce>());
-  log->set_error_handler([](const std::string& text) { throw std::runtime_error(text); });
-  spdlog::set_default_logger(log);
-  {
-    RunningServer server(octahedra());
-    log->set_level(spdlog::level::info);
-    MessageSocket unlucky = server.connect();
-    EXPECT_TRUE(is_closed_by_server(unlucky));
-    MessageSocket next = server.greet();
-    ASSERT_TRUE(next.send(Ping{1}));
-    EXPECT_EQ(receive<Pong>(next).value, 1U);
-  }
-  spdlog::set_default_logger(usual_log);
-  spdlog::drop("failing");
+  RunningServer server(octahedra(), {.keeper = {.observer = std::make_shared<FailingOnce>()}});
+  MessageSocket unlucky = server.connect();
+  EXPECT_TRUE(is_closed_by_server(unlucky));
+  MessageSocket next = server.greet();
+  ASSERT_TRUE(next.send(Ping{1}));
+  EXPECT_EQ(receive<Pong>(next).value, 1U);
 }
 
 TEST(Server, SaysWhichAddressItCannotListenOn) {

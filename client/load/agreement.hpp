@@ -1,0 +1,27 @@
+// Whether all clients get the same: a step is a pure function of its dataset and its parameters.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "common/messages.hpp"
+
+namespace multitetra {
+
+class Agreement {
+ public:
+  enum class Verdict { kNew, kSame, kAnother };
+
+  // Compares with what was told of the same step before, by whichever thread.
+  Verdict compare(const std::string& dataset, const StepBegin& begin, const ContentDigest& digest);
+
+ private:
+  static constexpr std::size_t kMostSteps = 1 << 20;
+  std::mutex mutex_;  // Guards the map.
+  std::map<std::string, ContentDigest> digests_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,107 @@
+#include "client/load/load_run.hpp"
+
+#include <sys/resource.h>
+
+#include <functional>
+#include <thread>
+#include <vector>
+
+namespace multitetra {
+namespace {
+
+// Calls part(thread) on so many threads and waits for all.
+void on_threads(int threads, const std::function<void(std::size_t)>& part) {
+  std::vector<std::thread> others;
+  for (int i = 1; i < threads; ++i) others.emplace_back(part, static_cast<std::size_t>(i));
+  part(0);
+  for (std::thread& other : others) other.join();
+}
+
+std::chrono::milliseconds delay_of(std::size_t client, const LoadOptions& options) {
+  return options.ramp * static_cast<std::int64_t>(client) /
+         static_cast<std::int64_t>(options.clients);
+}
+
+// Seeds that differ in one bit give unlike sequences only after mixing.
+std::uint64_t seed_of(std::size_t client, std::uint64_t seed) {
+  return seed * 0x9e3779b97f4a7c15U + client;
+}
+
+}  // namespace
+
+LoadStatistics run_load(const LoadOptions& options) {
+  SessionOptions session = options.session;
+  session.start = LoadClock::now() + std::chrono::milliseconds(10);
+  session.stop = session.start + options.duration;
+  session.give_up = session.stop + options.grace;
+  const auto threads = static_cast<std::size_t>(options.threads);
+  std::vector<LoadStatistics> statistics(threads);
+  Agreement agreement;
+  on_threads(options.threads, [&](std::size_t thread) {
+    asio::io_context io(1);
+    std::vector<std::unique_ptr<LoadSession>> sessions;
+    for (std::size_t client = thread; client < options.clients; client += threads) {
+      sessions.push_back(std::make_unique<LoadSession>(io, session, seed_of(client, options.seed),
+                                                       delay_of(client, options),
+                                                       statistics[thread], agreement));
+      asio::co_spawn(
+          io, [one = sessions.back().get()] { return one->run(); },
+          [](const std::exception_ptr& trouble) {
+            if (trouble) std::rethrow_exception(trouble);
+          });
+    }
+    io.run();
+  });
+  LoadStatistics all;
+  for (const LoadStatistics& of_thread : statistics) all.add(of_thread);
+  return all;
+}
+
+MisbehaviourCounts run_misbehaviour(Misbehaviour kind, const LoadOptions& options) {
+  const auto start = LoadClock::now();
+  const MisbehaviourOptions to_all = {.server = options.session.server,
+                                      .tls = options.session.tls,
+                                      .token = options.session.token,
+                                      .dataset = options.session.dataset,
+                                      .start = start,
+                                      .stop = start + options.duration};
+  const auto threads = static_cast<std::size_t>(options.threads);
+  std::vector<MisbehaviourCounts> counts(threads);
+  on_threads(options.threads, [&](std::size_t thread) {
+    asio::io_context io(1);
+    for (std::size_t client = thread; client < options.clients; client += threads) {
+      asio::co_spawn(
+          io,
+          [&, client, thread] {
+            return misbehave(kind, to_all, seed_of(client, options.seed), delay_of(client, options),
+                             counts[thread]);
+          },
+          [](const std::exception_ptr& trouble) {
+            if (trouble) std::rethrow_exception(trouble);
+          });
+    }
+    io.run();
+  });
+  MisbehaviourCounts all;
+  for (const MisbehaviourCounts& of_thread : counts) all.add(of_thread);
+  return all;
+}
+
+Result<void> allow_connections(std::size_t count) {
+  constexpr std::size_t kOthers = 64;  // Files, timers, threads' event loops.
+  rlimit limit{};
+  ::getrlimit(RLIMIT_NOFILE, &limit);
+  const rlim_t needed = count + kOthers;
+  if (limit.rlim_cur >= needed) return {};
+  if (limit.rlim_max >= needed || limit.rlim_max == RLIM_INFINITY) {
+    limit.rlim_cur = needed;
+    if (::setrlimit(RLIMIT_NOFILE, &limit) == 0) return {};
+  }
+  return fail(ErrorCode::kLimitExceeded,
+              std::to_string(count) + " clients need " + std::to_string(needed) +
+                  " open files, and this process may have " + std::to_string(limit.rlim_max) +
+                  "; raise the limit (ulimit -n " + std::to_string(needed) +
+                  ", as root) or take fewer clients.");
+}
+
+}  // namespace multitetra

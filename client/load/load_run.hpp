@@ -1,0 +1,28 @@
+// Many sessions on few threads, from their start to their last word.
+#pragma once
+
+#include <cstdint>
+
+#include "client/load/load_session.hpp"
+#include "client/load/misbehaviour.hpp"
+
+namespace multitetra {
+
+struct LoadOptions {
+  SessionOptions session;  // start, stop and give_up are filled in here.
+  std::uint64_t seed = 1;
+  std::size_t clients = 10;
+  int threads = 1;
+  std::chrono::milliseconds duration{10'000};
+  std::chrono::milliseconds ramp{1'000};    // The clients connect evenly over this time.
+  std::chrono::milliseconds grace{30'000};  // For streams that run when the duration is over.
+};
+
+[[nodiscard]] LoadStatistics run_load(const LoadOptions& options);
+[[nodiscard]] MisbehaviourCounts run_misbehaviour(Misbehaviour kind, const LoadOptions& options);
+
+// Makes room for so many connections of this process. kLimitExceeded, saying what to do, when the
+// system does not allow them.
+[[nodiscard]] Result<void> allow_connections(std::size_t count);
+
+}  // namespace multitetra

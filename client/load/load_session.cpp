@@ -1,0 +1,361 @@
+#include "client/load/load_session.hpp"
+
+#include <algorithm>
+
+namespace multitetra {
+
+using boost::system::error_code;
+
+namespace {
+
+double seconds_since(LoadClock::time_point begin) {
+  return std::chrono::duration<double>(LoadClock::now() - begin).count();
+}
+
+// Closes a channel when a time is over, unless it is destroyed before.
+class ClosesAfter {
+ public:
+  ClosesAfter(asio::io_context& io, std::shared_ptr<MessageChannel> channel,
+              std::chrono::milliseconds limit)
+      : timer_(io, limit) {
+    timer_.async_wait([channel = std::move(channel)](const error_code& cancelled) {
+      if (!cancelled) channel->close();
+    });
+  }
+
+ private:
+  asio::steady_timer timer_;
+};
+
+enum class Ending { kNone, kComplete, kReplaced, kFailed, kUnfinished };
+
+}  // namespace
+
+struct LoadSession::RunningStream {
+  RunningStream(Act act_in, const DatasetInfo& info_in, StreamChecks checks_in)
+      : act(std::move(act_in)), info(info_in), checks(std::move(checks_in)) {}
+
+  Act act;
+  const DatasetInfo& info;
+  StreamChecks checks;
+  LoadClock::time_point asked = LoadClock::now();
+  LoadClock::time_point sign = LoadClock::now();  // Of life, from the server.
+  std::set<ContentDigest> tiles;                  // That came, over all connections.
+  std::optional<StepBegin> begun;
+  double last_tile = 0;
+  bool has_step = false;
+  Ending ending = Ending::kNone;
+};
+
+LoadSession::LoadSession(asio::io_context& io, const SessionOptions& options, std::uint64_t seed,
+                         std::chrono::milliseconds delay, LoadStatistics& statistics,
+                         Agreement& agreement)
+    : options_(options),
+      statistics_(statistics),
+      agreement_(agreement),
+      io_(io),
+      news_(io),
+      random_(seed),
+      seed_(seed),
+      delay_(delay) {}
+LoadSession::~LoadSession() = default;
+
+asio::awaitable<void> LoadSession::run() {
+  co_await wait_until(options_.start + delay_);
+  while (LoadClock::now() < options_.stop) {
+    if (!channel_) {
+      co_await connect_anew();
+      if (!channel_) break;
+    }
+    if (!script_) {
+      script_.emplace(options_.script, datasets_, seed_, options_.script_options);
+    }
+    Act act = script_->next();
+    const auto pause = act.pause;
+    co_await play(std::move(act));
+    co_await wait_until(std::min(LoadClock::now() + pause, options_.stop));
+  }
+  if (!script_) ++statistics_.clients_without_connection;
+  if (channel_) {
+    const ChannelPtr channel = channel_;
+    const ClosesAfter limit(io_, channel, std::chrono::milliseconds(500));
+    leave();
+    co_await channel->leave();
+  }
+}
+
+// ---- connections
+
+// Tries until it is welcomed or time is over, with waits that grow to two seconds.
+asio::awaitable<void> LoadSession::connect_anew() {
+  const auto until = stream_ ? options_.give_up : options_.stop;
+  while (LoadClock::now() < until) {
+    const bool is_welcomed = co_await connect();
+    if (is_welcomed) co_return;
+    const int doublings = std::min(failures_in_a_row_++, 5);
+    const auto wait = std::chrono::milliseconds(60 << doublings);
+    const auto jitter = std::chrono::milliseconds(random_() % 60);
+    co_await wait_until(std::min(LoadClock::now() + wait + jitter, until));
+  }
+}
+
+asio::awaitable<bool> LoadSession::connect() {
+  const auto began = LoadClock::now();
+  const auto channel = std::make_shared<MessageChannel>(
+      io_.get_executor(), options_.server,
+      ChannelOptions{.tls = options_.tls, .read_buffer_bytes = 16 * 1024});
+  auto datasets = co_await enter(channel);
+  if (!datasets) {
+    channel->close();
+    ++statistics_.failed_attempts;
+    statistics_.add_error(datasets.error());
+    co_return false;
+  }
+  statistics_.connect.add(seconds_since(began));
+  ++statistics_.connections;
+  failures_in_a_row_ = 0;
+  if (!options_.dataset.empty()) {
+    std::erase_if(*datasets,
+                  [this](const DatasetInfo& info) { return info.name != options_.dataset; });
+  }
+  // A stream that goes on refers to the list it began with.
+  if (datasets_.empty()) datasets_ = *std::move(datasets);
+  if (datasets_.empty()) {
+    statistics_.add_error({ErrorCode::kUnknownDataset, "The server has no such dataset."});
+    channel->close();
+    co_return false;
+  }
+  channel_ = channel;
+  asio::co_spawn(
+      io_, [this, channel] { return listen(channel); }, asio::detached);
+  co_return true;
+}
+
+asio::awaitable<Result<std::vector<DatasetInfo>>> LoadSession::enter(ChannelPtr channel) {
+  const ClosesAfter limit(io_, channel, options_.timeout);
+  const auto opened = co_await channel->open();
+  if (!opened) co_return tl::unexpected(opened.error());
+  Hello hello;
+  hello.token = options_.token;
+  hello.agent = "multitetra-load/" MULTITETRA_VERSION;
+  const auto welcome = co_await ask(channel, serialize(hello));
+  if (!welcome) co_return tl::unexpected(welcome.error());
+  auto list = co_await ask(channel, serialize(ListDatasets{.request_id = 1}));
+  if (!list) co_return tl::unexpected(list.error());
+  if (auto* datasets = std::get_if<DatasetList>(&*list)) co_return std::move(datasets->datasets);
+  co_return fail(ErrorCode::kUnexpectedMessage, "The server sends no list of datasets.");
+}
+
+// The next message; an ErrorReply is its error.
+asio::awaitable<Result<ServerMessage>> LoadSession::ask(ChannelPtr channel, std::string content) {
+  const auto sent = co_await channel->send(std::move(content));
+  if (!sent) co_return tl::unexpected(sent.error());
+  const auto received = co_await channel->receive();
+  if (!received) co_return tl::unexpected(received.error());
+  auto message = parse_server_message(*received);
+  if (!message) co_return tl::unexpected(message.error().error);
+  if (const auto* refusal = std::get_if<ErrorReply>(&*message)) {
+    co_return tl::unexpected(refusal->error);
+  }
+  co_return *std::move(message);
+}
+
+// Takes everything that comes on a connection, until it ends.
+asio::awaitable<void> LoadSession::listen(ChannelPtr channel) {
+  for (;;) {
+    const auto content = co_await channel->receive();
+    if (channel != channel_) co_return;
+    if (!content) {
+      lose(content.error());
+      co_return;
+    }
+    const auto message = parse_server_message(*content);
+    if (message) {
+      take(*message);
+    } else {
+      fail_check(message.error().error.text);
+    }
+  }
+}
+
+void LoadSession::lose(const Error& error) {
+  ++statistics_.lost_connections;
+  statistics_.add_error(error);
+  leave();
+  notify();
+}
+
+void LoadSession::leave() {
+  if (!channel_) return;
+  statistics_.wire_bytes += channel_->bytes_received();
+  channel_.reset();
+}
+
+// ---- streams
+
+asio::awaitable<void> LoadSession::play(Act act) {
+  const auto info =
+      std::find_if(datasets_.begin(), datasets_.end(),
+                   [&act](const DatasetInfo& dataset) { return dataset.name == act.open.dataset; });
+  const bool is_thorough = options_.streams_per_thorough > 0 &&
+                           (seed_ + streams_++) % options_.streams_per_thorough == 0;
+  const OpenStream open = act.open;
+  stream_ = std::make_unique<RunningStream>(
+      std::move(act), *info,
+      is_thorough ? StreamChecks::thorough(*info, open, {})
+                  : StreamChecks::cheap(*info, open, options_.tiles_per_decoded));
+  RunningStream& stream = *stream_;
+  ++statistics_.streams;
+  if (is_thorough) ++statistics_.thorough_streams;
+  co_await ask_for_stream();
+  while (stream.ending == Ending::kNone) {
+    const auto now = LoadClock::now();
+    const auto silent_at = stream.sign + options_.timeout;
+    auto until = std::min(silent_at, options_.give_up);
+    if (stream.act.replaced_after) {
+      until = std::min({until, stream.asked + *stream.act.replaced_after, options_.stop});
+    }
+    if (now >= options_.give_up) {
+      stream.ending = Ending::kUnfinished;
+    } else if (stream.act.replaced_after && now >= until && now < silent_at) {
+      stream.ending = Ending::kReplaced;
+    } else if (now >= silent_at && channel_) {
+      channel_->close();
+      lose({ErrorCode::kUnavailable, "The server is silent for too long."});
+    } else if (!channel_) {
+      co_await connect_anew();
+      if (channel_) co_await ask_for_stream();
+    } else {
+      co_await wait_until(until);
+    }
+  }
+  statistics_.tiles_decoded += stream.checks.tiles_decoded();
+  switch (stream.ending) {
+    case Ending::kComplete:
+      ++statistics_.complete;
+      statistics_.whole.add(seconds_since(stream.asked));
+      if (!stream.tiles.empty()) statistics_.last_tile.add(stream.last_tile);
+      break;
+    case Ending::kReplaced:
+      ++statistics_.replaced;
+      break;
+    case Ending::kFailed:
+      ++statistics_.failed;
+      break;
+    case Ending::kNone:
+    case Ending::kUnfinished:
+      ++statistics_.unfinished;
+      break;
+  }
+  stream_.reset();
+}
+
+// Asks for the stream, or for the rest of it after a lost connection.
+asio::awaitable<void> LoadSession::ask_for_stream() {
+  const ChannelPtr channel = channel_;
+  if (!channel) co_return;
+  RunningStream& stream = *stream_;
+  OpenStream open = stream.act.open;
+  open.request_id = ++last_request_id_;
+  open.held = stream.checks.held_digests();
+  statistics_.tiles_decoded += stream.checks.tiles_decoded();
+  stream.checks = stream.checks.again(stream.info, open);
+  stream.begun.reset();
+  stream.sign = LoadClock::now();
+  const ClosesAfter limit(io_, channel, options_.timeout);
+  co_await channel->send(serialize(open));  // Trouble with it is heard of by listen().
+}
+
+void LoadSession::take(const ServerMessage& message) {
+  if (!stream_ || stream_->ending != Ending::kNone) return;
+  stream_->sign = LoadClock::now();
+  if (const auto* tile = std::get_if<Tile>(&message)) note_tile(*tile);
+  const auto progress = stream_->checks.receive(message);
+  if (!progress) {
+    fail_check(progress.error().text);
+  } else {
+    if (const auto* begin = std::get_if<StepBegin>(&message)) {
+      if (begin->request_id == last_request_id_) stream_->begun = *begin;
+    }
+    take_progress(*progress);
+  }
+}
+
+// Times and counts, and that no tile comes twice, whatever became of connections in between.
+void LoadSession::note_tile(const Tile& tile) {
+  if (tile.request_id != last_request_id_ || !stream_->begun ||
+      tile.index >= stream_->begun->tiles.size()) {
+    return;
+  }
+  const double seconds = seconds_since(stream_->asked);
+  if (stream_->tiles.empty()) statistics_.first_tile.add(seconds);
+  stream_->last_tile = seconds;
+  ++statistics_.tiles;
+  statistics_.payload_bytes += tile.payload->size();
+  const bool is_new = stream_->tiles.insert(stream_->begun->tiles[tile.index].digest).second;
+  if (!is_new) ++statistics_.tiles_sent_twice;
+}
+
+void LoadSession::take_progress(const StreamProgress& progress) {
+  RunningStream& stream = *stream_;
+  if (const auto* step = std::get_if<StepIsWhole>(&progress)) {
+    ++statistics_.steps;
+    if (!stream.has_step) statistics_.first_step.add(seconds_since(stream.asked));
+    stream.has_step = true;
+    const auto verdict = agreement_.compare(stream.act.open.dataset, step->begin, step->digest);
+    if (verdict == Agreement::Verdict::kSame) ++statistics_.steps_compared;
+    if (verdict == Agreement::Verdict::kAnother) {
+      fail_check("Step " + std::to_string(step->begin.step) +
+                 ": another client got another mesh for the same parameters.");
+    }
+  } else if (const auto* end = std::get_if<StreamEnd>(&progress)) {
+    if (end->outcome == StreamOutcome::kComplete) {
+      stream.ending = Ending::kComplete;
+      notify();
+    } else {
+      fail_check("The stream was ended before its final step, though nobody asked for that.");
+    }
+  } else if (const auto* refusal = std::get_if<Refusal>(&progress)) {
+    // A server that goes away may come back, or another in its place.
+    if (refusal->error.code == ErrorCode::kUnavailable) {
+      if (channel_) channel_->close();
+      lose(refusal->error);
+      return;
+    }
+    statistics_.add_error(refusal->error);
+    stream.ending = Ending::kFailed;
+    notify();
+  }
+}
+
+// After it nothing on this connection is to be trusted.
+void LoadSession::fail_check(const std::string& text) {
+  statistics_.add_failed_check(
+      text + (stream_ ? " Dataset \"" + stream_->act.open.dataset + "\", isovalue " +
+                            std::to_string(stream_->act.open.request.isovalue) + ", error " +
+                            std::to_string(stream_->act.open.request.error) + "."
+                      : ""));
+  if (stream_) stream_->ending = Ending::kFailed;
+  if (channel_) channel_->close();
+  leave();
+  notify();
+}
+
+// ---- waiting
+
+void LoadSession::notify() {
+  has_news_ = true;
+  news_.cancel();
+}
+
+// Until then, or until there is news.
+asio::awaitable<void> LoadSession::wait_until(LoadClock::time_point time) {
+  if (!std::exchange(has_news_, false)) {
+    news_.expires_at(time);
+    error_code cancelled;
+    co_await news_.async_wait(use_error(cancelled));
+    has_news_ = false;
+  }
+}
+
+}  // namespace multitetra

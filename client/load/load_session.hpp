@@ -1,0 +1,86 @@
+// One simulated user: connects, plays a script, checks what comes, and connects anew when the
+// connection is lost. A coroutine on one thread, like all sessions of that thread.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "client/load/agreement.hpp"
+#include "client/load/load_statistics.hpp"
+#include "client/load/script.hpp"
+#include "client/load/stream_checks.hpp"
+#include "client/message_channel.hpp"
+
+namespace multitetra {
+
+using LoadClock = std::chrono::steady_clock;
+
+struct SessionOptions {
+  Endpoint server;
+  TlsContextPtr tls = nullptr;
+  std::string token;
+  std::string dataset;  // Empty: all that the server has.
+  ScriptKind script = ScriptKind::kMixed;
+  ScriptOptions script_options = {};
+  // One stream of so many is checked thoroughly, of the others one tile of so many is decoded.
+  std::uint32_t streams_per_thorough = 16;
+  std::uint32_t tiles_per_decoded = 16;
+  std::chrono::milliseconds timeout{60'000};  // Of silence.
+  LoadClock::time_point start = {};           // No session connects sooner.
+  LoadClock::time_point stop = {};            // No session asks for more from then on,
+  LoadClock::time_point give_up = {};         // or waits for more from then on.
+};
+
+class LoadSession {
+ public:
+  // All references must outlive run(), and it the executor's work.
+  LoadSession(asio::io_context& io, const SessionOptions& options, std::uint64_t seed,
+              std::chrono::milliseconds delay, LoadStatistics& statistics, Agreement& agreement);
+  ~LoadSession();
+  LoadSession(const LoadSession&) = delete;
+  LoadSession& operator=(const LoadSession&) = delete;
+
+  [[nodiscard]] asio::awaitable<void> run();
+
+ private:
+  struct RunningStream;
+  using ChannelPtr = std::shared_ptr<MessageChannel>;
+
+  asio::awaitable<bool> connect();
+  asio::awaitable<Result<std::vector<DatasetInfo>>> enter(ChannelPtr channel);
+  asio::awaitable<Result<ServerMessage>> ask(ChannelPtr channel, std::string content);
+  asio::awaitable<void> listen(ChannelPtr channel);
+  asio::awaitable<void> play(Act act);
+  asio::awaitable<void> ask_for_stream();
+  asio::awaitable<void> connect_anew();
+  asio::awaitable<void> wait_until(LoadClock::time_point time);
+  void take(const ServerMessage& message);
+  void take_progress(const StreamProgress& progress);
+  void note_tile(const Tile& tile);
+  void fail_check(const std::string& text);
+  void lose(const Error& error);
+  void leave();
+  void notify();
+
+  const SessionOptions& options_;
+  LoadStatistics& statistics_;
+  Agreement& agreement_;
+  asio::io_context& io_;
+  asio::steady_timer news_;  // Cancelled when something came.
+  bool has_news_ = false;
+  std::mt19937_64 random_;
+  std::uint64_t seed_;
+  std::chrono::milliseconds delay_;
+
+  ChannelPtr channel_;  // Null when not connected.
+  std::vector<DatasetInfo> datasets_;
+  std::optional<Script> script_;
+  std::uint64_t last_request_id_ = 0;
+  std::uint64_t streams_ = 0;
+  int failures_in_a_row_ = 0;
+  std::unique_ptr<RunningStream> stream_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,173 @@
+// multitetra-load: many simulated users of a server, who check what they get.
+#include <algorithm>
+#include <exception>
+#include <iostream>
+#include <string>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+
+#include "client/load/load_report.hpp"
+#include "client/program.hpp"
+#include "client/server_options.hpp"
+#include "client/trust.hpp"
+
+namespace multitetra {
+namespace {
+
+struct LoadArguments {
+  ServerArguments server;
+  std::string dataset;
+  std::string script = "mixed";
+  std::size_t clients = 10;
+  double duration = 10;
+  double ramp = -1;
+  double grace = 30;
+  double pause = 2;
+  int isovalues = 32;
+  std::vector<double> errors = {0.5, 1, 2, 4};
+  std::uint64_t seed = 1;
+  int threads = 0;
+  std::string check = "light";
+  bool json = false;
+};
+
+constexpr const char* kHelp =
+    "Scripts of users: random-isovalues (a surface, looked at, then another), drag (the isovalue\n"
+    "moves in small steps, 20 a second), roi (a ball of finer errors wanders over a surface),\n"
+    "mixed. Clients that no server likes: stalled (reads nothing), slow (a byte a second),\n"
+    "leaving, garbage.\n"
+    "Checks: light takes one stream of 16 as multitetra-client would, and of the others the\n"
+    "manifests, counts, sums of digests and one tile of 16; full takes all. Every step is "
+    "compared\n"
+    "with what other clients got for the same parameters.\n"
+    "Examples:\n"
+    "  multitetra-load --server ws://127.0.0.1:7480 --clients 1000 --duration 60\n"
+    "  multitetra-load --script drag --clients 20 --duration 10 --json\n"
+    "Exit codes: 0 done, 1 streams failed or were not finished, 2 wrong usage, 3 a check failed.";
+
+std::chrono::milliseconds milliseconds(double seconds) {
+  return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
+}
+
+void add_options(CLI::App& app, LoadArguments& a) {
+  add_server_options(app, a.server);
+  app.add_option("--dataset", a.dataset, "Ask for this dataset only");
+  app.add_option("--script", a.script, "What the clients do")
+      ->check(CLI::IsMember(
+          {"random-isovalues", "drag", "roi", "mixed", "stalled", "slow", "leaving", "garbage"}))
+      ->capture_default_str();
+  app.add_option("--clients", a.clients, "How many there are")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+  app.add_option("--duration", a.duration, "Seconds for which they ask for more")
+      ->check(CLI::Range(0.1, 86400.0))
+      ->capture_default_str();
+  app.add_option("--ramp", a.ramp,
+                 "Seconds over which they come; default: 1 for 200 clients, at most a quarter of "
+                 "the duration");
+  app.add_option("--grace", a.grace, "Seconds after the duration for what is under way")
+      ->check(CLI::Range(0.0, 86400.0))
+      ->capture_default_str();
+  app.add_option("--pause", a.pause, "Mean of the seconds for which a user looks at a surface")
+      ->check(CLI::Range(0.0, 3600.0))
+      ->capture_default_str();
+  app.add_option("--isovalues", a.isovalues, "How many isovalues there are to ask for")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  app.add_option("--errors", a.errors, "Errors to ask for, in voxels")
+      ->check(CLI::Range(0.0, 1e6))
+      ->delimiter(',')
+      ->capture_default_str();
+  app.add_option("--seed", a.seed, "The same seed gives the same scripts")->capture_default_str();
+  app.add_option("--threads", a.threads, "Of this program; 0: one for each two processors")
+      ->check(CLI::Range(0, 256))
+      ->capture_default_str();
+  app.add_option("--check", a.check, "light or full")
+      ->check(CLI::IsMember({"light", "full"}))
+      ->capture_default_str();
+  app.add_flag("--json", a.json, "Print JSON");
+  app.footer(kHelp);
+}
+
+Result<LoadOptions> options_of(const LoadArguments& a) {
+  const auto access = access_of(a.server);
+  if (!access) return tl::unexpected(access.error());
+  const int processors = static_cast<int>(std::thread::hardware_concurrency());
+  LoadOptions options{
+      .session = {.server = access->server,
+                  .token = access->options.token,
+                  .dataset = a.dataset,
+                  .script = script_kind_from(a.script).value_or(ScriptKind::kMixed),
+                  .script_options = {.isovalues = a.isovalues,
+                                     .errors = a.errors,
+                                     .mean_pause = milliseconds(a.pause)},
+                  .timeout = access->options.timeout},
+      .seed = a.seed,
+      .clients = a.clients,
+      .threads = a.threads > 0 ? a.threads : std::max(processors / 2, 1),
+      .duration = milliseconds(a.duration),
+      .ramp = milliseconds(
+          a.ramp >= 0 ? a.ramp : std::min(static_cast<double>(a.clients) / 200, a.duration / 4)),
+      .grace = milliseconds(a.grace)};
+  if (a.check == "full") {
+    options.session.streams_per_thorough = 1;
+    options.session.tiles_per_decoded = 1;
+  }
+  if (access->server.is_secure()) {
+    auto tls = client_tls(access->options.trust);
+    if (!tls) return tl::unexpected(tls.error());
+    options.session.tls = *std::move(tls);
+  }
+  return options;
+}
+
+int exit_code(const LoadStatistics& s) {
+  if (s.checks_failed > 0 || s.tiles_sent_twice > 0) return kCheckFailed;
+  const bool is_good = s.failed == 0 && s.unfinished == 0 && s.clients_without_connection == 0;
+  return is_good && s.steps > 0 ? kOk : kFailed;
+}
+
+int usage_fault(const std::string& text) {
+  std::cerr << "multitetra-load: " << text << "\n";
+  return kUsage;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Simulates users of a Multi-Tetra server and checks what they get.",
+               "multitetra-load");
+  app.set_version_flag("--version", "multitetra-load " MULTITETRA_VERSION);
+  LoadArguments arguments;
+  add_options(app, arguments);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kOk : kUsage;
+  }
+  const auto options = options_of(arguments);
+  if (!options) return usage_fault(options.error().text);
+  if (const auto room = allow_connections(options->clients); !room) {
+    return usage_fault(room.error().text);
+  }
+  if (const auto nuisance = misbehaviour_from(arguments.script)) {
+    const MisbehaviourCounts counts = run_misbehaviour(*nuisance, *options);
+    std::cout << (arguments.json ? json_report(*options, *nuisance, counts)
+                                 : table(*nuisance, counts));
+    return counts.connections > 0 ? kOk : kFailed;
+  }
+  const LoadStatistics statistics = run_load(*options);
+  std::cout << (arguments.json ? json_report(*options, statistics) : table(*options, statistics));
+  return exit_code(statistics);
+}
+
+}  // namespace
+}  // namespace multitetra
+
+int main(int argc, char** argv) {
+  try {
+    return multitetra::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::cerr << "multitetra-load: " << error.what() << "\n";
+    return multitetra::kFailed;
+  }
+}

@@ -1,0 +1,247 @@
+#include "client/load/misbehaviour.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "common/messages.hpp"
+
+namespace multitetra {
+
+using boost::system::error_code;
+using Clock = std::chrono::steady_clock;
+
+namespace {
+
+constexpr std::array<std::pair<Misbehaviour, std::string_view>, 4> kNames = {
+    {{Misbehaviour::kStalled, "stalled"},
+     {Misbehaviour::kSlow, "slow"},
+     {Misbehaviour::kLeaving, "leaving"},
+     {Misbehaviour::kGarbage, "garbage"}}};
+
+std::string framed(const std::string& content) {
+  return frame_header(static_cast<std::uint32_t>(content.size())) + content;
+}
+
+std::string random_bytes(std::mt19937_64& random, std::size_t count) {
+  std::string bytes(count, '\0');
+  for (char& byte : bytes) byte = static_cast<char>(random());
+  return bytes;
+}
+
+// One client, connection after connection.
+class Nuisance {
+ public:
+  Nuisance(Misbehaviour kind, const MisbehaviourOptions& options, std::uint64_t seed,
+           MisbehaviourCounts& counts, asio::any_io_executor executor)
+      : kind_(kind),
+        options_(options),
+        random_(seed),
+        counts_(counts),
+        executor_(executor),
+        timer_(executor) {}
+
+  asio::awaitable<void> run(std::chrono::milliseconds delay) {
+    co_await sleep_until(options_.start + delay);
+    while (Clock::now() < options_.stop) {
+      const auto channel = std::make_shared<MessageChannel>(
+          executor_, address(), ChannelOptions{.tls = options_.tls, .read_buffer_bytes = 4096});
+      // A server that keeps us waiting is not waited for beyond the end.
+      asio::steady_timer end(executor_, options_.stop);
+      end.async_wait([channel](const error_code& cancelled) {
+        if (!cancelled) channel->close();
+      });
+      const auto opened = co_await channel->open();
+      if (opened) {
+        ++counts_.connections;
+        co_await annoy(channel);
+        channel->close();
+        co_await sleep(std::chrono::milliseconds(random_() % 100));
+      } else {
+        ++counts_.failed_attempts;
+        co_await sleep(std::chrono::milliseconds(100 + random_() % 400));
+      }
+    }
+  }
+
+ private:
+  using ChannelPtr = std::shared_ptr<MessageChannel>;
+
+  // The slow one and, every other time, the one with garbage do not get as far as a WebSocket.
+  Endpoint address() {
+    const bool is_raw =
+        kind_ == Misbehaviour::kSlow || (kind_ == Misbehaviour::kGarbage && random_() % 2 == 0);
+    Endpoint server = options_.server;
+    if (is_raw && server.is_web_socket()) {
+      server.transport = server.is_secure() ? Transport::kTls : Transport::kTcp;
+    }
+    return server;
+  }
+
+  asio::awaitable<void> annoy(ChannelPtr channel) {
+    switch (kind_) {
+      case Misbehaviour::kStalled:
+        co_await stall(channel);
+        break;
+      case Misbehaviour::kSlow:
+        co_await dawdle(channel);
+        break;
+      case Misbehaviour::kLeaving:
+        co_await leave(channel);
+        break;
+      case Misbehaviour::kGarbage:
+        co_await babble(channel);
+        break;
+    }
+  }
+
+  // Says Hello and learns a dataset's name; empty if the server does not play along.
+  asio::awaitable<std::string> enter(ChannelPtr channel) {
+    Hello hello;
+    hello.token = options_.token;
+    const bool greeted = co_await sent(channel, hello);
+    if (!greeted) co_return "";
+    const auto welcome = co_await channel->receive();
+    ListDatasets question;
+    question.request_id = 1;
+    const bool asked = co_await sent(channel, question);
+    if (!welcome || !asked) co_return "";
+    const auto content = co_await channel->receive();
+    if (!content) co_return "";
+    const auto message = parse_server_message(*content);
+    const auto* list = message ? std::get_if<DatasetList>(&*message) : nullptr;
+    if (list == nullptr) co_return "";
+    for (const DatasetInfo& info : list->datasets) {
+      if (!options_.dataset.empty() && info.name != options_.dataset) continue;
+      if (!info.suggested_isovalues.empty()) isovalue_ = info.suggested_isovalues.front();
+      co_return info.name;
+    }
+    co_return "";
+  }
+
+  OpenStream request(const std::string& dataset, std::uint64_t id) {
+    return {.request_id = id,
+            .dataset = dataset,
+            .request = {.isovalue = isovalue_, .error = 0.5},
+            .held = {}};
+  }
+
+  // The server's words pile up wherever there is room for them.
+  asio::awaitable<void> stall(ChannelPtr channel) {
+    const std::string dataset = co_await enter(channel);
+    if (dataset.empty()) {
+      ++counts_.ended_by_server;
+      co_return;
+    }
+    for (std::uint64_t id = 1; Clock::now() < options_.stop; ++id) {
+      const bool is_heard = co_await sent(channel, request(dataset, id));
+      if (!is_heard) {
+        ++counts_.ended_by_server;
+        co_return;
+      }
+      co_await sleep(std::chrono::seconds(5));
+    }
+  }
+
+  asio::awaitable<void> dawdle(ChannelPtr channel) {
+    const std::string greeting = options_.server.is_web_socket()
+                                     ? "GET " + options_.server.path +
+                                           " HTTP/1.1\r\nHost: " + options_.server.host +
+                                           "\r\nX-Patience: " + std::string(2000, 'a')
+                                     : framed(serialize(Hello{.token = std::string(4000, 'a')}));
+    for (const char byte : greeting) {
+      const bool is_heard = co_await sent_raw(channel, std::string(1, byte));
+      if (!is_heard || Clock::now() >= options_.stop) {
+        if (!is_heard) ++counts_.ended_by_server;
+        co_return;
+      }
+      co_await sleep(std::chrono::seconds(1));
+    }
+  }
+
+  asio::awaitable<void> leave(ChannelPtr channel) {
+    const auto words = random_() % 4;
+    if (words == 0) co_return;
+    if (words == 1) {
+      co_await sent_raw(channel, random_bytes(random_, 3));
+      co_return;
+    }
+    const std::string dataset = co_await enter(channel);
+    if (dataset.empty() || words == 2) co_return;
+    co_await sent(channel, request(dataset, 1));
+    co_await sleep(std::chrono::milliseconds(random_() % 200));
+  }
+
+  asio::awaitable<void> babble(ChannelPtr channel) {
+    const bool is_message = random_() % 2 == 0;
+    for (;;) {
+      std::string noise = random_bytes(random_, 1 + random_() % 4000);
+      const bool is_heard = is_message ? co_await sent_content(channel, std::move(noise))
+                                       : co_await sent_raw(channel, std::move(noise));
+      if (!is_heard || Clock::now() >= options_.stop) {
+        if (!is_heard) ++counts_.ended_by_server;
+        co_return;
+      }
+      co_await sleep(std::chrono::milliseconds(100));
+    }
+  }
+
+  asio::awaitable<bool> sent(ChannelPtr channel, ClientMessage message) {
+    return sent_content(std::move(channel), serialize(message));
+  }
+  asio::awaitable<bool> sent_content(ChannelPtr channel, std::string content) {
+    counts_.bytes_sent += content.size();
+    const auto done = co_await channel->send(std::move(content));
+    co_return done.has_value();
+  }
+  asio::awaitable<bool> sent_raw(ChannelPtr channel, std::string bytes) {
+    counts_.bytes_sent += bytes.size();
+    const auto done = co_await channel->send_bytes(std::move(bytes));
+    co_return done.has_value();
+  }
+
+  asio::awaitable<void> sleep(std::chrono::milliseconds time) {
+    co_await sleep_until(Clock::now() + time);
+  }
+  asio::awaitable<void> sleep_until(Clock::time_point time) {
+    timer_.expires_at(std::min(time, options_.stop));
+    error_code ignored;
+    co_await timer_.async_wait(use_error(ignored));
+  }
+
+  Misbehaviour kind_;
+  const MisbehaviourOptions& options_;
+  std::mt19937_64 random_;
+  MisbehaviourCounts& counts_;
+  asio::any_io_executor executor_;
+  asio::steady_timer timer_;
+  double isovalue_ = 0;
+};
+
+}  // namespace
+
+std::optional<Misbehaviour> misbehaviour_from(std::string_view name) {
+  for (const auto& [kind, known] : kNames) {
+    if (known == name) return kind;
+  }
+  return std::nullopt;
+}
+
+std::string_view name(Misbehaviour kind) { return kNames[static_cast<std::size_t>(kind)].second; }
+
+void MisbehaviourCounts::add(const MisbehaviourCounts& other) {
+  connections += other.connections;
+  failed_attempts += other.failed_attempts;
+  ended_by_server += other.ended_by_server;
+  bytes_sent += other.bytes_sent;
+}
+
+asio::awaitable<void> misbehave(Misbehaviour kind, const MisbehaviourOptions& options,
+                                std::uint64_t seed, std::chrono::milliseconds delay,
+                                MisbehaviourCounts& counts) {
+  const auto executor = co_await asio::this_coro::executor;
+  Nuisance nuisance(kind, options, seed, counts, executor);
+  co_await nuisance.run(delay);
+}
+
+}  // namespace multitetra

@@ -1,0 +1,48 @@
+// Clients that no server likes, for trials of what the others notice of them. Each is a coroutine;
+// that a server hangs up on it is its lot and counted, not an error.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <random>
+#include <string_view>
+
+#include "client/message_channel.hpp"
+
+namespace multitetra {
+
+enum class Misbehaviour {
+  kStalled,  // Asks for a surface, again and again, and reads nothing.
+  kSlow,     // Sends a byte a second of what should be its greeting.
+  kLeaving,  // Connects, says as much as it likes, and leaves in the middle.
+  kGarbage,  // Sends what is no message.
+};
+[[nodiscard]] std::optional<Misbehaviour> misbehaviour_from(std::string_view name);
+[[nodiscard]] std::string_view name(Misbehaviour kind);  // "stalled", "slow", "leaving", "garbage"
+
+struct MisbehaviourOptions {
+  Endpoint server;
+  TlsContextPtr tls = nullptr;
+  std::string token;
+  std::string dataset;  // For requests; empty: the first that the server has.
+  std::chrono::steady_clock::time_point start;
+  std::chrono::steady_clock::time_point stop;
+};
+
+struct MisbehaviourCounts {
+  std::uint64_t connections = 0;
+  std::uint64_t failed_attempts = 0;
+  std::uint64_t ended_by_server = 0;
+  std::uint64_t bytes_sent = 0;
+
+  void add(const MisbehaviourCounts& other);
+};
+
+// Until options.stop, connecting anew whenever a connection is over. All references must outlive
+// it.
+[[nodiscard]] asio::awaitable<void> misbehave(Misbehaviour kind, const MisbehaviourOptions& options,
+                                              std::uint64_t seed, std::chrono::milliseconds delay,
+                                              MisbehaviourCounts& counts);
+
+}  // namespace multitetra

@@ -1,0 +1,126 @@
+#include "client/load/script.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+namespace multitetra {
+namespace {
+
+constexpr std::array<std::pair<ScriptKind, std::string_view>, 4> kNames = {
+    {{ScriptKind::kRandomIsovalues, "random-isovalues"},
+     {ScriptKind::kDrag, "drag"},
+     {ScriptKind::kRegion, "roi"},
+     {ScriptKind::kMixed, "mixed"}}};
+
+OpenStream surface(const DatasetInfo& info, double isovalue, double error) {
+  return {.dataset = info.name, .request = {.isovalue = isovalue, .error = error}, .held = {}};
+}
+
+}  // namespace
+
+std::optional<ScriptKind> script_kind_from(std::string_view name) {
+  for (const auto& [kind, known] : kNames) {
+    if (known == name) return kind;
+  }
+  return std::nullopt;
+}
+
+std::string_view name(ScriptKind kind) { return kNames[static_cast<std::size_t>(kind)].second; }
+
+double isovalue(const DatasetInfo& info, int number, int count) {
+  const double range = info.max - info.min;
+  double low = info.min + 0.25 * range;
+  double high = info.min + 0.75 * range;
+  if (!info.suggested_isovalues.empty()) {
+    const auto [least, greatest] =
+        std::minmax_element(info.suggested_isovalues.begin(), info.suggested_isovalues.end());
+    low = std::max(*least - 0.02 * range, info.min);
+    high = std::min(*greatest + 0.02 * range, info.max);
+  }
+  return low + (high - low) * (number + 0.5) / count;
+}
+
+Script::Script(ScriptKind kind, std::vector<DatasetInfo> datasets, std::uint64_t seed,
+               ScriptOptions options)
+    : kind_(kind), datasets_(std::move(datasets)), options_(std::move(options)), random_(seed) {
+  assert(!datasets_.empty() && !options_.errors.empty() && options_.isovalues > 0);
+}
+
+Act Script::next() {
+  while (planned_.empty()) plan();
+  Act act = std::move(planned_.front());
+  planned_.pop_front();
+  return act;
+}
+
+void Script::plan() {
+  ScriptKind kind = kind_;
+  if (kind == ScriptKind::kMixed) kind = kNames[one_of(3)].first;
+  if (kind == ScriptKind::kRandomIsovalues) plan_surface();
+  if (kind == ScriptKind::kDrag) plan_drag();
+  if (kind == ScriptKind::kRegion) plan_region();
+}
+
+void Script::plan_surface() {
+  const DatasetInfo& info = any_dataset();
+  const int number = static_cast<int>(one_of(static_cast<std::size_t>(options_.isovalues)));
+  planned_.push_back(
+      {.open = surface(info, isovalue(info, number, options_.isovalues), any_error()),
+       .replaced_after = std::nullopt,
+       .pause = any_pause()});
+}
+
+// The knob goes up or down from where it is, and is let go at the end.
+void Script::plan_drag() {
+  const DatasetInfo& info = any_dataset();
+  const double error = any_error();
+  const auto places = static_cast<std::size_t>(options_.isovalues);
+  int number = static_cast<int>(one_of(places));
+  int direction = uniform() < 0.5 ? -1 : 1;
+  for (int i = 0; i < options_.drag_length; ++i) {
+    if (number + direction < 0 || number + direction >= options_.isovalues) direction = -direction;
+    number = std::clamp(number + direction, 0, options_.isovalues - 1);
+    planned_.push_back({.open = surface(info, isovalue(info, number, options_.isovalues), error),
+                        .replaced_after = options_.drag_interval});
+  }
+  planned_.back().replaced_after.reset();
+  planned_.back().pause = any_pause();
+}
+
+void Script::plan_region() {
+  const DatasetInfo& info = any_dataset();
+  const int number = static_cast<int>(one_of(static_cast<std::size_t>(options_.isovalues)));
+  const double coarse = *std::max_element(options_.errors.begin(), options_.errors.end());
+  OpenStream open = surface(info, isovalue(info, number, options_.isovalues), coarse);
+  open.request.thresholds.coordinates = CoordinateSystem::kIndex;
+  const double radius = 0.1 * *std::max_element(info.dims.begin(), info.dims.end());
+  constexpr int kPlaces = 4;
+  // Of a coarse grid of places, so that users look at the same ones now and then.
+  for (int i = 0; i < kPlaces; ++i) {
+    Vec3 centre = {};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      centre[axis] = (static_cast<double>(one_of(4)) + 0.5) / 4 * info.dims[axis];
+    }
+    open.request.thresholds.regions = {
+        {.shape = BallShape{.centre = centre, .radius = radius}, .threshold = coarse / 4}};
+    planned_.push_back({.open = open, .replaced_after = std::nullopt, .pause = any_pause()});
+  }
+}
+
+double Script::uniform() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
+
+std::size_t Script::one_of(std::size_t count) {
+  return std::min(static_cast<std::size_t>(uniform() * static_cast<double>(count)), count - 1);
+}
+
+// Exponentially distributed, as times between independent events are; at most four times the mean.
+std::chrono::milliseconds Script::any_pause() {
+  const double factor = std::min(-std::log(1 - uniform()), 4.0);
+  return std::chrono::milliseconds(
+      static_cast<std::int64_t>(factor * static_cast<double>(options_.mean_pause.count())));
+}
+
+}  // namespace multitetra

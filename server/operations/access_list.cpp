@@ -1,0 +1,178 @@
+#include "server/operations/access_list.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+
+#include <openssl/crypto.h>
+#include <openssl/evp.h>
+#include <openssl/rand.h>
+
+#include "server/operations/exit_codes.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr std::string_view kNoToken = "none";
+constexpr std::string_view kHexDigits = "0123456789abcdef";
+
+int value_of_hex(char digit) {
+  if (digit >= 'A' && digit <= 'F') digit = static_cast<char>(digit - 'A' + 'a');
+  const std::size_t value = kHexDigits.find(digit);
+  return value == std::string_view::npos ? -1 : static_cast<int>(value);
+}
+
+std::optional<TokenDigest> digest_from(std::string_view hex) {
+  TokenDigest digest;
+  if (hex.size() != 2 * digest.size()) return std::nullopt;
+  for (std::size_t i = 0; i < digest.size(); ++i) {
+    const int high = value_of_hex(hex[2 * i]);
+    const int low = value_of_hex(hex[2 * i + 1]);
+    if (high < 0 || low < 0) return std::nullopt;
+    digest[i] = static_cast<unsigned char>(16 * high + low);
+  }
+  return digest;
+}
+
+std::string hex(const TokenDigest& digest) {
+  std::string text;
+  for (const unsigned char byte : digest) {
+    text += kHexDigits[byte / 16];
+    text += kHexDigits[byte % 16];
+  }
+  return text;
+}
+
+// Up to a '#', which begins a comment only at the start of a word.
+std::vector<std::string> words_of(const std::string& line) {
+  std::istringstream stream(line);
+  std::vector<std::string> words;
+  for (std::string word; stream >> word && !word.starts_with('#');) words.push_back(word);
+  return words;
+}
+
+tl::unexpected<Error> bad_line(std::size_t number, const std::string& what) {
+  return fail(ErrorCode::kInvalidArgument,
+              "Line " + std::to_string(number) + " " + what +
+                  "; a line is NAME, the token's SHA-256 as 64 hexadecimal digits (or none), and "
+                  "the datasets, for example * or head-*. Make one with: multitetra-server token "
+                  "NAME");
+}
+
+}  // namespace
+
+// The classical way: after a mismatch the last * takes one character more.
+bool matches(std::string_view pattern, std::string_view text) {
+  std::size_t p = 0;
+  std::size_t t = 0;
+  std::size_t star = std::string_view::npos;
+  std::size_t after_star = 0;
+  while (t < text.size()) {
+    if (p < pattern.size() && pattern[p] == '*') {
+      star = p++;
+      after_star = t;
+    } else if (p < pattern.size() && (pattern[p] == '?' || pattern[p] == text[t])) {
+      ++p;
+      ++t;
+    } else if (star != std::string_view::npos) {
+      p = star + 1;
+      t = ++after_star;
+    } else {
+      return false;
+    }
+  }
+  return pattern.find_first_not_of('*', p) == std::string_view::npos;
+}
+
+bool AccessRights::may_see(std::string_view dataset) const {
+  return std::any_of(datasets_.begin(), datasets_.end(),
+                     [&](const std::string& pattern) { return matches(pattern, dataset); });
+}
+
+TokenDigest digest_of_token(std::string_view token) {
+  TokenDigest digest;
+  unsigned int size = 0;
+  if (EVP_Digest(token.data(), token.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1) {
+    throw std::runtime_error("OpenSSL cannot compute SHA-256.");
+  }
+  return digest;
+}
+
+Result<AccessRights> AccessList::rights_of(std::string_view token) const {
+  if (token.empty()) {
+    if (!strangers_.empty()) return strangers_.front();
+    return fail(ErrorCode::kUnauthenticated,
+                "This server wants a token; whoever runs it hands them out.");
+  }
+  const TokenDigest digest = digest_of_token(token);
+  const Entry* found = nullptr;
+  for (const Entry& entry : entries_) {  // All of them, wherever it is found.
+    if (CRYPTO_memcmp(entry.digest.data(), digest.data(), digest.size()) == 0) found = &entry;
+  }
+  if (found == nullptr) {
+    return fail(ErrorCode::kUnauthenticated,
+                "The token is none that this server knows; ask whoever runs it for another.");
+  }
+  return found->rights;
+}
+
+Result<AccessList> parse_access_list(std::string_view text) {
+  AccessList list;
+  std::istringstream lines{std::string(text)};
+  bool has_strangers = false;
+  std::size_t number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    const std::vector<std::string> words = words_of(line);
+    if (words.empty()) continue;
+    if (words.size() < 3) return bad_line(number, "has fewer than three words");
+    AccessRights rights(words[0], {words.begin() + 2, words.end()});
+    if (words[1] == kNoToken) {
+      if (std::exchange(has_strangers, true)) {
+        return bad_line(number, "is the second about clients without a token");
+      }
+      list.add_for_strangers(std::move(rights));
+      continue;
+    }
+    const auto digest = digest_from(words[1]);
+    if (!digest) return bad_line(number, "has no SHA-256 as its second word");
+    list.add({*digest, std::move(rights)});
+  }
+  return list;
+}
+
+AccessListPtr load_access_list(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  if (!stream || std::filesystem::is_directory(file) || !(text << stream.rdbuf()).good()) {
+    // An empty file sets the fail bit as well, and is a list of nobody.
+    std::error_code error;
+    if (!stream || std::filesystem::file_size(file, error) != 0 || error) {
+      throw ExitError(kNoSecrets, "The tokens file " + file.string() + " cannot be read.");
+    }
+  }
+  auto list = parse_access_list(text.str());
+  if (!list) {
+    throw ExitError(kNoSecrets, "The tokens file " + file.string() + ": " + list.error().text);
+  }
+  return std::make_shared<const AccessList>(*std::move(list));
+}
+
+std::string new_token() {
+  std::array<unsigned char, 32> random;
+  if (RAND_bytes(random.data(), static_cast<int>(random.size())) != 1) {
+    throw std::runtime_error("The system has no random numbers to give.");
+  }
+  return "mt_" + hex(random);
+}
+
+std::string access_line(std::string_view name, std::string_view token,
+                        const std::vector<std::string>& datasets) {
+  std::string line = std::string(name) + " " + hex(digest_of_token(token));
+  for (const std::string& dataset : datasets) line += " " + dataset;
+  return line;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,83 @@
+// Who may see which datasets: the tokens file, as a value.
+//
+//   # name    SHA-256 of the token, in hex       datasets, with * and ?
+//   alice     9f86d081884c7d659a2feaa0c55ad0...  head-* embryo
+//   guests    none                               public-*
+//
+//   const auto list = parse_access_list(text);
+//   const auto rights = list->rights_of(hello.token);  // kUnauthenticated: nobody's token.
+//   if (!rights->may_see("head-1")) ...                // Then it does not exist for this client.
+//
+// Tokens themselves are nowhere: they are random and long, so that their plain hash gives nothing
+// away. A line with `none` is about clients without a token. The same name may have several lines,
+// as while a token is replaced by another.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/result.hpp"
+
+namespace multitetra {
+
+// Which datasets exist for a client. By default all of them.
+class AccessRights {
+ public:
+  AccessRights() = default;
+  AccessRights(std::string name, std::vector<std::string> datasets)
+      : name_(std::move(name)), datasets_(std::move(datasets)) {}
+
+  [[nodiscard]] bool may_see(std::string_view dataset) const;
+  [[nodiscard]] const std::string& name() const { return name_; }  // For the log; may be empty.
+
+ private:
+  std::string name_;
+  std::vector<std::string> datasets_ = {"*"};  // Patterns, of which one must match.
+};
+
+// Whether `text` is what `pattern` says: * stands for any characters, ? for one, all others for
+// themselves. Costs O(pattern * text) at most.
+[[nodiscard]] bool matches(std::string_view pattern, std::string_view text);
+
+// SHA-256.
+using TokenDigest = std::array<unsigned char, 32>;
+[[nodiscard]] TokenDigest digest_of_token(std::string_view token);
+
+class AccessList {
+ public:
+  struct Entry {
+    TokenDigest digest = {};
+    AccessRights rights = {};
+  };
+
+  // The rights of who shows this token, empty for none. kUnauthenticated, with a text for the
+  // client, unless the list knows it. The time it takes tells nothing about the list's tokens.
+  [[nodiscard]] Result<AccessRights> rights_of(std::string_view token) const;
+
+  void add(Entry entry) { entries_.push_back(std::move(entry)); }
+  void add_for_strangers(AccessRights rights) { strangers_.push_back(std::move(rights)); }
+  [[nodiscard]] std::size_t size() const { return entries_.size(); }
+
+ private:
+  std::vector<Entry> entries_;
+  std::vector<AccessRights> strangers_;  // Of clients without a token; at most one.
+};
+
+// Null where everybody may see everything.
+using AccessListPtr = std::shared_ptr<const AccessList>;
+
+// kInvalidArgument, with the line's number and what would be right.
+[[nodiscard]] Result<AccessList> parse_access_list(std::string_view text);
+// Throws ExitError (kNoSecrets) that names the file when it cannot be read or parsed.
+[[nodiscard]] AccessListPtr load_access_list(const std::filesystem::path& file);
+
+// A new token of 256 random bits, and its line for the file.
+[[nodiscard]] std::string new_token();
+[[nodiscard]] std::string access_line(std::string_view name, std::string_view token,
+                                      const std::vector<std::string>& datasets);
+
+}  // namespace multitetra

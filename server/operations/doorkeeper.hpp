@@ -1,0 +1,151 @@
+// Who may come in and how much they may ask: one keeper for all doors of a server.
+//
+//   auto admitted = keeper.admit("tcp", address, peer);   // A connection was accepted.
+//   if (!admitted.guest) drop it;                         // Too many of those that are refused.
+//   if (admitted.refusal) tell why, then close;
+//   if (auto error = admitted.guest->may_ask()) answer it;
+//   RequestRecord record(admitted.guest, {.kind = "stream", ...});   // While a request is
+//   answered.
+//
+// It holds what may change while the server runs: certificate, access list, whether it drains.
+//
+// One thread at a time. Guests and records must not outlive the keeper.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/operations/access_list.hpp"
+#include "server/operations/admissions.hpp"
+#include "server/operations/byte_budget.hpp"
+#include "server/operations/request_rate.hpp"
+#include "server/operations/service_observer.hpp"
+#include "server/operations/tls_files.hpp"
+
+namespace multitetra {
+
+struct DoorkeeperOptions {
+  std::optional<TlsFiles> tls = {};                  // None: plain TCP.
+  std::optional<std::filesystem::path> tokens = {};  // None: everybody may see everything.
+  AdmissionLimits connections = {.total = 1024, .per_name = 256};  // Names are addresses.
+  RequestRate requests = {.per_second = 200, .burst = 600};        // Of an address.
+  std::size_t queue_bytes = std::size_t{1} << 30;  // Of steps that wait for their clients.
+  std::vector<std::string> trusted_proxies = {};   // Addresses whose X-Forwarded-For is believed.
+  ServiceObserverPtr observer = {};                // Null: nobody is told.
+};
+
+class Doorkeeper;
+
+// Somebody on a connection, from accepting it to its end.
+class Guest {
+ public:
+  Guest(Doorkeeper& keeper, ClientFacts facts, std::string address, Admissions::Ticket ticket);
+  ~Guest();
+  Guest(const Guest&) = delete;
+  Guest& operator=(const Guest&) = delete;
+
+  [[nodiscard]] const ClientFacts& facts() const { return facts_; }
+  [[nodiscard]] Doorkeeper& keeper() const { return keeper_; }
+
+  // The value of X-Forwarded-For of a request. If a trusted proxy says so, limits count for who is
+  // behind it from now on. An error when there are too many connections from there.
+  [[nodiscard]] std::optional<Error> forwarded_for(std::string_view addresses);
+  // Its connection is of another kind from now on.
+  void changes_to(DoorName door);
+  // After its token was accepted: the name for the log.
+  void is_named(std::string name) { facts_.name = std::move(name); }
+  // Counts a request. An error when there were too many within a short time.
+  [[nodiscard]] std::optional<Error> may_ask();
+
+ private:
+  Doorkeeper& keeper_;
+  ClientFacts facts_;
+  std::string address_;  // Without port, of the connection itself.
+  std::string limited_;  // The name under which limits count.
+  Admissions::Ticket ticket_;
+  std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
+};
+using GuestPtr = std::shared_ptr<Guest>;
+
+class Doorkeeper {
+ public:
+  // Throws ExitError (kNoSecrets) when a file cannot be used.
+  explicit Doorkeeper(DoorkeeperOptions options);
+  Doorkeeper(const Doorkeeper&) = delete;
+  Doorkeeper& operator=(const Doorkeeper&) = delete;
+
+  struct Admitted {
+    GuestPtr guest;                // Null: not even worth words.
+    std::optional<Error> refusal;  // What to tell the guest before hanging up.
+  };
+  [[nodiscard]] Admitted admit(DoorName door, const std::string& address, const std::string& peer);
+
+  // For the next connection; null for plain TCP.
+  [[nodiscard]] const TlsContextPtr& tls() const { return tls_; }
+  // Null where everybody may see everything.
+  [[nodiscard]] const AccessListPtr& access() const { return access_; }
+  // Reads certificate and tokens again. What cannot be used is logged, and the old one stays.
+  void reload();
+
+  // From now on new work is refused; `when_idle` is called once, when no request is under way:
+  // maybe now.
+  void drain(std::function<void()> when_idle);
+  [[nodiscard]] bool is_draining() const { return is_draining_; }
+  // Why new work is refused; nullopt when it is not.
+  [[nodiscard]] std::optional<Error> refusal_of_work() const;
+
+  [[nodiscard]] ByteBudget& queue() { return queue_; }
+  [[nodiscard]] ServiceObserver& observer() { return *observer_; }
+  [[nodiscard]] std::size_t guests() const { return admissions_.inside(); }
+
+ private:
+  friend class Guest;
+  friend class RequestRecord;
+  void request_over();
+
+  DoorkeeperOptions options_;
+  ServiceObserverPtr observer_;
+  TlsContextPtr tls_;
+  AccessListPtr access_;
+  Admissions admissions_;
+  Admissions refused_;  // Those who are being told why.
+  RatePerName rates_;
+  ByteBudget queue_;
+  std::uint64_t last_connection_ = 0;
+  std::size_t running_requests_ = 0;
+  bool is_draining_ = false;
+  std::function<void()> when_idle_;
+};
+
+// A request while it is answered. Its facts are told to the observer when it ends.
+class RequestRecord {
+ public:
+  RequestRecord(GuestPtr guest, RequestFacts facts);
+  // A request that did not end was left by its client.
+  ~RequestRecord();
+  RequestRecord(const RequestRecord&) = delete;
+  RequestRecord& operator=(const RequestRecord&) = delete;
+
+  void sent_tile(std::size_t bytes);
+  void sent_step() { ++facts_.steps; }
+  // The outcome as in RequestFacts. Only the first end counts.
+  void end(std::string_view outcome);
+  [[nodiscard]] const RequestFacts& facts() const { return facts_; }
+
+ private:
+  [[nodiscard]] double seconds() const;
+
+  GuestPtr guest_;
+  RequestFacts facts_;
+  std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
+  bool has_ended_ = false;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,187 @@
+#include "server/operations/log.hpp"
+
+#include <atomic>
+#include <charconv>
+#include <cmath>
+#include <memory>
+
+#include <spdlog/pattern_formatter.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+#include <nlohmann/json.hpp>
+
+namespace multitetra {
+namespace {
+
+// How fields are written. Lines are made by many threads; the log is started by one, before.
+std::atomic<LogFormat> format_now = LogFormat::kText;
+
+// In JSON, fields travel in front of the text, between two of these; inside they are escaped.
+constexpr char kFieldsMark = '\x1f';
+
+std::string_view view_of(const spdlog::string_view_t& payload) {
+  return {payload.data(), payload.size()};
+}
+
+template <typename Buffer>
+void append(Buffer& buffer, std::string_view text) {
+  buffer.append(text.data(), text.data() + text.size());
+}
+
+class EscapedText : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm&,
+              spdlog::memory_buf_t& line) override {
+    append(line, escaped_for_text(view_of(message.payload)));
+  }
+  [[nodiscard]] std::unique_ptr<custom_flag_formatter> clone() const override {
+    return std::make_unique<EscapedText>();
+  }
+};
+
+class JsonText : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm&,
+              spdlog::memory_buf_t& line) override {
+    std::string_view text = view_of(message.payload);
+    std::string_view fields;
+    if (text.starts_with(kFieldsMark)) {
+      const std::size_t end = text.find(kFieldsMark, 1);
+      fields = text.substr(1, end - 1);
+      text = text.substr(end + 1);
+    }
+    append(line, quoted_for_json(text));
+    append(line, fields);
+  }
+  [[nodiscard]] std::unique_ptr<custom_flag_formatter> clone() const override {
+    return std::make_unique<JsonText>();
+  }
+};
+
+std::unique_ptr<spdlog::formatter> formatter_of(LogFormat format) {
+  if (format == LogFormat::kText) {
+    auto lines = std::make_unique<spdlog::pattern_formatter>();
+    lines->add_flag<EscapedText>('*').set_pattern("%Y-%m-%d %H:%M:%S.%e %l %*");
+    return lines;
+  }
+  auto lines = std::make_unique<spdlog::pattern_formatter>(spdlog::pattern_time_type::utc);
+  lines->add_flag<JsonText>('*').set_pattern(
+      R"({"time":"%Y-%m-%dT%H:%M:%S.%fZ","level":"%l","text":%*})");
+  return lines;
+}
+
+spdlog::level::level_enum level_of(LogLevel level) {
+  switch (level) {
+    case LogLevel::kDebug:
+      return spdlog::level::debug;
+    case LogLevel::kInfo:
+      return spdlog::level::info;
+    case LogLevel::kWarning:
+      return spdlog::level::warn;
+    case LogLevel::kError:
+      return spdlog::level::err;
+    case LogLevel::kOff:
+      break;
+  }
+  return spdlog::level::off;
+}
+
+// Six digits are enough to read a time or an isovalue, and JSON has neither NaN nor infinity.
+std::string number(double value) {
+  if (!std::isfinite(value)) return "null";
+  std::array<char, 32> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value,
+                                 std::chars_format::general, 6);
+  return {digits.data(), end.ptr};
+}
+
+std::string text_value(const LogValue& value) {
+  if (const auto* whole = std::get_if<std::uint64_t>(&value)) return std::to_string(*whole);
+  if (const auto* real = std::get_if<double>(&value)) return number(*real);
+  const auto text = std::get<std::string_view>(value);
+  const bool is_word = !text.empty() && text.find_first_of(" =\"\\") == std::string_view::npos;
+  return is_word ? std::string(text) : quoted_for_json(text);
+}
+
+std::string json_value(const LogValue& value) {
+  if (const auto* text = std::get_if<std::string_view>(&value)) return quoted_for_json(*text);
+  return text_value(value);
+}
+
+}  // namespace
+
+std::optional<LogFormat> log_format_from(std::string_view name) {
+  if (name == "text") return LogFormat::kText;
+  if (name == "json") return LogFormat::kJson;
+  return std::nullopt;
+}
+
+std::optional<LogLevel> log_level_from(std::string_view name) {
+  if (name == "debug") return LogLevel::kDebug;
+  if (name == "info") return LogLevel::kInfo;
+  if (name == "warning") return LogLevel::kWarning;
+  if (name == "error") return LogLevel::kError;
+  if (name == "off") return LogLevel::kOff;
+  return std::nullopt;
+}
+
+void start_log(const LogOptions& options) {
+  format_now = options.format;
+  auto logger = std::make_shared<spdlog::logger>("multitetra-server",
+                                                 std::make_shared<spdlog::sinks::stderr_sink_mt>());
+  logger->set_formatter(formatter_of(options.format));
+  logger->set_level(level_of(options.level));
+  spdlog::set_default_logger(std::move(logger));
+}
+
+bool is_logged(LogLevel level) { return spdlog::default_logger_raw()->should_log(level_of(level)); }
+
+void log_line(LogLevel level, std::string_view text, std::initializer_list<LogField> fields) {
+  if (!is_logged(level)) return;
+  std::string payload;
+  if (format_now == LogFormat::kText) {
+    payload = std::string(text) + text_fields(fields);
+  } else {
+    payload = kFieldsMark + json_fields(fields) + kFieldsMark + std::string(text);
+  }
+  spdlog::default_logger_raw()->log(level_of(level), spdlog::string_view_t(payload));
+}
+
+std::string text_fields(std::initializer_list<LogField> fields) {
+  std::string text;
+  for (const LogField& field : fields) {
+    if (field.value) text += std::string(" ") + field.name + "=" + text_value(*field.value);
+  }
+  return text;
+}
+
+std::string json_fields(std::initializer_list<LogField> fields) {
+  std::string text;
+  for (const LogField& field : fields) {
+    if (field.value) text += std::string(",\"") + field.name + "\":" + json_value(*field.value);
+  }
+  return text;
+}
+
+std::string escaped_for_text(std::string_view text) {
+  constexpr std::string_view kHexDigits = "0123456789abcdef";
+  std::string escaped;
+  escaped.reserve(text.size());
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte >= 0x20 && byte != 0x7f) {
+      escaped += c;
+    } else {
+      escaped += "\\x";
+      escaped += kHexDigits[byte / 16];
+      escaped += kHexDigits[byte % 16];
+    }
+  }
+  return escaped;
+}
+
+std::string quoted_for_json(std::string_view text) {
+  return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace multitetra

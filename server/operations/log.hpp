@@ -1,0 +1,53 @@
+// The log as lines for people or JSON for machines, and lines with fields.
+//
+//   start_log({.format = LogFormat::kJson});
+//   log_line(LogLevel::kInfo, "stream ended", {{"connection", id}, {"dataset", name}});
+//
+//   text  2026-01-31 12:00:00.123 info stream ended connection=7 dataset=head
+//   json  {"time":"2026-01-31T12:00:00.123456Z","level":"info","text":"stream ended",
+//          "connection":7,"dataset":"head"}
+//
+// Each event is one line, whatever bytes from outside it quotes: control characters are escaped in
+// both forms. What is said with spdlog directly becomes lines without fields.
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+namespace multitetra {
+
+enum class LogFormat { kText, kJson };
+enum class LogLevel { kDebug, kInfo, kWarning, kError, kOff };
+
+[[nodiscard]] std::optional<LogFormat> log_format_from(std::string_view name);  // "text", "json"
+// "debug", "info", "warning", "error", "off"
+[[nodiscard]] std::optional<LogLevel> log_level_from(std::string_view name);
+
+struct LogOptions {
+  LogFormat format = LogFormat::kText;
+  LogLevel level = LogLevel::kInfo;
+};
+
+// To the standard error output, from now on.
+void start_log(const LogOptions& options);
+
+using LogValue = std::variant<std::uint64_t, double, std::string_view>;
+struct LogField {
+  const char* name;
+  std::optional<LogValue> value;  // Left out when there is none.
+};
+
+[[nodiscard]] bool is_logged(LogLevel level);
+void log_line(LogLevel level, std::string_view text, std::initializer_list<LogField> fields);
+
+// What the formatters do, for tests: one line without its end.
+[[nodiscard]] std::string text_fields(std::initializer_list<LogField> fields);
+[[nodiscard]] std::string json_fields(std::initializer_list<LogField> fields);
+[[nodiscard]] std::string escaped_for_text(std::string_view text);
+[[nodiscard]] std::string quoted_for_json(std::string_view text);
+
+}  // namespace multitetra

@@ -1,0 +1,162 @@
+#include "server/operations/prometheus_metrics.hpp"
+
+#include <unistd.h>
+
+#include <fstream>
+
+#include <prometheus/counter.h>
+#include <prometheus/gauge.h>
+#include <prometheus/histogram.h>
+#include <prometheus/registry.h>
+#include <prometheus/text_serializer.h>
+
+namespace multitetra {
+namespace {
+
+using prometheus::BuildCounter;
+using prometheus::BuildGauge;
+using prometheus::BuildHistogram;
+using prometheus::Counter;
+using prometheus::Family;
+using prometheus::Gauge;
+using prometheus::Histogram;
+using prometheus::Registry;
+
+const Histogram::BucketBoundaries kSeconds = {0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5,
+                                              1,     2.5,  5,     10,   30,  120};
+
+Family<Counter>& counter(Registry& registry, const char* name, const char* help) {
+  return BuildCounter().Name(name).Help(help).Register(registry);
+}
+Gauge& gauge(Registry& registry, const char* name, const char* help) {
+  return BuildGauge().Name(name).Help(help).Register(registry).Add({});
+}
+Family<Histogram>& histogram(Registry& registry, const char* name, const char* help) {
+  return BuildHistogram().Name(name).Help(help).Register(registry);
+}
+
+// A counter that somebody else keeps: it is raised to what they say.
+void raise_to(Counter& counter, std::uint64_t value) {
+  const double more = static_cast<double>(value) - counter.Value();
+  if (more > 0) counter.Increment(more);
+}
+
+}  // namespace
+
+struct PrometheusMetrics::Families {
+  Registry registry;
+  Family<Counter>& connections =
+      counter(registry, "multitetra_connections_total", "Connections that were accepted.");
+  Family<Gauge>& sessions = BuildGauge()
+                                .Name("multitetra_sessions")
+                                .Help("Connections that are open.")
+                                .Register(registry);
+  Family<Counter>& refused = counter(registry, "multitetra_refused_total",
+                                     "Connections and requests beyond a limit, by limit.");
+  Family<Gauge>& running = BuildGauge()
+                               .Name("multitetra_requests_running")
+                               .Help("Requests that are being answered.")
+                               .Register(registry);
+  Family<Counter>& requests = counter(registry, "multitetra_requests_total",
+                                      "Requests that have ended, by kind and outcome.");
+  Family<Counter>& errors =
+      counter(registry, "multitetra_errors_total", "Answers that are errors, by code.");
+  Family<Histogram>& first_tile =
+      histogram(registry, "multitetra_first_tile_seconds", "From a request to its first tile.");
+  Family<Histogram>& last_tile =
+      histogram(registry, "multitetra_last_tile_seconds", "From a request to its last tile.");
+  Histogram& steps = histogram(registry, "multitetra_step_seconds", "A worker's time for a step.")
+                         .Add({}, kSeconds);
+  Counter& tiles = counter(registry, "multitetra_tiles_total", "Tiles that were sent.").Add({});
+  Counter& tile_bytes =
+      counter(registry, "multitetra_tile_bytes_total", "Payload bytes of requests.").Add({});
+  Family<Counter>& sent =
+      counter(registry, "multitetra_sent_bytes_total", "Bytes of messages and answers sent.");
+  Counter& cache_hits =
+      counter(registry, "multitetra_cache_hits_total", "Tiles that were found in the cache.")
+          .Add({});
+  Counter& cache_misses = counter(registry, "multitetra_cache_misses_total",
+                                  "Tiles that were looked for in the cache in vain.")
+                              .Add({});
+  Gauge& cached_tiles = gauge(registry, "multitetra_cached_tiles", "Tiles in the cache.");
+  Gauge& cache_bytes = gauge(registry, "multitetra_cache_bytes", "Bytes of the cache.");
+  Gauge& waiting_jobs =
+      gauge(registry, "multitetra_queue_depth", "Steps and estimates that wait for a worker.");
+  Gauge& waiting_bytes =
+      gauge(registry, "multitetra_queue_bytes", "Bytes of steps that wait for their clients.");
+  Gauge& datasets = gauge(registry, "multitetra_datasets", "Datasets that are served.");
+  Gauge& draining = gauge(registry, "multitetra_draining", "1 while the server is about to stop.");
+  Gauge& resident = gauge(registry, "process_resident_memory_bytes", "Resident memory.");
+};
+
+PrometheusMetrics::PrometheusMetrics() : families_(std::make_unique<Families>()) {}
+PrometheusMetrics::~PrometheusMetrics() = default;
+
+void PrometheusMetrics::connected(const ClientFacts& client) {
+  families_->connections.Add({{"door", client.door}}).Increment();
+  families_->sessions.Add({{"door", client.door}}).Increment();
+}
+
+void PrometheusMetrics::disconnected(const ClientFacts& client, double) {
+  families_->sessions.Add({{"door", client.door}}).Decrement();
+}
+
+void PrometheusMetrics::refused(const ClientFacts& client, const char* reason) {
+  families_->refused.Add({{"door", client.door}, {"limit", reason}}).Increment();
+}
+
+void PrometheusMetrics::request_began(const ClientFacts&, const char* kind) {
+  families_->running.Add({{"kind", kind}}).Increment();
+}
+
+void PrometheusMetrics::request_ended(const ClientFacts& client, const RequestFacts& facts) {
+  Families& f = *families_;
+  f.running.Add({{"kind", facts.kind}}).Decrement();
+  f.requests
+      .Add({{"door", client.door}, {"kind", facts.kind}, {"outcome", std::string(facts.outcome)}})
+      .Increment();
+  f.tiles.Increment(static_cast<double>(facts.tiles));
+  f.tile_bytes.Increment(static_cast<double>(facts.bytes));
+  if (facts.seconds_to_first_tile) {
+    f.first_tile.Add({{"door", client.door}}, kSeconds).Observe(*facts.seconds_to_first_tile);
+  }
+  if (facts.seconds_to_last_tile && facts.outcome == "complete") {
+    f.last_tile.Add({{"door", client.door}}, kSeconds).Observe(*facts.seconds_to_last_tile);
+  }
+}
+
+void PrometheusMetrics::error_answered(const ClientFacts& client, const Error& error,
+                                       std::uint64_t) {
+  families_->errors.Add({{"door", client.door}, {"code", std::string(name(error.code))}})
+      .Increment();
+}
+
+void PrometheusMetrics::step_made(double seconds) { families_->steps.Observe(seconds); }
+
+void PrometheusMetrics::sent(DoorName door, std::size_t bytes) {
+  families_->sent.Add({{"door", door}}).Increment(static_cast<double>(bytes));
+}
+
+std::string PrometheusMetrics::text(const ServiceState& state) {
+  Families& f = *families_;
+  raise_to(f.cache_hits, state.cache_hits);
+  raise_to(f.cache_misses, state.cache_misses);
+  f.cached_tiles.Set(static_cast<double>(state.cached_tiles));
+  f.cache_bytes.Set(static_cast<double>(state.cache_bytes));
+  f.waiting_jobs.Set(static_cast<double>(state.waiting_jobs));
+  f.waiting_bytes.Set(static_cast<double>(state.waiting_bytes));
+  f.datasets.Set(static_cast<double>(state.datasets));
+  f.draining.Set(state.is_draining ? 1 : 0);
+  f.resident.Set(static_cast<double>(resident_bytes()));
+  return prometheus::TextSerializer().prometheus::Serializer::Serialize(f.registry.Collect());
+}
+
+std::size_t resident_bytes() {
+  std::ifstream statm("/proc/self/statm");
+  std::size_t total = 0;
+  std::size_t resident = 0;
+  statm >> total >> resident;
+  return statm ? resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) : 0;
+}
+
+}  // namespace multitetra

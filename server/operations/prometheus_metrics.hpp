@@ -1,0 +1,53 @@
+// Counts what a service tells about its work, and gives it as Prometheus text.
+//
+// Names begin with multitetra_; server/operations/README.md lists them. Labels are few and chosen
+// by us: nothing that a client says becomes one.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "server/operations/service_observer.hpp"
+
+namespace multitetra {
+
+// What is looked at when somebody reads the metrics.
+struct ServiceState {
+  std::uint64_t cache_hits = 0;
+  std::uint64_t cache_misses = 0;
+  std::size_t cached_tiles = 0;
+  std::size_t cache_bytes = 0;
+  std::size_t waiting_jobs = 0;   // For a worker.
+  std::size_t waiting_bytes = 0;  // Of steps, for their clients.
+  std::size_t datasets = 0;
+  bool is_draining = false;
+};
+
+class PrometheusMetrics : public ServiceObserver {
+ public:
+  PrometheusMetrics();
+  ~PrometheusMetrics() override;
+
+  void connected(const ClientFacts& client) override;
+  void disconnected(const ClientFacts& client, double seconds) override;
+  void refused(const ClientFacts& client, const char* reason) override;
+  void request_began(const ClientFacts& client, const char* kind) override;
+  void request_ended(const ClientFacts& client, const RequestFacts& facts) override;
+  void error_answered(const ClientFacts& client, const Error& error,
+                      std::uint64_t request) override;
+  void step_made(double seconds) override;
+  void sent(DoorName door, std::size_t bytes) override;
+
+  // Text format 0.0.4. The state's counts are told as they are.
+  [[nodiscard]] std::string text(const ServiceState& state);
+
+ private:
+  struct Families;
+  std::unique_ptr<Families> families_;
+};
+
+// Of this process, in bytes; 0 where the system does not say.
+[[nodiscard]] std::size_t resident_bytes();
+
+}  // namespace multitetra

@@ -1,0 +1,106 @@
+// What a service tells about its work, to whoever counts or writes it down. Sessions know this
+// interface only: neither metrics nor the log.
+//
+// What nobody overrides is not told. All calls come from the thread of input and output, and must
+// be quick.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "common/result.hpp"
+
+namespace multitetra {
+
+// Where clients come in: "tcp", "websocket", "http". Always a literal.
+using DoorName = const char*;
+
+// Who asks, as the log names it.
+struct ClientFacts {
+  DoorName door = "tcp";
+  std::uint64_t connection = 0;  // A number that no other connection of this process has.
+  std::string peer = {};         // Address and port.
+  std::string name = {};         // Of the token; empty without.
+};
+
+// A request that was answered, or was not.
+struct RequestFacts {
+  const char* kind = "stream";  // "stream", "estimate", "list"; of HTTP: "isosurface", "tile", ...
+  std::uint64_t request = 0;    // The client's request id.
+  std::string dataset = {};
+  std::optional<double> isovalue = {};
+  std::optional<double> error = {};
+  std::string_view unit = {};  // Of the error: "voxel" or "world".
+  std::uint32_t steps = 0;     // Whole ones.
+  std::uint64_t tiles = 0;
+  std::uint64_t bytes = 0;                           // Of tiles, or of the mesh.
+  std::optional<double> seconds_to_first_tile = {};  // From the request on.
+  std::optional<double> seconds_to_last_tile = {};
+  double seconds = 0;  // Until it ended.
+  // "complete", "cancelled", "superseded", "left" (the client has gone), or the name of an
+  // ErrorCode.
+  std::string_view outcome = "complete";
+};
+
+class ServiceObserver {
+ public:
+  virtual ~ServiceObserver() = default;
+
+  virtual void connected(const ClientFacts&) {}
+  // Every connection that was reported by connected() ends so, once.
+  virtual void disconnected(const ClientFacts&, double /*seconds*/) {}
+  // Somebody was turned away; `limit` is a literal, such as "connections".
+  virtual void refused(const ClientFacts&, const char* /*limit*/) {}
+  // A request's work begins; request_ended() follows.
+  virtual void request_began(const ClientFacts&, const char* /*kind*/) {}
+  virtual void request_ended(const ClientFacts&, const RequestFacts&) {}
+  // An answer that is an error, of a request (by its id) or of the connection (0).
+  virtual void error_answered(const ClientFacts&, const Error&, std::uint64_t /*request*/) {}
+  virtual void step_made(double /*seconds*/) {}  // By a worker.
+  virtual void sent(DoorName, std::size_t /*bytes*/) {}
+};
+
+using ServiceObserverPtr = std::shared_ptr<ServiceObserver>;
+
+// Tells several.
+class ServiceObservers : public ServiceObserver {
+ public:
+  explicit ServiceObservers(std::vector<ServiceObserverPtr> all) : all_(std::move(all)) {}
+
+  void connected(const ClientFacts& client) override {
+    for (const auto& one : all_) one->connected(client);
+  }
+  void disconnected(const ClientFacts& client, double seconds) override {
+    for (const auto& one : all_) one->disconnected(client, seconds);
+  }
+  void refused(const ClientFacts& client, const char* limit) override {
+    for (const auto& one : all_) one->refused(client, limit);
+  }
+  void request_began(const ClientFacts& client, const char* kind) override {
+    for (const auto& one : all_) one->request_began(client, kind);
+  }
+  void request_ended(const ClientFacts& client, const RequestFacts& facts) override {
+    for (const auto& one : all_) one->request_ended(client, facts);
+  }
+  void error_answered(const ClientFacts& client, const Error& error,
+                      std::uint64_t request) override {
+    for (const auto& one : all_) one->error_answered(client, error, request);
+  }
+  void step_made(double seconds) override {
+    for (const auto& one : all_) one->step_made(seconds);
+  }
+  void sent(DoorName door, std::size_t bytes) override {
+    for (const auto& one : all_) one->sent(door, bytes);
+  }
+
+ private:
+  std::vector<ServiceObserverPtr> all_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,103 @@
+#include "server/operations/tls_files.hpp"
+
+#include <array>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include <openssl/err.h>
+#include <openssl/ssl.h>
+#include <openssl/x509.h>
+
+#include "server/operations/exit_codes.hpp"
+
+namespace multitetra {
+namespace {
+
+// Of TLS 1.2; those of 1.3 are all good.
+constexpr const char* kCiphers = "ECDHE+AESGCM:ECDHE+CHACHA20";
+
+ExitError trouble(const std::string& what, const std::filesystem::path& file,
+                  const std::string& why) {
+  ERR_clear_error();
+  return ExitError(kNoSecrets, "The " + what + " " + file.string() + " " + why);
+}
+
+std::string last_reason() {
+  const char* const reason = ERR_reason_error_string(ERR_peek_last_error());
+  return reason == nullptr ? "" : std::string(" (") + reason + ")";
+}
+
+void require_readable(const std::string& what, const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) throw trouble(what, file, "does not exist.");
+  if (std::filesystem::is_directory(file, error) || !std::ifstream(file)) {
+    throw trouble(what, file, "cannot be read; may this user read it?");
+  }
+}
+
+// "http/1.1" if the client offers it. Others go on without: no door speaks anything else anyway.
+int choose_protocol(SSL*, const unsigned char** chosen, unsigned char* size,
+                    const unsigned char* offered, unsigned int offered_size, void*) {
+  static constexpr std::array<unsigned char, 9> kOurs = {8, 'h', 't', 't', 'p', '/', '1', '.', '1'};
+  unsigned char* found = nullptr;
+  const int outcome =
+      SSL_select_next_proto(&found, size, kOurs.data(), kOurs.size(), offered, offered_size);
+  *chosen = found;
+  return outcome == OPENSSL_NPN_NEGOTIATED ? SSL_TLSEXT_ERR_OK : SSL_TLSEXT_ERR_NOACK;
+}
+
+void take_certificate(SSL_CTX* context, const std::filesystem::path& file) {
+  require_readable("certificate", file);
+  if (SSL_CTX_use_certificate_chain_file(context, file.c_str()) != 1) {
+    throw trouble("certificate", file,
+                  "is no certificate in PEM form" + last_reason() +
+                      "; it begins with -----BEGIN CERTIFICATE-----.");
+  }
+  const X509* const own = SSL_CTX_get0_certificate(context);
+  if (X509_cmp_current_time(X509_get0_notAfter(own)) < 0) {
+    throw trouble("certificate", file, "has expired; renew it.");
+  }
+}
+
+void take_key(SSL_CTX* context, const TlsFiles& files) {
+  require_readable("key", files.key);
+  // Without this OpenSSL would ask for a pass phrase on the terminal.
+  SSL_CTX_set_default_passwd_cb(context, [](char*, int, int, void*) { return 0; });
+  if (SSL_CTX_use_PrivateKey_file(context, files.key.c_str(), SSL_FILETYPE_PEM) != 1) {
+    const bool is_of_another =
+        ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_VALUES_MISMATCH ||
+        ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_TYPE_MISMATCH;
+    throw trouble("key", files.key,
+                  is_of_another ? "is not that of the certificate " + files.certificate.string() +
+                                      "; the two are made together."
+                                : "is no private key in PEM form without a pass phrase" +
+                                      last_reason() + ".");
+  }
+  if (SSL_CTX_check_private_key(context) != 1) {
+    throw trouble("key", files.key,
+                  "is not that of the certificate " + files.certificate.string() +
+                      "; the two are made together.");
+  }
+}
+
+}  // namespace
+
+TlsContextPtr load_tls(const TlsFiles& files) {
+  ERR_clear_error();
+  auto tls = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server);
+  SSL_CTX* const context = tls->native_handle();
+  SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION);
+  SSL_CTX_set_cipher_list(context, kCiphers);
+  SSL_CTX_set_options(context, SSL_OP_NO_COMPRESSION | SSL_OP_NO_RENEGOTIATION |
+                                   SSL_OP_CIPHER_SERVER_PREFERENCE | SSL_OP_PRIORITIZE_CHACHA);
+  // Idle connections, of which there may be thousands, keep no buffers.
+  SSL_CTX_set_mode(context, SSL_MODE_RELEASE_BUFFERS);
+  SSL_CTX_set_alpn_select_cb(context, choose_protocol, nullptr);
+  take_certificate(context, files.certificate);
+  take_key(context, files);
+  return tls;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,26 @@
+// A certificate and its key, as files: what a door needs to speak TLS.
+//
+//   TlsContextPtr tls = load_tls({.certificate = "server.pem", .key = "server.key"});
+//   StreamSocket stream(std::move(accepted), tls);
+//
+// TLS 1.2 and 1.3 with forward secrecy, without compression and renegotiation; HTTP/1.1 to those
+// who ask by ALPN. A context never changes: a renewed certificate is another context, for the
+// connections that follow.
+#pragma once
+
+#include <filesystem>
+
+#include "common/stream_socket.hpp"
+
+namespace multitetra {
+
+struct TlsFiles {
+  std::filesystem::path certificate;  // PEM: the server's own, then those that lead to the root.
+  std::filesystem::path key;          // PEM, without a pass phrase.
+};
+
+// Throws ExitError (kNoSecrets) that names the file and says what is wrong: it is missing, no PEM,
+// a key of another certificate, or a certificate that has expired.
+[[nodiscard]] TlsContextPtr load_tls(const TlsFiles& files);
+
+}  // namespace multitetra

@@ -1,0 +1,192 @@
+// A door of another transport in front of a server that speaks frames over TCP: what comes as
+// WebSocket messages or over TLS goes on as frames, and back. A part of a frame that the server
+// cuts off is passed on as a part of a message.
+#pragma once
+
+#include <array>
+#include <fstream>
+#include <thread>
+
+#include "client/trust.hpp"
+#include "common/endpoint.hpp"
+#include "common/frame.hpp"
+#include "common/websocket.hpp"
+#include "tests/dataset/temporary_folder.hpp"
+#include "tests/support/certificate.hpp"
+
+namespace multitetra::testing {
+
+// What the door says to who wants a WebSocket.
+struct DoorManners {
+  std::string subprotocol = std::string(kSubprotocol);  // Empty: none.
+  int status = 101;
+  bool text_messages = false;
+  std::string certificate_names = "DNS:localhost,IP:127.0.0.1";
+};
+
+class TransportDoor {
+ public:
+  TransportDoor(Transport transport, Endpoint server, DoorManners manners = {})
+      : transport_(transport), server_(std::move(server)), manners_(std::move(manners)) {
+    if (at({}).is_secure()) use_certificate();
+    asio::co_spawn(
+        io_, [this] { return accept(); }, asio::detached);
+    thread_ = std::thread([this] { io_.run(); });
+  }
+  ~TransportDoor() {
+    io_.stop();
+    thread_.join();
+  }
+  TransportDoor(const TransportDoor&) = delete;
+  TransportDoor& operator=(const TransportDoor&) = delete;
+
+  [[nodiscard]] Endpoint endpoint() const { return at("127.0.0.1"); }
+  [[nodiscard]] Endpoint at(std::string host) const {
+    Endpoint endpoint{.host = std::move(host), .port = port_, .transport = transport_};
+    if (endpoint.is_web_socket()) endpoint.path = kStreamPath;
+    return endpoint;
+  }
+  // Which believes this door and nobody else.
+  [[nodiscard]] Trust trust() const {
+    return {.ca_file = tls_ ? (folder_.path() / "certificate.pem").string() : ""};
+  }
+
+ private:
+  using error_code = boost::system::error_code;
+
+  struct Visit {
+    Visit(tcp::socket socket, const TlsContextPtr& tls, asio::io_context& io)
+        : client(std::move(socket), tls), server(io) {}
+    void end() {
+      client.close();
+      error_code ignored;
+      server.close(ignored);
+    }
+    StreamSocket client;
+    std::optional<WebSocket> messages;
+    tcp::socket server;
+  };
+  using VisitPtr = std::shared_ptr<Visit>;
+
+  void use_certificate() {
+    const Certificate certificate = make_certificate(manners_.certificate_names);
+    std::ofstream(folder_.path() / "certificate.pem") << certificate.certificate;
+    tls_ = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server);
+    tls_->use_certificate_chain(asio::buffer(certificate.certificate));
+    tls_->use_private_key(asio::buffer(certificate.key), asio::ssl::context::pem);
+  }
+
+  asio::awaitable<void> accept() {
+    for (;;) {
+      auto visit =
+          std::make_shared<Visit>(co_await acceptor_.async_accept(asio::use_awaitable), tls_, io_);
+      asio::co_spawn(
+          io_, [this, visit] { return welcome(visit); }, asio::detached);
+    }
+  }
+
+  asio::awaitable<void> welcome(VisitPtr visit) {
+    error_code error;
+    co_await visit->client.async_handshake(asio::ssl::stream_base::server, use_error(error));
+    if (error) co_return;
+    if (at({}).is_web_socket()) {
+      const bool is_open = co_await open_web_socket(visit);
+      if (!is_open) co_return;
+    }
+    const tcp::endpoint server(asio::ip::make_address(server_.host), server_.port);
+    co_await visit->server.async_connect(server, use_error(error));
+    if (error) co_return;
+    asio::co_spawn(
+        io_, [this, visit] { return pass_requests(visit); }, asio::detached);
+    co_await pass_answers(visit);
+  }
+
+  asio::awaitable<bool> open_web_socket(VisitPtr visit) {
+    beast::flat_buffer buffer;
+    beast::http::request<beast::http::string_body> request;
+    error_code error;
+    co_await beast::http::async_read(visit->client, buffer, request, use_error(error));
+    if (error) co_return false;
+    const auto asked = request[beast::http::field::sec_websocket_protocol];
+    if (manners_.status != 101 ||
+        std::string_view(request.target().data(), request.target().size()) != kStreamPath ||
+        std::string_view(asked.data(), asked.size()) != kSubprotocol) {
+      beast::http::response<beast::http::string_body> refusal(
+          beast::http::int_to_status(
+              manners_.status == 101 ? 404U : static_cast<unsigned>(manners_.status)),
+          11, "Not here.");
+      refusal.prepare_payload();
+      co_await beast::http::async_write(visit->client, refusal, use_error(error));
+      co_return false;
+    }
+    visit->messages.emplace(visit->client);
+    visit->messages->binary(!manners_.text_messages);
+    visit->messages->set_option(
+        websocket::stream_base::decorator([this](websocket::response_type& response) {
+          if (manners_.subprotocol.empty()) return;
+          response.set(beast::http::field::sec_websocket_protocol, manners_.subprotocol);
+        }));
+    co_await visit->messages->async_accept(request, use_error(error));
+    co_return !error;
+  }
+
+  asio::awaitable<void> pass_requests(VisitPtr visit) {
+    std::array<char, 4096> bytes{};
+    for (error_code error; !error;) {
+      std::string content;
+      if (visit->messages) {
+        auto buffer = asio::dynamic_buffer(content);
+        const std::size_t size = co_await visit->messages->async_read(buffer, use_error(error));
+        content = frame_header(static_cast<std::uint32_t>(size)) + content;
+      } else {
+        const std::size_t size =
+            co_await visit->client.async_read_some(asio::buffer(bytes), use_error(error));
+        content.assign(bytes.data(), size);
+      }
+      if (!error)
+        co_await asio::async_write(visit->server, asio::buffer(content), use_error(error));
+    }
+    visit->end();
+  }
+
+  asio::awaitable<void> pass_answers(VisitPtr visit) {
+    FrameReader frames(kMaxServerFrameBytes);
+    std::vector<char> bytes(64 * 1024);
+    error_code error;
+    while (!error) {
+      const std::size_t size =
+          co_await visit->server.async_read_some(asio::buffer(bytes), use_error(error));
+      if (!visit->messages) {
+        error_code client_gone;
+        co_await asio::async_write(visit->client, asio::buffer(bytes, size),
+                                   use_error(client_gone));
+        continue;
+      }
+      frames.feed({bytes.data(), size});
+      for (;;) {
+        const auto content = frames.next();
+        if (!content || !*content) break;
+        error_code client_gone;
+        co_await visit->messages->async_write(asio::buffer(**content), use_error(client_gone));
+      }
+    }
+    if (visit->messages && frames.buffered() > 0) {
+      co_await visit->messages->async_write_some(
+          false, asio::buffer(bytes, std::min<std::size_t>(frames.buffered(), 100)),
+          use_error(error));
+    }
+    visit->end();
+  }
+
+  Transport transport_;
+  Endpoint server_;
+  DoorManners manners_;
+  TemporaryFolder folder_;
+  TlsContextPtr tls_;
+  asio::io_context io_;
+  tcp::acceptor acceptor_{io_, {asio::ip::make_address("127.0.0.1"), 0}};
+  std::uint16_t port_ = acceptor_.local_endpoint().port();
+  std::thread thread_;
+};
+
+}  // namespace multitetra::testing

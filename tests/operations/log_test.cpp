@@ -1,0 +1,95 @@
+#include "server/operations/log.hpp"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+#include <spdlog/spdlog.h>
+#include <nlohmann/json.hpp>
+
+namespace multitetra {
+namespace {
+
+// What comes out on the standard error output meanwhile.
+template <typename Work>
+std::string logged(const LogOptions& options, const Work& work) {
+  ::testing::internal::CaptureStderr();
+  start_log(options);
+  work();
+  spdlog::default_logger_raw()->flush();
+  std::string text = ::testing::internal::GetCapturedStderr();
+  start_log({.level = LogLevel::kOff});
+  return text;
+}
+
+constexpr std::string_view kHostile = "a\nb\x1f\"\\\x01\xff\x7f{}";
+
+TEST(Log, ATextLineHasItsFieldsBehindIt) {
+  const std::string text = logged({}, [] {
+    log_line(LogLevel::kInfo, "stream ended",
+             {{"connection", std::uint64_t{7}},
+              {"dataset", "my head"},
+              {"isovalue", 60.5},
+              {"error", std::nullopt},
+              {"unit", "voxel"}});
+  });
+  EXPECT_TRUE(text.ends_with(
+      " info stream ended connection=7 dataset=\"my head\" isovalue=60.5 unit=voxel\n"))
+      << text;
+}
+
+TEST(Log, AJsonLineIsAnObjectWithItsFields) {
+  const std::string text = logged({.format = LogFormat::kJson}, [] {
+    log_line(LogLevel::kWarning, "stream ended",
+             {{"connection", std::uint64_t{7}},
+              {"dataset", "my head"},
+              {"isovalue", 60.5},
+              {"error", std::nullopt},
+              {"nan", std::numeric_limits<double>::quiet_NaN()}});
+  });
+  const auto line = nlohmann::json::parse(text);
+  EXPECT_EQ(line.at("text"), "stream ended");
+  EXPECT_EQ(line.at("level"), "warning");
+  EXPECT_EQ(line.at("connection"), 7);
+  EXPECT_EQ(line.at("dataset"), "my head");
+  EXPECT_EQ(line.at("isovalue"), 60.5);
+  EXPECT_TRUE(line.at("nan").is_null());
+  EXPECT_FALSE(line.contains("error"));
+  EXPECT_EQ(line.at("time").get<std::string>().size(), 27U);
+}
+
+TEST(Log, BytesFromOutsideStayInsideTheirLine) {
+  for (const LogFormat format : {LogFormat::kText, LogFormat::kJson}) {
+    const std::string text = logged({.format = format}, [] {
+      log_line(LogLevel::kInfo, kHostile, {{"agent", kHostile}});
+      spdlog::info("{}", kHostile);
+    });
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 2) << text;
+    EXPECT_EQ(text.find('\x1f'), std::string::npos);
+    if (format == LogFormat::kText) continue;
+    const auto end = text.find('\n');
+    const auto first = nlohmann::json::parse(text.substr(0, end));
+    EXPECT_EQ(first.at("text"), first.at("agent"));
+    EXPECT_TRUE(nlohmann::json::parse(text.substr(end)).is_object());
+  }
+}
+
+TEST(Log, WhatIsBelowTheLevelIsNotWritten) {
+  const std::string text = logged({.level = LogLevel::kWarning}, [] {
+    EXPECT_FALSE(is_logged(LogLevel::kInfo));
+    EXPECT_TRUE(is_logged(LogLevel::kWarning));
+    log_line(LogLevel::kInfo, "quiet", {});
+    log_line(LogLevel::kError, "loud", {});
+  });
+  EXPECT_EQ(text.find("quiet"), std::string::npos);
+  EXPECT_NE(text.find("error loud\n"), std::string::npos);
+}
+
+TEST(Log, NamesOfFormatsAndLevelsAreKnown) {
+  EXPECT_EQ(log_format_from("json"), LogFormat::kJson);
+  EXPECT_EQ(log_format_from("xml"), std::nullopt);
+  EXPECT_EQ(log_level_from("debug"), LogLevel::kDebug);
+  EXPECT_EQ(log_level_from("loud"), std::nullopt);
+}
+
+}  // namespace
+}  // namespace multitetra
