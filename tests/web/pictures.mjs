@@ -15,7 +15,6 @@ const pictures = {
   viewer: ["#dataset=visible-female-head&isovalue=-300.5", 1120, 720],
   viewer_narrow: ["#dataset=visible-female-head&isovalue=300.5&error=2", 360, 740],
   viewer_light: ["#dataset=gyroid&theme=light&colouring=tiles&error=2&region=ball:32,20,40,16=0", 1120, 720],
-  viewer_4k: ["#dataset=head-phantom&error=2", 3840, 2160],
 };
 
 const installed = createRequire(new URL("../../client/web/package.json", import.meta.url));

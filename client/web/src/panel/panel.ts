@@ -67,7 +67,7 @@ export class Panel {
   setDataset(info: DatasetInfo): void {
     this.info = info;
     const chips = info.suggestedIsovalues.slice(0, 5).map((value) => {
-      const chip = h("button", { type: "button" }, inDigits(value, 5));
+      const chip = h("button", { type: "button" }, inDigits(value));
       chip.addEventListener("click", () => this.change({ isovalue: value }));
       return chip;
     });
