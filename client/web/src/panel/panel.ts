@@ -84,7 +84,7 @@ export class Panel {
   }
 
   private change(change: Partial<Settings>, isDragging = false): void {
-    this.events.dragging(isDragging);
+    if (isDragging) this.events.dragging(true);
     this.settings.set(change);
     if (!isDragging) this.events.dragging(false);
   }
