@@ -41,6 +41,9 @@ struct DatasetInfo {
   std::int32_t grid_exponent = 1;  // The grid has 2^grid_exponent steps a side.
   Histogram histogram;
   std::vector<double> suggested_isovalues;  // Best first.
+  // The same exactly if samples and bins of errors are the same, so that equal requests have equal
+  // answers; 0: not told.
+  std::uint64_t content_id = 0;
 
   friend bool operator==(const DatasetInfo&, const DatasetInfo&) = default;
 };

@@ -77,6 +77,7 @@ void write_dataset(const DatasetInfo& info, v1::DatasetInfo& wire) {
                                                      info.histogram.counts.end());
   wire.mutable_suggested_isovalues()->Assign(info.suggested_isovalues.begin(),
                                              info.suggested_isovalues.end());
+  wire.set_content_id(info.content_id);
 }
 
 DatasetInfo read_dataset(const v1::DatasetInfo& wire, FieldChecks& checks) {
@@ -103,6 +104,7 @@ DatasetInfo read_dataset(const v1::DatasetInfo& wire, FieldChecks& checks) {
     checks.finite("DatasetInfo.suggested_isovalues", value);
     info.suggested_isovalues.push_back(value);
   }
+  info.content_id = wire.content_id();
   return info;
 }
 

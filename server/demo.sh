@@ -30,7 +30,7 @@ bash docker/install.sh "${install_options[@]}" build
 echo "== Building (the first time takes some minutes)"
 build_log=$(mktemp)
 if ! { cmake --preset release && cmake --build --preset release --target multitetra_server_program \
-  multitetra_client_program; } >"$build_log" 2>&1; then
+  multitetra_client_program multitetra_viewer; } >"$build_log" 2>&1; then
   tail -n 40 "$build_log" >&2
   echo "The build failed; the whole log is $build_log." >&2
   exit 1
@@ -63,7 +63,9 @@ for _ in $(seq 100); do
   sleep 0.1
 done
 [ -n "$url" ] || { cat "$log" >&2; echo "The server did not start to listen." >&2; exit 1; }
+page=$("$client" view --http "$(sed -n 's/.*listening on \(http:[^ ]*\).*/\1/p' "$log")" --dataset demo)
 echo "   $url"
+echo "   $page in a browser"
 
 echo "== Fetching an isosurface: coarse first, refined, checked"
 "$client" fetch --server "$url" --dataset demo --error 1 -o "$out/demo.ply" --report "$out/report.json" \
@@ -79,7 +81,9 @@ cat <<EOF
    Every command       $server --help, $client --help
 EOF
 if [ "$serve" = true ]; then
-  echo "   Serving at $url until Ctrl-C. In another terminal:"
+  echo "   Serving until Ctrl-C. Look at it, turn it, drag its isovalue:"
+  echo "                       $page"
+  echo "   or in another terminal:"
   echo "                       $client fetch --server $url --dataset demo --isovalue V -o mesh.ply"
   trap 'kill "$pid" 2>/dev/null || true' INT TERM
   wait "$pid" || true

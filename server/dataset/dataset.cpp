@@ -48,7 +48,8 @@ IsovalueBins bins_of(const std::filesystem::path& file, std::span<const std::byt
 
 DatasetPtr open_dataset(const std::filesystem::path& path) {
   const auto file = std::make_shared<const PreparedFile>(path);
-  const DatasetInfo& info = file->info();
+  DatasetInfo info = file->info();
+  info.content_id = file->content_id();
   const auto width = static_cast<std::size_t>(bytes_per_sample(info.type));
   check_size(path, "coarse", file->coarse(), width * coarse_extent(info).size());
   check_size(path, "ranges", file->ranges(), 2 * width * cell_extent(info).size());

@@ -1,9 +1,12 @@
 #include "server/dataset/prepared_file.hpp"
 
+#include <array>
 #include <new>
+#include <span>
 #include <utility>
 
 #include "server/dataset/byte_source.hpp"
+#include "server/dataset/checksum.hpp"
 
 namespace multitetra {
 namespace {
@@ -43,6 +46,14 @@ PreparedFile::PreparedFile(const std::filesystem::path& path)
     : content_(std::make_shared<const Content>(path, FileSource(path))) {}
 
 const DatasetMetadata& PreparedFile::metadata() const { return content_->structure->metadata; }
+
+std::uint64_t PreparedFile::content_id() const {
+  const PreparedStructure& structure = *content_->structure;
+  const std::array<std::uint64_t, 3> identity = {
+      kPreparedFormatVersion, structure.section(section_names::kSampleChecksums).checksum,
+      structure.section(section_names::kBins).checksum};
+  return checksum(std::as_bytes(std::span(identity)));
+}
 
 // The sources share the ownership of the whole content.
 std::shared_ptr<const PreparedBricks> PreparedFile::samples() const {

@@ -37,6 +37,9 @@ class PreparedFile {
   [[nodiscard]] const DatasetMetadata& metadata() const;
   [[nodiscard]] const DatasetInfo& info() const { return metadata().info; }
 
+  // DatasetInfo::content_id, from checksums: no sample is read.
+  [[nodiscard]] std::uint64_t content_id() const;
+
   // As many bricks as BrickLayout(info().dims) and SpectrumLayout(info()) have.
   [[nodiscard]] std::shared_ptr<const PreparedBricks> samples() const;
   [[nodiscard]] std::shared_ptr<const PreparedBricks> spectrum() const;

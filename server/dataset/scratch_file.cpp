@@ -34,7 +34,7 @@ int open_nameless(const std::filesystem::path& folder) {
 }  // namespace
 
 ScratchFile::ScratchFile(const std::filesystem::path& folder) : descriptor_(open_nameless(folder)) {
-  if (descriptor_ < 0) fail("Cannot create a temporary file beside the dataset");
+  if (descriptor_ < 0) fail("Cannot create a temporary file");
 }
 ScratchFile::~ScratchFile() { ::close(descriptor_); }
 
@@ -49,7 +49,7 @@ void ScratchFile::put_at(std::uint64_t offset, std::span<const std::byte> bytes)
     const ssize_t count =
         ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail("Cannot write to a temporary file beside the dataset");
+    if (count < 0) fail("Cannot write to a temporary file");
     offset += static_cast<std::uint64_t>(count);
     bytes = bytes.subspan(static_cast<std::size_t>(count));
   }
@@ -61,7 +61,7 @@ void ScratchFile::get(std::uint64_t offset, std::span<std::byte> into) const {
         ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
     if (count < 0 && errno == EINTR) continue;
     if (count == 0) errno = EIO;
-    if (count <= 0) fail("Cannot read from a temporary file beside the dataset");
+    if (count <= 0) fail("Cannot read from a temporary file");
     offset += static_cast<std::uint64_t>(count);
     into = into.subspan(static_cast<std::size_t>(count));
   }

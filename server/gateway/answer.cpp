@@ -6,6 +6,8 @@
 #include <boost/beast/http/status.hpp>
 #include <nlohmann/json.hpp>
 
+#include "server/gateway/conditions.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -26,13 +28,48 @@ const std::string& date_now() {
   return text;
 }
 
+int status_of(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::kUnknownDataset:
+      return 404;
+    case ErrorCode::kLimitExceeded:
+      return 422;
+    case ErrorCode::kMalformedFrame:
+    case ErrorCode::kMessageTooLarge:
+    case ErrorCode::kMalformedMessage:
+    case ErrorCode::kUnsupportedVersion:
+    case ErrorCode::kUnexpectedMessage:
+    case ErrorCode::kInvalidArgument:
+      return 400;
+    case ErrorCode::kCancelled:
+    case ErrorCode::kUnavailable:
+      return 503;
+    case ErrorCode::kUnauthenticated:
+      return 401;
+    case ErrorCode::kUnknown:
+    case ErrorCode::kDamagedData:
+    case ErrorCode::kInternal:
+      break;
+  }
+  return 500;
+}
+
 bool may_have_body(int status) { return status >= 200 && status != 204 && status != 304; }
 
 }  // namespace
 
-std::size_t Answer::body_bytes() const {
-  if (const auto* shared = std::get_if<SharedBytes>(&body)) return *shared ? (*shared)->size() : 0;
-  return std::get<std::string>(body).size();
+Body body_of(std::string text) {
+  const std::size_t size = text.size();
+  return {.whole = std::move(text), .first = 0, .length = size};
+}
+
+Body body_of(SharedBytes bytes) {
+  const std::size_t size = bytes->size();
+  return {.whole = std::move(bytes), .first = 0, .length = size};
+}
+
+Body body_of(SharedFile file, std::uint64_t size) {
+  return {.whole = std::move(file), .first = 0, .length = size};
 }
 
 void add_field(Answer& answer, std::string_view name, std::string_view value) {
@@ -40,7 +77,7 @@ void add_field(Answer& answer, std::string_view name, std::string_view value) {
 }
 
 Answer json_answer(int status, std::string json) {
-  Answer answer{.status = status, .body = std::move(json)};
+  Answer answer{.status = status, .fields = {}, .body = body_of(std::move(json))};
   add_field(answer, "Content-Type", "application/json");
   return answer;
 }
@@ -54,6 +91,40 @@ Answer error_answer(int status, const Error& error, std::string_view request_id)
   return answer;
 }
 
+Answer error_answer(const Error& error, std::string_view request_id) {
+  Answer answer = error_answer(status_of(error.code), error, request_id);
+  if (answer.status == 503) add_field(answer, "Retry-After", "1");
+  if (answer.status == 401) add_field(answer, "WWW-Authenticate", "Bearer");
+  return answer;
+}
+
+void meet_conditions(Answer& answer, const HttpRequest& request, std::string_view tag) {
+  add_field(answer, "ETag", tag);
+  if (names_tag(field(request, http::field::if_none_match), tag)) {
+    answer.status = 304;
+    answer.body = {};
+    return;
+  }
+  add_field(answer, "Accept-Ranges", "bytes");
+  if (!answer.is_length_known || request.method() != http::verb::get) return;
+  const std::string of = "/" + std::to_string(answer.body.length);
+  const RangeOutcome outcome =
+      range_of(field(request, http::field::range), field(request, http::field::if_range), tag,
+               answer.body.length);
+  if (const auto* range = std::get_if<ByteRange>(&outcome)) {
+    answer.status = 206;
+    answer.body.first = range->first;
+    answer.body.length = range->length;
+    add_field(answer, "Content-Range",
+              "bytes " + std::to_string(range->first) + "-" +
+                  std::to_string(range->first + range->length - 1) + of);
+  } else if (std::holds_alternative<Unsatisfiable>(outcome)) {
+    answer.status = 416;
+    answer.body = {};
+    add_field(answer, "Content-Range", "bytes *" + of);
+  }
+}
+
 std::string head_of(const Answer& answer, bool keep_alive) {
   const auto reason = boost::beast::http::obsolete_reason(
       boost::beast::http::int_to_status(static_cast<unsigned>(answer.status)));
@@ -62,8 +133,8 @@ std::string head_of(const Answer& answer, bool keep_alive) {
   head.append("HTTP/1.1 ").append(std::to_string(answer.status)).append(" ");
   head.append(reason.data(), reason.size()).append("\r\nServer: multitetra\r\nDate: ");
   head.append(date_now()).append("\r\n");
-  if (may_have_body(answer.status)) {
-    head.append("Content-Length: ").append(std::to_string(answer.body_bytes())).append("\r\n");
+  if (may_have_body(answer.status) && answer.is_length_known) {
+    head.append("Content-Length: ").append(std::to_string(answer.body.length)).append("\r\n");
   }
   if (!keep_alive) head.append("Connection: close\r\n");
   head.append(answer.fields).append("\r\n");

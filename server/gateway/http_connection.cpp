@@ -1,6 +1,8 @@
 #include "server/gateway/http_connection.hpp"
 
+#include <algorithm>
 #include <utility>
+#include <vector>
 
 #include <spdlog/spdlog.h>
 
@@ -49,9 +51,15 @@ void HttpConnection::start(Upgrade on_upgrade, std::function<void()> on_closed) 
       });
 }
 
-void HttpConnection::end(const Error&) {
+void HttpConnection::end(const Error& why) {
   is_ending_ = true;
-  if (!is_answering_) stream_->close();  // Idle, or inside a request that nobody reads any more.
+  if (!is_answering_) {  // Idle, or inside a request that nobody reads any more.
+    stream_->close();
+  } else if (visit_ && visit_->dialogue) {
+    visit_->dialogue->end(why);
+  } else {
+    deadline_.set(options_.linger);
+  }
 }
 
 void HttpConnection::keep_time(Clock::time_point now) {
@@ -73,14 +81,19 @@ asio::awaitable<void> HttpConnection::run() {
   while (auto request = co_await read_request()) {
     is_answering_ = true;
     deadline_.clear();
-    const std::string request_id = service_.new_request_id();
     if (const auto refused = refusal_of(*request)) {
       guest_->keeper().observer().error_answered(guest_->facts(), *refused, 0);
-      co_await write(error_answer(503, *refused, request_id), /*with_body=*/true,
-                     /*keep_alive=*/false);
+      const Answer answer = error_answer(503, *refused, service_.new_request_id());
+      co_await write(answer, /*with_body=*/true, /*keep_alive=*/false);
       break;
     }
-    const Outcome outcome = co_await service_.answer(*request, request_id);
+    const auto visit = std::make_shared<Visit>();
+    visit->guest = guest_;
+    visit->request_id = service_.new_request_id();
+    visit->watch = [this] { watch(); };
+    visit_ = visit;
+    const Outcome outcome = co_await service_.answer(*request, *visit);
+    visit_.reset();
     const auto* answer = std::get_if<Answer>(&outcome);
     if (!answer) {
       upgrade_ = std::move(request);
@@ -88,7 +101,10 @@ asio::awaitable<void> HttpConnection::run() {
     }
     const bool keep_alive = request->keep_alive() && !is_ending_;
     const bool with_body = request->method() != http::verb::head;
-    if (!co_await write(*answer, with_body, keep_alive) || !keep_alive) break;
+    const bool is_written = co_await write(*answer, with_body, keep_alive);
+    if (visit->record && is_written) visit->record->end(visit->outcome);
+    if (!is_written) co_return;
+    if (!keep_alive || is_ending_) break;
     is_answering_ = false;
   }
   co_await hang_up();
@@ -128,19 +144,60 @@ asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
 
 asio::awaitable<bool> HttpConnection::write(const Answer& answer, bool with_body, bool keep_alive) {
   const std::string head = head_of(answer, keep_alive);
+  const Body& body = answer.body;
+  const auto* file = std::get_if<SharedFile>(&body.whole);
   std::array<asio::const_buffer, 2> parts = {asio::buffer(head), asio::const_buffer()};
-  if (with_body) {
-    if (const auto* shared = std::get_if<SharedBytes>(&answer.body)) {
-      if (*shared) parts[1] = asio::buffer(**shared);
-    } else {
-      parts[1] = asio::buffer(std::get<std::string>(answer.body));
-    }
+  if (with_body && !file && body.length > 0) {
+    const auto* shared = std::get_if<SharedBytes>(&body.whole);
+    const std::string& bytes = shared ? **shared : std::get<std::string>(body.whole);
+    parts[1] = asio::buffer(bytes.data() + body.first, body.length);
   }
   deadline_.set(options_.write_timeout);
   error_code error;
   const std::size_t size = co_await asio::async_write(*stream_, parts, use_error(error));
   guest_->keeper().observer().sent("http", size);
-  co_return !error;
+  if (error) co_return false;
+  if (!with_body || !file) co_return true;
+  co_return co_await write_file(**file, body.first, body.length);
+}
+
+asio::awaitable<bool> HttpConnection::write_file(const ScratchFile& file, std::uint64_t first,
+                                                 std::uint64_t length) {
+  constexpr std::uint64_t kPiece = 256 * 1024;
+  std::vector<std::byte> piece(std::min(length, kPiece));
+  while (length > 0) {
+    piece.resize(std::min(length, kPiece));
+    file.get(first, piece);
+    deadline_.set(options_.write_timeout);
+    error_code error;
+    const std::size_t size =
+        co_await asio::async_write(*stream_, asio::buffer(piece), use_error(error));
+    guest_->keeper().observer().sent("http", size);
+    if (error) co_return false;
+    first += piece.size();
+    length -= piece.size();
+  }
+  co_return true;
+}
+
+void HttpConnection::watch() {
+  if (std::exchange(is_watching_, true)) return;
+  stream_->socket().async_wait(tcp::socket::wait_read,
+                               [self = shared_from_this()](error_code error) {
+                                 self->is_watching_ = false;
+                                 if (self->visit_ && (error || self->has_hung_up()))
+                                   self->visit_->leave();
+                               });
+}
+
+// Something can be read: the next request, or the end.
+bool HttpConnection::has_hung_up() {
+  char byte = 0;
+  error_code error;
+  stream_->socket().non_blocking(true, error);
+  const std::size_t size =
+      stream_->socket().receive(asio::buffer(&byte, 1), tcp::socket::message_peek, error);
+  return error != asio::error::would_block && (error || size == 0);
 }
 
 // What the client still sends is read and dropped for a moment: closing with unread bytes would

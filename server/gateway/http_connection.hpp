@@ -38,7 +38,12 @@ class HttpConnection : public Visitor, public std::enable_shared_from_this<HttpC
   // Why this request is not answered; nullopt when it is.
   [[nodiscard]] std::optional<Error> refusal_of(const HttpRequest& request);
   asio::awaitable<bool> write(const Answer& answer, bool with_body, bool keep_alive);
+  asio::awaitable<bool> write_file(const ScratchFile& file, std::uint64_t first,
+                                   std::uint64_t length);
   asio::awaitable<void> hang_up();
+  // Leaves the visit when the client hangs up while its request is answered.
+  void watch();
+  [[nodiscard]] bool has_hung_up();
 
   std::unique_ptr<StreamSocket> stream_;
   GuestPtr guest_;
@@ -49,6 +54,8 @@ class HttpConnection : public Visitor, public std::enable_shared_from_this<HttpC
   Upgrade on_upgrade_;
   std::function<void()> on_closed_;
   RequestReader requests_;
+  std::shared_ptr<Visit> visit_;  // While a request is answered.
+  bool is_watching_ = false;
   bool is_answering_ = false;
   bool is_ending_ = false;
   Deadline deadline_;

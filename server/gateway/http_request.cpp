@@ -2,8 +2,6 @@
 
 #include <utility>
 
-#include "common/net.hpp"
-
 namespace multitetra {
 
 using boost::system::error_code;
@@ -34,7 +32,7 @@ tl::expected<std::optional<HttpRequest>, BrokenRequest> RequestReader::next() {
   error_code error;
   while (!parser_->is_header_done() && consumed_ < buffer_.size()) {
     const std::string_view left = rest();
-    consumed_ += parser_->put(asio::buffer(left.data(), left.size()), error);
+    consumed_ += parser_->put(boost::asio::const_buffer(left.data(), left.size()), error);
     if (error) break;
   }
   const bool is_too_long = error == http::error::header_limit ||

@@ -1,22 +1,63 @@
 #include "server/gateway/http_service.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <random>
+#include <span>
+#include <utility>
 
-#include "common/websocket.hpp"
+#include "common/json_report.hpp"
+#include "server/dataset/checksum.hpp"
+#include "server/gateway/openapi.hpp"
 #include "server/gateway/origin.hpp"
+#include "server/gateway/upgrade.hpp"
 
 namespace multitetra {
 namespace {
 
-bool asks_for_subprotocol(const HttpRequest& request) {
-  const auto offered = request.equal_range(http::field::sec_websocket_protocol);
-  for (auto line = offered.first; line != offered.second; ++line) {
-    http::token_list names(line->value());
-    if (names.exists(beast::string_view(kSubprotocol.data(), kSubprotocol.size()))) return true;
+constexpr std::string_view kMethods = "GET, HEAD, OPTIONS";
+
+std::string_view bearer_token(const HttpRequest& request) {
+  constexpr std::string_view kScheme = "Bearer ";
+  const std::string_view said = field(request, http::field::authorization);
+  if (said.size() < kScheme.size() ||
+      !boost::beast::iequals({said.data(), kScheme.size()}, {kScheme.data(), kScheme.size()}))
+    return {};
+  return said.substr(kScheme.size());
+}
+
+Answer not_offered(std::string_view what, std::string_view request_id) {
+  return error_answer(
+      404, {ErrorCode::kInvalidArgument, "This server offers no " + std::string(what) + "."},
+      request_id);
+}
+
+std::string content_tag(std::string_view content) {
+  std::array<char, 24> text{};
+  std::snprintf(text.data(), text.size(), "\"%016llx\"",
+                static_cast<unsigned long long>(
+                    checksum(std::as_bytes(std::span(content.data(), content.size())))));
+  return text.data();
+}
+
+// JSON that is asked for again and again, and changes seldom.
+Answer document(std::string json, const HttpRequest& request) {
+  const std::string tag = content_tag(json);
+  Answer answer = json_answer(200, std::move(json));
+  add_field(answer, "Cache-Control", "no-cache");
+  meet_conditions(answer, request, tag);
+  return answer;
+}
+
+// The list goes without histograms: they are in each dataset's own description.
+std::string listing(const std::vector<DatasetInfo>& infos) {
+  Json list = Json::array();
+  for (const DatasetInfo& info : infos) {
+    list.push_back(json_of(info));
+    list.back().erase("histogram");
   }
-  return false;
+  return text_of({{"datasets", std::move(list)}});
 }
 
 }  // namespace
@@ -24,6 +65,7 @@ bool asks_for_subprotocol(const HttpRequest& request) {
 HttpService::HttpService(const House& house, const HttpOptions& options)
     : house_(house),
       options_(options),
+      surfaces_(options),
       next_request_((std::uint64_t{std::random_device{}()} << 32) | 1) {}
 
 std::string HttpService::new_request_id() {
@@ -33,40 +75,126 @@ std::string HttpService::new_request_id() {
   return text.data();
 }
 
-Outcome HttpService::upgrade(const HttpRequest& request, std::string_view request_id) const {
-  const auto refuse = [&](int status, ErrorCode code, std::string text) {
-    return error_answer(status, {code, std::move(text)}, request_id);
-  };
-  if (!websocket::is_upgrade(request)) {
-    Answer answer = refuse(426, ErrorCode::kUnexpectedMessage,
-                           "This is the door for WebSockets (RFC 6455) of " +
-                               std::string(kSubprotocol) + "; ask for an upgrade.");
-    add_field(answer, "Upgrade", "websocket");
-    return answer;
+asio::awaitable<Outcome> HttpService::answer(const HttpRequest& request, Visit& visit) {
+  Outcome outcome = co_await routed(request, visit);
+  if (auto* answer = std::get_if<Answer>(&outcome)) {
+    add_field(*answer, "X-Request-Id", visit.request_id);
+    answer->fields +=
+        cross_origin_fields(field(request, http::field::origin), field(request, http::field::host),
+                            options_.allowed_origins, request.method() == http::verb::options);
   }
-  if (!asks_for_subprotocol(request)) {
-    return refuse(400, ErrorCode::kUnsupportedVersion,
-                  "A WebSocket here speaks the subprotocol " + std::string(kSubprotocol) +
-                      "; name it in Sec-WebSocket-Protocol.");
-  }
-  if (!is_allowed_origin(field(request, http::field::origin), field(request, http::field::host),
-                         options_.allowed_origins)) {
-    return refuse(403, ErrorCode::kInvalidArgument,
-                  "Pages of another origin may not open a WebSocket here; the server names those "
-                  "that may with --allow-origin.");
-  }
-  return UpgradeToWebSocket{};
+  co_return outcome;
 }
 
-asio::awaitable<Outcome> HttpService::answer(const HttpRequest& request,
-                                             std::string_view request_id) {
-  const std::string_view target = view_of(request.target());
-  const std::string_view path = target.substr(0, target.find('?'));
-  if (path == kStreamPath) co_return upgrade(request, request_id);
-  if (path == "/livez") co_return json_answer(200, "{\"status\":\"ok\"}\n");
-  co_return error_answer(
-      404, {ErrorCode::kInvalidArgument, "There is nothing at \"" + std::string(path) + "\"."},
-      request_id);
+asio::awaitable<Outcome> HttpService::routed(const HttpRequest& request, Visit& visit) {
+  const auto target = parse_target(view_of(request.target()));
+  const auto route = target ? route_of(*target) : Result<Route>(tl::unexpected(target.error()));
+  if (!route) co_return error_answer(route.error(), visit.request_id);
+  if (request.method() == http::verb::options) {
+    Answer answer{.status = 204};
+    add_field(answer, "Allow", kMethods);
+    co_return answer;
+  }
+  if (request.method() != http::verb::get && request.method() != http::verb::head) {
+    Answer answer = error_answer(
+        405,
+        {ErrorCode::kInvalidArgument, "The method here is GET or HEAD, not " +
+                                          std::string(view_of(request.method_string())) + "."},
+        visit.request_id);
+    add_field(answer, "Allow", kMethods);
+    co_return answer;
+  }
+  const Question asked = {.request = request, .target = *target, .visit = visit};
+  if (std::holds_alternative<WebSocketStream>(*route)) {
+    auto objection = upgrade_objection(request, options_.allowed_origins, visit.request_id);
+    if (objection) co_return *std::move(objection);
+    co_return UpgradeToWebSocket{};
+  }
+  if (const auto* tile = std::get_if<TileBytes>(&*route)) co_return answer_to(*tile, asked);
+  if (const auto* file = std::get_if<ViewerFile>(&*route)) co_return answer_to(*file, asked);
+  if (std::holds_alternative<Liveness>(*route)) co_return answer_to(Liveness{}, asked);
+  if (std::holds_alternative<Readiness>(*route)) co_return answer_to(Readiness{}, asked);
+  if (std::holds_alternative<Metrics>(*route)) co_return answer_to(Metrics{}, asked);
+  if (std::holds_alternative<Description>(*route)) co_return answer_to(Description{}, asked);
+  co_return co_await inquired(*route, asked);
+}
+
+asio::awaitable<Answer> HttpService::inquired(const Route& route, Question asked) {
+  const std::string& id = asked.visit.request_id;
+  Inquiry inquiry(house_.new_dialogue(asked.visit.guest), asked.visit);
+  const auto welcome = co_await inquiry.greet(std::string(bearer_token(asked.request)));
+  if (!welcome) co_return error_answer(welcome.error(), id);
+  if (const auto* surface = std::get_if<SurfaceFile>(&route)) {
+    co_return co_await surfaces_.answer(surface->dataset, asked.target, asked.request, inquiry,
+                                        asked.visit);
+  }
+  const auto infos = co_await inquiry.datasets();
+  if (!infos) co_return error_answer(infos.error(), id);
+  const auto* one = std::get_if<DatasetDescription>(&route);
+  if (!one) co_return document(listing(*infos), asked.request);
+  const auto info = std::find_if(infos->begin(), infos->end(), [&](const DatasetInfo& candidate) {
+    return candidate.name == one->dataset;
+  });
+  if (info != infos->end()) co_return document(text_of(json_of(*info)), asked.request);
+  co_return error_answer({ErrorCode::kUnknownDataset, "No dataset is named \"" + one->dataset +
+                                                          "\"; /v1/datasets tells those that are."},
+                         id);
+}
+
+Answer HttpService::answer_to(const Liveness&, const Question&) const {
+  Answer answer = json_answer(200, "{\"status\":\"ok\"}\n");
+  add_field(answer, "Cache-Control", "no-store");
+  return answer;
+}
+
+Answer HttpService::answer_to(const Readiness&, const Question& asked) const {
+  if (const auto refusal = house_.keeper.refusal_of_work()) {
+    return error_answer(*refusal, asked.visit.request_id);
+  }
+  if (!options_.hooks.is_ready || options_.hooks.is_ready()) return answer_to(Liveness{}, asked);
+  return error_answer({ErrorCode::kUnavailable, "The server takes no new work now."},
+                      asked.visit.request_id);
+}
+
+Answer HttpService::answer_to(const Metrics&, const Question& asked) const {
+  if (!house_.metrics) return not_offered("metrics", asked.visit.request_id);
+  Answer answer{.body = body_of(house_.metrics())};
+  add_field(answer, "Content-Type", "text/plain; version=0.0.4; charset=utf-8");
+  add_field(answer, "Cache-Control", "no-store");
+  return answer;
+}
+
+Answer HttpService::answer_to(const Description&, const Question& asked) const {
+  return document(std::string(kOpenApi), asked.request);
+}
+
+Answer HttpService::answer_to(const TileBytes& tile, const Question& asked) const {
+  const HttpHooks& hooks = options_.hooks;
+  if (!hooks.find_tile) return not_offered("tiles by their digest", asked.visit.request_id);
+  const AccessListPtr& access = house_.keeper.access();
+  if (access) {
+    const auto rights = access->rights_of(bearer_token(asked.request));
+    if (!rights) return error_answer(rights.error(), asked.visit.request_id);
+  }
+  const auto found = hooks.find_tile(tile.digest);
+  if (!found) {
+    return error_answer(404,
+                        {ErrorCode::kInvalidArgument,
+                         "The server does not hold this tile any more, or never had it; a stream "
+                         "brings it."},
+                        asked.visit.request_id);
+  }
+  Answer answer{.body = body_of(found->payload)};
+  add_field(answer, "Content-Type", media_type(MeshFormat::kDrc));
+  add_field(
+      answer, "Cache-Control",
+      access ? "private, max-age=31536000, immutable" : "public, max-age=31536000, immutable");
+  meet_conditions(answer, asked.request, '"' + tile.digest.hex() + '"');
+  return answer;
+}
+
+Answer HttpService::answer_to(const ViewerFile& file, const Question& asked) const {
+  return viewer_answer(*options_.viewer, file.path, asked.request, asked.visit.request_id);
 }
 
 }  // namespace multitetra

@@ -38,4 +38,23 @@ bool is_allowed_origin(std::string_view origin, std::string_view host,
   return false;
 }
 
+std::string cross_origin_fields(std::string_view origin, std::string_view host,
+                                const std::vector<std::string>& allowed, bool is_preflight) {
+  if (allowed.empty()) return {};
+  std::string fields = "Vary: Origin\r\n";
+  if (origin.empty() || !is_allowed_origin(origin, host, allowed)) return fields;
+  fields.append("Access-Control-Allow-Origin: ").append(origin);
+  fields +=
+      "\r\nAccess-Control-Expose-Headers: ETag, Content-Range, X-Request-Id, "
+      "Multitetra-Triangles, Multitetra-Vertices, Multitetra-Euler-Characteristic, "
+      "Multitetra-Components, Multitetra-Error-Bound, Multitetra-Content-Digest\r\n";
+  if (is_preflight) {
+    fields +=
+        "Access-Control-Allow-Methods: GET, HEAD, OPTIONS\r\n"
+        "Access-Control-Allow-Headers: Authorization, If-None-Match, If-Range, Range\r\n"
+        "Access-Control-Max-Age: 86400\r\n";
+  }
+  return fields;
+}
+
 }  // namespace multitetra

@@ -13,4 +13,10 @@ namespace multitetra {
 [[nodiscard]] bool is_allowed_origin(std::string_view origin, std::string_view host,
                                      const std::vector<std::string>& allowed);
 
+// The header fields (CORS) by which the browser lets a page of `origin` read an answer; empty where
+// it may not, or where there is nothing to say. For "OPTIONS", also what such a page may send.
+[[nodiscard]] std::string cross_origin_fields(std::string_view origin, std::string_view host,
+                                              const std::vector<std::string>& allowed,
+                                              bool is_preflight);
+
 }  // namespace multitetra

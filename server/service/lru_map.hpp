@@ -29,6 +29,17 @@ class LruMap {
     return &found->second->value;
   }
 
+  // The entry of the least key that is not less than `key` and that is
+  // wanted(key), looked for as long as goes_on(key). Null when there is none. Counts as a use.
+  template <typename GoesOn, typename Wanted>
+  [[nodiscard]] const Value* find_from(const Key& key, const GoesOn& goes_on,
+                                       const Wanted& wanted) {
+    for (auto at = entries_.lower_bound(key); at != entries_.end() && goes_on(at->first); ++at) {
+      if (wanted(at->first)) return find(at->first);
+    }
+    return nullptr;
+  }
+
   // Replaces an entry of that key. What is heavier than the whole map is not kept.
   void add(const Key& key, Value value, std::size_t weight) {
     if (const auto found = entries_.find(key); found != entries_.end()) remove(found->second);

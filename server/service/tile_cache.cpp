@@ -1,4 +1,5 @@
 #include "server/service/tile_cache.hpp"
+#include <limits>
 
 namespace multitetra {
 namespace {
@@ -11,6 +12,18 @@ constexpr std::size_t kOverhead = 2 * sizeof(TileKey) + sizeof(EncodedTile) + 12
 std::optional<EncodedTile> TileCache::find(const TileKey& key) {
   const std::lock_guard lock(mutex_);
   const EncodedTile* const found = tiles_.find(key);
+  ++(found != nullptr ? hits_ : misses_);
+  if (found == nullptr) return std::nullopt;
+  return *found;
+}
+
+std::optional<EncodedTile> TileCache::find_plain(const ContentDigest& digest) {
+  constexpr std::int32_t kLeast = std::numeric_limits<std::int32_t>::min();
+  const TileKey first = {.digest = digest, .cube = {kLeast, kLeast, kLeast, kLeast}};
+  const std::lock_guard lock(mutex_);
+  const EncodedTile* const found = tiles_.find_from(
+      first, [&](const TileKey& key) { return key.digest == digest; },
+      [](const TileKey& key) { return key.appearance == 0; });
   ++(found != nullptr ? hits_ : misses_);
   if (found == nullptr) return std::nullopt;
   return *found;

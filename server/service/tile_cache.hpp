@@ -36,6 +36,8 @@ class TileCache {
   explicit TileCache(std::size_t capacity) : tiles_(capacity) {}
 
   [[nodiscard]] std::optional<EncodedTile> find(const TileKey& key);
+  // Any tile of those triangles, without normals.
+  [[nodiscard]] std::optional<EncodedTile> find_plain(const ContentDigest& digest);
   void add(const TileKey& key, const EncodedTile& tile);
   [[nodiscard]] Counts counts() const;
 

@@ -13,7 +13,7 @@ cmake --build "$build"
 "$build/bin/write_seeds" "$build/seeds"
 mkdir -p "$build/findings"
 for harness in fuzz_dataset_file fuzz_frame fuzz_client_message fuzz_server_message fuzz_tile \
-  fuzz_tile_round_trip; do
+  fuzz_tile_round_trip fuzz_http_request; do
   mkdir -p "$build/corpus/$harness"
   echo "== $harness, $seconds s"
   if ! "$build/bin/$harness" -max_total_time="$seconds" -max_len=16384 -timeout=10 \

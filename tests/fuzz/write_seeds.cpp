@@ -77,6 +77,17 @@ int main(int argc, char** argv) {
   const std::string dataset{std::istreambuf_iterator<char>(golden), {}};
   write(root / "fuzz_dataset_file", ++number, input_of_bytes(dataset));
   write(root / "fuzz_dataset_file", ++number, input_of_sections(dataset));
+  for (const char* request :
+       {"GET /v1/datasets/a%20b/isosurface?isovalue=-3e2&error=0.5&unit=world&bound=paper&"
+        "topology_rule=exact&topology_tolerance=1&lattice=4&region=box:0,0,0,1,1,1=0.5&"
+        "region_unit=index&view=eye=1,2,3,fov=40,height=1080,pixels=1&combine=minimum&"
+        "max_triangles=10&max_bytes=20&normals=8&coordinates=index&format=glb HTTP/1.1\r\n"
+        "Host: a\r\nAccept: model/*;q=0.5, */*\r\nIf-None-Match: W/\"1\", \"2\"\r\n\r\n",
+        "HEAD /v1/tiles/00112233445566778899aabbccddeeff HTTP/1.1\r\nHost: a\r\n"
+        "Range: bytes=1-2\r\nIf-Range: \"1\"\r\nOrigin: https://a.example\r\n\r\n"
+        "GET / HTTP/1.0\r\n\r\n"}) {
+    write(root / "fuzz_http_request", ++number, request);
+  }
   std::string triangles(1 + 3 * 60, '\0');
   for (char& byte : triangles) byte = static_cast<char>(random());
   write(root / "fuzz_tile_round_trip", ++number, triangles);

@@ -2,10 +2,13 @@
 // clients that speak HTTP and WebSocket to it, blocking.
 #pragma once
 
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
@@ -47,6 +50,35 @@ class RunningGateway {
 
   Server server_;
   std::thread thread_;
+};
+
+// A tokens file: who shows which token may see which datasets.
+class TokensFile {
+ public:
+  struct Line {
+    std::string name;
+    std::string token;  // Empty: clients without one.
+    std::string datasets;
+  };
+  TokensFile(const std::filesystem::path& folder, const std::vector<Line>& lines)
+      : path_(folder / "tokens") {
+    std::ofstream file(path_);
+    for (const Line& line : lines) {
+      file << line.name << ' ';
+      if (line.token.empty()) file << "none";
+      for (const unsigned char byte : digest_of_token(line.token)) {
+        static constexpr const char* kDigits = "0123456789abcdef";
+        if (!line.token.empty()) file << kDigits[byte >> 4] << kDigits[byte & 15];
+      }
+      file << ' ' << line.datasets << '\n';
+    }
+    file.close();
+    std::filesystem::permissions(path_, std::filesystem::perms::owner_read);
+  }
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
 };
 
 // A connection over which tests say what they like.

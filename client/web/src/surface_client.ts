@@ -10,9 +10,9 @@ import { dataBorder, latticeToWorld, voxelLength } from "./stream/dataset";
 import { Link } from "./stream/link";
 import { isosurfaceRequest, type View } from "./stream/request";
 import { hex } from "./mesh/content_digest";
-import { type DatasetInfo, ErrorMeasure, type ServerKind } from "./protocol/messages";
+import { type DatasetInfo, ErrorCode, ErrorMeasure, type ServerKind } from "./protocol/messages";
 import type { Surface } from "./scene/surface";
-import { noProgress, type Progress, type StepFacts } from "./state/progress";
+import { noProgress, noTrouble, type Progress, type StepFacts } from "./state/progress";
 import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
 import type { TilePool } from "./workers/tile_pool";
@@ -44,7 +44,7 @@ export class SurfaceClient {
 
   constructor(
     address: string,
-    token: string,
+    token: () => string,
     private readonly pool: TilePool,
     private readonly surface: Surface,
     private readonly onShown: (shown: ShownSurface, isFirstOfDataset: boolean) => void,
@@ -65,6 +65,8 @@ export class SurfaceClient {
   }
 
   connect(): void {
+    this.conversation.tryAgain();
+    this.progress.set({ trouble: null });
     this.link.connect();
   }
 
@@ -119,7 +121,13 @@ export class SurfaceClient {
         this.begin(effect.stream);
         break;
       case "trouble":
-        this.progress.set({ trouble: { text: effect.text, isFatal: effect.isFatal } });
+        this.progress.set({
+          trouble: {
+            text: effect.text,
+            isFatal: effect.isFatal,
+            needsToken: effect.code === ErrorCode.UNAUTHENTICATED,
+          },
+        });
         break;
       case "stream":
         if (effect.stream === this.stream) this.performOfStream(effect);
@@ -171,7 +179,7 @@ export class SurfaceClient {
         break;
       case "refused":
       case "failed":
-        progress.set({ isStreaming: false, trouble: { text: effect.text, isFatal: false } });
+        progress.set({ isStreaming: false, trouble: { ...noTrouble, text: effect.text } });
         this.goOn();
         break;
     }

@@ -27,7 +27,7 @@ export class Thumbnails {
 
   constructor(
     private readonly address: string,
-    private readonly token: string,
+    private readonly token: () => string,
     private readonly pool: TilePool,
     private readonly renderer: THREE.WebGLRenderer,
     private readonly made: (name: string, picture: string) => void,

@@ -1,0 +1,37 @@
+// Conditional requests and ranges (RFC 9110, sections 13 and 14), as far as they concern content
+// that never changes under its entity tag. Pure.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+namespace multitetra {
+
+// Whether If-None-Match names the tag, `"..."` with its quotes; weak ones count, and "*" names all.
+[[nodiscard]] bool names_tag(std::string_view if_none_match, std::string_view tag);
+
+// Bytes of the whole: `length` from `first` on.
+struct ByteRange {
+  std::uint64_t first = 0;
+  std::uint64_t length = 0;
+
+  friend bool operator==(const ByteRange&, const ByteRange&) = default;
+};
+struct Unsatisfiable {
+  friend bool operator==(const Unsatisfiable&, const Unsatisfiable&) = default;
+};
+struct Everything {
+  friend bool operator==(const Everything&, const Everything&) = default;
+};
+using RangeOutcome = std::variant<Everything, ByteRange, Unsatisfiable>;
+
+// What a Range field asks for of content of `size` bytes with `tag`. One range is met; a field that
+// is absent, not understood or names several is passed over, and so is one whose If-Range names
+// another tag.
+[[nodiscard]] RangeOutcome range_of(std::string_view range, std::string_view if_range,
+                                    std::string_view tag, std::uint64_t size);
+
+}  // namespace multitetra

@@ -1,0 +1,33 @@
+// A query as a request for an isosurface: the words of the command line's options. Pure.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/dataset_info.hpp"
+#include "common/isosurface_request.hpp"
+#include "common/mesh_files.hpp"
+#include "common/result.hpp"
+
+namespace multitetra {
+
+struct SurfaceQuery {
+  std::optional<double> isovalue;    // None: the dataset's first suggestion.
+  IsosurfaceRequest request;         // Without its isovalue.
+  bool is_in_world = true;           // The mesh's coordinates; else sample indices.
+  std::optional<MeshFormat> format;  // None: what the client accepts.
+};
+
+// isovalue, error, unit, bound, topology_rule, topology_tolerance, lattice, region (repeatable),
+// region_unit, view, combine, max_triangles, max_bytes, normals, coordinates, format.
+// kInvalidArgument, naming the parameter, when one is unknown, said twice or not understood.
+[[nodiscard]] Result<SurfaceQuery> parse_surface_query(
+    const std::vector<std::pair<std::string, std::string>>& query);
+
+// The request for a dataset, checked as one that came over the wire.
+[[nodiscard]] Result<IsosurfaceRequest> request_for(const SurfaceQuery& query,
+                                                    const DatasetInfo& info);
+
+}  // namespace multitetra

@@ -1,0 +1,50 @@
+// Isosurfaces as files over HTTP: one mesh in one response.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "server/gateway/answer.hpp"
+#include "server/gateway/http_options.hpp"
+#include "server/gateway/mesh_response.hpp"
+#include "server/gateway/surface_query.hpp"
+#include "server/gateway/target.hpp"
+#include "server/gateway/visit.hpp"
+#include "server/service/lru_map.hpp"
+
+namespace multitetra {
+
+class SurfaceService {
+ public:
+  // The options outlive the service.
+  explicit SurfaceService(const HttpOptions& options);
+
+  // `inquiry` is greeted. Makes nothing for HEAD, nor where the client has it already.
+  [[nodiscard]] asio::awaitable<Answer> answer(const std::string& dataset, const Target& target,
+                                               const HttpRequest& request, Inquiry& inquiry,
+                                               Visit& visit);
+
+ private:
+  // What was asked for, in all that the file is a function of.
+  struct Wanted {
+    DatasetInfo info;
+    IsosurfaceRequest request;
+    MeshForm form;
+    bool is_format_negotiated = false;
+    std::string key;  // The same exactly for the same file.
+    std::string tag;  // In quotes; empty where the dataset does not tell its content.
+  };
+  [[nodiscard]] asio::awaitable<Result<Wanted>> wanted(const std::string& dataset,
+                                                       const Target& target,
+                                                       const HttpRequest& request,
+                                                       Inquiry& inquiry);
+  [[nodiscard]] asio::awaitable<Result<StoredMesh>> make(const Wanted& wanted, Inquiry& inquiry,
+                                                         Visit& visit);
+
+  const HttpOptions& options_;
+  LruMap<std::string, StoredMesh> meshes_;
+  asio::thread_pool assembling_{1};  // One mesh at a time: each takes much memory.
+};
+
+}  // namespace multitetra

@@ -1,0 +1,34 @@
+// One HTTP request while it is answered.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <string_view>
+
+#include "server/operations/doorkeeper.hpp"
+#include "server/service/dialogue.hpp"
+
+namespace multitetra {
+
+struct Visit {
+  GuestPtr guest = nullptr;
+  std::string request_id = {};
+  // The conversation that the answer comes from, while there is one.
+  DialoguePtr dialogue = nullptr;
+  std::stop_source stop{std::nostopstate};  // Of work on other threads, where there is some.
+  // What is told of it in the log and counted, and its outcome there; null for what is quick.
+  std::unique_ptr<RequestRecord> record = nullptr;
+  std::string_view outcome = "complete";
+  // Called before what may take long: from then on the client is watched for hanging up.
+  std::function<void()> watch = {};
+
+  // The client is gone: what is done for it ends soon.
+  void leave() {
+    stop.request_stop();
+    if (dialogue) dialogue->leave();
+  }
+};
+
+}  // namespace multitetra

@@ -1,0 +1,100 @@
+// Servers behind a relay: which are there, what they offer, and who is asked for what.
+//
+// One thread: everything runs on the executor.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/endpoint.hpp"
+#include "common/net.hpp"
+#include "server/relay/upstream_link.hpp"
+#include "server/service/dataset_catalogue.hpp"
+#include "server/service/tile_cache.hpp"
+
+namespace multitetra {
+
+struct RelayOptions {
+  std::vector<Endpoint> upstreams = {};
+  std::chrono::milliseconds connect_timeout{3'000};  // Until Welcome.
+  std::chrono::milliseconds patience{30'000};     // Without a server for a stream, before it fails.
+  std::chrono::milliseconds least_backoff{100};   // Before a server that failed is tried again,
+  std::chrono::milliseconds most_backoff{5'000};  // doubled each time up to this.
+  std::chrono::milliseconds list_lifetime{2'000};   // How long what servers offer is believed.
+  std::size_t tile_bytes = std::size_t{256} << 20;  // Of tiles that passed and are kept.
+};
+
+// A dataset as several servers offer it. It makes nothing here.
+class RelayedDataset : public StepSource {
+ public:
+  explicit RelayedDataset(DatasetInfo info) : info_(std::move(info)) {}
+
+  [[nodiscard]] const DatasetInfo& info() const override { return info_; }
+  [[nodiscard]] EncodedStep make(const StepRequest& step, std::stop_token stop) const override;
+  [[nodiscard]] StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
+
+  std::vector<std::size_t> holders =
+      {};  // Upstreams that have exactly this one, first to ask first.
+
+ private:
+  DatasetInfo info_;
+};
+
+class Relay {
+ public:
+  Relay(asio::any_io_executor executor, RelayOptions options);
+
+  // What the servers that can be reached offer to the bearer of the token: of datasets with the
+  // same name that differ, that of the first server. An error when none can be reached, or all
+  // refuse the token.
+  [[nodiscard]] asio::awaitable<Result<CataloguePtr>> catalogue(std::string token);
+
+  // A link to the first of `holders` that can be reached; waits as long as patience allows.
+  struct Reached {
+    LinkPtr link;
+    std::size_t upstream = 0;
+  };
+  [[nodiscard]] asio::awaitable<Result<Reached>> reach(std::vector<std::size_t> holders,
+                                                       std::string token);
+  // The link to it was lost: others are preferred for a moment.
+  void lost(std::size_t upstream);
+
+  // Whether a server could be reached when it was last tried.
+  [[nodiscard]] bool is_ready() const;
+  // Tries servers that cannot be reached, again and again until stop().
+  [[nodiscard]] asio::awaitable<void> look_after_upstreams();
+  void stop();
+  [[nodiscard]] TileCache& tiles() { return tiles_; }
+  [[nodiscard]] const RelayOptions& options() const { return options_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Upstream {
+    std::string name;
+    std::chrono::milliseconds backoff{0};  // 0: it could be reached when it was last tried.
+    Clock::time_point not_before = {};
+  };
+  struct Offer {
+    Clock::time_point at = {};
+    CataloguePtr catalogue;
+  };
+
+  [[nodiscard]] asio::awaitable<Result<LinkPtr>> link_to(std::size_t upstream, std::string token);
+  [[nodiscard]] asio::awaitable<Result<std::vector<DatasetInfo>>> list_of(std::size_t upstream,
+                                                                          std::string token);
+  void note(std::size_t upstream, bool is_reached);
+
+  asio::any_io_executor executor_;
+  RelayOptions options_;
+  std::vector<Upstream> upstreams_;
+  std::map<std::string, Offer> offers_;  // By token.
+  TileCache tiles_;
+  asio::steady_timer timer_;
+  bool is_stopped_ = false;
+};
+
+}  // namespace multitetra

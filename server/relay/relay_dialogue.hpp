@@ -1,0 +1,84 @@
+// A conversation whose streams other servers make. It holds the session itself, with the datasets
+// that those servers offer, so that every answer is the one that a server gives; only streams and
+// estimates are passed on. When a server is lost in the middle of a stream, another one that has
+// the same dataset is asked the same, and the client notices nothing but a pause.
+//
+// Memory is bounded: a few messages wait for the client, and what comes behind them waits in the
+// socket of the server that sends it.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "server/operations/doorkeeper.hpp"
+#include "server/relay/relay.hpp"
+#include "server/relay/relayed_stream.hpp"
+#include "server/service/dialogue.hpp"
+#include "server/service/session.hpp"
+
+namespace multitetra {
+
+class RelayDialogue : public Dialogue, public std::enable_shared_from_this<RelayDialogue> {
+ public:
+  RelayDialogue(asio::any_io_executor executor, std::shared_ptr<Relay> relay,
+                SessionOptions options, GuestPtr guest);
+
+  void receive(std::string_view content) override;
+  void end(const Error& error) override;
+  void leave() override;
+  void give_up(const ServerMessage& message) override;
+
+  [[nodiscard]] asio::awaitable<std::optional<ServerMessage>> next_message() override;
+  [[nodiscard]] asio::awaitable<void> room() override;
+
+  [[nodiscard]] bool is_welcomed() const override { return session_.is_welcomed(); }
+  [[nodiscard]] bool is_over() const override { return is_over_; }
+  [[nodiscard]] const std::string& peer() const override { return guest_->facts().peer; }
+
+ private:
+  struct Running {
+    RelayedStream stream;
+    std::shared_ptr<const RelayedDataset> dataset;
+    bool is_stopped = false;
+  };
+  using RunningPtr = std::shared_ptr<Running>;
+
+  void perform(Actions actions);
+  void perform(Send action);
+  void perform(StartStream action);
+  void perform(MakeEstimate action);
+  void perform(StopStream action);
+  void perform(Close action);
+
+  // Fetches what servers offer, then lets the session answer.
+  asio::awaitable<void> greet(Hello hello);
+  // Brings all streams, one after the other, until the conversation is over.
+  asio::awaitable<void> bring_streams();
+  asio::awaitable<void> bring(RunningPtr running);
+  // Until the stream is over (true) or the server lost (false).
+  asio::awaitable<bool> forward(RunningPtr running);
+  asio::awaitable<void> bring_estimate(MakeEstimate action);
+  void take(const RunningPtr& running, ServerMessage message);
+  void finish(const RunningPtr& running, ServerMessage last);
+  void say(ServerMessage message);
+  void wake();
+
+  asio::any_io_executor executor_;
+  std::shared_ptr<Relay> relay_;
+  SessionOptions options_;
+  Session session_;
+  GuestPtr guest_;
+  std::string token_;
+  bool is_over_ = false;
+  bool is_greeting_ = false;
+  bool is_bringing_ = false;
+  std::deque<ServerMessage> outgoing_;
+  RunningPtr running_;
+  std::optional<Relay::Reached> reached_;  // Of the last stream, for the next.
+  // Never expires; cancelling it wakes all who wait for something to change.
+  asio::steady_timer change_;
+};
+
+}  // namespace multitetra

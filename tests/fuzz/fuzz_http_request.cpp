@@ -1,0 +1,79 @@
+// The path of an HTTP request from bytes to what is asked for: it comes out the same however the
+// bytes are cut into portions, and nothing of it is ever out of bounds.
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/gateway/conditions.hpp"
+#include "server/gateway/http_request.hpp"
+#include "server/gateway/media.hpp"
+#include "server/gateway/origin.hpp"
+#include "server/gateway/route.hpp"
+#include "server/gateway/surface_query.hpp"
+#include "server/gateway/target.hpp"
+#include "tests/fuzz/require.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr std::uint32_t kLimit = 4096;
+
+// What the reader makes of the bytes: targets of requests, or the status of its refusal.
+std::vector<std::string> read_in_portions(std::string_view bytes, std::size_t portion) {
+  RequestReader reader(kLimit);
+  std::vector<std::string> read;
+  while (!bytes.empty()) {
+    const std::string_view now = bytes.substr(0, portion);
+    reader.feed(now);
+    bytes.remove_prefix(now.size());
+    for (;;) {
+      auto request = reader.next();
+      if (!request) {
+        read.push_back(std::to_string(request.error().status));
+        return read;
+      }
+      if (!*request) break;
+      read.emplace_back(view_of((*request)->target()));
+    }
+    require(reader.rest().size() <= kLimit + portion);
+  }
+  return read;
+}
+
+void follow(const HttpRequest& request) {
+  static_cast<void>(accepted_format(field(request, http::field::accept)));
+  static_cast<void>(is_allowed_origin(field(request, http::field::origin),
+                                      field(request, http::field::host), {"https://a.example"}));
+  static_cast<void>(names_tag(field(request, http::field::if_none_match), "\"1\""));
+  const RangeOutcome outcome = range_of(field(request, http::field::range),
+                                        field(request, http::field::if_range), "\"1\"", 1000);
+  if (const auto* range = std::get_if<ByteRange>(&outcome)) {
+    require(range->length > 0 && range->first < 1000 && range->length <= 1000 - range->first);
+  }
+  const auto target = parse_target(view_of(request.target()));
+  if (!target) return;
+  static_cast<void>(route_of(*target));
+  const auto query = parse_surface_query(target->query);
+  if (!query) return;
+  DatasetInfo info;
+  info.name = "a";
+  info.suggested_isovalues = {1};
+  if (const auto surface = request_for(*query, info)) require(validated(*surface).has_value());
+}
+
+}  // namespace
+}  // namespace multitetra
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace multitetra;
+  const std::string_view bytes(reinterpret_cast<const char*>(data), size);
+  RequestReader reader(kLimit);
+  reader.feed(bytes);
+  for (auto request = reader.next(); request && *request; request = reader.next()) {
+    follow(**request);
+  }
+  if (size <= 512) require(read_in_portions(bytes, 1) == read_in_portions(bytes, 7));
+  return 0;
+}
