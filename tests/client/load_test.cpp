@@ -192,14 +192,14 @@ TEST_F(OneStream, WithOtherSumsFails) {
 LoadOptions short_load(const Endpoint& server, std::size_t clients) {
   LoadOptions options{.session = {.server = server,
                                   .script = ScriptKind::kMixed,
-                                  .script_options = {.isovalues = 4,
-                                                     .errors = {0.5, 2},
+                                  .script_options = {.isovalues = 1,
+                                                     .errors = {0.5},
                                                      .mean_pause = milliseconds(5),
                                                      .drag_interval = milliseconds(5),
                                                      .drag_length = 4}},
                       .clients = clients,
                       .threads = 2,
-                      .duration = milliseconds(400),
+                      .duration = milliseconds(200),
                       .ramp = milliseconds(50)};
   return options;
 }
@@ -246,7 +246,7 @@ TEST(Load, AUserWhoseConnectionIsCutGetsTheRestAndNoTileTwice) {
   options.session.script = ScriptKind::kRandomIsovalues;
   options.session.streams_per_thorough = 2;
   const LoadStatistics statistics = run_load(options);
-  EXPECT_GE(statistics.lost_connections, 3U);
+  EXPECT_GE(statistics.lost_connections, 1U);
   EXPECT_GE(statistics.complete, 1U);
   EXPECT_EQ(statistics.complete, statistics.streams);
   EXPECT_EQ(statistics.tiles_sent_twice, 0U);
