@@ -121,6 +121,11 @@ asio::awaitable<Outcome> HttpService::routed(const HttpRequest& request, Visit& 
 
 asio::awaitable<Answer> HttpService::inquired(const Route& route, Question asked) {
   const std::string& id = asked.visit.request_id;
+  if (const auto refusal = asked.visit.guest->may_ask()) {
+    Answer answer = error_answer(429, *refusal, id);
+    add_field(answer, "Retry-After", "1");
+    co_return answer;
+  }
   Inquiry inquiry(house_.new_dialogue(asked.visit.guest), asked.visit);
   const auto welcome = co_await inquiry.greet(std::string(bearer_token(asked.request)));
   if (!welcome) co_return error_answer(welcome.error(), id);

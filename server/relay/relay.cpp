@@ -134,7 +134,8 @@ asio::awaitable<Result<CataloguePtr>> Relay::catalogue(std::string token) {
 }
 
 asio::awaitable<Result<Relay::Reached>> Relay::reach(std::vector<std::size_t> holders,
-                                                     std::string token) {
+                                                     std::string token,
+                                                     std::function<bool()> is_wanted) {
   const Clock::time_point deadline = Clock::now() + options_.patience;
   for (;;) {
     Error trouble = {ErrorCode::kUnavailable, "No server that has this dataset can be reached."};
@@ -144,7 +145,8 @@ asio::awaitable<Result<Relay::Reached>> Relay::reach(std::vector<std::size_t> ho
       if (link) co_return Reached{.link = *std::move(link), .upstream = holder};
       trouble = link.error();
     }
-    if (is_stopped_ || trouble.code != ErrorCode::kUnavailable || Clock::now() >= deadline) {
+    if (is_stopped_ || !is_wanted() || trouble.code != ErrorCode::kUnavailable ||
+        Clock::now() >= deadline) {
       co_return tl::unexpected(trouble);
     }
     co_await pause(executor_, options_.least_backoff);

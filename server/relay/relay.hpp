@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -53,13 +54,15 @@ class Relay {
   // refuse the token.
   [[nodiscard]] asio::awaitable<Result<CataloguePtr>> catalogue(std::string token);
 
-  // A link to the first of `holders` that can be reached; waits as long as patience allows.
+  // A link to the first of `holders` that can be reached; waits as long as patience allows and
+  // is_wanted() is true.
   struct Reached {
     LinkPtr link;
     std::size_t upstream = 0;
   };
   [[nodiscard]] asio::awaitable<Result<Reached>> reach(std::vector<std::size_t> holders,
-                                                       std::string token);
+                                                       std::string token,
+                                                       std::function<bool()> is_wanted);
   // The link to it was lost: others are preferred for a moment.
   void lost(std::size_t upstream);
 

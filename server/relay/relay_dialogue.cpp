@@ -33,6 +33,15 @@ std::optional<std::uint64_t> counted_request(const ClientMessage& message) {
   return std::nullopt;
 }
 
+// Nobody asked for an end: the server is going away, and takes nothing new.
+bool is_about_stopping(const ServerMessage& message) {
+  if (const auto* end = std::get_if<StreamEnd>(&message)) {
+    return end->outcome != StreamOutcome::kComplete;
+  }
+  const auto* error = std::get_if<ErrorReply>(&message);
+  return error && error->error.code == ErrorCode::kUnavailable;
+}
+
 // Several may wait: none of them may set the time, as that would wake the others.
 asio::awaitable<void> wait_on(asio::steady_timer& timer) {
   boost::system::error_code cancelled;
@@ -193,34 +202,43 @@ asio::awaitable<void> RelayDialogue::bring_streams() {
   if (reached_) reached_->link->close();
 }
 
-asio::awaitable<void> RelayDialogue::bring(RunningPtr running) {
+asio::awaitable<bool> RelayDialogue::reach_holder(RunningPtr running) {
   const std::vector<std::size_t> holders = running->dataset->holders;
-  while (!running->is_stopped) {
-    const bool is_first_choice =
-        reached_ && !reached_->link->is_lost() &&
-        std::find(holders.begin(), holders.end(), reached_->upstream) != holders.end();
-    if (!is_first_choice) {
-      if (reached_) reached_->link->close();
-      reached_.reset();
-      auto reached = co_await relay_->reach(holders, token_);
-      if (running->is_stopped || is_over_) {
-        if (reached) reached->link->close();
-        co_return;
-      }
-      if (!reached) {
-        finish(running, ErrorReply{.request_id = running->stream.open().request_id,
-                                   .error = reached.error()});
-        co_return;
-      }
-      reached_ = *std::move(reached);
-    }
+  const bool is_there =
+      reached_ && !reached_->link->is_lost() &&
+      std::find(holders.begin(), holders.end(), reached_->upstream) != holders.end();
+  if (is_there) co_return true;
+  if (reached_) reached_->link->close();
+  reached_.reset();
+  std::function<bool()> is_wanted = [this, running] { return !running->is_stopped && !is_over_; };
+  auto reached = co_await relay_->reach(holders, token_, is_wanted);
+  if (!is_wanted()) {
+    if (reached) reached->link->close();
+    co_return false;
+  }
+  if (reached) {
+    reached_ = *std::move(reached);
+    co_return true;
+  }
+  finish(running,
+         ErrorReply{.request_id = running->stream.open().request_id, .error = reached.error()});
+  co_return false;
+}
+
+asio::awaitable<void> RelayDialogue::bring(RunningPtr running) {
+  while (!running->is_stopped && co_await reach_holder(running)) {
     running->stream.restart();
     reached_->link->send(running->stream.open());
-    const bool is_over = co_await forward(running);
-    if (is_over) co_return;
+    if (co_await forward(running)) co_return;
     spdlog::warn("{}: a server was lost in stream {}; another one is asked", peer(),
                  running->stream.open().request_id);
     relay_->lost(reached_->upstream);
+    const auto without = std::chrono::steady_clock::now() - running->last_progress;
+    if (without > relay_->options().patience) {
+      finish(running, ErrorReply{.request_id = running->stream.open().request_id,
+                                 .error = {ErrorCode::kUnavailable,
+                                           "No server brings this stream; try again later."}});
+    }
   }
 }
 
@@ -238,9 +256,7 @@ asio::awaitable<bool> RelayDialogue::forward(RunningPtr running) {
       co_return running->is_stopped || is_over_;
     }
     if (request_id_of(*message) != id) continue;
-    // So does one whose stream ends because it stops.
-    const auto* end = std::get_if<StreamEnd>(&*message);
-    if (!running->is_stopped && end && end->outcome != StreamOutcome::kComplete) {
+    if (!running->is_stopped && is_about_stopping(*message)) {
       link->close();
       co_return false;
     }
@@ -270,6 +286,7 @@ void RelayDialogue::take(const RunningPtr& running, ServerMessage message) {
     case RelayedStream::Verdict::kForward:
       break;
   }
+  running->last_progress = std::chrono::steady_clock::now();
   if (const auto* tile = std::get_if<Tile>(&message)) {
     const StepBegin& step = running->stream.step();
     if (step.request.normal_bits == 0 && tile->index < step.tiles.size()) {
@@ -293,7 +310,8 @@ asio::awaitable<void> RelayDialogue::bring_estimate(MakeEstimate action) {
   const auto dataset = std::dynamic_pointer_cast<const RelayedDataset>(action.source);
   Result<ServerMessage> answer = fail(ErrorCode::kUnavailable, "");
   for (int attempt = 0; attempt < 3 && !answer && !is_over_; ++attempt) {
-    const auto reached = co_await relay_->reach(dataset->holders, token_);
+    std::function<bool()> is_wanted = [this] { return !is_over_; };
+    const auto reached = co_await relay_->reach(dataset->holders, token_, is_wanted);
     if (!reached) {
       answer = tl::unexpected(reached.error());
       break;

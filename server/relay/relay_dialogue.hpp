@@ -42,6 +42,7 @@ class RelayDialogue : public Dialogue, public std::enable_shared_from_this<Relay
     RelayedStream stream;
     std::shared_ptr<const RelayedDataset> dataset;
     bool is_stopped = false;
+    std::chrono::steady_clock::time_point last_progress = std::chrono::steady_clock::now();
   };
   using RunningPtr = std::shared_ptr<Running>;
 
@@ -57,6 +58,8 @@ class RelayDialogue : public Dialogue, public std::enable_shared_from_this<Relay
   // Brings all streams, one after the other, until the conversation is over.
   asio::awaitable<void> bring_streams();
   asio::awaitable<void> bring(RunningPtr running);
+  // Makes sure that reached_ is a holder of its dataset; false when the stream cannot go on.
+  asio::awaitable<bool> reach_holder(RunningPtr running);
   // Until the stream is over (true) or the server lost (false).
   asio::awaitable<bool> forward(RunningPtr running);
   asio::awaitable<void> bring_estimate(MakeEstimate action);

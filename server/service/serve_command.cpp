@@ -7,7 +7,6 @@
 
 #include "server/dataset/dataset.hpp"
 #include "server/gateway/http_door.hpp"
-#include "server/gateway/viewer_files.hpp"
 #include "server/operations/exit_codes.hpp"
 #include "server/operations/log.hpp"
 #include "server/operations/request_log.hpp"
@@ -82,7 +81,9 @@ std::vector<MakeDoor> more_doors(std::optional<HttpOptions> http,
   http->hooks.find_tile = [cache](const ContentDigest& digest) {
     return cache->tiles().find_plain(digest);
   };
-  return {[http](const House& house) { return std::make_unique<HttpDoor>(house, *http); }};
+  return {[http = std::move(http)](const House& house) {
+    return std::make_unique<HttpDoor>(house, *http);
+  }};
 }
 
 int serve(const ServeOptions& options) {

@@ -121,9 +121,11 @@ void add_limits(CLI::App& command, ServeOptions& o) {
   add_bytes(command, "--queue-bytes", o.queue_bytes,
             "Memory for steps that wait for their clients, all together")
       ->group(kLimits);
-  add_count(command, "--max-mesh-triangles", o.max_mesh_triangles,
-            "Of a mesh in one HTTP response; while one is made it takes about 120 bytes of memory "
-            "for each")
+  command
+      .add_option("--max-mesh-triangles", o.max_mesh_triangles,
+                  "The most triangles of a mesh in one HTTP response; while one is made it takes "
+                  "about 120 bytes of memory for each")
+      ->capture_default_str()
       ->group(kLimits);
   add_bytes(command, "--mesh-cache-bytes", o.mesh_cache_bytes,
             "Disk for mesh files that are kept for the next HTTP request, in the temporary folder")

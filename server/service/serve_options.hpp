@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,7 +44,7 @@ struct ServeOptions {
   std::size_t cache_bytes = std::size_t{512} << 20;
   std::size_t queue_bytes = std::size_t{1} << 30;
   std::uint64_t max_mesh_triangles = HttpOptions{}.max_mesh_triangles;
-  std::uint64_t mesh_cache_bytes = HttpOptions{}.mesh_cache_bytes;
+  std::size_t mesh_cache_bytes = HttpOptions{}.mesh_cache_bytes;
 
   double drain_seconds = 30;
   std::string log_format = "text";
@@ -53,7 +55,7 @@ void add_serve_options(CLI::App& command, ServeOptions& options);
 
 // These throw CLI::ValidationError that names the option.
 [[nodiscard]] ServerOptions server_options(const ServeOptions& options);
-// Without the viewer. Empty where there shall be no such door.
+// Empty where there shall be no such door.
 [[nodiscard]] std::optional<HttpOptions> http_options(const ServeOptions& options);
 [[nodiscard]] LogOptions log_options(const ServeOptions& options);
 

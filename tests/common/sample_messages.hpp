@@ -151,6 +151,7 @@ inline DatasetInfo dataset_info(Random& random) {
   for (std::uint64_t i = up_to(5, random); i > 0; --i) {
     info.suggested_isovalues.push_back(number(random));
   }
+  info.content_id = random();
   return info;
 }
 

@@ -17,7 +17,6 @@ using testing::catalogue_of;
 using testing::FakeSteps;
 using testing::HttpClient;
 using testing::RunningGateway;
-using testing::TemporaryFolder;
 
 CataloguePtr octahedra() { return catalogue_of(std::make_shared<FakeSteps>("octahedron")); }
 
@@ -134,6 +133,17 @@ TEST(HttpDoor, TellsWhetherItIsReady) {
   EXPECT_EQ(response[http::field::retry_after], "1");
   EXPECT_EQ(client.get("/livez").result_int(), 200U);
   EXPECT_NE(client.get("/metrics").body().find("# TYPE multitetra_"), std::string::npos);
+}
+
+TEST(HttpDoor, AnswersSoManyRequestsOfAnAddress) {
+  RunningGateway server(octahedra(), {},
+                        {.keeper = {.requests = {.per_second = 0.001, .burst = 4}}});
+  HttpClient client(server.http());
+  EXPECT_EQ(client.get("/v1/datasets").result_int(), 200U);
+  unsigned status = 200;
+  for (int i = 0; status == 200 && i < 10; ++i) status = client.get("/v1/datasets").result_int();
+  EXPECT_EQ(status, 429U);
+  EXPECT_EQ(client.get("/livez").result_int(), 200U);
 }
 
 TEST(HttpDoor, LetsPagesOfAllowedOriginsReadItsAnswers) {

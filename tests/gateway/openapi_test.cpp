@@ -134,7 +134,7 @@ class OpenApiTest : public ::testing::Test {
   }
 
   // Who shows no token may see all; tokens that nobody has are refused.
-  testing::TemporaryFolder folder_;
+  TemporaryFolder folder_;
   testing::TokensFile tokens_{folder_.path(), {{"guests", "", "*"}}};
   std::atomic<bool> is_ready_ = true;
   std::string tile_path_;
@@ -197,9 +197,10 @@ TEST_F(OpenApiTest, IsWhatTheServerDoes) {
   ask("/v1/stream", "/v1/stream", 403, good + "Origin: https://elsewhere\r\n");
   ask("/v1/stream", "/v1/stream", 101, good);
 
-  // What other tests provoke: servers that stop, and meshes above the limit.
-  const std::set<std::string> elsewhere = {"/v1/datasets 503", "/v1/datasets/{name} 503",
-                                           surface + " 422", surface + " 503"};
+  // What other tests provoke: servers that stop, many requests, meshes above the limit.
+  const std::set<std::string> elsewhere = {
+      "/v1/datasets 429",        "/v1/datasets/{name} 429", surface + " 429", "/v1/datasets 503",
+      "/v1/datasets/{name} 503", surface + " 422",          surface + " 503"};
   for (const auto& [path, item] : document_.at("paths").items()) {
     for (const auto& [status, unused] : item.at("get").at("responses").items()) {
       const std::string one = path + " " + status;
