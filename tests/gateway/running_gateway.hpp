@@ -37,6 +37,7 @@ class RunningGateway {
     server_.stop();
     if (thread_.joinable()) thread_.join();
   }
+  void drain() { server_.drain(); }
   [[nodiscard]] Endpoint tcp() const { return server_.endpoint(0); }
   [[nodiscard]] Endpoint http() const { return server_.endpoint(1); }
 
