@@ -1,0 +1,76 @@
+#!/usr/bin/env bash
+# What `multitetra-server serve` takes from flags, environment and file, and how it ends when something is wrong.
+#   serve_options_test.sh FOLDER-OF-PROGRAMS
+set -euo pipefail
+server=$1/multitetra-server
+work=$(mktemp -d)
+pid=
+trap '[ -z "$pid" ] || kill "$pid" 2>/dev/null || true; rm -rf "$work"' EXIT
+cd "$work"
+
+fail() { echo "FAILED: $*" >&2; exit 1; }
+# ends WITH-CODE SAYING COMMAND...
+ends() {
+  local code=$1 words=$2 status=0
+  shift 2
+  "$@" >out 2>&1 || status=$?
+  [ "$status" = "$code" ] || fail "exit code $status instead of $code of: $* ($(cat out))"
+  grep -q "$words" out || fail "\"$words\" is not in: $(cat out)"
+}
+
+"$server" generate gradient --size 9 -o v.nrrd >/dev/null 2>&1 || "$server" generate head --size 16 -o v.nrrd >/dev/null 2>&1
+"$server" prepare v.nrrd -o v.mtd >/dev/null 2>&1
+
+# Flags are stronger than the environment, which is stronger than the file.
+cat >server.toml <<'TOML'
+datasets = ["v.mtd"]
+max-connections = 11
+max-regions = 12
+max-estimates = 13
+allow-origin = ["https://a.example", "https://b.example"]
+TOML
+MULTITETRA_MAX_REGIONS=22 MULTITETRA_MAX_ESTIMATES=23 \
+  "$server" serve --config server.toml --max-estimates 33 --print-config >config
+for line in max-connections=11 max-regions=22 max-estimates=33; do
+  grep -qx "$line" config || fail "$line is not in: $(cat config)"
+done
+grep -q 'b.example' config || fail "a list in the file is not taken: $(cat config)"
+
+# What is printed is read again as the same.
+"$server" serve --config config --print-config >again
+cmp config again || fail "--print-config does not read what it prints"
+
+# What is wrong ends with one clear line and its own exit code.
+echo 'max-conections = 1' >typo.toml
+ends 2 'no option "max-conections"' "$server" serve v.mtd --config typo.toml
+printf 'threads = 1\nmax-regions = 5\nthreads = 2\n' >twice.toml
+ends 2 'there twice' "$server" serve v.mtd --config twice.toml
+echo 'max-connections = "many"' >word.toml
+ends 2 'max-connections' "$server" serve v.mtd --config word.toml
+ends 2 'cannot be read' "$server" serve v.mtd --config nowhere.toml
+ends 2 'come together' "$server" serve v.mtd --tls-cert server.pem
+ends 2 'datasets' "$server" serve
+ends 4 'nowhere.pem does not exist' "$server" serve v.mtd --tls-cert nowhere.pem --tls-key nowhere.key
+ends 4 'tokens file' "$server" serve v.mtd --tokens nowhere
+ends 5 'no dataset' "$server" serve nowhere.mtd
+
+# A damaged dataset is told and left out; the others are served until SIGTERM, with exit code 0.
+head -c 100 v.mtd >damaged.mtd
+"$server" serve damaged.mtd v.mtd --tcp 127.0.0.1:0 --http off 2>log &
+pid=$!
+for _ in $(seq 200); do grep -q 'listening on' log && break; sleep 0.05; done
+grep -q 'left out' log || fail "the damaged dataset is not told: $(cat log)"
+port=$(sed -n 's/.*tcp:\/\/127.0.0.1:\([0-9]*\).*/\1/p' log)
+ends 3 'Cannot listen on' "$server" serve v.mtd --tcp "127.0.0.1:$port" --http off
+kill -HUP "$pid"
+kill -TERM "$pid"
+status=0
+wait "$pid" || status=$?
+pid=
+[ "$status" = 0 ] || fail "exit code $status after SIGTERM: $(cat log)"
+
+# A new token is known to the list that it was appended to, and only its owner reads the file.
+token=$("$server" token alice --datasets 'v*' --append tokens)
+[ "$(stat -c %a tokens)" = 600 ] || fail "others may read the tokens file"
+grep -q "^alice $(printf %s "$token" | sha256sum | cut -d' ' -f1) v\*$" tokens || fail "$(cat tokens)"
+echo "serve_options_test: passed"
