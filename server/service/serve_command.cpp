@@ -7,6 +7,7 @@
 
 #include "server/dataset/dataset.hpp"
 #include "server/gateway/http_door.hpp"
+#include "server/gateway/viewer_files.hpp"
 #include "server/operations/exit_codes.hpp"
 #include "server/operations/log.hpp"
 #include "server/operations/request_log.hpp"

@@ -55,7 +55,7 @@ void add_serve_options(CLI::App& command, ServeOptions& options);
 
 // These throw CLI::ValidationError that names the option.
 [[nodiscard]] ServerOptions server_options(const ServeOptions& options);
-// Empty where there shall be no such door.
+// Without the viewer. Empty where there shall be no such door.
 [[nodiscard]] std::optional<HttpOptions> http_options(const ServeOptions& options);
 [[nodiscard]] LogOptions log_options(const ServeOptions& options);
 
