@@ -56,14 +56,16 @@ log=$out/server.log
 pid=$!
 trap 'kill "$pid" 2>/dev/null || true; wait "$pid" 2>/dev/null || true' EXIT
 url=
+door=
 for _ in $(seq 100); do
   url=$(sed -n 's/.*listening on \(tcp:[^ ]*\).*/\1/p' "$log")
-  [ -n "$url" ] && break
+  door=$(sed -n 's/.*listening on \(http:[^ ]*\).*/\1/p' "$log")
+  [ -n "$url" ] && [ -n "$door" ] && break
   kill -0 "$pid" 2>/dev/null || { cat "$log" >&2; exit 1; }
   sleep 0.1
 done
-[ -n "$url" ] || { cat "$log" >&2; echo "The server did not start to listen." >&2; exit 1; }
-page=$("$client" view --http "$(sed -n 's/.*listening on \(http:[^ ]*\).*/\1/p' "$log")" --dataset demo)
+[ -n "$url" ] && [ -n "$door" ] || { cat "$log" >&2; echo "The server did not start to listen." >&2; exit 1; }
+page=$("$client" view --http "$door" --dataset demo)
 echo "   $url"
 echo "   $page in a browser"
 
