@@ -55,8 +55,8 @@ class CarriedSurface::Outline {
         const TriangleIndices& t = mesh_.triangle(triangles_[i]);
         return t[0] == v || t[1] == v || t[2] == v;
       };
-      const bool is_within = node.triangle != kNone ? node.triangle == triangles_[i]
-                                                    : has(node.from) && has(node.to);
+      const bool is_within =
+          node.triangle != kNone ? node.triangle == triangles_[i] : has(node.from) && has(node.to);
       bits |= static_cast<std::uint32_t>(is_within) << i;
     }
     return bits;
@@ -78,21 +78,12 @@ CarriedSurface::CarriedSurface(const CollapsingMesh& mesh,
       positions_(positions),
       is_anchor_(is_anchor),
       edge_of_(3 * original.size(), kNone),
-      around_begin_(positions.size() + 1, 0),
-      around_(3 * original.size()),
+      spokes_begin_(positions.size() + 1, 0),
       carrier_(positions.size(), kNone),
       first_carried_(original.size(), kNone),
       next_carried_(positions.size(), kNone),
       first_passing_(original.size(), kNone),
       seen_triangle_(original.size(), 0) {
-  for (const TriangleIndices& t : original) {
-    for (const std::uint32_t v : t) ++around_begin_[v + 1];
-  }
-  for (std::size_t v = 1; v < around_begin_.size(); ++v) around_begin_[v] += around_begin_[v - 1];
-  std::vector<std::uint32_t> end(around_begin_.begin(), around_begin_.end() - 1);
-  for (std::uint32_t i = 0; i < original.size(); ++i) {
-    for (const std::uint32_t v : original[i]) around_[end[v]++] = i;
-  }
   ends_.reserve(3 * original.size() / 2 + 8);
   sides_.reserve(3 * original.size() / 2 + 8);
   for (std::uint32_t c = 0; c < edge_of_.size(); ++c) {
@@ -104,6 +95,17 @@ CarriedSurface::CarriedSurface(const CollapsingMesh& mesh,
     if (across != kNone) edge_of_[across] = edge_of_[c];
     ends_.push_back({std::min(p, q), std::max(p, q)});
     sides_.push_back({c / 3, across == kNone ? kNone : across / 3});
+  }
+  for (const Ends& e : ends_) {
+    ++spokes_begin_[e.low + 1];
+    ++spokes_begin_[e.high + 1];
+  }
+  for (std::size_t v = 1; v < spokes_begin_.size(); ++v) spokes_begin_[v] += spokes_begin_[v - 1];
+  std::vector<std::uint32_t> end(spokes_begin_.begin(), spokes_begin_.end() - 1);
+  spokes_.resize(2 * ends_.size());
+  for (std::uint32_t i = 0; i < ends_.size(); ++i) {
+    spokes_[end[ends_[i].low]++] = {i, ends_[i].high};
+    spokes_[end[ends_[i].high]++] = {i, ends_[i].low};
   }
   routes_.resize(ends_.size());
   seen_edge_.resize(ends_.size(), 0);
@@ -150,8 +152,8 @@ bool CarriedSurface::assign(std::uint32_t vertex) {
     if (!(s >= 0 && r >= 0 && s + r <= 1)) {
       distance = std::numeric_limits<double>::infinity();
       if (s + r > 1) {
-        distance = squared_distance_to_segment(p, t.edge_first,
-                                               difference(t.edge_second, t.edge_first));
+        distance =
+            squared_distance_to_segment(p, t.edge_first, difference(t.edge_second, t.edge_first));
       }
       if (r < 0) {
         distance = std::min(distance, squared_distance_to_segment(p, {0, 0, 0}, t.edge_first));
@@ -195,12 +197,9 @@ bool CarriedSurface::carry(std::uint32_t u, std::span<const std::uint32_t> ring,
       }
     }
   }
-  gather_edges(ring);
-  for (const Rerouted& r : rerouted_) {
-    if (!find_route(r.edge)) {
-      undo();
-      return false;
-    }
+  if (!reroute(ring)) {
+    undo();
+    return false;
   }
   for (const std::uint32_t triangle : cut_) {
     if (!is_cut(triangle)) {
@@ -213,127 +212,196 @@ bool CarriedSurface::carry(std::uint32_t u, std::span<const std::uint32_t> ring,
   return true;
 }
 
-// Edges at touched vertices or through touched triangles, and the triangles at both.
-void CarriedSurface::gather_edges(std::span<const std::uint32_t> ring) {
+// Finds routes for the edges at touched vertices and for those that pass touched triangles.
+bool CarriedSurface::reroute(std::span<const std::uint32_t> ring) {
+  const std::uint32_t apex = mesh_.vertex(ring[1]);
   for (const auto& [vertex, before] : touched_) {
-    for (std::uint32_t i = around_begin_[vertex]; i < around_begin_[vertex + 1]; ++i) {
-      const std::uint32_t triangle = around_[i];
-      const TriangleIndices& t = original_[triangle];
-      for (std::uint32_t k = 0; k < 3; ++k) {
-        if (t[k] != vertex) gather_edge(edge_of_[3 * triangle + k]);
-      }
-      if (seen_triangle_[triangle] == now_) continue;
-      seen_triangle_[triangle] = now_;
-      const std::uint32_t carrier = carrier_[vertex];
-      if (carrier_[t[0]] != carrier || carrier_[t[1]] != carrier || carrier_[t[2]] != carrier) {
-        cut_.push_back(triangle);
-      }
+    const std::uint32_t carrier = carrier_[vertex];
+    for (std::uint32_t i = spokes_begin_[vertex]; i < spokes_begin_[vertex + 1]; ++i) {
+      const auto& [edge, other] = spokes_[i];
+      if (carrier_[other] == carrier && routes_[edge].pivot == kNone) continue;
+      if (!reroute(edge, apex)) return false;
     }
   }
   for (const std::uint32_t corner : ring) {
     for (std::uint32_t i = first_passing_[corner / 3]; i != kNone; i = passing_[i].next) {
-      const std::uint32_t edge = passing_[i].edge;
-      gather_edge(edge);
-      for (const std::uint32_t triangle : sides_[edge]) {
-        if (triangle == kNone || seen_triangle_[triangle] == now_) continue;
-        seen_triangle_[triangle] = now_;
-        cut_.push_back(triangle);
-      }
+      if (!reroute(passing_[i].edge, apex)) return false;
     }
   }
+  return true;
 }
 
-void CarriedSurface::gather_edge(std::uint32_t edge) {
-  if (seen_edge_[edge] == now_) return;
+bool CarriedSurface::reroute(std::uint32_t edge, std::uint32_t preferred_pivot) {
+  if (seen_edge_[edge] == now_) return true;
   seen_edge_[edge] = now_;
-  rerouted_.push_back({edge, routes_[edge]});
-}
-
-// A triangle that the lower end's image lies in, if there is but one.
-bool CarriedSurface::find_route(std::uint32_t edge) {
   const Ends& ends = ends_[edge];
   Route& route = routes_[edge];
-  route = {};
+  const Route before = route;
   const std::uint32_t from = carrier_[ends.low];
   const std::uint32_t to = carrier_[ends.high];
-  if (from == to) return true;
-  const std::uint32_t carrier = from == kNone ? to : from;
-  const std::uint32_t other = from == kNone ? ends.low : ends.high;
-  const bool stays = from == kNone || to == kNone;
-  if (stays && holds(carrier, other)) return true;
-  Crossings best;
-  best.count = kMaxCrossings + 1;
-  for (const std::uint32_t pivot : mesh_.triangle(carrier)) {
-    if (!stays && !holds(to, pivot)) continue;
-    for (const bool forwards : {true, false}) {
-      const Route candidate = {pivot, forwards};
-      Crossings crossings;
-      if (follow(ends, candidate, crossings) && crossings.count < best.count) {
-        best = crossings;
-        route = candidate;
-      }
-    }
-    if (best.count == 1) break;
+  const bool is_within_one = from == to || (from == kNone && holds(to, ends.low)) ||
+                             (to == kNone && holds(from, ends.high));
+  if (is_within_one) {
+    if (before.pivot == kNone) return true;
+    rerouted_.push_back({edge, before});
+    route = {};
+    return true;
   }
-  if (best.count > kMaxCrossings) {
+  rerouted_.push_back({edge, before});
+  route = shortest_route(ends, preferred_pivot);
+  if (route.pivot == kNone) {
     ++stats[5];
     return false;
   }
-  return is_within_limit(ends, best);
+  if (!is_within_limit(ends, route)) {
+    ++stats[2];
+    return false;
+  }
+  for (const std::uint32_t triangle : sides_[edge]) {
+    if (triangle == kNone || seen_triangle_[triangle] == now_) continue;
+    seen_triangle_[triangle] = now_;
+    cut_.push_back(triangle);
+  }
+  return true;
 }
 
-// Goes around the pivot from the carrier of one end to the other end; false when it does not get
-// there. Where only one end is carried, it starts there.
-bool CarriedSurface::follow(const Ends& ends, const Route& route, Crossings& crossings) const {
+// Without a pivot when there is none of at most kMaxTurns.
+CarriedSurface::Route CarriedSurface::shortest_route(const Ends& ends,
+                                                     std::uint32_t preferred_pivot) const {
   const std::uint32_t from = carrier_[ends.low];
   const std::uint32_t to = carrier_[ends.high];
   const std::uint32_t start = from == kNone ? to : from;
-  const TriangleIndices& t = mesh_.triangle(start);
-  std::uint32_t at = 3 * start + (t[0] == route.pivot ? 0 : t[1] == route.pivot ? 1 : 2);
-  while (crossings.count < kMaxCrossings) {
-    const std::uint32_t facing =
-        route.forwards ? CollapsingMesh::next(at) : CollapsingMesh::previous(at);
-    const std::uint32_t across = mesh_.opposite(facing);
-    if (across == kNone || is_anchor_[across / 3] != 0) return false;
-    crossings.corners[crossings.count++] = facing;
-    at = route.forwards ? CollapsingMesh::next(across) : CollapsingMesh::previous(across);
-    const bool is_there = from == kNone   ? mesh_.vertex(across) == ends.low
-                          : to == kNone ? mesh_.vertex(across) == ends.high
-                                          : across / 3 == to;
-    if (is_there) return true;
-    if (across / 3 == start) return false;
+  const bool both = from != kNone && to != kNone;
+  Route route;
+  std::int32_t most = kMaxTurns;
+  const auto try_pivot = [&](std::uint32_t pivot) {
+    if (both && !holds(to, pivot)) return;
+    if (const std::int32_t turns = turns_around(ends, pivot, most); turns != 0) {
+      route = {pivot, turns};
+      most = std::abs(turns) - 1;
+    }
+  };
+  const bool has_preferred = holds(start, preferred_pivot);
+  if (has_preferred) try_pivot(preferred_pivot);
+  for (const std::uint32_t pivot : mesh_.triangle(start)) {
+    if (most == 0) break;
+    if (pivot != preferred_pivot) try_pivot(pivot);
   }
-  return false;
+  return route;
 }
 
-bool CarriedSurface::is_within_limit(const Ends& ends, const Crossings& crossings) {
-  // From where the crossings begin.
+// How many edges are crossed on the shorter way around the pivot; 0 when more than `most`.
+std::int32_t CarriedSurface::turns_around(const Ends& ends, std::uint32_t pivot,
+                                          std::int32_t most) const {
+  const std::uint32_t from = carrier_[ends.low];
+  const std::uint32_t to = carrier_[ends.high];
+  const std::uint32_t start = from == kNone ? to : from;
+  const std::uint32_t goal = from == kNone ? ends.low : ends.high;
+  const bool both = from != kNone && to != kNone;
+  const TriangleIndices& t = mesh_.triangle(start);
+  std::uint32_t forwards = 3 * start + (t[0] == pivot ? 0 : t[1] == pivot ? 1 : 2);
+  std::uint32_t backwards = forwards;
+  for (std::int32_t turns = 1; turns <= most; ++turns) {
+    if (forwards != kNone) {
+      const std::uint32_t across = mesh_.opposite(CollapsingMesh::next(forwards));
+      if (across == kNone || is_anchor_[across / 3] != 0) {
+        forwards = kNone;
+      } else if (both ? across / 3 == to : mesh_.vertex(across) == goal) {
+        return turns;
+      } else {
+        forwards = CollapsingMesh::next(across);
+      }
+    }
+    if (backwards != kNone) {
+      const std::uint32_t across = mesh_.opposite(CollapsingMesh::previous(backwards));
+      if (across == kNone || is_anchor_[across / 3] != 0) {
+        backwards = kNone;
+      } else if (both ? across / 3 == to : mesh_.vertex(across) == goal) {
+        return -turns;
+      } else {
+        backwards = CollapsingMesh::previous(across);
+      }
+    }
+  }
+  return 0;
+}
+
+void CarriedSurface::follow(const Ends& ends, const Route& route, Crossings& crossings) const {
+  const std::uint32_t from = carrier_[ends.low];
+  const std::uint32_t start = from == kNone ? carrier_[ends.high] : from;
+  const TriangleIndices& t = mesh_.triangle(start);
+  const bool forwards = route.turns > 0;
+  crossings.count = static_cast<std::size_t>(std::abs(route.turns));
+  std::uint32_t at = 3 * start + (t[0] == route.pivot ? 0 : t[1] == route.pivot ? 1 : 2);
+  for (std::size_t i = 0; i < crossings.count; ++i) {
+    const std::uint32_t facing = forwards ? CollapsingMesh::next(at) : CollapsingMesh::previous(at);
+    const std::uint32_t across = mesh_.opposite(facing);
+    assert(across != kNone);
+    crossings.corners[i] = facing;
+    at = forwards ? CollapsingMesh::next(across) : CollapsingMesh::previous(across);
+  }
+}
+
+bool CarriedSurface::is_within_limit(const Ends& ends, const Route& route) {
+  Crossings crossings;
+  follow(ends, route, crossings);
   const bool from_low = carrier_[ends.low] != kNone;
   const Vec3& p = positions_[from_low ? ends.low : ends.high];
   const Vec3 pq = difference(positions_[from_low ? ends.high : ends.low], p);
+  const Vec3& pivot = positions_[route.pivot];
   double part = 0;
   for (std::size_t i = 0; i < crossings.count; ++i) {
+    // The crossed edge ends in the pivot.
     const std::uint32_t corner = crossings.corners[i];
-    const Vec3& begin = positions_[mesh_.vertex(CollapsingMesh::next(corner))];
-    const Vec3 along =
-        difference(positions_[mesh_.vertex(CollapsingMesh::previous(corner))], begin);
-    const NearestParts nearest = nearest_parts(p, pq, begin, along);
+    const std::uint32_t end = mesh_.vertex(route.turns > 0 ? CollapsingMesh::next(corner)
+                                                           : CollapsingMesh::previous(corner));
+    const Vec3 along = difference(positions_[end], pivot);
+    const NearestParts nearest = nearest_parts(p, pq, pivot, along);
     double squared = nearest.squared_distance;
     if (nearest.s < part) {
-      squared = squared_distance_to_segment(moved(p, part, pq), begin, along);
+      squared = squared_distance_to_segment(moved(p, part, pq), pivot, along);
     } else {
       part = nearest.s;
     }
-    if (squared > squared_limit_) {
-      ++stats[2];
-      return false;
-    }
+    if (squared > squared_limit_) return false;
     largest_ = std::max(largest_, squared);
   }
   return true;
 }
 
-bool CarriedSurface::is_cut(std::uint32_t original_triangle) {
+// Whether all goes on around one pivot, without going around it. Then chords need no search: they
+// cut the triangle along the edges at the pivot, in their order.
+//
+// Where the images of the corners are, counted in triangles around the pivot, adds up to a multiple
+// of its valence on the way around the outline. Routes tell that sum but for half a triangle at
+// each of the two edges at a corner that stays.
+bool CarriedSurface::is_cut_around_a_pivot(std::uint32_t original_triangle) const {
+  const TriangleIndices& t = original_[original_triangle];
+  int stay = 0;
+  int routes = 0;
+  std::uint32_t pivot = kNone;
+  std::uint32_t facing = kNone;
+  std::int32_t sum = 0;
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    const std::uint32_t v = t[i];
+    if (carrier_[v] == kNone) ++stay;
+    const std::uint32_t edge = edge_of_[3 * original_triangle + (i + 2) % 3];
+    const Route& route = routes_[edge];
+    if (route.pivot == kNone) continue;
+    if (pivot != kNone && route.pivot != pivot) return false;
+    ++routes;
+    pivot = route.pivot;
+    facing = t[(i + 2) % 3];
+    const bool from_low = carrier_[ends_[edge].low] != kNone;
+    sum += (ends_[edge].low == v) == from_low ? route.turns : -route.turns;
+  }
+  // Chords from a corner that is the pivot to all crossings of the edge that it faces.
+  if (routes == 1 && facing == pivot) return true;
+  return stay <= 1 && static_cast<std::uint32_t>(std::abs(sum) + stay) < mesh_.valence(pivot);
+}
+
+bool CarriedSurface::is_cut(std::uint32_t original_triangle) const {
+  if (is_cut_around_a_pivot(original_triangle)) return true;
   const TriangleIndices& t = original_[original_triangle];
   Outline outline(mesh_);
   for (std::uint32_t i = 0; i < 3; ++i) {
@@ -347,14 +415,11 @@ bool CarriedSurface::is_cut(std::uint32_t original_triangle) {
     const Route& route = routes_[edge];
     if (route.pivot == kNone) continue;
     Crossings crossings;
-    const bool found = follow(ends_[edge], route, crossings);
-    assert(found);
-    if (!found) return false;
+    follow(ends_[edge], route, crossings);
     const bool from_low = carrier_[ends_[edge].low] != kNone;
     const bool same_way = (ends_[edge].low == v) == from_low;
     for (std::size_t k = 0; k < crossings.count; ++k) {
-      const std::uint32_t corner =
-          crossings.corners[same_way ? k : crossings.count - 1 - k];
+      const std::uint32_t corner = crossings.corners[same_way ? k : crossings.count - 1 - k];
       outline.meet(corner / 3);
       outline.meet(mesh_.opposite(corner) / 3);
       outline.add_crossing(mesh_.vertex(CollapsingMesh::next(corner)),
@@ -376,21 +441,20 @@ void CarriedSurface::keep(std::span<const std::uint32_t> ring) {
   }
   for (const Rerouted& r : rerouted_) {
     const Route& route = routes_[r.edge];
-    if (route.pivot == kNone) continue;
+    const Ends& ends = ends_[r.edge];
+    const bool both = carrier_[ends.low] != kNone && carrier_[ends.high] != kNone;
+    if (route.pivot == kNone || (both && std::abs(route.turns) == 1)) continue;
     Crossings crossings;
-    (void)follow(ends_[r.edge], route, crossings);
-    for (std::size_t k = 1; k < crossings.count; ++k) {
-      std::uint32_t& first = first_passing_[crossings.corners[k] / 3];
-      passing_.push_back({r.edge, first});
-      first = static_cast<std::uint32_t>(passing_.size() - 1);
-    }
-    if (carrier_[ends_[r.edge].low] != kNone && carrier_[ends_[r.edge].high] != kNone) continue;
-    std::uint32_t& first =
-        first_passing_[mesh_.opposite(crossings.corners[crossings.count - 1]) / 3];
-    passing_.push_back({r.edge, first});
-    first = static_cast<std::uint32_t>(passing_.size() - 1);
+    follow(ends, route, crossings);
+    for (std::size_t k = 1; k < crossings.count; ++k) pass(r.edge, crossings.corners[k] / 3);
+    if (!both) pass(r.edge, mesh_.opposite(crossings.corners[crossings.count - 1]) / 3);
   }
   squared_bound_ = std::max(squared_bound_, largest_);
+}
+
+void CarriedSurface::pass(std::uint32_t edge, std::uint32_t triangle) {
+  passing_.push_back({edge, first_passing_[triangle]});
+  first_passing_[triangle] = static_cast<std::uint32_t>(passing_.size() - 1);
 }
 
 void CarriedSurface::undo() {

@@ -11,16 +11,17 @@
 //    one vertex of N, its *pivot*: points of the edge, in their order, are mapped to near points of
 //    the crossed edges.
 //  * A triangle of M is cut along chords between its corners and these crossings into smaller ones,
-//    so that all corners of each have images in one triangle of N. There the map is linear. A linear
-//    map from triangle to triangle moves no point farther than the corner that it moves farthest (a
-//    distance is a convex function), so corners and crossings are all that is ever looked at.
+//    so that all corners of each have images in one triangle of N. There the map is linear. A
+//    linear map from triangle to triangle moves no point farther than the corner that it moves
+//    farthest (a distance is a convex function), so corners and crossings are all that is ever
+//    looked at.
 //
 // The map is continuous, since an edge of M has one path whichever triangle looks at it. It is
 // *onto*: let a component of M have a border. The border stays point for point, so the image of the
 // component is a chain with the border of N's component, and the only one is all of N's component
 // (H2(N, border) -> H1(border) is injective). A component without border has a triangle that stays,
-// its *anchor*, which nothing else is mapped into; the image covers it once, so it covers all of the
-// component once.
+// its *anchor*, which nothing else is mapped into; the image covers it once, so it covers all of
+// the component once.
 //
 // A collapse for which these rules find no map, or one that moves a point too far, is refused. That
 // maps between successive surfaces bound the distance, and how their triangles overlay, is the idea
@@ -60,7 +61,8 @@ class CarriedSurface {
 
  private:
   static constexpr std::uint32_t kNone = CollapsingMesh::kNone;
-  static constexpr std::size_t kMaxCrossings = 5;
+  static constexpr std::int32_t kMaxTurns = 4;
+  static constexpr std::size_t kMaxCrossings = kMaxTurns;
 
   // A triangle around the vertex that a collapse ends on.
   struct NewTriangle {
@@ -73,12 +75,18 @@ class CarriedSurface {
     std::uint32_t low = 0;
     std::uint32_t high = 0;
   };
-  // How an original edge goes from its lower end's carrier to the higher end's.
-  struct Route {
-    std::uint32_t pivot = kNone;  // None: both are in one triangle, or it is an edge of N.
-    bool forwards = true;         // In the order of the pivot's ring.
+  // An edge at a vertex of the original.
+  struct Spoke {
+    std::uint32_t edge = 0;
+    std::uint32_t other = 0;  // Its other end.
   };
-  // The edges of N that it crosses, by the corners opposite to them on the side it comes from.
+  // How an original edge goes from one end's carrier to the other end: around the pivot. It starts
+  // at the lower end, unless only the higher one is carried.
+  struct Route {
+    std::uint32_t pivot = kNone;  // None: all is in one triangle, or an edge of N.
+    std::int32_t turns = 0;       // Edges of N that are crossed, negative against the ring's order.
+  };
+  // Those edges, by the corners opposite to them on the side where the route comes from.
   struct Crossings {
     std::array<std::uint32_t, kMaxCrossings> corners{};
     std::size_t count = 0;
@@ -88,17 +96,21 @@ class CarriedSurface {
 
   void set_up(std::span<const std::uint32_t> ring);
   [[nodiscard]] bool assign(std::uint32_t vertex);
-  void gather_edges(std::span<const std::uint32_t> ring);
-  void gather_edge(std::uint32_t edge);
-  [[nodiscard]] bool find_route(std::uint32_t edge);
-  [[nodiscard]] bool follow(const Ends& ends, const Route& route, Crossings& crossings) const;
-  [[nodiscard]] bool is_within_limit(const Ends& ends, const Crossings& crossings);
-  [[nodiscard]] bool is_cut(std::uint32_t original_triangle);
+  [[nodiscard]] bool reroute(std::span<const std::uint32_t> ring);
+  [[nodiscard]] bool reroute(std::uint32_t edge, std::uint32_t preferred_pivot);
+  [[nodiscard]] Route shortest_route(const Ends& ends, std::uint32_t preferred_pivot) const;
+  [[nodiscard]] std::int32_t turns_around(const Ends& ends, std::uint32_t pivot,
+                                          std::int32_t most) const;
+  void follow(const Ends& ends, const Route& route, Crossings& crossings) const;
+  [[nodiscard]] bool is_within_limit(const Ends& ends, const Route& route);
+  [[nodiscard]] bool is_cut(std::uint32_t original_triangle) const;
+  [[nodiscard]] bool is_cut_around_a_pivot(std::uint32_t original_triangle) const;
   [[nodiscard]] bool holds(std::uint32_t triangle, std::uint32_t vertex) const {
     const TriangleIndices& t = mesh_.triangle(triangle);
     return t[0] == vertex || t[1] == vertex || t[2] == vertex;
   }
   void keep(std::span<const std::uint32_t> ring);
+  void pass(std::uint32_t edge, std::uint32_t triangle);
   void undo();
 
   const CollapsingMesh& mesh_;
@@ -110,8 +122,8 @@ class CarriedSurface {
   std::vector<Ends> ends_;
   std::vector<std::array<std::uint32_t, 2>> sides_;  // The triangles at an edge, or kNone.
   std::vector<std::uint32_t> edge_of_;
-  std::vector<std::uint32_t> around_begin_;  // The triangles around its vertices.
-  std::vector<std::uint32_t> around_;
+  std::vector<std::uint32_t> spokes_begin_;  // The edges at its vertices.
+  std::vector<Spoke> spokes_;
 
   // The map.
   std::vector<std::uint32_t> carrier_;  // Of a vertex: the triangle that carries it, or kNone.
@@ -139,8 +151,8 @@ class CarriedSurface {
     Route before;
   };
   std::vector<Rerouted> rerouted_;
-  std::vector<std::uint32_t> cut_;               // Triangles of the original.
-  std::vector<std::uint32_t> seen_edge_;         // In which collapse.
+  std::vector<std::uint32_t> cut_;        // Triangles of the original.
+  std::vector<std::uint32_t> seen_edge_;  // In which collapse.
   std::vector<std::uint32_t> seen_triangle_;
   std::uint32_t now_ = 0;
 };

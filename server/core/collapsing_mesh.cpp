@@ -12,6 +12,7 @@ CollapsingMesh::CollapsingMesh(std::span<const TriangleIndices> triangles,
       removed_(triangles.size(), 0),
       opposite_(3 * triangles.size(), kNone),
       corner_of_(vertex_count, kNone),
+      valences_(vertex_count, 0),
       kinds_(vertex_count, VertexKind::kInner),
       marks_(vertex_count, 0) {
   find_opposites();
@@ -50,9 +51,8 @@ void CollapsingMesh::find_opposites() {
 
 // A vertex is irregular unless walking around it meets all of its corners.
 void CollapsingMesh::find_kinds() {
-  std::vector<std::uint32_t> corners(kinds_.size(), 0);
   for (const TriangleIndices& t : triangles_) {
-    for (const std::uint32_t v : t) ++corners[v];
+    for (const std::uint32_t v : t) ++valences_[v];
   }
   for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
     if (corner_of_[v] == kNone) kinds_[v] = VertexKind::kIrregular;
@@ -64,16 +64,16 @@ void CollapsingMesh::find_kinds() {
       ++met;
       const std::uint32_t across = opposite_[next(at)];
       at = across == kNone ? kNone : next(across);
-    } while (at != kNone && at != first && met <= corners[v]);
+    } while (at != kNone && at != first && met <= valences_[v]);
     if (at == first) {
-      if (met != corners[v]) kinds_[v] = VertexKind::kIrregular;
+      if (met != valences_[v]) kinds_[v] = VertexKind::kIrregular;
       continue;
     }
-    for (at = opposite_[previous(first)]; at != kNone && met <= corners[v];
+    for (at = opposite_[previous(first)]; at != kNone && met <= valences_[v];
          at = opposite_[previous(previous(at))]) {
       ++met;
     }
-    kinds_[v] = met == corners[v] ? VertexKind::kBorder : VertexKind::kIrregular;
+    kinds_[v] = met == valences_[v] ? VertexKind::kBorder : VertexKind::kIrregular;
   }
 }
 
@@ -140,6 +140,9 @@ void CollapsingMesh::collapse(std::span<const std::uint32_t> ring) {
   corner_of_[v] = ring[1];
   corner_of_[vertex(next(ring[1]))] = next(ring[1]);
   corner_of_[vertex(previous(ring[last - 1]))] = previous(ring[last - 1]);
+  valences_[v] += static_cast<std::uint32_t>(ring.size()) - 4;
+  --valences_[vertex(next(ring[1]))];
+  --valences_[vertex(previous(ring[last - 1]))];
 }
 
 void CollapsingMesh::take_back(std::uint32_t u, std::span<const std::uint32_t> ring) {
@@ -152,6 +155,9 @@ void CollapsingMesh::take_back(std::uint32_t u, std::span<const std::uint32_t> r
   link(previous(ring[1]), next(ring[0]));
   link(next(ring[last - 1]), previous(ring[last]));
   corner_of_[v] = next(ring[0]);
+  valences_[v] -= static_cast<std::uint32_t>(ring.size()) - 4;
+  ++valences_[vertex(next(ring[1]))];
+  ++valences_[vertex(previous(ring[last - 1]))];
 }
 
 }  // namespace multitetra

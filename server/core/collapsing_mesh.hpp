@@ -12,8 +12,9 @@
 //     w3-----w4              w3-----w4
 //
 // A collapse keeps the surface's topology exactly when u and v have no neighbours in common but w1
-// and the last of the ring, and these two with u are no triangle's opposite side of v (the link condition: T. Dey, H.
-// Edelsbrunner, S. Guha, D. Nekhayev, "Topology preserving edge contraction", 1999).
+// and the last of the ring, and these two with u are no triangle's opposite side of v (the link
+// condition: T. Dey, H. Edelsbrunner, S. Guha, D. Nekhayev, "Topology preserving edge contraction",
+// 1999).
 //
 // Corner c of the mesh is corner c % 3 of triangle c / 3. Across the edge that lies opposite to a
 // corner there is another corner, its *opposite*.
@@ -49,6 +50,8 @@ class CollapsingMesh {
   }
   [[nodiscard]] bool is_removed(std::uint32_t triangle) const { return removed_[triangle] != 0; }
   [[nodiscard]] VertexKind kind(std::uint32_t vertex) const { return kinds_[vertex]; }
+  // How many triangles there are around a vertex.
+  [[nodiscard]] std::uint32_t valence(std::uint32_t vertex) const { return valences_[vertex]; }
   [[nodiscard]] std::uint32_t vertex(std::uint32_t corner) const {
     return triangles_[corner / 3][corner % 3];
   }
@@ -86,6 +89,7 @@ class CollapsingMesh {
   std::vector<std::uint8_t> removed_;
   std::vector<std::uint32_t> opposite_;
   std::vector<std::uint32_t> corner_of_;  // One corner of each vertex.
+  std::vector<std::uint32_t> valences_;
   std::vector<VertexKind> kinds_;
   std::vector<std::uint32_t> marks_;  // Of a vertex: when keeps_topology saw it last.
   std::uint32_t mark_ = 0;

@@ -78,86 +78,108 @@ class Compaction {
         is_anchor_(anchors(mesh_, positions_)),
         carried_(mesh_, mesh.triangles, positions_, is_anchor_),
         quadrics_(positions_.size()),
-        stays_(positions_.size(), 0),
-        is_open_(positions_.size(), 1) {
+        is_closed_(positions_.size(), 0),
+        refusals_(positions_.size(), 0),
+        is_stale_(positions_.size(), 1),
+        least_cost_(positions_.size(), 0) {
+    std::vector<std::uint8_t> stays(positions_.size(), 0);
     for (std::uint32_t i = 0; i < mesh_.triangle_count(); ++i) {
       const TriangleIndices& t = mesh_.triangle(i);
       const Quadric quadric =
           Quadric::of_triangle(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
       for (const std::uint32_t v : t) {
         quadrics_[v].add(quadric);
-        if (is_anchor_[i] != 0) stays_[v] = 1;
+        if (is_anchor_[i] != 0) stays[v] = 1;
       }
     }
-    for (std::uint32_t v = 0; v < stays_.size(); ++v) {
-      if (mesh_.kind(v) != CollapsingMesh::VertexKind::kInner) stays_[v] = 1;
+    for (std::uint32_t v = 0; v < stays.size(); ++v) {
+      if (stays[v] == 0 && mesh_.kind(v) == CollapsingMesh::VertexKind::kInner) open_.push_back(v);
     }
   }
 
   Compacted run() {
-    const bool log = std::getenv("COMPACTION_LOG") != nullptr;
-    for (int pass = 1; pass < 100; ++pass) {
-      collect();
-      if (log) std::fprintf(stderr, "pass %d: %zu candidates, ", pass, candidates_.size());
-      if (candidates_.empty()) break;
-      std::sort(candidates_.begin(), candidates_.end());
-      limit_ = candidates_[candidates_.size() / 2].cost * 1.5;
-      std::size_t done = 0;
-      const std::size_t end = candidates_.size() / 2 + 1;
-      for (std::size_t i = 0; i < end; ++i) done += try_vertex(candidates_[i].vertex) ? 1U : 0U;
-      if (log) std::fprintf(stderr, "%zu collapses  (%lu refused)\n", done, refused_);
+    for (int pass = 0; pass < kPasses && choose_candidates(); ++pass) {
+      for (const std::uint32_t v : candidates_) try_vertex(v);
     }
-    if (log)
-      for (int i = 0; i < 8; ++i) std::fprintf(stderr, "why %d: %lu\n", i, carried_.stats[i]);
     return result();
   }
 
  private:
-  struct Candidate {
+  static constexpr int kPasses = 16;
+  static constexpr int kTries = 2;
+  static constexpr std::uint8_t kRefusals = 4;
+
+  struct Target {
     double cost = 0;
-    std::uint32_t vertex = 0;
-    friend auto operator<=>(const Candidate&, const Candidate&) = default;
+    std::uint32_t corner = 0;
+    friend auto operator<=>(const Target&, const Target&) = default;
   };
 
-  void collect() {
-    candidates_.clear();
-    for (std::uint32_t v = 0; v < positions_.size(); ++v) {
-      if (stays_[v] != 0 || is_open_[v] == 0 || carried_.is_carried(v)) continue;
-      mesh_.ring(v, ring_);
-      double least = std::numeric_limits<double>::infinity();
-      for (const std::uint32_t c : ring_) {
-        least = std::min(least, cost(v, mesh_.vertex(CollapsingMesh::next(c))));
+  // The cheaper half of the vertices that may move, in the order of their numbers: neighbours are
+  // near to each other in memory.
+  bool choose_candidates() {
+    costs_.clear();
+    std::size_t kept = 0;
+    for (const std::uint32_t v : open_) {
+      if (carried_.is_carried(v)) continue;
+      open_[kept++] = v;
+      if (is_closed_[v] != 0) continue;
+      if (is_stale_[v] != 0) {
+        least_cost_[v] = least_cost(v);
+        is_stale_[v] = 0;
       }
-      candidates_.push_back({least, v});
+      costs_.push_back(least_cost_[v]);
     }
+    open_.resize(kept);
+    candidates_.clear();
+    if (costs_.empty()) return false;
+    const auto middle = costs_.begin() + static_cast<std::ptrdiff_t>(costs_.size() / 2);
+    std::nth_element(costs_.begin(), middle, costs_.end());
+    limit_ = *middle;
+    for (const std::uint32_t v : open_) {
+      if (is_closed_[v] == 0 && least_cost_[v] <= limit_) candidates_.push_back(v);
+    }
+    return true;
+  }
+  double least_cost(std::uint32_t u) {
+    mesh_.ring(u, ring_);
+    double least = std::numeric_limits<double>::infinity();
+    for (const std::uint32_t c : ring_) {
+      least = std::min(least, cost(u, mesh_.vertex(CollapsingMesh::next(c))));
+    }
+    return least;
   }
   double cost(std::uint32_t u, std::uint32_t v) const {
     return quadrics_[u].at(positions_[v]) + quadrics_[v].at(positions_[v]);
   }
 
-  bool try_vertex(std::uint32_t u) {
+  void try_vertex(std::uint32_t u) {
+    if (is_stale_[u] != 0) {
+      // Its neighbours have changed in this pass: it may have become too dear.
+      least_cost_[u] = least_cost(u);
+      is_stale_[u] = 0;
+      if (least_cost_[u] > 1.5 * limit_) return;
+    }
     mesh_.ring(u, ring_);
     targets_.clear();
-    for (std::uint32_t i = 0; i < ring_.size(); ++i) {
-      targets_.push_back({cost(u, mesh_.vertex(CollapsingMesh::next(ring_[i]))), ring_[i]});
+    for (const std::uint32_t c : ring_) {
+      targets_.push_back({cost(u, mesh_.vertex(CollapsingMesh::next(c))), c});
     }
     std::sort(targets_.begin(), targets_.end());
-    if (targets_[0].cost > limit_) return false;
     int tries = 0;
-    for (const Candidate& target : targets_) {
-      const auto at = std::find(ring_.begin(), ring_.end(), target.vertex) - ring_.begin();
+    for (const Target& target : targets_) {
+      const auto at = std::find(ring_.begin(), ring_.end(), target.corner) - ring_.begin();
       CollapsingMesh::turn(ring_, static_cast<std::size_t>(at));
       if (!mesh_.keeps_topology(ring_) || joins_borders() || turns_over()) continue;
-      if (try_collapse(u)) return true;
-      ++refused_;
-      if (++tries == 2) break;
+      if (try_collapse(u)) return;
+      if (++tries == kTries) break;
     }
-    is_open_[u] = 0;
-    return false;
+    is_closed_[u] = 1;
+    ++refusals_[u];
   }
 
-  // Whether a new edge would join two vertices of the border. The surface beyond the border may have
-  // such an edge too.
+  // Whether a new edge would join two vertices of the border. The surface beyond the border may
+  // have such an edge too.
   bool joins_borders() const {
     const auto is_inner = [&](std::uint32_t corner) {
       return mesh_.kind(mesh_.vertex(CollapsingMesh::next(corner))) ==
@@ -179,8 +201,7 @@ class Compaction {
       const Vec3 before = normal_of(positions_[u], q, r);
       const Vec3 after = normal_of(to, q, r);
       const double along = inner_product(before, after);
-      if (!(along > 0) ||
-          along * along < 0.04 * squared_length(before) * squared_length(after)) {
+      if (!(along > 0) || along * along < 0.04 * squared_length(before) * squared_length(after)) {
         return true;
       }
     }
@@ -195,11 +216,13 @@ class Compaction {
       return false;
     }
     quadrics_[v].add(quadrics_[u]);
-    is_open_[v] = 1;
-    for (std::size_t i = 1; i < ring_.size(); ++i) {
-      const std::uint32_t w = mesh_.vertex(CollapsingMesh::next(ring_[i]));
-      is_open_[w] = 1;
+    for (const std::uint32_t c : ring_) {
+      const std::uint32_t w = mesh_.vertex(CollapsingMesh::next(c));
+      is_stale_[w] = 1;
+      if (refusals_[w] < kRefusals) is_closed_[w] = 0;
     }
+    is_stale_[v] = 1;
+    if (refusals_[v] < kRefusals) is_closed_[v] = 0;
     return true;
   }
 
@@ -229,13 +252,16 @@ class Compaction {
   std::vector<std::uint8_t> is_anchor_;
   CarriedSurface carried_;
   std::vector<Quadric> quadrics_;
-  std::vector<std::uint8_t> stays_;
-  std::vector<std::uint8_t> is_open_;
-  double limit_ = 0;
-  std::vector<Candidate> candidates_;
-  std::vector<Candidate> targets_;
+  std::vector<std::uint32_t> open_;      // Vertices that may move some time.
+  std::vector<std::uint8_t> is_closed_;  // Refused, and nothing has changed since.
+  std::vector<std::uint8_t> refusals_;
+  std::vector<std::uint8_t> is_stale_;  // least_cost_ is not known.
+  std::vector<double> least_cost_;
+  double limit_ = 0;  // Of a pass: the largest cost.
+  std::vector<double> costs_;
+  std::vector<std::uint32_t> candidates_;
+  std::vector<Target> targets_;
   std::vector<std::uint32_t> ring_;
-  unsigned long refused_ = 0;
 };
 
 }  // namespace

@@ -7,7 +7,8 @@
 //
 //  * no point of either surface is farther from the other than `bound`, which is at most the budget
 //    (see carried_surface.hpp for the proof);
-//  * the border, and every vertex without a closed ring of triangles around it, is as before: meshes
+//  * the border, and every vertex without a closed ring of triangles around it, is as before:
+//  meshes
 //    that fit together still do;
 //  * the topology is the same: edges, components and Euler characteristic of a manifold stay what
 //    they are, and a component without border keeps a triangle and some volume;

@@ -36,12 +36,12 @@ struct NearestParts {
   const double determinant = aa * bb - mixed * mixed;
   NearestParts parts;
   if (determinant > 1e-12 * aa * bb) {
-    parts.s = std::clamp((mixed * inner_product(cd, ca) - along_first * bb) / determinant, 0.0, 1.0);
+    parts.s =
+        std::clamp((mixed * inner_product(cd, ca) - along_first * bb) / determinant, 0.0, 1.0);
   }
   parts.t = nearest_part(moved(a, parts.s, ab), c, cd);
   parts.s = nearest_part(moved(c, parts.t, cd), a, ab);
-  parts.squared_distance =
-      squared_length(difference(moved(a, parts.s, ab), moved(c, parts.t, cd)));
+  parts.squared_distance = squared_length(difference(moved(a, parts.s, ab), moved(c, parts.t, cd)));
   return parts;
 }
 

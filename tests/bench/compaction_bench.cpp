@@ -64,8 +64,8 @@ LatticeMesh peer(const LatticeMesh& mesh, const Vec3& step, double budget) {
                                  meshopt_SimplifyLockBorder, &error));
   std::vector<LatticeTriangle> triangles;
   for (std::size_t i = 0; i < result.size(); i += 3) {
-    triangles.push_back({mesh.vertices[result[i]], mesh.vertices[result[i + 1]],
-                         mesh.vertices[result[i + 2]]});
+    triangles.push_back(
+        {mesh.vertices[result[i]], mesh.vertices[result[i + 1]], mesh.vertices[result[i + 2]]});
   }
   return index_triangles(triangles, mesh.resolution);
 #else
@@ -73,8 +73,9 @@ LatticeMesh peer(const LatticeMesh& mesh, const Vec3& step, double budget) {
 #endif
 }
 
-void report(const char* name, const Totals& t, const Totals& base, const std::vector<LatticeMesh>& meshes,
-            const Vec3& step, const std::vector<SurfaceTriangle>& full, const DataBorder& border) {
+void report(const char* name, const Totals& t, const Totals& base,
+            const std::vector<LatticeMesh>& meshes, const Vec3& step,
+            const std::vector<SurfaceTriangle>& full, const DataBorder& border) {
   std::vector<const LatticeMesh*> parts;
   for (const auto& m : meshes) parts.push_back(&m);
   const LatticeMesh whole = weld(parts, meshes.front().resolution);
@@ -85,12 +86,14 @@ void report(const char* name, const Totals& t, const Totals& base, const std::ve
   const NearestTriangle a(full), b(std::move(soup));
   const auto limit = [](const Vec3&) { return 1e9; };
   const auto d1 = distances(there, a, limit), d2 = distances(back, b, limit);
-  std::printf("%-9s tri %9.0f (%.3f) bytes %9.0f (%.3f) %.2f B/t | compact %.3f s (%.2f M in/s) encode %.3f s | bound %.3f "
-              "max %.3f %.3f p99 %.3f %.3f mean %.3f | euler %ld comp %ld open %ld nonman %ld\n",
-              name, t.triangles, t.triangles / base.triangles, t.bytes, t.bytes / base.bytes,
-              t.bytes / t.triangles, t.seconds, base.triangles / t.seconds / 1e6, t.encode_seconds,
-              t.bound, d1.maximum, d2.maximum, d1.percentile_99, d2.percentile_99, (d1.mean+d2.mean)/2, top.euler_characteristic,
-              top.components, top.open_edges, top.nonmanifold_edges);
+  std::printf(
+      "%-9s tri %9.0f (%.3f) bytes %9.0f (%.3f) %.2f B/t | compact %.3f s (%.2f M in/s) encode "
+      "%.3f s | bound %.3f "
+      "max %.3f %.3f p99 %.3f %.3f mean %.3f | euler %ld comp %ld open %ld nonman %ld\n",
+      name, t.triangles, t.triangles / base.triangles, t.bytes, t.bytes / base.bytes,
+      t.bytes / t.triangles, t.seconds, base.triangles / t.seconds / 1e6, t.encode_seconds, t.bound,
+      d1.maximum, d2.maximum, d1.percentile_99, d2.percentile_99, (d1.mean + d2.mean) / 2,
+      top.euler_characteristic, top.components, top.open_edges, top.nonmanifold_edges);
   std::fflush(stdout);
 }
 
@@ -123,7 +126,8 @@ int main(int argc, char** argv) {
   for (int i = 4; i < argc; ++i) {
     double model_error = 0, budget = 0;
     if (std::sscanf(argv[i], "%lf,%lf", &model_error, &budget) != 2) return 1;
-    std::printf("== model %.3f compaction %.3f, tiles of %zu\n", model_error, budget, max_triangles);
+    std::printf("== model %.3f compaction %.3f, tiles of %zu\n", model_error, budget,
+                max_triangles);
     Totals plain, small, theirs;
     std::vector<LatticeMesh> before, after, other;
     // The uncompacted stream at the whole error.
