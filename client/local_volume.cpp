@@ -21,6 +21,8 @@
 #include <string>
 #include <utility>
 
+#include "common/itk_words.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -28,17 +30,6 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void fail_reading(const fs::path& file, const std::string& problem) {
   throw std::runtime_error("Cannot check against '" + file.string() + "': " + problem + ".");
-}
-
-// ITK names its own object and its address first, and may use several lines.
-std::string one_line(const itk::ExceptionObject& problem) {
-  std::string text = problem.GetDescription();
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  if (const std::size_t address = text.find("): "); address != std::string::npos) {
-    text.erase(0, address + 3);
-  }
-  while (!text.empty() && (text.back() == ' ' || text.back() == '.')) text.pop_back();
-  return text.empty() ? "the reader of this format gives up without a reason" : text;
 }
 
 itk::ImageIOBase::Pointer reader_for(const fs::path& file) {
@@ -95,7 +86,8 @@ std::vector<float> read_image(const fs::path& file, itk::ImageIOBase* io, const 
     }
     reader->Update();
   } catch (const itk::ExceptionObject& problem) {
-    fail_reading(file, one_line(problem) + "; save it in another format or as raw samples");
+    fail_reading(file, itk_words(problem.GetDescription()) +
+                           "; save it in another format or as raw samples");
   }
   const double* first = reader->GetOutput()->GetBufferPointer();
   return {first, first + samples_of(info)};

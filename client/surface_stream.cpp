@@ -70,6 +70,7 @@ ClientResult<StreamNews> SurfaceStream::next(std::chrono::milliseconds patience)
       return tl::unexpected(news.error());
     }
     if (*news) return **std::move(news);
+    if (Clock::now() >= until) break;  // However much has come, there may be more.
   }
   return NothingNew{};
 }

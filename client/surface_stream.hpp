@@ -52,9 +52,10 @@ class SurfaceStream {
   // Asks the server to stop. The end comes as news: cancelled, or complete if it was sooner.
   [[nodiscard]] ClientResult<void> cancel();
 
-  // Waits for the next news of the running request, at most `patience` (0: takes what is there).
-  // Without a running request there is nothing new. After a refusal or a failed check the request
-  // is over; after trouble with the network, resume() may go on with it.
+  // Waits for the next news of the running request, at most `patience` and the time that one
+  // message takes (0: takes one message, if it is there): a viewer has its turn also while many
+  // tiles come. Without a running request there is nothing new. After a refusal or a failed check
+  // the request is over; after trouble with the network, resume() may go on with it.
   [[nodiscard]] ClientResult<StreamNews> next(std::chrono::milliseconds patience);
 
   // Connects anew and repeats the request that ran when the connection was lost. Steps that were

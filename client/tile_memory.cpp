@@ -10,11 +10,19 @@ std::uint64_t bytes_of(const LatticeMesh& mesh) {
          mesh.triangles.size() * sizeof(TriangleIndices);
 }
 
+bool is_as_large(const LatticeMesh& a, const LatticeMesh& b) {
+  return a.triangles.size() == b.triangles.size() && a.vertices.size() == b.vertices.size();
+}
+
 }  // namespace
 
 void TileMemory::keep(const ContentDigest& digest, std::shared_ptr<const LatticeMesh> mesh) {
-  if (places_.contains(digest)) {
+  if (const auto known = places_.find(digest); known != places_.end()) {
     use(digest);
+    std::shared_ptr<const LatticeMesh>& kept = known->second->mesh;
+    if (kept->normals.empty() && !mesh->normals.empty() && is_as_large(*kept, *mesh)) {
+      kept = std::move(mesh);
+    }
     return;
   }
   if (mesh->triangles.size() > limits_.triangles || limits_.tiles == 0) return;

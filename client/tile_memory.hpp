@@ -29,7 +29,8 @@ class TileMemory {
   explicit TileMemory(TileMemoryLimits limits = {}) : limits_(limits) {}
 
   // Keeps the tile as the one used last. Others may have to go for it; it is not kept at all if it
-  // is larger than the limit by itself.
+  // is larger than the limit by itself. Of a tile that came without normals and with them the
+  // latter stays: it serves both.
   void keep(const ContentDigest& digest, std::shared_ptr<const LatticeMesh> mesh);
   // A manifest names this tile: it is used now. Nothing happens when it is not kept.
   void use(const ContentDigest& digest);

@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "common/itk_words.hpp"
 #include "common/threshold_shrinking.hpp"
 
 namespace multitetra {
@@ -54,18 +55,6 @@ tl::unexpected<Error> cannot_read(const fs::path& file, const std::string& probl
                                   ErrorCode code = ErrorCode::kInvalidArgument) {
   return fail(code, "Cannot read the threshold grid \"" + file.string() + "\": " + problem + "; " +
                         remedy + ".");
-}
-
-// ITK reports over several lines, with its own source file and object address in front.
-std::string one_line(const itk::ExceptionObject& problem) {
-  std::string text = problem.GetDescription();
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r' || c == '\t'; }, ' ');
-  if (const std::size_t address = text.find("): "); address != std::string::npos) {
-    text.erase(0, address + 3);
-  }
-  while (!text.empty() && (text.back() == ' ' || text.back() == '.')) text.pop_back();
-  return text.empty() ? "its reader gives up without a reason" : text;
 }
 
 // What is wrong with the image as its header tells it.
@@ -142,7 +131,7 @@ Result<ThresholdGrid> read_threshold_grid(const fs::path& file, double elsewhere
   try {
     return read(file, elsewhere);
   } catch (const itk::ExceptionObject& problem) {
-    return cannot_read(file, one_line(problem), "give a whole image file");
+    return cannot_read(file, itk_words(problem.GetDescription()), "give a whole image file");
   }
 }
 

@@ -52,7 +52,7 @@ echo "== Preparing it"
 
 echo "== Serving it"
 log=$out/server.log
-"$server" serve "$out/demo.mtd" --tcp 127.0.0.1:0 2>"$log" &
+"$server" serve "$out/demo.mtd" --tcp 127.0.0.1:0 --http 127.0.0.1:0 2>"$log" &
 pid=$!
 trap 'kill "$pid" 2>/dev/null || true; wait "$pid" 2>/dev/null || true' EXIT
 url=

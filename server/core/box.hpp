@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "common/affine.hpp"
+#include "common/octree_cube.hpp"
 
 namespace multitetra {
 
@@ -18,6 +19,12 @@ struct Box {
 
   friend bool operator==(const Box&, const Box&) = default;
 };
+
+[[nodiscard]] inline Box box_of(const OctreeCube& cube) {
+  const auto side = static_cast<double>(cube.side());
+  const Vec3 low = {side * cube.x, side * cube.y, side * cube.z};
+  return {low, {low[0] + side, low[1] + side, low[2] + side}};
+}
 
 [[nodiscard]] inline bool contains(const Box& outer, const Box& inner) {
   return outer.low[0] <= inner.low[0] && inner.high[0] <= outer.high[0] &&

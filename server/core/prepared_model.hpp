@@ -33,6 +33,7 @@ class PreparedModel {
   }
 
   [[nodiscard]] const PreparedVolume& volume() const { return volume_; }
+  [[nodiscard]] const ThresholdMap& thresholds() const { return options_.thresholds; }
   [[nodiscard]] const FineErrorsOptions& fine_options() const { return fine_; }
 
   // For points of spacing kSpectrumSpacing and more.

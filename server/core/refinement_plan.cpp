@@ -80,8 +80,10 @@ NextStep next_step(const IsosurfaceRequest& request, bool previews,
 double estimated_bytes(double triangles, const StepRequest& step) {
   constexpr double kBytesATile = 250;
   constexpr double kTrianglesATile = 10'000;
+  const int normal_bits = step.request.normal_bits;
+  const double normals = normal_bits == 0 ? 0 : 0.6 + 0.15 * (normal_bits - kMinNormalBits);
   const double a_triangle =
-      0.3 + 0.19 * (step.request.lattice_resolution + std::log2(step.finest_spacing));
+      0.3 + 0.19 * (step.request.lattice_resolution + std::log2(step.finest_spacing)) + normals;
   return triangles * a_triangle + kBytesATile * std::ceil(triangles / kTrianglesATile);
 }
 

@@ -21,10 +21,12 @@ void visit_refined(const PreparedModel& model, const OctreeCube& cube, int expon
 
 }  // namespace
 
-CubeSample sample_cubes(const PreparedModel& model, std::size_t count, double isovalue) {
+CubeSample sample_cubes(const PreparedModel& model, std::size_t count, double isovalue,
+                        const std::function<void()>& checkpoint) {
   const SurfaceOptions options{.isovalue = isovalue};
   CubeSample sample;
   visit_refined(model, root_of(model), CubeSample::kExponent, [&](const OctreeCube& cube) {
+    checkpoint();
     if (cube.exponent == CubeSample::kExponent) {
       sample.cubes.push_back(cube);
     } else {
@@ -46,12 +48,11 @@ std::uint64_t crossed_tetrahedra(const PreparedModel& model, const OctreeCube& c
   return surface_in_cube(model, cube, {.isovalue = isovalue}, memory).active_tetrahedra;
 }
 
-std::size_t count_refined_cubes(const PreparedModel& model, int exponent) {
-  std::size_t count = 0;
+void visit_refined_cubes(const PreparedModel& model, int exponent,
+                         const std::function<void(const OctreeCube&)>& visit) {
   visit_refined(model, root_of(model), exponent, [&](const OctreeCube& cube) {
-    if (cube.exponent == exponent) ++count;
+    if (cube.exponent == exponent) visit(cube);
   });
-  return count;
 }
 
 }  // namespace multitetra

@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "common/octree_cube.hpp"
@@ -26,10 +27,12 @@ struct CubeSample {
   std::uint64_t coarse_tetrahedra = 0;  // Crossed ones that belong to larger cubes.
 };
 
-// At most `count` cubes; all of them, when there are no more. Reads no samples. Requires a grid of
-// more than kSpectrumSpacing steps a side.
-[[nodiscard]] CubeSample sample_cubes(const PreparedModel& model, std::size_t count,
-                                      double isovalue);
+// At most `count` cubes; all of them, when there are no more. Reads no samples. `checkpoint` is
+// called for every cube that is looked at; what it throws ends the search. Requires a grid of more
+// than kSpectrumSpacing steps a side.
+[[nodiscard]] CubeSample sample_cubes(
+    const PreparedModel& model, std::size_t count, double isovalue,
+    const std::function<void()>& checkpoint = [] {});
 
 // The tetrahedra of one such cube that the surface crosses.
 [[nodiscard]] std::uint64_t crossed_tetrahedra(const PreparedModel& model, const OctreeCube& cube,
@@ -39,8 +42,10 @@ struct CubeSample {
 // on all volumes.
 inline constexpr double kTrianglesATetrahedron = 1.31;
 
-// The refined cubes of that exponent, at least kSpectrumExponent + 1. Looks at the spectrum alone,
-// and takes a small part of the time of everything else here.
-[[nodiscard]] std::size_t count_refined_cubes(const PreparedModel& model, int exponent);
+// Calls `visit` for the refined cubes of that exponent, at least kSpectrumExponent + 1, in octree
+// order; what it throws ends the visit. Looks at the spectrum alone, and takes a small part of the
+// time of everything else here.
+void visit_refined_cubes(const PreparedModel& model, int exponent,
+                         const std::function<void(const OctreeCube&)>& visit);
 
 }  // namespace multitetra

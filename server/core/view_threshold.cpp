@@ -37,8 +37,9 @@ double half_tangent(double degrees) {
 ViewThreshold::ViewThreshold(const ThresholdView& view, const Affine& to_world, double unit)
     : to_world_(to_world), eye_(view.eye) {
   const double half_height = half_tangent(view.field_of_view);
-  length_per_distance_ =
-      std::min(view.tolerance_pixels * (2 * half_height / view.height_pixels), kMax);
+  // Finite before it is multiplied: a tolerance of 0 pixels is a threshold of 0 in any view.
+  const double of_a_pixel = std::min(2 * half_height / view.height_pixels, kMax);
+  length_per_distance_ = std::min(view.tolerance_pixels * of_a_pixel, kMax);
   if (view.frustum) {
     outside_ = std::min(view.frustum->outside * unit, kMax);
     set_frustum(*view.frustum, half_height);

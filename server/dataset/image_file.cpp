@@ -19,6 +19,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/itk_words.hpp"
 #include "server/dataset/image_payload.hpp"
 #include "server/dataset/nrrd_header.hpp"
 #include "server/dataset/nrrd_payload.hpp"
@@ -30,18 +31,6 @@ namespace {
 namespace fs = std::filesystem;
 using Component = itk::IOComponentEnum;
 using ImageIo = itk::ImageIOBase::Pointer;
-
-// ITK reports over several lines, with its own source file and object address in front.
-std::string one_line(const itk::ExceptionObject& problem) {
-  std::string text = problem.GetDescription();
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r' || c == '\t'; }, ' ');
-  if (const std::size_t address = text.find("): "); address != std::string::npos) {
-    text.erase(0, address + 3);
-  }
-  while (!text.empty() && (text.back() == ' ' || text.back() == '.')) text.pop_back();
-  return text.empty() ? "the reader of this format gives up without a reason" : text;
-}
 
 // ---- what a header says
 
@@ -228,7 +217,8 @@ ImageFile::ImageFile(const fs::path& file) : file_(file), reader_(std::make_uniq
     reader_->io->SetFileName((reader_->rewritten ? reader_->rewritten->path() : file).string());
     reader_->io->ReadImageInformation();
   } catch (const itk::ExceptionObject& problem) {
-    fail_reading(file, one_line(problem), "Check that it is a whole file of this format");
+    fail_reading(file, itk_words(problem.GetDescription()),
+                 "Check that it is a whole file of this format");
   }
   header_ = header_of(file, *reader_->io);
 }
@@ -245,7 +235,7 @@ void ImageFile::read(void* memory) const {
     check_payload(file_, *reader_->io);
     fill_from(reader_->io, memory);
   } catch (const itk::ExceptionObject& problem) {
-    fail_reading(file_, one_line(problem),
+    fail_reading(file_, itk_words(problem.GetDescription()),
                  "Check that the file and the data files it names are whole");
   }
 }
@@ -275,7 +265,8 @@ void write_nrrd_image(const fs::path& file, const Volume& volume) {
     io->SetIORegion(region);
     std::visit([&](const auto& samples) { io->Write(samples.data()); }, volume.samples);
   } catch (const itk::ExceptionObject& problem) {
-    throw VolumeFileError("Cannot write '" + file.string() + "': " + one_line(problem) +
+    throw VolumeFileError("Cannot write '" + file.string() +
+                          "': " + itk_words(problem.GetDescription()) +
                           ". Check the folder, its permissions and the free space.");
   }
 }

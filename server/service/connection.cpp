@@ -8,19 +8,20 @@ namespace multitetra {
 
 using boost::system::error_code;
 
-Connection::Connection(tcp::socket socket, std::shared_ptr<Conversation> conversation,
+Connection::Connection(tcp::socket socket, TlsContextPtr tls, DialoguePtr conversation,
                        ConnectionOptions options)
-    : socket_(std::move(socket)),
+    : stream_(std::move(socket), std::move(tls)),
       conversation_(std::move(conversation)),
       options_(options),
-      handshake_timer_(socket_.get_executor()),
-      write_timer_(socket_.get_executor()),
-      linger_timer_(socket_.get_executor()) {
+      handshake_timer_(stream_.get_executor()),
+      write_timer_(stream_.get_executor()),
+      linger_timer_(stream_.get_executor()) {
   error_code ignored;
-  socket_.set_option(tcp::no_delay(true), ignored);
-  socket_.set_option(asio::socket_base::keep_alive(true), ignored);
+  stream_.socket().set_option(tcp::no_delay(true), ignored);
+  stream_.socket().set_option(asio::socket_base::keep_alive(true), ignored);
   if (options_.send_buffer_bytes) {
-    socket_.set_option(asio::socket_base::send_buffer_size(*options_.send_buffer_bytes), ignored);
+    stream_.socket().set_option(asio::socket_base::send_buffer_size(*options_.send_buffer_bytes),
+                                ignored);
   }
 }
 
@@ -32,16 +33,34 @@ void Connection::start(std::function<void()> on_closed) {
     if (cancelled || self->conversation_->is_welcomed()) return;
     self->end({ErrorCode::kUnavailable, "No Hello came in time; it opens a connection."});
   });
-  const auto done = [self](const std::exception_ptr& trouble) { self->coroutine_done(trouble); };
+  spawn(&Connection::greet_and_read);
+}
+
+void Connection::spawn(asio::awaitable<void> (Connection::*coroutine)()) {
+  ++running_coroutines_;
   asio::co_spawn(
-      socket_.get_executor(), [self] { return self->read(); }, done);
-  asio::co_spawn(
-      socket_.get_executor(), [self] { return self->write(); }, done);
+      stream_.get_executor(),
+      [self = shared_from_this(), coroutine] { return (self.get()->*coroutine)(); },
+      [self = shared_from_this()](const std::exception_ptr& trouble) {
+        self->coroutine_done(trouble);
+      });
 }
 
 void Connection::end(const Error& error) {
   conversation_->end(error);
   close_after(linger_timer_, options_.linger);
+}
+
+asio::awaitable<void> Connection::greet_and_read() {
+  error_code error;
+  co_await stream_.async_handshake(asio::ssl::stream_base::server, use_error(error));
+  if (error) {
+    spdlog::info("{}: no TLS: {}", conversation_->peer(), error.message());
+    conversation_->leave();
+    co_return;
+  }
+  spawn(&Connection::write);
+  co_await read();
 }
 
 asio::awaitable<void> Connection::read() {
@@ -51,7 +70,7 @@ asio::awaitable<void> Connection::read() {
     co_await conversation_->room();
     error_code error;
     const std::size_t size =
-        co_await socket_.async_read_some(asio::buffer(buffer), use_error(error));
+        co_await stream_.async_read_some(asio::buffer(buffer), use_error(error));
     if (error) break;
     // What comes after the end is read and dropped: closing with unread bytes would reset the
     // connection and take our last words away from the client.
@@ -89,16 +108,16 @@ asio::awaitable<void> Connection::write() {
     const std::array<asio::const_buffer, 2> frame = {asio::buffer(header), asio::buffer(content)};
     close_after(write_timer_, options_.write_timeout);
     error_code error;
-    co_await asio::async_write(socket_, frame, use_error(error));
+    co_await asio::async_write(stream_, frame, use_error(error));
     write_timer_.cancel();
     if (error) {
       close();
       co_return;
     }
   }
-  error_code ignored;
-  socket_.shutdown(tcp::socket::shutdown_send, ignored);
   close_after(linger_timer_, options_.linger);
+  error_code ignored;
+  co_await stream_.async_shutdown(use_error(ignored));
 }
 
 void Connection::close_after(asio::steady_timer& timer, std::chrono::milliseconds delay) {
@@ -109,8 +128,7 @@ void Connection::close_after(asio::steady_timer& timer, std::chrono::millisecond
 }
 
 void Connection::close() {
-  error_code ignored;
-  socket_.close(ignored);
+  stream_.close();
   conversation_->leave();
 }
 

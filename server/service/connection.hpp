@@ -1,4 +1,4 @@
-// A conversation over one TCP connection: one coroutine reads frames, one writes them.
+// A conversation over one TCP or TLS connection: one coroutine reads frames, one writes them.
 #pragma once
 
 #include <array>
@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "common/frame.hpp"
-#include "common/net.hpp"
-#include "server/service/conversation.hpp"
+#include "common/stream_socket.hpp"
+#include "server/service/dialogue.hpp"
 
 namespace multitetra {
 
@@ -24,7 +24,8 @@ struct ConnectionOptions {
 
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(tcp::socket socket, std::shared_ptr<Conversation> conversation,
+  // Plain TCP if `tls` is null.
+  Connection(tcp::socket socket, TlsContextPtr tls, DialoguePtr conversation,
              ConnectionOptions options);
 
   // Both coroutines keep the connection alive; `on_closed` is called once when they are done.
@@ -33,18 +34,20 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void end(const Error& error);
 
  private:
+  asio::awaitable<void> greet_and_read();
   asio::awaitable<void> read();
   asio::awaitable<void> write();
   asio::awaitable<void> receive_frames(FrameReader& frames);
   void close_after(asio::steady_timer& timer, std::chrono::milliseconds delay);
   void close();
+  void spawn(asio::awaitable<void> (Connection::*coroutine)());
   void coroutine_done(const std::exception_ptr& trouble);
 
-  tcp::socket socket_;
-  std::shared_ptr<Conversation> conversation_;
+  StreamSocket stream_;
+  DialoguePtr conversation_;
   ConnectionOptions options_;
   std::function<void()> on_closed_;
-  int running_coroutines_ = 2;
+  int running_coroutines_ = 0;
   asio::steady_timer handshake_timer_;
   asio::steady_timer write_timer_;
   asio::steady_timer linger_timer_;

@@ -5,9 +5,11 @@
 
 #include <spdlog/spdlog.h>
 
+#include "server/core/budget.hpp"
 #include "server/core/threshold_map.hpp"
 #include "server/dataset/byte_source.hpp"
 #include "server/dataset/in_parallel.hpp"
+#include "server/service/stream_plan.hpp"
 
 namespace multitetra {
 
@@ -35,6 +37,8 @@ auto guarded(const StepSource& source, const char* what, const std::stop_token& 
     return make();
   } catch (const Cancelled&) {
     return fail(ErrorCode::kCancelled, std::string("The ") + what + " was cancelled.");
+  } catch (const BudgetTooSmall& problem) {
+    return fail(ErrorCode::kLimitExceeded, problem.what());
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
                 std::string("The server has not enough memory for this ") + what +
@@ -174,6 +178,8 @@ void Conversation::perform(StartStream action) {
 }
 
 void Conversation::perform(MakeEstimate action) {
+  // To find what a budget allows takes as long as some steps; without one it is quick.
+  const bool is_long = has_budget(action.estimate.request);
   auto make = [self = shared_from_this(), action = std::move(action),
                stop = estimates_stop_.get_token(), guard = asio::make_work_guard(executor_)] {
     auto made = make_estimate(*action.source, action.estimate, stop);
@@ -188,7 +194,7 @@ void Conversation::perform(MakeEstimate action) {
       self->something_to_send_.cancel();
     });
   };
-  workers_.post(client_, {.run = std::move(make)});
+  workers_.post(client_, {.run = std::move(make), .is_long = is_long});
 }
 
 void Conversation::perform(StopStream action) {

@@ -1,18 +1,13 @@
 // A session at work: performs its actions, has steps made by the workers, and hands out the
-// messages to send, one at a time. It knows no socket, so that TCP and WebSocket share it.
-//
-// A transport runs two loops on the same executor:
-//
-//   reading:  co_await room(); read a message; receive(content)
-//   writing:  while (auto message = co_await next_message()) write it
+// messages to send, one at a time. It knows no socket, so that TCP and WebSocket share it: how a
+// transport uses it says dialogue.hpp.
 //
 // Memory is bounded whatever the client does: replies wait in a short queue, of which one may be a
 // list of datasets, and reading pauses while it is full; stream messages are made when the writing
 // loop asks for them, and a step only when the one before has gone. At most one step is with the
 // workers, also when streams supersede each other. Workers never wait for a client.
 //
-// Not thread-safe: everything runs on the executor, of which one thread runs at a time. Only the
-// making of steps happens elsewhere.
+// Only the making of steps happens on other threads than the executor's.
 #pragma once
 
 #include <chrono>
@@ -24,6 +19,7 @@
 #include <string_view>
 
 #include "common/net.hpp"
+#include "server/service/dialogue.hpp"
 #include "server/service/session.hpp"
 #include "server/service/stream_messages.hpp"
 #include "server/service/workers.hpp"
@@ -32,29 +28,22 @@ namespace multitetra {
 
 inline constexpr std::size_t kMaxWaitingReplies = 64;
 
-class Conversation : public std::enable_shared_from_this<Conversation> {
+class Conversation : public Dialogue, public std::enable_shared_from_this<Conversation> {
  public:
   // `peer` names the client in the log. The workers must live until their work is done.
   Conversation(asio::any_io_executor executor, Workers& workers, Session session, std::string peer);
 
-  // The content of one frame, of untrusted bytes.
-  void receive(std::string_view content);
-  // Says why, then ends the conversation.
-  void end(const Error& error);
-  // The client is gone: drops everything that was to be sent.
-  void leave();
-  // `message`, of next_message(), is too long to be sent: its request is answered with an error
-  // instead, and the conversation goes on.
-  void give_up(const ServerMessage& message);
+  void receive(std::string_view content) override;
+  void end(const Error& error) override;
+  void leave() override;
+  void give_up(const ServerMessage& message) override;
 
-  // The next message to send; nullopt when the conversation is over.
-  [[nodiscard]] asio::awaitable<std::optional<ServerMessage>> next_message();
-  // Returns when another message may be received.
-  [[nodiscard]] asio::awaitable<void> room();
+  [[nodiscard]] asio::awaitable<std::optional<ServerMessage>> next_message() override;
+  [[nodiscard]] asio::awaitable<void> room() override;
 
-  [[nodiscard]] bool is_welcomed() const { return session_.is_welcomed(); }
-  [[nodiscard]] bool is_over() const { return is_over_; }
-  [[nodiscard]] const std::string& peer() const { return peer_; }
+  [[nodiscard]] bool is_welcomed() const override { return session_.is_welcomed(); }
+  [[nodiscard]] bool is_over() const override { return is_over_; }
+  [[nodiscard]] const std::string& peer() const override { return peer_; }
 
  private:
   struct RunningStream;

@@ -10,6 +10,7 @@
 #include <spdlog/spdlog.h>
 
 #include "server/dataset/dataset.hpp"
+#include "server/gateway/http_door.hpp"
 #include "server/service/commands.hpp"
 #include "server/service/server.hpp"
 #include "server/service/step_source.hpp"
@@ -22,6 +23,8 @@ namespace {
 struct Arguments {
   std::vector<std::string> inputs;
   std::string tcp = to_string(Endpoint{.host = "127.0.0.1"});
+  std::string http = http_url(HttpOptions{}.listen);
+  std::vector<std::string> allowed_origins;
   int threads = 0;
   std::size_t cache_bytes = std::size_t{512} << 20;
 };
@@ -64,6 +67,14 @@ CataloguePtr open_all(const std::vector<std::filesystem::path>& files, std::size
   return catalogue;
 }
 
+std::vector<MakeDoor> more_doors(const Arguments& arguments) {
+  if (arguments.http == "off") return {};
+  const Result<Endpoint> endpoint = parse_http_endpoint(arguments.http);
+  if (!endpoint) throw std::invalid_argument("--http: " + endpoint.error().text);
+  const HttpOptions options = {.listen = *endpoint, .allowed_origins = arguments.allowed_origins};
+  return {[options](const House& house) { return std::make_unique<HttpDoor>(house, options); }};
+}
+
 int serve(const Arguments& arguments) {
   const ThreadLimit limit(arguments.threads);
   spdlog::set_default_logger(spdlog::stderr_color_mt("multitetra-server"));
@@ -76,8 +87,10 @@ int serve(const Arguments& arguments) {
   }
   // Each step uses all threads; a second one at the same time fills what the first leaves idle.
   const std::size_t workers = arguments.threads == 1 ? 1 : 2;
-  Server server(catalogue, {.listen = *endpoint, .workers = workers, .stop_on_signals = true});
+  Server server(catalogue, {.listen = *endpoint, .workers = workers, .stop_on_signals = true},
+                more_doors(arguments));
   spdlog::info("listening on {}", to_string(server.endpoint()));
+  if (arguments.http != "off") spdlog::info("listening on {}", http_url(server.endpoint(1)));
   server.run();
   spdlog::info("stopped");
   return 0;
@@ -93,6 +106,12 @@ void add_serve_command(CLI::App& program, Run& run) {
       ->required();
   command->add_option("--tcp", a->tcp, "Address and port to listen on; port 0 takes a free one")
       ->capture_default_str();
+  command
+      ->add_option("--http", a->http, "Address and port for HTTP and WebSockets; off: no such door")
+      ->capture_default_str();
+  command->add_option("--allow-origin", a->allowed_origins,
+                      "Web pages of this origin, for example https://example.org, may use the "
+                      "HTTP door besides its own; * allows all (repeatable)");
   command
       ->add_option("--cache-bytes", a->cache_bytes,
                    "Memory for encoded tiles that are kept for the next request, for example "

@@ -24,7 +24,8 @@ template <typename Key, typename Value>
 class SingleFlight {
  public:
   // compute(stop) where nobody computes it yet, otherwise the result of who does; an exception is
-  // everybody's. Throws Cancelled soon after `stop` is triggered.
+  // everybody's. Throws Cancelled soon after `stop` is triggered. A Value may throw when it is
+  // copied, then whoever wanted that copy gets the exception; not when it is moved.
   [[nodiscard]] Value get(const Key& key, const std::stop_token& stop,
                           const std::function<Value(std::stop_token)>& compute) {
     std::unique_lock lock(mutex_);
@@ -60,6 +61,7 @@ class SingleFlight {
       flight->lose_interest();
       throw Cancelled{};
     }
+    lock.unlock();  // What is done does not change any more.
     if (flight->trouble) std::rethrow_exception(flight->trouble);
     return *flight->value;
   }
@@ -80,15 +82,18 @@ class SingleFlight {
         trouble = std::current_exception();
       }
     }
-    const std::lock_guard lock(mutex_);
-    flight->value = value;
-    flight->trouble = trouble;
-    if (const auto mine = flights_.find(key); mine != flights_.end() && mine->second == flight) {
-      flights_.erase(mine);
+    {
+      // Nothing here may throw: a flight that is never done would be waited for until the end.
+      const std::lock_guard lock(mutex_);
+      flight->value = std::move(value);
+      flight->trouble = trouble;
+      if (const auto mine = flights_.find(key); mine != flights_.end() && mine->second == flight) {
+        flights_.erase(mine);
+      }
+      flight->done.notify_all();
     }
-    flight->done.notify_all();
     if (trouble) std::rethrow_exception(trouble);
-    return *std::move(value);
+    return *flight->value;  // Which does not change any more.
   }
 
   std::mutex mutex_;  // Guards the flights and what they hold.

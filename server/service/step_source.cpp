@@ -1,15 +1,14 @@
 #include "server/service/step_source.hpp"
 
 #include <algorithm>
-#include <functional>
 #include <string>
 #include <utility>
 
 #include "common/messages.hpp"
 #include "server/core/threshold_map.hpp"
-#include "server/core/vertex_normals.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/service/reference_extractor.hpp"
+#include "server/service/shading.hpp"
 #include "server/service/surface_extractor.hpp"
 
 namespace multitetra {
@@ -21,12 +20,6 @@ std::string key_of(const StepRequest& step, const DatasetInfo& info) {
   return std::to_string(step.finest_spacing) + ' ' +
          serialize(OpenStream{
              .request_id = 1, .dataset = info.name, .request = step.request, .held = {}});
-}
-
-Box box_of(const OctreeCube& cube) {
-  const auto side = static_cast<double>(cube.side());
-  const Vec3 low = {side * cube.x, side * cube.y, side * cube.z};
-  return {low, {low[0] + side, low[1] + side, low[2] + side}};
 }
 
 // The most important first: where the least error is allowed, which is near the eye or in the
@@ -43,37 +36,6 @@ void sort_by_importance(std::vector<EncodedTile>& tiles, const ThresholdMap& thr
   for (const auto& [threshold, index] : order) sorted.push_back(std::move(tiles[index]));
   tiles = std::move(sorted);
 }
-
-// The normals of a step's tiles, where it wants them.
-class Shading {
- public:
-  Shading(const PreparedVolume& volume, const StepRequest& step)
-      : volume_(volume),
-        bits_(step.request.normal_bits),
-        source_(step.finest_spacing >= kSpectrumSpacing ? NormalSource::kCoarseSamples
-                                                        : NormalSource::kSamples) {}
-
-  // As in TileKey. The name tells datasets apart; of equal hashes only the shading would suffer.
-  [[nodiscard]] std::uint64_t appearance() const {
-    if (bits_ == 0) return 0;
-    const std::uint64_t name = std::hash<std::string>{}(volume_.info.name);
-    return name * 64 + static_cast<std::uint64_t>(2 * bits_) +
-           (source_ == NormalSource::kSamples ? 1U : 0U);
-  }
-  [[nodiscard]] EncodedTile encoded(const TileMesh& tile, const ContentDigest& content) const {
-    std::vector<UnitVector> directions;
-    if (bits_ != 0) {
-      directions = vertex_normals(volume_, tile.mesh.vertices, tile.mesh.resolution, source_);
-    }
-    return encode_tile(tile.mesh, tile.cube, content, kDefaultEncodingSpeed,
-                       {.directions = directions, .bits = bits_});
-  }
-
- private:
-  const PreparedVolume& volume_;
-  int bits_;
-  NormalSource source_;
-};
 
 // On all threads; tiles that the cache has are not encoded again.
 std::vector<EncodedTile> encode(const TiledSurface& surface, const Shading& shading,

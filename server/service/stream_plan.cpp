@@ -1,6 +1,9 @@
 #include "server/service/stream_plan.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
 #include <utility>
 
 #include "server/core/budget.hpp"
@@ -10,16 +13,40 @@ namespace {
 
 // A surface is never planned to be larger than its budget.
 StepSizes within(const StepSizes& sizes, const IsosurfaceRequest& budget) {
-  if (budget.max_bytes == 0) return sizes;
-  return {.of = sizes.of,
-          .rough = [rough = sizes.rough, &budget](const IsosurfaceRequest& request) {
-            SurfaceSize size = rough(request);
-            size.bytes = std::min(size.bytes, static_cast<double>(budget.max_bytes));
-            return size;
+  SurfaceSize most = {.triangles = std::numeric_limits<double>::infinity(),
+                      .bytes = std::numeric_limits<double>::infinity()};
+  if (budget.max_triangles > 0) {
+    most.triangles = static_cast<double>(budget.max_triangles);
+    most.bytes = estimated_bytes(most.triangles, {.request = budget});
+  }
+  if (budget.max_bytes > 0)
+    most.bytes = std::min(most.bytes, static_cast<double>(budget.max_bytes));
+  return {.of = sizes.of, .rough = [rough = sizes.rough, most](const IsosurfaceRequest& request) {
+            const SurfaceSize size = rough(request);
+            return SurfaceSize{.triangles = std::min(size.triangles, most.triangles),
+                               .bytes = std::min(size.bytes, most.bytes)};
           }};
 }
 
+std::string counted(double triangles, double bytes) {
+  const auto rounded = [](double number) {
+    return std::to_string(static_cast<std::uint64_t>(std::ceil(number)));
+  };
+  return rounded(triangles) + " triangles in " + rounded(bytes) + " bytes";
+}
+
+std::string budget_of(const IsosurfaceRequest& request) {
+  const std::string triangles = std::to_string(request.max_triangles) + " triangles";
+  const std::string bytes = std::to_string(request.max_bytes) + " bytes";
+  if (request.max_bytes == 0) return triangles;
+  return request.max_triangles == 0 ? bytes : triangles + " and " + bytes;
+}
+
 }  // namespace
+
+BudgetTooSmall::BudgetTooSmall(const SurfaceSize& coarsest, const IsosurfaceRequest& request)
+    : std::runtime_error("The coarsest surface has " + counted(coarsest.triangles, coarsest.bytes) +
+                         ", more than the budget of " + budget_of(request) + "; allow more.") {}
 
 MadeStep make_next_step(const StepSource& source, const StreamState& state, std::stop_token stop) {
   const DatasetInfo& info = source.info();
@@ -41,7 +68,7 @@ MadeStep make_next_step(const StepSource& source, const StreamState& state, std:
   made.encoded = source.make(next.step, stop);
   while (next.is_final && !fits(size_of(made.encoded), request)) {
     const IsosurfaceRequest higher = one_rung_up(request, info);
-    if (higher == request) break;
+    if (higher == request) throw BudgetTooSmall(size_of(made.encoded), request);
     request = higher;
     next.step.request = higher;
     made.encoded = source.make(next.step, stop);
@@ -55,7 +82,11 @@ EstimatedAnswer estimate(const StepSource& source, const IsosurfaceRequest& requ
                          std::stop_token stop) {
   const StepSizes sizes = source.sizes(std::move(stop), SizeAccuracy::kCareful);
   const IsosurfaceRequest affordable = within_budget(request, source.info(), sizes.of);
-  return {.size = sizes.of({.request = affordable}), .request = affordable};
+  const SurfaceSize size = sizes.of({.request = affordable});
+  if (!fits(size, affordable) && one_rung_up(affordable, source.info()) == affordable) {
+    throw BudgetTooSmall(size, affordable);
+  }
+  return {.size = size, .request = affordable};
 }
 
 SurfaceSize size_of(const EncodedStep& step) {

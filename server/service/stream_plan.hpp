@@ -1,6 +1,7 @@
 // The next step of a stream, decided and made: what a worker does for a session.
 #pragma once
 
+#include <stdexcept>
 #include <stop_token>
 #include <vector>
 
@@ -25,13 +26,19 @@ struct MadeStep {
   StreamState after = {};  // Without this step among those that were shown.
 };
 
-// A final step with a budget is within it, or the coarsest that there is. Throws what the source
+// Not even the coarsest surface is within the budget. The text says how large it is, for clients.
+class BudgetTooSmall : public std::runtime_error {
+ public:
+  BudgetTooSmall(const SurfaceSize& coarsest, const IsosurfaceRequest& request);
+};
+
+// A final step with a budget is within it. Throws BudgetTooSmall when none is, and what the source
 // throws; Cancelled soon after `stop` is triggered.
 [[nodiscard]] MadeStep make_next_step(const StepSource& source, const StreamState& state,
                                       std::stop_token stop);
 
 // How large the answer to a request would be, and the request as its budget allows it. Nothing is
-// extracted.
+// extracted. Throws BudgetTooSmall when the coarsest surface seems to be larger.
 struct EstimatedAnswer {
   SurfaceSize size;
   IsosurfaceRequest request;

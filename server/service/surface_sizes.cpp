@@ -12,6 +12,7 @@
 #include "server/core/tiling.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/service/reference_extractor.hpp"
+#include "server/service/shading.hpp"
 #include "server/service/surface_extractor.hpp"
 
 namespace multitetra {
@@ -23,11 +24,13 @@ constexpr std::size_t kEncodedBlocks = 6;
 // Of a preview in a refined cube of twice its finest spacing: 4 to 21 on public volumes.
 constexpr double kTrianglesAPreviewCube = 16;
 
-// Of a full surface in a refined cube of 16 steps. Public volumes have 560 to 970 at an error of a
-// quarter of a voxel, 380 to 740 at one voxel, 270 to 560 at two.
-double triangles_a_cube(const IsosurfaceRequest& request, const DatasetInfo& info) {
-  const double unit = request.unit == LengthUnit::kVoxel ? 1.0 : voxel_length(info);
-  return 600 / (1 + 0.6 * std::max(request.error, request.thresholds.at_least) / unit);
+// Of a full surface in a refined cube of 16 steps, by the error in voxels that is allowed there.
+// Public volumes have 560 to 970 at a quarter of a voxel, 380 to 740 at one voxel, 270 to 560 at
+// two.
+double triangles_a_cube(double voxels) { return 600 / (1 + 0.6 * voxels); }
+
+void throw_if_stopped(const std::stop_token& stop) {
+  if (stop.stop_requested()) throw Cancelled{};
 }
 
 SurfaceSize size_with(double triangles, const StepRequest& step) {
@@ -41,7 +44,8 @@ SurfaceSize exact_size(const PreparedVolume& dataset, const StepRequest& step,
   return size_with(kTrianglesATetrahedron * static_cast<double>(surface.active_tetrahedra), step);
 }
 
-// Some of the blocks twice as large as the sample's cubes, encoded; none when they hold nothing.
+// Some of the blocks twice as large as the sample's cubes, encoded as they would be sent; none when
+// they hold nothing.
 std::optional<double> encoded_bytes_a_triangle(const SurfaceExtractor& extractor,
                                                const PreparedModel& model, const CubeSample& sample,
                                                const StepRequest& step,
@@ -54,6 +58,7 @@ std::optional<double> encoded_bytes_a_triangle(const SurfaceExtractor& extractor
   }
   blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
   std::vector<SurfaceSize> sizes(blocks.size());
+  const Shading shading(extractor.dataset(), step);
   const SurfaceOptions options{.isovalue = step.request.isovalue,
                                .lattice_resolution = step.request.lattice_resolution,
                                .max_triangles = kMaxTileTriangles};
@@ -61,10 +66,12 @@ std::optional<double> encoded_bytes_a_triangle(const SurfaceExtractor& extractor
       blocks.size(),
       [&](std::size_t i) {
         CubeMemoryPool::Lease lease(extractor.pool());
-        const LatticeMesh mesh = surface_in_cube(model, blocks[i], options, lease.memory()).rest;
-        if (mesh.triangles.empty()) return;
-        sizes[i] = {.triangles = static_cast<double>(mesh.triangles.size()),
-                    .bytes = static_cast<double>(encode_tile(mesh, blocks[i]).summary.bytes)};
+        const TileMesh tile = {blocks[i],
+                               surface_in_cube(model, blocks[i], options, lease.memory()).rest};
+        if (tile.mesh.triangles.empty()) return;
+        const TileSummary encoded = shading.encoded(tile, digest(tile.mesh)).summary;
+        sizes[i] = {.triangles = static_cast<double>(encoded.triangles),
+                    .bytes = static_cast<double>(encoded.bytes)};
       },
       stop);
   SurfaceSize all;
@@ -76,10 +83,29 @@ std::optional<double> encoded_bytes_a_triangle(const SurfaceExtractor& extractor
   return all.bytes / all.triangles;
 }
 
-// So many triangles in every refined cube of that exponent.
-SurfaceSize counted_size(const PreparedModel& model, int exponent, double triangles,
-                         const StepRequest& step) {
-  return size_with(triangles * static_cast<double>(count_refined_cubes(model, exponent)), step);
+// A preview whose finest spacing is the spectrum's or coarser, from the spectrum alone.
+SurfaceSize preview_size(const PreparedModel& model, const StepRequest& step,
+                         const std::stop_token& stop) {
+  const int exponent = std::countr_zero(static_cast<unsigned>(step.finest_spacing)) + 1;
+  double triangles = 0;
+  visit_refined_cubes(model, exponent, [&](const OctreeCube&) {
+    throw_if_stopped(stop);
+    triangles += kTrianglesAPreviewCube;
+  });
+  return size_with(triangles, step);
+}
+
+// Of the whole surface, from the spectrum and the thresholds alone: where a map allows less, there
+// is more.
+SurfaceSize rough_size(const PreparedModel& model, const StepRequest& step,
+                       const std::stop_token& stop) {
+  const double voxel = voxel_length(model.volume().info);
+  double triangles = 0;
+  visit_refined_cubes(model, CubeSample::kExponent, [&](const OctreeCube& cube) {
+    throw_if_stopped(stop);
+    triangles += triangles_a_cube(model.thresholds().least_in(box_of(cube)) / voxel);
+  });
+  return size_with(triangles, step);
 }
 
 // The spectrum for one request after another; most of them ask for the same isovalue.
@@ -109,12 +135,12 @@ SurfaceSize sampled_size(const SurfaceExtractor& extractor, SharedSpectrum& spec
                          const std::stop_token& stop) {
   const PreparedModel model = spectrum.model(step);
   if (step.finest_spacing >= kSpectrumSpacing && accuracy == SizeAccuracy::kQuick) {
-    const int exponent = std::countr_zero(static_cast<unsigned>(step.finest_spacing)) + 1;
-    return counted_size(model, exponent, kTrianglesAPreviewCube, step);
+    return preview_size(model, step, stop);
   }
   const double isovalue = step.request.isovalue;
   const CubeSample sample =
-      sample_cubes(model, accuracy == SizeAccuracy::kQuick ? kQuickCubes : kCarefulCubes, isovalue);
+      sample_cubes(model, accuracy == SizeAccuracy::kQuick ? kQuickCubes : kCarefulCubes, isovalue,
+                   [&stop] { throw_if_stopped(stop); });
   std::vector<std::uint64_t> crossed(sample.cubes.size());
   in_parallel(
       crossed.size(),
@@ -152,8 +178,7 @@ StepSizes surface_sizes(const SurfaceExtractor& extractor, std::stop_token stop,
           [&dataset, spectrum, stop, has_spectrum](const IsosurfaceRequest& request) {
             const StepRequest step = {.request = request};
             if (!has_spectrum) return exact_size(dataset, step, stop);
-            return counted_size(spectrum->model(step), CubeSample::kExponent,
-                                triangles_a_cube(request, dataset.info), step);
+            return rough_size(spectrum->model(step), step, stop);
           }};
 }
 

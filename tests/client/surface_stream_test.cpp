@@ -83,6 +83,20 @@ TEST_F(SurfaceStreamTest, ShowsEveryStepUntilTheNext) {
   EXPECT_EQ(shown->end.digest, extracted_digest(dataset_, at(0.1).request));
 }
 
+TEST_F(SurfaceStreamTest, WithoutPatienceTakesOneMessageAtATime) {
+  Client client = connected();
+  TileMemory tiles;
+  SurfaceStream stream(client, tiles);
+  ASSERT_TRUE(stream.open(info_, at(0.1, StepPolicy::kFinalOnly)));
+  std::uint64_t before = 0;
+  while (stream.is_running()) {
+    ASSERT_TRUE(stream.next(milliseconds(0)));
+    EXPECT_LE(stream.received().tiles, before + 1);
+    before = stream.received().tiles;
+  }
+  EXPECT_GT(before, 3U);
+}
+
 TEST_F(SurfaceStreamTest, ANewRequestStopsTheOldOneWhereverItIs) {
   Client client = connected();
   TileMemory tiles;

@@ -51,6 +51,24 @@ TEST(TileMemory, ATileLargerThanTheMemoryDrivesNoOtherOut) {
   EXPECT_TRUE(memory.tiles().contains(digest_of(0)));
 }
 
+// Otherwise it would be sent again whenever somebody wants normals.
+TEST(TileMemory, ATileThatComesAgainWithNormalsKeepsThem) {
+  const auto with_normals = [] {
+    LatticeMesh mesh = *mesh_of(5);
+    mesh.normals.resize(mesh.vertices.size(), {0, 0, 1});
+    return std::make_shared<const LatticeMesh>(std::move(mesh));
+  }();
+  TileMemory memory;
+  memory.keep(digest_of(0), mesh_of(5));
+  EXPECT_TRUE(memory.digests_to_name(10, /*with_normals=*/true).empty());
+  memory.keep(digest_of(0), with_normals);
+  EXPECT_EQ(memory.digests_to_name(10, /*with_normals=*/true).size(), 1U);
+  memory.keep(digest_of(0), mesh_of(5));
+  EXPECT_EQ(memory.tiles().at(digest_of(0)), with_normals);
+  EXPECT_EQ(memory.size(), 1U);
+  EXPECT_EQ(memory.triangles(), 5U);
+}
+
 TEST(TileMemory, NamesTheLargestOfTooMany) {
   TileMemory memory;
   for (std::uint64_t i = 0; i < 10; ++i) memory.keep(digest_of(i), mesh_of(1 + i * 7 % 10));

@@ -352,6 +352,20 @@ TEST(ThresholdMap, OfWildNumbersAllowsNothingButAtLeast) {
   EXPECT_TRUE(std::isfinite(map_of({.view = view}).least_in(box(0, 20))));
 }
 
+TEST(ThresholdMap, OfAViewThatToleratesNothingIsZeroHoweverSmallItsPictureIs) {
+  for (const double height : {5e-324, 1e-310, 1e-300, 1.0, 1e100}) {
+    const ThresholdView view{.eye = {0, 11, 11},
+                             .field_of_view = std::nextafter(180.0, 0.0),
+                             .height_pixels = height};
+    ASSERT_EQ(fault_of({.view = view}), std::nullopt);
+    for (const Combination combination : {Combination::kInOrder, Combination::kMinimum}) {
+      const ThresholdMap map = map_of({.combination = combination, .view = view});
+      EXPECT_EQ(map.least_in(box(10, 12)), 0) << height;
+      EXPECT_EQ(map.largest(), 0) << height;
+    }
+  }
+}
+
 // ---- ten thousand regions
 
 TEST(ThresholdMap, OfTenThousandRegionsIsMonotoneAndNeverAboveAPlace) {

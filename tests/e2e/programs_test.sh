@@ -64,7 +64,7 @@ expect_exit 1 "4102" "$server" prepare raw_with_header.raw --dims 16,16,9 --type
 [ ! -e never.mtd ] || fail "a failed prepare left a file"
 
 # --- serving and fetching
-"$server" serve . --tcp 127.0.0.1:0 2>server.log &
+"$server" serve . --tcp 127.0.0.1:0 --http 127.0.0.1:0 2>server.log &
 server_pid=$!
 url=
 for _ in $(seq 200); do
@@ -132,7 +132,7 @@ expect_exit 1 "--outside" "$server" prepare torus.nrrd -o x.mtd --outside nothin
 expect_exit 1 "torus.nrrd" "$server" extract torus.nrrd -o x.ply
 expect_exit 1 "suffix" "$server" extract torus.mtd -o x.xyz
 expect_exit 1 "error threshold" "$server" extract torus.mtd -o x.ply --error nan
-expect_exit 1 "No dataset" "$server" serve missing.mtd --tcp 127.0.0.1:0
+expect_exit 1 "No dataset" "$server" serve missing.mtd --tcp 127.0.0.1:0 --http off
 expect_exit 2 "cube" "$server" generate cube -o x.nrrd
 expect_exit 1 "2 to 4097" "$server" generate sphere --size 1 -o x.nrrd
 head -c 2000 torus.mtd >cut.mtd

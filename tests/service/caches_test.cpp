@@ -160,6 +160,35 @@ TEST_F(SingleFlightTest, AFailureIsEverybodysAndIsForgotten) {
   EXPECT_EQ(ask().get(), 42);
 }
 
+// A result that is large, where memory is short.
+struct Uncopyable {
+  Uncopyable() = default;
+  Uncopyable(const Uncopyable&) { throw std::bad_alloc(); }
+  Uncopyable(Uncopyable&&) noexcept = default;
+  Uncopyable& operator=(Uncopyable&&) noexcept = default;
+};
+
+TEST(SingleFlight, WhoCannotHaveACopyKeepsNobodyWaiting) {
+  SingleFlight<std::string, Uncopyable> flights;
+  std::atomic<bool> has_started = false;
+  std::atomic<bool> may_end = false;
+  const auto ask = [&] {
+    (void)flights.get("key", {}, [&](const std::stop_token&) {
+      has_started = true;
+      while (!may_end) std::this_thread::sleep_for(1ms);
+      return Uncopyable();
+    });
+  };
+  auto first = std::async(std::launch::async, ask);
+  while (!has_started) std::this_thread::sleep_for(1ms);
+  auto second = std::async(std::launch::async, ask);
+  std::this_thread::sleep_for(20ms);
+  may_end = true;
+  EXPECT_THROW(first.get(), std::bad_alloc);
+  EXPECT_THROW(second.get(), std::bad_alloc);
+  EXPECT_THROW(ask(), std::bad_alloc) << "it is computed anew";
+}
+
 // ---- StepCache
 
 EncodedStep step_of(std::vector<EncodedTile> tiles) {

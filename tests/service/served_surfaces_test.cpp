@@ -106,20 +106,22 @@ TEST(ServedSurfaces, AreAboutAsLargeAsEstimated) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
   const DatasetInfo info = noisy_gyroid()->info;
-  const IsosurfaceRequest request{.isovalue = 0.1, .error = 0.5};
-  const auto estimate = client.estimate(info.name, request);
-  ASSERT_TRUE(estimate) << estimate.error().error.text;
-  const auto steps = fetch(client, info, request);
-  ASSERT_FALSE(steps.empty());
-  double triangles = 0;
-  double bytes = 0;
-  for (const TileSummary& tile : steps.back().step->begin.tiles) {
-    triangles += tile.triangles;
-    bytes += tile.bytes;
+  for (const int normal_bits : {0, 8, 10}) {
+    const IsosurfaceRequest request{.isovalue = 0.1, .error = 0.5, .normal_bits = normal_bits};
+    const auto estimate = client.estimate(info.name, request);
+    ASSERT_TRUE(estimate) << estimate.error().error.text;
+    const auto steps = fetch(client, info, request);
+    ASSERT_FALSE(steps.empty());
+    double triangles = 0;
+    double bytes = 0;
+    for (const TileSummary& tile : steps.back().step->begin.tiles) {
+      triangles += tile.triangles;
+      bytes += tile.bytes;
+    }
+    EXPECT_NEAR(static_cast<double>(estimate->triangles), triangles, triangles / 3);
+    EXPECT_NEAR(static_cast<double>(estimate->bytes), bytes, bytes / 3) << normal_bits << " bits";
+    EXPECT_EQ(estimate->threshold_world, 0.5);
   }
-  EXPECT_NEAR(static_cast<double>(estimate->triangles), triangles, triangles / 3);
-  EXPECT_NEAR(static_cast<double>(estimate->bytes), bytes, bytes / 3);
-  EXPECT_EQ(estimate->threshold_world, 0.5);
 }
 
 // The client checks the counts of the manifest against its budget.
@@ -146,6 +148,25 @@ TEST(ServedSurfaces, KeepToTheirBudgetAndSayAtWhichThreshold) {
   IsosurfaceRequest few_bytes = whole;
   few_bytes.max_bytes = 30'000;
   EXPECT_LE(fetch(client, info, few_bytes).back().step->end.payload_bytes, 30'000U);
+}
+
+// It is the request that is at fault, not the surface that comes.
+TEST(ServedSurfaces, ABudgetThatNothingFitsIntoIsRefusedWithTheLeastThatWould) {
+  RunningServer server(all_datasets());
+  Client client = client_of(server);
+  const DatasetInfo info = noisy_gyroid()->info;
+  const IsosurfaceRequest request{.isovalue = 0.1, .error = 0.25, .max_triangles = 1};
+  const auto fetched = client.fetch(info, {.dataset = info.name, .request = request, .held = {}},
+                                    [](const auto&) {});
+  ASSERT_FALSE(fetched);
+  EXPECT_EQ(fetched.error().trouble, Trouble::kServer);
+  EXPECT_EQ(fetched.error().error.code, ErrorCode::kLimitExceeded);
+  EXPECT_NE(fetched.error().error.text.find("budget of 1 triangles"), std::string::npos)
+      << fetched.error().error.text;
+  const auto estimate = client.estimate(info.name, request);
+  ASSERT_FALSE(estimate);
+  EXPECT_EQ(estimate.error().error.code, ErrorCode::kLimitExceeded);
+  EXPECT_FALSE(fetch(client, info, {.isovalue = 0.1, .error = 4}).empty()) << "it goes on";
 }
 
 TEST(ServedSurfaces, CarryNormalsThatAgreeWithTheirTriangles) {

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "server/dataset/in_parallel.hpp"
 #include "server/service/step_source.hpp"
 #include "server/service/stream_plan.hpp"
 #include "server/service/surface_extractor.hpp"
@@ -74,12 +75,58 @@ TEST(SurfaceSizes, AreTheSameEveryTime) {
     EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of(step).triangles, first);
 }
 
+// A map says how much there is, not the threshold where it says nothing.
+TEST(SurfaceSizes, AreRoughlyKnownForAnyMap) {
+  const DatasetPtr dataset = datasets().front();
+  const SurfaceExtractor extractor(dataset);
+  const StepSizes sizes = surface_sizes(extractor);
+  const IsosurfaceRequest fine{.isovalue = 0.1, .error = 0.5};
+  const double everywhere = sizes.rough(fine).triangles;
+  IsosurfaceRequest same{.isovalue = 0.1, .error = 1000};
+  same.thresholds.regions = {
+      {.shape = BoxShape{.low = {-10, -10, -10}, .high = {200, 200, 200}}, .threshold = 0.5}};
+  EXPECT_EQ(sizes.rough(same).triangles, everywhere);
+  same.thresholds.regions.clear();
+  same.thresholds.view = ThresholdView{
+      .eye = {-1e6, 0, 0}, .field_of_view = 90, .height_pixels = 2e6, .tolerance_pixels = 0.5};
+  EXPECT_NEAR(sizes.rough(same).triangles, everywhere, 0.01 * everywhere);
+  IsosurfaceRequest half = fine;
+  half.thresholds.regions = {
+      {.shape = HalfSpaceShape{.normal = {1, 0, 0}, .offset = 45}, .threshold = 1000}};
+  EXPECT_LT(sizes.rough(half).triangles, 0.8 * everywhere);
+  EXPECT_GT(sizes.rough(half).triangles, 0.4 * everywhere);
+}
+
+TEST(SurfaceSizes, AreGivenUpWhenStopped) {
+  const DatasetPtr dataset = datasets().front();
+  const SurfaceExtractor extractor(dataset);
+  std::stop_source stop;
+  stop.request_stop();
+  for (const SizeAccuracy accuracy : {SizeAccuracy::kQuick, SizeAccuracy::kCareful}) {
+    const StepSizes sizes = surface_sizes(extractor, stop.get_token(), accuracy);
+    const IsosurfaceRequest request{.isovalue = 0.1};
+    EXPECT_THROW((void)sizes.rough(request), Cancelled);
+    EXPECT_THROW((void)sizes.of({.request = request}), Cancelled);
+    EXPECT_THROW((void)sizes.of({.request = request, .finest_spacing = 8}), Cancelled);
+  }
+}
+
 // The shares that the plan promises, kept by real bytes.
 TEST(SurfaceSizes, LetPreviewsKeepToTheirShares) {
   const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(129, 0.1, 8)});
   const ExtractedSteps source(std::make_shared<const SurfaceExtractor>(dataset));
-  for (const double error : {0.25, 1.0, 2.0}) {
-    StreamState state{.request = {.isovalue = 0.1, .error = error}, .shown = {}};
+  IsosurfaceRequest fine_inside{.isovalue = 0.1, .error = 100};
+  fine_inside.thresholds.regions = {
+      {.shape = BallShape{.centre = {64, 64, 64}, .radius = 80}, .threshold = 0.25}};
+  for (const IsosurfaceRequest& request :
+       std::vector<IsosurfaceRequest>{{.isovalue = 0.1, .error = 0.25},
+                                      {.isovalue = 0.1, .error = 1},
+                                      {.isovalue = 0.1, .error = 2},
+                                      {.isovalue = 0.1, .error = 1, .normal_bits = 10},
+                                      {.isovalue = 0.1, .error = 0.25, .max_triangles = 120'000},
+                                      fine_inside}) {
+    SCOPED_TRACE(std::to_string(request.error) + ", " + std::to_string(request.max_triangles));
+    StreamState state{.request = request, .shown = {}};
     double previews = 0;
     for (;;) {
       const MadeStep made = make_next_step(source, state, {});

@@ -1,0 +1,41 @@
+#include "server/gateway/origin.hpp"
+
+#include <algorithm>
+#include <cctype>
+
+namespace multitetra {
+namespace {
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  std::transform(result.begin(), result.end(), result.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return result;
+}
+
+// Browsers leave out the port that a scheme implies.
+std::string without_port(std::string text, std::string_view port) {
+  if (text.ends_with(port)) text.resize(text.size() - port.size());
+  return text;
+}
+
+}  // namespace
+
+bool is_allowed_origin(std::string_view origin, std::string_view host,
+                       const std::vector<std::string>& allowed) {
+  if (origin.empty()) return true;
+  const std::string from = lower(origin);
+  const auto is_it = [&](const std::string& one) { return one == "*" || lower(one) == from; };
+  if (std::any_of(allowed.begin(), allowed.end(), is_it)) return true;
+  const std::string at = lower(host);
+  for (const auto& [scheme, port] :
+       {std::pair<std::string_view, std::string_view>{"http://", ":80"}, {"https://", ":443"}}) {
+    if (from.starts_with(scheme)) {
+      const std::string own = without_port(from.substr(scheme.size()), port);
+      return !own.empty() && own == without_port(at, port);
+    }
+  }
+  return false;
+}
+
+}  // namespace multitetra

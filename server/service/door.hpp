@@ -1,0 +1,45 @@
+// A way in: something that accepts connections on an address and holds them.
+//
+// Everything but endpoint() runs on the one thread of the house's io_context.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "common/endpoint.hpp"
+#include "common/stream_socket.hpp"
+#include "server/service/dialogue.hpp"
+
+namespace multitetra {
+
+class Door {
+ public:
+  virtual ~Door() = default;
+
+  // The address it listens on, with the real port.
+  [[nodiscard]] virtual Endpoint endpoint() const = 0;
+  // Begins to accept.
+  virtual void open() = 0;
+  // Accepts nobody any more and ends the connections that are there: they are told why. The door
+  // keeps the io_context at work until the last of them has gone.
+  virtual void close(const Error& why) = 0;
+};
+
+// What a door leads into. The house outlives its doors.
+struct House {
+  asio::io_context& io;
+  std::function<DialoguePtr(std::string peer)> new_dialogue;
+};
+
+using MakeDoor = std::function<std::unique_ptr<Door>(const House&)>;
+
+// The context for the next connection: it may be another one each time. Empty, or a null context:
+// plain TCP.
+using TlsContexts = std::function<TlsContextPtr()>;
+
+[[nodiscard]] inline TlsContextPtr next_context(const TlsContexts& contexts) {
+  return contexts ? contexts() : nullptr;
+}
+
+}  // namespace multitetra
