@@ -184,7 +184,6 @@ bool CarriedSurface::carry(std::uint32_t u, std::span<const std::uint32_t> ring,
   set_up(ring);
   if (!assign(u)) {
     undo();
-    ++stats[0];
     return false;
   }
   for (const std::uint32_t corner : ring) {
@@ -192,7 +191,6 @@ bool CarriedSurface::carry(std::uint32_t u, std::span<const std::uint32_t> ring,
       touched_.push_back({p, corner / 3});
       if (!assign(p)) {
         undo();
-        ++stats[1];
         return false;
       }
     }
@@ -203,7 +201,6 @@ bool CarriedSurface::carry(std::uint32_t u, std::span<const std::uint32_t> ring,
   }
   for (const std::uint32_t triangle : cut_) {
     if (!is_cut(triangle)) {
-      ++stats[4];
       undo();
       return false;
     }
@@ -250,11 +247,9 @@ bool CarriedSurface::reroute(std::uint32_t edge, std::uint32_t preferred_pivot) 
   rerouted_.push_back({edge, before});
   route = shortest_route(ends, preferred_pivot);
   if (route.pivot == kNone) {
-    ++stats[5];
     return false;
   }
   if (!is_within_limit(ends, route)) {
-    ++stats[2];
     return false;
   }
   for (const std::uint32_t triangle : sides_[edge]) {

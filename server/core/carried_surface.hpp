@@ -57,8 +57,6 @@ class CarriedSurface {
   // No point was moved farther.
   [[nodiscard]] double bound() const;
 
-  std::uint64_t stats[8] = {};
-
  private:
   static constexpr std::uint32_t kNone = CollapsingMesh::kNone;
   static constexpr std::int32_t kMaxTurns = 4;

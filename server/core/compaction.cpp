@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <tuple>
+#include <limits>
 #include <vector>
 
 #include "server/core/carried_surface.hpp"
