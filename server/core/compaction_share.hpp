@@ -13,7 +13,7 @@ namespace multitetra {
 
 // The model's share with compaction; all of it without. Bytes at equal certified error on public
 // volumes are least near it: see the table in README.md.
-inline constexpr double kModelShare = 0.25;
+inline constexpr double kModelShare = 0.1;
 
 // A tile of a mesh that is compacted is cut off where this many triangles come together before:
 // what compaction leaves of them is about a tile of the usual size, and larger cubes have less
