@@ -11,6 +11,7 @@
 #include "client/program.hpp"
 #include "client/report.hpp"
 #include "client/server_options.hpp"
+#include "client/view_command.hpp"
 
 namespace multitetra {
 namespace {
@@ -55,9 +56,11 @@ int run(int argc, char** argv) {
   ListArguments list_arguments;
   EstimateArguments estimate_arguments;
   FetchArguments fetch_arguments;
+  ViewArguments view_arguments;
   add_list(app, list_arguments);
   add_estimate(app, estimate_arguments);
   add_fetch(app, fetch_arguments);
+  add_view(app, view_arguments);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -65,6 +68,7 @@ int run(int argc, char** argv) {
   }
   if (app.got_subcommand("list")) return list(list_arguments);
   if (app.got_subcommand("estimate")) return estimate(estimate_arguments);
+  if (app.got_subcommand("view")) return view(view_arguments);
   return fetch(fetch_arguments);
 }
 

@@ -82,6 +82,15 @@ std::optional<std::string> summary_fault(const TileSummary& tile, int grid_expon
   return std::nullopt;
 }
 
+// What compaction may have moved is a part of what the step allows.
+std::optional<std::string> compaction_fault(const TileSummary& tile, const StepBegin& begin) {
+  if (tile.compaction_bound == 0) return std::nullopt;
+  if (!begin.request.compact) return "it is compacted, which nobody asked for";
+  if (tile.compaction_bound <= begin.error_bound_world) return std::nullopt;
+  return "compaction moved it by up to " + std::to_string(tile.compaction_bound) +
+         ", more than the step's error bound of " + std::to_string(begin.error_bound_world);
+}
+
 std::string too_many(const char* what, std::uint64_t count, std::uint64_t limit) {
   return "it announces " + std::to_string(count) + " " + what + "; this client allows " +
          std::to_string(limit);
@@ -122,6 +131,7 @@ std::optional<std::string> manifest_fault(const StepBegin& begin, const OpenStre
     if (auto fault = summary_fault(tile, info.grid_exponent)) {
       return tile_name(begin, i) + ": " + *fault;
     }
+    if (auto fault = compaction_fault(tile, begin)) return tile_name(begin, i) + ": " + *fault;
     if (!cubes.insert(tile.cube).second) return tile_name(begin, i) + " is there twice";
     if (!digests.insert(tile.digest).second) {
       return tile_name(begin, i) + " has the same content as another tile";

@@ -8,6 +8,13 @@
 namespace multitetra {
 namespace {
 
+// The largest of all tiles: a part of the error bound.
+double compaction_bound(const StepBegin& begin) {
+  double bound = 0;
+  for (const TileSummary& tile : begin.tiles) bound = std::max(bound, tile.compaction_bound);
+  return bound;
+}
+
 Json step_json(const FetchedStep& fetched) {
   const StepBegin& begin = fetched.step->begin;
   const StepEnd& end = fetched.step->end;
@@ -15,6 +22,7 @@ Json step_json(const FetchedStep& fetched) {
                {"final", begin.is_final},
                {"parameters", json_of(begin.request)},
                {"error_bound_world", begin.error_bound_world},
+               {"compaction_bound_world", compaction_bound(begin)},
                {"finest_spacing", begin.finest_spacing},
                {"tetrahedra", begin.tetrahedra},
                {"active_tetrahedra", begin.active_tetrahedra}};

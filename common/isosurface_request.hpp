@@ -56,6 +56,8 @@ struct IsosurfaceRequest {
   // as the thresholds make it.
   std::uint64_t max_triangles = 0;
   std::uint64_t max_bytes = 0;
+  // Whether meshes get rid of triangles that the error does not need: see server/core/compaction.
+  bool compact = false;
   int normal_bits = 0;  // Of each of a normal's two octahedral coordinates, 8 to 10; 0: no normals.
 
   friend bool operator==(const IsosurfaceRequest&, const IsosurfaceRequest&) = default;

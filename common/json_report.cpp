@@ -82,6 +82,7 @@ Json json_of(const IsosurfaceRequest& request) {
   if (request.thresholds != LocalThresholds{}) json["thresholds"] = json_of(request.thresholds);
   if (request.max_triangles != 0) json["max_triangles"] = request.max_triangles;
   if (request.max_bytes != 0) json["max_bytes"] = request.max_bytes;
+  if (request.compact) json["compact"] = true;
   if (request.normal_bits != 0) json["normal_bits"] = request.normal_bits;
   return json;
 }

@@ -14,7 +14,7 @@ namespace multitetra {
 using Json = nlohmann::ordered_json;
 
 // isovalue, error, unit, bound, topology_rule, topology_tolerance, lattice_resolution; where they
-// are not their defaults also thresholds, max_triangles, max_bytes, normal_bits
+// are not their defaults also thresholds, max_triangles, max_bytes, compact, normal_bits
 [[nodiscard]] Json json_of(const IsosurfaceRequest& request);
 
 // coordinates, combination, at_least, regions, grid (its samples as a summary), view; the latter

@@ -49,6 +49,7 @@ void write(const TileSummary& tile, v1::TileSummary& wire) {
   wire.set_triangles(tile.triangles);
   wire.set_vertices(tile.vertices);
   wire.set_bytes(tile.bytes);
+  wire.set_compaction_bound_world(tile.compaction_bound);
 }
 
 TileSummary read(const v1::TileSummary& wire, FieldChecks& checks) {
@@ -61,13 +62,15 @@ TileSummary read(const v1::TileSummary& wire, FieldChecks& checks) {
   checks.integer("TileSummary.triangles", wire.triangles(), 1, kMaxTileTriangles);
   checks.integer("TileSummary.vertices", wire.vertices(), 3, 3 * std::uint64_t{wire.triangles()});
   checks.integer("TileSummary.bytes", wire.bytes(), 1, kMaxServerFrameBytes);
+  checks.not_negative("TileSummary.compaction_bound_world", wire.compaction_bound_world());
   return {
       .cube = {static_cast<std::int32_t>(exponent), static_cast<std::int32_t>(wire.cube_x()),
                static_cast<std::int32_t>(wire.cube_y()), static_cast<std::int32_t>(wire.cube_z())},
       .digest = {wire.digest_high(), wire.digest_low()},
       .triangles = wire.triangles(),
       .vertices = wire.vertices(),
-      .bytes = wire.bytes()};
+      .bytes = wire.bytes(),
+      .compaction_bound = wire.compaction_bound_world()};
 }
 
 void write(const Welcome& welcome, v1::ServerMessage& message) {

@@ -40,6 +40,12 @@ void add_threshold_options(CLI::App& command, SurfaceArguments& a) {
 }
 
 void add_budget_options(CLI::App& command, SurfaceArguments& a) {
+  command
+      .add_option("--compact", a.compact,
+                  "on: meshes with a few of the triangles, within the same errors; off: all that "
+                  "marching tetrahedra makes")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
   command.add_option("--max-triangles", a.max_triangles,
                      "The most triangles; errors are raised to meet it (default: no limit)");
   command.add_option("--max-bytes", a.max_bytes,
@@ -128,6 +134,7 @@ Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments, const Da
        .thresholds = *std::move(thresholds),
        .max_triangles = arguments.max_triangles,
        .max_bytes = arguments.max_bytes,
+       .compact = arguments.compact == "on",
        .normal_bits = arguments.normal_bits});
 }
 

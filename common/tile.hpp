@@ -28,8 +28,9 @@ struct TileSummary {
   OctreeCube cube = {};       // All vertices lie in this closed cube.
   ContentDigest digest = {};  // Of its triangles.
   std::uint32_t triangles = 0;
-  std::uint32_t vertices = 0;  // Distinct lattice points.
-  std::uint32_t bytes = 0;     // Encoded size.
+  std::uint32_t vertices = 0;   // Distinct lattice points.
+  std::uint32_t bytes = 0;      // Encoded size.
+  double compaction_bound = 0;  // World units, at most: the distance to the tile before compaction.
 
   friend bool operator==(const TileSummary&, const TileSummary&) = default;
 };

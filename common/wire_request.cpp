@@ -180,6 +180,7 @@ void write_request(const IsosurfaceRequest& request, v1::IsosurfaceRequest& wire
   wire.set_lattice_resolution(static_cast<std::uint32_t>(request.lattice_resolution));
   wire.set_max_triangles(request.max_triangles);
   wire.set_max_bytes(request.max_bytes);
+  wire.set_compact(request.compact);
   wire.set_normal_bits(static_cast<std::uint32_t>(request.normal_bits));
 }
 
@@ -202,6 +203,7 @@ IsosurfaceRequest read_request(const v1::IsosurfaceRequest& wire, FieldChecks& c
   }
   request.max_triangles = wire.max_triangles();
   request.max_bytes = wire.max_bytes();
+  request.compact = wire.compact();
   request.normal_bits = to_int(wire.normal_bits());
   const Result<IsosurfaceRequest> valid = validated(request);
   if (!valid) checks.fail(valid.error().code, valid.error().text);

@@ -30,7 +30,7 @@ bash docker/install.sh "${install_options[@]}" build
 echo "== Building (the first time takes some minutes)"
 build_log=$(mktemp)
 if ! { cmake --preset release && cmake --build --preset release --target multitetra_server_program \
-  multitetra_client_program; } >"$build_log" 2>&1; then
+  multitetra_client_program multitetra_viewer; } >"$build_log" 2>&1; then
   tail -n 40 "$build_log" >&2
   echo "The build failed; the whole log is $build_log." >&2
   exit 1
@@ -56,14 +56,18 @@ log=$out/server.log
 pid=$!
 trap 'kill "$pid" 2>/dev/null || true; wait "$pid" 2>/dev/null || true' EXIT
 url=
+door=
 for _ in $(seq 100); do
   url=$(sed -n 's/.*listening on \(tcp:[^ ]*\).*/\1/p' "$log")
-  [ -n "$url" ] && break
+  door=$(sed -n 's/.*listening on \(http:[^ ]*\).*/\1/p' "$log")
+  [ -n "$url" ] && [ -n "$door" ] && break
   kill -0 "$pid" 2>/dev/null || { cat "$log" >&2; exit 1; }
   sleep 0.1
 done
-[ -n "$url" ] || { cat "$log" >&2; echo "The server did not start to listen." >&2; exit 1; }
+[ -n "$url" ] && [ -n "$door" ] || { cat "$log" >&2; echo "The server did not start to listen." >&2; exit 1; }
+page=$("$client" view --http "$door" --dataset demo)
 echo "   $url"
+echo "   $page in a browser"
 
 echo "== Fetching an isosurface: coarse first, refined, checked"
 "$client" fetch --server "$url" --dataset demo --error 1 -o "$out/demo.ply" --report "$out/report.json" \
@@ -79,7 +83,9 @@ cat <<EOF
    Every command       $server --help, $client --help
 EOF
 if [ "$serve" = true ]; then
-  echo "   Serving at $url until Ctrl-C. In another terminal:"
+  echo "   Serving until Ctrl-C. Look at it, turn it, drag its isovalue:"
+  echo "                       $page"
+  echo "   or in another terminal:"
   echo "                       $client fetch --server $url --dataset demo --isovalue V -o mesh.ply"
   trap 'kill "$pid" 2>/dev/null || true' INT TERM
   wait "$pid" || true

@@ -30,7 +30,7 @@ std::uint64_t seed_of(std::size_t client, std::uint64_t seed) {
 }  // namespace
 
 LoadStatistics run_load(const LoadOptions& options) {
-  SessionOptions session = options.session;
+  UserOptions session = options.session;
   session.start = LoadClock::now() + std::chrono::milliseconds(10);
   session.stop = session.start + options.duration;
   session.give_up = session.stop + options.grace;

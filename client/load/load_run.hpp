@@ -9,7 +9,7 @@
 namespace multitetra {
 
 struct LoadOptions {
-  SessionOptions session;  // start, stop and give_up are filled in here.
+  UserOptions session;  // start, stop and give_up are filled in here.
   std::uint64_t seed = 1;
   std::size_t clients = 10;
   int threads = 1;

@@ -47,7 +47,7 @@ struct LoadSession::RunningStream {
   Ending ending = Ending::kNone;
 };
 
-LoadSession::LoadSession(asio::io_context& io, const SessionOptions& options, std::uint64_t seed,
+LoadSession::LoadSession(asio::io_context& io, const UserOptions& options, std::uint64_t seed,
                          std::chrono::milliseconds delay, LoadStatistics& statistics,
                          Agreement& agreement)
     : options_(options),

@@ -17,11 +17,11 @@ namespace multitetra {
 
 using LoadClock = std::chrono::steady_clock;
 
-struct SessionOptions {
+struct UserOptions {
   Endpoint server;
   TlsContextPtr tls = nullptr;
-  std::string token;
-  std::string dataset;  // Empty: all that the server has.
+  std::string token = {};
+  std::string dataset = {};  // Empty: all that the server has.
   ScriptKind script = ScriptKind::kMixed;
   ScriptOptions script_options = {};
   // One stream of so many is checked thoroughly, of the others one tile of so many is decoded.
@@ -36,7 +36,7 @@ struct SessionOptions {
 class LoadSession {
  public:
   // All references must outlive run(), and it the executor's work.
-  LoadSession(asio::io_context& io, const SessionOptions& options, std::uint64_t seed,
+  LoadSession(asio::io_context& io, const UserOptions& options, std::uint64_t seed,
               std::chrono::milliseconds delay, LoadStatistics& statistics, Agreement& agreement);
   ~LoadSession();
   LoadSession(const LoadSession&) = delete;
@@ -64,7 +64,7 @@ class LoadSession {
   void leave();
   void notify();
 
-  const SessionOptions& options_;
+  const UserOptions& options_;
   LoadStatistics& statistics_;
   Agreement& agreement_;
   asio::io_context& io_;

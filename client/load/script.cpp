@@ -98,11 +98,11 @@ void Script::plan_region() {
   open.request.thresholds.coordinates = CoordinateSystem::kIndex;
   const double radius = 0.1 * *std::max_element(info.dims.begin(), info.dims.end());
   constexpr int kPlaces = 4;
-  // Of a coarse grid of places, so that users look at the same ones now and then.
+  // The middle of an octant, so that users look at the same places now and then.
   for (int i = 0; i < kPlaces; ++i) {
     Vec3 centre = {};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      centre[axis] = (static_cast<double>(one_of(4)) + 0.5) / 4 * info.dims[axis];
+      centre[axis] = (static_cast<double>(one_of(2)) + 0.5) / 2 * info.dims[axis];
     }
     open.request.thresholds.regions = {
         {.shape = BallShape{.centre = centre, .radius = radius}, .threshold = coarse / 4}};

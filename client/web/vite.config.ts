@@ -1,4 +1,6 @@
-import { existsSync, readdirSync, readFileSync } from "node:fs";
+import { existsSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { brotliCompressSync, gzipSync } from "node:zlib";
 import { defineConfig, type Plugin } from "vite";
 
 // The licences of the packages whose code is shipped, beside it.
@@ -27,6 +29,21 @@ function thirdParty(packages: string[]): Plugin {
   };
 }
 
+// Smaller copies beside the files, for browsers that take them.
+function compressed(): Plugin {
+  return {
+    name: "compressed",
+    writeBundle({ dir }, bundle) {
+      for (const name of Object.keys(bundle).filter((file) => /\.(html|js|css|wasm)$/.test(file))) {
+        const bytes = readFileSync(join(dir!, name));
+        if (bytes.length < 2000) continue;
+        writeFileSync(join(dir!, `${name}.gz`), gzipSync(bytes, { level: 9 }));
+        writeFileSync(join(dir!, `${name}.br`), brotliCompressSync(bytes));
+      }
+    },
+  };
+}
+
 // Draco's loader names modules of node that it does not use in a browser.
 function withoutNode(): Plugin {
   return {
@@ -40,7 +57,11 @@ function withoutNode(): Plugin {
 // MULTITETRA_VIEWER_OUT names the folder that the server's HTTP door reads; build.sh sets it.
 export default defineConfig({
   base: "./",
-  plugins: [withoutNode(), thirdParty(["three", "draco3d", "@bufbuild/protobuf", "hash-wasm"])],
+  plugins: [
+    withoutNode(),
+    thirdParty(["three", "draco3d", "@bufbuild/protobuf", "hash-wasm"]),
+    compressed(),
+  ],
   build: {
     outDir: process.env.MULTITETRA_VIEWER_OUT ?? "dist",
     emptyOutDir: true,

@@ -18,7 +18,8 @@ namespace multitetra {
 
 struct TileMesh {
   OctreeCube cube;
-  LatticeMesh mesh;  // At least one triangle.
+  LatticeMesh mesh;             // At least one triangle.
+  double compaction_bound = 0;  // World units; 0 where it was not compacted.
 };
 
 // The surface in one octree cube, as far as it was cut off already.

@@ -38,7 +38,8 @@ struct HttpOptions {
   std::chrono::milliseconds write_timeout{60'000};  // For one message, or 256 KiB of an answer.
   std::chrono::milliseconds linger{1'000};     // For the client to read our last words and hang up.
   std::uint32_t max_header_bytes = 16 * 1024;  // Request line and header.
-  std::uint32_t max_message_bytes = kMaxClientFrameBytes;  // Of a WebSocket, after Hello.
+  std::uint32_t max_message_bytes = kMaxClientFrameBytes;  // Of a WebSocket, after Hello,
+  std::uint32_t max_hello_bytes = kMaxHelloFrameBytes;     // and before.
   std::optional<int> send_buffer_bytes = std::nullopt;     // None leaves it to the system.
   // "https://example.org": pages from there may read answers and open WebSockets, besides those
   // of this door itself. "*" allows all.

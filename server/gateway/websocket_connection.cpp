@@ -43,7 +43,7 @@ WebSocketConnection::WebSocketConnection(std::unique_ptr<StreamSocket> stream, H
   }));
   socket_.binary(true);
   socket_.auto_fragment(false);  // A message is one frame, written from where it lies.
-  socket_.read_message_max(std::min(options.max_message_bytes, kMaxHelloFrameBytes));
+  socket_.read_message_max(std::min(options.max_message_bytes, options.max_hello_bytes));
 }
 
 void WebSocketConnection::start(std::function<void()> on_closed) {

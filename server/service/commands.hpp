@@ -17,5 +17,6 @@ void add_info_command(CLI::App& program, Run& run);
 void add_verify_command(CLI::App& program, Run& run);
 void add_extract_command(CLI::App& program, Run& run);
 void add_serve_command(CLI::App& program, Run& run);
+void add_token_command(CLI::App& program, Run& run);
 
 }  // namespace multitetra

@@ -66,7 +66,7 @@ asio::awaitable<void> Connection::greet_and_read() {
 }
 
 asio::awaitable<void> Connection::read() {
-  FrameReader frames(std::min(options_.max_message_bytes, kMaxHelloFrameBytes));
+  FrameReader frames(std::min(options_.max_message_bytes, options_.max_hello_bytes));
   std::array<char, 16 * 1024> buffer{};
   for (;;) {
     co_await conversation_->room();

@@ -47,6 +47,13 @@ MeshFormat format_of(const std::string& output) {
   return *format;
 }
 
+// The largest of all tiles.
+double compaction_bound(const TiledSurface& surface) {
+  double bound = 0;
+  for (const TileMesh& tile : surface.tiles) bound = std::max(bound, tile.compaction_bound);
+  return bound;
+}
+
 Json report_of(const Arguments& arguments, const IsosurfaceRequest& request,
                const TiledSurface& surface, const MeshTopology& topology,
                const ContentDigest& content, const Progress& progress) {
@@ -54,6 +61,7 @@ Json report_of(const Arguments& arguments, const IsosurfaceRequest& request,
                  {"active_tetrahedra", surface.active_tetrahedra}};
   report.update(json_of(topology));
   report["tiles"] = surface.tiles.size();
+  report["compaction_bound_world"] = compaction_bound(surface);
   report["content_digest"] = content.hex();
   report["seconds"] = progress.seconds();
   report["parameters"] = json_of(request);
@@ -122,13 +130,13 @@ int extract(const Arguments& arguments) {
   const auto extractor = std::make_shared<const SurfaceExtractor>(dataset);
 
   progress.begin("surface");
-  const IsosurfaceRequest request = affordable(extractor, *asked);
+  IsosurfaceRequest request = affordable(extractor, *asked);
+  // A level has no error that compaction could keep to.
+  if (arguments.level) request.compact = false;
   const ReferenceModel reference = reference_model(arguments, *dataset, request);
   const TiledSurface surface =
       reference.model && !reference.is_for_file_only
-          ? reference.extractor->surface(
-                *reference.model,
-                {.isovalue = request.isovalue, .lattice_resolution = request.lattice_resolution})
+          ? reference.extractor->extract({.request = request}, *reference.model)
           : extractor->extract({.request = request});
   progress.begin("checks");
   std::vector<const LatticeMesh*> tiles;

@@ -5,12 +5,11 @@
 
 #include <CLI/CLI.hpp>
 
+#include "server/operations/exit_codes.hpp"
 #include "server/service/commands.hpp"
 
 namespace multitetra {
 namespace {
-
-enum ExitCode { kOk = 0, kFailed = 1, kUsage = 2 };
 
 int run(int argc, char** argv) {
   CLI::App program("Prepares volumes and serves their isosurfaces: crack-free, coarse first.",
@@ -30,6 +29,7 @@ int run(int argc, char** argv) {
   add_verify_command(program, command);
   add_extract_command(program, command);
   add_serve_command(program, command);
+  add_token_command(program, command);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -44,6 +44,9 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     return multitetra::run(argc, argv);
+  } catch (const multitetra::ExitError& error) {
+    std::cerr << "multitetra-server: " << error.what() << "\n";
+    return error.code();
   } catch (const std::exception& error) {
     std::cerr << "multitetra-server: " << error.what() << "\n";
     return multitetra::kFailed;

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/core/compaction_share.hpp"
 #include "server/core/leaves.hpp"
 #include "server/core/spectrum_model.hpp"
 #include "server/dataset/in_parallel.hpp"
+#include "server/service/compacted_surface.hpp"
 #include "server/service/parallel_surface.hpp"
 
 namespace multitetra {
@@ -47,7 +49,7 @@ std::shared_ptr<const SaturatedErrors> exact_errors(const Field& field,
 
 ModelOptions model_options(const StepRequest& step, const DatasetInfo& info) {
   const IsosurfaceRequest& request = step.request;
-  return {.thresholds = ThresholdMap(request, info),
+  return {.thresholds = ThresholdMap(model_request(request), info),
           .topology_tolerance = request.topology_tolerance,
           .finest_spacing = step.finest_spacing};
 }
@@ -80,11 +82,15 @@ TiledSurface ReferenceExtractor::surface(const Model& model, const SurfaceOption
   return extract_in_parallel(FieldCubes(model, field_, options), root, exponent, stop);
 }
 
+TiledSurface ReferenceExtractor::extract(const StepRequest& step, const Model& model,
+                                         std::stop_token stop) const {
+  TiledSurface tiled = surface(model, surface_options(step), stop);
+  compact(tiled, step, dataset_.info, stop);
+  return tiled;
+}
+
 TiledSurface ReferenceExtractor::extract(const StepRequest& step, std::stop_token stop) const {
-  return surface(
-      *exact_model(step, stop),
-      {.isovalue = step.request.isovalue, .lattice_resolution = step.request.lattice_resolution},
-      stop);
+  return extract(step, *exact_model(step, stop), stop);
 }
 
 }  // namespace multitetra

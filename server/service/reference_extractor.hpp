@@ -15,7 +15,7 @@
 
 namespace multitetra {
 
-// What a request says of the model, in the model's units.
+// What a request says of the model, in the model's units: with its share of the thresholds.
 [[nodiscard]] ModelOptions model_options(const StepRequest& step, const DatasetInfo& info);
 
 // Holds the whole volume in memory.
@@ -39,7 +39,10 @@ class ReferenceExtractor {
   // The isosurface of any model of this grid. Throws Cancelled soon after `stop` is triggered.
   [[nodiscard]] TiledSurface surface(const Model& model, const SurfaceOptions& options,
                                      std::stop_token stop = {}) const;
-  // With exact errors.
+  // The surface of a step, compacted if it says so, from a model of the step; without one from that
+  // with exact errors.
+  [[nodiscard]] TiledSurface extract(const StepRequest& step, const Model& model,
+                                     std::stop_token stop = {}) const;
   [[nodiscard]] TiledSurface extract(const StepRequest& step, std::stop_token stop = {}) const;
 
  private:

@@ -2,16 +2,18 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
-
 #include "server/dataset/dataset.hpp"
 #include "server/gateway/http_door.hpp"
+#include "server/gateway/viewer_files.hpp"
+#include "server/operations/exit_codes.hpp"
+#include "server/operations/log.hpp"
+#include "server/operations/request_log.hpp"
 #include "server/service/commands.hpp"
+#include "server/service/option_sources.hpp"
+#include "server/service/serve_options.hpp"
 #include "server/service/server.hpp"
 #include "server/service/step_source.hpp"
 #include "server/service/surface_extractor.hpp"
@@ -21,15 +23,8 @@ namespace multitetra {
 namespace {
 
 struct Arguments {
-  std::vector<std::string> inputs;
-  std::string tcp = to_string(Endpoint{.host = "127.0.0.1"});
-  std::string http = http_url(HttpOptions{}.listen);
-  std::vector<std::string> allowed_origins;
-  std::string viewer;
-  std::uint64_t max_mesh_triangles = HttpOptions{}.max_mesh_triangles;
-  std::uint64_t mesh_cache_bytes = HttpOptions{}.mesh_cache_bytes;
-  int threads = 0;
-  std::size_t cache_bytes = std::size_t{512} << 20;
+  ServeOptions options;
+  OptionSources sources;
 };
 
 // The files themselves, and those named *.mtd in directories, each once, in order.
@@ -50,62 +45,78 @@ std::vector<std::filesystem::path> dataset_files(const std::vector<std::string>&
   return files;
 }
 
+std::string size_text(const DatasetInfo& info) {
+  return std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) + " x " +
+         std::to_string(info.dims[2]) + " " + std::string(name(info.type));
+}
+
 // A dataset that cannot be served is told and left out.
 CataloguePtr open_all(const std::vector<std::filesystem::path>& files,
                       const std::shared_ptr<StepCache>& cache) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
   const auto pool = std::make_shared<CubeMemoryPool>();
   for (const std::filesystem::path& file : files) {
+    const std::string path = file.string();
     try {
       const DatasetPtr dataset = open_dataset(file);
       catalogue->add(std::make_shared<ExtractedSteps>(
           std::make_shared<SurfaceExtractor>(dataset, pool), cache));
-      spdlog::info("serving \"{}\" from {}: {} x {} x {} {}", dataset->info.name, file.string(),
-                   dataset->info.dims[0], dataset->info.dims[1], dataset->info.dims[2],
-                   name(dataset->info.type));
+      const std::string size = size_text(dataset->info);
+      log_line(LogLevel::kInfo, "serving",
+               {{"dataset", dataset->info.name}, {"file", path}, {"size", size}});
     } catch (const std::exception& error) {
-      spdlog::error("left out: {}", error.what());
+      log_line(LogLevel::kError, std::string("left out: ") + error.what(), {{"file", path}});
     }
+  }
+  if (catalogue->size() == 0) {
+    throw ExitError(kNoDataset,
+                    "There is no dataset that could be served; make one with: multitetra-server "
+                    "prepare VOLUME -o FILE.mtd");
   }
   return catalogue;
 }
 
-std::vector<MakeDoor> more_doors(const Arguments& arguments,
+std::vector<MakeDoor> more_doors(std::optional<HttpOptions> http,
                                  const std::shared_ptr<StepCache>& cache) {
-  if (arguments.http == "off") return {};
-  const Result<Endpoint> endpoint = parse_http_endpoint(arguments.http);
-  if (!endpoint) throw std::invalid_argument("--http: " + endpoint.error().text);
-  HttpOptions options = {.listen = *endpoint,
-                         .allowed_origins = arguments.allowed_origins,
-                         .max_mesh_triangles = arguments.max_mesh_triangles,
-                         .mesh_cache_bytes = arguments.mesh_cache_bytes,
-                         .viewer = find_viewer(arguments.viewer)};
-  options.hooks.find_tile = [cache](const ContentDigest& digest) {
+  if (!http) return {};
+  http->hooks.find_tile = [cache](const ContentDigest& digest) {
     return cache->tiles().find_plain(digest);
   };
-  return {[options](const House& house) { return std::make_unique<HttpDoor>(house, options); }};
+  return {[http = std::move(http)](const House& house) {
+    return std::make_unique<HttpDoor>(house, *http);
+  }};
 }
 
-int serve(const Arguments& arguments) {
-  const ThreadLimit limit(arguments.threads);
-  spdlog::set_default_logger(spdlog::stderr_color_mt("multitetra-server"));
-  const Result<Endpoint> endpoint = parse_endpoint(arguments.tcp);
-  if (!endpoint) throw std::invalid_argument("--tcp: " + endpoint.error().text);
-  const auto cache = std::make_shared<StepCache>(arguments.cache_bytes);
-  const CataloguePtr catalogue = open_all(dataset_files(arguments.inputs), cache);
-  if (catalogue->size() == 0) {
-    throw std::runtime_error(
-        "No dataset to serve; make one with: multitetra-server prepare VOLUME -o FILE.mtd");
+int serve(const ServeOptions& options) {
+  const ThreadLimit limit(options.threads);
+  start_log(log_options(options));
+  ServerOptions server_with = server_options(options);
+  std::optional<HttpOptions> http = http_options(options);
+  if (http) http->viewer = find_viewer(options.viewer);
+  const auto cache = std::make_shared<StepCache>(options.cache_bytes);
+  const CataloguePtr catalogue = open_all(dataset_files(options.datasets), cache);
+  server_with.keeper.observer = std::make_shared<RequestLog>();
+  server_with.metrics = std::make_shared<PrometheusMetrics>();
+  server_with.state = [cache] {
+    const TileCache::Counts counts = cache->tiles().counts();
+    return ServiceState{.cache_hits = counts.hits,
+                        .cache_misses = counts.misses,
+                        .cached_tiles = counts.tiles,
+                        .cache_bytes = counts.bytes};
+  };
+  Server server(catalogue, server_with, more_doors(http, cache));
+  const bool has_tls = server_with.keeper.tls.has_value();
+  std::string tcp = to_string(server.endpoint());
+  if (has_tls) tcp.replace(0, tcp.find(':'), "tls");
+  log_line(LogLevel::kInfo, "listening on " + tcp, {});
+  if (http) {
+    std::string url = http_url(server.endpoint(1));
+    if (has_tls) url.replace(0, url.find(':'), "https");
+    log_line(LogLevel::kInfo, "listening on " + url, {});
   }
-  // Each step uses all threads; a second one at the same time fills what the first leaves idle.
-  const std::size_t workers = arguments.threads == 1 ? 1 : 2;
-  Server server(catalogue, {.listen = *endpoint, .workers = workers, .heed_signals = true},
-                more_doors(arguments, cache));
-  spdlog::info("listening on {}", to_string(server.endpoint()));
-  if (arguments.http != "off") spdlog::info("listening on {}", http_url(server.endpoint(1)));
   server.run();
-  spdlog::info("stopped");
-  return 0;
+  log_line(LogLevel::kInfo, "stopped", {});
+  return kOk;
 }
 
 }  // namespace
@@ -114,42 +125,31 @@ void add_serve_command(CLI::App& program, Run& run) {
   const auto a = std::make_shared<Arguments>();
   CLI::App* command =
       program.add_subcommand("serve", "Serve datasets to clients until stopped (Ctrl-C)");
-  command->add_option("inputs", a->inputs, "Dataset files, or directories of them (.mtd)")
-      ->required();
-  command->add_option("--tcp", a->tcp, "Address and port to listen on; port 0 takes a free one")
-      ->capture_default_str();
-  command
-      ->add_option("--http", a->http, "Address and port for HTTP and WebSockets; off: no such door")
-      ->capture_default_str();
-  command->add_option("--allow-origin", a->allowed_origins,
-                      "Web pages of this origin, for example https://example.org, may use the "
-                      "HTTP door besides its own; * allows all (repeatable)");
-  command->add_option("--viewer", a->viewer,
-                      "Folder of the web viewer's files, served at / (default: the one that was "
-                      "built or installed with this program)");
-  command
-      ->add_option("--max-mesh-triangles", a->max_mesh_triangles,
-                   "The most triangles of a mesh in one HTTP response; while one is made it takes "
-                   "about 120 bytes of memory for each")
-      ->capture_default_str();
-  command
-      ->add_option("--mesh-cache-bytes", a->mesh_cache_bytes,
-                   "Disk for mesh files that are kept for the next HTTP request, in the temporary "
-                   "folder")
-      ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false))
-      ->capture_default_str();
-  command
-      ->add_option("--cache-bytes", a->cache_bytes,
-                   "Memory for encoded tiles that are kept for the next request, for example "
-                   "512MiB; 0 keeps none")
-      ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false))
-      ->capture_default_str();
-  add_threads_option(*command, a->threads);
+  add_serve_options(*command, a->options);
+  add_option_sources(*command, a->sources);
   command->footer(
       "Examples:\n"
       "  multitetra-server serve head.mtd\n"
-      "  multitetra-server serve datasets/ --tcp 0.0.0.0:7410 --threads 8");
-  command->callback([a, &run] { run = [a] { return serve(*a); }; });
+      "  multitetra-server serve datasets/ --tcp 0.0.0.0:7410 --tls-cert server.pem --tls-key "
+      "server.key --tokens tokens\n"
+      "Signals: SIGTERM and SIGINT drain, then stop; SIGHUP reads certificate and tokens again.\n"
+      "Exit codes: 0 stopped as asked, 1 failed, 2 wrong options, 3 an address cannot be listened "
+      "on,\n"
+      "4 certificate, key or tokens cannot be used, 5 no dataset can be served.");
+  command->callback([a, command, &run] {
+    if (!a->sources.config_file.empty()) read_config_file(*command, a->sources.config_file);
+    if (a->sources.print_config) {
+      run = [command] {
+        std::cout << config_text(*command);
+        return kOk;
+      };
+      return;
+    }
+    if (a->options.datasets.empty()) throw CLI::RequiredError("datasets");
+    (void)server_options(a->options);  // What is wrong with them is wrong usage.
+    (void)http_options(a->options);
+    run = [a] { return serve(a->options); };
+  });
 }
 
 }  // namespace multitetra

@@ -49,10 +49,12 @@ std::vector<EncodedTile> encode(const TiledSurface& surface, const Shading& shad
         const TileKey key = {content, tile.cube, shading.appearance()};
         if (auto known = cache.find(key)) {
           encoded[i] = *std::move(known);
-          return;
+        } else {
+          encoded[i] = shading.encoded(tile, content);
+          cache.add(key, encoded[i]);
         }
-        encoded[i] = shading.encoded(tile, content);
-        cache.add(key, encoded[i]);
+        // The same triangles may be what is left of different ones.
+        encoded[i].summary.compaction_bound = tile.compaction_bound;
       },
       stop);
   return encoded;

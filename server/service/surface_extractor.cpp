@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "server/core/prepared_model.hpp"
+#include "server/service/compacted_surface.hpp"
 #include "server/service/parallel_surface.hpp"
 #include "server/service/reference_extractor.hpp"
 
@@ -81,11 +82,12 @@ TiledSurface SurfaceExtractor::extract(const StepRequest& step, std::stop_token 
     return ReferenceExtractor(*dataset_).extract(step, stop);
   }
   const PreparedModel model = prepared_model(*dataset_, step);
-  const SurfaceOptions options{.isovalue = step.request.isovalue,
-                               .lattice_resolution = step.request.lattice_resolution};
-  return extract_in_parallel(PreparedCubes(model, options, *pool_),
-                             root_cube(Grid(info.grid_exponent)), cube_exponent(info.grid_exponent),
-                             stop);
+  const SurfaceOptions options = surface_options(step);
+  TiledSurface surface = extract_in_parallel(PreparedCubes(model, options, *pool_),
+                                             root_cube(Grid(info.grid_exponent)),
+                                             cube_exponent(info.grid_exponent), stop);
+  compact(surface, step, info, stop);
+  return surface;
 }
 
 }  // namespace multitetra

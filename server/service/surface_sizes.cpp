@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/tile.hpp"
+#include "server/core/compaction_share.hpp"
 #include "server/core/surface_size.hpp"
 #include "server/core/tiling.hpp"
 #include "server/dataset/in_parallel.hpp"
@@ -21,6 +22,12 @@ namespace {
 constexpr std::size_t kQuickCubes = 32;
 constexpr std::size_t kCarefulCubes = 256;
 constexpr std::size_t kEncodedBlocks = 6;
+constexpr std::size_t kQuicklyEncodedBlocks = 3;
+// What compaction leaves in a tile, of what it leaves in blocks, which have more border.
+constexpr double kLargerTiles = 0.7;
+// What it leaves of a surface and of a preview, where nothing is compacted to find out.
+constexpr double kLeftOfSurface = 0.15;
+constexpr double kLeftOfPreview = 0.35;
 // Of a preview in a refined cube of twice its finest spacing: 4 to 21 on public volumes.
 constexpr double kTrianglesAPreviewCube = 16;
 
@@ -41,23 +48,37 @@ SurfaceSize size_with(double triangles, const StepRequest& step) {
 SurfaceSize exact_size(const PreparedVolume& dataset, const StepRequest& step,
                        const std::stop_token& stop) {
   const TiledSurface surface = ReferenceExtractor(dataset).extract(step, stop);
-  return size_with(kTrianglesATetrahedron * static_cast<double>(surface.active_tetrahedra), step);
+  if (!step.request.compact) {
+    return size_with(kTrianglesATetrahedron * static_cast<double>(surface.active_tetrahedra), step);
+  }
+  double triangles = 0;
+  for (const TileMesh& tile : surface.tiles)
+    triangles += static_cast<double>(tile.mesh.triangles.size());
+  return size_with(triangles, step);
 }
 
-// Some of the blocks twice as large as the sample's cubes, encoded as they would be sent; none when
-// they hold nothing.
-std::optional<double> encoded_bytes_a_triangle(const SurfaceExtractor& extractor,
-                                               const PreparedModel& model, const CubeSample& sample,
-                                               const StepRequest& step,
-                                               const std::stop_token& stop) {
-  if (extractor.dataset().info.grid_exponent <= CubeSample::kExponent) return std::nullopt;
+// What some blocks of a surface become: of a triangle of the model, on average.
+struct SampledTriangle {
+  double left = 1;   // After compaction.
+  double bytes = 0;  // Encoded.
+};
+
+// Some of the blocks twice as large as the sample's cubes, compacted and encoded as they would be
+// sent; none when they hold nothing.
+std::optional<SampledTriangle> sampled_triangle(const SurfaceExtractor& extractor,
+                                                const PreparedModel& model,
+                                                const CubeSample& sample, const StepRequest& step,
+                                                std::size_t count, const std::stop_token& stop) {
+  const DatasetInfo& info = extractor.dataset().info;
+  if (info.grid_exponent <= CubeSample::kExponent) return std::nullopt;
   std::vector<OctreeCube> blocks;
-  for (std::size_t i = 0; i < kEncodedBlocks && !sample.cubes.empty(); ++i) {
-    blocks.push_back(
-        sample.cubes[(2 * i + 1) * sample.cubes.size() / (2 * kEncodedBlocks)].parent());
+  for (std::size_t i = 0; i < count && !sample.cubes.empty(); ++i) {
+    blocks.push_back(sample.cubes[(2 * i + 1) * sample.cubes.size() / (2 * count)].parent());
   }
   blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
   std::vector<SurfaceSize> sizes(blocks.size());
+  std::vector<double> before(blocks.size(), 0);
+  const ThresholdMap thresholds(step.request, info);
   const Shading shading(extractor.dataset(), step);
   const SurfaceOptions options{.isovalue = step.request.isovalue,
                                .lattice_resolution = step.request.lattice_resolution,
@@ -66,9 +87,15 @@ std::optional<double> encoded_bytes_a_triangle(const SurfaceExtractor& extractor
       blocks.size(),
       [&](std::size_t i) {
         CubeMemoryPool::Lease lease(extractor.pool());
-        const TileMesh tile = {blocks[i],
-                               surface_in_cube(model, blocks[i], options, lease.memory()).rest};
+        TileMesh tile = {blocks[i],
+                         surface_in_cube(model, blocks[i], options, lease.memory()).rest};
         if (tile.mesh.triangles.empty()) return;
+        before[i] = static_cast<double>(tile.mesh.triangles.size());
+        if (step.request.compact) {
+          tile.mesh = compacted(tile.mesh, compaction_of(tile.cube, thresholds,
+                                                         step.request.lattice_resolution, info))
+                          .mesh;
+        }
         const TileSummary encoded = shading.encoded(tile, digest(tile.mesh)).summary;
         sizes[i] = {.triangles = static_cast<double>(encoded.triangles),
                     .bytes = static_cast<double>(encoded.bytes)};
@@ -80,7 +107,10 @@ std::optional<double> encoded_bytes_a_triangle(const SurfaceExtractor& extractor
     all.bytes += size.bytes;
   }
   if (all.triangles == 0) return std::nullopt;
-  return all.bytes / all.triangles;
+  const double all_before = std::accumulate(before.begin(), before.end(), 0.0);
+  const double larger = step.request.compact ? kLargerTiles : 1;
+  return SampledTriangle{.left = larger * all.triangles / all_before,
+                         .bytes = larger * all.bytes / all_before};
 }
 
 // A preview whose finest spacing is the spectrum's or coarser, from the spectrum alone.
@@ -92,7 +122,7 @@ SurfaceSize preview_size(const PreparedModel& model, const StepRequest& step,
     throw_if_stopped(stop);
     triangles += kTrianglesAPreviewCube;
   });
-  return size_with(triangles, step);
+  return size_with(step.request.compact ? kLeftOfPreview * triangles : triangles, step);
 }
 
 // Of the whole surface, from the spectrum and the thresholds alone: where a map allows less, there
@@ -105,7 +135,7 @@ SurfaceSize rough_size(const PreparedModel& model, const StepRequest& step,
     throw_if_stopped(stop);
     triangles += triangles_a_cube(model.thresholds().least_in(box_of(cube)) / voxel);
   });
-  return size_with(triangles, step);
+  return size_with(step.request.compact ? kLeftOfSurface * triangles : triangles, step);
 }
 
 // The spectrum for one request after another; most of them ask for the same isovalue.
@@ -154,9 +184,12 @@ SurfaceSize sampled_size(const SurfaceExtractor& extractor, SharedSpectrum& spec
   const double triangles = kTrianglesATetrahedron *
                            (static_cast<double>(sample.coarse_tetrahedra) + sample.weight * found);
   SurfaceSize size = size_with(triangles, step);
-  if (accuracy == SizeAccuracy::kCareful && step.finest_spacing < kSpectrumSpacing) {
-    const auto a_triangle = encoded_bytes_a_triangle(extractor, model, sample, step, stop);
-    if (a_triangle) size.bytes = *a_triangle * triangles;
+  const bool is_careful = accuracy == SizeAccuracy::kCareful;
+  if (step.request.compact || (is_careful && step.finest_spacing < kSpectrumSpacing)) {
+    const std::size_t blocks = is_careful ? kEncodedBlocks : kQuicklyEncodedBlocks;
+    if (const auto one = sampled_triangle(extractor, model, sample, step, blocks, stop)) {
+      size = {.triangles = one->left * triangles, .bytes = one->bytes * triangles};
+    }
   }
   return size;
 }

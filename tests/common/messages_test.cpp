@@ -436,6 +436,8 @@ TEST(StepBegin, OutOfRangeIsRefused) {
   refuse([](StepBegin& b) { b.finest_spacing = -1; }, "finest_spacing");
   refuse([](StepBegin& b) { b.active_tetrahedra = 6; }, "active_tetrahedra");
   refuse([](StepBegin& b) { b.codec = static_cast<PayloadCodec>(2); }, "StepBegin.codec");
+  refuse([](StepBegin& b) { b.tiles[0].compaction_bound = -1; }, "compaction_bound");
+  refuse([](StepBegin& b) { b.tiles[0].compaction_bound = kNaN; }, "compaction_bound");
   refuse([](StepBegin& b) { b.tiles[0].cube.exponent = 21; }, "cube_exponent");
   refuse([](StepBegin& b) { b.tiles[0].cube.exponent = -1; }, "cube_exponent");
   refuse([](StepBegin& b) { b.tiles[0].cube.x = 4; }, "cube_x");

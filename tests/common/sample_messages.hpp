@@ -110,6 +110,7 @@ inline IsosurfaceRequest request(Random& random) {
           .thresholds = random() % 2 == 0 ? local_thresholds(random) : LocalThresholds{},
           .max_triangles = random() % 2 == 0 ? random() : 0,
           .max_bytes = random() % 2 == 0 ? random() : 0,
+          .compact = random() % 2 == 0,
           .normal_bits = random() % 2 == 0 ? int_in(kMinNormalBits, kMaxNormalBits, random) : 0};
 }
 
@@ -124,6 +125,7 @@ inline TileSummary tile_summary(Random& random) {
   tile.triangles = static_cast<std::uint32_t>(1 + up_to(kMaxTileTriangles - 1, random));
   tile.vertices = static_cast<std::uint32_t>(3 + up_to(3 * tile.triangles - 3, random));
   tile.bytes = static_cast<std::uint32_t>(1 + up_to(1000000, random));
+  tile.compaction_bound = std::abs(number(random));
   return tile;
 }
 

@@ -58,9 +58,16 @@ TEST_P(CertifiedDistances, AreNeverAboveTheErrorAndTheLattice) {
   const std::vector<float> samples = local_copy(volume, info);
 
   for (const double isovalue : volume.isovalues) {
-    for (const double error : {0.5, 1.0, 2.0}) {
-      SCOPED_TRACE(::testing::Message() << "isovalue " << isovalue << ", error " << error);
-      const IsosurfaceRequest request{.isovalue = isovalue, .error = error};
+    for (const auto& [error, compact] : {std::pair(0.5, false),
+                                         {1.0, false},
+                                         {2.0, false},
+                                         {0.25, true},
+                                         {0.5, true},
+                                         {1.0, true},
+                                         {2.0, true}}) {
+      SCOPED_TRACE(::testing::Message() << "isovalue " << isovalue << ", error " << error
+                                        << (compact ? ", compacted" : ""));
+      const IsosurfaceRequest request{.isovalue = isovalue, .error = error, .compact = compact};
       const auto fetched = client->fetch(
           info,
           {.dataset = info.name, .request = request, .steps = StepPolicy::kFinalOnly, .held = {}},
@@ -76,8 +83,9 @@ TEST_P(CertifiedDistances, AreNeverAboveTheErrorAndTheLattice) {
             << way->worst_place[0] << ", " << way->worst_place[1] << ", " << way->worst_place[2]
             << ")";
       }
-      std::cout << volume.file << " isovalue " << isovalue << " error " << error << ": maximum "
-                << check.mesh_to_full.maximum << " and " << check.full_to_mesh.maximum << ", 99 % "
+      std::cout << volume.file << " isovalue " << isovalue << " error " << error
+                << (compact ? " compacted" : "") << ": maximum " << check.mesh_to_full.maximum
+                << " and " << check.full_to_mesh.maximum << ", 99 % "
                 << check.mesh_to_full.percentile_99 << " and " << check.full_to_mesh.percentile_99
                 << " voxels" << std::endl;
     }

@@ -142,7 +142,10 @@ printf 'x' | dd of=damaged.mtd bs=1 seek=5000 conv=notrunc status=none
 expect_exit 1 'brick 0' "$server" verify damaged.mtd
 expect_exit 1 '"samples"' "$server" extract damaged.mtd --error 0 -o x.ply
 for command in generate prepare info verify extract serve; do "$server" "$command" --help | grep Examples >/dev/null || fail "$command --help has no examples"; done
-for command in list estimate fetch; do "$client" "$command" --help | grep Examples >/dev/null || fail "$command --help has no examples"; done
+[ "$("$client" view --dataset "a head" --isovalue -300 --error 0.5 --region ball:1,2,3,4=0)" = \
+  "http://127.0.0.1:7480/#dataset=a%20head&isovalue=-300&error=0.5&region=ball:1,2,3,4=0" ] || fail "another address of the viewer"
+"$client" view --region halfspace:1,0,0,2=0 2>/dev/null && fail "the viewer has no half-spaces"
+for command in list estimate fetch view; do "$client" "$command" --help | grep Examples >/dev/null || fail "$command --help has no examples"; done
 
 [ "$failures" -eq 0 ] || { echo "$failures failures" >&2; exit 1; }
 echo "all as expected"

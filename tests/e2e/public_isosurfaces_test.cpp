@@ -51,9 +51,16 @@ TEST_P(PublicIsosurfaces, HaveOneTopologyNoCrackAndArriveAsExtracted) {
 
   for (const double isovalue : volume.isovalues) {
     std::optional<MeshTopology> full;
-    for (const double error : {0.0, 0.5, 2.0}) {
-      SCOPED_TRACE(::testing::Message() << "isovalue " << isovalue << ", error " << error);
-      const IsosurfaceRequest request{.isovalue = isovalue, .error = error};
+    for (const auto& [error, compact] : {std::pair(0.0, false),
+                                         {0.5, false},
+                                         {2.0, false},
+                                         {0.25, true},
+                                         {0.5, true},
+                                         {1.0, true},
+                                         {2.0, true}}) {
+      SCOPED_TRACE(::testing::Message() << "isovalue " << isovalue << ", error " << error
+                                        << (compact ? ", compacted" : ""));
+      const IsosurfaceRequest request{.isovalue = isovalue, .error = error, .compact = compact};
       // The client fails on an open or non-manifold edge in any step.
       const auto final_step = client->fetch(
           info, {.dataset = info.name, .request = request, .held = {}}, [](const FetchedStep&) {});

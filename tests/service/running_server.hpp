@@ -24,6 +24,12 @@ class RunningServer {
     server_.stop();
     if (thread_.joinable()) thread_.join();
   }
+  // Until it has stopped by itself.
+  void wait() {
+    if (thread_.joinable()) thread_.join();
+  }
+  void drain() { server_.drain(); }
+  void reload() { server_.reload(); }
   [[nodiscard]] Endpoint endpoint() const { return server_.endpoint(); }
 
   [[nodiscard]] MessageSocket connect() const {

@@ -83,6 +83,55 @@ TEST(ServedSurfaces, AreTheExtractedOnesWithAnyNumberOfThreads) {
   }
 }
 
+TEST(ServedSurfaces, CompactedHaveTheSameTopologyInFewerBytesWithAnyNumberOfThreads) {
+  const DatasetPtr dataset = noisy_gyroid();
+  const IsosurfaceRequest plain{.isovalue = 0.1, .error = 0.5};
+  IsosurfaceRequest request = plain;
+  request.compact = true;
+  RunningServer server(all_datasets());
+  Client client = client_of(server);
+  const auto expected = fetch(client, dataset->info, plain);
+  ASSERT_FALSE(expected.empty());
+  for (const std::size_t threads : {1U, 4U}) {
+    SCOPED_TRACE(threads);
+    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            threads);
+    RunningServer again(all_datasets(), {.workers = threads});
+    Client other = client_of(again);
+    const auto steps = fetch(other, dataset->info, request);
+    ASSERT_FALSE(steps.empty());
+    for (const FetchedStep& fetched : steps) {
+      const StepBegin& begin = fetched.step->begin;
+      EXPECT_EQ(fetched.step->end.digest,
+                extracted_digest(dataset, {begin.request, begin.finest_spacing}));
+    }
+    const MeshTopology& full = expected.back().step->topology;
+    const MeshTopology& small = steps.back().step->topology;
+    EXPECT_EQ(small.euler_characteristic, full.euler_characteristic);
+    EXPECT_EQ(small.components, full.components);
+    EXPECT_LT(3 * small.triangles, full.triangles);
+    EXPECT_LT(2 * steps.back().step->end.payload_bytes, expected.back().step->end.payload_bytes);
+    EXPECT_EQ(steps.back().step->begin.error_bound_world, 0.5);
+    for (const TileSummary& tile : steps.back().step->begin.tiles) {
+      EXPECT_GT(tile.compaction_bound, 0);
+      EXPECT_LT(tile.compaction_bound, 0.5);
+    }
+  }
+}
+
+TEST(ServedSurfaces, AtErrorZeroAreTheSameCompactedOrNot) {
+  RunningServer server(all_datasets());
+  Client client = client_of(server);
+  const DatasetInfo info = closed_ball()->info;
+  IsosurfaceRequest request{.isovalue = 0, .error = 0};
+  const auto plain = fetch(client, info, request);
+  request.compact = true;
+  const auto compact = fetch(client, info, request);
+  ASSERT_FALSE(plain.empty());
+  ASSERT_FALSE(compact.empty());
+  EXPECT_EQ(compact.back().step->end.digest, plain.back().step->end.digest);
+}
+
 TEST(ServedSurfaces, PassAllChecksOverFieldsIsovaluesAndErrors) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
@@ -95,7 +144,11 @@ TEST(ServedSurfaces, PassAllChecksOverFieldsIsovaluesAndErrors) {
         SCOPED_TRACE(info.name + " at " + std::to_string(part) + ", error " +
                      std::to_string(error));
         const double isovalue = info.min + part * (info.max - info.min);
-        EXPECT_FALSE(fetch(client, info, {.isovalue = isovalue, .error = error}).empty());
+        for (const bool compact : {false, true}) {
+          EXPECT_FALSE(
+              fetch(client, info, {.isovalue = isovalue, .error = error, .compact = compact})
+                  .empty());
+        }
       }
     }
   }
@@ -107,7 +160,8 @@ TEST(ServedSurfaces, AreAboutAsLargeAsEstimated) {
   Client client = client_of(server);
   const DatasetInfo info = noisy_gyroid()->info;
   for (const int normal_bits : {0, 8, 10}) {
-    const IsosurfaceRequest request{.isovalue = 0.1, .error = 0.5, .normal_bits = normal_bits};
+    const IsosurfaceRequest request{
+        .isovalue = 0.1, .error = 0.5, .compact = normal_bits == 8, .normal_bits = normal_bits};
     const auto estimate = client.estimate(info.name, request);
     ASSERT_TRUE(estimate) << estimate.error().error.text;
     const auto steps = fetch(client, info, request);

@@ -14,7 +14,7 @@ function opened(effects: Effect[]) {
 }
 
 function connected(held: string[] = []) {
-  const conversation = new Conversation({ agent: "test", token: "secret", held: () => held });
+  const conversation = new Conversation({ agent: "test", token: () => "secret", held: () => held });
   conversation.opened();
   conversation.received(welcome);
   conversation.received(list);
@@ -23,7 +23,7 @@ function connected(held: string[] = []) {
 
 describe("Conversation", () => {
   test("SaysHelloFirstAndAsksForTheListThen", () => {
-    const conversation = new Conversation({ agent: "test", token: "", held: () => [] });
+    const conversation = new Conversation({ agent: "test", token: () => "", held: () => [] });
     expect(sent(conversation.opened())).toEqual(["hello"]);
     expect(sent(conversation.received(welcome))).toEqual(["listDatasets"]);
     expect(conversation.received(list)).toMatchObject([{ kind: "datasets" }]);
@@ -59,7 +59,7 @@ describe("Conversation", () => {
   });
 
   test("WaitsLongerFromAttemptToAttemptButNotForever", () => {
-    const conversation = new Conversation({ agent: "test", token: "", held: () => [] });
+    const conversation = new Conversation({ agent: "test", token: () => "", held: () => [] });
     const waits = Array.from({ length: 8 }, () => {
       const [effect] = conversation.closed();
       return effect.kind === "phase" ? effect.retryInMilliseconds! : NaN;

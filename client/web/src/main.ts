@@ -34,12 +34,12 @@ const surface = new Surface(stage.scene, () => stage.invalidate(), (ids) => pool
 stage.everyFrame(() => surface.uploadSome());
 
 const server = new URLSearchParams(location.search).get("server") ?? ownAddress();
-const token = ownToken();
-const client = new SurfaceClient(server, token, pool, surface, (shown, isFirst) => {
+let token = ownToken();
+const client = new SurfaceClient(server, () => token, pool, surface, (shown, isFirst) => {
   if (isFirst && !settings.get().eye) stage.frameBox(surface.worldBox());
   document.title = `${shown.info.name} · Multi-Tetra viewer`;
 });
-const thumbnails = new Thumbnails(server, token, pool, stage.renderer, (name, picture) => {
+const thumbnails = new Thumbnails(server, () => token, pool, stage.renderer, (name, picture) => {
   datasets.setPicture(name, picture);
   stage.invalidate();
 });
@@ -56,7 +56,14 @@ const datasets = new DatasetList({
     if (found) whenIdle(() => thumbnails.want(found));
   },
 });
-const notices = new Notices(() => client.connect());
+const notices = new Notices(
+  () => client.connect(),
+  (said) => {
+    token = said;
+    sessionStorage.setItem("token", said);
+    client.connect();
+  },
+);
 const panel = new Panel(
   settings,
   {
@@ -149,6 +156,12 @@ stage.controls.addEventListener("change", () => {
       settings.set({ eye: eye as Vec3, target: target as Vec3 });
     }
   }, 250);
+});
+// A graphics card that was taken away has lost all tiles; the address knows the rest.
+canvas.addEventListener("webglcontextrestored", () => location.reload());
+canvas.addEventListener("pointermove", (event) => {
+  const isOver = event.buttons === 0 && regionHandles.isOver(event.offsetX, event.offsetY);
+  canvas.style.cursor = isOver ? "grab" : "";
 });
 window.addEventListener("hashchange", () => {
   if (location.hash.slice(1) === toAddress(settings.get())) return;

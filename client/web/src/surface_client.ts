@@ -8,11 +8,11 @@ import { type Effect, Conversation, type Wanted } from "./stream/conversation";
 import { type AssemblerEffect, preservesTopology, type StepOfTiles } from "./stream/assembler";
 import { dataBorder, latticeToWorld, voxelLength } from "./stream/dataset";
 import { Link } from "./stream/link";
-import { isosurfaceRequest, type View } from "./stream/request";
+import { isosurfaceRequest, isSameRequest, type View } from "./stream/request";
 import { hex } from "./mesh/content_digest";
-import { type DatasetInfo, ErrorMeasure, type ServerKind } from "./protocol/messages";
+import { type DatasetInfo, ErrorCode, ErrorMeasure, type ServerKind } from "./protocol/messages";
 import type { Surface } from "./scene/surface";
-import { noProgress, type Progress, type StepFacts } from "./state/progress";
+import { noProgress, noTrouble, type Progress, type StepFacts } from "./state/progress";
 import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
 import type { TilePool } from "./workers/tile_pool";
@@ -37,6 +37,7 @@ export class SurfaceClient {
   private readonly link: Link;
   private started = 0;
   private stream = 0;
+  private asked: Wanted | null = null; // Under way, or shown.
   private next: Wanted | null = null; // Waits for the request under way.
   private isDragging = false;
   private dragTimer = 0;
@@ -44,7 +45,7 @@ export class SurfaceClient {
 
   constructor(
     address: string,
-    token: string,
+    token: () => string,
     private readonly pool: TilePool,
     private readonly surface: Surface,
     private readonly onShown: (shown: ShownSurface, isFirstOfDataset: boolean) => void,
@@ -65,6 +66,8 @@ export class SurfaceClient {
   }
 
   connect(): void {
+    this.conversation.tryAgain();
+    this.progress.set({ trouble: null });
     this.link.connect();
   }
 
@@ -72,6 +75,11 @@ export class SurfaceClient {
   want(info: DatasetInfo, settings: Settings, view: View | null, isDragging = false): void {
     const order: Wanted = { info, request: isosurfaceRequest(info, settings, view) };
     this.isDragging = isDragging;
+    const isAsked = this.asked?.info === info && isSameRequest(this.asked.request, order.request);
+    if (isAsked && !this.progress.get().trouble) {
+      this.next = null;
+      return;
+    }
     if (isDragging && this.dragTimer) {
       this.next = order;
       return;
@@ -81,6 +89,8 @@ export class SurfaceClient {
 
   private open(order: Wanted): void {
     this.next = null;
+    this.asked = order;
+    this.surface.dropUnused(new Set());
     clearTimeout(this.dragTimer);
     this.dragTimer = this.isDragging ? window.setTimeout(() => this.goOn(), patience) : 0;
     this.perform(this.conversation.want(order));
@@ -119,7 +129,13 @@ export class SurfaceClient {
         this.begin(effect.stream);
         break;
       case "trouble":
-        this.progress.set({ trouble: { text: effect.text, isFatal: effect.isFatal } });
+        this.progress.set({
+          trouble: {
+            text: effect.text,
+            isFatal: effect.isFatal,
+            needsToken: effect.code === ErrorCode.UNAUTHENTICATED,
+          },
+        });
         break;
       case "stream":
         if (effect.stream === this.stream) this.performOfStream(effect);
@@ -171,7 +187,7 @@ export class SurfaceClient {
         break;
       case "refused":
       case "failed":
-        progress.set({ isStreaming: false, trouble: { text: effect.text, isFatal: false } });
+        progress.set({ isStreaming: false, trouble: { ...noTrouble, text: effect.text } });
         this.goOn();
         break;
     }
@@ -209,8 +225,12 @@ export class SurfaceClient {
     const ids = idsOf(order, step);
     const { latticeResolution: resolution, topologyTolerance } = begin.request!;
     const border = dataBorder(order.info, resolution, topologyTolerance, begin.finestSpacing || 1);
-    const [result] = await Promise.all([this.pool.certify(ids, border), this.surface.uploaded(ids)]);
-    if (stream !== this.stream) return;
+    const [result] = await Promise.all([
+      this.pool.certify(ids, border).catch(() => null),
+      this.surface.uploaded(ids),
+    ]);
+    // Of a stream that was replaced, tiles may be gone.
+    if (stream !== this.stream || !result) return;
     this.certified = { step, result };
     this.perform(this.conversation.certified(stream, step, result.topology));
   }

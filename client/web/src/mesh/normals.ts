@@ -10,7 +10,9 @@ export type Linear = readonly number[];
 export function fieldNormals(world: Float32Array, linear: Linear): Int16Array {
   const packed = new Int16Array((4 * world.length) / 3);
   for (let v = 0; v < world.length / 3; ++v) {
-    const [x, y, z] = world.subarray(3 * v, 3 * v + 3);
+    const x = world[3 * v];
+    const y = world[3 * v + 1];
+    const z = world[3 * v + 2];
     const dot = (column: number) =>
       linear[column] * x + linear[column + 1] * y + linear[column + 2] * z;
     pack(packed, v, dot(0), dot(3), dot(6));
@@ -36,11 +38,15 @@ export function normalSums(mesh: LatticeMesh): Float32Array {
     const nx = uy * vz - uz * vy;
     const ny = uz * vx - ux * vz;
     const nz = ux * vy - uy * vx;
-    for (const corner of [a, b, c]) {
-      sums[corner] += nx;
-      sums[corner + 1] += ny;
-      sums[corner + 2] += nz;
-    }
+    sums[a] += nx;
+    sums[a + 1] += ny;
+    sums[a + 2] += nz;
+    sums[b] += nx;
+    sums[b + 1] += ny;
+    sums[b + 2] += nz;
+    sums[c] += nx;
+    sums[c + 1] += ny;
+    sums[c + 2] += nz;
   }
   return sums;
 }

@@ -25,7 +25,9 @@ export class PointNumbers {
     }
     const number = this.count++;
     if (3 * this.count > this.points.length) this.growPoints();
-    this.points.set([x, y, z], 3 * number);
+    this.points[3 * number] = x;
+    this.points[3 * number + 1] = y;
+    this.points[3 * number + 2] = z;
     this.slots[slot] = number;
     if (2 * this.count > this.slots.length) this.growSlots();
     return number;

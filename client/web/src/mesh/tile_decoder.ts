@@ -123,12 +123,14 @@ function welded(split: LatticeMesh): LatticeMesh {
   const numbers = new PointNumbers(points);
   const renumbered = new Uint32Array(points);
   const normals = split.normals && new Float32Array(split.normals.length);
+  const p = split.positions;
   for (let i = 0; i < points; ++i) {
-    const [x, y, z] = split.positions.subarray(3 * i, 3 * i + 3);
-    renumbered[i] = numbers.numberOf(x, y, z);
-    normals?.set(split.normals!.subarray(3 * i, 3 * i + 3), 3 * renumbered[i]);
+    renumbered[i] = numbers.numberOf(p[3 * i], p[3 * i + 1], p[3 * i + 2]);
   }
   if (numbers.size === points) return split;
+  if (normals) {
+    renumbered.forEach((to, i) => normals.set(split.normals!.subarray(3 * i, 3 * i + 3), 3 * to));
+  }
   return {
     positions: numbers.coordinates(),
     triangles: split.triangles.map((vertex) => renumbered[vertex]),

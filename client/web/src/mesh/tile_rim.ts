@@ -26,14 +26,18 @@ export function rimOf(mesh: LatticeMesh): TileRim {
   const directed = new Uint32Array(2 * mesh.triangles.length);
   let used = 0;
   for (let t = 0; t < mesh.triangles.length; t += 3) {
-    const [a, b, c] = mesh.triangles.subarray(t, t + 3);
+    const a = mesh.triangles[t];
+    const b = mesh.triangles[t + 1];
+    const c = mesh.triangles[t + 2];
     components.join(a, b);
     components.join(b, c);
     if (a === b || b === c || c === a) {
       ++degenerate;
       continue;
     }
-    directed.set([a, b, b, c, c, a], used);
+    directed[used] = directed[used + 5] = a;
+    directed[used + 1] = directed[used + 2] = b;
+    directed[used + 3] = directed[used + 4] = c;
     used += 6;
   }
   const counts = countEdges(directed.subarray(0, used), vertices);

@@ -140,9 +140,16 @@ function columns(info: DatasetInfo, width: number, isLog: boolean): number[] {
   const largest = isLog ? sorted[0] : Math.max(1, 1.15 * sorted[Math.min(3, sorted.length - 1)]);
   const scale = (n: number) =>
     isLog ? Math.log1p(n) / Math.log1p(largest || 1) : Math.min(1.1, n / (largest || 1));
-  return Array.from({ length: width }, (_, x) => {
-    const value = info.min + ((x + 0.5) / width) * (info.max - info.min);
+  const binAt = (x: number) => {
+    const value = info.min + (x / width) * (info.max - info.min);
     const bin = Math.floor(((value - low) / (high - low || 1)) * counts.length);
-    return scale(numbers[Math.min(counts.length - 1, Math.max(0, bin))]);
+    return Math.min(counts.length - 1, Math.max(0, bin));
+  };
+  return Array.from({ length: width }, (_, x) => {
+    // Where bins are narrower than a column: the mean of them.
+    const first = binAt(x);
+    const last = Math.max(first + 1, binAt(x + 1));
+    const sum = numbers.slice(first, last).reduce((total, count) => total + count, 0);
+    return scale(sum / (last - first));
   });
 }

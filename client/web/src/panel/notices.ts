@@ -9,7 +9,10 @@ export class Notices {
   private countdown = 0;
   private progress: Progress | null = null;
 
-  constructor(private readonly connectNow: () => void) {}
+  constructor(
+    private readonly connectNow: () => void,
+    private readonly useToken: (token: string) => void,
+  ) {}
 
   // Stays until clear(), or for some seconds.
   tell(text: string, isPassing = false): void {
@@ -37,7 +40,9 @@ export class Notices {
     const text = isLost && !trouble?.isFatal ? null : (trouble?.text ?? this.own);
     this.element.hidden = !isLost && !text;
     this.element.classList.toggle("is-trouble", isLost || Boolean(trouble));
-    if (text) {
+    if (trouble?.needsToken) {
+      if (!this.element.querySelector("form")) this.element.replaceChildren(this.tokenForm());
+    } else if (text) {
       this.element.replaceChildren(text);
     } else if (isLost) {
       const seconds = Math.max(0, Math.ceil((progress.retryAt - performance.now()) / 1000));
@@ -51,5 +56,16 @@ export class Notices {
       );
       this.countdown = window.setTimeout(() => this.draw(), 500);
     }
+  }
+
+  private tokenForm(): HTMLElement {
+    const input = h("input", { type: "password", "aria-label": "Token", autocomplete: "off" });
+    const form = h("form", {}, h("b", {}, "This server asks for a token. "), input,
+      h("button", { type: "submit" }, "Connect"));
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.useToken(input.value);
+    });
+    return form;
   }
 }

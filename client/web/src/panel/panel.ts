@@ -30,6 +30,9 @@ export class Panel {
   private readonly isovalueInput = h("input", {
     type: "number", step: "any", "aria-label": "Isovalue", class: "number",
   });
+  // Until it was done once.
+  private readonly dragHint = h("p", { class: "hint" },
+    "Drag the line: the surface runs where the data has this value.");
   private info: DatasetInfo | null = null;
 
   constructor(
@@ -38,8 +41,13 @@ export class Panel {
     datasets: HTMLElement,
   ) {
     this.histogram = new HistogramView({
-      moved: (isovalue, isDragging) => this.change({ isovalue }, isDragging),
+      moved: (isovalue, isDragging) => {
+        this.dragHint.hidden = true;
+        localStorage.setItem("hasDragged", "yes");
+        this.change({ isovalue }, isDragging);
+      },
     });
+    this.dragHint.hidden = localStorage.getItem("hasDragged") !== null;
     this.isovalueInput.addEventListener("change", () => {
       const isovalue = this.isovalueInput.valueAsNumber;
       if (Number.isFinite(isovalue)) this.change({ isovalue });
@@ -59,7 +67,7 @@ export class Panel {
   setDataset(info: DatasetInfo): void {
     this.info = info;
     const chips = info.suggestedIsovalues.slice(0, 5).map((value) => {
-      const chip = h("button", { type: "button" }, inDigits(value, 5));
+      const chip = h("button", { type: "button" }, inDigits(value));
       chip.addEventListener("click", () => this.change({ isovalue: value }));
       return chip;
     });
@@ -76,7 +84,7 @@ export class Panel {
   }
 
   private change(change: Partial<Settings>, isDragging = false): void {
-    this.events.dragging(isDragging);
+    if (isDragging) this.events.dragging(true);
     this.settings.set(change);
     if (!isDragging) this.events.dragging(false);
   }
@@ -89,7 +97,7 @@ export class Panel {
     this.shows.push(({ logScale }) => log.show(logScale));
     return h("section", {},
       h("div", { class: "section-head" }, h("h2", {}, "Isovalue"), this.isovalueInput, log.element),
-      this.histogram.element, this.suggestions);
+      this.histogram.element, this.suggestions, this.dragHint);
   }
 
   private accuracySection(): HTMLElement {

@@ -166,19 +166,7 @@ export class Surface {
       this.remove(id, tile);
       dropped.push(id);
     }
-    this.onDropped(dropped);
-  }
-
-  // All but those shown.
-  clear(): void {
-    const shown = new Set(this.shown);
-    const dropped: string[] = [];
-    for (const [id, tile] of this.tiles) {
-      if (shown.has(id)) continue;
-      this.remove(id, tile);
-      dropped.push(id);
-    }
-    this.onDropped(dropped);
+    if (dropped.length > 0) this.onDropped(dropped);
   }
 
   use(ids: string[]): void {

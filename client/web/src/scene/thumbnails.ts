@@ -24,10 +24,11 @@ export class Thumbnails {
   private tiles = new Map<string, DecodedTile>();
   private resolutions = new Map<string, number>();
   private stream = 0;
+  private readonly tried = new Set<DatasetInfo>();
 
   constructor(
     private readonly address: string,
-    private readonly token: string,
+    private readonly token: () => string,
     private readonly pool: TilePool,
     private readonly renderer: THREE.WebGLRenderer,
     private readonly made: (name: string, picture: string) => void,
@@ -112,7 +113,10 @@ export class Thumbnails {
         this.resolutions.set(effect.tile.key, resolution);
         if (stream === this.stream) this.perform(conversation!.decoded(stream, effect.tile.key));
       } catch {
-        this.finish(null);
+        // Damaged, or the surface that is looked at went first: perhaps later.
+        if (this.current === order.info && !this.tried.has(order.info)) this.queue.push(order.info);
+        this.tried.add(order.info);
+        if (this.current === order.info) this.finish(null);
       }
     } else if (effect.kind === "certify") {
       const { begin, tiles } = effect.step;

@@ -37,7 +37,7 @@ export interface Progress {
   complete: number | null;
   shown: StepFacts | null;
   // One sentence for the user, and how bad it is.
-  trouble: { text: string; isFatal: boolean } | null;
+  trouble: { text: string; isFatal: boolean; needsToken: boolean } | null;
 }
 
 export const noProgress: Progress = {
@@ -54,3 +54,5 @@ export const noProgress: Progress = {
   shown: null,
   trouble: null,
 };
+
+export const noTrouble = { text: "", isFatal: false, needsToken: false };

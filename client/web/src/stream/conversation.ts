@@ -41,7 +41,7 @@ export interface Wanted {
 
 export interface ConversationOptions {
   agent: string;
-  token: string;
+  token: () => string;
   // Keys of the tiles that are kept and fit this request; the most useful first.
   held: (order: Wanted) => string[];
 }
@@ -74,6 +74,11 @@ export class Conversation {
     return this.phase === "ready" ? this.openStream() : [];
   }
 
+  // The user has changed what the server refused.
+  tryAgain(): void {
+    this.isGivenUp = false;
+  }
+
   cancel(): Effect[] {
     this.wanted = null;
     if (!this.assembler || this.assembler.hasEnded || this.phase !== "ready") return [];
@@ -90,7 +95,7 @@ export class Conversation {
       minVersion: 1,
       maxVersion: 1,
       codecs: [PayloadCodec.DRACO_LATTICE],
-      token: this.options.token,
+      token: this.options.token(),
       agent: this.options.agent,
     });
     return [...this.turn("greeting"), { kind: "send", message: { case: "hello", value } }];

@@ -1,6 +1,6 @@
 // Settings -> what is asked of the server. Every field is said, so that what the server repeats can
 // be compared with it.
-import { create } from "@bufbuild/protobuf";
+import { create, equals } from "@bufbuild/protobuf";
 
 import {
   Combination,
@@ -66,6 +66,10 @@ export function isosurfaceRequest(
     maxTriangles: BigInt(settings.maxTriangles),
     normalBits: settings.shading === "field" ? normalBits : 0,
   });
+}
+
+export function isSameRequest(a: IsosurfaceRequest, b: IsosurfaceRequest): boolean {
+  return equals(IsosurfaceRequestSchema, a, b);
 }
 
 function thresholdRegion(region: Region) {

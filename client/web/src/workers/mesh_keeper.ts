@@ -9,7 +9,7 @@ import type { Certified, KeeperReply, KeeperRequest, KeptTile } from "./worker_m
 
 const tiles = new Map<string, KeptTile>();
 // Tiles come from other workers: a step may be asked for before the last of them is here.
-let waiting: { ids: string[]; resolve: () => void }[] = [];
+let waiting: { ids: string[]; resolve: () => void; reject: (error: Error) => void }[] = [];
 
 function keep(tile: KeptTile): void {
   tiles.set(tile.id, tile);
@@ -20,9 +20,19 @@ function keep(tile: KeptTile): void {
   });
 }
 
+function drop(ids: string[]): void {
+  const dropped = new Set(ids);
+  for (const id of ids) tiles.delete(id);
+  waiting = waiting.filter(({ ids: wanted, reject }) => {
+    if (!wanted.some((id) => dropped.has(id))) return true;
+    reject(new Error("Its tiles were dropped."));
+    return false;
+  });
+}
+
 async function all(ids: string[]): Promise<KeptTile[]> {
   if (!ids.every((id) => tiles.has(id))) {
-    await new Promise<void>((resolve) => waiting.push({ ids, resolve }));
+    await new Promise<void>((resolve, reject) => waiting.push({ ids, resolve, reject }));
   }
   return ids.map((id) => tiles.get(id)!);
 }
@@ -86,7 +96,7 @@ self.onmessage = async ({ data }: MessageEvent<KeeperRequest>) => {
   if (data.kind === "port") {
     data.port.onmessage = (event: MessageEvent<KeptTile>) => keep(event.data);
   } else if (data.kind === "drop") {
-    for (const id of data.ids) tiles.delete(id);
+    drop(data.ids);
   } else {
     const reply: KeeperReply = { request: data.request };
     try {

@@ -35,8 +35,7 @@ export class TilePool {
     for (let i = 0; i < workers; ++i) this.idle.push(this.tileWorker());
   }
 
-  // Rejects with one sentence when the tile is damaged. Older jobs of streams that nobody waits for
-  // any more can be dropped with forget().
+  // Rejects with one sentence when the tile is damaged, or was dropped by forget().
   decode(job: TileJob): Promise<DecodedTile> {
     return new Promise((resolve, reject) => {
       this.queue.push({ job, done: { resolve, reject } });
@@ -44,9 +43,9 @@ export class TilePool {
     });
   }
 
-  // Drops jobs that no worker has begun.
+  // Drops jobs that no worker has begun; they are rejected.
   forget(): void {
-    this.queue.length = 0;
+    for (const { done } of this.queue.splice(0)) done.reject(new Error("Nobody waits for it."));
   }
 
   drop(ids: string[]): void {

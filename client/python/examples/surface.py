@@ -1,0 +1,42 @@
+#!/usr/bin/env python3
+"""A surface from a server, step by step, as in a notebook.
+
+    PYTHONPATH=build/release/python python3 client/python/examples/surface.py ws://127.0.0.1:7480 [DATASET [ISOVALUE]]
+"""
+
+import sys
+
+import numpy as np
+
+import multitetra
+
+# %% Connect, and see what there is.
+url = sys.argv[1] if len(sys.argv) > 1 else "ws://127.0.0.1:7480"
+server = multitetra.connect(url)
+datasets = {info.name: info for info in server.datasets()}
+for info in datasets.values():
+    print(f"{info.name}: {list(info.dims)} samples, values {info.min:g} to {info.max:g}")
+
+# %% The best known surface of a dataset, coarse first.
+info = datasets[sys.argv[2]] if len(sys.argv) > 2 else next(iter(datasets.values()))
+isovalue = float(sys.argv[3]) if len(sys.argv) > 3 else info.suggested_isovalues[0]
+for step in server.steps(info.name, isovalue, error=1.0):
+    mesh = step.mesh
+    print(
+        f"step {step.number}{' (final)' if step.is_final else ''}: {len(mesh.faces)} triangles, "
+        f"{step.payload_bytes} bytes, error at most {step.error_bound_world:g}, {step.border_edges} border edges"
+    )
+
+# %% The same, finer in a ball in the middle. Tiles that we have already are not sent again.
+centre = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
+radius = 0.2 * np.linalg.norm(np.ptp(mesh.vertices, axis=0))
+fine = server.isosurface(info.name, isovalue, error=1.0, regions=[multitetra.ball(centre, radius, error=0.25)])
+print(f"with a finer ball: {len(fine.faces)} triangles, Euler characteristic {fine.euler_characteristic}")
+
+# %% What arrays are good for.
+corners = fine.vertices[fine.faces]
+areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+print(f"its area: {areas.sum():.6g}")
+
+# %% And to look at, where pyvista is installed: fine.to_pyvista().plot()
+server.close()

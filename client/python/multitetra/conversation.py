@@ -1,0 +1,216 @@
+"""A conversation with a server: lists, and surfaces step by step."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .mesh import DamagedTile, Mesh, decode_tile, edge_counts, positioned, weld
+from .request import isosurface_request
+from .transport import open_transport
+from .v1 import conversation_pb2 as pb
+
+PROTOCOL_VERSION = 1
+
+
+class ServerError(Exception):
+    """The server says no; `code` is the name of its ErrorCode."""
+
+    def __init__(self, reply):
+        self.code = pb.ErrorCode.Name(reply.code).removeprefix("ERROR_CODE_").lower()
+        super().__init__(f"{reply.text} ({self.code})")
+
+
+class CheckError(Exception):
+    """What came contradicts itself or the request."""
+
+
+@dataclass
+class Step:
+    number: int
+    is_final: bool
+    error_bound_world: float  # Of the distance to the full surface; see StepBegin.
+    mesh: Mesh
+    digest: str  # Of all triangles, as reports of multitetra-client have it.
+    border_edges: int  # Edges of one triangle: where the data ends.
+    tiles_received: int
+    payload_bytes: int
+
+
+def connect(url, token="", ca=None, insecure=False, timeout=60.0):
+    """Connects to ws://HOST:PORT, wss://, tcp:// or tls://; `ca` is a PEM file to trust instead of the system's."""
+    transport = open_transport(url, ca, insecure, timeout)
+    try:
+        return Connection(transport, token)
+    except BaseException:
+        transport.close()
+        raise
+
+
+class Connection:
+    """One request at a time. Tiles that came are kept for later requests, and not sent again."""
+
+    def __init__(self, transport, token):
+        self._transport = transport
+        self._last_id = 0
+        self._held = {}  # Digest -> tile, the oldest first.
+        self._infos = {}
+        hello = pb.Hello(
+            min_version=PROTOCOL_VERSION,
+            max_version=PROTOCOL_VERSION,
+            codecs=[pb.PAYLOAD_CODEC_DRACO_LATTICE],
+            token=token,
+            agent="multitetra-python",
+        )
+        self._send(hello=hello)
+        self._receive("welcome")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        self._transport.close()
+
+    def datasets(self):
+        """DatasetInfo messages: name, dims, min, max, suggested_isovalues and so on."""
+        self._send(list_datasets=pb.ListDatasets(request_id=1))
+        datasets = list(self._receive("dataset_list").datasets)
+        self._infos = {info.name: info for info in datasets}
+        return datasets
+
+    def isosurface(self, dataset, isovalue, **request):
+        """The surface as it was asked for, without previews: a Mesh."""
+        for step in self.steps(dataset, isovalue, final_only=True, **request):
+            mesh = step.mesh
+        return mesh
+
+    def steps(self, dataset, isovalue, final_only=False, **request):
+        """Yields Steps, coarse first; the last one is the surface as it was asked for.
+
+        The other arguments are those of request.isosurface_request: error, unit, regions, max_triangles, ...
+        """
+        info = self._info(dataset)
+        self._last_id += 1
+        asked = isosurface_request(isovalue, **request)
+        held = self._held_for(asked)
+        policy = pb.STEP_POLICY_FINAL_ONLY if final_only else pb.STEP_POLICY_PROGRESSIVE
+        open_stream = pb.OpenStream(
+            request_id=self._last_id, dataset=dataset, request=asked, steps=policy, held=b"".join(held)
+        )
+        self._send(open_stream=open_stream)
+        tiles = {digest: self._held[digest] for digest in held}
+        number = 0
+        ended = False
+        try:
+            while True:
+                kind, message = self._next_of_stream()
+                if kind == "stream_end":
+                    ended = True
+                    if message.outcome != pb.STREAM_OUTCOME_COMPLETE or message.steps != number:
+                        raise CheckError("The stream ends without its final step.")
+                    return
+                if kind != "step_begin" or message.step != number:
+                    raise CheckError(f"Step {number} was due.")
+                yield self._step(info, message, tiles)
+                number += 1
+        except (ServerError, CheckError):
+            ended = True
+            raise
+        finally:
+            if not ended:  # Left by its user.
+                self._send(cancel=pb.Cancel(request_id=self._last_id))
+
+    def _step(self, info, begin, tiles):
+        """Receives the tiles of a step up to its end."""
+        request = begin.request
+        names = [_digest_bytes(tile) for tile in begin.tiles]
+        came = payload_bytes = 0
+        while True:
+            kind, message = self._next_of_stream()
+            if kind == "step_end":
+                break
+            if kind != "tile" or message.step != begin.step or message.index >= len(names):
+                raise CheckError(f"Step {begin.step}: a message that has no place there.")
+            summary, name = begin.tiles[message.index], names[message.index]
+            if name in tiles or len(message.payload) != summary.bytes:
+                raise CheckError(f"Step {begin.step}: tile {message.index} comes twice or with other bytes.")
+            try:
+                tiles[name] = decode_tile(
+                    message.payload, summary, request.lattice_resolution or 5, request.normal_bits
+                )
+            except DamagedTile as damage:
+                raise CheckError(f"Step {begin.step}: tile {message.index}: {damage}") from None
+            self._keep(name, tiles[name])
+            came += 1
+            payload_bytes += len(message.payload)
+        if any(name not in tiles for name in names):
+            raise CheckError(f"Step {begin.step} ends without all its tiles.")
+        if (message.tiles_sent, message.payload_bytes) != (came, payload_bytes):
+            raise CheckError(f"Step {begin.step}: the server counts other tiles or bytes than came.")
+        high = sum(tile.digest_high for tile in begin.tiles) % 2**64
+        low = sum(tile.digest_low for tile in begin.tiles) % 2**64
+        if (high, low) != (message.digest_high, message.digest_low):
+            raise CheckError(f"Step {begin.step}: its digest is not that of its tiles.")
+        welded = weld([tiles[name] for name in names])
+        border, nonmanifold = edge_counts(welded.faces, len(welded.vertices))
+        if nonmanifold:
+            raise CheckError(f"Step {begin.step}: {nonmanifold} edges are shared by more than two triangles.")
+        mesh = positioned(welded, info, request.lattice_resolution or 5)
+        return Step(
+            begin.step, begin.is_final, begin.error_bound_world, mesh, f"{high:016x}{low:016x}", border, came, payload_bytes
+        )
+
+    def _info(self, dataset):
+        if dataset not in self._infos:
+            self.datasets()
+        if dataset not in self._infos:
+            raise KeyError(f'The server has no dataset "{dataset}"; it has {sorted(self._infos)}.')
+        return self._infos[dataset]
+
+    def _keep(self, name, tile):
+        self._held[name] = tile
+        while len(self._held) > 4096:
+            del self._held[next(iter(self._held))]
+
+    def _held_for(self, request):
+        if request.normal_bits:
+            return []
+        return [name for name, tile in self._held.items() if tile.normals is None]
+
+    def _send(self, **message):
+        self._transport.send(pb.ClientMessage(**message).SerializeToString())
+
+    def _next(self):
+        message = pb.ServerMessage.FromString(self._transport.receive())
+        kind = message.WhichOneof("kind")
+        if kind is None:
+            raise CheckError("A message of an unknown kind came.")
+        return kind, getattr(message, kind)
+
+    def _receive(self, awaited):
+        while True:
+            kind, message = self._next()
+            if kind == awaited:
+                return message
+            if kind == "error":
+                raise ServerError(message)
+
+    def _next_of_stream(self):
+        """Messages of earlier streams, cancelled by then, are passed over."""
+        while True:
+            kind, message = self._next()
+            if kind == "error" and message.request_id in (0, self._last_id):
+                raise ServerError(message)
+            if getattr(message, "request_id", None) == self._last_id and kind in (
+                "step_begin",
+                "tile",
+                "step_end",
+                "stream_end",
+            ):
+                return kind, message
+
+
+def _digest_bytes(tile):
+    return np.array([tile.digest_high, tile.digest_low], "<u8").tobytes()

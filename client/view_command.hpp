@@ -1,0 +1,35 @@
+// `multitetra-client view`: the address of the browser viewer that shows a surface.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "common/result.hpp"
+
+namespace multitetra {
+
+struct ViewArguments {
+  std::string http = "http://127.0.0.1:7480";  // Where the server's HTTP door is.
+  std::string dataset = {};                    // Empty: the first that is served.
+  std::optional<double> isovalue;              // None: the dataset's first suggestion.
+  double error = 1;                            // Voxels.
+  std::string bound = "certified";
+  std::string topology_rule = "exact";
+  double topology_tolerance = 0;
+  std::uint64_t max_triangles = 0;  // 0: no limit.
+  std::string region = {};          // As parse_region reads it, a box or a ball; empty: none.
+};
+
+void add_view(CLI::App& app, ViewArguments& arguments);
+
+// What client/web/src/state/url_state.ts reads back; defaults are left out. kInvalidArgument when
+// the viewer could not.
+[[nodiscard]] Result<std::string> viewer_address(const ViewArguments& arguments);
+
+// Gives the exit code.
+int view(const ViewArguments& arguments);
+
+}  // namespace multitetra

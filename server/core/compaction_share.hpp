@@ -1,0 +1,31 @@
+// How a request's threshold is shared between the model and compaction: the model keeps to a part
+// of it everywhere, compaction of a tile to the rest of the least threshold in the tile's cube. So
+// both together keep to the threshold, wherever it is and however it differs from place to place.
+#pragma once
+
+#include "common/dataset_info.hpp"
+#include "common/isosurface_request.hpp"
+#include "common/octree_cube.hpp"
+#include "server/core/compaction.hpp"
+#include "server/core/threshold_map.hpp"
+
+namespace multitetra {
+
+// The model's share with compaction; all of it without. Bytes at equal certified error on public
+// volumes are least near it: see the table in README.md.
+inline constexpr double kModelShare = 0.1;
+
+// A tile of a mesh that is compacted is cut off where this many triangles come together before:
+// what compaction leaves of them is about a tile of the usual size, and larger cubes have less
+// border that must stay.
+inline constexpr std::size_t kMaxTrianglesToCompact = 250'000;
+
+// What the model is asked for: the same request with its share of the thresholds.
+[[nodiscard]] IsosurfaceRequest model_request(const IsosurfaceRequest& request);
+
+// How a tile of the surface is compacted; `thresholds` are those of the whole request.
+[[nodiscard]] CompactionOptions compaction_of(const OctreeCube& cube,
+                                              const ThresholdMap& thresholds,
+                                              int lattice_resolution, const DatasetInfo& info);
+
+}  // namespace multitetra

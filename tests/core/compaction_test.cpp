@@ -1,0 +1,263 @@
+#include "server/core/compaction.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <set>
+
+#include "common/content_digest.hpp"
+#include "common/surface_distance.hpp"
+#include "server/core/vectors.hpp"
+#include "tests/support/fields.hpp"
+#include "tests/support/isosurfaces.hpp"
+
+namespace multitetra::testing {
+namespace {
+
+struct Setting {
+  const char* name;
+  Volume volume;
+  std::optional<double> outside;
+  double isovalue;
+};
+
+std::ostream& operator<<(std::ostream& out, const Setting& setting) { return out << setting.name; }
+
+std::vector<Setting> settings() {
+  return {
+      {"noise", fields::noise({17, 17, 17}, 41), std::nullopt, 0.3},
+      {"closed_noise", fields::noise({14, 15, 12}, 42), 0.0, 0.6},
+      {"flat_noise", fields::noise({21, 6, 9}, 43, {0.5, 1, 3}), 0.0, 0.4},
+      {"plateaus", fields::integer_noise({17, 16, 15}, 5, 44), std::nullopt, 1.5},
+      {"gyroid", fields::gyroid(21, 0, 45), std::nullopt, 0.1},
+      {"noisy_gyroid", fields::gyroid(21, 0.8, 46, {1, 1, 2}), std::nullopt, 0.1},
+      {"ball", fields::ball({20, 24, 17}, 7), std::nullopt, 0.0},
+      {"masked_gyroid", fields::masked_gyroid(16, 47), std::nullopt, 0.05},
+  };
+}
+
+const DataBorder kAnywhere = {.low = {}, .high = {}, .anywhere = true};
+
+Vec3 step_of(const Volume& volume) {
+  Vec3 step;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    step[axis] = volume.spacing[axis] / (1 << kDefaultLatticeResolution);
+  }
+  return step;
+}
+
+std::vector<SurfaceTriangle> placed(const LatticeMesh& mesh, const Vec3& step) {
+  std::vector<SurfaceTriangle> surface;
+  for (const TriangleIndices& t : mesh.triangles) {
+    SurfaceTriangle& triangle = surface.emplace_back();
+    for (std::size_t i = 0; i < 3; ++i) {
+      const LatticePoint& p = mesh.vertices[t[i]];
+      triangle[i] = {step[0] * p.x, step[1] * p.y, step[2] * p.z};
+    }
+  }
+  return surface;
+}
+
+double largest_distance(const std::vector<SurfaceTriangle>& from,
+                        const std::vector<SurfaceTriangle>& to) {
+  const auto anything = [](const Vec3&) { return 1e300; };
+  return distances(sampled_points(from, 6000), NearestTriangle(to), anything).maximum;
+}
+
+using Edge = std::array<LatticePoint, 2>;
+// Edges of one triangle, in the triangle's direction.
+std::multiset<Edge> border_edges(const LatticeMesh& mesh) {
+  std::multiset<Edge> edges;
+  for (const TriangleIndices& t : mesh.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const LatticePoint& a = mesh.vertices[t[i]];
+      const LatticePoint& b = mesh.vertices[t[(i + 1) % 3]];
+      if (const auto back = edges.find({b, a}); back != edges.end()) {
+        edges.erase(back);
+      } else {
+        edges.insert({a, b});
+      }
+    }
+  }
+  return edges;
+}
+
+bool is_subset(const LatticeMesh& some, const LatticeMesh& all) {
+  const std::set<LatticePoint> known(all.vertices.begin(), all.vertices.end());
+  return std::all_of(some.vertices.begin(), some.vertices.end(),
+                     [&](const LatticePoint& p) { return known.contains(p); });
+}
+
+double volume_inside(const LatticeMesh& mesh) {
+  double volume = 0;
+  for (const SurfaceTriangle& t : placed(mesh, {1, 1, 1})) {
+    volume += inner_product(t[0], vector_product(t[1], t[2])) / 6;
+  }
+  return volume;
+}
+
+constexpr double kBudgets[] = {0.05, 0.25, 1, 1e6};
+
+class Compacting : public ::testing::TestWithParam<Setting> {
+ protected:
+  const Setting& setting_ = GetParam();
+  Vec3 step_ = step_of(setting_.volume);
+  ReferenceIsosurfaces isosurfaces_{setting_.volume, setting_.outside, 0};
+  Surface surface_ = isosurfaces_({.isovalue = setting_.isovalue, .threshold = 0});
+};
+INSTANTIATE_TEST_SUITE_P(Fields, Compacting, ::testing::ValuesIn(settings()),
+                         [](const auto& parameter) { return parameter.param.name; });
+
+TEST_P(Compacting, KeepsTopologyBorderAndVertices) {
+  const auto border = border_edges(surface_.mesh);
+  std::size_t before = surface_.mesh.triangles.size();
+  for (const double budget : kBudgets) {
+    const Compacted small = compacted(surface_.mesh, {.step = step_, .budget = budget});
+    const MeshTopology after = topology(small.mesh, kAnywhere);
+    const MeshTopology whole = topology(surface_.mesh, kAnywhere);
+    EXPECT_EQ(after.euler_characteristic, whole.euler_characteristic) << budget;
+    EXPECT_EQ(after.components, whole.components) << budget;
+    EXPECT_TRUE(after.is_sound()) << budget;
+    EXPECT_EQ(border_edges(small.mesh), border) << budget;
+    EXPECT_TRUE(is_subset(small.mesh, surface_.mesh)) << budget;
+    EXPECT_LT(small.mesh.triangles.size(), before) << budget;
+  }
+}
+
+TEST_P(Compacting, NoPointOfEitherSurfaceIsFartherFromTheOtherThanTheBound) {
+  const auto full = placed(surface_.mesh, step_);
+  for (const double budget : kBudgets) {
+    const Compacted small = compacted(surface_.mesh, {.step = step_, .budget = budget});
+    EXPECT_LE(small.bound, budget);
+    EXPECT_GT(small.bound, 0);
+    const auto coarse = placed(small.mesh, step_);
+    EXPECT_LE(largest_distance(coarse, full), small.bound) << budget;
+    EXPECT_LE(largest_distance(full, coarse), small.bound) << budget;
+  }
+}
+
+TEST_P(Compacting, TilesThatAreCompactedApartStillWeld) {
+  const OctreeCube root = root_cube(isosurfaces_.field().grid());
+  const ErrorBasedModel model =
+      isosurfaces_.model({.isovalue = setting_.isovalue, .threshold = 0.2});
+  const auto tiles =
+      finished_tiles(surface_in_cube(model, isosurfaces_.field(), root,
+                                     {.isovalue = setting_.isovalue, .max_triangles = 700}),
+                     root);
+  for (const double budget : kBudgets) {
+    std::vector<LatticeMesh> before;
+    std::vector<LatticeMesh> after;
+    for (const TileMesh& tile : tiles) {
+      const Compacted small = compacted(tile.mesh, {.step = step_, .budget = budget});
+      const MeshTopology whole = topology(tile.mesh, kAnywhere);
+      const MeshTopology left = topology(small.mesh, kAnywhere);
+      EXPECT_EQ(left.euler_characteristic, whole.euler_characteristic);
+      EXPECT_EQ(left.components, whole.components);
+      EXPECT_EQ(left.border_edges, whole.border_edges);
+      before.push_back(tile.mesh);
+      after.push_back(small.mesh);
+    }
+    const auto welded = [](const std::vector<LatticeMesh>& meshes) {
+      std::vector<const LatticeMesh*> parts;
+      for (const LatticeMesh& mesh : meshes) parts.push_back(&mesh);
+      return topology(weld(parts, kDefaultLatticeResolution), kAnywhere);
+    };
+    const MeshTopology whole = welded(before);
+    const MeshTopology left = welded(after);
+    EXPECT_TRUE(left.is_sound()) << budget;
+    EXPECT_EQ(left.euler_characteristic, whole.euler_characteristic) << budget;
+    EXPECT_EQ(left.components, whole.components) << budget;
+    EXPECT_EQ(left.border_edges, whole.border_edges) << budget;
+  }
+}
+
+TEST_P(Compacting, TheSameArgumentsGiveTheSameMeshAndNoBudgetTheMeshItself) {
+  const CompactionOptions options{.step = step_, .budget = 0.3};
+  const Compacted once = compacted(surface_.mesh, options);
+  const Compacted again = compacted(surface_.mesh, options);
+  EXPECT_EQ(once.mesh.vertices, again.mesh.vertices);
+  EXPECT_EQ(once.mesh.triangles, again.mesh.triangles);
+  EXPECT_EQ(once.bound, again.bound);
+  const Compacted untouched = compacted(surface_.mesh, {.step = step_, .budget = 0});
+  EXPECT_EQ(digest(untouched.mesh), digest(surface_.mesh));
+  EXPECT_EQ(untouched.bound, 0);
+}
+
+// With holes, pinched vertices, edges of three triangles and triangles that lie on each other.
+TEST_P(Compacting, BrokenMeshesKeepTheirTopologyAsFarAsItIsOne) {
+  std::mt19937_64 random(7);
+  for (int round = 0; round < 8; ++round) {
+    LatticeMesh broken{.resolution = kDefaultLatticeResolution,
+                       .vertices = surface_.mesh.vertices,
+                       .triangles = {}};
+    const double kept = 0.1 + 0.85 * fields::uniform(random);
+    for (TriangleIndices t : surface_.mesh.triangles) {
+      if (fields::uniform(random) > kept) continue;
+      if (fields::uniform(random) < 0.01) std::swap(t[0], t[1]);
+      broken.triangles.push_back(t);
+      if (fields::uniform(random) < 0.01) broken.triangles.push_back(t);
+    }
+    if (broken.triangles.empty()) continue;
+    std::vector<LatticeTriangle> soup;
+    for (const TriangleIndices& t : broken.triangles) {
+      soup.push_back({broken.vertices[t[0]], broken.vertices[t[1]], broken.vertices[t[2]]});
+    }
+    const LatticeMesh mesh = index_triangles(soup, kDefaultLatticeResolution);
+    const Compacted small = compacted(mesh, {.step = step_, .budget = 1e6});
+    const MeshTopology before = topology(mesh, kAnywhere);
+    const MeshTopology after = topology(small.mesh, kAnywhere);
+    EXPECT_EQ(after.euler_characteristic, before.euler_characteristic) << round;
+    EXPECT_EQ(after.components, before.components) << round;
+    EXPECT_EQ(after.border_edges, before.border_edges) << round;
+    EXPECT_EQ(after.nonmanifold_edges, before.nonmanifold_edges) << round;
+    EXPECT_EQ(after.degenerate_triangles, 0) << round;
+  }
+}
+
+TEST(Compaction, AClosedComponentKeepsAVolumeHoweverLargeTheBudget) {
+  const Volume volume = fields::ball({20, 20, 20}, 7);
+  ReferenceIsosurfaces isosurface(volume, std::nullopt, 0);
+  const LatticeMesh ball = isosurface({.isovalue = 0, .threshold = 0}).mesh;
+  const Compacted small = compacted(ball, {.step = {1, 1, 1}, .budget = 1e9});
+  EXPECT_GE(small.mesh.triangles.size(), 4U);
+  EXPECT_LT(small.mesh.triangles.size(), 60U);
+  EXPECT_GT(volume_inside(small.mesh), 0);
+}
+
+TEST(Compaction, ATetrahedronStays) {
+  const LatticeMesh tetrahedron{.vertices = {{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {0, 0, 8}},
+                                .triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
+  const Compacted small = compacted(tetrahedron, {.step = {1, 1, 1}, .budget = 1e9});
+  EXPECT_EQ(digest(small.mesh), digest(tetrahedron));
+}
+
+LatticeMesh plane(std::int32_t side) {
+  std::vector<LatticeTriangle> triangles;
+  for (std::int32_t y = 0; y < side; ++y) {
+    for (std::int32_t x = 0; x < side; ++x) {
+      const LatticePoint a = {x, y, 5}, b = {x + 1, y, 5}, c = {x + 1, y + 1, 5}, d = {x, y + 1, 5};
+      triangles.push_back({a, b, c});
+      triangles.push_back({a, c, d});
+    }
+  }
+  return index_triangles(triangles, kDefaultLatticeResolution);
+}
+
+TEST(Compaction, OfAPlaneLeavesItsBorder) {
+  const LatticeMesh mesh = plane(20);
+  const Compacted small = compacted(mesh, {.step = {1, 1, 1}, .budget = 1e-6});
+  // A triangle for every edge of the border but two, and two for every vertex that is left inside.
+  EXPECT_LE(small.mesh.triangles.size(), 90U);
+  EXPECT_LE(small.bound, 1e-6);
+  EXPECT_TRUE(topology(small.mesh, kAnywhere).is_sound());
+}
+
+TEST(Compaction, OfNothingIsNothing) {
+  const Compacted nothing = compacted({}, {.step = {1, 1, 1}, .budget = 1});
+  EXPECT_TRUE(nothing.mesh.triangles.empty());
+  EXPECT_EQ(nothing.bound, 0);
+}
+
+}  // namespace
+}  // namespace multitetra::testing

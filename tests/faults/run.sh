@@ -1,0 +1,282 @@
+#!/usr/bin/env bash
+# Trials of a server under load and under faults, over loopback. Each prints its figures and one row of a table, and fails
+# when a promise is broken. Run it with nothing else on the machine; all of it takes about ten minutes.
+#
+#   bash tests/faults/run.sh                     all trials
+#   bash tests/faults/run.sh many nuisances      some: many nginx nuisances cuts lost-server
+#   bash tests/faults/run.sh --quick             seconds of each, with a small volume: whether it works, not how fast
+#   --programs DIR                               takes the programs in DIR instead of building the release preset
+#
+# many         1000 WebSocket clients, 60 s: no error, memory flat after the first half
+# nginx        cached tiles over HTTP beside nginx with the same bytes: at least half of its throughput
+# nuisances    50 good clients among 800 that stall, dawdle, leave or babble: at most twice their times alone
+# cuts         the connection cut 200 times at random places: the right mesh, and no tile twice
+# lost-server  kill -9 of one of two servers behind the gateway: no client loses its result
+set -euo pipefail
+
+project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+here=$project/tests/faults
+quick=false
+programs=
+trials=()
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --quick) quick=true ;;
+    --programs) programs=$(realpath "${2:?--programs needs a folder}"); shift ;;
+    -h | --help) sed -n '2,15s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    many | nginx | nuisances | cuts | lost-server) trials+=("$1") ;;
+    *) echo "Unknown word $1; see --help." >&2; exit 2 ;;
+  esac
+  shift
+done
+[ ${#trials[@]} -gt 0 ] || trials=(many nginx nuisances cuts lost-server)
+if [ -z "$programs" ]; then
+  cmake --preset release -S "$project" >/dev/null
+  cmake --build "$project/build/release" --target multitetra_server_program multitetra_client_program \
+    multitetra_load_program multitetra_gateway_program
+  programs=$project/build/release/bin
+fi
+
+work=$(mktemp -d)
+trap 'kill $(jobs -p) 2>/dev/null || true; wait; rm -rf "$work"' EXIT
+cd "$work"
+rows=()
+failures=0
+left_out=()
+fail() { echo "FAILED: $*" >&2; failures=$((failures + 1)); }
+leave_out() { left_out+=("$1"); echo "!! LEFT OUT: $1"; }
+row() { rows+=("| $1 | $2 | $3 |"); }
+# expect WHAT CONDITION...: arithmetic of awk, for numbers with a point as well.
+expect() { awk "BEGIN { exit !($2) }" || fail "$1: $2"; }
+# value FILE KEY...: of a JSON report.
+value() { python3 "$here/json_value.py" "$@"; }
+choose() { if [ "$quick" = true ]; then echo "$1"; else echo "$2"; fi; }
+
+# --- a server, and what it takes
+
+"$programs/multitetra-server" generate head --size "$(choose 64 256)" --noise 20 -o head.nrrd --quiet
+"$programs/multitetra-server" prepare head.nrrd -o head.mtd --name head --quiet
+
+# Options that this server knows, of those that make room for a thousand clients of one address.
+room=()
+help=$("$programs/multitetra-server" serve --help)
+for option in --max-connections=5000 --max-connections-per-address=5000 --max-requests-per-second=1000000; do
+  if grep -q -- "${option%%=*} " <<<"$help"; then room+=("$option"); fi
+done
+
+# start NAME COMMAND...: sets pid, tcp and http to what it tells of itself.
+start() {
+  local name=$1
+  shift
+  "$@" >"$name.log" 2>&1 &
+  pid=$!
+  for _ in $(seq 300); do
+    grep -q 'listening on' "$name.log" && break
+    kill -0 "$pid" 2>/dev/null || { cat "$name.log" >&2; exit 1; }
+    sleep 0.1
+  done
+  sleep 0.2
+  tcp=$(sed -n 's#.*listening on \(\(tcp\|tls\)://[^ "]*\).*#\1#p' "$name.log" | head -n 1)
+  http=$(sed -n 's#.*listening on http://\([^ /"]*\).*#\1#p' "$name.log" | head -n 1)
+}
+start_server() {
+  start "$1" "$programs/multitetra-server" serve head.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0 "${room[@]}"
+}
+stop() { kill "$1" 2>/dev/null || true; wait "$1" 2>/dev/null || true; }
+
+# KiB resident of a process, every half second, until it or this function is stopped.
+watch_memory() {
+  while kill -0 "$1" 2>/dev/null; do
+    sed -n 's/^VmRSS:[^0-9]*\([0-9]*\).*/\1/p' "/proc/$1/status" 2>/dev/null >>"$2" || true
+    sleep 0.5
+  done
+}
+# largest FILE FROM TO: in MiB, between parts of the time.
+largest() {
+  awk -v from="$2" -v to="$3" '{ a[NR] = $1 } END { for (i = 1; i <= NR; ++i) if (i > from * NR && i <= to * NR && a[i] > m) m = a[i];
+    printf "%.0f", m / 1024 }' "$1"
+}
+# The median of wrk's runs.
+requests_a_second() {
+  sed -n 's/^Requests\/sec: *//p' "$1" | sort -n | awk '{ a[NR] = $1 } END { print NR ? a[int((NR + 1) / 2)] : 0 }'
+}
+load() { "$programs/multitetra-load" --json "$@"; }
+
+# --- the trials
+
+trial_many() {
+  local clients duration result=0
+  clients=$(choose 20 1000)
+  duration=$(choose 3 60)
+  start_server many
+  watch_memory "$pid" many.memory &
+  local watcher=$!
+  load --server "ws://$http" --clients "$clients" --duration "$duration" --grace 120 --script mixed \
+    --isovalues 8 --errors 1,2 --pause 4 >many.json || result=$?
+  kill -0 "$pid" 2>/dev/null || fail "many: the server is gone"
+  stop "$pid"
+  stop "$watcher"
+  [ "$result" -eq 0 ] || { fail "many: multitetra-load ended with $result"; cat many.json >&2; }
+  expect "many: every client was welcomed once" "$(value many.json connections welcomed) == $clients"
+  expect "many: no connection was lost" "$(value many.json connections lost) == 0"
+  local middle end
+  middle=$(largest many.memory 0.25 0.6)
+  end=$(largest many.memory 0.6 1)
+  [ "$quick" = true ] || expect "many: memory is flat" "$end <= 1.1 * $middle + 16"
+  row "$clients WebSocket clients, mixed, $duration s" \
+    "$(value many.json streams complete) surfaces, $(value many.json steps) steps, $(value many.json tiles) tiles; errors $(value many.json streams failed); memory $middle MiB until 60 % of the time, $end MiB after" \
+    "first tile p50 $(value many.json seconds first_tile p50) s, p99 $(value many.json seconds first_tile p99) s; last tile p50 $(value many.json seconds last_tile p50) s"
+}
+
+trial_nuisances() {
+  local good each duration phase
+  good=$(choose 5 50)
+  each=$(choose 10 200)
+  duration=$(choose 3 30)
+  for phase in alone among; do
+    start_server "nuisances_$phase"
+    watch_memory "$pid" "$phase.memory" &
+    local watcher=$! others=()
+    if [ "$phase" = among ]; then
+      for kind in stalled slow leaving garbage; do
+        load --server "ws://$http" --script $kind --clients "$each" --ramp 1 --duration $((duration + 4)) --threads 1 >"$kind.json" &
+        others+=($!)
+      done
+      sleep 2
+    fi
+    local result=0
+    load --server "ws://$http" --clients "$good" --duration "$duration" --script random-isovalues --seed 5 >"$phase.json" || result=$?
+    [ "$result" -eq 0 ] || { fail "nuisances: $phase, multitetra-load ended with $result"; cat "$phase.json" >&2; }
+    for other in "${others[@]}"; do wait "$other" || fail "nuisances: one of them did not come in"; done
+    kill -0 "$pid" 2>/dev/null || fail "nuisances: the server is gone"
+    stop "$pid"
+    stop "$watcher"
+  done
+  local before after memory
+  before=$(value alone.json seconds whole p50)
+  after=$(value among.json seconds whole p50)
+  memory=$(largest among.memory 0 1)
+  [ "$quick" = true ] || expect "nuisances: at most twice the time" "$after <= 2 * $before"
+  expect "nuisances: memory is bounded" "$memory <= 2048"
+  row "$good good clients among $each stalled, slow, leaving and garbage each" \
+    "whole surface p50 $before s alone, $after s among them; p90 $(value alone.json seconds whole p90) s and $(value among.json seconds whole p90) s" \
+    "memory $(largest alone.memory 0 1) MiB alone, $memory MiB among them; $(value leaving.json connections made) visits left, $(value garbage.json connections made) of garbage"
+}
+
+trial_cuts() {
+  local cuts number=0 done=0
+  cuts=$(choose 10 200)
+  start_server cuts
+  local upstream=${tcp#tcp://} server_pid=$pid
+  start proxy python3 "$here/cutting_proxy.py" "$upstream" --cuts "$cuts" --largest "$(choose 30000 150000)" --count proxy.count
+  local proxy=$tcp proxy_pid=$pid
+  while [ "$done" -lt "$cuts" ] && [ "$number" -lt 60 ]; do
+    local isovalue=$((300 + 10 * number)) way
+    for way in straight cut; do
+      "$programs/multitetra-client" fetch --server "$([ $way = cut ] && echo "$proxy" || echo "tcp://$upstream")" \
+        --dataset head --isovalue "$isovalue" --error 0.5 --retries 1000 --quiet -o mesh.ply --report "$way.json" ||
+        fail "cuts: isovalue $isovalue, $way: no mesh"
+    done
+    [ "$(value cut.json steps -1 content_digest)" = "$(value straight.json steps -1 content_digest)" ] ||
+      fail "cuts: isovalue $isovalue: another mesh"
+    expect "cuts: isovalue $isovalue: no tile twice" "$(value cut.json tiles_received) == $(value straight.json tiles_received)"
+    number=$((number + 1))
+    done=$(cat proxy.count 2>/dev/null || echo 0)
+  done
+  stop "$proxy_pid"
+  stop "$server_pid"
+  expect "cuts: there were enough of them" "$done >= $cuts"
+  row "the connection cut $done times at random places" "$number surfaces complete, each with the digest of an undisturbed fetch" \
+    "no tile received twice"
+}
+
+trial_lost_server() {
+  if [ ! -x "$programs/multitetra-gateway" ]; then
+    leave_out "lost-server: there is no multitetra-gateway in $programs"
+    return
+  fi
+  local clients duration result=0
+  clients=$(choose 8 100)
+  duration=$(choose 5 30)
+  start_server first
+  local first=$pid first_at=$tcp
+  start_server second
+  local second=$pid second_at=$tcp
+  start gateway "$programs/multitetra-gateway" --upstream "$first_at" --upstream "$second_at" --tcp off --http 127.0.0.1:0 \
+    $("$programs/multitetra-gateway" --help | grep -o -- '--max-requests ' | sed 's/ /=1000000/')
+  local gateway=$pid
+  # Datasets are spread by name: the one that serves this one is the one that works.
+  ( sleep $((duration / 3)); 
+    a=$(awk '{ print $14 + $15 }' "/proc/$first/stat"); b=$(awk '{ print $14 + $15 }' "/proc/$second/stat")
+    victim=$first; [ "$a" -ge "$b" ] || victim=$second
+    kill -9 "$victim"; echo "$victim" >victim ) &
+  load --server "ws://$http" --clients "$clients" --duration "$duration" --script mixed --isovalues 16 >lost.json || result=$?
+  [ "$result" -eq 0 ] || { fail "lost-server: multitetra-load ended with $result"; cat lost.json >&2; }
+  [ -s victim ] || fail "lost-server: nothing was killed"
+  kill -0 "$gateway" 2>/dev/null || fail "lost-server: the gateway is gone"
+  expect "lost-server: no result was lost" "$(value lost.json streams failed) + $(value lost.json streams unfinished) == 0"
+  stop "$gateway"; stop "$first"; stop "$second"
+  row "kill -9 of the busy one of two servers behind the gateway, $clients clients" \
+    "$(value lost.json streams complete) surfaces complete, none lost; $(value lost.json tiles_sent_twice) tiles twice" \
+    "$(value lost.json connections lost) clients saw their connection lost; longest wait $(value lost.json seconds whole max) s"
+}
+
+trial_nginx() {
+  if ! command -v nginx >/dev/null || ! command -v wrk >/dev/null; then
+    leave_out "nginx: nginx-light and wrk are not installed"
+    return
+  fi
+  start_server tiles
+  local server_pid=$pid
+  "$programs/multitetra-client" fetch --server "$tcp" --dataset head --error 0.5 --resume kept --quiet -o mesh.ply >/dev/null
+  mkdir -p www/v1/tiles
+  local file path
+  for file in kept/*.tile; do
+    path=/v1/tiles/$(basename "$file" .tile)
+    if curl -sf "http://$http$path" -o "www$path"; then echo "$path" >>paths; fi
+  done
+  if [ -z "$(ls www/v1/tiles)" ]; then
+    stop "$server_pid"
+    leave_out "nginx: the server gives no tiles over HTTP"
+    return
+  fi
+  # Debian's nginx takes no port 0: one that was free a moment ago.
+  local port
+  port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
+  sed "s#FOLDER#$work#; s#PORT#$port#" "$here/nginx.conf" >nginx.conf
+  nginx -p "$work" -c "$work/nginx.conf" >nginx.log 2>&1 &
+  local nginx_pid=$!
+  for _ in $(seq 100); do
+    if curl -sf "http://127.0.0.1:$port$path" -o same; then break; fi
+    sleep 0.1
+  done
+  cmp same "www$path" || fail "nginx: it serves other bytes"
+  local seconds round
+  seconds=$(choose 1 10)
+  for round in 1 2 3; do
+    [ "$quick" = false ] || [ "$round" = 1 ] || continue
+    wrk -t1 -c32 -d"${seconds}s" -s "$here/tiles.lua" "http://$http" >>wrk_server.txt
+    wrk -t1 -c32 -d"${seconds}s" -s "$here/tiles.lua" "http://127.0.0.1:$port" >>wrk_nginx.txt
+  done
+  stop "$nginx_pid"
+  stop "$server_pid"
+  local ours theirs
+  if grep -q 'Non-2xx' wrk_server.txt wrk_nginx.txt; then fail "nginx: some requests were refused"; fi
+  ours=$(requests_a_second wrk_server.txt)
+  theirs=$(requests_a_second wrk_nginx.txt)
+  expect "nginx: something was served" "$ours > 0 && $theirs > 0"
+  [ "$quick" = true ] || expect "nginx: at least half of its throughput" "$ours >= 0.5 * $theirs"
+  row "cached tiles over HTTP, $(ls www/v1/tiles | wc -l) of them, 32 connections" "$ours requests a second, nginx $theirs" \
+    "$(awk "BEGIN { printf \"%.2f\", $ours / $theirs }") of nginx, one thread each"
+}
+
+for trial in "${trials[@]}"; do
+  echo "== $trial"
+  "trial_${trial//-/_}"
+done
+echo
+echo "| trial | result | figures |"
+echo "| --- | --- | --- |"
+printf '%s\n' "${rows[@]}"
+for what in "${left_out[@]}"; do echo "!! LEFT OUT: $what"; done
+[ "$failures" -eq 0 ] || { echo "$failures promises were broken." >&2; exit 1; }
