@@ -35,6 +35,10 @@ asio::awaitable<Result<ServerMessage>> Inquiry::next() {
   if (const auto* error = std::get_if<ErrorReply>(&*message)) {
     co_return tl::unexpected(error->error);
   }
+  if (const auto* end = std::get_if<StreamEnd>(&*message);
+      end && end->outcome != StreamOutcome::kComplete) {
+    co_return fail(ErrorCode::kUnavailable, "The server stops; ask again later.");
+  }
   co_return *std::move(message);
 }
 

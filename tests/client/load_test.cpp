@@ -226,7 +226,7 @@ TEST_P(LoadRun, UsersOfAGoodServerHaveNothingToComplainOf) {
     EXPECT_EQ(statistics.lost_connections, 0U);
     EXPECT_EQ(statistics.connections, 12U);
     EXPECT_EQ(statistics.complete + statistics.replaced, statistics.streams);
-    EXPECT_GE(statistics.complete, 12U);
+    EXPECT_GE(statistics.complete, 2U);
     EXPECT_GT(statistics.thorough_streams, 0U);
     EXPECT_GT(statistics.tiles_decoded, 0U);
     EXPECT_GT(statistics.steps_compared, 0U);

@@ -23,7 +23,7 @@ fi
 url_of() {
   local url
   for _ in $(seq 200); do
-    url=$(sed -n "s/.*listening on \($2:[^ ]*\).*/\1/p" "$1")
+    url=$(sed -n "s/.*listening on \($2:[^ ]*\).*/\1/p" "$1" 2>/dev/null || true)
     [ -n "$url" ] && { echo "$url"; return; }
     sleep 0.05
   done
@@ -59,8 +59,10 @@ for url in "$server" "$gateway"; do
 done
 curl -sSf -o /dev/null "$server/" || fail "the page at /"
 
-if python3 -c 'import websockets' 2>/dev/null; then
-  python3 - "$server" "$gateway" <<'PYTHON' || fail "Python's websockets"
+python=python3
+$python -c 'import websockets' 2>/dev/null || python=/usr/bin/python3  # The one that Debian's packages are for.
+if $python -c 'import websockets' 2>/dev/null; then
+  $python - "$server" "$gateway" <<'PYTHON' || fail "Python's websockets"
 import asyncio
 import sys
 import websockets

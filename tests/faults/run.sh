@@ -243,7 +243,7 @@ trial_nginx() {
   # Debian's nginx takes no port 0: one that was free a moment ago.
   local port
   port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
-  sed "s#FOLDER#$work#; s#PORT#$port#" "$here/nginx.conf" >nginx.conf
+  sed "s#FOLDER#$work#; s#PORT#$port#; s#USER#$(id -un)#; s#GROUP#$(id -gn)#" "$here/nginx.conf" >nginx.conf
   nginx -p "$work" -c "$work/nginx.conf" >nginx.log 2>&1 &
   local nginx_pid=$!
   for _ in $(seq 100); do

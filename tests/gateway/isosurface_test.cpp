@@ -61,8 +61,8 @@ TEST_F(IsosurfaceTest, ComesAsAFileInEveryFormat) {
     EXPECT_EQ(response.result_int(), 200U) << response.body();
     EXPECT_EQ(response[http::field::content_type], type);
     EXPECT_TRUE(response.body().starts_with(start));
-    EXPECT_EQ(response["Multitetra-Triangles"], "16");
-    EXPECT_EQ(response["Multitetra-Euler-Characteristic"], "4");
+    EXPECT_EQ(response["Multitetra-Triangles"], "10");
+    EXPECT_EQ(response["Multitetra-Euler-Characteristic"], "2");
   }
 }
 
@@ -133,7 +133,7 @@ TEST_F(IsosurfaceTest, IsRefusedWithTheReason) {
 TEST(Isosurface, IsRefusedWhereItIsTooLargeForOneResponse) {
   std::atomic<int> made = 0;
   RunningGateway server(catalogue_of(std::make_shared<CountedSteps>(made)),
-                        {.max_mesh_triangles = 15});
+                        {.max_mesh_triangles = 9});
   HttpClient client(server.http());
   const auto response = client.get(kPath);
   EXPECT_EQ(response.result_int(), 422U);

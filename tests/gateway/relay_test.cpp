@@ -204,7 +204,7 @@ TEST(RelayTest, AnswersHttpAsAServerDoes) {
   EXPECT_EQ(client.get("/v1/datasets/octahedron").result_int(), 200U);
   const auto mesh = client.get("/v1/datasets/octahedron/isosurface?isovalue=0.5&format=stl");
   EXPECT_EQ(mesh.result_int(), 200U) << mesh.body();
-  EXPECT_EQ(mesh["Multitetra-Triangles"], "16");
+  EXPECT_EQ(mesh["Multitetra-Triangles"], "10");
   const auto tile = testing::fine_tiles().front();
   EXPECT_EQ(client.get("/v1/tiles/" + tile.summary.digest.hex()).body(), *tile.payload);
 }

@@ -95,7 +95,7 @@ class HttpClient {
   // The next answer; `to_head` if it has no body whatever its header says.
   Response receive(bool to_head = false) {
     http::response_parser<http::string_body> parser;
-    parser.body_limit(boost::none);
+    parser.body_limit(std::uint64_t{1} << 32);
     if (to_head) parser.skip(true);
     http::read(socket_, buffer_, parser);
     return parser.release();
