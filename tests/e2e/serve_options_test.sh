@@ -56,6 +56,7 @@ ends 5 'no dataset' "$server" serve nowhere.mtd
 
 # A damaged dataset is told and left out; the others are served until SIGTERM, with exit code 0.
 head -c 100 v.mtd >damaged.mtd
+: >log
 "$server" serve damaged.mtd v.mtd --tcp 127.0.0.1:0 --http off 2>log &
 pid=$!
 for _ in $(seq 200); do grep -q 'listening on' log && break; sleep 0.05; done
