@@ -58,13 +58,7 @@ TEST_P(CertifiedDistances, AreNeverAboveTheErrorAndTheLattice) {
   const std::vector<float> samples = local_copy(volume, info);
 
   for (const double isovalue : volume.isovalues) {
-    for (const auto& [error, compact] : {std::pair(0.5, false),
-                                         {1.0, false},
-                                         {2.0, false},
-                                         {0.25, true},
-                                         {0.5, true},
-                                         {1.0, true},
-                                         {2.0, true}}) {
+    for (const auto& [error, compact] : testing::tested_errors({0.5, 1.0, 2.0}, info)) {
       SCOPED_TRACE(::testing::Message() << "isovalue " << isovalue << ", error " << error
                                         << (compact ? ", compacted" : ""));
       const IsosurfaceRequest request{.isovalue = isovalue, .error = error, .compact = compact};

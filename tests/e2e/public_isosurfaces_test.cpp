@@ -51,13 +51,7 @@ TEST_P(PublicIsosurfaces, HaveOneTopologyNoCrackAndArriveAsExtracted) {
 
   for (const double isovalue : volume.isovalues) {
     std::optional<MeshTopology> full;
-    for (const auto& [error, compact] : {std::pair(0.0, false),
-                                         {0.5, false},
-                                         {2.0, false},
-                                         {0.25, true},
-                                         {0.5, true},
-                                         {1.0, true},
-                                         {2.0, true}}) {
+    for (const auto& [error, compact] : testing::tested_errors({0.0, 0.5, 2.0}, info)) {
       SCOPED_TRACE(::testing::Message() << "isovalue " << isovalue << ", error " << error
                                         << (compact ? ", compacted" : ""));
       const IsosurfaceRequest request{.isovalue = isovalue, .error = error, .compact = compact};

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cctype>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
@@ -13,6 +14,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/dataset_info.hpp"
 #include "server/dataset/volume_files.hpp"
 
 namespace multitetra::testing {
@@ -70,6 +72,27 @@ inline std::string name_of_volume(const ::testing::TestParamInfo<PublicVolume>& 
     if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
   }
   return name;
+}
+
+// An error in voxels, and whether the mesh is compacted.
+struct TestedError {
+  double error = 0;
+  bool compact = false;
+};
+
+// `errors` without compaction, then with it. Compaction takes ten times as long as everything else:
+// all errors only when MULTITETRA_ALL_VOLUMES is set, one on volumes of at most 64^3 samples else.
+inline std::vector<TestedError> tested_errors(const std::vector<double>& errors,
+                                              const DatasetInfo& info) {
+  std::vector<TestedError> all;
+  for (const double error : errors) all.push_back({error, false});
+  const std::int64_t samples = std::int64_t{info.dims[0]} * info.dims[1] * info.dims[2];
+  if (std::getenv("MULTITETRA_ALL_VOLUMES") != nullptr) {
+    for (const double error : {0.25, 0.5, 1.0, 2.0}) all.push_back({error, true});
+  } else if (samples <= 64 * 64 * 64) {
+    all.push_back({0.5, true});
+  }
+  return all;
 }
 
 // Why the volume is not tested now, for GTEST_SKIP; nullopt when it is.
