@@ -132,7 +132,7 @@ expect_exit 1 "--outside" "$server" prepare torus.nrrd -o x.mtd --outside nothin
 expect_exit 1 "torus.nrrd" "$server" extract torus.nrrd -o x.ply
 expect_exit 1 "suffix" "$server" extract torus.mtd -o x.xyz
 expect_exit 1 "error threshold" "$server" extract torus.mtd -o x.ply --error nan
-expect_exit 1 "No dataset" "$server" serve missing.mtd --tcp 127.0.0.1:0 --http off
+expect_exit 5 "no dataset" "$server" serve missing.mtd --tcp 127.0.0.1:0 --http off
 expect_exit 2 "cube" "$server" generate cube -o x.nrrd
 expect_exit 1 "2 to 4097" "$server" generate sphere --size 1 -o x.nrrd
 head -c 2000 torus.mtd >cut.mtd
