@@ -139,7 +139,9 @@ async function test(name, act) {
   page.setDefaultTimeout(patience);
   const trouble = [];
   page.on("console", (message) => {
-    const isExpected = page.mayLoseItsConnection && message.text().includes("WebSocket");
+    // The browser itself says what it cannot reach while the server is away, also the page's icon.
+    const isAway = /WebSocket|ERR_CONNECTION_REFUSED/.test(message.text());
+    const isExpected = page.mayLoseItsConnection && isAway;
     if (message.type() === "error" && !isExpected) trouble.push(message.text());
   });
   page.on("pageerror", (error) => trouble.push(error.message));
