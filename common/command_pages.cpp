@@ -119,7 +119,8 @@ std::string option_entry(const CLI::Option& option) {
     entry += "\\fB" + plain(joined(names_of(option), ", ")) + "\\fR";
     if (!value.empty()) entry += " \\fI" + plain(value) + "\\fR";
   }
-  entry += "\n" + plain(option.get_description());
+  const std::string description = option.get_description();
+  entry += "\n" + plain(description) + (description.ends_with('.') ? "" : ".");
   if (!option.get_default_str().empty()) {
     entry += "\nDefault: " + plain(option.get_default_str()) + ".";
   }

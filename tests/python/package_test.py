@@ -34,11 +34,13 @@ class Package(unittest.TestCase):
         run("multitetra-server", "generate", "gyroid", "--size", "33", "-o", cls.path / "gyroid.nrrd", "--quiet")
         run("multitetra-server", "prepare", cls.path / "gyroid.nrrd", "-o", cls.path / "gyroid.mtd", "--quiet")
         log = cls.path / "log"
-        cls.server = subprocess.Popen(
-            [PROGRAMS / "multitetra-server", "serve", cls.path / "gyroid.mtd", "--tcp", "127.0.0.1:0", "--http", "127.0.0.1:0"],
-            stdout=subprocess.DEVNULL,
-            stderr=open(log, "w"),
-        )
+        with open(log, "w") as stderr:
+            cls.server = subprocess.Popen(
+                [PROGRAMS / "multitetra-server", "serve", cls.path / "gyroid.mtd", "--tcp", "127.0.0.1:0"]
+                + ["--http", "127.0.0.1:0"],
+                stdout=subprocess.DEVNULL,
+                stderr=stderr,
+            )
         for _ in range(600):
             found = dict(re.findall(r"listening on (tcp|http)://([0-9.]+:[0-9]+)", log.read_text()))
             if len(found) == 2:
