@@ -114,13 +114,16 @@ async function refinesARegion(page) {
 async function tellsSizes(page) {
   await open(page, "#dataset=head&error=1");
   const shown = await complete(page);
-  await page.waitForSelector(".expected:not([hidden])");
+  await page.waitForFunction(() => /about/.test(document.querySelector(".expected").textContent));
   const words = await page.textContent(".expected");
   const expected = Number(words.match(/about ([\d\u202f]+) triangles/)[1].replace(/\D/g, ""));
   assert(Math.abs(expected - shown.triangles) < 0.5 * shown.triangles, `${words}; there are ${shown.triangles}`);
   const slider = page.locator('input[aria-label="Allowed error"]');
   await slider.fill("0");
-  await page.waitForFunction((before) => document.querySelector(".expected").textContent !== before, words);
+  await page.waitForFunction((before) => {
+    const now = document.querySelector(".expected").textContent;
+    return /about/.test(now) && now !== before;
+  }, words);
   await slider.fill("0.5"); // Two voxels.
   await page.click('label:has-text("Fewer triangles")');
   const compact = await complete(page, ({ triangles }) => triangles < 0.8 * shown.triangles);
