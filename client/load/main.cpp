@@ -10,7 +10,7 @@
 #include "client/load/load_report.hpp"
 #include "client/program.hpp"
 #include "client/server_options.hpp"
-#include "client/trust.hpp"
+#include "common/trust.hpp"
 
 namespace multitetra {
 namespace {

@@ -42,9 +42,9 @@ class CubeMemoryPool {
 };
 
 // The model of a step. The volume must outlive it; requires a grid of more than kSpectrumSpacing
-// steps a side.
+// steps a side. Throws Cancelled soon after `stop` is triggered.
 [[nodiscard]] PreparedModel prepared_model(
-    const PreparedVolume& volume, const StepRequest& step,
+    const PreparedVolume& volume, const StepRequest& step, const std::stop_token& stop,
     std::shared_ptr<const SpectrumErrors> spectrum = nullptr);
 
 // Safe to use from several threads at once.

@@ -400,5 +400,21 @@ TEST(ThresholdMap, OfTenThousandRegionsIsMonotoneAndNeverAboveAPlace) {
   }
 }
 
+TEST(ThresholdMap, OfVeryManyRegionsIsGivenUpWhenSomebodySaysSo) {
+  std::mt19937_64 random(12);
+  const DatasetInfo info = cube_of(257);
+  IsosurfaceRequest request{.error = 4};
+  for (std::size_t i = 0; i < kMaxThresholdRegions; ++i) {
+    request.thresholds.regions.push_back(random_region(info, CoordinateSystem::kWorld, 10, random));
+  }
+  struct Enough {};
+  int checks = 0;
+  const auto give_up = [&] {
+    if (++checks == 10) throw Enough{};
+  };
+  EXPECT_THROW(ThresholdMap(request, info, give_up), Enough);
+  EXPECT_EQ(checks, 10);
+}
+
 }  // namespace
 }  // namespace multitetra::testing
