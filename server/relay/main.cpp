@@ -1,11 +1,15 @@
 // multitetra-gateway: the doors of a server in front of several servers.
 
+#include <unistd.h>
+
 #include <exception>
 #include <iostream>
 #include <memory>
 
 #include <CLI/CLI.hpp>
 
+#include "common/command_line.hpp"
+#include "common/terminal.hpp"
 #include "server/gateway/viewer_files.hpp"
 #include "server/operations/exit_codes.hpp"
 #include "server/operations/log.hpp"
@@ -43,9 +47,9 @@ int run(int argc, char** argv) {
       "Serves what other servers offer, spread by dataset; when one of them is lost, another that "
       "has the dataset goes on.",
       "multitetra-gateway");
-  program.set_version_flag("--version", "multitetra-gateway " MULTITETRA_VERSION);
   GatewayOptions options;
   OptionSources sources;
+  add_program_flags(program);
   add_gateway_options(program, options);
   add_option_sources(program, sources);
   program.footer(
@@ -58,28 +62,28 @@ int run(int argc, char** argv) {
       "Exit codes: 0 stopped as asked, 1 failed, 2 wrong options, 3 an address cannot be listened "
       "on,\n"
       "4 certificate, key or tokens cannot be used.");
-  try {
-    program.parse(argc, argv);
-    complete(program, sources, options);
-  } catch (const CLI::ParseError& error) {
-    return program.exit(error) == 0 ? kOk : kUsage;
-  }
+  program.callback([&] { complete(program, sources, options); });
+  if (const auto code = parse_command_line(program, argc, argv)) return *code;
   if (!sources.print_config) return serve(options);
   std::cout << config_text(program);
   return kOk;
+}
+
+int complain(int code, const char* text) {
+  std::cerr << styled(Style::kRed, "multitetra-gateway:", STDERR_FILENO) << " " << text << "\n";
+  return code;
 }
 
 }  // namespace
 }  // namespace multitetra
 
 int main(int argc, char** argv) {
+  using namespace multitetra;
   try {
-    return multitetra::run(argc, argv);
-  } catch (const multitetra::ExitError& error) {
-    std::cerr << "multitetra-gateway: " << error.what() << "\n";
-    return error.code();
+    return run(argc, argv);
+  } catch (const ExitError& error) {
+    return complain(error.code(), error.what());
   } catch (const std::exception& error) {
-    std::cerr << "multitetra-gateway: " << error.what() << "\n";
-    return multitetra::kFailed;
+    return complain(kFailed, error.what());
   }
 }

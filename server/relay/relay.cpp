@@ -62,9 +62,8 @@ void Relay::note(std::size_t upstream, bool is_reached, const std::string& why) 
 void Relay::lost(std::size_t upstream) { note(upstream, false, "it hung up or stops"); }
 
 bool Relay::is_ready() const {
-  return std::any_of(upstreams_.begin(), upstreams_.end(), [](const Upstream& one) {
-    return one.was_tried && one.backoff.count() == 0;
-  });
+  return std::any_of(upstreams_.begin(), upstreams_.end(),
+                     [](const Upstream& one) { return one.was_tried && one.backoff.count() == 0; });
 }
 
 std::vector<std::pair<std::string, bool>> Relay::upstreams() const {

@@ -98,8 +98,7 @@ asio::awaitable<void> RelayDialogue::greet(Hello hello) {
 
 void RelayDialogue::watch_idleness() {
   idleness_.start(
-      weak_from_this(),
-      [](const RelayDialogue& one) { return one.running_ || one.estimates_ > 0; },
+      weak_from_this(), [](const RelayDialogue& one) { return one.running_ || one.estimates_ > 0; },
       [](RelayDialogue& one) {
         one.guest_->keeper().observer().refused(one.guest_->facts(), "idle_seconds");
         one.end({ErrorCode::kUnavailable,
@@ -133,9 +132,8 @@ void RelayDialogue::give_up(const ServerMessage& message) {
   const Error error = {ErrorCode::kLimitExceeded, "The answer has a message longer than " +
                                                       std::to_string(kMaxServerFrameBytes) +
                                                       " bytes, the most that is sent."};
-  outgoing_.push_front(
-      {.message = ErrorReply{.request_id = request_id_of(message), .error = error},
-       .record = nullptr});
+  outgoing_.push_front({.message = ErrorReply{.request_id = request_id_of(message), .error = error},
+                        .record = nullptr});
 }
 
 // Whoever asks for another message has sent the one before.

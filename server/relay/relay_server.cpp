@@ -52,8 +52,8 @@ class RelayServer::Running {
   }
 
   DialoguePtr new_dialogue(GuestPtr guest) {
-    return std::make_shared<RelayDialogue>(reception_.io().get_executor(), relay_,
-                                           options_.session, std::move(guest), options_.idle_time);
+    return std::make_shared<RelayDialogue>(reception_.io().get_executor(), relay_, options_.session,
+                                           std::move(guest), options_.idle_time);
   }
 
   ServiceState state() {

@@ -19,7 +19,7 @@
 namespace multitetra {
 
 struct LinkOptions {
-  TlsContextPtr tls = nullptr;  // Needed for tls://.
+  TlsContextPtr tls = nullptr;                       // Needed for tls://.
   std::chrono::milliseconds connect_timeout{3'000};  // Until Welcome.
   std::chrono::milliseconds silence{10'000};         // Of a server that is listened to.
 };

@@ -39,12 +39,11 @@ class Reception::Running {
 
   void build(BehindDoors behind, const std::vector<MakeDoor>& doors) {
     behind_ = std::move(behind);
-    const House house = {
-        .io = io_,
-        .keeper = keeper_,
-        .new_dialogue = behind_.new_dialogue,
-        .metrics =
-            options_.metrics ? [this] { return metrics(); } : std::function<std::string()>()};
+    const House house = {.io = io_,
+                         .keeper = keeper_,
+                         .new_dialogue = behind_.new_dialogue,
+                         .metrics = options_.metrics ? [this] { return metrics(); }
+                                                     : std::function<std::string()>()};
     for (const MakeDoor& make : doors) doors_.push_back(make(house));
   }
   [[nodiscard]] const std::vector<std::unique_ptr<Door>>& doors() const { return doors_; }
@@ -78,7 +77,8 @@ class Reception::Running {
 
   void await_signal() {
     signals_.async_wait([this](error_code cancelled, int signal) {
-      if (cancelled) return;
+      // A signal that came before the last one was heeded is told even after stop_now's cancel.
+      if (cancelled || is_stopping_) return;
       if (signal == SIGHUP) {
         reload_now();
       } else if (keeper_.is_draining()) {

@@ -50,10 +50,10 @@ std::shared_ptr<const SaturatedErrors> exact_errors(const Field& field,
 ModelOptions model_options(const StepRequest& step, const DatasetInfo& info,
                            const std::stop_token& stop) {
   const IsosurfaceRequest& request = step.request;
-  return {.thresholds =
-              ThresholdMap(model_request(request), info, [&stop] { throw_if_stopped(stop); }),
-          .topology_tolerance = request.topology_tolerance,
-          .finest_spacing = step.finest_spacing};
+  return {
+      .thresholds = ThresholdMap(model_request(request), info, [&stop] { throw_if_stopped(stop); }),
+      .topology_tolerance = request.topology_tolerance,
+      .finest_spacing = step.finest_spacing};
 }
 
 ReferenceExtractor::ReferenceExtractor(const PreparedVolume& dataset)

@@ -22,8 +22,7 @@ class Server::Running {
     if (options_.has_tcp_door) {
       doors.emplace_back([this](const House& house) {
         return std::make_unique<TcpDoor>(
-            house,
-            TcpDoorOptions{.listen = options_.listen, .connection = options_.connection});
+            house, TcpDoorOptions{.listen = options_.listen, .connection = options_.connection});
       });
     }
     doors.insert(doors.end(), more.begin(), more.end());

@@ -107,8 +107,8 @@ TEST(GuardedRelay, AReloadedListHoldsForThoseWhoAreThere) {
   const TemporaryFolder folder;
   Upstream upstream(octahedron());
   const auto file = folder.file("tokens", access_line("alice", "right", {"*"}));
-  RunningRelay relay({.relay = {.upstreams = {upstream.endpoint()}},
-                      .reception = {.keeper = {.tokens = file}}});
+  RunningRelay relay(
+      {.relay = {.upstreams = {upstream.endpoint()}}, .reception = {.keeper = {.tokens = file}}});
   WebSocketClient alice(relay.http());
   EXPECT_TRUE(is_welcome(greeted(alice, "right")));
   (void)folder.file("tokens", access_line("alice", "another", {"*"}));
@@ -127,9 +127,8 @@ TEST(GuardedRelay, SpeaksTlsToServersThatItTrusts) {
   Upstream upstream(octahedron(), {.keeper = {.tls = files}});
   Endpoint secure = upstream.endpoint();
   secure.transport = Transport::kTls;
-  RunningRelay trusting(
-      {.relay = {.upstreams = {secure}},
-       .upstream_files = {.ca = files.certificate.string(), .needs_tls = true}});
+  RunningRelay trusting({.relay = {.upstreams = {secure}},
+                         .upstream_files = {.ca = files.certificate.string(), .needs_tls = true}});
   WebSocketClient client(trusting.http());
   EXPECT_TRUE(is_welcome(greeted(client)));
   open(client, 1);
@@ -150,8 +149,8 @@ TEST(GuardedRelay, HasTlsAtItsOwnDoor) {
   const TlsFiles files = {folder.file("door.pem", made.certificate),
                           folder.file("door.key", made.key)};
   Upstream upstream(octahedron());
-  RunningRelay relay({.relay = {.upstreams = {upstream.endpoint()}},
-                      .reception = {.keeper = {.tls = files}}});
+  RunningRelay relay(
+      {.relay = {.upstreams = {upstream.endpoint()}}, .reception = {.keeper = {.tls = files}}});
   asio::io_context io;
   asio::ssl::context context(asio::ssl::context::tls_client);
   context.add_certificate_authority(asio::buffer(made.certificate));
@@ -174,10 +173,9 @@ TEST(GuardedRelay, ATokenFileThatCannotBeReadIsToldAtTheStart) {
 
 TEST(GuardedRelay, LimitsConnectionsAndRequestsOfAnAddress) {
   Upstream upstream(octahedron());
-  RunningRelay relay(
-      {.relay = {.upstreams = {upstream.endpoint()}},
-       .reception = {.keeper = {.connections = {.total = 10, .per_name = 1},
-                                .requests = {.per_second = 0.001, .burst = 1}}}});
+  RunningRelay relay({.relay = {.upstreams = {upstream.endpoint()}},
+                      .reception = {.keeper = {.connections = {.total = 10, .per_name = 1},
+                                               .requests = {.per_second = 0.001, .burst = 1}}}});
   WebSocketClient first(relay.http());
   EXPECT_TRUE(is_welcome(greeted(first)));
   HttpClient second(relay.http());
@@ -202,13 +200,13 @@ TEST(GuardedRelay, CountsWhatItPassesOn) {
   EXPECT_TRUE(std::holds_alternative<EstimateReply>(client.receive()));
   HttpClient http(relay.http());
   const std::string text = http.get("/metrics").body();
-  for (const std::string& line : {
-           std::string("multitetra_requests_total{door=\"websocket\",kind=\"stream\","
-                       "outcome=\"complete\"} 1\n"),
-           std::string("multitetra_requests_total{door=\"websocket\",kind=\"estimate\","
-                       "outcome=\"complete\"} 1\n"),
-           "multitetra_upstream_up{upstream=\"" + to_string(upstream.endpoint()) + "\"} 1\n",
-           std::string("multitetra_datasets 1\n")}) {
+  for (const std::string& line :
+       {std::string("multitetra_requests_total{door=\"websocket\",kind=\"stream\","
+                    "outcome=\"complete\"} 1\n"),
+        std::string("multitetra_requests_total{door=\"websocket\",kind=\"estimate\","
+                    "outcome=\"complete\"} 1\n"),
+        "multitetra_upstream_up{upstream=\"" + to_string(upstream.endpoint()) + "\"} 1\n",
+        std::string("multitetra_datasets 1\n")}) {
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
   }
 }

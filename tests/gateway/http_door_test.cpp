@@ -144,9 +144,8 @@ TEST(HttpDoor, AnswersSoManyRequestsOfAnAddress) {
                         {.keeper = {.requests = {.per_second = 0.001, .burst = 4}}});
   HttpClient client(server.http());
   const std::string mesh = "/v1/datasets/octahedron/isosurface?isovalue=0.5&error=";
-  for (const std::string& target :
-       {std::string("/v1/datasets"), mesh + "1", mesh + "2",
-        std::string("/v1/datasets/octahedron")}) {
+  for (const std::string& target : {std::string("/v1/datasets"), mesh + "1", mesh + "2",
+                                    std::string("/v1/datasets/octahedron")}) {
     EXPECT_EQ(client.get(target).result_int(), 200U) << target;
   }
   for (const std::string& target : {mesh + "3", std::string("/v1/datasets")}) {

@@ -414,8 +414,7 @@ class SizedSteps : public FakeSteps {
       const double floor = std::max(request.error, request.thresholds.at_least);
       return SurfaceSize{.triangles = estimated / floor, .bytes = estimated};
     };
-    return {.of = [=](const StepRequest& step) { return size_at(step.request); },
-            .rough = size_at};
+    return {.of = [=](const StepRequest& step) { return size_at(step.request); }, .rough = size_at};
   }
 
  private:
