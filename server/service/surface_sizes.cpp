@@ -147,7 +147,7 @@ class SharedSpectrum {
                                                          request.measure, request.topology_rule);
       request_ = request;
     }
-    return prepared_model(volume_, step, stop, spectrum_);
+    return prepared_model(volume_, step, spectrum_, stop);
   }
 
  private:
