@@ -3,6 +3,8 @@
 #include "client/surface_stream.hpp"
 
 namespace multitetra {
+using Clock = std::chrono::steady_clock;
+
 namespace {
 
 tl::unexpected<ClientError> trouble(Trouble kind, Error error) {
@@ -96,14 +98,26 @@ ClientResult<EstimateReply> Client::estimate(const std::string& dataset,
 
 ClientResult<void> Client::send(const ClientMessage& message) {
   if (auto sent = socket_.send(message); !sent) return trouble(Trouble::kNetwork, sent.error());
+  ask_for_life_at_ = Clock::now() + options_.timeout / 2;
   return {};
 }
 
 ClientResult<std::optional<ServerMessage>> Client::receive_within(
     std::chrono::milliseconds patience) {
-  auto message = socket_.receive_within(patience);
-  if (!message) return trouble(Trouble::kNetwork, message.error());
-  return *std::move(message);
+  const Clock::time_point until = Clock::now() + patience;
+  for (;;) {
+    const auto left = std::min(until, ask_for_life_at_) - Clock::now();
+    auto message = socket_.receive_within(
+        std::max(std::chrono::ceil<std::chrono::milliseconds>(left), std::chrono::milliseconds(0)));
+    if (!message) return trouble(Trouble::kNetwork, message.error());
+    if (*message) ask_for_life_at_ = Clock::now() + options_.timeout / 2;
+    if (*message && !std::holds_alternative<Pong>(**message)) return *std::move(message);
+    if (Clock::now() >= until) return std::nullopt;
+    if (Clock::now() >= ask_for_life_at_) {
+      if (auto sent = send(Ping{}); !sent) return tl::unexpected(sent.error());
+      ask_for_life_at_ = Clock::time_point::max();
+    }
+  }
 }
 
 ClientResult<FetchedStep> Client::fetch(const DatasetInfo& info, OpenStream open,

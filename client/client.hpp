@@ -89,7 +89,8 @@ class Client {
   // ---- the conversation itself, for surface_stream.hpp
 
   [[nodiscard]] ClientResult<void> send(const ClientMessage& message);
-  // nullopt when no whole message came within `patience`.
+  // nullopt when no whole message came within `patience`. A server that says nothing for half of
+  // the timeout is asked for a sign of life: a busy one is waited for, one that is gone is not.
   [[nodiscard]] ClientResult<std::optional<ServerMessage>> receive_within(
       std::chrono::milliseconds patience);
   [[nodiscard]] std::uint64_t next_request_id() { return ++last_request_id_; }
@@ -103,6 +104,7 @@ class Client {
   MessageSocket socket_;
   ClientOptions options_;
   std::uint64_t last_request_id_ = 0;
+  std::chrono::steady_clock::time_point ask_for_life_at_ = {};  // When it is silent until then.
 };
 
 }  // namespace multitetra

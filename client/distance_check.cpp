@@ -15,8 +15,8 @@ namespace {
 // For what double arithmetic on world coordinates loses.
 constexpr double kRounding = 1e-9;  // Voxels.
 
-// From the request, not from what the server makes of it; only where thresholds differ from place to
-// place the largest of them is taken as the server tells it.
+// From the request, not from what the server makes of it; only where thresholds differ from place
+// to place the largest of them is taken as the server tells it.
 double threshold_world(const StepBegin& begin, const DatasetInfo& info) {
   const IsosurfaceRequest& request = begin.request;
   if (!request.thresholds.is_uniform()) return begin.error_bound_world;

@@ -1,25 +1,20 @@
 // `multitetra-client estimate`: how large a mesh would be, before it is fetched.
 #pragma once
 
-#include <string>
-
 #include <CLI/CLI.hpp>
 
-#include "client/server_options.hpp"
-#include "common/surface_options.hpp"
+#include "client/ordered_surface.hpp"
 
 namespace multitetra {
 
 struct EstimateArguments {
-  ServerArguments server;
-  std::string dataset;
-  SurfaceArguments surface;
+  SurfaceOrder order;
   bool json = false;
 };
 
 void add_estimate(CLI::App& app, EstimateArguments& arguments);
 
 // Gives the exit code.
-int estimate(const EstimateArguments& arguments);
+[[nodiscard]] int estimate(const EstimateArguments& arguments);
 
 }  // namespace multitetra

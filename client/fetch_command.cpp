@@ -18,24 +18,13 @@
 namespace multitetra {
 namespace {
 
-const DatasetInfo* find(const std::vector<DatasetInfo>& datasets, const std::string& name) {
-  for (const DatasetInfo& info : datasets) {
-    if (info.name == name) return &info;
-  }
-  return nullptr;
-}
-
-std::string no_such_dataset(const std::string& name, const std::vector<DatasetInfo>& datasets) {
-  std::string text = "The server has no dataset \"" + name + "\"; it has";
-  for (const DatasetInfo& info : datasets) text += " \"" + info.name + "\"";
-  return text + (datasets.empty() ? " none." : ".");
-}
-
 // Writes what a fetch gives as it comes.
 class Output {
  public:
   Output(const FetchArguments& arguments, MeshFormat format, const DatasetInfo& info)
-      : arguments_(arguments), format_(format), to_output_(output_map(arguments.surface, info)) {
+      : arguments_(arguments),
+        format_(format),
+        to_output_(output_map(arguments.order.surface, info)) {
     if (!arguments_.steps_directory.empty()) {
       std::filesystem::create_directories(arguments_.steps_directory);
     }
@@ -79,26 +68,6 @@ RetryOptions retry_options(const FetchArguments& arguments) {
                       << human_seconds(std::chrono::duration<double>(retry.wait).count()) << " ("
                       << retry.number << ")." << std::endl;
           }};
-}
-
-using Connected = std::pair<Client, std::vector<DatasetInfo>>;
-
-ClientResult<Connected> connected_once(const ServerAccess& access) {
-  auto client = Client::connect(access.server, access.options);
-  if (!client) return tl::unexpected(client.error());
-  auto datasets = client->list_datasets();
-  if (!datasets) return tl::unexpected(datasets.error());
-  return Connected(*std::move(client), *std::move(datasets));
-}
-
-ClientResult<Connected> connected_and_listed(const ServerAccess& access,
-                                             const FetchArguments& arguments) {
-  Retries retries(retry_options(arguments));
-  auto connected = connected_once(access);
-  while (!connected && retries.wait_after(connected.error().error)) {
-    connected = connected_once(access);
-  }
-  return connected;
 }
 
 // What came before and what comes, in the folder of --resume if there is one.
@@ -173,8 +142,6 @@ int fetch(const FetchArguments& arguments) {
                     "--check full and --against FILE belong together: FILE is a local copy of the "
                     "volume.");
   }
-  const auto access = access_of(arguments.server);
-  if (!access) return complain(kUsage, access.error().text);
   const auto format = mesh_format_from(std::filesystem::path(arguments.mesh).extension().string());
   if (!format) {
     return complain(kUsage, "\"" + arguments.mesh +
@@ -182,29 +149,25 @@ int fetch(const FetchArguments& arguments) {
                                 ".drc.");
   }
 
-  auto connected = connected_and_listed(*access, arguments);
-  if (!connected) return complain(connected.error());
-  auto& [client, datasets] = *connected;
-  const DatasetInfo* info = find(datasets, arguments.dataset);
-  if (info == nullptr) return complain(kFailed, no_such_dataset(arguments.dataset, datasets));
-  const auto request = request_of(arguments.surface, *info);
-  if (!request) return complain(kUsage, request.error().text);
+  auto surface = ordered(arguments.order, retry_options(arguments));
+  if (!surface) return surface.error();
+  const DatasetInfo& info = surface->info;
   FetchReport report{
-      .server = access->server,
-      .open = {.dataset = info->name,
-               .request = *request,
+      .server = surface->server,
+      .open = {.dataset = info.name,
+               .request = surface->request,
                .steps = arguments.final_only ? StepPolicy::kFinalOnly : StepPolicy::kProgressive,
                .held = {}},
-      .coordinates = arguments.surface.coordinates,
+      .coordinates = arguments.order.surface.coordinates,
       .mesh_file = {},
       .steps = {}};
-  const Output output(arguments, *format, *info);
+  const Output output(arguments, *format, info);
   // Read before anything is fetched: a file that does not fit is told at once.
   std::optional<std::vector<float>> local;
-  if (!arguments.against.empty()) local = read_local_volume(arguments.against, *info);
+  if (!arguments.against.empty()) local = read_local_volume(arguments.against, info);
   KeptTiles kept(arguments);
-  const auto final_step = client.fetch(
-      *info, report.open,
+  const auto final_step = surface->client.fetch(
+      info, report.open,
       [&](const FetchedStep& step) {
         output.step(step);
         report.steps.push_back(for_report(step));
@@ -217,7 +180,7 @@ int fetch(const FetchArguments& arguments) {
   }
   if (local) {
     report.checked_against = arguments.against;
-    report.distances = check_distances(*final_step->step, *info, *local,
+    report.distances = check_distances(*final_step->step, info, *local,
                                        {.samples = static_cast<std::size_t>(arguments.samples)});
     if (!report.distances->has_passed()) {
       report.error = {ErrorCode::kDamagedData, distances_fault(*report.distances)};
@@ -234,9 +197,7 @@ int fetch(const FetchArguments& arguments) {
 void add_fetch(CLI::App& app, FetchArguments& a) {
   CLI::App* command = app.add_subcommand(
       "fetch", "Fetch an isosurface, coarse first, check it and write it as a mesh file");
-  add_server_options(*command, a.server);
-  command->add_option("--dataset", a.dataset, "Name of the dataset, as `list` tells")->required();
-  add_surface_options(*command, a.surface);
+  add_order_options(*command, a.order);
   command->add_flag("--final-only", a.final_only, "No previews");
   command
       ->add_option("--retries", a.retries,
@@ -244,28 +205,36 @@ void add_fetch(CLI::App& app, FetchArguments& a) {
                    "connection is lost; 0 gives up at once")
       ->check(CLI::Range(0, 1'000'000))
       ->capture_default_str();
-  command->add_option("--resume", a.resume_directory,
-                      "Keep the tiles that come in this directory, and do not fetch those that "
-                      "are there: a run that was stopped goes on where it was");
+  command
+      ->add_option("--resume", a.resume_directory,
+                   "Keep the tiles that come in this directory, and do not fetch those that are "
+                   "there: a run that was stopped goes on where it was")
+      ->type_name("DIR");
   command
       ->add_option("--check", a.check,
                    "standard: tiles, digests, cracks, topology; full: also the distance to the "
                    "full-resolution surface of the volume in --against, both ways")
       ->check(CLI::IsMember({"standard", "full"}))
       ->capture_default_str();
-  command->add_option("--against", a.against,
-                      "For --check full: a local copy of the dataset's volume (.nrrd .nhdr .mha "
-                      ".mhd .nii .nii.gz .vtk .tif, or raw samples)");
+  command
+      ->add_option("--against", a.against,
+                   "For --check full: a local copy of the dataset's volume (.nrrd .nhdr .mha .mhd "
+                   ".nii .nii.gz .vtk .tif, or raw samples)")
+      ->type_name("FILE");
   command->add_option("--samples", a.samples, "For --check full: sampled points each way")
       ->check(CLI::Range(1, 100'000'000))
       ->capture_default_str();
   command->add_option("-o,--output", a.mesh, "Mesh file: .ply, .stl, .obj, .glb or .drc")
-      ->required();
-  command->add_option("--report", a.report,
-                      "Write a JSON report of all steps to this file, also when the fetch fails");
-  command->add_option("--save-steps", a.steps_directory, "Write every step to this directory");
+      ->required()
+      ->type_name("FILE");
+  command
+      ->add_option("--report", a.report,
+                   "Write a JSON report of all steps to this file, also when the fetch fails")
+      ->type_name("FILE");
+  command->add_option("--save-steps", a.steps_directory, "Write every step to this directory")
+      ->type_name("DIR");
   command->add_flag("--json", a.json, "Print the JSON report");
-  command->add_flag("--quiet", a.quiet, "No line per step");
+  command->add_flag("--quiet", a.quiet, "Say nothing unless something is wrong");
   command->footer(
       std::string("Examples:\n"
                   "  multitetra-client fetch --dataset head -o head.ply\n"

@@ -6,15 +6,12 @@
 
 #include <CLI/CLI.hpp>
 
-#include "client/server_options.hpp"
-#include "common/surface_options.hpp"
+#include "client/ordered_surface.hpp"
 
 namespace multitetra {
 
 struct FetchArguments {
-  ServerArguments server;
-  std::string dataset;
-  SurfaceArguments surface;
+  SurfaceOrder order;
   bool final_only = false;
   int retries = 5;
   std::string resume_directory;

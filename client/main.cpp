@@ -5,13 +5,14 @@
 
 #include <CLI/CLI.hpp>
 
-#include "client/client.hpp"
 #include "client/estimate_command.hpp"
 #include "client/fetch_command.hpp"
+#include "client/ordered_surface.hpp"
 #include "client/program.hpp"
 #include "client/report.hpp"
-#include "client/server_options.hpp"
+#include "client/snapshot_command.hpp"
 #include "client/view_command.hpp"
+#include "common/command_line.hpp"
 
 namespace multitetra {
 namespace {
@@ -22,13 +23,10 @@ struct ListArguments {
 };
 
 int list(const ListArguments& arguments) {
-  const auto access = access_of(arguments.server);
-  if (!access) return complain(kUsage, access.error().text);
-  auto client = Client::connect(access->server, access->options);
-  if (!client) return complain(client.error());
-  const auto datasets = client->list_datasets();
-  if (!datasets) return complain(datasets.error());
-  std::cout << (arguments.json ? json_list(access->server, *datasets) : text_list(*datasets));
+  const auto connected = connected_to(arguments.server);
+  if (!connected) return connected.error();
+  std::cout << (arguments.json ? json_list(connected->server, connected->datasets)
+                               : text_list(connected->datasets));
   return kOk;
 }
 
@@ -47,27 +45,28 @@ void add_list(CLI::App& app, ListArguments& arguments) {
 int run(int argc, char** argv) {
   CLI::App app("Fetches crack-free isosurface meshes from a Multi-Tetra server.",
                "multitetra-client");
-  app.set_version_flag("--version", "multitetra-client " MULTITETRA_VERSION);
+  add_program_flags(app);
   app.require_subcommand(1);
   app.footer(std::string("Examples:\n"
                          "  multitetra-client list --server tcp://127.0.0.1:7410\n"
-                         "  multitetra-client fetch --dataset head --error 1 -o head.ply\n") +
+                         "  multitetra-client fetch --dataset head --error 1 -o head.ply\n"
+                         "  multitetra-client snapshot --dataset head -o head.png\n"
+                         "Each command tells more with --help.\n") +
              kExitCodes);
   ListArguments list_arguments;
   EstimateArguments estimate_arguments;
   FetchArguments fetch_arguments;
+  SnapshotArguments snapshot_arguments;
   ViewArguments view_arguments;
   add_list(app, list_arguments);
   add_estimate(app, estimate_arguments);
   add_fetch(app, fetch_arguments);
+  add_snapshot(app, snapshot_arguments);
   add_view(app, view_arguments);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kOk : kUsage;
-  }
+  if (const auto code = parse_command_line(app, argc, argv)) return *code;
   if (app.got_subcommand("list")) return list(list_arguments);
   if (app.got_subcommand("estimate")) return estimate(estimate_arguments);
+  if (app.got_subcommand("snapshot")) return snapshot(snapshot_arguments);
   if (app.got_subcommand("view")) return view(view_arguments);
   return fetch(fetch_arguments);
 }
@@ -79,7 +78,6 @@ int main(int argc, char** argv) {
   try {
     return multitetra::run(argc, argv);
   } catch (const std::exception& error) {
-    std::cerr << "multitetra-client: " << error.what() << "\n";
-    return multitetra::kFailed;
+    return multitetra::complain(multitetra::kFailed, error.what());
   }
 }

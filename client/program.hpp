@@ -1,10 +1,13 @@
 // What the commands of multitetra-client share: exit codes and complaints.
 #pragma once
 
+#include <unistd.h>
+
 #include <iostream>
 #include <string>
 
 #include "client/client.hpp"
+#include "common/terminal.hpp"
 
 namespace multitetra {
 
@@ -14,12 +17,12 @@ enum ExitCode { kOk = 0, kFailed = 1, kUsage = 2, kCheckFailed = 3 };
 inline constexpr const char* kExitCodes =
     "Exit codes: 0 done, 1 failed (network, server, file), 2 wrong usage, 3 a check failed.";
 
-inline int complain(ExitCode code, const std::string& text) {
-  std::cerr << "multitetra-client: " << text << "\n";
+inline ExitCode complain(ExitCode code, const std::string& text) {
+  std::cerr << styled(Style::kRed, "multitetra-client:", STDERR_FILENO) << " " << text << "\n";
   return code;
 }
 
-inline int complain(const ClientError& trouble) {
+inline ExitCode complain(const ClientError& trouble) {
   const std::string who = trouble.trouble == Trouble::kServer  ? "the server says: "
                           : trouble.trouble == Trouble::kCheck ? "a check failed: "
                                                                : "";

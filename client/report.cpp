@@ -1,6 +1,7 @@
 #include "client/report.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "common/human_units.hpp"
 #include "common/json_report.hpp"
@@ -168,15 +169,31 @@ std::string distances_table(const DistanceCheck& check) {
 }
 
 std::string text_list(const std::vector<DatasetInfo>& datasets) {
-  std::string text;
+  using Row = std::array<std::string, 5>;
+  std::vector<Row> rows = {{"DATASET", "SAMPLES", "TYPE", "VALUES", "SUGGESTED ISOVALUES"}};
   for (const DatasetInfo& info : datasets) {
-    text += info.name + "  " + std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) +
-            " x " + std::to_string(info.dims[2]) + " " + std::string(name(info.type)) +
-            "  values " + human_number(info.min) + " to " + human_number(info.max) +
-            "  suggested isovalue " +
-            (info.suggested_isovalues.empty() ? "none"
-                                              : human_number(info.suggested_isovalues.front())) +
-            "\n";
+    std::string isovalues;
+    for (const double isovalue : info.suggested_isovalues) {
+      isovalues += (isovalues.empty() ? "" : ", ") + human_number(isovalue);
+    }
+    rows.push_back({info.name,
+                    std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) + " x " +
+                        std::to_string(info.dims[2]),
+                    std::string(name(info.type)),
+                    human_number(info.min) + " to " + human_number(info.max),
+                    isovalues.empty() ? "none" : isovalues});
+  }
+  if (datasets.empty()) return "This server has no dataset that we may see.\n";
+  std::array<std::size_t, 5> widths{};
+  for (const Row& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  std::string text;
+  for (const Row& row : rows) {
+    for (std::size_t i = 0; i + 1 < row.size(); ++i) {
+      text += row[i] + std::string(widths[i] - row[i].size() + 2, ' ');
+    }
+    text += row.back() + "\n";
   }
   return text;
 }

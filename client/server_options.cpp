@@ -1,9 +1,12 @@
 #include "client/server_options.hpp"
 
+#include <unistd.h>
+
 #include <fstream>
 #include <iostream>
 
 #include "common/net.hpp"
+#include "common/terminal.hpp"
 
 namespace multitetra {
 namespace {
@@ -26,31 +29,47 @@ bool is_this_machine(const std::string& host) {
   return error ? host == "localhost" : address.is_loopback();
 }
 
-void warn(const std::string& text) { std::cerr << "WARNING: " << text << std::endl; }
+void warn(const std::string& text) {
+  std::cerr << styled(Style::kYellow, "WARNING:", STDERR_FILENO) << " " << text << std::endl;
+}
 
 }  // namespace
 
 void add_server_options(CLI::App& command, ServerArguments& a) {
+  const std::string group = "Server";
   command
       .add_option("--server", a.server,
                   "Where the server listens: tcp://HOST:PORT, tls://HOST:PORT, ws://HOST:PORT or "
                   "wss://HOST:PORT, also with a path")
       ->envname("MULTITETRA_SERVER")
-      ->capture_default_str();
+      ->type_name("ADDRESS")
+      ->capture_default_str()
+      ->group(group);
   command
       .add_option("--token", a.token,
                   "What the server knows us by; others on this machine can read it here, unlike in "
                   "--token-file or the environment")
-      ->envname("MULTITETRA_TOKEN");
-  command.add_option("--token-file", a.token_file,
-                     "A file whose first line is the token, instead of --token");
-  command.add_option("--ca", a.ca_file,
-                     "Trust these authorities (PEM) and no others, for tls:// and wss://");
-  command.add_flag("--insecure", a.insecure,
-                   "Believe whoever answers, whatever its certificate. For trials only");
+      ->envname("MULTITETRA_TOKEN")
+      ->group(group);
+  command
+      .add_option("--token-file", a.token_file,
+                  "A file whose first line is the token, instead of --token")
+      ->type_name("FILE")
+      ->group(group);
+  command
+      .add_option("--ca", a.ca_file,
+                  "Trust these authorities (PEM) and no others, for tls:// and wss://")
+      ->type_name("FILE")
+      ->group(group);
+  command
+      .add_flag("--insecure", a.insecure,
+                "Believe whoever answers, whatever its certificate. For trials only")
+      ->group(group);
   command.add_option("--timeout", a.timeout, "Seconds of silence after which to give up")
       ->check(CLI::Range(0.1, 86400.0))
-      ->capture_default_str();
+      ->type_name("SECONDS")
+      ->capture_default_str()
+      ->group(group);
 }
 
 Result<ServerAccess> access_of(const ServerArguments& arguments) {

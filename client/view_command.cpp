@@ -53,7 +53,9 @@ Result<std::string> region_words(const std::string& word) {
 void add_view(CLI::App& app, ViewArguments& a) {
   CLI::App* command =
       app.add_subcommand("view", "Print the address at which a browser shows a surface");
-  command->add_option("--http", a.http, "Address of the server's HTTP door")->capture_default_str();
+  command->add_option("--http", a.http, "Address of the server's HTTP door")
+      ->type_name("ADDRESS")
+      ->capture_default_str();
   command->add_option("--dataset", a.dataset, "Name of the dataset (default: the first)");
   command->add_option("--isovalue", a.isovalue,
                       "Value of the surface (default: the dataset's first suggestion)");
@@ -70,6 +72,9 @@ void add_view(CLI::App& app, ViewArguments& a) {
                    "Features up to this many voxels may vanish")
       ->capture_default_str();
   command->add_option("--max-triangles", a.max_triangles, "The most triangles");
+  command->add_option("--compact", a.compact, "on: a few of the triangles, within the same error")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
   command->add_option("--region", a.region,
                       "Another error in a region: box:X0,Y0,Z0,X1,Y1,Z1=TAU or ball:X,Y,Z,R=TAU, "
                       "in world coordinates");
@@ -105,6 +110,7 @@ Result<std::string> viewer_address(const ViewArguments& a) {
   if (a.topology_rule != defaults.topology_rule) say("rule", a.topology_rule);
   if (a.topology_tolerance > 0) say("tolerance", shortest_text(a.topology_tolerance));
   if (a.max_triangles > 0) say("maxTriangles", std::to_string(a.max_triangles));
+  if (a.compact == "on") say("compact", "true");
   if (!a.region.empty()) {
     const auto region = region_words(a.region);
     if (!region) return tl::unexpected(region.error());

@@ -34,9 +34,12 @@ std::string human_count(std::uint64_t count) {
 }
 
 std::string human_seconds(double seconds) {
-  if (seconds < 60) return format("%.2f s", seconds);
-  const auto whole = static_cast<long long>(seconds);
-  return format("%lld min %02lld s", whole / 60, whole % 60);
+  if (seconds < 0.00995) return format("%.1f ms", 1000 * seconds);
+  if (seconds < 0.9995) return format("%.0f ms", 1000 * seconds);
+  if (seconds < 59.95) return format(seconds < 9.995 ? "%.2f s" : "%.1f s", seconds);
+  const auto whole = static_cast<long long>(seconds + 0.5);
+  if (whole < 3600) return format("%lld min %02lld s", whole / 60, whole % 60);
+  return format("%lld h %02lld min", whole / 3600, whole % 3600 / 60);
 }
 
 std::string human_number(double value) { return format("%g", value); }

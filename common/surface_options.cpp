@@ -1,6 +1,8 @@
 #include "common/surface_options.hpp"
 
+#include <map>
 #include <memory>
+#include <string>
 #include <utility>
 
 #include "common/threshold_image.hpp"
@@ -10,6 +12,10 @@ namespace multitetra {
 
 namespace {
 
+constexpr const char* kSurface = "Surface";
+constexpr const char* kThresholds = "Errors that differ from place to place";
+constexpr const char* kSize = "Size";
+
 void add_threshold_options(CLI::App& command, SurfaceArguments& a) {
   command
       .add_option("--region", a.regions,
@@ -17,26 +23,34 @@ void add_threshold_options(CLI::App& command, SurfaceArguments& a) {
                   "box:X0,Y0,Z0,X1,Y1,Z1=TAU, ball:X,Y,Z,R=TAU or halfspace:NX,NY,NZ,D=TAU for "
                   "the places with N.x >= D; TAU in --unit")
       ->expected(1)
+      ->type_name("REGION")
+      ->group(kThresholds)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command
       .add_option("--region-unit", a.region_unit,
                   "Of the coordinates of --region and --view: world, or index for sample indices")
       ->check(CLI::IsMember({"world", "index"}))
-      ->capture_default_str();
-  command.add_option(
-      "--view", a.view,
-      "Errors that look the same on a screen: "
-      "eye=X,Y,Z,fov=DEGREES,height=PIXELS,pixels=TOLERANCE; "
-      "for more error outside the picture also look=X,Y,Z,outside=TAU[,up=X,Y,Z][,aspect=RATIO]");
-  command.add_option(
-      "--threshold-grid", a.threshold_grid,
-      "Image file whose samples are errors in --unit, each for its voxel; NaN: none");
+      ->capture_default_str()
+      ->group(kThresholds);
+  command
+      .add_option("--view", a.view,
+                  "Errors that look the same on a screen: "
+                  "eye=X,Y,Z,fov=DEGREES,height=PIXELS,pixels=TOLERANCE; for more error outside "
+                  "the picture also look=X,Y,Z,outside=TAU[,up=X,Y,Z][,aspect=RATIO]")
+      ->type_name("VIEW")
+      ->group(kThresholds);
+  command
+      .add_option("--threshold-grid", a.threshold_grid,
+                  "Image file whose samples are errors in --unit, each for its voxel; NaN: none")
+      ->type_name("FILE")
+      ->group(kThresholds);
   command
       .add_option("--combine", a.combination,
                   "order: regions over the view over the grid over --error; minimum: the least of "
                   "those that say something")
       ->check(CLI::IsMember({"order", "minimum"}))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kThresholds);
 }
 
 void add_budget_options(CLI::App& command, SurfaceArguments& a) {
@@ -45,16 +59,30 @@ void add_budget_options(CLI::App& command, SurfaceArguments& a) {
                   "on: meshes with a few of the triangles, within the same errors; off: all that "
                   "marching tetrahedra makes")
       ->check(CLI::IsMember({"on", "off"}))
-      ->capture_default_str();
-  command.add_option("--max-triangles", a.max_triangles,
-                     "The most triangles; errors are raised to meet it (default: no limit)");
-  command.add_option("--max-bytes", a.max_bytes,
-                     "The most bytes of compressed mesh; errors are raised to meet it (default: no "
-                     "limit)");
+      ->capture_default_str()
+      ->group(kSize);
+  command
+      .add_option("--max-triangles", a.max_triangles,
+                  "The most triangles, as 2M or 300k; errors are raised to meet it (default: no "
+                  "limit)")
+      ->transform(CLI::AsNumberWithUnit(
+          std::map<std::string, std::uint64_t>{{"k", 1'000}, {"M", 1'000'000}},
+          CLI::AsNumberWithUnit::CASE_INSENSITIVE, "COUNT"))
+      ->type_name("")
+      ->group(kSize);
+  command
+      .add_option("--max-bytes", a.max_bytes,
+                  "The most bytes of compressed mesh, as 500KiB or 2MiB; errors are raised to meet "
+                  "it (default: no limit)")
+      ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false))
+      ->type_name("")
+      ->group(kSize);
   command
       .add_option("--normals", a.normal_bits,
                   "Bits of each coordinate of the vertices' normals, 8 to 10; 0: no normals")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->type_name("BITS")
+      ->group(kSize);
 }
 
 Result<LocalThresholds> thresholds_of(const SurfaceArguments& arguments) {
@@ -83,35 +111,47 @@ Result<LocalThresholds> thresholds_of(const SurfaceArguments& arguments) {
 }  // namespace
 
 void add_surface_options(CLI::App& command, SurfaceArguments& a) {
-  command.add_option("--isovalue", a.isovalue,
-                     "Value of the surface (default: the dataset's first suggestion)");
+  command
+      .add_option("--isovalue", a.isovalue,
+                  "Value of the surface, in units of the samples (default: the dataset's first "
+                  "suggestion)")
+      ->group(kSurface);
   command
       .add_option("--error", a.error,
                   "Largest allowed error where nothing else is said; 0 is the full resolution")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kSurface);
   command.add_option("--unit", a.unit, "Unit of all errors; 1 voxel is the smallest spacing")
       ->check(CLI::IsMember({"voxel", "world"}))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kSurface);
   command.add_option("--bound", a.bound, "certified bounds the real distance, paper need not")
       ->check(CLI::IsMember({"paper", "certified"}))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kSurface);
   command
       .add_option("--topology-rule", a.topology_rule,
                   "Which flips of sign are kept: those that change topology (exact) or all (paper)")
       ->check(CLI::IsMember({"exact", "paper"}))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kSurface);
   command
       .add_option("--topology-tolerance", a.topology_tolerance,
                   "Features up to this many voxels may vanish; 0 preserves the topology")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->type_name("VOXELS")
+      ->group(kSurface);
   command
       .add_option("--lattice", a.lattice_resolution,
                   "Vertices lie on a lattice of 2^-R grid steps, R from 1 to 8")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->type_name("R")
+      ->group(kSurface);
   command
       .add_option("--coordinates", a.coordinates, "Of the mesh: world, or index for sample indices")
       ->check(CLI::IsMember({"world", "index"}))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kSurface);
   add_threshold_options(command, a);
   add_budget_options(command, a);
 }

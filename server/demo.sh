@@ -48,7 +48,7 @@ if [ -z "$volume" ]; then
 fi
 
 echo "== Preparing it"
-"$server" prepare "$volume" -o "$out/demo.mtd" --name demo
+"$server" prepare "$volume" -o "$out/demo.mtd"
 
 echo "== Serving it"
 log=$out/server.log
@@ -65,17 +65,22 @@ for _ in $(seq 100); do
   sleep 0.1
 done
 [ -n "$url" ] && [ -n "$door" ] || { cat "$log" >&2; echo "The server did not start to listen." >&2; exit 1; }
-page=$("$client" view --http "$door" --dataset demo)
+page=$("$client" view --http "$door")
 echo "   $url"
 echo "   $page in a browser"
 
 echo "== Fetching an isosurface: coarse first, refined, checked"
-"$client" fetch --server "$url" --dataset demo --error 1 -o "$out/demo.ply" --report "$out/report.json" \
+"$client" fetch --server "$url" --error 1 -o "$out/demo.ply" --report "$out/report.json" \
   --save-steps "$out/steps"
+
+echo "== A picture of it, and a plot of all isovalues"
+"$client" snapshot --server "$url" --error 1 -o "$out/demo.png"
+"$server" plot "$out/demo.mtd" -o "$out/demo.svg" --quiet
 
 echo "== Where to look next"
 cat <<EOF
    The mesh            $out/demo.ply (ParaView, MeshLab, Blender); its previews: $out/steps/
+   A picture           $out/demo.png; all isovalues, and how large their surfaces are: $out/demo.svg
    What was checked    $out/report.json
    A volume of yours   bash server/demo.sh FILE.nrrd       (also .nhdr .mha .mhd .nii.gz .vtk, TIFF stacks)
    Other isovalues     $server info $out/demo.mtd
@@ -86,7 +91,7 @@ if [ "$serve" = true ]; then
   echo "   Serving until Ctrl-C. Look at it, turn it, drag its isovalue:"
   echo "                       $page"
   echo "   or in another terminal:"
-  echo "                       $client fetch --server $url --dataset demo --isovalue V -o mesh.ply"
+  echo "                       $client fetch --server $url --isovalue V -o mesh.ply"
   trap 'kill "$pid" 2>/dev/null || true' INT TERM
   wait "$pid" || true
 fi

@@ -40,6 +40,7 @@ struct LoadSession::RunningStream {
   StreamChecks checks;
   LoadClock::time_point asked = LoadClock::now();
   LoadClock::time_point sign = LoadClock::now();  // Of life, from the server.
+  bool is_asked_for_life = false;                 // Since then.
   std::set<ContentDigest> tiles;                  // That came, over all connections.
   std::optional<StepBegin> begun;
   double last_tile = 0;
@@ -211,17 +212,23 @@ asio::awaitable<void> LoadSession::play(Act act) {
   while (stream.ending == Ending::kNone) {
     const auto now = LoadClock::now();
     const auto silent_at = stream.sign + options_.timeout;
-    auto until = std::min(silent_at, options_.give_up);
+    const auto ask_at = stream.is_asked_for_life ? silent_at : silent_at - options_.timeout / 2;
+    auto until = std::min(ask_at, options_.give_up);
     if (stream.act.replaced_after) {
       until = std::min({until, stream.asked + *stream.act.replaced_after, options_.stop});
     }
     if (now >= options_.give_up) {
       stream.ending = Ending::kUnfinished;
-    } else if (stream.act.replaced_after && now >= until && now < silent_at) {
+    } else if (stream.act.replaced_after && now >= until && now < ask_at) {
       stream.ending = Ending::kReplaced;
     } else if (now >= silent_at && channel_) {
       channel_->close();
       lose({ErrorCode::kUnavailable, "The server is silent for too long."});
+    } else if (now >= ask_at && channel_) {
+      // A busy server lets requests wait; one that is gone does not answer this.
+      stream.is_asked_for_life = true;
+      const ChannelPtr channel = channel_;
+      co_await channel->send(serialize(Ping{}));
     } else if (!channel_) {
       co_await connect_anew();
       if (channel_) co_await ask_for_stream();
@@ -262,6 +269,7 @@ asio::awaitable<void> LoadSession::ask_for_stream() {
   stream.checks = stream.checks.again(stream.info, open);
   stream.begun.reset();
   stream.sign = LoadClock::now();
+  stream.is_asked_for_life = false;
   const ClosesAfter limit(io_, channel, options_.timeout);
   co_await channel->send(serialize(open));  // Trouble with it is heard of by listen().
 }
@@ -269,6 +277,8 @@ asio::awaitable<void> LoadSession::ask_for_stream() {
 void LoadSession::take(const ServerMessage& message) {
   if (!stream_ || stream_->ending != Ending::kNone) return;
   stream_->sign = LoadClock::now();
+  stream_->is_asked_for_life = false;
+  if (std::holds_alternative<Pong>(message)) return;
   if (const auto* tile = std::get_if<Tile>(&message)) note_tile(*tile);
   const auto progress = stream_->checks.receive(message);
   if (!progress) {

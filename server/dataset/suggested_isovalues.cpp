@@ -75,6 +75,47 @@ std::vector<std::size_t> best_partition(const RunningSums& sums, std::size_t bin
   return begins;
 }
 
+// Counts that single bins and noise do not make rise and fall.
+std::vector<double> smoothed(const std::vector<std::uint64_t>& counts) {
+  const std::size_t reach = std::max<std::size_t>(1, counts.size() / 100);
+  std::vector<double> smooth(counts.size());
+  for (std::size_t bin = 0; bin < counts.size(); ++bin) {
+    const std::size_t begin = bin - std::min(bin, reach);
+    const std::size_t end = std::min(counts.size(), bin + reach + 1);
+    double sum = 0;
+    for (std::size_t i = begin; i < end; ++i) sum += static_cast<double>(counts[i]);
+    smooth[bin] = sum / static_cast<double>(end - begin);
+  }
+  return smooth;
+}
+
+// Whether a class of samples of its own lies between two thresholds: a hill of the histogram. The
+// surfaces at two thresholds without one look alike.
+bool has_hill_between(const std::vector<double>& smooth, std::size_t a, std::size_t b) {
+  constexpr double kHill = 1.25;
+  const auto [low, high] = std::minmax(a, b);
+  const double hill = *std::max_element(smooth.begin() + static_cast<std::ptrdiff_t>(low),
+                                        smooth.begin() + static_cast<std::ptrdiff_t>(high));
+  const auto foot = [&](std::size_t bin) { return smooth[std::min(bin, smooth.size() - 1)]; };
+  return hill > kHill * std::max(foot(low), foot(high));
+}
+
+// Those that show something else than all before them come first; the order is kept otherwise.
+std::vector<std::size_t> most_telling_first(const std::vector<std::size_t>& bins,
+                                            const std::vector<std::uint64_t>& counts) {
+  const std::vector<double> smooth = smoothed(counts);
+  std::vector<std::size_t> first;
+  std::vector<std::size_t> rest;
+  for (const std::size_t bin : bins) {
+    const bool is_new = std::all_of(first.begin(), first.end(), [&](std::size_t other) {
+      return has_hill_between(smooth, bin, other);
+    });
+    (is_new ? first : rest).push_back(bin);
+  }
+  first.insert(first.end(), rest.begin(), rest.end());
+  return first;
+}
+
 }  // namespace
 
 std::vector<double> suggested_isovalues(const Histogram& histogram) {
@@ -95,7 +136,7 @@ std::vector<double> suggested_isovalues(const Histogram& histogram) {
   }
   const double width = (histogram.high - histogram.low) / static_cast<double>(counts.size());
   std::vector<double> isovalues;
-  for (const std::size_t bin : chosen) {
+  for (const std::size_t bin : most_telling_first(chosen, counts)) {
     isovalues.push_back(histogram.low + width * static_cast<double>(bin));
   }
   return isovalues;

@@ -14,6 +14,7 @@ using Run = std::function<int()>;
 void add_generate_command(CLI::App& program, Run& run);
 void add_prepare_command(CLI::App& program, Run& run);
 void add_info_command(CLI::App& program, Run& run);
+void add_plot_command(CLI::App& program, Run& run);
 void add_verify_command(CLI::App& program, Run& run);
 void add_extract_command(CLI::App& program, Run& run);
 void add_serve_command(CLI::App& program, Run& run);

@@ -179,9 +179,10 @@ void add_extract_command(CLI::App& program, Run& run) {
   const auto a = std::make_shared<Arguments>();
   CLI::App* command =
       program.add_subcommand("extract", "Write one isosurface as a mesh file, without a network");
-  command->add_option("file", a->file, "Dataset file (.mtd)")->required();
+  command->add_option("file", a->file, "Dataset file (.mtd)")->required()->type_name("FILE");
   command->add_option("-o,--output", a->output, "Mesh file: .ply, .stl, .obj, .glb or .drc")
-      ->required();
+      ->required()
+      ->type_name("FILE");
   add_surface_options(*command, a->surface);
   command
       ->add_option("--errors", a->errors,
@@ -195,9 +196,11 @@ void add_extract_command(CLI::App& program, Run& run) {
                    "resolution)")
       ->check(CLI::Range(0, 3 * kMaxLatticeBits))
       ->excludes("--error");
-  command->add_option(
-      "--model", a->model_file,
-      "Also write the model's tetrahedra with their vertex values, for ParaView (.vtu)");
+  command
+      ->add_option(
+          "--model", a->model_file,
+          "Also write the model's tetrahedra with their vertex values, for ParaView (.vtu)")
+      ->type_name("FILE");
   add_threads_option(*command, a->threads);
   command->add_flag("--json", a->json, "Print a JSON report");
   command->add_flag("--quiet", a->quiet, "Say nothing unless something is wrong");

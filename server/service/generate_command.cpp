@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "common/human_units.hpp"
+#include "common/json_report.hpp"
 #include "server/dataset/generators.hpp"
 #include "server/dataset/volume_files.hpp"
 #include "server/service/commands.hpp"
@@ -16,18 +17,26 @@ struct Arguments {
   std::string kind;
   GeneratorOptions options;
   std::string output;
+  bool json = false;
   bool quiet = false;
 };
 
 int generate_volume(const Arguments& arguments) {
   const GeneratorKind kind = generator_kind_from(arguments.kind).value();
-  Progress progress("generate", 2, arguments.quiet);
+  Progress progress("generate", 2, arguments.quiet || arguments.json);
   progress.begin("samples");
   const Volume volume = generate(kind, arguments.options);
   progress.begin("file");
   write_nrrd(arguments.output, volume);
   progress.finish();
-  if (!arguments.quiet) {
+  if (arguments.json) {
+    std::cout << text_of({{"kind", arguments.kind},
+                          {"file", arguments.output},
+                          {"dims", volume.dims},
+                          {"type", name(volume.type())},
+                          {"suggested_isovalue", suggested_isovalue(kind)},
+                          {"seconds", progress.seconds()}});
+  } else if (!arguments.quiet) {
     std::cerr << "generate: " << arguments.output << " holds " << arguments.kind << ", "
               << volume.dims[0] << " x " << volume.dims[1] << " x " << volume.dims[2] << " "
               << name(volume.type()) << "; isovalue " << human_number(suggested_isovalue(kind))
@@ -54,7 +63,10 @@ void add_generate_command(CLI::App& program, Run& run) {
       ->capture_default_str();
   command->add_option("--seed", arguments->options.seed, "Chooses the noise")
       ->capture_default_str();
-  command->add_option("-o,--output", arguments->output, "NRRD file to write")->required();
+  command->add_option("-o,--output", arguments->output, "NRRD file to write")
+      ->required()
+      ->type_name("FILE");
+  command->add_flag("--json", arguments->json, "Print a JSON report");
   command->add_flag("--quiet", arguments->quiet, "Say nothing unless something is wrong");
   command->footer(
       "Examples:\n"

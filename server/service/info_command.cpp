@@ -104,7 +104,9 @@ int info(const Arguments& arguments) {
 void add_info_command(CLI::App& program, Run& run) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command = program.add_subcommand("info", "Tell what a dataset file holds");
-  command->add_option("file", arguments->file, "Dataset file (.mtd)")->required();
+  command->add_option("file", arguments->file, "Dataset file (.mtd)")
+      ->required()
+      ->type_name("FILE");
   command->add_flag("--json", arguments->json, "Print JSON, with the histogram");
   command->footer(
       "Examples:\n"

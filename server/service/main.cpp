@@ -1,10 +1,13 @@
 // multitetra-server: makes, prepares and serves volumes.
+#include <unistd.h>
 
 #include <exception>
 #include <iostream>
 
 #include <CLI/CLI.hpp>
 
+#include "common/command_line.hpp"
+#include "common/terminal.hpp"
 #include "server/operations/exit_codes.hpp"
 #include "server/service/commands.hpp"
 
@@ -14,7 +17,7 @@ namespace {
 int run(int argc, char** argv) {
   CLI::App program("Prepares volumes and serves their isosurfaces: crack-free, coarse first.",
                    "multitetra-server");
-  program.set_version_flag("--version", "multitetra-server " MULTITETRA_VERSION);
+  add_program_flags(program);
   program.require_subcommand(1);
   program.footer(
       "Examples:\n"
@@ -26,29 +29,35 @@ int run(int argc, char** argv) {
   add_generate_command(program, command);
   add_prepare_command(program, command);
   add_info_command(program, command);
+  add_plot_command(program, command);
   add_verify_command(program, command);
   add_extract_command(program, command);
   add_serve_command(program, command);
   add_token_command(program, command);
-  try {
-    program.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return program.exit(error) == 0 ? kOk : kUsage;
-  }
+  if (const auto code = parse_command_line(program, argc, argv)) return *code;
   return command();
 }
 
 }  // namespace
 }  // namespace multitetra
 
+namespace {
+
+int complain(int code, const char* text) {
+  using multitetra::Style;
+  std::cerr << multitetra::styled(Style::kRed, "multitetra-server:", STDERR_FILENO) << " " << text
+            << "\n";
+  return code;
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
   try {
     return multitetra::run(argc, argv);
   } catch (const multitetra::ExitError& error) {
-    std::cerr << "multitetra-server: " << error.what() << "\n";
-    return error.code();
+    return complain(error.code(), error.what());
   } catch (const std::exception& error) {
-    std::cerr << "multitetra-server: " << error.what() << "\n";
-    return multitetra::kFailed;
+    return complain(multitetra::kFailed, error.what());
   }
 }

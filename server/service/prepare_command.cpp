@@ -119,10 +119,12 @@ void add_prepare_command(CLI::App& program, Run& run) {
   command
       ->add_option("input", a->input,
                    "Volume: .nrrd, .nhdr, .mha, .mhd, .nii, .nii.gz, .vtk, .tif, a directory or "
-                   "pattern of TIFF "
-                   "slices, or raw bytes with --dims")
-      ->required();
-  command->add_option("-o,--output", a->output, "Dataset file to write (.mtd)")->required();
+                   "pattern of TIFF slices, or raw bytes with --dims")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("-o,--output", a->output, "Dataset file to write (.mtd)")
+      ->required()
+      ->type_name("FILE");
   command->add_option("--name", a->name,
                       "Name of the dataset (default: the input's name without its suffix)");
   command

@@ -84,7 +84,8 @@ class Server::Running {
 
   void await_signal() {
     signals_.async_wait([this](error_code cancelled, int signal) {
-      if (cancelled) return;
+      // A signal that came before the last one was heeded is told even after stop_now's cancel.
+      if (cancelled || is_stopping_) return;
       if (signal == SIGHUP) {
         keeper_.reload();
       } else if (keeper_.is_draining()) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/json_report.hpp"
 #include "server/operations/access_list.hpp"
 #include "server/service/commands.hpp"
 
@@ -16,6 +17,7 @@ struct Arguments {
   std::string name;
   std::vector<std::string> datasets = {"*"};
   std::string append;
+  bool json = false;
 };
 
 // Nobody but its owner reads a file that is made here.
@@ -38,10 +40,15 @@ int make_token(const Arguments& arguments) {
         "NAME and datasets must be words: without spaces and \"#\" in "
         "front; ? in a pattern stands for any character.");
   }
-  if (arguments.append.empty()) {
+  if (!arguments.append.empty()) append_line(arguments.append, line);
+  if (arguments.json) {
+    std::cout << text_of({{"name", arguments.name},
+                          {"token", token},
+                          {"line", line},
+                          {"datasets", arguments.datasets}});
+  } else if (arguments.append.empty()) {
     std::cout << "token: " << token << "\nline:  " << line << "\n";
   } else {
-    append_line(arguments.append, line);
     std::cout << token << "\n";
   }
   return 0;
@@ -59,8 +66,11 @@ void add_token_command(CLI::App& program, Run& run) {
                    "What it lets one see: names, with * for any characters and ? for one "
                    "(repeatable)")
       ->capture_default_str();
-  command->add_option("--append", a->append,
-                      "Write the line into this file, and print the token alone");
+  command
+      ->add_option("--append", a->append,
+                   "Write the line into this file, and print the token alone")
+      ->type_name("FILE");
+  command->add_flag("--json", a->json, "Print JSON");
   command->footer(
       "The token is shown this once: the file holds its SHA-256 only. Servers read the file again\n"
       "on SIGHUP. Examples:\n"

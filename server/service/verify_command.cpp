@@ -4,6 +4,7 @@
 #include <string>
 
 #include "common/human_units.hpp"
+#include "common/json_report.hpp"
 #include "server/dataset/verify_dataset.hpp"
 #include "server/service/commands.hpp"
 #include "server/service/progress.hpp"
@@ -13,17 +14,23 @@ namespace {
 
 struct Arguments {
   std::string file;
+  bool json = false;
   bool quiet = false;
 };
 
 int verify(const Arguments& arguments) {
-  Progress progress("verify", 1, arguments.quiet);
+  Progress progress("verify", 1, arguments.quiet || arguments.json);
   progress.begin("checksums");
   const auto bytes = static_cast<double>(std::filesystem::file_size(arguments.file));
   verify_dataset(arguments.file,
                  [&](double fraction) { progress.update(fraction * bytes, bytes, "bytes"); });
   progress.finish();
-  if (!arguments.quiet) {
+  if (arguments.json) {
+    std::cout << text_of({{"file", arguments.file},
+                          {"file_bytes", static_cast<std::uint64_t>(bytes)},
+                          {"is_whole", true},
+                          {"seconds", progress.seconds()}});
+  } else if (!arguments.quiet) {
     std::cout << arguments.file << ": every byte is as it was written ("
               << human_bytes(static_cast<std::uint64_t>(bytes)) << ")\n";
   }
@@ -36,7 +43,10 @@ void add_verify_command(CLI::App& program, Run& run) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command = program.add_subcommand(
       "verify", "Check every byte of a dataset file; serving checks only what it reads");
-  command->add_option("file", arguments->file, "Dataset file (.mtd)")->required();
+  command->add_option("file", arguments->file, "Dataset file (.mtd)")
+      ->required()
+      ->type_name("FILE");
+  command->add_flag("--json", arguments->json, "Print a JSON report");
   command->add_flag("--quiet", arguments->quiet, "Say nothing unless something is wrong");
   command->footer(
       "Examples:\n"

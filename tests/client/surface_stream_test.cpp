@@ -8,6 +8,7 @@
 
 #include "server/dataset/prepare.hpp"
 #include "server/service/surface_extractor.hpp"
+#include "tests/service/fake_steps.hpp"
 #include "tests/service/running_server.hpp"
 #include "tests/support/fields.hpp"
 
@@ -194,6 +195,25 @@ TEST_F(SurfaceStreamTest, ADragThroughAHundredIsovaluesEndsWithTheLastAndInBound
   EXPECT_GE(shown.size(), 5U) << "previews are seen on the way";
   EXPECT_LE(most_bytes, 40 * kLimits.triangles);
   EXPECT_GT(stream.received().tiles, kLimits.tiles) << "more came than the memory may hold";
+}
+
+// The sources of this test take their time, so that nothing comes for several timeouts.
+TEST(BusyServer, IsWaitedForHoweverLongItTakes) {
+  using testing::FakeSteps;
+  const RunningServer server(testing::catalogue_of(
+      std::make_shared<FakeSteps>("fake", [](const StepRequest& step, const std::stop_token&) {
+        std::this_thread::sleep_for(milliseconds(700));
+        return testing::octahedron_step(step);
+      })));
+  auto client = Client::connect(server.endpoint(), {.timeout = milliseconds(200)});
+  ASSERT_TRUE(client);
+  const auto datasets = client->list_datasets();
+  ASSERT_TRUE(datasets);
+  const auto step = client->fetch(
+      datasets->front(),
+      {.dataset = "fake", .request = {.isovalue = 1}, .steps = StepPolicy::kFinalOnly, .held = {}},
+      [](const FetchedStep&) {}, {.retries = {.most = 0}});
+  EXPECT_TRUE(step) << step.error().error.text;
 }
 
 }  // namespace

@@ -236,6 +236,22 @@ TEST(SuggestedIsovalues, PartTheClassesOfAHistogram) {
   EXPECT_TRUE(suggests(43, 77));
 }
 
+TEST(SuggestedIsovalues, ThoseThatShowAnotherSurfaceComeFirst) {
+  // Two large classes far apart, with a long slope between them, and a small class above.
+  Histogram histogram{.low = 0, .high = 200, .counts = std::vector<std::uint64_t>(200, 20)};
+  for (std::size_t bin = 0; bin < 10; ++bin) {
+    histogram.counts[bin] = 10'000;
+    histogram.counts[120 + bin] = 8'000;
+    histogram.counts[180 + bin] = 1'500;
+  }
+  const std::vector<double> isovalues = suggested_isovalues(histogram);
+  ASSERT_GE(isovalues.size(), 2U);
+  EXPECT_GT(isovalues[0], 9);
+  EXPECT_LT(isovalues[0], 121);
+  EXPECT_GT(isovalues[1], 129);
+  EXPECT_LT(isovalues[1], 181);
+}
+
 TEST(SuggestedIsovalues, TwoValuesArePartedInTheMiddle) {
   const Volume box = generate(GeneratorKind::kBox, {.size = 17});
   EXPECT_EQ(statistics(box).suggested_isovalues, std::vector<double>{127.5});

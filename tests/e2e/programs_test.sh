@@ -116,6 +116,18 @@ done
 expect_exit 2 "no shape" "$client" fetch --server "$url" --dataset gyroid --region cone:1=2 -o x.ply
 expect_exit 2 "regions[0].ball.radius" "$client" fetch --server "$url" --dataset gyroid --region ball:1,2,3,-4=2 -o x.ply
 expect_exit 2 "no such file" "$client" fetch --server "$url" --dataset gyroid --threshold-grid none.nrrd -o x.ply
+# Pictures: the same twice, others from elsewhere, and one of nothing.
+"$client" snapshot --server "$url" --dataset gyroid --size 320x200 -o once.png --quiet
+"$client" snapshot --server "$url" --dataset gyroid --size 320x200 --threads 3 -o twice.png --json >snapshot.json
+cmp once.png twice.png || fail "the same picture has other bytes the second time"
+[ "$(value snapshot.json width)" = 320 ] && [ "$(value snapshot.json triangles)" -gt 0 ] || fail "the report of snapshot"
+"$client" snapshot --server "$url" --dataset gyroid --size 320x200 --azimuth 80 -o aside.png --quiet
+! cmp -s once.png aside.png || fail "a picture from the side is that from the front"
+"$client" snapshot --server "$url" --dataset gyroid --isovalue 1e9 -o nothing.png --quiet 2>err.txt
+grep -q "empty" err.txt || fail "snapshot does not say that the surface is empty"
+expect_exit 2 "1280x960" "$client" snapshot --server "$url" --dataset gyroid --size 12by9 -o x.png
+expect_exit 2 "PNG" "$client" snapshot --server "$url" --dataset gyroid -o x.jpg
+expect_exit 2 '"gyroid"' "$client" snapshot --server "$url" -o x.png
 "$client" fetch --server "$url" --dataset gyroid --isovalue 1e9 -o empty.ply --quiet || fail "an empty mesh is an error"
 
 expect_exit 1 "nowhere" "$client" fetch --server "$url" --dataset nowhere -o x.ply
@@ -133,6 +145,17 @@ expect_exit 1 "torus.nrrd" "$server" extract torus.nrrd -o x.ply
 expect_exit 1 "suffix" "$server" extract torus.mtd -o x.xyz
 expect_exit 1 "error threshold" "$server" extract torus.mtd -o x.ply --error nan
 expect_exit 5 "no dataset" "$server" serve missing.mtd --tcp 127.0.0.1:0 --http off
+"$server" plot torus.mtd -o torus.svg --isovalues 8 --errors 0.5,2 --json >plot.json
+[ "$(grep -c '<polyline' torus.svg)" = 2 ] || fail "the plot has not a curve for each error"
+[ "$(value plot.json plot_file)" = torus.svg ] || fail "the report of plot"
+expect_exit 1 "*.svg" "$server" plot torus.mtd -o torus.png
+"$server" verify torus.mtd --json | grep -q '"is_whole": true' || fail "the report of verify"
+expect_exit 2 "Did you mean --isovalue" "$client" fetch --isovale 3
+expect_exit 2 "Did you mean snapshot" "$client" snapshoot
+for program in "$server" "$client"; do
+  "$program" --completion | bash -n || fail "the completion of $program is no bash"
+  "$program" --man | grep '^\.SH COMMANDS' >/dev/null || fail "$program has no manual page"
+done
 expect_exit 2 "cube" "$server" generate cube -o x.nrrd
 expect_exit 1 "2 to 4097" "$server" generate sphere --size 1 -o x.nrrd
 head -c 2000 torus.mtd >cut.mtd
@@ -141,11 +164,11 @@ cp torus.mtd damaged.mtd
 printf 'x' | dd of=damaged.mtd bs=1 seek=5000 conv=notrunc status=none
 expect_exit 1 'brick 0' "$server" verify damaged.mtd
 expect_exit 1 '"samples"' "$server" extract damaged.mtd --error 0 -o x.ply
-for command in generate prepare info verify extract serve; do "$server" "$command" --help | grep Examples >/dev/null || fail "$command --help has no examples"; done
+for command in generate prepare info plot verify extract serve token; do "$server" "$command" --help | grep Examples >/dev/null || fail "$command --help has no examples"; done
 [ "$("$client" view --dataset "a head" --isovalue -300 --error 0.5 --region ball:1,2,3,4=0)" = \
   "http://127.0.0.1:7480/#dataset=a%20head&isovalue=-300&error=0.5&region=ball:1,2,3,4=0" ] || fail "another address of the viewer"
 "$client" view --region halfspace:1,0,0,2=0 2>/dev/null && fail "the viewer has no half-spaces"
-for command in list estimate fetch view; do "$client" "$command" --help | grep Examples >/dev/null || fail "$command --help has no examples"; done
+for command in list estimate fetch snapshot view; do "$client" "$command" --help | grep Examples >/dev/null || fail "$command --help has no examples"; done
 
 [ "$failures" -eq 0 ] || { echo "$failures failures" >&2; exit 1; }
 echo "all as expected"

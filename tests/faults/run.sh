@@ -145,7 +145,7 @@ trial_nuisances() {
       sleep 2
     fi
     local result=0
-    load --server "ws://$http" --clients "$good" --duration "$duration" --script random-isovalues --seed 5 >"$phase.json" || result=$?
+    load --server "ws://$http" --clients "$good" --duration "$duration" --grace 120 --script random-isovalues --seed 5 >"$phase.json" || result=$?
     [ "$result" -eq 0 ] || { fail "nuisances: $phase, multitetra-load ended with $result"; cat "$phase.json" >&2; }
     for other in "${others[@]}"; do wait "$other" || fail "nuisances: one of them did not come in"; done
     kill -0 "$pid" 2>/dev/null || fail "nuisances: the server is gone"

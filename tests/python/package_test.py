@@ -34,11 +34,13 @@ class Package(unittest.TestCase):
         run("multitetra-server", "generate", "gyroid", "--size", "33", "-o", cls.path / "gyroid.nrrd", "--quiet")
         run("multitetra-server", "prepare", cls.path / "gyroid.nrrd", "-o", cls.path / "gyroid.mtd", "--quiet")
         log = cls.path / "log"
-        cls.server = subprocess.Popen(
-            [PROGRAMS / "multitetra-server", "serve", cls.path / "gyroid.mtd", "--tcp", "127.0.0.1:0", "--http", "127.0.0.1:0"],
-            stdout=subprocess.DEVNULL,
-            stderr=open(log, "w"),
-        )
+        with open(log, "w") as stderr:
+            cls.server = subprocess.Popen(
+                [PROGRAMS / "multitetra-server", "serve", cls.path / "gyroid.mtd", "--tcp", "127.0.0.1:0"]
+                + ["--http", "127.0.0.1:0"],
+                stdout=subprocess.DEVNULL,
+                stderr=stderr,
+            )
         for _ in range(600):
             found = dict(re.findall(r"listening on (tcp|http)://([0-9.]+:[0-9]+)", log.read_text()))
             if len(found) == 2:
@@ -88,6 +90,47 @@ class Package(unittest.TestCase):
             fine = server.isosurface("gyroid", 0.1, error=2, regions=[region], coordinates="index")
         self.assertGreater(len(fine.faces), len(coarse.faces))
         self.assertEqual(fine.euler_characteristic, coarse.euler_characteristic)
+
+    def test_views_and_grids_make_places_finer(self):
+        with multitetra.connect(self.urls[0]) as server:
+            counts = [
+                len(server.isosurface("gyroid", 0.1, error=4, **request).faces)
+                for request in (
+                    {},
+                    {"view": multitetra.view([-20, 16, 16], 40, 600, 2)},
+                    {"grid": multitetra.grid(np.full((1, 2, 1), 0.25), spacing=[40, 16, 40], origin=[16, 8, 16])},
+                )
+            ]
+        self.assertGreater(counts[1], counts[0])
+        self.assertGreater(counts[2], counts[0])
+
+    def test_an_estimate_is_near_the_surface(self):
+        with multitetra.connect(self.urls[1]) as server:
+            size = server.estimate("gyroid", 0.1, error=0.5)
+            vertices, faces = server.isosurface("gyroid", 0.1, error=0.5)
+            self.assertEqual(vertices.shape[1], 3)
+            self.assertLess(abs(size.triangles - len(faces)), 0.4 * len(faces))
+            with self.assertRaises(multitetra.ServerError):
+                server.estimate("gyroid", 0.1, error=-1)
+            compact = server.isosurface("gyroid", 0.1, error=0.5, compact=True)
+            self.assertLess(len(compact.faces), len(faces))
+            self.assertEqual(compact.euler_characteristic, server.isosurface("gyroid", 0.1).euler_characteristic)
+
+    def test_a_crack_is_found(self):
+        """A tile that lacks a triangle in its middle, behind the back of all other checks."""
+        decode = mesh.decode_tile
+
+        def torn(payload, summary, resolution, normal_bits):
+            tile = decode(payload, summary, resolution, normal_bits)
+            return mesh.LatticeTile(tile.vertices, np.delete(tile.faces, len(tile.faces) // 2, axis=0), None)
+
+        conversation.decode_tile = torn
+        try:
+            with multitetra.connect(self.urls[0]) as server:
+                with self.assertRaisesRegex(multitetra.CheckError, "torn"):
+                    server.isosurface("gyroid", 0.1, error=0.5)
+        finally:
+            conversation.decode_tile = decode
 
     def test_normals_are_of_length_one(self):
         with multitetra.connect(self.urls[0]) as server:

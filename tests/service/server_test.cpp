@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <csignal>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -250,6 +251,17 @@ TEST(Server, StopsThoughAClientDoesNotRead) {
   const auto start = std::chrono::steady_clock::now();
   server.stop();
   EXPECT_LT(std::chrono::steady_clock::now() - start, 10s);
+}
+
+TEST(Server, StopsThoughAReloadIsAskedForInTheSameMoment) {
+  for (int round = 0; round < 20; ++round) {
+    RunningServer server(octahedra(), {.heed_signals = true});
+    // What has answered heeds signals.
+    EXPECT_TRUE(server.greet().send(ListDatasets{}));
+    std::raise(SIGTERM);
+    std::raise(SIGHUP);
+    server.wait();
+  }
 }
 
 // ---- clients that misbehave

@@ -5,7 +5,7 @@
 // Exit code 77 says, with a loud line, that something is not installed and nothing was tested.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { existsSync, mkdirSync, rmSync } from "node:fs";
+import { existsSync, mkdirSync, readFileSync, rmSync } from "node:fs";
 import { createRequire } from "node:module";
 import path from "node:path";
 
@@ -43,6 +43,9 @@ try {
   await test("ShowsASurfaceAtOnceAndChecksIt", showsASurface);
   await test("FollowsADraggedIsovalueWithoutEverShowingNothing", followsADrag);
   await test("RefinesTheRegionThatIsDragged", refinesARegion);
+  await test("TellsHowLargeASurfaceWillBe", tellsSizes);
+  await test("ObeysKeysAndRemembersThemInTheAddress", obeysKeys);
+  await test("GivesWhatIsShownAsFileAndPicture", givesFiles);
   await test("KeepsTheSurfaceAndGoesOnWhenTheServerComesBack", survivesARestart);
   await test("SaysThatADatasetIsUnknown", saysUnknownDataset);
 } finally {
@@ -105,6 +108,56 @@ async function refinesARegion(page) {
   assert(cx > 33 && cx < size && cz > 32, `the ball went to the right and up: ${region}`);
   const after = await complete(page, (shown) => shown.digest !== before.digest);
   assert.notEqual(after.triangles, before.triangles);
+}
+
+async function tellsSizes(page) {
+  await open(page, "#dataset=head&error=1");
+  const shown = await complete(page);
+  await page.waitForSelector(".expected:not([hidden])");
+  const words = await page.textContent(".expected");
+  const expected = Number(words.match(/about ([\d\u202f]+) triangles/)[1].replace(/\D/g, ""));
+  assert(Math.abs(expected - shown.triangles) < 0.5 * shown.triangles, `${words}; there are ${shown.triangles}`);
+  const slider = page.locator('input[aria-label="Allowed error"]');
+  await slider.fill("0");
+  await page.waitForFunction((before) => document.querySelector(".expected").textContent !== before, words);
+  await slider.fill("0.5"); // Two voxels.
+  await page.click('label:has-text("Fewer triangles")');
+  const compact = await complete(page, ({ triangles }) => triangles < 0.8 * shown.triangles);
+  assert.match(await page.evaluate(() => location.hash), /compact=true/);
+  assert(compact.triangles > 0);
+}
+
+async function obeysKeys(page) {
+  await open(page, "#dataset=gyroid");
+  await complete(page);
+  await page.focus(".stage canvas");
+  const before = await page.screenshot();
+  await page.keyboard.press("c");
+  await page.keyboard.press("w");
+  await page.waitForFunction(() => /colouring=tiles/.test(location.hash) && /wireframe=true/.test(location.hash));
+  assert(!before.equals(await page.screenshot()), "the picture is another one");
+  await page.keyboard.press("ArrowLeft");
+  await page.waitForFunction(() => /eye=/.test(location.hash));
+  await page.keyboard.press("?");
+  assert.match(await page.textContent("dialog[open]"), /wireframe/);
+  await page.keyboard.press("Escape");
+  assert.equal(await page.locator("dialog[open]").count(), 0);
+}
+
+async function givesFiles(page) {
+  await open(page, "#dataset=gyroid&error=1");
+  const { triangles } = await complete(page);
+  await page.click('summary:has-text("Take it with you")');
+  const bytesOf = async (word) => {
+    const coming = page.waitForEvent("download");
+    await page.click(`.action:has-text("${word}")`);
+    return readFileSync(await (await coming).path());
+  };
+  const stl = await bytesOf("STL");
+  assert.equal(stl.readUInt32LE(80), triangles);
+  assert.equal((await bytesOf("GLB")).toString("latin1", 0, 4), "glTF");
+  assert.match((await bytesOf("PLY")).toString("latin1", 0, 200), new RegExp(`element face ${triangles}`));
+  assert.equal((await bytesOf("Picture")).toString("latin1", 1, 4), "PNG");
 }
 
 async function survivesARestart(page) {

@@ -100,6 +100,12 @@ describe("Rays", () => {
     expect(hit.point[2]).toBeCloseTo(8.7, 5);
     expect(nearestHit([tile(octahedron)], [30, 5, 20], [0, 0, -1])).toBeNull();
   });
+
+  test("PassThroughWhatWasCutAway", () => {
+    const below = { normal: [0, 0, -1], constant: 5 };
+    const hit = nearestHit([tile(octahedron)], [5.1, 5.2, 20], [0, 0, -1], below)!;
+    expect(hit.point[2]).toBeCloseTo(1.3, 5);
+  });
 });
 
 describe("Normals", () => {

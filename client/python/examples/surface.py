@@ -17,9 +17,14 @@ datasets = {info.name: info for info in server.datasets()}
 for info in datasets.values():
     print(f"{info.name}: {list(info.dims)} samples, values {info.min:g} to {info.max:g}")
 
-# %% The best known surface of a dataset, coarse first.
+# %% How large a surface will be, before it is made.
 info = datasets[sys.argv[2]] if len(sys.argv) > 2 else next(iter(datasets.values()))
 isovalue = float(sys.argv[3]) if len(sys.argv) > 3 else info.suggested_isovalues[0]
+for error in (4, 1, 0.25):
+    size = server.estimate(info.name, isovalue, error=error)
+    print(f"at an error of {error} voxels: about {size.triangles} triangles, {size.bytes} bytes")
+
+# %% The surface, coarse first: every step is complete and without cracks.
 for step in server.steps(info.name, isovalue, error=1.0):
     mesh = step.mesh
     print(

@@ -3,17 +3,18 @@
     import multitetra
 
     with multitetra.connect("ws://127.0.0.1:7480") as server:
-        mesh = server.isosurface("head", 500.5, error=1.0)
-        print(mesh.vertices.shape, mesh.faces.shape)
+        vertices, faces = server.isosurface("head", 500.5, error=1.0)
+        print(server.estimate("head", 500.5, error=0.25).triangles)
         for step in server.steps("head", 500.5, error=0.25):
             show(step.mesh)
 
 What comes is checked before it is given: every tile against its counts and its digest, every step against its
-manifest and its digest, and that no edge is shared by more than two triangles.
+manifest and its digest, that it has no crack, and that all steps which promise the topology of the full surface have
+the same Euler characteristic.
 """
 
-from .conversation import CheckError, ServerError, connect
+from .conversation import CheckError, Estimate, ServerError, connect
 from .mesh import Mesh
-from .request import ball, box, half_space
+from .request import ball, box, grid, half_space, view
 
-__all__ = ["CheckError", "Mesh", "ServerError", "ball", "box", "connect", "half_space"]
+__all__ = ["CheckError", "Estimate", "Mesh", "ServerError", "ball", "box", "connect", "grid", "half_space", "view"]

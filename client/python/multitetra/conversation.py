@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .mesh import DamagedTile, Mesh, decode_tile, edge_counts, positioned, weld
+from .border import data_border, edges_inside
+from .mesh import DamagedTile, Mesh, count_edges, decode_tile, positioned, weld
 from .request import isosurface_request
 from .transport import open_transport
 from .v1 import conversation_pb2 as pb
@@ -31,9 +32,24 @@ class Step:
     error_bound_world: float  # Of the distance to the full surface; see StepBegin.
     mesh: Mesh
     digest: str  # Of all triangles, as reports of multitetra-client have it.
-    border_edges: int  # Edges of one triangle: where the data ends.
+    border_edges: int  # Edges of one triangle, all of them where the data ends.
+    euler_characteristic: int
+    preserves_topology: bool  # Of the full-resolution surface.
     tiles_received: int
     payload_bytes: int
+
+
+@dataclass
+class Estimate:
+    """About how large a surface will be."""
+
+    triangles: int
+    bytes: int
+    error_world: float  # The largest that is allowed anywhere.
+
+
+MAX_HELD_TILES = 4096
+MAX_HELD_TRIANGLES = 20_000_000
 
 
 def connect(url, token="", ca=None, insecure=False, timeout=60.0):
@@ -53,6 +69,7 @@ class Connection:
         self._transport = transport
         self._last_id = 0
         self._held = {}  # Digest -> tile, the oldest first.
+        self._held_triangles = 0
         self._infos = {}
         hello = pb.Hello(
             min_version=PROTOCOL_VERSION,
@@ -86,10 +103,26 @@ class Connection:
             mesh = step.mesh
         return mesh
 
+    def estimate(self, dataset, isovalue, **request):
+        """How large the surface would be, without making it: an Estimate."""
+        self._info(dataset)
+        self._last_id += 1
+        asked = isosurface_request(isovalue, **request)
+        self._send(estimate=pb.Estimate(request_id=self._last_id, dataset=dataset, request=asked))
+        while True:
+            kind, message = self._next()
+            if getattr(message, "request_id", None) not in (0, self._last_id):
+                continue  # Of a stream that was left.
+            if kind == "error":
+                raise ServerError(message)
+            if kind == "estimate_reply":
+                return Estimate(message.triangles, message.bytes, message.threshold_world)
+
     def steps(self, dataset, isovalue, final_only=False, **request):
         """Yields Steps, coarse first; the last one is the surface as it was asked for.
 
-        The other arguments are those of request.isosurface_request: error, unit, regions, max_triangles, ...
+        The other arguments are those of request.isosurface_request: error, unit, regions, view,
+        grid, max_triangles, compact, ...
         """
         info = self._info(dataset)
         self._last_id += 1
@@ -102,25 +135,26 @@ class Connection:
         self._send(open_stream=open_stream)
         tiles = {digest: self._held[digest] for digest in held}
         number = 0
-        ended = False
+        euler_characteristic = None  # Of all steps that preserve the topology.
         try:
             while True:
                 kind, message = self._next_of_stream()
                 if kind == "stream_end":
-                    ended = True
                     if message.outcome != pb.STREAM_OUTCOME_COMPLETE or message.steps != number:
                         raise CheckError("The stream ends without its final step.")
                     return
                 if kind != "step_begin" or message.step != number:
                     raise CheckError(f"Step {number} was due.")
-                yield self._step(info, message, tiles)
+                step = self._step(info, message, tiles)
+                if step.preserves_topology:
+                    if euler_characteristic not in (None, step.euler_characteristic):
+                        raise CheckError(f"Step {number} has another topology than a step before.")
+                    euler_characteristic = step.euler_characteristic
+                yield step
                 number += 1
-        except (ServerError, CheckError):
-            ended = True
+        except GeneratorExit:  # Left by its user.
+            self._send(cancel=pb.Cancel(request_id=self._last_id))
             raise
-        finally:
-            if not ended:  # Left by its user.
-                self._send(cancel=pb.Cancel(request_id=self._last_id))
 
     def _step(self, info, begin, tiles):
         """Receives the tiles of a step up to its end."""
@@ -154,12 +188,24 @@ class Connection:
         if (high, low) != (message.digest_high, message.digest_low):
             raise CheckError(f"Step {begin.step}: its digest is not that of its tiles.")
         welded = weld([tiles[name] for name in names])
-        border, nonmanifold = edge_counts(welded.faces, len(welded.vertices))
-        if nonmanifold:
-            raise CheckError(f"Step {begin.step}: {nonmanifold} edges are shared by more than two triangles.")
-        mesh = positioned(welded, info, request.lattice_resolution or 5)
+        resolution = request.lattice_resolution or 5
+        edges = count_edges(welded.faces, len(welded.vertices))
+        if edges.nonmanifold:
+            raise CheckError(f"Step {begin.step}: {edges.nonmanifold} edges are shared by more than two triangles.")
+        torn = edges_inside(welded.vertices, edges.open, data_border(info, begin, resolution))
+        if torn:
+            raise CheckError(f"Step {begin.step}: the surface is torn along {torn} edges inside the data.")
         return Step(
-            begin.step, begin.is_final, begin.error_bound_world, mesh, f"{high:016x}{low:016x}", border, came, payload_bytes
+            number=begin.step,
+            is_final=begin.is_final,
+            error_bound_world=begin.error_bound_world,
+            mesh=positioned(welded, info, resolution),
+            digest=f"{high:016x}{low:016x}",
+            border_edges=len(edges.open),
+            euler_characteristic=len(welded.vertices) - edges.distinct + len(welded.faces),
+            preserves_topology=request.topology_tolerance == 0 and begin.finest_spacing in (0, 1),
+            tiles_received=came,
+            payload_bytes=payload_bytes,
         )
 
     def _info(self, dataset):
@@ -170,9 +216,12 @@ class Connection:
         return self._infos[dataset]
 
     def _keep(self, name, tile):
+        before = self._held.pop(name, None)
+        self._held_triangles += len(tile.faces) - (len(before.faces) if before else 0)
         self._held[name] = tile
-        while len(self._held) > 4096:
-            del self._held[next(iter(self._held))]
+        while len(self._held) > MAX_HELD_TILES or self._held_triangles > MAX_HELD_TRIANGLES:
+            oldest = self._held.pop(next(iter(self._held)))
+            self._held_triangles -= len(oldest.faces)
 
     def _held_for(self, request):
         if request.normal_bits:

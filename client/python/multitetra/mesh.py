@@ -96,13 +96,21 @@ def weld(tiles):
     return LatticeTile(corners[first], places[faces].astype(np.uint32), normals)
 
 
-def edge_counts(faces, vertices):
-    """Edges of one triangle (the border of the data, or cracks) and edges that are no manifold's."""
+@dataclass
+class EdgeCounts:
+    distinct: int
+    nonmanifold: int  # Of more than two triangles, or of two that disagree on their outside.
+    open: np.ndarray  # (n, 2), of one triangle: the border of the data, or cracks.
+
+
+def count_edges(faces, vertices):
     directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)
     keys = directed[:, 0] * vertices + directed[:, 1]
     back = directed[:, 1] * vertices + directed[:, 0]
+    is_open = ~np.isin(keys, back)
     unique, counts = np.unique(keys, return_counts=True)
-    return int(np.count_nonzero(~np.isin(keys, back))), int(np.count_nonzero(counts > 1))
+    distinct = (len(unique) + np.count_nonzero(is_open)) // 2
+    return EdgeCounts(int(distinct), int(np.count_nonzero(counts > 1)), directed[is_open])
 
 
 @dataclass
@@ -113,12 +121,13 @@ class Mesh:
     faces: np.ndarray  # (m, 3) uint32
     normals: Optional[np.ndarray] = None
 
+    def __iter__(self):
+        """For `vertices, faces = mesh`."""
+        return iter((self.vertices, self.faces))
+
     @property
     def euler_characteristic(self):
-        pairs = np.sort(
-            np.concatenate([self.faces[:, [0, 1]], self.faces[:, [1, 2]], self.faces[:, [2, 0]]]).astype(np.int64), axis=1
-        )
-        edges = len(np.unique(pairs[:, 0] * len(self.vertices) + pairs[:, 1]))
+        edges = count_edges(self.faces, len(self.vertices)).distinct
         return len(self.vertices) - edges + len(self.faces)
 
     def to_pyvista(self):

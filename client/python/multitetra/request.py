@@ -1,5 +1,7 @@
 """Requests: an isovalue, and how large an error is allowed where."""
 
+import numpy as np
+
 from .v1 import request_pb2 as pb
 
 
@@ -18,6 +20,22 @@ def half_space(normal, offset, error):
     return pb.ThresholdRegion(threshold=error, half_space=pb.HalfSpaceShape(normal=list(normal), offset=offset))
 
 
+def view(eye, field_of_view, height_pixels, tolerance_pixels=1.0):
+    """Errors that look the same on a screen: `field_of_view` is vertical, in degrees."""
+    return pb.ThresholdView(
+        eye=list(eye), field_of_view=field_of_view, height_pixels=height_pixels, tolerance_pixels=tolerance_pixels
+    )
+
+
+def grid(thresholds, spacing=(1, 1, 1), origin=(0, 0, 0)):
+    """Errors at the samples of an array (x, y, z), each for the voxel around it; NaN says nothing there."""
+    thresholds = np.asarray(thresholds, np.float32)
+    columns = np.vstack([np.diag(np.asarray(spacing, float)), np.asarray(origin, float)])
+    return pb.ThresholdGrid(
+        dims=thresholds.shape, index_to_world=columns.ravel(), thresholds=thresholds.ravel(order="F")
+    )
+
+
 def isosurface_request(
     isovalue,
     error=1.0,
@@ -26,10 +44,14 @@ def isosurface_request(
     topology_rule="exact",
     topology_tolerance=0.0,
     regions=(),
+    view=None,
+    grid=None,
+    combination="in_order",
     coordinates="world",
     max_triangles=0,
     max_bytes=0,
     normal_bits=0,
+    compact=False,
 ):
     """The words are those of the command line; what is out of its range is refused by the server."""
     threshold = pb.ThresholdMap(
@@ -37,6 +59,9 @@ def isosurface_request(
         unit=pb.LengthUnit.Value("LENGTH_UNIT_" + unit.upper()),
         coordinates=pb.CoordinateSystem.Value("COORDINATE_SYSTEM_" + coordinates.upper()),
         regions=list(regions),
+        view=view,
+        grid=grid,
+        combination=pb.Combination.Value("COMBINATION_" + combination.upper()),
     )
     return pb.IsosurfaceRequest(
         isovalue=isovalue,
@@ -47,4 +72,5 @@ def isosurface_request(
         max_triangles=max_triangles,
         max_bytes=max_bytes,
         normal_bits=normal_bits,
+        compact=compact,
     )

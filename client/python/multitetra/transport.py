@@ -46,7 +46,10 @@ class FrameTransport:
     def _exactly(self, size):
         parts = bytearray()
         while len(parts) < size:
-            part = self._socket.recv(min(size - len(parts), 1 << 20))
+            try:
+                part = self._socket.recv(min(size - len(parts), 1 << 20))
+            except socket.timeout:
+                raise ConnectionError("The server was silent for too long; see `timeout`.") from None
             if not part:
                 raise ConnectionError("The server hung up.")
             parts += part
@@ -92,8 +95,15 @@ class WebSocketTransport:
             raise ConnectionError(f"{url} does not speak multitetra.v1.")
 
     def _run(self, work):
+        import websockets
+
         future = asyncio.run_coroutine_threadsafe(asyncio.wait_for(work, self._timeout), self._loop)
-        return future.result()
+        try:
+            return future.result()
+        except asyncio.TimeoutError:
+            raise ConnectionError(f"The server was silent for {self._timeout:g} s.") from None
+        except websockets.exceptions.ConnectionClosed as closed:
+            raise ConnectionError(f"The server hung up: {closed}.") from None
 
     def send(self, content):
         self._run(self._socket.send(content))

@@ -3,11 +3,16 @@ import "./style.css";
 
 import * as THREE from "three";
 
+import { serverAddress, Token } from "./own_address";
 import { DatasetList } from "./panel/dataset_list";
 import { h } from "./panel/dom";
+import { Help } from "./panel/help";
+import { installKeyboard } from "./panel/keyboard";
+import { Notices } from "./panel/notices";
 import { Panel } from "./panel/panel";
 import { StatusBar } from "./panel/status_bar";
 import { installTooltips } from "./panel/tooltip";
+import { viewTools } from "./panel/view_tools";
 import type { DatasetInfo } from "./protocol/messages";
 import { Picking } from "./scene/picking";
 import { RegionHandles } from "./scene/region_handles";
@@ -15,31 +20,30 @@ import { Stage } from "./scene/stage";
 import { Surface } from "./scene/surface";
 import { Surroundings } from "./scene/surroundings";
 import { Thumbnails } from "./scene/thumbnails";
-import { defaults, type Settings } from "./state/settings";
+import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { fromAddress, toAddress } from "./state/url_state";
-import { latticeToWorld, type Vec3, worldBox } from "./stream/dataset";
+import { type Vec3, worldBox } from "./stream/dataset";
 import { SurfaceClient } from "./surface_client";
+import { TakeAway } from "./take_away";
 import { TilePool } from "./workers/tile_pool";
-import { installKeyboard } from "./panel/keyboard";
-import { Notices } from "./panel/notices";
 
+const server = serverAddress();
+const token = new Token(server);
 const settings = new Store<Settings>({ ...defaults, ...fromAddress(location.hash) });
 const canvas = h("canvas", { tabindex: "0", "aria-label":
   "The surface. Drag to turn, scroll to come closer, right button or shift to move. Arrow keys turn, plus and minus zoom." });
 const view = h("main", { class: "stage" }, canvas);
-const stage = new Stage(canvas);
+const stage = stageOn(canvas);
 const pool = new TilePool(Math.min(6, Math.max(2, (navigator.hardwareConcurrency || 4) - 1)));
 const surface = new Surface(stage.scene, () => stage.invalidate(), (ids) => pool.drop(ids));
 stage.everyFrame(() => surface.uploadSome());
 
-const server = new URLSearchParams(location.search).get("server") ?? ownAddress();
-let token = ownToken();
-const client = new SurfaceClient(server, () => token, pool, surface, (shown, isFirst) => {
+const client = new SurfaceClient(server, () => token.get(), pool, surface, (shown, isFirst) => {
   if (isFirst && !settings.get().eye) stage.frameBox(surface.worldBox());
   document.title = `${shown.info.name} · Multi-Tetra viewer`;
 });
-const thumbnails = new Thumbnails(server, () => token, pool, stage.renderer, (name, picture) => {
+const thumbnails = new Thumbnails(server, () => token.get(), pool, stage.renderer, (name, picture) => {
   datasets.setPicture(name, picture);
   stage.invalidate();
 });
@@ -56,14 +60,15 @@ const datasets = new DatasetList({
     if (found) whenIdle(() => thumbnails.want(found));
   },
 });
-const notices = new Notices(
-  () => client.connect(),
-  (said) => {
-    token = said;
-    sessionStorage.setItem("token", said);
+const notices = new Notices({
+  connectNow: () => client.connect(),
+  useToken: (said) => {
+    token.set(said);
     client.connect();
   },
-);
+  insist: () => client.insist(),
+});
+const takeAway = new TakeAway(stage, surface, pool, notices, () => client.shown);
 const panel = new Panel(
   settings,
   {
@@ -72,15 +77,15 @@ const panel = new Panel(
       isDragging = now;
       if (hasEnded) ask();
     },
-    fit: () => stage.frameBox(surface.worldBox()),
     reset: () => resetView(),
-    screenshot: () => void screenshot(),
-    download: (format) => void download(format),
-    copyLink: () => void copyLink(),
+    screenshot: () => void takeAway.screenshot(),
+    download: (format) => void takeAway.download(format),
+    copyLink: () => void takeAway.copyLink(addressed()),
   },
   datasets.element,
 );
 const bar = new StatusBar();
+const help = new Help();
 const surroundings = new Surroundings(stage);
 const regionHandles = new RegionHandles(stage, canvas, (region, dragging) => {
   isDragging = dragging;
@@ -91,50 +96,48 @@ const picking = new Picking(
   stage,
   canvas,
   pool,
-  () => (client.shown ? { surface: client.shown, ids: surface.shownIds } : null),
+  () => client.shown && { surface: client.shown, ids: surface.shownIds, clip: clipPlane(settings.get()) },
   () => regionHandles.isGrabbed,
 );
-const toolButton = (word: string, label: string, tip: string, act: () => void) => {
-  const button = h("button", { type: "button", "aria-label": label, "data-tip": tip }, word);
-  button.addEventListener("click", act);
-  return button;
-};
-const tools = h("nav", { class: "tools", "aria-label": "View" },
-  toolButton("Fit", "Fit the surface", "The whole surface in the picture (F).", () => stage.frameBox(surface.worldBox())),
-  toolButton("Reset", "Reset the view", "The view of the beginning (R).", () => resetView()),
-  ...([["Front", 0, -1, 0], ["Side", 1, 0, 0], ["Top", 0, -0.0001, 1]] as const).map(([word, x, y, z]) =>
-    toolButton(word, `${word} view`, `Look along an axis of the world.`, () => {
-      stage.lookFrom(new THREE.Vector3(x, y, z));
-      stage.frameBox(surface.worldBox());
-    })),
-);
-view.append(tools, surroundings.scaleBar, picking.labels, picking.element, notices.element);
-document.getElementById("app")!.append(view, panel.element, bar.element);
+const tools = viewTools({
+  fit: () => stage.frameBox(surface.worldBox()),
+  reset: () => resetView(),
+  lookFrom: (x, y, z) => {
+    stage.lookFrom(new THREE.Vector3(x, y, z));
+    stage.frameBox(surface.worldBox());
+  },
+  help: () => help.toggle(),
+});
+const hint = h("p", { class: "stage-hint" }, "drag to turn · scroll to come closer · click to measure");
+canvas.addEventListener("pointerdown", () => (hint.hidden = true), { once: true });
+view.append(tools, surroundings.scaleBar, hint, picking.labels, picking.element, notices.element);
+document.getElementById("app")!.append(view, panel.element, bar.element, help.element);
 installTooltips();
 installKeyboard(stage, settings, {
   fit: () => stage.frameBox(surface.worldBox()),
   reset: () => resetView(),
   forget: () => picking.forget(),
+  help: () => help.toggle(),
 });
 
 // ---- what changes lead to
 
 client.progress.watch((progress) => {
-  bar.show(progress);
+  bar.show(progress, client.size.get().expected);
   notices.show(progress);
+});
+
+client.size.watch(({ expected }) => {
+  bar.show(client.progress.get(), expected);
+  panel.showExpected(expected);
 });
 
 client.datasets.watch(({ list: now }) => {
   if (!now) return;
   list = now;
   datasets.show(now);
-  const wanted = settings.get().dataset;
-  const found = now.find(({ name }) => name === wanted);
-  if (wanted && !found) {
-    notices.tell(`No dataset named "${wanted}" is served here. Choose one from the list.`);
-  } else if (found ?? now[0]) {
-    useDataset(found ?? now[0]);
-  }
+  const found = namedDataset() ?? (settings.get().dataset ? null : now[0]);
+  if (found) useDataset(found);
 });
 
 settings.watch((now, before) => {
@@ -165,11 +168,11 @@ canvas.addEventListener("pointermove", (event) => {
 });
 window.addEventListener("hashchange", () => {
   if (location.hash.slice(1) === toAddress(settings.get())) return;
-  settings.set({ ...defaults, ...fromAddress(location.hash) });
-  const { dataset, eye, target } = settings.get();
-  const found = list.find(({ name }) => name === dataset);
-  if (dataset && !found) notices.tell(`No dataset named "${dataset}" is served here. Choose one from the list.`);
+  settings.set({ ...defaults, dataset: info?.name ?? "", ...fromAddress(location.hash) });
+  const { eye, target } = settings.get();
+  const found = namedDataset();
   if (found && found !== info) useDataset(found);
+  else ask();
   if (eye && target) stage.setView(eye, target);
 });
 matchMedia("(prefers-color-scheme: light)").addEventListener("change", () => panel.histogram.redraw());
@@ -177,6 +180,14 @@ matchMedia("(prefers-color-scheme: light)").addEventListener("change", () => pan
 client.connect();
 
 // ----
+
+// The dataset that the address names; the user is told if there is none of that name.
+function namedDataset(): DatasetInfo | null {
+  const wanted = settings.get().dataset;
+  const found = list.find(({ name }) => name === wanted) ?? null;
+  if (wanted && !found) notices.tell(`No dataset named "${wanted}" is served here. Choose one from the list.`);
+  return found;
+}
 
 function chooseDataset(chosen: DatasetInfo): void {
   if (chosen === info) return;
@@ -186,7 +197,7 @@ function chooseDataset(chosen: DatasetInfo): void {
 }
 
 function useDataset(now: DatasetInfo): void {
-  const isOther = info?.name !== now.name;
+  const isOther = info?.name !== now.name || info.contentId !== now.contentId;
   info = now;
   notices.clear();
   datasets.choose(now.name);
@@ -204,17 +215,6 @@ function useDataset(now: DatasetInfo): void {
 
 function ask(): void {
   if (info) client.want(info, settings.get(), stage.view(), isDragging);
-}
-
-function isOtherRequest(now: Settings, before: Settings): boolean {
-  if (now.dataset !== before.dataset) return false; // useDataset asks.
-  const hasNormals = (s: Settings) => s.shading === "field";
-  return (
-    now.isovalue !== before.isovalue || now.error !== before.error || now.bound !== before.bound ||
-    now.rule !== before.rule || now.tolerance !== before.tolerance || now.region !== before.region ||
-    now.followView !== before.followView || (now.followView && now.pixels !== before.pixels) ||
-    now.maxTriangles !== before.maxTriangles || hasNormals(now) !== hasNormals(before)
-  );
 }
 
 function clipPlane(now: Settings): THREE.Plane | null {
@@ -238,49 +238,17 @@ function applyTheme(theme: Settings["theme"]): void {
   panel.histogram.redraw();
 }
 
+// The settings as the address has them: with the dataset's name, also of the one shown unasked.
+function addressed(): Settings {
+  const now = settings.get();
+  return now.dataset || !info ? now : { ...now, dataset: info.name };
+}
+
 function rememberSoon(): void {
   clearTimeout(remembering);
   remembering = window.setTimeout(() => {
-    const { dataset } = settings.get();
-    const now = dataset || !info ? settings.get() : { ...settings.get(), dataset: info.name };
-    history.replaceState(null, "", `#${toAddress(now)}`);
+    history.replaceState(null, "", `#${toAddress(addressed())}`);
   }, 300);
-}
-
-async function copyLink(): Promise<void> {
-  const { eye, target } = stage.view();
-  const now = { ...settings.get(), dataset: info?.name ?? "", eye: eye as Vec3, target: target as Vec3 };
-  history.replaceState(null, "", `#${toAddress(now)}`);
-  try {
-    await navigator.clipboard.writeText(location.href);
-    notices.tell("The link is in the clipboard.", true);
-  } catch {
-    notices.tell("The link is in the address line; this browser does not let pages copy.", true);
-  }
-}
-
-async function screenshot(): Promise<void> {
-  const background = getComputedStyle(document.body).getPropertyValue("--stage").trim();
-  save(await stage.picture(background || "#15181d"), "png");
-}
-
-async function download(format: "glb" | "ply" | "stl"): Promise<void> {
-  const { shown } = client;
-  if (!shown || surface.shownIds.length === 0) {
-    notices.tell("There is no surface to save.", true);
-    return;
-  }
-  const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
-  const bytes = await pool.file([...surface.shownIds], format, toWorld);
-  save(new Blob([bytes as Uint8Array<ArrayBuffer>]), format);
-}
-
-function save(blob: Blob, ending: string): void {
-  const { shown } = client;
-  const name = shown ? `${shown.info.name}_${shown.facts.isovalue}` : "multitetra";
-  const link = h("a", { href: URL.createObjectURL(blob), download: `${name}.${ending}` });
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }
 
 function whenIdle(act: () => void): void {
@@ -289,14 +257,15 @@ function whenIdle(act: () => void): void {
   else setTimeout(() => whenIdle(act), 400);
 }
 
-function ownAddress(): string {
-  const scheme = location.protocol === "https:" ? "wss:" : "ws:";
-  return `${scheme}//${location.host}/v1/stream`;
-}
-
-// A token comes with the address once (#token=...) and is not shown any longer than that.
-function ownToken(): string {
-  const said = new URLSearchParams(location.hash.slice(1)).get("token");
-  if (said) sessionStorage.setItem("token", said);
-  return said ?? sessionStorage.getItem("token") ?? "";
+// Without WebGL there is nothing to show, and no reason to go on.
+function stageOn(place: HTMLCanvasElement): Stage {
+  try {
+    return new Stage(place);
+  } catch (error) {
+    const words = h("p", { class: "no-picture" },
+      "This browser cannot draw in three dimensions (WebGL 2): it is switched off, or the graphics " +
+        "driver is missing.");
+    document.getElementById("app")!.replaceWith(words);
+    throw error;
+  }
 }

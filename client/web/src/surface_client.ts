@@ -4,47 +4,61 @@
 // While the isovalue is dragged only one request is under way: the next one follows as soon as the
 // surface of the one before was shown, or takes too long. When the dragging stops the last request
 // simply goes on to its final step.
+//
+// How large a surface will be is asked beside its stream. One that is too large for most machines
+// is not sent unasked: the best one of a size that every machine takes comes in its place, and the
+// user is told and may insist.
+import { create } from "@bufbuild/protobuf";
+
 import { type Effect, Conversation, type Wanted } from "./stream/conversation";
-import { type AssemblerEffect, preservesTopology, type StepOfTiles } from "./stream/assembler";
+import { type AssemblerEffect, type StepOfTiles } from "./stream/assembler";
 import { dataBorder, latticeToWorld, voxelLength } from "./stream/dataset";
 import { Link } from "./stream/link";
 import { isosurfaceRequest, isSameRequest, type View } from "./stream/request";
-import { hex } from "./mesh/content_digest";
-import { type DatasetInfo, ErrorCode, ErrorMeasure, type ServerKind } from "./protocol/messages";
+import {
+  type DatasetInfo,
+  ErrorCode,
+  IsosurfaceRequestSchema,
+  type ServerKind,
+} from "./protocol/messages";
 import type { Surface } from "./scene/surface";
-import { noProgress, noTrouble, type Progress, type StepFacts } from "./state/progress";
+import {
+  type Committed,
+  factsOf,
+  idsOf,
+  isStepBack,
+  memoryOf,
+  type ShownSurface,
+} from "./shown_surface";
+import { noProgress, noTrouble, type Progress, type SurfaceSize } from "./state/progress";
 import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
 import type { TilePool } from "./workers/tile_pool";
 import type { Certified } from "./workers/worker_messages";
 
-type Committed = AssemblerEffect & { kind: "committed" };
-
 const patience = 400; // Milliseconds that a drag waits for a preview.
-
-export interface ShownSurface {
-  info: DatasetInfo;
-  resolution: number;
-  request: Wanted["request"];
-  facts: StepFacts;
-}
+const costly = 5_000_000; // Triangles that are not sent unasked,
+const affordable = 2_000_000; // and what is sent instead.
 
 export class SurfaceClient {
   readonly progress = new Store<Progress>(noProgress);
   readonly datasets = new Store<{ list: DatasetInfo[] | null }>({ list: null });
+  readonly size = new Store<{ expected: SurfaceSize | null }>({ expected: null });
   shown: ShownSurface | null = null;
   private readonly conversation: Conversation;
   private readonly link: Link;
   private started = 0;
   private stream = 0;
   private asked: Wanted | null = null; // Under way, or shown.
+  private sized: Wanted | null = null; // Whose size was asked for last.
+  private allowed = costly; // Triangles; more when the user has insisted.
   private next: Wanted | null = null; // Waits for the request under way.
   private isDragging = false;
   private dragTimer = 0;
   private readonly inUse = new Set<string>();
 
   constructor(
-    address: string,
+    private readonly address: string,
     token: () => string,
     private readonly pool: TilePool,
     private readonly surface: Surface,
@@ -62,6 +76,10 @@ export class SurfaceClient {
       opened: () => this.perform(this.conversation.opened()),
       closed: () => this.perform(this.conversation.closed()),
       received: (message: ServerKind) => this.perform(this.conversation.received(message)),
+      impossible: () => {
+        const text = `This page cannot connect to "${this.address}".`;
+        this.progress.set({ phase: "lost", retryAt: 0, trouble: { ...noTrouble, text, isFatal: true } });
+      },
     });
   }
 
@@ -75,6 +93,7 @@ export class SurfaceClient {
   want(info: DatasetInfo, settings: Settings, view: View | null, isDragging = false): void {
     const order: Wanted = { info, request: isosurfaceRequest(info, settings, view) };
     this.isDragging = isDragging;
+    this.askSize(order, isDragging);
     const isAsked = this.asked?.info === info && isSameRequest(this.asked.request, order.request);
     if (isAsked && !this.progress.get().trouble) {
       this.next = null;
@@ -87,9 +106,42 @@ export class SurfaceClient {
     this.open(order);
   }
 
+  // The user wants the surface whose size was too large.
+  insist(): void {
+    const { heldBack } = this.progress.get();
+    if (!heldBack || !this.asked) return;
+    this.allowed = Math.max(this.allowed, 1.5 * heldBack.triangles);
+    this.open(this.asked);
+  }
+
+  // While the isovalue is dragged there are better things to do for the server.
+  private askSize(order: Wanted, isDragging: boolean): void {
+    const { sized } = this;
+    const isOther = sized?.info !== order.info || sized.request.isovalue !== order.request.isovalue;
+    if (isDragging && isOther) return;
+    if (!isOther && isSameRequest(sized.request, order.request)) return;
+    if (this.progress.get().phase !== "ready") return;
+    this.sized = order;
+    this.perform(this.conversation.askSize(order));
+  }
+
+  private learnSize({ order, triangles, bytes, errorWorld }: Effect & { kind: "size" }): void {
+    const expected = { triangles, bytes, errorVoxels: errorWorld / voxelLength(order.info) };
+    this.size.set({ expected });
+    const isCurrent = this.asked && isSameRequest(this.asked.request, order.request);
+    if (!isCurrent || triangles <= this.allowed || this.isDragging) return;
+    const request = create(IsosurfaceRequestSchema, {
+      ...order.request,
+      maxTriangles: BigInt(affordable),
+    });
+    this.progress.set({ heldBack: expected });
+    this.perform(this.conversation.want({ info: order.info, request }));
+  }
+
   private open(order: Wanted): void {
     this.next = null;
     this.asked = order;
+    this.progress.set({ heldBack: null });
     this.surface.dropUnused(new Set());
     clearTimeout(this.dragTimer);
     this.dragTimer = this.isDragging ? window.setTimeout(() => this.goOn(), patience) : 0;
@@ -114,6 +166,7 @@ export class SurfaceClient {
         break;
       case "phase": {
         const wait = effect.retryInMilliseconds;
+        if (effect.phase === "lost") this.sized = null;
         if (effect.phase === "lost" && wait !== undefined) this.link.connectIn(wait);
         this.progress.set({
           phase: effect.phase,
@@ -127,6 +180,9 @@ export class SurfaceClient {
         break;
       case "opened":
         this.begin(effect.stream);
+        break;
+      case "size":
+        this.learnSize(effect);
         break;
       case "trouble":
         this.progress.set({
@@ -148,8 +204,8 @@ export class SurfaceClient {
     this.stream = stream;
     this.started = performance.now();
     this.inUse.clear();
-    const { phase, shown } = this.progress.get();
-    this.progress.set({ ...noProgress, phase, shown, isStreaming: true });
+    const { phase, shown, heldBack } = this.progress.get();
+    this.progress.set({ ...noProgress, phase, shown, heldBack, isStreaming: true });
   }
 
   private performOfStream({ effect, order, isNews }: Effect & { kind: "stream" }): void {
@@ -239,11 +295,12 @@ export class SurfaceClient {
     const { step } = committed;
     const facts = factsOf(order, committed);
     const before = this.shown;
+    // Also of a step that is passed over: the keeper tells a change of normals once.
+    for (const { id, normals } of this.certified?.result.normals ?? []) {
+      this.surface.setNormals(id, normals);
+    }
     if (isNews && !isStepBack(before, order, facts)) {
       this.surface.show(idsOf(order, step));
-      for (const { id, normals } of this.certified?.result.normals ?? []) {
-        this.surface.setNormals(id, normals);
-      }
       this.shown = {
         info: order.info,
         resolution: step.begin.request!.latticeResolution,
@@ -262,47 +319,4 @@ export class SurfaceClient {
     }
     this.goOn();
   }
-}
-
-// On the way to a finer surface of the same isovalue, nothing coarser than what is there is shown.
-function isStepBack(before: ShownSurface | null, order: Wanted, facts: StepFacts): boolean {
-  if (facts.isFinal || !before || before.info.name !== order.info.name) return false;
-  if (before.request.isovalue !== order.request.isovalue) return false;
-  const { errorWorld, tolerance } = before.facts;
-  return facts.errorWorld > errorWorld || facts.tolerance > tolerance;
-}
-
-// Tiles of one memory can stand in for one another.
-export function memoryOf(order: Wanted): string {
-  const { info, request } = order;
-  return `${info.name}/${request.normalBits}/`;
-}
-
-function idsOf(order: Wanted, step: StepOfTiles): string[] {
-  const prefix = memoryOf(order);
-  return step.tiles.map(({ key }) => prefix + key);
-}
-
-function factsOf(order: Wanted, { step, topology, sameAs }: Committed): StepFacts {
-  const { begin, end } = step;
-  const request = begin.request!;
-  const isPreserving = preservesTopology(begin);
-  return {
-    step: begin.step,
-    isFinal: begin.isFinal,
-    triangles: topology.triangles,
-    tiles: step.tiles.length,
-    heldTiles: step.held,
-    bytes: step.tiles.reduce((n, tile) => n + tile.bytes, 0),
-    errorWorld: begin.errorBoundWorld,
-    errorVoxels: begin.errorBoundWorld / voxelLength(order.info),
-    isCertified: request.measure === ErrorMeasure.CERTIFIED && isPreserving,
-    preservesTopology: isPreserving,
-    tolerance: request.topologyTolerance,
-    isovalue: request.isovalue,
-    serverSeconds: end.seconds,
-    digest: hex(step.digest),
-    topology,
-    sameTopologyAs: sameAs,
-  };
 }

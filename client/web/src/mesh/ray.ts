@@ -7,14 +7,25 @@ interface Tile {
 
 const boxes = new WeakMap<Float32Array, Float64Array>();
 
-// All in lattice coordinates; null when the ray meets nothing.
+// The places x with normal . x + constant >= 0.
+export interface HalfSpace {
+  normal: readonly number[];
+  constant: number;
+}
+
+// All in lattice coordinates; null when the ray meets nothing. With `kept` what lies outside of it
+// was cut away.
 export function nearestHit(
   tiles: readonly Tile[],
   origin: readonly number[],
   direction: readonly number[],
+  kept: HalfSpace | null = null,
 ): { id: string; point: [number, number, number] } | null {
   let nearest = Infinity;
   let id = "";
+  const isKept = (at: number) =>
+    !kept ||
+    kept.normal.reduce((sum, n, axis) => sum + n * (origin[axis] + at * direction[axis]), kept.constant) >= 0;
   for (const tile of tiles) {
     if (!meetsBox(boxOf(tile.positions), origin, direction, nearest)) continue;
     const { positions: p, triangles } = tile;
@@ -23,7 +34,7 @@ export function nearestHit(
       const b = 3 * triangles[t + 1];
       const c = 3 * triangles[t + 2];
       const at = triangleHit(p, a, b, c, origin, direction);
-      if (at > 0 && at < nearest) {
+      if (at > 0 && at < nearest && isKept(at)) {
         nearest = at;
         id = tile.id;
       }

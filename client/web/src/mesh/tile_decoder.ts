@@ -70,7 +70,7 @@ function dracoDecoded(
     }
     const points = mesh.num_points();
     const read = (attribute: number, type: number) =>
-      fromHeap(draco, 12 * points, (pointer) =>
+      fromHeap(draco, 12 * points, damaged, (pointer) =>
         decoder.GetAttributeDataArrayForAllPoints(
           mesh,
           decoder.GetAttribute(mesh, attribute),
@@ -79,7 +79,7 @@ function dracoDecoded(
           pointer,
         ),
       );
-    const triangles = fromHeap(draco, 12 * mesh.num_faces(), (pointer) =>
+    const triangles = fromHeap(draco, 12 * mesh.num_faces(), damaged, (pointer) =>
       decoder.GetTrianglesUInt32Array(mesh, 12 * mesh.num_faces(), pointer),
     );
     return {
@@ -96,11 +96,13 @@ function dracoDecoded(
 function fromHeap(
   draco: DecoderModule,
   bytes: number,
-  fill: (pointer: number) => unknown,
+  damaged: (what: string) => TileDamage,
+  fill: (pointer: number) => boolean,
 ): ArrayBuffer {
   const pointer = draco._malloc(bytes);
+  if (pointer === 0) throw damaged(`there is no memory for its ${bytes} bytes`);
   try {
-    fill(pointer);
+    if (!fill(pointer)) throw damaged("Draco does not give what it decoded");
     return (draco.HEAPF32.buffer as ArrayBuffer).slice(pointer, pointer + bytes);
   } finally {
     draco._free(pointer);

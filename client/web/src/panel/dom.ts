@@ -22,8 +22,14 @@ export function grouped(count: number): string {
   return String(Math.round(count)).replace(/\B(?=(\d{3})+$)/g, "\u202f");
 }
 
+// 1234567 -> "1.2 million triangles".
+export function inTriangles(count: number): string {
+  if (count >= 999_500) return `${inDigits(count / 1e6, count < 9.95e6 ? 2 : 3)} million triangles`;
+  return `${grouped(Number(count.toPrecision(2)))} triangles`;
+}
+
 export function inBytes(bytes: number): string {
-  if (bytes < 1000) return `${bytes} B`;
+  if (bytes < 1000) return `${Math.round(bytes)} B`;
   const units = ["KiB", "MiB", "GiB"];
   let value = bytes / 1024;
   let unit = 0;

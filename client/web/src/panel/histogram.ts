@@ -13,6 +13,7 @@ export class HistogramView {
   readonly element: HTMLElement;
   private readonly canvas = h("canvas", { "aria-hidden": "true" });
   private readonly line = h("div", { class: "isoline" }, h("span", { class: "isoline-grip" }));
+  private readonly marks = h("div", { class: "isomarks", "aria-hidden": "true" });
   private readonly low = h("span");
   private readonly high = h("span");
   private info: DatasetInfo | null = null;
@@ -30,7 +31,7 @@ export class HistogramView {
         "How often each value occurs in the data. Drag the line: the surface runs through all " +
         "places that have this value.",
     });
-    plot.append(this.canvas, this.line);
+    plot.append(this.canvas, this.marks, this.line);
     this.element = h("div", { class: "histogram" }, plot,
       h("div", { class: "histogram-ends" }, this.low, this.high));
     this.listen(plot);
@@ -42,11 +43,14 @@ export class HistogramView {
     this.info = info;
     this.isovalue = isovalue;
     this.isLog = isLog;
-    if (isNew) this.draw();
+    if (isNew) {
+      this.draw();
+      this.marks.replaceChildren(...info.suggestedIsovalues.slice(0, 5).map((value) =>
+        h("span", { style: `left: ${this.percent(value)}` })));
+    }
     this.low.textContent = inDigits(info.min);
     this.high.textContent = inDigits(info.max);
-    const at = (isovalue - info.min) / (info.max - info.min || 1);
-    this.line.style.left = `${100 * Math.min(1, Math.max(0, at))}%`;
+    this.line.style.left = this.percent(isovalue);
     const plot = this.element.firstElementChild!;
     plot.setAttribute("aria-valuemin", String(info.min));
     plot.setAttribute("aria-valuemax", String(info.max));
@@ -55,6 +59,16 @@ export class HistogramView {
 
   redraw(): void {
     this.draw();
+  }
+
+  // Draws the eye to the line until it was dragged once.
+  invite(isInviting: boolean): void {
+    this.line.classList.toggle("is-inviting", isInviting);
+  }
+
+  private percent(value: number): string {
+    const { min, max } = this.info!;
+    return `${100 * Math.min(1, Math.max(0, (value - min) / (max - min || 1)))}%`;
   }
 
   private listen(plot: HTMLElement): void {
@@ -106,8 +120,7 @@ export class HistogramView {
     canvas.width = Math.round(width * ratio);
     canvas.height = Math.round(height * ratio);
     const context = canvas.getContext("2d")!;
-    const style = getComputedStyle(canvas);
-    context.fillStyle = style.getPropertyValue("--histogram") || "#7a8794";
+    context.fillStyle = getComputedStyle(canvas).color;
     const heights = columns(info, canvas.width, this.isLog);
     context.beginPath();
     context.moveTo(0, canvas.height);

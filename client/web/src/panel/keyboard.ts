@@ -1,4 +1,4 @@
-// Keys that work wherever nothing is being typed. The list is in the README and in the ? notice.
+// Keys that work wherever nothing is being typed. panel/help.ts tells them to the user.
 import type { Stage } from "../scene/stage";
 import type { Colouring, Settings } from "../state/settings";
 import type { Store } from "../state/store";
@@ -6,7 +6,7 @@ import type { Store } from "../state/store";
 export function installKeyboard(
   stage: Stage,
   settings: Store<Settings>,
-  acts: { fit: () => void; reset: () => void; forget: () => void },
+  acts: { fit: () => void; reset: () => void; forget: () => void; help: () => void },
 ): void {
   const turn = 0.09;
   const keys: Record<string, () => void> = {
@@ -19,6 +19,7 @@ export function installKeyboard(
     f: acts.fit,
     r: acts.reset,
     Escape: acts.forget,
+    "?": acts.help,
     w: () => settings.set({ wireframe: !settings.get().wireframe }),
     a: () => settings.set({ axes: !settings.get().axes }),
     c: () => settings.set({ colouring: nextColouring(settings.get().colouring) }),
@@ -26,6 +27,7 @@ export function installKeyboard(
   window.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const target = event.target as Element;
+    if (target.closest("dialog")) return;
     if (target.closest("input, select, textarea, [role=slider], [role=radio]")) return;
     const act = keys[event.key] ?? keys[event.key.toLowerCase()];
     if (!act) return;

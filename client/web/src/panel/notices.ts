@@ -1,6 +1,13 @@
-// What a user must know: a lost connection, a refused request, a failed check.
+// What a user must know: a lost connection, a refused request, a failed check, a surface too large to
+// be sent unasked.
 import type { Progress } from "../state/progress";
-import { h } from "./dom";
+import { h, inBytes, inTriangles } from "./dom";
+
+export interface NoticeActs {
+  connectNow: () => void;
+  useToken: (token: string) => void;
+  insist: () => void; // On the surface that was held back.
+}
 
 export class Notices {
   readonly element = h("div", { class: "notice", role: "alert", hidden: true });
@@ -8,11 +15,11 @@ export class Notices {
   private timer = 0;
   private countdown = 0;
   private progress: Progress | null = null;
+  private kind = ""; // Of what the element holds; its parts stay while that is the same.
+  private readonly seconds = h("span", { "aria-hidden": "true" }); // Not said aloud twice a second.
+  private readonly words = h("span");
 
-  constructor(
-    private readonly connectNow: () => void,
-    private readonly useToken: (token: string) => void,
-  ) {}
+  constructor(private readonly acts: NoticeActs) {}
 
   // Stays until clear(), or for some seconds.
   tell(text: string, isPassing = false): void {
@@ -35,27 +42,47 @@ export class Notices {
   private draw(): void {
     clearTimeout(this.countdown);
     const { progress } = this;
-    const isLost = progress?.phase === "lost";
     const trouble = progress?.trouble;
-    const text = isLost && !trouble?.isFatal ? null : (trouble?.text ?? this.own);
-    this.element.hidden = !isLost && !text;
+    const isLost = progress?.phase === "lost";
     this.element.classList.toggle("is-trouble", isLost || Boolean(trouble));
     if (trouble?.needsToken) {
-      if (!this.element.querySelector("form")) this.element.replaceChildren(this.tokenForm());
-    } else if (text) {
-      this.element.replaceChildren(text);
-    } else if (isLost) {
-      const seconds = Math.max(0, Math.ceil((progress.retryAt - performance.now()) / 1000));
-      const again = h("button", { type: "button" }, "Try now");
-      again.addEventListener("click", this.connectNow);
-      const what = progress.shown ? "What you see stays; the rest follows." : "Is the server running?";
-      this.element.replaceChildren(
-        h("b", {}, "No connection to the server. "),
-        `${what} Trying again${seconds > 0 ? ` in ${seconds} s` : ""}… `,
-        again,
-      );
-      this.countdown = window.setTimeout(() => this.draw(), 500);
+      this.hold("token", () => [this.tokenForm()]);
+    } else if (isLost && !trouble?.isFatal) {
+      this.drawLost(progress);
+    } else if (trouble || this.own) {
+      this.words.textContent = trouble?.text ?? this.own;
+      this.hold("words", () => [this.words]);
+    } else if (progress?.heldBack) {
+      const { triangles, bytes } = progress.heldBack;
+      this.words.textContent =
+        `All of it has about ${inTriangles(triangles)} (${inBytes(bytes)}); this is the best with ` +
+        "fewer. ";
+      this.hold("size", () => [this.words, button("Show all of it", this.acts.insist)]);
+    } else {
+      this.hold("", () => []);
     }
+  }
+
+  private drawLost(progress: Progress): void {
+    const seconds = Math.max(0, Math.ceil((progress.retryAt - performance.now()) / 1000));
+    this.seconds.textContent = seconds > 0 ? `Trying again in ${seconds} s… ` : "Trying again… ";
+    this.words.textContent = progress.shown
+      ? "What you see stays; the rest follows. "
+      : "Is the server running? ";
+    this.hold("lost", () => [
+      h("b", {}, "No connection to the server. "),
+      this.words,
+      this.seconds,
+      button("Try now", this.acts.connectNow),
+    ]);
+    this.countdown = window.setTimeout(() => this.draw(), 500);
+  }
+
+  private hold(kind: string, parts: () => Node[]): void {
+    this.element.hidden = kind === "";
+    if (kind === this.kind) return;
+    this.kind = kind;
+    this.element.replaceChildren(...parts());
   }
 
   private tokenForm(): HTMLElement {
@@ -64,8 +91,14 @@ export class Notices {
       h("button", { type: "submit" }, "Connect"));
     form.addEventListener("submit", (event) => {
       event.preventDefault();
-      this.useToken(input.value);
+      this.acts.useToken(input.value);
     });
     return form;
   }
+}
+
+function button(word: string, act: () => void): HTMLElement {
+  const element = h("button", { type: "button" }, word);
+  element.addEventListener("click", act);
+  return element;
 }

@@ -1,18 +1,49 @@
 // One line about the surface that is shown and the one that comes, and the certificate behind it.
-import type { Progress, StepFacts } from "../state/progress";
-import { grouped, h, inBytes, inDigits, inSeconds } from "./dom";
+import type { Progress, StepFacts, SurfaceSize } from "../state/progress";
+import { certificateOf, errorWords, isClosed } from "./certificate";
+import { grouped, h, inBytes, inDigits, inSeconds, inTriangles } from "./dom";
+
+// A value with its name below; it stays in the page while its words change.
+class Fact {
+  private readonly value = h("b");
+  private readonly label = h("span");
+  readonly element: HTMLElement;
+
+  constructor(name: string, tip: string) {
+    this.element = h("span", { class: `fact ${name}`, "data-tip": tip }, this.value, this.label);
+  }
+
+  show(value: string | null, label: string, tip?: string): void {
+    this.element.hidden = value === null;
+    if (this.value.textContent !== (value ?? "")) this.value.textContent = value;
+    if (this.label.textContent !== label) this.label.textContent = label;
+    if (tip) this.element.setAttribute("data-tip", tip);
+  }
+}
 
 export class StatusBar {
   readonly element: HTMLElement;
   private readonly meter = h("div", { class: "meter" });
-  private readonly facts = h("div", { class: "facts" });
+  private readonly state = new Fact("state",
+    "The surface comes in steps, each complete and without cracks; a step replaces the one before " +
+      "when it is all there.");
+  private readonly triangles = new Fact("triangles", "Of the surface that is shown.");
+  private readonly error = new Fact("error", "");
+  private readonly bytes = new Fact("bytes", "");
+  private readonly firstTile = new Fact("first-tile", "From the request to the first tile.");
+  private readonly complete = new Fact("complete",
+    "From the request until its final surface was checked and on the screen.");
   private readonly certificateButton: HTMLButtonElement;
   private readonly certificate = h("div", { class: "certificate", id: "certificate", hidden: true });
+  private certified: StepFacts | null = null;
+  // What is said aloud: steps, not every tile.
+  private readonly spoken = h("span", { class: "spoken", role: "status" });
 
   constructor() {
     this.certificateButton = h("button", {
       type: "button",
       class: "seal",
+      hidden: true,
       "aria-expanded": "false",
       "aria-controls": "certificate",
       "data-tip": "What this page has checked of the surface that is shown. Click for the details.",
@@ -21,107 +52,64 @@ export class StatusBar {
       this.certificate.hidden = !this.certificate.hidden;
       this.certificateButton.setAttribute("aria-expanded", String(!this.certificate.hidden));
     });
-    this.element = h("footer", { class: "bar" }, this.meter, this.certificate, this.facts,
-      this.certificateButton);
+    const facts = [this.state, this.triangles, this.error, this.bytes, this.firstTile, this.complete];
+    this.element = h("footer", { class: "bar" }, this.meter, this.certificate,
+      h("div", { class: "facts" }, ...facts.map(({ element }) => element)),
+      this.spoken, this.certificateButton);
   }
 
-  show(progress: Progress): void {
+  show(progress: Progress, expected: SurfaceSize | null): void {
     const { shown, isStreaming, tilesReceived, tilesToCome } = progress;
     const share = tilesToCome > 0 ? tilesReceived / tilesToCome : isStreaming ? 0 : 1;
     this.meter.style.setProperty("--share", String(share));
     this.meter.classList.toggle("is-active", isStreaming);
-    this.facts.replaceChildren(...this.parts(progress));
+    this.showState(progress);
+    this.showTriangles(progress, expected);
+    this.error.show(
+      shown && `≤ ${inDigits(shown.errorVoxels, 3)}`,
+      shown?.errorVoxels === 1 ? "voxel error" : "voxels error",
+      shown ? errorWords(shown) : undefined,
+    );
+    this.bytes.show(
+      shown && inBytes(shown.bytes),
+      shown ? `in ${grouped(shown.tiles)} ${shown.tiles === 1 ? "tile" : "tiles"}` : "",
+      shown
+        ? `Compressed size of the surface that is shown. ${grouped(shown.heldTiles)} of its tiles ` +
+            `were here already. ${inBytes(progress.bytesReceived)} came for this request.`
+        : undefined,
+    );
+    const { firstTile, complete } = progress;
+    this.firstTile.show(shown && firstTile !== null ? inSeconds(firstTile) : null, "first tile");
+    this.complete.show(shown && complete !== null ? inSeconds(complete) : null, "all shown");
+    this.showCertificate(shown);
+  }
+
+  private showState(progress: Progress): void {
+    const { shown, isStreaming, step, tilesReceived, tilesToCome } = progress;
+    const coming = tilesToCome > 0 ? `Tile ${tilesReceived} of ${tilesToCome}` : "Asking…";
+    const resting = shown ? (shown.isFinal ? "Complete" : "Preview") : "Waiting";
+    const word = isStreaming ? coming : progress.phase === "ready" ? resting : "Not connected";
+    const label = isStreaming
+      ? `step ${step + 1}`
+      : shown ? `step ${shown.step + 1}${shown.isFinal ? ", final" : " shown"}` : "";
+    this.state.show(word, label);
+    const aloud = isStreaming ? `Step ${step + 1} is coming` : word;
+    if (this.spoken.textContent !== aloud) this.spoken.textContent = aloud;
+  }
+
+  private showTriangles({ shown, isStreaming }: Progress, expected: SurfaceSize | null): void {
+    const isPreview = shown && expected && (isStreaming || !shown.isFinal);
+    this.triangles.show(
+      shown && grouped(shown.triangles),
+      isPreview ? `of about ${inTriangles(expected.triangles)}` : "triangles",
+    );
+  }
+
+  private showCertificate(shown: StepFacts | null): void {
     this.certificateButton.hidden = !shown;
-    if (!shown) return;
+    if (!shown || shown === this.certified) return;
+    this.certified = shown;
     this.certificateButton.textContent = isClosed(shown) ? "✓ Closed surface" : "✓ No cracks";
     this.certificate.replaceChildren(...certificateOf(shown));
   }
-
-  private parts(progress: Progress): HTMLElement[] {
-    const { shown, isStreaming } = progress;
-    const fact = (label: string, value: string, tip: string, name = "") =>
-      h("span", { class: `fact ${name}`, "data-tip": tip },
-        h("b", {}, value), h("span", {}, label));
-    const parts: HTMLElement[] = [];
-    const { step, tilesReceived, tilesToCome } = progress;
-    const state = isStreaming
-      ? tilesToCome > 0
-        ? `Step ${step + 1}: tile ${tilesReceived} of ${tilesToCome}`
-        : "Asking…"
-      : progress.phase !== "ready"
-        ? "Not connected"
-        : shown?.isFinal
-          ? "Complete"
-          : shown
-            ? "Preview"
-            : "Waiting";
-    parts.push(
-      h("span", { class: "fact state", role: "status",
-        "data-tip": "The surface comes in steps, each complete and without cracks; a step " +
-          "replaces the one before when it is all there." }, h("b", {}, state),
-        h("span", {}, shown ? (shown.isFinal ? `step ${shown.step + 1}, final` : `step ${shown.step + 1} shown`) : "")),
-    );
-    if (!shown) return parts;
-    parts.push(
-      fact("triangles", grouped(shown.triangles), "Of the surface that is shown."),
-      fact(shown.errorVoxels === 1 ? "voxel error" : "voxels error",
-        `≤ ${inDigits(shown.errorVoxels, 3)}`, errorWords(shown), "error"),
-      fact(`in ${grouped(shown.tiles)} ${shown.tiles === 1 ? "tile" : "tiles"}`, inBytes(shown.bytes),
-        `Compressed size of the surface that is shown. ${grouped(shown.heldTiles)} of its tiles were ` +
-          "here already. " + `${inBytes(progress.bytesReceived)} came for this request.`),
-    );
-    if (progress.firstTile !== null) {
-      parts.push(fact("first tile", inSeconds(progress.firstTile), "From the request to the first tile."));
-    }
-    if (progress.complete !== null) {
-      parts.push(fact("all shown", inSeconds(progress.complete),
-        "From the request until its final surface was checked and on the screen."));
-    }
-    return parts;
-  }
-}
-
-function isClosed(shown: StepFacts): boolean {
-  return shown.topology.borderEdges === 0;
-}
-
-function errorWords(shown: StepFacts): string {
-  const world = `${inDigits(shown.errorWorld, 3)} world units`;
-  if (shown.isCertified) {
-    return `No point of this surface is farther than this (${world}) from the full-resolution ` +
-      "surface, nor the other way round; rounding to the lattice comes on top.";
-  }
-  if (!shown.preservesTopology) {
-    return `The error allowed (${world}), while features up to ${inDigits(shown.tolerance, 3)} voxels ` +
-      "may be missing: a preview, or as you asked.";
-  }
-  return `The error of the original method (${world}); the real distance may exceed it.`;
-}
-
-function certificateOf(shown: StepFacts): HTMLElement[] {
-  const { topology } = shown;
-  const row = (name: string, value: string, tip: string) =>
-    h("div", { "data-tip": tip }, h("dt", {}, name), h("dd", {}, value));
-  const rows = [
-    row("Cracks", topology.openEdges === 0 ? "none" : grouped(topology.openEdges),
-      "Every edge belongs to two triangles that agree on the outside, except where the data ends."),
-    row("Ends at the data's border", topology.borderEdges === 0 ? "nowhere: closed"
-      : `${grouped(topology.borderEdges)} edges`, "The surface ends where the data ends."),
-    row("Folds, degenerate triangles", grouped(topology.nonmanifoldEdges + topology.degenerateTriangles),
-      "Edges of more than two triangles, and triangles without area."),
-    row("Connected parts", grouped(topology.components), "Pieces that hang together."),
-    row("Euler characteristic", String(topology.eulerCharacteristic),
-      "Vertices - edges + triangles: 2 for a ball, 0 for a ring; each hole takes 2 away."),
-    row("Topology", shown.preservesTopology
-      ? shown.sameTopologyAs !== null ? `preserved, same as in step ${shown.sameTopologyAs + 1}` : "preserved"
-      : "a preview: parts may be missing",
-      "Whether parts, tunnels and hollows are exactly those of the full-resolution surface."),
-    row("Vertices, edges", `${grouped(topology.vertices)}, ${grouped(topology.edges)}`, "As counted here."),
-    row("Digest", shown.digest,
-      "The sum of one hash a triangle, computed here from what was decoded, equal to the server's."),
-  ];
-  return [
-    h("h2", {}, "Checked in this browser"),
-    h("dl", {}, ...rows),
-  ];
 }

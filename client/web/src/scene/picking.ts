@@ -3,8 +3,11 @@
 import * as THREE from "three";
 
 import { counted, h, inDigits } from "../panel/dom";
-import { applied, inverse, latticeToIndex, latticeToWorld, type Vec3, voxelLength } from "../stream/dataset";
-import type { ShownSurface } from "../surface_client";
+import type { HalfSpace } from "../mesh/ray";
+import {
+  type Affine, applied, inverse, latticeToIndex, latticeToWorld, type Vec3, voxelLength,
+} from "../stream/dataset";
+import type { ShownSurface } from "../shown_surface";
 import type { TilePool } from "../workers/tile_pool";
 import type { Stage } from "./stage";
 
@@ -25,7 +28,11 @@ export class Picking {
     private readonly stage: Stage,
     canvas: HTMLCanvasElement,
     private readonly pool: TilePool,
-    private readonly shown: () => { surface: ShownSurface; ids: readonly string[] } | null,
+    private readonly shown: () => {
+      surface: ShownSurface;
+      ids: readonly string[];
+      clip: THREE.Plane | null;
+    } | null,
     private readonly isBusy: () => boolean,
   ) {
     this.line = new THREE.Line(
@@ -63,7 +70,8 @@ export class Picking {
     const origin = applied(back, ray.origin.toArray());
     const ahead = applied(back, ray.origin.clone().add(ray.direction).toArray());
     const direction = ahead.map((value, axis) => value - origin[axis]);
-    const hit = await this.pool.pick([...shown.ids], origin, direction);
+    const kept = shown.clip && inLattice(shown.clip, toWorld);
+    const hit = await this.pool.pick([...shown.ids], { origin, direction, kept }).catch(() => null);
     if (!hit) {
       this.forget();
       return;
@@ -113,4 +121,11 @@ export class Picking {
       if (at) this.dots[i].style.transform = `translate(${at.x}px, ${at.y}px)`;
     });
   }
+}
+
+// The half-space of the world that a plane keeps, in the coordinates that `toWorld` starts from.
+function inLattice({ normal, constant }: THREE.Plane, toWorld: Affine): HalfSpace {
+  const n = normal.toArray();
+  const dot = (at: number) => n[0] * toWorld[at] + n[1] * toWorld[at + 1] + n[2] * toWorld[at + 2];
+  return { normal: [dot(0), dot(3), dot(6)], constant: dot(9) + constant };
 }

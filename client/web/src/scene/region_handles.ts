@@ -4,6 +4,7 @@ import * as THREE from "three";
 
 import type { Region } from "../state/settings";
 import type { Vec3 } from "../stream/dataset";
+import { discard } from "./discard";
 import type { Stage } from "./stage";
 
 interface Handle {
@@ -51,11 +52,6 @@ export class RegionHandles {
     return this.handleAt(x, y) !== null;
   }
 
-  // Places of the handles on the canvas.
-  positions(): { x: number; y: number }[] {
-    return this.handles.flatMap(({ mesh }) => this.stage.project(mesh.position) ?? []);
-  }
-
   show(region: Region | null): void {
     const isOtherKind = region?.kind !== this.region?.kind;
     this.region = region;
@@ -65,7 +61,7 @@ export class RegionHandles {
   }
 
   private build(): void {
-    this.group.clear();
+    discard(this.group);
     this.handles = [];
     if (!this.region) return;
     const shape =

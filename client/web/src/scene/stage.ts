@@ -6,17 +6,11 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Vec3 } from "../stream/dataset";
 import type { View } from "../stream/request";
 
-export interface Look {
-  background: string;
-  horizon: string;
-}
-
 export class Stage {
   readonly scene = new THREE.Scene();
   readonly camera = new THREE.PerspectiveCamera(35, 1, 0.1, 1000);
   readonly renderer: THREE.WebGLRenderer;
   readonly controls: OrbitControls;
-  readonly clipPlane = new THREE.Plane();
   private readonly headlight = new THREE.DirectionalLight(0xfff6ea, 2.5);
   private readonly sphere = new THREE.Sphere(new THREE.Vector3(), 1);
   private isDue = false;

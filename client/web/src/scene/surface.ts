@@ -80,10 +80,6 @@ export class Surface {
     this.invalidate();
   }
 
-  has(id: string): boolean {
-    return this.tiles.has(id);
-  }
-
   // Ids of the tiles that are kept, the largest first.
   ids(prefix: string): string[] {
     return [...this.tiles.entries()]

@@ -4,6 +4,7 @@ import * as THREE from "three";
 import { applied } from "../stream/dataset";
 import type { DatasetInfo } from "../protocol/messages";
 import { counted, h } from "../panel/dom";
+import { discard } from "./discard";
 import type { Stage } from "./stage";
 
 const axisColours = [0xd9534f, 0x5cb85c, 0x4f8fd9];
@@ -19,7 +20,7 @@ export class Surroundings {
   }
 
   setDataset(info: DatasetInfo): void {
-    this.box.clear();
+    discard(this.box);
     const corner = (bits: number) =>
       applied(info.indexToWorld, info.dims.map((n, axis) => (bits & (1 << axis) ? n - 1 : 0)));
     for (let axis = 0; axis < 3; ++axis) {

@@ -3,6 +3,7 @@
 import * as THREE from "three";
 
 import type { DatasetInfo } from "../protocol/messages";
+import { session } from "../state/remembered";
 import { defaults } from "../state/settings";
 import { Conversation, type Effect } from "../stream/conversation";
 import { latticeToWorld } from "../stream/dataset";
@@ -35,7 +36,7 @@ export class Thumbnails {
   ) {}
 
   want(info: DatasetInfo): void {
-    const kept = sessionStorage.getItem(keyOf(info));
+    const kept = session.get(keyOf(info));
     if (kept) {
       this.made(info.name, kept);
     } else if (!this.queue.includes(info) && this.current !== info) {
@@ -74,6 +75,7 @@ export class Thumbnails {
         this.current = null;
         this.queue.length = 0;
       },
+      impossible: () => {},
     });
     this.link.connect();
   }
@@ -139,11 +141,7 @@ export class Thumbnails {
     ++this.stream;
     this.perform(this.conversation?.cancel() ?? []);
     if (picture) {
-      try {
-        sessionStorage.setItem(keyOf(info), picture);
-      } catch {
-        // Full: it is drawn anew next time.
-      }
+      session.set(keyOf(info), picture);
       this.made(info.name, picture);
     }
     this.current = null;
@@ -218,5 +216,5 @@ const nothing = {
 };
 
 function keyOf(info: DatasetInfo): string {
-  return `thumbnail:${info.name}:${info.dims.join("x")}:${info.suggestedIsovalues[0] ?? ""}`;
+  return `thumbnail:${info.name}:${info.contentId}:${info.suggestedIsovalues[0] ?? ""}`;
 }

@@ -21,6 +21,13 @@ export interface StepFacts {
   sameTopologyAs: number | null; // An earlier step of the stream that it was compared with.
 }
 
+// As the server estimates it before it makes the surface.
+export interface SurfaceSize {
+  triangles: number;
+  bytes: number;
+  errorVoxels: number;
+}
+
 export type ConnectionPhase = "connecting" | "greeting" | "ready" | "lost";
 
 export interface Progress {
@@ -36,6 +43,7 @@ export interface Progress {
   firstSurface: number | null;
   complete: number | null;
   shown: StepFacts | null;
+  heldBack: SurfaceSize | null; // What was asked for is this large: less of it was sent.
   // One sentence for the user, and how bad it is.
   trouble: { text: string; isFatal: boolean; needsToken: boolean } | null;
 }
@@ -52,6 +60,7 @@ export const noProgress: Progress = {
   firstSurface: null,
   complete: null,
   shown: null,
+  heldBack: null,
   trouble: null,
 };
 

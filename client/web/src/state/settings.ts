@@ -30,6 +30,7 @@ export interface Settings {
   followView: boolean;
   pixels: number; // Allowed error on the screen when the view is followed.
   maxTriangles: number; // 0: no limit.
+  compact: boolean; // Without the triangles that the error does not need.
   // How it is shown.
   shading: Shading;
   wireframe: boolean;
@@ -55,6 +56,7 @@ export const defaults: Settings = {
   followView: false,
   pixels: 1,
   maxTriangles: 0,
+  compact: false,
   shading: "field",
   wireframe: false,
   colouring: "plain",
@@ -67,3 +69,18 @@ export const defaults: Settings = {
   eye: null,
   target: null,
 };
+
+// Whether the server is asked for something else now. Not for another dataset: whoever changes that
+// asks when the dataset is there.
+export function isOtherRequest(now: Settings, before: Settings): boolean {
+  if (now.dataset !== before.dataset) return false;
+  const hasNormals = (s: Settings) => s.shading === "field";
+  const isOther = (name: keyof Settings) => now[name] !== before[name];
+  return (
+    asking.some(isOther) || (now.followView && isOther("pixels")) || hasNormals(now) !== hasNormals(before)
+  );
+}
+
+const asking = [
+  "isovalue", "error", "bound", "rule", "tolerance", "region", "followView", "maxTriangles", "compact",
+] as const;

@@ -41,6 +41,7 @@ export function fromAddress(text: string): Partial<Settings> {
   set("followView", yes("followView"));
   set("pixels", number("pixels", 0.1, 100));
   set("maxTriangles", number("maxTriangles", 0, 1e9));
+  set("compact", yes("compact"));
   set("shading", word("shading", "field", "smooth", "facets"));
   set("wireframe", yes("wireframe"));
   set("colouring", word("colouring", "plain", "tiles", "steps"));
@@ -58,7 +59,7 @@ export function fromAddress(text: string): Partial<Settings> {
 
 const plainNames = [
   "dataset", "isovalue", "error", "bound", "rule", "tolerance", "followView", "pixels",
-  "maxTriangles", "shading", "wireframe", "colouring", "clip", "clipAt", "clipFlipped", "axes",
+  "maxTriangles", "compact", "shading", "wireframe", "colouring", "clip", "clipAt", "clipFlipped", "axes",
   "logScale", "theme",
 ] as const;
 

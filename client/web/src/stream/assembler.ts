@@ -5,22 +5,18 @@
 // A step is shown only when all its tiles are decoded and its checks have passed; until then the
 // step before stays. Steps end in the order in which they began. After a failed check the assembler
 // says nothing more.
-import { create, equals } from "@bufbuild/protobuf";
-
 import { type ContentDigest, emptyDigest, fromHex, hex, sum } from "../mesh/content_digest";
 import { isSound, type MeshTopology } from "../mesh/seams";
 import { nameOf, type TilePromise } from "../mesh/tile_mesh";
 import {
   type DatasetInfo,
   type IsosurfaceRequest,
-  IsosurfaceRequestSchema,
-  PayloadCodec,
   type ServerKind,
   type StepBegin,
   type StepEnd,
   StreamOutcome,
-  ThresholdMapSchema,
 } from "../protocol/messages";
+import { manifestFault, parameterFault, preservesTopology, promiseOf } from "./step_checks";
 
 export interface StreamOrder {
   info: DatasetInfo;
@@ -57,31 +53,14 @@ interface Pending {
 }
 
 const maxSteps = 64;
-const maxTriangles = 60_000_000; // Of a step: about what a browser's memory takes.
-const maxTileTriangles = 2 ** 20;
-
-export function promiseOf(summary: StepBegin["tiles"][number]): TilePromise {
-  return {
-    key: hex({ high: summary.digestHigh, low: summary.digestLow }),
-    cube: { exponent: summary.cubeExponent, x: summary.cubeX, y: summary.cubeY, z: summary.cubeZ },
-    triangles: summary.triangles,
-    vertices: summary.vertices,
-    bytes: summary.bytes,
-  };
-}
-
-// Whether the step promises the topology of the full-resolution surface.
-export function preservesTopology(begin: StepBegin): boolean {
-  return begin.request?.topologyTolerance === 0 && begin.finestSpacing === 1;
-}
 
 export class Assembler {
   private readonly pending: Pending[] = [];
   private steps = 0; // That have begun.
-  private committed = 0;
   private finalHasBegun = false;
   private streamEnd: { outcome: StreamOutcome } | null = null;
   private isOver = false;
+  private readonly toCome = new Map<number, Set<string>>(); // Keys that must still come, by step.
   private invariants: { step: number; euler: number; components: number } | null = null;
   private readonly announced = new Set<string>();
   private readonly ready: Set<string>;
@@ -143,7 +122,6 @@ export class Assembler {
     if (fault) return this.fail(`Step ${step}: ${fault}.`);
     const { certifying } = first;
     this.pending.shift();
-    ++this.committed;
     const compared = preservesTopology(certifying.begin) ? this.invariants!.step : step;
     const sameAs = compared === step ? null : compared;
     return [{ kind: "committed", step: certifying, topology, sameAs }, ...this.advance()];
@@ -169,7 +147,7 @@ export class Assembler {
     if (begin.step !== this.steps) return fault(`step ${this.steps} was due`);
     if (this.finalHasBegun) return fault("it follows the final step");
     if (begin.step >= maxSteps) return fault(`this viewer allows ${maxSteps} steps`);
-    const found = parameterFault(begin, this.order.request) ?? this.manifestFault(begin);
+    const found = parameterFault(begin, this.order.request) ?? manifestFault(begin, this.order.info);
     if (found) return fault(found);
     const tiles = begin.tiles.map(promiseOf);
     const missing = tiles.filter(({ key }) => !this.ready.has(key) && !this.announced.has(key));
@@ -189,9 +167,6 @@ export class Assembler {
     this.finalHasBegun = begin.isFinal;
     return [{ kind: "begun", begin, tiles, missing: missing.length }];
   }
-
-  // Keys that must still come, by step.
-  private readonly toCome = new Map<number, Set<string>>();
 
   private tile(step: number, index: number, payload: Uint8Array): AssemblerEffect[] {
     const pending = this.pending.at(-1);
@@ -268,33 +243,6 @@ export class Assembler {
     return [{ kind: "certify", step: first.certifying }];
   }
 
-  private manifestFault(begin: StepBegin): string | null {
-    if (begin.codec !== PayloadCodec.DRACO_LATTICE) return "its codec was not negotiated";
-    const cubes = new Set<string>();
-    const keys = new Set<string>();
-    let triangles = 0;
-    for (const tile of begin.tiles.map(promiseOf)) {
-      const name = nameOf(tile.cube);
-      const { exponent, x, y, z } = tile.cube;
-      const side = 2 ** (this.order.info.gridExponent - exponent);
-      if (!(side >= 1 && Math.max(x, y, z) < side)) return `${name} lies outside the grid`;
-      if (tile.triangles < 1 || tile.triangles > maxTileTriangles) {
-        return `${name} cannot have ${tile.triangles} triangles`;
-      }
-      if (tile.vertices < 3 || tile.vertices > 3 * tile.triangles) {
-        return `${tile.vertices} vertices cannot belong to ${tile.triangles} triangles at ${name}`;
-      }
-      if (tile.bytes < 1) return `${name} has no bytes`;
-      if (cubes.size === cubes.add(name).size) return `${name} is there twice`;
-      if (keys.size === keys.add(tile.key).size) return `${name} has another tile's content`;
-      triangles += tile.triangles;
-    }
-    if (triangles > maxTriangles) {
-      return `it announces ${triangles} triangles; this viewer allows ${maxTriangles}`;
-    }
-    return null;
-  }
-
   private topologyFault(begin: StepBegin, found: MeshTopology): string | null {
     if (!isSound(found)) {
       return (
@@ -317,39 +265,4 @@ export class Assembler {
       `${found.components} components instead of ${first.components}`
     );
   }
-}
-
-// A preview may be coarser than the request; everything else is as it was asked for.
-function parameterFault(begin: StepBegin, asked: IsosurfaceRequest): string | null {
-  const given = begin.request;
-  if (!given?.threshold || !asked.threshold) return "it tells no parameters";
-  const least = { given: given.threshold.atLeast, asked: asked.threshold.atLeast };
-  if (least.given < least.asked || given.topologyTolerance < asked.topologyTolerance) {
-    return "it is said to be finer than the request";
-  }
-  if (given.threshold.everywhere < asked.threshold.everywhere) {
-    return "its error is below the request's";
-  }
-  const mayDiffer = !begin.isFinal || asked.maxTriangles > 0n || asked.maxBytes > 0n;
-  const compared = create(IsosurfaceRequestSchema, {
-    ...given,
-    ...(mayDiffer ? { topologyTolerance: asked.topologyTolerance } : {}),
-    threshold: create(ThresholdMapSchema, {
-      ...given.threshold,
-      ...(mayDiffer ? { atLeast: least.asked } : {}),
-      ...(begin.isFinal ? {} : { everywhere: asked.threshold.everywhere }),
-      combination: given.threshold.combination || 1,
-      coordinates: given.threshold.coordinates || 1,
-    }),
-    ...(begin.isFinal ? {} : { latticeResolution: asked.latticeResolution }),
-  });
-  if (!equals(IsosurfaceRequestSchema, compared, asked)) {
-    return "its parameters differ from the request in more than accuracy";
-  }
-  if (begin.isFinal && begin.finestSpacing !== 1) return "the final step leaves out points";
-  if (begin.isFinal && asked.maxTriangles > 0n) {
-    const triangles = begin.tiles.reduce((n, tile) => n + tile.triangles, 0);
-    if (BigInt(triangles) > asked.maxTriangles) return "it has more triangles than its budget";
-  }
-  return null;
 }

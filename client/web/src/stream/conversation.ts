@@ -10,6 +10,8 @@ import {
   type ClientKind,
   type DatasetInfo,
   ErrorCode,
+  EstimateSchema,
+  type EstimateReply,
   HelloSchema,
   type IsosurfaceRequest,
   ListDatasetsSchema,
@@ -29,6 +31,8 @@ export type Effect =
   | { kind: "phase"; phase: Phase; retryInMilliseconds?: number }
   | { kind: "datasets"; datasets: DatasetInfo[] }
   | { kind: "opened"; order: Wanted; stream: number }
+  // How large the surface of an order would be; answers a question of askSize().
+  | { kind: "size"; order: Wanted; triangles: number; bytes: number; errorWorld: number }
   // Of a stream; `stream` tells which, as answers from elsewhere may come late.
   | { kind: "stream"; stream: number; order: Wanted; effect: AssemblerEffect; isNews: boolean }
   | { kind: "trouble"; text: string; isFatal: boolean; code: ErrorCode };
@@ -53,7 +57,10 @@ const longestRetry = 15_000;
 export class Conversation {
   private phase: Phase = "connecting";
   private retry = firstRetry;
-  private lastRequestId = 0n;
+  private lastRequestId = 0n; // Of streams and questions.
+  private streamId = 0n; // Of the stream opened last.
+  private question: { id: bigint; order: Wanted } | null = null; // Under way.
+  private nextQuestion: Wanted | null = null;
   private datasets: DatasetInfo[] = [];
   private wanted: Wanted | null = null;
   private assembler: Assembler | null = null;
@@ -74,6 +81,21 @@ export class Conversation {
     return this.phase === "ready" ? this.openStream() : [];
   }
 
+  // How large a surface would be. One question is under way at a time; of those that come meanwhile
+  // the last one follows. Without a connection nothing is asked.
+  askSize(order: Wanted): Effect[] {
+    if (this.phase !== "ready") return [];
+    if (this.question) {
+      this.nextQuestion = order;
+      return [];
+    }
+    const { info, request } = order;
+    const id = ++this.lastRequestId;
+    this.question = { id, order };
+    const value = create(EstimateSchema, { requestId: id, dataset: info.name, request });
+    return [{ kind: "send", message: { case: "estimate", value } }];
+  }
+
   // The user has changed what the server refused.
   tryAgain(): void {
     this.isGivenUp = false;
@@ -83,7 +105,7 @@ export class Conversation {
     this.wanted = null;
     if (!this.assembler || this.assembler.hasEnded || this.phase !== "ready") return [];
     this.assembler = null;
-    const value = create(CancelSchema, { requestId: this.lastRequestId });
+    const value = create(CancelSchema, { requestId: this.streamId });
     return [{ kind: "send", message: { case: "cancel", value } }];
   }
 
@@ -91,6 +113,7 @@ export class Conversation {
 
   opened(): Effect[] {
     this.lastRequestId = 0n;
+    this.question = this.nextQuestion = null;
     const value = create(HelloSchema, {
       minVersion: 1,
       maxVersion: 1,
@@ -124,8 +147,12 @@ export class Conversation {
         ];
       case "datasetList":
         return this.listed(message.value.datasets);
+      case "estimateReply":
+        return this.sized(message.value);
       case "error":
         if (message.value.requestId === 0n) return this.refusedAltogether(message.value);
+        // The stream is refused for the same reason, and tells it.
+        if (message.value.requestId === this.question?.id) return this.askNext();
     }
     if (!this.assembler) return [];
     return this.told(this.assembler.receive(message));
@@ -144,6 +171,19 @@ export class Conversation {
   }
 
   // ----
+
+  private sized({ requestId, triangles, bytes, thresholdWorld }: EstimateReply): Effect[] {
+    const { question } = this;
+    if (requestId !== question?.id) return [];
+    const size = { triangles: Number(triangles), bytes: Number(bytes), errorWorld: thresholdWorld };
+    return [{ kind: "size", order: question.order, ...size }, ...this.askNext()];
+  }
+
+  private askNext(): Effect[] {
+    const next = this.nextQuestion;
+    this.question = this.nextQuestion = null;
+    return next ? this.askSize(next) : [];
+  }
 
   private current(stream: number, act: (a: Assembler) => AssemblerEffect[]): Effect[] {
     return stream === this.stream && this.assembler ? this.told(act(this.assembler)) : [];
@@ -174,11 +214,11 @@ export class Conversation {
   private openStream(): Effect[] {
     const order = (this.order = this.wanted!);
     const held = this.options.held(order).slice(0, maxHeld);
-    ++this.lastRequestId;
+    this.streamId = ++this.lastRequestId;
     ++this.stream;
-    this.assembler = new Assembler({ ...order, requestId: this.lastRequestId }, held);
+    this.assembler = new Assembler({ ...order, requestId: this.streamId }, held);
     const value = create(OpenStreamSchema, {
-      requestId: this.lastRequestId,
+      requestId: this.streamId,
       dataset: order.info.name,
       request: order.request,
       steps: order.finalOnly ? StepPolicy.FINAL_ONLY : StepPolicy.PROGRESSIVE,

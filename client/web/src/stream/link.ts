@@ -5,6 +5,7 @@ export interface LinkEvents {
   opened: () => void;
   received: (message: ServerKind) => void;
   closed: () => void;
+  impossible: () => void; // No connection can be made to this address.
 }
 
 export class Link {
@@ -19,7 +20,14 @@ export class Link {
   connect(): void {
     clearTimeout(this.timer);
     this.leave();
-    const socket = new WebSocket(this.address, subprotocol);
+    let socket: WebSocket;
+    try {
+      socket = new WebSocket(this.address, subprotocol);
+    } catch {
+      // No address of a WebSocket, or one that this page may not use.
+      this.events.impossible();
+      return;
+    }
     socket.binaryType = "arraybuffer";
     const isCurrent = () => this.socket === socket;
     socket.onopen = () => isCurrent() && this.events.opened();

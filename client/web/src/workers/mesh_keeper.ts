@@ -5,7 +5,7 @@ import { meshFile } from "../mesh/mesh_files";
 import { pack } from "../mesh/normals";
 import { nearestHit } from "../mesh/ray";
 import { type DataBorder, joined } from "../mesh/seams";
-import type { Certified, KeeperReply, KeeperRequest, KeptTile } from "./worker_messages";
+import type { Certified, Hit, KeeperReply, KeeperRequest, KeptTile, PickRay } from "./worker_messages";
 
 const tiles = new Map<string, KeptTile>();
 // Tiles come from other workers: a step may be asked for before the last of them is here.
@@ -73,12 +73,16 @@ function agreed(step: KeptTile[], numbers: Uint32Array[], count: number): Certif
   return changed;
 }
 
+function pick(shown: KeptTile[], { origin, direction, kept }: PickRay): Hit | null {
+  return nearestHit(shown, origin, direction, kept);
+}
+
 async function answer(request: KeeperRequest): Promise<KeeperReply["result"]> {
   switch (request.kind) {
     case "certify":
       return certified(request.ids, request.border);
     case "pick":
-      return nearestHit(await all(request.ids), request.origin, request.direction);
+      return pick(await all(request.ids), request.ray);
     case "file":
       return meshFile(await all(request.ids), request.format, request.toWorld);
     default:

@@ -8,6 +8,7 @@ import type {
   KeeperReply,
   KeeperRequest,
   MeshFormat,
+  PickRay,
   TileJob,
 } from "./worker_messages";
 
@@ -56,8 +57,8 @@ export class TilePool {
     return this.ask((request) => ({ kind: "certify", request, ids, border }));
   }
 
-  pick(ids: string[], origin: number[], direction: number[]): Promise<Hit | null> {
-    return this.ask((request) => ({ kind: "pick", request, ids, origin, direction }));
+  pick(ids: string[], ray: PickRay): Promise<Hit | null> {
+    return this.ask((request) => ({ kind: "pick", request, ids, ray }));
   }
 
   file(ids: string[], format: MeshFormat, toWorld: number[]): Promise<Uint8Array> {

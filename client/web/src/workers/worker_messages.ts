@@ -1,5 +1,6 @@
 // What travels between the page, the tile workers and the mesh keeper. A tile's id is its key
 // within one tile memory: the same content with and without normals are two tiles.
+import type { HalfSpace } from "../mesh/ray";
 import type { DataBorder, MeshTopology } from "../mesh/seams";
 import type { TilePromise } from "../mesh/tile_mesh";
 import type { TileRim } from "../mesh/tile_rim";
@@ -49,8 +50,15 @@ export type KeeperRequest =
   | { kind: "port"; port: MessagePort }
   | { kind: "drop"; ids: string[] }
   | { kind: "certify"; request: number; ids: string[]; border: DataBorder }
-  | { kind: "pick"; request: number; ids: string[]; origin: number[]; direction: number[] }
+  | { kind: "pick"; request: number; ids: string[]; ray: PickRay }
   | { kind: "file"; request: number; ids: string[]; format: MeshFormat; toWorld: number[] };
+
+// In lattice coordinates.
+export interface PickRay {
+  origin: number[];
+  direction: number[];
+  kept: HalfSpace | null; // Null: nothing is cut away.
+}
 
 export type MeshFormat = "glb" | "ply" | "stl";
 

@@ -1,0 +1,25 @@
+// An image in memory.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace multitetra {
+
+using Pixel =
+    std::array<std::uint8_t, 4>;  // Red, green, blue in sRGB, and opacity, not multiplied.
+
+struct Picture {
+  int width = 0;
+  int height = 0;
+  std::vector<Pixel> pixels = {};  // Rows from above, each from the left.
+
+  [[nodiscard]] const Pixel& at(int x, int y) const {
+    return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                  static_cast<std::size_t>(x)];
+  }
+};
+
+}  // namespace multitetra

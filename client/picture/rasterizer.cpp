@@ -1,0 +1,293 @@
+#include "client/picture/rasterizer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cassert>
+#include <cmath>
+#include <cstdint>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace multitetra {
+namespace {
+
+constexpr int kSubpixels = 256;  // Corners are rounded to these.
+constexpr std::size_t kSamples = 8;
+constexpr int kBandRows = 32;  // A band of the picture is drawn by one thread.
+
+// Where a pixel is sampled, in subpixels from its upper left corner: no two in one row or column,
+// so that edges of every direction come out smooth.
+constexpr std::array<std::array<int, 2>, kSamples> kSamplePlaces = {
+    {{144, 80}, {112, 176}, {208, 144}, {80, 48}, {48, 208}, {16, 112}, {176, 240}, {240, 16}}};
+
+// A corner as the picture has it.
+struct Corner {
+  std::int32_t x = 0;   // Subpixels from the left.
+  std::int32_t y = 0;   // Subpixels from above.
+  double nearness = 0;  // One by the distance along the view: linear in the picture.
+};
+
+double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+Vec3 normalized(const Vec3& v) {
+  const double length = std::sqrt(dot(v, v));
+  return length > 0 ? Vec3{v[0] / length, v[1] / length, v[2] / length} : Vec3{0, 0, 1};
+}
+
+Vec3 vector(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
+
+// Twice the area of a, b and the place; positive when the place is to the right of a -> b, as rows
+// are counted downwards.
+std::int64_t side(const Corner& a, const Corner& b, std::int64_t x, std::int64_t y) {
+  return (std::int64_t{b.x} - a.x) * (y - a.y) - (std::int64_t{b.y} - a.y) * (x - a.x);
+}
+
+// A sample that is exactly on an edge belongs to the triangle whose left or upper edge it is.
+std::int64_t owed(const Corner& a, const Corner& b) {
+  const bool is_owner = b.y < a.y || (b.y == a.y && b.x > a.x);
+  return is_owner ? 0 : 1;
+}
+
+std::vector<Corner> corners_of(const PositionedMesh& mesh, const Camera& camera) {
+  std::vector<Corner> corners;
+  corners.reserve(mesh.positions.size());
+  for (const auto& position : mesh.positions) {
+    const Vec3 seen = camera.seen(vector(position));
+    const double nearness = -1 / seen[2];
+    const double scale = camera.pixels_at_one * nearness;
+    corners.push_back({.x = static_cast<std::int32_t>(
+                           std::lround(kSubpixels * (camera.width / 2.0 + scale * seen[0]))),
+                       .y = static_cast<std::int32_t>(
+                           std::lround(kSubpixels * (camera.height / 2.0 - scale * seen[1]))),
+                       .nearness = nearness});
+  }
+  return corners;
+}
+
+// Of the triangles around each vertex, weighted by their areas.
+std::vector<UnitVector> averaged_normals(const PositionedMesh& mesh) {
+  std::vector<Vec3> sums(mesh.positions.size(), Vec3{0, 0, 0});
+  for (const TriangleIndices& triangle : mesh.triangles) {
+    const Vec3 a = vector(mesh.positions[triangle[0]]);
+    const Vec3 b = vector(mesh.positions[triangle[1]]);
+    const Vec3 c = vector(mesh.positions[triangle[2]]);
+    const Vec3 u = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+    const Vec3 v = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
+    const Vec3 across = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
+                         u[0] * v[1] - u[1] * v[0]};
+    for (const std::uint32_t vertex : triangle) {
+      for (std::size_t axis = 0; axis < 3; ++axis) sums[vertex][axis] += across[axis];
+    }
+  }
+  std::vector<UnitVector> normals;
+  normals.reserve(sums.size());
+  for (const Vec3& sum : sums) {
+    const Vec3 n = normalized(sum);
+    normals.push_back(
+        {static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2])});
+  }
+  return normals;
+}
+
+// What all bands read.
+struct Scene {
+  const PositionedMesh& mesh;
+  const std::vector<UnitVector>& normals;
+  const Camera& camera;
+  Background background;
+  std::vector<Corner> corners;
+  std::vector<std::vector<std::uint32_t>> bands;  // Triangles that may show in each, in order.
+};
+
+std::vector<std::vector<std::uint32_t>> bands_of(const PositionedMesh& mesh, const Camera& camera,
+                                                 const std::vector<Corner>& corners) {
+  const int count = (camera.height + kBandRows - 1) / kBandRows;
+  std::vector<std::vector<std::uint32_t>> bands(static_cast<std::size_t>(count));
+  const auto band_at = [&](std::int32_t y) {
+    return static_cast<std::size_t>(std::clamp(y / (kSubpixels * kBandRows), 0, count - 1));
+  };
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    const auto [low, high] = std::minmax({corners[a].y, corners[b].y, corners[c].y});
+    for (std::size_t band = band_at(low); band <= band_at(high); ++band) bands[band].push_back(t);
+  }
+  return bands;
+}
+
+// Some rows of the picture, with all their samples.
+class Band {
+ public:
+  Band(const Scene& scene, std::size_t number)
+      : scene_(scene),
+        first_row_(static_cast<int>(number) * kBandRows),
+        rows_(std::min(kBandRows, scene.camera.height - first_row_)),
+        samples_(static_cast<std::size_t>(rows_) * static_cast<std::size_t>(scene.camera.width) *
+                 kSamples) {
+    for (const std::uint32_t triangle : scene.bands[number]) draw(scene.mesh.triangles[triangle]);
+  }
+
+  void write(Picture& picture) const {
+    for (int row = 0; row < rows_; ++row) {
+      for (int x = 0; x < picture.width; ++x) {
+        const int y = first_row_ + row;
+        picture.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) +
+                       static_cast<std::size_t>(x)] = pixel(x, y);
+      }
+    }
+  }
+
+ private:
+  struct Sample {
+    double nearness = 0;  // Of nothing.
+    Light light = {};
+  };
+
+  [[nodiscard]] std::size_t first_sample(int x, int y) const {
+    return (static_cast<std::size_t>(y - first_row_) *
+                static_cast<std::size_t>(scene_.camera.width) +
+            static_cast<std::size_t>(x)) *
+           kSamples;
+  }
+
+  void draw(TriangleIndices indices) {
+    const auto corner = [&](std::size_t i) -> const Corner& { return scene_.corners[indices[i]]; };
+    std::int64_t area = side(corner(0), corner(1), corner(2).x, corner(2).y);
+    if (area == 0) return;
+    // Triangles go counterclockwise where their outside is seen; rows are counted downwards.
+    const bool is_inside = area > 0;
+    if (area < 0) {
+      std::swap(indices[1], indices[2]);
+      area = -area;
+    }
+    const auto [left, right] = std::minmax({corner(0).x, corner(1).x, corner(2).x});
+    const auto [above, below] = std::minmax({corner(0).y, corner(1).y, corner(2).y});
+    const int last_row = std::min(below / kSubpixels, first_row_ + rows_ - 1);
+    const int last_column = std::min(right / kSubpixels, scene_.camera.width - 1);
+    for (int y = std::max(above / kSubpixels, first_row_); y <= last_row; ++y) {
+      for (int x = std::max(left / kSubpixels, 0); x <= last_column; ++x) {
+        draw_pixel(indices, area, is_inside, x, y);
+      }
+    }
+  }
+
+  // The samples of a pixel that the triangle covers, and is the nearest at so far.
+  void draw_pixel(const TriangleIndices& indices, std::int64_t area, bool is_inside, int x, int y) {
+    const Corner& a = scene_.corners[indices[0]];
+    const Corner& b = scene_.corners[indices[1]];
+    const Corner& c = scene_.corners[indices[2]];
+    Sample* const samples = &samples_[first_sample(x, y)];
+    std::array<std::size_t, kSamples> covered{};
+    std::size_t count = 0;
+    std::array<double, 3> middle = {0, 0, 0};  // Of the covered samples, in weights of corners.
+    for (std::size_t i = 0; i < kSamples; ++i) {
+      const std::int64_t sx = std::int64_t{x} * kSubpixels + kSamplePlaces[i][0];
+      const std::int64_t sy = std::int64_t{y} * kSubpixels + kSamplePlaces[i][1];
+      const std::int64_t of_a = side(b, c, sx, sy);
+      const std::int64_t of_b = side(c, a, sx, sy);
+      const std::int64_t of_c = area - of_a - of_b;
+      if (of_a < owed(b, c) || of_b < owed(c, a) || of_c < owed(a, b)) continue;
+      const std::array<double, 3> weights = {static_cast<double>(of_a) / static_cast<double>(area),
+                                             static_cast<double>(of_b) / static_cast<double>(area),
+                                             static_cast<double>(of_c) / static_cast<double>(area)};
+      const double nearness =
+          weights[0] * a.nearness + weights[1] * b.nearness + weights[2] * c.nearness;
+      if (nearness <= samples[i].nearness) continue;
+      samples[i].nearness = nearness;
+      covered[count++] = i;
+      for (std::size_t j = 0; j < 3; ++j) middle[j] += weights[j];
+    }
+    if (count == 0) return;
+    const Light light = light_at(indices, middle, is_inside);
+    for (std::size_t i = 0; i < count; ++i) samples[covered[i]].light = light;
+  }
+
+  // `weights` are of the corners in the picture, of any sum.
+  [[nodiscard]] Light light_at(const TriangleIndices& indices, std::array<double, 3> weights,
+                               bool is_inside) const {
+    Vec3 place = {0, 0, 0};
+    Vec3 normal = {0, 0, 0};
+    double sum = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      weights[i] *= scene_.corners[indices[i]].nearness;  // As they are in space.
+      sum += weights[i];
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        place[axis] += weights[i] / sum * scene_.mesh.positions[indices[i]][axis];
+        normal[axis] += weights[i] * scene_.normals[indices[i]][axis];
+      }
+    }
+    const Camera& camera = scene_.camera;
+    const double sign = is_inside ? -1 : 1;
+    const Vec3 seen = camera.seen(place);
+    return lit(normalized({sign * dot(normal, camera.right), sign * dot(normal, camera.up),
+                           sign * dot(normal, camera.back)}),
+               normalized({-seen[0], -seen[1], -seen[2]}),
+               {camera.right[2], camera.up[2], camera.back[2]}, is_inside);
+  }
+
+  [[nodiscard]] Pixel pixel(int x, int y) const {
+    const Camera& camera = scene_.camera;
+    const bool has_background = scene_.background != Background::kTransparent;
+    const Light behind = background_at(scene_.background, (2.0 * x + 1) / camera.width - 1,
+                                       (2.0 * y + 1) / camera.height - 1);
+    Light sum = {0, 0, 0};
+    std::size_t seen = 0;
+    for (std::size_t i = 0; i < kSamples; ++i) {
+      const Sample& sample = samples_[first_sample(x, y) + i];
+      const bool is_hit = sample.nearness > 0;
+      if (!is_hit && !has_background) continue;
+      ++seen;
+      for (std::size_t j = 0; j < 3; ++j) sum[j] += is_hit ? sample.light[j] : behind[j];
+    }
+    if (seen == 0) return {0, 0, 0, 0};
+    const auto count = static_cast<float>(seen);
+    return {srgb(sum[0] / count), srgb(sum[1] / count), srgb(sum[2] / count),
+            static_cast<std::uint8_t>((255 * seen + kSamples / 2) / kSamples)};
+  }
+
+  const Scene& scene_;
+  int first_row_;
+  int rows_;
+  std::vector<Sample> samples_;
+};
+
+}  // namespace
+
+Picture drawn(const PositionedMesh& mesh, const Camera& camera, const DrawOptions& options) {
+  assert(camera.width > 0 && camera.width <= kMaxPictureSide);
+  assert(camera.height > 0 && camera.height <= kMaxPictureSide);
+  const std::vector<UnitVector> own =
+      mesh.normals.empty() ? averaged_normals(mesh) : std::vector<UnitVector>();
+  Scene scene{.mesh = mesh,
+              .normals = mesh.normals.empty() ? own : mesh.normals,
+              .camera = camera,
+              .background = options.background,
+              .corners = corners_of(mesh, camera),
+              .bands = {}};
+  scene.bands = bands_of(mesh, camera, scene.corners);
+  Picture picture{.width = camera.width, .height = camera.height};
+  picture.pixels.resize(static_cast<std::size_t>(camera.width) *
+                        static_cast<std::size_t>(camera.height));
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t band = next++; band < scene.bands.size(); band = next++) {
+      Band(scene, band).write(picture);
+    }
+  };
+  const auto processors = std::max(1U, std::thread::hardware_concurrency());
+  const std::size_t threads =
+      options.threads > 0 ? static_cast<std::size_t>(options.threads) : std::size_t{processors};
+  {
+    std::vector<std::jthread> helpers;  // Join at the end of this block.
+    for (std::size_t i = 1; i < std::min(threads, scene.bands.size()); ++i) {
+      helpers.emplace_back(work);
+    }
+    work();
+  }
+  return picture;
+}
+
+}  // namespace multitetra

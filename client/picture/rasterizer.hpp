@@ -1,0 +1,32 @@
+// Draws a mesh: perspective, hidden surfaces, smooth shading, edges without steps.
+//
+//   const Camera camera = framing(mesh.positions, azimuth, elevation, 1280, 960);
+//   write_file("head.png", png_file(drawn(mesh, camera, {})));
+//
+// Every pixel is sampled in eight places. A sample belongs to exactly one of the triangles that
+// meet at an edge, as their corners are rounded to 1/256 pixel first: a mesh without cracks is
+// drawn without any. The same mesh and camera give the same pixels with any number of threads.
+//
+// There are renderers enough, but none of them draws the same picture everywhere without a display
+// or a driver, and this is all that a picture of one surface needs.
+#pragma once
+
+#include "client/picture/camera.hpp"
+#include "client/picture/picture.hpp"
+#include "client/picture/shading.hpp"
+#include "common/mesh.hpp"
+
+namespace multitetra {
+
+struct DrawOptions {
+  Background background = Background::kDark;
+  int threads = 0;  // 0: one for each processor.
+};
+
+// Shades by the mesh's normals or, if it has none, by those of its triangles, averaged at their
+// corners. Requires that every position is in front of the eye and inside the picture, as framing()
+// makes sure.
+[[nodiscard]] Picture drawn(const PositionedMesh& mesh, const Camera& camera,
+                            const DrawOptions& options);
+
+}  // namespace multitetra

@@ -1,0 +1,69 @@
+#include "client/picture/shading.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace multitetra {
+namespace {
+
+// The inverse of srgb(), for colours that are written down as an image has them.
+float light_of(int value) {
+  const double v = value / 255.0;
+  return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
+}
+
+Light light_of(int red, int green, int blue) {
+  return {light_of(red), light_of(green), light_of(blue)};
+}
+
+double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+Vec3 normalized(const Vec3& v) {
+  const double length = std::sqrt(dot(v, v));
+  return length > 0 ? Vec3{v[0] / length, v[1] / length, v[2] / length} : Vec3{0, 0, 1};
+}
+
+Light mixed(const Light& a, const Light& b, double share) {
+  const auto t = static_cast<float>(share);
+  return {a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])};
+}
+
+}  // namespace
+
+Light lit(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards, bool is_inside) {
+  static const Light kOutside = light_of(0xe0, 0xcd, 0xb4);
+  static const Light kInside = light_of(0x8f, 0x6c, 0x5c);
+  // A lamp beside the eye, above its left shoulder, shows more of the shape than one in the eye.
+  const Vec3 lamp = normalized({to_eye[0] - 0.45, to_eye[1] + 0.55, to_eye[2]});
+  const double facing = std::max(0.0, dot(normal, lamp));
+  const double from_above = 0.5 + 0.5 * dot(normal, upwards);
+  const Vec3 half = normalized({lamp[0] + to_eye[0], lamp[1] + to_eye[1], lamp[2] + to_eye[2]});
+  double shine = std::max(0.0, dot(normal, half));
+  for (int doubling = 0; doubling < 5; ++doubling) shine *= shine;  // To the power of 32.
+  const Light& colour = is_inside ? kInside : kOutside;
+  const double light = 0.08 + 0.10 * from_above + 0.86 * facing;
+  Light result;
+  for (std::size_t i = 0; i < 3; ++i) {
+    result[i] = std::min(1.0F, static_cast<float>(light * colour[i] + 0.05 * shine));
+  }
+  return result;
+}
+
+Light background_at(Background background, double x, double y) {
+  static const Light kGlow = light_of(0x26, 0x2c, 0x35);
+  static const Light kDark = light_of(0x14, 0x17, 0x1c);
+  static const Light kWhite = light_of(0xff, 0xff, 0xff);
+  static const Light kLight = light_of(0xe9, 0xed, 0xf1);
+  if (background == Background::kTransparent) return {0, 0, 0};
+  const double from_middle = std::min(1.0, std::sqrt(x * x + y * y) / 1.2);
+  return background == Background::kDark ? mixed(kGlow, kDark, from_middle)
+                                         : mixed(kWhite, kLight, from_middle);
+}
+
+std::uint8_t srgb(float light) {
+  const double v = std::clamp<double>(light, 0, 1);
+  const double coded = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
+  return static_cast<std::uint8_t>(std::lround(255 * coded));
+}
+
+}  // namespace multitetra

@@ -1,0 +1,48 @@
+// What this page has checked of the surface that is shown, in words and numbers.
+import type { StepFacts } from "../state/progress";
+import { grouped, h, inDigits } from "./dom";
+
+export function isClosed(shown: StepFacts): boolean {
+  return shown.topology.borderEdges === 0;
+}
+
+export function errorWords(shown: StepFacts): string {
+  const world = `${inDigits(shown.errorWorld, 3)} world units`;
+  if (shown.isCertified) {
+    return `No point of this surface is farther than this (${world}) from the full-resolution ` +
+      "surface, nor the other way round; rounding to the lattice comes on top.";
+  }
+  if (!shown.preservesTopology) {
+    return `The error allowed (${world}), while features up to ${inDigits(shown.tolerance, 3)} voxels ` +
+      "may be missing: a preview, or as you asked.";
+  }
+  return `The error of the original method (${world}); the real distance may exceed it.`;
+}
+
+export function certificateOf(shown: StepFacts): HTMLElement[] {
+  const { topology } = shown;
+  const row = (name: string, value: string, tip: string) =>
+    h("div", { "data-tip": tip }, h("dt", {}, name), h("dd", {}, value));
+  const rows = [
+    row("Cracks", topology.openEdges === 0 ? "none" : grouped(topology.openEdges),
+      "Every edge belongs to two triangles that agree on the outside, except where the data ends."),
+    row("Ends at the data's border", topology.borderEdges === 0 ? "nowhere: closed"
+      : `${grouped(topology.borderEdges)} edges`, "The surface ends where the data ends."),
+    row("Folds, degenerate triangles", grouped(topology.nonmanifoldEdges + topology.degenerateTriangles),
+      "Edges of more than two triangles, and triangles without area."),
+    row("Connected parts", grouped(topology.components), "Pieces that hang together."),
+    row("Euler characteristic", String(topology.eulerCharacteristic),
+      "Vertices - edges + triangles: 2 for a ball, 0 for a ring; each hole takes 2 away."),
+    row("Topology", shown.preservesTopology
+      ? shown.sameTopologyAs !== null ? `preserved, same as in step ${shown.sameTopologyAs + 1}` : "preserved"
+      : "a preview: parts may be missing",
+      "Whether parts, tunnels and hollows are exactly those of the full-resolution surface."),
+    row("Vertices, edges", `${grouped(topology.vertices)}, ${grouped(topology.edges)}`, "As counted here."),
+    row("Digest", shown.digest,
+      "The sum of one hash a triangle, computed here from what was decoded, equal to the server's."),
+  ];
+  return [
+    h("h2", {}, "Checked in this browser"),
+    h("dl", {}, ...rows),
+  ];
+}

@@ -1,0 +1,53 @@
+// What one can do with mouse, fingers and keys, on one page.
+import { h } from "./dom";
+
+const hands = [
+  ["Turn", "drag", "one finger"],
+  ["Come closer", "scroll", "pinch"],
+  ["Move", "right button, or Shift and drag", "two fingers"],
+  ["A place's coordinates", "click on the surface", "tap"],
+  ["A distance", "click on a second place", "tap"],
+] as const;
+
+const keys = [
+  ["Arrows", "turn"],
+  ["+ −", "come closer, go away"],
+  ["F", "the whole surface in the picture"],
+  ["R", "the view of the beginning"],
+  ["W", "wireframe: the triangles"],
+  ["C", "colours: plain, tiles, steps"],
+  ["A", "axes, box and scale"],
+  ["Esc", "forget picked places"],
+  ["← → on the histogram", "move the isovalue"],
+  ["?", "this page"],
+] as const;
+
+export class Help {
+  readonly element: HTMLDialogElement;
+
+  constructor() {
+    const close = h("button", { type: "button", class: "close", "aria-label": "Close" }, "×");
+    this.element = h("dialog", { class: "help", "aria-label": "How to use it" }, close,
+      h("h2", {}, "In the picture"),
+      h("table", {},
+        h("tr", {}, h("th"), h("th", {}, "mouse"), h("th", {}, "touch")),
+        ...hands.map(([what, mouse, touch]) =>
+          h("tr", {}, h("td", {}, what), h("td", {}, mouse), h("td", {}, touch)))),
+      h("h2", {}, "Keys"),
+      h("table", {}, ...keys.map(([key, act]) =>
+        h("tr", {}, h("td", {}, h("kbd", {}, key)), h("td", {}, act)))),
+      h("p", { class: "hint" },
+        "Everything else is explained where it is: rest with the mouse on it, or come by with the " +
+        "Tab key."));
+    close.addEventListener("click", () => this.element.close());
+    // A click beside the page closes it.
+    this.element.addEventListener("click", (event) => {
+      if (event.target === this.element) this.element.close();
+    });
+  }
+
+  toggle(): void {
+    if (this.element.open) this.element.close();
+    else this.element.showModal();
+  }
+}

@@ -1,0 +1,25 @@
+// What one takes along: a link, a picture, a file.
+import type { MeshFormat } from "../workers/worker_messages";
+import { h } from "./dom";
+
+export interface TakeAwayEvents {
+  copyLink: () => void;
+  screenshot: () => void;
+  download: (format: MeshFormat) => void;
+  startOver: () => void;
+}
+
+export function takeAwayPart(events: TakeAwayEvents): HTMLElement {
+  const button = (word: string, tip: string, act: () => void) => {
+    const element = h("button", { type: "button", class: "action", "data-tip": tip }, word);
+    element.addEventListener("click", act);
+    return element;
+  };
+  return h("div", { class: "actions" },
+    button("Copy link", "The address of exactly this view, with all settings.", events.copyLink),
+    button("Picture", "What you see, as PNG.", events.screenshot),
+    button("GLB", "The shown surface for Blender, web and office programs.", () => events.download("glb")),
+    button("PLY", "The shown surface for ParaView, MeshLab, CloudCompare.", () => events.download("ply")),
+    button("STL", "The shown surface for 3D printing.", () => events.download("stl")),
+    button("Start over", "All settings as they were in the beginning.", events.startOver));
+}

@@ -1,0 +1,60 @@
+// What is known of a surface that is shown, and which of two is the better one to look at.
+import { hex } from "./mesh/content_digest";
+import { type DatasetInfo, ErrorMeasure } from "./protocol/messages";
+import type { StepFacts } from "./state/progress";
+import { type AssemblerEffect, type StepOfTiles } from "./stream/assembler";
+import type { Wanted } from "./stream/conversation";
+import { voxelLength } from "./stream/dataset";
+import { preservesTopology } from "./stream/step_checks";
+
+export type Committed = AssemblerEffect & { kind: "committed" };
+
+export interface ShownSurface {
+  info: DatasetInfo;
+  resolution: number;
+  request: Wanted["request"];
+  facts: StepFacts;
+}
+
+// On the way to a finer surface of the same isovalue, nothing coarser than what is there is shown.
+export function isStepBack(before: ShownSurface | null, order: Wanted, facts: StepFacts): boolean {
+  if (facts.isFinal || !before || before.info.name !== order.info.name) return false;
+  if (before.request.isovalue !== order.request.isovalue) return false;
+  const { errorWorld, tolerance } = before.facts;
+  return facts.errorWorld > errorWorld || facts.tolerance > tolerance;
+}
+
+// Tiles of one memory can stand in for one another.
+export function memoryOf(order: Wanted): string {
+  const { info, request } = order;
+  return `${info.name}/${request.normalBits}/`;
+}
+
+export function idsOf(order: Wanted, step: StepOfTiles): string[] {
+  const prefix = memoryOf(order);
+  return step.tiles.map(({ key }) => prefix + key);
+}
+
+export function factsOf(order: Wanted, { step, topology, sameAs }: Committed): StepFacts {
+  const { begin, end } = step;
+  const request = begin.request!;
+  const isPreserving = preservesTopology(begin);
+  return {
+    step: begin.step,
+    isFinal: begin.isFinal,
+    triangles: topology.triangles,
+    tiles: step.tiles.length,
+    heldTiles: step.held,
+    bytes: step.tiles.reduce((n, tile) => n + tile.bytes, 0),
+    errorWorld: begin.errorBoundWorld,
+    errorVoxels: begin.errorBoundWorld / voxelLength(order.info),
+    isCertified: request.measure === ErrorMeasure.CERTIFIED && isPreserving,
+    preservesTopology: isPreserving,
+    tolerance: request.topologyTolerance,
+    isovalue: request.isovalue,
+    serverSeconds: end.seconds,
+    digest: hex(step.digest),
+    topology,
+    sameTopologyAs: sameAs,
+  };
+}

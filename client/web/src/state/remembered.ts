@@ -1,0 +1,24 @@
+// What is remembered beyond a reload. A browser that forbids pages to store anything loses nothing
+// but that.
+class Memory {
+  constructor(private readonly storage: () => Storage) {}
+
+  get(name: string): string | null {
+    try {
+      return this.storage().getItem(name);
+    } catch {
+      return null;
+    }
+  }
+
+  set(name: string, value: string): void {
+    try {
+      this.storage().setItem(name, value);
+    } catch {
+      // Forbidden or full.
+    }
+  }
+}
+
+export const session = new Memory(() => sessionStorage);
+export const forever = new Memory(() => localStorage);

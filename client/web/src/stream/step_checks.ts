@@ -1,0 +1,94 @@
+// What a step's beginning is compared with before any of its tiles is looked at: the request, and
+// what can be. A fault is the rest of a sentence that begins with the step's number.
+import { create, equals } from "@bufbuild/protobuf";
+
+import { hex } from "../mesh/content_digest";
+import { nameOf, type TilePromise } from "../mesh/tile_mesh";
+import {
+  type DatasetInfo,
+  type IsosurfaceRequest,
+  IsosurfaceRequestSchema,
+  PayloadCodec,
+  type StepBegin,
+  ThresholdMapSchema,
+} from "../protocol/messages";
+
+const maxTriangles = 60_000_000; // Of a step: about what a browser's memory takes.
+const maxTileTriangles = 2 ** 20;
+
+export function promiseOf(summary: StepBegin["tiles"][number]): TilePromise {
+  return {
+    key: hex({ high: summary.digestHigh, low: summary.digestLow }),
+    cube: { exponent: summary.cubeExponent, x: summary.cubeX, y: summary.cubeY, z: summary.cubeZ },
+    triangles: summary.triangles,
+    vertices: summary.vertices,
+    bytes: summary.bytes,
+  };
+}
+
+// Whether the step promises the topology of the full-resolution surface.
+export function preservesTopology(begin: StepBegin): boolean {
+  return begin.request?.topologyTolerance === 0 && begin.finestSpacing === 1;
+}
+
+export function manifestFault(begin: StepBegin, info: DatasetInfo): string | null {
+  if (begin.codec !== PayloadCodec.DRACO_LATTICE) return "its codec was not negotiated";
+  const cubes = new Set<string>();
+  const keys = new Set<string>();
+  let triangles = 0;
+  for (const tile of begin.tiles.map(promiseOf)) {
+    const name = nameOf(tile.cube);
+    const { exponent, x, y, z } = tile.cube;
+    const side = 2 ** (info.gridExponent - exponent);
+    if (!(side >= 1 && Math.max(x, y, z) < side)) return `${name} lies outside the grid`;
+    if (tile.triangles < 1 || tile.triangles > maxTileTriangles) {
+      return `${name} cannot have ${tile.triangles} triangles`;
+    }
+    if (tile.vertices < 3 || tile.vertices > 3 * tile.triangles) {
+      return `${tile.vertices} vertices cannot belong to ${tile.triangles} triangles at ${name}`;
+    }
+    if (tile.bytes < 1) return `${name} has no bytes`;
+    if (cubes.size === cubes.add(name).size) return `${name} is there twice`;
+    if (keys.size === keys.add(tile.key).size) return `${name} has another tile's content`;
+    triangles += tile.triangles;
+  }
+  if (triangles > maxTriangles) {
+    return `it announces ${triangles} triangles; this viewer allows ${maxTriangles}`;
+  }
+  return null;
+}
+
+// A preview may be coarser than the request; everything else is as it was asked for.
+export function parameterFault(begin: StepBegin, asked: IsosurfaceRequest): string | null {
+  const given = begin.request;
+  if (!given?.threshold || !asked.threshold) return "it tells no parameters";
+  const least = { given: given.threshold.atLeast, asked: asked.threshold.atLeast };
+  if (least.given < least.asked || given.topologyTolerance < asked.topologyTolerance) {
+    return "it is said to be finer than the request";
+  }
+  if (given.threshold.everywhere < asked.threshold.everywhere) {
+    return "its error is below the request's";
+  }
+  const mayDiffer = !begin.isFinal || asked.maxTriangles > 0n || asked.maxBytes > 0n;
+  const compared = create(IsosurfaceRequestSchema, {
+    ...given,
+    ...(mayDiffer ? { topologyTolerance: asked.topologyTolerance } : {}),
+    threshold: create(ThresholdMapSchema, {
+      ...given.threshold,
+      ...(mayDiffer ? { atLeast: least.asked } : {}),
+      ...(begin.isFinal ? {} : { everywhere: asked.threshold.everywhere }),
+      combination: given.threshold.combination || 1,
+      coordinates: given.threshold.coordinates || 1,
+    }),
+    ...(begin.isFinal ? {} : { latticeResolution: asked.latticeResolution }),
+  });
+  if (!equals(IsosurfaceRequestSchema, compared, asked)) {
+    return "its parameters differ from the request in more than accuracy";
+  }
+  if (begin.isFinal && begin.finestSpacing !== 1) return "the final step leaves out points";
+  if (begin.isFinal && asked.maxTriangles > 0n) {
+    const triangles = begin.tiles.reduce((n, tile) => n + tile.triangles, 0);
+    if (BigInt(triangles) > asked.maxTriangles) return "it has more triangles than its budget";
+  }
+  return null;
+}

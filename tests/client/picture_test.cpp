@@ -1,0 +1,204 @@
+// Pictures without a display.
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "client/picture/camera.hpp"
+#include "client/picture/png_file.hpp"
+#include "client/picture/rasterizer.hpp"
+
+namespace multitetra {
+namespace {
+
+// A ball of radius 1 around `middle`, whose triangles face outwards; `rings` from pole to pole.
+PositionedMesh ball(std::array<float, 3> middle, int rings = 24) {
+  PositionedMesh mesh;
+  const int around = 2 * rings;
+  for (int i = 0; i <= rings; ++i) {
+    for (int j = 0; j < around; ++j) {
+      const double theta = std::numbers::pi * i / rings;
+      const double phi = 2 * std::numbers::pi * j / around;
+      mesh.positions.push_back({middle[0] + static_cast<float>(std::sin(theta) * std::cos(phi)),
+                                middle[1] + static_cast<float>(std::sin(theta) * std::sin(phi)),
+                                middle[2] + static_cast<float>(std::cos(theta))});
+    }
+  }
+  const auto vertex = [around](int i, int j) {
+    return static_cast<std::uint32_t>(i * around + j % around);
+  };
+  for (int i = 0; i < rings; ++i) {
+    for (int j = 0; j < around; ++j) {
+      mesh.triangles.push_back({vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1)});
+      mesh.triangles.push_back({vertex(i, j), vertex(i + 1, j + 1), vertex(i, j + 1)});
+    }
+  }
+  return mesh;
+}
+
+PositionedMesh joined(PositionedMesh mesh, const PositionedMesh& other) {
+  const auto shift = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
+  for (const TriangleIndices& t : other.triangles) {
+    mesh.triangles.push_back({t[0] + shift, t[1] + shift, t[2] + shift});
+  }
+  return mesh;
+}
+
+Picture picture_of(const PositionedMesh& mesh, double azimuth, double elevation,
+                   const DrawOptions& options = {}, int width = 160, int height = 120) {
+  return drawn(mesh, framing(mesh.positions, azimuth, elevation, width, height), options);
+}
+
+int brightness(const Pixel& pixel) { return pixel[0] + pixel[1] + pixel[2]; }
+
+// Of the pixels that the surface covers wholly or in part, on a transparent ground.
+struct Covered {
+  double share = 0;
+  double x = 0;  // Their middle, from 0 to 1.
+  double y = 0;
+};
+Covered covered(const Picture& picture) {
+  Covered found;
+  double sum = 0;
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) {
+      const double weight = picture.at(x, y)[3] / 255.0;
+      sum += weight;
+      found.x += weight * (x + 0.5) / picture.width;
+      found.y += weight * (y + 0.5) / picture.height;
+    }
+  }
+  found.x /= sum;
+  found.y /= sum;
+  found.share = sum / (picture.width * picture.height);
+  return found;
+}
+
+TEST(Picture, HasTheWholeSurfaceInItsMiddle) {
+  const Picture picture =
+      picture_of(ball({5, -7, 100}), 30, 15, {.background = Background::kTransparent});
+  const Covered found = covered(picture);
+  EXPECT_NEAR(found.x, 0.5, 0.01);
+  EXPECT_NEAR(found.y, 0.5, 0.01);
+  EXPECT_GT(found.share, 0.45);  // A ball that fills nine tenths of the height.
+  EXPECT_LT(found.share, 0.55);
+  EXPECT_EQ(picture.at(0, 0)[3], 0);
+  EXPECT_EQ(picture.at(80, 60)[3], 255);
+}
+
+TEST(Picture, HasNoHolesInAClosedSurface) {
+  const Picture picture =
+      picture_of(ball({0, 0, 0}), 10, 40, {.background = Background::kTransparent});
+  for (int y = 0; y < picture.height; ++y) {
+    int first = picture.width;
+    int last = -1;
+    for (int x = 0; x < picture.width; ++x) {
+      if (picture.at(x, y)[3] != 255) continue;
+      first = std::min(first, x);
+      last = x;
+    }
+    for (int x = first; x <= last; ++x) ASSERT_EQ(picture.at(x, y)[3], 255) << x << " " << y;
+  }
+}
+
+TEST(Picture, HasSmoothEdges) {
+  const Picture picture =
+      picture_of(ball({0, 0, 0}), 0, 0, {.background = Background::kTransparent});
+  int partly = 0;
+  for (const Pixel& pixel : picture.pixels) partly += pixel[3] > 0 && pixel[3] < 255 ? 1 : 0;
+  EXPECT_GT(partly, 150);
+}
+
+TEST(Picture, ShowsWhatIsNearerWhateverTheOrderOfTriangles) {
+  // Along +y the first ball hides the second; from behind it is the other way round.
+  const PositionedMesh small = ball({0, -3, 0}, 8);
+  PositionedMesh large = ball({0, 3, 0});
+  for (const bool small_first : {true, false}) {
+    const PositionedMesh both = small_first ? joined(small, large) : joined(large, small);
+    const Picture front = picture_of(both, 0, 0);
+    const Picture alone = drawn(small, framing(both.positions, 0, 0, 160, 120), {});
+    EXPECT_EQ(front.at(80, 60), alone.at(80, 60));
+    const Picture behind = picture_of(both, 180, 0);
+    const Picture other = drawn(large, framing(both.positions, 180, 0, 160, 120), {});
+    EXPECT_EQ(behind.at(80, 60), other.at(80, 60));
+  }
+}
+
+TEST(Picture, IsLitFromTheEye) {
+  const Picture picture = picture_of(ball({0, 0, 0}), 200, -30);
+  EXPECT_GT(brightness(picture.at(80, 60)), 400);
+  // Towards its edges the ball turns away from the light; the lamp is to the upper left.
+  EXPECT_GT(brightness(picture.at(80, 60)), brightness(picture.at(80, 108)) + 100);
+  EXPECT_GT(brightness(picture.at(60, 40)), brightness(picture.at(100, 80)));
+}
+
+TEST(Picture, ShowsTheInsideDarker) {
+  PositionedMesh turned = ball({0, 0, 0});
+  for (TriangleIndices& triangle : turned.triangles) std::swap(triangle[1], triangle[2]);
+  const int outside = brightness(picture_of(ball({0, 0, 0}), 0, 0).at(80, 60));
+  const int inside = brightness(picture_of(turned, 0, 0).at(80, 60));
+  EXPECT_LT(inside, outside - 100);
+}
+
+TEST(Picture, TakesTheNormalsThatAreSent) {
+  PositionedMesh facets = ball({0, 0, 0}, 6);
+  const Picture computed = picture_of(facets, 0, 0);
+  for (const auto& position : facets.positions) facets.normals.push_back(position);
+  const Picture sent = picture_of(facets, 0, 0);
+  EXPECT_NE(computed.pixels, sent.pixels);
+  for (UnitVector& normal : facets.normals) normal = {0, 1, 0};  // All away from the eye.
+  const int unlit = brightness(picture_of(facets, 0, 0).at(80, 60));
+  EXPECT_LT(unlit, brightness(sent.at(80, 60)) - 100);
+}
+
+TEST(Picture, TurnsAsItsAnglesSay) {
+  // Something on the side of +x: seen to the right from the front, and in the middle from there.
+  const PositionedMesh lopsided = joined(ball({0, 0, 0}), ball({4, 0, 0}, 4));
+  const DrawOptions transparent = {.background = Background::kTransparent};
+  const Camera front = framing(lopsided.positions, 0, 0, 160, 120);
+  EXPECT_GT(front.seen({4, 0, 0})[0], front.seen({0, 0, 0})[0] + 3.9);
+  const Camera side = framing(lopsided.positions, 90, 0, 160, 120);
+  EXPECT_NEAR(side.seen({4, 0, 0})[0], side.seen({0, 0, 0})[0], 1e-9);
+  EXPECT_GT(side.seen({4, 0, 0})[2], side.seen({0, 0, 0})[2] + 3.9);  // Nearer to the eye.
+  const Camera above = framing(lopsided.positions, 0, 90, 160, 120);
+  EXPECT_GT(above.seen({0, 0, 1})[2], above.seen({0, 0, 0})[2] + 0.9);
+  EXPECT_GT(above.seen({0, 1, 0})[1], above.seen({0, 0, 0})[1] + 0.9);
+  EXPECT_GT(covered(drawn(lopsided, front, transparent)).share,
+            covered(drawn(lopsided, side, transparent)).share * 0.2);
+}
+
+TEST(Picture, IsTheSameWithAnyNumberOfThreads) {
+  const PositionedMesh mesh = joined(ball({0, 0, 0}, 40), ball({1, 1, 0}, 40));
+  const Picture once = picture_of(mesh, 33, 21, {.threads = 1}, 333, 257);
+  for (const int threads : {1, 2, 5}) {
+    EXPECT_EQ(picture_of(mesh, 33, 21, {.threads = threads}, 333, 257).pixels, once.pixels);
+  }
+}
+
+TEST(Picture, OfNothingIsItsBackground) {
+  const Picture dark = picture_of({}, 30, 15);
+  const Picture light = picture_of({}, 30, 15, {.background = Background::kLight});
+  EXPECT_LT(brightness(dark.at(80, 60)), 200);
+  EXPECT_GT(brightness(dark.at(80, 60)), brightness(dark.at(0, 0)));
+  EXPECT_GT(brightness(light.at(80, 60)), 700);
+  EXPECT_EQ(dark.at(80, 60)[3], 255);
+}
+
+TEST(Picture, OfOnePixelIsOne) {
+  const Picture picture = picture_of(ball({0, 0, 0}), 0, 0, {}, 1, 1);
+  ASSERT_EQ(picture.pixels.size(), 1U);
+}
+
+TEST(PngFile, IsAPngFileOfTheSizeAndTheSameForTheSamePicture) {
+  const Picture picture = picture_of(ball({0, 0, 0}), 0, 0, {}, 48, 32);
+  const std::string bytes = png_file(picture);
+  EXPECT_EQ(bytes.substr(0, 8), "\x89PNG\r\n\x1a\n");
+  EXPECT_EQ(bytes.substr(16, 8), std::string("\0\0\0\x30\0\0\0\x20", 8));
+  EXPECT_EQ(png_file(picture), bytes);
+}
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,136 @@
+// What our programs tell of themselves, and how they answer a wrong line.
+#include "common/command_line.hpp"
+
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "common/command_pages.hpp"
+#include "common/human_units.hpp"
+#include "common/terminal.hpp"
+
+namespace multitetra {
+namespace {
+
+// A program with options of all kinds.
+class Tools {
+ public:
+  Tools() : app_("Cuts and joins.", "tools") {
+    app_.require_subcommand(1);
+    add_program_flags(app_);
+    CLI::App* cut = app_.add_subcommand("cut", "Cut something");
+    cut->add_option("--edge", edge_, "How it is cut")
+        ->check(CLI::IsMember({"sharp", "blunt"}))
+        ->capture_default_str();
+    cut->add_option("--depth", depth_, "How deep")->type_name("MM");
+    cut->add_option("what", file_, "What is cut")->type_name("FILE")->required();
+    cut->footer("Examples:\n  tools cut .paper\n");
+    app_.add_subcommand("join", "Join things")->add_flag("--quiet", quiet_, "Say nothing");
+  }
+
+  std::optional<int> parse(std::vector<std::string> words) {
+    words.insert(words.begin(), "tools");
+    std::vector<char*> pointers;
+    for (std::string& word : words) pointers.push_back(word.data());
+    return parse_command_line(app_, static_cast<int>(pointers.size()), pointers.data());
+  }
+  const CLI::App& app() const { return app_; }
+
+ private:
+  CLI::App app_;
+  std::string edge_ = "sharp";
+  double depth_ = 1;
+  std::string file_;
+  bool quiet_ = false;
+};
+
+std::string told_by(const std::vector<std::string>& words, int code) {
+  Tools tools;
+  testing::internal::CaptureStderr();
+  const auto got = tools.parse(words);
+  const std::string text = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(got, std::optional<int>(code)) << text;
+  return text;
+}
+
+// What bash offers at the end of a line.
+std::string completed(const std::string& line) {
+  const std::string script = testing::TempDir() + "completion.bash";
+  std::ofstream(script) << bash_completion(Tools().app()) << "COMP_WORDS=(" << line
+                        << ")\nCOMP_CWORD=$((${#COMP_WORDS[@]} - 1))\n_tools\n"
+                           "printf '%s ' \"${COMPREPLY[@]}\"\n";
+  std::string offered;
+  FILE* const bash = popen(("bash " + script).c_str(), "r");
+  for (int c = std::fgetc(bash); c != EOF; c = std::fgetc(bash)) {
+    offered += static_cast<char>(c);
+  }
+  pclose(bash);
+  return offered;
+}
+
+TEST(CommandLine, GoesOnWhenAllIsWell) {
+  EXPECT_EQ(Tools().parse({"cut", "--edge", "blunt", "paper"}), std::nullopt);
+}
+
+TEST(CommandLine, TellsWhatWasPerhapsMeant) {
+  EXPECT_NE(told_by({"cut", "--ege", "blunt", "paper"}, 2).find("Did you mean --edge?"),
+            std::string::npos);
+  EXPECT_NE(told_by({"joni"}, 2).find("Did you mean join?"), std::string::npos);
+  const std::string far = told_by({"cut", "--zzzzzzz", "paper"}, 2);
+  EXPECT_EQ(far.find("Did you mean"), std::string::npos);
+  EXPECT_NE(far.find("tools cut --help"), std::string::npos);
+}
+
+TEST(CommandLine, ShowsItsHelpWhenNothingIsSaid) {
+  const std::string text = told_by({}, 2);
+  EXPECT_NE(text.find("cut"), std::string::npos);
+  EXPECT_NE(text.find("join"), std::string::npos);
+}
+
+TEST(CommandLine, EndsWellAfterItsPages) {
+  for (const char* page : {"--help", "--version", "--man", "--completion"}) {
+    Tools tools;
+    testing::internal::CaptureStdout();
+    EXPECT_EQ(tools.parse({page}), std::optional<int>(0)) << page;
+    EXPECT_FALSE(testing::internal::GetCapturedStdout().empty()) << page;
+  }
+}
+
+TEST(BashCompletion, OffersWhatMayFollow) {
+  EXPECT_EQ(completed("tools \"\""), "cut join ");
+  EXPECT_EQ(completed("tools c"), "cut ");
+  EXPECT_EQ(completed("tools cut --e"), "--edge ");
+  EXPECT_EQ(completed("tools cut --edge \"\""), "sharp blunt ");
+  EXPECT_EQ(completed("tools join --q"), "--quiet ");
+  EXPECT_EQ(completed("tools cut --depth \"\""), " ");
+}
+
+TEST(ManualPage, HasEveryCommandAndOptionAndNoStrayCommandOfRoff) {
+  const std::string page = manual_page(Tools().app());
+  for (const char* words : {".TH TOOLS 1", ".SH NAME", "tools cut", "\\-\\-edge", "sharp",
+                            "How deep", "tools join", "\\-\\-quiet", "  tools cut .paper"}) {
+    EXPECT_NE(page.find(words), std::string::npos) << words;
+  }
+  EXPECT_EQ(page.find("\n.paper"), std::string::npos);
+}
+
+TEST(Terminal, HasNoColoursInAFile) {
+  EXPECT_EQ(styled(Style::kRed, "words", /*descriptor=*/-1), "words");
+}
+
+TEST(HumanUnits, AreThoseThatPeopleReadEasily) {
+  EXPECT_EQ(human_seconds(0.0004), "0.4 ms");
+  EXPECT_EQ(human_seconds(0.024), "24 ms");
+  EXPECT_EQ(human_seconds(1.254), "1.25 s");
+  EXPECT_EQ(human_seconds(59.4), "59.4 s");
+  EXPECT_EQ(human_seconds(185), "3 min 05 s");
+  EXPECT_EQ(human_seconds(5400), "1 h 30 min");
+  EXPECT_EQ(human_count(1'234'567), "1 234 567");
+  EXPECT_EQ(human_bytes(1536), "1.5 KiB");
+}
+
+}  // namespace
+}  // namespace multitetra
