@@ -69,8 +69,9 @@ std::string allowed_error(const StepBegin& begin) {
   if (!request.thresholds.is_uniform()) {
     return "errors up to " + human_number(begin.error_bound_world) + " world";
   }
-  return "error " + human_number(std::max(request.error, request.thresholds.at_least)) + " " +
-         std::string(name(request.unit));
+  const double error = std::max(request.error, request.thresholds.at_least);
+  const char* const unit = request.unit == LengthUnit::kVoxel ? " voxel" : " world unit";
+  return "error " + human_number(error) + unit + (error == 1 ? "" : "s");
 }
 
 }  // namespace

@@ -75,6 +75,9 @@ void add_view(CLI::App& app, ViewArguments& a) {
   command->add_option("--compact", a.compact, "on: a few of the triangles, within the same error")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
+  command->add_option("--clip", a.clip, "Cut the surface open in the middle of an axis")
+      ->check(CLI::IsMember({"off", "x", "y", "z"}))
+      ->capture_default_str();
   command->add_option("--region", a.region,
                       "Another error in a region: box:X0,Y0,Z0,X1,Y1,Z1=TAU or ball:X,Y,Z,R=TAU, "
                       "in world coordinates");
@@ -111,6 +114,7 @@ Result<std::string> viewer_address(const ViewArguments& a) {
   if (a.topology_tolerance > 0) say("tolerance", shortest_text(a.topology_tolerance));
   if (a.max_triangles > 0) say("maxTriangles", std::to_string(a.max_triangles));
   if (a.compact == "on") say("compact", "true");
+  if (a.clip != defaults.clip) say("clip", a.clip);
   if (!a.region.empty()) {
     const auto region = region_words(a.region);
     if (!region) return tl::unexpected(region.error());

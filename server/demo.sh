@@ -41,7 +41,9 @@ client=build/release/bin/multitetra-client
 out=build/demo
 mkdir -p "$out"
 
+look=()
 if [ -z "$volume" ]; then
+  look=(--isovalue 71.5 --error 0.5 --clip y) # Cut open: most of it is inside.
   echo "== Making a volume: a head phantom with noise, 128 samples a side"
   volume=$out/head.nrrd
   "$server" generate head --size 128 --noise 20 -o "$volume"
@@ -65,7 +67,7 @@ for _ in $(seq 100); do
   sleep 0.1
 done
 [ -n "$url" ] && [ -n "$door" ] || { cat "$log" >&2; echo "The server did not start to listen." >&2; exit 1; }
-page=$("$client" view --http "$door")
+page=$("$client" view --http "$door" "${look[@]}")
 echo "   $url"
 echo "   $page in a browser"
 
@@ -75,7 +77,7 @@ echo "== Fetching an isosurface: coarse first, refined, checked"
 
 echo "== A picture of it, and a plot of all isovalues"
 "$client" snapshot --server "$url" --error 1 -o "$out/demo.png"
-"$server" plot "$out/demo.mtd" -o "$out/demo.svg" --quiet
+"$server" plot "$out/demo.mtd" -o "$out/demo.svg" --isovalues 32 --errors 0.5,1,2 --quiet
 
 echo "== Where to look next"
 cat <<EOF

@@ -135,9 +135,9 @@ TEST(Report, TheLineOfAStepTellsTheErrorThatItAllows) {
     return step_line({.step = std::make_shared<const CommittedStep>(step)});
   };
   step.begin.request.error = 0.5;
-  EXPECT_NE(line().find(": error 0.5 voxel,"), std::string::npos) << line();
+  EXPECT_NE(line().find(": error 0.5 voxels,"), std::string::npos) << line();
   step.begin.request.thresholds.at_least = 4;
-  EXPECT_NE(line().find(": error 4 voxel,"), std::string::npos) << line();
+  EXPECT_NE(line().find(": error 4 voxels,"), std::string::npos) << line();
   step.begin.request.thresholds.regions = {{.shape = BallShape{}, .threshold = 9}};
   step.begin.error_bound_world = 9;
   EXPECT_NE(line().find(": errors up to 9 world,"), std::string::npos) << line();

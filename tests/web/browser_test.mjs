@@ -45,6 +45,7 @@ try {
   await test("RefinesTheRegionThatIsDragged", refinesARegion);
   await test("TellsHowLargeASurfaceWillBe", tellsSizes);
   await test("ObeysKeysAndRemembersThemInTheAddress", obeysKeys);
+  await test("CutsTheSurfaceOpen", cutsOpen);
   await test("GivesWhatIsShownAsFileAndPicture", givesFiles);
   await test("KeepsTheSurfaceAndGoesOnWhenTheServerComesBack", survivesARestart);
   await test("SaysThatADatasetIsUnknown", saysUnknownDataset);
@@ -113,13 +114,16 @@ async function refinesARegion(page) {
 async function tellsSizes(page) {
   await open(page, "#dataset=head&error=1");
   const shown = await complete(page);
-  await page.waitForSelector(".expected:not([hidden])");
+  await page.waitForFunction(() => /about/.test(document.querySelector(".expected").textContent));
   const words = await page.textContent(".expected");
   const expected = Number(words.match(/about ([\d\u202f]+) triangles/)[1].replace(/\D/g, ""));
   assert(Math.abs(expected - shown.triangles) < 0.5 * shown.triangles, `${words}; there are ${shown.triangles}`);
   const slider = page.locator('input[aria-label="Allowed error"]');
   await slider.fill("0");
-  await page.waitForFunction((before) => document.querySelector(".expected").textContent !== before, words);
+  await page.waitForFunction((before) => {
+    const now = document.querySelector(".expected").textContent;
+    return /about/.test(now) && now !== before;
+  }, words);
   await slider.fill("0.5"); // Two voxels.
   await page.click('label:has-text("Fewer triangles")');
   const compact = await complete(page, ({ triangles }) => triangles < 0.8 * shown.triangles);
@@ -142,6 +146,25 @@ async function obeysKeys(page) {
   assert.match(await page.textContent("dialog[open]"), /wireframe/);
   await page.keyboard.press("Escape");
   assert.equal(await page.locator("dialog[open]").count(), 0);
+}
+
+async function cutsOpen(page) {
+  const view = "eye=16,-60,16&target=16,16,16&axes=false";
+  await open(page, `#dataset=gyroid&${view}`);
+  await complete(page);
+  const whole = await surfacePixels(page);
+  await page.click('summary:has-text("Appearance")');
+  await page.locator('[aria-label="Cut"] button', { hasText: "x" }).click();
+  await page.waitForFunction(() => /clip=x/.test(location.hash));
+  const half = await surfacePixels(page);
+  assert(half.share < 0.7 * whole.share && half.share > 0.2 * whole.share, `${half.share} of ${whole.share}`);
+  // A click where the surface was cut away meets nothing; on the other side it tells the place.
+  const canvas = await page.locator(".stage canvas").boundingBox();
+  const click = (share) => page.mouse.click(canvas.x + share * canvas.width, canvas.y + canvas.height / 2);
+  await click(0.42);
+  await click(0.58);
+  await page.waitForSelector(".picked:not([hidden])");
+  assert.match(await page.textContent(".picked"), /A world.*Click another point/s);
 }
 
 async function givesFiles(page) {

@@ -118,6 +118,7 @@ export class SurfaceClient {
   private askSize(order: Wanted, isDragging: boolean): void {
     const { sized } = this;
     const isOther = sized?.info !== order.info || sized.request.isovalue !== order.request.isovalue;
+    if (isOther) this.size.set({ expected: null });
     if (isDragging && isOther) return;
     if (!isOther && isSameRequest(sized.request, order.request)) return;
     if (this.progress.get().phase !== "ready") return;

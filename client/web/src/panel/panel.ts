@@ -23,7 +23,7 @@ export class Panel {
   readonly element: HTMLElement;
   readonly histogram: HistogramView;
   private readonly parts: Part[];
-  private readonly expected = h("p", { class: "expected", hidden: true, "data-tip":
+  private readonly expected = h("p", { class: "expected", "data-tip":
     "How large the surface with these settings is, as the server estimates it before making it." });
   private info: DatasetInfo | null = null;
 
@@ -66,9 +66,9 @@ export class Panel {
   }
 
   showExpected(size: SurfaceSize | null): void {
-    this.expected.hidden = !size;
-    if (!size) return;
-    this.expected.textContent = `about ${inTriangles(size.triangles)}, ${inBytes(size.bytes)}`;
+    this.expected.textContent = size
+      ? `about ${inTriangles(size.triangles)}, ${inBytes(size.bytes)}`
+      : "\u00a0"; // The line stays.
   }
 
   private show(): void {

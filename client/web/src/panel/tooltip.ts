@@ -32,7 +32,8 @@ export function installTooltips(): void {
     timer = window.setTimeout(() => showFor(element), delay);
   };
   document.addEventListener("pointerover", (event) => {
-    if (event.pointerType === "mouse") consider(event, 450);
+    // Who drags something knows what it is.
+    if (event.pointerType === "mouse" && event.buttons === 0) consider(event, 450);
   });
   document.addEventListener("focusin", (event) => {
     if ((event.target as Element).matches(":focus-visible")) consider(event, 450);

@@ -218,7 +218,8 @@ function ballHandles(): Handle[] {
 function handleMesh(isMiddle = false): THREE.Mesh {
   const mesh = new THREE.Mesh(
     isMiddle ? new THREE.OctahedronGeometry(1.25) : new THREE.SphereGeometry(1, 16, 12),
-    new THREE.MeshBasicMaterial({ color: isMiddle ? 0xffffff : colour, depthTest: false }),
+    // Transparent, so that it is drawn behind nothing, not even the wireframe.
+    new THREE.MeshBasicMaterial({ color: isMiddle ? 0xffffff : colour, depthTest: false, transparent: true }),
   );
   mesh.renderOrder = 4;
   return mesh;

@@ -22,6 +22,7 @@ export class Stage {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.setClearColor(0x000000, 0);
+    this.renderer.localClippingEnabled = true; // Materials have planes that cut the surface open.
     this.camera.up.set(0, 0, 1);
     this.scene.add(new THREE.HemisphereLight(0xdfe8f5, 0x2a2622, 0.85), this.camera);
     this.headlight.position.set(-0.6, 0.9, 1);

@@ -128,7 +128,8 @@ export class Thumbnails {
         const sound = { ...nothing, triangles };
         this.perform(conversation!.certified(stream, effect.step, sound));
       } else {
-        this.finish(this.drawn(order.info, tiles.map(({ key }) => key)));
+        const picture = await this.drawn(order.info, tiles.map(({ key }) => key)).catch(() => null);
+        if (stream === this.stream) this.finish(picture);
       }
     } else if (effect.kind === "ended" || effect.kind === "refused" || effect.kind === "failed") {
       this.finish(null);
@@ -148,7 +149,7 @@ export class Thumbnails {
     this.goOn();
   }
 
-  private drawn(info: DatasetInfo, keys: string[]): string {
+  private async drawn(info: DatasetInfo, keys: string[]): Promise<string> {
     const scene = new THREE.Scene();
     const camera = new THREE.PerspectiveCamera(30, width / height, 0.1, 1000);
     camera.up.set(0, 0, 1);
@@ -181,20 +182,22 @@ export class Thumbnails {
     camera.near = sphere.radius;
     camera.far = 6 * sphere.radius;
     camera.updateProjectionMatrix();
-    const picture = this.render(scene, camera);
+    const picture = await this.render(scene, camera);
     scene.traverse((object) => object instanceof THREE.Mesh && object.geometry.dispose());
     material.dispose();
     return picture;
   }
 
-  private render(scene: THREE.Scene, camera: THREE.Camera): string {
+  // The pixels are asked for and awaited: whoever reads them at once waits until the graphics card
+  // has drawn everything before, which may be a large surface.
+  private async render(scene: THREE.Scene, camera: THREE.Camera): Promise<string> {
     const target = new THREE.WebGLRenderTarget(width, height, { samples: 4, colorSpace: THREE.SRGBColorSpace });
     this.renderer.setRenderTarget(target);
     this.renderer.clear();
     this.renderer.render(scene, camera);
-    const pixels = new Uint8Array(4 * width * height);
-    this.renderer.readRenderTargetPixels(target, 0, 0, width, height, pixels);
     this.renderer.setRenderTarget(null);
+    const pixels = new Uint8Array(4 * width * height);
+    await this.renderer.readRenderTargetPixelsAsync(target, 0, 0, width, height, pixels);
     target.dispose();
     const canvas = document.createElement("canvas");
     canvas.width = width;
