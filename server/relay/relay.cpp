@@ -51,6 +51,8 @@ void Relay::note(std::size_t upstream, bool is_reached, const std::string& why) 
     one.backoff = std::clamp(2 * one.backoff, options_.least_backoff, options_.most_backoff);
     one.not_before = Clock::now() + one.backoff;
     offers_.clear();
+    // What held until now proves nothing any more: it is made anew when the server is.
+    if (one.watched) one.watched->close();
   }
   if (!is_reached && was_reached) {
     log_line(LogLevel::kWarning, "a server is lost", {{"upstream", one.name}, {"why", why}});
@@ -103,26 +105,25 @@ void Relay::look_after_upstreams() {
   }
 }
 
-// A link that ends is made anew at once: a server that has gone does not answer then. One that does
-// not let us in, as when it wants a token that only clients have, is asked again and again.
+// A link that ends is made anew at once, or when its server may be tried again: one that has gone
+// does not answer then. One that does not let us in, as when it wants a token that only clients
+// have, is asked again and again.
 asio::awaitable<void> Relay::look_after(std::size_t upstream) {
   Upstream& one = upstreams_[upstream];
   while (!is_stopped_) {
     const auto link = co_await link_to(upstream, {});
-    std::chrono::milliseconds wait = options_.silence;
+    const Clock::time_point since = Clock::now();
+    Clock::time_point next = since + options_.silence;
     if (link) {
-      wait = std::chrono::milliseconds(0);
-      const Clock::time_point since = Clock::now();
+      next = since + options_.least_backoff;
       one.watched = *link;
       Result<ServerMessage> sign = co_await one.watched->receive();
       while (sign) sign = co_await one.watched->receive();
       one.watched.reset();
-      if (Clock::now() - since < options_.least_backoff) wait = options_.least_backoff;
-    } else if (one.backoff.count() > 0) {
-      wait = one.backoff;
     }
+    if (one.backoff.count() > 0) next = one.not_before;
     if (is_stopped_) co_return;
-    one.timer->expires_after(wait);
+    one.timer->expires_at(next);
     boost::system::error_code ignored;
     co_await one.timer->async_wait(use_error(ignored));
   }
@@ -232,10 +233,20 @@ asio::awaitable<Result<CataloguePtr>> Relay::ask_all(std::string token) {
 
 // ---- who is asked
 
-asio::awaitable<Result<Relay::Reached>> Relay::reach(std::vector<std::size_t> holders,
+asio::awaitable<std::vector<std::size_t>> Relay::holders_now(
+    std::shared_ptr<const RelayedDataset> dataset, std::string token) {
+  const auto offered = co_await catalogue(std::move(token));
+  if (!offered) co_return dataset->holders;
+  const auto now =
+      std::dynamic_pointer_cast<const RelayedDataset>((*offered)->find(dataset->info().name));
+  co_return now && now->info() == dataset->info() ? now->holders : dataset->holders;
+}
+
+asio::awaitable<Result<Relay::Reached>> Relay::reach(std::shared_ptr<const RelayedDataset> dataset,
                                                      std::string token,
                                                      std::function<bool()> is_wanted) {
   const Clock::time_point deadline = Clock::now() + options_.patience;
+  std::vector<std::size_t> holders = dataset->holders;
   for (;;) {
     Error trouble = {ErrorCode::kUnavailable, kNobody};
     for (const std::size_t holder : holders) {
@@ -249,6 +260,7 @@ asio::awaitable<Result<Relay::Reached>> Relay::reach(std::vector<std::size_t> ho
       co_return tl::unexpected(trouble);
     }
     co_await pause(executor_, options_.least_backoff);
+    holders = co_await holders_now(dataset, token);
   }
 }
 

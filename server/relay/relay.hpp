@@ -59,16 +59,16 @@ class Relay {
   // can be reached, or all refuse the token. Whoever asks at the same time is answered together.
   [[nodiscard]] asio::awaitable<Result<CataloguePtr>> catalogue(std::string token);
 
-  // A link to the first of `holders` that can be reached; waits as long as patience allows and
-  // is_wanted() is true.
+  // A link to the first holder of the dataset that can be reached, also to one that was away when
+  // the catalogue was made; waits as long as patience allows and is_wanted() is true.
   struct Reached {
     LinkPtr link;
     std::size_t upstream = 0;
     bool was_used = false;  // For a stream before: it may have ended since without anybody seeing.
   };
-  [[nodiscard]] asio::awaitable<Result<Reached>> reach(std::vector<std::size_t> holders,
-                                                       std::string token,
-                                                       std::function<bool()> is_wanted);
+  [[nodiscard]] asio::awaitable<Result<Reached>> reach(
+      std::shared_ptr<const RelayedDataset> dataset, std::string token,
+      std::function<bool()> is_wanted);
   // The link to it was lost: others are preferred for a moment.
   void lost(std::size_t upstream);
 
@@ -113,6 +113,8 @@ class Relay {
   [[nodiscard]] asio::awaitable<Result<std::vector<DatasetInfo>>> list_of(std::size_t upstream,
                                                                           std::string token);
   [[nodiscard]] asio::awaitable<Result<CataloguePtr>> ask_all(std::string token);
+  [[nodiscard]] asio::awaitable<std::vector<std::size_t>> holders_now(
+      std::shared_ptr<const RelayedDataset> dataset, std::string token);
   asio::awaitable<void> look_after(std::size_t upstream);
   void note(std::size_t upstream, bool is_reached, const std::string& why);
 

@@ -255,7 +255,7 @@ asio::awaitable<bool> RelayDialogue::reach_holder(RunningPtr running) {
   if (reached_) reached_->link->close();
   reached_.reset();
   std::function<bool()> is_wanted = [this, running] { return !running->is_stopped && !is_over_; };
-  auto reached = co_await relay_->reach(holders, token_, is_wanted);
+  auto reached = co_await relay_->reach(running->dataset, token_, is_wanted);
   if (!is_wanted()) {
     if (reached) reached->link->close();
     co_return false;
@@ -366,7 +366,7 @@ asio::awaitable<void> RelayDialogue::bring_estimate(MakeEstimate action) {
   Result<ServerMessage> answer = fail(ErrorCode::kUnavailable, "");
   for (int attempt = 0; attempt < kAttempts && !is_over_; ++attempt) {
     std::function<bool()> is_wanted = [this] { return !is_over_; };
-    const auto reached = co_await relay_->reach(dataset->holders, token_, is_wanted);
+    const auto reached = co_await relay_->reach(dataset, token_, is_wanted);
     if (!reached) {
       answer = tl::unexpected(reached.error());
       break;

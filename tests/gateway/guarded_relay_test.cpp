@@ -332,6 +332,26 @@ TEST(GuardedRelay, TakesAServerThatHangsForALostOne) {
   }
 }
 
+TEST(GuardedRelay, GoesOnWithAServerThatWasAwayWhenItsClientCame) {
+  Upstream first(octahedron());
+  Upstream second(octahedron());
+  RunningRelay relay({.relay = {.upstreams = {first.endpoint(), second.endpoint()},
+                                .most_backoff = 50ms,
+                                .list_lifetime = 1ms}});
+  for (auto& [serving, away] : {std::pair(&first, &second), std::pair(&second, &first)}) {
+    away->stop();
+    WebSocketClient client(relay.http());
+    EXPECT_TRUE(is_welcome(greeted(client)));
+    away->start_again();
+    open(client, 1);
+    EXPECT_TRUE(is_complete(end_of_stream(client)));
+    serving->stop();
+    open(client, 2);
+    EXPECT_TRUE(is_complete(end_of_stream(client)));
+    serving->start_again();
+  }
+}
+
 TEST(GuardedRelay, StopsWhileAServerHangs) {
   HangingServer hanging;
   RunningRelay relay({.relay = {.upstreams = {hanging.endpoint()}, .silence = 1h}});
