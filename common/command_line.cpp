@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/command_pages.hpp"
+#include "common/option_words.hpp"
 #include "common/terminal.hpp"
 
 namespace multitetra {
@@ -85,6 +86,7 @@ std::string nearest_word(const CLI::App& app, const std::string& word) {
 }
 
 void add_program_flags(CLI::App& app) {
+  app.formatter(help_formatter());
   app.set_version_flag("--version", app.get_name() + " " MULTITETRA_VERSION,
                        "Print the version and end");
   app.add_flag_callback(

@@ -14,6 +14,7 @@
 
 namespace multitetra {
 
+// To be called before subcommands are added, which take over how help is written.
 void add_program_flags(CLI::App& app);
 
 // The code with which the program ends at once: 0 after --help and the like, 2 when the line is

@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "common/option_words.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -14,25 +16,6 @@ std::vector<const CLI::App*> subcommands_of(const CLI::App& app) {
 
 std::vector<const CLI::Option*> options_of(const CLI::App& app) {
   return app.get_options([](const CLI::Option* option) { return !option->get_group().empty(); });
-}
-
-// "{off,on}" in a type's name: the words that may follow, else none.
-std::vector<std::string> choices_of(const CLI::Option& option) {
-  const std::string type = option.get_type_name();
-  const auto begin = type.find('{');
-  const auto end = type.find('}');
-  if (begin == std::string::npos || end == std::string::npos) return {};
-  std::vector<std::string> choices;
-  std::istringstream words(type.substr(begin + 1, end - begin - 1));
-  for (std::string word; std::getline(words, word, ',');) choices.push_back(word);
-  return choices;
-}
-
-std::vector<std::string> names_of(const CLI::Option& option) {
-  std::vector<std::string> names;
-  for (const std::string& name : option.get_snames()) names.push_back("-" + name);
-  for (const std::string& name : option.get_lnames()) names.push_back("--" + name);
-  return names;
 }
 
 bool takes_value(const CLI::Option& option) { return option.get_items_expected_max() > 0; }
@@ -101,15 +84,6 @@ std::string plain(std::string_view text) {
   return escaped;
 }
 
-// "--error FLOAT=1" as CLI11 tells it in --help: type, default, choices.
-std::string value_words(const CLI::Option& option) {
-  if (!takes_value(option)) return "";
-  std::vector<std::string> choices = choices_of(option);
-  std::string type = option.get_type_name();
-  type = type.substr(0, type.find(':'));
-  return choices.empty() ? type : joined(choices, "|");
-}
-
 std::string option_entry(const CLI::Option& option) {
   const std::string value = value_words(option);
   std::string entry = ".TP\n";
@@ -119,12 +93,7 @@ std::string option_entry(const CLI::Option& option) {
     entry += "\\fB" + plain(joined(names_of(option), ", ")) + "\\fR";
     if (!value.empty()) entry += " \\fI" + plain(value) + "\\fR";
   }
-  const std::string description = option.get_description();
-  entry += "\n" + plain(description) + (description.ends_with('.') ? "" : ".");
-  if (!option.get_default_str().empty()) {
-    entry += "\nDefault: " + plain(option.get_default_str()) + ".";
-  }
-  if (!option.get_envname().empty()) entry += "\nEnvironment: " + option.get_envname() + ".";
+  entry += "\n" + plain(full_description(option));
   return entry + "\n";
 }
 

@@ -68,14 +68,14 @@ void add_budget_options(CLI::App& command, SurfaceArguments& a) {
       ->transform(CLI::AsNumberWithUnit(
           std::map<std::string, std::uint64_t>{{"k", 1'000}, {"M", 1'000'000}},
           CLI::AsNumberWithUnit::CASE_INSENSITIVE, "COUNT"))
-      ->type_name("")
+      ->type_name("COUNT")
       ->group(kSize);
   command
       .add_option("--max-bytes", a.max_bytes,
                   "The most bytes of compressed mesh, as 500KiB or 2MiB; errors are raised to meet "
                   "it (default: no limit)")
       ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false))
-      ->type_name("")
+      ->type_name("BYTES")
       ->group(kSize);
   command
       .add_option("--normals", a.normal_bits,

@@ -10,6 +10,7 @@
 #include "client/load/load_report.hpp"
 #include "client/program.hpp"
 #include "client/server_options.hpp"
+#include "common/command_line.hpp"
 #include "common/trust.hpp"
 
 namespace multitetra {
@@ -136,14 +137,10 @@ int usage_fault(const std::string& text) {
 int run(int argc, char** argv) {
   CLI::App app("Simulates users of a Multi-Tetra server and checks what they get.",
                "multitetra-load");
-  app.set_version_flag("--version", "multitetra-load " MULTITETRA_VERSION);
+  add_program_flags(app);
   LoadArguments arguments;
   add_options(app, arguments);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kOk : kUsage;
-  }
+  if (const auto code = parse_command_line(app, argc, argv)) return *code;
   const auto options = options_of(arguments);
   if (!options) return usage_fault(options.error().text);
   if (const auto room = allow_connections(options->clients); !room) {

@@ -10,6 +10,7 @@
 
 #include "common/command_pages.hpp"
 #include "common/human_units.hpp"
+#include "common/option_words.hpp"
 #include "common/terminal.hpp"
 
 namespace multitetra {
@@ -115,6 +116,31 @@ TEST(ManualPage, HasEveryCommandAndOptionAndNoStrayCommandOfRoff) {
     EXPECT_NE(page.find(words), std::string::npos) << words;
   }
   EXPECT_EQ(page.find("\n.paper"), std::string::npos);
+}
+
+TEST(OptionWords, TellTypeChoicesRangeAndDefault) {
+  CLI::App app;
+  double number = 3;
+  std::string word = "on";
+  bool is_set = false;
+  CLI::Option* const how_many = app.add_option("-n,--number", number, "How many")
+                                    ->check(CLI::Range(1.0, 9.0))
+                                    ->envname("NUMBER_OF_THEM")
+                                    ->capture_default_str();
+  CLI::Option* const which = app.add_option("--word", word, "Which")->check(CLI::IsMember({"on"}));
+  CLI::Option* const flag = app.add_flag("--flag", is_set, "Whether");
+  EXPECT_EQ(names_of(*how_many), (std::vector<std::string>{"-n", "--number"}));
+  EXPECT_EQ(value_words(*how_many), "NUMBER");
+  EXPECT_EQ(value_words(*which), "on");
+  EXPECT_EQ(value_words(*flag), "");
+  EXPECT_EQ(full_description(*how_many),
+            "How many (1 to 9; default 3; or NUMBER_OF_THEM in the environment)");
+  EXPECT_EQ(full_description(*flag), "Whether");
+}
+
+TEST(OptionWords, FitIntoTheirLines) {
+  EXPECT_EQ(wrapped("one two three", 8), "one two\nthree");
+  EXPECT_EQ(wrapped("a longer-than-allowed b", 6), "a\nlonger-than-allowed\nb");
 }
 
 TEST(Terminal, HasNoColoursInAFile) {

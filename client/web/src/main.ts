@@ -123,11 +123,11 @@ installKeyboard(stage, settings, {
 // ---- what changes lead to
 
 client.progress.watch((progress) => {
-  bar.show(progress, client.size.get().expected);
+  bar.show(progress, client.sizes.get().expected);
   notices.show(progress);
 });
 
-client.size.watch(({ expected }) => {
+client.sizes.watch(({ expected }) => {
   bar.show(client.progress.get(), expected);
   panel.showExpected(expected);
 });

@@ -8,19 +8,13 @@
 // How large a surface will be is asked beside its stream. One that is too large for most machines
 // is not sent unasked: the best one of a size that every machine takes comes in its place, and the
 // user is told and may insist.
-import { create } from "@bufbuild/protobuf";
-
 import { type Effect, Conversation, type Wanted } from "./stream/conversation";
 import { type AssemblerEffect, type StepOfTiles } from "./stream/assembler";
-import { dataBorder, latticeToWorld, voxelLength } from "./stream/dataset";
+import { dataBorder, latticeToWorld } from "./stream/dataset";
 import { Link } from "./stream/link";
 import { isosurfaceRequest, isSameRequest, type View } from "./stream/request";
-import {
-  type DatasetInfo,
-  ErrorCode,
-  IsosurfaceRequestSchema,
-  type ServerKind,
-} from "./protocol/messages";
+import { affordable, ExpectedSizes } from "./expected_sizes";
+import { type DatasetInfo, ErrorCode, type ServerKind } from "./protocol/messages";
 import type { Surface } from "./scene/surface";
 import {
   type Committed,
@@ -30,28 +24,24 @@ import {
   memoryOf,
   type ShownSurface,
 } from "./shown_surface";
-import { noProgress, noTrouble, type Progress, type SurfaceSize } from "./state/progress";
+import { noProgress, noTrouble, type Progress } from "./state/progress";
 import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
 import type { TilePool } from "./workers/tile_pool";
 import type { Certified } from "./workers/worker_messages";
 
 const patience = 400; // Milliseconds that a drag waits for a preview.
-const costly = 5_000_000; // Triangles that are not sent unasked,
-const affordable = 2_000_000; // and what is sent instead.
 
 export class SurfaceClient {
   readonly progress = new Store<Progress>(noProgress);
   readonly datasets = new Store<{ list: DatasetInfo[] | null }>({ list: null });
-  readonly size = new Store<{ expected: SurfaceSize | null }>({ expected: null });
+  readonly sizes = new ExpectedSizes();
   shown: ShownSurface | null = null;
   private readonly conversation: Conversation;
   private readonly link: Link;
   private started = 0;
   private stream = 0;
   private asked: Wanted | null = null; // Under way, or shown.
-  private sized: Wanted | null = null; // Whose size was asked for last.
-  private allowed = costly; // Triangles; more when the user has insisted.
   private next: Wanted | null = null; // Waits for the request under way.
   private isDragging = false;
   private dragTimer = 0;
@@ -110,33 +100,21 @@ export class SurfaceClient {
   insist(): void {
     const { heldBack } = this.progress.get();
     if (!heldBack || !this.asked) return;
-    this.allowed = Math.max(this.allowed, 1.5 * heldBack.triangles);
+    this.sizes.allow(heldBack);
     this.open(this.asked);
   }
 
-  // While the isovalue is dragged there are better things to do for the server.
   private askSize(order: Wanted, isDragging: boolean): void {
-    const { sized } = this;
-    const isOther = sized?.info !== order.info || sized.request.isovalue !== order.request.isovalue;
-    if (isOther) this.size.set({ expected: null });
-    if (isDragging && isOther) return;
-    if (!isOther && isSameRequest(sized.request, order.request)) return;
-    if (this.progress.get().phase !== "ready") return;
-    this.sized = order;
+    if (this.progress.get().phase !== "ready" || !this.sizes.isWanted(order, isDragging)) return;
     this.perform(this.conversation.askSize(order));
   }
 
-  private learnSize({ order, triangles, bytes, errorWorld }: Effect & { kind: "size" }): void {
-    const expected = { triangles, bytes, errorVoxels: errorWorld / voxelLength(order.info) };
-    this.size.set({ expected });
-    const isCurrent = this.asked && isSameRequest(this.asked.request, order.request);
-    if (!isCurrent || triangles <= this.allowed || this.isDragging) return;
-    const request = create(IsosurfaceRequestSchema, {
-      ...order.request,
-      maxTriangles: BigInt(affordable),
-    });
+  private learnSize(effect: Effect & { kind: "size" }): void {
+    const expected = this.sizes.learn(effect);
+    const isCurrent = this.asked && isSameRequest(this.asked.request, effect.order.request);
+    if (!isCurrent || this.isDragging || this.sizes.isAllowed(expected)) return;
     this.progress.set({ heldBack: expected });
-    this.perform(this.conversation.want({ info: order.info, request }));
+    this.perform(this.conversation.want(affordable(effect.order)));
   }
 
   private open(order: Wanted): void {
@@ -167,7 +145,7 @@ export class SurfaceClient {
         break;
       case "phase": {
         const wait = effect.retryInMilliseconds;
-        if (effect.phase === "lost") this.sized = null;
+        if (effect.phase === "lost") this.sizes.forget();
         if (effect.phase === "lost" && wait !== undefined) this.link.connectIn(wait);
         this.progress.set({
           phase: effect.phase,

@@ -1,0 +1,56 @@
+// How large surfaces will be: when the server is asked, and what is too large to be sent unasked.
+import { create, type DatasetInfo, IsosurfaceRequestSchema } from "./protocol/messages";
+import type { SurfaceSize } from "./state/progress";
+import { Store } from "./state/store";
+import type { Effect, Wanted } from "./stream/conversation";
+import { voxelLength } from "./stream/dataset";
+import { isSameRequest } from "./stream/request";
+
+const costly = 5_000_000; // Triangles that are not sent unasked,
+const modest = 2_000_000; // and what every machine takes.
+
+export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
+  private last: { info: DatasetInfo; request: Wanted["request"] } | null = null; // Asked for.
+  private allowed = costly; // Triangles; more when the user has insisted.
+
+  constructor() {
+    super({ expected: null });
+  }
+
+  // Whether the server is to be asked for the size of this order now. While the isovalue is dragged
+  // there are better things to do for it; then no size is known.
+  isWanted(order: Wanted, isDragging: boolean): boolean {
+    const { last } = this;
+    const isOther = last?.info !== order.info || last.request.isovalue !== order.request.isovalue;
+    if (isOther) this.set({ expected: null });
+    if (isOther ? isDragging : isSameRequest(last.request, order.request)) return false;
+    this.last = order;
+    return true;
+  }
+
+  // The connection is lost, and with it what was asked.
+  forget(): void {
+    this.last = null;
+  }
+
+  learn({ order, triangles, bytes, errorWorld }: Effect & { kind: "size" }): SurfaceSize {
+    const expected = { triangles, bytes, errorVoxels: errorWorld / voxelLength(order.info) };
+    this.set({ expected });
+    return expected;
+  }
+
+  isAllowed(size: SurfaceSize): boolean {
+    return size.triangles <= this.allowed;
+  }
+
+  // The user wants a surface of this size; a little more is then no reason to ask again.
+  allow(size: SurfaceSize): void {
+    this.allowed = Math.max(this.allowed, 1.5 * size.triangles);
+  }
+}
+
+// The same with a budget.
+export function affordable(order: Wanted): Wanted {
+  const request = create(IsosurfaceRequestSchema, { ...order.request, maxTriangles: BigInt(modest) });
+  return { ...order, request };
+}
