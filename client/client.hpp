@@ -17,7 +17,7 @@
 #include "client/message_socket.hpp"
 #include "client/retries.hpp"
 #include "client/tile_memory.hpp"
-#include "client/trust.hpp"
+#include "common/trust.hpp"
 
 namespace multitetra {
 

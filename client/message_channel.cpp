@@ -4,7 +4,7 @@
 #include <cassert>
 #include <vector>
 
-#include "client/trust.hpp"
+#include "common/trust.hpp"
 #include "common/websocket.hpp"
 
 namespace multitetra {

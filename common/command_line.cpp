@@ -90,11 +90,13 @@ void add_program_flags(CLI::App& app) {
   app.set_version_flag("--version", app.get_name() + " " MULTITETRA_VERSION,
                        "Print the version and end");
   app.add_flag_callback(
-      "--completion", [&app] { throw CLI::CallForVersion(bash_completion(app), 0); },
-      "Print a completion script for bash and end");
+         "--completion", [&app] { throw CLI::CallForVersion(bash_completion(app), 0); },
+         "Print a completion script for bash and end")
+      ->configurable(false);
   app.add_flag_callback(
-      "--man", [&app] { throw CLI::CallForVersion(manual_page(app), 0); },
-      "Print this program's manual page, in roff, and end");
+         "--man", [&app] { throw CLI::CallForVersion(manual_page(app), 0); },
+         "Print this program's manual page, in roff, and end")
+      ->configurable(false);
 }
 
 std::optional<int> parse_command_line(CLI::App& app, int argc, char** argv) {

@@ -1,8 +1,12 @@
 #!/usr/bin/env bash
 # Whether a server on this machine is alive, without a program beside bash: exit 0 if GET /livez on its HTTP door is
-# answered with 200. The port is the first argument, 7480 without.
+# answered with 200. Behind TLS, which bash does not speak, it is enough that the door opens. The port is the first
+# argument, else that of MULTITETRA_HTTP, else 7480.
 set -euo pipefail
-exec 3<>"/dev/tcp/127.0.0.1/${1:-7480}"
+from=${MULTITETRA_HTTP:-}
+port=${1:-${from##*:}}
+exec 3<>"/dev/tcp/127.0.0.1/${port:-7480}"
+[ -z "${MULTITETRA_TLS_CERT:-}" ] || exit 0
 printf 'GET /livez HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n' >&3
 IFS= read -r -t 2 status <&3
 [[ "$status" == "HTTP/1.1 200 "* ]]

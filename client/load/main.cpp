@@ -10,8 +10,8 @@
 #include "client/load/load_report.hpp"
 #include "client/program.hpp"
 #include "client/server_options.hpp"
-#include "client/trust.hpp"
 #include "common/command_line.hpp"
+#include "common/trust.hpp"
 
 namespace multitetra {
 namespace {

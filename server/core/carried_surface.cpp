@@ -1,460 +1,318 @@
 #include "server/core/carried_surface.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
-#include "server/core/segment_distance.hpp"
 #include "server/core/vectors.hpp"
 
 namespace multitetra {
 
-// Corners and crossings of an original triangle in their order, each with the triangles of N that
-// its image lies in, among those that were met.
-class CarriedSurface::Outline {
- public:
-  explicit Outline(const CollapsingMesh& mesh) : mesh_(mesh) {}
-
-  void meet(std::uint32_t triangle) {
-    for (std::size_t i = 0; i < met_; ++i) {
-      if (triangles_[i] == triangle) return;
-    }
-    triangles_[met_++] = triangle;
-  }
-  void add_vertex(std::uint32_t vertex) { nodes_[count_++] = {vertex, vertex, kNone}; }
-  void add_crossing(std::uint32_t from, std::uint32_t to) { nodes_[count_++] = {from, to, kNone}; }
-  void add_carried(std::uint32_t triangle) { nodes_[count_++] = {0, 0, triangle}; }
-
-  // Whether chords cut it into triangles that each lie in one of those that were met.
-  [[nodiscard]] bool is_cut_into_triangles() {
-    for (std::size_t i = 0; i < count_; ++i) nodes_[i].within = triangles_around(nodes_[i]);
-    while (count_ > 3) {
-      std::size_t ear = 0;
-      while (ear < count_ && (within(ear + count_ - 1) & within(ear) & within(ear + 1)) == 0) ++ear;
-      if (ear == count_) return false;
-      for (std::size_t i = ear; i + 1 < count_; ++i) nodes_[i] = nodes_[i + 1];
-      --count_;
-    }
-    return (within(0) & within(1) & within(2)) != 0;
-  }
-
- private:
-  struct Node {
-    std::uint32_t from = 0;  // A vertex, or an edge, by its ends.
-    std::uint32_t to = 0;
-    std::uint32_t triangle = kNone;  // Or a triangle.
-    std::uint32_t within = 0;        // A bit for each triangle that was met.
-  };
-  [[nodiscard]] std::uint32_t within(std::size_t i) const {
-    return nodes_[i < count_ ? i : i - count_].within;
-  }
-  [[nodiscard]] std::uint32_t triangles_around(const Node& node) const {
-    std::uint32_t bits = 0;
-    for (std::size_t i = 0; i < met_; ++i) {
-      const auto has = [&](std::uint32_t v) {
-        const TriangleIndices& t = mesh_.triangle(triangles_[i]);
-        return t[0] == v || t[1] == v || t[2] == v;
-      };
-      const bool is_within =
-          node.triangle != kNone ? node.triangle == triangles_[i] : has(node.from) && has(node.to);
-      bits |= static_cast<std::uint32_t>(is_within) << i;
-    }
-    return bits;
-  }
-
-  const CollapsingMesh& mesh_;
-  std::array<std::uint32_t, 3 * (kMaxCrossings + 1)> triangles_;
-  std::size_t met_ = 0;
-  std::array<Node, 3 * (kMaxCrossings + 1)> nodes_;
-  std::size_t count_ = 0;
-};
-
-CarriedSurface::CarriedSurface(const CollapsingMesh& mesh,
-                               std::span<const TriangleIndices> original,
-                               std::span<const Vec3> positions,
-                               std::span<const std::uint8_t> is_anchor)
+CarriedSurface::CarriedSurface(const CollapsingMesh& mesh, std::span<const Vec3> positions)
     : mesh_(mesh),
-      original_(original),
       positions_(positions),
-      is_anchor_(is_anchor),
-      edge_of_(3 * original.size(), kNone),
-      spokes_begin_(positions.size() + 1, 0),
-      carrier_(positions.size(), kNone),
-      first_carried_(original.size(), kNone),
-      next_carried_(positions.size(), kNone),
-      first_passing_(original.size(), kNone),
-      seen_triangle_(original.size(), 0) {
-  ends_.reserve(3 * original.size() / 2 + 8);
-  sides_.reserve(3 * original.size() / 2 + 8);
+      edge_of_(4 * std::size_t{mesh.triangle_count()}, kNone),
+      halves_begin_(positions.size() + 1, 0),
+      vertices_(positions.size()),
+      is_carried_(positions.size(), 0),
+      first_carried_(mesh.triangle_count(), kNone) {
+  std::vector<std::array<std::uint32_t, 2>> ends;
+  ends.reserve(edge_of_.size() / 2);
   for (std::uint32_t c = 0; c < edge_of_.size(); ++c) {
-    if (edge_of_[c] != kNone) continue;
+    if (c % 4 == 3 || edge_of_[c] != kNone) continue;
     const std::uint32_t across = mesh.opposite(c);
-    const std::uint32_t p = mesh.vertex(CollapsingMesh::next(c));
-    const std::uint32_t q = mesh.vertex(CollapsingMesh::previous(c));
-    edge_of_[c] = static_cast<std::uint32_t>(ends_.size());
+    edge_of_[c] = static_cast<std::uint32_t>(ends.size());
     if (across != kNone) edge_of_[across] = edge_of_[c];
-    ends_.push_back({std::min(p, q), std::max(p, q)});
-    sides_.push_back({c / 3, across == kNone ? kNone : across / 3});
+    ends.push_back(
+        {mesh.vertex(CollapsingMesh::next(c)), mesh.vertex(CollapsingMesh::previous(c))});
+    for (const std::uint32_t v : ends.back()) ++halves_begin_[v + 1];
   }
-  for (const Ends& e : ends_) {
-    ++spokes_begin_[e.low + 1];
-    ++spokes_begin_[e.high + 1];
-  }
-  for (std::size_t v = 1; v < spokes_begin_.size(); ++v) spokes_begin_[v] += spokes_begin_[v - 1];
-  std::vector<std::uint32_t> end(spokes_begin_.begin(), spokes_begin_.end() - 1);
-  spokes_.resize(2 * ends_.size());
-  for (std::uint32_t i = 0; i < ends_.size(); ++i) {
-    spokes_[end[ends_[i].low]++] = {i, ends_[i].high};
-    spokes_[end[ends_[i].high]++] = {i, ends_[i].low};
-  }
-  routes_.resize(ends_.size());
-  seen_edge_.resize(ends_.size(), 0);
-}
-
-double CarriedSurface::bound() const { return std::sqrt(squared_bound_); }
-
-// The triangles around v that were reshaped. One without area carries nothing.
-void CarriedSurface::set_up(std::span<const std::uint32_t> ring) {
-  fan_.clear();
-  apex_ = positions_[mesh_.vertex(ring[1])];
-  for (std::size_t i = 1; i + 1 < ring.size(); ++i) {
-    const std::uint32_t c = ring[i];
-    fan_.emplace_back();
-    NewTriangle& t = fan_.back();
-    t.index = c / 3;
-    t.edge_first = difference(positions_[mesh_.vertex(CollapsingMesh::next(c))], apex_);
-    t.edge_second = difference(positions_[mesh_.vertex(CollapsingMesh::previous(c))], apex_);
-    const Vec3 normal = vector_product(t.edge_first, t.edge_second);
-    const double squared = squared_length(normal);
-    if (!(squared > 0)) {
-      fan_.pop_back();
-      continue;
-    }
-    const double scale = 1 / squared;
-    t.first = moved({0, 0, 0}, scale, vector_product(t.edge_second, normal));
-    t.second = moved({0, 0, 0}, scale, vector_product(normal, t.edge_first));
-    t.normal = moved({0, 0, 0}, std::sqrt(scale), normal);
+  edges_.resize(ends.size());
+  for (std::size_t v = 1; v < halves_begin_.size(); ++v) halves_begin_[v] += halves_begin_[v - 1];
+  std::vector<std::uint32_t> end(halves_begin_.begin(), halves_begin_.end() - 1);
+  halves_.resize(2 * ends.size());
+  for (const auto& [p, q] : ends) {
+    const std::uint32_t at_p = end[p]++;
+    const std::uint32_t at_q = end[q]++;
+    halves_[at_p] = {.other = q, .twin = at_q};
+    halves_[at_q] = {.other = p, .twin = at_p};
   }
 }
 
-// Finds the new triangle that is nearest to the vertex.
-bool CarriedSurface::assign(std::uint32_t vertex) {
+double CarriedSurface::bound() const { return std::sqrt(squared_bound_) * (1 + kRounding); }
+
+void CarriedSurface::set_up_fan(std::span<const std::uint32_t> ring) {
+  fan_size_ = static_cast<std::uint32_t>(ring.size()) - 2;
+  apex_ = positions_[mesh_.vertex(CollapsingMesh::next(ring[0]))];
+  spokes_.resize(ring.size());
+  fan_.resize(ring.size() - 1);
+  for (std::uint32_t k = 1; k < ring.size(); ++k) {
+    Spoke& spoke = spokes_[k];
+    spoke.along = difference(positions_[mesh_.vertex(CollapsingMesh::next(ring[k]))], apex_);
+    spoke.squared_length = squared_length(spoke.along);
+    spoke.inverse = spoke.squared_length > 0 ? 1 / spoke.squared_length : 0;
+  }
+  for (std::uint32_t k = 1; k <= fan_size_; ++k) {
+    const Vec3& a = spokes_[k].along;
+    const Vec3& b = spokes_[k + 1].along;
+    FanTriangle& t = fan_[k];
+    t.normal = vector_product(a, b);
+    const double squared = squared_length(t.normal);
+    t.inverse = squared > 0 ? 1 / squared : 0;
+    t.first = moved({0, 0, 0}, t.inverse, vector_product(b, t.normal));
+    t.second = moved({0, 0, 0}, t.inverse, vector_product(t.normal, a));
+  }
+}
+
+void CarriedSurface::mark(std::span<const std::uint32_t> ring) {
+  for (std::uint32_t i = 0; i < ring.size(); ++i) {
+    Vertex& w = vertices_[mesh_.vertex(CollapsingMesh::next(ring[i]))];
+    w.seen = kStays + now_;
+    w.sectors = {std::max(i, 2U) - 1, std::min(i, fan_size_)};
+    if (i == 0) w.sectors = {1, fan_size_};
+    Edge& across = edges_[edge_of_[ring[i]]];
+    across.seen = now_;
+    across.place = i;
+    Edge& spoke = edges_[edge_of_[CollapsingMesh::previous(ring[i])]];
+    spoke.seen = now_;
+    spoke.place = kSpoke;
+  }
+}
+
+// In a triangle of the fan that it is straight above of, or else in the nearest.
+bool CarriedSurface::place(std::uint32_t vertex) {
   const Vec3 p = difference(positions_[vertex], apex_);
-  double nearest = squared_limit_;
-  std::uint32_t carrier = kNone;
-  for (const NewTriangle& t : fan_) {
-    const double height = inner_product(p, t.normal);
-    const double squared = height * height;
-    if (squared > nearest) continue;
+  double nearest = std::numeric_limits<double>::infinity();
+  std::uint32_t sector = 1;
+  for (std::uint32_t k = 1; k <= fan_size_; ++k) {
+    const FanTriangle& t = fan_[k];
     const double s = inner_product(p, t.first);
     const double r = inner_product(p, t.second);
-    double distance = squared;
-    if (!(s >= 0 && r >= 0 && s + r <= 1)) {
-      distance = std::numeric_limits<double>::infinity();
-      if (s + r > 1) {
-        distance =
-            squared_distance_to_segment(p, t.edge_first, difference(t.edge_second, t.edge_first));
-      }
-      if (r < 0) {
-        distance = std::min(distance, squared_distance_to_segment(p, {0, 0, 0}, t.edge_first));
-      }
-      if (s < 0) {
-        distance = std::min(distance, squared_distance_to_segment(p, {0, 0, 0}, t.edge_second));
-      }
-    }
-    if (distance < nearest || (distance == nearest && carrier == kNone)) {
-      nearest = distance;
-      carrier = t.index;
+    if (!(s >= 0 && r >= 0 && s + r <= 1) || t.inverse == 0) continue;
+    const double height = inner_product(p, t.normal);
+    const double squared = height * height * t.inverse;
+    if (squared < nearest) {
+      nearest = squared;
+      sector = k;
     }
   }
-  if (carrier == kNone) return false;
+  if (!(nearest <= squared_limit_)) {
+    const auto look_at = [&](const Vec3& to, std::uint32_t k) {
+      const double squared = squared_length(to);
+      if (squared < nearest) {
+        nearest = squared;
+        sector = k;
+      }
+    };
+    for (std::uint32_t k = 1; k <= fan_size_ + 1; ++k) {
+      const Spoke& spoke = spokes_[k];
+      const double t = std::clamp(inner_product(p, spoke.along) * spoke.inverse, 0.0, 1.0);
+      look_at(moved(p, -t, spoke.along), std::min(k, fan_size_));
+    }
+    for (std::uint32_t k = 1; k <= fan_size_; ++k) {
+      const Vec3 edge = difference(spokes_[k + 1].along, spokes_[k].along);
+      const Vec3 from = difference(p, spokes_[k].along);
+      const double t = std::clamp(inner_product(from, edge) / squared_length(edge), 0.0, 1.0);
+      look_at(moved(from, -t, edge), k);
+    }
+    if (!(nearest <= squared_limit_)) return false;
+  }
   largest_ = std::max(largest_, nearest);
-  carrier_[vertex] = carrier;
+  vertices_[vertex].seen = now_;
+  vertices_[vertex].sectors = {sector, sector};
+  placed_.push_back(vertex);
   return true;
 }
 
-bool CarriedSurface::carry(std::uint32_t u, std::span<const std::uint32_t> ring, double limit) {
-  squared_limit_ = limit * limit;
+bool CarriedSurface::carry(std::span<const std::uint32_t> ring, double limit) {
+  squared_limit_ = limit * limit * (1 - 4 * kRounding);  // So that bound() <= limit.
   largest_ = 0;
   ++now_;
-  rerouted_.clear();
-  cut_.clear();
-  touched_.clear();
-  touched_.push_back({u, kNone});
-  set_up(ring);
-  if (!assign(u)) {
-    undo();
-    return false;
-  }
+  placed_.clear();
+  strands_.clear();
+  set_up_fan(ring);
+  if (!place(mesh_.vertex(ring[0]))) return false;
   for (const std::uint32_t corner : ring) {
-    for (std::uint32_t p = first_carried_[corner / 3]; p != kNone; p = next_carried_[p]) {
-      touched_.push_back({p, corner / 3});
-      if (!assign(p)) {
-        undo();
-        return false;
-      }
+    for (std::uint32_t p = first_carried_[CollapsingMesh::triangle_of(corner)]; p != kNone;
+         p = vertices_[p].next_carried) {
+      if (!place(p)) return false;
     }
   }
-  if (!reroute(ring)) {
-    undo();
-    return false;
-  }
-  for (const std::uint32_t triangle : cut_) {
-    if (!is_cut(triangle)) {
-      undo();
-      return false;
-    }
-  }
+  mark(ring);
+  if (!find_strands_of_vertices() || !find_strands_that_pass(ring)) return false;
   keep(ring);
   return true;
 }
 
-// Finds routes for the edges at touched vertices and for those that pass touched triangles.
-bool CarriedSurface::reroute(std::span<const std::uint32_t> ring) {
-  const std::uint32_t apex = mesh_.vertex(ring[1]);
-  for (const auto& [vertex, before] : touched_) {
-    const std::uint32_t carrier = carrier_[vertex];
-    for (std::uint32_t i = spokes_begin_[vertex]; i < spokes_begin_[vertex + 1]; ++i) {
-      const auto& [edge, other] = spokes_[i];
-      if (carrier_[other] == carrier && routes_[edge].pivot == kNone) continue;
-      if (!reroute(edge, apex)) return false;
-    }
-  }
-  for (const std::uint32_t corner : ring) {
-    for (std::uint32_t i = first_passing_[corner / 3]; i != kNone; i = passing_[i].next) {
-      if (!reroute(passing_[i].edge, apex)) return false;
+bool CarriedSurface::find_strands_of_vertices() {
+  for (const std::uint32_t p : placed_) {
+    const std::uint32_t sector = vertices_[p].sectors.first;
+    for (std::uint32_t h = halves_begin_[p]; h < halves_begin_[p + 1]; ++h) {
+      const Half& half = halves_[h];
+      const bool from_low = p < half.other;
+      std::uint32_t c = half.first;
+      while (c != kNone && is_spoke(crossings_[c].on)) {
+        crossings_[c].seen = now_;
+        c = from_low ? crossings_[c].next : crossings_[c].previous;
+      }
+      if (c == kNone) {
+        const Vertex& other = vertices_[half.other];
+        // From one of two ends is enough.
+        if (!from_low && other.seen == now_) continue;
+        if (half.first == kNone && other.sectors.first <= sector && sector <= other.sectors.last) {
+          continue;
+        }
+      }
+      if (!(from_low ? add_strand(h, kNone, c, half.first != c)
+                     : add_strand(half.twin, c, kNone, half.first != c))) {
+        return false;
+      }
     }
   }
   return true;
 }
 
-bool CarriedSurface::reroute(std::uint32_t edge, std::uint32_t preferred_pivot) {
-  if (seen_edge_[edge] == now_) return true;
-  seen_edge_[edge] = now_;
-  const Ends& ends = ends_[edge];
-  Route& route = routes_[edge];
-  const Route before = route;
-  const std::uint32_t from = carrier_[ends.low];
-  const std::uint32_t to = carrier_[ends.high];
-  const bool is_within_one = from == to || (from == kNone && holds(to, ends.low)) ||
-                             (to == kNone && holds(from, ends.high));
-  if (is_within_one) {
-    if (before.pivot == kNone) return true;
-    rerouted_.push_back({edge, before});
-    route = {};
+bool CarriedSurface::find_strands_that_pass(std::span<const std::uint32_t> ring) {
+  for (const std::uint32_t corner : ring) {
+    const std::uint32_t spoke = edge_of_[CollapsingMesh::previous(corner)];
+    for (std::uint32_t c = edges_[spoke].crossed; c != kNone; c = crossings_[c].next_on) {
+      if (crossings_[c].half == kNone || crossings_[c].seen == now_) continue;
+      std::uint32_t before = c;
+      while (before != kNone && is_spoke(crossings_[before].on)) {
+        crossings_[before].seen = now_;
+        before = crossings_[before].previous;
+      }
+      std::uint32_t after = c;
+      while (after != kNone && is_spoke(crossings_[after].on)) {
+        crossings_[after].seen = now_;
+        after = crossings_[after].next;
+      }
+      if (!add_strand(crossings_[c].half, before, after, true)) return false;
+    }
+  }
+  return true;
+}
+
+CarriedSurface::Sectors CarriedSurface::sectors_at(std::uint32_t crossing,
+                                                   std::uint32_t vertex) const {
+  if (crossing == kNone) {
+    assert(vertices_[vertex].seen == now_ || vertices_[vertex].seen == now_ + kStays);
+    return vertices_[vertex].sectors;
+  }
+  const Edge& on = edges_[crossings_[crossing].on];
+  assert(on.seen == now_ && on.place != kSpoke);
+  const std::uint32_t sector = std::clamp(on.place, 1U, fan_size_);
+  return {sector, sector};
+}
+
+bool CarriedSurface::add_strand(std::uint32_t half, std::uint32_t before, std::uint32_t after,
+                                bool had_crossings) {
+  const Sectors from = sectors_at(before, halves_[halves_[half].twin].other);
+  const Sectors to = sectors_at(after, halves_[half].other);
+  Strand strand{.half = half, .before = before, .after = after, .from = 0, .to = 0};
+  if (from.last < to.first) {
+    strand.from = from.last;
+    strand.to = to.first;
+    if (!is_near(half, from.last + 1, to.first)) return false;
+  } else if (to.last < from.first) {
+    strand.from = from.first;
+    strand.to = to.last;
+    if (!is_near(half, to.last + 1, from.first)) return false;
+  } else if (!had_crossings) {
     return true;
   }
-  rerouted_.push_back({edge, before});
-  route = shortest_route(ends, preferred_pivot);
-  if (route.pivot == kNone) {
-    return false;
-  }
-  if (!is_within_limit(ends, route)) {
-    return false;
-  }
-  for (const std::uint32_t triangle : sides_[edge]) {
-    if (triangle == kNone || seen_triangle_[triangle] == now_) continue;
-    seen_triangle_[triangle] = now_;
-    cut_.push_back(triangle);
-  }
+  strands_.push_back(strand);
   return true;
 }
 
-// Without a pivot when there is none of at most kMaxTurns.
-CarriedSurface::Route CarriedSurface::shortest_route(const Ends& ends,
-                                                     std::uint32_t preferred_pivot) const {
-  const std::uint32_t from = carrier_[ends.low];
-  const std::uint32_t to = carrier_[ends.high];
-  const std::uint32_t start = from == kNone ? to : from;
-  const bool both = from != kNone && to != kNone;
-  Route route;
-  std::int32_t most = kMaxTurns;
-  const auto try_pivot = [&](std::uint32_t pivot) {
-    if (both && !holds(to, pivot)) return;
-    if (const std::int32_t turns = turns_around(ends, pivot, most); turns != 0) {
-      route = {pivot, turns};
-      most = std::abs(turns) - 1;
+// Whether the edge is near to these spokes. A pair of near points is enough, whichever it is.
+bool CarriedSurface::is_near(std::uint32_t half, std::uint32_t first, std::uint32_t last) {
+  const Vec3& low = positions_[halves_[halves_[half].twin].other];
+  const Vec3 p = difference(low, apex_);
+  const Vec3 pq = difference(positions_[halves_[half].other], low);
+  const double squared_pq = squared_length(pq);
+  const double along_pq = inner_product(p, pq);
+  for (std::uint32_t k = first; k <= last; ++k) {
+    const Spoke& spoke = spokes_[k];
+    const double mixed = inner_product(pq, spoke.along);
+    const double along_spoke = inner_product(p, spoke.along);
+    const double product = squared_pq * spoke.squared_length;
+    const double determinant = product - mixed * mixed;
+    double s = 0;
+    if (determinant > 1e-12 * product) {
+      s = std::clamp((mixed * along_spoke - along_pq * spoke.squared_length) / determinant, 0.0,
+                     1.0);
     }
-  };
-  const bool has_preferred = holds(start, preferred_pivot);
-  if (has_preferred) try_pivot(preferred_pivot);
-  for (const std::uint32_t pivot : mesh_.triangle(start)) {
-    if (most == 0) break;
-    if (pivot != preferred_pivot) try_pivot(pivot);
-  }
-  return route;
-}
-
-// How many edges are crossed on the shorter way around the pivot; 0 when more than `most`.
-std::int32_t CarriedSurface::turns_around(const Ends& ends, std::uint32_t pivot,
-                                          std::int32_t most) const {
-  const std::uint32_t from = carrier_[ends.low];
-  const std::uint32_t to = carrier_[ends.high];
-  const std::uint32_t start = from == kNone ? to : from;
-  const std::uint32_t goal = from == kNone ? ends.low : ends.high;
-  const bool both = from != kNone && to != kNone;
-  const TriangleIndices& t = mesh_.triangle(start);
-  std::uint32_t forwards = 3 * start + (t[0] == pivot ? 0 : t[1] == pivot ? 1 : 2);
-  std::uint32_t backwards = forwards;
-  for (std::int32_t turns = 1; turns <= most; ++turns) {
-    if (forwards != kNone) {
-      const std::uint32_t across = mesh_.opposite(CollapsingMesh::next(forwards));
-      if (across == kNone || is_anchor_[across / 3] != 0) {
-        forwards = kNone;
-      } else if (both ? across / 3 == to : mesh_.vertex(across) == goal) {
-        return turns;
-      } else {
-        forwards = CollapsingMesh::next(across);
-      }
+    const double t = std::clamp((along_spoke + s * mixed) * spoke.inverse, 0.0, 1.0);
+    const Vec3 from = moved(p, -t, spoke.along);
+    double squared = squared_length(moved(from, s, pq));
+    if (!(squared <= squared_limit_)) {
+      s = std::clamp((t * mixed - along_pq) / squared_pq, 0.0, 1.0);
+      squared = squared_length(moved(from, s, pq));
+      if (!(squared <= squared_limit_)) return false;
     }
-    if (backwards != kNone) {
-      const std::uint32_t across = mesh_.opposite(CollapsingMesh::previous(backwards));
-      if (across == kNone || is_anchor_[across / 3] != 0) {
-        backwards = kNone;
-      } else if (both ? across / 3 == to : mesh_.vertex(across) == goal) {
-        return -turns;
-      } else {
-        backwards = CollapsingMesh::previous(across);
-      }
-    }
-  }
-  return 0;
-}
-
-void CarriedSurface::follow(const Ends& ends, const Route& route, Crossings& crossings) const {
-  const std::uint32_t from = carrier_[ends.low];
-  const std::uint32_t start = from == kNone ? carrier_[ends.high] : from;
-  const TriangleIndices& t = mesh_.triangle(start);
-  const bool forwards = route.turns > 0;
-  crossings.count = static_cast<std::size_t>(std::abs(route.turns));
-  std::uint32_t at = 3 * start + (t[0] == route.pivot ? 0 : t[1] == route.pivot ? 1 : 2);
-  for (std::size_t i = 0; i < crossings.count; ++i) {
-    const std::uint32_t facing = forwards ? CollapsingMesh::next(at) : CollapsingMesh::previous(at);
-    const std::uint32_t across = mesh_.opposite(facing);
-    assert(across != kNone);
-    crossings.corners[i] = facing;
-    at = forwards ? CollapsingMesh::next(across) : CollapsingMesh::previous(across);
-  }
-}
-
-bool CarriedSurface::is_within_limit(const Ends& ends, const Route& route) {
-  Crossings crossings;
-  follow(ends, route, crossings);
-  const bool from_low = carrier_[ends.low] != kNone;
-  const Vec3& p = positions_[from_low ? ends.low : ends.high];
-  const Vec3 pq = difference(positions_[from_low ? ends.high : ends.low], p);
-  const Vec3& pivot = positions_[route.pivot];
-  double part = 0;
-  for (std::size_t i = 0; i < crossings.count; ++i) {
-    // The crossed edge ends in the pivot.
-    const std::uint32_t corner = crossings.corners[i];
-    const std::uint32_t end = mesh_.vertex(route.turns > 0 ? CollapsingMesh::next(corner)
-                                                           : CollapsingMesh::previous(corner));
-    const Vec3 along = difference(positions_[end], pivot);
-    const NearestParts nearest = nearest_parts(p, pq, pivot, along);
-    double squared = nearest.squared_distance;
-    if (nearest.s < part) {
-      squared = squared_distance_to_segment(moved(p, part, pq), pivot, along);
-    } else {
-      part = nearest.s;
-    }
-    if (squared > squared_limit_) return false;
     largest_ = std::max(largest_, squared);
   }
   return true;
 }
 
-// Whether all goes on around one pivot, without going around it. Then chords need no search: they
-// cut the triangle along the edges at the pivot, in their order.
-//
-// Where the images of the corners are, counted in triangles around the pivot, adds up to a multiple
-// of its valence on the way around the outline. Routes tell that sum but for half a triangle at
-// each of the two edges at a corner that stays.
-bool CarriedSurface::is_cut_around_a_pivot(std::uint32_t original_triangle) const {
-  const TriangleIndices& t = original_[original_triangle];
-  int stay = 0;
-  int routes = 0;
-  std::uint32_t pivot = kNone;
-  std::uint32_t facing = kNone;
-  std::int32_t sum = 0;
-  for (std::uint32_t i = 0; i < 3; ++i) {
-    const std::uint32_t v = t[i];
-    if (carrier_[v] == kNone) ++stay;
-    const std::uint32_t edge = edge_of_[3 * original_triangle + (i + 2) % 3];
-    const Route& route = routes_[edge];
-    if (route.pivot == kNone) continue;
-    if (pivot != kNone && route.pivot != pivot) return false;
-    ++routes;
-    pivot = route.pivot;
-    facing = t[(i + 2) % 3];
-    const bool from_low = carrier_[ends_[edge].low] != kNone;
-    sum += (ends_[edge].low == v) == from_low ? route.turns : -route.turns;
-  }
-  // Chords from a corner that is the pivot to all crossings of the edge that it faces.
-  if (routes == 1 && facing == pivot) return true;
-  return stay <= 1 && static_cast<std::uint32_t>(std::abs(sum) + stay) < mesh_.valence(pivot);
-}
-
-bool CarriedSurface::is_cut(std::uint32_t original_triangle) const {
-  if (is_cut_around_a_pivot(original_triangle)) return true;
-  const TriangleIndices& t = original_[original_triangle];
-  Outline outline(mesh_);
-  for (std::uint32_t i = 0; i < 3; ++i) {
-    if (carrier_[t[i]] != kNone) outline.meet(carrier_[t[i]]);
-  }
-  for (std::uint32_t i = 0; i < 3; ++i) {
-    const std::uint32_t v = t[i];
-    carrier_[v] == kNone ? outline.add_vertex(v) : outline.add_carried(carrier_[v]);
-    // The edge to the next corner lies opposite to the one after.
-    const std::uint32_t edge = edge_of_[3 * original_triangle + (i + 2) % 3];
-    const Route& route = routes_[edge];
-    if (route.pivot == kNone) continue;
-    Crossings crossings;
-    follow(ends_[edge], route, crossings);
-    const bool from_low = carrier_[ends_[edge].low] != kNone;
-    const bool same_way = (ends_[edge].low == v) == from_low;
-    for (std::size_t k = 0; k < crossings.count; ++k) {
-      const std::uint32_t corner = crossings.corners[same_way ? k : crossings.count - 1 - k];
-      outline.meet(corner / 3);
-      outline.meet(mesh_.opposite(corner) / 3);
-      outline.add_crossing(mesh_.vertex(CollapsingMesh::next(corner)),
-                           mesh_.vertex(CollapsingMesh::previous(corner)));
-    }
-  }
-  return outline.is_cut_into_triangles();
-}
-
 void CarriedSurface::keep(std::span<const std::uint32_t> ring) {
   for (const std::uint32_t corner : ring) {
-    first_carried_[corner / 3] = kNone;
-    first_passing_[corner / 3] = kNone;
+    first_carried_[CollapsingMesh::triangle_of(corner)] = kNone;
+    Edge& spoke = edges_[edge_of_[CollapsingMesh::previous(corner)]];
+    while (spoke.crossed != kNone) {
+      const std::uint32_t c = spoke.crossed;
+      spoke.crossed = crossings_[c].next_on;
+      crossings_[c].next_on = free_;
+      free_ = c;
+    }
   }
-  for (const auto& [vertex, before] : touched_) {
-    std::uint32_t& first = first_carried_[carrier_[vertex]];
-    next_carried_[vertex] = first;
+  for (const std::uint32_t vertex : placed_) {
+    std::uint32_t& first =
+        first_carried_[CollapsingMesh::triangle_of(ring[vertices_[vertex].sectors.first])];
+    vertices_[vertex].next_carried = first;
     first = vertex;
   }
-  for (const Rerouted& r : rerouted_) {
-    const Route& route = routes_[r.edge];
-    const Ends& ends = ends_[r.edge];
-    const bool both = carrier_[ends.low] != kNone && carrier_[ends.high] != kNone;
-    if (route.pivot == kNone || (both && std::abs(route.turns) == 1)) continue;
-    Crossings crossings;
-    follow(ends, route, crossings);
-    for (std::size_t k = 1; k < crossings.count; ++k) pass(r.edge, crossings.corners[k] / 3);
-    if (!both) pass(r.edge, mesh_.opposite(crossings.corners[crossings.count - 1]) / 3);
-  }
+  for (const Strand& strand : strands_) keep_strand(strand, ring);
+  is_carried_[placed_.front()] = 1;
+  edge_of_[CollapsingMesh::previous(ring[1])] = edge_of_[ring[0]];
+  edge_of_[CollapsingMesh::next(ring[fan_size_])] = edge_of_[ring[fan_size_ + 1]];
   squared_bound_ = std::max(squared_bound_, largest_);
 }
 
-void CarriedSurface::pass(std::uint32_t edge, std::uint32_t triangle) {
-  passing_.push_back({edge, first_passing_[triangle]});
-  first_passing_[triangle] = static_cast<std::uint32_t>(passing_.size() - 1);
-}
-
-void CarriedSurface::undo() {
-  for (const auto& [vertex, before] : touched_) carrier_[vertex] = before;
-  for (const Rerouted& r : rerouted_) routes_[r.edge] = r.before;
+void CarriedSurface::keep_strand(const Strand& strand, std::span<const std::uint32_t> ring) {
+  std::uint32_t before = strand.before;
+  std::uint32_t after = strand.after;
+  if (before != kNone && after != kNone && crossings_[before].on == crossings_[after].on) {
+    // It comes in and goes out across the same edge: it does not have to come in at all.
+    crossings_[before].half = crossings_[after].half = kNone;
+    before = crossings_[before].previous;
+    after = crossings_[after].next;
+  }
+  Half& low = halves_[strand.half];
+  const auto link = [&](std::uint32_t c) {
+    (before == kNone ? low.first : crossings_[before].next) = c;
+    if (c != kNone) crossings_[c].previous = before;
+    before = c;
+  };
+  for (std::uint32_t k = strand.from; k != strand.to; k < strand.to ? ++k : --k) {
+    const std::uint32_t on = edge_of_[CollapsingMesh::previous(ring[k < strand.to ? k + 1 : k])];
+    std::uint32_t c = free_;
+    if (c == kNone) {
+      c = static_cast<std::uint32_t>(crossings_.size());
+      crossings_.emplace_back();
+    } else {
+      free_ = crossings_[c].next_on;
+    }
+    crossings_[c] = {.half = strand.half, .on = on, .next_on = edges_[on].crossed};
+    edges_[on].crossed = c;
+    link(c);
+  }
+  const std::uint32_t last = before;
+  link(after);
+  if (after == kNone) halves_[low.twin].first = last;
 }
 
 }  // namespace multitetra

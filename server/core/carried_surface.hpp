@@ -2,35 +2,47 @@
 // date from collapse to collapse, that does not add up over them.
 //
 // The argument. Let M be the original surface and N the compacted one, whose vertices are some of
-// M's. A continuous map from M onto N that moves no point farther than e proves that no point of
-// either is farther than e from the other. Such a map is kept here:
+// M's. The collapses make a continuous map h of M onto N that leaves these vertices where they are,
+// and the border too, and that covers every point once, if coverings are counted with their signs.
+// How far h moves points does not matter. All that is kept of it is
 //
-//  * A vertex of M that N still has stays. Any other is *carried* by a triangle of N: its image is
-//    the nearest point there.
-//  * An edge of M between two vertices crosses the edges of N between their carriers, going around
-//    one vertex of N, its *pivot*: points of the edge, in their order, are mapped to near points of
-//    the crossed edges.
-//  * A triangle of M is cut along chords between its corners and these crossings into smaller ones,
-//    so that all corners of each have images in one triangle of N. There the map is linear. A
-//    linear map from triangle to triangle moves no point farther than the corner that it moves
-//    farthest (a distance is a convex function), so corners and crossings are all that is ever
-//    looked at.
+//  * which triangle of N *carries* a vertex of M: its image lies there;
+//  * which edges of N an edge of M *crosses* on its way, as its image does.
 //
-// The map is continuous, since an edge of M has one path whichever triangle looks at it. It is
-// *onto*: let a component of M have a border. The border stays point for point, so the image of the
-// component is a chain with the border of N's component, and the only one is all of N's component
-// (H2(N, border) -> H1(border) is injective). A component without border has a triangle that stays,
-// its *anchor*, which nothing else is mapped into; the image covers it once, so it covers all of
-// the component once.
+// When every vertex of M is within e of the triangle that carries it, and every edge of M within e
+// of each edge of N that it crosses, then no point of M is farther than e from N, and no point of N
+// is farther than e from M. For:
 //
-// A collapse for which these rules find no map, or one that moves a point too far, is refused. That
-// maps between successive surfaces bound the distance, and how their triangles overlay, is the idea
-// of J. Cohen, D. Manocha, M. Olano, "Simplifying polygonal models using successive mappings" (IEEE
-// Visualization 1997). They compose the maps, so bounds add up; here every map goes back to the
-// original, made anew from what carries its vertices.
+//  * Where an edge m of M crosses an edge n of N, let x be a point of m within e of n. What h maps
+//    into n is drawn anew: in each triangle of M straight from one such point to the next. That is
+//    a *path* with the same ends as n, and within e of it, since a distance from something convex
+//    is a convex function.
+//  * The paths of the edges of a triangle t of N bound a *region* of M, its parts counted as often
+//    as h covers t. The region's corners are vertices that t carries, points x, and points where
+//    two of the paths meet: so all of it is within e of t. The regions add up to M, as what h maps
+//    into each triangle did. So every point of M is within e of N.
+//  * Now move every point of the region to the nearest point of t, and then every point of its
+//    paths straight on to the nearest point of n. All this stays in t, and its border goes around t
+//    once; so it passes every point of t. What passes it came from a point within e: on the way
+//    from the nearest point of t to that of n the distance is at most the one to n, again because
+//    it is convex. So every point of N is within e of M.
+//
+// A collapse changes h only in the fan of triangles that v gets. A fan is a disc with all its
+// vertices on its border, so images of vertices may be placed anywhere in it, and an edge between
+// two places can be drawn there in only one way, up to deformation: it crosses the *spokes* between
+// them.
+//
+//     w2---------w1
+//      | `.   1  /      The fan: triangles 1 .. n - 2, its *sectors*, between v, w_k and w_(k+1).
+//      |   `.   /       Spokes go from v to w_k; those between two sectors, k = 2 .. n - 2, can be
+//      |  2  `./        crossed.
+//     w3-------v
+//
+// That maps from one surface to the other bound their distance is the idea of J. Cohen, D. Manocha,
+// M. Olano, "Simplifying polygonal models using successive mappings" (IEEE Visualization 1997).
+// Their maps go from each surface to the next one, so that bounds add up.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -43,116 +55,110 @@ namespace multitetra {
 
 class CarriedSurface {
  public:
-  // `mesh` still has all triangles of the original; all that is referred to must stay valid.
-  // `is_anchor` says which triangles nothing may be mapped into.
-  CarriedSurface(const CollapsingMesh& mesh, std::span<const TriangleIndices> original,
-                 std::span<const Vec3> positions, std::span<const std::uint8_t> is_anchor);
+  // The original is what `mesh` is now; what is referred to must stay valid.
+  CarriedSurface(const CollapsingMesh& mesh, std::span<const Vec3> positions);
 
-  // Carries everything over a collapse that the mesh has just made: of the vertex u, with `ring` as
-  // CollapsingMesh::collapse left it. False when that would move a point farther than `limit`, or
-  // is not possible at all; then nothing has changed here.
-  [[nodiscard]] bool carry(std::uint32_t u, std::span<const std::uint32_t> ring, double limit);
+  // Whether u can collapse onto w_0 of its ring without any distance becoming larger than `limit`.
+  // `ring` are u's corners, and nothing is moved yet. If so, all is as after that collapse.
+  [[nodiscard]] bool carry(std::span<const std::uint32_t> ring, double limit);
 
-  [[nodiscard]] bool is_carried(std::uint32_t vertex) const { return carrier_[vertex] != kNone; }
-  // No point was moved farther.
+  [[nodiscard]] bool is_carried(std::uint32_t vertex) const { return is_carried_[vertex] != 0; }
+  // No distance is larger.
   [[nodiscard]] double bound() const;
 
  private:
   static constexpr std::uint32_t kNone = CollapsingMesh::kNone;
-  static constexpr std::int32_t kMaxTurns = 4;
-  static constexpr std::size_t kMaxCrossings = kMaxTurns;
+  static constexpr std::uint32_t kSpoke = kNone;
+  // In `seen`, of a vertex that is no carried one. No surface has so many vertices to collapse.
+  static constexpr std::uint32_t kStays = std::uint32_t{1} << 31;
+  // Relative, and more than what rounding takes from a distance, to the thinnest triangles too.
+  static constexpr double kRounding = 1e-6;
 
-  // A triangle around the vertex that a collapse ends on.
-  struct NewTriangle {
-    std::uint32_t index = 0;
-    Vec3 first, second;            // Dual to its edges from v.
-    Vec3 normal;                   // Of length 1.
-    Vec3 edge_first, edge_second;  // From v.
+  // The fan's triangles from one to another.
+  struct Sectors {
+    std::uint32_t first = 0;
+    std::uint32_t last = 0;
   };
-  struct Ends {
-    std::uint32_t low = 0;
-    std::uint32_t high = 0;
+  struct Vertex {
+    std::uint32_t next_carried = kNone;  // By the same triangle.
+    std::uint32_t seen = 0;              // In which collapse; then
+    Sectors sectors;                     // where it is in the fan.
   };
-  // An edge at a vertex of the original.
+  // An edge of the original, as it is seen from one of its ends. Its number as an edge is that of
+  // the half at its low end.
+  struct Half {
+    std::uint32_t other = 0;      // The other end,
+    std::uint32_t twin = 0;       // and the half there.
+    std::uint32_t first = kNone;  // The crossing that comes first from here.
+  };
+  // An edge of the compacted surface.
+  struct Edge {
+    std::uint32_t crossed = kNone;  // A list of the crossings on it.
+    std::uint32_t seen = 0;         // In which collapse; then
+    std::uint32_t place = 0;        // kSpoke, or i when it goes from w_i to w_(i+1).
+  };
+  struct Crossing {
+    std::uint32_t half = kNone;  // The low one; kNone when the crossing is no more.
+    std::uint32_t on = kNone;    // The edge that is crossed.
+    std::uint32_t previous = kNone, next = kNone;  // Along the original edge.
+    std::uint32_t next_on = kNone;                 // In the list of `on`.
+    std::uint32_t seen = 0;
+  };
   struct Spoke {
-    std::uint32_t edge = 0;
-    std::uint32_t other = 0;  // Its other end.
+    Vec3 along;
+    double squared_length = 0;
+    double inverse = 0;  // 1 / squared_length
   };
-  // How an original edge goes from one end's carrier to the other end: around the pivot. It starts
-  // at the lower end, unless only the higher one is carried.
-  struct Route {
-    std::uint32_t pivot = kNone;  // None: all is in one triangle, or an edge of N.
-    std::int32_t turns = 0;       // Edges of N that are crossed, negative against the ring's order.
+  struct FanTriangle {
+    Vec3 first, second;  // Dual to its edges from v.
+    Vec3 normal;
+    double inverse = 0;  // 1 / the normal's squared length
   };
-  // Those edges, by the corners opposite to them on the side where the route comes from.
-  struct Crossings {
-    std::array<std::uint32_t, kMaxCrossings> corners{};
-    std::size_t count = 0;
+  // A piece of an original edge inside of the ring, from the low end on.
+  struct Strand {
+    std::uint32_t half = 0;
+    std::uint32_t before = kNone, after = kNone;  // Crossings of the ring, or none at an end.
+    std::uint32_t from = 0, to = 0;               // Sectors.
   };
-  // An original triangle's border as its image goes through the triangles of N.
-  class Outline;
 
-  void set_up(std::span<const std::uint32_t> ring);
-  [[nodiscard]] bool assign(std::uint32_t vertex);
-  [[nodiscard]] bool reroute(std::span<const std::uint32_t> ring);
-  [[nodiscard]] bool reroute(std::uint32_t edge, std::uint32_t preferred_pivot);
-  [[nodiscard]] Route shortest_route(const Ends& ends, std::uint32_t preferred_pivot) const;
-  [[nodiscard]] std::int32_t turns_around(const Ends& ends, std::uint32_t pivot,
-                                          std::int32_t most) const;
-  void follow(const Ends& ends, const Route& route, Crossings& crossings) const;
-  [[nodiscard]] bool is_within_limit(const Ends& ends, const Route& route);
-  [[nodiscard]] bool is_cut(std::uint32_t original_triangle) const;
-  [[nodiscard]] bool is_cut_around_a_pivot(std::uint32_t original_triangle) const;
-  [[nodiscard]] bool holds(std::uint32_t triangle, std::uint32_t vertex) const {
-    const TriangleIndices& t = mesh_.triangle(triangle);
-    return t[0] == vertex || t[1] == vertex || t[2] == vertex;
-  }
+  void set_up_fan(std::span<const std::uint32_t> ring);
+  [[nodiscard]] bool place(std::uint32_t vertex);
+  void mark(std::span<const std::uint32_t> ring);
+  [[nodiscard]] bool find_strands_of_vertices();
+  [[nodiscard]] bool find_strands_that_pass(std::span<const std::uint32_t> ring);
+  [[nodiscard]] bool add_strand(std::uint32_t half, std::uint32_t before, std::uint32_t after,
+                                bool had_crossings);
+  [[nodiscard]] Sectors sectors_at(std::uint32_t crossing, std::uint32_t vertex) const;
+  [[nodiscard]] bool is_near(std::uint32_t half, std::uint32_t first, std::uint32_t last);
   void keep(std::span<const std::uint32_t> ring);
-  void pass(std::uint32_t edge, std::uint32_t triangle);
-  void undo();
+  void keep_strand(const Strand& strand, std::span<const std::uint32_t> ring);
+  [[nodiscard]] bool is_spoke(std::uint32_t edge) const {
+    return edges_[edge].seen == now_ && edges_[edge].place == kSpoke;
+  }
 
   const CollapsingMesh& mesh_;
-  std::span<const TriangleIndices> original_;
   std::span<const Vec3> positions_;
-  std::span<const std::uint8_t> is_anchor_;
-
-  // The original's edges. Corner c of it is opposite to edge edge_of_[c].
-  std::vector<Ends> ends_;
-  std::vector<std::array<std::uint32_t, 2>> sides_;  // The triangles at an edge, or kNone.
-  std::vector<std::uint32_t> edge_of_;
-  std::vector<std::uint32_t> spokes_begin_;  // The edges at its vertices.
-  std::vector<Spoke> spokes_;
-
-  // The map.
-  std::vector<std::uint32_t> carrier_;  // Of a vertex: the triangle that carries it, or kNone.
-  std::vector<Route> routes_;           // Of an edge.
+  std::vector<Edge> edges_;
+  std::vector<std::uint32_t> edge_of_;       // Opposite to a corner.
+  std::vector<std::uint32_t> halves_begin_;  // At a vertex.
+  std::vector<Half> halves_;
+  std::vector<Vertex> vertices_;
+  std::vector<std::uint8_t> is_carried_;
+  std::vector<std::uint32_t> first_carried_;  // Of a triangle.
+  std::vector<Crossing> crossings_;
+  std::uint32_t free_ = kNone;
   double squared_bound_ = 0;
 
-  // What a triangle of N carries, as lists: vertices, and edges that only pass.
-  struct Passing {
-    std::uint32_t edge = 0;
-    std::uint32_t next = kNone;
-  };
-  std::vector<std::uint32_t> first_carried_;
-  std::vector<std::uint32_t> next_carried_;
-  std::vector<std::uint32_t> first_passing_;
-  std::vector<Passing> passing_;
-
-  // Memory to work in: what a collapse touches.
+  // Of one collapse.
+  std::uint32_t now_ = 0;
   double squared_limit_ = 0;
   double largest_ = 0;
+  std::uint32_t fan_size_ = 0;
   Vec3 apex_ = {0, 0, 0};
-  std::vector<NewTriangle> fan_;
-  std::vector<std::array<std::uint32_t, 2>> touched_;  // Vertices, and what carried them before.
-  struct Rerouted {
-    std::uint32_t edge = 0;
-    Route before;
-  };
-  std::vector<Rerouted> rerouted_;
-  std::vector<std::uint32_t> cut_;        // Triangles of the original.
-  std::vector<std::uint32_t> seen_edge_;  // In which collapse.
-  std::vector<std::uint32_t> seen_triangle_;
-  std::uint32_t now_ = 0;
+  std::vector<Spoke> spokes_;
+  std::vector<FanTriangle> fan_;
+  std::vector<std::uint32_t> placed_;
+  std::vector<Strand> strands_;
 };
 
 }  // namespace multitetra

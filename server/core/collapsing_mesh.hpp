@@ -16,10 +16,11 @@
 // condition: T. Dey, H. Edelsbrunner, S. Guha, D. Nekhayev, "Topology preserving edge contraction",
 // 1999).
 //
-// Corner c of the mesh is corner c % 3 of triangle c / 3. Across the edge that lies opposite to a
-// corner there is another corner, its *opposite*.
+// Corner c of the mesh is corner c % 4 of triangle c / 4; there is no fourth. Across the edge that
+// lies opposite to a corner there is another corner, its *opposite*.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -43,25 +44,31 @@ class CollapsingMesh {
   CollapsingMesh(std::span<const TriangleIndices> triangles, std::uint32_t vertex_count);
 
   [[nodiscard]] const TriangleIndices& triangle(std::uint32_t index) const {
-    return triangles_[index];
+    return triangles_[index].vertices;
   }
   [[nodiscard]] std::uint32_t triangle_count() const {
     return static_cast<std::uint32_t>(triangles_.size());
   }
-  [[nodiscard]] bool is_removed(std::uint32_t triangle) const { return removed_[triangle] != 0; }
-  [[nodiscard]] VertexKind kind(std::uint32_t vertex) const { return kinds_[vertex]; }
-  // How many triangles there are around a vertex.
-  [[nodiscard]] std::uint32_t valence(std::uint32_t vertex) const { return valences_[vertex]; }
-  [[nodiscard]] std::uint32_t vertex(std::uint32_t corner) const {
-    return triangles_[corner / 3][corner % 3];
+  [[nodiscard]] bool is_removed(std::uint32_t triangle) const {
+    return triangles_[triangle].is_removed;
   }
-  [[nodiscard]] std::uint32_t opposite(std::uint32_t corner) const { return opposite_[corner]; }
+  [[nodiscard]] VertexKind kind(std::uint32_t vertex) const { return kinds_[vertex]; }
+  [[nodiscard]] std::uint32_t vertex(std::uint32_t corner) const {
+    return triangles_[corner / 4].vertices[corner % 4];
+  }
+  [[nodiscard]] std::uint32_t opposite(std::uint32_t corner) const {
+    return triangles_[corner / 4].opposite[corner % 4];
+  }
 
+  [[nodiscard]] static std::uint32_t triangle_of(std::uint32_t corner) { return corner / 4; }
+  [[nodiscard]] static std::uint32_t corner_of(std::uint32_t triangle, std::uint32_t i) {
+    return 4 * triangle + i;
+  }
   [[nodiscard]] static std::uint32_t next(std::uint32_t corner) {
-    return corner % 3 == 2 ? corner - 2 : corner + 1;
+    return corner % 4 == 2 ? corner - 2 : corner + 1;
   }
   [[nodiscard]] static std::uint32_t previous(std::uint32_t corner) {
-    return corner % 3 == 0 ? corner + 2 : corner - 1;
+    return corner % 4 == 0 ? corner + 2 : corner - 1;
   }
 
   // The corners at an inner vertex u, in the order of its ring: triangle i is u, w_i, w_(i+1).
@@ -74,10 +81,15 @@ class CollapsingMesh {
   // Collapses u onto w_0; requires keeps_topology. Afterwards `ring` are w_0's corners in the
   // triangles that stay, but for its first and last, whose triangles are removed.
   void collapse(std::span<const std::uint32_t> ring);
-  // Takes the collapse back that was made last.
-  void take_back(std::uint32_t u, std::span<const std::uint32_t> ring);
 
  private:
+  struct Triangle {
+    TriangleIndices vertices;
+    bool is_removed = false;
+    std::array<std::uint32_t, 3> opposite = {kNone, kNone, kNone};
+    std::uint32_t unused = 0;  // For a size of half a cache line.
+  };
+
   void find_opposites();
   void find_kinds();
   void link(std::uint32_t corner, std::uint32_t other);
@@ -85,11 +97,8 @@ class CollapsingMesh {
   template <typename Visit>
   void visit_neighbours(std::uint32_t vertex, const Visit& visit) const;
 
-  std::vector<TriangleIndices> triangles_;
-  std::vector<std::uint8_t> removed_;
-  std::vector<std::uint32_t> opposite_;
+  std::vector<Triangle> triangles_;
   std::vector<std::uint32_t> corner_of_;  // One corner of each vertex.
-  std::vector<std::uint32_t> valences_;
   std::vector<VertexKind> kinds_;
   std::vector<std::uint32_t> marks_;  // Of a vertex: when keeps_topology saw it last.
   std::uint32_t mark_ = 0;

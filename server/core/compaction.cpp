@@ -31,41 +31,6 @@ Vec3 normal_of(const Vec3& p, const Vec3& q, const Vec3& r) {
   return vector_product(difference(q, p), difference(r, p));
 }
 
-// The largest triangle of every component without border.
-std::vector<std::uint8_t> anchors(const CollapsingMesh& mesh, const std::vector<Vec3>& positions) {
-  std::vector<std::uint8_t> is_anchor(mesh.triangle_count(), 0);
-  std::vector<std::uint8_t> is_seen(mesh.triangle_count(), 0);
-  std::vector<std::uint32_t> component;
-  for (std::uint32_t start = 0; start < mesh.triangle_count(); ++start) {
-    if (is_seen[start] != 0) continue;
-    component.assign(1, start);
-    is_seen[start] = 1;
-    bool has_border = false;
-    double largest = -1;
-    std::uint32_t anchor = start;
-    for (std::size_t i = 0; i < component.size(); ++i) {
-      const std::uint32_t triangle = component[i];
-      for (std::uint32_t corner = 3 * triangle; corner < 3 * triangle + 3; ++corner) {
-        const std::uint32_t across = mesh.opposite(corner);
-        if (across == kNone) {
-          has_border = true;
-        } else if (is_seen[across / 3] == 0) {
-          is_seen[across / 3] = 1;
-          component.push_back(across / 3);
-        }
-      }
-      const auto& [p, q, r] = mesh.triangle(triangle);
-      const double size = squared_length(normal_of(positions[p], positions[q], positions[r]));
-      if (size > largest || (size == largest && triangle < anchor)) {
-        largest = size;
-        anchor = triangle;
-      }
-    }
-    if (!has_border) is_anchor[anchor] = 1;
-  }
-  return is_anchor;
-}
-
 class Compaction {
  public:
   Compaction(const LatticeMesh& mesh, const CompactionOptions& options)
@@ -73,25 +38,18 @@ class Compaction {
         budget_(options.budget),
         positions_(positions_of(mesh, options.step)),
         mesh_(mesh.triangles, static_cast<std::uint32_t>(mesh.vertices.size())),
-        is_anchor_(anchors(mesh_, positions_)),
-        carried_(mesh_, mesh.triangles, positions_, is_anchor_),
+        carried_(mesh_, positions_),
         quadrics_(positions_.size()),
-        is_closed_(positions_.size(), 0),
-        refusals_(positions_.size(), 0),
-        is_stale_(positions_.size(), 1),
-        least_cost_(positions_.size(), 0) {
-    std::vector<std::uint8_t> stays(positions_.size(), 0);
-    for (std::uint32_t i = 0; i < mesh_.triangle_count(); ++i) {
-      const TriangleIndices& t = mesh_.triangle(i);
-      const Quadric quadric =
-          Quadric::of_triangle(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
-      for (const std::uint32_t v : t) {
-        quadrics_[v].add(quadric);
-        if (is_anchor_[i] != 0) stays[v] = 1;
-      }
+        states_(positions_.size()) {
+    for (const auto& [p, q, r] : mesh.triangles) {
+      const Quadric plane =
+          Quadric::of_plane(normal_of(positions_[p], positions_[q], positions_[r]));
+      quadrics_[p].add(plane);
+      quadrics_[q].add(plane);
+      quadrics_[r].add(plane);
     }
-    for (std::uint32_t v = 0; v < stays.size(); ++v) {
-      if (stays[v] == 0 && mesh_.kind(v) == CollapsingMesh::VertexKind::kInner) open_.push_back(v);
+    for (std::uint32_t v = 0; v < positions_.size(); ++v) {
+      if (mesh_.kind(v) == CollapsingMesh::VertexKind::kInner) open_.push_back(v);
     }
   }
 
@@ -107,10 +65,12 @@ class Compaction {
   static constexpr int kTries = 2;
   static constexpr std::uint8_t kRefusals = 4;
 
-  struct Target {
-    double cost = 0;
-    std::uint32_t corner = 0;
-    friend auto operator<=>(const Target&, const Target&) = default;
+  struct State {
+    float least_cost = 0;
+    std::uint32_t best = kNone;  // The vertex that costs least to collapse onto.
+    bool is_stale = true;        // These are not known.
+    bool is_closed = false;      // Refused, and nothing has changed since.
+    std::uint8_t refusals = 0;
   };
 
   // The cheaper half of the vertices that may move, in the order of their numbers: neighbours are
@@ -121,12 +81,10 @@ class Compaction {
     for (const std::uint32_t v : open_) {
       if (carried_.is_carried(v)) continue;
       open_[kept++] = v;
-      if (is_closed_[v] != 0) continue;
-      if (is_stale_[v] != 0) {
-        least_cost_[v] = least_cost(v);
-        is_stale_[v] = 0;
-      }
-      costs_.push_back(least_cost_[v]);
+      State& state = states_[v];
+      if (state.is_closed) continue;
+      if (state.is_stale) find_costs(v);
+      costs_.push_back(state.least_cost);
     }
     open_.resize(kept);
     candidates_.clear();
@@ -135,45 +93,50 @@ class Compaction {
     std::nth_element(costs_.begin(), middle, costs_.end());
     limit_ = *middle;
     for (const std::uint32_t v : open_) {
-      if (is_closed_[v] == 0 && least_cost_[v] <= limit_) candidates_.push_back(v);
+      if (!states_[v].is_closed && states_[v].least_cost <= limit_) candidates_.push_back(v);
     }
     return true;
   }
-  double least_cost(std::uint32_t u) {
+  // Of collapses onto the vertices of the ring.
+  void find_costs(std::uint32_t u) {
     mesh_.ring(u, ring_);
-    double least = std::numeric_limits<double>::infinity();
-    for (const std::uint32_t c : ring_) {
-      least = std::min(least, cost(u, mesh_.vertex(CollapsingMesh::next(c))));
+    ring_costs_.resize(ring_.size());
+    State& state = states_[u];
+    state.least_cost = std::numeric_limits<float>::infinity();
+    state.is_stale = false;
+    for (std::size_t i = 0; i < ring_.size(); ++i) {
+      const std::uint32_t w = mesh_.vertex(CollapsingMesh::next(ring_[i]));
+      ring_costs_[i] = cost(u, w);
+      if (ring_costs_[i] < state.least_cost) {
+        state.least_cost = ring_costs_[i];
+        state.best = w;
+      }
     }
-    return least;
   }
-  double cost(std::uint32_t u, std::uint32_t v) const {
-    return quadrics_[u].at(positions_[v]) + quadrics_[v].at(positions_[v]);
+  float cost(std::uint32_t u, std::uint32_t v) const {
+    return quadrics_[u].at(difference(positions_[v], positions_[u]));
   }
 
   void try_vertex(std::uint32_t u) {
-    if (is_stale_[u] != 0) {
-      // Its neighbours have changed in this pass: it may have become too dear.
-      least_cost_[u] = least_cost(u);
-      is_stale_[u] = 0;
-      if (least_cost_[u] > 1.5 * limit_) return;
-    }
-    mesh_.ring(u, ring_);
-    targets_.clear();
-    for (const std::uint32_t c : ring_) {
-      targets_.push_back({cost(u, mesh_.vertex(CollapsingMesh::next(c))), c});
-    }
-    std::sort(targets_.begin(), targets_.end());
-    int tries = 0;
-    for (const Target& target : targets_) {
-      const auto at = std::find(ring_.begin(), ring_.end(), target.corner) - ring_.begin();
-      CollapsingMesh::turn(ring_, static_cast<std::size_t>(at));
-      if (!mesh_.keeps_topology(ring_) || joins_borders() || turns_over()) continue;
+    State& state = states_[u];
+    const bool was_stale = state.is_stale;
+    find_costs(u);
+    // When neighbours have changed in this pass it may have become too dear.
+    if (was_stale && state.least_cost > 1.5F * limit_) return;
+    for (int tries = 0; tries < kTries && !ring_costs_.empty();) {
+      const auto least = std::min_element(ring_costs_.begin(), ring_costs_.end());
+      if (*least == std::numeric_limits<float>::infinity()) break;
+      const auto first = static_cast<std::size_t>(least - ring_costs_.begin());
+      *least = std::numeric_limits<float>::infinity();
+      turned_.assign(ring_.begin() + static_cast<std::ptrdiff_t>(first), ring_.end());
+      turned_.insert(turned_.end(), ring_.begin(),
+                     ring_.begin() + static_cast<std::ptrdiff_t>(first));
+      if (turns_over() || joins_borders() || !mesh_.keeps_topology(turned_)) continue;
       if (try_collapse(u)) return;
-      if (++tries == kTries) break;
+      ++tries;
     }
-    is_closed_[u] = 1;
-    ++refusals_[u];
+    state.is_closed = true;
+    ++state.refusals;
   }
 
   // Whether a new edge would join two vertices of the border. The surface beyond the border may
@@ -183,19 +146,19 @@ class Compaction {
       return mesh_.kind(mesh_.vertex(CollapsingMesh::next(corner))) ==
              CollapsingMesh::VertexKind::kInner;
     };
-    if (is_inner(ring_[0])) return false;
-    for (std::size_t i = 2; i + 1 < ring_.size(); ++i) {
-      if (!is_inner(ring_[i])) return true;
+    if (is_inner(turned_[0])) return false;
+    for (std::size_t i = 2; i + 1 < turned_.size(); ++i) {
+      if (!is_inner(turned_[i])) return true;
     }
     return false;
   }
 
   bool turns_over() const {
-    const std::uint32_t u = mesh_.vertex(ring_[0]);
-    const Vec3& to = positions_[mesh_.vertex(CollapsingMesh::next(ring_[0]))];
-    for (std::size_t i = 1; i + 1 < ring_.size(); ++i) {
-      const Vec3& q = positions_[mesh_.vertex(CollapsingMesh::next(ring_[i]))];
-      const Vec3& r = positions_[mesh_.vertex(CollapsingMesh::previous(ring_[i]))];
+    const std::uint32_t u = mesh_.vertex(turned_[0]);
+    const Vec3& to = positions_[mesh_.vertex(CollapsingMesh::next(turned_[0]))];
+    for (std::size_t i = 1; i + 1 < turned_.size(); ++i) {
+      const Vec3& q = positions_[mesh_.vertex(CollapsingMesh::next(turned_[i]))];
+      const Vec3& r = positions_[mesh_.vertex(CollapsingMesh::previous(turned_[i]))];
       const Vec3 before = normal_of(positions_[u], q, r);
       const Vec3 after = normal_of(to, q, r);
       const double along = inner_product(before, after);
@@ -207,21 +170,33 @@ class Compaction {
   }
 
   bool try_collapse(std::uint32_t u) {
-    const std::uint32_t v = mesh_.vertex(CollapsingMesh::next(ring_[0]));
-    mesh_.collapse(ring_);
-    if (!carried_.carry(u, ring_, budget_)) {
-      mesh_.take_back(u, ring_);
-      return false;
-    }
-    quadrics_[v].add(quadrics_[u]);
-    for (const std::uint32_t c : ring_) {
+    if (!carried_.carry(turned_, budget_)) return false;
+    const std::uint32_t v = mesh_.vertex(CollapsingMesh::next(turned_[0]));
+    mesh_.collapse(turned_);
+    quadrics_[v].add(quadrics_[u].seen_from(difference(positions_[v], positions_[u])));
+    states_[v].is_stale = true;
+    reopen(v);
+    for (const std::uint32_t c : turned_) {
       const std::uint32_t w = mesh_.vertex(CollapsingMesh::next(c));
-      is_stale_[w] = 1;
-      if (refusals_[w] < kRefusals) is_closed_[w] = 0;
+      if (w != v) replace(w, u, v);
     }
-    is_stale_[v] = 1;
-    if (refusals_[v] < kRefusals) is_closed_[v] = 0;
     return true;
+  }
+  // Tells w that its neighbour u is gone, and v is one.
+  void replace(std::uint32_t w, std::uint32_t u, std::uint32_t v) {
+    State& state = states_[w];
+    reopen(w);
+    if (state.is_stale) return;
+    if (state.best == u) {
+      state.is_stale = true;
+    } else if (const float to_v = cost(w, v); to_v < state.least_cost) {
+      state.least_cost = to_v;
+      state.best = v;
+    }
+  }
+  void reopen(std::uint32_t vertex) {
+    State& state = states_[vertex];
+    if (state.refusals < kRefusals) state.is_closed = false;
   }
 
   Compacted result() {
@@ -247,19 +222,16 @@ class Compaction {
   double budget_;
   std::vector<Vec3> positions_;
   CollapsingMesh mesh_;
-  std::vector<std::uint8_t> is_anchor_;
   CarriedSurface carried_;
-  std::vector<Quadric> quadrics_;
-  std::vector<std::uint32_t> open_;      // Vertices that may move some time.
-  std::vector<std::uint8_t> is_closed_;  // Refused, and nothing has changed since.
-  std::vector<std::uint8_t> refusals_;
-  std::vector<std::uint8_t> is_stale_;  // least_cost_ is not known.
-  std::vector<double> least_cost_;
-  double limit_ = 0;  // Of a pass: the largest cost.
-  std::vector<double> costs_;
+  std::vector<Quadric> quadrics_;  // Of vertices, seen from there.
+  std::vector<State> states_;
+  std::vector<std::uint32_t> open_;  // Vertices that may move some time.
+  float limit_ = 0;                  // Of a pass: the largest cost.
+  std::vector<float> costs_;
   std::vector<std::uint32_t> candidates_;
-  std::vector<Target> targets_;
   std::vector<std::uint32_t> ring_;
+  std::vector<float> ring_costs_;
+  std::vector<std::uint32_t> turned_;  // The ring from the collapse's goal on.
 };
 
 }  // namespace

@@ -8,11 +8,10 @@
 //  * no point of either surface is farther from the other than `bound`, which is at most the budget
 //    (see carried_surface.hpp for the proof);
 //  * the border, and every vertex without a closed ring of triangles around it, is as before:
-//  meshes
-//    that fit together still do;
-//  * the topology is the same: edges, components and Euler characteristic of a manifold stay what
-//    they are, and a component without border keeps a triangle and some volume;
-//  * no triangle turns by more than a right angle in a collapse, and none is degenerate;
+//    meshes that fit together still do;
+//  * the topology is the same: what was a manifold is one, with the same components and Euler
+//    characteristic; a component without border keeps four triangles at least;
+//  * no triangle turns by as much as a right angle in a collapse, and none is degenerate;
 //  * the result is a function of the arguments alone, to the bit.
 //
 // With a budget of 0 nothing changes.

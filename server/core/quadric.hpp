@@ -1,34 +1,33 @@
 // Sums of squared distances to planes, as a function of a point (M. Garland, P. Heckbert, "Surface
-// simplification using quadric error metrics", SIGGRAPH 1997).
+// simplification using quadric error metrics", SIGGRAPH 1997), around an origin of its own: near to
+// it single precision is enough. It orders collapses; no bound rests on it.
 #pragma once
+
+#include <cmath>
 
 #include "common/affine.hpp"
 #include "server/core/vectors.hpp"
 
 namespace multitetra {
 
-// x -> x A x + 2 b x + c, A symmetric.
+// x -> x A x + 2 b x + c, A symmetric; x is seen from the origin.
 struct Quadric {
-  double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
-  Vec3 b = {0, 0, 0};
-  double c = 0;
+  float xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
+  float bx = 0, by = 0, bz = 0;
+  float c = 0;
 
-  // The plane of a triangle, as often as its area says.
-  [[nodiscard]] static Quadric of_triangle(const Vec3& p, const Vec3& q, const Vec3& r) {
-    const Vec3 n = vector_product(difference(q, p), difference(r, p));
+  // The plane through the origin with the normal n, as often as n is long.
+  [[nodiscard]] static Quadric of_plane(const Vec3& n) {
     const double squared = squared_length(n);
     if (!(squared > 0)) return {};
-    const double weight = 1 / std::sqrt(squared);  // The area (twice), over the squared length.
-    const double d = -inner_product(n, p);
-    Quadric quadric{.xx = weight * n[0] * n[0],
-                    .yy = weight * n[1] * n[1],
-                    .zz = weight * n[2] * n[2],
-                    .xy = weight * n[0] * n[1],
-                    .xz = weight * n[0] * n[2],
-                    .yz = weight * n[1] * n[2],
-                    .b = moved({0, 0, 0}, weight * d, n),
-                    .c = weight * d * d};
-    return quadric;
+    const double weight = 1 / std::sqrt(squared);
+    const auto part = [&](double a, double b) { return static_cast<float>(weight * a * b); };
+    return {.xx = part(n[0], n[0]),
+            .yy = part(n[1], n[1]),
+            .zz = part(n[2], n[2]),
+            .xy = part(n[0], n[1]),
+            .xz = part(n[0], n[2]),
+            .yz = part(n[1], n[2])};
   }
   void add(const Quadric& o) {
     xx += o.xx;
@@ -37,13 +36,29 @@ struct Quadric {
     xy += o.xy;
     xz += o.xz;
     yz += o.yz;
-    b = {b[0] + o.b[0], b[1] + o.b[1], b[2] + o.b[2]};
+    bx += o.bx;
+    by += o.by;
+    bz += o.bz;
     c += o.c;
   }
-  [[nodiscard]] double at(const Vec3& p) const {
-    const double x = p[0], y = p[1], z = p[2];
-    return x * (xx * x + 2 * (xy * y + xz * z + b[0])) + y * (yy * y + 2 * (yz * z + b[1])) +
-           z * (zz * z + 2 * b[2]) + c;
+  // The same function, seen from `origin`.
+  [[nodiscard]] Quadric seen_from(const Vec3& origin) const {
+    const auto x = static_cast<float>(origin[0]);
+    const auto y = static_cast<float>(origin[1]);
+    const auto z = static_cast<float>(origin[2]);
+    Quadric moved = *this;
+    moved.bx += xx * x + xy * y + xz * z;
+    moved.by += xy * x + yy * y + yz * z;
+    moved.bz += xz * x + yz * y + zz * z;
+    moved.c = at(origin);
+    return moved;
+  }
+  [[nodiscard]] float at(const Vec3& p) const {
+    const auto x = static_cast<float>(p[0]);
+    const auto y = static_cast<float>(p[1]);
+    const auto z = static_cast<float>(p[2]);
+    return x * (xx * x + 2 * (xy * y + xz * z + bx)) + y * (yy * y + 2 * (yz * z + by)) +
+           z * (zz * z + 2 * bz) + c;
   }
 };
 

@@ -27,21 +27,23 @@ bool is_empty(const Box& box) {
 
 }  // namespace
 
-RegionOctree::RegionOctree(RegionSet regions, const Box& places, int exponent)
+RegionOctree::RegionOctree(RegionSet regions, const Box& places, int exponent,
+                           const std::function<void()>& check)
     : regions_(std::move(regions)),
       places_(places),
       side_(static_cast<double>(std::int64_t{1} << exponent)) {
-  grow(regions_.relevant(regions_.all(), places));
+  grow(regions_.relevant(regions_.all(), places), check);
   sum_up();
 }
 
 // Divides the largest cubes first, so that the entries are spent evenly.
-void RegionOctree::grow(RegionSet::List all) {
+void RegionOctree::grow(RegionSet::List all, const std::function<void()>& check) {
   std::size_t entries = all.regions.size();
   nodes_.emplace_back();
   std::deque<Leaf> waiting;
   waiting.push_back({{.node = 0, .low = {}, .side = side_}, std::move(all)});
   while (!waiting.empty()) {
+    if (check) check();
     const Leaf leaf = std::move(waiting.front());
     waiting.pop_front();
     settle(leaf);

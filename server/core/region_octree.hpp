@@ -13,6 +13,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "server/core/box.hpp"
@@ -24,8 +25,11 @@ namespace multitetra {
 class RegionOctree {
  public:
   // For boxes within `places`, which lie in the cube from the origin with 2^exponent steps a side.
-  // Costs memory and time of at most about 2^20 entries of lists, however the regions lie.
-  RegionOctree(RegionSet regions, const Box& places, int exponent);
+  // Costs memory and time of at most about 2^20 entries of lists, however the regions lie, which
+  // is a second at worst: `check`, if there is one, is called again and again meanwhile and may
+  // throw.
+  RegionOctree(RegionSet regions, const Box& places, int exponent,
+               const std::function<void()>& check = {});
 
   // Requires a box within the places. Costs some comparisons for each cube at the box's border.
   [[nodiscard]] SaidThreshold least_in(const Box& box) const;
@@ -53,7 +57,7 @@ class RegionOctree {
 
   [[nodiscard]] Box box_of(const Cube& cube) const;  // Within the places.
   [[nodiscard]] static Cube child(const Cube& cube, std::uint32_t first, unsigned octant);
-  void grow(RegionSet::List all);
+  void grow(RegionSet::List all, const std::function<void()>& check);
   void settle(const Leaf& leaf);
   [[nodiscard]] bool is_divisible(const Leaf& leaf, std::size_t entries) const;
   [[nodiscard]] std::vector<Leaf> divide(const Leaf& leaf);

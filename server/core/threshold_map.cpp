@@ -116,9 +116,9 @@ double Pieces::largest() const {
 }  // namespace
 
 struct ThresholdMap::Parts {
-  Parts(Pieces made_of, int grid_exponent)
+  Parts(Pieces made_of, int grid_exponent, const std::function<void()>& check)
       : pieces(std::move(made_of)),
-        regions(std::move(pieces.regions), pieces.places, grid_exponent) {}
+        regions(std::move(pieces.regions), pieces.places, grid_exponent, check) {}
 
   [[nodiscard]] double least_in(const Box& box) const {
     const Box places = clamped(box, pieces.places);
@@ -155,7 +155,8 @@ struct ThresholdMap::Parts {
   RegionOctree regions;
 };
 
-ThresholdMap::ThresholdMap(const IsosurfaceRequest& request, const DatasetInfo& info) {
+ThresholdMap::ThresholdMap(const IsosurfaceRequest& request, const DatasetInfo& info,
+                           const std::function<void()>& check) {
   if (request.thresholds.is_uniform()) {
     const double unit = unit_of(request, info);
     least_ = largest_ =
@@ -168,7 +169,7 @@ ThresholdMap::ThresholdMap(const IsosurfaceRequest& request, const DatasetInfo& 
     least_ = largest_;
     return;
   }
-  auto parts = std::make_shared<const Parts>(std::move(pieces), info.grid_exponent);
+  auto parts = std::make_shared<const Parts>(std::move(pieces), info.grid_exponent, check);
   least_ = parts->least_in(parts->pieces.places);
   if (least_ != largest_) parts_ = std::move(parts);
 }

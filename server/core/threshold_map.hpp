@@ -15,6 +15,7 @@
 #pragma once
 
 #include <cassert>
+#include <functional>
 #include <memory>
 
 #include "common/dataset_info.hpp"
@@ -32,8 +33,10 @@ class ThresholdMap {
     return ThresholdMap(threshold, threshold);
   }
 
-  // The map of a validated request.
-  ThresholdMap(const IsosurfaceRequest& request, const DatasetInfo& info);
+  // The map of a validated request. With very many regions that takes long: `check`, if there is
+  // one, is called again and again meanwhile and may throw.
+  ThresholdMap(const IsosurfaceRequest& request, const DatasetInfo& info,
+               const std::function<void()>& check = {});
 
   // The least threshold anywhere in `box`, or less. Finite.
   [[nodiscard]] double least_in(const Box& box) const {

@@ -10,6 +10,10 @@ namespace multitetra {
 // Thrown out of long work whose stop token was triggered.
 struct Cancelled {};
 
+inline void throw_if_stopped(const std::stop_token& stop) {
+  if (stop.stop_requested()) throw Cancelled{};
+}
+
 // Calls body(0) ... body(count - 1) on all threads that oneTBB may use here, and returns when all
 // have returned. Between two of them it looks at `stop` and throws Cancelled when it was triggered.
 // Never runs work of other calls meanwhile, so the caller may hold a lock.

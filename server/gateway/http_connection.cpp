@@ -38,16 +38,15 @@ void HttpConnection::start(Upgrade on_upgrade, std::function<void()> on_closed) 
       [self = shared_from_this()](const std::exception_ptr& trouble) {
         try {
           if (trouble) std::rethrow_exception(trouble);
+          if (self->upgrade_) {
+            self->on_upgrade_(std::move(self->stream_), *std::move(self->upgrade_));
+            return;
+          }
         } catch (const std::exception& error) {
           spdlog::error("{}: closing the connection: {}", self->guest_->facts().peer, error.what());
-          self->upgrade_.reset();
         }
-        if (self->upgrade_) {
-          self->on_upgrade_(std::move(self->stream_), *std::move(self->upgrade_));
-        } else {
-          self->stream_->close();
-          self->on_closed_();
-        }
+        if (self->stream_) self->stream_->close();
+        self->on_closed_();
       });
 }
 
@@ -81,16 +80,19 @@ asio::awaitable<void> HttpConnection::run() {
   while (auto request = co_await read_request()) {
     is_answering_ = true;
     deadline_.clear();
-    if (const auto refused = refusal_of(*request)) {
-      guest_->keeper().observer().error_answered(guest_->facts(), *refused, 0);
-      const Answer answer = error_answer(503, *refused, service_.new_request_id());
-      co_await write(answer, /*with_body=*/true, /*keep_alive=*/false);
-      break;
-    }
     const auto visit = std::make_shared<Visit>();
     visit->guest = guest_;
     visit->request_id = service_.new_request_id();
     visit->watch = [this] { watch(); };
+    const bool with_body = request->method() != http::verb::head;
+    if (const auto refused = refusal_of(*request)) {
+      guest_->keeper().observer().error_answered(guest_->facts(), *refused, 0);
+      visit->kind = "refused";
+      const Answer answer = error_answer(503, *refused, visit->request_id);
+      co_await write(answer, with_body, /*keep_alive=*/false);
+      tell(&*request, *visit, answer, with_body);
+      break;
+    }
     visit_ = visit;
     const Outcome outcome = co_await service_.answer(*request, *visit);
     visit_.reset();
@@ -100,14 +102,27 @@ asio::awaitable<void> HttpConnection::run() {
       co_return;
     }
     const bool keep_alive = request->keep_alive() && !is_ending_;
-    const bool with_body = request->method() != http::verb::head;
     const bool is_written = co_await write(*answer, with_body, keep_alive);
     if (visit->record && is_written) visit->record->end(visit->outcome);
+    tell(&*request, *visit, *answer, with_body);
     if (!is_written) co_return;
     if (!keep_alive || is_ending_) break;
     is_answering_ = false;
   }
   co_await hang_up();
+}
+
+void HttpConnection::tell(const HttpRequest* request, const Visit& visit, const Answer& answer,
+                          bool with_body) {
+  const std::chrono::duration<double> taken = Clock::now() - visit.began;
+  guest_->keeper().observer().http_answered(
+      guest_->facts(), {.id = visit.request_id,
+                        .kind = visit.kind,
+                        .method = request ? view_of(request->method_string()) : std::string_view(),
+                        .target = request ? view_of(request->target()) : std::string_view(),
+                        .status = answer.status,
+                        .bytes = with_body ? answer.body.length : 0,
+                        .seconds = taken.count()});
 }
 
 std::optional<Error> HttpConnection::refusal_of(const HttpRequest& request) {
@@ -124,10 +139,13 @@ asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
     if (!request) {
       const BrokenRequest& broken = request.error();
       is_answering_ = true;
+      Visit visit;
+      visit.request_id = service_.new_request_id();
       // Made before it is awaited: GCC 12 destroys an aggregate of an awaiting expression twice.
       const Answer answer = error_answer(broken.status, {ErrorCode::kMalformedMessage, broken.text},
-                                         service_.new_request_id());
+                                         visit.request_id);
       co_await write(answer, /*with_body=*/true, /*keep_alive=*/false);
+      tell(nullptr, visit, answer, /*with_body=*/true);
       co_return std::nullopt;
     }
     if (*request) co_return std::move(**request);
@@ -206,6 +224,8 @@ asio::awaitable<void> HttpConnection::hang_up() {
   deadline_.set(options_.linger);
   error_code error;
   co_await stream_->async_shutdown(use_error(error));
+  if (stream_->is_tls() && !error) co_return;  // Both sides have said that nothing more comes.
+  error = {};
   std::array<char, 1024> dropped;  // NOLINT: nobody looks at it.
   while (!error) {
     co_await stream_->socket().async_read_some(asio::buffer(dropped), use_error(error));

@@ -37,10 +37,13 @@ class HttpConnection : public Visitor, public std::enable_shared_from_this<HttpC
   asio::awaitable<std::optional<HttpRequest>> read_request();
   // Why this request is not answered; nullopt when it is.
   [[nodiscard]] std::optional<Error> refusal_of(const HttpRequest& request);
+  // Whether it was written.
   asio::awaitable<bool> write(const Answer& answer, bool with_body, bool keep_alive);
   asio::awaitable<bool> write_file(const ScratchFile& file, std::uint64_t first,
                                    std::uint64_t length);
   asio::awaitable<void> hang_up();
+  // Tells of a request that was answered. `request` is null where the bytes were none.
+  void tell(const HttpRequest* request, const Visit& visit, const Answer& answer, bool with_body);
   // Leaves the visit when the client hangs up while its request is answered.
   void watch();
   [[nodiscard]] bool has_hung_up();

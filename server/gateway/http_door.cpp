@@ -28,6 +28,10 @@ HttpDoor::HttpDoor(const House& house, HttpOptions options)
       listener_(house_.io, options_.listen),
       timer_(house_.io) {}
 
+std::string HttpDoor::url() const {
+  return http_url(listener_.endpoint(), /*is_secure=*/house_.keeper.tls() != nullptr);
+}
+
 void HttpDoor::open() {
   listener_.open(
       [this](tcp::socket socket, const Peer& peer) { welcome(std::move(socket), peer); });
@@ -107,9 +111,9 @@ Result<Endpoint> parse_http_endpoint(std::string_view text) {
   return endpoint;
 }
 
-std::string http_url(const Endpoint& endpoint) {
+std::string http_url(const Endpoint& endpoint, bool is_secure) {
   std::string url = to_string(endpoint);
-  url.replace(0, url.find(':'), "http");
+  url.replace(0, url.find(':'), is_secure ? "https" : "http");
   return url;
 }
 

@@ -19,6 +19,7 @@ class HttpDoor : public Door {
   HttpDoor(const House& house, HttpOptions options);
 
   [[nodiscard]] Endpoint endpoint() const override { return listener_.endpoint(); }
+  [[nodiscard]] std::string url() const override;
   void open() override;
   void close(const Error& why) override;
 
@@ -40,7 +41,7 @@ class HttpDoor : public Door {
 
 // "HOST:PORT", also behind "http://". kInvalidArgument, with the text and an example, otherwise.
 [[nodiscard]] Result<Endpoint> parse_http_endpoint(std::string_view text);
-// "http://HOST:PORT".
-[[nodiscard]] std::string http_url(const Endpoint& endpoint);
+// "http://HOST:PORT", or "https://HOST:PORT".
+[[nodiscard]] std::string http_url(const Endpoint& endpoint, bool is_secure = false);
 
 }  // namespace multitetra

@@ -90,6 +90,7 @@ asio::awaitable<Outcome> HttpService::routed(const HttpRequest& request, Visit& 
   const auto target = parse_target(view_of(request.target()));
   const auto route = target ? route_of(*target) : Result<Route>(tl::unexpected(target.error()));
   if (!route) co_return error_answer(route.error(), visit.request_id);
+  visit.kind = name(*route);
   if (request.method() == http::verb::options) {
     Answer answer{.status = 204};
     add_field(answer, "Allow", kMethods);

@@ -91,6 +91,8 @@ asio::awaitable<Result<Inquiry::Step>> Inquiry::final_step(std::string dataset,
       step.payloads[tile->index] = std::move(tile->payload);
     } else if (const auto* end = std::get_if<StepEnd>(&*message)) {
       step.end = *end;
+      const auto last = co_await next_a<StreamEnd>();
+      if (!last) co_return tl::unexpected(last.error());
       co_return step;
     } else {
       co_return out_of_place();

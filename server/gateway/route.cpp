@@ -2,6 +2,22 @@
 
 namespace multitetra {
 
+const char* name(const Route& route) {
+  struct Names {
+    const char* operator()(const Liveness&) const { return "livez"; }
+    const char* operator()(const Readiness&) const { return "readyz"; }
+    const char* operator()(const Metrics&) const { return "metrics"; }
+    const char* operator()(const Description&) const { return "openapi"; }
+    const char* operator()(const WebSocketStream&) const { return "stream"; }
+    const char* operator()(const DatasetListing&) const { return "datasets"; }
+    const char* operator()(const DatasetDescription&) const { return "dataset"; }
+    const char* operator()(const SurfaceFile&) const { return "isosurface"; }
+    const char* operator()(const TileBytes&) const { return "tile"; }
+    const char* operator()(const ViewerFile&) const { return "viewer"; }
+  };
+  return std::visit(Names{}, route);
+}
+
 Result<Route> route_of(const Target& target) {
   const auto& path = target.path;
   if (path.size() == 1) {

@@ -32,6 +32,9 @@ struct ViewerFile {  // Whatever else: a file of the viewer, or nothing.
 using Route = std::variant<Liveness, Readiness, Metrics, Description, WebSocketStream,
                            DatasetListing, DatasetDescription, SurfaceFile, TileBytes, ViewerFile>;
 
+// What is asked for, in a word for counting: "isosurface", "tile" and so on.
+[[nodiscard]] const char* name(const Route& route);
+
 // kInvalidArgument where a part of the path cannot be what it must be, as a tile's digest.
 [[nodiscard]] Result<Route> route_of(const Target& target);
 

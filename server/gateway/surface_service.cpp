@@ -65,6 +65,13 @@ std::string tag_of(const std::string& key) {
 SurfaceService::SurfaceService(const HttpOptions& options)
     : options_(options), meshes_(options.mesh_cache_bytes) {}
 
+// Each is an open file, of which a process has not many: small ones weigh so much that there are
+// never more than kMostFiles.
+std::size_t SurfaceService::weight_of(const StoredMesh& mesh) const {
+  constexpr std::uint64_t kMostFiles = 128;
+  return std::max({mesh.bytes, options_.mesh_cache_bytes / kMostFiles, std::uint64_t{1}});
+}
+
 asio::awaitable<Result<SurfaceService::Wanted>> SurfaceService::wanted(const std::string& dataset,
                                                                        const Target& target,
                                                                        const HttpRequest& request,
@@ -118,7 +125,7 @@ asio::awaitable<Result<StoredMesh>> SurfaceService::make(const Wanted& wanted, I
     return guarded_store(*step, info, form, folder, stop);
   };
   auto stored = co_await run_on(assembling_, std::move(job));
-  if (stored && !wanted.tag.empty()) meshes_.add(wanted.key, *stored, stored->bytes + 4096);
+  if (stored && !wanted.tag.empty()) meshes_.add(wanted.key, *stored, weight_of(*stored));
   co_return stored;
 }
 
@@ -140,6 +147,7 @@ asio::awaitable<Answer> SurfaceService::answer(const std::string& dataset, const
                           names_tag(field(request, http::field::if_none_match), wanted->tag);
   RequestFacts facts;
   facts.kind = "isosurface";
+  facts.id = visit.request_id;
   facts.dataset = dataset;
   facts.isovalue = wanted->request.isovalue;
   facts.error = wanted->request.error;

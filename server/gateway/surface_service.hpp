@@ -41,6 +41,8 @@ class SurfaceService {
                                                        Inquiry& inquiry);
   [[nodiscard]] asio::awaitable<Result<StoredMesh>> make(const Wanted& wanted, Inquiry& inquiry,
                                                          Visit& visit);
+  // Of a mesh among those that are kept.
+  [[nodiscard]] std::size_t weight_of(const StoredMesh& mesh) const;
 
   const HttpOptions& options_;
   LruMap<std::string, StoredMesh> meshes_;

@@ -1,6 +1,7 @@
 // One HTTP request while it is answered.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <stop_token>
@@ -15,6 +16,8 @@ namespace multitetra {
 struct Visit {
   GuestPtr guest = nullptr;
   std::string request_id = {};
+  std::chrono::steady_clock::time_point began = std::chrono::steady_clock::now();
+  const char* kind = "malformed";  // As name(Route) has it.
   // The conversation that the answer comes from, while there is one.
   DialoguePtr dialogue = nullptr;
   std::stop_source stop{std::nostopstate};  // Of work on other threads, where there is some.

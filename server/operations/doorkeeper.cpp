@@ -3,6 +3,7 @@
 #include <exception>
 #include <utility>
 
+#include "common/number_text.hpp"
 #include "server/operations/client_address.hpp"
 #include "server/operations/log.hpp"
 
@@ -64,10 +65,14 @@ std::optional<Error> Guest::may_ask() {
   const double now = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
   if (limited_.empty() || keeper_.rates_.take(limited_, now)) return std::nullopt;
   keeper_.observer().refused(facts_, "requests_per_second");
-  const auto most = static_cast<std::uint64_t>(keeper_.rates_.rate().per_second);
-  return Error{ErrorCode::kLimitExceeded, "More than " + std::to_string(most) +
-                                              " requests a second came from your address; wait "
-                                              "a second."};
+  return Error{ErrorCode::kLimitExceeded,
+               "More than " + shortest_text(keeper_.rates_.rate().per_second) +
+                   " requests a second came from your address; wait a second."};
+}
+
+std::optional<Error> Guest::may_ask_in_conversation() {
+  if (std::string_view(facts_.door) == "http") return std::nullopt;
+  return may_ask();
 }
 
 // ---- the keeper

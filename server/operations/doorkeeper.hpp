@@ -63,6 +63,9 @@ class Guest {
   void is_named(std::string name) { facts_.name = std::move(name); }
   // Counts a request. An error when there were too many within a short time.
   [[nodiscard]] std::optional<Error> may_ask();
+  // The same for a message of a conversation. Over HTTP it counts nothing: there the door asks once
+  // for each request, however many messages that takes.
+  [[nodiscard]] std::optional<Error> may_ask_in_conversation();
 
  private:
   Doorkeeper& keeper_;

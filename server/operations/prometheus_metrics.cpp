@@ -61,6 +61,8 @@ struct PrometheusMetrics::Families {
                                       "Requests that have ended, by kind and outcome.");
   Family<Counter>& errors =
       counter(registry, "multitetra_errors_total", "Answers that are errors, by code.");
+  Family<Counter>& http_answers = counter(registry, "multitetra_http_answers_total",
+                                          "Answers over HTTP, by what was asked and by status.");
   Family<Histogram>& first_tile =
       histogram(registry, "multitetra_first_tile_seconds", "From a request to its first tile.");
   Family<Histogram>& last_tile =
@@ -85,6 +87,10 @@ struct PrometheusMetrics::Families {
   Gauge& waiting_bytes =
       gauge(registry, "multitetra_queue_bytes", "Bytes of steps that wait for their clients.");
   Gauge& datasets = gauge(registry, "multitetra_datasets", "Datasets that are served.");
+  Family<Gauge>& upstreams = BuildGauge()
+                                 .Name("multitetra_upstream_up")
+                                 .Help("1 while a server behind this relay can be reached.")
+                                 .Register(registry);
   Gauge& draining = gauge(registry, "multitetra_draining", "1 while the server is about to stop.");
   Gauge& resident = gauge(registry, "process_resident_memory_bytes", "Resident memory.");
 };
@@ -131,6 +137,11 @@ void PrometheusMetrics::error_answered(const ClientFacts& client, const Error& e
       .Increment();
 }
 
+void PrometheusMetrics::http_answered(const ClientFacts&, const HttpFacts& facts) {
+  families_->http_answers.Add({{"kind", facts.kind}, {"status", std::to_string(facts.status)}})
+      .Increment();
+}
+
 void PrometheusMetrics::step_made(double seconds) { families_->steps.Observe(seconds); }
 
 void PrometheusMetrics::sent(DoorName door, std::size_t bytes) {
@@ -146,6 +157,9 @@ std::string PrometheusMetrics::text(const ServiceState& state) {
   f.waiting_jobs.Set(static_cast<double>(state.waiting_jobs));
   f.waiting_bytes.Set(static_cast<double>(state.waiting_bytes));
   f.datasets.Set(static_cast<double>(state.datasets));
+  for (const auto& [name, is_up] : state.upstreams) {
+    f.upstreams.Add({{"upstream", name}}).Set(is_up ? 1 : 0);
+  }
   f.draining.Set(state.is_draining ? 1 : 0);
   f.resident.Set(static_cast<double>(resident_bytes()));
   return prometheus::TextSerializer().prometheus::Serializer::Serialize(f.registry.Collect());

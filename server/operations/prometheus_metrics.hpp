@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "server/operations/service_observer.hpp"
 
@@ -22,6 +24,8 @@ struct ServiceState {
   std::size_t waiting_bytes = 0;  // Of steps, for their clients.
   std::size_t datasets = 0;
   bool is_draining = false;
+  // Of a relay: servers behind it by their addresses, and whether they could be reached.
+  std::vector<std::pair<std::string, bool>> upstreams = {};
 };
 
 class PrometheusMetrics : public ServiceObserver {
@@ -36,6 +40,7 @@ class PrometheusMetrics : public ServiceObserver {
   void request_ended(const ClientFacts& client, const RequestFacts& facts) override;
   void error_answered(const ClientFacts& client, const Error& error,
                       std::uint64_t request) override;
+  void http_answered(const ClientFacts& client, const HttpFacts& facts) override;
   void step_made(double seconds) override;
   void sent(DoorName door, std::size_t bytes) override;
 

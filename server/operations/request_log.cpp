@@ -30,6 +30,17 @@ LogLevel level_of(std::string_view kind) {
   return is_large ? LogLevel::kInfo : LogLevel::kDebug;
 }
 
+LogLevel level_of(int status) {
+  if (status >= 500) return LogLevel::kWarning;
+  return status >= 400 ? LogLevel::kInfo : LogLevel::kDebug;
+}
+
+// The client's number, or over HTTP our word.
+LogValue request_of(const RequestFacts& facts) {
+  if (facts.id.empty()) return facts.request;
+  return facts.id;
+}
+
 }  // namespace
 
 void RequestLog::connected(const ClientFacts& client) {
@@ -57,7 +68,7 @@ void RequestLog::refused(const ClientFacts& client, const char* limit) {
 void RequestLog::request_ended(const ClientFacts& client, const RequestFacts& facts) {
   log_line(level_of(facts.kind), facts.kind,
            {{"connection", client.connection},
-            {"request", facts.request},
+            {"request", request_of(facts)},
             {"peer", client.peer},
             {"name", unless_empty(client.name)},
             {"dataset", unless_empty(facts.dataset)},
@@ -81,6 +92,21 @@ void RequestLog::error_answered(const ClientFacts& client, const Error& error,
             {"peer", client.peer},
             {"name", unless_empty(client.name)},
             {"code", name(error.code)}});
+}
+
+void RequestLog::http_answered(const ClientFacts& client, const HttpFacts& facts) {
+  constexpr std::size_t kLongestTarget = 500;
+  log_line(level_of(facts.status), "http",
+           {{"connection", client.connection},
+            {"request", unless_empty(facts.id)},
+            {"peer", client.peer},
+            {"name", unless_empty(client.name)},
+            {"kind", facts.kind},
+            {"method", unless_empty(facts.method)},
+            {"target", unless_empty(facts.target.substr(0, kLongestTarget))},
+            {"status", static_cast<std::uint64_t>(facts.status)},
+            {"bytes", unless_zero(facts.bytes)},
+            {"seconds", facts.seconds}});
 }
 
 }  // namespace multitetra

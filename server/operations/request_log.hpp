@@ -6,8 +6,9 @@
 
 namespace multitetra {
 
-// Connections, streams, estimates and meshes are told at level info; the many small requests of
-// HTTP (lists, tiles, files) at debug.
+// Connections, streams, estimates and meshes are told at level info, and so are requests over HTTP
+// that are refused; the many small ones that are not (lists, tiles, files) at debug. A request over
+// HTTP is named as its answer names it (X-Request-Id).
 class RequestLog : public ServiceObserver {
  public:
   void connected(const ClientFacts& client) override;
@@ -16,6 +17,7 @@ class RequestLog : public ServiceObserver {
   void request_ended(const ClientFacts& client, const RequestFacts& facts) override;
   void error_answered(const ClientFacts& client, const Error& error,
                       std::uint64_t request) override;
+  void http_answered(const ClientFacts& client, const HttpFacts& facts) override;
 };
 
 }  // namespace multitetra

@@ -33,6 +33,7 @@ struct ClientFacts {
 struct RequestFacts {
   const char* kind = "stream";  // "stream", "estimate", "list"; of HTTP: "isosurface", "tile", ...
   std::uint64_t request = 0;    // The client's request id.
+  std::string id = {};          // Over HTTP: what X-Request-Id says; empty otherwise.
   std::string dataset = {};
   std::optional<double> isovalue = {};
   std::optional<double> error = {};
@@ -46,6 +47,19 @@ struct RequestFacts {
   // "complete", "cancelled", "superseded", "left" (the client has gone), or the name of an
   // ErrorCode.
   std::string_view outcome = "complete";
+};
+
+// An HTTP request, whatever became of it.
+struct HttpFacts {
+  std::string_view id = {};  // As X-Request-Id says.
+  // What was asked for: "isosurface", "tile", "viewer", ..., "refused" where nobody looked, and
+  // "malformed"; always a literal.
+  const char* kind = "malformed";
+  std::string_view method = {};
+  std::string_view target = {};
+  int status = 0;
+  std::uint64_t bytes = 0;  // Of the body.
+  double seconds = 0;       // Until its last byte was on its way.
 };
 
 class ServiceObserver {
@@ -62,6 +76,7 @@ class ServiceObserver {
   virtual void request_ended(const ClientFacts&, const RequestFacts&) {}
   // An answer that is an error, of a request (by its id) or of the connection (0).
   virtual void error_answered(const ClientFacts&, const Error&, std::uint64_t /*request*/) {}
+  virtual void http_answered(const ClientFacts&, const HttpFacts&) {}
   virtual void step_made(double /*seconds*/) {}  // By a worker.
   virtual void sent(DoorName, std::size_t /*bytes*/) {}
 };
@@ -91,6 +106,9 @@ class ServiceObservers : public ServiceObserver {
   void error_answered(const ClientFacts& client, const Error& error,
                       std::uint64_t request) override {
     for (const auto& one : all_) one->error_answered(client, error, request);
+  }
+  void http_answered(const ClientFacts& client, const HttpFacts& facts) override {
+    for (const auto& one : all_) one->http_answered(client, facts);
   }
   void step_made(double seconds) override {
     for (const auto& one : all_) one->step_made(seconds);

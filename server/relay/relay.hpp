@@ -8,12 +8,15 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/endpoint.hpp"
 #include "common/net.hpp"
 #include "server/relay/upstream_link.hpp"
+#include "server/relay/upstream_secrets.hpp"
 #include "server/service/dataset_catalogue.hpp"
 #include "server/service/tile_cache.hpp"
 
@@ -21,7 +24,9 @@ namespace multitetra {
 
 struct RelayOptions {
   std::vector<Endpoint> upstreams = {};
+  UpstreamSecrets secrets = {};
   std::chrono::milliseconds connect_timeout{3'000};  // Until Welcome.
+  std::chrono::milliseconds silence{10'000};         // Of a server that is listened to.
   std::chrono::milliseconds patience{30'000};     // Without a server for a stream, before it fails.
   std::chrono::milliseconds least_backoff{100};   // Before a server that failed is tried again,
   std::chrono::milliseconds most_backoff{5'000};  // doubled each time up to this.
@@ -49,28 +54,35 @@ class Relay {
  public:
   Relay(asio::any_io_executor executor, RelayOptions options);
 
-  // What the servers that can be reached offer to the bearer of the token: of datasets with the
-  // same name that differ, that of the first server. An error when none can be reached, or all
-  // refuse the token.
+  // What the servers that can be reached offer to the bearer of the token (unless the relay has its
+  // own): of datasets with the same name that differ, that of the first server. An error when none
+  // can be reached, or all refuse the token. Whoever asks at the same time is answered together.
   [[nodiscard]] asio::awaitable<Result<CataloguePtr>> catalogue(std::string token);
 
-  // A link to the first of `holders` that can be reached; waits as long as patience allows and
-  // is_wanted() is true.
+  // A link to the first holder of the dataset that can be reached, also to one that was away when
+  // the catalogue was made; waits as long as patience allows and is_wanted() is true.
   struct Reached {
     LinkPtr link;
     std::size_t upstream = 0;
+    bool was_used = false;  // For a stream before: it may have ended since without anybody seeing.
   };
-  [[nodiscard]] asio::awaitable<Result<Reached>> reach(std::vector<std::size_t> holders,
-                                                       std::string token,
-                                                       std::function<bool()> is_wanted);
+  [[nodiscard]] asio::awaitable<Result<Reached>> reach(
+      std::shared_ptr<const RelayedDataset> dataset, std::string token,
+      std::function<bool()> is_wanted);
   // The link to it was lost: others are preferred for a moment.
   void lost(std::size_t upstream);
 
-  // Whether a server could be reached when it was last tried.
+  // Whether a server is there.
   [[nodiscard]] bool is_ready() const;
-  // Tries servers that cannot be reached, again and again until stop().
-  [[nodiscard]] asio::awaitable<void> look_after_upstreams();
+  // Each server by its address, and whether it is there.
+  [[nodiscard]] std::vector<std::pair<std::string, bool>> upstreams() const;
+  // How many datasets were offered when somebody asked last.
+  [[nodiscard]] std::size_t datasets() const { return datasets_; }
+  // Keeps a link to every server, to know at once when it goes and when it is back. Until stop().
+  void look_after_upstreams();
   void stop();
+  // For links from now on.
+  void use(UpstreamSecrets secrets);
   [[nodiscard]] TileCache& tiles() { return tiles_; }
   [[nodiscard]] const RelayOptions& options() const { return options_; }
 
@@ -78,25 +90,41 @@ class Relay {
   using Clock = std::chrono::steady_clock;
   struct Upstream {
     std::string name;
+    bool was_tried = false;
     std::chrono::milliseconds backoff{0};  // 0: it could be reached when it was last tried.
     Clock::time_point not_before = {};
+    LinkPtr watched = nullptr;
+    std::unique_ptr<asio::steady_timer> timer = nullptr;  // Until it is tried again.
   };
   struct Offer {
     Clock::time_point at = {};
     CataloguePtr catalogue;
   };
+  // Somebody asks the servers, for all who want the same.
+  struct Asking {
+    explicit Asking(asio::any_io_executor executor)
+        : done(executor, asio::steady_timer::time_point::max()) {}
+    asio::steady_timer done;  // Cancelled when the result is there.
+    std::optional<Result<CataloguePtr>> result;
+  };
 
+  [[nodiscard]] std::string shown(const std::string& token) const;
   [[nodiscard]] asio::awaitable<Result<LinkPtr>> link_to(std::size_t upstream, std::string token);
   [[nodiscard]] asio::awaitable<Result<std::vector<DatasetInfo>>> list_of(std::size_t upstream,
                                                                           std::string token);
-  void note(std::size_t upstream, bool is_reached);
+  [[nodiscard]] asio::awaitable<Result<CataloguePtr>> ask_all(std::string token);
+  [[nodiscard]] asio::awaitable<std::vector<std::size_t>> holders_now(
+      std::shared_ptr<const RelayedDataset> dataset, std::string token);
+  asio::awaitable<void> look_after(std::size_t upstream);
+  void note(std::size_t upstream, bool is_reached, const std::string& why);
 
   asio::any_io_executor executor_;
   RelayOptions options_;
   std::vector<Upstream> upstreams_;
   std::map<std::string, Offer> offers_;  // By token.
+  std::map<std::string, std::shared_ptr<Asking>> asking_;
+  std::size_t datasets_ = 0;
   TileCache tiles_;
-  asio::steady_timer timer_;
   bool is_stopped_ = false;
 };
 

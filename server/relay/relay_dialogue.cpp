@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include <spdlog/spdlog.h>
-
 #include "common/frame.hpp"
+#include "server/operations/log.hpp"
+#include "server/service/guest_session.hpp"
 
 namespace multitetra {
 namespace {
@@ -23,14 +23,6 @@ std::uint64_t request_id_of(const ServerMessage& message) {
         }
       },
       message);
-}
-
-// The id of a message that counts as a request.
-std::optional<std::uint64_t> counted_request(const ClientMessage& message) {
-  if (const auto* open = std::get_if<OpenStream>(&message)) return open->request_id;
-  if (const auto* estimate = std::get_if<Estimate>(&message)) return estimate->request_id;
-  if (const auto* list = std::get_if<ListDatasets>(&message)) return list->request_id;
-  return std::nullopt;
 }
 
 // Nobody asked for an end: the server is going away, and takes nothing new.
@@ -51,22 +43,26 @@ asio::awaitable<void> wait_on(asio::steady_timer& timer) {
 }  // namespace
 
 RelayDialogue::RelayDialogue(asio::any_io_executor executor, std::shared_ptr<Relay> relay,
-                             SessionOptions options, GuestPtr guest)
+                             SessionOptions options, GuestPtr guest,
+                             std::chrono::milliseconds idle_time)
     : executor_(executor),
       relay_(std::move(relay)),
       options_(std::move(options)),
-      session_(std::make_shared<const DatasetCatalogue>(), options_),
+      session_(std::make_shared<const DatasetCatalogue>(), options_, guest->keeper().access()),
       guest_(std::move(guest)),
+      idleness_(executor, idle_time),
       change_(executor, asio::steady_timer::time_point::max()) {}
 
 void RelayDialogue::wake() { change_.cancel(); }
 
-void RelayDialogue::say(ServerMessage message) {
-  outgoing_.push_back(std::move(message));
+void RelayDialogue::say(ServerMessage message, RecordPtr record) {
+  outgoing_.push_back({.message = std::move(message), .record = std::move(record)});
   wake();
 }
 
 void RelayDialogue::receive(std::string_view content) {
+  idleness_.note();
+  if (!std::exchange(has_heard_, true)) watch_idleness();
   const auto message = parse_client_message(content);
   const auto* hello = message ? std::get_if<Hello>(&*message) : nullptr;
   if (hello && !session_.is_welcomed() && !session_.is_closed() && !is_greeting_) {
@@ -76,28 +72,39 @@ void RelayDialogue::receive(std::string_view content) {
         asio::detached);
     return;
   }
-  const auto counted = message ? counted_request(*message) : std::nullopt;
-  if (counted && session_.is_welcomed() && !session_.is_closed()) {
-    if (auto error = guest_->may_ask()) {
-      say(ErrorReply{.request_id = *counted, .error = *std::move(error)});
-      return;
-    }
-  }
-  perform(message ? session_.receive(*message) : session_.receive(message.error()));
+  perform(receive_from(*guest_, session_, message));
 }
 
+// A token that the relay itself does not know is refused here, and shown to no server.
 asio::awaitable<void> RelayDialogue::greet(Hello hello) {
   const auto self = shared_from_this();
   token_ = hello.token;
+  const AccessListPtr access = guest_->keeper().access();
+  if (access && !access->rights_of(token_)) {
+    is_greeting_ = false;
+    perform(receive_from(*guest_, session_, hello));
+    co_return;
+  }
   const auto catalogue = co_await relay_->catalogue(token_);
   is_greeting_ = false;
   if (is_over_) co_return;
   if (catalogue) {
-    session_ = Session(*catalogue, options_);
-    perform(session_.receive(hello));
+    session_ = Session(*catalogue, options_, guest_->keeper().access());
+    perform(receive_from(*guest_, session_, hello));
   } else {
     perform(session_.end(catalogue.error()));
   }
+}
+
+void RelayDialogue::watch_idleness() {
+  idleness_.start(
+      weak_from_this(), [](const RelayDialogue& one) { return one.running_ || one.estimates_ > 0; },
+      [](RelayDialogue& one) {
+        one.guest_->keeper().observer().refused(one.guest_->facts(), "idle_seconds");
+        one.end({ErrorCode::kUnavailable,
+                 "Nothing was asked for a long time; connect again when there is something to "
+                 "ask."});
+      });
 }
 
 void RelayDialogue::end(const Error& error) { perform(session_.end(error)); }
@@ -105,39 +112,68 @@ void RelayDialogue::end(const Error& error) { perform(session_.end(error)); }
 void RelayDialogue::leave() {
   is_over_ = true;
   outgoing_.clear();
-  if (running_) running_->is_stopped = true;
+  leaving_.reset();
+  if (running_) {
+    running_->is_stopped = true;
+    running_->record.reset();
+  }
   running_.reset();
-  if (reached_) reached_->link->close();
+  close_links();
+  idleness_.stop();
   wake();
+}
+
+void RelayDialogue::close_links() {
+  if (reached_) reached_->link->close();
+  for (const LinkPtr& link : estimating_) link->close();
 }
 
 void RelayDialogue::give_up(const ServerMessage& message) {
   const Error error = {ErrorCode::kLimitExceeded, "The answer has a message longer than " +
                                                       std::to_string(kMaxServerFrameBytes) +
                                                       " bytes, the most that is sent."};
-  outgoing_.push_front(ErrorReply{.request_id = request_id_of(message), .error = error});
+  outgoing_.push_front({.message = ErrorReply{.request_id = request_id_of(message), .error = error},
+                        .record = nullptr});
 }
 
+// Whoever asks for another message has sent the one before.
 asio::awaitable<std::optional<ServerMessage>> RelayDialogue::next_message() {
   const auto self = shared_from_this();
+  leaving_.reset();
   for (;;) {
     if (!outgoing_.empty()) {
-      ServerMessage message = std::move(outgoing_.front());
+      Outgoing outgoing = std::move(outgoing_.front());
       outgoing_.pop_front();
       wake();
-      co_return message;
+      co_return told(std::move(outgoing));
     }
     if (is_over_) co_return std::nullopt;
     co_await wait_on(change_);
   }
 }
 
+ServerMessage RelayDialogue::told(Outgoing outgoing) {
+  const ServerMessage& message = outgoing.message;
+  const auto* error = std::get_if<ErrorReply>(&message);
+  if (error) {
+    guest_->keeper().observer().error_answered(guest_->facts(), error->error, error->request_id);
+  }
+  if (RequestRecord* const record = outgoing.record.get()) {
+    if (const auto* tile = std::get_if<Tile>(&message)) record->sent_tile(tile->payload->size());
+    if (std::holds_alternative<StepEnd>(message)) record->sent_step();
+    if (std::holds_alternative<EstimateReply>(message)) record->end("complete");
+    if (error || std::holds_alternative<StreamEnd>(message)) record->end(outcome_of(message));
+    leaving_ = std::move(outgoing.record);
+  }
+  return std::move(outgoing.message);
+}
+
 asio::awaitable<void> RelayDialogue::room() {
   const auto self = shared_from_this();
   const auto has_room = [this] {
     return is_over_ || (!is_greeting_ && outgoing_.size() < kMaxOutgoing &&
-                        std::none_of(outgoing_.begin(), outgoing_.end(), [](const auto& m) {
-                          return std::holds_alternative<DatasetList>(m);
+                        std::none_of(outgoing_.begin(), outgoing_.end(), [](const Outgoing& one) {
+                          return std::holds_alternative<DatasetList>(one.message);
                         }));
   };
   while (!has_room()) co_await wait_on(change_);
@@ -150,20 +186,28 @@ void RelayDialogue::perform(Actions actions) {
   wake();
 }
 
-void RelayDialogue::perform(Send action) { say(std::move(action.message)); }
+void RelayDialogue::perform(Send action) {
+  if (const auto* list = std::get_if<DatasetList>(&action.message)) {
+    RequestRecord(guest_, {.kind = "list", .request = list->request_id}).end("complete");
+  }
+  say(std::move(action.message));
+}
 
 void RelayDialogue::perform(StartStream action) {
-  spdlog::info("{}: stream {} of {}: isovalue {}, error {}", peer(), action.open.request_id,
-               action.open.dataset, action.open.request.isovalue, action.open.request.error);
+  const OpenStream& open = action.open;
+  auto record = std::make_shared<RequestRecord>(
+      guest_, facts_of("stream", open.request_id, open.dataset, open.request));
   auto dataset = std::dynamic_pointer_cast<const RelayedDataset>(action.source);
-  running_ = std::make_shared<Running>(
-      Running{.stream = RelayedStream(std::move(action.open)), .dataset = std::move(dataset)});
+  running_ = std::make_shared<Running>(Running{.stream = RelayedStream(std::move(action.open)),
+                                               .dataset = std::move(dataset),
+                                               .record = std::move(record)});
   if (std::exchange(is_bringing_, true)) return;
   asio::co_spawn(
       executor_, [self = shared_from_this()] { return self->bring_streams(); }, asio::detached);
 }
 
 void RelayDialogue::perform(MakeEstimate action) {
+  ++estimates_;
   asio::co_spawn(
       executor_,
       [self = shared_from_this(), action = std::move(action)] {
@@ -177,17 +221,17 @@ void RelayDialogue::perform(MakeEstimate action) {
 void RelayDialogue::perform(StopStream action) {
   if (!running_) return;
   running_->is_stopped = true;
-  if (reached_) reached_->link->send(Cancel{action.request_id});
+  if (running_->is_asked && reached_) reached_->link->send(Cancel{action.request_id});
   say(StreamEnd{.request_id = action.request_id,
                 .outcome = action.outcome,
-                .steps = running_->stream.steps_ended()});
+                .steps = running_->stream.steps_ended()},
+      std::move(running_->record));
   running_.reset();
 }
 
-void RelayDialogue::perform(Close action) {
-  spdlog::info("{}: ending the connection: {}", peer(), action.reason);
+void RelayDialogue::perform(Close) {
   is_over_ = true;
-  if (reached_) reached_->link->close();
+  close_links();
 }
 
 asio::awaitable<void> RelayDialogue::bring_streams() {
@@ -211,7 +255,7 @@ asio::awaitable<bool> RelayDialogue::reach_holder(RunningPtr running) {
   if (reached_) reached_->link->close();
   reached_.reset();
   std::function<bool()> is_wanted = [this, running] { return !running->is_stopped && !is_over_; };
-  auto reached = co_await relay_->reach(holders, token_, is_wanted);
+  auto reached = co_await relay_->reach(running->dataset, token_, is_wanted);
   if (!is_wanted()) {
     if (reached) reached->link->close();
     co_return false;
@@ -227,11 +271,17 @@ asio::awaitable<bool> RelayDialogue::reach_holder(RunningPtr running) {
 
 asio::awaitable<void> RelayDialogue::bring(RunningPtr running) {
   while (!running->is_stopped && co_await reach_holder(running)) {
+    // A link that has been idle may have been closed since; that says nothing about its server.
+    const bool may_be_stale = std::exchange(reached_->was_used, true);
     running->stream.restart();
     reached_->link->send(running->stream.open());
+    running->is_asked = true;
     if (co_await forward(running)) co_return;
-    spdlog::warn("{}: a server was lost in stream {}; another one is asked", peer(),
-                 running->stream.open().request_id);
+    running->is_asked = false;
+    if (may_be_stale) continue;
+    log_line(LogLevel::kWarning, "a server was lost in a stream; another one is asked",
+             {{"connection", guest_->facts().connection},
+              {"request", running->stream.open().request_id}});
     relay_->lost(reached_->upstream);
     const auto without = std::chrono::steady_clock::now() - running->last_progress;
     if (without > relay_->options().patience) {
@@ -295,36 +345,57 @@ void RelayDialogue::take(const RunningPtr& running, ServerMessage message) {
                           {.summary = summary, .payload = tile->payload});
     }
   }
-  say(std::move(message));
+  say(std::move(message), running->record);
 }
 
 void RelayDialogue::finish(const RunningPtr& running, ServerMessage last) {
   running->is_stopped = true;
   session_.stream_ended(running->stream.open().request_id);
   if (running_ == running) running_.reset();
-  say(std::move(last));
+  idleness_.note();
+  say(std::move(last), std::move(running->record));
 }
 
 asio::awaitable<void> RelayDialogue::bring_estimate(MakeEstimate action) {
+  constexpr int kAttempts = 3;
   const auto self = shared_from_this();
+  const Estimate& asked = action.estimate;
+  const auto record = std::make_shared<RequestRecord>(
+      guest_, facts_of("estimate", asked.request_id, asked.dataset, asked.request));
   const auto dataset = std::dynamic_pointer_cast<const RelayedDataset>(action.source);
   Result<ServerMessage> answer = fail(ErrorCode::kUnavailable, "");
-  for (int attempt = 0; attempt < 3 && !answer && !is_over_; ++attempt) {
+  for (int attempt = 0; attempt < kAttempts && !is_over_; ++attempt) {
     std::function<bool()> is_wanted = [this] { return !is_over_; };
-    const auto reached = co_await relay_->reach(dataset->holders, token_, is_wanted);
+    const auto reached = co_await relay_->reach(dataset, token_, is_wanted);
     if (!reached) {
       answer = tl::unexpected(reached.error());
       break;
     }
-    reached->link->send(action.estimate);
-    answer = co_await reached->link->receive();
-    reached->link->close();
-    if (!answer) relay_->lost(reached->upstream);
+    answer = co_await ask_for_estimate(reached->link, asked);
+    if (answer || is_over_) break;
+    relay_->lost(reached->upstream);
   }
   session_.estimate_ended();
+  --estimates_;
+  idleness_.note();
   if (is_over_) co_return;
   say(answer ? *std::move(answer)
-             : ErrorReply{.request_id = action.estimate.request_id, .error = answer.error()});
+             : ErrorReply{.request_id = asked.request_id, .error = answer.error()},
+      record);
+}
+
+asio::awaitable<Result<ServerMessage>> RelayDialogue::ask_for_estimate(LinkPtr link,
+                                                                       Estimate estimate) {
+  if (is_over_) co_return fail(ErrorCode::kUnavailable, "The client has gone.");
+  estimating_.insert(link);
+  link->send(estimate);
+  Result<ServerMessage> answer = co_await link->receive();
+  link->close();
+  estimating_.erase(link);
+  if (answer && (request_id_of(*answer) != estimate.request_id || is_about_stopping(*answer))) {
+    co_return fail(ErrorCode::kUnavailable, "The server is about to stop; try again later.");
+  }
+  co_return answer;
 }
 
 }  // namespace multitetra

@@ -10,12 +10,14 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "server/operations/doorkeeper.hpp"
 #include "server/relay/relay.hpp"
 #include "server/relay/relayed_stream.hpp"
 #include "server/service/dialogue.hpp"
+#include "server/service/idle_watch.hpp"
 #include "server/service/session.hpp"
 
 namespace multitetra {
@@ -23,7 +25,7 @@ namespace multitetra {
 class RelayDialogue : public Dialogue, public std::enable_shared_from_this<RelayDialogue> {
  public:
   RelayDialogue(asio::any_io_executor executor, std::shared_ptr<Relay> relay,
-                SessionOptions options, GuestPtr guest);
+                SessionOptions options, GuestPtr guest, std::chrono::milliseconds idle_time = {});
 
   void receive(std::string_view content) override;
   void end(const Error& error) override;
@@ -38,13 +40,20 @@ class RelayDialogue : public Dialogue, public std::enable_shared_from_this<Relay
   [[nodiscard]] const std::string& peer() const override { return guest_->facts().peer; }
 
  private:
+  using RecordPtr = std::shared_ptr<RequestRecord>;
   struct Running {
     RelayedStream stream;
     std::shared_ptr<const RelayedDataset> dataset;
+    RecordPtr record;
+    bool is_asked = false;  // A server was asked for it.
     bool is_stopped = false;
     std::chrono::steady_clock::time_point last_progress = std::chrono::steady_clock::now();
   };
   using RunningPtr = std::shared_ptr<Running>;
+  struct Outgoing {
+    ServerMessage message;
+    RecordPtr record;  // Of the request that it answers a part of; may be null.
+  };
 
   void perform(Actions actions);
   void perform(Send action);
@@ -63,9 +72,14 @@ class RelayDialogue : public Dialogue, public std::enable_shared_from_this<Relay
   // Until the stream is over (true) or the server lost (false).
   asio::awaitable<bool> forward(RunningPtr running);
   asio::awaitable<void> bring_estimate(MakeEstimate action);
+  // The server's answer to an estimate; kUnavailable when it cannot give one.
+  asio::awaitable<Result<ServerMessage>> ask_for_estimate(LinkPtr link, Estimate estimate);
   void take(const RunningPtr& running, ServerMessage message);
   void finish(const RunningPtr& running, ServerMessage last);
-  void say(ServerMessage message);
+  void watch_idleness();
+  void close_links();
+  void say(ServerMessage message, RecordPtr record = nullptr);
+  [[nodiscard]] ServerMessage told(Outgoing outgoing);
   void wake();
 
   asio::any_io_executor executor_;
@@ -77,9 +91,14 @@ class RelayDialogue : public Dialogue, public std::enable_shared_from_this<Relay
   bool is_over_ = false;
   bool is_greeting_ = false;
   bool is_bringing_ = false;
-  std::deque<ServerMessage> outgoing_;
+  bool has_heard_ = false;  // Of the client.
+  std::deque<Outgoing> outgoing_;
+  RecordPtr leaving_;  // Of the request whose last message is on its way.
   RunningPtr running_;
   std::optional<Relay::Reached> reached_;  // Of the last stream, for the next.
+  std::set<LinkPtr> estimating_;           // Links that estimates are waited for on.
+  std::size_t estimates_ = 0;
+  IdleWatch idleness_;
   // Never expires; cancelling it wakes all who wait for something to change.
   asio::steady_timer change_;
 };

@@ -1,11 +1,10 @@
 #include "server/relay/relay_server.hpp"
 
-#include <csignal>
+#include <exception>
 #include <utility>
 
-#include <spdlog/spdlog.h>
-
 #include "server/gateway/http_door.hpp"
+#include "server/operations/log.hpp"
 #include "server/relay/relay_dialogue.hpp"
 
 namespace multitetra {
@@ -13,69 +12,72 @@ namespace multitetra {
 class RelayServer::Running {
  public:
   explicit Running(RelayServerOptions options)
-      : options_(std::move(options)),
-        keeper_(options_.keeper),
-        io_(/*concurrency_hint=*/1),
-        relay_(std::make_shared<Relay>(io_.get_executor(), options_.relay)),
-        signals_(io_) {
-    const House house = {
-        .io = io_, .keeper = keeper_, .new_dialogue = [this](GuestPtr guest) -> DialoguePtr {
-          return std::make_shared<RelayDialogue>(io_.get_executor(), relay_, options_.session,
-                                                 std::move(guest));
-        }};
-    if (options_.tcp) tcp_ = std::make_unique<TcpDoor>(house, *options_.tcp);
-    if (options_.http) {
-      HttpOptions http = *options_.http;
-      http.hooks.is_ready = [this] { return relay_->is_ready(); };
-      http.hooks.find_tile = [this](const ContentDigest& digest) {
-        return relay_->tiles().find_plain(digest);
-      };
-      http_ = std::make_unique<HttpDoor>(house, std::move(http));
+      : options_(std::move(options)), reception_(options_.reception) {
+    options_.session.agent = "multitetra-gateway/" MULTITETRA_VERSION;
+    options_.relay.secrets = load_upstream_secrets(options_.upstream_files);
+    relay_ = std::make_shared<Relay>(reception_.io().get_executor(), options_.relay);
+    std::vector<MakeDoor> doors;
+    if (options_.tcp) {
+      doors.emplace_back(
+          [this](const House& house) { return std::make_unique<TcpDoor>(house, *options_.tcp); });
     }
+    if (options_.http) {
+      doors.emplace_back([this](const House& house) {
+        return std::make_unique<HttpDoor>(house, hooked(*options_.http));
+      });
+    }
+    reception_.build({.new_dialogue = [this](GuestPtr guest) { return new_dialogue(guest); },
+                      .state = [this] { return state(); },
+                      .when_reloaded = [this] { reload_secrets(); },
+                      .when_stopping = [this] { relay_->stop(); }},
+                     doors);
   }
 
-  [[nodiscard]] Endpoint http() const { return http_->endpoint(); }
-  [[nodiscard]] Endpoint tcp() const { return tcp_->endpoint(); }
+  [[nodiscard]] Reception& reception() { return reception_; }
+  [[nodiscard]] Endpoint tcp() const { return reception_.endpoint(0); }
+  [[nodiscard]] Endpoint http() const { return reception_.endpoint(options_.tcp ? 1 : 0); }
 
   void run() {
-    if (options_.stop_on_signals) watch_signals();
-    if (tcp_) tcp_->open();
-    if (http_) http_->open();
-    asio::co_spawn(
-        io_, [relay = relay_] { return relay->look_after_upstreams(); }, asio::detached);
-    io_.run();
-  }
-
-  void stop() {
-    asio::post(io_, [this] {
-      if (std::exchange(is_stopping_, true)) return;
-      spdlog::info("stopping");
-      boost::system::error_code ignored;
-      signals_.cancel(ignored);
-      relay_->stop();
-      const Error why = {ErrorCode::kUnavailable, "The gateway stops; connect again later."};
-      if (tcp_) tcp_->close(why);
-      if (http_) http_->close(why);
-    });
+    relay_->look_after_upstreams();
+    reception_.run();
   }
 
  private:
-  void watch_signals() {
-    signals_.add(SIGINT);
-    signals_.add(SIGTERM);
-    signals_.async_wait([this](boost::system::error_code cancelled, int) {
-      if (!cancelled) stop();
-    });
+  HttpOptions hooked(HttpOptions http) {
+    http.hooks.is_ready = [this] { return relay_->is_ready(); };
+    http.hooks.find_tile = [this](const ContentDigest& digest) {
+      return relay_->tiles().find_plain(digest);
+    };
+    return http;
+  }
+
+  DialoguePtr new_dialogue(GuestPtr guest) {
+    return std::make_shared<RelayDialogue>(reception_.io().get_executor(), relay_, options_.session,
+                                           std::move(guest), options_.idle_time);
+  }
+
+  ServiceState state() {
+    const TileCache::Counts counts = relay_->tiles().counts();
+    return {.cache_hits = counts.hits,
+            .cache_misses = counts.misses,
+            .cached_tiles = counts.tiles,
+            .cache_bytes = counts.bytes,
+            .datasets = relay_->datasets(),
+            .upstreams = relay_->upstreams()};
+  }
+
+  void reload_secrets() {
+    try {
+      relay_->use(load_upstream_secrets(options_.upstream_files));
+    } catch (const std::exception& trouble) {
+      log_line(LogLevel::kError,
+               std::string(trouble.what()) + " What servers were shown before stays in use.", {});
+    }
   }
 
   RelayServerOptions options_;
-  Doorkeeper keeper_;  // Outlives everything that may hold a guest.
-  asio::io_context io_;
+  Reception reception_;
   std::shared_ptr<Relay> relay_;
-  asio::signal_set signals_;
-  bool is_stopping_ = false;
-  std::unique_ptr<TcpDoor> tcp_;
-  std::unique_ptr<HttpDoor> http_;
 };
 
 RelayServer::RelayServer(RelayServerOptions options)
@@ -84,7 +86,10 @@ RelayServer::~RelayServer() = default;
 
 Endpoint RelayServer::http() const { return running_->http(); }
 Endpoint RelayServer::tcp() const { return running_->tcp(); }
+std::vector<std::string> RelayServer::urls() const { return running_->reception().urls(); }
 void RelayServer::run() { running_->run(); }
-void RelayServer::stop() { running_->stop(); }
+void RelayServer::stop() { running_->reception().stop(); }
+void RelayServer::drain() { running_->reception().drain(); }
+void RelayServer::reload() { running_->reception().reload(); }
 
 }  // namespace multitetra

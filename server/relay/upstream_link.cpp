@@ -2,7 +2,10 @@
 
 #include <netinet/tcp.h>
 
+#include <cassert>
 #include <utility>
+
+#include "common/trust.hpp"
 
 namespace multitetra {
 
@@ -14,53 +17,71 @@ tl::unexpected<Error> lost(const std::string& why) {
   return fail(ErrorCode::kUnavailable, "The connection to a server was lost: " + why + ".");
 }
 
-// A machine that vanished without a word is noticed after about ten seconds, also when nothing is
-// sent.
-void watch_for_silence(tcp::socket& socket) {
+// What was written and is not taken by the other machine is noticed too.
+void watch_writes(tcp::socket& socket, std::chrono::milliseconds limit) {
   error_code ignored;
   socket.set_option(tcp::no_delay(true), ignored);
-  socket.set_option(asio::socket_base::keep_alive(true), ignored);
-  const auto set = [&](int option, int value) {
-    ::setsockopt(socket.native_handle(), IPPROTO_TCP, option, &value, sizeof value);
-  };
-  set(TCP_KEEPIDLE, 4);
-  set(TCP_KEEPINTVL, 2);
-  set(TCP_KEEPCNT, 3);
-  set(TCP_USER_TIMEOUT, 10'000);
+  const auto milliseconds = static_cast<unsigned>(limit.count());
+  ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &milliseconds,
+               sizeof milliseconds);
 }
 
 }  // namespace
 
-UpstreamLink::UpstreamLink(asio::any_io_executor executor) : socket_(executor), timer_(executor) {}
+UpstreamLink::UpstreamLink(asio::any_io_executor executor, Endpoint server, LinkOptions options)
+    : server_(std::move(server)),
+      options_(std::move(options)),
+      socket_(executor),
+      connect_timer_(executor),
+      silence_timer_(executor) {
+  assert(!server_.is_secure() || options_.tls);
+}
 
 asio::awaitable<Result<LinkPtr>> UpstreamLink::connect(asio::any_io_executor executor,
                                                        Endpoint server, Hello hello,
-                                                       std::chrono::milliseconds timeout) {
-  const auto link = std::make_shared<UpstreamLink>(executor);
-  link->timer_.expires_after(timeout);
-  link->timer_.async_wait([link](error_code cancelled) {
+                                                       LinkOptions options) {
+  const auto link = std::make_shared<UpstreamLink>(executor, std::move(server), std::move(options));
+  link->connect_timer_.expires_after(link->options_.connect_timeout);
+  link->connect_timer_.async_wait([link](error_code cancelled) {
     if (!cancelled) link->close();
   });
-  error_code error;
-  tcp::resolver resolver(executor);
-  const auto found =
-      co_await resolver.async_resolve(server.host, std::to_string(server.port), use_error(error));
-  if (!error) co_await asio::async_connect(link->socket_, found, use_error(error));
-  if (error || link->is_lost_) {
-    link->timer_.cancel();
-    co_return fail(ErrorCode::kUnavailable, "The server " + to_string(server) +
-                                                " cannot be reached: " + error.message() + ".");
+  const auto opened = co_await link->open();
+  if (!opened) {
+    link->close();
+    co_return tl::unexpected(opened.error());
   }
-  watch_for_silence(link->socket_);
   link->send(std::move(hello));
   auto welcome = co_await link->receive();
-  link->timer_.cancel();
+  link->connect_timer_.cancel();
   if (!welcome) co_return tl::unexpected(welcome.error());
+  if (std::holds_alternative<Welcome>(*welcome)) co_return link;
+  link->close();
   if (const auto* refusal = std::get_if<ErrorReply>(&*welcome)) {
     co_return tl::unexpected(refusal->error);
   }
-  if (!std::holds_alternative<Welcome>(*welcome)) co_return lost("it did not say Welcome");
-  co_return link;
+  co_return lost("it did not say Welcome");
+}
+
+asio::awaitable<Result<void>> UpstreamLink::open() {
+  const auto unreachable = [this](const std::string& why) {
+    return fail(ErrorCode::kUnavailable,
+                "The server " + to_string(server_) + " cannot be reached: " + why + ".");
+  };
+  error_code error;
+  tcp::resolver resolver(socket_.get_executor());
+  const auto found =
+      co_await resolver.async_resolve(server_.host, std::to_string(server_.port), use_error(error));
+  if (!error && !is_lost_) co_await asio::async_connect(socket_, found, use_error(error));
+  if (is_lost_) co_return unreachable("it does not answer in time");
+  if (error) co_return unreachable(error.message());
+  watch_writes(socket_, options_.silence);
+  stream_.emplace(std::move(socket_), server_.is_secure() ? options_.tls : nullptr);
+  if (!server_.is_secure()) co_return Result<void>();
+  expect_host(*stream_, server_.host);
+  co_await stream_->async_handshake(asio::ssl::stream_base::client, use_error(error));
+  if (is_lost_) co_return unreachable("it does not speak TLS in time");
+  if (error) co_return unreachable(handshake_fault(*stream_, error, "--upstream-ca"));
+  co_return Result<void>();
 }
 
 void UpstreamLink::send(const ClientMessage& message) {
@@ -69,7 +90,7 @@ void UpstreamLink::send(const ClientMessage& message) {
   to_send_.push_back(frame_header(static_cast<std::uint32_t>(content.size())) + content);
   if (std::exchange(is_writing_, true)) return;
   asio::co_spawn(
-      socket_.get_executor(), [self = shared_from_this()] { return self->write(); },
+      stream_->get_executor(), [self = shared_from_this()] { return self->write(); },
       asio::detached);
 }
 
@@ -78,14 +99,22 @@ asio::awaitable<void> UpstreamLink::write() {
     const std::string frame = std::move(to_send_.front());
     to_send_.pop_front();
     error_code error;
-    co_await asio::async_write(socket_, asio::buffer(frame), use_error(error));
+    co_await asio::async_write(*stream_, asio::buffer(frame), use_error(error));
     if (error) close();
   }
   is_writing_ = false;
 }
 
+// A Pong has done its work when it has come.
 asio::awaitable<Result<ServerMessage>> UpstreamLink::receive() {
   const auto self = shared_from_this();
+  for (;;) {
+    auto message = co_await next_message();
+    if (!message || !std::holds_alternative<Pong>(*message)) co_return message;
+  }
+}
+
+asio::awaitable<Result<ServerMessage>> UpstreamLink::next_message() {
   for (;;) {
     if (is_lost_) co_return lost("it is closed");
     auto content = frames_.next();
@@ -100,22 +129,42 @@ asio::awaitable<Result<ServerMessage>> UpstreamLink::receive() {
       co_return lost(message.error().error.text);
     }
     buffer_.resize(64 * 1024);
+    await_sign();
     error_code error;
     const std::size_t size =
-        co_await socket_.async_read_some(asio::buffer(buffer_), use_error(error));
+        co_await stream_->async_read_some(asio::buffer(buffer_), use_error(error));
+    silence_timer_.cancel();
+    is_sign_asked_ = false;
     if (error) {
+      const bool was_silent = is_lost_;
       close();
-      co_return lost(error.message());
+      co_return lost(was_silent ? "it says nothing any more" : error.message());
     }
     frames_.feed({buffer_.data(), size});
   }
+}
+
+void UpstreamLink::await_sign() {
+  silence_timer_.expires_after(options_.silence / 2);
+  silence_timer_.async_wait([weak = weak_from_this()](error_code cancelled) {
+    const auto self = weak.lock();
+    if (cancelled || !self || self->is_lost_) return;
+    if (std::exchange(self->is_sign_asked_, true)) {
+      self->close();
+      return;
+    }
+    self->send(Ping{});
+    self->await_sign();
+  });
 }
 
 void UpstreamLink::close() {
   is_lost_ = true;
   error_code ignored;
   socket_.close(ignored);
-  timer_.cancel();
+  if (stream_) stream_->close();
+  connect_timer_.cancel();
+  silence_timer_.cancel();
 }
 
 }  // namespace multitetra

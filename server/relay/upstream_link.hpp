@@ -1,28 +1,37 @@
 // One conversation with a server, as its client, on the executor of who holds it.
+//
+// A server that says nothing while it is listened to is asked for a sign of life, and lost when it
+// gives none: whether its machine has vanished, or the process hangs.
 #pragma once
 
 #include <chrono>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/endpoint.hpp"
 #include "common/frame.hpp"
 #include "common/messages.hpp"
-#include "common/net.hpp"
+#include "common/stream_socket.hpp"
 
 namespace multitetra {
 
+struct LinkOptions {
+  TlsContextPtr tls = nullptr;                       // Needed for tls://.
+  std::chrono::milliseconds connect_timeout{3'000};  // Until Welcome.
+  std::chrono::milliseconds silence{10'000};         // Of a server that is listened to.
+};
+
 class UpstreamLink : public std::enable_shared_from_this<UpstreamLink> {
  public:
-  // Connected and welcomed, all within `timeout`. kUnavailable when nobody answers; what the server
-  // says instead of Welcome otherwise.
+  // Connected and welcomed. kUnavailable when nobody answers in time, or is not to be trusted; what
+  // the server says instead of Welcome otherwise. Requires options.tls for a secure address.
   [[nodiscard]] static asio::awaitable<Result<std::shared_ptr<UpstreamLink>>> connect(
-      asio::any_io_executor executor, Endpoint server, Hello hello,
-      std::chrono::milliseconds timeout);
+      asio::any_io_executor executor, Endpoint server, Hello hello, LinkOptions options);
 
-  explicit UpstreamLink(asio::any_io_executor executor);
+  UpstreamLink(asio::any_io_executor executor, Endpoint server, LinkOptions options);
 
   // In the order of the calls; what cannot be sent shows in receive().
   void send(const ClientMessage& message);
@@ -33,10 +42,20 @@ class UpstreamLink : public std::enable_shared_from_this<UpstreamLink> {
   [[nodiscard]] bool is_lost() const { return is_lost_; }
 
  private:
-  asio::awaitable<void> write();
+  using Clock = std::chrono::steady_clock;
 
-  tcp::socket socket_;
-  asio::steady_timer timer_;
+  asio::awaitable<Result<void>> open();
+  asio::awaitable<Result<ServerMessage>> next_message();
+  asio::awaitable<void> write();
+  void await_sign();
+
+  Endpoint server_;
+  LinkOptions options_;
+  tcp::socket socket_;  // Until the stream has it.
+  std::optional<StreamSocket> stream_;
+  asio::steady_timer connect_timer_;
+  asio::steady_timer silence_timer_;  // Runs while something is received.
+  bool is_sign_asked_ = false;
   FrameReader frames_{kMaxServerFrameBytes};
   std::vector<char> buffer_;
   std::deque<std::string> to_send_;

@@ -9,6 +9,7 @@
 #include "server/core/threshold_map.hpp"
 #include "server/dataset/byte_source.hpp"
 #include "server/dataset/in_parallel.hpp"
+#include "server/service/guest_session.hpp"
 #include "server/service/stream_plan.hpp"
 
 namespace multitetra {
@@ -50,6 +51,8 @@ auto guarded(const StepSource& source, const char* what, const std::stop_token& 
     return fail(ErrorCode::kCancelled, std::string("The ") + what + " was cancelled.");
   } catch (const BudgetTooSmall& problem) {
     return fail(ErrorCode::kLimitExceeded, problem.what());
+  } catch (const StepTooLarge& problem) {
+    return fail(ErrorCode::kLimitExceeded, problem.what());
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
                 std::string("The server has not enough memory for this ") + what +
@@ -66,8 +69,9 @@ auto guarded(const StepSource& source, const char* what, const std::stop_token& 
 }
 
 Result<MadeStep> make_step(const StepSource& source, const StreamState& state,
-                           const std::stop_token& stop) {
-  return guarded(source, "step", stop, [&] { return make_next_step(source, state, stop); });
+                           std::uint64_t max_triangles, const std::stop_token& stop) {
+  return guarded(source, "step", stop,
+                 [&] { return make_next_step(source, state, stop, max_triangles); });
 }
 
 // What a client can hold of a number that is only about right.
@@ -86,42 +90,11 @@ Result<EstimateReply> make_estimate(const StepSource& source, const Estimate& as
   });
 }
 
-std::string_view outcome_of(const ServerMessage& last) {
-  if (const auto* error = std::get_if<ErrorReply>(&last)) return name(error->error.code);
-  switch (std::get<StreamEnd>(last).outcome) {
-    case StreamOutcome::kComplete:
-      return "complete";
-    case StreamOutcome::kCancelled:
-      return "cancelled";
-    case StreamOutcome::kSuperseded:
-      return "superseded";
-  }
-  return "complete";
-}
-
-RequestFacts facts_of(const char* kind, std::uint64_t id, const std::string& dataset,
-                      const IsosurfaceRequest& request) {
-  return {.kind = kind,
-          .request = id,
-          .dataset = dataset,
-          .isovalue = request.isovalue,
-          .error = request.error,
-          .unit = name(request.unit)};
-}
-
 Error too_long(std::chrono::milliseconds limit) {
   return {ErrorCode::kLimitExceeded,
           "The answer takes this server longer than the " +
               std::to_string(static_cast<double>(limit.count()) / 1000) +
               " s that it spends on one request; ask for a larger error."};
-}
-
-// The id of a message that makes work, 0 for others.
-std::optional<std::uint64_t> counted_request(const ClientMessage& message) {
-  if (const auto* open = std::get_if<OpenStream>(&message)) return open->request_id;
-  if (const auto* estimate = std::get_if<Estimate>(&message)) return estimate->request_id;
-  if (const auto* list = std::get_if<ListDatasets>(&message)) return list->request_id;
-  return std::nullopt;
 }
 
 asio::awaitable<void> wait_on(asio::steady_timer& timer) {
@@ -141,53 +114,26 @@ Conversation::Conversation(asio::any_io_executor executor, Workers& workers, Ses
       guest_(std::move(guest)),
       limits_(limits),
       worker_timer_(executor),
-      idle_timer_(executor),
+      idleness_(executor, limits.idle_time),
       something_to_send_(executor),
       replies_taken_(executor) {}
 
 void Conversation::receive(std::string_view content) {
-  const Doorkeeper& keeper = guest_->keeper();
-  const bool is_first = !std::exchange(has_heard_, true);
-  last_message_ = Clock::now();
-  if (is_first) watch_idleness();
-  if (auto why = keeper.refusal_of_work()) session_.refuse_work(*std::move(why));
-  if (session_.access() != keeper.access()) perform(session_.renew(keeper.access()));
-  const bool was_welcomed = session_.is_welcomed();
-  const auto message = parse_client_message(content);
-  if (!message) {
-    perform(session_.receive(message.error()));
-  } else if (auto refused = refusal(*message)) {
-    perform(Actions{Send{*std::move(refused)}});
-  } else {
-    perform(session_.receive(*message));
-  }
-  if (!was_welcomed && session_.is_welcomed()) guest_->is_named(session_.rights().name());
+  idleness_.note();
+  if (!std::exchange(has_heard_, true)) watch_idleness();
+  perform(receive_from(*guest_, session_, parse_client_message(content)));
 }
 
-std::optional<ErrorReply> Conversation::refusal(const ClientMessage& message) {
-  const auto request = counted_request(message);
-  if (!request || !session_.is_welcomed() || session_.is_closed()) return std::nullopt;
-  auto error = guest_->may_ask();
-  if (!error) return std::nullopt;
-  return ErrorReply{.request_id = *request, .error = *std::move(error)};
-}
-
-// One timer that is set anew only when it has run out: messages cost nothing here.
 void Conversation::watch_idleness() {
-  if (limits_.idle_time.count() <= 0 || is_over_) return;
-  const bool is_busy = stream_ || !estimates_.empty();
-  const auto since = is_busy ? Clock::now() : last_message_;
-  if (since + limits_.idle_time <= Clock::now()) {
-    guest_->keeper().observer().refused(guest_->facts(), "idle_seconds");
-    end({ErrorCode::kUnavailable,
-         "Nothing was asked for a long time; connect again when there is something to ask."});
-    return;
-  }
-  idle_timer_.expires_at(since + limits_.idle_time);
-  idle_timer_.async_wait([weak = weak_from_this()](const boost::system::error_code& cancelled) {
-    const auto self = weak.lock();
-    if (!cancelled && self) self->watch_idleness();
-  });
+  idleness_.start(
+      weak_from_this(),
+      [](const Conversation& one) { return one.stream_ || !one.estimates_.empty(); },
+      [](Conversation& one) {
+        one.guest_->keeper().observer().refused(one.guest_->facts(), "idle_seconds");
+        one.end({ErrorCode::kUnavailable,
+                 "Nothing was asked for a long time; connect again when there is something to "
+                 "ask."});
+      });
 }
 
 void Conversation::end(const Error& error) { perform(session_.end(error)); }
@@ -203,7 +149,7 @@ void Conversation::leave() {
   estimates_.clear();
   drop_stream();
   leaving_.reset();
-  idle_timer_.cancel();
+  idleness_.stop();
   something_to_send_.cancel();
   replies_taken_.cancel();
 }
@@ -328,9 +274,11 @@ void Conversation::estimate_made(const std::shared_ptr<RunningEstimate>& estimat
   if (estimates_.erase(estimate) == 0) return;  // The client has left.
   estimate->timer.cancel();
   if (is_over_) return;
-  last_message_ = Clock::now();
-  if (!made && estimate->stop.stop_requested())
+  idleness_.note();
+  if (!made && estimate->stop.stop_requested()) {
+    guest_->keeper().observer().refused(guest_->facts(), "request_seconds");
     made = tl::unexpected(too_long(limits_.request_time));
+  }
   estimate->record->end(made ? "complete" : name(made.error().code));
   if (made) {
     replies_.push_back(*made);
@@ -359,11 +307,11 @@ void Conversation::make_next_step() {
   // The guard keeps the executor running until the step has come back. What belongs to the
   // executor's thread is given back to it, and let go there.
   auto make = [self = shared_from_this(), stream = stream_, state = *state,
-               guard = asio::make_work_guard(executor_)]() mutable {
+               most = limits_.max_triangles, guard = asio::make_work_guard(executor_)]() mutable {
     const asio::any_io_executor executor = self->executor_;
     asio::post(executor, [self, stream] { self->watch_worker(stream); });
     const Clock::time_point start = Clock::now();
-    auto made = make_step(*stream->source, state, stream->stop.get_token());
+    auto made = make_step(*stream->source, state, most, stream->stop.get_token());
     asio::post(executor, [self = std::move(self), stream = std::move(stream),
                           made = std::move(made), seconds = seconds_since(start)]() mutable {
       self->step_made(stream, std::move(made), seconds);
@@ -444,7 +392,7 @@ void Conversation::drop_stream() {
   stream_->record.reset();
   stream_->queue_share = {};
   stream_.reset();
-  last_message_ = Clock::now();
+  idleness_.note();
 }
 
 }  // namespace multitetra

@@ -22,6 +22,7 @@
 #include "common/net.hpp"
 #include "server/operations/doorkeeper.hpp"
 #include "server/service/dialogue.hpp"
+#include "server/service/idle_watch.hpp"
 #include "server/service/session.hpp"
 #include "server/service/stream_messages.hpp"
 #include "server/service/workers.hpp"
@@ -34,6 +35,7 @@ inline constexpr std::size_t kMaxWaitingReplies = 64;
 struct ConversationLimits {
   std::chrono::milliseconds request_time{0};  // Of workers, for one stream or estimate.
   std::chrono::milliseconds idle_time{0};     // Without a message from the client or a stream.
+  std::uint64_t max_triangles = 0;            // Of a final step.
 };
 
 class Conversation : public Dialogue, public std::enable_shared_from_this<Conversation> {
@@ -57,9 +59,6 @@ class Conversation : public Dialogue, public std::enable_shared_from_this<Conver
  private:
   struct RunningStream;
   struct RunningEstimate;
-
-  // Limits that hold before a session sees the message. An error is the answer to it.
-  [[nodiscard]] std::optional<ErrorReply> refusal(const ClientMessage& message);
 
   void perform(Actions actions);
   void perform(Send action);
@@ -98,9 +97,8 @@ class Conversation : public Dialogue, public std::enable_shared_from_this<Conver
   std::unique_ptr<RequestRecord> leaving_;
   std::set<std::shared_ptr<RunningEstimate>> estimates_;
   bool is_making_ = false;  // A step is with the workers: of stream_, or of one that was stopped.
-  std::chrono::steady_clock::time_point last_message_ = std::chrono::steady_clock::now();
   asio::steady_timer worker_timer_;  // Runs while a step of stream_ is with a worker.
-  asio::steady_timer idle_timer_;
+  IdleWatch idleness_;
   // Timers that never expire; cancelling one wakes who waits on it.
   asio::steady_timer something_to_send_;
   asio::steady_timer replies_taken_;

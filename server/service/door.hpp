@@ -19,6 +19,8 @@ class Door {
 
   // The address it listens on, with the real port.
   [[nodiscard]] virtual Endpoint endpoint() const = 0;
+  // The same as clients write it, "tls://HOST:PORT" for example.
+  [[nodiscard]] virtual std::string url() const = 0;
   // Begins to accept.
   virtual void open() = 0;
   // Accepts nobody any more and ends the connections that are there: they are told why. The door

@@ -47,11 +47,13 @@ std::shared_ptr<const SaturatedErrors> exact_errors(const Field& field,
 
 }  // namespace
 
-ModelOptions model_options(const StepRequest& step, const DatasetInfo& info) {
+ModelOptions model_options(const StepRequest& step, const DatasetInfo& info,
+                           const std::stop_token& stop) {
   const IsosurfaceRequest& request = step.request;
-  return {.thresholds = ThresholdMap(model_request(request), info),
-          .topology_tolerance = request.topology_tolerance,
-          .finest_spacing = step.finest_spacing};
+  return {
+      .thresholds = ThresholdMap(model_request(request), info, [&stop] { throw_if_stopped(stop); }),
+      .topology_tolerance = request.topology_tolerance,
+      .finest_spacing = step.finest_spacing};
 }
 
 ReferenceExtractor::ReferenceExtractor(const PreparedVolume& dataset)
@@ -62,7 +64,7 @@ ReferenceExtractor::ReferenceExtractor(const PreparedVolume& dataset)
 std::shared_ptr<const Model> ReferenceExtractor::exact_model(const StepRequest& step,
                                                              std::stop_token stop) const {
   return std::make_shared<ErrorBasedModel>(exact_errors(field_, step.request, stop),
-                                           model_options(step, dataset_.info));
+                                           model_options(step, dataset_.info, stop));
 }
 
 std::shared_ptr<const Model> ReferenceExtractor::spectrum_model(const StepRequest& step,
@@ -72,7 +74,7 @@ std::shared_ptr<const Model> ReferenceExtractor::spectrum_model(const StepReques
       exact_errors(field_, request, stop),
       std::make_shared<const SpectrumErrors>(dataset_.spectrum, request.isovalue, request.measure,
                                              request.topology_rule),
-      model_options(step, dataset_.info));
+      model_options(step, dataset_.info, stop));
 }
 
 TiledSurface ReferenceExtractor::surface(const Model& model, const SurfaceOptions& options,

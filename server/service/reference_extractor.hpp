@@ -15,8 +15,10 @@
 
 namespace multitetra {
 
-// What a request says of the model, in the model's units: with its share of the thresholds.
-[[nodiscard]] ModelOptions model_options(const StepRequest& step, const DatasetInfo& info);
+// What a request says of the model, in the model's units: with its share of the thresholds. Throws
+// Cancelled soon after `stop` is triggered.
+[[nodiscard]] ModelOptions model_options(const StepRequest& step, const DatasetInfo& info,
+                                         const std::stop_token& stop = {});
 
 // Holds the whole volume in memory.
 class ReferenceExtractor {

@@ -9,9 +9,8 @@
 #include "server/gateway/http_door.hpp"
 #include "server/operations/exit_codes.hpp"
 #include "server/operations/log.hpp"
-#include "server/operations/request_log.hpp"
+#include "server/operations/option_sources.hpp"
 #include "server/service/commands.hpp"
-#include "server/service/option_sources.hpp"
 #include "server/service/serve_options.hpp"
 #include "server/service/server.hpp"
 #include "server/service/step_source.hpp"
@@ -88,13 +87,13 @@ std::vector<MakeDoor> more_doors(std::optional<HttpOptions> http,
 
 int serve(const ServeOptions& options) {
   const ThreadLimit limit(options.threads);
-  start_log(log_options(options));
+  start_log(log_options(options.doors));
+  make_room_for(options.doors);
   ServerOptions server_with = server_options(options);
-  std::optional<HttpOptions> http = http_options(options);
-  if (http) http->viewer = find_viewer(options.viewer);
+  std::optional<HttpOptions> http = http_options(options.doors);
+  if (http) http->viewer = find_viewer(options.doors.viewer);
   const auto cache = std::make_shared<StepCache>(options.cache_bytes);
   const CataloguePtr catalogue = open_all(dataset_files(options.datasets), cache);
-  server_with.keeper.observer = std::make_shared<RequestLog>();
   server_with.metrics = std::make_shared<PrometheusMetrics>();
   server_with.state = [cache] {
     const TileCache::Counts counts = cache->tiles().counts();
@@ -104,15 +103,7 @@ int serve(const ServeOptions& options) {
                         .cache_bytes = counts.bytes};
   };
   Server server(catalogue, server_with, more_doors(http, cache));
-  const bool has_tls = server_with.keeper.tls.has_value();
-  std::string tcp = to_string(server.endpoint());
-  if (has_tls) tcp.replace(0, tcp.find(':'), "tls");
-  log_line(LogLevel::kInfo, "listening on " + tcp, {});
-  if (http) {
-    std::string url = http_url(server.endpoint(1));
-    if (has_tls) url.replace(0, url.find(':'), "https");
-    log_line(LogLevel::kInfo, "listening on " + url, {});
-  }
+  for (const std::string& url : server.urls()) log_line(LogLevel::kInfo, "listening on " + url, {});
   server.run();
   log_line(LogLevel::kInfo, "stopped", {});
   return kOk;
@@ -146,7 +137,7 @@ void add_serve_command(CLI::App& program, Run& run) {
     }
     if (a->options.datasets.empty()) throw CLI::RequiredError("datasets");
     (void)server_options(a->options);  // What is wrong with them is wrong usage.
-    (void)http_options(a->options);
+    (void)http_options(a->options.doors);
     run = [a] { return serve(a->options); };
   });
 }

@@ -27,6 +27,7 @@ namespace multitetra {
 
 struct ServerOptions {
   Endpoint listen{.host = "127.0.0.1", .port = kDefaultPort};  // Port 0: the system chooses one.
+  bool has_tcp_door = true;
   std::size_t workers = 2;  // Steps that are made at the same time, at least 1.
   // SIGINT and SIGTERM drain, a second one stops at once; SIGHUP reloads.
   bool heed_signals = false;
@@ -47,17 +48,16 @@ class Server {
   Server(CataloguePtr catalogue, ServerOptions options, const std::vector<MakeDoor>& more = {});
   ~Server();
 
-  // The address of the door for TCP, then of the others in their order.
+  // The address of the door for TCP, if there is one, then of the others in their order.
   [[nodiscard]] Endpoint endpoint(std::size_t door = 0) const;
+  // Of all doors, for the log.
+  [[nodiscard]] std::vector<std::string> urls() const;
 
   // Serves until stopped. Returns when all connections are closed and all work has ended.
   void run();
-  // From any thread. Clients are told; after the linger time connections are closed.
+  // From any thread, as in reception.hpp.
   void stop();
-  // From any thread. Nothing new is begun; stops when no request is under way any more, or the
-  // drain time is over.
   void drain();
-  // From any thread. Reads certificate and tokens again (see doorkeeper.hpp).
   void reload();
 
  private:

@@ -81,7 +81,7 @@ EncodedStep ExtractedSteps::extract(const StepRequest& step, const std::stop_tok
                    .active_tetrahedra = surface.active_tetrahedra,
                    .tiles = encode(surface, shading, cache_->tiles(), stop),
                    .appearance = shading.appearance()};
-  sort_by_importance(made.tiles, model_options(step, info()).thresholds);
+  sort_by_importance(made.tiles, model_options(step, info(), stop).thresholds);
   return made;
 }
 

@@ -2,14 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <string>
 #include <utility>
 
+#include "common/number_text.hpp"
 #include "server/core/budget.hpp"
 
 namespace multitetra {
 namespace {
+
+// How much larger than the surface itself a quick estimate may be (see SizeAccuracy).
+constexpr double kQuickIsWithin = 1.6;
 
 // A surface is never planned to be larger than its budget.
 StepSizes within(const StepSizes& sizes, const IsosurfaceRequest& budget) {
@@ -42,15 +47,74 @@ std::string budget_of(const IsosurfaceRequest& request) {
   return request.max_triangles == 0 ? bytes : triangles + " and " + bytes;
 }
 
+// The most triangles that a server gives in a final step.
+class TriangleLimit {
+ public:
+  TriangleLimit(const StepSource& source, std::uint64_t most, std::stop_token stop)
+      : source_(source), most_(most), stop_(std::move(stop)) {}
+
+  // Throws StepTooLarge where a quick estimate is sure of it. Looks at samples only where the
+  // spectrum alone, which may be wrong in both directions, gives reason to.
+  void check_estimate(const IsosurfaceRequest& request, const StepSizes& sizes) const {
+    if (most_ == 0 || (request.max_triangles > 0 && request.max_triangles <= most_)) return;
+    if (sizes.rough(request).triangles <= most()) return;
+    const double triangles = sizes.of({.request = request}).triangles;
+    if (triangles <= kQuickIsWithin * most()) return;
+    throw StepTooLarge(words("about ", triangles, request, 1));
+  }
+  void check_made(const IsosurfaceRequest& request, const EncodedStep& step) const {
+    const double triangles = size_of(step).triangles;
+    if (most_ == 0 || triangles <= most()) return;
+    const double expected = careful()({.request = request}).triangles;
+    throw StepTooLarge(
+        words("", triangles, request, expected > 0 ? std::max(triangles / expected, 1.0) : 1));
+  }
+
+ private:
+  [[nodiscard]] double most() const { return static_cast<double>(most_); }
+  [[nodiscard]] std::function<SurfaceSize(const StepRequest&)> careful() const {
+    return source_.sizes(stop_, SizeAccuracy::kCareful).of;
+  }
+
+  // `error_of_estimates`: by what they are to be multiplied.
+  [[nodiscard]] std::string words(const std::string& about, double triangles,
+                                  IsosurfaceRequest request, double error_of_estimates) const {
+    const double tolerance = request.topology_tolerance;
+    request.max_triangles =
+        std::max<std::uint64_t>(static_cast<std::uint64_t>(most() / error_of_estimates), 1);
+    request.max_bytes = 0;
+    const auto size_of_request = careful();
+    const IsosurfaceRequest fitting = within_budget(request, source_.info(), size_of_request);
+    std::string text = "The surface has " + about +
+                       std::to_string(static_cast<std::uint64_t>(triangles)) +
+                       " triangles, and this server gives at most " + std::to_string(most_);
+    if (!fits(size_of_request({.request = fitting}), request)) return text + ".";
+    const double error = std::max(fitting.error, fitting.thresholds.at_least);
+    text += "; it fits with an error of " + shortest_text(error) + " " +
+            std::string(name(request.unit)) + (request.unit == LengthUnit::kVoxel ? "s" : " units");
+    if (fitting.topology_tolerance > tolerance) {
+      text += " and a topology tolerance of " + shortest_text(fitting.topology_tolerance);
+    }
+    return text + ", or name a budget with max_triangles.";
+  }
+
+  const StepSource& source_;
+  std::uint64_t most_;
+  std::stop_token stop_;
+};
+
 }  // namespace
 
 BudgetTooSmall::BudgetTooSmall(const SurfaceSize& coarsest, const IsosurfaceRequest& request)
     : std::runtime_error("The coarsest surface has " + counted(coarsest.triangles, coarsest.bytes) +
                          ", more than the budget of " + budget_of(request) + "; allow more.") {}
 
-MadeStep make_next_step(const StepSource& source, const StreamState& state, std::stop_token stop) {
+MadeStep make_next_step(const StepSource& source, const StreamState& state, std::stop_token stop,
+                        std::uint64_t max_triangles) {
   const DatasetInfo& info = source.info();
   const StepSizes sizes = source.sizes(stop, SizeAccuracy::kQuick);
+  const TriangleLimit limit(source, max_triangles, stop);
+  if (state.shown.empty()) limit.check_estimate(state.request, sizes);
   MadeStep made{.step = {}, .is_final = false, .encoded = {}, .after = state};
   // Finding the threshold of a budget reads samples; a first preview must not wait for that.
   const bool is_first_preview = state.previews && state.shown.empty();
@@ -73,6 +137,7 @@ MadeStep make_next_step(const StepSource& source, const StreamState& state, std:
     next.step.request = higher;
     made.encoded = source.make(next.step, stop);
   }
+  if (next.is_final) limit.check_made(request, made.encoded);
   made.step = next.step;
   made.is_final = next.is_final;
   return made;

@@ -1,6 +1,7 @@
 // The next step of a stream, decided and made: what a worker does for a session.
 #pragma once
 
+#include <cstdint>
 #include <stdexcept>
 #include <stop_token>
 #include <vector>
@@ -32,10 +33,18 @@ class BudgetTooSmall : public std::runtime_error {
   BudgetTooSmall(const SurfaceSize& coarsest, const IsosurfaceRequest& request);
 };
 
-// A final step with a budget is within it. Throws BudgetTooSmall when none is, and what the source
+// The final step would have more triangles than this server gives. The text says at which error it
+// would not, for clients.
+class StepTooLarge : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// A final step with a budget is within it, and has at most `max_triangles` (0: as many as it has).
+// Throws BudgetTooSmall when none is, StepTooLarge as soon as that is sure, and what the source
 // throws; Cancelled soon after `stop` is triggered.
 [[nodiscard]] MadeStep make_next_step(const StepSource& source, const StreamState& state,
-                                      std::stop_token stop);
+                                      std::stop_token stop, std::uint64_t max_triangles = 0);
 
 // How large the answer to a request would be, and the request as its budget allows it. Nothing is
 // extracted. Throws BudgetTooSmall when the coarsest surface seems to be larger.

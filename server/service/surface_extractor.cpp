@@ -60,14 +60,15 @@ CubeMemoryPool::Lease::~Lease() {
 }
 
 PreparedModel prepared_model(const PreparedVolume& volume, const StepRequest& step,
-                             std::shared_ptr<const SpectrumErrors> spectrum) {
+                             std::shared_ptr<const SpectrumErrors> spectrum,
+                             const std::stop_token& stop) {
   const IsosurfaceRequest& request = step.request;
   return {volume,
           {.isovalue = request.isovalue,
            .measure = request.measure,
            .rule = request.topology_rule,
            .topology_tolerance = request.topology_tolerance},
-          model_options(step, volume.info),
+          model_options(step, volume.info, stop),
           std::move(spectrum)};
 }
 
@@ -81,7 +82,7 @@ TiledSurface SurfaceExtractor::extract(const StepRequest& step, std::stop_token 
     // A grid of eight steps or fewer has no spectrum, and a pass over it costs nothing.
     return ReferenceExtractor(*dataset_).extract(step, stop);
   }
-  const PreparedModel model = prepared_model(*dataset_, step);
+  const PreparedModel model = prepared_model(*dataset_, step, /*spectrum=*/nullptr, stop);
   const SurfaceOptions options = surface_options(step);
   TiledSurface surface = extract_in_parallel(PreparedCubes(model, options, *pool_),
                                              root_cube(Grid(info.grid_exponent)),

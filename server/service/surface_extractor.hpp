@@ -42,10 +42,10 @@ class CubeMemoryPool {
 };
 
 // The model of a step. The volume must outlive it; requires a grid of more than kSpectrumSpacing
-// steps a side.
-[[nodiscard]] PreparedModel prepared_model(
-    const PreparedVolume& volume, const StepRequest& step,
-    std::shared_ptr<const SpectrumErrors> spectrum = nullptr);
+// steps a side. Throws Cancelled soon after `stop` is triggered.
+[[nodiscard]] PreparedModel prepared_model(const PreparedVolume& volume, const StepRequest& step,
+                                           std::shared_ptr<const SpectrumErrors> spectrum = nullptr,
+                                           const std::stop_token& stop = {});
 
 // Safe to use from several threads at once.
 class SurfaceExtractor {

@@ -36,10 +36,6 @@ constexpr double kTrianglesAPreviewCube = 16;
 // two.
 double triangles_a_cube(double voxels) { return 600 / (1 + 0.6 * voxels); }
 
-void throw_if_stopped(const std::stop_token& stop) {
-  if (stop.stop_requested()) throw Cancelled{};
-}
-
 SurfaceSize size_with(double triangles, const StepRequest& step) {
   return {.triangles = triangles, .bytes = estimated_bytes(triangles, step)};
 }
@@ -78,7 +74,7 @@ std::optional<SampledTriangle> sampled_triangle(const SurfaceExtractor& extracto
   blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
   std::vector<SurfaceSize> sizes(blocks.size());
   std::vector<double> before(blocks.size(), 0);
-  const ThresholdMap thresholds(step.request, info);
+  const ThresholdMap thresholds(step.request, info, [&stop] { throw_if_stopped(stop); });
   const Shading shading(extractor.dataset(), step);
   const SurfaceOptions options{.isovalue = step.request.isovalue,
                                .lattice_resolution = step.request.lattice_resolution,
@@ -143,7 +139,7 @@ class SharedSpectrum {
  public:
   explicit SharedSpectrum(const PreparedVolume& volume) : volume_(volume) {}
 
-  [[nodiscard]] PreparedModel model(const StepRequest& step) {
+  [[nodiscard]] PreparedModel model(const StepRequest& step, const std::stop_token& stop) {
     const IsosurfaceRequest& request = step.request;
     if (!spectrum_ || request.isovalue != request_.isovalue ||
         request.measure != request_.measure || request.topology_rule != request_.topology_rule) {
@@ -151,7 +147,7 @@ class SharedSpectrum {
                                                          request.measure, request.topology_rule);
       request_ = request;
     }
-    return prepared_model(volume_, step, spectrum_);
+    return prepared_model(volume_, step, spectrum_, stop);
   }
 
  private:
@@ -163,7 +159,7 @@ class SharedSpectrum {
 SurfaceSize sampled_size(const SurfaceExtractor& extractor, SharedSpectrum& spectrum,
                          const StepRequest& step, SizeAccuracy accuracy,
                          const std::stop_token& stop) {
-  const PreparedModel model = spectrum.model(step);
+  const PreparedModel model = spectrum.model(step, stop);
   if (step.finest_spacing >= kSpectrumSpacing && accuracy == SizeAccuracy::kQuick) {
     return preview_size(model, step, stop);
   }
@@ -211,7 +207,7 @@ StepSizes surface_sizes(const SurfaceExtractor& extractor, std::stop_token stop,
           [&dataset, spectrum, stop, has_spectrum](const IsosurfaceRequest& request) {
             const StepRequest step = {.request = request};
             if (!has_spectrum) return exact_size(dataset, step, stop);
-            return rough_size(spectrum->model(step), step, stop);
+            return rough_size(spectrum->model(step, stop), step, stop);
           }};
 }
 

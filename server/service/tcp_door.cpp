@@ -7,6 +7,12 @@ namespace multitetra {
 TcpDoor::TcpDoor(const House& house, TcpDoorOptions options)
     : house_(house), options_(std::move(options)), listener_(house.io, options_.listen) {}
 
+std::string TcpDoor::url() const {
+  Endpoint endpoint = listener_.endpoint();
+  if (house_.keeper.tls()) endpoint.transport = Transport::kTls;
+  return to_string(endpoint);
+}
+
 void TcpDoor::open() {
   listener_.open(
       [this](tcp::socket socket, const Peer& peer) { welcome(std::move(socket), peer); });

@@ -23,6 +23,7 @@ class TcpDoor : public Door {
   TcpDoor(const House& house, TcpDoorOptions options);
 
   [[nodiscard]] Endpoint endpoint() const override { return listener_.endpoint(); }
+  [[nodiscard]] std::string url() const override;
   void open() override;
   void close(const Error& why) override;
 

@@ -20,15 +20,24 @@ struct Arguments {
   bool json = false;
 };
 
+// Whether its last line has no end, as some editors leave it.
+bool is_open_ended(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary | std::ios::ate);
+  if (!stream || stream.tellg() <= 0) return false;
+  stream.seekg(-1, std::ios::end);
+  return stream.get() != '\n';
+}
+
 // Nobody but its owner reads a file that is made here.
 void append_line(const std::filesystem::path& file, const std::string& line) {
   const bool is_new = !std::filesystem::exists(file);
+  const std::string end_of_last = is_open_ended(file) ? "\n" : "";
   std::ofstream stream(file, std::ios::app);
   if (is_new && stream) {
     std::filesystem::permissions(
         file, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
   }
-  stream << line << "\n" << std::flush;
+  stream << end_of_last << line << "\n" << std::flush;
   if (!stream) throw std::runtime_error("Cannot write to " + file.string() + ".");
 }
 

@@ -7,9 +7,9 @@
 #include <fstream>
 #include <thread>
 
-#include "client/trust.hpp"
 #include "common/endpoint.hpp"
 #include "common/frame.hpp"
+#include "common/trust.hpp"
 #include "common/websocket.hpp"
 #include "tests/dataset/temporary_folder.hpp"
 #include "tests/support/certificate.hpp"

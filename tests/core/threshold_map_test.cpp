@@ -354,9 +354,8 @@ TEST(ThresholdMap, OfWildNumbersAllowsNothingButAtLeast) {
 
 TEST(ThresholdMap, OfAViewThatToleratesNothingIsZeroHoweverSmallItsPictureIs) {
   for (const double height : {5e-324, 1e-310, 1e-300, 1.0, 1e100}) {
-    const ThresholdView view{.eye = {0, 11, 11},
-                             .field_of_view = std::nextafter(180.0, 0.0),
-                             .height_pixels = height};
+    const ThresholdView view{
+        .eye = {0, 11, 11}, .field_of_view = std::nextafter(180.0, 0.0), .height_pixels = height};
     ASSERT_EQ(fault_of({.view = view}), std::nullopt);
     for (const Combination combination : {Combination::kInOrder, Combination::kMinimum}) {
       const ThresholdMap map = map_of({.combination = combination, .view = view});
@@ -398,6 +397,22 @@ TEST(ThresholdMap, OfTenThousandRegionsIsMonotoneAndNeverAboveAPlace) {
       EXPECT_LE(map.least_in(inner), threshold_at(request, info, place));
     }
   }
+}
+
+TEST(ThresholdMap, OfVeryManyRegionsIsGivenUpWhenSomebodySaysSo) {
+  std::mt19937_64 random(12);
+  const DatasetInfo info = cube_of(257);
+  IsosurfaceRequest request{.error = 4};
+  for (std::size_t i = 0; i < kMaxThresholdRegions; ++i) {
+    request.thresholds.regions.push_back(random_region(info, CoordinateSystem::kWorld, 10, random));
+  }
+  struct Enough {};
+  int checks = 0;
+  const auto give_up = [&] {
+    if (++checks == 10) throw Enough{};
+  };
+  EXPECT_THROW(ThresholdMap(request, info, give_up), Enough);
+  EXPECT_EQ(checks, 10);
 }
 
 }  // namespace

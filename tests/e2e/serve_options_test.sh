@@ -50,6 +50,7 @@ ends 2 'max-connections' "$server" serve v.mtd --config word.toml
 ends 2 'cannot be read' "$server" serve v.mtd --config nowhere.toml
 ends 2 'come together' "$server" serve v.mtd --tls-cert server.pem
 ends 2 'datasets' "$server" serve
+ends 2 'both are off' "$server" serve v.mtd --tcp off --http off
 ends 4 'nowhere.pem does not exist' "$server" serve v.mtd --tls-cert nowhere.pem --tls-key nowhere.key
 ends 4 'tokens file' "$server" serve v.mtd --tokens nowhere
 ends 5 'no dataset' "$server" serve nowhere.mtd
@@ -74,4 +75,7 @@ pid=
 token=$("$server" token alice --datasets 'v*' --append tokens)
 [ "$(stat -c %a tokens)" = 600 ] || fail "others may read the tokens file"
 grep -q "^alice $(printf %s "$token" | sha256sum | cut -d' ' -f1) v\*$" tokens || fail "$(cat tokens)"
+printf %s "$(cat tokens)" >tokens  # Without its last line's end.
+"$server" token bob --append tokens >/dev/null
+[ "$(wc -l <tokens)" = 2 ] || fail "a line was glued to another: $(cat tokens)"
 echo "serve_options_test: passed"

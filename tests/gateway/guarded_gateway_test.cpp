@@ -79,6 +79,30 @@ TEST(GuardedGateway, SpeaksTlsWithItsCertificate) {
   EXPECT_EQ(answer.result_int(), 200U);
 }
 
+// The linger time would fail the test: it is not waited for when both have said goodbye.
+TEST(GuardedGateway, HangsUpAtOnceWhenATlsClientHasSaidGoodbye) {
+  const TemporaryFolder folder;
+  const testing::CertificateAndKey made = testing::self_signed();
+  const TlsFiles files = {folder.file("server.pem", made.certificate),
+                          folder.file("server.key", made.key)};
+  RunningGateway server(octahedra(), {.linger = 1h}, {.keeper = {.tls = files}});
+  asio::io_context io;
+  asio::ssl::context context(asio::ssl::context::tls_client);
+  asio::ssl::stream<tcp::socket> client(io, context);
+  client.next_layer().connect({asio::ip::make_address("127.0.0.1"), server.http().port});
+  client.handshake(asio::ssl::stream_base::client);
+  asio::write(client, asio::buffer(std::string_view(
+                          "GET /livez HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")));
+  std::string answer;
+  boost::system::error_code error;
+  asio::read(client, asio::dynamic_buffer(answer), error);
+  EXPECT_EQ(error, asio::error::eof);
+  client.shutdown(error);
+  char byte = 0;
+  client.next_layer().read_some(asio::buffer(&byte, 1), error);
+  EXPECT_EQ(error, asio::error::eof);
+}
+
 TEST(GuardedGateway, IsNotReadyWhileItDrains) {
   std::atomic<int> running = 0;
   RunningGateway server(

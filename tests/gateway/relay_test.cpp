@@ -5,10 +5,9 @@
 
 #include <gtest/gtest.h>
 
-#include "server/relay/relay_server.hpp"
 #include "server/relay/relayed_stream.hpp"
 #include "server/relay/rendezvous.hpp"
-#include "tests/gateway/running_gateway.hpp"
+#include "tests/gateway/running_relay.hpp"
 #include "tests/service/fake_steps.hpp"
 
 namespace multitetra {
@@ -18,6 +17,8 @@ using namespace std::chrono_literals;
 using testing::catalogue_of;
 using testing::FakeSteps;
 using testing::HttpClient;
+using testing::RunningRelay;
+using testing::Upstream;
 using testing::WebSocketClient;
 
 // ---- pure parts
@@ -62,56 +63,6 @@ TEST(RelayedStream, PassesOverWhatTheClientHasSeenAndNoticesADifference) {
 }
 
 // ---- over sockets
-
-class RunningRelay {
- public:
-  explicit RunningRelay(RelayServerOptions options)
-      : relay_(on_free_ports(std::move(options))), thread_([this] { relay_.run(); }) {}
-  ~RunningRelay() {
-    relay_.stop();
-    thread_.join();
-  }
-  [[nodiscard]] Endpoint http() const { return relay_.http(); }
-
- private:
-  static RelayServerOptions on_free_ports(RelayServerOptions options) {
-    spdlog::set_level(spdlog::level::off);
-    if (!options.http) options.http.emplace();
-    options.http->listen = {.host = "127.0.0.1", .port = 0};
-    return options;
-  }
-  RelayServer relay_;
-  std::thread thread_;
-};
-
-// A server on TCP that can be lost: its connections are cut without a word.
-class Upstream {
- public:
-  explicit Upstream(std::shared_ptr<const StepSource> source) : source_(std::move(source)) {
-    start({.host = "127.0.0.1", .port = 0});
-  }
-  ~Upstream() { stop(); }
-  void stop() {
-    if (!server_) return;
-    server_->stop();
-    thread_.join();
-    server_.reset();
-  }
-  void start_again() { start(endpoint_); }
-  [[nodiscard]] const Endpoint& endpoint() const { return endpoint_; }
-
- private:
-  void start(const Endpoint& at) {
-    server_ = std::make_unique<Server>(catalogue_of(source_),
-                                       ServerOptions{.listen = at, .connection = {.linger = 5ms}});
-    endpoint_ = server_->endpoint();
-    thread_ = std::thread([this] { server_->run(); });
-  }
-  std::shared_ptr<const StepSource> source_;
-  std::unique_ptr<Server> server_;
-  Endpoint endpoint_;
-  std::thread thread_;
-};
 
 std::shared_ptr<FakeSteps> octahedron() { return std::make_shared<FakeSteps>("octahedron"); }
 
@@ -200,7 +151,6 @@ TEST(RelayTest, AnswersHttpAsAServerDoes) {
   Upstream upstream(octahedron());
   RunningRelay relay({.relay = {.upstreams = {upstream.endpoint()}}});
   HttpClient client(relay.http());
-  EXPECT_EQ(client.get("/readyz").result_int(), 200U);
   EXPECT_EQ(client.get("/v1/datasets/octahedron").result_int(), 200U);
   const auto mesh = client.get("/v1/datasets/octahedron/isosurface?isovalue=0.5&format=stl");
   EXPECT_EQ(mesh.result_int(), 200U) << mesh.body();

@@ -1,4 +1,7 @@
 // What a server on a network keeps up: who may see what, how much may be asked, and how it stops.
+#include <signal.h>
+#include <unistd.h>
+
 #include <atomic>
 #include <chrono>
 #include <mutex>
@@ -356,6 +359,98 @@ TEST(Limits, AnIdleClientIsSentAwayAndABusyOneIsNot) {
   (void)receive<Pong>(busy);
 }
 
+// Whose size takes so long to find out as the test wants.
+class EndlessSizes : public FakeSteps {
+ public:
+  EndlessSizes(const std::string& name, std::atomic<int>& running)
+      : FakeSteps(name), running_(running) {}
+  [[nodiscard]] StepSizes sizes(std::stop_token stop, SizeAccuracy) const override {
+    ++running_;
+    while (!stop.stop_requested()) std::this_thread::sleep_for(1ms);
+    --running_;
+    throw Cancelled{};
+  }
+
+ private:
+  std::atomic<int>& running_;
+};
+
+TEST(Limits, EstimatesUnderWayOnOneConnection) {
+  std::atomic<int> running = 0;
+  const RunningServer server(catalogue_of(std::make_shared<EndlessSizes>("fake", running)),
+                             {.session = {.max_estimates = 2}, .connection = {.linger = 10ms}});
+  MessageSocket socket = server.greet();
+  for (std::uint64_t id = 1; id <= 3; ++id) {
+    ASSERT_TRUE(socket.send(Estimate{.request_id = id, .dataset = "fake"}));
+  }
+  const ErrorReply refused = receive<ErrorReply>(socket);
+  EXPECT_EQ(refused.error.code, ErrorCode::kLimitExceeded);
+  EXPECT_EQ(refused.request_id, 3U);
+  MessageSocket other = server.greet();
+  ASSERT_TRUE(other.send(Estimate{.request_id = 4, .dataset = "fake"}));
+  ASSERT_TRUE(other.send(Ping{1}));
+  (void)receive<Pong>(other);
+}
+
+TEST(Limits, TimeForAClientToTakeAMessage) {
+  const auto notes = std::make_shared<Notes>();
+  const RunningServer server(
+      catalogue_of(std::make_shared<FakeSteps>("fake", heavy(40, 1'000'000))),
+      {.keeper = {.observer = notes},
+       .connection = {.write_timeout = 50ms, .linger = 10ms, .send_buffer_bytes = 64 * 1024}});
+  MessageSocket stalled = server.greet();
+  ASSERT_TRUE(stalled.send(open(1)));
+  EXPECT_TRUE(eventually([&] { return notes->has("stream left"); }))
+      << "It reads nothing, and its stream goes on.";
+}
+
+// Sizes as they are, and an estimate that is so wrong as the test wants.
+class SizedSteps : public FakeSteps {
+ public:
+  SizedSteps(const std::string& name, std::size_t triangles, double estimated)
+      : FakeSteps(name, heavy(triangles, 10)), estimated_(estimated) {}
+  [[nodiscard]] StepSizes sizes(std::stop_token, SizeAccuracy) const override {
+    const auto size_at = [estimated = estimated_](const IsosurfaceRequest& request) {
+      const double floor = std::max(request.error, request.thresholds.at_least);
+      return SurfaceSize{.triangles = estimated / floor, .bytes = estimated};
+    };
+    return {.of = [=](const StepRequest& step) { return size_at(step.request); }, .rough = size_at};
+  }
+
+ private:
+  double estimated_;
+};
+
+// 1000 triangles at an error of 1, with nine tenths of the limit aimed at: 2.83 are the first rung
+// that fits 400.
+TEST(Limits, TrianglesOfAFinalStepWithAnErrorAtWhichItFits) {
+  for (const double estimated : {1000.0, 420.0}) {  // Refused before it is made, and after.
+    const RunningServer server(
+        catalogue_of(std::make_shared<SizedSteps>("fake", /*triangles=*/1000, estimated)),
+        {.limits = {.max_triangles = 400}});
+    MessageSocket socket = server.greet();
+    ASSERT_TRUE(socket.send(open(1)));
+    const ErrorReply refused = receive<ErrorReply>(socket);
+    EXPECT_EQ(refused.error.code, ErrorCode::kLimitExceeded);
+    EXPECT_EQ(refused.request_id, 1U);
+    EXPECT_NE(refused.error.text.find("1000 triangles"), std::string::npos) << refused.error.text;
+    EXPECT_NE(refused.error.text.find("at most 400; it fits with an error of 2.8284271247461903 "
+                                      "voxels, or"),
+              std::string::npos)
+        << refused.error.text;
+    ASSERT_TRUE(socket.send(Ping{1}));
+    (void)receive<Pong>(socket);
+  }
+}
+
+TEST(Limits, WhatHasNotTooManyTrianglesIsGiven) {
+  const RunningServer server(catalogue_of(std::make_shared<SizedSteps>("fake", 400, 470)),
+                             {.limits = {.max_triangles = 400}});
+  MessageSocket socket = server.greet();
+  ASSERT_TRUE(socket.send(open(1)));
+  EXPECT_TRUE(std::holds_alternative<StreamEnd>(after_steps(socket)));
+}
+
 TEST(Limits, TheFirstMessageMayBeSmallerThanTheOthers) {
   const RunningServer server(octahedra(), {.connection = {.max_hello_bytes = 100}});
   MessageSocket socket = server.connect();
@@ -410,6 +505,27 @@ TEST(Draining, AnIdleServerStopsAtOnceAndASlowOneWhenItsTimeIsOver) {
   ASSERT_TRUE(eventually([&] { return running == 1; }));
   slow.drain();
   slow.wait();
+  EXPECT_EQ(running, 0);
+}
+
+// The process is that of the tests: the server must be listening to signals before one comes.
+TEST(Draining, ASecondSignalDoesNotWaitForRunningStreams) {
+  std::atomic<int> running = 0;
+  RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
+                       {.heed_signals = true, .drain_time = 1h, .connection = {.linger = 10ms}});
+  MessageSocket busy = server.greet();
+  ASSERT_TRUE(busy.send(open(1)));
+  ASSERT_TRUE(eventually([&] { return running == 1; }));
+  ASSERT_EQ(::kill(::getpid(), SIGTERM), 0);
+  MessageSocket late = server.greet();
+  ASSERT_TRUE(eventually([&] {
+    if (!late.send(Estimate{.request_id = 5, .dataset = "fake"})) return true;
+    const auto answer = late.receive();
+    return answer && error_of(*answer).code == ErrorCode::kUnavailable;
+  })) << "The first signal begins to drain.";
+  EXPECT_EQ(running, 1) << "and what runs goes on.";
+  ASSERT_EQ(::kill(::getpid(), SIGTERM), 0);
+  server.wait();
   EXPECT_EQ(running, 0);
 }
 

@@ -22,8 +22,9 @@ struct Trust {
 // everybody, will accept no other. Requires stream.is_tls().
 void expect_host(StreamSocket& stream, const std::string& host);
 
-// Why the handshake failed, as the end of a sentence.
+// Why the handshake failed, as the end of a sentence. `ca_option` is how users name an authority.
 [[nodiscard]] std::string handshake_fault(StreamSocket& stream,
-                                          const boost::system::error_code& error);
+                                          const boost::system::error_code& error,
+                                          const std::string& ca_option = "--ca");
 
 }  // namespace multitetra

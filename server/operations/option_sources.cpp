@@ -1,4 +1,4 @@
-#include "server/service/option_sources.hpp"
+#include "server/operations/option_sources.hpp"
 
 #include <algorithm>
 #include <cctype>

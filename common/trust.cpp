@@ -1,4 +1,4 @@
-#include "client/trust.hpp"
+#include "common/trust.hpp"
 
 namespace multitetra {
 namespace {
@@ -53,12 +53,13 @@ void expect_host(StreamSocket& stream, const std::string& host) {
   }
 }
 
-std::string handshake_fault(StreamSocket& stream, const boost::system::error_code& error) {
+std::string handshake_fault(StreamSocket& stream, const boost::system::error_code& error,
+                            const std::string& ca_option) {
   const long verified = SSL_get_verify_result(stream.native_tls());
   if (verified == X509_V_OK) return error.message() + "; does it speak TLS?";
   return std::string("its certificate is not to be trusted (") +
          X509_verify_cert_error_string(verified) +
-         "); give the certificate of its authority with --ca FILE.";
+         "); give the certificate of its authority with " + ca_option + " FILE.";
 }
 
 }  // namespace multitetra

@@ -1,0 +1,197 @@
+#!/usr/bin/env bash
+# The doors as programs of others speak to them: see README.md.
+#   run.sh FOLDER-OF-PROGRAMS [COUNTERPART...]     client curl websockets browser gltf wrk locust
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+project=$(cd "$here/../.." && pwd)
+bin=$(cd "$1" && pwd)
+shift
+all=(client curl websockets browser gltf wrk locust)
+[ $# -gt 0 ] || set -- "${all[@]}"
+
+work=$(mktemp -d)
+pids=()
+cleanup() {
+  for pid in "${pids[@]}"; do kill "$pid" 2>/dev/null || true; done
+  wait 2>/dev/null || true
+  rm -rf "$work"
+}
+trap cleanup EXIT
+cd "$work"
+failed=0
+tested=0
+fail() { echo "FAILED: $1" >&2; failed=1; }
+leave_out() { echo "!! LEFT OUT: $1: NOT TESTED (docker/install.sh tests bench)." >&2; }
+
+# ---- what they talk to
+
+openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -days 2 -subj /CN=localhost \
+  -addext subjectAltName=DNS:localhost,IP:127.0.0.1 -keyout tls.key -out tls.pem 2>/dev/null
+token=$("$bin/multitetra-server" token alice --append tokens)
+few=$("$bin/multitetra-server" token bob --datasets 'none-*' --append tokens)
+echo "$token" >token
+"$bin/multitetra-server" generate head --size 64 --noise 20 -o head.nrrd --quiet
+"$bin/multitetra-server" prepare head.nrrd -o head.mtd --quiet
+
+# start NAME COMMAND...
+start() {
+  local name=$1
+  shift
+  "$@" 2>"$name.log" &
+  pids+=($!)
+}
+# url_of NAME SCHEME: the address that a program says it listens on, with the name that its certificate has.
+url_of() {
+  local url
+  for _ in $(seq 600); do
+    url=$(sed -n "s/.*listening on \($2:[^ ]*\).*/\1/p" "$1.log" 2>/dev/null || true)
+    [ -n "$url" ] && { echo "${url/127.0.0.1/localhost}"; return; }
+    sleep 0.05
+  done
+  cat "$1.log" >&2
+  return 1
+}
+# A port that was free a moment ago, for programs that take no port 0.
+free_port() {
+  python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'
+}
+
+room=(--max-requests-per-second 100000)
+start server "$bin/multitetra-server" serve head.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0 --tls-cert tls.pem \
+  --tls-key tls.key --tokens tokens "${room[@]}"
+start plain "$bin/multitetra-server" serve head.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0 --tokens tokens \
+  --trusted-proxy 127.0.0.1 --log-level debug "${room[@]}"
+tls=$(url_of server tls)
+start gateway "$bin/multitetra-gateway" --upstream "$tls" --upstream-ca tls.pem --tcp 127.0.0.1:0 --http 127.0.0.1:0 \
+  --tls-cert tls.pem --tls-key tls.key --tokens tokens "${room[@]}"
+plain=$(url_of plain http)
+https=("$(url_of server https)" "$(url_of gateway https)")
+
+if command -v nginx >/dev/null; then
+  port=$(free_port)
+  mkdir nginx
+  sed -e "s#server server:7480#server ${plain#http://}#" -e "s#listen 443 ssl#listen 127.0.0.1:$port ssl#" \
+    -e "s#/etc/nginx/certificates#$work#" -e "s#^http {#http {\n  client_body_temp_path nginx/body; proxy_temp_path nginx/proxy;\
+ fastcgi_temp_path nginx/fastcgi; uwsgi_temp_path nginx/uwsgi; scgi_temp_path nginx/scgi;#" \
+    "$project/docker/nginx.conf" >nginx.conf
+  start nginx nginx -p "$work" -c "$work/nginx.conf" -g \
+    "daemon off; pid $work/nginx/pid; user $(id -un) $(id -gn); error_log $work/nginx/errors.log;"
+  for _ in $(seq 200); do curl -s --cacert tls.pem -o /dev/null "https://localhost:$port/livez" && break; sleep 0.05; done
+  https+=("https://localhost:$port")
+else
+  leave_out "nginx as a proxy"
+fi
+
+# ---- who talks
+
+talk_client() {
+  local url digest='' one
+  for url in "$tls" "${https[@]/https:/wss:}" "$(url_of gateway tls)"; do
+    rm -f report.json
+    "$bin/multitetra-client" fetch --server "$url" --ca tls.pem --token-file token --dataset head --error 1 --quiet \
+      --report report.json -o mesh.ply || { fail "client: $url"; continue; }
+    one=$(python3 -c 'import json; print(json.load(open("report.json"))["steps"][-1]["content_digest"])')
+    [ -z "$digest" ] || [ "$digest" = "$one" ] || fail "client: $url: another mesh"
+    digest=$one
+    ! "$bin/multitetra-client" list --server "$url" --ca tls.pem >out 2>&1 || fail "client: $url: let in without a token"
+    grep -qi 'token' out || fail "client: $url: $(cat out)"
+    ! "$bin/multitetra-client" list --server "$url" --token "$token" >out 2>&1 ||
+      fail "client: $url: believes a certificate that nobody signed"
+    "$bin/multitetra-client" list --server "$url" --ca tls.pem --token "$few" >out 2>&1 || fail "client: $url: bob"
+    ! grep -q head out || fail "client: $url: bob sees what is not his"
+  done
+}
+
+talk_curl() {
+  command -v curl >/dev/null || { leave_out curl; return 1; }
+  local url mesh etag auth="Authorization: Bearer $token"
+  for url in "${https[@]}"; do
+    status() { curl -sS --cacert tls.pem -o body -w '%{http_code}' "$@"; }
+    [ "$(status "$url/livez")" = 200 ] || fail "curl: $url: livez"
+    [ "$(status "$url/v1/datasets")" = 401 ] || fail "curl: $url: no token"
+    [ "$(status "$url/v1/datasets" -H 'Authorization: Bearer mt_wrong')" = 401 ] || fail "curl: $url: a wrong token"
+    [ "$(status "$url/v1/datasets" -H "$auth")" = 200 ] || fail "curl: $url: the list"
+    grep -q '"name": "head"' body || fail "curl: $url: what the list says"
+    mesh="$url/v1/datasets/head/isosurface?error=1&format=glb"
+    [ "$(status "$mesh" -H "Authorization: Bearer $few")" = 404 ] || fail "curl: $url: bob's token"
+    [ "$(status "$mesh" -H "$auth" -D headers)" = 200 ] || fail "curl: $url: a mesh"
+    cp body mesh.glb
+    etag=$(sed -n 's/^ETag: \(.*\)\r$/\1/Ip' headers)
+    [ "$(status "$mesh" -H "$auth" -H "If-None-Match: $etag")" = 304 ] || fail "curl: $url: no 304"
+    head -c 1000 mesh.glb >part.glb
+    curl -sSf --cacert tls.pem -H "$auth" -C - -o part.glb "$mesh" && cmp -s part.glb mesh.glb ||
+      fail "curl: $url: a download that goes on"
+    [ "$(status --path-as-is "$url/../../etc/passwd")" != 200 ] || fail "curl: $url: a way out"
+  done
+  if [ "${#https[@]}" = 3 ]; then
+    [ "$(status "${https[2]}/metrics")" = 404 ] || fail "curl: nginx shows the metrics"
+    # Whom the server takes for its client is told by its log.
+    status "${https[2]}/v1/none" -H 'X-Forwarded-For: 203.0.113.9' >/dev/null
+    ! grep -q 203.0.113.9 plain.log || fail "curl: a client chooses its own address"
+  fi
+}
+
+talk_websockets() {
+  local python=python3 url
+  for python in python3 /usr/bin/python3 ''; do
+    [ -z "$python" ] || ! $python -c 'import websockets, google.protobuf' 2>/dev/null || break
+  done
+  [ -n "$python" ] && command -v protoc >/dev/null || { leave_out "Python's websockets"; return 1; }
+  mkdir -p python
+  (cd "$project/proto" && protoc -I . --python_out="$work/python" multitetra/v1/*.proto)
+  for url in "${https[@]/https:/wss:}" "${plain/http:/ws:}"; do
+    PYTHONPATH=$work/python $python "$here/talk.py" "$url/v1/stream" "$token" tls.pem || fail "Python's websockets: $url"
+  done
+}
+
+node_with() {
+  command -v node >/dev/null && node -e "require('module').createRequire('$project/client/web/package.json')('$1')" 2>/dev/null
+}
+
+talk_browser() {
+  local chromium=${CHROMIUM:-/usr/bin/chromium}
+  [ -x "$chromium" ] && node_with playwright-core || { leave_out "Chromium with playwright-core"; return 1; }
+  CHROMIUM=$chromium node "$here/browser.mjs" "$token" "${https[@]}" || fail "Chromium"
+}
+
+talk_gltf() {
+  node_with gltf-validator && node_with three || { leave_out "gltf-validator and three.js"; return 1; }
+  local url normals
+  for url in "${https[@]}"; do
+    for normals in 0 8; do
+      curl -sSf --cacert tls.pem -H "Authorization: Bearer $token" -D headers -o mesh.glb \
+        "$url/v1/datasets/head/isosurface?error=1&format=glb&normals=$normals" || { fail "gltf: $url"; continue; }
+      node "$here/gltf.mjs" mesh.glb "$(sed -n 's/^Multitetra-Triangles: \([0-9]*\).*/\1/Ip' headers)" ||
+        fail "gltf: $url, normals $normals"
+    done
+  done
+}
+
+talk_wrk() {
+  command -v wrk >/dev/null || { leave_out wrk; return 1; }
+  local url
+  for url in "${https[@]}"; do
+    wrk -t1 -c16 -d1s -H "Authorization: Bearer $token" "$url/v1/datasets" >wrk.txt
+    grep -q '^Requests/sec: *[1-9]' wrk.txt || fail "wrk: $url: $(cat wrk.txt)"
+    ! grep -qE 'Non-2xx|Socket errors' wrk.txt || fail "wrk: $url: $(cat wrk.txt)"
+  done
+}
+
+talk_locust() {
+  command -v locust >/dev/null && /usr/bin/python3 -c 'import websocket, locust' 2>/dev/null || { leave_out Locust; return 1; }
+  mkdir -p python
+  (cd "$project/proto" && protoc -I . --python_out="$work/python" multitetra/v1/*.proto)
+  MULTITETRA_TOKEN=$token WEBSOCKET_CLIENT_CA_BUNDLE=$work/tls.pem PYTHONPATH=$work/python timeout 120 /usr/bin/python3 -m locust \
+    -f "$project/client/load/locust/locustfile.py" --host "${https[0]}" --headless --users 6 --spawn-rate 6 --run-time 4s \
+    --stop-timeout 30 --csv locust --only-summary >locust.txt 2>&1 || fail "Locust: $(cat locust.txt)"
+  for kind in surface isosurface; do
+    grep -q "$kind" locust_stats.csv || fail "Locust: no $kind was asked for: $(cat locust.txt)"
+  done
+}
+
+for counterpart in "$@"; do
+  echo "== $counterpart"
+  if "talk_$counterpart"; then tested=$((tested + 1)); fi
+done
+[ "$failed" = 0 ] || exit 1
+[ "$tested" -gt 0 ] || exit 77

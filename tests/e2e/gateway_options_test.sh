@@ -1,0 +1,62 @@
+#!/usr/bin/env bash
+# What `multitetra-gateway` takes from flags, environment and file, how it ends when something is wrong, and that it stops
+# when it is asked to.
+#   gateway_options_test.sh FOLDER-OF-PROGRAMS
+set -euo pipefail
+gateway=$1/multitetra-gateway
+work=$(mktemp -d)
+pid=
+trap '[ -z "$pid" ] || kill "$pid" 2>/dev/null || true; rm -rf "$work"' EXIT
+cd "$work"
+
+fail() { echo "FAILED: $*" >&2; exit 1; }
+# ends WITH-CODE SAYING COMMAND...
+ends() {
+  local code=$1 words=$2 status=0
+  shift 2
+  "$@" >out 2>&1 || status=$?
+  [ "$status" = "$code" ] || fail "exit code $status instead of $code of: $* ($(cat out))"
+  grep -q -- "$words" out || fail "\"$words\" is not in: $(cat out)"
+}
+
+cat >gateway.toml <<'TOML'
+upstream = ["tcp://127.0.0.1:1", "tls://localhost:2"]
+max-connections = 11
+max-regions = 12
+max-estimates = 13
+TOML
+MULTITETRA_MAX_REGIONS=22 MULTITETRA_MAX_ESTIMATES=23 MULTITETRA_TRUSTED_PROXY=192.0.2.1,192.0.2.2 \
+  "$gateway" --config gateway.toml --max-estimates 33 --print-config >config
+for line in max-connections=11 max-regions=22 max-estimates=33 'upstream=\["tcp://127.0.0.1:1", "tls://localhost:2"\]' \
+  'trusted-proxy=\["192.0.2.1", "192.0.2.2"\]'; do
+  grep -qx "$line" config || fail "$line is not in: $(cat config)"
+done
+"$gateway" --config config --print-config >again
+cmp config again || fail "--print-config does not read what it prints"
+MULTITETRA_UPSTREAM=tcp://a:1,tcp://b:2 "$gateway" --print-config | grep -q 'upstream=\["tcp://a:1", "tcp://b:2"\]' ||
+  fail "a list in the environment is not taken"
+
+echo 'max-conections = 1' >typo.toml
+ends 2 'no option "max-conections"' "$gateway" --upstream tcp://127.0.0.1:1 --config typo.toml
+ends 2 '--upstream' "$gateway"
+ends 2 'tls://HOST:PORT' "$gateway" --upstream wss://127.0.0.1:1
+ends 2 'come together' "$gateway" --upstream tcp://127.0.0.1:1 --tls-cert door.pem
+ends 2 'both are off' "$gateway" --upstream tcp://127.0.0.1:1 --http off
+ends 4 'nowhere.pem does not exist' "$gateway" --upstream tcp://127.0.0.1:1 --tls-cert nowhere.pem --tls-key nowhere.key
+ends 4 'nowhere.pem' "$gateway" --upstream tls://127.0.0.1:1 --upstream-ca nowhere.pem --http 127.0.0.1:0
+ends 4 'token file' "$gateway" --upstream tcp://127.0.0.1:1 --upstream-token-file nowhere --http 127.0.0.1:0
+
+: >log
+"$gateway" --upstream tcp://127.0.0.1:1 --http 127.0.0.1:0 --log-format json 2>log &
+pid=$!
+for _ in $(seq 200); do grep -q 'listening on' log && break; sleep 0.05; done
+port=$(sed -n 's/.*http:\/\/127.0.0.1:\([0-9]*\).*/\1/p' log)
+ends 3 'Cannot listen on' "$gateway" --upstream tcp://127.0.0.1:1 --http "127.0.0.1:$port"
+kill -HUP "$pid"
+kill -TERM "$pid"
+status=0
+wait "$pid" || status=$?
+pid=
+[ "$status" = 0 ] || fail "exit code $status after SIGTERM: $(cat log)"
+grep -q '"text":"stopped"' log || fail "$(cat log)"
+echo "gateway_options_test: passed"
