@@ -29,6 +29,7 @@ struct LoadArguments {
   std::vector<double> errors = {0.5, 1, 2, 4};
   std::uint64_t seed = 1;
   int threads = 0;
+  std::string compact = "off";
   std::string check = "light";
   bool json = false;
 };
@@ -80,6 +81,9 @@ void add_options(CLI::App& app, LoadArguments& a) {
       ->check(CLI::Range(0.0, 1e6))
       ->delimiter(',')
       ->capture_default_str();
+  app.add_option("--compact", a.compact, "on: compacted meshes; off: all triangles")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
   app.add_option("--seed", a.seed, "The same seed gives the same scripts")->capture_default_str();
   app.add_option("--threads", a.threads, "Of this program; 0: one for each two processors")
       ->check(CLI::Range(0, 256))
@@ -102,6 +106,7 @@ Result<LoadOptions> options_of(const LoadArguments& a) {
                   .script = script_kind_from(a.script).value_or(ScriptKind::kMixed),
                   .script_options = {.isovalues = a.isovalues,
                                      .errors = a.errors,
+                                     .compact = a.compact == "on",
                                      .mean_pause = milliseconds(a.pause)},
                   .timeout = access->options.timeout},
       .seed = a.seed,

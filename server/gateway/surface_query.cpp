@@ -52,6 +52,12 @@ std::optional<bool> is_world(std::string_view text) {
   return std::nullopt;
 }
 
+std::optional<bool> is_on(std::string_view text) {
+  if (text == "on") return true;
+  if (text == "off") return false;
+  return std::nullopt;
+}
+
 Objection add_region(std::string_view text, SurfaceQuery& query) {
   const auto region = parse_region(text);
   if (!region) return region.error().text;
@@ -99,6 +105,8 @@ const std::map<std::string_view, Setter>& setters() {
                       combination_from, "order or minimum")},
       {"max_triangles", number([](Q & q) -> auto& { return q.request.max_triangles; })},
       {"max_bytes", number([](Q & q) -> auto& { return q.request.max_bytes; })},
+      {"compact", word(
+                      [](Q & q) -> auto& { return q.request.compact; }, is_on, "on or off")},
       {"normals", number([](Q & q) -> auto& { return q.request.normal_bits; })},
       {"coordinates",
        word(

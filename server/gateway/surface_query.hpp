@@ -21,7 +21,8 @@ struct SurfaceQuery {
 };
 
 // isovalue, error, unit, bound, topology_rule, topology_tolerance, lattice, region (repeatable),
-// region_unit, view, combine, max_triangles, max_bytes, normals, coordinates, format.
+// region_unit, view, combine, max_triangles, max_bytes, compact, normals, coordinates,
+// format.
 // kInvalidArgument, naming the parameter, when one is unknown, said twice or not understood.
 [[nodiscard]] Result<SurfaceQuery> parse_surface_query(
     const std::vector<std::pair<std::string, std::string>>& query);

@@ -3,6 +3,7 @@
 // isovalue and error.
 //
 //   stream_bench head.mtd 500.5 1200.5 -- tooth.mtd 510.5
+//   stream_bench --compact head.mtd 500.5
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -72,13 +73,13 @@ void print(const std::string& name, double isovalue, double error, const Row& ro
   std::fflush(stdout);
 }
 
-void run(const std::string& file, const std::vector<double>& isovalues) {
+void run(const std::string& file, const std::vector<double>& isovalues, bool compact) {
   const DatasetPtr dataset = open_dataset(file);
   const ExtractedSteps source(std::make_shared<const SurfaceExtractor>(dataset));
   for (const double isovalue : isovalues) {
     for (const double error : {0.25, 1.0, 2.0}) {
       print(dataset->info.name, isovalue, error,
-            measure(source, {.isovalue = isovalue, .error = error}));
+            measure(source, {.isovalue = isovalue, .error = error, .compact = compact}));
     }
   }
 }
@@ -93,11 +94,12 @@ int main(int argc, char** argv) {
       "time |");
   std::puts("| --- | --- | --- | --- | --- | --- |");
   try {
-    for (int i = 1; i < argc; ++i) {
+    const bool compact = argc > 1 && std::string(argv[1]) == "--compact";
+    for (int i = compact ? 2 : 1; i < argc; ++i) {
       const std::string file = argv[i];
       std::vector<double> isovalues;
       while (++i < argc && std::string(argv[i]) != "--") isovalues.push_back(std::atof(argv[i]));
-      multitetra::run(file, isovalues);
+      multitetra::run(file, isovalues, compact);
     }
   } catch (const std::exception& trouble) {
     std::cerr << "stream_bench: " << trouble.what() << "\n";
