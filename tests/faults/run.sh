@@ -205,7 +205,7 @@ trial_lost_server() {
     a=$(awk '{ print $14 + $15 }' "/proc/$first/stat"); b=$(awk '{ print $14 + $15 }' "/proc/$second/stat")
     victim=$first; [ "$a" -ge "$b" ] || victim=$second
     kill -9 "$victim"; echo "$victim" >victim ) &
-  load --server "ws://$http" --clients "$clients" --duration "$duration" --script mixed --isovalues 16 >lost.json || result=$?
+  load --server "ws://$http" --clients "$clients" --duration "$duration" --grace 120 --script mixed --isovalues 16 >lost.json || result=$?
   [ "$result" -eq 0 ] || { fail "lost-server: multitetra-load ended with $result"; cat lost.json >&2; }
   [ -s victim ] || fail "lost-server: nothing was killed"
   kill -0 "$gateway" 2>/dev/null || fail "lost-server: the gateway is gone"
