@@ -5,31 +5,94 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "server/core/vectors.hpp"
 
 namespace multitetra {
+namespace {
 
-CarriedSurface::CarriedSurface(const CollapsingMesh& mesh, std::span<const Vec3> positions)
+// Relative, and more than what rounding takes from a distance, to the thinnest triangles too.
+constexpr double kRounding = 1e-6;
+
+}  // namespace
+
+double CarriedMap::bound() const { return std::sqrt(squared_bound) * (1 + kRounding); }
+
+void CarriedMap::append(const CarriedMap& other, std::span<const std::uint32_t> vertices,
+                        std::uint32_t first_triangle) {
+  for (std::size_t v = 0; v < other.carriers.size(); ++v) {
+    if (vertices[v] >= carriers.size()) carriers.resize(vertices[v] + 1, kNone);
+    if (other.carriers[v] != kNone) carriers[vertices[v]] = first_triangle + other.carriers[v];
+  }
+  std::uint32_t begin = 0;
+  for (const Edge& edge : other.edges) {
+    const auto from = crossings.size();
+    for (std::uint32_t i = begin; i < edge.end; ++i) {
+      crossings.push_back(4 * first_triangle + other.crossings[i]);
+    }
+    begin = edge.end;
+    Edge added = {.low = vertices[edge.low],
+                  .high = vertices[edge.high],
+                  .end = static_cast<std::uint32_t>(crossings.size())};
+    if (added.low > added.high) {
+      std::swap(added.low, added.high);
+      std::reverse(crossings.begin() + static_cast<std::ptrdiff_t>(from), crossings.end());
+    }
+    edges.push_back(added);
+  }
+  squared_bound = std::max(squared_bound, other.squared_bound);
+}
+
+CarriedSurface::CarriedSurface(const CollapsingMesh& mesh, std::span<const Vec3> positions,
+                               const CarriedMap& map, std::span<const std::uint32_t> parts)
     : mesh_(mesh),
       positions_(positions),
       edge_of_(4 * std::size_t{mesh.triangle_count()}, kNone),
       halves_begin_(positions.size() + 1, 0),
       vertices_(positions.size()),
       is_carried_(positions.size(), 0),
-      first_carried_(mesh.triangle_count(), kNone) {
-  std::vector<std::array<std::uint32_t, 2>> ends;
-  ends.reserve(edge_of_.size() / 2);
+      first_carried_(mesh.triangle_count(), kNone),
+      squared_bound_(map.squared_bound) {
+  number_edges();
+  add_edges(map, parts);
+  add_crossings(map);
+  for (std::uint32_t v = 0; v < map.carriers.size(); ++v) {
+    if (map.carriers[v] == kNone) continue;
+    is_carried_[v] = 1;
+    vertices_[v].next_carried = std::exchange(first_carried_[map.carriers[v]], v);
+  }
+}
+
+void CarriedSurface::number_edges() {
+  std::uint32_t count = 0;
   for (std::uint32_t c = 0; c < edge_of_.size(); ++c) {
     if (c % 4 == 3 || edge_of_[c] != kNone) continue;
-    const std::uint32_t across = mesh.opposite(c);
-    edge_of_[c] = static_cast<std::uint32_t>(ends.size());
+    const std::uint32_t across = mesh_.opposite(c);
+    edge_of_[c] = count++;
     if (across != kNone) edge_of_[across] = edge_of_[c];
-    ends.push_back(
-        {mesh.vertex(CollapsingMesh::next(c)), mesh.vertex(CollapsingMesh::previous(c))});
-    for (const std::uint32_t v : ends.back()) ++halves_begin_[v + 1];
   }
-  edges_.resize(ends.size());
+  edges_.resize(count);
+}
+
+// The border's edges are left out: nobody asks for them, as their ends are never carried.
+void CarriedSurface::add_edges(const CarriedMap& map, std::span<const std::uint32_t> parts) {
+  std::vector<std::array<std::uint32_t, 2>> ends;
+  for (const CarriedMap::Edge& edge : map.edges) ends.push_back({edge.low, edge.high});
+  for (std::uint32_t c = 0; c < edge_of_.size(); ++c) {
+    if (c % 4 == 3) continue;
+    const std::uint32_t across = mesh_.opposite(c);
+    if (across == kNone || across < c) continue;
+    const bool is_known = !parts.empty() && parts[CollapsingMesh::triangle_of(c)] ==
+                                                parts[CollapsingMesh::triangle_of(across)];
+    if (is_known) continue;
+    ends.push_back(
+        {mesh_.vertex(CollapsingMesh::next(c)), mesh_.vertex(CollapsingMesh::previous(c))});
+  }
+  for (const auto& [p, q] : ends) {
+    ++halves_begin_[p + 1];
+    ++halves_begin_[q + 1];
+  }
   for (std::size_t v = 1; v < halves_begin_.size(); ++v) halves_begin_[v] += halves_begin_[v - 1];
   std::vector<std::uint32_t> end(halves_begin_.begin(), halves_begin_.end() - 1);
   halves_.resize(2 * ends.size());
@@ -41,7 +104,57 @@ CarriedSurface::CarriedSurface(const CollapsingMesh& mesh, std::span<const Vec3>
   }
 }
 
-double CarriedSurface::bound() const { return std::sqrt(squared_bound_) * (1 + kRounding); }
+// At every vertex the map's edges come first, in the map's order.
+void CarriedSurface::add_crossings(const CarriedMap& map) {
+  std::vector<std::uint32_t> next(halves_begin_.begin(), halves_begin_.end() - 1);
+  crossings_.reserve(map.crossings.size());
+  std::uint32_t i = 0;
+  for (const CarriedMap::Edge& edge : map.edges) {
+    const std::uint32_t low = next[edge.low]++;
+    ++next[edge.high];
+    std::uint32_t before = kNone;
+    for (; i < edge.end; ++i) {
+      const std::uint32_t on = edge_of_[map.crossings[i]];
+      crossings_.push_back(
+          {.half = low, .on = on, .previous = before, .next_on = edges_[on].crossed});
+      edges_[on].crossed = i;
+      (before == kNone ? halves_[low].first : crossings_[before].next) = i;
+      before = i;
+    }
+    halves_[halves_[low].twin].first = before;
+  }
+}
+
+CarriedMap CarriedSurface::map(std::span<const std::uint32_t> numbers) const {
+  CarriedMap map{.carriers = std::vector<std::uint32_t>(positions_.size(), kNone),
+                 .edges = {},
+                 .crossings = {},
+                 .squared_bound = squared_bound_};
+  std::vector<std::uint32_t> corner_at(edges_.size(), kNone);
+  for (std::uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
+    if (mesh_.is_removed(t)) continue;
+    for (std::uint32_t p = first_carried_[t]; p != kNone; p = vertices_[p].next_carried) {
+      map.carriers[p] = numbers[t];
+    }
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      corner_at[edge_of_[CollapsingMesh::corner_of(t, k)]] =
+          CollapsingMesh::corner_of(numbers[t], k);
+    }
+  }
+  map.edges.reserve(halves_.size() / 2);
+  for (std::uint32_t low = 0; low < positions_.size(); ++low) {
+    for (std::uint32_t h = halves_begin_[low]; h < halves_begin_[low + 1]; ++h) {
+      if (halves_[h].other < low) continue;
+      for (std::uint32_t c = halves_[h].first; c != kNone; c = crossings_[c].next) {
+        map.crossings.push_back(corner_at[crossings_[c].on]);
+      }
+      map.edges.push_back({.low = low,
+                           .high = halves_[h].other,
+                           .end = static_cast<std::uint32_t>(map.crossings.size())});
+    }
+  }
+  return map;
+}
 
 void CarriedSurface::set_up_fan(std::span<const std::uint32_t> ring) {
   fan_size_ = static_cast<std::uint32_t>(ring.size()) - 2;

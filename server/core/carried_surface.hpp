@@ -53,27 +53,53 @@
 
 namespace multitetra {
 
+// All that is kept of h, in numbers of M's vertices and of N's triangles and corners (as in
+// collapsing_mesh.hpp).
+struct CarriedMap {
+  static constexpr std::uint32_t kNone = CollapsingMesh::kNone;
+
+  // Of M, between two of its triangles. low < high.
+  struct Edge {
+    std::uint32_t low = 0;
+    std::uint32_t high = 0;
+    std::uint32_t end = 0;  // Of its crossings; they begin where those of the edge before end.
+  };
+  std::vector<std::uint32_t> carriers;  // Of every vertex of M; kNone: it is a vertex of N.
+  std::vector<Edge> edges;
+  // For every crossing, from the low end on: a corner opposite to the edge of N.
+  std::vector<std::uint32_t> crossings;
+  double squared_bound = 0;  // No squared distance of a pair is larger, but for rounding.
+
+  // No distance is larger.
+  [[nodiscard]] double bound() const;
+  // Adds that of another piece of surface. Its vertices have the numbers `vertices` here; its
+  // triangles come from `first_triangle` on. New vertices are those beyond the ones known so far.
+  void append(const CarriedMap& other, std::span<const std::uint32_t> vertices,
+              std::uint32_t first_triangle);
+};
+
 class CarriedSurface {
  public:
-  // The original is what `mesh` is now; what is referred to must stay valid.
-  CarriedSurface(const CollapsingMesh& mesh, std::span<const Vec3> positions);
+  // N is what `mesh` is now. Edges of N between triangles with different `parts` are edges of M
+  // that the map has not; without parts each triangle is one, and N is M. What is referred to must
+  // stay valid.
+  CarriedSurface(const CollapsingMesh& mesh, std::span<const Vec3> positions, const CarriedMap& map,
+                 std::span<const std::uint32_t> parts);
 
   // Whether u can collapse onto w_0 of its ring without any distance becoming larger than `limit`.
   // `ring` are u's corners, and nothing is moved yet. If so, all is as after that collapse.
   [[nodiscard]] bool carry(std::span<const std::uint32_t> ring, double limit);
 
   [[nodiscard]] bool is_carried(std::uint32_t vertex) const { return is_carried_[vertex] != 0; }
-  // No distance is larger.
-  [[nodiscard]] double bound() const;
+  // The map as it is; `numbers` are those of N's triangles there. Every edge of N has become one
+  // that the map has.
+  [[nodiscard]] CarriedMap map(std::span<const std::uint32_t> numbers) const;
 
  private:
   static constexpr std::uint32_t kNone = CollapsingMesh::kNone;
   static constexpr std::uint32_t kSpoke = kNone;
   // In `seen`, of a vertex that is no carried one. No surface has so many vertices to collapse.
   static constexpr std::uint32_t kStays = std::uint32_t{1} << 31;
-  // Relative, and more than what rounding takes from a distance, to the thinnest triangles too.
-  static constexpr double kRounding = 1e-6;
-
   // The fan's triangles from one to another.
   struct Sectors {
     std::uint32_t first = 0;
@@ -121,6 +147,9 @@ class CarriedSurface {
     std::uint32_t from = 0, to = 0;               // Sectors.
   };
 
+  void number_edges();
+  void add_edges(const CarriedMap& map, std::span<const std::uint32_t> parts);
+  void add_crossings(const CarriedMap& map);
   void set_up_fan(std::span<const std::uint32_t> ring);
   [[nodiscard]] bool place(std::uint32_t vertex);
   void mark(std::span<const std::uint32_t> ring);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "server/core/carried_surface.hpp"
@@ -31,33 +33,38 @@ Vec3 normal_of(const Vec3& p, const Vec3& q, const Vec3& r) {
   return vector_product(difference(q, p), difference(r, p));
 }
 
-class Compaction {
+}  // namespace
+
+class CompactedPiece::Run {
  public:
-  Compaction(const LatticeMesh& mesh, const CompactionOptions& options)
-      : input_(mesh),
-        budget_(options.budget),
-        positions_(positions_of(mesh, options.step)),
-        mesh_(mesh.triangles, static_cast<std::uint32_t>(mesh.vertices.size())),
-        carried_(mesh_, positions_),
-        quadrics_(positions_.size()),
+  Run(const CompactedPiece& piece, double budget)
+      : budget_(budget),
+        positions_(positions_of(piece.mesh_, piece.step_)),
+        mesh_(piece.mesh_.triangles, static_cast<std::uint32_t>(piece.mesh_.vertices.size())),
+        carried_(mesh_, positions_, piece.map_, piece.parts_),
+        quadrics_(piece.quadrics_),
         states_(positions_.size()) {
-    for (const auto& [p, q, r] : mesh.triangles) {
-      const Quadric plane =
-          Quadric::of_plane(normal_of(positions_[p], positions_[q], positions_[r]));
-      quadrics_[p].add(plane);
-      quadrics_[q].add(plane);
-      quadrics_[r].add(plane);
-    }
     for (std::uint32_t v = 0; v < positions_.size(); ++v) {
       if (mesh_.kind(v) == CollapsingMesh::VertexKind::kInner) open_.push_back(v);
     }
+    if (!piece.parts_.empty()) open_around_seams(piece.parts_);
   }
 
-  Compacted run() {
+  // Leaves in the piece what is left of it.
+  void compact(CompactedPiece& piece) {
     for (int pass = 0; pass < kPasses && choose_candidates(); ++pass) {
       for (const std::uint32_t v : candidates_) try_vertex(v);
     }
-    return result();
+    std::vector<std::uint32_t> numbers(mesh_.triangle_count(), kNone);
+    piece.mesh_.triangles.clear();
+    for (std::uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
+      if (mesh_.is_removed(t)) continue;
+      numbers[t] = static_cast<std::uint32_t>(piece.mesh_.triangles.size());
+      piece.mesh_.triangles.push_back(mesh_.triangle(t));
+    }
+    piece.map_ = carried_.map(numbers);
+    piece.quadrics_ = std::move(quadrics_);
+    piece.parts_.assign(piece.mesh_.triangles.size(), 0);
   }
 
  private:
@@ -72,6 +79,18 @@ class Compaction {
     bool is_closed = false;      // Refused, and nothing has changed since.
     std::uint8_t refusals = 0;
   };
+
+  // Away from the seams all has been tried in the pieces, where nothing was better.
+  void open_around_seams(std::span<const std::uint32_t> parts) {
+    for (State& state : states_) state.is_closed = true;
+    for (std::uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        const std::uint32_t across = mesh_.opposite(CollapsingMesh::corner_of(t, k));
+        if (across == kNone || parts[CollapsingMesh::triangle_of(across)] == parts[t]) continue;
+        for (const std::uint32_t v : mesh_.triangle(t)) states_[v].is_closed = false;
+      }
+    }
+  }
 
   // The cheaper half of the vertices that may move, in the order of their numbers: neighbours are
   // near to each other in memory.
@@ -199,26 +218,6 @@ class Compaction {
     if (state.refusals < kRefusals) state.is_closed = false;
   }
 
-  Compacted result() {
-    Compacted out{.mesh = {.resolution = input_.resolution, .vertices = {}, .triangles = {}},
-                  .bound = carried_.bound()};
-    std::vector<std::uint32_t> number(positions_.size(), kNone);
-    for (std::uint32_t i = 0; i < mesh_.triangle_count(); ++i) {
-      if (mesh_.is_removed(i)) continue;
-      TriangleIndices t = mesh_.triangle(i);
-      for (std::uint32_t& v : t) {
-        if (number[v] == kNone) {
-          number[v] = static_cast<std::uint32_t>(out.mesh.vertices.size());
-          out.mesh.vertices.push_back(input_.vertices[v]);
-        }
-        v = number[v];
-      }
-      out.mesh.triangles.push_back(t);
-    }
-    return out;
-  }
-
-  const LatticeMesh& input_;
   double budget_;
   std::vector<Vec3> positions_;
   CollapsingMesh mesh_;
@@ -234,11 +233,79 @@ class Compaction {
   std::vector<std::uint32_t> turned_;  // The ring from the collapse's goal on.
 };
 
-}  // namespace
+CompactedPiece::CompactedPiece(LatticeMesh mesh, const Vec3& step)
+    : mesh_(std::move(mesh)), step_(step), quadrics_(mesh_.vertices.size()) {
+  const std::vector<Vec3> positions = positions_of(mesh_, step);
+  for (const auto& [p, q, r] : mesh_.triangles) {
+    const Quadric plane = Quadric::of_plane(normal_of(positions[p], positions[q], positions[r]));
+    quadrics_[p].add(plane);
+    quadrics_[q].add(plane);
+    quadrics_[r].add(plane);
+  }
+}
+
+CompactedPiece CompactedPiece::joined(std::span<const CompactedPiece> pieces) {
+  if (pieces.empty()) return {};
+  CompactedPiece whole;
+  whole.mesh_.resolution = pieces.front().mesh_.resolution;
+  whole.step_ = pieces.front().step_;
+  VertexNumbers shared;
+  for (const CompactedPiece& piece : pieces) whole.append(piece, shared);
+  whole.map_.carriers.resize(whole.mesh_.vertices.size(), kNone);
+  return whole;
+}
+
+// Vertices that are carried belong to no other piece.
+void CompactedPiece::append(const CompactedPiece& piece, VertexNumbers& shared) {
+  const auto first_triangle = static_cast<std::uint32_t>(mesh_.triangles.size());
+  std::vector<std::uint32_t> number(piece.mesh_.vertices.size());
+  for (std::size_t v = 0; v < number.size(); ++v) {
+    const LatticePoint& point = piece.mesh_.vertices[v];
+    if (!piece.map_.carriers.empty() && piece.map_.carriers[v] != kNone) {
+      number[v] = static_cast<std::uint32_t>(mesh_.vertices.size());
+      mesh_.vertices.push_back(point);
+    } else {
+      number[v] = shared.number(point, mesh_.vertices);
+    }
+    quadrics_.resize(mesh_.vertices.size());
+    quadrics_[number[v]].add(piece.quadrics_[v]);
+  }
+  std::uint32_t part = parts_.empty() ? 0 : parts_.back() + 1;
+  for (const auto& [p, q, r] : piece.mesh_.triangles) {
+    mesh_.triangles.push_back({number[p], number[q], number[r]});
+    parts_.push_back(part);
+    if (piece.parts_.empty()) ++part;
+  }
+  map_.append(piece.map_, number, first_triangle);
+}
+
+void CompactedPiece::compact(double budget) {
+  if (budget == 0 || mesh_.triangles.empty()) return;
+  Run(*this, budget).compact(*this);
+}
+
+Compacted CompactedPiece::result() const {
+  Compacted out{.mesh = {.resolution = mesh_.resolution, .vertices = {}, .triangles = {}},
+                .bound = map_.bound()};
+  std::vector<std::uint32_t> number(mesh_.vertices.size(), kNone);
+  out.mesh.triangles = mesh_.triangles;
+  for (TriangleIndices& t : out.mesh.triangles) {
+    for (std::uint32_t& v : t) {
+      if (number[v] == kNone) {
+        number[v] = static_cast<std::uint32_t>(out.mesh.vertices.size());
+        out.mesh.vertices.push_back(mesh_.vertices[v]);
+      }
+      v = number[v];
+    }
+  }
+  return out;
+}
 
 Compacted compacted(const LatticeMesh& mesh, const CompactionOptions& options) {
   if (options.budget == 0 || mesh.triangles.empty()) return {.mesh = mesh, .bound = 0};
-  return Compaction(mesh, options).run();
+  CompactedPiece piece(mesh, options.step);
+  piece.compact(options.budget);
+  return piece.result();
 }
 
 }  // namespace multitetra

@@ -15,10 +15,27 @@
 //  * the result is a function of the arguments alone, to the bit.
 //
 // With a budget of 0 nothing changes.
+//
+// A large surface is compacted in pieces, which are joined and compacted on: then what was border
+// between them goes as well. The bound stays one to the surface before anything was compacted.
+//
+//   CompactedPiece left(mesh, step), right(other_mesh, step);
+//   left.compact(0.25);
+//   right.compact(0.25);
+//   CompactedPiece whole = CompactedPiece::joined(std::array{left, right});
+//   whole.compact(0.25);
 #pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
 
 #include "common/affine.hpp"
 #include "common/mesh.hpp"
+#include "common/vertex_numbers.hpp"
+#include "server/core/carried_surface.hpp"
+#include "server/core/quadric.hpp"
 
 namespace multitetra {
 
@@ -34,5 +51,35 @@ struct Compacted {
 
 // Requires triangles of three different vertices each.
 [[nodiscard]] Compacted compacted(const LatticeMesh& mesh, const CompactionOptions& options);
+
+class CompactedPiece {
+ public:
+  CompactedPiece() = default;
+  // Requires triangles of three different vertices each; `step` as in CompactionOptions.
+  CompactedPiece(LatticeMesh mesh, const Vec3& step);
+  // Requires pieces of one surface, with the same steps, that have nothing in common but borders.
+  [[nodiscard]] static CompactedPiece joined(std::span<const CompactedPiece> pieces);
+
+  // `budget` as in CompactionOptions. Pieces that were compacted with another one keep the bound
+  // that they have, where it is the larger.
+  void compact(double budget);
+
+  [[nodiscard]] std::size_t triangles() const { return mesh_.triangles.size(); }
+  // Before anything was compacted.
+  [[nodiscard]] std::size_t vertices_before() const { return mesh_.vertices.size(); }
+  [[nodiscard]] Compacted result() const;
+
+ private:
+  class Run;
+
+  void append(const CompactedPiece& piece, VertexNumbers& shared);
+
+  LatticeMesh mesh_;  // All vertices that ever were; the triangles that are left.
+  Vec3 step_ = {1, 1, 1};
+  // Of every triangle, as CarriedSurface takes them: in which of the pieces that were joined it is.
+  std::vector<std::uint32_t> parts_;
+  std::vector<Quadric> quadrics_;  // Of the vertices, seen from there.
+  CarriedMap map_;
+};
 
 }  // namespace multitetra

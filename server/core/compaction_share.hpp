@@ -15,15 +15,10 @@ namespace multitetra {
 // volumes are least near it: see the table in README.md.
 inline constexpr double kModelShare = 0.1;
 
-// A tile of a mesh that is compacted is cut off where this many triangles come together before:
-// what compaction leaves of them is about a tile of the usual size, and larger cubes have less
-// border that must stay.
-inline constexpr std::size_t kMaxTrianglesToCompact = 250'000;
-
 // What the model is asked for: the same request with its share of the thresholds.
 [[nodiscard]] IsosurfaceRequest model_request(const IsosurfaceRequest& request);
 
-// How a tile of the surface is compacted; `thresholds` are those of the whole request.
+// How the surface in a cube is compacted; `thresholds` are those of the whole request.
 [[nodiscard]] CompactionOptions compaction_of(const OctreeCube& cube,
                                               const ThresholdMap& thresholds,
                                               int lattice_resolution, const DatasetInfo& info);

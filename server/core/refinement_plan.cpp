@@ -13,8 +13,8 @@ namespace {
 // Sizes are estimates: what is aimed at stays below what is promised.
 constexpr double kCaution = 0.85;
 constexpr double kMaxFirstTriangles = 40'000;
-// A final step of this size comes as fast as a preview.
-constexpr double kBytesWithoutPreviews = 64'000;
+// A final step that is made from so few comes as fast as a preview.
+constexpr double kExtractedWithoutPreviews = 50'000;
 constexpr std::int32_t kLeastStepsASide = 8;  // Of a preview's own grid.
 
 StepRequest preview_at(const IsosurfaceRequest& request, std::int32_t finest,
@@ -35,8 +35,9 @@ bool is_worth_showing(std::int32_t finest, const DatasetInfo& info) {
 
 std::optional<StepRequest> first_preview(const IsosurfaceRequest& request, const DatasetInfo& info,
                                          const StepSizes& sizes) {
-  const double whole = sizes.rough(request).bytes;
-  if (whole < kBytesWithoutPreviews) return std::nullopt;
+  const SurfaceSize final = sizes.rough(request);
+  if (final.extracted < kExtractedWithoutPreviews) return std::nullopt;
+  const double whole = std::max(final.bytes, kLeastWhole);
   std::optional<StepRequest> coarsest;
   for (std::int32_t finest = kSpectrumSpacing; is_worth_showing(finest, info); finest *= 2) {
     coarsest = preview_at(request, finest, info);
@@ -48,7 +49,7 @@ std::optional<StepRequest> first_preview(const IsosurfaceRequest& request, const
 
 std::optional<StepRequest> second_preview(const IsosurfaceRequest& request, const ShownStep& first,
                                           const DatasetInfo& info, const StepSizes& sizes) {
-  const double whole = sizes.of({.request = request}).bytes;
+  const double whole = std::max(sizes.of({.request = request}).bytes, kLeastWhole);
   const double left = kCaution * kPreviewsShare * whole - first.bytes;
   // From coarse to fine, while they fit. One that shows hardly more than the first is not worth its
   // bytes.
@@ -78,8 +79,6 @@ NextStep next_step(const IsosurfaceRequest& request, bool previews,
 }
 
 double estimated_bytes(double triangles, const StepRequest& step) {
-  constexpr double kBytesATile = 250;
-  constexpr double kTrianglesATile = 10'000;
   const int normal_bits = step.request.normal_bits;
   const double normals = normal_bits == 0 ? 0 : 0.6 + 0.15 * (normal_bits - kMinNormalBits);
   const double a_triangle =

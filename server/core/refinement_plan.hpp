@@ -10,7 +10,8 @@
 //     between     with the first kPreviewsShare         f = 2, 4, ...       the finest that fits
 //     final       all                                   the request itself
 //
-// The first one never looks at samples that are finer than the spectrum.
+// A final step of less than kLeastWhole bytes counts as one of so many: compaction makes small ones
+// that take their time. The first preview never looks at samples that are finer than the spectrum.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +34,8 @@ struct StepRequest {
 
 struct SurfaceSize {
   double triangles = 0;
-  double bytes = 0;  // Encoded.
+  double bytes = 0;      // Encoded.
+  double extracted = 0;  // Triangles before compaction, which cost the time.
 };
 
 // Where the plan learns how large a step would be. Both may be estimates.
@@ -56,12 +58,17 @@ struct NextStep {
 
 inline constexpr double kFirstShare = 0.05;
 inline constexpr double kPreviewsShare = 0.25;
+inline constexpr double kLeastWhole = 64'000;
 
 // What follows the steps that were shown, of which none is final: a preview or exactly `request`.
 // The same arguments give the same step. Each step refines the one before.
 [[nodiscard]] NextStep next_step(const IsosurfaceRequest& request, bool previews,
                                  std::span<const ShownStep> shown, const DatasetInfo& info,
                                  const StepSizes& sizes);
+
+// Whatever is in it; and what it has on average.
+inline constexpr double kBytesATile = 250;
+inline constexpr double kTrianglesATile = 10'000;
 
 // What a mesh of so many triangles takes when it is encoded, as measured on public volumes: about
 // 1.3 bytes a triangle at the default resolution and 0.19 for every doubling of it; with normals of

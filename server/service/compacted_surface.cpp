@@ -1,33 +1,84 @@
 #include "server/service/compacted_surface.hpp"
 
+#include <map>
 #include <utility>
+#include <vector>
 
 #include "server/core/compaction_share.hpp"
 #include "server/dataset/in_parallel.hpp"
 
 namespace multitetra {
+namespace {
 
-SurfaceOptions surface_options(const StepRequest& step) {
-  SurfaceOptions options{.isovalue = step.request.isovalue,
-                         .lattice_resolution = step.request.lattice_resolution};
-  if (step.request.compact) options.max_triangles = kMaxTrianglesToCompact;
-  return options;
+// What lies in a cube, and in none of its children.
+using CubesOfOneSize = std::map<OctreeCube, std::optional<LatticeMesh>>;
+
+// By exponent: the cubes of the tiles, and all cubes around them.
+std::vector<CubesOfOneSize> cubes_around(std::vector<TileMesh> tiles, int root_exponent) {
+  std::vector<CubesOfOneSize> cubes(static_cast<std::size_t>(root_exponent) + 1);
+  const auto cubes_like = [&](const OctreeCube& cube) -> CubesOfOneSize& {
+    return cubes[static_cast<std::size_t>(cube.exponent)];
+  };
+  for (TileMesh& tile : tiles) {
+    cubes_like(tile.cube)[tile.cube] = std::move(tile.mesh);
+    for (OctreeCube cube = tile.cube; cube.exponent < root_exponent;) {
+      cube = cube.parent();
+      if (!cubes_like(cube).try_emplace(cube).second) break;
+    }
+  }
+  return cubes;
+}
+
+// The surface in the cubes of one size, from that in the cubes half as large.
+std::vector<CompactedCube> join_all(CubesOfOneSize cubes, std::vector<CompactedCube> halves,
+                                    const CompactionOfCubes& how, const CompactedTileLimits& limits,
+                                    const std::stop_token& stop) {
+  struct Joining {
+    OctreeCube cube;
+    std::optional<LatticeMesh> own;
+    std::vector<CompactedCube> children;
+  };
+  std::vector<Joining> joining;
+  std::map<OctreeCube, std::size_t> index;
+  for (auto& [cube, own] : cubes) {
+    index[cube] = joining.size();
+    joining.push_back({cube, std::move(own), {}});
+  }
+  for (CompactedCube& half : halves) {
+    joining[index.at(half.cube.parent())].children.push_back(std::move(half));
+  }
+  std::vector<CompactedCube> joined(joining.size());
+  in_parallel(
+      joining.size(),
+      [&](std::size_t i) {
+        Joining& one = joining[i];
+        joined[i] = join_compacted(one.cube, std::move(one.children), std::move(one.own),
+                                   how(one.cube), limits);
+      },
+      stop);
+  return joined;
+}
+
+}  // namespace
+
+void compact(TiledSurface& surface, int grid_exponent, const CompactionOfCubes& how,
+             const std::stop_token& stop, const CompactedTileLimits& limits) {
+  if (surface.tiles.empty()) return;
+  std::vector<CompactedCube> joined;
+  for (CubesOfOneSize& cubes : cubes_around(std::move(surface.tiles), grid_exponent)) {
+    joined = join_all(std::move(cubes), std::move(joined), how, limits, stop);
+  }
+  surface.tiles = finished_tiles(std::move(joined.front()));
 }
 
 void compact(TiledSurface& surface, const StepRequest& step, const DatasetInfo& info,
              const std::stop_token& stop) {
   if (!step.request.compact) return;
-  const ThresholdMap thresholds(step.request, info);
-  in_parallel(
-      surface.tiles.size(),
-      [&](std::size_t i) {
-        TileMesh& tile = surface.tiles[i];
-        Compacted small = compacted(
-            tile.mesh, compaction_of(tile.cube, thresholds, step.request.lattice_resolution, info));
-        tile.mesh = std::move(small.mesh);
-        tile.compaction_bound = small.bound;
-      },
-      stop);
+  const ThresholdMap thresholds(step.request, info, [&stop] { throw_if_stopped(stop); });
+  const auto how = [&](const OctreeCube& cube) {
+    return compaction_of(cube, thresholds, step.request.lattice_resolution, info);
+  };
+  compact(surface, info.grid_exponent, how, stop);
 }
 
 }  // namespace multitetra

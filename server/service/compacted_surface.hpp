@@ -1,18 +1,24 @@
-// A surface whose tiles are compacted, as far as its step allows: on all threads.
+// A surface that is compacted, as far as its step allows: on all threads.
 #pragma once
 
+#include <functional>
 #include <stop_token>
 
+#include "server/core/compacted_cube.hpp"
 #include "server/core/refinement_plan.hpp"
-#include "server/core/tiling.hpp"
 #include "server/service/tiled_surface.hpp"
 
 namespace multitetra {
 
-// How the surface of a step is cut: into larger tiles when they are compacted afterwards.
-[[nodiscard]] SurfaceOptions surface_options(const StepRequest& step);
+// How the surface in a cube is compacted. A cube inside of it must not have a smaller budget.
+using CompactionOfCubes = std::function<CompactionOptions(const OctreeCube&)>;
 
-// Compacts every tile when the step says so. Throws Cancelled soon after `stop` is triggered.
+// Compacts the surface in a grid of 2^exponent steps a side, and cuts it into tiles anew. The same
+// for any number of threads. Throws Cancelled soon after `stop` is triggered.
+void compact(TiledSurface& surface, int grid_exponent, const CompactionOfCubes& how,
+             const std::stop_token& stop, const CompactedTileLimits& limits = {});
+
+// The same as far as the step says so.
 void compact(TiledSurface& surface, const StepRequest& step, const DatasetInfo& info,
              const std::stop_token& stop);
 

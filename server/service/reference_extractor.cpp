@@ -86,7 +86,9 @@ TiledSurface ReferenceExtractor::surface(const Model& model, const SurfaceOption
 
 TiledSurface ReferenceExtractor::extract(const StepRequest& step, const Model& model,
                                          std::stop_token stop) const {
-  TiledSurface tiled = surface(model, surface_options(step), stop);
+  const SurfaceOptions options{.isovalue = step.request.isovalue,
+                               .lattice_resolution = step.request.lattice_resolution};
+  TiledSurface tiled = surface(model, options, stop);
   compact(tiled, step, dataset_.info, stop);
   return tiled;
 }

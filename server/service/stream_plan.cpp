@@ -29,7 +29,8 @@ StepSizes within(const StepSizes& sizes, const IsosurfaceRequest& budget) {
   return {.of = sizes.of, .rough = [rough = sizes.rough, most](const IsosurfaceRequest& request) {
             const SurfaceSize size = rough(request);
             return SurfaceSize{.triangles = std::min(size.triangles, most.triangles),
-                               .bytes = std::min(size.bytes, most.bytes)};
+                               .bytes = std::min(size.bytes, most.bytes),
+                               .extracted = size.extracted};
           }};
 }
 

@@ -83,7 +83,8 @@ TiledSurface SurfaceExtractor::extract(const StepRequest& step, std::stop_token 
     return ReferenceExtractor(*dataset_).extract(step, stop);
   }
   const PreparedModel model = prepared_model(*dataset_, step, /*spectrum=*/nullptr, stop);
-  const SurfaceOptions options = surface_options(step);
+  const SurfaceOptions options{.isovalue = step.request.isovalue,
+                               .lattice_resolution = step.request.lattice_resolution};
   TiledSurface surface = extract_in_parallel(PreparedCubes(model, options, *pool_),
                                              root_cube(Grid(info.grid_exponent)),
                                              cube_exponent(info.grid_exponent), stop);

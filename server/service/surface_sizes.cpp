@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "common/mesh_checks.hpp"
 #include "common/tile.hpp"
+#include "server/core/compacted_size.hpp"
 #include "server/core/compaction_share.hpp"
 #include "server/core/surface_size.hpp"
 #include "server/core/tiling.hpp"
@@ -21,13 +24,11 @@ namespace {
 
 constexpr std::size_t kQuickCubes = 32;
 constexpr std::size_t kCarefulCubes = 256;
-constexpr std::size_t kEncodedBlocks = 6;
-constexpr std::size_t kQuicklyEncodedBlocks = 3;
-// What compaction leaves in a tile, of what it leaves in blocks, which have more border.
-constexpr double kLargerTiles = 0.7;
-// What it leaves of a surface and of a preview, where nothing is compacted to find out.
-constexpr double kLeftOfSurface = 0.15;
-constexpr double kLeftOfPreview = 0.35;
+constexpr std::size_t kEncodedBlocks = 12;
+constexpr std::size_t kQuicklyEncodedBlocks = 4;
+constexpr double kBytesABlock = 60;  // Encoded, whatever is in it.
+// What compaction leaves of a preview, where nothing is compacted to find out: 0.04 to 0.25.
+constexpr double kLeftOfPreview = 0.15;
 // Of a preview in a refined cube of twice its finest spacing: 4 to 21 on public volumes.
 constexpr double kTrianglesAPreviewCube = 16;
 
@@ -36,35 +37,35 @@ constexpr double kTrianglesAPreviewCube = 16;
 // two.
 double triangles_a_cube(double voxels) { return 600 / (1 + 0.6 * voxels); }
 
-SurfaceSize size_with(double triangles, const StepRequest& step) {
-  return {.triangles = triangles, .bytes = estimated_bytes(triangles, step)};
+SurfaceSize size_with(double triangles, double extracted, const StepRequest& step) {
+  const double a_triangle = step.request.compact ? kBytesOfCompactedTriangles : 1;
+  return {.triangles = triangles,
+          .bytes = a_triangle * estimated_bytes(triangles, step),
+          .extracted = extracted};
 }
 
 // A grid that has no spectrum: a pass over it costs nothing.
 SurfaceSize exact_size(const PreparedVolume& dataset, const StepRequest& step,
                        const std::stop_token& stop) {
   const TiledSurface surface = ReferenceExtractor(dataset).extract(step, stop);
-  if (!step.request.compact) {
-    return size_with(kTrianglesATetrahedron * static_cast<double>(surface.active_tetrahedra), step);
-  }
+  const double extracted = kTrianglesATetrahedron * static_cast<double>(surface.active_tetrahedra);
   double triangles = 0;
   for (const TileMesh& tile : surface.tiles)
     triangles += static_cast<double>(tile.mesh.triangles.size());
-  return size_with(triangles, step);
+  return size_with(triangles, extracted, step);
 }
 
-// What some blocks of a surface become: of a triangle of the model, on average.
-struct SampledTriangle {
-  double left = 1;   // After compaction.
-  double bytes = 0;  // Encoded.
+// What some blocks of a surface become, encoded as they would be sent.
+struct SampledBlocks {
+  CompactedBlocks triangles;  // Nothing is lost without compaction.
+  double bytes = 0;
 };
 
-// Some of the blocks twice as large as the sample's cubes, compacted and encoded as they would be
-// sent; none when they hold nothing.
-std::optional<SampledTriangle> sampled_triangle(const SurfaceExtractor& extractor,
-                                                const PreparedModel& model,
-                                                const CubeSample& sample, const StepRequest& step,
-                                                std::size_t count, const std::stop_token& stop) {
+// Some of the blocks twice as large as the sample's cubes; none when they hold nothing.
+std::optional<SampledBlocks> sampled_blocks(const SurfaceExtractor& extractor,
+                                            const PreparedModel& model, const CubeSample& sample,
+                                            const StepRequest& step, std::size_t count,
+                                            const std::stop_token& stop) {
   const DatasetInfo& info = extractor.dataset().info;
   if (info.grid_exponent <= CubeSample::kExponent) return std::nullopt;
   std::vector<OctreeCube> blocks;
@@ -72,8 +73,7 @@ std::optional<SampledTriangle> sampled_triangle(const SurfaceExtractor& extracto
     blocks.push_back(sample.cubes[(2 * i + 1) * sample.cubes.size() / (2 * count)].parent());
   }
   blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
-  std::vector<SurfaceSize> sizes(blocks.size());
-  std::vector<double> before(blocks.size(), 0);
+  std::vector<SampledBlocks> found(blocks.size());
   const ThresholdMap thresholds(step.request, info, [&stop] { throw_if_stopped(stop); });
   const Shading shading(extractor.dataset(), step);
   const SurfaceOptions options{.isovalue = step.request.isovalue,
@@ -86,27 +86,43 @@ std::optional<SampledTriangle> sampled_triangle(const SurfaceExtractor& extracto
         TileMesh tile = {blocks[i],
                          surface_in_cube(model, blocks[i], options, lease.memory()).rest};
         if (tile.mesh.triangles.empty()) return;
-        before[i] = static_cast<double>(tile.mesh.triangles.size());
+        found[i].triangles = {.count = 1,
+                              .before = static_cast<double>(tile.mesh.triangles.size())};
         if (step.request.compact) {
           tile.mesh = compacted(tile.mesh, compaction_of(tile.cube, thresholds,
                                                          step.request.lattice_resolution, info))
                           .mesh;
+          const DataBorder anywhere = {.low = {}, .high = {}, .anywhere = true};
+          found[i].triangles.border_edges =
+              static_cast<double>(topology(tile.mesh, anywhere).border_edges);
         }
         const TileSummary encoded = shading.encoded(tile, digest(tile.mesh)).summary;
-        sizes[i] = {.triangles = static_cast<double>(encoded.triangles),
-                    .bytes = static_cast<double>(encoded.bytes)};
+        found[i].triangles.left = static_cast<double>(encoded.triangles);
+        found[i].bytes = static_cast<double>(encoded.bytes);
       },
       stop);
-  SurfaceSize all;
-  for (const SurfaceSize& size : sizes) {
-    all.triangles += size.triangles;
-    all.bytes += size.bytes;
+  SampledBlocks all;
+  for (const SampledBlocks& one : found) {
+    all.triangles.count += one.triangles.count;
+    all.triangles.before += one.triangles.before;
+    all.triangles.left += one.triangles.left;
+    all.triangles.border_edges += one.triangles.border_edges;
+    all.bytes += one.bytes;
   }
-  if (all.triangles == 0) return std::nullopt;
-  const double all_before = std::accumulate(before.begin(), before.end(), 0.0);
-  const double larger = step.request.compact ? kLargerTiles : 1;
-  return SampledTriangle{.left = larger * all.triangles / all_before,
-                         .bytes = larger * all.bytes / all_before};
+  if (all.triangles.left == 0) return std::nullopt;
+  return all;
+}
+
+// Of a surface of so many triangles before compaction, if any.
+SurfaceSize size_like(const SampledBlocks& blocks, double triangles, const StepRequest& step) {
+  const double left = step.request.compact ? share_left(blocks.triangles, triangles) : 1;
+  const double headers = kBytesABlock * static_cast<double>(blocks.triangles.count);
+  const double a_triangle =
+      std::max(blocks.bytes - headers, 0.5 * blocks.bytes) / blocks.triangles.left;
+  return {.triangles = left * triangles,
+          .bytes = left * triangles * a_triangle +
+                   kBytesATile * std::ceil(left * triangles / kTrianglesATile),
+          .extracted = triangles};
 }
 
 // A preview whose finest spacing is the spectrum's or coarser, from the spectrum alone.
@@ -118,7 +134,7 @@ SurfaceSize preview_size(const PreparedModel& model, const StepRequest& step,
     throw_if_stopped(stop);
     triangles += kTrianglesAPreviewCube;
   });
-  return size_with(step.request.compact ? kLeftOfPreview * triangles : triangles, step);
+  return size_with(step.request.compact ? kLeftOfPreview * triangles : triangles, triangles, step);
 }
 
 // Of the whole surface, from the spectrum and the thresholds alone: where a map allows less, there
@@ -126,12 +142,16 @@ SurfaceSize preview_size(const PreparedModel& model, const StepRequest& step,
 SurfaceSize rough_size(const PreparedModel& model, const StepRequest& step,
                        const std::stop_token& stop) {
   const double voxel = voxel_length(model.volume().info);
+  double extracted = 0;
   double triangles = 0;
   visit_refined_cubes(model, CubeSample::kExponent, [&](const OctreeCube& cube) {
     throw_if_stopped(stop);
-    triangles += triangles_a_cube(model.thresholds().least_in(box_of(cube)) / voxel);
+    const double voxels = model.thresholds().least_in(box_of(cube)) / voxel;
+    const double in_cube = triangles_a_cube(voxels);
+    extracted += in_cube;
+    triangles += in_cube * (step.request.compact ? rough_share_left(voxels / kModelShare) : 1);
   });
-  return size_with(step.request.compact ? kLeftOfSurface * triangles : triangles, step);
+  return size_with(triangles, extracted, step);
 }
 
 // The spectrum for one request after another; most of them ask for the same isovalue.
@@ -179,13 +199,12 @@ SurfaceSize sampled_size(const SurfaceExtractor& extractor, SharedSpectrum& spec
       static_cast<double>(std::accumulate(crossed.begin(), crossed.end(), std::uint64_t{0}));
   const double triangles = kTrianglesATetrahedron *
                            (static_cast<double>(sample.coarse_tetrahedra) + sample.weight * found);
-  SurfaceSize size = size_with(triangles, step);
+  SurfaceSize size = size_with(triangles, triangles, step);
   const bool is_careful = accuracy == SizeAccuracy::kCareful;
   if (step.request.compact || (is_careful && step.finest_spacing < kSpectrumSpacing)) {
     const std::size_t blocks = is_careful ? kEncodedBlocks : kQuicklyEncodedBlocks;
-    if (const auto one = sampled_triangle(extractor, model, sample, step, blocks, stop)) {
-      size = {.triangles = one->left * triangles, .bytes = one->bytes * triangles};
-    }
+    const auto sampled = sampled_blocks(extractor, model, sample, step, blocks, stop);
+    if (sampled) size = size_like(*sampled, triangles, step);
   }
   return size;
 }

@@ -1,11 +1,11 @@
-// What compaction leaves, and what it costs, beside meshoptimizer's simplifier on the same tiles
+// What compaction leaves, and what it costs, beside meshoptimizer's simplifier on the same surface
 // and the stream without compaction at the same total error: triangles, Draco bytes, processor
-// seconds of one thread, distances to the full-resolution surface in voxels, topology.
+// seconds of all threads, distances to the full-resolution surface in voxels, topology.
 //
 //   compaction_bench head.mtd 500.5 250000 0.125,0.375 0.25,0.25
 //
-// are the dataset, the isovalue, the most triangles of a tile before compaction, and pairs of
-// errors: the model's and compaction's.
+// are the dataset, the isovalue, the most triangles of a tile of the other simplifier before it
+// begins (ours are cut by what is left), and pairs of errors: the model's and compaction's.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -20,6 +20,7 @@
 #include "common/tile.hpp"
 #include "server/core/compaction.hpp"
 #include "server/dataset/dataset.hpp"
+#include "server/service/compacted_surface.hpp"
 #include "server/service/reference_extractor.hpp"
 #include "server/service/surface_extractor.hpp"
 
@@ -32,7 +33,7 @@ namespace {
 
 double cpu() {
   timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
@@ -148,19 +149,26 @@ int main(int argc, char** argv) {
     }
     report("plain", plain, plain, before, step, full, border);
     Totals input;
-    for (const TileMesh& t : surface(model_error, max_triangles).tiles) {
+    TiledSurface model = surface(model_error, 16000);
+    for (const TileMesh& t : model.tiles) {
       input.triangles += static_cast<double>(t.mesh.triangles.size());
-      double start = cpu();
-      Compacted c = compacted(t.mesh, {.step = step, .budget = budget});
-      small.seconds += cpu() - start;
-      start = cpu();
-      small.bytes += encode_tile(c.mesh, t.cube).summary.bytes;
+    }
+    const double begin = cpu();
+    compact(model, info.grid_exponent,
+            [&](const OctreeCube&) { return CompactionOptions{.step = step, .budget = budget}; },
+            {});
+    small.seconds = cpu() - begin;
+    for (TileMesh& t : model.tiles) {
+      const double start = cpu();
+      small.bytes += encode_tile(t.mesh, t.cube).summary.bytes;
       small.encode_seconds += cpu() - start;
-      small.triangles += static_cast<double>(c.mesh.triangles.size());
-      small.bound = std::max(small.bound, c.bound);
-      after.push_back(std::move(c.mesh));
+      small.triangles += static_cast<double>(t.mesh.triangles.size());
+      small.bound = std::max(small.bound, t.compaction_bound);
+      after.push_back(std::move(t.mesh));
+    }
 #ifdef MULTITETRA_HAS_MESHOPTIMIZER
-      start = cpu();
+    for (const TileMesh& t : surface(model_error, max_triangles).tiles) {
+      double start = cpu();
       LatticeMesh p = peer(t.mesh, step, budget);
       theirs.seconds += cpu() - start;
       if (!p.triangles.empty()) {
@@ -170,8 +178,8 @@ int main(int argc, char** argv) {
         theirs.triangles += static_cast<double>(p.triangles.size());
         other.push_back(std::move(p));
       }
-#endif
     }
+#endif
     std::printf("input of compaction: %.0f triangles\n", input.triangles);
     small.input = theirs.input = input.triangles;
     report("compacted", small, plain, after, step, full, border);

@@ -19,11 +19,12 @@ DatasetInfo dataset(std::int32_t samples_a_side, double spacing = 1) {
 // A surface of so many bytes at full resolution, of which a finest spacing f leaves f^-2.
 struct Surface {
   double bytes = 4e6;
+  double share_left = 1;  // By compaction.
 
   [[nodiscard]] StepSizes sizes() const {
-    const auto size_at = [bytes = bytes](double finest) {
+    const auto size_at = [bytes = bytes, share_left = share_left](double finest) {
       const double size = bytes / (finest * finest);
-      return SurfaceSize{.triangles = size, .bytes = size};
+      return SurfaceSize{.triangles = size, .bytes = share_left * size, .extracted = size};
     };
     return {.of = [=](const StepRequest& step) { return size_at(step.finest_spacing); },
             .rough = [=](const IsosurfaceRequest&) { return size_at(1); }};
@@ -104,6 +105,16 @@ TEST(RefinementPlan, IsCoarserForALargerSurface) {
 
 TEST(RefinementPlan, ASmallSurfaceComesAtOnce) {
   EXPECT_EQ(stream({.error = 0.5}, dataset(257), {.bytes = 1e4}).size(), 1U);
+}
+
+// It has few bytes, but takes its time.
+TEST(RefinementPlan, ASurfaceThatIsCompactedToLittleHasPreviews) {
+  const Surface surface{.bytes = 4e6, .share_left = 0.005};
+  const auto steps = stream({.error = 0.5}, dataset(257), surface);
+  ASSERT_EQ(steps.size(), 3U);
+  const StepSizes sizes = surface.sizes();
+  EXPECT_LE(sizes.of(steps[0]).bytes, kFirstShare * kLeastWhole);
+  EXPECT_LE(sizes.of(steps[0]).bytes + sizes.of(steps[1]).bytes, kPreviewsShare * kLeastWhole);
 }
 
 TEST(RefinementPlan, HasNoPreviewThatASmallGridCannotShow) {

@@ -27,7 +27,7 @@ inline EncodedStep octahedron_step(const StepRequest& step) {
 inline StepSizes fake_sizes() {
   const auto size_at = [](std::int32_t finest) {
     const double triangles = 1e6 / (finest * finest * finest);
-    return SurfaceSize{.triangles = triangles, .bytes = triangles};
+    return SurfaceSize{.triangles = triangles, .bytes = triangles, .extracted = triangles};
   };
   return {.of = [=](const StepRequest& step) { return size_at(step.finest_spacing); },
           .rough = [=](const IsosurfaceRequest&) { return size_at(1); }};

@@ -406,7 +406,8 @@ class SizedSteps : public FakeSteps {
   [[nodiscard]] StepSizes sizes(std::stop_token, SizeAccuracy) const override {
     const auto size_at = [estimated = estimated_](const IsosurfaceRequest& request) {
       const double floor = std::max(request.error, request.thresholds.at_least);
-      return SurfaceSize{.triangles = estimated / floor, .bytes = estimated};
+      return SurfaceSize{
+          .triangles = estimated / floor, .bytes = estimated, .extracted = estimated};
     };
     return {.of = [=](const StepRequest& step) { return size_at(step.request); }, .rough = size_at};
   }

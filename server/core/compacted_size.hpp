@@ -1,0 +1,31 @@
+// How large a compacted surface is, from what compaction leaves in some blocks of it.
+//
+// A block's border stays as it is, and so do most triangles at it: what is left is nearly linear in
+// the edges of the border. In a tile, which is larger, it has a smaller part.
+#pragma once
+
+#include <cstddef>
+
+namespace multitetra {
+
+// Sums over blocks of the same side.
+struct CompactedBlocks {
+  std::size_t count = 0;    // With any triangle.
+  double before = 0;        // Triangles.
+  double left = 0;          // Triangles.
+  double border_edges = 0;  // Of one triangle.
+};
+
+// Of `before` triangles of a surface, at least 0 and at most all, cut into tiles as
+// compacted_cube.hpp does. 1 where nothing is known.
+[[nodiscard]] double share_left(const CompactedBlocks& blocks, double before);
+
+// The same, roughly, where no block was compacted; the error in voxels. Rather too small than too
+// large. Public volumes have 0.3 at a tenth of a voxel, 0.04 to 0.2 at half a voxel, 0.007 and more
+// at two.
+[[nodiscard]] double rough_share_left(double voxels);
+
+// Compacted triangles are irregular: each takes so many times the bytes of another.
+inline constexpr double kBytesOfCompactedTriangles = 1.6;
+
+}  // namespace multitetra
