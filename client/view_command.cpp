@@ -113,7 +113,7 @@ Result<std::string> viewer_address(const ViewArguments& a) {
   if (a.topology_rule != defaults.topology_rule) say("rule", a.topology_rule);
   if (a.topology_tolerance > 0) say("tolerance", shortest_text(a.topology_tolerance));
   if (a.max_triangles > 0) say("maxTriangles", std::to_string(a.max_triangles));
-  if (a.compact == "on") say("compact", "true");
+  if (a.compact != defaults.compact) say("compact", "false");
   if (a.clip != defaults.clip) say("clip", a.clip);
   if (!a.region.empty()) {
     const auto region = region_words(a.region);

@@ -20,7 +20,7 @@ struct ViewArguments {
   std::string topology_rule = "exact";
   double topology_tolerance = 0;
   std::uint64_t max_triangles = 0;  // 0: no limit.
-  std::string compact = "off";
+  std::string compact = "on";
   std::string clip = "off";  // Or the axis along which the surface is cut open.
   std::string region = {};          // As parse_region reads it, a box or a ball; empty: none.
 };

@@ -32,7 +32,7 @@ struct SurfaceArguments {
   std::uint64_t max_triangles = 0;
   std::uint64_t max_bytes = 0;
   int normal_bits = 0;
-  std::string compact = "off";
+  std::string compact = "on";
 };
 
 void add_surface_options(CLI::App& command, SurfaceArguments& arguments);

@@ -51,7 +51,7 @@ def isosurface_request(
     max_triangles=0,
     max_bytes=0,
     normal_bits=0,
-    compact=False,
+    compact=True,
 ):
     """The words are those of the command line; what is out of its range is refused by the server."""
     threshold = pb.ThresholdMap(
