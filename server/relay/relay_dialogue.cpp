@@ -5,6 +5,7 @@
 
 #include "common/frame.hpp"
 #include "server/operations/log.hpp"
+#include "server/relay/upstream_answers.hpp"
 #include "server/service/guest_session.hpp"
 
 namespace multitetra {
@@ -12,27 +13,6 @@ namespace {
 
 constexpr std::size_t kMaxOutgoing = 64;       // Beyond that nothing is received.
 constexpr std::size_t kMaxStreamMessages = 4;  // Beyond that nothing is read from a server.
-
-std::uint64_t request_id_of(const ServerMessage& message) {
-  return std::visit(
-      [](const auto& m) -> std::uint64_t {
-        if constexpr (requires { m.request_id; }) {
-          return m.request_id;
-        } else {
-          return 0;
-        }
-      },
-      message);
-}
-
-// Nobody asked for an end: the server is going away, and takes nothing new.
-bool is_about_stopping(const ServerMessage& message) {
-  if (const auto* end = std::get_if<StreamEnd>(&message)) {
-    return end->outcome != StreamOutcome::kComplete;
-  }
-  const auto* error = std::get_if<ErrorReply>(&message);
-  return error && error->error.code == ErrorCode::kUnavailable;
-}
 
 // Several may wait: none of them may set the time, as that would wake the others.
 asio::awaitable<void> wait_on(asio::steady_timer& timer) {
@@ -47,6 +27,7 @@ RelayDialogue::RelayDialogue(asio::any_io_executor executor, std::shared_ptr<Rel
                              std::chrono::milliseconds idle_time)
     : executor_(executor),
       relay_(std::move(relay)),
+      estimates_(relay_),
       options_(std::move(options)),
       session_(std::make_shared<const DatasetCatalogue>(), options_, guest->keeper().access()),
       guest_(std::move(guest)),
@@ -98,7 +79,8 @@ asio::awaitable<void> RelayDialogue::greet(Hello hello) {
 
 void RelayDialogue::watch_idleness() {
   idleness_.start(
-      weak_from_this(), [](const RelayDialogue& one) { return one.running_ || one.estimates_ > 0; },
+      weak_from_this(),
+      [](const RelayDialogue& one) { return one.running_ || one.estimates_.are_running(); },
       [](RelayDialogue& one) {
         one.guest_->keeper().observer().refused(one.guest_->facts(), "idle_seconds");
         one.end({ErrorCode::kUnavailable,
@@ -125,7 +107,7 @@ void RelayDialogue::leave() {
 
 void RelayDialogue::close_links() {
   if (reached_) reached_->link->close();
-  for (const LinkPtr& link : estimating_) link->close();
+  estimates_.close();
 }
 
 void RelayDialogue::give_up(const ServerMessage& message) {
@@ -207,7 +189,6 @@ void RelayDialogue::perform(StartStream action) {
 }
 
 void RelayDialogue::perform(MakeEstimate action) {
-  ++estimates_;
   asio::co_spawn(
       executor_,
       [self = shared_from_this(), action = std::move(action)] {
@@ -298,10 +279,9 @@ asio::awaitable<bool> RelayDialogue::forward(RunningPtr running) {
   for (;;) {
     auto message = co_await link->receive();
     if (!message) co_return running->is_stopped || is_over_;
-    const bool is_last =
-        std::holds_alternative<StreamEnd>(*message) || std::holds_alternative<ErrorReply>(*message);
+    const bool is_end = is_last(*message);
     // A server that stops says so to the connection, and hangs up: as good as lost.
-    if (is_last && request_id_of(*message) == 0) {
+    if (is_end && request_id_of(*message) == 0) {
       link->close();
       co_return running->is_stopped || is_over_;
     }
@@ -311,7 +291,7 @@ asio::awaitable<bool> RelayDialogue::forward(RunningPtr running) {
       co_return false;
     }
     if (!running->is_stopped) take(running, *std::move(message));
-    if (is_last) co_return true;
+    if (is_end) co_return true;
     while (!running->is_stopped && !is_over_ && outgoing_.size() >= kMaxStreamMessages) {
       co_await wait_on(change_);
     }
@@ -319,7 +299,7 @@ asio::awaitable<bool> RelayDialogue::forward(RunningPtr running) {
 }
 
 void RelayDialogue::take(const RunningPtr& running, ServerMessage message) {
-  if (std::holds_alternative<StreamEnd>(message) || std::holds_alternative<ErrorReply>(message)) {
+  if (is_last(message)) {
     finish(running, std::move(message));
     return;
   }
@@ -357,45 +337,18 @@ void RelayDialogue::finish(const RunningPtr& running, ServerMessage last) {
 }
 
 asio::awaitable<void> RelayDialogue::bring_estimate(MakeEstimate action) {
-  constexpr int kAttempts = 3;
   const auto self = shared_from_this();
   const Estimate& asked = action.estimate;
   const auto record = std::make_shared<RequestRecord>(
       guest_, facts_of("estimate", asked.request_id, asked.dataset, asked.request));
-  const auto dataset = std::dynamic_pointer_cast<const RelayedDataset>(action.source);
-  Result<ServerMessage> answer = fail(ErrorCode::kUnavailable, "");
-  for (int attempt = 0; attempt < kAttempts && !is_over_; ++attempt) {
-    std::function<bool()> is_wanted = [this] { return !is_over_; };
-    const auto reached = co_await relay_->reach(dataset, token_, is_wanted);
-    if (!reached) {
-      answer = tl::unexpected(reached.error());
-      break;
-    }
-    answer = co_await ask_for_estimate(reached->link, asked);
-    if (answer || is_over_) break;
-    relay_->lost(reached->upstream);
-  }
+  auto dataset = std::dynamic_pointer_cast<const RelayedDataset>(action.source);
+  auto answer = co_await estimates_.ask(std::move(dataset), token_, asked);
   session_.estimate_ended();
-  --estimates_;
   idleness_.note();
   if (is_over_) co_return;
   say(answer ? *std::move(answer)
              : ErrorReply{.request_id = asked.request_id, .error = answer.error()},
       record);
-}
-
-asio::awaitable<Result<ServerMessage>> RelayDialogue::ask_for_estimate(LinkPtr link,
-                                                                       Estimate estimate) {
-  if (is_over_) co_return fail(ErrorCode::kUnavailable, "The client has gone.");
-  estimating_.insert(link);
-  link->send(estimate);
-  Result<ServerMessage> answer = co_await link->receive();
-  link->close();
-  estimating_.erase(link);
-  if (answer && (request_id_of(*answer) != estimate.request_id || is_about_stopping(*answer))) {
-    co_return fail(ErrorCode::kUnavailable, "The server is about to stop; try again later.");
-  }
-  co_return answer;
 }
 
 }  // namespace multitetra

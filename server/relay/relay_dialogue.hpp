@@ -10,11 +10,11 @@
 #include <deque>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 
 #include "server/operations/doorkeeper.hpp"
 #include "server/relay/relay.hpp"
+#include "server/relay/relayed_estimates.hpp"
 #include "server/relay/relayed_stream.hpp"
 #include "server/service/dialogue.hpp"
 #include "server/service/idle_watch.hpp"
@@ -72,8 +72,6 @@ class RelayDialogue : public Dialogue, public std::enable_shared_from_this<Relay
   // Until the stream is over (true) or the server lost (false).
   asio::awaitable<bool> forward(RunningPtr running);
   asio::awaitable<void> bring_estimate(MakeEstimate action);
-  // The server's answer to an estimate; kUnavailable when it cannot give one.
-  asio::awaitable<Result<ServerMessage>> ask_for_estimate(LinkPtr link, Estimate estimate);
   void take(const RunningPtr& running, ServerMessage message);
   void finish(const RunningPtr& running, ServerMessage last);
   void watch_idleness();
@@ -84,6 +82,7 @@ class RelayDialogue : public Dialogue, public std::enable_shared_from_this<Relay
 
   asio::any_io_executor executor_;
   std::shared_ptr<Relay> relay_;
+  RelayedEstimates estimates_;
   SessionOptions options_;
   Session session_;
   GuestPtr guest_;
@@ -96,8 +95,6 @@ class RelayDialogue : public Dialogue, public std::enable_shared_from_this<Relay
   RecordPtr leaving_;  // Of the request whose last message is on its way.
   RunningPtr running_;
   std::optional<Relay::Reached> reached_;  // Of the last stream, for the next.
-  std::set<LinkPtr> estimating_;           // Links that estimates are waited for on.
-  std::size_t estimates_ = 0;
   IdleWatch idleness_;
   // Never expires; cancelling it wakes all who wait for something to change.
   asio::steady_timer change_;

@@ -12,7 +12,7 @@
 #include "common/trust.hpp"
 #include "common/websocket.hpp"
 #include "tests/dataset/temporary_folder.hpp"
-#include "tests/support/certificate.hpp"
+#include "tests/support/certificates.hpp"
 
 namespace multitetra::testing {
 
@@ -69,7 +69,7 @@ class TransportDoor {
   using VisitPtr = std::shared_ptr<Visit>;
 
   void use_certificate() {
-    const Certificate certificate = make_certificate(manners_.certificate_names);
+    const CertificateAndKey certificate = self_signed(manners_.certificate_names);
     std::ofstream(folder_.path() / "certificate.pem") << certificate.certificate;
     tls_ = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server);
     tls_->use_certificate_chain(asio::buffer(certificate.certificate));

@@ -3,21 +3,8 @@
 # when it is asked to.
 #   gateway_options_test.sh FOLDER-OF-PROGRAMS
 set -euo pipefail
-gateway=$1/multitetra-gateway
-work=$(mktemp -d)
-pid=
-trap '[ -z "$pid" ] || kill "$pid" 2>/dev/null || true; rm -rf "$work"' EXIT
-cd "$work"
-
-fail() { echo "FAILED: $*" >&2; exit 1; }
-# ends WITH-CODE SAYING COMMAND...
-ends() {
-  local code=$1 words=$2 status=0
-  shift 2
-  "$@" >out 2>&1 || status=$?
-  [ "$status" = "$code" ] || fail "exit code $status instead of $code of: $* ($(cat out))"
-  grep -q -- "$words" out || fail "\"$words\" is not in: $(cat out)"
-}
+gateway=$(realpath "$1")/multitetra-gateway
+source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 
 cat >gateway.toml <<'TOML'
 upstream = ["tcp://127.0.0.1:1", "tls://localhost:2"]
@@ -46,17 +33,9 @@ ends 4 'nowhere.pem does not exist' "$gateway" --upstream tcp://127.0.0.1:1 --tl
 ends 4 'nowhere.pem' "$gateway" --upstream tls://127.0.0.1:1 --upstream-ca nowhere.pem --http 127.0.0.1:0
 ends 4 'token file' "$gateway" --upstream tcp://127.0.0.1:1 --upstream-token-file nowhere --http 127.0.0.1:0
 
-: >log
-"$gateway" --upstream tcp://127.0.0.1:1 --http 127.0.0.1:0 --log-format json 2>log &
-pid=$!
-for _ in $(seq 200); do grep -q 'listening on' log && break; sleep 0.05; done
-port=$(sed -n 's/.*http:\/\/127.0.0.1:\([0-9]*\).*/\1/p' log)
-ends 3 'Cannot listen on' "$gateway" --upstream tcp://127.0.0.1:1 --http "127.0.0.1:$port"
+start gateway "$gateway" --upstream tcp://127.0.0.1:1 --http 127.0.0.1:0 --log-format json
+url=$(url_of gateway http)
+ends 3 'Cannot listen on' "$gateway" --upstream tcp://127.0.0.1:1 --http "${url#http://}"
 kill -HUP "$pid"
-kill -TERM "$pid"
-status=0
-wait "$pid" || status=$?
-pid=
-[ "$status" = 0 ] || fail "exit code $status after SIGTERM: $(cat log)"
-grep -q '"text":"stopped"' log || fail "$(cat log)"
-echo "gateway_options_test: passed"
+ends_well gateway "$pid"
+grep -q '"text":"stopped"' gateway.log || fail "$(cat gateway.log)"

@@ -6,26 +6,11 @@ set -euo pipefail
 bin=$(cd "$1" && pwd)
 server=$bin/multitetra-server
 client=$bin/multitetra-client
-work=$(mktemp -d)
-trap 'kill $(jobs -p) 2>/dev/null || true; wait; rm -rf "$work"' EXIT
-cd "$work"
-
-failures=0
-fail() { echo "FAILED: $*" >&2; failures=$((failures + 1)); }
+source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 
 # The value of a key in our indented JSON, first occurrence.
 value() { sed -n "s/^ *\"$2\": \"\{0,1\}\([^\",]*\)\"\{0,1\},\{0,1\}$/\1/p" "$1" | head -n 1; }
 last_value() { sed -n "s/^ *\"$2\": \"\{0,1\}\([^\",]*\)\"\{0,1\},\{0,1\}$/\1/p" "$1" | tail -n 1; }
-
-# expect_exit CODE WORDS COMMAND...: the command ends with the code and says the words on stderr.
-expect_exit() {
-  local code=$1 words=$2
-  shift 2
-  local got=0
-  "$@" >out.txt 2>err.txt || got=$?
-  [ "$got" -eq "$code" ] || { fail "exit code $got, not $code: $*"; cat err.txt >&2; }
-  grep -qF -- "$words" out.txt err.txt || { fail "does not say \"$words\": $*"; cat err.txt >&2; }
-}
 
 # --- every kind is generated, prepared and extracted without a crack
 for kind in sphere torus gyroid marschner-lobb box head; do
@@ -60,19 +45,12 @@ head -c 4096 /dev/zero >zeros.raw
 printf 'abcdef' | cat - zeros.raw >raw_with_header.raw
 "$server" prepare raw_with_header.raw --dims 16,16,8 --type u16 --endian big --header-bytes 6 --spacing 1,1,2.5 \
   -o raw.mtd --outside 1 --margin 1 --quiet
-expect_exit 1 "4102" "$server" prepare raw_with_header.raw --dims 16,16,9 --type u16 -o never.mtd
+ends 1 "4102" "$server" prepare raw_with_header.raw --dims 16,16,9 --type u16 -o never.mtd
 [ ! -e never.mtd ] || fail "a failed prepare left a file"
 
 # --- serving and fetching
-"$server" serve . --tcp 127.0.0.1:0 --http 127.0.0.1:0 2>server.log &
-server_pid=$!
-url=
-for _ in $(seq 200); do
-  url=$(sed -n 's/.*listening on \(tcp:[^ ]*\).*/\1/p' server.log)
-  [ -n "$url" ] && break
-  sleep 0.05
-done
-[ -n "$url" ] || { cat server.log >&2; fail "the server does not listen"; exit 1; }
+start server "$server" serve . --tcp 127.0.0.1:0 --http 127.0.0.1:0
+url=$(url_of server tcp)
 
 "$client" list --server "$url" | grep -q gyroid || fail "list does not name gyroid"
 for dataset in gyroid head torus; do
@@ -113,9 +91,9 @@ done
 [ "$("$client" estimate --server "$url" --dataset gyroid --error 0.7 --json | grep -c '"triangles"')" = 1 ] || fail "no estimate"
 "$client" fetch --server "$url" --dataset gyroid --error 3 -o coarse.ply --quiet
 [ "$(stat -c %s coarse.ply)" -lt "$(stat -c %s fetched.ply)" ] || fail "a finer region gives no larger mesh"
-expect_exit 2 "no shape" "$client" fetch --server "$url" --dataset gyroid --region cone:1=2 -o x.ply
-expect_exit 2 "regions[0].ball.radius" "$client" fetch --server "$url" --dataset gyroid --region ball:1,2,3,-4=2 -o x.ply
-expect_exit 2 "no such file" "$client" fetch --server "$url" --dataset gyroid --threshold-grid none.nrrd -o x.ply
+ends 2 "no shape" "$client" fetch --server "$url" --dataset gyroid --region cone:1=2 -o x.ply
+ends 2 "regions[0].ball.radius" "$client" fetch --server "$url" --dataset gyroid --region ball:1,2,3,-4=2 -o x.ply
+ends 2 "no such file" "$client" fetch --server "$url" --dataset gyroid --threshold-grid none.nrrd -o x.ply
 # Pictures: the same twice, others from elsewhere, and one of nothing.
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 -o once.png --quiet
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 --threads 3 -o twice.png --json >snapshot.json
@@ -125,50 +103,46 @@ cmp once.png twice.png || fail "the same picture has other bytes the second time
 ! cmp -s once.png aside.png || fail "a picture from the side is that from the front"
 "$client" snapshot --server "$url" --dataset gyroid --isovalue 1e9 -o nothing.png --quiet 2>err.txt
 grep -q "empty" err.txt || fail "snapshot does not say that the surface is empty"
-expect_exit 2 "1280x960" "$client" snapshot --server "$url" --dataset gyroid --size 12by9 -o x.png
-expect_exit 2 "PNG" "$client" snapshot --server "$url" --dataset gyroid -o x.jpg
-expect_exit 2 '"gyroid"' "$client" snapshot --server "$url" -o x.png
+ends 2 "1280x960" "$client" snapshot --server "$url" --dataset gyroid --size 12by9 -o x.png
+ends 2 "PNG" "$client" snapshot --server "$url" --dataset gyroid -o x.jpg
+ends 2 '"gyroid"' "$client" snapshot --server "$url" -o x.png
 "$client" fetch --server "$url" --dataset gyroid --isovalue 1e9 -o empty.ply --quiet || fail "an empty mesh is an error"
 
-expect_exit 1 "nowhere" "$client" fetch --server "$url" --dataset nowhere -o x.ply
-expect_exit 2 "error threshold" "$client" fetch --server "$url" --dataset gyroid --error -1 -o x.ply
-expect_exit 2 "suffix" "$client" fetch --server "$url" --dataset gyroid -o x.xyz
-expect_exit 2 "isovalue" "$client" fetch --server "$url" --dataset gyroid --isovalue nan -o x.ply
-expect_exit 1 "127.0.0.1:1" "$client" list --server tcp://127.0.0.1:1
-kill "$server_pid"
-wait "$server_pid" || fail "the server ended with $?"
+ends 1 "nowhere" "$client" fetch --server "$url" --dataset nowhere -o x.ply
+ends 2 "error threshold" "$client" fetch --server "$url" --dataset gyroid --error -1 -o x.ply
+ends 2 "suffix" "$client" fetch --server "$url" --dataset gyroid -o x.xyz
+ends 2 "isovalue" "$client" fetch --server "$url" --dataset gyroid --isovalue nan -o x.ply
+ends 1 "127.0.0.1:1" "$client" list --server tcp://127.0.0.1:1
+ends_well server "$pid"
 
 # --- what is wrong is said
-expect_exit 1 "missing.nrrd" "$server" prepare missing.nrrd -o x.mtd
-expect_exit 1 "--outside" "$server" prepare torus.nrrd -o x.mtd --outside nothing
-expect_exit 1 "torus.nrrd" "$server" extract torus.nrrd -o x.ply
-expect_exit 1 "suffix" "$server" extract torus.mtd -o x.xyz
-expect_exit 1 "error threshold" "$server" extract torus.mtd -o x.ply --error nan
-expect_exit 5 "no dataset" "$server" serve missing.mtd --tcp 127.0.0.1:0 --http off
+ends 1 "missing.nrrd" "$server" prepare missing.nrrd -o x.mtd
+ends 1 "--outside" "$server" prepare torus.nrrd -o x.mtd --outside nothing
+ends 1 "torus.nrrd" "$server" extract torus.nrrd -o x.ply
+ends 1 "suffix" "$server" extract torus.mtd -o x.xyz
+ends 1 "error threshold" "$server" extract torus.mtd -o x.ply --error nan
+ends 5 "no dataset" "$server" serve missing.mtd --tcp 127.0.0.1:0 --http off
 "$server" plot torus.mtd -o torus.svg --isovalues 8 --errors 0.5,2 --json >plot.json
 [ "$(grep -c '<polyline' torus.svg)" = 2 ] || fail "the plot has not a curve for each error"
 [ "$(value plot.json plot_file)" = torus.svg ] || fail "the report of plot"
-expect_exit 1 "*.svg" "$server" plot torus.mtd -o torus.png
+ends 1 "*.svg" "$server" plot torus.mtd -o torus.png
 "$server" verify torus.mtd --json | grep -q '"is_whole": true' || fail "the report of verify"
-expect_exit 2 "Did you mean --isovalue" "$client" fetch --isovale 3
-expect_exit 2 "Did you mean snapshot" "$client" snapshoot
+ends 2 "Did you mean --isovalue" "$client" fetch --isovale 3
+ends 2 "Did you mean snapshot" "$client" snapshoot
 for program in "$server" "$client"; do
   "$program" --completion | bash -n || fail "the completion of $program is no bash"
   "$program" --man | grep '^\.SH COMMANDS' >/dev/null || fail "$program has no manual page"
 done
-expect_exit 2 "cube" "$server" generate cube -o x.nrrd
-expect_exit 1 "2 to 4097" "$server" generate sphere --size 1 -o x.nrrd
+ends 2 "cube" "$server" generate cube -o x.nrrd
+ends 1 "2 to 4097" "$server" generate sphere --size 1 -o x.nrrd
 head -c 2000 torus.mtd >cut.mtd
-expect_exit 1 "cut.mtd" "$server" info cut.mtd
+ends 1 "cut.mtd" "$server" info cut.mtd
 cp torus.mtd damaged.mtd
 printf 'x' | dd of=damaged.mtd bs=1 seek=5000 conv=notrunc status=none
-expect_exit 1 'brick 0' "$server" verify damaged.mtd
-expect_exit 1 '"samples"' "$server" extract damaged.mtd --error 0 -o x.ply
+ends 1 'brick 0' "$server" verify damaged.mtd
+ends 1 '"samples"' "$server" extract damaged.mtd --error 0 -o x.ply
 for command in generate prepare info plot verify extract serve token; do "$server" "$command" --help | grep Examples >/dev/null || fail "$command --help has no examples"; done
 [ "$("$client" view --dataset "a head" --isovalue -300 --error 0.5 --region ball:1,2,3,4=0)" = \
   "http://127.0.0.1:7480/#dataset=a%20head&isovalue=-300&error=0.5&region=ball:1,2,3,4=0" ] || fail "another address of the viewer"
 "$client" view --region halfspace:1,0,0,2=0 2>/dev/null && fail "the viewer has no half-spaces"
 for command in list estimate fetch snapshot view; do "$client" "$command" --help | grep Examples >/dev/null || fail "$command --help has no examples"; done
-
-[ "$failures" -eq 0 ] || { echo "$failures failures" >&2; exit 1; }
-echo "all as expected"

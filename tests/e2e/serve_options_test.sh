@@ -2,21 +2,8 @@
 # What `multitetra-server serve` takes from flags, environment and file, and how it ends when something is wrong.
 #   serve_options_test.sh FOLDER-OF-PROGRAMS
 set -euo pipefail
-server=$1/multitetra-server
-work=$(mktemp -d)
-pid=
-trap '[ -z "$pid" ] || kill "$pid" 2>/dev/null || true; rm -rf "$work"' EXIT
-cd "$work"
-
-fail() { echo "FAILED: $*" >&2; exit 1; }
-# ends WITH-CODE SAYING COMMAND...
-ends() {
-  local code=$1 words=$2 status=0
-  shift 2
-  "$@" >out 2>&1 || status=$?
-  [ "$status" = "$code" ] || fail "exit code $status instead of $code of: $* ($(cat out))"
-  grep -q "$words" out || fail "\"$words\" is not in: $(cat out)"
-}
+server=$(realpath "$1")/multitetra-server
+source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 
 "$server" generate gradient --size 9 -o v.nrrd >/dev/null 2>&1 || "$server" generate head --size 16 -o v.nrrd >/dev/null 2>&1
 "$server" prepare v.nrrd -o v.mtd >/dev/null 2>&1
@@ -57,19 +44,12 @@ ends 5 'no dataset' "$server" serve nowhere.mtd
 
 # A damaged dataset is told and left out; the others are served until SIGTERM, with exit code 0.
 head -c 100 v.mtd >damaged.mtd
-: >log
-"$server" serve damaged.mtd v.mtd --tcp 127.0.0.1:0 --http off 2>log &
-pid=$!
-for _ in $(seq 200); do grep -q 'listening on' log && break; sleep 0.05; done
-grep -q 'left out' log || fail "the damaged dataset is not told: $(cat log)"
-port=$(sed -n 's/.*tcp:\/\/127.0.0.1:\([0-9]*\).*/\1/p' log)
-ends 3 'Cannot listen on' "$server" serve v.mtd --tcp "127.0.0.1:$port" --http off
+start server "$server" serve damaged.mtd v.mtd --tcp 127.0.0.1:0 --http off
+url=$(url_of server tcp)
+grep -q 'left out' server.log || fail "the damaged dataset is not told: $(cat server.log)"
+ends 3 'Cannot listen on' "$server" serve v.mtd --tcp "${url#tcp://}" --http off
 kill -HUP "$pid"
-kill -TERM "$pid"
-status=0
-wait "$pid" || status=$?
-pid=
-[ "$status" = 0 ] || fail "exit code $status after SIGTERM: $(cat log)"
+ends_well server "$pid"
 
 # A new token is known to the list that it was appended to, and only its owner reads the file.
 token=$("$server" token alice --datasets 'v*' --append tokens)
@@ -78,4 +58,3 @@ grep -q "^alice $(printf %s "$token" | sha256sum | cut -d' ' -f1) v\*$" tokens |
 printf %s "$(cat tokens)" >tokens  # Without its last line's end.
 "$server" token bob --append tokens >/dev/null
 [ "$(wc -l <tokens)" = 2 ] || fail "a line was glued to another: $(cat tokens)"
-echo "serve_options_test: passed"

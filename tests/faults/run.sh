@@ -37,13 +37,9 @@ if [ -z "$programs" ]; then
   programs=$project/build/release/bin
 fi
 
-work=$(mktemp -d)
-trap 'kill $(jobs -p) 2>/dev/null || true; wait; rm -rf "$work"' EXIT
-cd "$work"
+source "$project/tests/support/programs.sh"
 rows=()
-failures=0
 left_out=()
-fail() { echo "FAILED: $*" >&2; failures=$((failures + 1)); }
 leave_out() { left_out+=("$1"); echo "!! LEFT OUT: $1"; }
 row() { rows+=("| $1 | $2 | $3 |"); }
 # expect WHAT CONDITION...: arithmetic of awk, for numbers with a point as well.
@@ -60,23 +56,16 @@ choose() { if [ "$quick" = true ]; then echo "$1"; else echo "$2"; fi; }
 # Room for a thousand clients of one address.
 room=(--max-connections=5000 --max-connections-per-address=5000 --max-requests-per-second=1000000)
 
-# start NAME COMMAND...: sets pid, tcp and http to what it tells of itself.
-start() {
-  local name=$1
-  shift
-  "$@" >"$name.log" 2>&1 &
-  pid=$!
-  for _ in $(seq 300); do
-    grep -q 'listening on' "$name.log" && break
-    kill -0 "$pid" 2>/dev/null || { cat "$name.log" >&2; exit 1; }
-    sleep 0.1
-  done
+# begin NAME COMMAND...: starts it, and sets tcp and http to where it listens, as far as it does.
+begin() {
+  start "$@"
+  url_of "$1" '[a-z]*' >/dev/null
   sleep 0.2
-  tcp=$(sed -n 's#.*listening on \(\(tcp\|tls\)://[^ "]*\).*#\1#p' "$name.log" | head -n 1)
-  http=$(sed -n 's#.*listening on http://\([^ /"]*\).*#\1#p' "$name.log" | head -n 1)
+  tcp=$(sed -n 's#.*listening on \(\(tcp\|tls\)://[^ "]*\).*#\1#p' "$1.log" | head -n 1)
+  http=$(sed -n 's#.*listening on http://\([^ /"]*\).*#\1#p' "$1.log" | head -n 1)
 }
-start_server() {
-  start "$1" "$programs/multitetra-server" serve head.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0 "${room[@]}"
+begin_server() {
+  begin "$1" "$programs/multitetra-server" serve head.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0 "${room[@]}"
 }
 stop() { kill "$1" 2>/dev/null || true; wait "$1" 2>/dev/null || true; }
 
@@ -104,7 +93,7 @@ trial_many() {
   local clients duration result=0
   clients=$(choose 20 1000)
   duration=$(choose 3 60)
-  start_server many
+  begin_server many
   watch_memory "$pid" many.memory &
   local watcher=$!
   load --server "ws://$http" --clients "$clients" --duration "$duration" --grace 120 --script mixed \
@@ -130,7 +119,7 @@ trial_nuisances() {
   each=$(choose 10 200)
   duration=$(choose 3 30)
   for phase in alone among; do
-    start_server "nuisances_$phase"
+    begin_server "nuisances_$phase"
     watch_memory "$pid" "$phase.memory" &
     local watcher=$! others=()
     if [ "$phase" = among ]; then
@@ -162,9 +151,9 @@ trial_nuisances() {
 trial_cuts() {
   local cuts number=0 done=0
   cuts=$(choose 10 200)
-  start_server cuts
+  begin_server cuts
   local upstream=${tcp#tcp://} server_pid=$pid
-  start proxy python3 "$here/cutting_proxy.py" "$upstream" --cuts "$cuts" --largest "$(choose 30000 150000)" --count proxy.count
+  begin proxy python3 "$here/cutting_proxy.py" "$upstream" --cuts "$cuts" --largest "$(choose 30000 150000)" --count proxy.count
   local proxy=$tcp proxy_pid=$pid
   while [ "$done" -lt "$cuts" ] && [ "$number" -lt 60 ]; do
     local isovalue=$((300 + 10 * number)) way
@@ -194,11 +183,11 @@ trial_lost_server() {
   local clients duration result=0
   clients=$(choose 8 100)
   duration=$(choose 5 30)
-  start_server first
+  begin_server first
   local first=$pid first_at=$tcp
-  start_server second
+  begin_server second
   local second=$pid second_at=$tcp
-  start gateway "$programs/multitetra-gateway" --upstream "$first_at" --upstream "$second_at" --http 127.0.0.1:0 "${room[@]}"
+  begin gateway "$programs/multitetra-gateway" --upstream "$first_at" --upstream "$second_at" --http 127.0.0.1:0 "${room[@]}"
   local gateway=$pid
   # Datasets are spread by name: the one that serves this one is the one that works.
   ( sleep $((duration / 3)); 
@@ -221,7 +210,7 @@ trial_nginx() {
     leave_out "nginx: nginx-light and wrk are not installed"
     return
   fi
-  start_server tiles
+  begin_server tiles
   local server_pid=$pid
   "$programs/multitetra-client" fetch --server "$tcp" --dataset head --error 0.5 --resume kept --quiet -o mesh.ply >/dev/null
   mkdir -p www/v1/tiles
@@ -235,12 +224,11 @@ trial_nginx() {
     leave_out "nginx: the server gives no tiles over HTTP"
     return
   fi
-  # Debian's nginx takes no port 0: one that was free a moment ago.
   local port
-  port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
+  port=$(free_port)
   sed "s#FOLDER#$work#; s#PORT#$port#; s#USER#$(id -un)#; s#GROUP#$(id -gn)#" "$here/nginx.conf" >nginx.conf
-  nginx -p "$work" -c "$work/nginx.conf" >nginx.log 2>&1 &
-  local nginx_pid=$!
+  start nginx nginx -p "$work" -c "$work/nginx.conf"
+  local nginx_pid=$pid
   for _ in $(seq 100); do
     if curl -sf "http://127.0.0.1:$port$path" -o same; then break; fi
     sleep 0.1
@@ -274,4 +262,3 @@ echo "| trial | result | figures |"
 echo "| --- | --- | --- |"
 printf '%s\n' "${rows[@]}"
 for what in "${left_out[@]}"; do echo "!! LEFT OUT: $what"; done
-[ "$failures" -eq 0 ] || { echo "$failures promises were broken." >&2; exit 1; }

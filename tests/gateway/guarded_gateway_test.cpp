@@ -7,17 +7,20 @@
 
 #include "tests/dataset/temporary_folder.hpp"
 #include "tests/gateway/running_gateway.hpp"
+#include "tests/gateway/tls_visit.hpp"
 #include "tests/service/fake_steps.hpp"
-#include "tests/support/certificates.hpp"
 
 namespace multitetra {
 namespace {
 
 using namespace std::chrono_literals;
 using testing::catalogue_of;
+using testing::DoorCertificate;
 using testing::FakeSteps;
 using testing::HttpClient;
+using testing::kAskWhetherAlive;
 using testing::RunningGateway;
+using testing::TlsVisit;
 using testing::WebSocketClient;
 
 CataloguePtr octahedra() { return catalogue_of(std::make_shared<FakeSteps>("octahedron")); }
@@ -60,47 +63,21 @@ TEST(GuardedGateway, NobodyElseSaysWhoItIs) {
 }
 
 TEST(GuardedGateway, SpeaksTlsWithItsCertificate) {
-  const TemporaryFolder folder;
-  const testing::CertificateAndKey made = testing::self_signed();
-  const TlsFiles files = {folder.file("server.pem", made.certificate),
-                          folder.file("server.key", made.key)};
-  RunningGateway server(octahedra(), {}, {.keeper = {.tls = files}});
-  asio::io_context io;
-  asio::ssl::context context(asio::ssl::context::tls_client);
-  context.add_certificate_authority(asio::buffer(made.certificate));
-  context.set_verify_mode(asio::ssl::verify_peer);
-  asio::ssl::stream<tcp::socket> client(io, context);
-  client.next_layer().connect({asio::ip::make_address("127.0.0.1"), server.http().port});
-  client.handshake(asio::ssl::stream_base::client);
-  asio::write(client, asio::buffer(std::string_view("GET /livez HTTP/1.1\r\nHost: x\r\n\r\n")));
-  beast::flat_buffer buffer;
-  http::response<http::string_body> answer;
-  http::read(client, buffer, answer);
-  EXPECT_EQ(answer.result_int(), 200U);
+  const DoorCertificate certificate;
+  RunningGateway server(octahedra(), {}, {.keeper = {.tls = certificate.files()}});
+  TlsVisit visit(server.http().port, certificate);
+  visit.send(kAskWhetherAlive);
+  EXPECT_TRUE(visit.read_to_end().starts_with("HTTP/1.1 200 "));
 }
 
 // The linger time would fail the test: it is not waited for when both have said goodbye.
 TEST(GuardedGateway, HangsUpAtOnceWhenATlsClientHasSaidGoodbye) {
-  const TemporaryFolder folder;
-  const testing::CertificateAndKey made = testing::self_signed();
-  const TlsFiles files = {folder.file("server.pem", made.certificate),
-                          folder.file("server.key", made.key)};
-  RunningGateway server(octahedra(), {.linger = 1h}, {.keeper = {.tls = files}});
-  asio::io_context io;
-  asio::ssl::context context(asio::ssl::context::tls_client);
-  asio::ssl::stream<tcp::socket> client(io, context);
-  client.next_layer().connect({asio::ip::make_address("127.0.0.1"), server.http().port});
-  client.handshake(asio::ssl::stream_base::client);
-  asio::write(client, asio::buffer(std::string_view(
-                          "GET /livez HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")));
-  std::string answer;
-  boost::system::error_code error;
-  asio::read(client, asio::dynamic_buffer(answer), error);
-  EXPECT_EQ(error, asio::error::eof);
-  client.shutdown(error);
-  char byte = 0;
-  client.next_layer().read_some(asio::buffer(&byte, 1), error);
-  EXPECT_EQ(error, asio::error::eof);
+  const DoorCertificate certificate;
+  RunningGateway server(octahedra(), {.linger = 1h}, {.keeper = {.tls = certificate.files()}});
+  TlsVisit visit(server.http().port, certificate);
+  visit.send(kAskWhetherAlive);
+  (void)visit.read_to_end();
+  EXPECT_TRUE(visit.parts_well());
 }
 
 TEST(GuardedGateway, IsNotReadyWhileItDrains) {

@@ -1,67 +1,38 @@
 // What a gateway keeps up on a network: who may come in, what it shows to the servers behind it,
-// how it learns that one of them is gone, and how it stops.
+// and how it stops.
 #include <atomic>
 #include <chrono>
-#include <mutex>
 #include <thread>
 
 #include <gtest/gtest.h>
 
-#include "common/frame.hpp"
 #include "tests/dataset/temporary_folder.hpp"
+#include "tests/gateway/relayed_client.hpp"
 #include "tests/gateway/running_relay.hpp"
-#include "tests/support/certificates.hpp"
+#include "tests/gateway/tls_visit.hpp"
+#include "tests/support/eventually.hpp"
 
 namespace multitetra {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::code_of;
+using testing::DoorCertificate;
+using testing::end_of_stream;
+using testing::eventually;
 using testing::FakeSteps;
+using testing::greeted;
 using testing::HttpClient;
+using testing::is_complete;
+using testing::is_welcome;
+using testing::kAskWhetherAlive;
+using testing::octahedron;
+using testing::open;
 using testing::RunningRelay;
+using testing::TlsVisit;
 using testing::TokensFile;
 using testing::Upstream;
 using testing::WebSocketClient;
-
-std::shared_ptr<FakeSteps> octahedron() { return std::make_shared<FakeSteps>("octahedron"); }
-
-ServerMessage greeted(WebSocketClient& client, const std::string& token = {}) {
-  client.send(Hello{.token = token});
-  return client.receive();
-}
-
-bool is_welcome(const ServerMessage& message) { return std::holds_alternative<Welcome>(message); }
-
-ErrorCode code_of(const ServerMessage& message) {
-  const auto* reply = std::get_if<ErrorReply>(&message);
-  return reply ? reply->error.code : ErrorCode::kUnknown;
-}
-
-void open(WebSocketClient& client, std::uint64_t id) {
-  client.send(OpenStream{.request_id = id, .dataset = "octahedron", .held = {}});
-}
-
-// The last message of the stream that runs.
-ServerMessage end_of_stream(WebSocketClient& client) {
-  for (;;) {
-    ServerMessage message = client.receive();
-    if (std::holds_alternative<StreamEnd>(message) || std::holds_alternative<ErrorReply>(message))
-      return message;
-  }
-}
-
-bool is_complete(const ServerMessage& last) {
-  const auto* end = std::get_if<StreamEnd>(&last);
-  return end && end->outcome == StreamOutcome::kComplete;
-}
-
-bool eventually(const std::function<bool()>& happened) {
-  for (int i = 0; i < 5000; ++i) {
-    if (happened()) return true;
-    std::this_thread::sleep_for(1ms);
-  }
-  return false;
-}
 
 // ---- tokens
 
@@ -120,49 +91,34 @@ TEST(GuardedRelay, AReloadedListHoldsForThoseWhoAreThere) {
 // ---- TLS
 
 TEST(GuardedRelay, SpeaksTlsToServersThatItTrusts) {
-  const TemporaryFolder folder;
-  const testing::CertificateAndKey made = testing::self_signed();
-  const TlsFiles files = {folder.file("server.pem", made.certificate),
-                          folder.file("server.key", made.key)};
-  Upstream upstream(octahedron(), {.keeper = {.tls = files}});
+  const DoorCertificate certificate;
+  Upstream upstream(octahedron(), {.keeper = {.tls = certificate.files()}});
   Endpoint secure = upstream.endpoint();
   secure.transport = Transport::kTls;
-  RunningRelay trusting({.relay = {.upstreams = {secure}},
-                         .upstream_files = {.ca = files.certificate.string(), .needs_tls = true}});
-  WebSocketClient client(trusting.http());
+  const auto trusting = [&](const DoorCertificate& authority) {
+    return RelayServerOptions{
+        .relay = {.upstreams = {secure}},
+        .upstream_files = {.ca = authority.files().certificate.string(), .needs_tls = true}};
+  };
+  RunningRelay relay(trusting(certificate));
+  WebSocketClient client(relay.http());
   EXPECT_TRUE(is_welcome(greeted(client)));
   open(client, 1);
   EXPECT_TRUE(is_complete(end_of_stream(client)));
 
-  const testing::CertificateAndKey other = testing::self_signed();
-  RunningRelay mistrusting(
-      {.relay = {.upstreams = {secure}},
-       .upstream_files = {.ca = folder.file("other.pem", other.certificate).string(),
-                          .needs_tls = true}});
+  RunningRelay mistrusting(trusting(DoorCertificate()));
   WebSocketClient refused(mistrusting.http());
   EXPECT_EQ(code_of(greeted(refused)), ErrorCode::kUnavailable);
 }
 
 TEST(GuardedRelay, HasTlsAtItsOwnDoor) {
-  const TemporaryFolder folder;
-  const testing::CertificateAndKey made = testing::self_signed();
-  const TlsFiles files = {folder.file("door.pem", made.certificate),
-                          folder.file("door.key", made.key)};
+  const DoorCertificate certificate;
   Upstream upstream(octahedron());
-  RunningRelay relay(
-      {.relay = {.upstreams = {upstream.endpoint()}}, .reception = {.keeper = {.tls = files}}});
-  asio::io_context io;
-  asio::ssl::context context(asio::ssl::context::tls_client);
-  context.add_certificate_authority(asio::buffer(made.certificate));
-  context.set_verify_mode(asio::ssl::verify_peer);
-  asio::ssl::stream<tcp::socket> client(io, context);
-  client.next_layer().connect({asio::ip::make_address("127.0.0.1"), relay.http().port});
-  client.handshake(asio::ssl::stream_base::client);
-  asio::write(client, asio::buffer(std::string_view("GET /livez HTTP/1.1\r\nHost: x\r\n\r\n")));
-  beast::flat_buffer buffer;
-  http::response<http::string_body> answer;
-  http::read(client, buffer, answer);
-  EXPECT_EQ(answer.result_int(), 200U);
+  RunningRelay relay({.relay = {.upstreams = {upstream.endpoint()}},
+                      .reception = {.keeper = {.tls = certificate.files()}}});
+  TlsVisit visit(relay.http().port, certificate);
+  visit.send(kAskWhetherAlive);
+  EXPECT_TRUE(visit.read_to_end().starts_with("HTTP/1.1 200 "));
 }
 
 TEST(GuardedRelay, ATokenFileThatCannotBeReadIsToldAtTheStart) {
@@ -243,160 +199,6 @@ TEST(GuardedRelay, SendsIdleClientsAway) {
   WebSocketClient idle(relay.http());
   EXPECT_TRUE(is_welcome(greeted(idle)));
   EXPECT_EQ(code_of(idle.receive()), ErrorCode::kUnavailable);
-}
-
-// ---- servers that go, hang and come
-
-TEST(GuardedRelay, IsReadyOnlyWhileAServerIsThere) {
-  Upstream upstream(octahedron());
-  RunningRelay relay({.relay = {.upstreams = {upstream.endpoint()}, .most_backoff = 50ms}});
-  HttpClient probe(relay.http());
-  const auto is_ready = [&] { return probe.get("/readyz").result_int() == 200U; };
-  EXPECT_TRUE(eventually(is_ready));
-  upstream.stop();
-  EXPECT_TRUE(eventually([&] { return !is_ready(); })) << "though nobody has asked for anything";
-  upstream.start_again();
-  EXPECT_TRUE(eventually(is_ready));
-}
-
-// Says Welcome and what it has, and nothing else: as a process that hangs in the middle of work.
-class HangingServer {
- public:
-  HangingServer() : acceptor_(io_, {asio::ip::make_address("127.0.0.1"), 0}) {
-    asio::co_spawn(
-        io_, [this] { return accept(); }, asio::detached);
-    thread_ = std::thread([this] { io_.run(); });
-  }
-  ~HangingServer() {
-    io_.stop();
-    thread_.join();
-  }
-  [[nodiscard]] Endpoint endpoint() const {
-    return {.host = "127.0.0.1", .port = acceptor_.local_endpoint().port()};
-  }
-
- private:
-  asio::awaitable<void> accept() {
-    for (;;) {
-      auto socket =
-          std::make_shared<tcp::socket>(co_await acceptor_.async_accept(asio::use_awaitable));
-      asio::co_spawn(
-          io_, [this, socket] { return talk(socket); }, asio::detached);
-    }
-  }
-  asio::awaitable<void> talk(std::shared_ptr<tcp::socket> socket) {
-    FrameReader frames(kMaxClientFrameBytes);
-    std::array<char, 4096> buffer{};
-    for (;;) {
-      const auto content = frames.next();
-      if (!content) co_return;
-      if (*content) {
-        const auto message = parse_client_message(**content);
-        std::string answer;
-        if (message && std::holds_alternative<Hello>(*message)) answer = serialize(Welcome{});
-        if (const auto* list = message ? std::get_if<ListDatasets>(&*message) : nullptr) {
-          answer = serialize(
-              DatasetList{.request_id = list->request_id, .datasets = {octahedron()->info()}});
-        }
-        if (answer.empty()) continue;
-        answer = frame_header(static_cast<std::uint32_t>(answer.size())) + answer;
-        co_await asio::async_write(*socket, asio::buffer(answer), asio::use_awaitable);
-      } else {
-        const std::size_t size =
-            co_await socket->async_read_some(asio::buffer(buffer), asio::use_awaitable);
-        frames.feed({buffer.data(), size});
-      }
-    }
-  }
-
-  asio::io_context io_;
-  tcp::acceptor acceptor_;
-  std::thread thread_;
-};
-
-TEST(GuardedRelay, TakesAServerThatHangsForALostOne) {
-  HangingServer hanging;
-  Upstream good(octahedron());
-  RunningRelay relay({.relay = {.upstreams = {hanging.endpoint(), good.endpoint()},
-                                .silence = 100ms,
-                                .least_backoff = 500ms}});
-  WebSocketClient client(relay.http());
-  EXPECT_TRUE(is_welcome(greeted(client)));
-  for (std::uint64_t id = 1; id <= 4; ++id) {
-    open(client, id);
-    EXPECT_TRUE(is_complete(end_of_stream(client))) << id;
-    client.send(Estimate{.request_id = 100 + id, .dataset = "octahedron"});
-    const ServerMessage answer = client.receive();
-    ASSERT_TRUE(std::holds_alternative<EstimateReply>(answer)) << id;
-    EXPECT_EQ(std::get<EstimateReply>(answer).request_id, 100 + id);
-  }
-}
-
-TEST(GuardedRelay, GoesOnWithAServerThatWasAwayWhenItsClientCame) {
-  Upstream first(octahedron());
-  Upstream second(octahedron());
-  RunningRelay relay({.relay = {.upstreams = {first.endpoint(), second.endpoint()},
-                                .most_backoff = 50ms,
-                                .list_lifetime = 1ms}});
-  for (auto& [serving, away] : {std::pair(&first, &second), std::pair(&second, &first)}) {
-    away->stop();
-    WebSocketClient client(relay.http());
-    EXPECT_TRUE(is_welcome(greeted(client)));
-    away->start_again();
-    open(client, 1);
-    EXPECT_TRUE(is_complete(end_of_stream(client)));
-    serving->stop();
-    open(client, 2);
-    EXPECT_TRUE(is_complete(end_of_stream(client)));
-    serving->start_again();
-  }
-}
-
-TEST(GuardedRelay, StopsWhileAServerHangs) {
-  HangingServer hanging;
-  RunningRelay relay({.relay = {.upstreams = {hanging.endpoint()}, .silence = 1h}});
-  WebSocketClient client(relay.http());
-  EXPECT_TRUE(is_welcome(greeted(client)));
-  client.send(Estimate{.request_id = 1, .dataset = "octahedron"});
-  open(client, 2);
-  client.send(Ping{1});
-  (void)client.receive_a<Pong>();
-}  // Whose end waits for the gateway's.
-
-// With one server and a backoff beyond all patience a loss would fail the stream.
-TEST(GuardedRelay, ALinkThatTheServerClosedMeanwhileIsNoLoss) {
-  Upstream upstream(octahedron(), {.limits = {.idle_time = 200ms}});
-  RunningRelay relay({.relay = {.upstreams = {upstream.endpoint()},
-                                .patience = 5s,
-                                .least_backoff = 20s,
-                                .most_backoff = 20s}});
-  WebSocketClient client(relay.http());
-  EXPECT_TRUE(is_welcome(greeted(client)));
-  for (std::uint64_t id = 1; id <= 3; ++id) {
-    open(client, id);
-    EXPECT_TRUE(is_complete(end_of_stream(client))) << id;
-    std::this_thread::sleep_for(400ms);
-  }
-}
-
-// Counts the lists that a server gave.
-class ListCount : public ServiceObserver {
- public:
-  void request_ended(const ClientFacts&, const RequestFacts& facts) override {
-    if (std::string_view(facts.kind) == "list") ++lists;
-  }
-  std::atomic<int> lists = 0;
-};
-
-TEST(GuardedRelay, AsksOnceForAllWhoComeAtTheSameTime) {
-  const auto count = std::make_shared<ListCount>();
-  Upstream upstream(octahedron(), {.keeper = {.observer = count}});
-  RunningRelay relay({.relay = {.upstreams = {upstream.endpoint()}, .list_lifetime = 1h}});
-  std::vector<std::unique_ptr<WebSocketClient>> clients;
-  for (int i = 0; i < 20; ++i) clients.push_back(std::make_unique<WebSocketClient>(relay.http()));
-  for (const auto& client : clients) client->send(Hello{});
-  for (const auto& client : clients) EXPECT_TRUE(is_welcome(client->receive()));
-  EXPECT_EQ(count->lists, 1);
 }
 
 }  // namespace

@@ -113,7 +113,7 @@ TEST_F(TlsFilesTest, Http11IsChosenWhereItIsOfferedAndNothingElse) {
 
 TEST_F(TlsFilesTest, ABadFileIsNamedWithWhatIsWrong) {
   const CertificateAndKey other = self_signed();
-  const CertificateAndKey old = self_signed("localhost", -60);
+  const CertificateAndKey old = self_signed("DNS:localhost", -60);
   const auto has = [](const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
   };

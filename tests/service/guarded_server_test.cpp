@@ -14,6 +14,7 @@
 #include "tests/service/fake_steps.hpp"
 #include "tests/service/running_server.hpp"
 #include "tests/support/certificates.hpp"
+#include "tests/support/eventually.hpp"
 
 namespace multitetra {
 namespace {
@@ -21,6 +22,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::catalogue_of;
 using testing::endless;
+using testing::eventually;
 using testing::FakeSteps;
 using testing::heavy;
 using testing::is_closed_by_server;
@@ -43,14 +45,6 @@ CataloguePtr two_datasets() {
 }
 
 CataloguePtr octahedra() { return catalogue_of(std::make_shared<FakeSteps>("fake")); }
-
-bool eventually(const std::function<bool()>& happened) {
-  for (int i = 0; i < 5000; ++i) {
-    if (happened()) return true;
-    std::this_thread::sleep_for(1ms);
-  }
-  return false;
-}
 
 // The next message that is no part of a step.
 ServerMessage after_steps(MessageSocket& socket) {

@@ -26,9 +26,9 @@ std::string pem(const Write& write) {
   return {text, static_cast<std::size_t>(size)};
 }
 
-// Signed by itself, for localhost and 127.0.0.1, named `name`, valid from `from_seconds` to
+// Signed by itself, for the names and addresses in `names`, valid from `from_seconds` to
 // `until_seconds` from now.
-inline CertificateAndKey self_signed(const std::string& name = "localhost",
+inline CertificateAndKey self_signed(const std::string& names = "DNS:localhost,IP:127.0.0.1",
                                      long until_seconds = 3600, long from_seconds = -3600) {
   const std::unique_ptr<EVP_PKEY, decltype(&EVP_PKEY_free)> key(EVP_EC_gen("P-256"), EVP_PKEY_free);
   const std::unique_ptr<X509, decltype(&X509_free)> made(X509_new(), X509_free);
@@ -40,12 +40,13 @@ inline CertificateAndKey self_signed(const std::string& name = "localhost",
   X509_set_pubkey(x, key.get());
   X509_NAME* const subject = X509_get_subject_name(x);
   X509_NAME_add_entry_by_txt(subject, "CN", MBSTRING_ASC,
-                             reinterpret_cast<const unsigned char*>(name.c_str()), -1, -1, 0);
+                             reinterpret_cast<const unsigned char*>("multitetra test"), -1, -1, 0);
   X509_set_issuer_name(x, subject);
-  X509_EXTENSION* const names =
-      X509V3_EXT_conf_nid(nullptr, nullptr, NID_subject_alt_name, "DNS:localhost,IP:127.0.0.1");
-  X509_add_ext(x, names, -1);
-  X509_EXTENSION_free(names);
+  const std::unique_ptr<X509_EXTENSION, decltype(&X509_EXTENSION_free)> alternatives(
+      X509V3_EXT_conf_nid(nullptr, nullptr, NID_subject_alt_name, names.c_str()),
+      X509_EXTENSION_free);
+  if (!alternatives) throw std::runtime_error("No names of a certificate: " + names);
+  X509_add_ext(x, alternatives.get(), -1);
   X509_sign(x, key.get(), EVP_sha256());
   return {.certificate = pem([&](BIO* to) { return PEM_write_bio_X509(to, x); }),
           .key = pem([&](BIO* to) {

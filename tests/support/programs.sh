@@ -1,0 +1,57 @@
+# For tests that run whole programs: sourced by them. Makes a folder to work in, and stays there; it goes with the test,
+# and so do the programs that were started. A test with a failure ends with exit code 1, whatever it does last.
+work=$(mktemp -d)
+pids=()
+failed=0
+end_test() {
+  local code=$? one
+  for one in "${pids[@]}"; do kill "$one" 2>/dev/null || true; done
+  wait
+  rm -rf "$work"
+  [ "$failed" = 0 ] || { echo "$failed failures." >&2; code=1; }
+  exit "$code"
+}
+trap end_test EXIT
+cd "$work"
+
+fail() { echo "FAILED: $*" >&2; failed=$((failed + 1)); }
+
+# ends WITH-CODE SAYING COMMAND...
+ends() {
+  local code=$1 words=$2 status=0
+  shift 2
+  "$@" >out 2>&1 || status=$?
+  [ "$status" = "$code" ] || fail "exit code $status instead of $code of: $* ($(cat out))"
+  grep -qF -- "$words" out || fail "\"$words\" is not said by: $* ($(cat out))"
+}
+
+# start NAME COMMAND...: its process is `pid`; what it says is in NAME.log.
+start() {
+  local log=$1.log
+  shift
+  "$@" >"$log" 2>&1 &
+  pid=$!
+  pids+=("$pid")
+}
+# url_of NAME SCHEME: the address that it listens on, when it does.
+url_of() {
+  local url
+  for _ in $(seq 600); do
+    url=$(sed -n "s/.*listening on \($2:\/\/[^ \"]*\).*/\1/p" "$1.log" | head -n 1)
+    [ -z "$url" ] || { echo "$url"; return; }
+    sleep 0.05
+  done
+  cat "$1.log" >&2
+  return 1
+}
+# ends_well NAME PID: after SIGTERM, with exit code 0.
+ends_well() {
+  local status=0
+  kill -TERM "$2"
+  wait "$2" || status=$?
+  [ "$status" = 0 ] || fail "exit code $status after SIGTERM: $(cat "$1.log")"
+}
+# A port that was free a moment ago, for programs that take no port 0.
+free_port() {
+  python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'
+}
