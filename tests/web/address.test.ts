@@ -1,4 +1,4 @@
-import { fromAddress, toAddress } from "../../client/web/src/state/url_state";
+import { edited, fromAddress, misread, toAddress } from "../../client/web/src/state/url_state";
 import { defaults, type Settings } from "../../client/web/src/state/settings";
 
 describe("Address", () => {
@@ -29,5 +29,20 @@ describe("Address", () => {
     ]) {
       expect(fromAddress(text)).toEqual({});
     }
+  });
+
+  test("TellsWhatItHasPassedOver", () => {
+    expect(misread("#dataset=head&error=0.5&eye=1,2,3&region=ball:1,2,3,4=1&compact=true")).toEqual([]);
+    expect(misread("#error=-1&isovalue=2&clip=w&isovlaue=3&__proto__=4&toString=5")).toEqual([
+      "error=-1", "clip=w", "isovlaue=3", "__proto__=4", "toString=5",
+    ]);
+    expect(misread("#token=mt_secret")).toEqual([]);
+    expect(misread("#")).toEqual([]);
+  });
+
+  test("TakesOverWhatIsEditedAndLeavesWhatNobodyCanRead", () => {
+    const now: Settings = { ...defaults, dataset: "head", isovalue: 500.5, error: 2, clip: "x" };
+    const said = "#dataset=head&isovalue=much&error=0.25&constructor=1";
+    expect(edited(now, said)).toEqual({ ...defaults, dataset: "head", isovalue: 500.5, error: 0.25 });
   });
 });

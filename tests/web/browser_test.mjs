@@ -1,61 +1,25 @@
-// The viewer in a real browser, against a real server: what a person would see.
+// What a person would see: the viewer in a real browser, against a real server.
 //
 //   node browser_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
-//
-// Exit code 77 says, with a loud line, that something is not installed and nothing was tested.
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
-import { existsSync, mkdirSync, readFileSync, rmSync } from "node:fs";
-import { createRequire } from "node:module";
-import path from "node:path";
+import { readFileSync } from "node:fs";
 
-import { Server } from "./viewer_host.mjs";
+import {
+  atKeyboard, complete, finish, open, patience, server, surfacePixels, test,
+} from "./in_a_browser.mjs";
 
-const [program, viewer, scratch] = process.argv.slice(2);
-const chromiumPath = process.env.CHROMIUM ?? "/usr/bin/chromium";
-const patience = 120_000; // Of a loaded machine that draws in software.
+await test("ShowsASurfaceAtOnceAndChecksIt", showsASurface);
+await test("FollowsADraggedIsovalueWithoutEverShowingNothing", followsADrag);
+await test("RefinesTheRegionThatIsDragged", refinesARegion);
+await test("TellsHowLargeASurfaceWillBe", tellsSizes);
+await test("ObeysKeysAndRemembersThemInTheAddress", obeysKeys);
+await test("CutsTheSurfaceOpen", cutsOpen);
+await test("GivesWhatIsShownAsFileAndPicture", givesFiles);
+await test("KeepsTheSurfaceAndGoesOnWhenTheServerComesBack", survivesARestart);
+await test("SaysThatADatasetIsUnknown", saysUnknownDataset);
+await finish();
 
-function skip(what) {
-  console.log(`!! ${what}: the viewer is NOT TESTED in a browser.`);
-  process.exit(77);
-}
-if (!existsSync(chromiumPath)) skip("Chromium is not installed");
-if (!existsSync(path.join(viewer, "index.html"))) skip("The viewer was not built");
-const installed = createRequire(new URL("../../client/web/package.json", import.meta.url));
-let chromium;
-try {
-  ({ chromium } = installed("playwright-core"));
-} catch {
-  skip("playwright-core is not installed");
-}
-
-prepareDatasets();
-const server = new Server(program, path.join(scratch, "datasets"), viewer);
-await server.start();
-const address = await server.page();
-const browser = await chromium.launch({
-  executablePath: chromiumPath,
-  args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
-});
-const reader = await browser.newPage(); // Reads pictures.
-let failures = 0;
-try {
-  await test("ShowsASurfaceAtOnceAndChecksIt", showsASurface);
-  await test("FollowsADraggedIsovalueWithoutEverShowingNothing", followsADrag);
-  await test("RefinesTheRegionThatIsDragged", refinesARegion);
-  await test("TellsHowLargeASurfaceWillBe", tellsSizes);
-  await test("ObeysKeysAndRemembersThemInTheAddress", obeysKeys);
-  await test("CutsTheSurfaceOpen", cutsOpen);
-  await test("GivesWhatIsShownAsFileAndPicture", givesFiles);
-  await test("KeepsTheSurfaceAndGoesOnWhenTheServerComesBack", survivesARestart);
-  await test("SaysThatADatasetIsUnknown", saysUnknownDataset);
-} finally {
-  await browser.close();
-  await server.close();
-}
-process.exit(failures > 0 ? 1 : 0);
-
-// ---- the tests
+// ----
 
 async function showsASurface(page) {
   await open(page, "#dataset=head");
@@ -165,6 +129,10 @@ async function cutsOpen(page) {
   await click(0.58);
   await page.waitForSelector(".picked:not([hidden])");
   assert.match(await page.textContent(".picked"), /A world.*Click another point/s);
+  await page.focus(".picked button");
+  await page.keyboard.press("Enter");
+  await page.waitForSelector(".picked", { state: "hidden" });
+  assert.equal(await atKeyboard(page), "canvas");
 }
 
 async function givesFiles(page) {
@@ -186,6 +154,7 @@ async function givesFiles(page) {
 async function survivesARestart(page) {
   await open(page, "#dataset=gyroid");
   const before = await complete(page);
+  await page.focus('.dataset[data-name="gyroid"]');
   page.mayLoseItsConnection = true;
   await server.stop();
   await page.waitForSelector(".notice:not([hidden])", { timeout: patience });
@@ -193,6 +162,7 @@ async function survivesARestart(page) {
   assert((await surfacePixels(page)).share > 0.03, "the surface stays");
   await server.start();
   await page.waitForSelector(".notice", { state: "hidden", timeout: patience });
+  assert.equal(await atKeyboard(page), "button.dataset", "the keyboard is where it was");
   await page.fill(".number", "0.3");
   await page.press(".number", "Enter");
   const after = await complete(page, (shown) => shown.digest !== before.digest);
@@ -206,90 +176,4 @@ async function saysUnknownDataset(page) {
   await page.click('.dataset[data-name="gyroid"]');
   await complete(page);
   assert(await page.locator(".notice").isHidden());
-}
-
-// ---- what they share
-
-async function test(name, act) {
-  const page = await browser.newPage({ viewport: { width: 900, height: 640 } });
-  page.setDefaultTimeout(patience);
-  const trouble = [];
-  page.on("console", (message) => {
-    // The browser itself says what it cannot reach while the server is away, also the page's icon.
-    const isAway = /WebSocket|ERR_CONNECTION_REFUSED/.test(message.text());
-    const isExpected = page.mayLoseItsConnection && isAway;
-    if (message.type() === "error" && !isExpected) trouble.push(message.text());
-  });
-  page.on("pageerror", (error) => trouble.push(error.message));
-  page.on("request", (request) => {
-    const { host, protocol } = new URL(request.url());
-    const isLocal = host === new URL(address).host || protocol === "data:" || protocol === "blob:";
-    if (!isLocal) trouble.push(`It asks for ${request.url()}.`);
-  });
-  try {
-    await act(page);
-    assert.deepEqual(trouble, [], "nothing is said on the console");
-    console.log(`ok   ${name}`);
-  } catch (error) {
-    ++failures;
-    console.log(`FAIL ${name}: ${error.message}\n${trouble.join("\n")}`);
-    await page.screenshot({ path: path.join(scratch, `${name}.png`) }).catch(() => {});
-  }
-  await page.close();
-}
-
-async function open(page, hash) {
-  await page.goto(address + hash);
-}
-
-// Waits for the final step; what the bar and the certificate then say.
-async function complete(page, isIt = () => true) {
-  const until = Date.now() + patience;
-  while (Date.now() < until) {
-    const shown = await page.evaluate(() => {
-      const text = (selector) => document.querySelector(selector)?.textContent ?? "";
-      return {
-        state: text(".state b"),
-        triangles: Number(text(".fact:nth-child(2) b").replace(/\D/g, "")),
-        digest: text(".certificate").match(/[0-9a-f]{32}/)?.[0],
-      };
-    });
-    if (shown.state === "Complete" && shown.digest && isIt(shown)) return shown;
-    await page.waitForTimeout(100);
-  }
-  throw new Error(`The surface did not become complete in ${patience / 1000} s.`);
-}
-
-// The share of the picture that has the colour of a surface: light, and more red than blue.
-async function surfacePixels(page) {
-  const box = await page.locator(".stage canvas").boundingBox();
-  const png = (await page.screenshot({ clip: box, timeout: patience })).toString("base64");
-  return reader.evaluate(async (data) => {
-    const image = new Image();
-    image.src = `data:image/png;base64,${data}`;
-    await image.decode();
-    const canvas = document.createElement("canvas");
-    canvas.width = image.width;
-    canvas.height = image.height;
-    const context = canvas.getContext("2d");
-    context.drawImage(image, 0, 0);
-    const { data: rgba } = context.getImageData(0, 0, canvas.width, canvas.height);
-    let count = 0;
-    for (let i = 0; i < rgba.length; i += 4) {
-      if (rgba[i] > 80 && rgba[i] > rgba[i + 2] + 15) ++count;
-    }
-    return { share: (4 * count) / rgba.length };
-  }, png);
-}
-
-function prepareDatasets() {
-  const folder = path.join(scratch, "datasets");
-  rmSync(folder, { recursive: true, force: true });
-  mkdirSync(folder, { recursive: true });
-  const run = (...words) => execFileSync(program, [...words, "--quiet"]);
-  for (const [kind, size] of [["head", "65"], ["gyroid", "33"]]) {
-    const volume = path.join(scratch, `${kind}.nrrd`);
-    run("generate", kind, "--size", size, "-o", volume);
-    run("prepare", volume, "--name", kind, "-o", path.join(folder, `${kind}.mtd`));
-  }
 }

@@ -21,7 +21,6 @@ const installed = createRequire(new URL("../../client/web/package.json", import.
 const { chromium } = installed("playwright-core");
 const server = new Server(program, datasets, viewer);
 await server.start();
-const address = await server.page();
 const browser = await chromium.launch({
   executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
   args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
@@ -29,7 +28,7 @@ const browser = await chromium.launch({
 for (const [name, [hash, width, height]] of Object.entries(pictures)) {
   const page = await browser.newPage({ viewport: { width, height }, colorScheme: "dark" });
   page.setDefaultTimeout(patience);
-  await page.goto(address + hash);
+  await page.goto(server.page + hash);
   await page.waitForFunction(
     () =>
       document.querySelector(".state b")?.textContent === "Complete" &&
@@ -47,5 +46,5 @@ for (const [name, [hash, width, height]] of Object.entries(pictures)) {
   await page.close();
 }
 await browser.close();
-await server.close();
+await server.stop();
 process.exit(0);

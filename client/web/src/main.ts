@@ -22,7 +22,7 @@ import { Surroundings } from "./scene/surroundings";
 import { Thumbnails } from "./scene/thumbnails";
 import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
-import { fromAddress, toAddress } from "./state/url_state";
+import { edited, fromAddress, misread, toAddress } from "./state/url_state";
 import { type Vec3, worldBox } from "./stream/dataset";
 import { SurfaceClient } from "./surface_client";
 import { TakeAway } from "./take_away";
@@ -48,6 +48,7 @@ const thumbnails = new Thumbnails(server, () => token.get(), pool, stage.rendere
   stage.invalidate();
 });
 
+let saidAtFirst = location.hash;
 let list: readonly DatasetInfo[] = [];
 let info: DatasetInfo | null = null;
 let isDragging = false;
@@ -67,6 +68,7 @@ const notices = new Notices({
     client.connect();
   },
   insist: () => client.insist(),
+  leave: () => canvas.focus(),
 });
 const takeAway = new TakeAway(stage, surface, pool, notices, () => client.shown);
 const panel = new Panel(
@@ -137,7 +139,11 @@ client.datasets.watch(({ list: now }) => {
   list = now;
   datasets.show(now);
   const found = namedDataset() ?? (settings.get().dataset ? null : now[0]);
-  if (found) useDataset(found);
+  if (found) {
+    useDataset(found);
+    tellMisread(saidAtFirst);
+  }
+  saidAtFirst = "";
 });
 
 settings.watch((now, before) => {
@@ -166,15 +172,8 @@ canvas.addEventListener("pointermove", (event) => {
   const isOver = event.buttons === 0 && regionHandles.isOver(event.offsetX, event.offsetY);
   canvas.style.cursor = isOver ? "grab" : "";
 });
-window.addEventListener("hashchange", () => {
-  if (location.hash.slice(1) === toAddress(settings.get())) return;
-  settings.set({ ...defaults, dataset: info?.name ?? "", ...fromAddress(location.hash) });
-  const { eye, target } = settings.get();
-  const found = namedDataset();
-  if (found && found !== info) useDataset(found);
-  else ask();
-  if (eye && target) stage.setView(eye, target);
-});
+// What was edited is in the event: the address itself may be written anew before it is heard of.
+window.addEventListener("hashchange", ({ newURL }) => useEdited(new URL(newURL).hash));
 matchMedia("(prefers-color-scheme: light)").addEventListener("change", () => panel.histogram.redraw());
 
 client.connect();
@@ -185,15 +184,42 @@ client.connect();
 function namedDataset(): DatasetInfo | null {
   const wanted = settings.get().dataset;
   const found = list.find(({ name }) => name === wanted) ?? null;
-  if (wanted && !found) notices.tell(`No dataset named "${wanted}" is served here. Choose one from the list.`);
+  if (wanted && !found) tellUnknown(wanted);
   return found;
+}
+
+function tellUnknown(name: string): void {
+  notices.tell(`No dataset named "${name}" is served here. Choose one from the list.`);
+}
+
+function tellMisread(hash: string): void {
+  const said = misread(hash);
+  if (said.length === 0) return;
+  const words = said.slice(0, 3).map((word) => (word.length > 40 ? `${word.slice(0, 39)}…` : word));
+  const rest = said.length > words.length ? " and more" : "";
+  notices.tell(`Passed over in the address, as it means nothing here: ${words.join(", ")}${rest}.`, true);
 }
 
 function chooseDataset(chosen: DatasetInfo): void {
   if (chosen === info) return;
-  picking.forget();
   settings.set({ dataset: chosen.name, isovalue: null, region: null, eye: null, target: null, clip: "off" });
   useDataset(chosen);
+}
+
+// Somebody has edited the address, or followed a link to this page.
+function useEdited(hash: string): void {
+  rememberSoon(); // As it is understood, without a token.
+  if (token.takeFrom(hash)) client.connect();
+  if (hash.slice(1) === toAddress(addressed())) return;
+  const { dataset: wanted, ...now } = edited(settings.get(), hash);
+  const found = list.find(({ name }) => name === wanted);
+  const isUnknown = wanted !== "" && list.length > 0 && !found;
+  if (now.eye && now.target) stage.setView(now.eye, now.target);
+  settings.set({ ...now, dataset: wanted && !isUnknown ? wanted : addressed().dataset });
+  if (found && found !== info) useDataset(found);
+  else ask();
+  if (isUnknown) tellUnknown(wanted);
+  else tellMisread(hash);
 }
 
 function useDataset(now: DatasetInfo): void {
@@ -204,6 +230,7 @@ function useDataset(now: DatasetInfo): void {
   panel.setDataset(now);
   surroundings.setDataset(now);
   if (!isOther) return; // After a lost connection: the stream goes on by itself.
+  picking.forget();
   const { low, high } = worldBox(now);
   stage.setBounds(low, high);
   const { eye, target } = settings.get();

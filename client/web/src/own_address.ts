@@ -1,7 +1,8 @@
 // Where the page's server is, and the token that it is told.
 import { session } from "./state/remembered";
 
-// `?server=` names another one than the page's own, for those who work on the page.
+// `?server=` names another one than the page's own, for those who work on the page. A page that a
+// server has sent may not talk with another one (viewer_files.cpp); one from elsewhere may.
 export function serverAddress(): string {
   const scheme = location.protocol === "https:" ? "wss:" : "ws:";
   const own = `${scheme}//${location.host}/v1/stream`;
@@ -16,9 +17,8 @@ export class Token {
 
   constructor(server: string) {
     this.name = `token:${server}`;
-    const said = new URLSearchParams(location.hash.slice(1)).get("token");
-    if (said) session.set(this.name, said);
-    this.value = said ?? session.get(this.name) ?? "";
+    this.value = session.get(this.name) ?? "";
+    this.takeFrom(location.hash);
   }
 
   get(): string {
@@ -28,5 +28,13 @@ export class Token {
   set(value: string): void {
     this.value = value;
     session.set(this.name, value);
+  }
+
+  // Whether the address brought one that is news.
+  takeFrom(hash: string): boolean {
+    const said = new URLSearchParams(hash.replace(/^#/, "")).get("token");
+    if (!said || said === this.value) return false;
+    this.set(said);
+    return true;
   }
 }

@@ -67,15 +67,15 @@ export class SurfaceClient {
       closed: () => this.perform(this.conversation.closed()),
       received: (message: ServerKind) => this.perform(this.conversation.received(message)),
       impossible: () => {
-        const text = `This page cannot connect to "${this.address}".`;
+        const text = `This page cannot connect to "${this.address}", or may not.`;
         this.progress.set({ phase: "lost", retryAt: 0, trouble: { ...noTrouble, text, isFatal: true } });
       },
     });
   }
 
   connect(): void {
-    this.conversation.tryAgain();
-    this.progress.set({ trouble: null });
+    this.perform(this.conversation.connecting());
+    this.progress.set({ trouble: null, isStreaming: false });
     this.link.connect();
   }
 
@@ -109,6 +109,12 @@ export class SurfaceClient {
     this.perform(this.conversation.askSize(order));
   }
 
+  // A stream that is repeated on another connection must not bring unasked what is too large.
+  private askSizeAgain(): void {
+    const { asked } = this;
+    if (asked && !this.progress.get().heldBack) this.askSize(asked, this.isDragging);
+  }
+
   private learnSize(effect: Effect & { kind: "size" }): void {
     const expected = this.sizes.learn(effect);
     const isCurrent = this.asked && isSameRequest(this.asked.request, effect.order.request);
@@ -136,6 +142,7 @@ export class SurfaceClient {
 
   private perform(effects: Effect[]): void {
     for (const effect of effects) this.performOne(effect);
+    if (effects.some(({ kind }) => kind === "opened")) this.askSizeAgain();
   }
 
   private performOne(effect: Effect): void {
@@ -145,7 +152,7 @@ export class SurfaceClient {
         break;
       case "phase": {
         const wait = effect.retryInMilliseconds;
-        if (effect.phase === "lost") this.sizes.forget();
+        if (effect.phase === "lost") this.loseStream();
         if (effect.phase === "lost" && wait !== undefined) this.link.connectIn(wait);
         this.progress.set({
           phase: effect.phase,
@@ -176,6 +183,12 @@ export class SurfaceClient {
         if (effect.stream === this.stream) this.performOfStream(effect);
         break;
     }
+  }
+
+  // What was under way is gone; the conversation repeats it when there is a connection again.
+  private loseStream(): void {
+    this.sizes.forget();
+    this.progress.set({ isStreaming: false });
   }
 
   private begin(stream: number): void {

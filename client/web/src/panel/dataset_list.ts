@@ -22,6 +22,8 @@ export class DatasetList {
   }
 
   show(list: readonly DatasetInfo[]): void {
+    const atKeyboard = document.activeElement instanceof HTMLElement && this.element.contains(document.activeElement)
+      ? document.activeElement.dataset.name : undefined;
     this.cards.clear();
     this.seen.disconnect();
     const cards = list.map((info) => this.card(info));
@@ -33,6 +35,7 @@ export class DatasetList {
       );
     }
     for (const card of cards) this.seen.observe(card);
+    if (atKeyboard !== undefined) this.cards.get(atKeyboard)?.focus({ preventScroll: true });
   }
 
   choose(name: string): void {

@@ -1,13 +1,21 @@
-// What a user must know: a lost connection, a refused request, a failed check, a surface too large to
-// be sent unasked.
+// What a user must know: a lost connection, a token that is wanted, a refused request, a failed check,
+// a surface too large to be sent unasked.
+//
+// What the keyboard is at stays in the page while the matter is the same, also over an attempt to
+// connect that fails. When the matter is settled the keyboard goes to the picture.
 import type { Progress } from "../state/progress";
 import { h, inBytes, inTriangles } from "./dom";
+import { TokenForm } from "./token_form";
 
 export interface NoticeActs {
   connectNow: () => void;
   useToken: (token: string) => void;
   insist: () => void; // On the surface that was held back.
+  leave: () => void; // The keyboard goes to what is shown.
 }
+
+type Kind = "lost" | "token" | "words" | "size" | "nothing";
+
 
 export class Notices {
   readonly element = h("div", { class: "notice", role: "alert", hidden: true });
@@ -15,17 +23,18 @@ export class Notices {
   private timer = 0;
   private countdown = 0;
   private progress: Progress | null = null;
-  private kind = ""; // Of what the element holds; its parts stay while that is the same.
+  private kind: Kind = "nothing"; // What the element holds; its parts stay while that is the same.
   private readonly seconds = h("span", { "aria-hidden": "true" }); // Not said aloud twice a second.
   private readonly words = h("span");
+  private form: TokenForm | null = null;
 
   constructor(private readonly acts: NoticeActs) {}
 
-  // Stays until clear(), or for some seconds.
+  // Stays until clear(), or as long as it takes to read.
   tell(text: string, isPassing = false): void {
     this.own = text;
     clearTimeout(this.timer);
-    if (isPassing) this.timer = window.setTimeout(() => this.clear(), 4000);
+    if (isPassing) this.timer = window.setTimeout(() => this.clear(), 2000 + 60 * text.length);
     this.draw();
   }
 
@@ -43,12 +52,15 @@ export class Notices {
     clearTimeout(this.countdown);
     const { progress } = this;
     const trouble = progress?.trouble;
-    const isLost = progress?.phase === "lost";
+    const isTrying = progress?.phase === "connecting" || progress?.phase === "greeting";
+    const isLost = progress?.phase === "lost" || (isTrying && this.kind === "lost");
     this.element.classList.toggle("is-trouble", isLost || Boolean(trouble));
     if (trouble?.needsToken) {
-      this.hold("token", () => [this.tokenForm()]);
+      this.drawToken().refuse(trouble.text);
+    } else if (isTrying && this.kind === "token") {
+      this.drawToken().wait();
     } else if (isLost && !trouble?.isFatal) {
-      this.drawLost(progress);
+      this.drawLost(progress!);
     } else if (trouble || this.own) {
       this.words.textContent = trouble?.text ?? this.own;
       this.hold("words", () => [this.words]);
@@ -59,8 +71,14 @@ export class Notices {
         "fewer. ";
       this.hold("size", () => [this.words, button("Show all of it", this.acts.insist)]);
     } else {
-      this.hold("", () => []);
+      this.hold("nothing", () => []);
     }
+  }
+
+  private drawToken(): TokenForm {
+    const form = (this.form ??= new TokenForm(this.acts.useToken));
+    this.hold("token", () => [form.element]);
+    return form;
   }
 
   private drawLost(progress: Progress): void {
@@ -78,22 +96,17 @@ export class Notices {
     this.countdown = window.setTimeout(() => this.draw(), 500);
   }
 
-  private hold(kind: string, parts: () => Node[]): void {
-    this.element.hidden = kind === "";
+  private hold(kind: Kind, parts: () => Node[]): void {
     if (kind === this.kind) return;
+    const { activeElement } = document;
+    const hadKeyboard = this.element.contains(activeElement);
+    const isFree = activeElement === null || activeElement === document.body;
     this.kind = kind;
+    this.element.hidden = kind === "nothing";
     this.element.replaceChildren(...parts());
-  }
-
-  private tokenForm(): HTMLElement {
-    const input = h("input", { type: "password", "aria-label": "Token", autocomplete: "off" });
-    const form = h("form", {}, h("b", {}, "This server asks for a token. "), input,
-      h("button", { type: "submit" }, "Connect"));
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      this.acts.useToken(input.value);
-    });
-    return form;
+    if (kind !== "token") this.form = null;
+    if (this.form && (hadKeyboard || isFree)) this.form.focus();
+    else if (hadKeyboard) this.acts.leave();
   }
 }
 

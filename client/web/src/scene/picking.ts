@@ -26,7 +26,7 @@ export class Picking {
 
   constructor(
     private readonly stage: Stage,
-    canvas: HTMLCanvasElement,
+    private readonly canvas: HTMLCanvasElement,
     private readonly pool: TilePool,
     private readonly shown: () => {
       surface: ShownSurface;
@@ -94,7 +94,10 @@ export class Picking {
         h("p", {}, h("b", {}, name), ` world ${world.map((v) => inDigits(v, 5)).join(", ")}`,
           h("br"), h("span", {}, `sample ${index.map((v) => v.toFixed(1)).join(", ")}`));
       const close = h("button", { type: "button", "aria-label": "Forget the picked points" }, "×");
-      close.addEventListener("click", () => this.forget());
+      close.addEventListener("click", () => {
+        this.forget();
+        this.canvas.focus();
+      });
       this.element.replaceChildren(close, place("A", a), ...(b ? [place("B", b)] : []));
       const distance = b ? Math.hypot(...a.world.map((v, i) => v - b.world[i])) : 0;
       this.element.append(

@@ -3,7 +3,8 @@
 //
 //   #dataset=head&isovalue=500.5&error=0.5&region=box:0,0,0,10,10,10=0.25&eye=1,2,3&target=0,0,0
 //
-// Whatever cannot be read is passed over: an address from elsewhere never breaks the page.
+// Whatever cannot be read is passed over and can be told: an address from elsewhere never breaks the
+// page.
 import { defaults, type Region, type Settings } from "./settings";
 
 export function toAddress(settings: Settings): string {
@@ -55,6 +56,25 @@ export function fromAddress(text: string): Partial<Settings> {
   set("eye", numbersFrom(said.get("eye"), 3) as Settings["eye"] | undefined);
   set("target", numbersFrom(said.get("target"), 3) as Settings["target"] | undefined);
   return settings;
+}
+
+// What fromAddress() passed over, as it was said: "error=-1". A token is no setting, and nobody's to
+// be shown.
+export function misread(text: string): string[] {
+  const read = fromAddress(text);
+  return [...new URLSearchParams(text.replace(/^#/, ""))]
+    .filter(([name]) => name !== "token" && !Object.hasOwn(read, name))
+    .map(([name, value]) => `${name}=${value}`);
+}
+
+// The settings after somebody has edited the address: what it does not say is as usual, but what it
+// says and nobody can read stays as it was.
+export function edited(now: Settings, text: string): Settings {
+  const kept = misread(text)
+    .map((said) => said.slice(0, said.indexOf("=")))
+    .filter((name): name is keyof Settings => Object.hasOwn(now, name));
+  const asTheyWere = Object.fromEntries(kept.map((name) => [name, now[name]]));
+  return { ...defaults, ...asTheyWere, ...fromAddress(text) };
 }
 
 const plainNames = [

@@ -96,9 +96,12 @@ export class Conversation {
     return [{ kind: "send", message: { case: "estimate", value } }];
   }
 
-  // The user has changed what the server refused.
-  tryAgain(): void {
+  // A connection is made because the user says so; whatever was refused before, or is still
+  // connected, no longer counts.
+  connecting(): Effect[] {
     this.isGivenUp = false;
+    this.assembler = null;
+    return this.turn("connecting");
   }
 
   cancel(): Effect[] {

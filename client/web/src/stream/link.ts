@@ -5,12 +5,14 @@ export interface LinkEvents {
   opened: () => void;
   received: (message: ServerKind) => void;
   closed: () => void;
-  impossible: () => void; // No connection can be made to this address.
+  // No connection can be made to this address: it is none of a WebSocket, or this page may not use it.
+  impossible: () => void;
 }
 
 export class Link {
   private socket: WebSocket | null = null;
   private timer = 0;
+  private forbidden = new AbortController(); // Ends with the socket.
 
   constructor(
     private readonly address: string,
@@ -24,10 +26,10 @@ export class Link {
     try {
       socket = new WebSocket(this.address, subprotocol);
     } catch {
-      // No address of a WebSocket, or one that this page may not use.
       this.events.impossible();
       return;
     }
+    this.hearOfPolicy();
     socket.binaryType = "arraybuffer";
     const isCurrent = () => this.socket === socket;
     socket.onopen = () => isCurrent() && this.events.opened();
@@ -65,6 +67,19 @@ export class Link {
   leave(): void {
     const socket = this.socket;
     this.socket = null;
+    this.forbidden.abort();
     socket?.close();
+  }
+
+  // What the page's Content-Security-Policy forbids, the socket tells as if nobody were there.
+  private hearOfPolicy(): void {
+    this.forbidden = new AbortController();
+    const { signal } = this.forbidden;
+    document.addEventListener("securitypolicyviolation", ({ effectiveDirective }) => {
+      if (effectiveDirective !== "connect-src") return;
+      clearTimeout(this.timer);
+      this.leave();
+      this.events.impossible();
+    }, { signal });
   }
 }

@@ -1,0 +1,45 @@
+// Asks for the token of a server. What was typed stays until the server has taken it.
+import { h } from "./dom";
+
+export class TokenForm {
+  readonly element: HTMLFormElement;
+  private readonly input = h("input", {
+    type: "password", "aria-label": "Token", "aria-describedby": "token-answer", autocomplete: "off",
+    spellcheck: "false", required: true,
+  });
+  private readonly send = h("button", { type: "submit" }, "Connect");
+  private readonly answer = h("p", { id: "token-answer" });
+  private isWaiting = false;
+  private wasSent = false;
+
+  constructor(useToken: (token: string) => void) {
+    this.element = h("form", {}, h("b", {}, "This server asks for a token."), this.input, this.send,
+      this.answer);
+    this.element.addEventListener("submit", (event) => {
+      event.preventDefault();
+      if (this.isWaiting) return;
+      this.wasSent = true;
+      useToken(this.input.value.trim());
+    });
+  }
+
+  // The server has been told, and has not answered.
+  wait(): void {
+    this.isWaiting = true;
+    this.send.textContent = "Connecting…";
+  }
+
+  // The server has said no.
+  refuse(text: string): void {
+    this.send.textContent = "Connect";
+    this.answer.textContent = text;
+    this.answer.classList.toggle("is-refusal", this.wasSent);
+    this.input.setAttribute("aria-invalid", String(this.wasSent));
+    if (this.isWaiting) this.input.select();
+    this.isWaiting = false;
+  }
+
+  focus(): void {
+    this.input.focus();
+  }
+}

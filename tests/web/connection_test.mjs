@@ -1,0 +1,161 @@
+// What the viewer promises of its connection, its token, the keyboard and the address, in a real
+// browser against real servers.
+//
+//   node connection_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
+import assert from "node:assert/strict";
+import { rmSync } from "node:fs";
+import net from "node:net";
+import path from "node:path";
+
+import {
+  atKeyboard, complete, finish, newToken, notice, open, scratch, serve, server, surfacePixels, test,
+} from "./in_a_browser.mjs";
+
+const tokens = path.join(scratch, "tokens");
+rmSync(tokens, { force: true });
+const token = newToken("alice", tokens);
+const guarded = await serve("--tokens", tokens);
+
+await test("SaysThatTheServerDiedAndGoesOnWhenItIsBack", survivesADeadServer);
+await test("AsksForATokenUntilItIsTheRightOne", asksForAToken);
+await test("TakesATokenOutOfTheAddress", hidesItsToken);
+await test("TellsATokenToNoOtherServerThanItsOwn", keepsItsToken);
+await test("TakesOverAnAddressThatIsEdited", takesOverTheAddress);
+await test("TellsWhatItCannotReadInAnAddressAndLeavesItOut", tellsWhatItPassesOver);
+await finish();
+
+// ----
+
+async function survivesADeadServer(page) {
+  await page.addInitScript(() => {
+    window.attempts = 0;
+    window.WebSocket = class extends WebSocket {
+      constructor(...words) {
+        super(...words);
+        ++window.attempts;
+      }
+    };
+  });
+  await open(page, "#dataset=gyroid");
+  const before = await complete(page);
+  await page.fill(".number", "0.3");
+  page.mayLoseItsConnection = true;
+  await Promise.all([page.press(".number", "Enter"), server.stop("SIGKILL")]);
+  await notice(page, /No connection to the server/);
+  assert.equal(await page.textContent(".state b"), "Not connected");
+  assert((await surfacePixels(page)).share > 0.03, "the surface stays");
+  const button = '.notice button:has-text("Try now")';
+  await page.focus(button);
+  for (let i = 0; i < 2; ++i) {
+    const attempts = await page.evaluate(() => window.attempts);
+    await page.keyboard.press("Enter");
+    await page.waitForFunction((before) => window.attempts > before, attempts);
+    await notice(page, /Trying again in/);
+    assert.equal(await atKeyboard(page), "button", "the keyboard stays at the button");
+    assert(await page.locator(button).evaluate((one) => one === document.activeElement));
+  }
+  await server.start();
+  await page.keyboard.press("Enter");
+  await page.waitForSelector(".notice", { state: "hidden" });
+  assert.equal(await atKeyboard(page), "canvas", "the keyboard is at the picture");
+  await complete(page, (shown) => shown.digest !== before.digest);
+  const { hash } = new URL(page.url());
+  await page.keyboard.press("ArrowLeft");
+  await page.waitForFunction((old) => location.hash !== old && /eye=/.test(location.hash), hash);
+}
+
+async function asksForAToken(page) {
+  await open(page, "#dataset=gyroid", guarded);
+  await notice(page, /asks for a token/);
+  assert.equal(await atKeyboard(page), "input");
+  await page.keyboard.type("mt_wrong");
+  await page.keyboard.press("Enter");
+  await notice(page, /none that this server knows/);
+  await page.waitForFunction(() => {
+    const { selectionStart, selectionEnd, value } = document.activeElement;
+    return value === "mt_wrong" && selectionStart === 0 && selectionEnd === value.length;
+  });
+  assert.equal(await page.locator(".notice form").count(), 1, "what was typed is there");
+  await page.keyboard.type(` ${token} `); // As it is copied.
+  await page.keyboard.press("Enter");
+  await complete(page);
+  assert(await page.locator(".notice").isHidden());
+  assert.equal(await atKeyboard(page), "canvas");
+  await page.reload();
+  await complete(page);
+  assert(!page.url().includes(token));
+}
+
+async function hidesItsToken(page) {
+  await open(page, `#dataset=gyroid&token=${token}`, guarded);
+  await complete(page);
+  await page.waitForFunction(() => !location.href.includes("token"));
+  // Also where the page is there already, and knows a token that is none.
+  const other = await page.context().browser().newPage();
+  await open(other, "#dataset=gyroid&token=mt_wrong", guarded);
+  await notice(other, /none that this server knows/);
+  await other.evaluate((said) => (location.hash = `dataset=gyroid&token=${said}`), token);
+  await complete(other);
+  await other.waitForFunction(() => !location.href.includes("token"));
+  await other.close();
+}
+
+async function keepsItsToken(page) {
+  await open(page, `#dataset=gyroid&token=${token}`, guarded);
+  await complete(page);
+  let visits = 0;
+  const thief = net.createServer((socket) => {
+    ++visits;
+    socket.destroy();
+  });
+  await new Promise((resolve) => thief.listen(0, "127.0.0.1", resolve));
+  page.maySay = /Content Security Policy/;
+  await page.goto(`${guarded.page}?server=ws://127.0.0.1:${thief.address().port}/v1/stream`);
+  await notice(page, /cannot connect to "ws:/);
+  await page.waitForTimeout(1200); // It does not try again.
+  assert.equal(visits, 0);
+  thief.close();
+  await open(page, "#dataset=gyroid", guarded);
+  await complete(page);
+}
+
+async function takesOverTheAddress(page) {
+  await open(page, "#dataset=gyroid&wireframe=true");
+  const before = await complete(page);
+  await edit(page, "dataset=gyroid&isovalue=0.3&error=2");
+  const after = await complete(page, ({ digest }) => digest !== before.digest);
+  assert.equal(await page.inputValue(".number"), "0.3");
+  assert(after.triangles > 0 && (await page.locator(".notice").isHidden()));
+  assert(!page.url().includes("wireframe"), "what is not said is as usual");
+  await edit(page, "dataset=head");
+  await complete(page, ({ digest }) => digest !== after.digest);
+  assert.equal(await page.getAttribute('.dataset[data-name="head"]', "aria-pressed"), "true");
+  await edit(page, "error=1.5"); // Of whatever is shown.
+  await saysSettings(page, "dataset=head&error=1.5");
+}
+
+async function tellsWhatItPassesOver(page) {
+  await open(page, "#dataset=gyroid&isovalue=0.3&error=-4&shading=velvet");
+  await notice(page, /means nothing here: error=-4, shading=velvet\./);
+  const shown = await complete(page);
+  await saysSettings(page, "dataset=gyroid&isovalue=0.3");
+  await edit(page, "dataset=gyroid&isovalue=much&<b>x</b>=1");
+  await notice(page, /isovalue=much, <b>x<\/b>=1/);
+  await saysSettings(page, "dataset=gyroid&isovalue=0.3");
+  assert.equal(await page.inputValue(".number"), "0.3");
+  await edit(page, "dataset=corner_of_the_moon&isovalue=0.3");
+  await notice(page, /No dataset named "corner_of_the_moon"/);
+  await saysSettings(page, "dataset=gyroid&isovalue=0.3");
+  assert.equal((await complete(page)).digest, shown.digest);
+}
+
+// As somebody does in the address line.
+async function edit(page, hash) {
+  await page.evaluate((said) => (location.hash = said), hash);
+}
+
+// Until the address says exactly these settings, and perhaps where one looks from.
+function saysSettings(page, settings) {
+  return page.waitForFunction(
+    (wanted) => location.hash.slice(1).replace(/&(eye|target)=[^&]*/g, "") === wanted, settings);
+}
