@@ -56,7 +56,7 @@ export const defaults: Settings = {
   followView: false,
   pixels: 1,
   maxTriangles: 0,
-  compact: false,
+  compact: true,
   shading: "field",
   wireframe: false,
   colouring: "plain",
