@@ -66,7 +66,7 @@ async function survivesADeadServer(page) {
 
 async function asksForAToken(page) {
   await open(page, "#dataset=gyroid", guarded);
-  await notice(page, /asks for a token/);
+  await notice(page, /wants a token/);
   assert.equal(await atKeyboard(page), "input");
   await page.keyboard.type("mt_wrong");
   await page.keyboard.press("Enter");

@@ -2,6 +2,8 @@
 //
 //   node long_tasks.mjs ADDRESS            for example http://127.0.0.1:7480/#dataset=head&error=0
 //
+// The end is the first dataset's picture, which is drawn after the surface.
+//
 // Prints the tasks above 50 ms that the browser reports, the processor time of the main thread, and
 // what was shown in the end. Wall times depend on what else runs on the machine.
 import { createRequire } from "node:module";
@@ -29,6 +31,7 @@ await page.waitForFunction(() => document.querySelector(".state b")?.textContent
   timeout: 600_000,
   polling: 500,
 });
+await page.waitForSelector('.dataset img[src^="data:image/png"]', { timeout: 600_000 });
 const { metrics } = await devtools.send("Performance.getMetrics");
 const metric = (name) => metrics.find((m) => m.name === name)?.value;
 const tasks = await page.evaluate(() => window.longTasks);

@@ -1,5 +1,7 @@
 // The page: puts the parts together and decides which change leads to what.
-import "./style.css";
+import "./style/page.css";
+import "./style/panel.css";
+import "./style/picture.css";
 
 import * as THREE from "three";
 
@@ -41,6 +43,7 @@ stage.everyFrame(() => surface.uploadSome());
 
 const client = new SurfaceClient(server, () => token.get(), pool, surface, (shown, isFirst) => {
   if (isFirst && !settings.get().eye) stage.frameBox(surface.worldBox());
+  hint.hidden = false;
   document.title = `${shown.info.name} · Multi-Tetra viewer`;
 });
 const thumbnails = new Thumbnails(server, () => token.get(), pool, stage.renderer, (name, picture) => {
@@ -110,8 +113,11 @@ const tools = viewTools({
   },
   help: () => help.toggle(),
 });
-const hint = h("p", { class: "stage-hint" }, "drag to turn · scroll to come closer · click to measure");
-canvas.addEventListener("pointerdown", () => (hint.hidden = true), { once: true });
+const hint = h("p", { class: "stage-hint", hidden: true },
+  "drag to turn · scroll to come closer · click to measure");
+for (const touch of ["pointerdown", "wheel", "keydown"]) {
+  canvas.addEventListener(touch, () => hint.remove(), { once: true, passive: true });
+}
 view.append(tools, surroundings.scaleBar, hint, picking.labels, picking.element, notices.element);
 document.getElementById("app")!.append(view, panel.element, bar.element, help.element);
 installTooltips();

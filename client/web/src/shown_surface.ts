@@ -20,6 +20,8 @@ export interface ShownSurface {
 export function isStepBack(before: ShownSurface | null, order: Wanted, facts: StepFacts): boolean {
   if (facts.isFinal || !before || before.info.name !== order.info.name) return false;
   if (before.request.isovalue !== order.request.isovalue) return false;
+  // Its error is that of what the camera did not see; where it looked the surface is finer.
+  if (before.request.threshold?.view) return true;
   const { errorWorld, tolerance } = before.facts;
   return facts.errorWorld > errorWorld || facts.tolerance > tolerance;
 }
@@ -48,6 +50,7 @@ export function factsOf(order: Wanted, { step, topology, sameAs }: Committed): S
     bytes: step.tiles.reduce((n, tile) => n + tile.bytes, 0),
     errorWorld: begin.errorBoundWorld,
     errorVoxels: begin.errorBoundWorld / voxelLength(order.info),
+    pixels: begin.isFinal && request.maxTriangles === 0n ? (request.threshold?.view?.tolerancePixels ?? null) : null,
     isCertified: request.measure === ErrorMeasure.CERTIFIED && isPreserving,
     preservesTopology: isPreserving,
     tolerance: request.topologyTolerance,

@@ -2,93 +2,80 @@
 import type { DatasetInfo } from "../protocol/messages";
 import { voxelLength } from "../stream/dataset";
 import { counted, grouped } from "./dom";
-import { choice, folded, slider, toggle } from "./inputs";
+import { folded } from "./inputs";
 import { type Change, errorScale, type Part } from "./part";
+import { SettingControls } from "./setting_controls";
 
 const budgetPositions = 40; // 10 000 to 10 million triangles, then no limit.
 
 // `expected` tells how large the surface will be.
 export function accuracyPart(change: Change, expected: HTMLElement): Part {
   let info: DatasetInfo | null = null;
+  const controls = new SettingControls(change);
   const world = (voxels: number) =>
     info ? ` (${counted(voxels * voxelLength(info), "unit")})` : "";
-  const error = slider({
+  const error = controls.slider("error", {
     label: "Allowed error",
     tip: "How far the surface may be from the one at full resolution. Larger errors need fewer triangles.",
     ...errorScale,
     text: (value) => (value === 0 ? "none: full resolution" : counted(value, "voxel") + world(value)),
-    moved: (value, isDragging) => change({ error: value }, isDragging),
   });
-  const bound = choice({
+  const bound = controls.choice("bound", {
     label: "Kind of error",
     tip: "How the error of leaving out a point is measured.",
     words: [
       ["certified", "Guaranteed", "A bound: the real distance is never larger than the allowed error."],
       ["paper", "Estimated", "The measure of the 1997 method; the real distance may exceed it."],
     ],
-    chosen: (value) => change({ bound: value }),
   });
-  const rule = choice({
+  const rule = controls.choice("rule", {
     label: "Keeping the topology",
     tip: "Which points must stay so that parts, tunnels and hollows stay.",
     words: [
       ["exact", "Exact", "Only points where the topology really changes: fewer triangles."],
       ["paper", "Cautious", "Every change of sign counts, as in the 1997 method."],
     ],
-    chosen: (value) => change({ rule: value }),
   });
-  const tolerance = slider({
+  const tolerance = controls.slider("tolerance", {
     label: "Features that may vanish",
     tip: "Parts, tunnels and hollows up to this size may be left out. 0 keeps every one of them.",
     min: 0, max: 4, step: 1,
     toPosition: (value) => (value < 1 ? 0 : Math.min(4, Math.log2(value) + 1)),
     fromPosition: (at) => (at === 0 ? 0 : 2 ** (at - 1)),
     text: (value) => (value === 0 ? "none" : `up to ${counted(value, "voxel")}`),
-    moved: (value, isDragging) => change({ tolerance: value }, isDragging),
   });
-  const budget = slider({
+  const budget = controls.slider("maxTriangles", {
     label: "At most",
     tip: "A budget: the server takes the smallest error that fits.",
     min: 0, max: budgetPositions, step: 1,
     toPosition: (value) => value === 0 ? budgetPositions : Math.round(((Math.log10(value) - 4) / 3) * (budgetPositions - 1)),
     fromPosition: (at) => at >= budgetPositions ? 0 : Number((10 ** (4 + (3 * at) / (budgetPositions - 1))).toPrecision(2)),
     text: (value) => (value === 0 ? "any number of triangles" : `${grouped(value)} triangles`),
-    moved: (value, isDragging) => change({ maxTriangles: value }, isDragging),
   });
-  const compact = toggle({
+  const compact = controls.toggle("compact", {
     label: "Fewer triangles",
     tip: "Leaves out the triangles that the allowed error does not need: a few are left, the bound " +
       "holds. The server works longer for it.",
-    turned: (value) => change({ compact: value }),
   });
-  const follow = toggle({
+  const follow = controls.toggle("followView", {
     label: "Follow the camera",
     tip: "Fine where you look and near, coarse elsewhere; asks anew when the camera rests.",
-    turned: (followView) => change({ followView }),
   });
-  const pixels = slider({
+  const pixels = controls.slider("pixels", {
     label: "Error on the screen", tip: "How many pixels of your screen an error may cover.",
     min: 0.5, max: 8, step: 0.5,
     text: (value) => counted(value, "pixel"),
-    moved: (value, isDragging) => change({ pixels: value }, isDragging),
   });
   return {
     elements: [
-      error.element, expected, budget.element, compact.element, follow.element, pixels.element,
-      folded("More about accuracy", false, bound.element, rule.element, tolerance.element),
+      error, expected, budget, compact, follow, pixels,
+      folded("More about accuracy", false, bound, rule, tolerance),
     ],
-    show: (s, shown) => {
+    show: (settings, shown) => {
       info = shown;
-      error.show(s.error);
-      bound.show(s.bound);
-      rule.show(s.rule);
-      tolerance.show(s.tolerance);
-      budget.show(s.maxTriangles);
-      compact.show(s.compact);
-      follow.show(s.followView);
-      pixels.show(s.pixels);
-      pixels.element.hidden = !s.followView;
-      error.element.classList.toggle("is-off", s.followView);
+      controls.show(settings);
+      pixels.hidden = !settings.followView;
+      error.classList.toggle("is-off", settings.followView);
     },
   };
 }

@@ -1,12 +1,18 @@
 // What this page has checked of the surface that is shown, in words and numbers.
 import type { StepFacts } from "../state/progress";
-import { grouped, h, inDigits } from "./dom";
+import { counted, grouped, h, inDigits } from "./dom";
 
 export function isClosed(shown: StepFacts): boolean {
   return shown.topology.borderEdges === 0;
 }
 
 export function errorWords(shown: StepFacts): string {
+  if (shown.pixels === null) return errorAnywhere(shown);
+  const seen = `Where you look, ${counted(shown.pixels, "pixel")} of the screen may be off. `;
+  return seen + errorAnywhere(shown);
+}
+
+function errorAnywhere(shown: StepFacts): string {
   const world = `${inDigits(shown.errorWorld, 3)} world units`;
   if (shown.isCertified) {
     return `No point of this surface is farther than this (${world}) from the full-resolution ` +

@@ -22,8 +22,7 @@ export class DatasetList {
   }
 
   show(list: readonly DatasetInfo[]): void {
-    const atKeyboard = document.activeElement instanceof HTMLElement && this.element.contains(document.activeElement)
-      ? document.activeElement.dataset.name : undefined;
+    const atKeyboard = this.element.querySelector<HTMLElement>(":focus")?.dataset.name;
     this.cards.clear();
     this.seen.disconnect();
     const cards = list.map((info) => this.card(info));

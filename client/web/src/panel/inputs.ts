@@ -6,8 +6,7 @@ export interface Control<T> {
   show: (value: T) => void;
 }
 
-// A slider with a readout; `moved` hears of every position, and `isDragging` until it is let go.
-export function slider(options: {
+export interface SliderOptions {
   label: string;
   tip: string;
   min: number;
@@ -17,7 +16,10 @@ export function slider(options: {
   toPosition?: (value: number) => number;
   fromPosition?: (position: number) => number;
   moved: (value: number, isDragging: boolean) => void;
-}): Control<number> {
+}
+
+// A slider with a readout; `moved` hears of every position, and `isDragging` until it is let go.
+export function slider(options: SliderOptions): Control<number> {
   const toPosition = options.toPosition ?? ((value) => value);
   const fromPosition = options.fromPosition ?? ((position) => position);
   const input = h("input", {
@@ -50,13 +52,15 @@ export function slider(options: {
   };
 }
 
-// One of a few words.
-export function choice<T extends string>(options: {
+export interface ChoiceOptions<T extends string> {
   label: string;
   tip: string;
   words: readonly (readonly [T, string, string?])[]; // Value, word, own explanation.
   chosen: (value: T) => void;
-}): Control<T> {
+}
+
+// One of a few words.
+export function choice<T extends string>(options: ChoiceOptions<T>): Control<T> {
   const buttons = options.words.map(([value, word, tip]) => {
     const button = h("button", { type: "button", role: "radio", "aria-checked": "false" }, word);
     if (tip) button.setAttribute("data-tip", tip);
@@ -86,11 +90,13 @@ export function choice<T extends string>(options: {
   };
 }
 
-export function toggle(options: {
+export interface ToggleOptions {
   label: string;
   tip: string;
   turned: (isOn: boolean) => void;
-}): Control<boolean> {
+}
+
+export function toggle(options: ToggleOptions): Control<boolean> {
   const input = h("input", { type: "checkbox", role: "switch" });
   input.addEventListener("change", () => options.turned(input.checked));
   const element = h("label", { class: "control toggle", "data-tip": options.tip },

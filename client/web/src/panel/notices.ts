@@ -54,7 +54,8 @@ export class Notices {
     const trouble = progress?.trouble;
     const isTrying = progress?.phase === "connecting" || progress?.phase === "greeting";
     const isLost = progress?.phase === "lost" || (isTrying && this.kind === "lost");
-    this.element.classList.toggle("is-trouble", isLost || Boolean(trouble));
+    const isTrouble = trouble ? !trouble.needsToken : isLost;
+    this.element.classList.toggle("is-trouble", isTrouble);
     if (trouble?.needsToken) {
       this.drawToken().refuse(trouble.text);
     } else if (isTrying && this.kind === "token") {

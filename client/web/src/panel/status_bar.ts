@@ -21,6 +21,11 @@ class Fact {
   }
 }
 
+function errorLabel({ pixels, errorVoxels }: StepFacts): string {
+  const noun = errorVoxels === 1 ? "voxel" : "voxels";
+  return pixels === null ? `${noun} error` : `${noun} anywhere`;
+}
+
 export class StatusBar {
   readonly element: HTMLElement;
   private readonly meter = h("div", { class: "meter" });
@@ -67,7 +72,7 @@ export class StatusBar {
     this.showTriangles(progress, expected);
     this.error.show(
       shown && `≤ ${inDigits(shown.errorVoxels, 3)}`,
-      shown?.errorVoxels === 1 ? "voxel error" : "voxels error",
+      shown ? errorLabel(shown) : "",
       shown ? errorWords(shown) : undefined,
     );
     this.bytes.show(

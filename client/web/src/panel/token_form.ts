@@ -1,20 +1,20 @@
-// Asks for the token of a server. What was typed stays until the server has taken it.
+// Asks for the token of a server, in the server's words. What was typed stays until the server has
+// taken it.
 import { h } from "./dom";
 
 export class TokenForm {
   readonly element: HTMLFormElement;
   private readonly input = h("input", {
-    type: "password", "aria-label": "Token", "aria-describedby": "token-answer", autocomplete: "off",
-    spellcheck: "false", required: true,
+    type: "password", placeholder: "Token", "aria-label": "Token", "aria-describedby": "token-words",
+    autocomplete: "off", spellcheck: "false", required: true,
   });
   private readonly send = h("button", { type: "submit" }, "Connect");
-  private readonly answer = h("p", { id: "token-answer" });
+  private readonly words = h("p", { id: "token-words" });
   private isWaiting = false;
   private wasSent = false;
 
   constructor(useToken: (token: string) => void) {
-    this.element = h("form", {}, h("b", {}, "This server asks for a token."), this.input, this.send,
-      this.answer);
+    this.element = h("form", {}, this.words, this.input, this.send);
     this.element.addEventListener("submit", (event) => {
       event.preventDefault();
       if (this.isWaiting) return;
@@ -32,8 +32,7 @@ export class TokenForm {
   // The server has said no.
   refuse(text: string): void {
     this.send.textContent = "Connect";
-    this.answer.textContent = text;
-    this.answer.classList.toggle("is-refusal", this.wasSent);
+    this.words.textContent = text;
     this.input.setAttribute("aria-invalid", String(this.wasSent));
     if (this.isWaiting) this.input.select();
     this.isWaiting = false;

@@ -13,6 +13,7 @@ export class Surroundings {
   readonly scaleBar = h("div", { class: "scale-bar", "data-tip":
     "A length at the distance of the middle of the picture, in the units of the dataset's spacing." });
   private readonly box = new THREE.Group();
+  private hasDataset = false; // Before there is one, no length means anything.
 
   constructor(private readonly stage: Stage) {
     stage.scene.add(this.box);
@@ -21,6 +22,8 @@ export class Surroundings {
 
   setDataset(info: DatasetInfo): void {
     discard(this.box);
+    this.hasDataset = true;
+    this.show(this.box.visible);
     const corner = (bits: number) =>
       applied(info.indexToWorld, info.dims.map((n, axis) => (bits & (1 << axis) ? n - 1 : 0)));
     for (let axis = 0; axis < 3; ++axis) {
@@ -43,7 +46,7 @@ export class Surroundings {
 
   show(isVisible: boolean): void {
     this.box.visible = isVisible;
-    this.scaleBar.hidden = !isVisible;
+    this.scaleBar.hidden = !isVisible || !this.hasDataset;
     this.stage.invalidate();
   }
 

@@ -188,9 +188,11 @@ export class Thumbnails {
     return picture;
   }
 
-  // The pixels are asked for and awaited: whoever reads them at once waits until the graphics card
-  // has drawn everything before, which may be a large surface.
+  // Asking the graphics card something makes the page wait until it has drawn everything before, which
+  // may be a large surface, for seconds. A first picture has to (extensions, a program for its colours):
+  // so the card is idle before, and the pixels are awaited.
   private async render(scene: THREE.Scene, camera: THREE.Camera): Promise<string> {
+    await idle(this.renderer);
     const target = new THREE.WebGLRenderTarget(width, height, { samples: 4, colorSpace: THREE.SRGBColorSpace });
     this.renderer.setRenderTarget(target);
     this.renderer.clear();
@@ -210,6 +212,22 @@ export class Thumbnails {
     }
     context.putImageData(image, 0, 0);
     return canvas.toDataURL("image/png");
+  }
+}
+
+// Resolves when all frames are drawn, and none has begun meanwhile.
+async function idle(renderer: THREE.WebGLRenderer): Promise<void> {
+  const gl = renderer.getContext() as WebGL2RenderingContext;
+  const { render } = renderer.info;
+  for (let frame = -1; frame !== render.frame; ) {
+    frame = render.frame;
+    const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    if (!fence) return; // The card was taken away.
+    gl.flush();
+    while (!gl.isContextLost() && gl.getSyncParameter(fence, gl.SYNC_STATUS) !== gl.SIGNALED) {
+      await new Promise((resolve) => setTimeout(resolve, 30));
+    }
+    gl.deleteSync(fence);
   }
 }
 

@@ -12,6 +12,7 @@ export interface StepFacts {
   errorWorld: number;
   errorVoxels: number;
   isCertified: boolean; // The error is a bound.
+  pixels: number | null; // Of the screen: the error allowed where the camera looked, if it was followed.
   preservesTopology: boolean;
   tolerance: number;
   isovalue: number;

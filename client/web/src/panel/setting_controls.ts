@@ -1,0 +1,39 @@
+// Controls of one setting each: what is turned changes the setting, and show() brings all of them to
+// what the settings are.
+import type { Settings } from "../state/settings";
+import {
+  choice, type ChoiceOptions, type Control, slider, type SliderOptions, toggle, type ToggleOptions,
+} from "./inputs";
+import type { Change } from "./part";
+
+type NamesOf<T> = { [K in keyof Settings]: Settings[K] extends T ? K : never }[keyof Settings];
+type Word = Exclude<NamesOf<string>, "dataset">;
+
+export class SettingControls {
+  private readonly shows: ((settings: Settings) => void)[] = [];
+
+  constructor(private readonly change: Change) {}
+
+  slider(name: NamesOf<number>, options: Omit<SliderOptions, "moved">): HTMLElement {
+    const moved = (value: number, isDragging: boolean) => this.change({ [name]: value }, isDragging);
+    return this.with(name, slider({ ...options, moved }));
+  }
+
+  choice<K extends Word>(name: K, options: Omit<ChoiceOptions<Settings[K]>, "chosen">): HTMLElement {
+    const chosen = (value: Settings[K]) => this.change({ [name]: value });
+    return this.with(name, choice<Settings[K]>({ ...options, chosen }));
+  }
+
+  toggle(name: NamesOf<boolean>, options: Omit<ToggleOptions, "turned">): HTMLElement {
+    return this.with(name, toggle({ ...options, turned: (value) => this.change({ [name]: value }) }));
+  }
+
+  show(settings: Settings): void {
+    for (const show of this.shows) show(settings);
+  }
+
+  private with<K extends keyof Settings>(name: K, control: Control<Settings[K]>): HTMLElement {
+    this.shows.push((settings) => control.show(settings[name]));
+    return control.element;
+  }
+}
