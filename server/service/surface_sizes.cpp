@@ -26,6 +26,9 @@ constexpr std::size_t kQuickCubes = 32;
 constexpr std::size_t kCarefulCubes = 256;
 constexpr std::size_t kEncodedBlocks = 12;
 constexpr std::size_t kQuicklyEncodedBlocks = 4;
+// A surface of so few triangles before compaction is made: its tiles are small, and no blocks stand
+// for them.
+constexpr double kMadeToSee = 40'000;
 constexpr double kBytesABlock = 60;  // Encoded, whatever is in it.
 // What compaction leaves of a preview, where nothing is compacted to find out: 0.04 to 0.25.
 constexpr double kLeftOfPreview = 0.15;
@@ -44,10 +47,8 @@ SurfaceSize size_with(double triangles, double extracted, const StepRequest& ste
           .extracted = extracted};
 }
 
-// A grid that has no spectrum: a pass over it costs nothing.
-SurfaceSize exact_size(const PreparedVolume& dataset, const StepRequest& step,
-                       const std::stop_token& stop) {
-  const TiledSurface surface = ReferenceExtractor(dataset).extract(step, stop);
+// Of a surface that was made to see.
+SurfaceSize exact_size(const TiledSurface& surface, const StepRequest& step) {
   const double extracted = kTrianglesATetrahedron * static_cast<double>(surface.active_tetrahedra);
   double triangles = 0;
   for (const TileMesh& tile : surface.tiles)
@@ -201,6 +202,9 @@ SurfaceSize sampled_size(const SurfaceExtractor& extractor, SharedSpectrum& spec
                            (static_cast<double>(sample.coarse_tetrahedra) + sample.weight * found);
   SurfaceSize size = size_with(triangles, triangles, step);
   const bool is_careful = accuracy == SizeAccuracy::kCareful;
+  if (step.request.compact && is_careful && triangles <= kMadeToSee) {
+    return exact_size(extractor.extract(step, stop), step);
+  }
   if (step.request.compact || (is_careful && step.finest_spacing < kSpectrumSpacing)) {
     const std::size_t blocks = is_careful ? kEncodedBlocks : kQuicklyEncodedBlocks;
     const auto sampled = sampled_blocks(extractor, model, sample, step, blocks, stop);
@@ -216,18 +220,21 @@ StepSizes surface_sizes(const SurfaceExtractor& extractor, std::stop_token stop,
   const PreparedVolume& dataset = extractor.dataset();
   const auto spectrum = std::make_shared<SharedSpectrum>(dataset);
   const bool has_spectrum = dataset.info.grid_exponent > kSpectrumExponent;
-  return {
-      .of =
-          [&extractor, &dataset, spectrum, stop, accuracy, has_spectrum](const StepRequest& step) {
-            return has_spectrum ? sampled_size(extractor, *spectrum, step, accuracy, stop)
-                                : exact_size(dataset, step, stop);
-          },
-      .rough =
-          [&dataset, spectrum, stop, has_spectrum](const IsosurfaceRequest& request) {
-            const StepRequest step = {.request = request};
-            if (!has_spectrum) return exact_size(dataset, step, stop);
-            return rough_size(spectrum->model(step, stop), step, stop);
-          }};
+  const auto on_small_grid = [&dataset, stop](const StepRequest& step) {
+    // A pass over it costs nothing.
+    return exact_size(ReferenceExtractor(dataset).extract(step, stop), step);
+  };
+  return {.of =
+              [=, &extractor](const StepRequest& step) {
+                return has_spectrum ? sampled_size(extractor, *spectrum, step, accuracy, stop)
+                                    : on_small_grid(step);
+              },
+          .rough =
+              [=](const IsosurfaceRequest& request) {
+                const StepRequest step = {.request = request};
+                return has_spectrum ? rough_size(spectrum->model(step, stop), step, stop)
+                                    : on_small_grid(step);
+              }};
 }
 
 }  // namespace multitetra

@@ -32,8 +32,9 @@ std::string refusal(std::vector<std::string> words) {
   return refused ? "accepted" : refused.error().text;
 }
 
-TEST(SurfaceOptions, WithoutAnyAreTheDefaultsOfARequest) {
-  EXPECT_EQ(request({}).value(), IsosurfaceRequest{.isovalue = 60.5});
+TEST(SurfaceOptions, WithoutAnyAskForACompactedSurface) {
+  EXPECT_EQ(request({}).value(), (IsosurfaceRequest{.isovalue = 60.5, .compact = true}));
+  EXPECT_EQ(request({"--compact", "off"}).value(), IsosurfaceRequest{.isovalue = 60.5});
 }
 
 TEST(SurfaceOptions, OfAThresholdMapAreItsParts) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <thread>
 
+#include "common/endpoint.hpp"
 #include "common/frame.hpp"
 #include "common/messages.hpp"
 #include "common/net.hpp"

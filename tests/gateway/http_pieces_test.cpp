@@ -111,7 +111,7 @@ TEST(SurfaceQuery, SaysAllThatTheCommandLineSays) {
   const SurfaceQuery query = query_of(
       "isovalue=-3e%2B2&error=0.25&unit=world&bound=paper&topology_rule=paper&topology_tolerance=2&"
       "lattice=4&region=ball:1,2,3,4=0.5&region=box:0,0,0,1,1,1=0&region_unit=index&"
-      "combine=minimum&max_triangles=1000&max_bytes=2000&compact=on&normals=8&coordinates=index&"
+      "combine=minimum&max_triangles=1000&max_bytes=2000&compact=off&normals=8&coordinates=index&"
       "format=stl&"
       "view=eye=1,2,3,fov=40,height=1080,pixels=1");
   EXPECT_EQ(query.isovalue, -300.0);
@@ -127,7 +127,7 @@ TEST(SurfaceQuery, SaysAllThatTheCommandLineSays) {
   EXPECT_TRUE(query.request.thresholds.view);
   EXPECT_EQ(query.request.max_triangles, 1000U);
   EXPECT_EQ(query.request.max_bytes, 2000U);
-  EXPECT_TRUE(query.request.compact);
+  EXPECT_FALSE(query.request.compact);
   EXPECT_EQ(query.request.normal_bits, 8);
   EXPECT_FALSE(query.is_in_world);
   EXPECT_EQ(query.format, MeshFormat::kStl);
@@ -135,7 +135,7 @@ TEST(SurfaceQuery, SaysAllThatTheCommandLineSays) {
 
 TEST(SurfaceQuery, SaysTheSameDefaultsWhenItSaysNothing) {
   const SurfaceQuery query = query_of("");
-  EXPECT_EQ(query.request, IsosurfaceRequest{});
+  EXPECT_EQ(query.request, IsosurfaceRequest{.compact = true});
   EXPECT_FALSE(query.isovalue);
   EXPECT_TRUE(query.is_in_world);
   EXPECT_FALSE(query.format);

@@ -53,6 +53,24 @@ TEST(SurfaceSizes, AreNearTheRealOnes) {
   }
 }
 
+// What a few blocks become stands for the whole: more than a rough figure, less than the above.
+TEST(SurfaceSizes, WithCompactionAreNearWhatIsLeft) {
+  for (const DatasetPtr& dataset : datasets()) {
+    const SurfaceExtractor extractor(dataset);
+    const StepSizes sizes = surface_sizes(extractor, {}, SizeAccuracy::kCareful);
+    const double isovalue = dataset->info.min + 0.45 * (dataset->info.max - dataset->info.min);
+    for (const double error : {0.0, 0.25, 1.0}) {
+      SCOPED_TRACE(dataset->info.name + ", error " + std::to_string(error));
+      const StepRequest step{.request = {.isovalue = isovalue, .error = error, .compact = true}};
+      const double real = triangles_of(dataset, step);
+      const double told = sizes.of(step).triangles;
+      EXPECT_LE(told, 2 * real + 100);
+      EXPECT_GE(told, 0.5 * real - 100);
+      EXPECT_GE(sizes.of(step).extracted, 0.7 * real);
+    }
+  }
+}
+
 TEST(SurfaceSizes, OfAnEmptySurfaceAreZero) {
   const DatasetPtr dataset = datasets().front();
   EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of({.request = {.isovalue = 1e6}}).triangles,
