@@ -13,7 +13,7 @@ struct CompactedBlocks {
   std::size_t count = 0;    // With any triangle.
   double before = 0;        // Triangles.
   double left = 0;          // Triangles.
-  double border_edges = 0;  // Of one triangle.
+  double border_edges = 0;  // Of one triangle, where tiles would go on.
 };
 
 // Of `before` triangles of a surface, at least 0 and at most all, cut into tiles as

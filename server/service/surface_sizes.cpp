@@ -28,7 +28,7 @@ constexpr std::size_t kEncodedBlocks = 12;
 constexpr std::size_t kQuicklyEncodedBlocks = 4;
 // A surface of so few triangles before compaction is made: its tiles are small, and no blocks stand
 // for them.
-constexpr double kMadeToSee = 40'000;
+constexpr double kMadeToSee = 80'000;
 constexpr double kBytesABlock = 60;  // Encoded, whatever is in it.
 // What compaction leaves of a preview, where nothing is compacted to find out: 0.04 to 0.25.
 constexpr double kLeftOfPreview = 0.15;
@@ -77,6 +77,8 @@ std::optional<SampledBlocks> sampled_blocks(const SurfaceExtractor& extractor,
   std::vector<SampledBlocks> found(blocks.size());
   const ThresholdMap thresholds(step.request, info, [&stop] { throw_if_stopped(stop); });
   const Shading shading(extractor.dataset(), step);
+  const DataBorder border = data_border(info, step.request.lattice_resolution,
+                                        step.request.topology_tolerance, step.finest_spacing);
   const SurfaceOptions options{.isovalue = step.request.isovalue,
                                .lattice_resolution = step.request.lattice_resolution,
                                .max_triangles = kMaxTileTriangles};
@@ -93,9 +95,9 @@ std::optional<SampledBlocks> sampled_blocks(const SurfaceExtractor& extractor,
           tile.mesh = compacted(tile.mesh, compaction_of(tile.cube, thresholds,
                                                          step.request.lattice_resolution, info))
                           .mesh;
-          const DataBorder anywhere = {.low = {}, .high = {}, .anywhere = true};
+          // Where the data ends, tiles have their border as well.
           found[i].triangles.border_edges =
-              static_cast<double>(topology(tile.mesh, anywhere).border_edges);
+              static_cast<double>(topology(tile.mesh, border).open_edges);
         }
         const TileSummary encoded = shading.encoded(tile, digest(tile.mesh)).summary;
         found[i].triangles.left = static_cast<double>(encoded.triangles);

@@ -210,6 +210,8 @@ class ResumeOfProgram : public Resume {
                                       "0.1",
                                       "--error",
                                       "0.25",
+                                      "--compact",
+                                      "off",
                                       "--resume",
                                       (folder_ / "tiles").string(),
                                       "--report",
