@@ -38,6 +38,9 @@
 //      |  2  `./        crossed.
 //     w3-------v
 //
+// Maps of pieces that were compacted apart leave the borders of the pieces where they are. So
+// together they are such a map of the surface that the pieces make up.
+//
 // That maps from one surface to the other bound their distance is the idea of J. Cohen, D. Manocha,
 // M. Olano, "Simplifying polygonal models using successive mappings" (IEEE Visualization 1997).
 // Their maps go from each surface to the next one, so that bounds add up.

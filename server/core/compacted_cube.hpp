@@ -23,7 +23,7 @@ struct CompactedCube {
 };
 
 struct CompactedTileLimits {
-  std::size_t triangles = 32'000;           // That are left in a tile,
+  std::size_t triangles = 64'000;           // That are left in a tile,
   std::size_t vertices_before = 1'000'000;  // and that it had: memory and time of one thread.
 };
 
