@@ -15,7 +15,7 @@ struct ViewArguments {
   std::string http = "http://127.0.0.1:7480";  // Where the server's HTTP door is.
   std::string dataset = {};                    // Empty: the first that is served.
   std::optional<double> isovalue;              // None: the dataset's first suggestion.
-  double error = 1;                            // Voxels.
+  double error = 0.25;                            // Voxels.
   std::string bound = "certified";
   std::string topology_rule = "exact";
   double topology_tolerance = 0;

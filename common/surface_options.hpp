@@ -17,7 +17,7 @@ namespace multitetra {
 
 struct SurfaceArguments {
   std::optional<double> isovalue;  // None: the dataset's first suggestion.
-  double error = 1;
+  double error = 0.25;
   std::string unit = "voxel";
   std::string bound = "certified";
   std::string topology_rule = "exact";

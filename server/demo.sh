@@ -72,11 +72,11 @@ echo "   $url"
 echo "   $page in a browser"
 
 echo "== Fetching an isosurface: coarse first, refined, checked"
-"$client" fetch --server "$url" --error 1 -o "$out/demo.ply" --report "$out/report.json" \
+"$client" fetch --server "$url" --error 0.25 -o "$out/demo.ply" --report "$out/report.json" \
   --save-steps "$out/steps"
 
 echo "== A picture of it, and a plot of all isovalues"
-"$client" snapshot --server "$url" --error 1 -o "$out/demo.png"
+"$client" snapshot --server "$url" --error 0.25 -o "$out/demo.png"
 "$server" plot "$out/demo.mtd" -o "$out/demo.svg" --isovalues 32 --errors 0.5,1,2 --quiet
 
 echo "== Where to look next"

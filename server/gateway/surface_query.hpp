@@ -14,10 +14,10 @@
 namespace multitetra {
 
 struct SurfaceQuery {
-  std::optional<double> isovalue;                 // None: the dataset's first suggestion.
-  IsosurfaceRequest request = {.compact = true};  // Without its isovalue.
-  bool is_in_world = true;                        // The mesh's coordinates; else sample indices.
-  std::optional<MeshFormat> format;               // None: what the client accepts.
+  std::optional<double> isovalue;  // None: the dataset's first suggestion.
+  IsosurfaceRequest request = {.error = 0.25, .compact = true};  // Without its isovalue.
+  bool is_in_world = true;           // The mesh's coordinates; else sample indices.
+  std::optional<MeshFormat> format;  // None: what the client accepts.
 };
 
 // isovalue, error, unit, bound, topology_rule, topology_tolerance, lattice, region (repeatable),

@@ -33,8 +33,10 @@ std::string refusal(std::vector<std::string> words) {
 }
 
 TEST(SurfaceOptions, WithoutAnyAskForACompactedSurface) {
-  EXPECT_EQ(request({}).value(), (IsosurfaceRequest{.isovalue = 60.5, .compact = true}));
-  EXPECT_EQ(request({"--compact", "off"}).value(), IsosurfaceRequest{.isovalue = 60.5});
+  EXPECT_EQ(request({}).value(),
+            (IsosurfaceRequest{.isovalue = 60.5, .error = 0.25, .compact = true}));
+  EXPECT_EQ(request({"--compact", "off"}).value(),
+            (IsosurfaceRequest{.isovalue = 60.5, .error = 0.25}));
 }
 
 TEST(SurfaceOptions, OfAThresholdMapAreItsParts) {

@@ -135,7 +135,7 @@ TEST(SurfaceQuery, SaysAllThatTheCommandLineSays) {
 
 TEST(SurfaceQuery, SaysTheSameDefaultsWhenItSaysNothing) {
   const SurfaceQuery query = query_of("");
-  EXPECT_EQ(query.request, IsosurfaceRequest{.compact = true});
+  EXPECT_EQ(query.request, (IsosurfaceRequest{.error = 0.25, .compact = true}));
   EXPECT_FALSE(query.isovalue);
   EXPECT_TRUE(query.is_in_world);
   EXPECT_FALSE(query.format);

@@ -38,7 +38,7 @@ def grid(thresholds, spacing=(1, 1, 1), origin=(0, 0, 0)):
 
 def isosurface_request(
     isovalue,
-    error=1.0,
+    error=0.25,
     unit="voxel",
     bound="certified",
     topology_rule="exact",

@@ -48,7 +48,7 @@ export interface Settings {
 export const defaults: Settings = {
   dataset: "",
   isovalue: null,
-  error: 1,
+  error: 0.25,
   bound: "certified",
   rule: "exact",
   tolerance: 0,
