@@ -156,11 +156,12 @@ class ReportOfProgram : public ::testing::Test {
                          DatasetList{.request_id = 1, .datasets = {testing::octahedra_info()}}};
     messages.insert(messages.end(), stream.begin(), stream.end());
     const ScriptedServer server(testing::framed_messages(messages), ThenTheServer::kHangsUp);
-    const std::string command =
-        MULTITETRA_CLIENT_PROGRAM
-        " fetch --dataset octahedra --isovalue 100.5 --compact off --quiet --retries 0 --server " +
-        to_string(server.endpoint()) + " -o " + (folder_ / "mesh.ply").string() + " --report " +
-        (folder_ / "report.json").string() + " 2>/dev/null";
+    const std::string command = MULTITETRA_CLIENT_PROGRAM
+                                " fetch --dataset octahedra --isovalue 100.5 --error 1 "
+                                "--compact off --quiet --retries 0 --server " +
+                                to_string(server.endpoint()) + " -o " +
+                                (folder_ / "mesh.ply").string() + " --report " +
+                                (folder_ / "report.json").string() + " 2>/dev/null";
     const int status = std::system(command.c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
