@@ -9,7 +9,7 @@ describe("Address", () => {
 
   test("CarriesEverySetting", () => {
     const settings: Settings = {
-      dataset: "a head & more", isovalue: -300.5, error: 0.25, bound: "paper", rule: "paper", tolerance: 2,
+      dataset: "a head & more", isovalue: -300.5, error: 0.5, bound: "paper", rule: "paper", tolerance: 2,
       region: { kind: "box", low: [1, 2, 3], high: [4, 5, 6.5], error: 0 }, followView: true, pixels: 2,
       maxTriangles: 100000, compact: false, shading: "facets", wireframe: true, colouring: "steps", clip: "y", clipAt: 0.25,
       clipFlipped: true, axes: false, logScale: false, theme: "light", eye: [1, -2, 3.25], target: [0, 0, 1],
