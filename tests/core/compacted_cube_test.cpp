@@ -107,7 +107,7 @@ TEST_P(CompactedCubes, LeaveNoMoreThanTilesThatAreCompactedApart) {
   }
 }
 
-TEST_P(CompactedCubes, HaveTilesOfTheirOwnSizeInTheirCubes) {
+TEST_P(CompactedCubes, LieInTheirCubes) {
   for (const TileMesh& tile : compacted_tiles(leaves(), 0.25, {.triangles = 200})) {
     EXPECT_FALSE(tile.mesh.triangles.empty());
     for (const LatticePoint& vertex : tile.mesh.vertices) {
@@ -116,18 +116,14 @@ TEST_P(CompactedCubes, HaveTilesOfTheirOwnSizeInTheirCubes) {
   }
 }
 
-// Where nothing may move in a part of a surface, it stays, and its neighbours are compacted.
 TEST_P(CompactedCubes, WithoutABudgetAreTheSurfaceItself) {
   const auto parts = leaves();
   EXPECT_EQ(digest(welded(compacted_tiles(parts, 0, {}))), digest(welded(parts)));
 }
 
 TEST_P(CompactedCubes, ASmallerBudgetAboveHoldsForWhatIsCompactedThere) {
-  const auto parts = leaves();
-  std::map<OctreeCube, LatticeMesh> own;
-  for (const TileMesh& leaf : parts) own[leaf.cube] = leaf.mesh;
   std::vector<CompactedPiece> pieces;
-  for (const TileMesh& leaf : parts) {
+  for (const TileMesh& leaf : leaves()) {
     pieces.emplace_back(leaf.mesh, step_);
     pieces.back().compact(0.5);
   }
