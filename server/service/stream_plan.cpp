@@ -48,6 +48,28 @@ std::string budget_of(const IsosurfaceRequest& request) {
   return request.max_triangles == 0 ? bytes : triangles + " and " + bytes;
 }
 
+// A request for less than one whose surface, `made`, missed the budget; the same where there is
+// none. As much as the estimate was wrong there it is taken to be wrong further up too, so that
+// hardly ever another surface is made in vain.
+IsosurfaceRequest after_missing(const SurfaceSize& made, const IsosurfaceRequest& request,
+                                const StepSource& source, std::stop_token stop) {
+  const IsosurfaceRequest higher = one_rung_up(request, source.info());
+  if (higher == request) return request;
+  const auto estimated = source.sizes(std::move(stop), SizeAccuracy::kCareful).of;
+  const SurfaceSize expected = estimated({.request = request});
+  const auto times = [](double is, double was_expected) {
+    return was_expected > 0 ? std::max(is / was_expected, 1.0) : 1.0;
+  };
+  const double of_triangles = times(made.triangles, expected.triangles);
+  const double of_bytes = times(made.bytes, expected.bytes);
+  return within_budget(higher, source.info(), [&](const StepRequest& step) {
+    SurfaceSize size = estimated(step);
+    size.triangles *= of_triangles;
+    size.bytes *= of_bytes;
+    return size;
+  });
+}
+
 // The most triangles that a server gives in a final step.
 class TriangleLimit {
  public:
@@ -132,10 +154,10 @@ MadeStep make_next_step(const StepSource& source, const StreamState& state, std:
   }
   made.encoded = source.make(next.step, stop);
   while (next.is_final && !fits(size_of(made.encoded), request)) {
-    const IsosurfaceRequest higher = one_rung_up(request, info);
-    if (higher == request) throw BudgetTooSmall(size_of(made.encoded), request);
-    request = higher;
-    next.step.request = higher;
+    const IsosurfaceRequest less = after_missing(size_of(made.encoded), request, source, stop);
+    if (less == request) throw BudgetTooSmall(size_of(made.encoded), request);
+    request = less;
+    next.step.request = less;
     made.encoded = source.make(next.step, stop);
   }
   if (next.is_final) limit.check_made(request, made.encoded);

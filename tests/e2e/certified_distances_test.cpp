@@ -1,6 +1,6 @@
 // The promise on real data: no surface of bound `certified` is farther from the full-resolution one
-// than its error and the lattice, both ways. The mesh comes over TCP, the volume through the
-// client's own reader, the full surface from the client's own definition.
+// than its error and the lattice, both ways, and its topology is the same. The mesh comes over TCP,
+// the volume through the client's own reader, the full surface from the client's own definition.
 //
 // The large volumes take minutes and run when MULTITETRA_ALL_VOLUMES is set
 // (`bash tests/run.sh --all`).
@@ -57,16 +57,25 @@ TEST_P(CertifiedDistances, AreNeverAboveTheErrorAndTheLattice) {
   const DatasetInfo& info = datasets->front();
   const std::vector<float> samples = local_copy(volume, info);
 
+  const auto fetch = [&](const IsosurfaceRequest& request) {
+    return client->fetch(
+        info,
+        {.dataset = info.name, .request = request, .steps = StepPolicy::kFinalOnly, .held = {}},
+        [](const FetchedStep&) {});
+  };
   for (const double isovalue : volume.isovalues) {
+    const auto full = fetch({.isovalue = isovalue, .error = 0});
+    ASSERT_TRUE(full) << full.error().error.text;
     for (const auto& [error, compact] : testing::tested_errors({0.5, 1.0, 2.0}, info)) {
       SCOPED_TRACE(::testing::Message() << "isovalue " << isovalue << ", error " << error
                                         << (compact ? ", compacted" : ""));
       const IsosurfaceRequest request{.isovalue = isovalue, .error = error, .compact = compact};
-      const auto fetched = client->fetch(
-          info,
-          {.dataset = info.name, .request = request, .steps = StepPolicy::kFinalOnly, .held = {}},
-          [](const FetchedStep&) {});
+      const auto fetched = fetch(request);
       ASSERT_TRUE(fetched) << fetched.error().error.text;
+      const MeshTopology& topology = fetched->step->topology;
+      EXPECT_TRUE(topology.is_sound());
+      EXPECT_EQ(topology.euler_characteristic, full->step->topology.euler_characteristic);
+      EXPECT_EQ(topology.components, full->step->topology.components);
       const DistanceCheck check =
           check_distances(*fetched->step, info, samples, {.samples = 20'000});
       ASSERT_TRUE(check.promise);

@@ -10,6 +10,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <filesystem>
+#include <vector>
 
 #include "client/client.hpp"
 #include "server/dataset/prepare.hpp"
@@ -66,7 +67,8 @@ TEST_P(PublicIsosurfaces, HaveOneTopologyNoCrackAndArriveAsExtracted) {
       EXPECT_EQ(topology.euler_characteristic, full->euler_characteristic);
       EXPECT_EQ(topology.components, full->components);
       EXPECT_LE(topology.triangles, full->triangles);
-      for (const int threads : {1, 2, 4}) {
+      // Compaction takes ten times as long.
+      for (const int threads : compact ? std::vector{1} : std::vector{1, 2, 4}) {
         EXPECT_EQ(extracted_digest(dataset, {.request = request}, threads),
                   final_step->step->end.digest)
             << threads << " threads";

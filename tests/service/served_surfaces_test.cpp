@@ -2,10 +2,12 @@
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
 #include "client/client.hpp"
+#include "common/surface_distance.hpp"
 #include "server/core/threshold_map.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/service/surface_extractor.hpp"
@@ -116,6 +118,56 @@ TEST(ServedSurfaces, CompactedHaveTheSameTopologyInFewerBytesWithAnyNumberOfThre
       EXPECT_GT(tile.compaction_bound, 0);
       EXPECT_LT(tile.compaction_bound, 0.5);
     }
+  }
+}
+
+std::vector<SurfaceTriangle> in_world(const FetchedStep& step, const DatasetInfo& info) {
+  const PositionedMesh mesh = positioned(step.step->mesh, grid_to_world(info));
+  const auto corner = [&](std::uint32_t v) {
+    const auto& [x, y, z] = mesh.positions[v];
+    return Vec3{x, y, z};
+  };
+  std::vector<SurfaceTriangle> surface;
+  for (const auto& [a, b, c] : mesh.triangles) surface.push_back({corner(a), corner(b), corner(c)});
+  return surface;
+}
+
+// Of a tile compaction takes what the least threshold there leaves it: a ball is kept as exactly as
+// it was asked for, and the rest loses much.
+TEST(ServedSurfaces, CompactedKeepToTheirThresholdsWherever) {
+  RunningServer server(all_datasets());
+  Client client = client_of(server);
+  const DatasetInfo info = noisy_gyroid()->info;
+  const BallShape ball{.centre = {20, 20, 20}, .radius = 16};
+  IsosurfaceRequest request{.isovalue = 0.1, .error = 2};
+  request.thresholds.regions = {{.shape = ball, .threshold = 0.2}};
+  const auto full = fetch(client, info, {.isovalue = 0.1, .error = 0});
+  const auto plain = fetch(client, info, request);
+  request.compact = true;
+  const auto compact = fetch(client, info, request);
+  ASSERT_TRUE(!full.empty() && !plain.empty() && !compact.empty());
+  const MeshTopology& before = plain.back().step->topology;
+  const MeshTopology& after = compact.back().step->topology;
+  EXPECT_EQ(after.euler_characteristic, before.euler_characteristic);
+  EXPECT_EQ(after.components, before.components);
+  EXPECT_LT(2 * after.triangles, before.triangles);
+
+  // Distances reach across the ball's border.
+  const double inside = ball.radius - 2;
+  const double snapping = 2 * std::sqrt(3) / (2 << request.lattice_resolution);
+  const auto limit = [&](const Vec3& p) {
+    const bool is_inside =
+        std::hypot(p[0] - ball.centre[0], p[1] - ball.centre[1], p[2] - ball.centre[2]) < inside;
+    return snapping + (is_inside ? 0.2 : 2.0);
+  };
+  const std::vector<SurfaceTriangle> exact = in_world(full.back(), info);
+  const std::vector<SurfaceTriangle> given = in_world(compact.back(), info);
+  const auto there = distances(sampled_points(given, 40'000), NearestTriangle(exact), limit);
+  const auto back = distances(sampled_points(exact, 40'000), NearestTriangle(given), limit);
+  for (const DistanceStatistics& way : {there, back}) {
+    EXPECT_EQ(way.above_limit, 0U) << way.worst_distance << " at (" << way.worst_place[0] << ", "
+                                   << way.worst_place[1] << ", " << way.worst_place[2] << ")";
+    EXPECT_GT(way.maximum, 0.5) << "outside of the ball";
   }
 }
 
