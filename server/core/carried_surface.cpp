@@ -140,7 +140,9 @@ void CarriedSurface::set_up_fan(std::span<const std::uint32_t> ring) {
     FanTriangle& t = fan_[k];
     t.normal = vector_product(a, b);
     const double squared = squared_length(t.normal);
-    t.inverse = squared > 0 ? 1 / squared : 0;
+    const bool is_thin =
+        squared <= kThinnest * spokes_[k].squared_length * spokes_[k + 1].squared_length;
+    t.inverse = is_thin ? 0 : 1 / squared;
     t.first = moved({0, 0, 0}, t.inverse, vector_product(b, t.normal));
     t.second = moved({0, 0, 0}, t.inverse, vector_product(t.normal, a));
   }
@@ -207,6 +209,7 @@ bool CarriedSurface::place(std::uint32_t vertex) {
 }
 
 bool CarriedSurface::carry(std::span<const std::uint32_t> ring, double limit) {
+  limit = std::min(limit, kLargestLimit);
   squared_limit_ = limit * limit * (1 - 4 * CarriedMap::kRounding);  // So that bound() <= limit.
   largest_ = 0;
   ++now_;

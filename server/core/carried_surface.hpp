@@ -4,6 +4,7 @@
 // The argument. Let M be the original surface and N the compacted one, whose vertices are some of
 // M's. The collapses make a continuous map h of M onto N that leaves these vertices where they are,
 // and the border too, and that covers every point once, if coverings are counted with their signs.
+// Nothing else comes to lie on these vertices: all is drawn inside of fans, which have none there.
 // How far h moves points does not matter. All that is kept of it is
 //
 //  * which triangle of N *carries* a vertex of M: its image lies there;
@@ -77,6 +78,9 @@ class CarriedSurface {
  private:
   static constexpr std::uint32_t kNone = CollapsingMesh::kNone;
   static constexpr std::uint32_t kSpoke = kNone;
+  static constexpr double kLargestLimit = 1e150;  // Its square is finite.
+  // Of a triangle's sine, squared: a thinner one has no normal to measure heights along.
+  static constexpr double kThinnest = 1e-12;
   // In `seen`, of a vertex that is no carried one. No surface has so many vertices to collapse.
   static constexpr std::uint32_t kStays = std::uint32_t{1} << 31;
   // The fan's triangles from one to another.
@@ -117,7 +121,7 @@ class CarriedSurface {
   struct FanTriangle {
     Vec3 first, second;  // Dual to its edges from v.
     Vec3 normal;
-    double inverse = 0;  // 1 / the normal's squared length
+    double inverse = 0;  // 1 / the normal's squared length; 0 of a thin triangle.
   };
   // A piece of an original edge inside of the ring, from the low end on.
   struct Strand {

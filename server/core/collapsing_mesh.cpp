@@ -99,10 +99,6 @@ void CollapsingMesh::ring(std::uint32_t inner, std::vector<std::uint32_t>& corne
   } while (at != first);
 }
 
-void CollapsingMesh::turn(std::vector<std::uint32_t>& corners, std::size_t first) {
-  std::rotate(corners.begin(), corners.begin() + static_cast<std::ptrdiff_t>(first), corners.end());
-}
-
 template <typename Visit>
 void CollapsingMesh::visit_neighbours(std::uint32_t vertex_index, const Visit& visit) const {
   const std::uint32_t first = corner_of_[vertex_index];

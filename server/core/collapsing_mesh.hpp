@@ -73,8 +73,6 @@ class CollapsingMesh {
 
   // The corners at an inner vertex u, in the order of its ring: triangle i is u, w_i, w_(i+1).
   void ring(std::uint32_t inner, std::vector<std::uint32_t>& corners) const;
-  // The same corners from another one on, so that the ring begins at w_first.
-  static void turn(std::vector<std::uint32_t>& corners, std::size_t first);
 
   // Whether collapsing u onto w_0 keeps the topology. `ring` are the corners at u.
   [[nodiscard]] bool keeps_topology(std::span<const std::uint32_t> ring);

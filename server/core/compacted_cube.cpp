@@ -18,7 +18,8 @@ void cut_off(const CompactedCube& child, std::vector<TileMesh>& tiles) {
 
 CompactedCube join_compacted(const OctreeCube& cube, std::vector<CompactedCube> children,
                              std::optional<LatticeMesh> own, const CompactionOptions& options,
-                             const CompactedTileLimits& limits) {
+                             const CompactedTileLimits& limits,
+                             const std::function<void()>& checkpoint) {
   CompactedCube joined{.cube = cube, .tiles = {}, .rest = {}};
   std::vector<CompactedPiece> pieces;
   if (own) pieces.emplace_back(*std::move(own), options.step);
@@ -46,11 +47,11 @@ CompactedCube join_compacted(const OctreeCube& cube, std::vector<CompactedCube> 
   if (pieces.size() == 1) {
     joined.rest = std::move(pieces.front());
     // A child's rest has been compacted.
-    if (own) joined.rest.compact(options.budget);
+    if (own) joined.rest.compact(options.budget, checkpoint);
   } else if (pieces.size() > 1) {
     joined.rest = CompactedPiece::joined(pieces);
     pieces.clear();
-    joined.rest.compact(options.budget);
+    joined.rest.compact(options.budget, checkpoint);
   }
   return joined;
 }

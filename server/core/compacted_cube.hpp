@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -28,12 +29,12 @@ struct CompactedTileLimits {
 };
 
 // The surface in a cube from that in its children, and from what lies in no single one of them, if
-// anything does. Compacts what stays together; `options` are those of the cube.
-[[nodiscard]] CompactedCube join_compacted(const OctreeCube& cube,
-                                           std::vector<CompactedCube> children,
-                                           std::optional<LatticeMesh> own,
-                                           const CompactionOptions& options,
-                                           const CompactedTileLimits& limits = {});
+// anything does. Compacts what stays together; `options` are those of the cube. `checkpoint` is
+// called now and then: what it throws ends the work.
+[[nodiscard]] CompactedCube join_compacted(
+    const OctreeCube& cube, std::vector<CompactedCube> children, std::optional<LatticeMesh> own,
+    const CompactionOptions& options, const CompactedTileLimits& limits = {},
+    const std::function<void()>& checkpoint = [] {});
 
 // The whole as tiles, sorted by cube: what is left at the root becomes one.
 [[nodiscard]] std::vector<TileMesh> finished_tiles(CompactedCube root);

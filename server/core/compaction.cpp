@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
 #include <utility>
@@ -37,9 +38,10 @@ Vec3 normal_of(const Vec3& p, const Vec3& q, const Vec3& r) {
 
 class CompactedPiece::Run {
  public:
+  // The budget in units.
   Run(const CompactedPiece& piece, double budget)
       : budget_(budget),
-        positions_(positions_of(piece.mesh_, piece.step_)),
+        positions_(positions_of(piece.mesh_, piece.proportions())),
         mesh_(piece.mesh_.triangles, static_cast<std::uint32_t>(piece.mesh_.vertices.size())),
         carried_(mesh_, positions_, piece.map_, piece.parts_),
         quadrics_(piece.quadrics_),
@@ -47,13 +49,16 @@ class CompactedPiece::Run {
     for (std::uint32_t v = 0; v < positions_.size(); ++v) {
       if (mesh_.kind(v) == CollapsingMesh::VertexKind::kInner) open_.push_back(v);
     }
-    if (!piece.parts_.empty()) open_around_seams(piece.parts_);
+    if (budget <= piece.least_tried_) open_around_seams(piece.parts_);
   }
 
   // Leaves in the piece what is left of it.
-  void compact(CompactedPiece& piece) {
+  void compact(CompactedPiece& piece, const std::function<void()>& checkpoint) {
     for (int pass = 0; pass < kPasses && choose_candidates(); ++pass) {
-      for (const std::uint32_t v : candidates_) try_vertex(v);
+      for (std::size_t i = 0; i < candidates_.size(); ++i) {
+        if (i % kBetweenCheckpoints == 0) checkpoint();
+        try_vertex(candidates_[i]);
+      }
     }
     std::vector<std::uint32_t> numbers(mesh_.triangle_count(), kNone);
     piece.mesh_.triangles.clear();
@@ -65,10 +70,12 @@ class CompactedPiece::Run {
     piece.map_ = carried_.map(numbers);
     piece.quadrics_ = std::move(quadrics_);
     piece.parts_.assign(piece.mesh_.triangles.size(), 0);
+    piece.least_tried_ = budget_;
   }
 
  private:
   static constexpr int kPasses = 16;
+  static constexpr std::size_t kBetweenCheckpoints = 2048;
   static constexpr int kTries = 2;
   static constexpr std::uint8_t kRefusals = 4;
 
@@ -147,9 +154,9 @@ class CompactedPiece::Run {
       if (*least == std::numeric_limits<float>::infinity()) break;
       const auto first = static_cast<std::size_t>(least - ring_costs_.begin());
       *least = std::numeric_limits<float>::infinity();
-      turned_.assign(ring_.begin() + static_cast<std::ptrdiff_t>(first), ring_.end());
-      turned_.insert(turned_.end(), ring_.begin(),
-                     ring_.begin() + static_cast<std::ptrdiff_t>(first));
+      const auto goal = ring_.begin() + static_cast<std::ptrdiff_t>(first);
+      turned_.assign(goal, ring_.end());
+      turned_.insert(turned_.end(), ring_.begin(), goal);
       if (turns_over() || joins_borders() || !mesh_.keeps_topology(turned_)) continue;
       if (try_collapse(u)) return;
       ++tries;
@@ -158,13 +165,14 @@ class CompactedPiece::Run {
     ++state.refusals;
   }
 
-  // Whether a new edge would join two vertices of the border. The surface beyond the border may
-  // have such an edge too.
+  // Whether a new edge would join two vertices of the border, or a new triangle three. The surface
+  // beyond the border may have such an edge or triangle too.
   bool joins_borders() const {
     const auto is_inner = [&](std::uint32_t corner) {
       return mesh_.kind(mesh_.vertex(CollapsingMesh::next(corner))) ==
              CollapsingMesh::VertexKind::kInner;
     };
+    if (turned_.size() == 3) return std::none_of(turned_.begin(), turned_.end(), is_inner);
     if (is_inner(turned_[0])) return false;
     for (std::size_t i = 2; i + 1 < turned_.size(); ++i) {
       if (!is_inner(turned_[i])) return true;
@@ -234,8 +242,11 @@ class CompactedPiece::Run {
 };
 
 CompactedPiece::CompactedPiece(LatticeMesh mesh, const Vec3& step)
-    : mesh_(std::move(mesh)), step_(step), quadrics_(mesh_.vertices.size()) {
-  const std::vector<Vec3> positions = positions_of(mesh_, step);
+    : mesh_(std::move(mesh)),
+      step_(step),
+      unit_(*std::min_element(step.begin(), step.end())),
+      quadrics_(mesh_.vertices.size()) {
+  const std::vector<Vec3> positions = positions_of(mesh_, proportions());
   for (const auto& [p, q, r] : mesh_.triangles) {
     const Quadric plane = Quadric::of_plane(normal_of(positions[p], positions[q], positions[r]));
     quadrics_[p].add(plane);
@@ -244,11 +255,17 @@ CompactedPiece::CompactedPiece(LatticeMesh mesh, const Vec3& step)
   }
 }
 
+Vec3 CompactedPiece::proportions() const {
+  return {step_[0] / unit_, step_[1] / unit_, step_[2] / unit_};
+}
+
 CompactedPiece CompactedPiece::joined(std::span<const CompactedPiece> pieces) {
   if (pieces.empty()) return {};
   CompactedPiece whole;
   whole.mesh_.resolution = pieces.front().mesh_.resolution;
   whole.step_ = pieces.front().step_;
+  whole.unit_ = pieces.front().unit_;
+  whole.least_tried_ = std::numeric_limits<double>::infinity();
   VertexNumbers shared;
   for (const CompactedPiece& piece : pieces) whole.append(piece, shared);
   whole.map_.carriers.resize(whole.mesh_.vertices.size(), kNone);
@@ -270,23 +287,26 @@ void CompactedPiece::append(const CompactedPiece& piece, VertexNumbers& shared) 
     quadrics_.resize(mesh_.vertices.size());
     quadrics_[number[v]].add(piece.quadrics_[v]);
   }
-  std::uint32_t part = parts_.empty() ? 0 : parts_.back() + 1;
-  for (const auto& [p, q, r] : piece.mesh_.triangles) {
+  // Parts come in ascending order; one that was never compacted has as many as triangles.
+  const std::uint32_t first_part = parts_.empty() ? 0 : parts_.back() + 1;
+  for (std::uint32_t t = 0; t < piece.mesh_.triangles.size(); ++t) {
+    const auto& [p, q, r] = piece.mesh_.triangles[t];
     mesh_.triangles.push_back({number[p], number[q], number[r]});
-    parts_.push_back(part);
-    if (piece.parts_.empty()) ++part;
+    parts_.push_back(first_part + (piece.parts_.empty() ? t : piece.parts_[t]));
   }
   map_.append(piece.map_, number, first_triangle);
+  if (!piece.parts_.empty()) least_tried_ = std::min(least_tried_, piece.least_tried_);
 }
 
-void CompactedPiece::compact(double budget) {
-  if (budget == 0 || mesh_.triangles.empty()) return;
-  Run(*this, budget).compact(*this);
+void CompactedPiece::compact(double budget, const std::function<void()>& checkpoint) {
+  const double in_units = budget / unit_;
+  if (in_units == 0 || mesh_.triangles.empty()) return;
+  Run(*this, in_units).compact(*this, checkpoint);
 }
 
 Compacted CompactedPiece::result() const {
   Compacted out{.mesh = {.resolution = mesh_.resolution, .vertices = {}, .triangles = {}},
-                .bound = map_.bound()};
+                .bound = unit_ * map_.bound()};
   std::vector<std::uint32_t> number(mesh_.vertices.size(), kNone);
   out.mesh.triangles = mesh_.triangles;
   for (TriangleIndices& t : out.mesh.triangles) {
@@ -301,10 +321,11 @@ Compacted CompactedPiece::result() const {
   return out;
 }
 
-Compacted compacted(const LatticeMesh& mesh, const CompactionOptions& options) {
+Compacted compacted(const LatticeMesh& mesh, const CompactionOptions& options,
+                    const std::function<void()>& checkpoint) {
   if (options.budget == 0 || mesh.triangles.empty()) return {.mesh = mesh, .bound = 0};
   CompactedPiece piece(mesh, options.step);
-  piece.compact(options.budget);
+  piece.compact(options.budget, checkpoint);
   return piece.result();
 }
 

@@ -28,6 +28,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -45,12 +46,17 @@ struct CompactionOptions {
 };
 
 struct Compacted {
-  LatticeMesh mesh;  // Vertices in the order in which its triangles first use them. No normals.
+  // Vertices in the order in which its triangles first use them, and no normals; with a budget of 0
+  // what it was.
+  LatticeMesh mesh;
   double bound = 0;
 };
 
-// Requires triangles of three different vertices each.
-[[nodiscard]] Compacted compacted(const LatticeMesh& mesh, const CompactionOptions& options);
+// Requires triangles of three different vertices each. `checkpoint` is called now and then: what it
+// throws ends the work.
+[[nodiscard]] Compacted compacted(
+    const LatticeMesh& mesh, const CompactionOptions& options,
+    const std::function<void()>& checkpoint = [] {});
 
 class CompactedPiece {
  public:
@@ -61,8 +67,10 @@ class CompactedPiece {
   [[nodiscard]] static CompactedPiece joined(std::span<const CompactedPiece> pieces);
 
   // `budget` as in CompactionOptions. Pieces that were compacted with another one keep the bound
-  // that they have, where it is the larger.
-  void compact(double budget);
+  // that they have, where it is the larger. When `checkpoint` throws, which is called now and then,
+  // the piece is as before.
+  void compact(
+      double budget, const std::function<void()>& checkpoint = [] {});
 
   [[nodiscard]] std::size_t triangles() const { return mesh_.triangles.size(); }
   // Before anything was compacted.
@@ -73,13 +81,18 @@ class CompactedPiece {
   class Run;
 
   void append(const CompactedPiece& piece, VertexNumbers& shared);
+  // Of a lattice step, where the shortest is 1: in which unit datasets are measured does not
+  // matter.
+  [[nodiscard]] Vec3 proportions() const;
 
   LatticeMesh mesh_;  // All vertices that ever were; the triangles that are left.
   Vec3 step_ = {1, 1, 1};
+  double unit_ = 1;  // The shortest of them.
   // Of every triangle, as CarriedSurface takes them: in which of the pieces that were joined it is.
   std::vector<std::uint32_t> parts_;
-  std::vector<Quadric> quadrics_;  // Of the vertices, seen from there.
-  CarriedMap map_;
+  std::vector<Quadric> quadrics_;  // Of the vertices, seen from there; in units.
+  CarriedMap map_;                 // In units.
+  double least_tried_ = 0;  // Budget, in units: no collapse within it is left inside of the parts.
 };
 
 }  // namespace multitetra

@@ -1,6 +1,7 @@
 // How a request's threshold is shared between the model and compaction: the model keeps to a part
-// of it everywhere, compaction of a tile to the rest of the least threshold in the tile's cube. So
-// both together keep to the threshold, wherever it is and however it differs from place to place.
+// of it everywhere, compaction of a cube to the rest of the least threshold in it. So both together
+// keep to the threshold, however it differs from place to place. Only where cubes with different
+// ones meet the larger counts on both sides, as far as it reaches.
 #pragma once
 
 #include "common/dataset_info.hpp"

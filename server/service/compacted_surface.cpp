@@ -53,7 +53,7 @@ std::vector<CompactedCube> join_all(CubesOfOneSize cubes, std::vector<CompactedC
       [&](std::size_t i) {
         Joining& one = joining[i];
         joined[i] = join_compacted(one.cube, std::move(one.children), std::move(one.own),
-                                   how(one.cube), limits);
+                                   how(one.cube), limits, [&stop] { throw_if_stopped(stop); });
       },
       stop);
   return joined;

@@ -233,8 +233,9 @@ void Conversation::perform(StartStream action) {
 }
 
 void Conversation::perform(MakeEstimate action) {
-  // To find what a budget allows takes as long as some steps; without one it is quick.
-  const bool is_long = has_budget(action.estimate.request);
+  // To find what a budget allows takes as long as some steps, and so does compacting a sample.
+  const IsosurfaceRequest& request = action.estimate.request;
+  const bool is_long = has_budget(request) || request.compact;
   const Estimate& asked = action.estimate;
   auto record = std::make_unique<RequestRecord>(
       guest_, facts_of("estimate", asked.request_id, asked.dataset, asked.request));

@@ -27,7 +27,9 @@ EncodedTile Shading::encoded(const TileMesh& tile, const ContentDigest& content)
   if (bits_ != 0) {
     directions = vertex_normals(volume_, tile.mesh.vertices, tile.mesh.resolution, source_);
   }
-  return encode_tile(tile.mesh, tile.cube, content, kDefaultEncodingSpeed,
+  // A mesh that compaction leaves as it is has the digest, and so the bytes, of one without.
+  const int speed = tile.compaction_bound > 0 ? kCompactedEncodingSpeed : kDefaultEncodingSpeed;
+  return encode_tile(tile.mesh, tile.cube, content, speed,
                      {.directions = directions, .bits = bits_});
 }
 

@@ -40,7 +40,8 @@ void StepCache::remember(const std::string& key, const EncodedStep& step) {
                   .appearance = step.appearance,
                   .tiles = {}};
   for (const EncodedTile& tile : step.tiles) {
-    const TileKey of = {tile.summary.digest, tile.summary.cube, step.appearance};
+    const TileKey of = {tile.summary.digest, tile.summary.cube, step.appearance,
+                        tile.summary.compaction_bound};
     tiles_.add(of, tile);
     outline.tiles.push_back(of);
   }

@@ -46,15 +46,14 @@ std::vector<EncodedTile> encode(const TiledSurface& surface, const Shading& shad
       [&](std::size_t i) {
         const TileMesh& tile = surface.tiles[i];
         const ContentDigest content = digest(tile.mesh);
-        const TileKey key = {content, tile.cube, shading.appearance()};
+        const TileKey key = {content, tile.cube, shading.appearance(), tile.compaction_bound};
         if (auto known = cache.find(key)) {
           encoded[i] = *std::move(known);
         } else {
           encoded[i] = shading.encoded(tile, content);
+          encoded[i].summary.compaction_bound = tile.compaction_bound;
           cache.add(key, encoded[i]);
         }
-        // The same triangles may be what is left of different ones.
-        encoded[i].summary.compaction_bound = tile.compaction_bound;
       },
       stop);
   return encoded;

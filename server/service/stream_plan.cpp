@@ -14,7 +14,7 @@ namespace multitetra {
 namespace {
 
 // How much larger than the surface itself a quick estimate may be (see SizeAccuracy).
-constexpr double kQuickIsWithin = 1.6;
+double quick_is_within(const IsosurfaceRequest& request) { return request.compact ? 3 : 1.6; }
 
 // A surface is never planned to be larger than its budget.
 StepSizes within(const StepSizes& sizes, const IsosurfaceRequest& budget) {
@@ -79,10 +79,11 @@ class TriangleLimit {
   // Throws StepTooLarge where a quick estimate is sure of it. Looks at samples only where the
   // spectrum alone, which may be wrong in both directions, gives reason to.
   void check_estimate(const IsosurfaceRequest& request, const StepSizes& sizes) const {
-    if (most_ == 0 || (request.max_triangles > 0 && request.max_triangles <= most_)) return;
+    if (most_ == 0 || request.max_bytes > 0) return;
+    if (request.max_triangles > 0 && request.max_triangles <= most_) return;
     if (sizes.rough(request).triangles <= most()) return;
     const double triangles = sizes.of({.request = request}).triangles;
-    if (triangles <= kQuickIsWithin * most()) return;
+    if (triangles <= quick_is_within(request) * most()) return;
     throw StepTooLarge(words("about ", triangles, request, 1));
   }
   void check_made(const IsosurfaceRequest& request, const EncodedStep& step) const {

@@ -46,8 +46,8 @@ class StepTooLarge : public std::runtime_error {
 [[nodiscard]] MadeStep make_next_step(const StepSource& source, const StreamState& state,
                                       std::stop_token stop, std::uint64_t max_triangles = 0);
 
-// How large the answer to a request would be, and the request as its budget allows it. Nothing is
-// extracted. Throws BudgetTooSmall when the coarsest surface seems to be larger.
+// How large the answer to a request would be, and the request as its budget allows it: from a
+// sample (surface_sizes.hpp). Throws BudgetTooSmall when the coarsest surface seems to be larger.
 struct EstimatedAnswer {
   SurfaceSize size;
   IsosurfaceRequest request;

@@ -92,9 +92,12 @@ std::optional<SampledBlocks> sampled_blocks(const SurfaceExtractor& extractor,
         found[i].triangles = {.count = 1,
                               .before = static_cast<double>(tile.mesh.triangles.size())};
         if (step.request.compact) {
-          tile.mesh = compacted(tile.mesh, compaction_of(tile.cube, thresholds,
-                                                         step.request.lattice_resolution, info))
-                          .mesh;
+          Compacted left =
+              compacted(tile.mesh,
+                        compaction_of(tile.cube, thresholds, step.request.lattice_resolution, info),
+                        [&stop] { throw_if_stopped(stop); });
+          tile.mesh = std::move(left.mesh);
+          tile.compaction_bound = left.bound;
           // Where the data ends, tiles have their border as well.
           found[i].triangles.border_edges =
               static_cast<double>(topology(tile.mesh, border).open_edges);

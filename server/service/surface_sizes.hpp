@@ -1,5 +1,5 @@
 // How large the surfaces of a dataset are, without extracting them: core's samples of octree cubes,
-// counted on all threads.
+// counted on all threads. With compaction the sample is compacted, and a small surface is made.
 #pragma once
 
 #include <stop_token>
@@ -11,7 +11,9 @@ namespace multitetra {
 class SurfaceExtractor;
 
 enum class SizeAccuracy {
-  kQuick,    // To plan a stream with: within about two thirds and three halves, in milliseconds.
+  // To plan a stream with: within about two thirds and three halves, in milliseconds; with
+  // compaction within about a half and two, in up to a second.
+  kQuick,
   kCareful,  // To tell a client: a larger sample, and bytes as a sample of blocks is encoded.
 };
 

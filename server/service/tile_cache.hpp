@@ -18,6 +18,8 @@ struct TileKey {
   ContentDigest digest;
   OctreeCube cube;
   std::uint64_t appearance = 0;  // Of what is not geometry (normals); 0 without.
+  // The same triangles may be what is left of different ones.
+  double compaction_bound = 0;
 
   friend auto operator<=>(const TileKey&, const TileKey&) = default;
 };

@@ -138,6 +138,32 @@ TEST_P(CompactedCubes, ASmallerBudgetAboveHoldsForWhatIsCompactedThere) {
             topology(surface_.mesh, kAnywhere).euler_characteristic);
 }
 
+// Nothing is lost of a piece that was joined and not compacted: neither a seam nor an edge.
+TEST_P(CompactedCubes, PiecesMayBeJoinedInSeveralStepsBeforeTheyAreCompacted) {
+  std::vector<CompactedPiece> pieces;
+  for (const TileMesh& leaf : leaves(100)) pieces.emplace_back(leaf.mesh, step_);
+  for (const bool is_compacted : {false, true}) {
+    if (is_compacted) {
+      for (CompactedPiece& piece : pieces) piece.compact(0.2);
+    }
+    std::vector<CompactedPiece> pairs;
+    for (std::size_t i = 0; i < pieces.size(); i += 2) {
+      const std::size_t count = std::min<std::size_t>(2, pieces.size() - i);
+      pairs.push_back(CompactedPiece::joined(std::span(pieces).subspan(i, count)));
+    }
+    CompactedPiece whole = CompactedPiece::joined(pairs);
+    whole.compact(0.2);
+    const Compacted small = whole.result();
+    const auto full = placed(surface_.mesh, step_);
+    EXPECT_LE(small.bound, 0.2);
+    EXPECT_LE(largest_distance(placed(small.mesh, step_), full), small.bound);
+    EXPECT_LE(largest_distance(full, placed(small.mesh, step_)), small.bound);
+    const std::size_t at_once =
+        compacted(surface_.mesh, {.step = step_, .budget = 0.2}).mesh.triangles.size();
+    EXPECT_LE(small.mesh.triangles.size(), at_once + at_once / 4 + 8);
+  }
+}
+
 TEST(CompactedSize, IsThatOfTheBlocksWhereTheyHaveNoBorder) {
   EXPECT_DOUBLE_EQ(share_left({.count = 3, .before = 1e6, .left = 2e5, .border_edges = 0}, 1e8),
                    0.2);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
 #include <random>
 
 #include "common/content_digest.hpp"
@@ -164,6 +166,63 @@ TEST(Compaction, OfAPlaneLeavesItsBorder) {
   EXPECT_LE(small.mesh.triangles.size(), 90U);
   EXPECT_LE(small.bound, 1e-6);
   EXPECT_TRUE(topology(small.mesh, kAnywhere).is_sound());
+}
+
+// Its back is in the other piece: two triangles on each other would be left together.
+TEST(Compaction, ATetrahedronInTwoPiecesKeepsItsVolume) {
+  const LatticeMesh front{.vertices = {{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {0, 0, 8}},
+                          .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}}};
+  const Compacted small = compacted(front, {.step = {1, 1, 1}, .budget = 1e9});
+  EXPECT_EQ(digest(small.mesh), digest(front));
+}
+
+TEST_P(Compacting, AnyErrorThatMayBeAskedForHasAFiniteBound) {
+  for (const double budget : {1e154, 1e300, std::numeric_limits<double>::max()}) {
+    const Compacted small = compacted(surface_.mesh, {.step = step_, .budget = budget});
+    EXPECT_TRUE(std::isfinite(small.bound)) << budget;
+    EXPECT_LT(small.bound, 1e3) << budget;
+  }
+}
+
+// Lengths of 1e-30 to 1e30 have squares beyond single precision.
+TEST_P(Compacting, InAnyUnitOfLengthTheSameIsLeft) {
+  const auto in_unit = [&](double unit) {
+    return compacted(surface_.mesh, {.step = {unit * step_[0], unit * step_[1], unit * step_[2]},
+                                     .budget = unit * 0.25});
+  };
+  const Compacted expected = in_unit(1);
+  for (const double unit : {std::ldexp(1.0, -99), std::ldexp(1.0, 99)}) {
+    const Compacted small = in_unit(unit);
+    EXPECT_EQ(digest(small.mesh), digest(expected.mesh)) << unit;
+    EXPECT_EQ(small.bound, unit * expected.bound) << unit;
+  }
+}
+
+TEST_P(Compacting, ALargerBudgetLaterGoesOn) {
+  CompactedPiece piece(surface_.mesh, step_);
+  piece.compact(0.05);
+  const std::size_t before = piece.triangles();
+  piece.compact(0.05);
+  EXPECT_EQ(piece.triangles(), before) << "nothing is left to try";
+  piece.compact(1e6);
+  const std::size_t at_once =
+      compacted(surface_.mesh, {.step = step_, .budget = 1e6}).mesh.triangles.size();
+  EXPECT_LT(piece.triangles(), before);
+  EXPECT_LE(piece.triangles(), at_once + at_once / 4 + 8);
+}
+
+TEST_P(Compacting, ACheckpointThatThrowsLeavesThePieceAsItWas) {
+  struct Stopped {};
+  int calls = 0;
+  const auto stop = [&calls] {
+    if (++calls == 2) throw Stopped();
+  };
+  CompactedPiece piece(surface_.mesh, step_);
+  EXPECT_THROW(piece.compact(1, stop), Stopped);
+  EXPECT_EQ(digest(piece.result().mesh), digest(surface_.mesh));
+  piece.compact(1);
+  const Compacted expected = compacted(surface_.mesh, {.step = step_, .budget = 1});
+  EXPECT_EQ(digest(piece.result().mesh), digest(expected.mesh));
 }
 
 TEST(Compaction, OfNothingIsNothing) {

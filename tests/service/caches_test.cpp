@@ -3,6 +3,7 @@
 #include <chrono>
 #include <future>
 #include <random>
+#include <stdexcept>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -222,6 +223,27 @@ TEST(StepCache, ATileOfTwoStepsLiesInMemoryOnce) {
   const std::size_t before = cache.tiles().counts().tiles;
   (void)cache.get("fine", {}, [](const std::stop_token&) { return step_of(fine_tiles()); });
   EXPECT_EQ(cache.tiles().counts().tiles, before + 1) << "of two tiles one is in both";
+}
+
+// Compaction of two models may leave the same triangles at different distances from them.
+TEST(StepCache, ATileOfTwoStepsKeepsWhatEachPromises) {
+  StepCache cache(1 << 20);
+  const auto compacted_to = [](double bound) {
+    return [bound](const std::stop_token&) {
+      EncodedStep step = step_of(fine_tiles());
+      for (EncodedTile& tile : step.tiles) tile.summary.compaction_bound = bound;
+      return step;
+    };
+  };
+  (void)cache.get("a", {}, compacted_to(0.1));
+  (void)cache.get("b", {}, compacted_to(0.3));
+  const auto never = [](const std::stop_token&) -> EncodedStep { throw std::logic_error("made"); };
+  for (const EncodedTile& tile : cache.get("a", {}, never).tiles) {
+    EXPECT_EQ(tile.summary.compaction_bound, 0.1);
+  }
+  for (const EncodedTile& tile : cache.get("b", {}, never).tiles) {
+    EXPECT_EQ(tile.summary.compaction_bound, 0.3);
+  }
 }
 
 TEST(StepCache, OfNoBytesRemembersNothing) {

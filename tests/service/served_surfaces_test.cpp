@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 
 #include "client/client.hpp"
 #include "common/surface_distance.hpp"
@@ -94,6 +95,7 @@ TEST(ServedSurfaces, CompactedHaveTheSameTopologyInFewerBytesWithAnyNumberOfThre
   Client client = client_of(server);
   const auto expected = fetch(client, dataset->info, plain);
   ASSERT_FALSE(expected.empty());
+  std::optional<std::vector<TileSummary>> first;
   for (const std::size_t threads : {1U, 4U}) {
     SCOPED_TRACE(threads);
     const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
@@ -114,7 +116,10 @@ TEST(ServedSurfaces, CompactedHaveTheSameTopologyInFewerBytesWithAnyNumberOfThre
     EXPECT_LT(3 * small.triangles, full.triangles);
     EXPECT_LT(2 * steps.back().step->end.payload_bytes, expected.back().step->end.payload_bytes);
     EXPECT_EQ(steps.back().step->begin.error_bound_world, 0.5);
-    for (const TileSummary& tile : steps.back().step->begin.tiles) {
+    const std::vector<TileSummary>& tiles = steps.back().step->begin.tiles;
+    if (!first) first = tiles;
+    EXPECT_EQ(tiles, *first) << "with bounds and bytes";
+    for (const TileSummary& tile : tiles) {
       EXPECT_GT(tile.compaction_bound, 0);
       EXPECT_LT(tile.compaction_bound, 0.5);
     }

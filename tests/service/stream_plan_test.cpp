@@ -73,6 +73,23 @@ TEST(StreamPlan, AnEstimateThatIsTooLargeCostsDetailAndNoTime) {
   EXPECT_LE(size_of(step.encoded).triangles, 50'000);
 }
 
+TEST(StreamPlan, AServersLimitRefusesOnlyWhatIsSurelyMore) {
+  int made = 0;
+  const auto make = [&made](double estimated_part, const IsosurfaceRequest& request) {
+    made = 0;
+    const Misjudged source(1e6, estimated_part, made);
+    return make_next_step(source, {.request = request, .previews = false}, {}, 1'200'000);
+  };
+  EXPECT_TRUE(make(1.5, {.error = 1}).is_final) << "estimates are up to a half too large";
+  EXPECT_TRUE(make(3, {.error = 1, .compact = true}).is_final) << "and with compaction more";
+  EXPECT_THROW((void)make(4, {.error = 1}), StepTooLarge);
+  EXPECT_EQ(made, 0) << "at once";
+  EXPECT_THROW((void)make(4, {.error = 1, .compact = true}), StepTooLarge);
+  EXPECT_EQ(made, 0);
+  EXPECT_TRUE(make(4, {.error = 1, .max_triangles = 500'000}).is_final);
+  EXPECT_TRUE(make(4, {.error = 1, .max_bytes = 1000}).is_final) << "a budget makes it small";
+}
+
 TEST(StreamPlan, ABudgetThatNothingMeetsIsRefused) {
   int made = 0;
   const Misjudged source(1e6, 1e-4, made);
