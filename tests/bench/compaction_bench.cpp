@@ -160,7 +160,7 @@ int main(int argc, char** argv) {
     small.seconds = cpu() - begin;
     for (TileMesh& t : model.tiles) {
       const double start = cpu();
-      small.bytes += encode_tile(t.mesh, t.cube).summary.bytes;
+      small.bytes += encode_tile(t.mesh, t.cube, kCompactedEncodingSpeed).summary.bytes;
       small.encode_seconds += cpu() - start;
       small.triangles += static_cast<double>(t.mesh.triangles.size());
       small.bound = std::max(small.bound, t.compaction_bound);
@@ -173,7 +173,7 @@ int main(int argc, char** argv) {
       theirs.seconds += cpu() - start;
       if (!p.triangles.empty()) {
         start = cpu();
-        theirs.bytes += encode_tile(p, t.cube).summary.bytes;
+        theirs.bytes += encode_tile(p, t.cube, kCompactedEncodingSpeed).summary.bytes;
         theirs.encode_seconds += cpu() - start;
         theirs.triangles += static_cast<double>(p.triangles.size());
         other.push_back(std::move(p));
