@@ -3,11 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <cmath>
-#include <limits>
 #include <utility>
 
-#include "server/core/vectors.hpp"
 
 namespace multitetra {
 
@@ -123,37 +120,12 @@ CarriedMap CarriedSurface::map(std::span<const std::uint32_t> numbers) const {
   return map;
 }
 
-void CarriedSurface::set_up_fan(std::span<const std::uint32_t> ring) {
-  fan_size_ = static_cast<std::uint32_t>(ring.size()) - 2;
-  apex_ = positions_[mesh_.vertex(CollapsingMesh::next(ring[0]))];
-  spokes_.resize(ring.size());
-  fan_.resize(ring.size() - 1);
-  for (std::uint32_t k = 1; k < ring.size(); ++k) {
-    Spoke& spoke = spokes_[k];
-    spoke.along = difference(positions_[mesh_.vertex(CollapsingMesh::next(ring[k]))], apex_);
-    spoke.squared_length = squared_length(spoke.along);
-    spoke.inverse = spoke.squared_length > 0 ? 1 / spoke.squared_length : 0;
-  }
-  for (std::uint32_t k = 1; k <= fan_size_; ++k) {
-    const Vec3& a = spokes_[k].along;
-    const Vec3& b = spokes_[k + 1].along;
-    FanTriangle& t = fan_[k];
-    t.normal = vector_product(a, b);
-    const double squared = squared_length(t.normal);
-    const bool is_thin =
-        squared <= kThinnest * spokes_[k].squared_length * spokes_[k + 1].squared_length;
-    t.inverse = is_thin ? 0 : 1 / squared;
-    t.first = moved({0, 0, 0}, t.inverse, vector_product(b, t.normal));
-    t.second = moved({0, 0, 0}, t.inverse, vector_product(t.normal, a));
-  }
-}
-
 void CarriedSurface::mark(std::span<const std::uint32_t> ring) {
   for (std::uint32_t i = 0; i < ring.size(); ++i) {
     Vertex& w = vertices_[mesh_.vertex(CollapsingMesh::next(ring[i]))];
     w.seen = kStays + now_;
-    w.sectors = {std::max(i, 2U) - 1, std::min(i, fan_size_)};
-    if (i == 0) w.sectors = {1, fan_size_};
+    w.sectors = {std::max(i, 2U) - 1, std::min(i, fan_.sectors())};
+    if (i == 0) w.sectors = {1, fan_.sectors()};
     Edge& across = edges_[edge_of_[ring[i]]];
     across.seen = now_;
     across.place = i;
@@ -163,59 +135,26 @@ void CarriedSurface::mark(std::span<const std::uint32_t> ring) {
   }
 }
 
-// In a triangle of the fan that it is straight above of, or else in the nearest.
 bool CarriedSurface::place(std::uint32_t vertex) {
-  const Vec3 p = difference(positions_[vertex], apex_);
-  double nearest = std::numeric_limits<double>::infinity();
-  std::uint32_t sector = 1;
-  for (std::uint32_t k = 1; k <= fan_size_; ++k) {
-    const FanTriangle& t = fan_[k];
-    const double s = inner_product(p, t.first);
-    const double r = inner_product(p, t.second);
-    if (!(s >= 0 && r >= 0 && s + r <= 1) || t.inverse == 0) continue;
-    const double height = inner_product(p, t.normal);
-    const double squared = height * height * t.inverse;
-    if (squared < nearest) {
-      nearest = squared;
-      sector = k;
-    }
-  }
-  if (!(nearest <= squared_limit_)) {
-    const auto look_at = [&](const Vec3& to, std::uint32_t k) {
-      const double squared = squared_length(to);
-      if (squared < nearest) {
-        nearest = squared;
-        sector = k;
-      }
-    };
-    for (std::uint32_t k = 1; k <= fan_size_ + 1; ++k) {
-      const Spoke& spoke = spokes_[k];
-      const double t = std::clamp(inner_product(p, spoke.along) * spoke.inverse, 0.0, 1.0);
-      look_at(moved(p, -t, spoke.along), std::min(k, fan_size_));
-    }
-    for (std::uint32_t k = 1; k <= fan_size_; ++k) {
-      const Vec3 edge = difference(spokes_[k + 1].along, spokes_[k].along);
-      const Vec3 from = difference(p, spokes_[k].along);
-      const double t = std::clamp(inner_product(from, edge) / squared_length(edge), 0.0, 1.0);
-      look_at(moved(from, -t, edge), k);
-    }
-    if (!(nearest <= squared_limit_)) return false;
-  }
-  largest_ = std::max(largest_, nearest);
+  const auto sector = fan_.sector_near(positions_[vertex]);
+  if (!sector) return false;
   vertices_[vertex].seen = now_;
-  vertices_[vertex].sectors = {sector, sector};
+  vertices_[vertex].sectors = {*sector, *sector};
   placed_.push_back(vertex);
   return true;
 }
 
 bool CarriedSurface::carry(std::span<const std::uint32_t> ring, double limit) {
-  limit = std::min(limit, kLargestLimit);
-  squared_limit_ = limit * limit * (1 - 4 * CarriedMap::kRounding);  // So that bound() <= limit.
-  largest_ = 0;
   ++now_;
   placed_.clear();
   strands_.clear();
-  set_up_fan(ring);
+  ring_positions_.clear();
+  for (const std::uint32_t corner : ring) {
+    ring_positions_.push_back(positions_[mesh_.vertex(CollapsingMesh::next(corner))]);
+  }
+  limit = std::min(limit, kLargestLimit);
+  // So that bound() <= limit.
+  fan_.set_up(ring_positions_, limit * limit * (1 - 4 * CarriedMap::kRounding));
   if (!place(mesh_.vertex(ring[0]))) return false;
   for (const std::uint32_t corner : ring) {
     for (std::uint32_t p = first_carried_[CollapsingMesh::triangle_of(corner)]; p != kNone;
@@ -286,58 +225,32 @@ CarriedSurface::Sectors CarriedSurface::sectors_at(std::uint32_t crossing,
   }
   const Edge& on = edges_[crossings_[crossing].on];
   assert(on.seen == now_ && on.place != kSpoke);
-  const std::uint32_t sector = std::clamp(on.place, 1U, fan_size_);
+  const std::uint32_t sector = std::clamp(on.place, 1U, fan_.sectors());
   return {sector, sector};
 }
 
 bool CarriedSurface::add_strand(std::uint32_t half, std::uint32_t before, std::uint32_t after,
                                 bool had_crossings) {
-  const Sectors from = sectors_at(before, halves_[halves_[half].twin].other);
-  const Sectors to = sectors_at(after, halves_[half].other);
+  const std::uint32_t low = halves_[halves_[half].twin].other;
+  const std::uint32_t high = halves_[half].other;
+  const auto is_near = [&](std::uint32_t first, std::uint32_t last) {
+    return fan_.is_near(positions_[low], positions_[high], first, last);
+  };
+  const Sectors from = sectors_at(before, low);
+  const Sectors to = sectors_at(after, high);
   Strand strand{.half = half, .before = before, .after = after, .from = 0, .to = 0};
   if (from.last < to.first) {
     strand.from = from.last;
     strand.to = to.first;
-    if (!is_near(half, from.last + 1, to.first)) return false;
+    if (!is_near(from.last + 1, to.first)) return false;
   } else if (to.last < from.first) {
     strand.from = from.first;
     strand.to = to.last;
-    if (!is_near(half, to.last + 1, from.first)) return false;
+    if (!is_near(to.last + 1, from.first)) return false;
   } else if (!had_crossings) {
     return true;
   }
   strands_.push_back(strand);
-  return true;
-}
-
-// Whether the edge is near to these spokes. A pair of near points is enough, whichever it is.
-bool CarriedSurface::is_near(std::uint32_t half, std::uint32_t first, std::uint32_t last) {
-  const Vec3& low = positions_[halves_[halves_[half].twin].other];
-  const Vec3 p = difference(low, apex_);
-  const Vec3 pq = difference(positions_[halves_[half].other], low);
-  const double squared_pq = squared_length(pq);
-  const double along_pq = inner_product(p, pq);
-  for (std::uint32_t k = first; k <= last; ++k) {
-    const Spoke& spoke = spokes_[k];
-    const double mixed = inner_product(pq, spoke.along);
-    const double along_spoke = inner_product(p, spoke.along);
-    const double product = squared_pq * spoke.squared_length;
-    const double determinant = product - mixed * mixed;
-    double s = 0;
-    if (determinant > 1e-12 * product) {
-      s = std::clamp((mixed * along_spoke - along_pq * spoke.squared_length) / determinant, 0.0,
-                     1.0);
-    }
-    const double t = std::clamp((along_spoke + s * mixed) * spoke.inverse, 0.0, 1.0);
-    const Vec3 from = moved(p, -t, spoke.along);
-    double squared = squared_length(moved(from, s, pq));
-    if (!(squared <= squared_limit_)) {
-      s = std::clamp((t * mixed - along_pq) / squared_pq, 0.0, 1.0);
-      squared = squared_length(moved(from, s, pq));
-      if (!(squared <= squared_limit_)) return false;
-    }
-    largest_ = std::max(largest_, squared);
-  }
   return true;
 }
 
@@ -361,8 +274,8 @@ void CarriedSurface::keep(std::span<const std::uint32_t> ring) {
   for (const Strand& strand : strands_) keep_strand(strand, ring);
   is_carried_[placed_.front()] = 1;
   edge_of_[CollapsingMesh::previous(ring[1])] = edge_of_[ring[0]];
-  edge_of_[CollapsingMesh::next(ring[fan_size_])] = edge_of_[ring[fan_size_ + 1]];
-  squared_bound_ = std::max(squared_bound_, largest_);
+  edge_of_[CollapsingMesh::next(ring[fan_.sectors()])] = edge_of_[ring.back()];
+  squared_bound_ = std::max(squared_bound_, fan_.largest_squared());
 }
 
 void CarriedSurface::keep_strand(const Strand& strand, std::span<const std::uint32_t> ring) {

@@ -54,6 +54,7 @@
 
 #include "common/affine.hpp"
 #include "server/core/carried_map.hpp"
+#include "server/core/collapse_fan.hpp"
 #include "server/core/collapsing_mesh.hpp"
 
 namespace multitetra {
@@ -79,8 +80,6 @@ class CarriedSurface {
   static constexpr std::uint32_t kNone = CollapsingMesh::kNone;
   static constexpr std::uint32_t kSpoke = kNone;
   static constexpr double kLargestLimit = 1e150;  // Its square is finite.
-  // Of a triangle's sine, squared: a thinner one has no normal to measure heights along.
-  static constexpr double kThinnest = 1e-12;
   // In `seen`, of a vertex that is no carried one. No surface has so many vertices to collapse.
   static constexpr std::uint32_t kStays = std::uint32_t{1} << 31;
   // The fan's triangles from one to another.
@@ -113,16 +112,6 @@ class CarriedSurface {
     std::uint32_t next_on = kNone;                 // In the list of `on`.
     std::uint32_t seen = 0;
   };
-  struct Spoke {
-    Vec3 along;
-    double squared_length = 0;
-    double inverse = 0;  // 1 / squared_length
-  };
-  struct FanTriangle {
-    Vec3 first, second;  // Dual to its edges from v.
-    Vec3 normal;
-    double inverse = 0;  // 1 / the normal's squared length; 0 of a thin triangle.
-  };
   // A piece of an original edge inside of the ring, from the low end on.
   struct Strand {
     std::uint32_t half = 0;
@@ -133,7 +122,6 @@ class CarriedSurface {
   void number_edges();
   void add_edges(const CarriedMap& map, std::span<const std::uint32_t> parts);
   void add_crossings(const CarriedMap& map);
-  void set_up_fan(std::span<const std::uint32_t> ring);
   [[nodiscard]] bool place(std::uint32_t vertex);
   void mark(std::span<const std::uint32_t> ring);
   [[nodiscard]] bool find_strands_of_vertices();
@@ -141,7 +129,6 @@ class CarriedSurface {
   [[nodiscard]] bool add_strand(std::uint32_t half, std::uint32_t before, std::uint32_t after,
                                 bool had_crossings);
   [[nodiscard]] Sectors sectors_at(std::uint32_t crossing, std::uint32_t vertex) const;
-  [[nodiscard]] bool is_near(std::uint32_t half, std::uint32_t first, std::uint32_t last);
   void keep(std::span<const std::uint32_t> ring);
   void keep_strand(const Strand& strand, std::span<const std::uint32_t> ring);
   [[nodiscard]] bool is_spoke(std::uint32_t edge) const {
@@ -163,12 +150,8 @@ class CarriedSurface {
 
   // Of one collapse.
   std::uint32_t now_ = 0;
-  double squared_limit_ = 0;
-  double largest_ = 0;
-  std::uint32_t fan_size_ = 0;
-  Vec3 apex_ = {0, 0, 0};
-  std::vector<Spoke> spokes_;
-  std::vector<FanTriangle> fan_;
+  CollapseFan fan_;
+  std::vector<Vec3> ring_positions_;
   std::vector<std::uint32_t> placed_;
   std::vector<Strand> strands_;
 };
