@@ -5,7 +5,6 @@
 #include <cassert>
 #include <utility>
 
-
 namespace multitetra {
 
 CarriedSurface::CarriedSurface(const CollapsingMesh& mesh, std::span<const Vec3> positions,

@@ -12,7 +12,7 @@ class SurfaceExtractor;
 
 enum class SizeAccuracy {
   // To plan a stream with: within about two thirds and three halves, in milliseconds; with
-  // compaction within about a half and two, in up to a second.
+  // compaction within about a half and two, and slower.
   kQuick,
   kCareful,  // To tell a client: a larger sample, and bytes as a sample of blocks is encoded.
 };
