@@ -12,7 +12,7 @@ class SurfaceExtractor;
 
 enum class SizeAccuracy {
   // To plan a stream with: within about two thirds and three halves, in milliseconds; with
-  // compaction within about a half and two, and slower.
+  // compaction, from four blocks, rougher and slower.
   kQuick,
   kCareful,  // To tell a client: a larger sample, and bytes as a sample of blocks is encoded.
 };
