@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/number_text.hpp"
+
 namespace multitetra {
 
 using Clock = std::chrono::steady_clock;
@@ -83,9 +85,10 @@ struct MessageSocket::State {
   }
 
   [[nodiscard]] tl::unexpected<Error> silent(const std::string& what) const {
-    return fail(ErrorCode::kUnavailable, to_string(channel.server()) + " " + what + " within " +
-                                             std::to_string(timeout.count() / 1000) +
-                                             " s; try a longer timeout.");
+    return fail(ErrorCode::kUnavailable,
+                to_string(channel.server()) + " " + what + " within " +
+                    shortest_text(static_cast<double>(timeout.count()) / 1000) +
+                    " s; try a longer timeout.");
   }
 };
 

@@ -5,6 +5,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "common/number_text.hpp"
 #include "server/core/budget.hpp"
 #include "server/core/threshold_map.hpp"
 #include "server/dataset/byte_source.hpp"
@@ -93,7 +94,7 @@ Result<EstimateReply> make_estimate(const StepSource& source, const Estimate& as
 Error too_long(std::chrono::milliseconds limit) {
   return {ErrorCode::kLimitExceeded,
           "The answer takes this server longer than the " +
-              std::to_string(static_cast<double>(limit.count()) / 1000) +
+              shortest_text(static_cast<double>(limit.count()) / 1000) +
               " s that it spends on one request; ask for a larger error."};
 }
 

@@ -202,10 +202,10 @@ TEST(BusyServer, IsWaitedForHoweverLongItTakes) {
   using testing::FakeSteps;
   const RunningServer server(testing::catalogue_of(
       std::make_shared<FakeSteps>("fake", [](const StepRequest& step, const std::stop_token&) {
-        std::this_thread::sleep_for(milliseconds(700));
+        std::this_thread::sleep_for(milliseconds(2500));
         return testing::octahedron_step(step);
       })));
-  auto client = Client::connect(server.endpoint(), {.timeout = milliseconds(200)});
+  auto client = Client::connect(server.endpoint(), {.timeout = milliseconds(1000)});
   ASSERT_TRUE(client);
   const auto datasets = client->list_datasets();
   ASSERT_TRUE(datasets);
