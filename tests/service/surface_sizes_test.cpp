@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include "common/tile.hpp"
 #include "server/dataset/in_parallel.hpp"
+#include "server/service/shading.hpp"
 #include "server/service/step_source.hpp"
 #include "server/service/stream_plan.hpp"
 #include "server/service/surface_extractor.hpp"
@@ -25,12 +27,19 @@ std::vector<DatasetPtr> datasets() {
           prepared({"stretched", fields::gyroid(60, 0.05, 9, {1, 1.3, 2}), 0.0, 1})};
 }
 
-double triangles_of(const DatasetPtr& dataset, const StepRequest& step) {
-  double triangles = 0;
+SurfaceSize size_of(const DatasetPtr& dataset, const StepRequest& step) {
+  const Shading shading(*dataset, step);
+  SurfaceSize size;
   for (const TileMesh& tile : SurfaceExtractor(dataset).extract(step).tiles) {
-    triangles += static_cast<double>(tile.mesh.triangles.size());
+    const TileSummary encoded = shading.encoded(tile, digest(tile.mesh)).summary;
+    size.triangles += static_cast<double>(encoded.triangles);
+    size.bytes += static_cast<double>(encoded.bytes);
   }
-  return triangles;
+  return size;
+}
+
+double triangles_of(const DatasetPtr& dataset, const StepRequest& step) {
+  return size_of(dataset, step).triangles;
 }
 
 TEST(SurfaceSizes, AreNearTheRealOnes) {
@@ -62,11 +71,13 @@ TEST(SurfaceSizes, WithCompactionAreNearWhatIsLeft) {
     for (const double error : {0.0, 0.25, 1.0}) {
       SCOPED_TRACE(dataset->info.name + ", error " + std::to_string(error));
       const StepRequest step{.request = {.isovalue = isovalue, .error = error, .compact = true}};
-      const double real = triangles_of(dataset, step);
-      const double told = sizes.of(step).triangles;
-      EXPECT_LE(told, 2 * real + 100);
-      EXPECT_GE(told, 0.5 * real - 100);
-      EXPECT_GE(sizes.of(step).extracted, 0.7 * real);
+      const SurfaceSize real = size_of(dataset, step);
+      const SurfaceSize told = sizes.of(step);
+      EXPECT_LE(told.triangles, 2 * real.triangles + 100);
+      EXPECT_GE(told.triangles, 0.5 * real.triangles - 100);
+      EXPECT_LE(told.bytes, 2 * real.bytes + 500);
+      EXPECT_GE(told.bytes, 0.5 * real.bytes - 500);
+      EXPECT_GE(told.extracted, 0.7 * real.triangles);
     }
   }
 }
@@ -81,8 +92,8 @@ TEST(SurfaceSizes, OfAnEmptySurfaceAreZero) {
 TEST(SurfaceSizes, AreKnownOfGridsWithoutASpectrum) {
   const DatasetPtr dataset = prepared({"tiny", fields::ball({8, 7, 9}, 3)});
   const StepRequest step{.request = {.isovalue = 0}};
-  EXPECT_NEAR(surface_sizes(SurfaceExtractor(dataset)).of(step).triangles,
-              triangles_of(dataset, step), 0.1 * triangles_of(dataset, step) + 10);
+  EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of(step).triangles,
+            triangles_of(dataset, step));
 }
 
 TEST(SurfaceSizes, AreTheSameEveryTime) {
@@ -91,6 +102,16 @@ TEST(SurfaceSizes, AreTheSameEveryTime) {
   const double first = surface_sizes(SurfaceExtractor(dataset)).of(step).triangles;
   for (int i = 0; i < 3; ++i)
     EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of(step).triangles, first);
+}
+
+// They stand for no others: they are made to see.
+TEST(SurfaceSizes, OfFewTrianglesWithCompactionAreTheRealOnes) {
+  const DatasetPtr dataset = prepared({"ball", fields::ball({40, 40, 40}, 12)});
+  const SurfaceExtractor extractor(dataset);
+  const StepRequest step{.request = {.isovalue = 0, .error = 0.5, .compact = true}};
+  const SurfaceSize told = surface_sizes(extractor, {}, SizeAccuracy::kCareful).of(step);
+  EXPECT_EQ(told.triangles, size_of(dataset, step).triangles);
+  EXPECT_EQ(told.bytes, size_of(dataset, step).bytes);
 }
 
 // A map says how much there is, not the threshold where it says nothing.
