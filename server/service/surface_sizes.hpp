@@ -12,7 +12,8 @@ class SurfaceExtractor;
 
 enum class SizeAccuracy {
   // To plan a stream with: within about two thirds and three halves, in milliseconds; with
-  // compaction, from four blocks, rougher and slower.
+  // compaction, from four blocks, rougher (at most three times too large on public volumes) and
+  // slower.
   kQuick,
   kCareful,  // To tell a client: a larger sample, and bytes as a sample of blocks is encoded.
 };

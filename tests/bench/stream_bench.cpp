@@ -27,8 +27,11 @@ struct Row {
   std::vector<MadeStep> steps;
   std::vector<double> seconds;  // From the request to each step, as the server makes them.
   double alone_seconds = 0;     // Of the final step, asked for alone.
-  double estimate_seconds = 0;
-  SurfaceSize estimate;
+  struct Estimate {
+    SurfaceSize size;
+    double seconds = 0;
+  };
+  Estimate quick, careful;
 };
 
 double seconds_since(Clock::time_point start) {
@@ -40,9 +43,13 @@ Row measure(const ExtractedSteps& source, const IsosurfaceRequest& request) {
   Clock::time_point start = Clock::now();
   (void)make_next_step(source, {.request = request, .previews = false, .shown = {}}, {});
   row.alone_seconds = seconds_since(start);
-  start = Clock::now();
-  row.estimate = source.sizes({}, SizeAccuracy::kCareful).of({.request = request});
-  row.estimate_seconds = seconds_since(start);
+  const auto estimate = [&](SizeAccuracy accuracy) {
+    start = Clock::now();
+    const SurfaceSize size = source.sizes({}, accuracy).of({.request = request});
+    return Row::Estimate{size, seconds_since(start)};
+  };
+  row.quick = estimate(SizeAccuracy::kQuick);
+  row.careful = estimate(SizeAccuracy::kCareful);
   start = Clock::now();
   StreamState state{.request = request, .shown = {}};
   while (row.steps.empty() || !row.steps.back().is_final) {
@@ -66,10 +73,13 @@ void print(const std::string& name, double isovalue, double error, const Row& ro
                 static_cast<int>(row.steps[i].step.finest_spacing), bytes / 1e3,
                 100 * bytes / last.bytes, 1e3 * row.seconds[i]);
   }
-  std::printf(" | %.1f KB, %.0f ms | %.1f %%, %.2f | %.2f, %.2f, %.0f ms |\n", last.bytes / 1e3,
-              1e3 * row.seconds.back(), 100 * previews / last.bytes,
-              row.seconds.back() / row.alone_seconds, row.estimate.triangles / last.triangles,
-              row.estimate.bytes / last.bytes, 1e3 * row.estimate_seconds);
+  std::printf(" | %.1f KB, %.0f ms | %.1f %%, %.2f |", last.bytes / 1e3, 1e3 * row.seconds.back(),
+              100 * previews / last.bytes, row.seconds.back() / row.alone_seconds);
+  for (const auto& [size, seconds] : {row.careful, row.quick}) {
+    std::printf(" %.2f, %.2f, %.0f ms |", size.triangles / last.triangles, size.bytes / last.bytes,
+                1e3 * seconds);
+  }
+  std::puts("");
   std::fflush(stdout);
 }
 
@@ -91,8 +101,8 @@ int main(int argc, char** argv) {
   std::puts(
       "| volume, isovalue | error, voxels | previews (finest spacing: bytes, of the final step's; "
       "time) | final step | previews' bytes; time to alone | estimate to real: triangles, bytes; "
-      "time |");
-  std::puts("| --- | --- | --- | --- | --- | --- |");
+      "time | quick estimate |");
+  std::puts("| --- | --- | --- | --- | --- | --- | --- |");
   try {
     const bool compact = argc > 1 && std::string(argv[1]) == "--compact";
     for (int i = compact ? 2 : 1; i < argc; ++i) {

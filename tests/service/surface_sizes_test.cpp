@@ -67,6 +67,7 @@ TEST(SurfaceSizes, WithCompactionAreNearWhatIsLeft) {
   for (const DatasetPtr& dataset : datasets()) {
     const SurfaceExtractor extractor(dataset);
     const StepSizes sizes = surface_sizes(extractor, {}, SizeAccuracy::kCareful);
+    const StepSizes quickly = surface_sizes(extractor, {}, SizeAccuracy::kQuick);
     const double isovalue = dataset->info.min + 0.45 * (dataset->info.max - dataset->info.min);
     for (const double error : {0.0, 0.25, 1.0}) {
       SCOPED_TRACE(dataset->info.name + ", error " + std::to_string(error));
@@ -78,6 +79,11 @@ TEST(SurfaceSizes, WithCompactionAreNearWhatIsLeft) {
       EXPECT_LE(told.bytes, 2 * real.bytes + 500);
       EXPECT_GE(told.bytes, 0.5 * real.bytes - 500);
       EXPECT_GE(told.extracted, 0.7 * real.triangles);
+      // By a quick one a server refuses what is far above its limit.
+      const SurfaceSize quick = quickly.of(step);
+      EXPECT_LE(quick.triangles, 3 * real.triangles + 100);
+      EXPECT_GE(quick.triangles, 0.2 * real.triangles - 100);
+      EXPECT_LE(quick.bytes, 3 * real.bytes + 500);
     }
   }
 }
