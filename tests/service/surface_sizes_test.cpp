@@ -5,9 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "common/tile.hpp"
 #include "server/dataset/in_parallel.hpp"
-#include "server/service/shading.hpp"
 #include "server/service/step_source.hpp"
 #include "server/service/stream_plan.hpp"
 #include "server/service/surface_extractor.hpp"
@@ -27,15 +25,10 @@ std::vector<DatasetPtr> datasets() {
           prepared({"stretched", fields::gyroid(60, 0.05, 9, {1, 1.3, 2}), 0.0, 1})};
 }
 
+// As it is sent.
 SurfaceSize size_of(const DatasetPtr& dataset, const StepRequest& step) {
-  const Shading shading(*dataset, step);
-  SurfaceSize size;
-  for (const TileMesh& tile : SurfaceExtractor(dataset).extract(step).tiles) {
-    const TileSummary encoded = shading.encoded(tile, digest(tile.mesh)).summary;
-    size.triangles += static_cast<double>(encoded.triangles);
-    size.bytes += static_cast<double>(encoded.bytes);
-  }
-  return size;
+  const ExtractedSteps source(std::make_shared<const SurfaceExtractor>(dataset));
+  return size_of(source.make(step, {}));
 }
 
 double triangles_of(const DatasetPtr& dataset, const StepRequest& step) {
