@@ -22,9 +22,9 @@
 #include <variant>
 #include <vector>
 
-#include "common/mesh.hpp"
-#include "common/mesh_checks.hpp"
-#include "common/messages.hpp"
+#include "common/mesh/mesh.hpp"
+#include "common/mesh/mesh_checks.hpp"
+#include "common/wire/messages.hpp"
 
 namespace multitetra {
 

@@ -17,7 +17,7 @@
 #include "client/message_socket.hpp"
 #include "client/retries.hpp"
 #include "client/tile_memory.hpp"
-#include "common/trust.hpp"
+#include "common/net/trust.hpp"
 
 namespace multitetra {
 

@@ -15,8 +15,8 @@
 #include <span>
 
 #include "client/assembler.hpp"
-#include "common/dataset_info.hpp"
-#include "common/surface_distance.hpp"
+#include "common/mesh/surface_distance.hpp"
+#include "common/request/dataset_info.hpp"
 
 namespace multitetra {
 

@@ -21,7 +21,7 @@
 #include <string>
 #include <utility>
 
-#include "common/itk_words.hpp"
+#include "common/base/itk_words.hpp"
 
 namespace multitetra {
 namespace {

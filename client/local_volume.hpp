@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "common/dataset_info.hpp"
+#include "common/request/dataset_info.hpp"
 
 namespace multitetra {
 

@@ -82,12 +82,12 @@ std::optional<std::string> summary_fault(const TileSummary& tile, int grid_expon
   return std::nullopt;
 }
 
-// What compaction may have moved is a part of what the step allows.
-std::optional<std::string> compaction_fault(const TileSummary& tile, const StepBegin& begin) {
-  if (tile.compaction_bound == 0) return std::nullopt;
-  if (!begin.request.compact) return "it is compacted, which nobody asked for";
-  if (tile.compaction_bound <= begin.error_bound_world) return std::nullopt;
-  return "compaction moved it by up to " + std::to_string(tile.compaction_bound) +
+// What simplification may have moved is a part of what the step allows.
+std::optional<std::string> simplification_fault(const TileSummary& tile, const StepBegin& begin) {
+  if (tile.simplification_bound == 0) return std::nullopt;
+  if (!begin.request.simplify) return "it is simplified, which nobody asked for";
+  if (tile.simplification_bound <= begin.error_bound_world) return std::nullopt;
+  return "simplification moved it by up to " + std::to_string(tile.simplification_bound) +
          ", more than the step's error bound of " + std::to_string(begin.error_bound_world);
 }
 
@@ -131,7 +131,7 @@ std::optional<std::string> manifest_fault(const StepBegin& begin, const OpenStre
     if (auto fault = summary_fault(tile, info.grid_exponent)) {
       return tile_name(begin, i) + ": " + *fault;
     }
-    if (auto fault = compaction_fault(tile, begin)) return tile_name(begin, i) + ": " + *fault;
+    if (auto fault = simplification_fault(tile, begin)) return tile_name(begin, i) + ": " + *fault;
     if (!cubes.insert(tile.cube).second) return tile_name(begin, i) + " is there twice";
     if (!digests.insert(tile.digest).second) {
       return tile_name(begin, i) + " has the same content as another tile";

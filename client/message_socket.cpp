@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/number_text.hpp"
+#include "common/base/number_text.hpp"
 
 namespace multitetra {
 

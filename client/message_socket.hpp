@@ -11,8 +11,8 @@
 #include <memory>
 #include <optional>
 
-#include "client/message_channel.hpp"
-#include "common/messages.hpp"
+#include "common/net/message_channel.hpp"
+#include "common/wire/messages.hpp"
 
 namespace multitetra {
 

@@ -3,16 +3,16 @@
 #include <algorithm>
 #include <array>
 
-#include "common/human_units.hpp"
-#include "common/json_report.hpp"
+#include "common/cli/human_units.hpp"
+#include "common/cli/json_report.hpp"
 
 namespace multitetra {
 namespace {
 
 // The largest of all tiles: a part of the error bound.
-double compaction_bound(const StepBegin& begin) {
+double simplification_bound(const StepBegin& begin) {
   double bound = 0;
-  for (const TileSummary& tile : begin.tiles) bound = std::max(bound, tile.compaction_bound);
+  for (const TileSummary& tile : begin.tiles) bound = std::max(bound, tile.simplification_bound);
   return bound;
 }
 
@@ -23,7 +23,7 @@ Json step_json(const FetchedStep& fetched) {
                {"final", begin.is_final},
                {"parameters", json_of(begin.request)},
                {"error_bound_world", begin.error_bound_world},
-               {"compaction_bound_world", compaction_bound(begin)},
+               {"simplification_bound_world", simplification_bound(begin)},
                {"finest_spacing", begin.finest_spacing},
                {"tetrahedra", begin.tetrahedra},
                {"active_tetrahedra", begin.active_tetrahedra}};

@@ -14,7 +14,7 @@
 #include <functional>
 #include <utility>
 
-#include "common/result.hpp"
+#include "common/base/result.hpp"
 
 namespace multitetra {
 

@@ -7,8 +7,8 @@
 #include <sstream>
 #include <vector>
 
-#include "common/atomic_file.hpp"
-#include "common/frame.hpp"
+#include "common/base/atomic_file.hpp"
+#include "common/net/frame.hpp"
 
 namespace multitetra {
 namespace {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "common/messages.hpp"
+#include "common/wire/messages.hpp"
 
 namespace multitetra {
 

@@ -3,8 +3,8 @@
 #include <array>
 #include <utility>
 
-#include "common/human_units.hpp"
-#include "common/json_report.hpp"
+#include "common/cli/human_units.hpp"
+#include "common/cli/json_report.hpp"
 
 namespace multitetra {
 namespace {

@@ -11,7 +11,7 @@
 #include "client/load/load_statistics.hpp"
 #include "client/load/script.hpp"
 #include "client/load/stream_checks.hpp"
-#include "client/message_channel.hpp"
+#include "common/net/message_channel.hpp"
 
 namespace multitetra {
 

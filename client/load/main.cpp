@@ -5,13 +5,11 @@
 #include <string>
 #include <thread>
 
-#include <CLI/CLI.hpp>
-
+#include "client/commands/program.hpp"
+#include "client/commands/server_options.hpp"
 #include "client/load/load_report.hpp"
-#include "client/program.hpp"
-#include "client/server_options.hpp"
-#include "common/command_line.hpp"
-#include "common/trust.hpp"
+#include "common/cli/command_line.hpp"
+#include "common/net/trust.hpp"
 
 namespace multitetra {
 namespace {
@@ -29,7 +27,7 @@ struct LoadArguments {
   std::vector<double> errors = {0.5, 1, 2, 4};
   std::uint64_t seed = 1;
   int threads = 0;
-  std::string compact = "off";
+  std::string simplify = "off";
   std::string check = "light";
   bool json = false;
 };
@@ -52,44 +50,44 @@ std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
 }
 
-void add_options(CLI::App& app, LoadArguments& a) {
+void add_options(Command& app, LoadArguments& a) {
   add_server_options(app, a.server);
   app.add_option("--dataset", a.dataset, "Ask for this dataset only");
   app.add_option("--script", a.script, "What the clients do")
-      ->check(CLI::IsMember(
-          {"random-isovalues", "drag", "roi", "mixed", "stalled", "slow", "leaving", "garbage"}))
+      ->one_of(
+          {"random-isovalues", "drag", "roi", "mixed", "stalled", "slow", "leaving", "garbage"})
       ->capture_default_str();
   app.add_option("--clients", a.clients, "How many there are")
-      ->check(CLI::Range(1, 100'000))
+      ->within(1, 100'000)
       ->capture_default_str();
   app.add_option("--duration", a.duration, "Seconds for which they ask for more")
-      ->check(CLI::Range(0.1, 86400.0))
+      ->within(0.1, 86400.0)
       ->capture_default_str();
   app.add_option("--ramp", a.ramp,
                  "Seconds over which they come; default: 1 for 200 clients, at most a quarter of "
                  "the duration");
   app.add_option("--grace", a.grace, "Seconds after the duration for what is under way")
-      ->check(CLI::Range(0.0, 86400.0))
+      ->within(0.0, 86400.0)
       ->capture_default_str();
   app.add_option("--pause", a.pause, "Mean of the seconds for which a user looks at a surface")
-      ->check(CLI::Range(0.0, 3600.0))
+      ->within(0.0, 3600.0)
       ->capture_default_str();
   app.add_option("--isovalues", a.isovalues, "How many isovalues there are to ask for")
-      ->check(CLI::Range(1, 1'000'000))
+      ->within(1, 1'000'000)
       ->capture_default_str();
   app.add_option("--errors", a.errors, "Errors to ask for, in voxels")
-      ->check(CLI::Range(0.0, 1e6))
+      ->within(0.0, 1e6)
       ->delimiter(',')
       ->capture_default_str();
-  app.add_option("--compact", a.compact, "on: compacted meshes; off: all triangles")
-      ->check(CLI::IsMember({"on", "off"}))
+  app.add_option("--simplify", a.simplify, "on: simplified meshes; off: all triangles")
+      ->one_of({"on", "off"})
       ->capture_default_str();
   app.add_option("--seed", a.seed, "The same seed gives the same scripts")->capture_default_str();
   app.add_option("--threads", a.threads, "Of this program; 0: one for each two processors")
-      ->check(CLI::Range(0, 256))
+      ->within(0, 256)
       ->capture_default_str();
   app.add_option("--check", a.check, "light or full")
-      ->check(CLI::IsMember({"light", "full"}))
+      ->one_of({"light", "full"})
       ->capture_default_str();
   app.add_flag("--json", a.json, "Print JSON");
   app.footer(kHelp);
@@ -106,7 +104,7 @@ Result<LoadOptions> options_of(const LoadArguments& a) {
                   .script = script_kind_from(a.script).value_or(ScriptKind::kMixed),
                   .script_options = {.isovalues = a.isovalues,
                                      .errors = a.errors,
-                                     .compact = a.compact == "on",
+                                     .simplify = a.simplify == "on",
                                      .mean_pause = milliseconds(a.pause)},
                   .timeout = access->options.timeout},
       .seed = a.seed,
@@ -140,8 +138,8 @@ int usage_fault(const std::string& text) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App app("Simulates users of a Multi-Tetra server and checks what they get.",
-               "multitetra-load");
+  Command app("Simulates users of a Multi-Tetra server and checks what they get.",
+              "multitetra-load");
   add_program_flags(app);
   LoadArguments arguments;
   add_options(app, arguments);

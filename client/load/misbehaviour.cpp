@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-#include "common/messages.hpp"
+#include "common/wire/messages.hpp"
 
 namespace multitetra {
 

@@ -8,7 +8,7 @@
 #include <random>
 #include <string_view>
 
-#include "client/message_channel.hpp"
+#include "common/net/message_channel.hpp"
 
 namespace multitetra {
 

@@ -53,7 +53,7 @@ Act Script::next() {
   while (planned_.empty()) plan();
   Act act = std::move(planned_.front());
   planned_.pop_front();
-  act.open.request.compact = options_.compact;
+  act.open.request.simplify = options_.simplify;
   return act;
 }
 

@@ -13,8 +13,8 @@
 #include <string_view>
 #include <vector>
 
-#include "common/dataset_info.hpp"
-#include "common/messages.hpp"
+#include "common/request/dataset_info.hpp"
+#include "common/wire/messages.hpp"
 
 namespace multitetra {
 
@@ -32,7 +32,7 @@ struct ScriptOptions {
   // cache, many never. At least 1.
   int isovalues = 32;
   std::vector<double> errors = {0.5, 1, 2, 4};  // Voxels; one is drawn for each surface.
-  bool compact = false;                         // Whether meshes are compacted.
+  bool simplify = false;                        // Whether meshes are simplified.
   std::chrono::milliseconds mean_pause{2'000};  // While a user looks at a surface.
   std::chrono::milliseconds drag_interval{50};  // Between two places of a knob.
   int drag_length = 20;                         // Places of the knob from one end to the other.

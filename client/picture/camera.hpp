@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-#include "common/affine.hpp"
+#include "common/base/affine.hpp"
 
 namespace multitetra {
 

@@ -14,7 +14,7 @@
 #include "client/picture/camera.hpp"
 #include "client/picture/picture.hpp"
 #include "client/picture/shading.hpp"
-#include "common/mesh.hpp"
+#include "common/mesh/mesh.hpp"
 
 namespace multitetra {
 

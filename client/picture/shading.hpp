@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "client/picture/picture.hpp"
-#include "common/affine.hpp"
+#include "common/base/affine.hpp"
 
 namespace multitetra {
 

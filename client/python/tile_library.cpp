@@ -6,7 +6,7 @@
 #include <exception>
 #include <string>
 
-#include "common/tile.hpp"
+#include "common/wire/tile.hpp"
 
 using multitetra::LatticeMesh;
 using multitetra::TileSummary;

@@ -4,5 +4,5 @@ import { defineConfig } from "vitest/config";
 // The tests live with all others.
 export default defineConfig({
   server: { fs: { strict: false } },
-  test: { globals: true, root: fileURLToPath(new URL("../../tests/web", import.meta.url)) },
+  test: { globals: true, root: fileURLToPath(new URL("../../tests/client/web", import.meta.url)) },
 });

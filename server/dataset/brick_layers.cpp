@@ -5,7 +5,7 @@
 #include <utility>
 #include <variant>
 
-#include "server/core/prepared_volume.hpp"
+#include "server/core/spectrum/prepared_volume.hpp"
 #include "server/dataset/in_parallel.hpp"
 
 namespace multitetra {

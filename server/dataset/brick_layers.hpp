@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "server/core/sample_bricks.hpp"
+#include "server/core/spectrum/sample_bricks.hpp"
 #include "server/dataset/prepared_sinks.hpp"
 #include "server/dataset/volume_source.hpp"
 

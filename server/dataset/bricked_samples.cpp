@@ -4,7 +4,7 @@
 #include <cstring>
 #include <vector>
 
-#include "server/core/prepared_volume.hpp"
+#include "server/core/spectrum/prepared_volume.hpp"
 
 namespace multitetra {
 namespace {

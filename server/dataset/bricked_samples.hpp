@@ -5,8 +5,8 @@
 #include <functional>
 #include <span>
 
-#include "server/core/sample_boxes.hpp"
-#include "server/core/sample_bricks.hpp"
+#include "server/core/spectrum/sample_bricks.hpp"
+#include "server/core/spectrum/spectrum_inputs.hpp"
 
 namespace multitetra {
 

@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <memory>
 
-#include "common/dataset_info.hpp"
-#include "common/lattice.hpp"
-#include "server/core/prepared_volume.hpp"
-#include "server/core/volume.hpp"
+#include "common/mesh/lattice.hpp"
+#include "common/request/dataset_info.hpp"
+#include "server/core/framework/volume.hpp"
+#include "server/core/spectrum/prepared_volume.hpp"
 
 namespace multitetra {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
-#include "common/dataset_info.hpp"
-#include "common/result.hpp"
+#include "common/base/result.hpp"
+#include "common/request/dataset_info.hpp"
 #include "server/dataset/source_note.hpp"
 
 namespace multitetra {

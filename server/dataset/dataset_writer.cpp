@@ -7,7 +7,7 @@
 #include <system_error>
 #include <utility>
 
-#include "server/core/spectrum_layout.hpp"
+#include "server/core/spectrum/spectrum_layout.hpp"
 #include "server/dataset/statistics.hpp"
 
 namespace multitetra {

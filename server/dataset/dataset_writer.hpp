@@ -19,7 +19,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/atomic_file.hpp"
+#include "common/base/atomic_file.hpp"
 #include "server/dataset/checksum.hpp"
 #include "server/dataset/prepared_format.hpp"
 

@@ -12,8 +12,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "common/base/exact_sine.hpp"
 #include "server/dataset/dataset.hpp"
-#include "server/core/exact_sine.hpp"
 #include "server/dataset/head_phantom.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/dataset/sample_noise.hpp"

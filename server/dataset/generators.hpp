@@ -10,7 +10,7 @@
 #include <optional>
 #include <string_view>
 
-#include "server/core/volume.hpp"
+#include "server/core/framework/volume.hpp"
 
 namespace multitetra {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "server/core/exact_sine.hpp"
+#include "common/base/exact_sine.hpp"
 
 namespace multitetra {
 namespace {

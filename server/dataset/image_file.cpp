@@ -19,7 +19,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/itk_words.hpp"
+#include "common/base/itk_words.hpp"
 #include "server/dataset/image_payload.hpp"
 #include "server/dataset/nrrd_header.hpp"
 #include "server/dataset/nrrd_payload.hpp"

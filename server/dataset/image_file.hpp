@@ -10,8 +10,8 @@
 #include <string>
 #include <string_view>
 
-#include "common/affine.hpp"
-#include "server/core/volume.hpp"
+#include "common/base/affine.hpp"
+#include "server/core/framework/volume.hpp"
 
 namespace multitetra {
 

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "server/core/cell_ranges.hpp"
-#include "server/core/plane_sources.hpp"
-#include "server/core/spectrum_builder.hpp"
-#include "server/core/spectrum_layout.hpp"
+#include "server/core/spectrum/cell_ranges.hpp"
+#include "server/core/spectrum/plane_sources.hpp"
+#include "server/core/spectrum/spectrum_builder.hpp"
+#include "server/core/spectrum/spectrum_layout.hpp"
 #include "server/dataset/brick_layers.hpp"
 #include "server/dataset/bricked_samples.hpp"
 #include "server/dataset/in_parallel.hpp"

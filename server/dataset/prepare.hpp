@@ -14,8 +14,8 @@
 #include <optional>
 #include <string>
 
-#include "server/core/isovalue_bins.hpp"
-#include "server/core/spectrum_builder.hpp"
+#include "server/core/spectrum/isovalue_bins.hpp"
+#include "server/core/spectrum/spectrum_builder.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/source_note.hpp"
 #include "server/dataset/volume_source.hpp"

@@ -13,7 +13,7 @@
 #include <span>
 #include <vector>
 
-#include "server/core/sample_bricks.hpp"
+#include "server/core/spectrum/sample_bricks.hpp"
 #include "server/dataset/prepared_format.hpp"
 
 namespace multitetra {

@@ -21,7 +21,7 @@
 #include <memory>
 #include <span>
 
-#include "common/dataset_info.hpp"
+#include "common/request/dataset_info.hpp"
 #include "server/dataset/dataset_metadata.hpp"
 #include "server/dataset/prepared_bricks.hpp"
 

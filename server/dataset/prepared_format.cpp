@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-#include "server/core/spectrum_layout.hpp"
+#include "server/core/spectrum/spectrum_layout.hpp"
 #include "server/dataset/checksum.hpp"
 
 namespace multitetra {

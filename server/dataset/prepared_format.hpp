@@ -19,8 +19,8 @@
 #include <string_view>
 #include <vector>
 
-#include "common/result.hpp"
-#include "server/core/sample_bricks.hpp"
+#include "common/base/result.hpp"
+#include "server/core/spectrum/sample_bricks.hpp"
 #include "server/dataset/byte_source.hpp"
 #include "server/dataset/dataset_metadata.hpp"
 #include "server/dataset/section_table.hpp"

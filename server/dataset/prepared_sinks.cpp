@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "server/core/spectrum_layout.hpp"
+#include "server/core/spectrum/spectrum_layout.hpp"
 #include "server/dataset/scratch_file.hpp"
 
 namespace multitetra {

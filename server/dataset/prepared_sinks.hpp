@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "common/dataset_info.hpp"
-#include "server/core/sample_bricks.hpp"
-#include "server/core/scratch.hpp"
+#include "common/request/dataset_info.hpp"
+#include "server/core/spectrum/sample_bricks.hpp"
+#include "server/core/spectrum/spectrum_inputs.hpp"
 #include "server/dataset/dataset_writer.hpp"
 
 namespace multitetra {

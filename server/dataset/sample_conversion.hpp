@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "server/core/volume.hpp"
+#include "server/core/framework/volume.hpp"
 #include "server/dataset/image_file.hpp"
 
 namespace multitetra {

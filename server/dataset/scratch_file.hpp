@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "server/core/scratch.hpp"
+#include "server/core/spectrum/spectrum_inputs.hpp"
 
 namespace multitetra {
 

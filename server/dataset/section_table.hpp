@@ -19,7 +19,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/result.hpp"
+#include "common/base/result.hpp"
 #include "server/dataset/byte_source.hpp"
 
 namespace multitetra {

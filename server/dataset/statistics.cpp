@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "common/utf8.hpp"
+#include "common/base/utf8.hpp"
 #include "server/dataset/statistics_builder.hpp"
 
 namespace multitetra {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "server/core/volume.hpp"
+#include "server/core/framework/volume.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/volume_source.hpp"
 

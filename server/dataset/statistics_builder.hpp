@@ -16,7 +16,7 @@
 #include <span>
 #include <vector>
 
-#include "server/core/volume.hpp"
+#include "server/core/framework/volume.hpp"
 #include "server/dataset/statistics.hpp"
 
 namespace multitetra {

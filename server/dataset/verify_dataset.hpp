@@ -13,7 +13,7 @@
 #include <functional>
 #include <optional>
 
-#include "common/result.hpp"
+#include "common/base/result.hpp"
 #include "server/dataset/byte_source.hpp"
 
 namespace multitetra {

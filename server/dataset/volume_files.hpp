@@ -24,7 +24,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "server/core/volume.hpp"
+#include "server/core/framework/volume.hpp"
 #include "server/dataset/volume_source.hpp"
 
 namespace multitetra {

@@ -15,8 +15,8 @@
 #include <cstdint>
 #include <memory>
 
-#include "common/affine.hpp"
-#include "server/core/volume.hpp"
+#include "common/base/affine.hpp"
+#include "server/core/framework/volume.hpp"
 
 namespace multitetra {
 

@@ -20,7 +20,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/result.hpp"
+#include "common/base/result.hpp"
 
 namespace multitetra {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "common/net.hpp"
+#include "common/net/net.hpp"
 
 namespace multitetra {
 namespace {

@@ -89,7 +89,7 @@ struct PrometheusMetrics::Families {
   Gauge& datasets = gauge(registry, "multitetra_datasets", "Datasets that are served.");
   Family<Gauge>& upstreams = BuildGauge()
                                  .Name("multitetra_upstream_up")
-                                 .Help("1 while a server behind this relay can be reached.")
+                                 .Help("1 while a server behind this gateway can be reached.")
                                  .Register(registry);
   Gauge& draining = gauge(registry, "multitetra_draining", "1 while the server is about to stop.");
   Gauge& resident = gauge(registry, "process_resident_memory_bytes", "Resident memory.");
@@ -99,16 +99,16 @@ PrometheusMetrics::PrometheusMetrics() : families_(std::make_unique<Families>())
 PrometheusMetrics::~PrometheusMetrics() = default;
 
 void PrometheusMetrics::connected(const ClientFacts& client) {
-  families_->connections.Add({{"door", client.door}}).Increment();
-  families_->sessions.Add({{"door", client.door}}).Increment();
+  families_->connections.Add({{"door", client.protocol}}).Increment();
+  families_->sessions.Add({{"door", client.protocol}}).Increment();
 }
 
 void PrometheusMetrics::disconnected(const ClientFacts& client, double) {
-  families_->sessions.Add({{"door", client.door}}).Decrement();
+  families_->sessions.Add({{"door", client.protocol}}).Decrement();
 }
 
 void PrometheusMetrics::refused(const ClientFacts& client, const char* reason) {
-  families_->refused.Add({{"door", client.door}, {"limit", reason}}).Increment();
+  families_->refused.Add({{"door", client.protocol}, {"limit", reason}}).Increment();
 }
 
 void PrometheusMetrics::request_began(const ClientFacts&, const char* kind) {
@@ -119,21 +119,23 @@ void PrometheusMetrics::request_ended(const ClientFacts& client, const RequestFa
   Families& f = *families_;
   f.running.Add({{"kind", facts.kind}}).Decrement();
   f.requests
-      .Add({{"door", client.door}, {"kind", facts.kind}, {"outcome", std::string(facts.outcome)}})
+      .Add({{"door", client.protocol},
+            {"kind", facts.kind},
+            {"outcome", std::string(facts.outcome)}})
       .Increment();
   f.tiles.Increment(static_cast<double>(facts.tiles));
   f.tile_bytes.Increment(static_cast<double>(facts.bytes));
   if (facts.seconds_to_first_tile) {
-    f.first_tile.Add({{"door", client.door}}, kSeconds).Observe(*facts.seconds_to_first_tile);
+    f.first_tile.Add({{"door", client.protocol}}, kSeconds).Observe(*facts.seconds_to_first_tile);
   }
   if (facts.seconds_to_last_tile && facts.outcome == "complete") {
-    f.last_tile.Add({{"door", client.door}}, kSeconds).Observe(*facts.seconds_to_last_tile);
+    f.last_tile.Add({{"door", client.protocol}}, kSeconds).Observe(*facts.seconds_to_last_tile);
   }
 }
 
 void PrometheusMetrics::error_answered(const ClientFacts& client, const Error& error,
                                        std::uint64_t) {
-  families_->errors.Add({{"door", client.door}, {"code", std::string(name(error.code))}})
+  families_->errors.Add({{"door", client.protocol}, {"code", std::string(name(error.code))}})
       .Increment();
 }
 
@@ -144,8 +146,8 @@ void PrometheusMetrics::http_answered(const ClientFacts&, const HttpFacts& facts
 
 void PrometheusMetrics::step_made(double seconds) { families_->steps.Observe(seconds); }
 
-void PrometheusMetrics::sent(DoorName door, std::size_t bytes) {
-  families_->sent.Add({{"door", door}}).Increment(static_cast<double>(bytes));
+void PrometheusMetrics::sent(ProtocolName protocol, std::size_t bytes) {
+  families_->sent.Add({{"door", protocol}}).Increment(static_cast<double>(bytes));
 }
 
 std::string PrometheusMetrics::text(const ServiceState& state) {

@@ -24,7 +24,7 @@ struct ServiceState {
   std::size_t waiting_bytes = 0;  // Of steps, for their clients.
   std::size_t datasets = 0;
   bool is_draining = false;
-  // Of a relay: servers behind it by their addresses, and whether they could be reached.
+  // Of a gateway: servers behind it by their addresses, and whether they could be reached.
   std::vector<std::pair<std::string, bool>> upstreams = {};
 };
 
@@ -42,7 +42,7 @@ class PrometheusMetrics : public ServiceObserver {
                       std::uint64_t request) override;
   void http_answered(const ClientFacts& client, const HttpFacts& facts) override;
   void step_made(double seconds) override;
-  void sent(DoorName door, std::size_t bytes) override;
+  void sent(ProtocolName protocol, std::size_t bytes) override;
 
   // Text format 0.0.4. The state's counts are told as they are.
   [[nodiscard]] std::string text(const ServiceState& state);

@@ -22,7 +22,7 @@ std::optional<LogValue> unless_zero(std::uint64_t value) {
 
 // Connections of HTTP come and go with every request.
 LogLevel level_of(const ClientFacts& client) {
-  return std::string_view(client.door) == "http" ? LogLevel::kDebug : LogLevel::kInfo;
+  return std::string_view(client.protocol) == "http" ? LogLevel::kDebug : LogLevel::kInfo;
 }
 
 LogLevel level_of(std::string_view kind) {
@@ -45,13 +45,13 @@ LogValue request_of(const RequestFacts& facts) {
 
 void RequestLog::connected(const ClientFacts& client) {
   log_line(level_of(client), "connected",
-           {{"connection", client.connection}, {"door", client.door}, {"peer", client.peer}});
+           {{"connection", client.connection}, {"door", client.protocol}, {"peer", client.peer}});
 }
 
 void RequestLog::disconnected(const ClientFacts& client, double seconds) {
   log_line(level_of(client), "disconnected",
            {{"connection", client.connection},
-            {"door", client.door},
+            {"door", client.protocol},
             {"peer", client.peer},
             {"name", unless_empty(client.name)},
             {"seconds", seconds}});
@@ -60,7 +60,7 @@ void RequestLog::disconnected(const ClientFacts& client, double seconds) {
 void RequestLog::refused(const ClientFacts& client, const char* limit) {
   log_line(LogLevel::kWarning, "refused",
            {{"connection", client.connection},
-            {"door", client.door},
+            {"door", client.protocol},
             {"peer", client.peer},
             {"limit", limit}});
 }

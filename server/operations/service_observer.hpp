@@ -14,16 +14,16 @@
 #include <utility>
 #include <vector>
 
-#include "common/result.hpp"
+#include "common/base/result.hpp"
 
 namespace multitetra {
 
 // Where clients come in: "tcp", "websocket", "http". Always a literal.
-using DoorName = const char*;
+using ProtocolName = const char*;
 
 // Who asks, as the log names it.
 struct ClientFacts {
-  DoorName door = "tcp";
+  ProtocolName protocol = "tcp";
   std::uint64_t connection = 0;  // A number that no other connection of this process has.
   std::string peer = {};         // Address and port.
   std::string name = {};         // Of the token; empty without.
@@ -78,7 +78,7 @@ class ServiceObserver {
   virtual void error_answered(const ClientFacts&, const Error&, std::uint64_t /*request*/) {}
   virtual void http_answered(const ClientFacts&, const HttpFacts&) {}
   virtual void step_made(double /*seconds*/) {}  // By a worker.
-  virtual void sent(DoorName, std::size_t /*bytes*/) {}
+  virtual void sent(ProtocolName, std::size_t /*bytes*/) {}
 };
 
 using ServiceObserverPtr = std::shared_ptr<ServiceObserver>;
@@ -113,8 +113,8 @@ class ServiceObservers : public ServiceObserver {
   void step_made(double seconds) override {
     for (const auto& one : all_) one->step_made(seconds);
   }
-  void sent(DoorName door, std::size_t bytes) override {
-    for (const auto& one : all_) one->sent(door, bytes);
+  void sent(ProtocolName protocol, std::size_t bytes) override {
+    for (const auto& one : all_) one->sent(protocol, bytes);
   }
 
  private:

@@ -37,7 +37,8 @@ void require_readable(const std::string& what, const std::filesystem::path& file
   }
 }
 
-// "http/1.1" if the client offers it. Others go on without: no door speaks anything else anyway.
+// "http/1.1" if the client offers it. Others go on without: no listener speaks anything else
+// anyway.
 int choose_protocol(SSL*, const unsigned char** chosen, unsigned char* size,
                     const unsigned char* offered, unsigned int offered_size, void*) {
   static constexpr std::array<unsigned char, 9> kOurs = {8, 'h', 't', 't', 'p', '/', '1', '.', '1'};

@@ -1,4 +1,4 @@
-// A certificate and its key, as files: what a door needs to speak TLS.
+// A certificate and its key, as files: what a listener needs to speak TLS.
 //
 //   TlsContextPtr tls = load_tls({.certificate = "server.pem", .key = "server.key"});
 //   StreamSocket stream(std::move(accepted), tls);
@@ -10,7 +10,7 @@
 
 #include <filesystem>
 
-#include "common/stream_socket.hpp"
+#include "common/net/stream_socket.hpp"
 
 namespace multitetra {
 

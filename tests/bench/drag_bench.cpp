@@ -14,7 +14,7 @@
 #include <string>
 
 #include "client/surface_stream.hpp"
-#include "common/endpoint.hpp"
+#include "common/net/endpoint.hpp"
 
 namespace multitetra {
 namespace {

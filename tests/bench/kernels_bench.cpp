@@ -8,14 +8,14 @@
 #include <benchmark/benchmark.h>
 #include <oneapi/tbb/global_control.h>
 
-#include "server/core/leaves.hpp"
-#include "server/core/own_error.hpp"
-#include "server/core/own_error_curve.hpp"
-#include "server/core/tiling.hpp"
-#include "server/core/vertex_normals.hpp"
+#include "server/core/errors/leaves.hpp"
+#include "server/core/errors/own_error.hpp"
+#include "server/core/spectrum/own_error_curve.hpp"
+#include "server/core/surface/tiling.hpp"
+#include "server/core/surface/vertex_normals.hpp"
 #include "server/dataset/generators.hpp"
 #include "server/dataset/prepare.hpp"
-#include "server/service/surface_extractor.hpp"
+#include "server/extraction/surface_extractor.hpp"
 
 namespace multitetra {
 namespace {

@@ -3,7 +3,7 @@
 // isovalue and error.
 //
 //   stream_bench head.mtd 500.5 1200.5 -- tooth.mtd 510.5
-//   stream_bench --compact head.mtd 500.5
+//   stream_bench --simplify head.mtd 500.5
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "server/dataset/dataset.hpp"
-#include "server/service/step_source.hpp"
-#include "server/service/stream_plan.hpp"
-#include "server/service/surface_extractor.hpp"
+#include "server/extraction/surface_extractor.hpp"
+#include "server/stream/step_source.hpp"
+#include "server/stream/stream_plan.hpp"
 
 namespace multitetra {
 namespace {
@@ -83,13 +83,13 @@ void print(const std::string& name, double isovalue, double error, const Row& ro
   std::fflush(stdout);
 }
 
-void run(const std::string& file, const std::vector<double>& isovalues, bool compact) {
+void run(const std::string& file, const std::vector<double>& isovalues, bool simplify) {
   const DatasetPtr dataset = open_dataset(file);
   const ExtractedSteps source(std::make_shared<const SurfaceExtractor>(dataset));
   for (const double isovalue : isovalues) {
     for (const double error : {0.25, 1.0, 2.0}) {
       print(dataset->info.name, isovalue, error,
-            measure(source, {.isovalue = isovalue, .error = error, .compact = compact}));
+            measure(source, {.isovalue = isovalue, .error = error, .simplify = simplify}));
     }
   }
 }
@@ -104,12 +104,12 @@ int main(int argc, char** argv) {
       "time | quick estimate |");
   std::puts("| --- | --- | --- | --- | --- | --- | --- |");
   try {
-    const bool compact = argc > 1 && std::string(argv[1]) == "--compact";
-    for (int i = compact ? 2 : 1; i < argc; ++i) {
+    const bool simplify = argc > 1 && std::string(argv[1]) == "--simplify";
+    for (int i = simplify ? 2 : 1; i < argc; ++i) {
       const std::string file = argv[i];
       std::vector<double> isovalues;
       while (++i < argc && std::string(argv[i]) != "--") isovalues.push_back(std::atof(argv[i]));
-      multitetra::run(file, isovalues, compact);
+      multitetra::run(file, isovalues, simplify);
     }
   } catch (const std::exception& trouble) {
     std::cerr << "stream_bench: " << trouble.what() << "\n";

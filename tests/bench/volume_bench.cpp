@@ -16,12 +16,12 @@
 #include <stdexcept>
 #include <thread>
 
-#include "server/core/refinement_plan.hpp"
+#include "server/core/planning/refinement_plan.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/prepared_bricks.hpp"
-#include "server/service/surface_extractor.hpp"
-#include "server/service/surface_sizes.hpp"
-#include "server/service/thread_options.hpp"
+#include "server/extraction/surface_extractor.hpp"
+#include "server/extraction/surface_sizes.hpp"
+#include "server/programs/thread_options.hpp"
 #include "tests/bench/flying_edges.hpp"
 #include "tests/bench/volume_report.hpp"
 
@@ -205,18 +205,20 @@ VolumeReport report_of(const Arguments& arguments) {
 
 int run(int count, char** values) {
   Arguments arguments;
-  CLI::App program("Times answers about a prepared dataset beside VTK's flying edges");
+  Command program("Times answers about a prepared dataset beside VTK's flying edges",
+                  "volume_bench");
   program.add_option("file", arguments.file, "Dataset file (.mtd)")->required();
   program.add_option("--isovalue", arguments.isovalue, "Isovalue of all surfaces")->required();
   program.add_option("--runs", arguments.runs, "Runs that are counted, of each")
-      ->check(CLI::Range(1, 1000))
+      ->within(1, 1000)
       ->capture_default_str();
   program.add_option("--threads", arguments.threads, "Numbers of threads to compare")
       ->delimiter(',')
-      ->check(CLI::Range(1, 1024))
+      ->within(1, 1024)
       ->capture_default_str();
   program.add_flag("--json", arguments.json, "Print a JSON report instead of the table");
-  CLI11_PARSE(program, count, values);
+  add_program_flags(program);
+  if (const auto code = parse_command_line(program, count, values)) return *code;
   const VolumeReport report = report_of(arguments);
   std::cout << (arguments.json ? text_of(json_of(report)) : table_of(report));
   return 0;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "common/human_units.hpp"
+#include "common/cli/human_units.hpp"
 
 namespace multitetra {
 namespace {

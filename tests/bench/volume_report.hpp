@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "common/dataset_info.hpp"
-#include "common/json_report.hpp"
+#include "common/cli/json_report.hpp"
+#include "common/request/dataset_info.hpp"
 
 namespace multitetra {
 

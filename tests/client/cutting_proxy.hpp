@@ -11,10 +11,10 @@
 #include <thread>
 #include <vector>
 
-#include "common/endpoint.hpp"
-#include "common/frame.hpp"
-#include "common/messages.hpp"
-#include "common/net.hpp"
+#include "common/net/endpoint.hpp"
+#include "common/net/frame.hpp"
+#include "common/net/net.hpp"
+#include "common/wire/messages.hpp"
 
 namespace multitetra::testing {
 

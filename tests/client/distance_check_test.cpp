@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "client/full_resolution_surface.hpp"
-#include "server/service/surface_extractor.hpp"
+#include "server/extraction/surface_extractor.hpp"
 #include "tests/support/prepared_fields.hpp"
 
 namespace multitetra {

@@ -12,11 +12,11 @@
 #include "client/local_volume.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/dataset/volume_files.hpp"
-#include "server/service/surface_extractor.hpp"
-#include "tests/dataset/temporary_folder.hpp"
-#include "tests/service/fake_steps.hpp"
-#include "tests/service/running_server.hpp"
+#include "server/extraction/surface_extractor.hpp"
+#include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
+#include "tests/support/running_server.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace multitetra {
 namespace {

@@ -158,7 +158,7 @@ class ReportOfProgram : public ::testing::Test {
     const ScriptedServer server(testing::framed_messages(messages), ThenTheServer::kHangsUp);
     const std::string command = MULTITETRA_CLIENT_PROGRAM
                                 " fetch --dataset octahedra --isovalue 100.5 --error 1 "
-                                "--compact off --quiet --retries 0 --server " +
+                                "--simplify off --quiet --retries 0 --server " +
                                 to_string(server.endpoint()) + " -o " +
                                 (folder_ / "mesh.ply").string() + " --report " +
                                 (folder_ / "report.json").string() + " 2>/dev/null";

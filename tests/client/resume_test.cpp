@@ -18,12 +18,12 @@
 
 #include "client/client.hpp"
 #include "server/dataset/prepare.hpp"
-#include "server/service/surface_extractor.hpp"
+#include "server/extraction/surface_extractor.hpp"
 #include "tests/client/cutting_proxy.hpp"
-#include "tests/client/transport_door.hpp"
-#include "tests/dataset/temporary_folder.hpp"
-#include "tests/service/running_server.hpp"
+#include "tests/client/transport_listener.hpp"
 #include "tests/support/fields.hpp"
+#include "tests/support/running_server.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace multitetra {
 namespace {
@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 using testing::Cut;
 using testing::CuttingProxy;
 using testing::RunningServer;
-using testing::TransportDoor;
+using testing::TransportListener;
 
 constexpr int kSide = 72;
 const IsosurfaceRequest kRequest = {.isovalue = 0.1, .error = 0.25};
@@ -82,16 +82,17 @@ bool are_distinct(const std::vector<ContentDigest>& tiles) {
   return std::set<ContentDigest>(tiles.begin(), tiles.end()).size() == tiles.size();
 }
 
-// How a client comes to a proxy: straight, or through a door of another transport in front of it.
+// How a client comes to a proxy: straight, or through a listener of another transport in front of
+// it.
 class Way {
  public:
   Way(Transport transport, const Endpoint& server) : endpoint_(server) {
     if (transport == Transport::kTcp) return;
-    door_.emplace(transport, server);
-    endpoint_ = door_->endpoint();
+    listener_.emplace(transport, server);
+    endpoint_ = listener_->endpoint();
   }
   [[nodiscard]] const Endpoint& endpoint() const { return endpoint_; }
-  [[nodiscard]] Trust trust() const { return door_ ? door_->trust() : Trust{}; }
+  [[nodiscard]] Trust trust() const { return listener_ ? listener_->trust() : Trust{}; }
 
   [[nodiscard]] ClientResult<std::vector<FetchedStep>> fetch(int retries) const {
     return fetch_from(endpoint_, retries, trust());
@@ -99,7 +100,7 @@ class Way {
 
  private:
   Endpoint endpoint_;
-  std::optional<TransportDoor> door_;
+  std::optional<TransportListener> listener_;
 };
 
 class Resume : public ::testing::TestWithParam<Transport> {
@@ -210,7 +211,7 @@ class ResumeOfProgram : public Resume {
                                       "0.1",
                                       "--error",
                                       "0.25",
-                                      "--compact",
+                                      "--simplify",
                                       "off",
                                       "--resume",
                                       (folder_ / "tiles").string(),

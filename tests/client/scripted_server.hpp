@@ -5,10 +5,10 @@
 #include <future>
 #include <string>
 
-#include "common/endpoint.hpp"
-#include "common/frame.hpp"
-#include "common/messages.hpp"
-#include "common/net.hpp"
+#include "common/net/endpoint.hpp"
+#include "common/net/frame.hpp"
+#include "common/net/net.hpp"
+#include "common/wire/messages.hpp"
 
 namespace multitetra::testing {
 

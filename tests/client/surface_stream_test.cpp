@@ -7,10 +7,10 @@
 #include <gtest/gtest.h>
 
 #include "server/dataset/prepare.hpp"
-#include "server/service/surface_extractor.hpp"
-#include "tests/service/fake_steps.hpp"
-#include "tests/service/running_server.hpp"
+#include "server/extraction/surface_extractor.hpp"
+#include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
+#include "tests/support/running_server.hpp"
 
 namespace multitetra {
 namespace {

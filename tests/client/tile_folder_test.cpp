@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/dataset/temporary_folder.hpp"
 #include "tests/support/octahedra.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace multitetra {
 namespace {

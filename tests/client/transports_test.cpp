@@ -1,18 +1,18 @@
-// What the client makes of doors: those it comes through, and those it must not.
+// What the client makes of listeners: those it comes through, and those it must not.
 #include <gtest/gtest.h>
 
 #include "client/client.hpp"
 #include "tests/client/scripted_server.hpp"
-#include "tests/client/transport_door.hpp"
+#include "tests/client/transport_listener.hpp"
 
 namespace multitetra {
 namespace {
 
-using testing::DoorManners;
 using testing::framed_messages;
+using testing::ListenerManners;
 using testing::ScriptedServer;
 using testing::ThenTheServer;
-using testing::TransportDoor;
+using testing::TransportListener;
 using Messages = std::vector<ServerMessage>;
 using std::chrono::milliseconds;
 
@@ -21,28 +21,28 @@ ClientResult<Client> connect(const Endpoint& server, const Trust& trust,
   return Client::connect(server, {.timeout = timeout, .trust = trust});
 }
 
-class ThroughADoor : public ::testing::TestWithParam<Transport> {};
+class ThroughAListener : public ::testing::TestWithParam<Transport> {};
 
-TEST_P(ThroughADoor, MessagesComeAsTheyWereSent) {
+TEST_P(ThroughAListener, MessagesComeAsTheyWereSent) {
   const std::string bytes = framed_messages(Messages{Welcome{}, DatasetList{.request_id = 1}});
   const ScriptedServer server(bytes);
-  const TransportDoor door(GetParam(), server.endpoint());
-  auto client = connect(door.endpoint(), door.trust());
+  const TransportListener listener(GetParam(), server.endpoint());
+  auto client = connect(listener.endpoint(), listener.trust());
   ASSERT_TRUE(client) << client.error().error.text;
   const auto datasets = client->list_datasets();
   ASSERT_TRUE(datasets) << datasets.error().error.text;
   EXPECT_TRUE(datasets->empty());
 }
 
-TEST_P(ThroughADoor, AMessageOfAnyLengthComesWhole) {
+TEST_P(ThroughAListener, AMessageOfAnyLengthComesWhole) {
   Messages messages = {Welcome{}};
   for (const std::size_t size : {1U, 125U, 126U, 65'535U, 65'536U, 1'000'000U}) {
     messages.emplace_back(
         Tile{.request_id = 1, .payload = std::make_shared<const std::string>(size, '\xff')});
   }
   const ScriptedServer server(framed_messages(messages));
-  const TransportDoor door(GetParam(), server.endpoint());
-  auto client = connect(door.endpoint(), door.trust());
+  const TransportListener listener(GetParam(), server.endpoint());
+  auto client = connect(listener.endpoint(), listener.trust());
   ASSERT_TRUE(client) << client.error().error.text;
   for (std::size_t i = 1; i < messages.size(); ++i) {
     const auto received = client->receive_within(std::chrono::seconds(30));
@@ -51,22 +51,22 @@ TEST_P(ThroughADoor, AMessageOfAnyLengthComesWhole) {
   }
 }
 
-TEST_P(ThroughADoor, ASilentServerIsLeftAfterTheTimeout) {
+TEST_P(ThroughAListener, ASilentServerIsLeftAfterTheTimeout) {
   const ScriptedServer server("");
-  const TransportDoor door(GetParam(), server.endpoint());
-  const auto client = connect(door.endpoint(), door.trust(), milliseconds(300));
+  const TransportListener listener(GetParam(), server.endpoint());
+  const auto client = connect(listener.endpoint(), listener.trust(), milliseconds(300));
   ASSERT_FALSE(client);
   EXPECT_EQ(client.error().error.code, ErrorCode::kUnavailable);
   EXPECT_TRUE(server.client_leaves());
 }
 
 // The wait for a message that is given up does not harm the message.
-TEST_P(ThroughADoor, WhoLooksInNowAndThenMissesNothing) {
+TEST_P(ThroughAListener, WhoLooksInNowAndThenMissesNothing) {
   const ScriptedServer server(framed_messages(Messages{
       Welcome{},
       Tile{.request_id = 1, .payload = std::make_shared<const std::string>(3'000'000, 'a')}}));
-  const TransportDoor door(GetParam(), server.endpoint());
-  auto client = connect(door.endpoint(), door.trust());
+  const TransportListener listener(GetParam(), server.endpoint());
+  auto client = connect(listener.endpoint(), listener.trust());
   ASSERT_TRUE(client) << client.error().error.text;
   for (;;) {
     const auto received = client->receive_within(milliseconds(0));
@@ -75,12 +75,12 @@ TEST_P(ThroughADoor, WhoLooksInNowAndThenMissesNothing) {
   }
 }
 
-TEST_P(ThroughADoor, AMessageAboveTheLimitEndsTheConnection) {
+TEST_P(ThroughAListener, AMessageAboveTheLimitEndsTheConnection) {
   const ScriptedServer server(framed_messages(
       Messages{Tile{.request_id = 1, .payload = std::make_shared<const std::string>(5'000, 'a')}}));
-  const TransportDoor door(GetParam(), server.endpoint());
-  const auto tls = client_tls(door.trust());
-  auto socket = MessageSocket::connect(door.endpoint(), std::chrono::seconds(30),
+  const TransportListener listener(GetParam(), server.endpoint());
+  const auto tls = client_tls(listener.trust());
+  auto socket = MessageSocket::connect(listener.endpoint(), std::chrono::seconds(30),
                                        {.tls = *tls, .max_message_bytes = 4'000});
   ASSERT_TRUE(socket) << socket.error().text;
   const auto message = socket->receive();
@@ -89,7 +89,7 @@ TEST_P(ThroughADoor, AMessageAboveTheLimitEndsTheConnection) {
   EXPECT_TRUE(server.client_leaves());
 }
 
-INSTANTIATE_TEST_SUITE_P(, ThroughADoor,
+INSTANTIATE_TEST_SUITE_P(, ThroughAListener,
                          ::testing::Values(Transport::kTls, Transport::kWebSocket,
                                            Transport::kSecureWebSocket));
 
@@ -97,9 +97,9 @@ INSTANTIATE_TEST_SUITE_P(, ThroughADoor,
 
 class Certificates : public ::testing::TestWithParam<Transport> {
  protected:
-  static std::string refusal_of(const TransportDoor& door, const std::string& host,
+  static std::string refusal_of(const TransportListener& listener, const std::string& host,
                                 const Trust& trust) {
-    const auto client = connect(door.at(host), trust);
+    const auto client = connect(listener.at(host), trust);
     if (client) return "";
     EXPECT_EQ(client.error().trouble, Trouble::kNetwork);
     EXPECT_EQ(client.error().error.code, ErrorCode::kInvalidArgument) << "trying again is no use";
@@ -110,30 +110,31 @@ class Certificates : public ::testing::TestWithParam<Transport> {
 };
 
 TEST_P(Certificates, OfAnUnknownAuthorityIsRefused) {
-  const TransportDoor door(GetParam(), server_.endpoint());
-  const std::string refusal = refusal_of(door, "127.0.0.1", {});
+  const TransportListener listener(GetParam(), server_.endpoint());
+  const std::string refusal = refusal_of(listener, "127.0.0.1", {});
   EXPECT_NE(refusal.find("--ca"), std::string::npos) << refusal;
 }
 
 TEST_P(Certificates, OfAnotherHostIsRefused) {
   for (const std::string names : {"DNS:example.org", "IP:127.0.0.2", "DNS:*.org,DNS:127.0.0.1"}) {
-    const TransportDoor door(GetParam(), server_.endpoint(), {.certificate_names = names});
+    const TransportListener listener(GetParam(), server_.endpoint(), {.certificate_names = names});
     for (const std::string host : {"127.0.0.1", "localhost"}) {
-      const std::string refusal = refusal_of(door, host, door.trust());
+      const std::string refusal = refusal_of(listener, host, listener.trust());
       EXPECT_NE(refusal.find("mismatch"), std::string::npos) << host << ": " << refusal;
     }
   }
 }
 
 TEST_P(Certificates, OfTheHostAndTheAuthorityIsAccepted) {
-  const TransportDoor door(GetParam(), server_.endpoint(), {.certificate_names = "DNS:localhost"});
-  EXPECT_EQ(refusal_of(door, "localhost", door.trust()), "");
+  const TransportListener listener(GetParam(), server_.endpoint(),
+                                   {.certificate_names = "DNS:localhost"});
+  EXPECT_EQ(refusal_of(listener, "localhost", listener.trust()), "");
 }
 
 TEST_P(Certificates, AreNotLookedAtByWhoSaysSo) {
-  const TransportDoor door(GetParam(), server_.endpoint(),
-                           {.certificate_names = "DNS:example.org"});
-  EXPECT_EQ(refusal_of(door, "127.0.0.1", {.insecure = true}), "");
+  const TransportListener listener(GetParam(), server_.endpoint(),
+                                   {.certificate_names = "DNS:example.org"});
+  EXPECT_EQ(refusal_of(listener, "127.0.0.1", {.insecure = true}), "");
 }
 
 TEST_P(Certificates, AServerWithoutTlsIsRefused) {
@@ -160,12 +161,12 @@ TEST(Trust, AFileWithoutCertificatesIsRefused) {
 
 TEST(WebSocketOfAServer, IsRefusedInItsOwnWords) {
   const ScriptedServer server("");
-  const TransportDoor lacking(Transport::kWebSocket, server.endpoint(), {.status = 404});
+  const TransportListener lacking(Transport::kWebSocket, server.endpoint(), {.status = 404});
   const auto none = connect(lacking.endpoint(), {});
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error().error.code, ErrorCode::kInvalidArgument);
   EXPECT_NE(none.error().error.text.find("404"), std::string::npos) << none.error().error.text;
-  const TransportDoor busy(Transport::kWebSocket, server.endpoint(), {.status = 503});
+  const TransportListener busy(Transport::kWebSocket, server.endpoint(), {.status = 503});
   const auto later = connect(busy.endpoint(), {});
   ASSERT_FALSE(later);
   EXPECT_EQ(later.error().error.code, ErrorCode::kUnavailable) << "it is tried again";
@@ -174,9 +175,9 @@ TEST(WebSocketOfAServer, IsRefusedInItsOwnWords) {
 TEST(WebSocketOfAServer, OfAnotherProtocolIsLeft) {
   const ScriptedServer server("");
   for (const std::string subprotocol : {"", "multitetra.v2"}) {
-    const TransportDoor door(Transport::kWebSocket, server.endpoint(),
-                             {.subprotocol = subprotocol});
-    const auto client = connect(door.endpoint(), {});
+    const TransportListener listener(Transport::kWebSocket, server.endpoint(),
+                                     {.subprotocol = subprotocol});
+    const auto client = connect(listener.endpoint(), {});
     ASSERT_FALSE(client);
     EXPECT_EQ(client.error().error.code, ErrorCode::kUnsupportedVersion);
   }
@@ -184,8 +185,9 @@ TEST(WebSocketOfAServer, OfAnotherProtocolIsLeft) {
 
 TEST(WebSocketOfAServer, WithTextMessagesIsLeft) {
   const ScriptedServer server(framed_messages(Messages{Welcome{}}));
-  const TransportDoor door(Transport::kWebSocket, server.endpoint(), {.text_messages = true});
-  const auto client = connect(door.endpoint(), {});
+  const TransportListener listener(Transport::kWebSocket, server.endpoint(),
+                                   {.text_messages = true});
+  const auto client = connect(listener.endpoint(), {});
   ASSERT_FALSE(client);
   EXPECT_NE(client.error().error.code, ErrorCode::kUnavailable);
 }

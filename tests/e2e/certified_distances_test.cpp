@@ -12,10 +12,10 @@
 #include "client/distance_check.hpp"
 #include "client/local_volume.hpp"
 #include "server/dataset/prepare.hpp"
-#include "server/service/surface_extractor.hpp"
-#include "tests/dataset/temporary_folder.hpp"
-#include "tests/service/running_server.hpp"
+#include "server/extraction/surface_extractor.hpp"
 #include "tests/support/public_volume_list.hpp"
+#include "tests/support/running_server.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace multitetra {
 namespace {
@@ -66,10 +66,10 @@ TEST_P(CertifiedDistances, AreNeverAboveTheErrorAndTheLattice) {
   for (const double isovalue : volume.isovalues) {
     const auto full = fetch({.isovalue = isovalue, .error = 0});
     ASSERT_TRUE(full) << full.error().error.text;
-    for (const auto& [error, compact] : testing::tested_errors({0.5, 1.0, 2.0}, info)) {
+    for (const auto& [error, simplify] : testing::tested_errors({0.5, 1.0, 2.0}, info)) {
       SCOPED_TRACE(::testing::Message() << "isovalue " << isovalue << ", error " << error
-                                        << (compact ? ", compacted" : ""));
-      const IsosurfaceRequest request{.isovalue = isovalue, .error = error, .compact = compact};
+                                        << (simplify ? ", simplified" : ""));
+      const IsosurfaceRequest request{.isovalue = isovalue, .error = error, .simplify = simplify};
       const auto fetched = fetch(request);
       ASSERT_TRUE(fetched) << fetched.error().error.text;
       const MeshTopology& topology = fetched->step->topology;
@@ -87,7 +87,7 @@ TEST_P(CertifiedDistances, AreNeverAboveTheErrorAndTheLattice) {
             << ")";
       }
       std::cout << volume.file << " isovalue " << isovalue << " error " << error
-                << (compact ? " compacted" : "") << ": maximum " << check.mesh_to_full.maximum
+                << (simplify ? " simplified" : "") << ": maximum " << check.mesh_to_full.maximum
                 << " and " << check.full_to_mesh.maximum << ", 99 % "
                 << check.mesh_to_full.percentile_99 << " and " << check.full_to_mesh.percentile_99
                 << " voxels" << std::endl;

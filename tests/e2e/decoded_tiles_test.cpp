@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "server/dataset/prepare.hpp"
-#include "server/service/surface_extractor.hpp"
+#include "server/extraction/surface_extractor.hpp"
 #include "tests/support/fields.hpp"
 
 namespace multitetra {

@@ -15,9 +15,9 @@
 #include "client/client.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/dataset/volume_files.hpp"
-#include "server/service/surface_extractor.hpp"
-#include "tests/service/running_server.hpp"
+#include "server/extraction/surface_extractor.hpp"
 #include "tests/support/public_volume_list.hpp"
+#include "tests/support/running_server.hpp"
 
 namespace multitetra {
 namespace {
@@ -52,10 +52,10 @@ TEST_P(PublicIsosurfaces, HaveOneTopologyNoCrackAndArriveAsExtracted) {
 
   for (const double isovalue : volume.isovalues) {
     std::optional<MeshTopology> full;
-    for (const auto& [error, compact] : testing::tested_errors({0.0, 0.5, 2.0}, info)) {
+    for (const auto& [error, simplify] : testing::tested_errors({0.0, 0.5, 2.0}, info)) {
       SCOPED_TRACE(::testing::Message() << "isovalue " << isovalue << ", error " << error
-                                        << (compact ? ", compacted" : ""));
-      const IsosurfaceRequest request{.isovalue = isovalue, .error = error, .compact = compact};
+                                        << (simplify ? ", simplified" : ""));
+      const IsosurfaceRequest request{.isovalue = isovalue, .error = error, .simplify = simplify};
       // The client fails on an open or non-manifold edge in any step.
       const auto final_step = client->fetch(
           info, {.dataset = info.name, .request = request, .held = {}}, [](const FetchedStep&) {});
@@ -67,8 +67,8 @@ TEST_P(PublicIsosurfaces, HaveOneTopologyNoCrackAndArriveAsExtracted) {
       EXPECT_EQ(topology.euler_characteristic, full->euler_characteristic);
       EXPECT_EQ(topology.components, full->components);
       EXPECT_LE(topology.triangles, full->triangles);
-      // Compaction takes ten times as long.
-      for (const int threads : compact ? std::vector{1} : std::vector{1, 2, 4}) {
+      // Simplification takes ten times as long.
+      for (const int threads : simplify ? std::vector{1} : std::vector{1, 2, 4}) {
         EXPECT_EQ(extracted_digest(dataset, {.request = request}, threads),
                   final_step->step->end.digest)
             << threads << " threads";

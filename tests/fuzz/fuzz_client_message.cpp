@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <string>
 
-#include "common/messages.hpp"
-#include "tests/common/sample_messages.hpp"
+#include "common/wire/messages.hpp"
 #include "tests/fuzz/require.hpp"
+#include "tests/support/sample_messages.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto parsed = multitetra::parse_client_message({reinterpret_cast<const char*>(data), size});

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/frame.hpp"
+#include "common/net/frame.hpp"
 #include "tests/fuzz/require.hpp"
 
 namespace {

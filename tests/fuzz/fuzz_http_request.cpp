@@ -6,13 +6,13 @@
 #include <string_view>
 #include <vector>
 
-#include "server/gateway/conditions.hpp"
-#include "server/gateway/http_request.hpp"
-#include "server/gateway/media.hpp"
-#include "server/gateway/origin.hpp"
-#include "server/gateway/route.hpp"
-#include "server/gateway/surface_query.hpp"
-#include "server/gateway/target.hpp"
+#include "server/http/conditions.hpp"
+#include "server/http/http_request.hpp"
+#include "server/http/media.hpp"
+#include "server/http/origin.hpp"
+#include "server/http/route.hpp"
+#include "server/http/surface_query.hpp"
+#include "server/http/target.hpp"
 #include "tests/fuzz/require.hpp"
 
 namespace multitetra {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/tile.hpp"
+#include "common/wire/tile.hpp"
 #include "tests/fuzz/require.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

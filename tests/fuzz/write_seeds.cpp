@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "common/frame.hpp"
-#include "common/mesh_files.hpp"
-#include "common/messages.hpp"
-#include "tests/common/sample_messages.hpp"
-#include "tests/common/surfaces.hpp"
+#include "common/net/frame.hpp"
+#include "common/wire/mesh_files.hpp"
+#include "common/wire/messages.hpp"
 #include "tests/fuzz/dataset_file_input.hpp"
+#include "tests/support/sample_messages.hpp"
+#include "tests/support/surfaces.hpp"
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "common/affine.hpp"
+#include "common/base/affine.hpp"
 
 namespace multitetra::testing {
 

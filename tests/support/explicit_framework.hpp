@@ -13,10 +13,10 @@
 #include <set>
 #include <vector>
 
-#include "common/isosurface_request.hpp"
-#include "server/core/field.hpp"
-#include "server/core/leaves.hpp"
-#include "server/core/own_error.hpp"
+#include "common/request/isosurface_request.hpp"
+#include "server/core/errors/leaves.hpp"
+#include "server/core/errors/own_error.hpp"
+#include "server/core/framework/field.hpp"
 
 namespace multitetra::testing {
 

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/core/volume.hpp"
+#include "server/core/framework/volume.hpp"
 
 namespace multitetra::testing::fields {
 

@@ -5,11 +5,11 @@
 #include <optional>
 #include <utility>
 
-#include "common/mesh.hpp"
-#include "common/mesh_checks.hpp"
-#include "server/core/error_based_model.hpp"
-#include "server/core/leaves.hpp"
-#include "server/core/tiling.hpp"
+#include "common/mesh/mesh.hpp"
+#include "common/mesh/mesh_checks.hpp"
+#include "server/core/errors/error_based_model.hpp"
+#include "server/core/errors/leaves.hpp"
+#include "server/core/surface/tiling.hpp"
 
 namespace multitetra::testing {
 

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "common/dataset_info.hpp"
-#include "common/tile.hpp"
+#include "common/request/dataset_info.hpp"
+#include "common/wire/tile.hpp"
 
 namespace multitetra::testing {
 

@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-#include "common/dataset_info.hpp"
+#include "common/request/dataset_info.hpp"
 #include "server/dataset/volume_files.hpp"
 
 namespace multitetra::testing {
@@ -74,14 +74,15 @@ inline std::string name_of_volume(const ::testing::TestParamInfo<PublicVolume>& 
   return name;
 }
 
-// An error in voxels, and whether the mesh is compacted.
+// An error in voxels, and whether the mesh is simplified.
 struct TestedError {
   double error = 0;
-  bool compact = false;
+  bool simplify = false;
 };
 
-// `errors` without compaction, then with it. Compaction takes ten times as long as everything else:
-// all errors only when MULTITETRA_ALL_VOLUMES is set, one on volumes of at most 64^3 samples else.
+// `errors` without simplification, then with it. Simplification takes ten times as long as
+// everything else: all errors only when MULTITETRA_ALL_VOLUMES is set, one on volumes of at most
+// 64^3 samples else.
 inline std::vector<TestedError> tested_errors(const std::vector<double>& errors,
                                               const DatasetInfo& info) {
   std::vector<TestedError> all;

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "server/core/volume.hpp"
+#include "server/core/framework/volume.hpp"
 
 namespace multitetra::testing {
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <random>
 
-#include "common/dataset_info.hpp"
-#include "common/isosurface_request.hpp"
+#include "common/request/dataset_info.hpp"
+#include "common/request/isosurface_request.hpp"
 #include "tests/support/fields.hpp"
 
 namespace multitetra::testing {

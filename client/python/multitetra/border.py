@@ -1,4 +1,4 @@
-"""Where a surface may end: at the border of the data, and nowhere else. As data_border in common/dataset_info.cpp."""
+"""Where a surface may end: at the border of the data, and nowhere else. As data_border in common/request/dataset_info.cpp."""
 
 from dataclasses import dataclass
 

@@ -122,7 +122,7 @@ class Connection:
         """Yields Steps, coarse first; the last one is the surface as it was asked for.
 
         The other arguments are those of request.isosurface_request: error, unit, regions, view,
-        grid, max_triangles, compact, ...
+        grid, max_triangles, simplify, ...
         """
         info = self._info(dataset)
         self._last_id += 1

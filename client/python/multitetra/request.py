@@ -51,7 +51,7 @@ def isosurface_request(
     max_triangles=0,
     max_bytes=0,
     normal_bits=0,
-    compact=True,
+    simplify=True,
 ):
     """The words are those of the command line; what is out of its range is refused by the server."""
     threshold = pb.ThresholdMap(
@@ -72,5 +72,5 @@ def isosurface_request(
         max_triangles=max_triangles,
         max_bytes=max_bytes,
         normal_bits=normal_bits,
-        compact=compact,
+        simplify=simplify,
     )

@@ -1,4 +1,4 @@
-// The identity of a set of triangles on the lattice, as common/content_digest.hpp defines it: the
+// The identity of a set of triangles on the lattice, as common/mesh/content_digest.hpp defines it: the
 // sum of one XXH3-128 a triangle, over its nine coordinates from its smallest corner on. Digests of
 // tiles add up to the digest of the mesh.
 import { createXXHash128 } from "hash-wasm";

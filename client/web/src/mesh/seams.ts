@@ -1,4 +1,4 @@
-// Tiles put together by their rims: the same counts as common/mesh_checks.hpp takes from the welded
+// Tiles put together by their rims: the same counts as common/mesh/mesh_checks.hpp takes from the welded
 // mesh, in time proportional to the rims alone.
 //
 // A vertex that is not on a rim is taken for its tile's own. That holds for every isosurface on the

@@ -52,7 +52,7 @@ export function accuracyPart(change: Change, expected: HTMLElement): Part {
     fromPosition: (at) => at >= budgetPositions ? 0 : Number((10 ** (4 + (3 * at) / (budgetPositions - 1))).toPrecision(2)),
     text: (value) => (value === 0 ? "any number of triangles" : `${grouped(value)} triangles`),
   });
-  const compact = controls.toggle("compact", {
+  const simplify = controls.toggle("simplify", {
     label: "Fewer triangles",
     tip: "Leaves out the triangles that the allowed error does not need: a few are left, the bound " +
       "holds. The server works longer for it.",
@@ -68,7 +68,7 @@ export function accuracyPart(change: Change, expected: HTMLElement): Part {
   });
   return {
     elements: [
-      error, expected, budget, compact, follow, pixels,
+      error, expected, budget, simplify, follow, pixels,
       folded("More about accuracy", false, bound, rule, tolerance),
     ],
     show: (settings, shown) => {

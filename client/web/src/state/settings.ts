@@ -30,7 +30,7 @@ export interface Settings {
   followView: boolean;
   pixels: number; // Allowed error on the screen when the view is followed.
   maxTriangles: number; // 0: no limit.
-  compact: boolean; // Without the triangles that the error does not need.
+  simplify: boolean; // Without the triangles that the error does not need.
   // How it is shown.
   shading: Shading;
   wireframe: boolean;
@@ -56,7 +56,7 @@ export const defaults: Settings = {
   followView: false,
   pixels: 1,
   maxTriangles: 0,
-  compact: true,
+  simplify: true,
   shading: "field",
   wireframe: false,
   colouring: "plain",
@@ -82,5 +82,5 @@ export function isOtherRequest(now: Settings, before: Settings): boolean {
 }
 
 const asking = [
-  "isovalue", "error", "bound", "rule", "tolerance", "region", "followView", "maxTriangles", "compact",
+  "isovalue", "error", "bound", "rule", "tolerance", "region", "followView", "maxTriangles", "simplify",
 ] as const;

@@ -42,7 +42,7 @@ export function fromAddress(text: string): Partial<Settings> {
   set("followView", yes("followView"));
   set("pixels", number("pixels", 0.1, 100));
   set("maxTriangles", number("maxTriangles", 0, 1e9));
-  set("compact", yes("compact"));
+  set("simplify", yes("simplify"));
   set("shading", word("shading", "field", "smooth", "facets"));
   set("wireframe", yes("wireframe"));
   set("colouring", word("colouring", "plain", "tiles", "steps"));
@@ -79,7 +79,7 @@ export function edited(now: Settings, text: string): Settings {
 
 const plainNames = [
   "dataset", "isovalue", "error", "bound", "rule", "tolerance", "followView", "pixels",
-  "maxTriangles", "compact", "shading", "wireframe", "colouring", "clip", "clipAt", "clipFlipped", "axes",
+  "maxTriangles", "simplify", "shading", "wireframe", "colouring", "clip", "clipAt", "clipFlipped", "axes",
   "logScale", "theme",
 ] as const;
 

@@ -56,7 +56,7 @@ export function worldBox(info: DatasetInfo): { low: Vec3; high: Vec3 } {
   return { low, high };
 }
 
-// As data_border in common/dataset_info.cpp, which says why.
+// As data_border in common/request/dataset_info.cpp, which says why.
 export function dataBorder(
   info: DatasetInfo,
   resolution: number,

@@ -64,7 +64,7 @@ export function isosurfaceRequest(
     topologyTolerance: settings.tolerance,
     latticeResolution: latticeResolution(info),
     maxTriangles: BigInt(settings.maxTriangles),
-    compact: settings.compact,
+    simplify: settings.simplify,
     normalBits: settings.shading === "field" ? normalBits : 0,
   });
 }

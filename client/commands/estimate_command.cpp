@@ -1,0 +1,54 @@
+#include "client/commands/estimate_command.hpp"
+
+#include <iostream>
+
+#include "common/cli/human_units.hpp"
+#include "common/cli/json_report.hpp"
+
+namespace multitetra {
+namespace {
+
+void print(const EstimateReply& reply, const IsosurfaceRequest& request) {
+  std::cout << "about " << human_count(reply.triangles) << " triangles, "
+            << human_bytes(reply.bytes) << ", at an error of at most " << reply.threshold_world
+            << " world units"
+            << (request.max_triangles + request.max_bytes > 0
+                    ? ", which is what fits into the budget"
+                    : "")
+            << "\n";
+}
+
+}  // namespace
+
+void add_estimate(Command& app, EstimateArguments& a) {
+  Command* command =
+      app.add_subcommand("estimate", "Tell how large an isosurface would be, without making it");
+  add_order_options(*command, a.order);
+  command->add_flag("--json", a.json, "Print JSON");
+  command->footer(
+      std::string("Examples:\n"
+                  "  multitetra-client estimate --dataset head --isovalue 500.5 --error 1\n"
+                  "  multitetra-client estimate --dataset head --max-bytes 1000000 --json\n") +
+      kExitCodes);
+}
+
+int estimate(const EstimateArguments& arguments) {
+  auto surface = ordered(arguments.order);
+  if (!surface) return surface.error();
+  const auto reply = surface->client.estimate(surface->info.name, surface->request);
+  if (!reply) return complain(reply.error());
+  if (arguments.json) {
+    const Json report = {{"server", to_string(surface->server)},
+                         {"dataset", surface->info.name},
+                         {"parameters", json_of(surface->request)},
+                         {"triangles", reply->triangles},
+                         {"bytes", reply->bytes},
+                         {"threshold_world", reply->threshold_world}};
+    std::cout << text_of(report);
+  } else {
+    print(*reply, surface->request);
+  }
+  return kOk;
+}
+
+}  // namespace multitetra

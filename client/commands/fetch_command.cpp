@@ -1,0 +1,254 @@
+#include "client/commands/fetch_command.hpp"
+
+#include <filesystem>
+#include <iostream>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "client/client.hpp"
+#include "client/commands/program.hpp"
+#include "client/distance_check.hpp"
+#include "client/local_volume.hpp"
+#include "client/report.hpp"
+#include "client/tile_folder.hpp"
+#include "common/cli/human_units.hpp"
+#include "common/wire/mesh_files.hpp"
+
+namespace multitetra {
+namespace {
+
+// Writes what a fetch gives as it comes.
+class Output {
+ public:
+  Output(const FetchArguments& arguments, MeshFormat format, const DatasetInfo& info)
+      : arguments_(arguments),
+        format_(format),
+        to_output_(output_map(arguments.order.surface, info)) {
+    if (!arguments_.steps_directory.empty()) {
+      std::filesystem::create_directories(arguments_.steps_directory);
+    }
+  }
+
+  void step(const FetchedStep& fetched) const {
+    if (!arguments_.quiet) std::cerr << step_line(fetched) << std::endl;
+    if (arguments_.steps_directory.empty()) return;
+    const std::string suffix = std::filesystem::path(arguments_.mesh).extension().string();
+    const std::string name = "step_" + std::to_string(fetched.step->begin.step) + suffix;
+    write_mesh(*fetched.step, std::filesystem::path(arguments_.steps_directory) / name);
+  }
+  void final_step(const FetchedStep& fetched) const { write_mesh(*fetched.step, arguments_.mesh); }
+  // Also of a fetch that failed, with the steps that came.
+  void report(const FetchReport& report) const {
+    const std::string text = json_report(report);
+    if (!arguments_.report.empty()) write_file(arguments_.report, text);
+    if (arguments_.json) {
+      std::cout << text;
+    } else if (!arguments_.quiet && (!report.error || report.distances)) {
+      std::cout << checks_table(report.steps);
+      if (report.distances) std::cout << distances_table(*report.distances);
+      if (!report.mesh_file.empty()) std::cout << report.mesh_file << " written\n";
+    }
+  }
+
+ private:
+  void write_mesh(const CommittedStep& step, const std::filesystem::path& path) const {
+    write_file(path, mesh_file(positioned(step.mesh, to_output_), format_));
+  }
+
+  const FetchArguments& arguments_;
+  MeshFormat format_;
+  Affine to_output_;
+};
+
+RetryOptions retry_options(const FetchArguments& arguments) {
+  return {.most = arguments.retries, .on_retry = [quiet = arguments.quiet](const Retry& retry) {
+            if (quiet) return;
+            std::cerr << retry.reason.text << " Trying again in "
+                      << human_seconds(std::chrono::duration<double>(retry.wait).count()) << " ("
+                      << retry.number << ")." << std::endl;
+          }};
+}
+
+// What came before and what comes, in the folder of --resume if there is one.
+class KeptTiles {
+ public:
+  explicit KeptTiles(const FetchArguments& arguments)
+      : arguments_(arguments), memory_({.tiles = limits_.tiles, .triangles = limits_.triangles}) {
+    if (arguments.resume_directory.empty()) return;
+    folder_.emplace(arguments.resume_directory);
+    const auto loaded = folder_->load(memory_, limits_.triangles);
+    if (arguments.quiet) return;
+    std::cerr << human_count(loaded.tiles) << " tiles are in " << arguments.resume_directory;
+    if (loaded.damaged > 0) {
+      std::cerr << ", " << human_count(loaded.damaged) << " damaged files are passed over";
+    }
+    std::cerr << std::endl;
+  }
+
+  // Counts in the report what comes. Both must outlive the options.
+  [[nodiscard]] FetchOptions fetch_options(FetchReport& report) {
+    report.tiles_held = memory_.size();
+    RetryOptions retries = retry_options(arguments_);
+    retries.on_retry = [&report, tell = std::move(retries.on_retry)](const Retry& retry) {
+      ++report.reconnections;
+      tell(retry);
+    };
+    return {.retries = std::move(retries),
+            .tiles = &memory_,
+            .on_tile = [this, &report](const TileSummary& tile, const IsosurfaceRequest& step,
+                                       const std::string& payload) {
+              ++report.received.tiles;
+              report.received.payload_bytes += payload.size();
+              if (!folder_) return;
+              folder_->keep(tile, step.lattice_resolution, step.normal_bits, payload);
+            }};
+  }
+
+ private:
+  const FetchArguments& arguments_;
+  AssemblerLimits limits_;
+  TileMemory memory_;
+  std::optional<TileFolder> folder_;
+};
+
+// The step without its mesh, which a report does not need.
+FetchedStep for_report(const FetchedStep& fetched) {
+  auto step = std::make_shared<CommittedStep>();
+  step->begin = fetched.step->begin;
+  step->end = fetched.step->end;
+  step->topology = fetched.step->topology;
+  step->checks = fetched.step->checks;
+  return {
+      .step = step, .first_byte_seconds = fetched.first_byte_seconds, .seconds = fetched.seconds};
+}
+
+std::string distances_fault(const DistanceCheck& check) {
+  const bool is_of_mesh = check.mesh_to_full.above_limit > 0;
+  const DistanceStatistics& worse = is_of_mesh ? check.mesh_to_full : check.full_to_mesh;
+  std::string place;
+  for (const double coordinate : worse.worst_place) place += " " + human_number(coordinate);
+  return std::string(is_of_mesh ? "The mesh is " : "The full-resolution surface is ") +
+         human_number(worse.worst_distance) + " voxels from " +
+         (is_of_mesh ? "the full-resolution surface" : "the mesh") + " at" + place +
+         "; allowed are " + human_number(worse.worst_limit) + ".";
+}
+
+}  // namespace
+
+int fetch(const FetchArguments& arguments) {
+  if ((arguments.check == "full") != !arguments.against.empty()) {
+    return complain(kUsage,
+                    "--check full and --against FILE belong together: FILE is a local copy of the "
+                    "volume.");
+  }
+  const auto format = mesh_format_from(std::filesystem::path(arguments.mesh).extension().string());
+  if (!format) {
+    return complain(kUsage, "\"" + arguments.mesh +
+                                "\" has no suffix of a mesh format; use .ply, .stl, .obj, .glb or "
+                                ".drc.");
+  }
+
+  auto surface = ordered(arguments.order, retry_options(arguments));
+  if (!surface) return surface.error();
+  const DatasetInfo& info = surface->info;
+  FetchReport report{
+      .server = surface->server,
+      .open = {.dataset = info.name,
+               .request = surface->request,
+               .steps = arguments.final_only ? StepPolicy::kFinalOnly : StepPolicy::kProgressive,
+               .held = {}},
+      .coordinates = arguments.order.surface.coordinates,
+      .mesh_file = {},
+      .steps = {}};
+  const Output output(arguments, *format, info);
+  // Read before anything is fetched: a file that does not fit is told at once.
+  std::optional<std::vector<float>> local;
+  if (!arguments.against.empty()) local = read_local_volume(arguments.against, info);
+  KeptTiles kept(arguments);
+  const auto final_step = surface->client.fetch(
+      info, report.open,
+      [&](const FetchedStep& step) {
+        output.step(step);
+        report.steps.push_back(for_report(step));
+      },
+      kept.fetch_options(report));
+  if (!final_step) {
+    report.error = final_step.error().error;
+    output.report(report);
+    return complain(final_step.error());
+  }
+  if (local) {
+    report.checked_against = arguments.against;
+    report.distances = check_distances(*final_step->step, info, *local,
+                                       {.samples = static_cast<std::size_t>(arguments.samples)});
+    if (!report.distances->has_passed()) {
+      report.error = {ErrorCode::kDamagedData, distances_fault(*report.distances)};
+      output.report(report);
+      return complain({Trouble::kCheck, *report.error});
+    }
+  }
+  output.final_step(*final_step);
+  report.mesh_file = arguments.mesh;
+  output.report(report);
+  return kOk;
+}
+
+void add_fetch(Command& app, FetchArguments& a) {
+  Command* command = app.add_subcommand(
+      "fetch", "Fetch an isosurface, coarse first, check it and write it as a mesh file");
+  add_order_options(*command, a.order);
+  command->add_flag("--final-only", a.final_only, "No previews");
+  command
+      ->add_option("--retries", a.retries,
+                   "How often in a row to try again when the server cannot be reached or the "
+                   "connection is lost; 0 gives up at once")
+      ->within(0, 1'000'000)
+      ->capture_default_str();
+  command
+      ->add_option("--resume", a.resume_directory,
+                   "Keep the tiles that come in this directory, and do not fetch those that are "
+                   "there: a run that was stopped goes on where it was")
+      ->type_name("DIR");
+  command
+      ->add_option("--check", a.check,
+                   "standard: tiles, digests, cracks, topology; full: also the distance to the "
+                   "full-resolution surface of the volume in --against, both ways")
+      ->one_of({"standard", "full"})
+      ->capture_default_str();
+  command
+      ->add_option("--against", a.against,
+                   "For --check full: a local copy of the dataset's volume (.nrrd .nhdr .mha .mhd "
+                   ".nii .nii.gz .vtk .tif, or raw samples)")
+      ->type_name("FILE");
+  command->add_option("--samples", a.samples, "For --check full: sampled points each way")
+      ->within(1, 100'000'000)
+      ->capture_default_str();
+  command->add_option("-o,--output", a.mesh, "Mesh file: .ply, .stl, .obj, .glb or .drc")
+      ->required()
+      ->type_name("FILE");
+  command
+      ->add_option("--report", a.report,
+                   "Write a JSON report of all steps to this file, also when the fetch fails")
+      ->type_name("FILE");
+  command->add_option("--save-steps", a.steps_directory, "Write every step to this directory")
+      ->type_name("DIR");
+  command->add_flag("--json", a.json, "Print the JSON report");
+  command->add_flag("--quiet", a.quiet, "Say nothing unless something is wrong");
+  command->footer(
+      std::string("Examples:\n"
+                  "  multitetra-client fetch --dataset head -o head.ply\n"
+                  "  multitetra-client fetch --dataset head --error 0 --resume head.tiles "
+                  "-o head.ply\n"
+                  "  multitetra-client fetch --dataset head --isovalue 1200.5 --error 0.5 "
+                  "-o bone.glb --report bone.json\n"
+                  "  multitetra-client fetch --dataset head --error 0.5 --check full "
+                  "--against head.nrrd -o head.ply\n"
+                  "  multitetra-client fetch --server wss://example.org --token-file token "
+                  "--dataset head -o head.ply\n"
+                  "  multitetra-client fetch --server tcp://example.org:7410 --dataset head "
+                  "--error 2 --unit world --save-steps steps -o head.stl\n") +
+      kExitCodes);
+}
+
+}  // namespace multitetra

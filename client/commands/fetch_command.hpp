@@ -1,0 +1,32 @@
+// `multitetra-client fetch`: an isosurface as a mesh file, checked.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "client/commands/ordered_surface.hpp"
+#include "common/cli/command.hpp"
+
+namespace multitetra {
+
+struct FetchArguments {
+  SurfaceOrder order;
+  bool final_only = false;
+  int retries = 5;
+  std::string resume_directory;
+  std::string check = "standard";
+  std::string against;
+  std::uint64_t samples = 20'000;
+  std::string mesh;
+  std::string report;
+  std::string steps_directory;
+  bool json = false;
+  bool quiet = false;
+};
+
+void add_fetch(Command& app, FetchArguments& arguments);
+
+// Gives the exit code.
+[[nodiscard]] int fetch(const FetchArguments& arguments);
+
+}  // namespace multitetra

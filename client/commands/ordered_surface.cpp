@@ -1,0 +1,98 @@
+#include "client/commands/ordered_surface.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace multitetra {
+namespace {
+
+using Connected = std::pair<Client, std::vector<DatasetInfo>>;
+
+ClientResult<Connected> connected_once(const ServerAccess& access) {
+  auto client = Client::connect(access.server, access.options);
+  if (!client) return tl::unexpected(client.error());
+  auto datasets = client->list_datasets();
+  if (!datasets) return tl::unexpected(datasets.error());
+  return Connected(*std::move(client), *std::move(datasets));
+}
+
+tl::unexpected<ExitCode> told(ExitCode code) { return tl::unexpected(code); }
+
+std::string names(const std::vector<DatasetInfo>& datasets) {
+  std::string text;
+  for (const DatasetInfo& info : datasets) {
+    text += (text.empty() ? "\"" : ", \"") + info.name + "\"";
+  }
+  return text;
+}
+
+// What to do about a trouble at the server's listener; empty when its own sentence says enough.
+std::string advice(const ClientError& trouble) {
+  if (trouble.error.code != ErrorCode::kUnauthenticated) return "";
+  return "Give the token that you were sent with --token-file FILE or MULTITETRA_TOKEN.";
+}
+
+// The dataset that is meant, or why none is.
+Result<DatasetInfo> chosen(const std::string& name, const std::vector<DatasetInfo>& datasets) {
+  if (datasets.empty()) {
+    return fail(ErrorCode::kUnknownDataset, "The server has no dataset that we may see.");
+  }
+  if (name.empty() && datasets.size() == 1) return datasets.front();
+  if (name.empty()) {
+    return fail(
+        ErrorCode::kInvalidArgument,
+        "The server has several datasets; choose one with --dataset: " + names(datasets) + ".");
+  }
+  const auto found = std::find_if(datasets.begin(), datasets.end(),
+                                  [&](const DatasetInfo& info) { return info.name == name; });
+  if (found != datasets.end()) return *found;
+  return fail(ErrorCode::kUnknownDataset,
+              "The server has no dataset \"" + name + "\"; it has " + names(datasets) + ".");
+}
+
+}  // namespace
+
+OrExitCode<ConnectedServer> connected_to(const ServerArguments& arguments,
+                                         const RetryOptions& retry_options) {
+  const auto access = access_of(arguments);
+  if (!access) return told(complain(kUsage, access.error().text));
+  Retries retries(retry_options);
+  auto connected = connected_once(*access);
+  while (!connected && retries.wait_after(connected.error().error)) {
+    connected = connected_once(*access);
+  }
+  if (!connected) {
+    ClientError trouble = connected.error();
+    const std::string more = advice(trouble);
+    if (!more.empty()) trouble.error.text += " " + more;
+    return told(complain(trouble));
+  }
+  auto& [client, datasets] = *connected;
+  return ConnectedServer{access->server, std::move(client), std::move(datasets)};
+}
+
+void add_order_options(Command& command, SurfaceOrder& order) {
+  command
+      .add_option("--dataset", order.dataset,
+                  "Name of the dataset, as `multitetra-client list` tells; not needed where there "
+                  "is only one")
+      ->type_name("NAME");
+  add_surface_options(command, order.surface);
+  add_server_options(command, order.server);
+}
+
+OrExitCode<OrderedSurface> ordered(const SurfaceOrder& order, const RetryOptions& retries) {
+  auto connected = connected_to(order.server, retries);
+  if (!connected) return tl::unexpected(connected.error());
+  auto info = chosen(order.dataset, connected->datasets);
+  if (!info) {
+    const bool is_usage = info.error().code == ErrorCode::kInvalidArgument;
+    return told(complain(is_usage ? kUsage : kFailed, info.error().text));
+  }
+  const auto request = request_of(order.surface, *info);
+  if (!request) return told(complain(kUsage, request.error().text));
+  return OrderedSurface{connected->server, std::move(connected->client), *std::move(info),
+                        *request};
+}
+
+}  // namespace multitetra

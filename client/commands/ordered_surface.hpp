@@ -1,0 +1,50 @@
+// From a command's options to a server that was asked and a surface that can be asked for: the
+// first half of every command that is about one surface.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "client/client.hpp"
+#include "client/commands/program.hpp"
+#include "client/commands/server_options.hpp"
+#include "common/cli/command.hpp"
+#include "common/cli/surface_options.hpp"
+
+namespace multitetra {
+
+// What a command could not do was told on the standard error; this is what remains of it.
+template <typename T>
+using OrExitCode = tl::expected<T, ExitCode>;
+
+struct ConnectedServer {
+  Endpoint server;
+  Client client;
+  std::vector<DatasetInfo> datasets;
+};
+
+// Connects and lists.
+[[nodiscard]] OrExitCode<ConnectedServer> connected_to(const ServerArguments& arguments,
+                                                       const RetryOptions& retries = {.most = 0});
+
+// Which surface of which dataset a command is about. An empty name takes the only dataset.
+struct SurfaceOrder {
+  ServerArguments server = {};
+  std::string dataset = {};
+  SurfaceArguments surface = {};
+};
+
+// Adds all options of an order.
+void add_order_options(Command& command, SurfaceOrder& order);
+
+struct OrderedSurface {
+  Endpoint server;
+  Client client;
+  DatasetInfo info;
+  IsosurfaceRequest request;
+};
+
+[[nodiscard]] OrExitCode<OrderedSurface> ordered(const SurfaceOrder& order,
+                                                 const RetryOptions& retries = {.most = 0});
+
+}  // namespace multitetra

@@ -1,0 +1,33 @@
+// What the commands of multitetra-client share: exit codes and complaints.
+#pragma once
+
+#include <unistd.h>
+
+#include <iostream>
+#include <string>
+
+#include "client/client.hpp"
+#include "common/cli/terminal.hpp"
+
+namespace multitetra {
+
+// Exit codes, told by --help.
+enum ExitCode { kOk = 0, kFailed = 1, kUsage = 2, kCheckFailed = 3 };
+
+inline const std::string kExitCodes =
+    "Exit codes: 0 done, 1 failed (network, server, file), 2 wrong usage, 3 a check failed.";
+
+inline ExitCode complain(ExitCode code, const std::string& text) {
+  std::cerr << styled(Style::kRed, "multitetra-client:", STDERR_FILENO) << " " << text << "\n";
+  return code;
+}
+
+inline ExitCode complain(const ClientError& trouble) {
+  const std::string who = trouble.trouble == Trouble::kServer  ? "the server says: "
+                          : trouble.trouble == Trouble::kCheck ? "a check failed: "
+                                                               : "";
+  return complain(trouble.trouble == Trouble::kCheck ? kCheckFailed : kFailed,
+                  who + trouble.error.text);
+}
+
+}  // namespace multitetra

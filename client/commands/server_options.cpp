@@ -1,0 +1,102 @@
+#include "client/commands/server_options.hpp"
+
+#include <unistd.h>
+
+#include <fstream>
+#include <iostream>
+
+#include "common/cli/terminal.hpp"
+#include "common/net/net.hpp"
+
+namespace multitetra {
+namespace {
+
+// Without the line's end that editors and `echo` leave.
+Result<std::string> token_in(const std::string& path) {
+  std::ifstream file(path);
+  std::string token;
+  if (!std::getline(file, token)) {
+    return fail(ErrorCode::kInvalidArgument,
+                "--token-file: no token can be read from " + path + ".");
+  }
+  while (token.ends_with('\r') || token.ends_with(' ')) token.pop_back();
+  return token;
+}
+
+bool is_this_machine(const std::string& host) {
+  boost::system::error_code error;
+  const auto address = asio::ip::make_address(host, error);
+  return error ? host == "localhost" : address.is_loopback();
+}
+
+void warn(const std::string& text) {
+  std::cerr << styled(Style::kYellow, "WARNING:", STDERR_FILENO) << " " << text << std::endl;
+}
+
+}  // namespace
+
+void add_server_options(Command& command, ServerArguments& a) {
+  const std::string group = "Server";
+  command
+      .add_option("--server", a.server,
+                  "Where the server listens: tcp://HOST:PORT, tls://HOST:PORT, ws://HOST:PORT or "
+                  "wss://HOST:PORT, also with a path")
+      ->envname("MULTITETRA_SERVER")
+      ->type_name("ADDRESS")
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--token", a.token,
+                  "What the server knows us by; others on this machine can read it here, unlike in "
+                  "--token-file or the environment")
+      ->envname("MULTITETRA_TOKEN")
+      ->group(group);
+  command
+      .add_option("--token-file", a.token_file,
+                  "A file whose first line is the token, instead of --token")
+      ->type_name("FILE")
+      ->group(group);
+  command
+      .add_option("--ca", a.ca_file,
+                  "Trust these authorities (PEM) and no others, for tls:// and wss://")
+      ->type_name("FILE")
+      ->group(group);
+  command
+      .add_flag("--insecure", a.insecure,
+                "Believe whoever answers, whatever its certificate. For trials only")
+      ->group(group);
+  command.add_option("--timeout", a.timeout, "Seconds of silence after which to give up")
+      ->within(0.1, 86400.0)
+      ->type_name("SECONDS")
+      ->capture_default_str()
+      ->group(group);
+}
+
+Result<ServerAccess> access_of(const ServerArguments& arguments) {
+  const auto server = parse_server_url(arguments.server);
+  if (!server) return fail(ErrorCode::kInvalidArgument, "--server: " + server.error().text);
+  ServerAccess access{
+      .server = *server,
+      .options = {
+          .timeout = std::chrono::milliseconds(static_cast<std::int64_t>(arguments.timeout * 1000)),
+          .token = arguments.token,
+          .trust = {.ca_file = arguments.ca_file, .insecure = arguments.insecure}}};
+  if (!arguments.token_file.empty()) {
+    auto token = token_in(arguments.token_file);
+    if (!token) return tl::unexpected(token.error());
+    access.options.token = *std::move(token);
+  }
+  if (server->is_secure()) {
+    if (const auto tls = client_tls(access.options.trust); !tls) {
+      return fail(ErrorCode::kInvalidArgument, "--ca: " + tls.error().text);
+    }
+    if (arguments.insecure) {
+      warn("--insecure: the server's certificate is NOT checked; anybody may be answering.");
+    }
+  } else if (!access.options.token.empty() && !is_this_machine(server->host)) {
+    warn("the token travels unencrypted to " + to_string(*server) + "; use tls:// or wss://.");
+  }
+  return access;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,30 @@
+// Which server a command talks to and what it needs there: options that all commands share.
+#pragma once
+
+#include <string>
+
+#include "client/client.hpp"
+#include "common/cli/command.hpp"
+
+namespace multitetra {
+
+struct ServerArguments {
+  std::string server = to_string(Endpoint{.host = "127.0.0.1"});
+  std::string token;
+  std::string token_file;
+  std::string ca_file;
+  bool insecure = false;
+  double timeout = 60;  // Seconds of silence.
+};
+
+void add_server_options(Command& command, ServerArguments& arguments);
+
+// What the arguments mean. kInvalidArgument, naming the option, otherwise. Says loudly on the
+// standard error when whoever answers is believed, or the token travels for all to read.
+struct ServerAccess {
+  Endpoint server;
+  ClientOptions options;
+};
+[[nodiscard]] Result<ServerAccess> access_of(const ServerArguments& arguments);
+
+}  // namespace multitetra

@@ -1,0 +1,39 @@
+// `multitetra-client snapshot`: a picture of a surface, without a display.
+#pragma once
+
+#include <string>
+
+#include "client/commands/ordered_surface.hpp"
+#include "client/picture/camera.hpp"
+#include "common/cli/command.hpp"
+
+namespace multitetra {
+
+struct SnapshotArguments {
+  SnapshotArguments() { order.surface.normal_bits = 8; }
+
+  SurfaceOrder order;
+  std::string picture;
+  std::string size = "1280x960";  // WIDTHxHEIGHT in pixels.
+  double azimuth = kDefaultAzimuth;
+  double elevation = kDefaultElevation;
+  std::string background = "dark";
+  int threads = 0;
+  bool json = false;
+  bool quiet = false;
+};
+
+void add_snapshot(Command& app, SnapshotArguments& arguments);
+
+struct PictureSize {
+  int width = 0;
+  int height = 0;
+};
+
+// "1280x960"; kInvalidArgument for anything else and beyond kMaxPictureSide.
+[[nodiscard]] Result<PictureSize> parse_picture_size(const std::string& text);
+
+// Gives the exit code.
+[[nodiscard]] int snapshot(const SnapshotArguments& arguments);
+
+}  // namespace multitetra

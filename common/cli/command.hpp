@@ -1,0 +1,100 @@
+// A command line, as programs describe theirs. CLI11 does the work and is seen by the sources of
+// this folder alone: parsing thousands of templates once is enough.
+//
+//   Command program("Does this and that.", "multitetra-this");
+//   std::string file;
+//   program.add_option("-o,--output", file, "File to write")->required()->type_name("FILE");
+//   if (const auto code = parse_command_line(program, argc, argv)) return *code;
+//
+// Values are set when the line is parsed; what they are before is their default. They must outlive
+// the parsing, options their command. Pointers are valid as long as the program.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace multitetra {
+
+// What is wrong with an option beyond what parsing can see. Thrown by callbacks, told as any other
+// wrong line: "--tcp: ...".
+class UsageError : public std::runtime_error {
+ public:
+  UsageError(const std::string& option, const std::string& text)
+      : std::runtime_error(option + ": " + text) {}
+};
+
+// Every function gives the option itself, for the next one.
+class Option {
+ public:
+  explicit Option(CLI::Option& option) : option_(&option) {}
+
+  Option* one_of(const std::vector<std::string>& words);
+  // Of int, double or std::size_t, which names the type of what may be written.
+  template <typename Number>
+  Option* within(Number least, Number most);
+  Option* as_bytes();  // 500KiB, 2MiB
+  Option* as_count();  // 300k, 2M
+  Option* required();
+  Option* expected(int count);
+  Option* delimiter(char between);
+  // Each time it is named it takes one value, and all of them count.
+  Option* repeatable();
+  Option* needs(const Option* other);
+  Option* excludes(const std::string& other);
+  // Not told by --config and the environment.
+  Option* flag_only();
+  Option* envname(const std::string& variable);
+  // How help presents it.
+  Option* type_name(const std::string& name);
+  Option* group(const std::string& title);
+  Option* capture_default_str();  // Tells the value that it has now.
+
+ private:
+  CLI::Option* option_;
+};
+
+class Command {
+ public:
+  // A program.
+  Command(const std::string& description, const std::string& name);
+  ~Command();
+  Command(const Command&) = delete;
+  Command& operator=(const Command&) = delete;
+
+  // T is a number, a string, std::optional<int> or <double>, or a vector of numbers or strings. A
+  // name without dashes is that of a positional argument.
+  template <typename T>
+  Option* add_option(const std::string& names, T& value, const std::string& help);
+  Option* add_flag(const std::string& names, bool& value, const std::string& help);
+  Command* add_subcommand(const std::string& name, const std::string& description);
+  void require_subcommand();
+  // What follows the options in --help.
+  void footer(std::string text);
+  // When the line was parsed and this command is meant. May throw UsageError.
+  void callback(std::function<void()> parsed);
+
+  [[nodiscard]] bool got_subcommand(const std::string& name) const;
+
+  // For the sources that know CLI11.
+  [[nodiscard]] CLI::App& app() { return *app_; }
+  [[nodiscard]] const CLI::App& app() const { return *app_; }
+
+ private:
+  explicit Command(CLI::App& app);
+  Option* added(CLI::Option& option);
+
+  std::unique_ptr<CLI::App> own_;  // Of the program; subcommands lie in it.
+  CLI::App* app_;
+  std::vector<std::unique_ptr<Option>> options_;
+  std::vector<std::unique_ptr<Command>> subcommands_;
+};
+
+}  // namespace multitetra

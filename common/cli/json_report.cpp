@@ -1,0 +1,124 @@
+#include "common/cli/json_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace multitetra {
+
+namespace {
+
+Json json_of(const BoxShape& box) { return {{"low", box.low}, {"high", box.high}}; }
+Json json_of(const BallShape& ball) { return {{"centre", ball.centre}, {"radius", ball.radius}}; }
+Json json_of(const HalfSpaceShape& half_space) {
+  return {{"normal", half_space.normal}, {"offset", half_space.offset}};
+}
+
+constexpr const char* kShapeNames[] = {"box", "ball", "halfspace"};
+
+Json json_of(const ThresholdRegion& region) {
+  return {{"threshold", region.threshold},
+          {kShapeNames[region.shape.index()],
+           std::visit([](const auto& shape) { return json_of(shape); }, region.shape)}};
+}
+
+Json json_of(const Affine& map) {
+  return {{"columns", map.columns}, {"translation", map.translation}};
+}
+
+Json json_of(const ThresholdGrid& grid) {
+  float least = std::numeric_limits<float>::infinity();
+  float largest = -least;
+  std::size_t silent = 0;
+  for (const float threshold : grid.thresholds) {
+    silent += std::isnan(threshold);
+    least = std::min(least, threshold);  // NaN changes neither.
+    largest = std::max(largest, threshold);
+  }
+  const bool is_silent = silent == grid.thresholds.size();
+  return {{"dims", grid.dims},
+          {"index_to_world", json_of(grid.index_to_world)},
+          {"least", is_silent ? Json(nullptr) : Json(least)},
+          {"largest", is_silent ? Json(nullptr) : Json(largest)},
+          {"samples_without", silent}};
+}
+
+Json json_of(const ThresholdView& view) {
+  Json json = {{"eye", view.eye},
+               {"field_of_view", view.field_of_view},
+               {"height_pixels", view.height_pixels},
+               {"tolerance_pixels", view.tolerance_pixels}};
+  if (view.frustum) {
+    json["frustum"] = {{"look_at", view.frustum->look_at},
+                       {"up", view.frustum->up},
+                       {"aspect", view.frustum->aspect},
+                       {"outside", view.frustum->outside}};
+  }
+  return json;
+}
+
+}  // namespace
+
+Json json_of(const LocalThresholds& thresholds) {
+  Json json = {{"coordinates", name(thresholds.coordinates)},
+               {"combination", name(thresholds.combination)},
+               {"at_least", thresholds.at_least}};
+  for (const ThresholdRegion& region : thresholds.regions) {
+    json["regions"].push_back(json_of(region));
+  }
+  if (thresholds.grid) json["grid"] = json_of(*thresholds.grid);
+  if (thresholds.view) json["view"] = json_of(*thresholds.view);
+  return json;
+}
+
+Json json_of(const IsosurfaceRequest& request) {
+  Json json = {{"isovalue", request.isovalue},
+               {"error", request.error},
+               {"unit", name(request.unit)},
+               {"bound", name(request.measure)},
+               {"topology_rule", name(request.topology_rule)},
+               {"topology_tolerance", request.topology_tolerance},
+               {"lattice_resolution", request.lattice_resolution}};
+  if (request.thresholds != LocalThresholds{}) json["thresholds"] = json_of(request.thresholds);
+  if (request.max_triangles != 0) json["max_triangles"] = request.max_triangles;
+  if (request.max_bytes != 0) json["max_bytes"] = request.max_bytes;
+  if (request.simplify) json["simplify"] = true;
+  if (request.normal_bits != 0) json["normal_bits"] = request.normal_bits;
+  return json;
+}
+
+Json json_of(const MeshTopology& topology) {
+  return {{"triangles", topology.triangles},
+          {"vertices", topology.vertices},
+          {"euler_characteristic", topology.euler_characteristic},
+          {"components", topology.components},
+          {"border_edges", topology.border_edges},
+          {"open_edges", topology.open_edges},
+          {"nonmanifold_edges", topology.nonmanifold_edges},
+          {"degenerate_triangles", topology.degenerate_triangles}};
+}
+
+Json json_of(const DatasetInfo& info) {
+  return {{"name", info.name},
+          {"dims", info.dims},
+          {"type", name(info.type)},
+          {"spacing", info.spacing},
+          {"min", info.min},
+          {"max", info.max},
+          {"void_samples", info.void_samples},
+          {"outside", info.outside ? Json(*info.outside) : Json(nullptr)},
+          {"margin", info.margin},
+          {"grid_exponent", info.grid_exponent},
+          {"index_to_world", json_of(info.index_to_world)},
+          {"suggested_isovalues", info.suggested_isovalues},
+          {"histogram",
+           {{"low", info.histogram.low},
+            {"high", info.histogram.high},
+            {"counts", info.histogram.counts}}}};
+}
+
+std::string text_of(const Json& json) {
+  return json.dump(2, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace multitetra

@@ -1,0 +1,36 @@
+// The words of our JSON reports, the same from the server's programs and the client's.
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "common/mesh/mesh_checks.hpp"
+#include "common/request/dataset_info.hpp"
+#include "common/request/isosurface_request.hpp"
+
+namespace multitetra {
+
+using Json = nlohmann::ordered_json;
+
+// isovalue, error, unit, bound, topology_rule, topology_tolerance, lattice_resolution; where they
+// are not their defaults also thresholds, max_triangles, max_bytes, simplify, normal_bits
+[[nodiscard]] Json json_of(const IsosurfaceRequest& request);
+
+// coordinates, combination, at_least, regions, grid (its samples as a summary), view; the latter
+// three where there are any
+[[nodiscard]] Json json_of(const LocalThresholds& thresholds);
+
+// triangles, vertices, euler_characteristic, components, border_edges, open_edges,
+// nonmanifold_edges, degenerate_triangles
+[[nodiscard]] Json json_of(const MeshTopology& topology);
+
+// name, dims, type, spacing, min, max, void_samples, outside (null: void), margin, grid_exponent,
+// index_to_world, suggested_isovalues, histogram
+[[nodiscard]] Json json_of(const DatasetInfo& info);
+
+// Indented, with a newline at the end. Bytes that are no UTF-8, as in names from outside, are
+// replaced.
+[[nodiscard]] std::string text_of(const Json& json);
+
+}  // namespace multitetra

@@ -1,0 +1,93 @@
+#include "common/cli/option_sources.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+namespace multitetra {
+namespace {
+
+std::string environment_name(const CLI::Option& option) {
+  std::string name = "MULTITETRA_" + option.get_single_name();
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
+    return c == '-' ? '_' : static_cast<char>(std::toupper(c));
+  });
+  return name;
+}
+
+// What begins and ends a section, as CLI11 tells it.
+bool is_section_mark(const CLI::ConfigItem& item) { return item.name == "++" || item.name == "--"; }
+
+std::vector<CLI::ConfigItem> items_of(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  if (!stream || std::filesystem::is_directory(file)) {
+    throw UsageError("--config", "the file " + file.string() + " cannot be read.");
+  }
+  return CLI::ConfigTOML().from_config(stream);
+}
+
+CLI::Option& option_named(const CLI::App& command, const CLI::ConfigItem& item,
+                          const std::filesystem::path& file) {
+  for (const std::string& name : {"--" + item.name, item.name}) {
+    const CLI::Option* const found = command.get_option_no_throw(name);
+    if (found != nullptr && found->get_configurable() && item.parents.empty()) {
+      return const_cast<CLI::Option&>(*found);  // CLI11 gives options of a const App as const only.
+    }
+  }
+  throw UsageError(file.string(),
+                   "there is no option \"" + item.fullname() +
+                       "\"; --help tells those that there are, and here they have no dashes.");
+}
+
+}  // namespace
+
+void add_option_sources(Command& command, OptionSources& sources) {
+  for (CLI::Option* option :
+       command.app().get_options([](const CLI::Option* o) { return o->get_configurable(); })) {
+    option->envname(environment_name(*option));
+  }
+  command
+      .add_option("--config", sources.config_file,
+                  "A file (TOML) with options by their long names; flags and the environment are "
+                  "stronger")
+      ->flag_only();
+  command
+      .add_flag("--print-config", sources.print_config,
+                "Print all options as they are, in the form of --config, and stop")
+      ->flag_only();
+}
+
+void read_config_file(const Command& command, const std::filesystem::path& file) {
+  std::set<std::string> seen;
+  for (const CLI::ConfigItem& item : items_of(file)) {
+    if (is_section_mark(item)) continue;
+    CLI::Option& option = option_named(command.app(), item, file);
+    if (!seen.insert(item.name).second) {
+      throw UsageError(file.string(), "\"" + item.name + "\" is there twice.");
+    }
+    if (option.count() > 0) continue;
+    try {
+      option.add_result(item.inputs);
+      option.run_callback();
+    } catch (const CLI::ParseError& error) {
+      throw UsageError(file.string(), error.what());
+    }
+  }
+}
+
+std::string config_text(const Command& command) {
+  std::istringstream lines(
+      command.app().config_to_str(/*default_also=*/true, /*write_description=*/false));
+  std::string text;
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.ends_with("=\"\"")) text += line + "\n";  // What has no value is not said.
+  }
+  return text;
+}
+
+}  // namespace multitetra

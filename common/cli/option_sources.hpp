@@ -1,0 +1,36 @@
+// Options of a command from three places: flags, the environment and a file, the former stronger.
+//
+//   multitetra-server serve --config server.toml --threads 4
+//   MULTITETRA_THREADS=4 multitetra-server serve --config server.toml
+//
+//   # server.toml: each option by its long name, without the dashes
+//   datasets = ["/srv/volumes"]
+//   threads = 2
+//   allow-origin = ["https://example.org"]
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "common/cli/command.hpp"
+
+namespace multitetra {
+
+struct OptionSources {
+  std::string config_file = {};
+  bool print_config = false;
+};
+
+// Adds --config and --print-config, and a name in the environment to every option that the command
+// has by now: --max-regions is MULTITETRA_MAX_REGIONS. Those two alone are flags only.
+void add_option_sources(Command& command, OptionSources& sources);
+
+// Takes from the file what was said neither by flag nor by the environment. After parsing, before
+// anybody reads the options. Throws UsageError, which names the file and the option: the file
+// cannot be read, names an option that there is not, or twice, or a value is no good.
+void read_config_file(const Command& command, const std::filesystem::path& file);
+
+// All options as they are now, in the file's form.
+[[nodiscard]] std::string config_text(const Command& command);
+
+}  // namespace multitetra

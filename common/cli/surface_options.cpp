@@ -1,0 +1,183 @@
+#include "common/cli/surface_options.hpp"
+
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "common/cli/threshold_image.hpp"
+#include "common/request/threshold_words.hpp"
+
+namespace multitetra {
+
+namespace {
+
+constexpr const char* kSurface = "Surface";
+constexpr const char* kThresholds = "Errors that differ from place to place";
+constexpr const char* kSize = "Size";
+
+void add_threshold_options(Command& command, SurfaceArguments& a) {
+  command
+      .add_option("--region", a.regions,
+                  "Another error in a region, the last that contains a place wins (repeatable): "
+                  "box:X0,Y0,Z0,X1,Y1,Z1=TAU, ball:X,Y,Z,R=TAU or halfspace:NX,NY,NZ,D=TAU for "
+                  "the places with N.x >= D; TAU in --unit")
+
+      ->type_name("REGION")
+      ->group(kThresholds)
+      ->repeatable();
+  command
+      .add_option("--region-unit", a.region_unit,
+                  "Of the coordinates of --region and --view: world, or index for sample indices")
+      ->one_of({"world", "index"})
+      ->capture_default_str()
+      ->group(kThresholds);
+  command
+      .add_option("--view", a.view,
+                  "Errors that look the same on a screen: "
+                  "eye=X,Y,Z,fov=DEGREES,height=PIXELS,pixels=TOLERANCE; for more error outside "
+                  "the picture also look=X,Y,Z,outside=TAU[,up=X,Y,Z][,aspect=RATIO]")
+      ->type_name("VIEW")
+      ->group(kThresholds);
+  command
+      .add_option("--threshold-grid", a.threshold_grid,
+                  "Image file whose samples are errors in --unit, each for its voxel; NaN: none")
+      ->type_name("FILE")
+      ->group(kThresholds);
+  command
+      .add_option("--combine", a.combination,
+                  "order: regions over the view over the grid over --error; minimum: the least of "
+                  "those that say something")
+      ->one_of({"order", "minimum"})
+      ->capture_default_str()
+      ->group(kThresholds);
+}
+
+void add_budget_options(Command& command, SurfaceArguments& a) {
+  command
+      .add_option("--simplify", a.simplify,
+                  "on: meshes with a few of the triangles, within the same errors; off: all that "
+                  "marching tetrahedra makes")
+      ->one_of({"on", "off"})
+      ->capture_default_str()
+      ->group(kSize);
+  command
+      .add_option("--max-triangles", a.max_triangles,
+                  "The most triangles, as 2M or 300k; errors are raised to meet it (default: no "
+                  "limit)")
+      ->as_count()
+      ->type_name("COUNT")
+      ->group(kSize);
+  command
+      .add_option("--max-bytes", a.max_bytes,
+                  "The most bytes of compressed mesh, as 500KiB or 2MiB; errors are raised to meet "
+                  "it (default: no limit)")
+      ->as_bytes()
+      ->type_name("BYTES")
+      ->group(kSize);
+  command
+      .add_option("--normals", a.normal_bits,
+                  "Bits of each coordinate of the vertices' normals, 8 to 10; 0: no normals")
+      ->capture_default_str()
+      ->type_name("BITS")
+      ->group(kSize);
+}
+
+Result<LocalThresholds> thresholds_of(const SurfaceArguments& arguments) {
+  LocalThresholds thresholds{
+      .coordinates =
+          coordinate_system_from(arguments.region_unit).value_or(CoordinateSystem::kWorld),
+      .combination = combination_from(arguments.combination).value_or(Combination::kInOrder)};
+  for (const std::string& word : arguments.regions) {
+    const auto region = parse_region(word);
+    if (!region) return tl::unexpected(region.error());
+    thresholds.regions.push_back(*region);
+  }
+  if (!arguments.view.empty()) {
+    const auto view = parse_view(arguments.view);
+    if (!view) return tl::unexpected(view.error());
+    thresholds.view = *view;
+  }
+  if (!arguments.threshold_grid.empty()) {
+    auto grid = read_threshold_grid(arguments.threshold_grid, arguments.error);
+    if (!grid) return tl::unexpected(grid.error());
+    thresholds.grid = std::make_shared<const ThresholdGrid>(*std::move(grid));
+  }
+  return thresholds;
+}
+
+}  // namespace
+
+void add_surface_options(Command& command, SurfaceArguments& a) {
+  command
+      .add_option("--isovalue", a.isovalue,
+                  "Value of the surface, in units of the samples (default: the dataset's first "
+                  "suggestion)")
+      ->group(kSurface);
+  command
+      .add_option("--error", a.error,
+                  "Largest allowed error where nothing else is said; 0 is the full resolution")
+      ->capture_default_str()
+      ->group(kSurface);
+  command.add_option("--unit", a.unit, "Unit of all errors; 1 voxel is the smallest spacing")
+      ->one_of({"voxel", "world"})
+      ->capture_default_str()
+      ->group(kSurface);
+  command.add_option("--bound", a.bound, "certified bounds the real distance, paper need not")
+      ->one_of({"paper", "certified"})
+      ->capture_default_str()
+      ->group(kSurface);
+  command
+      .add_option("--topology-rule", a.topology_rule,
+                  "Which flips of sign are kept: those that change topology (exact) or all (paper)")
+      ->one_of({"exact", "paper"})
+      ->capture_default_str()
+      ->group(kSurface);
+  command
+      .add_option("--topology-tolerance", a.topology_tolerance,
+                  "Features up to this many voxels may vanish; 0 preserves the topology")
+      ->capture_default_str()
+      ->type_name("VOXELS")
+      ->group(kSurface);
+  command
+      .add_option("--lattice", a.lattice_resolution,
+                  "Vertices lie on a lattice of 2^-R grid steps, R from 1 to 8")
+      ->capture_default_str()
+      ->type_name("R")
+      ->group(kSurface);
+  command
+      .add_option("--coordinates", a.coordinates, "Of the mesh: world, or index for sample indices")
+      ->one_of({"world", "index"})
+      ->capture_default_str()
+      ->group(kSurface);
+  add_threshold_options(command, a);
+  add_budget_options(command, a);
+}
+
+Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments, const DatasetInfo& info) {
+  if (!arguments.isovalue && info.suggested_isovalues.empty()) {
+    return fail(ErrorCode::kInvalidArgument,
+                "Dataset \"" + info.name + "\" suggests no isovalue; name one with --isovalue.");
+  }
+  auto thresholds = thresholds_of(arguments);
+  if (!thresholds) return tl::unexpected(thresholds.error());
+  return validated(
+      {.isovalue = arguments.isovalue ? *arguments.isovalue : info.suggested_isovalues.front(),
+       .error = arguments.error,
+       .unit = length_unit_from(arguments.unit).value_or(LengthUnit::kVoxel),
+       .measure = error_measure_from(arguments.bound).value_or(ErrorMeasure::kCertified),
+       .topology_rule = topology_rule_from(arguments.topology_rule).value_or(TopologyRule::kExact),
+       .topology_tolerance = arguments.topology_tolerance,
+       .lattice_resolution = arguments.lattice_resolution,
+       .thresholds = *std::move(thresholds),
+       .max_triangles = arguments.max_triangles,
+       .max_bytes = arguments.max_bytes,
+       .simplify = arguments.simplify == "on",
+       .normal_bits = arguments.normal_bits});
+}
+
+Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info) {
+  return arguments.coordinates == "world" ? grid_to_world(info) : grid_to_index(info);
+}
+
+}  // namespace multitetra

@@ -1,0 +1,48 @@
+// How an isosurface is asked for on a command line: the same options for the server's `extract` and
+// the client's `fetch`.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/affine.hpp"
+#include "common/cli/command.hpp"
+#include "common/request/dataset_info.hpp"
+#include "common/request/isosurface_request.hpp"
+
+namespace multitetra {
+
+struct SurfaceArguments {
+  std::optional<double> isovalue;  // None: the dataset's first suggestion.
+  double error = 0.25;
+  std::string unit = "voxel";
+  std::string bound = "certified";
+  std::string topology_rule = "exact";
+  double topology_tolerance = 0;
+  int lattice_resolution = kDefaultLatticeResolution;
+  std::string coordinates = "world";
+  std::vector<std::string> regions = {};  // As parse_region reads them.
+  std::string region_unit = "world";
+  std::string view = {};            // As parse_view reads it; empty: none.
+  std::string threshold_grid = {};  // An image file; empty: none.
+  std::string combination = "order";
+  std::uint64_t max_triangles = 0;
+  std::uint64_t max_bytes = 0;
+  int normal_bits = 0;
+  std::string simplify = "on";
+};
+
+void add_surface_options(Command& command, SurfaceArguments& arguments);
+
+// The request, checked. kInvalidArgument or kLimitExceeded where a value is out of its range or not
+// understood, the grid's file cannot be read, or no isovalue is given and the dataset suggests
+// none.
+[[nodiscard]] Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments,
+                                                   const DatasetInfo& info);
+
+// Grid coordinates -> the coordinates that were asked for.
+[[nodiscard]] Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info);
+
+}  // namespace multitetra

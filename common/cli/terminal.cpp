@@ -1,0 +1,44 @@
+#include "common/cli/terminal.hpp"
+
+#include <unistd.h>
+
+#include <cstdlib>
+
+namespace multitetra {
+namespace {
+
+const char* code_of(Style style) {
+  switch (style) {
+    case Style::kBold:
+      return "1";
+    case Style::kRed:
+      return "1;31";
+    case Style::kYellow:
+      return "33";
+    case Style::kGreen:
+      return "32";
+    case Style::kDim:
+      return "2";
+  }
+  return "0";
+}
+
+bool is_set(const char* variable) {
+  const char* const value = std::getenv(variable);
+  return value != nullptr && *value != '\0';
+}
+
+}  // namespace
+
+bool has_colours(int descriptor) {
+  const char* const terminal = std::getenv("TERM");
+  return isatty(descriptor) == 1 && !is_set("NO_COLOR") && terminal != nullptr &&
+         std::string_view(terminal) != "dumb";
+}
+
+std::string styled(Style style, std::string_view text, int descriptor) {
+  if (!has_colours(descriptor)) return std::string(text);
+  return std::string("\033[") + code_of(style) + "m" + std::string(text) + "\033[0m";
+}
+
+}  // namespace multitetra

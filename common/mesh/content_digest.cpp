@@ -1,0 +1,58 @@
+#include "common/mesh/content_digest.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cstdio>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "common/mesh/mesh.hpp"
+
+namespace multitetra {
+
+static_assert(std::endian::native == std::endian::little,
+              "The digest is defined over little-endian integers.");
+
+std::string ContentDigest::hex() const {
+  std::array<char, 33> text{};
+  std::snprintf(text.data(), text.size(), "%016llx%016llx", static_cast<unsigned long long>(high),
+                static_cast<unsigned long long>(low));
+  return text.data();
+}
+
+std::optional<ContentDigest> ContentDigest::from_hex(std::string_view hex) {
+  const auto is_digit = [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); };
+  if (hex.size() != 32 || !std::all_of(hex.begin(), hex.end(), is_digit)) return std::nullopt;
+  ContentDigest digest;
+  std::from_chars(hex.data(), hex.data() + 16, digest.high, 16);
+  std::from_chars(hex.data() + 16, hex.data() + 32, digest.low, 16);
+  return digest;
+}
+
+ContentDigest digest(const std::array<LatticePoint, 3>& triangle, int resolution) {
+  const auto first = std::min_element(triangle.begin(), triangle.end()) - triangle.begin();
+  std::array<std::int32_t, 9> coordinates{};
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    const LatticePoint& p = triangle[(static_cast<std::size_t>(first) + corner) % 3];
+    coordinates[3 * corner] = p.x;
+    coordinates[3 * corner + 1] = p.y;
+    coordinates[3 * corner + 2] = p.z;
+  }
+  const XXH128_hash_t hash = XXH3_128bits_withSeed(coordinates.data(), sizeof(coordinates),
+                                                   static_cast<XXH64_hash_t>(resolution));
+  return {hash.high64, hash.low64};
+}
+
+ContentDigest digest(const LatticeMesh& mesh) {
+  ContentDigest sum;
+  for (const auto& triangle : mesh.triangles) {
+    sum +=
+        digest({mesh.vertices[triangle[0]], mesh.vertices[triangle[1]], mesh.vertices[triangle[2]]},
+               mesh.resolution);
+  }
+  return sum;
+}
+
+}  // namespace multitetra

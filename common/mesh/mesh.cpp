@@ -1,0 +1,79 @@
+#include "common/mesh/mesh.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "common/mesh/vertex_numbers.hpp"
+
+namespace multitetra {
+
+LatticeMesh index_triangles(std::span<const LatticeTriangle> triangles, int resolution) {
+  LatticeMesh mesh{.resolution = resolution, .vertices = {}, .triangles = {}};
+  mesh.vertices.reserve(triangles.size() / 2 + 8);
+  mesh.triangles.reserve(triangles.size());
+  VertexNumbers numbers(triangles.size() / 2);
+  for (const LatticeTriangle& triangle : triangles) {
+    mesh.triangles.push_back({numbers.number(triangle[0], mesh.vertices),
+                              numbers.number(triangle[1], mesh.vertices),
+                              numbers.number(triangle[2], mesh.vertices)});
+  }
+  return mesh;
+}
+
+LatticeMesh weld(std::span<const LatticeMesh* const> meshes, int resolution) {
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  for (const LatticeMesh* mesh : meshes) {
+    assert(mesh->resolution == resolution);
+    vertices += mesh->vertices.size();
+    triangles += mesh->triangles.size();
+  }
+  const bool has_normals = std::all_of(meshes.begin(), meshes.end(), [](const LatticeMesh* mesh) {
+    assert(mesh->normals.empty() || mesh->normals.size() == mesh->vertices.size());
+    return mesh->normals.size() == mesh->vertices.size();
+  });
+  LatticeMesh whole{.resolution = resolution, .vertices = {}, .triangles = {}};
+  whole.vertices.reserve(vertices);
+  if (has_normals) whole.normals.reserve(vertices);
+  whole.triangles.reserve(triangles);
+  VertexNumbers numbers(vertices);
+  std::vector<std::uint32_t> number_of;
+  for (const LatticeMesh* mesh : meshes) {
+    number_of.clear();
+    for (std::size_t i = 0; i < mesh->vertices.size(); ++i) {
+      number_of.push_back(numbers.number(mesh->vertices[i], whole.vertices));
+      if (has_normals && whole.normals.size() < whole.vertices.size()) {
+        whole.normals.push_back(mesh->normals[i]);
+      }
+    }
+    for (const TriangleIndices& t : mesh->triangles) {
+      whole.triangles.push_back({number_of[t[0]], number_of[t[1]], number_of[t[2]]});
+    }
+  }
+  return whole;
+}
+
+PositionedMesh positioned(const LatticeMesh& mesh, const Affine& grid_to_world) {
+  PositionedMesh result;
+  result.positions.reserve(mesh.vertices.size());
+  for (const LatticePoint& vertex : mesh.vertices) {
+    const Vec3 p = grid_to_world(grid_coordinates(vertex, mesh.resolution));
+    result.positions.push_back(
+        {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])});
+  }
+  result.triangles = mesh.triangles;
+  result.normals = mesh.normals;
+  if (grid_to_world.determinant() < 0) {
+    for (TriangleIndices& t : result.triangles) std::swap(t[1], t[2]);
+  }
+  return result;
+}
+
+bool is_unit(const UnitVector& v) {
+  const auto square = [](float x) { return static_cast<double>(x) * static_cast<double>(x); };
+  return std::abs(square(v[0]) + square(v[1]) + square(v[2]) - 1) < 1e-5;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,54 @@
+// Triangle meshes on the lattice.
+//
+// A `LatticeMesh` has every vertex once: two corners with equal coordinates have the same index.
+// Triangles face the side of low values (their normal, by the right-hand rule in grid coordinates,
+// points from high values to low).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/base/affine.hpp"
+#include "common/mesh/lattice.hpp"
+
+namespace multitetra {
+
+using LatticeTriangle = std::array<LatticePoint, 3>;
+using TriangleIndices = std::array<std::uint32_t, 3>;
+using UnitVector = std::array<float, 3>;
+
+struct LatticeMesh {
+  int resolution = kDefaultLatticeResolution;  // r: lattice steps per grid step are 2^r.
+  std::vector<LatticePoint> vertices;
+  std::vector<TriangleIndices> triangles;
+  // Either none, or one a vertex: the directions in which the field falls, in world coordinates.
+  std::vector<UnitVector> normals = {};
+};
+
+// The triangles with shared vertices; vertices are numbered in the order they first appear.
+// Requires lattice coordinates within 0 .. 2^kMaxLatticeBits.
+[[nodiscard]] LatticeMesh index_triangles(std::span<const LatticeTriangle> triangles,
+                                          int resolution);
+
+// One mesh of several, of one resolution, welded by comparing integers. Vertices and triangles keep
+// their order. It has normals when all meshes have; a vertex has that of the first mesh it is in.
+[[nodiscard]] LatticeMesh weld(std::span<const LatticeMesh* const> meshes, int resolution);
+
+// A mesh in world (or sample index) coordinates, for files and screens.
+struct PositionedMesh {
+  std::vector<std::array<float, 3>> positions;
+  std::vector<TriangleIndices> triangles;
+  std::vector<UnitVector> normals = {};  // Either none, or one a position.
+};
+
+// Applies `grid_to_world`. Where that map mirrors, triangles are turned over so that they still
+// face low values. Positions are rounded to float after the map was applied in double. Normals are
+// copied: they are in world coordinates before and after.
+[[nodiscard]] PositionedMesh positioned(const LatticeMesh& mesh, const Affine& grid_to_world);
+
+// Whether the vector has length 1 up to rounding. False for NaN.
+[[nodiscard]] bool is_unit(const UnitVector& v);
+
+}  // namespace multitetra

@@ -1,0 +1,77 @@
+// How far one surface is from another: sampled points of each against all triangles of the other.
+//
+//   const NearestTriangle full(std::move(full_triangles));
+//   const DistanceStatistics there = distances(sampled_points(mesh, 20'000), full, limit);
+//
+// Surfaces are sets of triangles in any coordinates and unit of length; degenerate triangles are
+// points or segments and do no harm. Nothing depends on the order of the triangles but the choice
+// of samples, and nothing on a clock: the same arguments give the same numbers.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "common/base/affine.hpp"
+
+namespace multitetra {
+
+using SurfaceTriangle = std::array<Vec3, 3>;
+
+[[nodiscard]] double distance_to_triangle(const Vec3& point, const SurfaceTriangle& triangle);
+
+// `count` points spread over the surface in proportion to its area: its triangles in their order
+// are cut into `count` parts of equal area, and each part gives one point. None of a surface
+// without area.
+[[nodiscard]] std::vector<Vec3> sampled_points(std::span<const SurfaceTriangle> surface,
+                                               std::size_t count, std::uint64_t seed = 1);
+
+// A surface that answers how far a point is from it. Immutable, so any thread may ask. About 90
+// bytes a triangle; an answer takes time like the logarithm of their number when the point is near.
+class NearestTriangle {
+ public:
+  explicit NearestTriangle(std::vector<SurfaceTriangle> triangles);
+
+  // Infinite when there is no triangle.
+  [[nodiscard]] double distance(const Vec3& point) const;
+  [[nodiscard]] bool is_empty() const { return triangles_.empty(); }
+
+ private:
+  // A box of triangles; inner ones are split in two, the first of which follows at once.
+  struct Node {
+    Vec3 low;
+    Vec3 high;
+    std::uint32_t first = 0;  // Of a leaf: its triangles. Of an inner node: its second child.
+    std::uint32_t count = 0;  // Of a leaf: how many. Of an inner node: 0.
+  };
+
+  void build(std::uint32_t first, std::uint32_t last);
+  [[nodiscard]] static double squared_distance(const Vec3& point, const Node& box);
+
+  std::vector<SurfaceTriangle> triangles_;
+  std::vector<Node> nodes_;
+};
+
+// How large a distance is allowed at a place, in the surfaces' coordinates and unit.
+using DistanceLimit = std::function<double(const Vec3& place)>;
+
+struct DistanceStatistics {
+  std::uint64_t samples = 0;
+  double maximum = 0;
+  double percentile_99 = 0;
+  double mean = 0;
+  // Where the distance is largest against what is allowed there, and what is allowed there.
+  double worst_distance = 0;
+  double worst_limit = 0;
+  Vec3 worst_place = {0, 0, 0};
+  std::uint64_t above_limit = 0;  // Samples that are farther than allowed.
+};
+
+// Of the points from the surface. All zero without points; without surface all are infinite.
+[[nodiscard]] DistanceStatistics distances(std::span<const Vec3> points,
+                                           const NearestTriangle& surface,
+                                           const DistanceLimit& limit);
+
+}  // namespace multitetra

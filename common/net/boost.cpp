@@ -1,0 +1,6 @@
+// Those parts of Boost.Asio and Boost.Beast that are no templates.
+#include <utility>
+
+#include <boost/asio/impl/src.hpp>
+#include <boost/asio/ssl/impl/src.hpp>
+#include <boost/beast/src.hpp>

@@ -1,0 +1,114 @@
+#include "common/net/endpoint.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <optional>
+
+namespace multitetra {
+namespace {
+
+struct Scheme {
+  std::string_view prefix;
+  Transport transport;
+  std::uint16_t port;  // Where none is written.
+};
+constexpr std::array<Scheme, 4> kSchemes = {{{"tcp://", Transport::kTcp, kDefaultPort},
+                                             {"tls://", Transport::kTls, kDefaultPort},
+                                             {"ws://", Transport::kWebSocket, 80},
+                                             {"wss://", Transport::kSecureWebSocket, 443}}};
+
+const Scheme& scheme_of(Transport transport) {
+  return *std::find_if(kSchemes.begin(), kSchemes.end(),
+                       [&](const Scheme& scheme) { return scheme.transport == transport; });
+}
+
+std::optional<std::uint16_t> port_from(std::string_view digits) {
+  std::uint16_t port = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
+  if (error != std::errc() || end != digits.data() + digits.size()) return std::nullopt;
+  return port;
+}
+
+// Splits "[ADDRESS]REST" or "HOSTREST" where REST is empty or starts with a colon.
+std::optional<std::pair<std::string_view, std::string_view>> split_host(std::string_view text) {
+  if (text.starts_with('[')) {
+    const std::size_t close = text.find(']');
+    if (close == std::string_view::npos) return std::nullopt;
+    return std::pair(text.substr(1, close - 1), text.substr(close + 1));
+  }
+  const std::size_t colon = text.find(':');
+  if (colon == std::string_view::npos) return std::pair(text, std::string_view());
+  return std::pair(text.substr(0, colon), text.substr(colon));
+}
+
+// What stands in a request line as it is: no blank, no control character, nothing but ASCII.
+bool is_path(std::string_view text) {
+  return std::all_of(text.begin(), text.end(), [](char c) { return c > ' ' && c < '\x7f'; });
+}
+
+// The host and the port, of `text` without its scheme and its path.
+std::optional<Endpoint> address_from(std::string_view text, const Scheme& scheme) {
+  const auto parts = split_host(text);
+  if (!parts || parts->first.empty() || parts->first.find('/') != std::string_view::npos) {
+    return std::nullopt;
+  }
+  Endpoint endpoint{
+      .host = std::string(parts->first), .port = scheme.port, .transport = scheme.transport};
+  if (parts->second.empty()) return endpoint;
+  if (parts->second.front() != ':') return std::nullopt;
+  const auto port = port_from(parts->second.substr(1));
+  if (!port) return std::nullopt;
+  endpoint.port = *port;
+  return endpoint;
+}
+
+std::optional<Endpoint> endpoint_from(std::string_view text, const Scheme& scheme) {
+  if (!Endpoint{.host = {}, .transport = scheme.transport}.is_web_socket()) {
+    return address_from(text, scheme);
+  }
+  const std::size_t slash = std::min(text.find('/'), text.size());
+  const std::string_view path = text.substr(slash);
+  auto endpoint = address_from(text.substr(0, slash), scheme);
+  if (!endpoint || !is_path(path)) return std::nullopt;
+  endpoint->path = path.size() > 1 ? path : kStreamPath;
+  return endpoint;
+}
+
+tl::unexpected<Error> no_address(std::string_view text, const std::string& right) {
+  return fail(ErrorCode::kInvalidArgument,
+              "\"" + std::string(text) + "\" is no server address; write " + right +
+                  ", for example " + to_string(Endpoint{.host = "127.0.0.1"}) + ".");
+}
+
+}  // namespace
+
+Result<Endpoint> parse_endpoint(std::string_view text) {
+  const Scheme& tcp = kSchemes.front();
+  const bool has_scheme = text.starts_with(tcp.prefix);
+  const auto endpoint = endpoint_from(has_scheme ? text.substr(tcp.prefix.size()) : text, tcp);
+  if (!endpoint) return no_address(text, "tcp://HOST:PORT");
+  return *endpoint;
+}
+
+Result<Endpoint> parse_server_url(std::string_view text) {
+  const auto scheme = std::find_if(kSchemes.begin(), kSchemes.end(), [&](const Scheme& known) {
+    return text.starts_with(known.prefix);
+  });
+  const auto endpoint = scheme == kSchemes.end()
+                            ? endpoint_from(text, kSchemes.front())
+                            : endpoint_from(text.substr(scheme->prefix.size()), *scheme);
+  if (!endpoint) {
+    return no_address(text, "tcp://HOST:PORT, tls://HOST:PORT, ws://HOST:PORT or wss://HOST:PORT");
+  }
+  return *endpoint;
+}
+
+std::string to_string(const Endpoint& endpoint) {
+  const bool is_ipv6 = endpoint.host.find(':') != std::string::npos;
+  const std::string host = is_ipv6 ? "[" + endpoint.host + "]" : endpoint.host;
+  return std::string(scheme_of(endpoint.transport).prefix) + host + ":" +
+         std::to_string(endpoint.port) + endpoint.path;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,82 @@
+// Messages of the conversation over whatever a server's address says: frames over TCP or TLS, or
+// WebSocket messages over either. For coroutines; message_socket.hpp is the blocking one on top.
+//
+//   MessageChannel channel(io.get_executor(), server, {.tls = tls});
+//   if (const auto opened = co_await channel.open(); !opened) ...
+//   co_await channel.send(serialize(Hello{}));
+//   const Result<std::string> content = co_await channel.receive();
+//
+// At most one send and one receive are under way at a time, and everything runs on the one thread
+// of the executor. There is no limit on any wait: who has waited long enough calls close(), and
+// what is under way ends with kUnavailable. The channel must outlive what is under way.
+//
+// Errors are those of MessageSocket; after one of them the channel is closed.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "common/net/endpoint.hpp"
+#include "common/net/frame.hpp"
+#include "common/net/stream_socket.hpp"
+
+namespace multitetra {
+
+struct ChannelOptions {
+  TlsContextPtr tls = nullptr;  // Needed for tls:// and wss://.
+  std::uint32_t max_message_bytes = kMaxServerFrameBytes;
+  std::size_t read_buffer_bytes = 64 * 1024;
+};
+
+class MessageChannel {
+ public:
+  // Requires options.tls if the server's address is a secure one.
+  MessageChannel(asio::any_io_executor executor, Endpoint server, ChannelOptions options);
+  ~MessageChannel();
+  MessageChannel(const MessageChannel&) = delete;
+  MessageChannel& operator=(const MessageChannel&) = delete;
+
+  // Connects, shakes hands, becomes a WebSocket: once.
+  [[nodiscard]] asio::awaitable<Result<void>> open();
+  [[nodiscard]] asio::awaitable<Result<void>> send(std::string content);
+  [[nodiscard]] asio::awaitable<Result<std::string>> receive();
+  // Bytes as they are on TCP or TLS, whatever is spoken above. Not while something is sent.
+  [[nodiscard]] asio::awaitable<Result<void>> send_bytes(std::string bytes);
+  // Says goodbye if the transport has a word for it, and waits for the other side's. Receiving may
+  // be under way, nothing else.
+  [[nodiscard]] asio::awaitable<void> leave();
+  void close();
+
+  [[nodiscard]] bool is_open() const { return is_open_; }
+  [[nodiscard]] const Endpoint& server() const { return server_; }
+  // When bytes came or a message was sent last.
+  [[nodiscard]] std::chrono::steady_clock::time_point last_sign() const { return last_sign_; }
+  [[nodiscard]] std::uint64_t bytes_received() const { return bytes_received_; }
+
+ private:
+  class Wire;
+  class FrameWire;
+  class WebSocketWire;
+
+  asio::awaitable<Result<void>> connect();
+  asio::awaitable<Result<void>> shake_hands();
+  tl::unexpected<Error> unreachable(const boost::system::error_code& error);
+  tl::unexpected<Error> lost(const boost::system::error_code& error);
+  tl::unexpected<Error> closed(Error error);
+  void came(std::size_t bytes);
+
+  Endpoint server_;
+  ChannelOptions options_;
+  tcp::socket socket_;  // Until the stream has it.
+  tcp::resolver resolver_;
+  std::optional<StreamSocket> stream_;
+  std::unique_ptr<Wire> wire_;
+  bool is_open_ = true;
+  std::chrono::steady_clock::time_point last_sign_ = std::chrono::steady_clock::now();
+  std::uint64_t bytes_received_ = 0;
+};
+
+}  // namespace multitetra

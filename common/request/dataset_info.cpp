@@ -1,0 +1,83 @@
+#include "common/request/dataset_info.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace multitetra {
+namespace {
+
+constexpr std::array<std::string_view, 5> kSampleTypeNames = {"u8", "i8", "u16", "i16", "f32"};
+
+}  // namespace
+
+std::string_view name(SampleType type) { return kSampleTypeNames[static_cast<std::size_t>(type)]; }
+
+std::optional<SampleType> sample_type_from(std::string_view name) {
+  const auto found = std::find(kSampleTypeNames.begin(), kSampleTypeNames.end(), name);
+  if (found == kSampleTypeNames.end()) return std::nullopt;
+  return static_cast<SampleType>(found - kSampleTypeNames.begin());
+}
+
+int bytes_per_sample(SampleType type) {
+  switch (type) {
+    case SampleType::kU8:
+    case SampleType::kI8:
+      return 1;
+    case SampleType::kU16:
+    case SampleType::kI16:
+      return 2;
+    case SampleType::kF32:
+      return 4;
+  }
+  return 0;
+}
+
+std::int32_t grid_exponent_for(const std::array<std::int32_t, 3>& dims, std::int32_t margin) {
+  const std::int64_t steps =
+      std::int64_t{*std::max_element(dims.begin(), dims.end())} - 1 + 2 * std::int64_t{margin};
+  std::int32_t exponent = 1;
+  while ((std::int64_t{1} << exponent) < steps) ++exponent;
+  return exponent;
+}
+
+double voxel_length(const DatasetInfo& info) {
+  return *std::min_element(info.spacing.begin(), info.spacing.end());
+}
+
+Affine grid_to_index(const DatasetInfo& info) {
+  const double shift = -static_cast<double>(info.margin);
+  return {.columns = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}},
+          .translation = {shift, shift, shift}};
+}
+
+Affine grid_to_world(const DatasetInfo& info) {
+  Affine map = info.index_to_world;
+  map.translation = info.index_to_world(grid_to_index(info).translation);
+  return map;
+}
+
+DataBorder data_border(const DatasetInfo& info, int lattice_resolution, double topology_tolerance,
+                       std::int32_t finest_spacing) {
+  DataBorder border;
+  border.anywhere = info.void_samples > 0;
+  const std::int32_t step = std::int32_t{1} << lattice_resolution;
+  if (info.outside) {
+    const std::int32_t side = (std::int32_t{1} << info.grid_exponent) * step;
+    border.high = {side, side, side};
+    return border;
+  }
+  const std::int32_t low = info.margin * step;
+  border.low = {low, low, low};
+  border.high = {low + (info.dims[0] - 1) * step, low + (info.dims[1] - 1) * step,
+                 low + (info.dims[2] - 1) * step};
+  std::int32_t longest =
+      finest_spacing;  // Extent of the tetrahedra that may reach over the border.
+  for (std::int32_t spacing = 1;
+       spacing <= topology_tolerance && spacing <= (1 << info.grid_exponent); spacing *= 2) {
+    longest = std::max(longest, 2 * spacing);
+  }
+  border.inset = (longest - 1) * step;
+  return border;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,72 @@
+// What a client may know of a dataset before it asks for a surface.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/affine.hpp"
+#include "common/mesh/mesh_checks.hpp"
+
+namespace multitetra {
+
+enum class SampleType { kU8, kI8, kU16, kI16, kF32 };
+
+[[nodiscard]] std::string_view name(SampleType type);  // "u8", "i8", "u16", "i16", "f32"
+[[nodiscard]] std::optional<SampleType> sample_type_from(std::string_view name);
+[[nodiscard]] int bytes_per_sample(SampleType type);
+
+struct Histogram {
+  double low = 0;   // Lower end of the first bin.
+  double high = 0;  // Upper end of the last bin; bins are of equal width.
+  std::vector<std::uint64_t> counts;
+
+  friend bool operator==(const Histogram&, const Histogram&) = default;
+};
+
+struct DatasetInfo {
+  std::string name;                    // UTF-8, 1 to 255 bytes, no '/' and no control characters.
+  std::array<std::int32_t, 3> dims{};  // Samples along x, y, z; each at least 1.
+  SampleType type = SampleType::kU8;
+  Vec3 spacing = {1, 1, 1};  // World units between samples, > 0.
+  Affine index_to_world;     // Sample index -> world: origin, direction and spacing.
+  double min = 0;            // Range of the samples that are not void.
+  double max = 0;
+  std::uint64_t void_samples = 0;  // NaN samples: places without field.
+  std::optional<double> outside;   // The value beyond the data; none means void.
+  std::int32_t margin = 0;         // Grid steps between the grid's origin and the first sample.
+  std::int32_t grid_exponent = 1;  // The grid has 2^grid_exponent steps a side.
+  Histogram histogram;
+  std::vector<double> suggested_isovalues;  // Best first.
+  // The same exactly if samples and bins of errors are the same, so that equal requests have equal
+  // answers; 0: not told.
+  std::uint64_t content_id = 0;
+
+  friend bool operator==(const DatasetInfo&, const DatasetInfo&) = default;
+};
+
+// The smallest grid that holds `dims` samples with `margin` grid steps around them: its exponent N
+// >= 1.
+[[nodiscard]] std::int32_t grid_exponent_for(const std::array<std::int32_t, 3>& dims,
+                                             std::int32_t margin);
+
+// The length of "1 voxel" in world units: the smallest spacing.
+[[nodiscard]] double voxel_length(const DatasetInfo& info);
+
+// Grid coordinates -> world: the data's own map behind a shift by the margin.
+[[nodiscard]] Affine grid_to_world(const DatasetInfo& info);
+// Grid coordinates -> sample index coordinates.
+[[nodiscard]] Affine grid_to_index(const DatasetInfo& info);
+
+// Where an isosurface of this dataset may end. With a value outside: where the grid ends. With void
+// outside: at the last samples; in a preview also inside, because a tetrahedron that reaches over
+// the data's border carries no surface. Tetrahedra left there are at most twice the tolerated
+// flip's spacing long, or `finest_spacing`, and at least one step of that lies outside. Requires
+// topology_tolerance >= 0 (grid steps) and finest_spacing a power of two.
+[[nodiscard]] DataBorder data_border(const DatasetInfo& info, int lattice_resolution,
+                                     double topology_tolerance, std::int32_t finest_spacing = 1);
+
+}  // namespace multitetra

@@ -1,0 +1,67 @@
+#include "common/request/isosurface_request.hpp"
+
+#include <cmath>
+#include <string>
+
+#include "common/base/number_text.hpp"
+
+namespace multitetra {
+
+std::string_view name(ErrorMeasure measure) {
+  return measure == ErrorMeasure::kCertified ? "certified" : "paper";
+}
+std::string_view name(TopologyRule rule) {
+  return rule == TopologyRule::kExact ? "exact" : "paper";
+}
+std::string_view name(LengthUnit unit) { return unit == LengthUnit::kVoxel ? "voxel" : "world"; }
+
+std::optional<ErrorMeasure> error_measure_from(std::string_view name) {
+  if (name == "certified") return ErrorMeasure::kCertified;
+  if (name == "paper") return ErrorMeasure::kPaper;
+  return std::nullopt;
+}
+std::optional<TopologyRule> topology_rule_from(std::string_view name) {
+  if (name == "exact") return TopologyRule::kExact;
+  if (name == "paper") return TopologyRule::kPaper;
+  return std::nullopt;
+}
+std::optional<LengthUnit> length_unit_from(std::string_view name) {
+  if (name == "voxel") return LengthUnit::kVoxel;
+  if (name == "world") return LengthUnit::kWorld;
+  return std::nullopt;
+}
+
+Result<IsosurfaceRequest> validated(const IsosurfaceRequest& request) {
+  const auto reject = [](std::string text) {
+    return fail(ErrorCode::kInvalidArgument, std::move(text));
+  };
+  const auto is_length = [](double value) { return std::isfinite(value) && value >= 0; };
+  if (!std::isfinite(request.isovalue)) {
+    return reject("The isovalue is " + shortest_text(request.isovalue) +
+                  "; it must be a finite number.");
+  }
+  if (!is_length(request.error)) {
+    return reject("The error threshold is " + shortest_text(request.error) +
+                  "; it must be a finite number, 0 or greater.");
+  }
+  if (!is_length(request.topology_tolerance)) {
+    return reject("The topology tolerance is " + shortest_text(request.topology_tolerance) +
+                  "; it must be a finite number of voxels, 0 or greater.");
+  }
+  if (request.lattice_resolution < kMinLatticeResolution ||
+      request.lattice_resolution > kMaxLatticeResolution) {
+    return reject("The lattice resolution is " + std::to_string(request.lattice_resolution) +
+                  "; it must be from " + std::to_string(kMinLatticeResolution) + " to " +
+                  std::to_string(kMaxLatticeResolution) + ".");
+  }
+  if (request.normal_bits != 0 &&
+      (request.normal_bits < kMinNormalBits || request.normal_bits > kMaxNormalBits)) {
+    return reject("The normals have " + std::to_string(request.normal_bits) +
+                  " bits; they must have " + std::to_string(kMinNormalBits) + " to " +
+                  std::to_string(kMaxNormalBits) + ", or 0 for none.");
+  }
+  if (auto fault = fault_of(request.thresholds)) return tl::unexpected(*std::move(fault));
+  return request;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,151 @@
+#include "common/request/threshold_words.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <optional>
+#include <vector>
+
+namespace multitetra {
+namespace {
+
+constexpr std::string_view kRegionForms =
+    "box:X0,Y0,Z0,X1,Y1,Z1=TAU, ball:X,Y,Z,R=TAU or halfspace:NX,NY,NZ,D=TAU";
+constexpr std::string_view kViewForm =
+    "eye=X,Y,Z,fov=DEGREES,height=PIXELS,pixels=TOLERANCE"
+    "[,look=X,Y,Z,outside=TAU[,up=X,Y,Z][,aspect=RATIO]]";
+
+std::string quoted(std::string_view word) { return "\"" + std::string(word) + "\""; }
+
+tl::unexpected<Error> refuse(std::string_view what, std::string_view word, std::string problem,
+                             std::string_view form) {
+  return fail(ErrorCode::kInvalidArgument, "The " + std::string(what) + " " + quoted(word) + " " +
+                                               std::move(problem) + "; write " + std::string(form) +
+                                               ".");
+}
+
+std::optional<double> number(std::string_view text) {
+  double value = 0;
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (code != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+std::vector<std::string_view> split(std::string_view text, char separator) {
+  std::vector<std::string_view> parts;
+  for (;;) {
+    const std::size_t end = text.find(separator);
+    parts.push_back(text.substr(0, end));
+    if (end == std::string_view::npos) return parts;
+    text.remove_prefix(end + 1);
+  }
+}
+
+// The shape of `kind` from its numbers, which are as many as it needs.
+decltype(ThresholdRegion::shape) shape_of(std::string_view kind, const std::vector<double>& n) {
+  if (kind == "ball") return BallShape{.centre = {n[0], n[1], n[2]}, .radius = n[3]};
+  if (kind == "halfspace") return HalfSpaceShape{.normal = {n[0], n[1], n[2]}, .offset = n[3]};
+  BoxShape box{.low = {n[0], n[1], n[2]}, .high = {n[3], n[4], n[5]}};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (box.high[axis] < box.low[axis]) std::swap(box.low[axis], box.high[axis]);
+  }
+  return box;
+}
+
+using NamedNumbers = std::map<std::string_view, std::vector<double>>;
+
+// How many numbers each part of a view has.
+const std::map<std::string_view, std::size_t> kViewParts = {
+    {"eye", 3},  {"fov", 1}, {"height", 1}, {"pixels", 1},
+    {"look", 3}, {"up", 3},  {"aspect", 1}, {"outside", 1}};
+
+// The parts of a view by name, each with all its numbers; those that must be there are.
+Result<NamedNumbers> numbers_of_view(std::string_view word) {
+  const auto wrong = [word](std::string problem) {
+    return refuse("view", word, std::move(problem), kViewForm);
+  };
+  NamedNumbers given;
+  std::string_view name;
+  for (std::string_view part : split(word, ',')) {
+    if (const std::size_t equals = part.find('='); equals != std::string_view::npos) {
+      name = part.substr(0, equals);
+      part.remove_prefix(equals + 1);
+      if (!kViewParts.contains(name)) return wrong("has an unknown part " + quoted(name));
+      if (given.contains(name)) return wrong("has " + quoted(name) + " twice");
+    }
+    const auto value = number(part);
+    if (name.empty() || !value) return wrong("has " + quoted(part) + " where a number should be");
+    given[name].push_back(*value);
+  }
+  for (const auto& [part, numbers] : given) {
+    if (numbers.size() == kViewParts.at(part)) continue;
+    return wrong("has " + std::to_string(numbers.size()) + " numbers for " + quoted(part) +
+                 ", not " + std::to_string(kViewParts.at(part)));
+  }
+  for (const std::string_view part : {"eye", "fov", "height", "pixels"}) {
+    if (!given.contains(part)) return wrong("lacks " + quoted(part));
+  }
+  for (const std::string_view part : {"up", "aspect", "outside"}) {
+    if (!given.contains(part) || given.contains("look")) continue;
+    return wrong("has " + quoted(part) + " without \"look\"");
+  }
+  if (given.contains("look") && !given.contains("outside")) {
+    return wrong("has \"look\" without \"outside\"");
+  }
+  return given;
+}
+
+}  // namespace
+
+Result<ThresholdRegion> parse_region(std::string_view word) {
+  const auto wrong = [word](std::string problem) {
+    return refuse("region", word, std::move(problem), kRegionForms);
+  };
+  const std::size_t colon = word.find(':');
+  const std::string_view kind = word.substr(0, colon);
+  if (colon == std::string_view::npos || (kind != "box" && kind != "ball" && kind != "halfspace")) {
+    return wrong("names no shape");
+  }
+  const std::size_t equals = word.rfind('=');
+  if (equals == std::string_view::npos) return wrong("has no threshold");
+  const auto threshold = number(word.substr(equals + 1));
+  if (!threshold) return wrong("has a threshold that is no number");
+  std::vector<double> numbers;
+  for (const std::string_view part : split(word.substr(colon + 1, equals - colon - 1), ',')) {
+    const auto value = number(part);
+    if (!value) return wrong("has " + quoted(part) + " where a number should be");
+    numbers.push_back(*value);
+  }
+  const std::size_t wanted = kind == "box" ? 6 : 4;
+  if (numbers.size() != wanted) {
+    return wrong("has " + std::to_string(numbers.size()) + " numbers before its threshold, not " +
+                 std::to_string(wanted));
+  }
+  return ThresholdRegion{.shape = shape_of(kind, numbers), .threshold = *threshold};
+}
+
+Result<ThresholdView> parse_view(std::string_view word) {
+  auto read = numbers_of_view(word);
+  if (!read) return tl::unexpected(read.error());
+  NamedNumbers& given = *read;
+  const auto place = [&given](std::string_view name) {
+    const std::vector<double>& n = given[name];
+    return Vec3{n[0], n[1], n[2]};
+  };
+  ThresholdView view{.eye = place("eye"),
+                     .field_of_view = given["fov"][0],
+                     .height_pixels = given["height"][0],
+                     .tolerance_pixels = given["pixels"][0]};
+  if (!given.contains("look")) return view;
+  view.frustum = Frustum{.look_at = place("look"), .outside = given["outside"][0]};
+  const Vec3& look = view.frustum->look_at;
+  if (given.contains("up")) {
+    view.frustum->up = place("up");
+  } else if (look[0] == view.eye[0] && look[1] == view.eye[1]) {
+    view.frustum->up = {0, 1, 0};  // Straight along z, where the usual upward direction is none.
+  }
+  if (given.contains("aspect")) view.frustum->aspect = given["aspect"][0];
+  return view;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,183 @@
+// Messages from the client to the server.
+#include <algorithm>
+#include <tuple>
+
+#include "common/wire/messages.hpp"
+#include "common/wire/wire_bytes.hpp"
+#include "common/wire/wire_request.hpp"
+#include "multitetra/v1/conversation.pb.h"
+
+namespace multitetra {
+namespace {
+
+using namespace wire;
+
+constexpr std::size_t kMaxTokenBytes = 4096;
+constexpr std::size_t kDigestBytes = 16;
+
+// Digests, 16 bytes each: high then low, little-endian.
+void append_u64(std::uint64_t value, std::string& bytes) {
+  for (int i = 0; i < 8; ++i) bytes.push_back(static_cast<char>(value >> (8 * i) & 0xFF));
+}
+
+std::uint64_t u64_at(std::string_view bytes) {
+  std::uint64_t value = 0;
+  for (std::size_t i = 8; i-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[i]);
+  return value;
+}
+
+std::vector<ContentDigest> read_held(std::string_view bytes, FieldChecks& checks) {
+  checks.require(bytes.size() % kDigestBytes == 0, "OpenStream.held",
+                 "must have 16 bytes for each digest.");
+  checks.at_most("OpenStream.held", bytes.size() / kDigestBytes, kMaxHeldDigests, "digests");
+  std::vector<ContentDigest> held;
+  if (checks.first()) return held;
+  held.reserve(bytes.size() / kDigestBytes);
+  for (; !bytes.empty(); bytes.remove_prefix(kDigestBytes)) {
+    held.push_back({u64_at(bytes), u64_at(bytes.substr(8))});
+  }
+  return held;
+}
+
+void write(const Hello& hello, v1::ClientMessage& message) {
+  v1::Hello& wire = *message.mutable_hello();
+  wire.set_min_version(hello.min_version);
+  wire.set_max_version(hello.max_version);
+  for (const PayloadCodec codec : hello.codecs) wire.add_codecs(to_wire<v1::PayloadCodec>(codec));
+  wire.set_token(hello.token);
+  wire.set_agent(hello.agent);
+}
+
+Hello read(const v1::Hello& wire, FieldChecks& checks) {
+  Hello hello;
+  hello.min_version = wire.min_version() == 0 ? kProtocolVersion : wire.min_version();
+  hello.max_version = wire.max_version() == 0 ? hello.min_version : wire.max_version();
+  checks.integer("Hello.max_version", hello.max_version, hello.min_version, kMaxU32);
+  if (!wire.codecs().empty()) {
+    const auto known = static_cast<int>(v1::PAYLOAD_CODEC_DRACO_LATTICE);
+    hello.codecs.clear();
+    if (std::find(wire.codecs().begin(), wire.codecs().end(), known) != wire.codecs().end()) {
+      hello.codecs.push_back(PayloadCodec::kDracoLattice);
+    }
+    checks.require(!hello.codecs.empty(), "Hello.codecs",
+                   "names no payload codec known here; known is 1 (Draco lattice).");
+  }
+  checks.at_most("Hello.token", wire.token().size(), kMaxTokenBytes, "bytes");
+  checks.at_most("Hello.agent", wire.agent().size(), kMaxNameBytes, "bytes");
+  hello.token = wire.token();
+  hello.agent = wire.agent();
+  return hello;
+}
+
+void write(const ListDatasets& list, v1::ClientMessage& message) {
+  message.mutable_list_datasets()->set_request_id(list.request_id);
+}
+
+void write(const OpenStream& open, v1::ClientMessage& message) {
+  v1::OpenStream& wire = *message.mutable_open_stream();
+  wire.set_request_id(open.request_id);
+  wire.set_dataset(open.dataset);
+  write_request(open.request, *wire.mutable_request());
+  wire.set_steps(to_wire<v1::StepPolicy>(open.steps));
+  wire.mutable_held()->reserve(open.held.size() * kDigestBytes);
+  for (const ContentDigest& digest : open.held) {
+    append_u64(digest.high, *wire.mutable_held());
+    append_u64(digest.low, *wire.mutable_held());
+  }
+}
+
+OpenStream read(const v1::OpenStream& wire, FieldChecks& checks) {
+  OpenStream open;
+  checks.integer("OpenStream.request_id", wire.request_id(), 1);
+  checks.dataset_name("OpenStream.dataset", wire.dataset());
+  open.request_id = wire.request_id();
+  open.dataset = wire.dataset();
+  open.request = read_request(wire.request(), checks);
+  open.steps = checks.enumerator<StepPolicy>("OpenStream.steps", wire.steps(),
+                                             StepPolicy::kFinalOnly, StepPolicy::kProgressive);
+  open.held = read_held(wire.held(), checks);
+  return open;
+}
+
+void write(const Cancel& cancel, v1::ClientMessage& message) {
+  message.mutable_cancel()->set_request_id(cancel.request_id);
+}
+
+void write(const Ping& ping, v1::ClientMessage& message) {
+  message.mutable_ping()->set_value(ping.value);
+}
+
+void write(const Estimate& estimate, v1::ClientMessage& message) {
+  v1::Estimate& wire = *message.mutable_estimate();
+  wire.set_request_id(estimate.request_id);
+  wire.set_dataset(estimate.dataset);
+  write_request(estimate.request, *wire.mutable_request());
+}
+
+Estimate read(const v1::Estimate& wire, FieldChecks& checks) {
+  checks.dataset_name("Estimate.dataset", wire.dataset());
+  return {.request_id = wire.request_id(),
+          .dataset = wire.dataset(),
+          .request = read_request(wire.request(), checks)};
+}
+
+// Regions are counted before the parser spends memory on them; the refusal names the request all
+// the same, so that the conversation goes on.
+std::optional<ParseError> too_many_regions(std::string_view bytes) {
+  for (const auto& [kind, request, id] :
+       {std::tuple<int, int, int>(v1::ClientMessage::kOpenStreamFieldNumber,
+                                  v1::OpenStream::kRequestFieldNumber,
+                                  v1::OpenStream::kRequestIdFieldNumber),
+        {v1::ClientMessage::kEstimateFieldNumber, v1::Estimate::kRequestFieldNumber,
+         v1::Estimate::kRequestIdFieldNumber}}) {
+    FieldChecks checks;
+    checks.at_most(
+        "IsosurfaceRequest.threshold.regions",
+        count_entries(bytes, {kind, request, v1::IsosurfaceRequest::kThresholdFieldNumber,
+                              v1::ThresholdMap::kRegionsFieldNumber}),
+        kMaxThresholdRegions, "regions");
+    if (checks.first()) return ParseError{*checks.first(), last_number(bytes, {kind, id})};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string serialize(const ClientMessage& message) {
+  v1::ClientMessage bytes;
+  std::visit([&bytes](const auto& alternative) { write(alternative, bytes); }, message);
+  return bytes.SerializeAsString();
+}
+
+tl::expected<ClientMessage, ParseError> parse_client_message(std::string_view bytes) {
+  if (auto excess = too_many_regions(bytes)) return tl::unexpected(*std::move(excess));
+  v1::ClientMessage wire;
+  if (!parse(bytes, wire)) {
+    return refuse(ErrorCode::kMalformedMessage, not_a_message("ClientMessage", bytes.size()));
+  }
+  FieldChecks checks;
+  const auto checked = [&checks](ClientMessage message, std::uint64_t request_id) {
+    return outcome(std::move(message), checks, request_id);
+  };
+  switch (wire.kind_case()) {
+    case v1::ClientMessage::kHello:
+      return checked(read(wire.hello(), checks), 0);
+    case v1::ClientMessage::kListDatasets:
+      return ListDatasets{wire.list_datasets().request_id()};
+    case v1::ClientMessage::kOpenStream:
+      return checked(read(wire.open_stream(), checks), wire.open_stream().request_id());
+    case v1::ClientMessage::kCancel:
+      return Cancel{wire.cancel().request_id()};
+    case v1::ClientMessage::kPing:
+      return Ping{wire.ping().value()};
+    case v1::ClientMessage::kEstimate:
+      return checked(read(wire.estimate(), checks), wire.estimate().request_id());
+    case v1::ClientMessage::KIND_NOT_SET:
+      break;
+  }
+  return refuse(ErrorCode::kMalformedMessage,
+                "A ClientMessage has none of the kinds known here: hello, list_datasets, "
+                "open_stream, cancel, ping, estimate.");
+}
+
+}  // namespace multitetra

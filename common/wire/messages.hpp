@@ -1,0 +1,177 @@
+// The conversation as plain structs, and their bytes. No generated protobuf code is seen from here:
+// client_messages.cpp, server_messages.cpp and their wire_* helpers keep it to themselves.
+//
+//   client                               server
+//   Hello                       ->
+//                               <-       Welcome (or Error, then the connection ends)
+//   ListDatasets                ->
+//                               <-       DatasetList
+//   OpenStream                  ->
+//                               <-       StepBegin, Tile..., StepEnd      once for each step
+//                               <-       StreamEnd (or Error with the request's id)
+//   Cancel, Ping, Estimate      ->
+//                               <-       StreamEnd(cancelled), Pong, EstimateReply
+//
+// parse_* are the listener for untrusted bytes: every field is checked for its documented range,
+// and what they return is safe to use. Unknown fields are ignored, so that old peers keep working.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "common/base/result.hpp"
+#include "common/request/dataset_info.hpp"
+#include "common/request/isosurface_request.hpp"
+#include "common/wire/tile.hpp"
+
+namespace multitetra {
+
+inline constexpr std::uint32_t kProtocolVersion = 1;
+
+// How a tile's payload is coded; negotiated in Hello and Welcome.
+enum class PayloadCodec { kDracoLattice = 1 };
+
+// ---- client to server
+
+struct Hello {
+  std::uint32_t min_version =
+      kProtocolVersion;  // Inclusive range of protocol versions the client speaks.
+  std::uint32_t max_version = kProtocolVersion;
+  std::vector<PayloadCodec> codecs = {PayloadCodec::kDracoLattice};
+  std::string token = {};  // Bearer token, empty without; at most 4096 bytes.
+  std::string agent = {};  // Program and version, for logs; at most 255 bytes.
+};
+
+struct ListDatasets {
+  std::uint64_t request_id = 0;
+};
+
+// Which steps a stream has.
+enum class StepPolicy {
+  kProgressive,  // Previews chosen by the server, then the request itself.
+  kFinalOnly,
+};
+
+struct OpenStream {
+  std::uint64_t request_id =
+      0;  // Chosen by the client, > 0, greater than those before on this connection.
+  std::string dataset = {};
+  IsosurfaceRequest request = {};
+  StepPolicy steps = StepPolicy::kProgressive;
+  // Tiles that the client has already, at most kMaxHeldDigests.
+  std::vector<ContentDigest> held = {};
+};
+inline constexpr std::size_t kMaxHeldDigests = 8192;
+
+struct Cancel {
+  std::uint64_t request_id = 0;
+};
+
+struct Ping {
+  std::uint64_t value = 0;
+};
+
+// Asks how large the answer to a request would be.
+struct Estimate {
+  std::uint64_t request_id = 0;
+  std::string dataset = {};
+  IsosurfaceRequest request = {};
+};
+
+using ClientMessage = std::variant<Hello, ListDatasets, OpenStream, Cancel, Ping, Estimate>;
+
+// ---- server to client
+
+struct Welcome {
+  std::uint32_t version = kProtocolVersion;  // The version both speak from now on.
+  PayloadCodec codec = PayloadCodec::kDracoLattice;
+  std::string agent = {};
+  std::uint32_t max_message_bytes = 0;  // The longest client message that the server accepts.
+};
+
+struct DatasetList {
+  std::uint64_t request_id = 0;
+  std::vector<DatasetInfo> datasets = {};  // By name.
+};
+
+// A step is a complete conforming model. It replaces the one before as a whole, when its StepEnd
+// has come.
+struct StepBegin {
+  std::uint64_t request_id = 0;
+  std::uint32_t step = 0;          // 0, 1, ... within the stream.
+  bool is_final = false;           // This step is the request itself.
+  IsosurfaceRequest request = {};  // This step's own parameters; `error` in the request's unit.
+  // The largest threshold anywhere, world units. It bounds the distance to the full surface
+  // (lattice snapping excluded) when the measure is certified, topology_tolerance is 0 and
+  // finest_spacing is 1.
+  double error_bound_world = 0;
+  std::int32_t finest_spacing = 1;  // Grid steps; no finer dividing point takes part.
+  PayloadCodec codec = PayloadCodec::kDracoLattice;
+  std::uint64_t tetrahedra = 0;         // Of the model.
+  std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface.
+  // All tiles of the step, those that the client holds included.
+  std::vector<TileSummary> tiles = {};
+};
+
+struct Tile {
+  std::uint64_t request_id = 0;
+  std::uint32_t step = 0;
+  std::uint32_t index = 0;  // Into StepBegin::tiles.
+  std::shared_ptr<const std::string> payload = {};
+};
+
+struct StepEnd {
+  std::uint64_t request_id = 0;
+  std::uint32_t step = 0;
+  std::uint32_t tiles_sent = 0;     // Without those that the client held.
+  std::uint64_t payload_bytes = 0;  // Of the tiles sent.
+  ContentDigest digest = {};        // Of the whole step.
+  double seconds = 0;               // The server's time for this step.
+};
+
+enum class StreamOutcome { kComplete = 1, kCancelled = 2, kSuperseded = 3 };
+
+struct StreamEnd {
+  std::uint64_t request_id = 0;
+  StreamOutcome outcome = StreamOutcome::kComplete;
+  std::uint32_t steps = 0;  // Steps that were ended.
+};
+
+struct ErrorReply {
+  std::uint64_t request_id = 0;  // 0 when it concerns the connection.
+  Error error = {};
+};
+
+struct Pong {
+  std::uint64_t value = 0;
+};
+
+struct EstimateReply {
+  std::uint64_t request_id = 0;
+  std::uint64_t triangles = 0;  // About as many as the final step would have,
+  std::uint64_t bytes = 0;      // and payload bytes.
+  double threshold_world = 0;   // The largest threshold anywhere, world units.
+};
+
+using ServerMessage = std::variant<Welcome, DatasetList, StepBegin, Tile, StepEnd, StreamEnd,
+                                   ErrorReply, Pong, EstimateReply>;
+
+// The content of one frame or one WebSocket message.
+[[nodiscard]] std::string serialize(const ClientMessage& message);
+[[nodiscard]] std::string serialize(const ServerMessage& message);
+
+// kMalformedMessage when the bytes are no message; kInvalidArgument or kLimitExceeded, with the
+// request id where one could be read, when a field is outside its range: the connection can go on
+// after those.
+struct ParseError {
+  Error error;
+  std::uint64_t request_id = 0;
+};
+[[nodiscard]] tl::expected<ClientMessage, ParseError> parse_client_message(std::string_view bytes);
+[[nodiscard]] tl::expected<ServerMessage, ParseError> parse_server_message(std::string_view bytes);
+
+}  // namespace multitetra

@@ -1,0 +1,292 @@
+// Messages from the server to the client.
+#include <algorithm>
+#include <bit>
+
+#include "common/base/utf8.hpp"
+#include "common/net/frame.hpp"
+#include "common/wire/messages.hpp"
+#include "common/wire/wire_bytes.hpp"
+#include "common/wire/wire_dataset.hpp"
+#include "common/wire/wire_request.hpp"
+#include "multitetra/v1/conversation.pb.h"
+
+namespace multitetra {
+namespace {
+
+using namespace wire;
+
+constexpr std::size_t kMaxTilesPerStep = 262144;
+constexpr std::size_t kMaxDatasets = 4096;
+
+static_assert(static_cast<int>(ErrorCode::kUnauthenticated) == v1::ERROR_CODE_UNAUTHENTICATED &&
+                  v1::ErrorCode_MAX == v1::ERROR_CODE_UNAUTHENTICATED,
+              "Error codes have the same numbers in common/base/result.hpp and on the wire.");
+
+// Error texts may quote the world (file names, messages of libraries); the wire wants UTF-8.
+std::string as_utf8(std::string_view text) {
+  std::string result;
+  result.reserve(text.size());
+  while (!text.empty()) {
+    const std::size_t length = utf8_sequence(text);
+    result += length == 0 ? std::string_view("?") : text.substr(0, length);
+    text.remove_prefix(std::max<std::size_t>(length, 1));
+  }
+  return result;
+}
+
+PayloadCodec read_codec(std::string_view field, int number, FieldChecks& checks) {
+  return checks.enumerator<PayloadCodec>(field, number, PayloadCodec::kDracoLattice,
+                                         PayloadCodec::kDracoLattice);
+}
+
+void write(const TileSummary& tile, v1::TileSummary& wire) {
+  wire.set_cube_exponent(static_cast<std::uint32_t>(tile.cube.exponent));
+  wire.set_cube_x(static_cast<std::uint32_t>(tile.cube.x));
+  wire.set_cube_y(static_cast<std::uint32_t>(tile.cube.y));
+  wire.set_cube_z(static_cast<std::uint32_t>(tile.cube.z));
+  wire.set_digest_high(tile.digest.high);
+  wire.set_digest_low(tile.digest.low);
+  wire.set_triangles(tile.triangles);
+  wire.set_vertices(tile.vertices);
+  wire.set_bytes(tile.bytes);
+  wire.set_simplification_bound_world(tile.simplification_bound);
+}
+
+TileSummary read(const v1::TileSummary& wire, FieldChecks& checks) {
+  checks.integer("TileSummary.cube_exponent", wire.cube_exponent(), 0, kMaxLatticeBits);
+  const std::uint32_t exponent = std::min<std::uint32_t>(wire.cube_exponent(), kMaxLatticeBits);
+  const std::uint64_t last_position = (std::uint64_t{1} << (kMaxLatticeBits - exponent)) - 1;
+  checks.integer("TileSummary.cube_x", wire.cube_x(), 0, last_position);
+  checks.integer("TileSummary.cube_y", wire.cube_y(), 0, last_position);
+  checks.integer("TileSummary.cube_z", wire.cube_z(), 0, last_position);
+  checks.integer("TileSummary.triangles", wire.triangles(), 1, kMaxTileTriangles);
+  checks.integer("TileSummary.vertices", wire.vertices(), 3, 3 * std::uint64_t{wire.triangles()});
+  checks.integer("TileSummary.bytes", wire.bytes(), 1, kMaxServerFrameBytes);
+  checks.not_negative("TileSummary.simplification_bound_world", wire.simplification_bound_world());
+  return {
+      .cube = {static_cast<std::int32_t>(exponent), static_cast<std::int32_t>(wire.cube_x()),
+               static_cast<std::int32_t>(wire.cube_y()), static_cast<std::int32_t>(wire.cube_z())},
+      .digest = {wire.digest_high(), wire.digest_low()},
+      .triangles = wire.triangles(),
+      .vertices = wire.vertices(),
+      .bytes = wire.bytes(),
+      .simplification_bound = wire.simplification_bound_world()};
+}
+
+void write(const Welcome& welcome, v1::ServerMessage& message) {
+  v1::Welcome& wire = *message.mutable_welcome();
+  wire.set_version(welcome.version);
+  wire.set_codec(to_wire<v1::PayloadCodec>(welcome.codec));
+  wire.set_agent(welcome.agent);
+  wire.set_max_message_bytes(welcome.max_message_bytes);
+}
+
+Welcome read(const v1::Welcome& wire, FieldChecks& checks) {
+  checks.integer("Welcome.version", wire.version(), 1, kMaxU32);
+  checks.at_most("Welcome.agent", wire.agent().size(), kMaxNameBytes, "bytes");
+  return {.version = wire.version(),
+          .codec = read_codec("Welcome.codec", wire.codec(), checks),
+          .agent = wire.agent(),
+          .max_message_bytes = wire.max_message_bytes()};
+}
+
+void write(const DatasetList& list, v1::ServerMessage& message) {
+  v1::DatasetList& wire = *message.mutable_dataset_list();
+  wire.set_request_id(list.request_id);
+  for (const DatasetInfo& info : list.datasets) write_dataset(info, *wire.add_datasets());
+}
+
+DatasetList read(const v1::DatasetList& wire, FieldChecks& checks) {
+  DatasetList list{.request_id = wire.request_id(), .datasets = {}};
+  for (const v1::DatasetInfo& info : wire.datasets()) {
+    list.datasets.push_back(read_dataset(info, checks));
+    if (checks.first()) break;
+  }
+  return list;
+}
+
+void write(const StepBegin& begin, v1::ServerMessage& message) {
+  v1::StepBegin& wire = *message.mutable_step_begin();
+  wire.set_request_id(begin.request_id);
+  wire.set_step(begin.step);
+  wire.set_is_final(begin.is_final);
+  write_request(begin.request, *wire.mutable_request());
+  wire.set_error_bound_world(begin.error_bound_world);
+  wire.set_finest_spacing(static_cast<std::uint32_t>(begin.finest_spacing));
+  wire.set_codec(to_wire<v1::PayloadCodec>(begin.codec));
+  wire.set_tetrahedra(begin.tetrahedra);
+  wire.set_active_tetrahedra(begin.active_tetrahedra);
+  wire.mutable_tiles()->Reserve(static_cast<int>(begin.tiles.size()));
+  for (const TileSummary& tile : begin.tiles) write(tile, *wire.add_tiles());
+}
+
+StepBegin read(const v1::StepBegin& wire, FieldChecks& checks) {
+  StepBegin begin;
+  checks.integer("StepBegin.request_id", wire.request_id(), 1);
+  begin.request_id = wire.request_id();
+  begin.step = wire.step();
+  begin.is_final = wire.is_final();
+  begin.request = read_request(wire.request(), checks);
+  checks.not_negative("StepBegin.error_bound_world", wire.error_bound_world());
+  begin.error_bound_world = wire.error_bound_world();
+  const std::uint32_t spacing = std::max<std::uint32_t>(wire.finest_spacing(), 1);
+  checks.require(std::has_single_bit(spacing) && spacing <= kMaxGridSteps,
+                 "StepBegin.finest_spacing", "must be a power of two from 1 to 2^19.");
+  begin.finest_spacing = static_cast<std::int32_t>(spacing);
+  begin.codec = read_codec("StepBegin.codec", wire.codec(), checks);
+  checks.integer("StepBegin.active_tetrahedra", wire.active_tetrahedra(), 0, wire.tetrahedra());
+  begin.tetrahedra = wire.tetrahedra();
+  begin.active_tetrahedra = wire.active_tetrahedra();
+  begin.tiles.reserve(static_cast<std::size_t>(wire.tiles_size()));
+  for (const v1::TileSummary& tile : wire.tiles()) begin.tiles.push_back(read(tile, checks));
+  return begin;
+}
+
+void write(const Tile& tile, v1::ServerMessage& message) {
+  v1::Tile& wire = *message.mutable_tile();
+  wire.set_request_id(tile.request_id);
+  wire.set_step(tile.step);
+  wire.set_index(tile.index);
+  if (tile.payload) wire.set_payload(*tile.payload);
+}
+
+Tile read(v1::Tile& wire, FieldChecks& checks) {
+  checks.integer("Tile.request_id", wire.request_id(), 1);
+  checks.require(!wire.payload().empty(), "Tile.payload", "is empty; it must have a byte or more.");
+  return {.request_id = wire.request_id(),
+          .step = wire.step(),
+          .index = wire.index(),
+          .payload = std::make_shared<const std::string>(std::move(*wire.mutable_payload()))};
+}
+
+void write(const StepEnd& end, v1::ServerMessage& message) {
+  v1::StepEnd& wire = *message.mutable_step_end();
+  wire.set_request_id(end.request_id);
+  wire.set_step(end.step);
+  wire.set_tiles_sent(end.tiles_sent);
+  wire.set_payload_bytes(end.payload_bytes);
+  wire.set_digest_high(end.digest.high);
+  wire.set_digest_low(end.digest.low);
+  wire.set_seconds(end.seconds);
+}
+
+StepEnd read(const v1::StepEnd& wire, FieldChecks& checks) {
+  checks.integer("StepEnd.request_id", wire.request_id(), 1);
+  checks.not_negative("StepEnd.seconds", wire.seconds());
+  return {.request_id = wire.request_id(),
+          .step = wire.step(),
+          .tiles_sent = wire.tiles_sent(),
+          .payload_bytes = wire.payload_bytes(),
+          .digest = {wire.digest_high(), wire.digest_low()},
+          .seconds = wire.seconds()};
+}
+
+void write(const StreamEnd& end, v1::ServerMessage& message) {
+  v1::StreamEnd& wire = *message.mutable_stream_end();
+  wire.set_request_id(end.request_id);
+  wire.set_outcome(to_wire<v1::StreamOutcome>(end.outcome));
+  wire.set_steps(end.steps);
+}
+
+StreamEnd read(const v1::StreamEnd& wire, FieldChecks& checks) {
+  checks.integer("StreamEnd.request_id", wire.request_id(), 1);
+  return {.request_id = wire.request_id(),
+          .outcome = checks.enumerator<StreamOutcome>("StreamEnd.outcome", wire.outcome(),
+                                                      StreamOutcome::kSuperseded, {}),
+          .steps = wire.steps()};
+}
+
+void write(const ErrorReply& reply, v1::ServerMessage& message) {
+  v1::ErrorReply& wire = *message.mutable_error();
+  wire.set_request_id(reply.request_id);
+  wire.set_code(static_cast<v1::ErrorCode>(reply.error.code));
+  wire.set_text(as_utf8(reply.error.text));
+}
+
+ErrorReply read(const v1::ErrorReply& wire) {
+  const bool known = v1::ErrorCode_IsValid(wire.code());
+  return {
+      .request_id = wire.request_id(),
+      .error = {known ? static_cast<ErrorCode>(wire.code()) : ErrorCode::kUnknown, wire.text()}};
+}
+
+void write(const Pong& pong, v1::ServerMessage& message) {
+  message.mutable_pong()->set_value(pong.value);
+}
+
+void write(const EstimateReply& reply, v1::ServerMessage& message) {
+  v1::EstimateReply& wire = *message.mutable_estimate_reply();
+  wire.set_request_id(reply.request_id);
+  wire.set_triangles(reply.triangles);
+  wire.set_bytes(reply.bytes);
+  wire.set_threshold_world(reply.threshold_world);
+}
+
+EstimateReply read(const v1::EstimateReply& wire, FieldChecks& checks) {
+  checks.not_negative("EstimateReply.threshold_world", wire.threshold_world());
+  return {.request_id = wire.request_id(),
+          .triangles = wire.triangles(),
+          .bytes = wire.bytes(),
+          .threshold_world = wire.threshold_world()};
+}
+
+}  // namespace
+
+std::string serialize(const ServerMessage& message) {
+  v1::ServerMessage bytes;
+  std::visit([&bytes](const auto& alternative) { write(alternative, bytes); }, message);
+  return bytes.SerializeAsString();
+}
+
+tl::expected<ServerMessage, ParseError> parse_server_message(std::string_view bytes) {
+  FieldChecks checks;
+  checks.at_most("StepBegin.tiles",
+                 count_entries(bytes, {v1::ServerMessage::kStepBeginFieldNumber,
+                                       v1::StepBegin::kTilesFieldNumber}),
+                 kMaxTilesPerStep, "tiles");
+  checks.at_most("StepBegin.request.threshold.regions",
+                 count_entries(bytes, {v1::ServerMessage::kStepBeginFieldNumber,
+                                       v1::StepBegin::kRequestFieldNumber,
+                                       v1::IsosurfaceRequest::kThresholdFieldNumber,
+                                       v1::ThresholdMap::kRegionsFieldNumber}),
+                 kMaxThresholdRegions, "regions");
+  checks.at_most("DatasetList.datasets",
+                 count_entries(bytes, {v1::ServerMessage::kDatasetListFieldNumber,
+                                       v1::DatasetList::kDatasetsFieldNumber}),
+                 kMaxDatasets, "datasets");
+  if (checks.first()) return refuse(checks.first()->code, checks.first()->text);
+  v1::ServerMessage wire;
+  if (!parse(bytes, wire)) {
+    return refuse(ErrorCode::kMalformedMessage, not_a_message("ServerMessage", bytes.size()));
+  }
+  const auto checked = [&checks](ServerMessage message, std::uint64_t request_id) {
+    return outcome(std::move(message), checks, request_id);
+  };
+  switch (wire.kind_case()) {
+    case v1::ServerMessage::kWelcome:
+      return checked(read(wire.welcome(), checks), 0);
+    case v1::ServerMessage::kDatasetList:
+      return checked(read(wire.dataset_list(), checks), wire.dataset_list().request_id());
+    case v1::ServerMessage::kStepBegin:
+      return checked(read(wire.step_begin(), checks), wire.step_begin().request_id());
+    case v1::ServerMessage::kTile:
+      return checked(read(*wire.mutable_tile(), checks), wire.tile().request_id());
+    case v1::ServerMessage::kStepEnd:
+      return checked(read(wire.step_end(), checks), wire.step_end().request_id());
+    case v1::ServerMessage::kStreamEnd:
+      return checked(read(wire.stream_end(), checks), wire.stream_end().request_id());
+    case v1::ServerMessage::kError:
+      return read(wire.error());
+    case v1::ServerMessage::kPong:
+      return Pong{wire.pong().value()};
+    case v1::ServerMessage::kEstimateReply:
+      return checked(read(wire.estimate_reply(), checks), wire.estimate_reply().request_id());
+    case v1::ServerMessage::KIND_NOT_SET:
+      break;
+  }
+  return refuse(ErrorCode::kMalformedMessage,
+                "A ServerMessage has none of the kinds known here: welcome, dataset_list, "
+                "step_begin, tile, step_end, stream_end, error, pong, estimate_reply.");
+}
+
+}  // namespace multitetra

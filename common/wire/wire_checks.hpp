@@ -1,0 +1,102 @@
+// How the fields of untrusted messages are checked and their enumerators translated; shared by the
+// files that turn messages into bytes and back, and by nobody else.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "common/base/result.hpp"
+#include "common/wire/messages.hpp"
+
+namespace multitetra::wire {
+
+inline constexpr std::size_t kMaxNameBytes = 255;  // Of names of datasets and programs.
+inline constexpr std::uint64_t kMaxU32 = std::numeric_limits<std::uint32_t>::max();
+inline constexpr std::uint64_t kMaxU64 = std::numeric_limits<std::uint64_t>::max();
+
+// Enumerators: 0 is "unspecified" on the wire, our first one is 1.
+template <typename Enum>
+constexpr Enum kFirst = Enum{0};
+template <>
+inline constexpr PayloadCodec kFirst<PayloadCodec> = PayloadCodec::kDracoLattice;
+template <>
+inline constexpr StreamOutcome kFirst<StreamOutcome> = StreamOutcome::kComplete;
+
+template <typename Wire, typename Ours>
+Wire to_wire(Ours value) {
+  return static_cast<Wire>(static_cast<int>(value) - static_cast<int>(kFirst<Ours>) + 1);
+}
+
+// Keeps the first thing that is wrong with a message. Values are converted all the same; nobody
+// sees them when a check failed.
+class FieldChecks {
+ public:
+  void fail(ErrorCode code, std::string text) {
+    if (!first_) first_ = Error{code, std::move(text)};
+  }
+  void require(bool holds, std::string_view field, std::string_view rule) {
+    if (!holds) fail(ErrorCode::kInvalidArgument, std::string(field) + " " + std::string(rule));
+  }
+  void integer(std::string_view field, std::uint64_t value, std::uint64_t low,
+               std::uint64_t high = kMaxU64) {
+    if (value >= low && value <= high) return;
+    fail(ErrorCode::kInvalidArgument,
+         std::string(field) + " is " + std::to_string(value) + "; it must be " +
+             (high == kMaxU64
+                  ? std::to_string(low) + " or greater."
+                  : "from " + std::to_string(low) + " to " + std::to_string(high) + "."));
+  }
+  void finite(std::string_view field, double value) {
+    require(std::isfinite(value), field, "is not a finite number; it must be one.");
+  }
+  void not_negative(std::string_view field, double value) {
+    require(std::isfinite(value) && value >= 0, field,
+            "is negative or not finite; it must be a finite number, 0 or greater.");
+  }
+  void exactly(std::string_view field, int size, int wanted) {
+    if (size == wanted) return;
+    fail(ErrorCode::kInvalidArgument, std::string(field) + " has " + std::to_string(size) +
+                                          " numbers; it must have " + std::to_string(wanted) + ".");
+  }
+  void at_most(std::string_view field, std::size_t size, std::size_t limit, std::string_view what) {
+    if (size <= limit) return;
+    fail(ErrorCode::kLimitExceeded, std::string(field) + " has " + std::to_string(size) + " " +
+                                        std::string(what) + "; at most " + std::to_string(limit) +
+                                        " are allowed.");
+  }
+  void dataset_name(std::string_view field, std::string_view name) {
+    const auto allowed = [](char c) {
+      return c != '/' && c != 0x7F && (static_cast<unsigned char>(c) >= 0x20);
+    };
+    require(!name.empty() && name.size() <= kMaxNameBytes &&
+                std::all_of(name.begin(), name.end(), allowed),
+            field, "must have 1 to 255 bytes, no '/' and no control characters.");
+  }
+  // `number` as one of our enumerators up to `last`; 0 is `unspecified`, and refused when that is
+  // empty.
+  template <typename Ours>
+  Ours enumerator(std::string_view field, int number, Ours last, std::optional<Ours> unspecified) {
+    if (number == 0 && unspecified) return *unspecified;
+    const int greatest = static_cast<int>(last) - static_cast<int>(kFirst<Ours>) + 1;
+    if (number >= 1 && number <= greatest) {
+      return static_cast<Ours>(number - 1 + static_cast<int>(kFirst<Ours>));
+    }
+    fail(ErrorCode::kInvalidArgument, std::string(field) + " has the number " +
+                                          std::to_string(number) + "; known are 1 to " +
+                                          std::to_string(greatest) + ".");
+    return last;
+  }
+
+  [[nodiscard]] const std::optional<Error>& first() const { return first_; }
+
+ private:
+  std::optional<Error> first_;
+};
+
+}  // namespace multitetra::wire

@@ -1,0 +1,111 @@
+#include "common/wire/wire_dataset.hpp"
+
+#include <cmath>
+
+namespace multitetra::wire {
+namespace {
+
+constexpr std::size_t kMaxHistogramBins = 65536;
+constexpr std::size_t kMaxSuggestedIsovalues = 256;
+
+Histogram read(const v1::Histogram& wire, FieldChecks& checks) {
+  checks.finite("DatasetInfo.histogram.low", wire.low());
+  checks.finite("DatasetInfo.histogram.high", wire.high());
+  checks.require(wire.low() <= wire.high(), "DatasetInfo.histogram.high",
+                 "is less than its low end; it must not be.");
+  checks.at_most("DatasetInfo.histogram.counts", static_cast<std::size_t>(wire.counts_size()),
+                 kMaxHistogramBins, "bins");
+  return {.low = wire.low(),
+          .high = wire.high(),
+          .counts = {wire.counts().begin(), wire.counts().end()}};
+}
+
+// The samples' places: dims, spacing, affine, margin, grid.
+void read_places(const v1::DatasetInfo& wire, DatasetInfo& info, FieldChecks& checks) {
+  checks.exactly("DatasetInfo.dims", wire.dims_size(), 3);
+  checks.exactly("DatasetInfo.spacing", wire.spacing_size(), 3);
+  checks.exactly("DatasetInfo.index_to_world", wire.index_to_world_size(), 12);
+  checks.integer("DatasetInfo.margin", wire.margin(), 0, kMaxGridSteps / 2);
+  checks.integer("DatasetInfo.grid_exponent", wire.grid_exponent(), 1, kMaxGridExponent);
+  if (checks.first()) return;
+  std::uint64_t samples = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto at = static_cast<std::size_t>(axis);
+    checks.integer("DatasetInfo.dims", wire.dims(axis), 1, kMaxGridSteps + 1);
+    info.dims[at] = static_cast<std::int32_t>(wire.dims(axis));
+    samples *= wire.dims(axis);
+    checks.require(std::isfinite(wire.spacing(axis)) && wire.spacing(axis) > 0,
+                   "DatasetInfo.spacing", "must be finite and greater than 0 on every axis.");
+    info.spacing[at] = wire.spacing(axis);
+    for (int row = 0; row < 3; ++row) {
+      info.index_to_world.columns[at][static_cast<std::size_t>(row)] =
+          wire.index_to_world(3 * axis + row);
+    }
+    info.index_to_world.translation[at] = wire.index_to_world(9 + axis);
+  }
+  for (const double number : wire.index_to_world()) {
+    checks.finite("DatasetInfo.index_to_world", number);
+  }
+  if (checks.first()) return;
+  checks.integer("DatasetInfo.void_samples", wire.void_samples(), 0, samples);
+  info.margin = static_cast<std::int32_t>(wire.margin());
+  info.grid_exponent = static_cast<std::int32_t>(wire.grid_exponent());
+  checks.require(info.grid_exponent >= grid_exponent_for(info.dims, info.margin),
+                 "DatasetInfo.grid_exponent", "is too small for the samples and the margin.");
+}
+
+}  // namespace
+
+void write_dataset(const DatasetInfo& info, v1::DatasetInfo& wire) {
+  wire.set_name(info.name);
+  for (const std::int32_t samples : info.dims) wire.add_dims(static_cast<std::uint32_t>(samples));
+  wire.set_type(to_wire<v1::SampleType>(info.type));
+  for (const double length : info.spacing) wire.add_spacing(length);
+  for (const Vec3& column : info.index_to_world.columns) {
+    for (const double number : column) wire.add_index_to_world(number);
+  }
+  for (const double number : info.index_to_world.translation) wire.add_index_to_world(number);
+  wire.set_min(info.min);
+  wire.set_max(info.max);
+  wire.set_void_samples(info.void_samples);
+  if (info.outside) wire.set_outside(*info.outside);
+  wire.set_margin(static_cast<std::uint32_t>(info.margin));
+  wire.set_grid_exponent(static_cast<std::uint32_t>(info.grid_exponent));
+  wire.mutable_histogram()->set_low(info.histogram.low);
+  wire.mutable_histogram()->set_high(info.histogram.high);
+  wire.mutable_histogram()->mutable_counts()->Assign(info.histogram.counts.begin(),
+                                                     info.histogram.counts.end());
+  wire.mutable_suggested_isovalues()->Assign(info.suggested_isovalues.begin(),
+                                             info.suggested_isovalues.end());
+  wire.set_content_id(info.content_id);
+}
+
+DatasetInfo read_dataset(const v1::DatasetInfo& wire, FieldChecks& checks) {
+  DatasetInfo info;
+  checks.dataset_name("DatasetInfo.name", wire.name());
+  info.name = wire.name();
+  info.type = checks.enumerator<SampleType>("DatasetInfo.type", wire.type(), SampleType::kF32, {});
+  read_places(wire, info, checks);
+  checks.finite("DatasetInfo.min", wire.min());
+  checks.finite("DatasetInfo.max", wire.max());
+  checks.require(wire.min() <= wire.max(), "DatasetInfo.max", "is less than min; it must not be.");
+  info.min = wire.min();
+  info.max = wire.max();
+  info.void_samples = wire.void_samples();
+  if (wire.has_outside()) {
+    checks.finite("DatasetInfo.outside", wire.outside());
+    info.outside = wire.outside();
+  }
+  info.histogram = read(wire.histogram(), checks);
+  checks.at_most("DatasetInfo.suggested_isovalues",
+                 static_cast<std::size_t>(wire.suggested_isovalues_size()), kMaxSuggestedIsovalues,
+                 "values");
+  for (const double value : wire.suggested_isovalues()) {
+    checks.finite("DatasetInfo.suggested_isovalues", value);
+    info.suggested_isovalues.push_back(value);
+  }
+  info.content_id = wire.content_id();
+  return info;
+}
+
+}  // namespace multitetra::wire

@@ -1,0 +1,14 @@
+// A request for an isosurface as protobuf and back, its thresholds included.
+#pragma once
+
+#include "common/request/isosurface_request.hpp"
+#include "common/wire/wire_checks.hpp"
+#include "multitetra/v1/request.pb.h"
+
+namespace multitetra::wire {
+
+void write_request(const IsosurfaceRequest& request, v1::IsosurfaceRequest& wire);
+[[nodiscard]] IsosurfaceRequest read_request(const v1::IsosurfaceRequest& wire,
+                                             FieldChecks& checks);
+
+}  // namespace multitetra::wire

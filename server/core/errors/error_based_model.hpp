@@ -1,0 +1,91 @@
+// Models of the framework: which of its dividing points take part.
+//
+// A model is a predicate, not a data structure: a tetrahedron of it is bisected exactly when its
+// dividing point is kept. The model is *conforming* (no vertex in the middle of another
+// tetrahedron's edge, hence no crack) exactly when a kept point has kept parents.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <utility>
+
+#include "server/core/errors/saturated_errors.hpp"
+#include "server/core/framework/box.hpp"
+#include "server/core/framework/dividing_point.hpp"
+#include "server/core/thresholds/threshold_map.hpp"
+
+namespace multitetra {
+
+class Model {
+ public:
+  virtual ~Model() = default;
+  // Whether the point takes part. The grid's centre always does.
+  [[nodiscard]] virtual bool kept(const DividingPoint& point) const = 0;
+};
+
+// The places that depend on a point: B(p) contains every diamond of p and of its descendants, and B
+// of a child lies inside B of its parents.
+[[nodiscard]] inline Box region(const DividingPoint& point) {
+  // Half-widths per axis: cube 3s; face 3s in its plane and 2s along its normal; edge 2s.
+  const GridPoint p = point.at();
+  const std::int32_t s = point.spacing();
+  Box box{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const bool in_face_plane = point.kind() == PointKind::kFace && (p[axis] & s) != 0;
+    const bool wide = point.kind() == PointKind::kCube || in_face_plane;
+    const std::int32_t half_width = (wide ? 3 : 2) * s;
+    box.low[static_cast<std::size_t>(axis)] = p[axis] - half_width;
+    box.high[static_cast<std::size_t>(axis)] = p[axis] + half_width;
+  }
+  return box;
+}
+
+struct ModelOptions {
+  ThresholdMap thresholds = ThresholdMap::everywhere(0);
+  double topology_tolerance = 0;  // Grid steps; flips of at most this spacing do not keep a point.
+  std::int32_t finest_spacing = 1;  // No point of a smaller spacing is kept.
+
+  // A dividing point stays exactly when fusing it could show. `>` is strict: at threshold 0 all is
+  // fused that changes nothing.
+  [[nodiscard]] bool keeps(const DividingPoint& point, const ErrorBound& bound) const {
+    if (point.spacing() < finest_spacing) return false;
+    const auto error = static_cast<double>(bound.error);
+    return bound.flip_spacing > topology_tolerance ||
+           (error > thresholds.least() &&
+            (error > thresholds.largest() || error > thresholds.least_in(region(point))));
+  }
+};
+
+// The paper's error-based model, for any threshold map.
+class ErrorBasedModel final : public Model {
+ public:
+  ErrorBasedModel(std::shared_ptr<const SaturatedErrors> errors, ModelOptions options)
+      : errors_(std::move(errors)), options_(std::move(options)) {}
+
+  // The error of a parent is at least its children's, its region contains theirs and its spacing is
+  // not smaller, so a point that stays has parents that stay: the model conforms without any
+  // repair.
+  [[nodiscard]] bool kept(const DividingPoint& point) const override {
+    return options_.keeps(point, errors_->bound(point));
+  }
+
+ private:
+  std::shared_ptr<const SaturatedErrors> errors_;
+  ModelOptions options_;
+};
+
+// All tetrahedra of one depth: the paper's "certain level", 0 to 3 N.
+class UniformModel final : public Model {
+ public:
+  UniformModel(const Grid& grid, int depth) : grid_(grid), depth_(depth) {}
+  [[nodiscard]] bool kept(const DividingPoint& point) const override {
+    return point.depth(grid_) < depth_;
+  }
+
+ private:
+  Grid grid_;
+  int depth_;
+};
+
+}  // namespace multitetra

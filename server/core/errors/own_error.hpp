@@ -1,0 +1,151 @@
+// The error that fusing one dividing point makes, before that of its descendants is added (Zhou,
+// Chen and Kaufman 1997, section 4).
+//
+// Fusing a point replaces its value m by v = (a + b) / 2, the mean of the ends of its split edge.
+// On every segment from the point to a corner X of its diamond the surface's crossing moves by
+// |t(m) - t(v)| |pX|, where t(y) = (c - y) / (x - y) if x and y are on different sides of the
+// isovalue c, else 0: a crossing that appears or vanishes does so at the point.
+//
+// The sign of a point is "positive" when its value is greater than c. If a and b agree and m does
+// not, fusing is a *flip*. If a, b and m agree no sign changes. If a and b differ, the positive
+// part of the link is a cone over the positive end, the negative part one over the negative end,
+// and nothing changes whatever the sign of m. So only flips can change the topology, and a flip
+// does exactly when the signs on the ring around the split edge do not change exactly twice: it is
+// then *critical*.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+
+#include "server/core/framework/diamond_values.hpp"
+#include "server/core/framework/dividing_point.hpp"
+#include "server/core/framework/field.hpp"
+#include "server/core/framework/step_lengths.hpp"
+
+namespace multitetra {
+
+struct OwnError {
+  double displacement = 0;  // The paper's error without its treatment of flips, in world units.
+  double certified =
+      0;  // As above, but where m and v lie on different sides of c the surface passes through the
+          // point: the largest t(m)|pX| plus the largest t(v)|pX|. In world units.
+  bool flip = false;
+  bool critical = false;  // Implies flip.
+};
+
+// The largest |t(m) - t(v)| L when m and v are on one side of c: corners on the other side count.
+[[nodiscard]] inline double largest_displacement(const DiamondValues<double>& d, double v,
+                                                 double c) {
+  using Vector = Lanes<double>::Vector;
+  const Vector m_lanes = all(d.centre);
+  const Vector v_lanes = all(v);
+  const Vector isovalue = all(c);
+  const Vector one = all(1.0);
+  Vector largest{};
+  for (std::size_t i = 0; i < d.vectors; ++i) {
+    const Vector x = d.value.vectors[i];
+    const auto is_crossed = d.centre > c ? x <= isovalue : x > isovalue;
+    const Vector t_m = (isovalue - m_lanes) / (is_crossed ? x - m_lanes : one);
+    const Vector t_v = (isovalue - v_lanes) / (is_crossed ? x - v_lanes : one);
+    const Vector moved = (t_m < t_v ? t_v - t_m : t_m - t_v) * d.length->vectors[i];
+    largest = larger(largest, is_crossed ? moved : Vector{});
+  }
+  return largest_of<double>(largest);
+}
+
+// The largest t(m) L and the largest t(v) L when m and v are on different sides of c: every corner
+// is crossed from one of them.
+struct Crossings {
+  double from_m = 0;
+  double from_v = 0;
+};
+[[nodiscard]] inline Crossings largest_crossings(const DiamondValues<double>& d, double v,
+                                                 double c) {
+  using Vector = Lanes<double>::Vector;
+  const Vector m_lanes = all(d.centre);
+  const Vector v_lanes = all(v);
+  const Vector isovalue = all(c);
+  Vector from_m{};
+  Vector from_v{};
+  for (std::size_t i = 0; i < d.vectors; ++i) {
+    const Vector x = d.value.vectors[i];
+    const auto with_m = d.centre > c ? x <= isovalue : x > isovalue;
+    const Vector y = with_m ? m_lanes : v_lanes;
+    const Vector moved = (isovalue - y) / (x - y) * d.length->vectors[i];
+    from_m = larger(from_m, with_m ? moved : Vector{});
+    from_v = larger(from_v, with_m ? Vector{} : moved);
+  }
+  return {largest_of<double>(from_m), largest_of<double>(from_v)};
+}
+
+// Exact for the isovalue c, in double precision. A diamond with void corners is a critical flip
+// when its other values are not all on one side, so that the surface ends exactly at the last
+// samples; otherwise its error is 0. Requires values on both sides.
+[[nodiscard]] inline OwnError own_error_of_mixed(const DiamondValues<double>& d, double c) {
+  auto sum = all(d.centre);
+  for (std::size_t i = 0; i < d.vectors; ++i) sum += d.value.vectors[i];
+  const bool any_void = sum[0] != sum[0] || sum[1] != sum[1];
+  if (any_void) {
+    return {.displacement = 0, .certified = 0, .flip = true, .critical = true};
+  }
+  const double m = d.centre;
+  const double v = 0.5 * (d.value[0] + d.value[1]);
+  OwnError result;
+  if ((m > c) == (v > c)) {
+    result.displacement = largest_displacement(d, v, c);
+    result.certified = result.displacement;
+  } else {
+    const auto [from_m, from_v] = largest_crossings(d, v, c);
+    result.displacement = std::max(from_m, from_v);
+    result.certified = from_m + from_v;
+  }
+
+  const bool m_is_positive = m > c;
+  const bool a_is_positive = d.value[0] > c;
+  result.flip = a_is_positive == (d.value[1] > c) && m_is_positive != a_is_positive;
+  if (result.flip) {
+    int changes = 0;
+    bool before = d.value[d.corners - 1] > c;
+    for (std::size_t i = 2; i < d.corners; ++i) {
+      const bool is_positive = d.value[i] > c;
+      changes += is_positive != before ? 1 : 0;
+      before = is_positive;
+    }
+    result.critical = d.ring_is_open || changes != 2;
+  }
+  return result;
+}
+
+// The same for any values.
+[[nodiscard]] inline OwnError own_error(const DiamondValues<double>& d, double c) {
+  const ValueRange<double> range = range_of(d);
+  return range.high > c && range.low <= c ? own_error_of_mixed(d, c) : OwnError{};
+}
+
+// The same, with the values taken from a field.
+template <typename Sample>
+[[nodiscard]] OwnError own_error(const SampledField<Sample>& field, const Grid& grid,
+                                 const StepLengths& lengths, const DividingPoint& point, double c) {
+  Lanes<double> length{};
+  DiamondValues<double> d;
+  d.centre = static_cast<double>(field.at(point.at()));
+  d.corners = 0;
+  d.vectors = Lanes<double>::kVectors;
+  for (auto& lanes : d.value.vectors) lanes = all(d.centre);
+  const auto add = [&](GridPoint x) {
+    length.set(d.corners, lengths(x - point.at(), point.spacing()));
+    d.value.set(d.corners++, static_cast<double>(field.at(x)));
+  };
+  const auto [a, b] = point.split_edge();
+  add(a);
+  add(b);
+  const PointList<8> ring = point.ring();
+  for (const GridPoint x : ring) {
+    if (grid.contains(x)) add(x);
+  }
+  d.ring_is_open = d.corners != 2 + ring.size();
+  d.length = &length;
+  return own_error(d, c);
+}
+
+}  // namespace multitetra

@@ -1,0 +1,124 @@
+// The field and the exact errors of spacings 1, 2 and 4 in one octree cube, for one isovalue: what
+// the error spectrum leaves out, computed from the samples when a query needs it.
+//
+// Errors above the largest threshold are not told apart: the point is *settled*, and so are its
+// parents, by bits of whole layers and without any arithmetic. The same bits pass over the points
+// whose diamond the surface misses.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <vector>
+
+#include "common/mesh/octree_cube.hpp"
+#include "common/request/isosurface_request.hpp"
+#include "server/core/fine_errors/cell_bits.hpp"
+#include "server/core/fine_errors/fine_cells.hpp"
+#include "server/core/framework/diamond_values.hpp"
+#include "server/core/framework/row_kinds.hpp"
+#include "server/core/spectrum/prepared_volume.hpp"
+
+namespace multitetra {
+
+struct FineErrorsOptions {
+  double isovalue = 0;
+  ErrorMeasure measure = ErrorMeasure::kCertified;
+  TopologyRule rule = TopologyRule::kExact;
+  double topology_tolerance = 0;  // Grid steps.
+  // World units. By how much an error is above it is not computed.
+  double largest_threshold = std::numeric_limits<double>::infinity();
+};
+
+// The memory of FineErrors, some 30 MB for the largest cubes: worth to be used again. What it holds
+// between two uses means nothing.
+struct FineArrays {
+  std::vector<float> values;
+  std::vector<float> errors;  // Of points that are not settled.
+  BitGrid above;              // The value is greater than the isovalue.
+  BitGrid below;              // It is not, and it is not void.
+  BitGrid mixed;              // The diamond has values of both kinds.
+  BitGrid active;             // The error is not 0.
+  BitGrid settled;            // It is greater than the largest threshold.
+};
+
+// One thread at a time.
+class FineErrors {
+ public:
+  // Cubes of at most this exponent.
+  static constexpr int kMaxExponent = 7;
+
+  // The volume and the arrays must outlive it.
+  FineErrors(const PreparedVolume& volume, const FineErrorsOptions& options, FineArrays& arrays);
+
+  // Loads and computes what is wanted in `cube`; `is_wanted` takes cells as octree cubes of
+  // exponent kSpectrumExponent. Requires an exponent from kSpectrumExponent to kMaxExponent.
+  void load(const OctreeCube& cube, const std::function<bool(const OctreeCube&)>& is_wanted);
+
+  // Whether a cell of the cube is wanted.
+  [[nodiscard]] bool is_wanted(const OctreeCube& cell) const { return cells_.is_wanted(cell); }
+
+  // Of points in a wanted closed cell, by index().
+  [[nodiscard]] float value(std::ptrdiff_t at) const {
+    return arrays_.values[static_cast<std::size_t>(at)];
+  }
+  // The error of such a point of spacing 1, 2 or 4; infinite when it is settled, or when a flip
+  // that is not tolerated keeps the point or a descendant.
+  [[nodiscard]] float error(GridPoint p) const;
+  // Bit i + 3 j + 9 k: whether the point p + step * turned (i - 1, j - 1, k - 1) is settled. They
+  // are the points of an octree cube in a wanted cell, p its centre.
+  [[nodiscard]] std::uint32_t settled_around(GridPoint p, std::int32_t step,
+                                             const std::array<std::int32_t, 3>& turned) const;
+  [[nodiscard]] std::ptrdiff_t index(GridPoint p) const {
+    const GridPoint at = p - origin_;
+    return at.x + row_ * at.y + slice_ * at.z;
+  }
+  [[nodiscard]] std::ptrdiff_t row() const { return row_; }
+  [[nodiscard]] std::ptrdiff_t slice() const { return slice_; }
+
+ private:
+  static constexpr std::int32_t kCell = kSpectrumSpacing;
+
+  // Offsets in the arrays to the children of one kind of point.
+  struct Children {
+    std::size_t count = 0;
+    std::array<std::ptrdiff_t, 8> offsets{};
+  };
+
+  void begin_arrays();
+  void make_offsets();
+  void load_signs(const FineCell& cell);
+  void find_mixed_diamonds(const FineCell& cell);
+  void compute(int exponent);
+  void compute_kind(const FineCell& cell, int exponent, PointKind kind);
+  void compute_points(const FineCell& cell, std::int32_t z, BitPlane points, BitPlane mixed,
+                      int exponent, PointKind kind);
+  [[nodiscard]] std::size_t bits_of(const FineCell& cell) const;
+  [[nodiscard]] static std::size_t row_index(PointKind kind, GridPoint unit_point) {
+    return static_cast<std::size_t>(kind) * 4 +
+           static_cast<std::size_t>((unit_point.y & 1) | (unit_point.z & 1) << 1);
+  }
+  [[nodiscard]] float largest_error(const Children& children, std::ptrdiff_t at) const;
+  [[nodiscard]] float with_own_error(GridPoint p, std::ptrdiff_t at, int exponent,
+                                     float below) const;
+  void load_diamond(GridPoint p, std::ptrdiff_t at, int exponent, DiamondValues<double>& d) const;
+
+  const PreparedVolume& volume_;
+  const FineErrorsOptions options_;
+  const float isovalue_below_;  // A float is above the isovalue exactly when it is above this one.
+  const float settled_above_;   // As for the isovalue, of the largest threshold.
+  FineCells cells_;
+  GridPoint origin_;        // Grid coordinates of the arrays' first point: one cell below the cube.
+  std::int32_t side_ = 0;   // Of the cube, grid steps.
+  std::ptrdiff_t row_ = 0;  // Strides of the arrays.
+  std::ptrdiff_t slice_ = 0;
+  FineArrays& arrays_;
+  std::array<std::array<Children, 12>, kSpectrumExponent> children_{};  // By spacing and row_index.
+  std::array<DiamondLengths<double>, kSpectrumExponent> lengths_{};     // By spacing.
+  std::array<std::array<std::ptrdiff_t, Diamond::kMaxCorners>, 64> offsets_{};  // By shape, for
+                                                                                // spacing 1.
+};
+
+}  // namespace multitetra

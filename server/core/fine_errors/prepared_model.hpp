@@ -1,0 +1,77 @@
+// The error-based model of a prepared volume for one request: the same predicate as
+// ErrorBasedModel, with errors from the spectrum and, below its spacing, from the samples.
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "common/mesh/octree_cube.hpp"
+#include "server/core/errors/error_based_model.hpp"
+#include "server/core/fine_errors/fine_errors.hpp"
+#include "server/core/framework/tetrahedron.hpp"
+#include "server/core/spectrum/error_spectrum.hpp"
+#include "server/core/spectrum/prepared_volume.hpp"
+
+namespace multitetra {
+
+// Immutable; safe to use from several threads at once. Conforms for any threshold map: the spectrum
+// is never smaller than the exact errors that take over below it, so a kept point has kept parents.
+class PreparedModel {
+ public:
+  // The volume must outlive the model. Requires a grid of more than kSpectrumSpacing steps a side.
+  // `spectrum` may be shared by models of the same isovalue, measure and rule, which then decode
+  // its bricks once; null: the model has its own.
+  PreparedModel(const PreparedVolume& volume, const FineErrorsOptions& errors, ModelOptions options,
+                std::shared_ptr<const SpectrumErrors> spectrum = nullptr)
+      : volume_(volume),
+        fine_(errors),
+        options_(std::move(options)),
+        spectrum_(spectrum ? std::move(spectrum)
+                           : std::make_shared<const SpectrumErrors>(
+                                 volume.spectrum, errors.isovalue, errors.measure, errors.rule)) {
+    fine_.largest_threshold = options_.thresholds.largest();
+  }
+
+  [[nodiscard]] const PreparedVolume& volume() const { return volume_; }
+  [[nodiscard]] const ThresholdMap& thresholds() const { return options_.thresholds; }
+  [[nodiscard]] const FineErrorsOptions& fine_options() const { return fine_; }
+
+  // For points of spacing kSpectrumSpacing and more.
+  [[nodiscard]] bool kept(const DividingPoint& point) const {
+    return options_.keeps(point, spectrum_->bound(point));
+  }
+
+  // For a finer point p of spacing s, whose error is known: infinite when a flip keeps it.
+  [[nodiscard]] bool kept(GridPoint p, std::int32_t s, float error) const {
+    const auto e = static_cast<double>(error);
+    if (s < options_.finest_spacing || !(e > options_.thresholds.least())) return false;
+    return e > options_.thresholds.largest() ||
+           e > options_.thresholds.least_in(region(DividingPoint(p)));
+  }
+
+  // Whether points of spacing s may be kept at all.
+  [[nodiscard]] bool may_keep(std::int32_t s) const { return s >= options_.finest_spacing; }
+  // Whether of the finer points no other is kept than those with an error above the largest
+  // threshold.
+  [[nodiscard]] bool keeps_only_settled() const {
+    return options_.thresholds.least() == options_.thresholds.largest();
+  }
+
+  // Whether the cell's centre may be kept: all its parents are.
+  [[nodiscard]] bool is_wanted(const OctreeCube& cell) const {
+    if (options_.finest_spacing >= kSpectrumSpacing) return false;
+    const PointList<4> parents = centre(cell).parents(Grid(volume_.info.grid_exponent));
+    for (const GridPoint parent : parents) {
+      if (!kept(DividingPoint(parent))) return false;
+    }
+    return true;
+  }
+
+ private:
+  const PreparedVolume& volume_;
+  FineErrorsOptions fine_;
+  ModelOptions options_;
+  std::shared_ptr<const SpectrumErrors> spectrum_;
+};
+
+}  // namespace multitetra

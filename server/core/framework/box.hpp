@@ -1,0 +1,100 @@
+// Boxes of places, and what they become under an affine map.
+//
+// Nested boxes stay nested, also as computed: rounded sums, products with one fixed factor, minima
+// and maxima are monotone in each operand, so no rounding can push an inner box out of an outer
+// one.
+#pragma once
+
+#include <algorithm>
+
+#include "common/base/affine.hpp"
+#include "common/mesh/octree_cube.hpp"
+
+namespace multitetra {
+
+// A closed box; low <= high on every axis.
+struct Box {
+  Vec3 low;
+  Vec3 high;
+
+  friend bool operator==(const Box&, const Box&) = default;
+};
+
+[[nodiscard]] inline Box box_of(const OctreeCube& cube) {
+  const auto side = static_cast<double>(cube.side());
+  const Vec3 low = {side * cube.x, side * cube.y, side * cube.z};
+  return {low, {low[0] + side, low[1] + side, low[2] + side}};
+}
+
+[[nodiscard]] inline bool contains(const Box& outer, const Box& inner) {
+  return outer.low[0] <= inner.low[0] && inner.high[0] <= outer.high[0] &&
+         outer.low[1] <= inner.low[1] && inner.high[1] <= outer.high[1] &&
+         outer.low[2] <= inner.low[2] && inner.high[2] <= outer.high[2];
+}
+
+[[nodiscard]] inline bool touch(const Box& a, const Box& b) {
+  return a.low[0] <= b.high[0] && b.low[0] <= a.high[0] && a.low[1] <= b.high[1] &&
+         b.low[1] <= a.high[1] && a.low[2] <= b.high[2] && b.low[2] <= a.high[2];
+}
+
+// Each end of `box` moved into `bounds`: the places they share, or the nearest ones of `bounds`.
+[[nodiscard]] inline Box clamped(const Box& box, const Box& bounds) {
+  Box inside = box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    inside.low[axis] = std::clamp(box.low[axis], bounds.low[axis], bounds.high[axis]);
+    inside.high[axis] = std::clamp(box.high[axis], bounds.low[axis], bounds.high[axis]);
+  }
+  return inside;
+}
+
+// The least box of the other coordinates that holds the image of `box`.
+[[nodiscard]] inline Box image_of(const Affine& map, const Box& box) {
+  Box image{map.translation, map.translation};
+  for (std::size_t column = 0; column < 3; ++column) {
+    for (std::size_t row = 0; row < 3; ++row) {
+      const double a = map.columns[column][row] * box.low[column];
+      const double b = map.columns[column][row] * box.high[column];
+      image.low[row] += std::min(a, b);
+      image.high[row] += std::max(a, b);
+    }
+  }
+  return image;
+}
+
+// The least and the largest value of normal . x over the box.
+struct Extent {
+  double least = 0;
+  double largest = 0;
+};
+[[nodiscard]] inline Extent extent_along(const Vec3& normal, const Box& box) {
+  Extent extent;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double a = normal[axis] * box.low[axis];
+    const double b = normal[axis] * box.high[axis];
+    extent.least += std::min(a, b);
+    extent.largest += std::max(a, b);
+  }
+  return extent;
+}
+
+// Squares of the distances from a place to the nearest and to the farthest place of the box.
+[[nodiscard]] inline double squared_distance(const Vec3& place, const Box& box) {
+  double sum = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double d =
+        std::max(0.0, std::max(box.low[axis] - place[axis], place[axis] - box.high[axis]));
+    sum += d * d;
+  }
+  return sum;
+}
+[[nodiscard]] inline double largest_squared_distance(const Vec3& place, const Box& box) {
+  double sum = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    // One of the two is the distance to the farther end, so neither sign nor order matters.
+    const double d = std::max(place[axis] - box.low[axis], box.high[axis] - place[axis]);
+    sum += d * d;
+  }
+  return sum;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,64 @@
+// The shape of a dividing point's diamond, ready to be laid over an array of samples.
+//
+// Where the ends of the split edge and the link of a point lie depends only on which of its
+// coordinates are odd and, for each of these, on which side the odd end of the split edge is: 64
+// shapes at most, for every spacing the same.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "server/core/framework/dividing_point.hpp"
+
+namespace multitetra {
+
+// Corner offsets in units of the point's spacing, each coordinate -1, 0 or 1: the ends of the split
+// edge, then the link in cyclic order.
+struct Diamond {
+  static constexpr std::size_t kMaxCorners = 10;
+
+  PointKind kind = PointKind::kEdge;
+  std::size_t corners = 0;
+  std::array<GridPoint, kMaxCorners> offsets{};
+};
+
+// The index of a point's shape. Requires a point in units of its spacing: one coordinate is odd.
+[[nodiscard]] constexpr std::size_t diamond_index(GridPoint unit_point) {
+  const auto bit = [](std::int32_t v, unsigned position) {
+    const auto u = static_cast<unsigned>(v);
+    // Odd or not; when odd, whether the odd end, in units of twice the spacing, is the upper one.
+    return (u & 1U) << position | ((u & 1U) & ((u + 1) >> 1)) << (position + 3);
+  };
+  return bit(unit_point.x, 0) | bit(unit_point.y, 1) | bit(unit_point.z, 2);
+}
+
+[[nodiscard]] constexpr std::array<Diamond, 64> make_diamonds() {
+  std::array<Diamond, 64> diamonds{};
+  for (int odd = 1; odd < 8; ++odd) {
+    for (int upper = 0; upper < 8; ++upper) {
+      if ((upper & ~odd) != 0) continue;
+      const auto coordinate = [&](int axis) {
+        return (odd >> axis & 1) == 0 ? 4 : (upper >> axis & 1) != 0 ? 5 : 3;
+      };
+      const GridPoint unit_point = {coordinate(0), coordinate(1), coordinate(2)};
+      const DividingPoint point(unit_point);
+      Diamond& diamond = diamonds[diamond_index(unit_point)];
+      diamond.kind = point.kind();
+      const auto [a, b] = point.split_edge();
+      diamond.offsets[diamond.corners++] = a - unit_point;
+      diamond.offsets[diamond.corners++] = b - unit_point;
+      const PointList<8> ring = point.ring();
+      for (const GridPoint corner : ring) diamond.offsets[diamond.corners++] = corner - unit_point;
+    }
+  }
+  return diamonds;
+}
+
+inline constexpr std::array<Diamond, 64> kDiamonds = make_diamonds();
+
+[[nodiscard]] constexpr const Diamond& diamond_of(GridPoint unit_point) {
+  return kDiamonds[diamond_index(unit_point)];
+}
+
+}  // namespace multitetra

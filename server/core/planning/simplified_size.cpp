@@ -1,0 +1,38 @@
+#include "server/core/planning/simplified_size.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/core/simplification/simplified_cube.hpp"
+
+namespace multitetra {
+
+double share_left(const SimplifiedBlocks& blocks, double before) {
+  if (blocks.before <= 0) return 1;
+  const double left = blocks.left / blocks.before;
+  // Triangles for every edge of the border: measured 0.6 where a third is left, 0.98 where a
+  // hundredth is.
+  const double at_border = (1 - 0.6 * std::sqrt(left)) * blocks.border_edges / blocks.before;
+  const double inner = std::max(left - at_border, 0.2 * left);
+  const SimplifiedTileLimits limits;
+  // Tiles as full as they are on average; one that takes all has no border.
+  const double triangles = 0.6 * static_cast<double>(limits.triangles);
+  if (inner * before <= static_cast<double>(limits.triangles) &&
+      before <= 2 * static_cast<double>(limits.vertices_before)) {
+    return std::min(inner, 1.0);
+  }
+  const double blocks_of_tile =
+      std::min(triangles / (inner * blocks.before / static_cast<double>(blocks.count)),
+               2 * static_cast<double>(limits.vertices_before) * static_cast<double>(blocks.count) /
+                   blocks.before);
+  const double sides = std::sqrt(std::max(blocks_of_tile, 1.0));
+  return std::min(inner + (left - inner) / sides, 1.0);
+}
+
+double rough_share_left(double voxels) {
+  // The power of 5/4, by roots: the same bits on every machine.
+  const double at_least = std::max(voxels, 0.01);
+  return std::min(0.018 / (at_least * std::sqrt(std::sqrt(at_least))), 0.5);
+}
+
+}  // namespace multitetra

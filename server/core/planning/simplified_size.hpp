@@ -1,0 +1,32 @@
+// How large a simplified surface is, from what simplification leaves in some blocks of it.
+//
+// A block's border stays as it is, and so do most triangles at it: what is left is nearly linear in
+// the edges of the border. In a tile, which is larger, it has a smaller part.
+#pragma once
+
+#include <cstddef>
+
+namespace multitetra {
+
+// Sums over blocks of the same side.
+struct SimplifiedBlocks {
+  std::size_t count = 0;    // With any triangle.
+  double before = 0;        // Triangles.
+  double left = 0;          // Triangles.
+  double border_edges = 0;  // Of one triangle, where tiles would go on.
+};
+
+// Of `before` triangles of a surface, at least 0 and at most all, cut into tiles as
+// simplified_cube.hpp does. 1 where nothing is known.
+[[nodiscard]] double share_left(const SimplifiedBlocks& blocks, double before);
+
+// The same, roughly, where no block was simplified; the error in voxels. Rather too small than too
+// large. Public volumes have 0.3 at a tenth of a voxel, 0.04 to 0.2 at half a voxel, 0.007 and more
+// at two.
+[[nodiscard]] double rough_share_left(double voxels);
+
+// Simplified triangles are irregular: each takes so many times the bytes of another:
+// 1.2 to 1.5 on public volumes.
+inline constexpr double kBytesOfSimplifiedTriangles = 1.35;
+
+}  // namespace multitetra

@@ -1,0 +1,65 @@
+// Sums of squared distances to planes, as a function of a point (M. Garland, P. Heckbert, "Surface
+// simplification using quadric error metrics", SIGGRAPH 1997), around an origin of its own: near to
+// it single precision is enough. It orders collapses; no bound rests on it.
+#pragma once
+
+#include <cmath>
+
+#include "common/base/affine.hpp"
+#include "server/core/simplification/vectors.hpp"
+
+namespace multitetra {
+
+// x -> x A x + 2 b x + c, A symmetric; x is seen from the origin.
+struct Quadric {
+  float xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
+  float bx = 0, by = 0, bz = 0;
+  float c = 0;
+
+  // The plane through the origin with the normal n, as often as n is long.
+  [[nodiscard]] static Quadric of_plane(const Vec3& n) {
+    const double squared = squared_length(n);
+    if (!(squared > 0)) return {};
+    const double weight = 1 / std::sqrt(squared);
+    const auto part = [&](double a, double b) { return static_cast<float>(weight * a * b); };
+    return {.xx = part(n[0], n[0]),
+            .yy = part(n[1], n[1]),
+            .zz = part(n[2], n[2]),
+            .xy = part(n[0], n[1]),
+            .xz = part(n[0], n[2]),
+            .yz = part(n[1], n[2])};
+  }
+  void add(const Quadric& o) {
+    xx += o.xx;
+    yy += o.yy;
+    zz += o.zz;
+    xy += o.xy;
+    xz += o.xz;
+    yz += o.yz;
+    bx += o.bx;
+    by += o.by;
+    bz += o.bz;
+    c += o.c;
+  }
+  // The same function, seen from `origin`.
+  [[nodiscard]] Quadric seen_from(const Vec3& origin) const {
+    const auto x = static_cast<float>(origin[0]);
+    const auto y = static_cast<float>(origin[1]);
+    const auto z = static_cast<float>(origin[2]);
+    Quadric moved = *this;
+    moved.bx += xx * x + xy * y + xz * z;
+    moved.by += xy * x + yy * y + yz * z;
+    moved.bz += xz * x + yz * y + zz * z;
+    moved.c = at(origin);
+    return moved;
+  }
+  [[nodiscard]] float at(const Vec3& p) const {
+    const auto x = static_cast<float>(p[0]);
+    const auto y = static_cast<float>(p[1]);
+    const auto z = static_cast<float>(p[2]);
+    return x * (xx * x + 2 * (xy * y + xz * z + bx)) + y * (yy * y + 2 * (yz * z + by)) +
+           z * (zz * z + 2 * bz) + c;
+  }
+};
+
+}  // namespace multitetra

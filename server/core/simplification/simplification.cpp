@@ -1,0 +1,332 @@
+#include "server/core/simplification/simplification.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "server/core/simplification/collapsing_mesh.hpp"
+#include "server/core/simplification/quadric.hpp"
+#include "server/core/simplification/successive_mapping.hpp"
+#include "server/core/simplification/vectors.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr std::uint32_t kNone = CollapsingMesh::kNone;
+
+// Relative to one of the vertices: large coordinates would cost precision.
+std::vector<Vec3> positions_of(const LatticeMesh& mesh, const Vec3& step) {
+  std::vector<Vec3> positions;
+  positions.reserve(mesh.vertices.size());
+  for (const LatticePoint& p : mesh.vertices) {
+    const LatticePoint& o = mesh.vertices.front();
+    positions.push_back({step[0] * (p.x - o.x), step[1] * (p.y - o.y), step[2] * (p.z - o.z)});
+  }
+  return positions;
+}
+
+Vec3 normal_of(const Vec3& p, const Vec3& q, const Vec3& r) {
+  return vector_product(difference(q, p), difference(r, p));
+}
+
+}  // namespace
+
+class SimplifiedPiece::Run {
+ public:
+  // The budget in units.
+  Run(const SimplifiedPiece& piece, double budget)
+      : budget_(budget),
+        positions_(positions_of(piece.mesh_, piece.proportions())),
+        mesh_(piece.mesh_.triangles, static_cast<std::uint32_t>(piece.mesh_.vertices.size())),
+        carried_(mesh_, positions_, piece.map_, piece.parts_),
+        quadrics_(piece.quadrics_),
+        states_(positions_.size()) {
+    for (std::uint32_t v = 0; v < positions_.size(); ++v) {
+      if (mesh_.kind(v) == CollapsingMesh::VertexKind::kInner) open_.push_back(v);
+    }
+    if (budget <= piece.least_tried_) open_around_seams(piece.parts_);
+  }
+
+  // Leaves in the piece what is left of it.
+  void simplify(SimplifiedPiece& piece, const std::function<void()>& checkpoint) {
+    for (int pass = 0; pass < kPasses && choose_candidates(); ++pass) {
+      for (std::size_t i = 0; i < candidates_.size(); ++i) {
+        if (i % kBetweenCheckpoints == 0) checkpoint();
+        try_vertex(candidates_[i]);
+      }
+    }
+    std::vector<std::uint32_t> numbers(mesh_.triangle_count(), kNone);
+    piece.mesh_.triangles.clear();
+    for (std::uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
+      if (mesh_.is_removed(t)) continue;
+      numbers[t] = static_cast<std::uint32_t>(piece.mesh_.triangles.size());
+      piece.mesh_.triangles.push_back(mesh_.triangle(t));
+    }
+    piece.map_ = carried_.map(numbers);
+    piece.quadrics_ = std::move(quadrics_);
+    piece.parts_.assign(piece.mesh_.triangles.size(), 0);
+    piece.least_tried_ = budget_;
+  }
+
+ private:
+  static constexpr int kPasses = 16;
+  static constexpr std::size_t kBetweenCheckpoints = 2048;
+  static constexpr int kTries = 2;
+  static constexpr std::uint8_t kRefusals = 4;
+
+  struct State {
+    float least_cost = 0;
+    std::uint32_t best = kNone;  // The vertex that costs least to collapse onto.
+    bool is_stale = true;        // These are not known.
+    bool is_closed = false;      // Refused, and nothing has changed since.
+    std::uint8_t refusals = 0;
+  };
+
+  // Away from the seams all has been tried in the pieces, where nothing was better.
+  void open_around_seams(std::span<const std::uint32_t> parts) {
+    for (State& state : states_) state.is_closed = true;
+    for (std::uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        const std::uint32_t across = mesh_.opposite(CollapsingMesh::corner_of(t, k));
+        if (across == kNone || parts[CollapsingMesh::triangle_of(across)] == parts[t]) continue;
+        for (const std::uint32_t v : mesh_.triangle(t)) states_[v].is_closed = false;
+      }
+    }
+  }
+
+  // The cheaper half of the vertices that may move, in the order of their numbers: neighbours are
+  // near to each other in memory.
+  bool choose_candidates() {
+    costs_.clear();
+    std::size_t kept = 0;
+    for (const std::uint32_t v : open_) {
+      if (carried_.is_carried(v)) continue;
+      open_[kept++] = v;
+      State& state = states_[v];
+      if (state.is_closed) continue;
+      if (state.is_stale) find_costs(v);
+      costs_.push_back(state.least_cost);
+    }
+    open_.resize(kept);
+    candidates_.clear();
+    if (costs_.empty()) return false;
+    const auto middle = costs_.begin() + static_cast<std::ptrdiff_t>(costs_.size() / 2);
+    std::nth_element(costs_.begin(), middle, costs_.end());
+    limit_ = *middle;
+    for (const std::uint32_t v : open_) {
+      if (!states_[v].is_closed && states_[v].least_cost <= limit_) candidates_.push_back(v);
+    }
+    return true;
+  }
+  // Of collapses onto the vertices of the ring.
+  void find_costs(std::uint32_t u) {
+    mesh_.ring(u, ring_);
+    ring_costs_.resize(ring_.size());
+    State& state = states_[u];
+    state.least_cost = std::numeric_limits<float>::infinity();
+    state.is_stale = false;
+    for (std::size_t i = 0; i < ring_.size(); ++i) {
+      const std::uint32_t w = mesh_.vertex(CollapsingMesh::next(ring_[i]));
+      ring_costs_[i] = cost(u, w);
+      if (ring_costs_[i] < state.least_cost) {
+        state.least_cost = ring_costs_[i];
+        state.best = w;
+      }
+    }
+  }
+  float cost(std::uint32_t u, std::uint32_t v) const {
+    return quadrics_[u].at(difference(positions_[v], positions_[u]));
+  }
+
+  void try_vertex(std::uint32_t u) {
+    State& state = states_[u];
+    const bool was_stale = state.is_stale;
+    find_costs(u);
+    // When neighbours have changed in this pass it may have become too dear.
+    if (was_stale && state.least_cost > 1.5F * limit_) return;
+    for (int tries = 0; tries < kTries && !ring_costs_.empty();) {
+      const auto least = std::min_element(ring_costs_.begin(), ring_costs_.end());
+      if (*least == std::numeric_limits<float>::infinity()) break;
+      const auto first = static_cast<std::size_t>(least - ring_costs_.begin());
+      *least = std::numeric_limits<float>::infinity();
+      const auto goal = ring_.begin() + static_cast<std::ptrdiff_t>(first);
+      turned_.assign(goal, ring_.end());
+      turned_.insert(turned_.end(), ring_.begin(), goal);
+      if (turns_over() || joins_borders() || !mesh_.keeps_topology(turned_)) continue;
+      if (try_collapse(u)) return;
+      ++tries;
+    }
+    state.is_closed = true;
+    ++state.refusals;
+  }
+
+  // Whether a new edge would join two vertices of the border, or a new triangle three. The surface
+  // beyond the border may have such an edge or triangle too.
+  bool joins_borders() const {
+    const auto is_inner = [&](std::uint32_t corner) {
+      return mesh_.kind(mesh_.vertex(CollapsingMesh::next(corner))) ==
+             CollapsingMesh::VertexKind::kInner;
+    };
+    if (turned_.size() == 3) return std::none_of(turned_.begin(), turned_.end(), is_inner);
+    if (is_inner(turned_[0])) return false;
+    for (std::size_t i = 2; i + 1 < turned_.size(); ++i) {
+      if (!is_inner(turned_[i])) return true;
+    }
+    return false;
+  }
+
+  bool turns_over() const {
+    const std::uint32_t u = mesh_.vertex(turned_[0]);
+    const Vec3& to = positions_[mesh_.vertex(CollapsingMesh::next(turned_[0]))];
+    for (std::size_t i = 1; i + 1 < turned_.size(); ++i) {
+      const Vec3& q = positions_[mesh_.vertex(CollapsingMesh::next(turned_[i]))];
+      const Vec3& r = positions_[mesh_.vertex(CollapsingMesh::previous(turned_[i]))];
+      const Vec3 before = normal_of(positions_[u], q, r);
+      const Vec3 after = normal_of(to, q, r);
+      const double along = inner_product(before, after);
+      if (!(along > 0) || along * along < 0.04 * squared_length(before) * squared_length(after)) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  bool try_collapse(std::uint32_t u) {
+    if (!carried_.carry(turned_, budget_)) return false;
+    const std::uint32_t v = mesh_.vertex(CollapsingMesh::next(turned_[0]));
+    mesh_.collapse(turned_);
+    quadrics_[v].add(quadrics_[u].seen_from(difference(positions_[v], positions_[u])));
+    states_[v].is_stale = true;
+    reopen(v);
+    for (const std::uint32_t c : turned_) {
+      const std::uint32_t w = mesh_.vertex(CollapsingMesh::next(c));
+      if (w != v) replace(w, u, v);
+    }
+    return true;
+  }
+  // Tells w that its neighbour u is gone, and v is one.
+  void replace(std::uint32_t w, std::uint32_t u, std::uint32_t v) {
+    State& state = states_[w];
+    reopen(w);
+    if (state.is_stale) return;
+    if (state.best == u) {
+      state.is_stale = true;
+    } else if (const float to_v = cost(w, v); to_v < state.least_cost) {
+      state.least_cost = to_v;
+      state.best = v;
+    }
+  }
+  void reopen(std::uint32_t vertex) {
+    State& state = states_[vertex];
+    if (state.refusals < kRefusals) state.is_closed = false;
+  }
+
+  double budget_;
+  std::vector<Vec3> positions_;
+  CollapsingMesh mesh_;
+  SuccessiveMapping carried_;
+  std::vector<Quadric> quadrics_;  // Of vertices, seen from there.
+  std::vector<State> states_;
+  std::vector<std::uint32_t> open_;  // Vertices that may move some time.
+  float limit_ = 0;                  // Of a pass: the largest cost.
+  std::vector<float> costs_;
+  std::vector<std::uint32_t> candidates_;
+  std::vector<std::uint32_t> ring_;
+  std::vector<float> ring_costs_;
+  std::vector<std::uint32_t> turned_;  // The ring from the collapse's goal on.
+};
+
+SimplifiedPiece::SimplifiedPiece(LatticeMesh mesh, const Vec3& step)
+    : mesh_(std::move(mesh)),
+      step_(step),
+      unit_(*std::min_element(step.begin(), step.end())),
+      quadrics_(mesh_.vertices.size()) {
+  const std::vector<Vec3> positions = positions_of(mesh_, proportions());
+  for (const auto& [p, q, r] : mesh_.triangles) {
+    const Quadric plane = Quadric::of_plane(normal_of(positions[p], positions[q], positions[r]));
+    quadrics_[p].add(plane);
+    quadrics_[q].add(plane);
+    quadrics_[r].add(plane);
+  }
+}
+
+Vec3 SimplifiedPiece::proportions() const {
+  return {step_[0] / unit_, step_[1] / unit_, step_[2] / unit_};
+}
+
+SimplifiedPiece SimplifiedPiece::joined(std::span<const SimplifiedPiece> pieces) {
+  if (pieces.empty()) return {};
+  SimplifiedPiece whole;
+  whole.mesh_.resolution = pieces.front().mesh_.resolution;
+  whole.step_ = pieces.front().step_;
+  whole.unit_ = pieces.front().unit_;
+  whole.least_tried_ = std::numeric_limits<double>::infinity();
+  VertexNumbers shared;
+  for (const SimplifiedPiece& piece : pieces) whole.append(piece, shared);
+  whole.map_.carriers.resize(whole.mesh_.vertices.size(), kNone);
+  return whole;
+}
+
+// Vertices that are carried belong to no other piece.
+void SimplifiedPiece::append(const SimplifiedPiece& piece, VertexNumbers& shared) {
+  const auto first_triangle = static_cast<std::uint32_t>(mesh_.triangles.size());
+  std::vector<std::uint32_t> number(piece.mesh_.vertices.size());
+  for (std::size_t v = 0; v < number.size(); ++v) {
+    const LatticePoint& point = piece.mesh_.vertices[v];
+    if (!piece.map_.carriers.empty() && piece.map_.carriers[v] != kNone) {
+      number[v] = static_cast<std::uint32_t>(mesh_.vertices.size());
+      mesh_.vertices.push_back(point);
+    } else {
+      number[v] = shared.number(point, mesh_.vertices);
+    }
+    quadrics_.resize(mesh_.vertices.size());
+    quadrics_[number[v]].add(piece.quadrics_[v]);
+  }
+  // Parts come in ascending order; one that was never simplified has as many as triangles.
+  const std::uint32_t first_part = parts_.empty() ? 0 : parts_.back() + 1;
+  for (std::uint32_t t = 0; t < piece.mesh_.triangles.size(); ++t) {
+    const auto& [p, q, r] = piece.mesh_.triangles[t];
+    mesh_.triangles.push_back({number[p], number[q], number[r]});
+    parts_.push_back(first_part + (piece.parts_.empty() ? t : piece.parts_[t]));
+  }
+  map_.append(piece.map_, number, first_triangle);
+  if (!piece.parts_.empty()) least_tried_ = std::min(least_tried_, piece.least_tried_);
+}
+
+void SimplifiedPiece::simplify(double budget, const std::function<void()>& checkpoint) {
+  const double in_units = budget / unit_;
+  if (in_units == 0 || mesh_.triangles.empty()) return;
+  Run(*this, in_units).simplify(*this, checkpoint);
+}
+
+Simplified SimplifiedPiece::result() const {
+  Simplified out{.mesh = {.resolution = mesh_.resolution, .vertices = {}, .triangles = {}},
+                 .bound = unit_ * map_.bound()};
+  std::vector<std::uint32_t> number(mesh_.vertices.size(), kNone);
+  out.mesh.triangles = mesh_.triangles;
+  for (TriangleIndices& t : out.mesh.triangles) {
+    for (std::uint32_t& v : t) {
+      if (number[v] == kNone) {
+        number[v] = static_cast<std::uint32_t>(out.mesh.vertices.size());
+        out.mesh.vertices.push_back(mesh_.vertices[v]);
+      }
+      v = number[v];
+    }
+  }
+  return out;
+}
+
+Simplified simplified(const LatticeMesh& mesh, const SimplificationOptions& options,
+                      const std::function<void()>& checkpoint) {
+  if (options.budget == 0 || mesh.triangles.empty()) return {.mesh = mesh, .bound = 0};
+  SimplifiedPiece piece(mesh, options.step);
+  piece.simplify(options.budget, checkpoint);
+  return piece.result();
+}
+
+}  // namespace multitetra

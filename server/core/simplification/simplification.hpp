@@ -1,0 +1,99 @@
+// The same surface with fewer triangles.
+//
+//   const Simplified tile = simplified(mesh, {.step = {delta, delta, delta}, .budget = 0.25});
+//
+// Edges collapse onto one of their ends, so that every vertex that is left is one of the vertices
+// before. What is guaranteed:
+//
+//  * no point of either surface is farther from the other than `bound`, which is at most the budget
+//    (see successive_mapping.hpp for the proof);
+//  * the border, and every vertex without a closed ring of triangles around it, is as before:
+//    meshes that fit together still do;
+//  * the topology is the same: what was a manifold is one, with the same components and Euler
+//    characteristic; a component without border keeps four triangles at least;
+//  * no triangle turns by as much as a right angle in a collapse, and none is degenerate;
+//  * the result is a function of the arguments alone, to the bit.
+//
+// With a budget of 0 nothing changes.
+//
+// A large surface is simplified in pieces, which are joined and simplified on: then what was border
+// between them goes as well. The bound stays one to the surface before anything was simplified.
+//
+//   SimplifiedPiece left(mesh, step), right(other_mesh, step);
+//   left.simplify(0.25);
+//   right.simplify(0.25);
+//   SimplifiedPiece whole = SimplifiedPiece::joined(std::array{left, right});
+//   whole.simplify(0.25);
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "common/base/affine.hpp"
+#include "common/mesh/mesh.hpp"
+#include "common/mesh/vertex_numbers.hpp"
+#include "server/core/simplification/quadric.hpp"
+#include "server/core/simplification/successive_mapping.hpp"
+
+namespace multitetra {
+
+struct SimplificationOptions {
+  Vec3 step = {1, 1, 1};  // Length of a lattice step along each axis.
+  double budget = 0;      // Finite and >= 0, in the unit of `step`.
+};
+
+struct Simplified {
+  // Vertices in the order in which its triangles first use them, and no normals; with a budget of 0
+  // what it was.
+  LatticeMesh mesh;
+  double bound = 0;
+};
+
+// Requires triangles of three different vertices each. `checkpoint` is called now and then: what it
+// throws ends the work.
+[[nodiscard]] Simplified simplified(
+    const LatticeMesh& mesh, const SimplificationOptions& options,
+    const std::function<void()>& checkpoint = [] {});
+
+class SimplifiedPiece {
+ public:
+  SimplifiedPiece() = default;
+  // Requires triangles of three different vertices each; `step` as in SimplificationOptions.
+  SimplifiedPiece(LatticeMesh mesh, const Vec3& step);
+  // Requires pieces of one surface, with the same steps, that have nothing in common but borders.
+  [[nodiscard]] static SimplifiedPiece joined(std::span<const SimplifiedPiece> pieces);
+
+  // `budget` as in SimplificationOptions. Pieces that were simplified with another one keep the
+  // bound that they have, where it is the larger. When `checkpoint` throws, which is called now and
+  // then, the piece is as before.
+  void simplify(
+      double budget, const std::function<void()>& checkpoint = [] {});
+
+  [[nodiscard]] std::size_t triangles() const { return mesh_.triangles.size(); }
+  // Before anything was simplified.
+  [[nodiscard]] std::size_t vertices_before() const { return mesh_.vertices.size(); }
+  [[nodiscard]] Simplified result() const;
+
+ private:
+  class Run;
+
+  void append(const SimplifiedPiece& piece, VertexNumbers& shared);
+  // Of a lattice step, where the shortest is 1: in which unit datasets are measured does not
+  // matter.
+  [[nodiscard]] Vec3 proportions() const;
+
+  LatticeMesh mesh_;  // All vertices that ever were; the triangles that are left.
+  Vec3 step_ = {1, 1, 1};
+  double unit_ = 1;  // The shortest of them.
+  // Of every triangle, as SuccessiveMapping takes them: in which of the pieces that were joined it
+  // is.
+  std::vector<std::uint32_t> parts_;
+  std::vector<Quadric> quadrics_;  // Of the vertices, seen from there; in units.
+  StoredMapping map_;              // In units.
+  double least_tried_ = 0;  // Budget, in units: no collapse within it is left inside of the parts.
+};
+
+}  // namespace multitetra

@@ -1,0 +1,42 @@
+// The surface in one octree cube while it is simplified, and how tiles are cut off from it: as in
+// cube_surface.hpp, but by what simplification leaves.
+//
+// Cubes are simplified bottom-up. What is left in the children of a cube is joined and simplified
+// on, so that only the borders of tiles stay as they were; how many tiles there are depends on how
+// many triangles are left. The result is a function of the leaves, thresholds and limits alone.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "common/mesh/octree_cube.hpp"
+#include "server/core/simplification/simplification.hpp"
+#include "server/core/surface/cube_surface.hpp"
+
+namespace multitetra {
+
+struct SimplifiedCube {
+  OctreeCube cube;
+  std::vector<TileMesh> tiles;  // Cut off.
+  SimplifiedPiece rest;         // Not yet in a tile.
+};
+
+struct SimplifiedTileLimits {
+  std::size_t triangles = 64'000;           // That are left in a tile,
+  std::size_t vertices_before = 1'000'000;  // and that it had: memory and time of one thread.
+};
+
+// The surface in a cube from that in its children, and from what lies in no single one of them, if
+// anything does. Simplifies what stays together; `options` are those of the cube. `checkpoint` is
+// called now and then: what it throws ends the work.
+[[nodiscard]] SimplifiedCube join_simplified(
+    const OctreeCube& cube, std::vector<SimplifiedCube> children, std::optional<LatticeMesh> own,
+    const SimplificationOptions& options, const SimplifiedTileLimits& limits = {},
+    const std::function<void()>& checkpoint = [] {});
+
+// The whole as tiles, sorted by cube: what is left at the root becomes one.
+[[nodiscard]] std::vector<TileMesh> finished_tiles(SimplifiedCube root);
+
+}  // namespace multitetra

@@ -1,0 +1,33 @@
+#include "server/core/simplification/threshold_shares.hpp"
+
+#include <memory>
+
+namespace multitetra {
+IsosurfaceRequest model_request(const IsosurfaceRequest& request) {
+  if (!request.simplify) return request;
+  IsosurfaceRequest model = request;
+  LocalThresholds& local = model.thresholds;
+  model.error *= kModelShare;
+  local.at_least *= kModelShare;
+  for (ThresholdRegion& region : local.regions) region.threshold *= kModelShare;
+  if (local.grid) {
+    ThresholdGrid grid = *local.grid;
+    for (float& threshold : grid.thresholds) threshold *= static_cast<float>(kModelShare);
+    local.grid = std::make_shared<const ThresholdGrid>(std::move(grid));
+  }
+  if (local.view) {
+    local.view->tolerance_pixels *= kModelShare;
+    if (local.view->frustum) local.view->frustum->outside *= kModelShare;
+  }
+  return model;
+}
+
+SimplificationOptions simplification_of(const OctreeCube& cube, const ThresholdMap& thresholds,
+                                        int lattice_resolution, const DatasetInfo& info) {
+  SimplificationOptions options{.step = info.spacing,
+                                .budget = (1 - kModelShare) * thresholds.least_in(box_of(cube))};
+  for (double& step : options.step) step /= static_cast<double>(1 << lattice_resolution);
+  return options;
+}
+
+}  // namespace multitetra

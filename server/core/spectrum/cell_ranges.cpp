@@ -1,0 +1,119 @@
+#include "server/core/spectrum/cell_ranges.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "server/core/spectrum/prepared_volume.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr std::size_t kLayers = 4;  // That 16 slices can touch.
+
+template <typename Sample>
+constexpr Sample highest() {
+  if constexpr (std::is_floating_point_v<Sample>) return std::numeric_limits<Sample>::infinity();
+  return std::numeric_limits<Sample>::max();
+}
+template <typename Sample>
+constexpr Sample lowest() {
+  if constexpr (std::is_floating_point_v<Sample>) return -std::numeric_limits<Sample>::infinity();
+  return std::numeric_limits<Sample>::lowest();
+}
+
+// The cells, first and last, whose closed extent along one axis holds grid coordinate v.
+std::pair<std::int32_t, std::int32_t> cells_at(std::int32_t v) {
+  const std::int32_t cell = v / kSpectrumSpacing;
+  return {std::max(0, v % kSpectrumSpacing == 0 ? cell - 1 : cell), cell};
+}
+
+// Takes one row of samples into the ranges of a row of cells; both begin with the data.
+template <typename Sample>
+void include_row(const Sample* row, const DatasetInfo& info, const LevelExtent& cells,
+                 Sample* ranges) {
+  for (std::int32_t i = 0; i < cells.extent.x; ++i) {
+    const std::int32_t begin = kSpectrumSpacing * (cells.low.x + i) - info.margin;
+    const std::int32_t first = std::max(0, begin);
+    const std::int32_t last = std::min(info.dims[0] - 1, begin + kSpectrumSpacing);
+    Sample low = ranges[2 * i];
+    Sample high = ranges[2 * i + 1];
+    for (std::int32_t x = first; x <= last; ++x) {  // Comparing with NaN is false.
+      low = row[x] < low ? row[x] : low;
+      high = row[x] > high ? row[x] : high;
+    }
+    ranges[2 * i] = low;
+    ranges[2 * i + 1] = high;
+  }
+}
+
+}  // namespace
+
+CellRanges::CellRanges(const DatasetInfo& info, Scratch& scratch) : info_(info), scratch_(scratch) {
+  visit_type(info.type, [&]<typename Sample>(const Sample*) { ranges_ = std::vector<Sample>(); });
+  put_aside(0);
+}
+
+// Puts aside the first layers of those in memory, and begins as many others.
+void CellRanges::put_aside(std::int32_t layers) {
+  const LevelExtent cells = cell_extent(info_);
+  const auto layer =
+      2 * static_cast<std::size_t>(cells.extent.x) * static_cast<std::size_t>(cells.extent.y);
+  const std::size_t size = static_cast<std::size_t>(layers) * layer;
+  first_layer_ += layers;
+  std::visit(
+      [&](auto& ranges) {
+        using Sample = typename std::decay_t<decltype(ranges)>::value_type;
+        if (layers > 0) {
+          (void)scratch_.put(std::as_bytes(std::span(ranges).first(size)));
+          ranges.erase(ranges.begin(), ranges.begin() + static_cast<std::ptrdiff_t>(size));
+        }
+        for (std::size_t i = ranges.size(); i < kLayers * layer; i += 2) {
+          ranges.insert(ranges.end(), {highest<Sample>(), lowest<Sample>()});
+        }
+      },
+      ranges_);
+}
+
+void CellRanges::add(const Samples& slab, std::int32_t slices, const ForEach& for_each) {
+  const LevelExtent all_cells = cell_extent(info_);
+  LevelExtent cells = all_cells;  // Those in memory.
+  cells.low.z += first_layer_;
+  const std::int32_t first_z = next_slice_;
+  next_slice_ += slices;
+  std::visit(
+      [&](auto& ranges) {
+        const auto& samples = std::get<std::decay_t<decltype(ranges)>>(slab);
+        // A row of cells along x is written by one body alone.
+        for_each(static_cast<std::size_t>(cells.extent.y), [&](std::size_t j) {
+          const std::int32_t cell_y = cells.low.y + static_cast<std::int32_t>(j);
+          const std::int32_t begin = kSpectrumSpacing * cell_y - info_.margin;
+          const std::int32_t last_y = std::min(info_.dims[1] - 1, begin + kSpectrumSpacing);
+          for (std::int32_t slice = 0; slice < slices; ++slice) {
+            const auto [low, high] = cells_at(info_.margin + first_z + slice);
+            for (std::int32_t cell_z = low; cell_z <= high; ++cell_z) {
+              const GridPoint first_cell = {cells.low.x, cell_y, cell_z};
+              for (std::int32_t y = std::max(0, begin); y <= last_y; ++y) {
+                include_row(samples.data() + std::ptrdiff_t{info_.dims[0]} *
+                                                 (y + std::ptrdiff_t{info_.dims[1]} * slice),
+                            info_, cells, ranges.data() + 2 * cells.index(first_cell));
+              }
+            }
+          }
+        });
+      },
+      ranges_);
+  const bool is_last = next_slice_ == info_.dims[2];
+  const std::int32_t next_layer =
+      is_last ? all_cells.low.z + all_cells.extent.z : cells_at(info_.margin + next_slice_).first;
+  put_aside(next_layer - cells.low.z);
+}
+
+std::uint64_t CellRanges::bytes() const {
+  return 2 * static_cast<std::uint64_t>(bytes_per_sample(info_.type)) * cell_extent(info_).size();
+}
+
+}  // namespace multitetra

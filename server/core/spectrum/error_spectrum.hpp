@@ -1,0 +1,58 @@
+// The stored errors of a prepared dataset, and what they say for one isovalue.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "common/request/isosurface_request.hpp"
+#include "server/core/errors/saturated_errors.hpp"
+#include "server/core/spectrum/isovalue_bins.hpp"
+#include "server/core/spectrum/sample_bricks.hpp"
+#include "server/core/spectrum/spectrum_layout.hpp"
+
+namespace multitetra {
+
+// Upper bounds of the errors of all dividing points of spacing kSpectrumSpacing and more, for every
+// isovalue. Immutable.
+struct ErrorSpectrum {
+  SpectrumLayout layout;
+  IsovalueBins bins;
+  float voxel = 1;                            // The unit of errors, world units.
+  std::shared_ptr<const BrickSource> bricks;  // As of spectrum_brick.hpp.
+};
+
+// The bounds for one isovalue: never smaller than those of SaturatedErrors, and a parent's at least
+// those of its children. Bricks are read when they are first asked for. Safe to use from several
+// threads at once. The spectrum must outlive it.
+class SpectrumErrors {
+ public:
+  SpectrumErrors(const ErrorSpectrum& spectrum, double isovalue, ErrorMeasure measure,
+                 TopologyRule rule);
+  ~SpectrumErrors();
+  SpectrumErrors(const SpectrumErrors&) = delete;
+  SpectrumErrors& operator=(const SpectrumErrors&) = delete;
+
+  // Requires point.spacing() >= kSpectrumSpacing. Throws std::runtime_error when a brick is
+  // damaged.
+  [[nodiscard]] ErrorBound bound(const DividingPoint& point) const;
+
+ private:
+  struct Plane {
+    std::array<std::uint8_t, SpectrumLayout::kPoints> error;  // Codes.
+    std::array<std::uint8_t, SpectrumLayout::kPoints> flip;   // 0, or 1 + log2 of the spacing.
+  };
+  [[nodiscard]] const Plane& plane(std::size_t brick) const;
+
+  const ErrorSpectrum& spectrum_;
+  std::optional<int> bin_;
+  ErrorMeasure measure_;
+  TopologyRule rule_;
+  std::array<float, 256> error_of_code_{};                 // World units.
+  mutable std::vector<std::atomic<const Plane*>> planes_;  // By brick; null until asked for.
+};
+
+}  // namespace multitetra

@@ -1,0 +1,76 @@
+// What a prepared dataset offers to queries: the volume in parts that can be read one at a time,
+// and its errors for every isovalue.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <memory>
+#include <span>
+
+#include "common/request/dataset_info.hpp"
+#include "server/core/framework/level_extent.hpp"
+#include "server/core/spectrum/error_spectrum.hpp"
+#include "server/core/spectrum/sample_bricks.hpp"
+
+namespace multitetra {
+
+// The samples of the data whose grid coordinates are multiples of kSpectrumSpacing; perhaps none.
+[[nodiscard]] constexpr LevelExtent coarse_extent(const DatasetInfo& info) {
+  const GridPoint last = last_sample(info);
+  const std::int32_t first = (info.margin + kSpectrumSpacing - 1) >> kSpectrumExponent;
+  const auto count = [first](std::int32_t v) {
+    return std::max(0, (v >> kSpectrumExponent) - first + 1);
+  };
+  return {.exponent = kSpectrumExponent,
+          .low = {first, first, first},
+          .extent = {count(last.x), count(last.y), count(last.z)}};
+}
+
+// A cell is a cube of kSpectrumSpacing grid steps, at multiples of it; its unit point is its lowest
+// corner. The closed cells that hold a sample of the data:
+[[nodiscard]] constexpr LevelExtent cell_extent(const DatasetInfo& info) {
+  const GridPoint last = last_sample(info);
+  const std::int32_t first = std::max(0, info.margin - 1) >> kSpectrumExponent;
+  const auto count = [first](std::int32_t v) { return (v >> kSpectrumExponent) - first + 1; };
+  return {.exponent = kSpectrumExponent,
+          .low = {first, first, first},
+          .extent = {count(last.x), count(last.y), count(last.z)}};
+}
+
+// The value beyond the data, NaN for void.
+[[nodiscard]] inline float outside_value(const DatasetInfo& info) {
+  return info.outside ? static_cast<float>(*info.outside) : std::numeric_limits<float>::quiet_NaN();
+}
+
+// Immutable. The spans live as long as `owner`.
+struct PreparedVolume {
+  DatasetInfo info;
+  std::shared_ptr<const BrickSource> samples;  // BrickLayout(info.dims), x fastest in a brick.
+  std::span<const std::byte> coarse;           // The samples of coarse_extent(info).
+  std::span<const std::byte> ranges;  // Of every closed cell of cell_extent(info): the least and
+                                      // the largest sample in it; void ones do not count, and where
+                                      // all are void the least is larger than the largest.
+  ErrorSpectrum spectrum;
+  std::shared_ptr<const void> owner;
+};
+
+// Calls `visitor` with a null pointer to the sample type: one dispatch for a whole pass.
+template <typename Visitor>
+decltype(auto) visit_type(SampleType type, Visitor&& visitor) {
+  switch (type) {
+    case SampleType::kU8:
+      return visitor(static_cast<const std::uint8_t*>(nullptr));
+    case SampleType::kI8:
+      return visitor(static_cast<const std::int8_t*>(nullptr));
+    case SampleType::kU16:
+      return visitor(static_cast<const std::uint16_t*>(nullptr));
+    case SampleType::kI16:
+      return visitor(static_cast<const std::int16_t*>(nullptr));
+    case SampleType::kF32:
+      break;
+  }
+  return visitor(static_cast<const float*>(nullptr));
+}
+
+}  // namespace multitetra

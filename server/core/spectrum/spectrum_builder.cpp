@@ -1,0 +1,206 @@
+#include "server/core/spectrum/spectrum_builder.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "server/core/spectrum/coarse_level.hpp"
+#include "server/core/spectrum/curve_tiles.hpp"
+#include "server/core/spectrum/spectrum_column.hpp"
+#include "server/core/spectrum/spectrum_layout.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr std::int32_t kCell = kSpectrumSpacing;
+constexpr std::int32_t kSlices = BrickLayout::kSampleSide;  // Read at a time.
+
+// Sizes of a column in cells, the ones with the least seam first.
+constexpr std::array<GridPoint, 9> kColumns = {{{32, 32, 64},
+                                                {32, 16, 64},
+                                                {16, 16, 64},
+                                                {16, 16, 32},
+                                                {16, 16, 16},
+                                                {16, 8, 16},
+                                                {8, 8, 16},
+                                                {4, 4, 16},
+                                                {4, 4, 8}}};
+
+constexpr std::int32_t parts(std::int32_t count, std::int32_t size) {
+  return (count + size - 1) / size;
+}
+
+// The size of parts that are no larger than `size`, as many of them, and about equally large.
+constexpr std::int32_t evened(std::int32_t count, std::int32_t size) {
+  const std::int32_t number = parts(count, size);
+  return parts(count, number);
+}
+
+bool is_exact_in_float(const DatasetInfo& info) {
+  const double outside = info.outside.value_or(0);
+  return info.type != SampleType::kF32 && outside == std::floor(outside) &&
+         std::abs(outside) <= 65536;
+}
+
+// The cells whose centres the coarser levels ask for.
+struct Cells {
+  GridPoint begin;
+  GridPoint end;
+  [[nodiscard]] GridPoint extent() const { return end - begin; }
+};
+Cells cells_of(const DatasetInfo& info) {
+  const LevelExtent fine =
+      level_extent(grid_of(info), first_sample(info), last_sample(info), kSpectrumExponent - 1);
+  const GridPoint last = fine.low + fine.extent - GridPoint{1, 1, 1};
+  return {.begin = {fine.low.x >> 1, fine.low.y >> 1, fine.low.z >> 1},
+          .end = {(last.x + 1) >> 1, (last.y + 1) >> 1, (last.z + 1) >> 1}};
+}
+
+template <typename Real>
+class FineLevels {
+ public:
+  FineLevels(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumWork& work)
+      : info_(info),
+        grid_(grid_of(info)),
+        bins_(bins),
+        work_(work),
+        cells_(cells_of(info)),
+        size_(column_size()),
+        columns_({parts(cells_.extent().x, size_.x), parts(cells_.extent().y, size_.y),
+                  parts(cells_.extent().z, size_.z)},
+                 1),
+        curves_(cells_.begin, cells_.end, {size_.x, size_.y, 1}, work.scratch) {}
+
+  void make() {
+    const std::size_t bytes = SpectrumColumn<Real>::most_bytes(size_.x, size_.y, bins_.count());
+    const std::size_t fit = std::max<std::size_t>(1, work_.column_bytes / bytes);
+    const std::size_t at_once = fit < work_.threads ? fit : columns_.size();
+    for (std::size_t first = 0; first < columns_.size(); first += at_once) {
+      work_.for_each(std::min(at_once, columns_.size() - first),
+                     [&](std::size_t i) { make_column(columns_.at(first + i)); });
+    }
+  }
+  [[nodiscard]] const CurveTiles& curves() const { return curves_; }
+
+ private:
+  // The largest columns that keep the threads busy within the memory.
+  [[nodiscard]] GridPoint column_size() const {
+    const GridPoint cells = cells_.extent();
+    const std::size_t wanted = work_.threads == 1 ? 1 : 2 * work_.threads;
+    for (const GridPoint& size : kColumns) {
+      const auto columns = static_cast<std::size_t>(parts(cells.x, size.x)) *
+                           static_cast<std::size_t>(parts(cells.y, size.y)) *
+                           static_cast<std::size_t>(parts(cells.z, size.z));
+      const std::size_t bytes =
+          SpectrumColumn<Real>::most_bytes(size.x, size.y, bins_.count()) * work_.threads;
+      if (columns >= wanted && bytes <= work_.column_bytes) {
+        return {evened(cells.x, size.x), evened(cells.y, size.y), evened(cells.z, size.z)};
+      }
+    }
+    return kColumns.back();
+  }
+
+  void make_column(const GridCounts& at) {
+    const GridPoint begin =
+        cells_.begin + GridPoint{at[0] * size_.x, at[1] * size_.y, at[2] * size_.z};
+    const GridPoint end = {std::min(begin.x + size_.x, cells_.end.x),
+                           std::min(begin.y + size_.y, cells_.end.y),
+                           std::min(begin.z + size_.z, cells_.end.z)};
+    SpectrumColumn<Real> column(grid_, info_.spacing, bins_, begin, end);
+    BoxPlanes values(info_);
+    std::int32_t next_box = std::max(0, kCell * begin.z - column.kReach);
+    for (std::int32_t z = next_box; !column.is_done(); ++z) {
+      if (z == next_box) next_box = read_slices(z, begin, end, values);
+      column.add(z, values, [&](std::int32_t k, const CurveLayer& centres) {
+        curves_.put({begin.x, begin.y, k}, centres);
+      });
+    }
+    if (work_.progress) work_.progress(samples_in(begin, end));
+  }
+
+  // The box of samples that the planes from grid z on need, up to the next layer of bricks. Returns
+  // the z of the box after it.
+  std::int32_t read_slices(std::int32_t z, GridPoint begin, GridPoint end,
+                           BoxPlanes& values) const {
+    const std::int32_t reach = SpectrumColumn<Real>::kReach;
+    const std::int32_t slice = z - info_.margin;
+    const std::int32_t next = slice < 0 ? 0 : (slice / kSlices + 1) * kSlices;
+    const auto low = [&](std::int32_t cell) {
+      return std::max(0, kCell * cell - reach - info_.margin);
+    };
+    const auto high = [&](std::int32_t cell, std::size_t axis) {
+      return std::min(info_.dims[axis], kCell * cell + reach + 1 - info_.margin);
+    };
+    const GridPoint first = {low(begin.x), low(begin.y), std::max(0, slice)};
+    const GridPoint extent =
+        GridPoint{high(end.x, 0), high(end.y, 1), std::min(next, high(end.z, 2))} - first;
+    if (std::min({extent.x, extent.y, extent.z}) > 0) {
+      values.set(work_.samples, first, extent);
+    } else {
+      values.clear();
+    }
+    return next + info_.margin;
+  }
+
+  // Every sample is in one cell: the one that it begins, or lies inside.
+  [[nodiscard]] std::uint64_t samples_in(GridPoint begin, GridPoint end) const {
+    const auto along = [&](std::int32_t from, std::int32_t to, std::int32_t last,
+                           std::size_t axis) {
+      const std::int32_t low = std::max(0, kCell * from - info_.margin);
+      const std::int32_t high =
+          to == last ? info_.dims[axis] : std::min(info_.dims[axis], kCell * to - info_.margin);
+      return static_cast<std::uint64_t>(std::max(0, high - low));
+    };
+    return along(begin.x, end.x, cells_.end.x, 0) * along(begin.y, end.y, cells_.end.y, 1) *
+           along(begin.z, end.z, cells_.end.z, 2);
+  }
+
+  const DatasetInfo& info_;
+  const Grid grid_;
+  const IsovalueBins& bins_;
+  const SpectrumWork& work_;
+  const Cells cells_;
+  const GridPoint size_;  // Of a column, in cells.
+  BrickLayout columns_;
+  CurveTiles curves_;
+};
+
+// A few blocks at a time, whose bricks leave in order.
+template <typename Real>
+void make_bricks(CoarseLevel<Real>& level, int bins, const SpectrumWork& work) {
+  const std::size_t fit = work.column_bytes / CoarseLevel<Real>::most_bytes(bins);
+  const std::size_t at_once = std::clamp<std::size_t>(fit, 1, 2 * work.threads);
+  for (std::size_t first = 0; first < level.blocks(); first += at_once) {
+    std::vector<std::vector<typename CoarseLevel<Real>::Brick>> made(
+        std::min(at_once, level.blocks() - first));
+    work.for_each(made.size(), [&](std::size_t i) { made[i] = level.make(first + i); });
+    for (const auto& bricks : made) {
+      for (const auto& brick : bricks) work.sink(brick.index, brick.bytes);
+    }
+  }
+}
+
+template <typename Real>
+void build(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumWork& work) {
+  const SpectrumLayout layout(info);
+  if (layout.size() == 0 || bins.count() == 0) return;
+  FineLevels<Real> fine(info, bins, work);
+  fine.make();
+  std::unique_ptr<CoarseLevel<Real>> finer;
+  for (const SpectrumLayout::Level& level : layout.levels()) {
+    auto coarser = std::make_unique<CoarseLevel<Real>>(
+        info, bins, level, work.coarse, finer ? finer->cubes() : fine.curves(), work.scratch);
+    make_bricks(*coarser, bins.count(), work);
+    finer = std::move(coarser);
+  }
+}
+
+}  // namespace
+
+void build_spectrum(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumWork& work) {
+  is_exact_in_float(info) ? build<float>(info, bins, work) : build<double>(info, bins, work);
+}
+
+}  // namespace multitetra

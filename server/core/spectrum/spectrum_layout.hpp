@@ -1,0 +1,63 @@
+// Which dividing points a stored error spectrum holds, and in which brick.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "server/core/framework/level_extent.hpp"
+#include "server/core/spectrum/sample_bricks.hpp"
+
+namespace multitetra {
+
+// Points with at least this spacing have stored errors; those of the others come from the samples.
+inline constexpr int kSpectrumExponent = 3;
+inline constexpr std::int32_t kSpectrumSpacing = 1 << kSpectrumExponent;
+
+// The bricks of all levels, from spacing kSpectrumSpacing on; those of one level follow each other.
+// A brick is a cube of 8 x 8 x 8 points of one level. Also the places of points that belong to
+// coarser levels count, and stay empty.
+class SpectrumLayout {
+ public:
+  static constexpr std::int32_t kSide = 8;
+  static constexpr std::size_t kPoints = 512;
+
+  explicit SpectrumLayout(const DatasetInfo& info) {
+    for (int exponent = kSpectrumExponent; exponent < info.grid_exponent; ++exponent) {
+      const LevelExtent extent =
+          level_extent(grid_of(info), first_sample(info), last_sample(info), exponent);
+      const BrickLayout bricks({extent.extent.x, extent.extent.y, extent.extent.z}, kSide);
+      levels_.push_back({extent, bricks, size_});
+      size_ += bricks.size();
+    }
+  }
+
+  struct Level {
+    LevelExtent extent;
+    BrickLayout bricks;
+    std::size_t first_brick;
+  };
+  struct Place {
+    std::size_t brick;
+    std::size_t point;  // Within the brick, x fastest.
+  };
+
+  [[nodiscard]] std::size_t size() const { return size_; }  // Bricks in all.
+  // Levels of spacing 2^(kSpectrumExponent + i); none in a grid of fewer than 16 steps.
+  [[nodiscard]] const std::vector<Level>& levels() const { return levels_; }
+  [[nodiscard]] const Level& level(int exponent) const {
+    return levels_[static_cast<std::size_t>(exponent - kSpectrumExponent)];
+  }
+  // Requires a point of the level: level.extent.contains(unit_point).
+  [[nodiscard]] static Place place(const Level& level, GridPoint unit_point) {
+    const GridPoint at = unit_point - level.extent.low;
+    const auto within = [](std::int32_t v) { return static_cast<std::size_t>(v % kSide); };
+    return {level.first_brick + level.bricks.index({at.x / kSide, at.y / kSide, at.z / kSide}),
+            within(at.x) + kSide * (within(at.y) + kSide * within(at.z))};
+  }
+
+ private:
+  std::vector<Level> levels_;
+  std::size_t size_ = 0;
+};
+
+}  // namespace multitetra

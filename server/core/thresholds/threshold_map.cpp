@@ -1,0 +1,184 @@
+#include "server/core/thresholds/threshold_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "server/core/thresholds/region_octree.hpp"
+#include "server/core/thresholds/region_set.hpp"
+#include "server/core/thresholds/threshold_bound.hpp"
+#include "server/core/thresholds/threshold_pyramid.hpp"
+#include "server/core/thresholds/view_threshold.hpp"
+
+namespace multitetra {
+namespace {
+
+double unit_of(const IsosurfaceRequest& request, const DatasetInfo& info) {
+  return request.unit == LengthUnit::kVoxel ? voxel_length(info) : 1.0;
+}
+
+// A threshold of the request in world units, finite also where the conversion leaves the doubles.
+double world(double threshold, double unit) {
+  return std::min(threshold * unit, std::numeric_limits<double>::max());
+}
+
+// Where a surface can be: the samples, and with a value outside one step around them.
+Box places_of(const DatasetInfo& info) {
+  const double border = info.outside ? 1 : 0;
+  const double side = std::int32_t{1} << info.grid_exponent;
+  Box box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.low[axis] = std::max(info.margin - border, 0.0);
+    box.high[axis] = std::min(info.margin + info.dims[axis] - 1 + border, side);
+  }
+  return box;
+}
+
+// Whether squares of all coordinates over the box stay finite.
+bool is_tame(const Affine& map, const Box& box) {
+  constexpr double kTame = 1e150;
+  const Box image = image_of(map, box);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!(image.low[axis] >= -kTame && image.high[axis] <= kTame)) return false;
+  }
+  return true;
+}
+
+// What a request's map is made of, before an index over its regions is.
+struct Pieces {
+  Pieces(const IsosurfaceRequest& request, const DatasetInfo& info);
+
+  [[nodiscard]] double largest() const;
+
+  Combination combination;
+  double everywhere;
+  double at_least;
+  Box places;
+  RegionSet regions;
+  std::optional<ThresholdPyramid> grid;
+  std::optional<ViewThreshold> view;
+  bool is_tame;  // Else nothing but `at_least` is sure.
+};
+
+Pieces::Pieces(const IsosurfaceRequest& request, const DatasetInfo& info)
+    : combination(request.thresholds.combination),
+      everywhere(world(request.error, unit_of(request, info))),
+      at_least(world(request.thresholds.at_least, unit_of(request, info))),
+      places(places_of(info)),
+      regions(request.thresholds.regions, combination,
+              request.thresholds.coordinates == CoordinateSystem::kWorld ? grid_to_world(info)
+                                                                         : grid_to_index(info),
+              unit_of(request, info)),
+      is_tame(multitetra::is_tame(grid_to_world(info), places)) {
+  const LocalThresholds& thresholds = request.thresholds;
+  if (thresholds.grid && is_tame) {
+    const Affine to_samples =
+        composed(inverse(thresholds.grid->index_to_world), grid_to_world(info));
+    is_tame = multitetra::is_tame(to_samples, places);
+    if (is_tame) grid.emplace(*thresholds.grid, to_samples, unit_of(request, info));
+  }
+  if (thresholds.view && is_tame) {
+    const bool is_in_world = thresholds.coordinates == CoordinateSystem::kWorld;
+    view.emplace(is_in_world ? *thresholds.view : in_world(*thresholds.view, info.index_to_world),
+                 grid_to_world(info), unit_of(request, info));
+  }
+}
+
+// A part that says something everywhere bounds the rest: in order, what it hides; for the minimum,
+// what the minimum can be.
+double Pieces::largest() const {
+  constexpr double kNothing = std::numeric_limits<double>::infinity();
+  if (!is_tame) return at_least;
+  const RegionSet::List list = regions.relevant(regions.all(), places);
+  double of_regions = 0;
+  for (const RegionSet::Index i : list.regions) {
+    of_regions = std::max(of_regions, regions.threshold(i));
+  }
+  const double of_grid = grid ? grid->largest_in(places) : 0;
+  const bool is_grid_whole = grid && !grid->least_in(places).has_gap;
+  const double of_view = view ? view->largest_in(places) : 0;
+  if (combination == Combination::kMinimum) {
+    const double whole = std::min({list.is_closed ? of_regions : kNothing,
+                                   is_grid_whole ? of_grid : kNothing, view ? of_view : kNothing});
+    const double any = std::max({of_regions, of_grid, of_view, everywhere});
+    return std::max(std::min(whole, any), at_least);
+  }
+  double largest = of_regions;
+  if (!list.is_closed) {
+    largest = std::max(largest, view            ? of_view
+                                : is_grid_whole ? of_grid
+                                                : std::max(of_grid, everywhere));
+  }
+  return std::max(largest, at_least);
+}
+
+}  // namespace
+
+struct ThresholdMap::Parts {
+  Parts(Pieces made_of, int grid_exponent, const std::function<void()>& check)
+      : pieces(std::move(made_of)),
+        regions(std::move(pieces.regions), pieces.places, grid_exponent, check) {}
+
+  [[nodiscard]] double least_in(const Box& box) const {
+    const Box places = clamped(box, pieces.places);
+    const double least =
+        pieces.combination == Combination::kInOrder ? least_in_order(places) : least_of_all(places);
+    return std::max(least, pieces.at_least);
+  }
+
+  // Regions hide the view, the view hides the grid, the grid hides the threshold everywhere.
+  [[nodiscard]] double least_in_order(const Box& box) const {
+    const ThresholdBound by_regions = regions.least_in(box);
+    if (!by_regions.has_gap) return by_regions.least;
+    if (pieces.view) return std::min(by_regions.least, pieces.view->least_in(box));
+    const ThresholdBound by_grid =
+        pieces.grid ? pieces.grid->least_in(box) : ThresholdBound{.has_gap = true};
+    const double least = std::min(by_regions.least, by_grid.least);
+    return by_grid.has_gap ? std::min(least, pieces.everywhere) : least;
+  }
+
+  [[nodiscard]] double least_of_all(const Box& box) const {
+    const ThresholdBound by_regions = regions.least_in(box);
+    double least = by_regions.least;
+    bool has_gap = by_regions.has_gap && !pieces.view;
+    if (pieces.view) least = std::min(least, pieces.view->least_in(box));
+    if (pieces.grid) {
+      const ThresholdBound by_grid = pieces.grid->least_in(box);
+      least = std::min(least, by_grid.least);
+      has_gap = has_gap && by_grid.has_gap;
+    }
+    return has_gap ? std::min(least, pieces.everywhere) : least;
+  }
+
+  Pieces pieces;  // Its regions are the octree's now.
+  RegionOctree regions;
+};
+
+ThresholdMap::ThresholdMap(const IsosurfaceRequest& request, const DatasetInfo& info,
+                           const std::function<void()>& check) {
+  if (request.thresholds.is_uniform()) {
+    const double unit = unit_of(request, info);
+    least_ = largest_ =
+        std::max(world(request.error, unit), world(request.thresholds.at_least, unit));
+    return;
+  }
+  Pieces pieces(request, info);
+  largest_ = pieces.largest();
+  if (!pieces.is_tame) {
+    least_ = largest_;
+    return;
+  }
+  auto parts = std::make_shared<const Parts>(std::move(pieces), info.grid_exponent, check);
+  least_ = parts->least_in(parts->pieces.places);
+  if (least_ != largest_) parts_ = std::move(parts);
+}
+
+double ThresholdMap::least_of_parts(const Box& box) const { return parts_->least_in(box); }
+
+double largest_threshold(const IsosurfaceRequest& request, const DatasetInfo& info) {
+  return request.thresholds.is_uniform() ? ThresholdMap(request, info).largest()
+                                         : Pieces(request, info).largest();
+}
+
+}  // namespace multitetra

@@ -1,0 +1,100 @@
+#include "server/extraction/reference_extractor.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/core/errors/leaves.hpp"
+#include "server/core/fine_errors/spectrum_model.hpp"
+#include "server/core/simplification/threshold_shares.hpp"
+#include "server/dataset/in_parallel.hpp"
+#include "server/extraction/parallel_surface.hpp"
+#include "server/extraction/simplified_surface.hpp"
+
+namespace multitetra {
+namespace {
+
+class FieldCubes : public CubeExtractor {
+ public:
+  FieldCubes(const Model& model, const Field& field, const SurfaceOptions& options)
+      : model_(model), field_(field), options_(options) {}
+
+  [[nodiscard]] bool is_refined(const OctreeCube& cube) const override {
+    return multitetra::is_refined(model_, field_.grid(), cube);
+  }
+  [[nodiscard]] CubeSurface surface_in(const OctreeCube& cube) const override {
+    return surface_in_cube(model_, field_, cube, options_);
+  }
+  [[nodiscard]] CubeSurface join(const OctreeCube& cube,
+                                 std::vector<CubeSurface> children) const override {
+    return join_children(model_, field_, cube, std::move(children), options_);
+  }
+
+ private:
+  const Model& model_;
+  const Field& field_;
+  const SurfaceOptions& options_;
+};
+
+std::shared_ptr<const SaturatedErrors> exact_errors(const Field& field,
+                                                    const IsosurfaceRequest& request,
+                                                    const std::stop_token& stop) {
+  return std::make_shared<const SaturatedErrors>(
+      field, request.isovalue, request.measure, request.topology_rule,
+      [&stop](std::size_t count, const std::function<void(std::size_t)>& body) {
+        in_parallel(count, body, stop);
+      });
+}
+
+}  // namespace
+
+ModelOptions model_options(const StepRequest& step, const DatasetInfo& info,
+                           const std::stop_token& stop) {
+  const IsosurfaceRequest& request = step.request;
+  return {
+      .thresholds = ThresholdMap(model_request(request), info, [&stop] { throw_if_stopped(stop); }),
+      .topology_tolerance = request.topology_tolerance,
+      .finest_spacing = step.finest_spacing};
+}
+
+ReferenceExtractor::ReferenceExtractor(const PreparedVolume& dataset)
+    : dataset_(dataset),
+      volume_(whole_volume(dataset)),
+      field_(volume_, dataset.info.outside, dataset.info.margin) {}
+
+std::shared_ptr<const Model> ReferenceExtractor::exact_model(const StepRequest& step,
+                                                             std::stop_token stop) const {
+  return std::make_shared<ErrorBasedModel>(exact_errors(field_, step.request, stop),
+                                           model_options(step, dataset_.info, stop));
+}
+
+std::shared_ptr<const Model> ReferenceExtractor::spectrum_model(const StepRequest& step,
+                                                                std::stop_token stop) const {
+  const IsosurfaceRequest& request = step.request;
+  return std::make_shared<SpectrumModel>(
+      exact_errors(field_, request, stop),
+      std::make_shared<const SpectrumErrors>(dataset_.spectrum, request.isovalue, request.measure,
+                                             request.topology_rule),
+      model_options(step, dataset_.info, stop));
+}
+
+TiledSurface ReferenceExtractor::surface(const Model& model, const SurfaceOptions& options,
+                                         std::stop_token stop) const {
+  const OctreeCube root = root_cube(field_.grid());
+  const int exponent = std::clamp(root.exponent - 3, std::min(root.exponent, 4), 6);
+  return extract_in_parallel(FieldCubes(model, field_, options), root, exponent, stop);
+}
+
+TiledSurface ReferenceExtractor::extract(const StepRequest& step, const Model& model,
+                                         std::stop_token stop) const {
+  const SurfaceOptions options{.isovalue = step.request.isovalue,
+                               .lattice_resolution = step.request.lattice_resolution};
+  TiledSurface tiled = surface(model, options, stop);
+  simplify(tiled, step, dataset_.info, stop);
+  return tiled;
+}
+
+TiledSurface ReferenceExtractor::extract(const StepRequest& step, std::stop_token stop) const {
+  return extract(step, *exact_model(step, stop), stop);
+}
+
+}  // namespace multitetra

@@ -1,0 +1,37 @@
+#include "server/extraction/shading.hpp"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "server/core/spectrum/spectrum_layout.hpp"
+
+namespace multitetra {
+
+Shading::Shading(const PreparedVolume& volume, const StepRequest& step)
+    : volume_(volume),
+      bits_(step.request.normal_bits),
+      source_(step.finest_spacing >= kSpectrumSpacing ? NormalSource::kCoarseSamples
+                                                      : NormalSource::kSamples) {}
+
+// The name tells datasets apart; of equal hashes only the shading would suffer.
+std::uint64_t Shading::appearance() const {
+  if (bits_ == 0) return 0;
+  const std::uint64_t name = std::hash<std::string>{}(volume_.info.name);
+  return name * 64 + static_cast<std::uint64_t>(2 * bits_) +
+         (source_ == NormalSource::kSamples ? 1U : 0U);
+}
+
+EncodedTile Shading::encoded(const TileMesh& tile, const ContentDigest& content) const {
+  std::vector<UnitVector> directions;
+  if (bits_ != 0) {
+    directions = vertex_normals(volume_, tile.mesh.vertices, tile.mesh.resolution, source_);
+  }
+  // A mesh that simplification leaves as it is has the digest, and so the bytes, of one without.
+  const int speed =
+      tile.simplification_bound > 0 ? kSimplifiedEncodingSpeed : kDefaultEncodingSpeed;
+  return encode_tile(tile.mesh, tile.cube, content, speed,
+                     {.directions = directions, .bits = bits_});
+}
+
+}  // namespace multitetra

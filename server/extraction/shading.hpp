@@ -1,0 +1,30 @@
+// The normals of a step's tiles, where it wants them.
+#pragma once
+
+#include <cstdint>
+
+#include "common/wire/tile.hpp"
+#include "server/core/planning/refinement_plan.hpp"
+#include "server/core/spectrum/prepared_volume.hpp"
+#include "server/core/surface/cube_surface.hpp"
+#include "server/core/surface/vertex_normals.hpp"
+
+namespace multitetra {
+
+class Shading {
+ public:
+  // The volume must outlive it.
+  Shading(const PreparedVolume& volume, const StepRequest& step);
+
+  // As in TileKey.
+  [[nodiscard]] std::uint64_t appearance() const;
+  // The tile as it is sent; `content` is the digest of its mesh.
+  [[nodiscard]] EncodedTile encoded(const TileMesh& tile, const ContentDigest& content) const;
+
+ private:
+  const PreparedVolume& volume_;
+  int bits_;
+  NormalSource source_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,85 @@
+#include "server/extraction/simplified_surface.hpp"
+
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "server/core/simplification/threshold_shares.hpp"
+#include "server/dataset/in_parallel.hpp"
+
+namespace multitetra {
+namespace {
+
+// What lies in a cube, and in none of its children.
+using CubesOfOneSize = std::map<OctreeCube, std::optional<LatticeMesh>>;
+
+// By exponent: the cubes of the tiles, and all cubes around them.
+std::vector<CubesOfOneSize> cubes_around(std::vector<TileMesh> tiles, int root_exponent) {
+  std::vector<CubesOfOneSize> cubes(static_cast<std::size_t>(root_exponent) + 1);
+  const auto cubes_like = [&](const OctreeCube& cube) -> CubesOfOneSize& {
+    return cubes[static_cast<std::size_t>(cube.exponent)];
+  };
+  for (TileMesh& tile : tiles) {
+    cubes_like(tile.cube)[tile.cube] = std::move(tile.mesh);
+    for (OctreeCube cube = tile.cube; cube.exponent < root_exponent;) {
+      cube = cube.parent();
+      if (!cubes_like(cube).try_emplace(cube).second) break;
+    }
+  }
+  return cubes;
+}
+
+// The surface in the cubes of one size, from that in the cubes half as large.
+std::vector<SimplifiedCube> join_all(CubesOfOneSize cubes, std::vector<SimplifiedCube> halves,
+                                     const SimplificationOfCubes& how,
+                                     const SimplifiedTileLimits& limits,
+                                     const std::stop_token& stop) {
+  struct Joining {
+    OctreeCube cube;
+    std::optional<LatticeMesh> own;
+    std::vector<SimplifiedCube> children;
+  };
+  std::vector<Joining> joining;
+  std::map<OctreeCube, std::size_t> index;
+  for (auto& [cube, own] : cubes) {
+    index[cube] = joining.size();
+    joining.push_back({cube, std::move(own), {}});
+  }
+  for (SimplifiedCube& half : halves) {
+    joining[index.at(half.cube.parent())].children.push_back(std::move(half));
+  }
+  std::vector<SimplifiedCube> joined(joining.size());
+  in_parallel(
+      joining.size(),
+      [&](std::size_t i) {
+        Joining& one = joining[i];
+        joined[i] = join_simplified(one.cube, std::move(one.children), std::move(one.own),
+                                    how(one.cube), limits, [&stop] { throw_if_stopped(stop); });
+      },
+      stop);
+  return joined;
+}
+
+}  // namespace
+
+void simplify(TiledSurface& surface, int grid_exponent, const SimplificationOfCubes& how,
+              const std::stop_token& stop, const SimplifiedTileLimits& limits) {
+  if (surface.tiles.empty()) return;
+  std::vector<SimplifiedCube> joined;
+  for (CubesOfOneSize& cubes : cubes_around(std::move(surface.tiles), grid_exponent)) {
+    joined = join_all(std::move(cubes), std::move(joined), how, limits, stop);
+  }
+  surface.tiles = finished_tiles(std::move(joined.front()));
+}
+
+void simplify(TiledSurface& surface, const StepRequest& step, const DatasetInfo& info,
+              const std::stop_token& stop) {
+  if (!step.request.simplify) return;
+  const ThresholdMap thresholds(step.request, info, [&stop] { throw_if_stopped(stop); });
+  const auto how = [&](const OctreeCube& cube) {
+    return simplification_of(cube, thresholds, step.request.lattice_resolution, info);
+  };
+  simplify(surface, info.grid_exponent, how, stop);
+}
+
+}  // namespace multitetra

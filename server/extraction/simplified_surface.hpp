@@ -1,0 +1,25 @@
+// A surface that is simplified, as far as its step allows: on all threads.
+#pragma once
+
+#include <functional>
+#include <stop_token>
+
+#include "server/core/planning/refinement_plan.hpp"
+#include "server/core/simplification/simplified_cube.hpp"
+#include "server/extraction/tiled_surface.hpp"
+
+namespace multitetra {
+
+// How the surface in a cube is simplified. A cube inside of it must not have a smaller budget.
+using SimplificationOfCubes = std::function<SimplificationOptions(const OctreeCube&)>;
+
+// Simplifies the surface in a grid of 2^exponent steps a side, and cuts it into tiles anew. The
+// same for any number of threads. Throws Cancelled soon after `stop` is triggered.
+void simplify(TiledSurface& surface, int grid_exponent, const SimplificationOfCubes& how,
+              const std::stop_token& stop, const SimplifiedTileLimits& limits = {});
+
+// The same as far as the step says so.
+void simplify(TiledSurface& surface, const StepRequest& step, const DatasetInfo& info,
+              const std::stop_token& stop);
+
+}  // namespace multitetra

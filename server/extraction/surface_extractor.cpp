@@ -1,0 +1,95 @@
+#include "server/extraction/surface_extractor.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/core/fine_errors/prepared_model.hpp"
+#include "server/extraction/parallel_surface.hpp"
+#include "server/extraction/reference_extractor.hpp"
+#include "server/extraction/simplified_surface.hpp"
+
+namespace multitetra {
+namespace {
+
+class PreparedCubes : public CubeExtractor {
+ public:
+  PreparedCubes(const PreparedModel& model, const SurfaceOptions& options, CubeMemoryPool& pool)
+      : model_(model), options_(options), pool_(pool) {}
+
+  [[nodiscard]] bool is_refined(const OctreeCube& cube) const override {
+    return multitetra::is_refined(model_, cube);
+  }
+  [[nodiscard]] CubeSurface surface_in(const OctreeCube& cube) const override {
+    CubeMemoryPool::Lease lease(pool_);
+    return surface_in_cube(model_, cube, options_, lease.memory());
+  }
+  [[nodiscard]] CubeSurface join(const OctreeCube& cube,
+                                 std::vector<CubeSurface> children) const override {
+    return join_children(model_, cube, std::move(children), options_);
+  }
+
+ private:
+  const PreparedModel& model_;
+  const SurfaceOptions& options_;
+  CubeMemoryPool& pool_;
+};
+
+// Cubes large enough that the errors around them, which neighbours compute once more, cost little,
+// and enough of them to keep all threads busy to the end.
+int cube_exponent(int grid_exponent) {
+  constexpr int kCubeExponent = 6;  // What FineErrors needs for it stays near the processor.
+  return std::clamp(grid_exponent - 2, kSpectrumExponent + 1, kCubeExponent);
+}
+
+}  // namespace
+
+CubeMemoryPool::Lease::Lease(CubeMemoryPool& pool) : pool_(pool) {
+  {
+    const std::lock_guard lock(pool_.mutex_);
+    if (!pool_.free_.empty()) {
+      memory_ = std::move(pool_.free_.back());
+      pool_.free_.pop_back();
+    }
+  }
+  if (!memory_) memory_ = std::make_unique<CubeMemory>();
+}
+
+CubeMemoryPool::Lease::~Lease() {
+  const std::lock_guard lock(pool_.mutex_);
+  pool_.free_.push_back(std::move(memory_));
+}
+
+PreparedModel prepared_model(const PreparedVolume& volume, const StepRequest& step,
+                             std::shared_ptr<const SpectrumErrors> spectrum,
+                             const std::stop_token& stop) {
+  const IsosurfaceRequest& request = step.request;
+  return {volume,
+          {.isovalue = request.isovalue,
+           .measure = request.measure,
+           .rule = request.topology_rule,
+           .topology_tolerance = request.topology_tolerance},
+          model_options(step, volume.info, stop),
+          std::move(spectrum)};
+}
+
+SurfaceExtractor::SurfaceExtractor(DatasetPtr dataset, std::shared_ptr<CubeMemoryPool> pool)
+    : dataset_(std::move(dataset)),
+      pool_(pool ? std::move(pool) : std::make_shared<CubeMemoryPool>()) {}
+
+TiledSurface SurfaceExtractor::extract(const StepRequest& step, std::stop_token stop) const {
+  const DatasetInfo& info = dataset_->info;
+  if (info.grid_exponent <= kSpectrumExponent) {
+    // A grid of eight steps or fewer has no spectrum, and a pass over it costs nothing.
+    return ReferenceExtractor(*dataset_).extract(step, stop);
+  }
+  const PreparedModel model = prepared_model(*dataset_, step, /*spectrum=*/nullptr, stop);
+  const SurfaceOptions options{.isovalue = step.request.isovalue,
+                               .lattice_resolution = step.request.lattice_resolution};
+  TiledSurface surface = extract_in_parallel(PreparedCubes(model, options, *pool_),
+                                             root_cube(Grid(info.grid_exponent)),
+                                             cube_exponent(info.grid_exponent), stop);
+  simplify(surface, step, info, stop);
+  return surface;
+}
+
+}  // namespace multitetra

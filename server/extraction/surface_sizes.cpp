@@ -1,0 +1,254 @@
+#include "server/extraction/surface_sizes.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "common/mesh/mesh_checks.hpp"
+#include "common/wire/tile.hpp"
+#include "server/core/planning/simplified_size.hpp"
+#include "server/core/planning/surface_size.hpp"
+#include "server/core/simplification/threshold_shares.hpp"
+#include "server/core/surface/tiling.hpp"
+#include "server/dataset/in_parallel.hpp"
+#include "server/extraction/reference_extractor.hpp"
+#include "server/extraction/shading.hpp"
+#include "server/extraction/surface_extractor.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr std::size_t kQuickCubes = 32;
+constexpr std::size_t kCarefulCubes = 256;
+constexpr std::size_t kEncodedBlocks = 12;
+constexpr std::size_t kQuicklyEncodedBlocks = 4;
+// A surface of so few triangles before simplification is made: its tiles are small, and no blocks
+// stand for them.
+constexpr double kMadeToSee = 80'000;
+constexpr double kBytesABlock = 60;  // Encoded, whatever is in it.
+// A simplified triangle in a tile, of the bytes of one in a block, where more of them are small
+// ones at the border: 0.7 to 0.9 on public volumes.
+constexpr double kBytesInTiles = 0.82;
+// What simplification leaves of a preview, where nothing is simplified to find out: 0.04 to 0.25.
+constexpr double kLeftOfPreview = 0.15;
+// Of a preview in a refined cube of twice its finest spacing: 4 to 21 on public volumes.
+constexpr double kTrianglesAPreviewCube = 16;
+
+// Of a full surface in a refined cube of 16 steps, by the error in voxels that is allowed there.
+// Public volumes have 560 to 970 at a quarter of a voxel, 380 to 740 at one voxel, 270 to 560 at
+// two.
+double triangles_a_cube(double voxels) { return 600 / (1 + 0.6 * voxels); }
+
+SurfaceSize size_with(double triangles, double extracted, const StepRequest& step) {
+  const double a_triangle = step.request.simplify ? kBytesOfSimplifiedTriangles : 1;
+  return {.triangles = triangles,
+          .bytes = a_triangle * estimated_bytes(triangles, step),
+          .extracted = extracted};
+}
+
+// Of a surface that was made to see.
+SurfaceSize exact_size(const TiledSurface& surface, const PreparedVolume& volume,
+                       const StepRequest& step) {
+  const Shading shading(volume, step);
+  SurfaceSize size{.extracted =
+                       kTrianglesATetrahedron * static_cast<double>(surface.active_tetrahedra)};
+  for (const TileMesh& tile : surface.tiles) {
+    const TileSummary encoded = shading.encoded(tile, digest(tile.mesh)).summary;
+    size.triangles += static_cast<double>(encoded.triangles);
+    size.bytes += static_cast<double>(encoded.bytes);
+  }
+  return size;
+}
+
+// What some blocks of a surface become, encoded as they would be sent.
+struct SampledBlocks {
+  SimplifiedBlocks triangles;  // Nothing is lost without simplification.
+  double bytes = 0;
+};
+
+// Some of the blocks twice as large as the sample's cubes; none when they hold nothing.
+std::optional<SampledBlocks> sampled_blocks(const SurfaceExtractor& extractor,
+                                            const PreparedModel& model, const CubeSample& sample,
+                                            const StepRequest& step, std::size_t count,
+                                            const std::stop_token& stop) {
+  const DatasetInfo& info = extractor.dataset().info;
+  if (info.grid_exponent <= CubeSample::kExponent) return std::nullopt;
+  std::vector<OctreeCube> blocks;
+  for (std::size_t i = 0; i < count && !sample.cubes.empty(); ++i) {
+    blocks.push_back(sample.cubes[(2 * i + 1) * sample.cubes.size() / (2 * count)].parent());
+  }
+  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+  std::vector<SampledBlocks> found(blocks.size());
+  const ThresholdMap thresholds(step.request, info, [&stop] { throw_if_stopped(stop); });
+  const Shading shading(extractor.dataset(), step);
+  const DataBorder border = data_border(info, step.request.lattice_resolution,
+                                        step.request.topology_tolerance, step.finest_spacing);
+  const SurfaceOptions options{.isovalue = step.request.isovalue,
+                               .lattice_resolution = step.request.lattice_resolution,
+                               .max_triangles = kMaxTileTriangles};
+  in_parallel(
+      blocks.size(),
+      [&](std::size_t i) {
+        CubeMemoryPool::Lease lease(extractor.pool());
+        TileMesh tile = {blocks[i],
+                         surface_in_cube(model, blocks[i], options, lease.memory()).rest};
+        if (tile.mesh.triangles.empty()) return;
+        found[i].triangles = {.count = 1,
+                              .before = static_cast<double>(tile.mesh.triangles.size())};
+        if (step.request.simplify) {
+          Simplified left = simplified(
+              tile.mesh,
+              simplification_of(tile.cube, thresholds, step.request.lattice_resolution, info),
+              [&stop] { throw_if_stopped(stop); });
+          tile.mesh = std::move(left.mesh);
+          tile.simplification_bound = left.bound;
+          // Where the data ends, tiles have their border as well.
+          found[i].triangles.border_edges =
+              static_cast<double>(topology(tile.mesh, border).open_edges);
+        }
+        const TileSummary encoded = shading.encoded(tile, digest(tile.mesh)).summary;
+        found[i].triangles.left = static_cast<double>(encoded.triangles);
+        found[i].bytes = static_cast<double>(encoded.bytes);
+      },
+      stop);
+  SampledBlocks all;
+  for (const SampledBlocks& one : found) {
+    all.triangles.count += one.triangles.count;
+    all.triangles.before += one.triangles.before;
+    all.triangles.left += one.triangles.left;
+    all.triangles.border_edges += one.triangles.border_edges;
+    all.bytes += one.bytes;
+  }
+  if (all.triangles.left == 0) return std::nullopt;
+  return all;
+}
+
+// Of a surface of so many triangles before simplification, if any.
+SurfaceSize size_like(const SampledBlocks& blocks, double triangles, const StepRequest& step) {
+  const double left = step.request.simplify ? share_left(blocks.triangles, triangles) : 1;
+  const double headers = kBytesABlock * static_cast<double>(blocks.triangles.count);
+  const double a_triangle = (step.request.simplify ? kBytesInTiles : 1) *
+                            std::max(blocks.bytes - headers, 0.5 * blocks.bytes) /
+                            blocks.triangles.left;
+  return {.triangles = left * triangles,
+          .bytes = left * triangles * a_triangle +
+                   kBytesATile * std::ceil(left * triangles / kTrianglesATile),
+          .extracted = triangles};
+}
+
+// A preview whose finest spacing is the spectrum's or coarser, from the spectrum alone.
+SurfaceSize preview_size(const PreparedModel& model, const StepRequest& step,
+                         const std::stop_token& stop) {
+  const int exponent = std::countr_zero(static_cast<unsigned>(step.finest_spacing)) + 1;
+  double triangles = 0;
+  visit_refined_cubes(model, exponent, [&](const OctreeCube&) {
+    throw_if_stopped(stop);
+    triangles += kTrianglesAPreviewCube;
+  });
+  return size_with(step.request.simplify ? kLeftOfPreview * triangles : triangles, triangles, step);
+}
+
+// Of the whole surface, from the spectrum and the thresholds alone: where a map allows less, there
+// is more.
+SurfaceSize rough_size(const PreparedModel& model, const StepRequest& step,
+                       const std::stop_token& stop) {
+  const double voxel = voxel_length(model.volume().info);
+  double extracted = 0;
+  double triangles = 0;
+  visit_refined_cubes(model, CubeSample::kExponent, [&](const OctreeCube& cube) {
+    throw_if_stopped(stop);
+    const double voxels = model.thresholds().least_in(box_of(cube)) / voxel;
+    const double in_cube = triangles_a_cube(voxels);
+    extracted += in_cube;
+    triangles += in_cube * (step.request.simplify ? rough_share_left(voxels / kModelShare) : 1);
+  });
+  return size_with(triangles, extracted, step);
+}
+
+// The spectrum for one request after another; most of them ask for the same isovalue.
+class SharedSpectrum {
+ public:
+  explicit SharedSpectrum(const PreparedVolume& volume) : volume_(volume) {}
+
+  [[nodiscard]] PreparedModel model(const StepRequest& step, const std::stop_token& stop) {
+    const IsosurfaceRequest& request = step.request;
+    if (!spectrum_ || request.isovalue != request_.isovalue ||
+        request.measure != request_.measure || request.topology_rule != request_.topology_rule) {
+      spectrum_ = std::make_shared<const SpectrumErrors>(volume_.spectrum, request.isovalue,
+                                                         request.measure, request.topology_rule);
+      request_ = request;
+    }
+    return prepared_model(volume_, step, spectrum_, stop);
+  }
+
+ private:
+  const PreparedVolume& volume_;
+  IsosurfaceRequest request_;
+  std::shared_ptr<const SpectrumErrors> spectrum_;
+};
+
+SurfaceSize sampled_size(const SurfaceExtractor& extractor, SharedSpectrum& spectrum,
+                         const StepRequest& step, SizeAccuracy accuracy,
+                         const std::stop_token& stop) {
+  const PreparedModel model = spectrum.model(step, stop);
+  if (step.finest_spacing >= kSpectrumSpacing && accuracy == SizeAccuracy::kQuick) {
+    return preview_size(model, step, stop);
+  }
+  const double isovalue = step.request.isovalue;
+  const CubeSample sample =
+      sample_cubes(model, accuracy == SizeAccuracy::kQuick ? kQuickCubes : kCarefulCubes, isovalue,
+                   [&stop] { throw_if_stopped(stop); });
+  std::vector<std::uint64_t> crossed(sample.cubes.size());
+  in_parallel(
+      crossed.size(),
+      [&](std::size_t i) {
+        CubeMemoryPool::Lease lease(extractor.pool());
+        crossed[i] = crossed_tetrahedra(model, sample.cubes[i], isovalue, lease.memory());
+      },
+      stop);
+  const auto found =
+      static_cast<double>(std::accumulate(crossed.begin(), crossed.end(), std::uint64_t{0}));
+  const double triangles = kTrianglesATetrahedron *
+                           (static_cast<double>(sample.coarse_tetrahedra) + sample.weight * found);
+  SurfaceSize size = size_with(triangles, triangles, step);
+  const bool is_careful = accuracy == SizeAccuracy::kCareful;
+  if (step.request.simplify && is_careful && triangles <= kMadeToSee) {
+    return exact_size(extractor.extract(step, stop), extractor.dataset(), step);
+  }
+  if (step.request.simplify || (is_careful && step.finest_spacing < kSpectrumSpacing)) {
+    const std::size_t blocks = is_careful ? kEncodedBlocks : kQuicklyEncodedBlocks;
+    const auto sampled = sampled_blocks(extractor, model, sample, step, blocks, stop);
+    if (sampled) size = size_like(*sampled, triangles, step);
+  }
+  return size;
+}
+
+}  // namespace
+
+StepSizes surface_sizes(const SurfaceExtractor& extractor, std::stop_token stop,
+                        SizeAccuracy accuracy) {
+  const PreparedVolume& dataset = extractor.dataset();
+  const auto spectrum = std::make_shared<SharedSpectrum>(dataset);
+  const bool has_spectrum = dataset.info.grid_exponent > kSpectrumExponent;
+  const auto on_small_grid = [&dataset, stop](const StepRequest& step) {
+    // A pass over it costs nothing.
+    return exact_size(ReferenceExtractor(dataset).extract(step, stop), dataset, step);
+  };
+  return {.of =
+              [=, &extractor](const StepRequest& step) {
+                return has_spectrum ? sampled_size(extractor, *spectrum, step, accuracy, stop)
+                                    : on_small_grid(step);
+              },
+          .rough =
+              [=](const IsosurfaceRequest& request) {
+                const StepRequest step = {.request = request};
+                return has_spectrum ? rough_size(spectrum->model(step, stop), step, stop)
+                                    : on_small_grid(step);
+              }};
+}
+
+}  // namespace multitetra

@@ -1,0 +1,27 @@
+// How large the surfaces of a dataset are, without extracting them: core's samples of octree cubes,
+// counted on all threads. With simplification the sample is simplified, and a small surface is
+// made.
+#pragma once
+
+#include <stop_token>
+
+#include "server/core/planning/refinement_plan.hpp"
+
+namespace multitetra {
+
+class SurfaceExtractor;
+
+enum class SizeAccuracy {
+  // To plan a stream with: within about two thirds and three halves, in milliseconds; with
+  // simplification, from four blocks, rougher (at most three times too large on public volumes) and
+  // slower.
+  kQuick,
+  kCareful,  // To tell a client: a larger sample, and bytes as a sample of blocks is encoded.
+};
+
+// For one thread at a time. The functions throw Cancelled soon after `stop` is triggered; the
+// extractor must outlive them.
+[[nodiscard]] StepSizes surface_sizes(const SurfaceExtractor& extractor, std::stop_token stop = {},
+                                      SizeAccuracy accuracy = SizeAccuracy::kQuick);
+
+}  // namespace multitetra

@@ -1,0 +1,24 @@
+// An isosurface as tiles, ready to be encoded.
+#pragma once
+
+#include <cstdint>
+#include <stop_token>
+#include <vector>
+
+#include "common/wire/tile.hpp"
+#include "server/core/surface/cube_surface.hpp"
+
+namespace multitetra {
+
+struct TiledSurface {
+  std::uint64_t tetrahedra = 0;         // Of the model.
+  std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface.
+  std::vector<TileMesh> tiles;          // Sorted by cube; the same for any number of threads.
+};
+
+// The tiles as Draco bytes, in the same order, encoded on all threads. Throws Cancelled soon after
+// `stop` is triggered.
+[[nodiscard]] std::vector<EncodedTile> encode_tiles(const TiledSurface& surface,
+                                                    std::stop_token stop = {});
+
+}  // namespace multitetra

@@ -1,0 +1,43 @@
+// What a client has seen of a stream, so that another server can go on with it: the same request
+// has the same answer everywhere, so what was forwarded already is passed over the second time.
+// Pure.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "common/wire/messages.hpp"
+
+namespace multitetra {
+
+class ForwardedStream {
+ public:
+  explicit ForwardedStream(OpenStream open) : open_(std::move(open)) {}
+
+  // To be sent to whoever serves it, the first time and again.
+  [[nodiscard]] const OpenStream& open() const { return open_; }
+  // Another server begins from the start.
+  void restart() { position_ = 0; }
+
+  enum class Verdict {
+    kForward,  // The client has not seen it.
+    kPassOver,
+    kDiffers,  // It is not what the client has seen at this place: the stream cannot go on.
+  };
+  // The next message of the stream: StepBegin, Tile or StepEnd.
+  [[nodiscard]] Verdict next(const ServerMessage& message);
+
+  [[nodiscard]] std::uint32_t steps_ended() const { return steps_ended_; }
+  // Of the step that the client is being sent.
+  [[nodiscard]] const StepBegin& step() const { return step_; }
+
+ private:
+  OpenStream open_;
+  std::vector<std::uint64_t> forwarded_;  // A checksum of each message, times left out.
+  std::size_t position_ = 0;
+  std::uint32_t steps_ended_ = 0;
+  StepBegin step_;
+};
+
+}  // namespace multitetra

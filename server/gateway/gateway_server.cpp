@@ -1,0 +1,97 @@
+#include "server/gateway/gateway_server.hpp"
+
+#include <exception>
+#include <utility>
+
+#include "server/gateway/gateway_session.hpp"
+#include "server/http/http_listener.hpp"
+#include "server/operations/log.hpp"
+
+namespace multitetra {
+
+class GatewayServer::Running {
+ public:
+  explicit Running(GatewayServerOptions options)
+      : options_(std::move(options)), runtime_(options_.runtime) {
+    options_.session.agent = "multitetra-gateway/" MULTITETRA_VERSION;
+    options_.gateway.secrets = load_upstream_secrets(options_.upstream_files);
+    upstreams_ = std::make_shared<UpstreamPool>(runtime_.io().get_executor(), options_.gateway);
+    std::vector<MakeListener> listeners;
+    if (options_.tcp) {
+      listeners.emplace_back([this](const ServerContext& server) {
+        return std::make_unique<TcpListener>(server, *options_.tcp);
+      });
+    }
+    if (options_.http) {
+      listeners.emplace_back([this](const ServerContext& server) {
+        return std::make_unique<HttpListener>(server, hooked(*options_.http));
+      });
+    }
+    runtime_.build({.new_session = [this](ClientContextPtr client) { return new_session(client); },
+                    .state = [this] { return state(); },
+                    .when_reloaded = [this] { reload_secrets(); },
+                    .when_stopping = [this] { upstreams_->stop(); }},
+                   listeners);
+  }
+
+  [[nodiscard]] ServerRuntime& runtime() { return runtime_; }
+  [[nodiscard]] Endpoint tcp() const { return runtime_.endpoint(0); }
+  [[nodiscard]] Endpoint http() const { return runtime_.endpoint(options_.tcp ? 1 : 0); }
+
+  void run() {
+    upstreams_->look_after_upstreams();
+    runtime_.run();
+  }
+
+ private:
+  HttpOptions hooked(HttpOptions http) {
+    http.hooks.is_ready = [this] { return upstreams_->is_ready(); };
+    http.hooks.find_tile = [this](const ContentDigest& digest) {
+      return upstreams_->tiles().find_plain(digest);
+    };
+    return http;
+  }
+
+  MessageSessionPtr new_session(ClientContextPtr client) {
+    return std::make_shared<GatewaySession>(runtime_.io().get_executor(), upstreams_,
+                                            options_.session, std::move(client),
+                                            options_.idle_time);
+  }
+
+  ServiceState state() {
+    const TileCache::Counts counts = upstreams_->tiles().counts();
+    return {.cache_hits = counts.hits,
+            .cache_misses = counts.misses,
+            .cached_tiles = counts.tiles,
+            .cache_bytes = counts.bytes,
+            .datasets = upstreams_->datasets(),
+            .upstreams = upstreams_->upstreams()};
+  }
+
+  void reload_secrets() {
+    try {
+      upstreams_->use(load_upstream_secrets(options_.upstream_files));
+    } catch (const std::exception& trouble) {
+      log_line(LogLevel::kError,
+               std::string(trouble.what()) + " What servers were shown before stays in use.", {});
+    }
+  }
+
+  GatewayServerOptions options_;
+  ServerRuntime runtime_;
+  std::shared_ptr<UpstreamPool> upstreams_;
+};
+
+GatewayServer::GatewayServer(GatewayServerOptions options)
+    : running_(std::make_unique<Running>(std::move(options))) {}
+GatewayServer::~GatewayServer() = default;
+
+Endpoint GatewayServer::http() const { return running_->http(); }
+Endpoint GatewayServer::tcp() const { return running_->tcp(); }
+std::vector<std::string> GatewayServer::urls() const { return running_->runtime().urls(); }
+void GatewayServer::run() { running_->run(); }
+void GatewayServer::stop() { running_->runtime().stop(); }
+void GatewayServer::drain() { running_->runtime().drain(); }
+void GatewayServer::reload() { running_->runtime().reload(); }
+
+}  // namespace multitetra

@@ -1,0 +1,54 @@
+// The listeners of a gateway: those of a server, in front of others.
+//
+//   GatewayServer gateway({.gateway = {.upstreams = {...}}, .http = {...}});
+//   gateway.run();  // Until stop() or drain() is called from another thread, or a signal comes.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/gateway/upstream_pool.hpp"
+#include "server/http/http_options.hpp"
+#include "server/session/session.hpp"
+#include "server/transport/server_runtime.hpp"
+#include "server/transport/tcp_listener.hpp"
+
+namespace multitetra {
+
+struct GatewayServerOptions {
+  UpstreamOptions gateway = {};  // Its secrets come from these files:
+  UpstreamFiles upstream_files = {};
+  std::optional<HttpOptions> http = {};  // None: no such listener.
+  std::optional<TcpListenerOptions> tcp = {};
+  ServerRuntimeOptions runtime = {};
+  SessionOptions session = {};
+  std::chrono::milliseconds idle_time{0};  // As in SessionLimits.
+};
+
+class GatewayServer {
+ public:
+  // Binds and listens. Throws AddressError that names the address when that fails, and ExitError
+  // when certificate, tokens or what servers are shown cannot be used.
+  explicit GatewayServer(GatewayServerOptions options);
+  ~GatewayServer();
+
+  // Requires that there is such a listener.
+  [[nodiscard]] Endpoint http() const;
+  [[nodiscard]] Endpoint tcp() const;
+  // Of all listeners, for the log.
+  [[nodiscard]] std::vector<std::string> urls() const;
+
+  void run();
+  // From any thread, as in runtime.hpp. A reload also reads what servers are shown.
+  void stop();
+  void drain();
+  void reload();
+
+ private:
+  class Running;
+  std::unique_ptr<Running> running_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,144 @@
+#include "server/http/answer.hpp"
+
+#include <ctime>
+#include <utility>
+
+#include <boost/beast/http/status.hpp>
+#include <nlohmann/json.hpp>
+
+#include "server/http/conditions.hpp"
+
+namespace multitetra {
+namespace {
+
+// The Date field's value (RFC 9110), made once a second.
+const std::string& date_now() {
+  thread_local std::time_t at = 0;
+  thread_local std::string text;
+  const std::time_t now = std::time(nullptr);
+  if (now != at) {
+    at = now;
+    std::tm parts{};
+    gmtime_r(&now, &parts);
+    char buffer[40];
+    const std::size_t size =
+        std::strftime(buffer, sizeof buffer, "%a, %d %b %Y %H:%M:%S GMT", &parts);
+    text.assign(buffer, size);
+  }
+  return text;
+}
+
+int status_of(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::kUnknownDataset:
+      return 404;
+    case ErrorCode::kLimitExceeded:
+      return 422;
+    case ErrorCode::kMalformedFrame:
+    case ErrorCode::kMessageTooLarge:
+    case ErrorCode::kMalformedMessage:
+    case ErrorCode::kUnsupportedVersion:
+    case ErrorCode::kUnexpectedMessage:
+    case ErrorCode::kInvalidArgument:
+      return 400;
+    case ErrorCode::kCancelled:
+    case ErrorCode::kUnavailable:
+      return 503;
+    case ErrorCode::kUnauthenticated:
+      return 401;
+    case ErrorCode::kUnknown:
+    case ErrorCode::kDamagedData:
+    case ErrorCode::kInternal:
+      break;
+  }
+  return 500;
+}
+
+bool may_have_body(int status) { return status >= 200 && status != 204 && status != 304; }
+
+}  // namespace
+
+Body body_of(std::string text) {
+  const std::size_t size = text.size();
+  return {.whole = std::move(text), .first = 0, .length = size};
+}
+
+Body body_of(SharedBytes bytes) {
+  const std::size_t size = bytes->size();
+  return {.whole = std::move(bytes), .first = 0, .length = size};
+}
+
+Body body_of(SharedFile file, std::uint64_t size) {
+  return {.whole = std::move(file), .first = 0, .length = size};
+}
+
+void add_field(Answer& answer, std::string_view name, std::string_view value) {
+  answer.fields.append(name).append(": ").append(value).append("\r\n");
+}
+
+Answer json_answer(int status, std::string json) {
+  Answer answer{.status = status, .fields = {}, .body = body_of(std::move(json))};
+  add_field(answer, "Content-Type", "application/json");
+  return answer;
+}
+
+Answer error_answer(int status, const Error& error, std::string_view request_id) {
+  const nlohmann::ordered_json body = {
+      {"error", {{"code", name(error.code)}, {"text", error.text}, {"request_id", request_id}}}};
+  Answer answer = json_answer(
+      status, body.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  add_field(answer, "Cache-Control", "no-store");
+  return answer;
+}
+
+Answer error_answer(const Error& error, std::string_view request_id) {
+  Answer answer = error_answer(status_of(error.code), error, request_id);
+  if (answer.status == 503) add_field(answer, "Retry-After", "1");
+  if (answer.status == 401) add_field(answer, "WWW-Authenticate", "Bearer");
+  return answer;
+}
+
+void meet_conditions(Answer& answer, const HttpRequest& request, std::string_view tag) {
+  add_field(answer, "ETag", tag);
+  if (names_tag(field(request, http::field::if_none_match), tag)) {
+    answer.status = 304;
+    answer.body = {};
+    return;
+  }
+  add_field(answer, "Accept-Ranges", "bytes");
+  if (!answer.is_length_known || request.method() != http::verb::get) return;
+  const std::string of = "/" + std::to_string(answer.body.length);
+  const RangeOutcome outcome =
+      range_of(field(request, http::field::range), field(request, http::field::if_range), tag,
+               answer.body.length);
+  if (const auto* range = std::get_if<ByteRange>(&outcome)) {
+    answer.status = 206;
+    answer.body.first = range->first;
+    answer.body.length = range->length;
+    add_field(answer, "Content-Range",
+              "bytes " + std::to_string(range->first) + "-" +
+                  std::to_string(range->first + range->length - 1) + of);
+  } else if (std::holds_alternative<Unsatisfiable>(outcome)) {
+    answer.status = 416;
+    answer.body = {};
+    add_field(answer, "Content-Range", "bytes *" + of);
+  }
+}
+
+std::string head_of(const Answer& answer, bool keep_alive) {
+  const auto reason = boost::beast::http::obsolete_reason(
+      boost::beast::http::int_to_status(static_cast<unsigned>(answer.status)));
+  std::string head;
+  head.reserve(answer.fields.size() + 256);
+  head.append("HTTP/1.1 ").append(std::to_string(answer.status)).append(" ");
+  head.append(reason.data(), reason.size()).append("\r\nServer: multitetra\r\nDate: ");
+  head.append(date_now()).append("\r\n");
+  if (may_have_body(answer.status) && answer.is_length_known) {
+    head.append("Content-Length: ").append(std::to_string(answer.body.length)).append("\r\n");
+  }
+  if (!keep_alive) head.append("Connection: close\r\n");
+  head.append(answer.fields).append("\r\n");
+  return head;
+}
+
+}  // namespace multitetra

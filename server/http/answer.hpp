@@ -1,0 +1,56 @@
+// The answer to one HTTP request, before it has become bytes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "common/base/result.hpp"
+#include "server/dataset/scratch_file.hpp"
+#include "server/http/http_request.hpp"
+
+namespace multitetra {
+
+// Bytes that are made once and sent to many, without a copy.
+using SharedBytes = std::shared_ptr<const std::string>;
+// Bytes that lie on the disk, and are read a piece at a time.
+using SharedFile = std::shared_ptr<const ScratchFile>;
+
+// Some of the bytes of a whole.
+struct Body {
+  std::variant<std::string, SharedBytes, SharedFile> whole = {};
+  std::uint64_t first = 0;
+  std::uint64_t length = 0;
+};
+[[nodiscard]] Body body_of(std::string text);
+[[nodiscard]] Body body_of(SharedBytes bytes);
+[[nodiscard]] Body body_of(SharedFile file, std::uint64_t size);
+
+struct Answer {
+  int status = 200;
+  std::string fields = {};  // Header fields, "Name: value\r\n" each.
+  Body body = {};
+  bool is_length_known = true;  // False only for an answer to HEAD whose body was never made.
+};
+
+// Adds a header field. `value` is ours or was checked: it has no line break.
+void add_field(Answer& answer, std::string_view name, std::string_view value);
+
+// "application/json", as it is.
+[[nodiscard]] Answer json_answer(int status, std::string json);
+// {"error":{"code","text","request_id"}}; such an answer is stored by nobody.
+[[nodiscard]] Answer error_answer(int status, const Error& error, std::string_view request_id);
+// The same with the status that the code stands for.
+[[nodiscard]] Answer error_answer(const Error& error, std::string_view request_id);
+
+// Makes of a whole answer with status 200 what the request's conditions and ranges leave of it.
+// `tag` is that of its content, in quotes, and is told.
+void meet_conditions(Answer& answer, const HttpRequest& request, std::string_view tag);
+
+// The status line and the header. The body's length is told also where no body follows, as to HEAD.
+[[nodiscard]] std::string head_of(const Answer& answer, bool keep_alive);
+
+}  // namespace multitetra

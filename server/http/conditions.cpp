@@ -1,0 +1,61 @@
+#include "server/http/conditions.hpp"
+
+#include <algorithm>
+#include <charconv>
+
+namespace multitetra {
+namespace {
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
+  return text;
+}
+
+std::optional<std::uint64_t> digits(std::string_view text) {
+  std::uint64_t value = 0;
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || end != text.data() + text.size()) return std::nullopt;
+  // A number beyond all sizes is as good as the largest.
+  return code == std::errc::result_out_of_range ? UINT64_MAX : value;
+}
+
+}  // namespace
+
+// Our tags have no comma inside, so one in a foreign tag only cuts what could not match anyway.
+bool names_tag(std::string_view if_none_match, std::string_view tag) {
+  if (trimmed(if_none_match) == "*") return true;
+  for (;;) {
+    const std::size_t comma = if_none_match.find(',');
+    std::string_view one = trimmed(if_none_match.substr(0, comma));
+    if (one.starts_with("W/")) one.remove_prefix(2);
+    if (!one.empty() && one == tag) return true;
+    if (comma == std::string_view::npos) return false;
+    if_none_match.remove_prefix(comma + 1);
+  }
+}
+
+RangeOutcome range_of(std::string_view range, std::string_view if_range, std::string_view tag,
+                      std::uint64_t size) {
+  constexpr std::string_view kUnit = "bytes=";
+  if (!range.starts_with(kUnit) || range.find(',') != std::string_view::npos) return Everything{};
+  if (!if_range.empty() && trimmed(if_range) != tag) return Everything{};
+  range = trimmed(range.substr(kUnit.size()));
+  const std::size_t dash = range.find('-');
+  if (dash == std::string_view::npos) return Everything{};
+  const auto first = digits(range.substr(0, dash));
+  const auto last = digits(range.substr(dash + 1));
+  if (dash == 0) {  // The last so many bytes.
+    if (!last) return Everything{};
+    if (*last == 0 || size == 0) return Unsatisfiable{};
+    const std::uint64_t length = std::min(*last, size);
+    return ByteRange{size - length, length};
+  }
+  const bool is_open = dash + 1 == range.size();
+  if (!first || (!last && !is_open) || (last && *last < *first)) return Everything{};
+  if (*first >= size) return Unsatisfiable{};
+  const std::uint64_t end = is_open ? size - 1 : std::min(*last, size - 1);
+  return ByteRange{*first, end - *first + 1};
+}
+
+}  // namespace multitetra

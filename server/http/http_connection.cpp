@@ -1,0 +1,236 @@
+#include "server/http/http_connection.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include <spdlog/spdlog.h>
+
+#include "server/operations/log.hpp"
+
+namespace multitetra {
+
+using boost::system::error_code;
+
+HttpConnection::HttpConnection(std::unique_ptr<StreamSocket> stream, ClientContextPtr client,
+                               std::optional<Error> refusal, HttpService& service,
+                               const HttpOptions& options)
+    : stream_(std::move(stream)),
+      client_(std::move(client)),
+      refusal_(std::move(refusal)),
+      service_(service),
+      options_(options),
+      requests_(options.max_header_bytes) {
+  error_code ignored;
+  stream_->socket().set_option(tcp::no_delay(true), ignored);
+  stream_->socket().set_option(asio::socket_base::keep_alive(true), ignored);
+  if (options_.send_buffer_bytes) {
+    stream_->socket().set_option(asio::socket_base::send_buffer_size(*options_.send_buffer_bytes),
+                                 ignored);
+  }
+}
+
+void HttpConnection::start(Upgrade on_upgrade, std::function<void()> on_closed) {
+  on_upgrade_ = std::move(on_upgrade);
+  on_closed_ = std::move(on_closed);
+  asio::co_spawn(
+      stream_->get_executor(), [self = shared_from_this()] { return self->run(); },
+      [self = shared_from_this()](const std::exception_ptr& trouble) {
+        try {
+          if (trouble) std::rethrow_exception(trouble);
+          if (self->upgrade_) {
+            self->on_upgrade_(std::move(self->stream_), *std::move(self->upgrade_));
+            return;
+          }
+        } catch (const std::exception& error) {
+          spdlog::error("{}: closing the connection: {}", self->client_->facts().peer,
+                        error.what());
+        }
+        if (self->stream_) self->stream_->close();
+        self->on_closed_();
+      });
+}
+
+void HttpConnection::end(const Error& why) {
+  is_ending_ = true;
+  if (!is_answering_) {  // Idle, or inside a request that nobody reads any more.
+    stream_->close();
+  } else if (context_ && context_->session) {
+    context_->session->end(why);
+  } else {
+    deadline_.set(options_.linger);
+  }
+}
+
+void HttpConnection::keep_time(Clock::time_point now) {
+  if (!deadline_.is_past(now)) return;
+  spdlog::debug("{}: closing the connection: it took too long", client_->facts().peer);
+  deadline_.clear();
+  stream_->close();
+}
+
+asio::awaitable<void> HttpConnection::run() {
+  deadline_.set(options_.handshake_timeout);
+  error_code error;
+  co_await stream_->async_handshake(asio::ssl::stream_base::server, use_error(error));
+  if (error) {
+    log_line(LogLevel::kInfo, "no TLS: " + error.message(),
+             {{"connection", client_->facts().connection}, {"peer", client_->facts().peer}});
+    co_return;
+  }
+  while (auto request = co_await read_request()) {
+    is_answering_ = true;
+    deadline_.clear();
+    const auto context = std::make_shared<RequestContext>();
+    context->client = client_;
+    context->request_id = service_.new_request_id();
+    context->watch = [this] { watch(); };
+    const bool with_body = request->method() != http::verb::head;
+    if (const auto refused = refusal_of(*request)) {
+      client_->admission().observer().error_answered(client_->facts(), *refused, 0);
+      context->kind = "refused";
+      const Answer answer = error_answer(503, *refused, context->request_id);
+      co_await write(answer, with_body, /*keep_alive=*/false);
+      tell(&*request, *context, answer, with_body);
+      break;
+    }
+    context_ = context;
+    const Outcome outcome = co_await service_.answer(*request, *context);
+    context_.reset();
+    const auto* answer = std::get_if<Answer>(&outcome);
+    if (!answer) {
+      upgrade_ = std::move(request);
+      co_return;
+    }
+    const bool keep_alive = request->keep_alive() && !is_ending_;
+    const bool is_written = co_await write(*answer, with_body, keep_alive);
+    if (context->record && is_written) context->record->end(context->outcome);
+    tell(&*request, *context, *answer, with_body);
+    if (!is_written) co_return;
+    if (!keep_alive || is_ending_) break;
+    is_answering_ = false;
+  }
+  co_await hang_up();
+}
+
+void HttpConnection::tell(const HttpRequest* request, const RequestContext& context,
+                          const Answer& answer, bool with_body) {
+  const std::chrono::duration<double> taken = Clock::now() - context.began;
+  client_->admission().observer().http_answered(
+      client_->facts(), {.id = context.request_id,
+                         .kind = context.kind,
+                         .method = request ? view_of(request->method_string()) : std::string_view(),
+                         .target = request ? view_of(request->target()) : std::string_view(),
+                         .status = answer.status,
+                         .bytes = with_body ? answer.body.length : 0,
+                         .seconds = taken.count()});
+}
+
+std::optional<Error> HttpConnection::refusal_of(const HttpRequest& request) {
+  if (refusal_) return refusal_;
+  return client_->forwarded_for(view_of(request["X-Forwarded-For"]));
+}
+
+asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
+  deadline_.set(options_.keep_alive_timeout);
+  std::array<char, 8 * 1024> buffer;  // NOLINT: it is read into before it is looked at.
+  bool is_inside = false;
+  for (;;) {
+    auto request = requests_.next();
+    if (!request) {
+      const BrokenRequest& broken = request.error();
+      is_answering_ = true;
+      RequestContext context;
+      context.request_id = service_.new_request_id();
+      // Made before it is awaited: GCC 12 destroys an aggregate of an awaiting expression twice.
+      const Answer answer = error_answer(broken.status, {ErrorCode::kMalformedMessage, broken.text},
+                                         context.request_id);
+      co_await write(answer, /*with_body=*/true, /*keep_alive=*/false);
+      tell(nullptr, context, answer, /*with_body=*/true);
+      co_return std::nullopt;
+    }
+    if (*request) co_return std::move(**request);
+    if (requests_.is_inside() && !std::exchange(is_inside, true)) {
+      deadline_.set(options_.handshake_timeout);
+    }
+    error_code error;
+    const std::size_t size =
+        co_await stream_->async_read_some(asio::buffer(buffer), use_error(error));
+    if (error) co_return std::nullopt;
+    requests_.feed({buffer.data(), size});
+  }
+}
+
+asio::awaitable<bool> HttpConnection::write(const Answer& answer, bool with_body, bool keep_alive) {
+  const std::string head = head_of(answer, keep_alive);
+  const Body& body = answer.body;
+  const auto* file = std::get_if<SharedFile>(&body.whole);
+  std::array<asio::const_buffer, 2> parts = {asio::buffer(head), asio::const_buffer()};
+  if (with_body && !file && body.length > 0) {
+    const auto* shared = std::get_if<SharedBytes>(&body.whole);
+    const std::string& bytes = shared ? **shared : std::get<std::string>(body.whole);
+    parts[1] = asio::buffer(bytes.data() + body.first, body.length);
+  }
+  deadline_.set(options_.write_timeout);
+  error_code error;
+  const std::size_t size = co_await asio::async_write(*stream_, parts, use_error(error));
+  client_->admission().observer().sent("http", size);
+  if (error) co_return false;
+  if (!with_body || !file) co_return true;
+  co_return co_await write_file(**file, body.first, body.length);
+}
+
+asio::awaitable<bool> HttpConnection::write_file(const ScratchFile& file, std::uint64_t first,
+                                                 std::uint64_t length) {
+  constexpr std::uint64_t kPiece = 256 * 1024;
+  std::vector<std::byte> piece(std::min(length, kPiece));
+  while (length > 0) {
+    piece.resize(std::min(length, kPiece));
+    file.get(first, piece);
+    deadline_.set(options_.write_timeout);
+    error_code error;
+    const std::size_t size =
+        co_await asio::async_write(*stream_, asio::buffer(piece), use_error(error));
+    client_->admission().observer().sent("http", size);
+    if (error) co_return false;
+    first += piece.size();
+    length -= piece.size();
+  }
+  co_return true;
+}
+
+void HttpConnection::watch() {
+  if (std::exchange(is_watching_, true)) return;
+  stream_->socket().async_wait(tcp::socket::wait_read,
+                               [self = shared_from_this()](error_code error) {
+                                 self->is_watching_ = false;
+                                 if (self->context_ && (error || self->has_hung_up()))
+                                   self->context_->leave();
+                               });
+}
+
+// Something can be read: the next request, or the end.
+bool HttpConnection::has_hung_up() {
+  char byte = 0;
+  error_code error;
+  stream_->socket().non_blocking(true, error);
+  const std::size_t size =
+      stream_->socket().receive(asio::buffer(&byte, 1), tcp::socket::message_peek, error);
+  return error != asio::error::would_block && (error || size == 0);
+}
+
+// What the client still sends is read and dropped for a moment: closing with unread bytes would
+// reset the connection and take our last words away from it.
+asio::awaitable<void> HttpConnection::hang_up() {
+  deadline_.set(options_.linger);
+  error_code error;
+  co_await stream_->async_shutdown(use_error(error));
+  if (stream_->is_tls() && !error) co_return;  // Both sides have said that nothing more comes.
+  error = {};
+  std::array<char, 1024> dropped;  // NOLINT: nobody looks at it.
+  while (!error) {
+    co_await stream_->socket().async_read_some(asio::buffer(dropped), use_error(error));
+  }
+}
+
+}  // namespace multitetra

@@ -1,0 +1,68 @@
+// HTTP/1.1 on one connection: a coroutine that reads a request, answers it, and goes on.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "common/net/stream_socket.hpp"
+#include "server/http/http_options.hpp"
+#include "server/http/http_request.hpp"
+#include "server/http/http_service.hpp"
+#include "server/http/http_session.hpp"
+
+namespace multitetra {
+
+class HttpConnection : public HttpSession, public std::enable_shared_from_this<HttpConnection> {
+ public:
+  // Service and options outlive the connection. With a `refusal` the first request is answered so,
+  // whatever it is.
+  HttpConnection(std::unique_ptr<StreamSocket> stream, ClientContextPtr client,
+                 std::optional<Error> refusal, HttpService& service, const HttpOptions& options);
+
+  // Takes over the stream of a connection that becomes a WebSocket.
+  using Upgrade = std::function<void(std::unique_ptr<StreamSocket>, HttpRequest)>;
+  // Exactly one of both is called, once, when the coroutine is done.
+  void start(Upgrade on_upgrade, std::function<void()> on_closed);
+
+  void end(const Error& why) override;
+  void keep_time(Clock::time_point now) override;
+
+ private:
+  asio::awaitable<void> run();
+  // The next request; nullopt when there is none, or what came cannot be followed: then that was
+  // answered.
+  asio::awaitable<std::optional<HttpRequest>> read_request();
+  // Why this request is not answered; nullopt when it is.
+  [[nodiscard]] std::optional<Error> refusal_of(const HttpRequest& request);
+  // Whether it was written.
+  asio::awaitable<bool> write(const Answer& answer, bool with_body, bool keep_alive);
+  asio::awaitable<bool> write_file(const ScratchFile& file, std::uint64_t first,
+                                   std::uint64_t length);
+  asio::awaitable<void> hang_up();
+  // Tells of a request that was answered. `request` is null where the bytes were none.
+  void tell(const HttpRequest* request, const RequestContext& context, const Answer& answer,
+            bool with_body);
+  // Leaves the context when the client hangs up while its request is answered.
+  void watch();
+  [[nodiscard]] bool has_hung_up();
+
+  std::unique_ptr<StreamSocket> stream_;
+  ClientContextPtr client_;
+  std::optional<Error> refusal_;
+  HttpService& service_;
+  const HttpOptions& options_;
+  std::optional<HttpRequest> upgrade_;
+  Upgrade on_upgrade_;
+  std::function<void()> on_closed_;
+  RequestReader requests_;
+  std::shared_ptr<RequestContext> context_;  // While a request is answered.
+  bool is_watching_ = false;
+  bool is_answering_ = false;
+  bool is_ending_ = false;
+  Deadline deadline_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,58 @@
+// What a listener for HTTP allows its clients.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/net/endpoint.hpp"
+#include "common/net/frame.hpp"
+#include "common/wire/tile.hpp"
+#include "server/http/viewer_files.hpp"
+#include "server/transport/listener.hpp"
+
+namespace multitetra {
+
+inline constexpr std::uint16_t kDefaultHttpPort = 7480;
+
+// What the listener offers besides conversations. Called on its thread; what is empty is not
+// offered.
+struct HttpHooks {
+  // A tile without normals that is at hand.
+  std::function<std::optional<EncodedTile>(const ContentDigest&)> find_tile = {};
+  // Whether new work is welcome, besides what the admission of the server says. Empty: always.
+  std::function<bool()> is_ready = {};
+};
+
+struct HttpOptions {
+  Endpoint listen{.host = "127.0.0.1", .port = kDefaultHttpPort};  // Port 0: a free one.
+  // Each for itself: TLS, a request's header from its first byte on, a WebSocket's first Hello.
+  std::chrono::milliseconds handshake_timeout{10'000};
+  std::chrono::milliseconds keep_alive_timeout{60'000};  // Between two requests.
+  std::chrono::milliseconds idle_timeout{120'000};  // A WebSocket that answers no ping for so long.
+  std::chrono::milliseconds write_timeout{60'000};  // For one message, or 256 KiB of an answer.
+  std::chrono::milliseconds linger{1'000};     // For the client to read our last words and hang up.
+  std::uint32_t max_header_bytes = 16 * 1024;  // Request line and header.
+  std::uint32_t max_message_bytes = kMaxClientFrameBytes;  // Of a WebSocket, after Hello,
+  std::uint32_t max_hello_bytes = kMaxHelloFrameBytes;     // and before.
+  std::optional<int> send_buffer_bytes = std::nullopt;     // None leaves it to the system.
+  // "https://example.org": pages from there may read answers and open WebSockets, besides those
+  // of this listener itself. "*" allows all.
+  std::vector<std::string> allowed_origins = {};
+  // Of /v1/datasets/NAME/isosurface: the most triangles of one response, which take about 120 bytes
+  // of memory each while one is made; and how many bytes of files are kept for the next requests,
+  // and where: they have no names.
+  std::uint64_t max_mesh_triangles = 4'000'000;
+  std::uint64_t mesh_cache_bytes = std::uint64_t{256} << 20;
+  std::filesystem::path temporary_folder = std::filesystem::temp_directory_path();
+  std::shared_ptr<const ViewerFiles> viewer = std::make_shared<const ViewerFiles>();
+  HttpHooks hooks = {};
+};
+
+}  // namespace multitetra

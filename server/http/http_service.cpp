@@ -1,0 +1,206 @@
+#include "server/http/http_service.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <random>
+#include <span>
+#include <utility>
+
+#include "common/cli/json_report.hpp"
+#include "server/dataset/checksum.hpp"
+#include "server/http/openapi.hpp"
+#include "server/http/origin.hpp"
+#include "server/http/upgrade.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr std::string_view kMethods = "GET, HEAD, OPTIONS";
+
+std::string_view bearer_token(const HttpRequest& request) {
+  constexpr std::string_view kScheme = "Bearer ";
+  const std::string_view said = field(request, http::field::authorization);
+  if (said.size() < kScheme.size() ||
+      !boost::beast::iequals({said.data(), kScheme.size()}, {kScheme.data(), kScheme.size()}))
+    return {};
+  return said.substr(kScheme.size());
+}
+
+Answer not_offered(std::string_view what, std::string_view request_id) {
+  return error_answer(
+      404, {ErrorCode::kInvalidArgument, "This server offers no " + std::string(what) + "."},
+      request_id);
+}
+
+std::string content_tag(std::string_view content) {
+  std::array<char, 24> text{};
+  std::snprintf(text.data(), text.size(), "\"%016llx\"",
+                static_cast<unsigned long long>(
+                    checksum(std::as_bytes(std::span(content.data(), content.size())))));
+  return text.data();
+}
+
+// JSON that is asked for again and again, and changes seldom.
+Answer document(std::string json, const HttpRequest& request) {
+  const std::string tag = content_tag(json);
+  Answer answer = json_answer(200, std::move(json));
+  add_field(answer, "Cache-Control", "no-cache");
+  meet_conditions(answer, request, tag);
+  return answer;
+}
+
+// The list goes without histograms: they are in each dataset's own description.
+std::string listing(const std::vector<DatasetInfo>& infos) {
+  Json list = Json::array();
+  for (const DatasetInfo& info : infos) {
+    list.push_back(json_of(info));
+    list.back().erase("histogram");
+  }
+  return text_of({{"datasets", std::move(list)}});
+}
+
+}  // namespace
+
+HttpService::HttpService(const ServerContext& server, const HttpOptions& options)
+    : server_(server),
+      options_(options),
+      surfaces_(options),
+      next_request_((std::uint64_t{std::random_device{}()} << 32) | 1) {}
+
+std::string HttpService::new_request_id() {
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%016llx",
+                static_cast<unsigned long long>(next_request_++));
+  return text.data();
+}
+
+asio::awaitable<Outcome> HttpService::answer(const HttpRequest& request, RequestContext& context) {
+  Outcome outcome = co_await routed(request, context);
+  if (auto* answer = std::get_if<Answer>(&outcome)) {
+    add_field(*answer, "X-Request-Id", context.request_id);
+    answer->fields +=
+        cross_origin_fields(field(request, http::field::origin), field(request, http::field::host),
+                            options_.allowed_origins, request.method() == http::verb::options);
+  }
+  co_return outcome;
+}
+
+asio::awaitable<Outcome> HttpService::routed(const HttpRequest& request, RequestContext& context) {
+  const auto target = parse_target(view_of(request.target()));
+  const auto route = target ? route_of(*target) : Result<Route>(tl::unexpected(target.error()));
+  if (!route) co_return error_answer(route.error(), context.request_id);
+  context.kind = name(*route);
+  if (request.method() == http::verb::options) {
+    Answer answer{.status = 204};
+    add_field(answer, "Allow", kMethods);
+    co_return answer;
+  }
+  if (request.method() != http::verb::get && request.method() != http::verb::head) {
+    Answer answer = error_answer(
+        405,
+        {ErrorCode::kInvalidArgument, "The method here is GET or HEAD, not " +
+                                          std::string(view_of(request.method_string())) + "."},
+        context.request_id);
+    add_field(answer, "Allow", kMethods);
+    co_return answer;
+  }
+  const Question asked = {.request = request, .target = *target, .context = context};
+  if (std::holds_alternative<WebSocketStream>(*route)) {
+    auto objection = upgrade_objection(request, options_.allowed_origins, context.request_id);
+    if (objection) co_return *std::move(objection);
+    co_return UpgradeToWebSocket{};
+  }
+  if (const auto* tile = std::get_if<TileBytes>(&*route)) co_return answer_to(*tile, asked);
+  if (const auto* file = std::get_if<ViewerFile>(&*route)) co_return answer_to(*file, asked);
+  if (std::holds_alternative<Liveness>(*route)) co_return answer_to(Liveness{}, asked);
+  if (std::holds_alternative<Readiness>(*route)) co_return answer_to(Readiness{}, asked);
+  if (std::holds_alternative<Metrics>(*route)) co_return answer_to(Metrics{}, asked);
+  if (std::holds_alternative<Description>(*route)) co_return answer_to(Description{}, asked);
+  co_return co_await inquired(*route, asked);
+}
+
+asio::awaitable<Answer> HttpService::inquired(const Route& route, Question asked) {
+  const std::string& id = asked.context.request_id;
+  if (const auto refusal = asked.context.client->may_ask()) {
+    Answer answer = error_answer(429, *refusal, id);
+    add_field(answer, "Retry-After", "1");
+    co_return answer;
+  }
+  OneShotSession one_shot(server_.new_session(asked.context.client), asked.context);
+  const auto welcome = co_await one_shot.greet(std::string(bearer_token(asked.request)));
+  if (!welcome) co_return error_answer(welcome.error(), id);
+  if (const auto* surface = std::get_if<SurfaceFile>(&route)) {
+    co_return co_await surfaces_.answer(surface->dataset, asked.target, asked.request, one_shot,
+                                        asked.context);
+  }
+  const auto infos = co_await one_shot.datasets();
+  if (!infos) co_return error_answer(infos.error(), id);
+  const auto* one = std::get_if<DatasetDescription>(&route);
+  if (!one) co_return document(listing(*infos), asked.request);
+  const auto info = std::find_if(infos->begin(), infos->end(), [&](const DatasetInfo& candidate) {
+    return candidate.name == one->dataset;
+  });
+  if (info != infos->end()) co_return document(text_of(json_of(*info)), asked.request);
+  co_return error_answer({ErrorCode::kUnknownDataset, "No dataset is named \"" + one->dataset +
+                                                          "\"; /v1/datasets tells those that are."},
+                         id);
+}
+
+Answer HttpService::answer_to(const Liveness&, const Question&) const {
+  Answer answer = json_answer(200, "{\"status\":\"ok\"}\n");
+  add_field(answer, "Cache-Control", "no-store");
+  return answer;
+}
+
+Answer HttpService::answer_to(const Readiness&, const Question& asked) const {
+  if (const auto refusal = server_.admission.refusal_of_work()) {
+    return error_answer(*refusal, asked.context.request_id);
+  }
+  if (!options_.hooks.is_ready || options_.hooks.is_ready()) return answer_to(Liveness{}, asked);
+  return error_answer({ErrorCode::kUnavailable, "The server takes no new work now."},
+                      asked.context.request_id);
+}
+
+Answer HttpService::answer_to(const Metrics&, const Question& asked) const {
+  if (!server_.metrics) return not_offered("metrics", asked.context.request_id);
+  Answer answer{.body = body_of(server_.metrics())};
+  add_field(answer, "Content-Type", "text/plain; version=0.0.4; charset=utf-8");
+  add_field(answer, "Cache-Control", "no-store");
+  return answer;
+}
+
+Answer HttpService::answer_to(const Description&, const Question& asked) const {
+  return document(std::string(kOpenApi), asked.request);
+}
+
+Answer HttpService::answer_to(const TileBytes& tile, const Question& asked) const {
+  const HttpHooks& hooks = options_.hooks;
+  if (!hooks.find_tile) return not_offered("tiles by their digest", asked.context.request_id);
+  const AccessListPtr& access = server_.admission.access();
+  if (access) {
+    const auto rights = access->rights_of(bearer_token(asked.request));
+    if (!rights) return error_answer(rights.error(), asked.context.request_id);
+  }
+  const auto found = hooks.find_tile(tile.digest);
+  if (!found) {
+    return error_answer(404,
+                        {ErrorCode::kInvalidArgument,
+                         "The server does not hold this tile any more, or never had it; a stream "
+                         "brings it."},
+                        asked.context.request_id);
+  }
+  Answer answer{.body = body_of(found->payload)};
+  add_field(answer, "Content-Type", media_type(MeshFormat::kDrc));
+  add_field(
+      answer, "Cache-Control",
+      access ? "private, max-age=31536000, immutable" : "public, max-age=31536000, immutable");
+  meet_conditions(answer, asked.request, '"' + tile.digest.hex() + '"');
+  return answer;
+}
+
+Answer HttpService::answer_to(const ViewerFile& file, const Question& asked) const {
+  return viewer_answer(*options_.viewer, file.path, asked.request, asked.context.request_id);
+}
+
+}  // namespace multitetra

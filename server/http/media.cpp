@@ -1,0 +1,109 @@
+#include "server/http/media.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <string>
+#include <utility>
+
+namespace multitetra {
+namespace {
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
+  return text;
+}
+
+bool equal_words(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](unsigned char x, unsigned char y) {
+    return std::tolower(x) == std::tolower(y);
+  });
+}
+
+// How exactly a media range names a type: 2 fully, 1 "model/*", 0 "*/*", -1 not at all.
+int exactness(std::string_view range, std::string_view type) {
+  if (equal_words(range, type)) return 2;
+  if (range == "*/*") return 0;
+  const std::string_view family = type.substr(0, type.find('/') + 1);
+  return range.ends_with("/*") && equal_words(range.substr(0, range.size() - 1), family) ? 1 : -1;
+}
+
+double weight_of(std::string_view parameters) {
+  for (std::size_t at = 0; at != std::string_view::npos;) {
+    const std::size_t end = parameters.find(';', at);
+    const std::string_view one =
+        trimmed(parameters.substr(at, end == std::string_view::npos ? end : end - at));
+    if (one.starts_with("q=") || one.starts_with("Q=")) {
+      double weight = 0;
+      const auto [rest, code] = std::from_chars(one.data() + 2, one.data() + one.size(), weight);
+      return code == std::errc{} && weight >= 0 && weight <= 1 ? weight : 0;
+    }
+    at = end == std::string_view::npos ? end : end + 1;
+  }
+  return 1;
+}
+
+// What the most exact range that names the type says of it.
+double liking(std::string_view accept, std::string_view type) {
+  int best = -1;
+  double weight = 0;
+  for (;;) {
+    const std::size_t comma = accept.find(',');
+    const std::string_view one = accept.substr(0, comma);
+    const std::size_t semicolon = one.find(';');
+    const int exact = exactness(trimmed(one.substr(0, semicolon)), type);
+    if (exact > best) {
+      best = exact;
+      weight = semicolon == std::string_view::npos ? 1 : weight_of(one.substr(semicolon + 1));
+    }
+    if (comma == std::string_view::npos) return weight;
+    accept.remove_prefix(comma + 1);
+  }
+}
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 17> kTypes = {
+    {{".css", "text/css; charset=utf-8"},
+     {".glb", "model/gltf-binary"},
+     {".html", "text/html; charset=utf-8"},
+     {".ico", "image/x-icon"},
+     {".jpg", "image/jpeg"},
+     {".js", "text/javascript; charset=utf-8"},
+     {".json", "application/json"},
+     {".map", "application/json"},
+     {".md", "text/markdown; charset=utf-8"},
+     {".mjs", "text/javascript; charset=utf-8"},
+     {".png", "image/png"},
+     {".svg", "image/svg+xml"},
+     {".txt", "text/plain; charset=utf-8"},
+     {".wasm", "application/wasm"},
+     {".webmanifest", "application/manifest+json"},
+     {".webp", "image/webp"},
+     {".woff2", "font/woff2"}}};
+
+}  // namespace
+
+std::string_view media_type_of_file(std::string_view name) {
+  for (const auto& [suffix, type] : kTypes) {
+    if (name.ends_with(suffix)) return type;
+  }
+  return "application/octet-stream";
+}
+
+std::optional<MeshFormat> accepted_format(std::string_view accept) {
+  if (trimmed(accept).empty()) return MeshFormat::kGlb;
+  std::optional<MeshFormat> best;
+  double best_weight = 0;
+  for (const MeshFormat format :
+       {MeshFormat::kGlb, MeshFormat::kPly, MeshFormat::kStl, MeshFormat::kObj, MeshFormat::kDrc}) {
+    const double weight = liking(accept, media_type(format));
+    if (weight > best_weight) {
+      best = format;
+      best_weight = weight;
+    }
+  }
+  return best;
+}
+
+}  // namespace multitetra

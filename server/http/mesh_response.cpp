@@ -1,0 +1,75 @@
+#include "server/http/mesh_response.hpp"
+
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "common/base/number_text.hpp"
+#include "common/mesh/mesh_checks.hpp"
+#include "common/wire/tile.hpp"
+
+namespace multitetra {
+namespace {
+
+Result<LatticeMesh> decoded(const OneShotSession::Step& step, const std::stop_token& stop) {
+  const IsosurfaceRequest& request = step.begin.request;
+  std::vector<LatticeMesh> tiles;
+  tiles.reserve(step.payloads.size());
+  for (std::size_t i = 0; i < step.payloads.size(); ++i) {
+    if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client is gone.");
+    if (!step.payloads[i]) {
+      return fail(ErrorCode::kDamagedData, "Tile " + std::to_string(i) + " did not come.");
+    }
+    auto tile = decode_tile(*step.payloads[i], step.begin.tiles[i], request.lattice_resolution,
+                            request.normal_bits);
+    if (!tile) return tl::unexpected(tile.error());
+    tiles.push_back(*std::move(tile));
+  }
+  std::vector<const LatticeMesh*> pointers;
+  for (const LatticeMesh& tile : tiles) pointers.push_back(&tile);
+  return weld(pointers, request.lattice_resolution);
+}
+
+Result<MeshTopology> checked(const LatticeMesh& mesh, const OneShotSession::Step& step,
+                             const DatasetInfo& info) {
+  const IsosurfaceRequest& request = step.begin.request;
+  const MeshTopology found =
+      topology(mesh, data_border(info, request.lattice_resolution, request.topology_tolerance,
+                                 step.begin.finest_spacing));
+  if (!found.is_sound() || digest(mesh) != step.end.digest) {
+    return fail(ErrorCode::kDamagedData,
+                "The mesh has a crack or is not the one that was announced: this is the server's "
+                "mistake.");
+  }
+  return found;
+}
+
+std::string facts(const MeshTopology& mesh, const OneShotSession::Step& step) {
+  Answer answer;
+  add_field(answer, "Multitetra-Triangles", std::to_string(mesh.triangles));
+  add_field(answer, "Multitetra-Vertices", std::to_string(mesh.vertices));
+  add_field(answer, "Multitetra-Euler-Characteristic", std::to_string(mesh.euler_characteristic));
+  add_field(answer, "Multitetra-Components", std::to_string(mesh.components));
+  add_field(answer, "Multitetra-Error-Bound", shortest_text(step.begin.error_bound_world));
+  add_field(answer, "Multitetra-Content-Digest", step.end.digest.hex());
+  return answer.fields;
+}
+
+}  // namespace
+
+Result<StoredMesh> store_mesh(const OneShotSession::Step& step, const DatasetInfo& info,
+                              const MeshForm& form, const std::filesystem::path& folder,
+                              const std::stop_token& stop) {
+  auto mesh = decoded(step, stop);
+  if (!mesh) return tl::unexpected(mesh.error());
+  const auto found = checked(*mesh, step, info);
+  if (!found) return tl::unexpected(found.error());
+  const std::string bytes = mesh_file(
+      positioned(*mesh, form.is_in_world ? grid_to_world(info) : grid_to_index(info)), form.format);
+  *mesh = {};
+  const auto file = std::make_shared<ScratchFile>(folder);
+  static_cast<void>(file->put(std::as_bytes(std::span(bytes))));
+  return StoredMesh{.file = file, .bytes = bytes.size(), .fields = facts(*found, step)};
+}
+
+}  // namespace multitetra

@@ -1,0 +1,50 @@
+// A conversation that is held for a single HTTP request: whatever is answered there went through a
+// MessageSession, with its rights and its limits.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "common/net/net.hpp"
+#include "common/wire/messages.hpp"
+#include "server/http/request_context.hpp"
+
+namespace multitetra {
+
+class OneShotSession {
+ public:
+  // Holds `session` in the context until its own end.
+  OneShotSession(MessageSessionPtr session, RequestContext& context);
+  ~OneShotSession();
+  OneShotSession(const OneShotSession&) = delete;
+  OneShotSession& operator=(const OneShotSession&) = delete;
+
+  // Says Hello. First and once.
+  [[nodiscard]] asio::awaitable<Result<void>> greet(std::string token);
+  [[nodiscard]] asio::awaitable<Result<std::vector<DatasetInfo>>> datasets();
+
+  // A final step, encoded.
+  struct Step {
+    StepBegin begin;
+    std::vector<std::shared_ptr<const std::string>> payloads;  // As in begin.tiles.
+    StepEnd end;
+  };
+  // kLimitExceeded for a step of more than `max_triangles`, as soon as it is known.
+  [[nodiscard]] asio::awaitable<Result<Step>> final_step(std::string dataset,
+                                                         IsosurfaceRequest request,
+                                                         std::uint64_t max_triangles);
+
+ private:
+  // The next message; what ends the conversation is an error.
+  [[nodiscard]] asio::awaitable<Result<ServerMessage>> next();
+  // The next message, which must be an M.
+  template <typename M>
+  [[nodiscard]] asio::awaitable<Result<M>> next_a();
+  void say(const ClientMessage& message);
+
+  MessageSessionPtr session_;
+  RequestContext& context_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,60 @@
+#include "server/http/origin.hpp"
+
+#include <algorithm>
+#include <cctype>
+
+namespace multitetra {
+namespace {
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  std::transform(result.begin(), result.end(), result.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return result;
+}
+
+// Browsers leave out the port that a scheme implies.
+std::string without_port(std::string text, std::string_view port) {
+  if (text.ends_with(port)) text.resize(text.size() - port.size());
+  return text;
+}
+
+}  // namespace
+
+bool is_allowed_origin(std::string_view origin, std::string_view host,
+                       const std::vector<std::string>& allowed) {
+  if (origin.empty()) return true;
+  const std::string from = lower(origin);
+  const auto is_it = [&](const std::string& one) { return one == "*" || lower(one) == from; };
+  if (std::any_of(allowed.begin(), allowed.end(), is_it)) return true;
+  const std::string at = lower(host);
+  for (const auto& [scheme, port] :
+       {std::pair<std::string_view, std::string_view>{"http://", ":80"}, {"https://", ":443"}}) {
+    if (from.starts_with(scheme)) {
+      const std::string own = without_port(from.substr(scheme.size()), port);
+      return !own.empty() && own == without_port(at, port);
+    }
+  }
+  return false;
+}
+
+std::string cross_origin_fields(std::string_view origin, std::string_view host,
+                                const std::vector<std::string>& allowed, bool is_preflight) {
+  if (allowed.empty()) return {};
+  std::string fields = "Vary: Origin\r\n";
+  if (origin.empty() || !is_allowed_origin(origin, host, allowed)) return fields;
+  fields.append("Access-Control-Allow-Origin: ").append(origin);
+  fields +=
+      "\r\nAccess-Control-Expose-Headers: ETag, Content-Range, X-Request-Id, "
+      "Multitetra-Triangles, Multitetra-Vertices, Multitetra-Euler-Characteristic, "
+      "Multitetra-Components, Multitetra-Error-Bound, Multitetra-Content-Digest\r\n";
+  if (is_preflight) {
+    fields +=
+        "Access-Control-Allow-Methods: GET, HEAD, OPTIONS\r\n"
+        "Access-Control-Allow-Headers: Authorization, If-None-Match, If-Range, Range\r\n"
+        "Access-Control-Max-Age: 86400\r\n";
+  }
+  return fields;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,37 @@
+// One HTTP request while it is answered.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <string_view>
+
+#include "server/operations/admission_control.hpp"
+#include "server/transport/message_session.hpp"
+
+namespace multitetra {
+
+struct RequestContext {
+  ClientContextPtr client = nullptr;
+  std::string request_id = {};
+  std::chrono::steady_clock::time_point began = std::chrono::steady_clock::now();
+  const char* kind = "malformed";  // As name(Route) has it.
+  // The conversation that the answer comes from, while there is one.
+  MessageSessionPtr session = nullptr;
+  std::stop_source stop{std::nostopstate};  // Of work on other threads, where there is some.
+  // What is told of it in the log and counted, and its outcome there; null for what is quick.
+  std::unique_ptr<RequestRecord> record = nullptr;
+  std::string_view outcome = "complete";
+  // Called before what may take long: from then on the client is watched for hanging up.
+  std::function<void()> watch = {};
+
+  // The client is gone: what is done for it ends soon.
+  void leave() {
+    stop.request_stop();
+    if (session) session->leave();
+  }
+};
+
+}  // namespace multitetra

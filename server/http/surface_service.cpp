@@ -1,0 +1,179 @@
+#include "server/http/surface_service.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <new>
+#include <span>
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+#include "server/dataset/checksum.hpp"
+#include "server/http/conditions.hpp"
+#include "server/http/media.hpp"
+
+namespace multitetra {
+namespace {
+
+// Of what this program makes of a request: to be raised when the same request gives other bytes.
+constexpr std::string_view kFormVersion = "1";
+
+// The result of work() on a thread of the pool, back on the executor of the coroutine.
+template <typename Work>
+auto run_on(asio::thread_pool& pool, Work work) {
+  using Value = decltype(work());
+  return asio::async_initiate<decltype(asio::use_awaitable), void(Value)>(
+      [&pool](auto handler, Work job) {
+        auto executor = asio::get_associated_executor(handler);
+        auto guard = asio::make_work_guard(executor);
+        asio::post(pool, [handler = std::move(handler), job = std::move(job), executor,
+                          guard = std::move(guard)]() mutable {
+          asio::post(executor, [handler = std::move(handler), value = job()]() mutable {
+            handler(std::move(value));
+          });
+        });
+      },
+      asio::use_awaitable, std::move(work));
+}
+
+Result<StoredMesh> guarded_store(const OneShotSession::Step& step, const DatasetInfo& info,
+                                 const MeshForm& form, const std::filesystem::path& folder,
+                                 const std::stop_token& stop) {
+  try {
+    return store_mesh(step, info, form, folder, stop);
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::kLimitExceeded,
+                "The server has not enough memory for this mesh in one response; allow a larger "
+                "error, or take it as a stream.");
+  } catch (const std::exception& trouble) {
+    spdlog::error("dataset {}: making a mesh file failed: {}", info.name, trouble.what());
+    return fail(ErrorCode::kInternal,
+                "The server failed to make this mesh's file; its log says why.");
+  }
+}
+
+std::string tag_of(const std::string& key) {
+  std::array<char, 24> text{};
+  std::snprintf(text.data(), text.size(), "\"%016llx\"",
+                static_cast<unsigned long long>(checksum(std::as_bytes(std::span(key)))));
+  return text.data();
+}
+
+}  // namespace
+
+SurfaceService::SurfaceService(const HttpOptions& options)
+    : options_(options), meshes_(options.mesh_cache_bytes) {}
+
+// Each is an open file, of which a process has not many: small ones weigh so much that there are
+// never more than kMostFiles.
+std::size_t SurfaceService::weight_of(const StoredMesh& mesh) const {
+  constexpr std::uint64_t kMostFiles = 128;
+  return std::max({mesh.bytes, options_.mesh_cache_bytes / kMostFiles, std::uint64_t{1}});
+}
+
+asio::awaitable<Result<SurfaceService::Wanted>> SurfaceService::wanted(const std::string& dataset,
+                                                                       const Target& target,
+                                                                       const HttpRequest& request,
+                                                                       OneShotSession& one_shot) {
+  const auto query = parse_surface_query(target.query);
+  if (!query) co_return tl::unexpected(query.error());
+  auto infos = co_await one_shot.datasets();
+  if (!infos) co_return tl::unexpected(infos.error());
+  const auto info = std::find_if(infos->begin(), infos->end(),
+                                 [&](const DatasetInfo& one) { return one.name == dataset; });
+  if (info == infos->end()) {
+    co_return fail(ErrorCode::kUnknownDataset,
+                   "No dataset is named \"" + dataset + "\"; /v1/datasets tells those that are.");
+  }
+  const auto surface = request_for(*query, *info);
+  if (!surface) co_return tl::unexpected(surface.error());
+  const auto format =
+      query->format ? query->format : accepted_format(field(request, http::field::accept));
+  if (!format) {
+    co_return fail(ErrorCode::kUnsupportedVersion,
+                   "A mesh comes as model/gltf-binary, application/ply, model/stl, model/obj or "
+                   "application/vnd.draco, and the request accepts none of them.");
+  }
+  Wanted wanted{.info = std::move(*info),
+                .request = *surface,
+                .form = {.format = *format, .is_in_world = query->is_in_world},
+                .is_format_negotiated = !query->format,
+                .key = {},
+                .tag = {}};
+  wanted.key = std::string(kFormVersion) + ' ' + std::to_string(wanted.info.content_id) + ' ' +
+               std::string(media_type(*format)) + (query->is_in_world ? " w " : " i ") +
+               serialize(OpenStream{.request_id = 1,
+                                    .dataset = dataset,
+                                    .request = wanted.request,
+                                    .steps = StepPolicy::kFinalOnly,
+                                    .held = {}});
+  if (wanted.info.content_id != 0) wanted.tag = tag_of(wanted.key);
+  co_return wanted;
+}
+
+asio::awaitable<Result<StoredMesh>> SurfaceService::make(const Wanted& wanted,
+                                                         OneShotSession& one_shot,
+                                                         RequestContext& context) {
+  context.stop = std::stop_source();
+  if (context.watch) context.watch();
+  auto step =
+      co_await one_shot.final_step(wanted.info.name, wanted.request, options_.max_mesh_triangles);
+  if (!step) co_return tl::unexpected(step.error());
+  auto job = [step = std::make_shared<const OneShotSession::Step>(*std::move(step)),
+              info = wanted.info, form = wanted.form, folder = options_.temporary_folder,
+              stop = context.stop.get_token()] {
+    return guarded_store(*step, info, form, folder, stop);
+  };
+  auto stored = co_await run_on(assembling_, std::move(job));
+  if (stored && !wanted.tag.empty()) meshes_.add(wanted.key, *stored, weight_of(*stored));
+  co_return stored;
+}
+
+asio::awaitable<Answer> SurfaceService::answer(const std::string& dataset, const Target& target,
+                                               const HttpRequest& request, OneShotSession& one_shot,
+                                               RequestContext& context) {
+  const auto wanted = co_await this->wanted(dataset, target, request, one_shot);
+  if (!wanted) {
+    const bool is_unacceptable = wanted.error().code == ErrorCode::kUnsupportedVersion;
+    co_return is_unacceptable ? error_answer(406, wanted.error(), context.request_id)
+                              : error_answer(wanted.error(), context.request_id);
+  }
+  Answer answer;
+  add_field(answer, "Content-Type", media_type(wanted->form.format));
+  add_field(answer, "Cache-Control", "no-cache");
+  if (wanted->is_format_negotiated) add_field(answer, "Vary", "Accept");
+  const StoredMesh* const known = meshes_.find(wanted->key);
+  const bool needs_none = request.method() == http::verb::head ||
+                          names_tag(field(request, http::field::if_none_match), wanted->tag);
+  RequestFacts facts;
+  facts.kind = "isosurface";
+  facts.id = context.request_id;
+  facts.dataset = dataset;
+  facts.isovalue = wanted->request.isovalue;
+  facts.error = wanted->request.error;
+  facts.unit = multitetra::name(wanted->request.unit);
+  context.record = std::make_unique<RequestRecord>(context.client, std::move(facts));
+  StoredMesh mesh;
+  if (known) {
+    mesh = *known;
+  } else if (!needs_none) {
+    auto made = co_await make(*wanted, one_shot, context);
+    if (!made) {
+      context.outcome = multitetra::name(made.error().code);
+      co_return error_answer(made.error(), context.request_id);
+    }
+    mesh = *std::move(made);
+  }
+  if (mesh.file) {
+    answer.fields += mesh.fields;
+    answer.body = body_of(mesh.file, mesh.bytes);
+  } else {
+    answer.is_length_known = false;
+  }
+  if (!wanted->tag.empty()) meet_conditions(answer, request, wanted->tag);
+  if (answer.status == 200 && mesh.file && mesh.bytes == 0) answer.status = 204;
+  co_return answer;
+}
+
+}  // namespace multitetra

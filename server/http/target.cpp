@@ -1,0 +1,78 @@
+#include "server/http/target.hpp"
+
+namespace multitetra {
+namespace {
+
+int hexadecimal(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+// Calls part(text) for what lies between the separators.
+template <typename Part>
+bool for_parts(std::string_view text, char separator, const Part& part) {
+  for (;;) {
+    const std::size_t end = text.find(separator);
+    if (!part(text.substr(0, end))) return false;
+    if (end == std::string_view::npos) return true;
+    text.remove_prefix(end + 1);
+  }
+}
+
+bool add_parameter(std::string_view text, Target& target) {
+  if (text.empty()) return true;
+  const std::size_t equals = text.find('=');
+  auto name = percent_decoded(text.substr(0, equals));
+  auto value = percent_decoded(equals == std::string_view::npos ? std::string_view()
+                                                                : text.substr(equals + 1));
+  if (!name || !value) return false;
+  target.query.emplace_back(*std::move(name), *std::move(value));
+  return true;
+}
+
+}  // namespace
+
+std::optional<std::string> percent_decoded(std::string_view text) {
+  std::string decoded;
+  decoded.reserve(text.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != '%') {
+      decoded.push_back(text[i]);
+      continue;
+    }
+    const int high = i + 2 < text.size() ? hexadecimal(text[i + 1]) : -1;
+    const int low = high < 0 ? -1 : hexadecimal(text[i + 2]);
+    if (low < 0) return std::nullopt;
+    decoded.push_back(static_cast<char>(16 * high + low));
+    i += 2;
+  }
+  return decoded;
+}
+
+Result<Target> parse_target(std::string_view target) {
+  if (!target.starts_with('/')) {
+    return fail(ErrorCode::kInvalidArgument, "The request's target must begin with \"/\".");
+  }
+  const std::size_t mark = target.find('?');
+  const std::string_view path = target.substr(0, mark);
+  Target parts{.raw_path = std::string(path), .path = {}, .query = {}};
+  const bool is_path_good = for_parts(path.substr(1), '/', [&](std::string_view segment) {
+    auto decoded = percent_decoded(segment);
+    if (decoded) parts.path.push_back(*std::move(decoded));
+    return decoded.has_value();
+  });
+  if (path.size() == 1) parts.path.clear();
+  const bool is_query_good = mark == std::string_view::npos ||
+                             for_parts(target.substr(mark + 1), '&', [&](std::string_view text) {
+                               return add_parameter(text, parts);
+                             });
+  if (!is_path_good || !is_query_good) {
+    return fail(ErrorCode::kInvalidArgument,
+                "The request's target has a % that is not followed by two hexadecimal digits.");
+  }
+  return parts;
+}
+
+}  // namespace multitetra

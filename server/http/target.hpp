@@ -1,0 +1,28 @@
+// A request's target taken apart: "/v1/datasets/head%20a/isosurface?isovalue=5&region=..." Pure.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "common/base/result.hpp"
+
+namespace multitetra {
+
+struct Target {
+  std::string raw_path;           // As it was sent, for comparing and for texts.
+  std::vector<std::string> path;  // Segments, decoded: "/v1/a%20b" is "v1", "a b"; "/" has none.
+  std::vector<std::pair<std::string, std::string>> query;  // In order, decoded.
+};
+
+// The bytes that `text` stands for; nullopt where % is not followed by two hexadecimal digits. "+"
+// is itself: numbers have it.
+[[nodiscard]] std::optional<std::string> percent_decoded(std::string_view text);
+
+// kInvalidArgument unless it is a path that begins with "/", perhaps with a query, all of it well
+// encoded.
+[[nodiscard]] Result<Target> parse_target(std::string_view target);
+
+}  // namespace multitetra

@@ -1,0 +1,49 @@
+#include "server/http/upgrade.hpp"
+
+#include <utility>
+
+#include "common/net/websocket.hpp"
+#include "server/http/origin.hpp"
+
+namespace multitetra {
+namespace {
+
+bool asks_for_subprotocol(const HttpRequest& request) {
+  const auto offered = request.equal_range(http::field::sec_websocket_protocol);
+  for (auto line = offered.first; line != offered.second; ++line) {
+    http::token_list names(line->value());
+    if (names.exists(beast::string_view(kSubprotocol.data(), kSubprotocol.size()))) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::optional<Answer> upgrade_objection(const HttpRequest& request,
+                                        const std::vector<std::string>& allowed_origins,
+                                        std::string_view request_id) {
+  const auto refuse = [&](int status, ErrorCode code, std::string text) {
+    return error_answer(status, {code, std::move(text)}, request_id);
+  };
+  if (!websocket::is_upgrade(request)) {
+    Answer answer = refuse(426, ErrorCode::kUnexpectedMessage,
+                           "This is the listener for WebSockets (RFC 6455) of " +
+                               std::string(kSubprotocol) + "; ask for an upgrade.");
+    add_field(answer, "Upgrade", "websocket");
+    return answer;
+  }
+  if (!asks_for_subprotocol(request)) {
+    return refuse(400, ErrorCode::kUnsupportedVersion,
+                  "A WebSocket here speaks the subprotocol " + std::string(kSubprotocol) +
+                      "; name it in Sec-WebSocket-Protocol.");
+  }
+  if (!is_allowed_origin(field(request, http::field::origin), field(request, http::field::host),
+                         allowed_origins)) {
+    return refuse(403, ErrorCode::kInvalidArgument,
+                  "Pages of another origin may not open a WebSocket here; the server names those "
+                  "that may with --allow-origin.");
+  }
+  return std::nullopt;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,177 @@
+#include "server/operations/admission_control.hpp"
+
+#include <exception>
+#include <utility>
+
+#include "common/base/number_text.hpp"
+#include "server/operations/client_address.hpp"
+#include "server/operations/log.hpp"
+
+namespace multitetra {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Refused connections linger for a moment; beyond so many they are dropped without a word.
+constexpr std::size_t kMostRefusedAtOnce = 64;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+}  // namespace
+
+// ---- clients
+
+ClientContext::ClientContext(AdmissionControl& admission, ClientFacts facts, std::string address,
+                             ConnectionLimiter::Ticket ticket)
+    : admission_(admission),
+      facts_(std::move(facts)),
+      address_(std::move(address)),
+      limited_(is_among(address_, admission.options_.trusted_proxies) ? ""
+                                                                      : limited_name(address_)),
+      ticket_(std::move(ticket)) {}
+
+ClientContext::~ClientContext() {
+  try {
+    admission_.observer().disconnected(facts_, seconds_since(since_));
+  } catch (...) {  // A log that cannot be written takes nobody else down.
+  }
+}
+
+void ClientContext::changes_to(ProtocolName protocol) {
+  admission_.observer().disconnected(facts_, seconds_since(since_));
+  facts_.protocol = protocol;
+  admission_.observer().connected(facts_);
+}
+
+std::optional<Error> ClientContext::forwarded_for(std::string_view addresses) {
+  const std::vector<std::string>& trusted = admission_.options_.trusted_proxies;
+  if (!is_among(address_, trusted)) return std::nullopt;
+  const std::string client = client_behind(address_, addresses, trusted);
+  std::string limited = is_among(client, trusted) ? "" : limited_name(client);
+  if (limited == limited_) return std::nullopt;
+  ticket_ = {};  // The same connection is not counted twice.
+  auto ticket =
+      limited.empty() ? admission_.connections_.enter() : admission_.connections_.enter(limited);
+  if (!ticket) {
+    admission_.observer().refused(facts_, "connections");
+    return ticket.error();
+  }
+  ticket_ = *std::move(ticket);
+  limited_ = std::move(limited);
+  facts_.peer = client;
+  return std::nullopt;
+}
+
+std::optional<Error> ClientContext::may_ask() {
+  const double now = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
+  if (limited_.empty() || admission_.rates_.take(limited_, now)) return std::nullopt;
+  admission_.observer().refused(facts_, "requests_per_second");
+  return Error{ErrorCode::kLimitExceeded,
+               "More than " + shortest_text(admission_.rates_.rate().per_second) +
+                   " requests a second came from your address; wait a second."};
+}
+
+std::optional<Error> ClientContext::may_ask_in_session() {
+  if (std::string_view(facts_.protocol) == "http") return std::nullopt;
+  return may_ask();
+}
+
+// ---- the admission
+
+AdmissionControl::AdmissionControl(AdmissionOptions options)
+    : options_(std::move(options)),
+      observer_(options_.observer ? options_.observer : std::make_shared<ServiceObserver>()),
+      tls_(options_.tls ? load_tls(*options_.tls) : nullptr),
+      access_(options_.tokens ? load_access_list(*options_.tokens) : nullptr),
+      connections_(options_.connections),
+      refused_({.total = kMostRefusedAtOnce}),
+      rates_(options_.requests),
+      queue_(options_.queue_bytes) {}
+
+AdmissionControl::Admitted AdmissionControl::admit(ProtocolName protocol,
+                                                   const std::string& address,
+                                                   const std::string& peer) {
+  ClientFacts facts{.protocol = protocol, .connection = ++last_connection_, .peer = peer};
+  // A trusted proxy brings many; who they are is known when they ask.
+  const bool is_proxy = is_among(address, options_.trusted_proxies);
+  auto ticket = is_proxy ? connections_.enter() : connections_.enter(limited_name(address));
+  std::optional<Error> refusal;
+  if (!ticket) {
+    observer_->refused(facts, "connections");
+    refusal = ticket.error();
+    ticket = refused_.enter();
+    if (!ticket) return {};
+  }
+  observer_->connected(facts);
+  return {.client =
+              std::make_shared<ClientContext>(*this, std::move(facts), address, *std::move(ticket)),
+          .refusal = std::move(refusal)};
+}
+
+void AdmissionControl::reload() {
+  const auto attempt = [](const char* what, const auto& load) {
+    try {
+      load();
+      log_line(LogLevel::kInfo, std::string(what) + " read again", {});
+    } catch (const std::exception& trouble) {
+      log_line(LogLevel::kError,
+               std::string(trouble.what()) + " The " + what + " of before stays in use.", {});
+    }
+  };
+  if (options_.tls) attempt("certificate", [this] { tls_ = load_tls(*options_.tls); });
+  if (options_.tokens)
+    attempt("tokens file", [this] { access_ = load_access_list(*options_.tokens); });
+}
+
+void AdmissionControl::drain(std::function<void()> when_idle) {
+  is_draining_ = true;
+  when_idle_ = std::move(when_idle);
+  if (running_requests_ == 0) std::exchange(when_idle_, nullptr)();
+}
+
+std::optional<Error> AdmissionControl::refusal_of_work() const {
+  if (!is_draining_) return std::nullopt;
+  return Error{ErrorCode::kUnavailable,
+               "The server is about to stop and begins nothing new; connect again later."};
+}
+
+void AdmissionControl::request_over() {
+  --running_requests_;
+  if (running_requests_ == 0 && when_idle_) std::exchange(when_idle_, nullptr)();
+}
+
+// ---- requests
+
+RequestRecord::RequestRecord(ClientContextPtr client, RequestFacts facts)
+    : client_(std::move(client)), facts_(std::move(facts)) {
+  ++client_->admission().running_requests_;
+  client_->admission().observer().request_began(client_->facts(), facts_.kind);
+}
+
+RequestRecord::~RequestRecord() {
+  try {
+    end("left");
+  } catch (...) {  // As above.
+  }
+  client_->admission().request_over();
+}
+
+void RequestRecord::sent_tile(std::size_t bytes) {
+  ++facts_.tiles;
+  facts_.bytes += bytes;
+  facts_.seconds_to_last_tile = seconds();
+  if (!facts_.seconds_to_first_tile) facts_.seconds_to_first_tile = facts_.seconds_to_last_tile;
+}
+
+void RequestRecord::end(std::string_view outcome) {
+  if (std::exchange(has_ended_, true)) return;
+  facts_.outcome = outcome;
+  facts_.seconds = seconds();
+  client_->admission().observer().request_ended(client_->facts(), facts_);
+}
+
+double RequestRecord::seconds() const { return seconds_since(since_); }
+
+}  // namespace multitetra

@@ -1,0 +1,156 @@
+// Who may come in and how much they may ask: one admission for all listeners of a server.
+//
+//   auto admitted = admission.admit("tcp", address, peer);   // A connection was accepted.
+//   if (!admitted.client) drop it;                         // Too many of those that are refused.
+//   if (admitted.refusal) tell why, then close;
+//   if (auto error = admitted.client->may_ask()) answer it;
+//   RequestRecord record(admitted.client, {.kind = "stream", ...});   // While a request is
+//   answered.
+//
+// It holds what may change while the server runs: certificate, access list, whether it drains.
+//
+// One thread at a time. Guests and records must not outlive the admission.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/operations/access_list.hpp"
+#include "server/operations/byte_reservations.hpp"
+#include "server/operations/connection_limiter.hpp"
+#include "server/operations/request_rate.hpp"
+#include "server/operations/service_observer.hpp"
+#include "server/operations/tls_files.hpp"
+
+namespace multitetra {
+
+struct AdmissionOptions {
+  std::optional<TlsFiles> tls = {};                  // None: plain TCP.
+  std::optional<std::filesystem::path> tokens = {};  // None: everybody may see everything.
+  ConnectionLimits connections = {.total = 1024, .per_name = 256};  // Names are addresses.
+  RequestRate requests = {.per_second = 200, .burst = 600};         // Of an address.
+  std::size_t queue_bytes = std::size_t{1} << 30;  // Of steps that wait for their clients.
+  std::vector<std::string> trusted_proxies = {};   // Addresses whose X-Forwarded-For is believed.
+  ServiceObserverPtr observer = {};                // Null: nobody is told.
+};
+
+class AdmissionControl;
+
+// Somebody on a connection, from accepting it to its end.
+class ClientContext {
+ public:
+  ClientContext(AdmissionControl& admission, ClientFacts facts, std::string address,
+                ConnectionLimiter::Ticket ticket);
+  ~ClientContext();
+  ClientContext(const ClientContext&) = delete;
+  ClientContext& operator=(const ClientContext&) = delete;
+
+  [[nodiscard]] const ClientFacts& facts() const { return facts_; }
+  [[nodiscard]] AdmissionControl& admission() const { return admission_; }
+
+  // The value of X-Forwarded-For of a request. If a trusted proxy says so, limits count for who is
+  // behind it from now on. An error when there are too many connections from there.
+  [[nodiscard]] std::optional<Error> forwarded_for(std::string_view addresses);
+  // Its connection is of another kind from now on.
+  void changes_to(ProtocolName protocol);
+  // After its token was accepted: the name for the log.
+  void is_named(std::string name) { facts_.name = std::move(name); }
+  // Counts a request. An error when there were too many within a short time.
+  [[nodiscard]] std::optional<Error> may_ask();
+  // The same for a message of a conversation. Over HTTP it counts nothing: there the listener asks
+  // once for each request, however many messages that takes.
+  [[nodiscard]] std::optional<Error> may_ask_in_session();
+
+ private:
+  AdmissionControl& admission_;
+  ClientFacts facts_;
+  std::string address_;  // Without port, of the connection itself.
+  std::string limited_;  // The name under which limits count.
+  ConnectionLimiter::Ticket ticket_;
+  std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
+};
+using ClientContextPtr = std::shared_ptr<ClientContext>;
+
+class AdmissionControl {
+ public:
+  // Throws ExitError (kNoSecrets) when a file cannot be used.
+  explicit AdmissionControl(AdmissionOptions options);
+  AdmissionControl(const AdmissionControl&) = delete;
+  AdmissionControl& operator=(const AdmissionControl&) = delete;
+
+  struct Admitted {
+    ClientContextPtr client;       // Null: not even worth words.
+    std::optional<Error> refusal;  // What to tell the client before hanging up.
+  };
+  [[nodiscard]] Admitted admit(ProtocolName protocol, const std::string& address,
+                               const std::string& peer);
+
+  // For the next connection; null for plain TCP.
+  [[nodiscard]] const TlsContextPtr& tls() const { return tls_; }
+  // Null where everybody may see everything.
+  [[nodiscard]] const AccessListPtr& access() const { return access_; }
+  // Reads certificate and tokens again. What cannot be used is logged, and the old one stays.
+  void reload();
+
+  // From now on new work is refused; `when_idle` is called once, when no request is under way:
+  // maybe now.
+  void drain(std::function<void()> when_idle);
+  [[nodiscard]] bool is_draining() const { return is_draining_; }
+  // Why new work is refused; nullopt when it is not.
+  [[nodiscard]] std::optional<Error> refusal_of_work() const;
+
+  [[nodiscard]] ByteReservations& queue() { return queue_; }
+  [[nodiscard]] ServiceObserver& observer() { return *observer_; }
+  [[nodiscard]] std::size_t connections() const { return connections_.inside(); }
+
+ private:
+  friend class ClientContext;
+  friend class RequestRecord;
+  void request_over();
+
+  AdmissionOptions options_;
+  ServiceObserverPtr observer_;
+  TlsContextPtr tls_;
+  AccessListPtr access_;
+  ConnectionLimiter connections_;
+  ConnectionLimiter refused_;  // Those who are being told why.
+  RatePerName rates_;
+  ByteReservations queue_;
+  std::uint64_t last_connection_ = 0;
+  std::size_t running_requests_ = 0;
+  bool is_draining_ = false;
+  std::function<void()> when_idle_;
+};
+
+// A request while it is answered. Its facts are told to the observer when it ends.
+class RequestRecord {
+ public:
+  RequestRecord(ClientContextPtr client, RequestFacts facts);
+  // A request that did not end was left by its client.
+  ~RequestRecord();
+  RequestRecord(const RequestRecord&) = delete;
+  RequestRecord& operator=(const RequestRecord&) = delete;
+
+  void sent_tile(std::size_t bytes);
+  void sent_step() { ++facts_.steps; }
+  // The outcome as in RequestFacts. Only the first end counts.
+  void end(std::string_view outcome);
+  [[nodiscard]] const RequestFacts& facts() const { return facts_; }
+
+ private:
+  [[nodiscard]] double seconds() const;
+
+  ClientContextPtr client_;
+  RequestFacts facts_;
+  std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
+  bool has_ended_ = false;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,216 @@
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "common/cli/human_units.hpp"
+#include "common/cli/json_report.hpp"
+#include "common/cli/surface_options.hpp"
+#include "common/mesh/content_digest.hpp"
+#include "common/wire/mesh_files.hpp"
+#include "server/core/planning/budget.hpp"
+#include "server/core/surface/vertex_normals.hpp"
+#include "server/dataset/dataset.hpp"
+#include "server/extraction/model_file.hpp"
+#include "server/extraction/reference_extractor.hpp"
+#include "server/extraction/surface_extractor.hpp"
+#include "server/programs/commands.hpp"
+#include "server/programs/progress.hpp"
+#include "server/programs/thread_options.hpp"
+#include "server/stream/step_source.hpp"
+#include "server/stream/stream_plan.hpp"
+
+namespace multitetra {
+namespace {
+
+struct Arguments {
+  std::string file;
+  std::string output;
+  SurfaceArguments surface;
+  std::string errors = "spectrum";
+  std::optional<int> level;
+  std::string model_file;
+  int threads = 0;
+  bool json = false;
+  bool quiet = false;
+};
+
+MeshFormat format_of(const std::string& output) {
+  const auto format = mesh_format_from(std::filesystem::path(output).extension().string());
+  if (!format) {
+    throw std::invalid_argument(
+        "\"" + output + "\" has no suffix of a mesh format; use .ply, .stl, .obj, .glb or .drc.");
+  }
+  return *format;
+}
+
+// The largest of all tiles.
+double simplification_bound(const TiledSurface& surface) {
+  double bound = 0;
+  for (const TileMesh& tile : surface.tiles) bound = std::max(bound, tile.simplification_bound);
+  return bound;
+}
+
+Json report_of(const Arguments& arguments, const IsosurfaceRequest& request,
+               const TiledSurface& surface, const MeshTopology& topology,
+               const ContentDigest& content, const Progress& progress) {
+  Json report = {{"tetrahedra", surface.tetrahedra},
+                 {"active_tetrahedra", surface.active_tetrahedra}};
+  report.update(json_of(topology));
+  report["tiles"] = surface.tiles.size();
+  report["simplification_bound_world"] = simplification_bound(surface);
+  report["content_digest"] = content.hex();
+  report["seconds"] = progress.seconds();
+  report["parameters"] = json_of(request);
+  report["parameters"]["coordinates"] = arguments.surface.coordinates;
+  report["parameters"]["errors"] = arguments.errors;
+  if (arguments.level) report["parameters"]["level"] = *arguments.level;
+  report["mesh_file"] = arguments.output;
+  return report;
+}
+
+void print_facts(const Arguments& arguments, const TiledSurface& surface,
+                 const MeshTopology& topology) {
+  std::cout << arguments.output << ": "
+            << human_count(static_cast<std::uint64_t>(topology.triangles)) << " triangles, "
+            << human_count(static_cast<std::uint64_t>(topology.vertices)) << " vertices, from "
+            << human_count(surface.tetrahedra) << " tetrahedra\n"
+            << "  Euler characteristic " << topology.euler_characteristic << ", "
+            << topology.components << " components, " << topology.border_edges
+            << " edges on the border, " << topology.open_edges << " open, "
+            << topology.nonmanifold_edges << " non-manifold\n";
+}
+
+// The model as the reference way makes it, where it is asked for.
+struct ReferenceModel {
+  std::unique_ptr<const ReferenceExtractor> extractor;
+  std::shared_ptr<const Model> model;
+  bool is_for_file_only = false;  // The same surface comes faster from the SurfaceExtractor.
+};
+ReferenceModel reference_model(const Arguments& arguments, const PreparedVolume& dataset,
+                               const IsosurfaceRequest& request) {
+  const bool is_exact =
+      arguments.errors == "exact" || dataset.info.grid_exponent <= kSpectrumExponent;
+  if (!arguments.level && !is_exact && arguments.model_file.empty()) return {};
+  ReferenceModel reference;
+  reference.extractor = std::make_unique<const ReferenceExtractor>(dataset);
+  if (arguments.level) {
+    reference.model =
+        std::make_shared<UniformModel>(reference.extractor->field().grid(), *arguments.level);
+  } else if (is_exact) {
+    reference.model = reference.extractor->exact_model({.request = request});
+  } else {
+    reference.model = reference.extractor->spectrum_model({.request = request});
+    reference.is_for_file_only = true;
+  }
+  return reference;
+}
+
+// The request as its budget allows it: that of the final step that a server would send.
+IsosurfaceRequest affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
+                             const IsosurfaceRequest& asked) {
+  if (!has_budget(asked)) return asked;
+  return make_next_step(ExtractedSteps(extractor), {.request = asked, .previews = false}, {})
+      .step.request;
+}
+
+int extract(const Arguments& arguments) {
+  const ThreadLimit limit(arguments.threads);
+  const MeshFormat format = format_of(arguments.output);
+  const bool has_model_file = !arguments.model_file.empty();
+  Progress progress("extract", has_model_file ? 5 : 4, arguments.quiet || arguments.json);
+  progress.begin("open");
+  const DatasetPtr dataset = open_dataset(arguments.file);
+  const DatasetInfo& info = dataset->info;
+  const Result<IsosurfaceRequest> asked = request_of(arguments.surface, info);
+  if (!asked) throw std::invalid_argument(asked.error().text);
+  const auto extractor = std::make_shared<const SurfaceExtractor>(dataset);
+
+  progress.begin("surface");
+  IsosurfaceRequest request = affordable(extractor, *asked);
+  // A level has no error that simplification could keep to.
+  if (arguments.level) request.simplify = false;
+  const ReferenceModel reference = reference_model(arguments, *dataset, request);
+  const TiledSurface surface =
+      reference.model && !reference.is_for_file_only
+          ? reference.extractor->extract({.request = request}, *reference.model)
+          : extractor->extract({.request = request});
+  progress.begin("checks");
+  std::vector<const LatticeMesh*> tiles;
+  for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
+  LatticeMesh mesh = weld(tiles, request.lattice_resolution);
+  if (request.normal_bits != 0) {  // Files hold them in full precision.
+    mesh.normals = vertex_normals(*dataset, mesh.vertices, mesh.resolution, NormalSource::kSamples);
+  }
+  // A uniform level is coarse everywhere, also where the data ends.
+  const std::int32_t finest =
+      arguments.level ? std::max(1, (1 << info.grid_exponent) >> (*arguments.level / 3)) : 1;
+  const MeshTopology topology = multitetra::topology(
+      mesh, data_border(info, request.lattice_resolution, request.topology_tolerance, finest));
+  const ContentDigest content = digest(mesh);
+
+  progress.begin("file");
+  const Affine to_output = output_map(arguments.surface, info);
+  write_file(arguments.output, mesh_file(positioned(mesh, to_output), format));
+  if (has_model_file) {
+    progress.begin("model_file");
+    write_file(arguments.model_file,
+               vtu_file(*reference.model, reference.extractor->field(), to_output));
+  }
+  progress.finish();
+  if (arguments.json) {
+    std::cout << text_of(report_of(arguments, request, surface, topology, content, progress));
+  } else if (!arguments.quiet) {
+    print_facts(arguments, surface, topology);
+  }
+  if (topology.is_sound()) return 0;
+  std::cerr << "multitetra-server: the mesh has open, non-manifold or degenerate parts; this is "
+               "our mistake, please "
+               "report it.\n";
+  return 1;
+}
+
+}  // namespace
+
+void add_extract_command(Command& program, Run& run) {
+  const auto a = std::make_shared<Arguments>();
+  Command* command =
+      program.add_subcommand("extract", "Write one isosurface as a mesh file, without a network");
+  command->add_option("file", a->file, "Dataset file (.mtd)")->required()->type_name("FILE");
+  command->add_option("-o,--output", a->output, "Mesh file: .ply, .stl, .obj, .glb or .drc")
+      ->required()
+      ->type_name("FILE");
+  add_surface_options(*command, a->surface);
+  command
+      ->add_option("--errors", a->errors,
+                   "spectrum: those that the dataset holds; exact: the reference, a pass over the "
+                   "whole volume")
+      ->one_of({"exact", "spectrum"})
+      ->capture_default_str();
+  command
+      ->add_option("--level", a->level,
+                   "Instead of an error: all tetrahedra of this depth, 0 (twelve) to 3 N - 1 (full "
+                   "resolution)")
+      ->within(0, 3 * kMaxLatticeBits)
+      ->excludes("--error");
+  command
+      ->add_option(
+          "--model", a->model_file,
+          "Also write the model's tetrahedra with their vertex values, for ParaView (.vtu)")
+      ->type_name("FILE");
+  add_threads_option(*command, a->threads);
+  command->add_flag("--json", a->json, "Print a JSON report");
+  command->add_flag("--quiet", a->quiet, "Say nothing unless something is wrong");
+  command->footer(
+      "Examples:\n"
+      "  multitetra-server extract head.mtd -o head.ply\n"
+      "  multitetra-server extract head.mtd --isovalue 1200.5 --error 0.5 -o bone.glb\n"
+      "  multitetra-server extract head.mtd --error 2 --unit world -o head.stl --json\n"
+      "  multitetra-server extract head.mtd --error 4 -o head.ply --model head.vtu");
+  command->callback([a, &run] { run = [a] { return extract(*a); }; });
+}
+
+}  // namespace multitetra

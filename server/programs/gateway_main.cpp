@@ -1,0 +1,87 @@
+// multitetra-gateway: the listeners of a server in front of several servers.
+
+#include <unistd.h>
+
+#include <exception>
+#include <iostream>
+#include <memory>
+
+#include "common/cli/command_line.hpp"
+#include "common/cli/option_sources.hpp"
+#include "common/cli/terminal.hpp"
+#include "server/http/viewer_files.hpp"
+#include "server/operations/exit_codes.hpp"
+#include "server/operations/log.hpp"
+#include "server/operations/prometheus_metrics.hpp"
+#include "server/programs/gateway_options.hpp"
+
+namespace multitetra {
+namespace {
+
+int serve(const GatewayOptions& options) {
+  start_log(log_options(options.listeners));
+  make_room_for(options.listeners);
+  GatewayServerOptions gateway_with = gateway_server_options(options);
+  gateway_with.runtime.metrics = std::make_shared<PrometheusMetrics>();
+  if (gateway_with.http) gateway_with.http->viewer = find_viewer(options.listeners.viewer);
+  GatewayServer gateway(std::move(gateway_with));
+  for (const std::string& url : gateway.urls())
+    log_line(LogLevel::kInfo, "listening on " + url, {});
+  gateway.run();
+  log_line(LogLevel::kInfo, "stopped", {});
+  return kOk;
+}
+
+// After parsing: what the file says, and whether all of it makes sense. Wrong usage is thrown.
+void complete(const Command& program, const OptionSources& sources, const GatewayOptions& options) {
+  if (!sources.config_file.empty()) read_config_file(program, sources.config_file);
+  if (sources.print_config) return;
+  if (options.upstreams.empty()) throw UsageError("--upstream", "name a server.");
+  (void)gateway_server_options(options);
+}
+
+int run(int argc, char** argv) {
+  Command program(
+      "Serves what other servers offer, spread by dataset; when one of them is lost, another that "
+      "has the dataset goes on.",
+      "multitetra-gateway");
+  GatewayOptions options;
+  OptionSources sources;
+  add_program_flags(program);
+  add_gateway_options(program, options);
+  add_option_sources(program, sources);
+  program.footer(
+      "Examples:\n"
+      "  multitetra-gateway --upstream tcp://a:7410 --upstream tcp://b:7410 --http 0.0.0.0:7480\n"
+      "  multitetra-gateway --upstream tls://a:7410 --upstream-ca ca.pem --http 0.0.0.0:443 "
+      "--tls-cert\n"
+      "  cert.pem --tls-key cert.key --tokens tokens\n"
+      "Signals: SIGTERM and SIGINT drain, then stop; SIGHUP reads certificates and tokens again.\n"
+      "Exit codes: 0 stopped as asked, 1 failed, 2 wrong options, 3 an address cannot be listened "
+      "on,\n"
+      "4 certificate, key or tokens cannot be used.");
+  program.callback([&] { complete(program, sources, options); });
+  if (const auto code = parse_command_line(program, argc, argv)) return *code;
+  if (!sources.print_config) return serve(options);
+  std::cout << config_text(program);
+  return kOk;
+}
+
+int complain(int code, const char* text) {
+  std::cerr << styled(Style::kRed, "multitetra-gateway:", STDERR_FILENO) << " " << text << "\n";
+  return code;
+}
+
+}  // namespace
+}  // namespace multitetra
+
+int main(int argc, char** argv) {
+  using namespace multitetra;
+  try {
+    return run(argc, argv);
+  } catch (const ExitError& error) {
+    return complain(error.code(), error.what());
+  } catch (const std::exception& error) {
+    return complain(kFailed, error.what());
+  }
+}

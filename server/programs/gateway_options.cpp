@@ -1,0 +1,60 @@
+#include "server/programs/gateway_options.hpp"
+
+#include <algorithm>
+
+namespace multitetra {
+namespace {
+
+Endpoint upstream_from(const std::string& text) {
+  const Result<Endpoint> endpoint = parse_server_url(text);
+  if (!endpoint) throw UsageError("--upstream", endpoint.error().text);
+  if (endpoint->is_web_socket()) {
+    throw UsageError("--upstream",
+                     "\"" + text + "\": servers are asked at tcp://HOST:PORT or tls://HOST:PORT.");
+  }
+  return *endpoint;
+}
+
+}  // namespace
+
+void add_gateway_options(Command& command, GatewayOptions& o) {
+  const std::string group = "Servers behind it";
+  command
+      .add_option("--upstream", o.upstreams,
+                  "A server's address, tcp://HOST:PORT or tls://HOST:PORT; servers with the same "
+                  "datasets stand in for each other (repeatable)")
+      ->delimiter(',')
+      ->group(group);
+  command
+      .add_option("--upstream-ca", o.upstream_ca,
+                  "Trust these authorities (PEM) and no others, for tls://. Read again on SIGHUP")
+      ->group(group);
+  command
+      .add_option("--upstream-token-file", o.upstream_token_file,
+                  "A file whose first line is the token that servers are shown, instead of the "
+                  "clients' own: who comes in here has its rights, so far as --tokens does not "
+                  "say less. Read again on SIGHUP")
+      ->group(group);
+  add_listener_options(command, o.listeners);
+  add_bytes(command, "--cache-bytes", o.cache_bytes,
+            "Memory for tiles that have passed, which are given to whoever asks by their digest")
+      ->group(kLimitsGroup);
+}
+
+GatewayServerOptions gateway_server_options(const GatewayOptions& o) {
+  GatewayServerOptions options{
+      .gateway = {.tile_bytes = o.cache_bytes},
+      .upstream_files = {.ca = o.upstream_ca, .token = o.upstream_token_file},
+      .http = http_options(o.listeners),
+      .tcp = tcp_options(o.listeners),
+      .runtime = runtime_options(o.listeners),
+      .session = session_options(o.listeners),
+      .idle_time = milliseconds(o.listeners.idle_seconds)};
+  for (const std::string& upstream : o.upstreams) {
+    options.gateway.upstreams.push_back(upstream_from(upstream));
+    if (options.gateway.upstreams.back().is_secure()) options.upstream_files.needs_tls = true;
+  }
+  return options;
+}
+
+}  // namespace multitetra

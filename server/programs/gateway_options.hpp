@@ -1,0 +1,28 @@
+// What `multitetra-gateway` can be told, and what follows from it.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "common/cli/command.hpp"
+#include "server/gateway/gateway_server.hpp"
+#include "server/programs/listener_options.hpp"
+
+namespace multitetra {
+
+// As users write it.
+struct GatewayOptions {
+  ListenerOptions listeners = {.tcp = "off"};
+  std::vector<std::string> upstreams = {};
+  std::string upstream_ca = {};
+  std::string upstream_token_file = {};
+  std::size_t cache_bytes = UpstreamOptions{}.tile_bytes;
+};
+
+void add_gateway_options(Command& command, GatewayOptions& options);
+
+// Throws UsageError that names the option.
+[[nodiscard]] GatewayServerOptions gateway_server_options(const GatewayOptions& options);
+
+}  // namespace multitetra

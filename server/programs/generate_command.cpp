@@ -1,0 +1,77 @@
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/cli/human_units.hpp"
+#include "common/cli/json_report.hpp"
+#include "server/dataset/generators.hpp"
+#include "server/dataset/volume_files.hpp"
+#include "server/programs/commands.hpp"
+#include "server/programs/progress.hpp"
+
+namespace multitetra {
+namespace {
+
+struct Arguments {
+  std::string kind;
+  GeneratorOptions options;
+  std::string output;
+  bool json = false;
+  bool quiet = false;
+};
+
+int generate_volume(const Arguments& arguments) {
+  const GeneratorKind kind = generator_kind_from(arguments.kind).value();
+  Progress progress("generate", 2, arguments.quiet || arguments.json);
+  progress.begin("samples");
+  const Volume volume = generate(kind, arguments.options);
+  progress.begin("file");
+  write_nrrd(arguments.output, volume);
+  progress.finish();
+  if (arguments.json) {
+    std::cout << text_of({{"kind", arguments.kind},
+                          {"file", arguments.output},
+                          {"dims", volume.dims},
+                          {"type", name(volume.type())},
+                          {"suggested_isovalue", suggested_isovalue(kind)},
+                          {"seconds", progress.seconds()}});
+  } else if (!arguments.quiet) {
+    std::cerr << "generate: " << arguments.output << " holds " << arguments.kind << ", "
+              << volume.dims[0] << " x " << volume.dims[1] << " x " << volume.dims[2] << " "
+              << name(volume.type()) << "; isovalue " << human_number(suggested_isovalue(kind))
+              << std::endl;
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_generate_command(Command& program, Run& run) {
+  const auto arguments = std::make_shared<Arguments>();
+  Command* command = program.add_subcommand("generate", "Make a volume from a formula");
+  std::vector<std::string> kinds;
+  for (const GeneratorKind kind : kGeneratorKinds) kinds.emplace_back(name(kind));
+  command->add_option("kind", arguments->kind, "What to make")->required()->one_of(kinds);
+  command->add_option("--size", arguments->options.size, "Samples a side, 2 to 4097")
+      ->capture_default_str();
+  command
+      ->add_option("--noise", arguments->options.noise,
+                   "Standard deviation of the noise, in units of the samples")
+      ->capture_default_str();
+  command->add_option("--seed", arguments->options.seed, "Chooses the noise")
+      ->capture_default_str();
+  command->add_option("-o,--output", arguments->output, "NRRD file to write")
+      ->required()
+      ->type_name("FILE");
+  command->add_flag("--json", arguments->json, "Print a JSON report");
+  command->add_flag("--quiet", arguments->quiet, "Say nothing unless something is wrong");
+  command->footer(
+      "Examples:\n"
+      "  multitetra-server generate gyroid --size 65 -o gyroid.nrrd\n"
+      "  multitetra-server generate head --size 256 --noise 30 --seed 7 -o head.nrrd");
+  command->callback(
+      [arguments, &run] { run = [arguments] { return generate_volume(*arguments); }; });
+}
+
+}  // namespace multitetra

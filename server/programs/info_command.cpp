@@ -1,0 +1,118 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "common/cli/human_units.hpp"
+#include "common/cli/json_report.hpp"
+#include "server/core/spectrum/isovalue_bins.hpp"
+#include "server/dataset/prepared_file.hpp"
+#include "server/dataset/prepared_format.hpp"
+#include "server/programs/commands.hpp"
+
+namespace multitetra {
+namespace {
+
+struct Arguments {
+  std::string file;
+  bool json = false;
+};
+
+// The histogram as one line of blocks, logarithmic, `width` columns.
+std::string sketch(const Histogram& histogram, std::size_t width) {
+  static const char* const kBlocks[] = {" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
+  std::vector<double> columns(std::min(width, histogram.counts.size()), 0);
+  for (std::size_t bin = 0; bin < histogram.counts.size(); ++bin) {
+    columns[bin * columns.size() / histogram.counts.size()] +=
+        static_cast<double>(histogram.counts[bin]);
+  }
+  const double most = columns.empty() ? 0 : *std::max_element(columns.begin(), columns.end());
+  std::string line;
+  for (const double count : columns) {
+    const double share = most > 0 ? std::log1p(count) / std::log1p(most) : 0;
+    line += kBlocks[static_cast<std::size_t>(std::ceil(8 * share))];
+  }
+  return line;
+}
+
+std::string vector_text(const Vec3& v) {
+  return human_number(v[0]) + " " + human_number(v[1]) + " " + human_number(v[2]);
+}
+
+std::uint64_t sample_bytes(const DatasetInfo& info) {
+  auto bytes = static_cast<std::uint64_t>(bytes_per_sample(info.type));
+  for (const std::int32_t side : info.dims) bytes *= static_cast<std::uint64_t>(side);
+  return bytes;
+}
+
+std::size_t bin_count(const PreparedFile& dataset) {
+  const std::size_t edges = dataset.bins().size() / sizeof(float);
+  return edges == 0 ? 0 : edges - 1;
+}
+
+void print_facts(const std::string& file, const PreparedFile& dataset) {
+  const DatasetInfo& info = dataset.info();
+  const SourceNote& source = dataset.metadata().source;
+  const auto line = [](const char* what, const std::string& value) {
+    std::cout << "  " << what << std::string(20 - std::string(what).size(), ' ') << value << "\n";
+  };
+  std::cout << "\"" << info.name << "\" in " << file << "\n";
+  line("samples", std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) + " x " +
+                      std::to_string(info.dims[2]) + " " + std::string(name(info.type)));
+  line("spacing", vector_text(info.spacing));
+  line("origin", vector_text(info.index_to_world.translation));
+  line("x, y, z axes", "(" + vector_text(info.index_to_world.columns[0]) + "), (" +
+                           vector_text(info.index_to_world.columns[1]) + "), (" +
+                           vector_text(info.index_to_world.columns[2]) + ") per sample");
+  line("values", human_number(info.min) + " to " + human_number(info.max));
+  line("void samples", human_count(info.void_samples));
+  line("outside", info.outside ? human_number(*info.outside) : "void");
+  line("margin", std::to_string(info.margin));
+  line("grid", std::to_string(1 << info.grid_exponent) + " steps a side");
+  line("histogram (log)", sketch(info.histogram, 64));
+  std::string isovalues;
+  for (const double isovalue : info.suggested_isovalues) isovalues += human_number(isovalue) + "  ";
+  line("suggested isovalues", isovalues.empty() ? "none" : isovalues);
+  line("size", human_bytes(std::filesystem::file_size(file)) + ", " +
+                   human_bytes(sample_bytes(info)) + " of it samples");
+  line("error spectrum", std::to_string(bin_count(dataset)) + " bins of isovalues");
+  line("format version", std::to_string(kPreparedFormatVersion));
+  line("source", source.file + (source.digest.empty() ? "" : " (XXH3-128 " + source.digest + ")"));
+}
+
+int info(const Arguments& arguments) {
+  const PreparedFile dataset(arguments.file);
+  if (!arguments.json) {
+    print_facts(arguments.file, dataset);
+    return 0;
+  }
+  const SourceNote& source = dataset.metadata().source;
+  Json report = json_of(dataset.info());
+  report["file_bytes"] = std::filesystem::file_size(arguments.file);
+  report["sample_bytes"] = sample_bytes(dataset.info());
+  report["spectrum_bins"] = bin_count(dataset);
+  report["format_version"] = kPreparedFormatVersion;
+  report["source"] = {{"file", source.file}, {"digest", source.digest}};
+  std::cout << text_of(report);
+  return 0;
+}
+
+}  // namespace
+
+void add_info_command(Command& program, Run& run) {
+  const auto arguments = std::make_shared<Arguments>();
+  Command* command = program.add_subcommand("info", "Tell what a dataset file holds");
+  command->add_option("file", arguments->file, "Dataset file (.mtd)")
+      ->required()
+      ->type_name("FILE");
+  command->add_flag("--json", arguments->json, "Print JSON, with the histogram");
+  command->footer(
+      "Examples:\n"
+      "  multitetra-server info head.mtd\n"
+      "  multitetra-server info head.mtd --json | jq .suggested_isovalues");
+  command->callback([arguments, &run] { run = [arguments] { return info(*arguments); }; });
+}
+
+}  // namespace multitetra

@@ -1,0 +1,229 @@
+#include "server/programs/listener_options.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/http/http_listener.hpp"
+#include "server/operations/open_files.hpp"
+#include "server/operations/request_log.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr double kLongestSeconds = 1e7;
+
+// What must not be endless: where no limit is wanted it is a hundred days.
+std::chrono::milliseconds bounded(double seconds) {
+  return milliseconds(seconds > 0 ? seconds : kLongestSeconds);
+}
+
+Option* add_count(Command& command, const std::string& name, std::size_t& value,
+                  const std::string& help) {
+  return command.add_option(name, value, help)->capture_default_str();
+}
+
+void add_addresses(Command& command, ListenerOptions& o) {
+  command
+      .add_option("--tcp", o.tcp,
+                  "Address and port for frames over TCP; port 0 takes a free one; off: no such "
+                  "door")
+      ->capture_default_str();
+  command
+      .add_option("--http", o.http,
+                  "Address and port for HTTP and WebSockets; off: no such listener")
+      ->capture_default_str();
+  command.add_option("--viewer", o.viewer,
+                     "Folder of the web viewer's files, served at / (default: the one that was "
+                     "built or installed with this program)");
+}
+
+void add_security(Command& command, ListenerOptions& o) {
+  const std::string group = "Security";
+  command
+      .add_option(
+          "--tls-cert", o.tls_certificate,
+          "Certificate (PEM, with those that lead to the root): all listeners speak TLS only. "
+          "Read again on SIGHUP")
+      ->group(group);
+  command.add_option("--tls-key", o.tls_key, "The certificate's private key (PEM)")->group(group);
+  command
+      .add_option("--tokens", o.tokens,
+                  "Who may see which datasets: a file of lines as `multitetra-server token` makes "
+                  "them. Read again on SIGHUP. Without it everybody may see everything")
+      ->group(group);
+  command
+      .add_option("--allow-origin", o.allowed_origins,
+                  "Web pages of this origin, for example https://example.org, may use the HTTP "
+                  "listener besides its own; * allows all (repeatable)")
+      ->delimiter(',')
+      ->group(group);
+  command
+      .add_option("--trusted-proxy", o.trusted_proxies,
+                  "Address of a proxy in front, whose X-Forwarded-For is believed, and of a "
+                  "multitetra-gateway, for which limits of one address do not count (repeatable)")
+      ->delimiter(',')
+      ->group(group);
+}
+
+void add_limits_on_clients(Command& command, ListenerOptions& o) {
+  add_count(command, "--max-connections", o.max_connections, "In all")->group(kLimitsGroup);
+  add_count(command, "--max-connections-per-address", o.max_connections_per_address,
+            "From one address (IPv6: one /64 network)")
+      ->group(kLimitsGroup);
+  command
+      .add_option("--max-requests-per-second", o.max_requests_per_second,
+                  "From one address, on average; three seconds' worth in one go")
+      ->within(0.0, 1e9)
+      ->capture_default_str()
+      ->group(kLimitsGroup);
+  add_count(command, "--max-estimates", o.max_estimates,
+            "Under way on one connection, beside its one stream")
+      ->within(1, 64)
+      ->group(kLimitsGroup);
+  add_count(command, "--max-regions", o.max_regions, "Of one threshold map")
+      ->within(std::size_t{0}, kMaxThresholdRegions)
+      ->group(kLimitsGroup);
+  add_bytes(command, "--max-message-bytes", o.max_message_bytes, "A client's message")
+      ->within(std::size_t{1024}, std::size_t{kMaxClientFrameBytes})
+      ->group(kLimitsGroup);
+  add_bytes(command, "--max-hello-bytes", o.max_hello_bytes, "A client's first message")
+      ->within(std::size_t{64}, std::size_t{kMaxHelloFrameBytes})
+      ->group(kLimitsGroup);
+  add_bytes(command, "--max-header-bytes", o.max_header_bytes, "Of an HTTP request")
+      ->within(std::size_t{512}, std::size_t{1} << 20)
+      ->group(kLimitsGroup);
+}
+
+void add_limits_on_time_and_meshes(Command& command, ListenerOptions& o) {
+  add_seconds(command, "--handshake-seconds", o.handshake_seconds,
+              "For TLS, an HTTP header, and from connecting to Hello")
+      ->group(kLimitsGroup);
+  add_seconds(command, "--write-seconds", o.write_seconds, "For a client to take one message")
+      ->group(kLimitsGroup);
+  add_seconds(command, "--idle-seconds", o.idle_seconds,
+              "Without a message from the client or a stream to it")
+      ->group(kLimitsGroup);
+  command
+      .add_option("--max-mesh-triangles", o.max_mesh_triangles,
+                  "The most triangles of a mesh in one HTTP response; while one is made it takes "
+                  "about 120 bytes of memory for each")
+      ->capture_default_str()
+      ->group(kLimitsGroup);
+  add_bytes(command, "--mesh-cache-bytes", o.mesh_cache_bytes,
+            "Disk for mesh files that are kept for the next HTTP request, in the temporary folder")
+      ->group(kLimitsGroup);
+}
+
+void add_operations(Command& command, ListenerOptions& o) {
+  const std::string group = "Operations";
+  add_seconds(command, "--drain-seconds", o.drain_seconds,
+              "For running requests to end after SIGTERM; a second SIGTERM stops at once")
+      ->group(group);
+  command.add_option("--log-format", o.log_format, "text or json")
+      ->one_of({"text", "json"})
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--log-level", o.log_level, "debug, info, warning, error or off")
+      ->one_of({"debug", "info", "warning", "error", "off"})
+      ->capture_default_str()
+      ->group(group);
+}
+
+}  // namespace
+
+Option* add_bytes(Command& command, const std::string& name, std::size_t& value,
+                  const std::string& help) {
+  return command.add_option(name, value, help)->as_bytes()->capture_default_str();
+}
+
+Option* add_seconds(Command& command, const std::string& name, double& value,
+                    const std::string& help) {
+  return command.add_option(name, value, help)->within(0.0, kLongestSeconds)->capture_default_str();
+}
+
+void add_listener_options(Command& command, ListenerOptions& options) {
+  add_addresses(command, options);
+  add_security(command, options);
+  add_limits_on_clients(command, options);
+  add_limits_on_time_and_meshes(command, options);
+  add_operations(command, options);
+}
+
+std::chrono::milliseconds milliseconds(double seconds) {
+  return std::chrono::milliseconds(std::llround(seconds * 1000));
+}
+
+std::optional<TcpListenerOptions> tcp_options(const ListenerOptions& o) {
+  if (o.tcp == "off") return std::nullopt;
+  const Result<Endpoint> listen = parse_endpoint(o.tcp);
+  if (!listen) throw UsageError("--tcp", listen.error().text);
+  return TcpListenerOptions{
+      .listen = *listen,
+      .connection = {.handshake_timeout = bounded(o.handshake_seconds),
+                     .write_timeout = bounded(o.write_seconds),
+                     .max_message_bytes = static_cast<std::uint32_t>(o.max_message_bytes),
+                     .max_hello_bytes = static_cast<std::uint32_t>(o.max_hello_bytes)}};
+}
+
+std::optional<HttpOptions> http_options(const ListenerOptions& o) {
+  if (o.http == "off") return std::nullopt;
+  const Result<Endpoint> listen = parse_http_endpoint(o.http);
+  if (!listen) throw UsageError("--http", listen.error().text);
+  HttpOptions http;
+  http.listen = *listen;
+  http.handshake_timeout = bounded(o.handshake_seconds);
+  http.write_timeout = bounded(o.write_seconds);
+  http.max_header_bytes = static_cast<std::uint32_t>(o.max_header_bytes);
+  http.max_message_bytes = static_cast<std::uint32_t>(o.max_message_bytes);
+  http.max_hello_bytes = static_cast<std::uint32_t>(o.max_hello_bytes);
+  http.allowed_origins = o.allowed_origins;
+  http.max_mesh_triangles = o.max_mesh_triangles;
+  http.mesh_cache_bytes = o.mesh_cache_bytes;
+  return http;
+}
+
+ServerRuntimeOptions runtime_options(const ListenerOptions& o) {
+  if (o.tls_certificate.empty() != o.tls_key.empty()) {
+    throw UsageError("--tls-cert and --tls-key",
+                     "they come together: a certificate needs its key.");
+  }
+  if (o.tcp == "off" && o.http == "off") {
+    throw UsageError("--tcp and --http", "both are off; one listener must be open.");
+  }
+  AdmissionOptions admission = {
+      .connections = {.total = o.max_connections, .per_name = o.max_connections_per_address},
+      .requests = {.per_second = o.max_requests_per_second,
+                   .burst = std::max(1.0, 3 * o.max_requests_per_second)},
+      .trusted_proxies = o.trusted_proxies,
+      .observer = std::make_shared<RequestLog>()};
+  if (!o.tls_certificate.empty()) admission.tls = {o.tls_certificate, o.tls_key};
+  if (!o.tokens.empty()) admission.tokens = o.tokens;
+  return {.heed_signals = true,
+          .drain_time = milliseconds(o.drain_seconds),
+          .admission = std::move(admission)};
+}
+
+SessionOptions session_options(const ListenerOptions& o) {
+  return {.max_message_bytes = static_cast<std::uint32_t>(o.max_message_bytes),
+          .max_estimates = o.max_estimates,
+          .max_regions = o.max_regions};
+}
+
+LogOptions log_options(const ListenerOptions& o) {
+  return {.format = log_format_from(o.log_format).value(),
+          .level = log_level_from(o.log_level).value()};
+}
+
+void make_room_for(const ListenerOptions& o) {
+  // Beside connections: datasets, meshes that are kept, pollers.
+  constexpr std::uint64_t kOthers = 512;
+  const std::uint64_t allowed = allow_most_open_files();
+  if (o.max_connections == 0 || allowed >= o.max_connections + kOthers) return;
+  log_line(LogLevel::kWarning,
+           "This process may have fewer open files than its connections need; raise the limit "
+           "(ulimit -n) or allow fewer with --max-connections",
+           {{"open_files", allowed},
+            {"max_connections", static_cast<std::uint64_t>(o.max_connections)}});
+}
+
+}  // namespace multitetra

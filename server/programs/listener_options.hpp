@@ -1,0 +1,80 @@
+// What programs with listeners can be told about them, and what follows from it: addresses,
+// security, limits, and how they are operated.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/cli/command.hpp"
+#include "server/http/http_options.hpp"
+#include "server/operations/log.hpp"
+#include "server/session/session.hpp"
+#include "server/transport/server_runtime.hpp"
+#include "server/transport/stream_session.hpp"
+#include "server/transport/tcp_listener.hpp"
+
+namespace multitetra {
+
+// As users write it. Numbers of 0 mean no limit where that makes sense.
+struct ListenerOptions {
+  std::string tcp = to_string(Endpoint{.host = "127.0.0.1"});
+  std::string http = "http://127.0.0.1:" + std::to_string(kDefaultHttpPort);
+  std::string viewer = {};
+
+  std::string tls_certificate = {};
+  std::string tls_key = {};
+  std::string tokens = {};
+  std::vector<std::string> allowed_origins = {};
+  std::vector<std::string> trusted_proxies = {};
+
+  std::size_t max_connections = 1024;
+  std::size_t max_connections_per_address = 256;
+  double max_requests_per_second = 200;
+  std::size_t max_estimates = 4;
+  std::size_t max_regions = kMaxThresholdRegions;
+  std::size_t max_message_bytes = kMaxClientFrameBytes;
+  std::size_t max_hello_bytes = kMaxHelloFrameBytes;
+  std::size_t max_header_bytes = 16 * 1024;
+  double handshake_seconds = 10;
+  double write_seconds = 60;
+  double idle_seconds = 600;
+  std::uint64_t max_mesh_triangles = HttpOptions{}.max_mesh_triangles;
+  std::size_t mesh_cache_bytes = HttpOptions{}.mesh_cache_bytes;
+
+  double drain_seconds = 30;
+  std::string log_format = "text";
+  std::string log_level = "info";
+};
+
+// The group of --help that limits stand in.
+inline constexpr const char* kLimitsGroup = "Limits (0 means no limit where that makes sense)";
+
+void add_listener_options(Command& command, ListenerOptions& options);
+
+// An option in bytes ("512MiB"), and one in seconds.
+Option* add_bytes(Command& command, const std::string& name, std::size_t& value,
+                  const std::string& help);
+Option* add_seconds(Command& command, const std::string& name, double& value,
+                    const std::string& help);
+
+[[nodiscard]] std::chrono::milliseconds milliseconds(double seconds);
+
+// These throw UsageError that names the option.
+//
+// Empty where there shall be no such listener.
+[[nodiscard]] std::optional<TcpListenerOptions> tcp_options(const ListenerOptions& options);
+[[nodiscard]] std::optional<HttpOptions> http_options(const ListenerOptions& options);
+// Without metrics; the admission control's observer is the request log.
+[[nodiscard]] ServerRuntimeOptions runtime_options(const ListenerOptions& options);
+[[nodiscard]] SessionOptions session_options(const ListenerOptions& options);
+[[nodiscard]] LogOptions log_options(const ListenerOptions& options);
+
+// So many open files as the system allows, for connections are some. Tells in the log when that is
+// not enough for the connections that are allowed.
+void make_room_for(const ListenerOptions& options);
+
+}  // namespace multitetra

@@ -1,0 +1,97 @@
+#include "server/programs/plot/size_curves.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "server/dataset/in_parallel.hpp"
+#include "server/extraction/reference_extractor.hpp"
+#include "server/extraction/surface_extractor.hpp"
+
+namespace multitetra {
+namespace {
+
+// At one isovalue, for every error. All errors are counted in the same cubes, those of the least
+// one's sample: a refined cube of a larger error is refined for a smaller one too, and what one
+// sample has by chance all curves have.
+std::vector<double> sampled_triangles(const SurfaceExtractor& extractor, double isovalue,
+                                      const std::vector<double>& errors, std::size_t cubes) {
+  const PreparedVolume& dataset = extractor.dataset();
+  StepRequest step = {.request = {.isovalue = isovalue}};
+  const auto spectrum = std::make_shared<const SpectrumErrors>(
+      dataset.spectrum, isovalue, step.request.measure, step.request.topology_rule);
+  const auto model_of = [&](double error) {
+    step.request.error = error;
+    return prepared_model(dataset, step, spectrum);
+  };
+  const double least = *std::min_element(errors.begin(), errors.end());
+  const CubeSample sample = sample_cubes(model_of(least), cubes, isovalue);
+  CubeMemoryPool::Lease lease(extractor.pool());
+  std::vector<double> triangles;
+  for (const double error : errors) {
+    const PreparedModel model = model_of(error);
+    std::uint64_t crossed = 0;
+    for (const OctreeCube& cube : sample.cubes) {
+      if (!is_refined(model, cube)) continue;
+      crossed += crossed_tetrahedra(model, cube, isovalue, lease.memory());
+    }
+    const std::uint64_t coarse = sample_cubes(model, 0, isovalue).coarse_tetrahedra;
+    triangles.push_back(kTrianglesATetrahedron * (static_cast<double>(coarse) +
+                                                  sample.weight * static_cast<double>(crossed)));
+  }
+  return triangles;
+}
+
+// A grid that has no spectrum: a pass over it costs nothing.
+std::vector<double> exact_triangles(const PreparedVolume& dataset, double isovalue,
+                                    const std::vector<double>& errors) {
+  std::vector<double> triangles;
+  for (const double error : errors) {
+    const TiledSurface surface =
+        ReferenceExtractor(dataset).extract({.request = {.isovalue = isovalue, .error = error}});
+    triangles.push_back(kTrianglesATetrahedron * static_cast<double>(surface.active_tetrahedra));
+  }
+  return triangles;
+}
+
+}  // namespace
+
+std::vector<double> spread_isovalues(const DatasetInfo& info, std::size_t count) {
+  if (!(info.max > info.min)) return {};
+  std::vector<double> isovalues;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double share = (static_cast<double>(i) + 0.5) / static_cast<double>(count);
+    double isovalue = info.min + share * (info.max - info.min);
+    if (info.type != SampleType::kF32) isovalue = std::floor(isovalue) + 0.5;
+    if (isovalues.empty() || isovalue > isovalues.back()) isovalues.push_back(isovalue);
+  }
+  return isovalues;
+}
+
+SizeCurves size_curves(const SurfaceExtractor& extractor, std::vector<double> isovalues,
+                       std::vector<double> errors, const SizeCurvesOptions& options) {
+  const PreparedVolume& dataset = extractor.dataset();
+  const bool has_spectrum = dataset.info.grid_exponent > kSpectrumExponent;
+  SizeCurves curves{
+      .isovalues = std::move(isovalues), .errors = std::move(errors), .triangles = {}};
+  const std::size_t count = curves.isovalues.size();
+  curves.triangles.resize(curves.errors.size(), std::vector<double>(count));
+  if (curves.errors.empty()) return curves;
+  std::mutex mutex;  // Guards `done` and the one who is told of it.
+  std::size_t done = 0;
+  in_parallel(count, [&](std::size_t i) {
+    const std::vector<double> triangles =
+        has_spectrum
+            ? sampled_triangles(extractor, curves.isovalues[i], curves.errors, options.cubes)
+            : exact_triangles(dataset, curves.isovalues[i], curves.errors);
+    for (std::size_t j = 0; j < triangles.size(); ++j) curves.triangles[j][i] = triangles[j];
+    const std::lock_guard lock(mutex);
+    if (options.progress) options.progress(++done, count);
+  });
+  return curves;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,38 @@
+// How many triangles the surfaces of a dataset have, over its isovalues and for several errors,
+// without extracting them.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include "server/core/planning/surface_size.hpp"
+
+namespace multitetra {
+
+class SurfaceExtractor;
+
+struct SizeCurves {
+  std::vector<double> isovalues;               // Ascending.
+  std::vector<double> errors;                  // In voxels, as they were asked for.
+  std::vector<std::vector<double>> triangles;  // By error, then by isovalue.
+};
+
+// `count` isovalues spread evenly over the range of values; of integer data between two integers,
+// each once, so there may be fewer. None when all samples are equal.
+[[nodiscard]] std::vector<double> spread_isovalues(const DatasetInfo& info, std::size_t count);
+
+struct SizeCurvesOptions {
+  std::size_t cubes = 256;  // Of the sample at each isovalue and error.
+  std::function<void(std::size_t done, std::size_t all)> progress =
+      {};  // Isovalues; one call at a time.
+};
+
+// With the certified bound and the exact rule of topology. From the error spectrum and, for what is
+// finer than it, a sample of the surface's octree cubes: the same numbers for the same dataset,
+// with any number of threads.
+[[nodiscard]] SizeCurves size_curves(const SurfaceExtractor& extractor,
+                                     std::vector<double> isovalues, std::vector<double> errors,
+                                     const SizeCurvesOptions& options = {});
+
+}  // namespace multitetra

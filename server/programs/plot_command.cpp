@@ -1,0 +1,101 @@
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "common/cli/json_report.hpp"
+#include "common/wire/mesh_files.hpp"
+#include "server/dataset/dataset.hpp"
+#include "server/extraction/surface_extractor.hpp"
+#include "server/programs/commands.hpp"
+#include "server/programs/plot/dataset_plot.hpp"
+#include "server/programs/progress.hpp"
+#include "server/programs/thread_options.hpp"
+
+namespace multitetra {
+namespace {
+
+struct Arguments {
+  std::string file;
+  std::string output;
+  std::vector<double> errors = {0.25, 0.5, 1, 2, 4};
+  std::size_t isovalues = 64;
+  int threads = 0;
+  bool json = false;
+  bool quiet = false;
+};
+
+Json report_of(const Arguments& arguments, const DatasetInfo& info, const SizeCurves& curves,
+               const Progress& progress) {
+  Json sizes = Json::array();
+  for (std::size_t i = 0; i < curves.errors.size(); ++i) {
+    sizes.push_back({{"error", curves.errors[i]}, {"triangles", curves.triangles[i]}});
+  }
+  return {{"dataset", info.name},
+          {"plot_file", arguments.output},
+          {"unit", "voxel"},
+          {"isovalues", curves.isovalues},
+          {"sizes", std::move(sizes)},
+          {"suggested_isovalues", info.suggested_isovalues},
+          {"seconds", progress.seconds()}};
+}
+
+int plot(const Arguments& arguments) {
+  const ThreadLimit limit(arguments.threads);
+  if (std::filesystem::path(arguments.output).extension() != ".svg") {
+    throw std::invalid_argument("\"" + arguments.output +
+                                "\" is no name of a plot; plots are SVG files, *.svg.");
+  }
+  Progress progress("plot", 2, arguments.quiet || arguments.json);
+  progress.begin("open");
+  const DatasetPtr dataset = open_dataset(arguments.file);
+  const SurfaceExtractor extractor(dataset);
+  progress.begin("sizes");
+  const SizeCurves curves = size_curves(
+      extractor, spread_isovalues(dataset->info, arguments.isovalues), arguments.errors,
+      {.progress = [&](std::size_t done, std::size_t all) {
+        progress.update(static_cast<double>(done), static_cast<double>(all), "isovalues");
+      }});
+  write_file(arguments.output, dataset_plot(dataset->info, curves));
+  progress.finish();
+  if (arguments.json) {
+    std::cout << text_of(report_of(arguments, dataset->info, curves, progress));
+  } else if (!arguments.quiet) {
+    std::cout << arguments.output << ": the values of \"" << dataset->info.name << "\" and the "
+              << "sizes of their surfaces; any browser shows it\n";
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_plot_command(Command& program, Run& run) {
+  const auto a = std::make_shared<Arguments>();
+  Command* command = program.add_subcommand(
+      "plot", "Draw a dataset's histogram and the sizes of its surfaces (SVG)");
+  command->add_option("file", a->file, "Dataset file (.mtd)")->required()->type_name("FILE");
+  command->add_option("-o,--output", a->output, "Drawing to write (.svg)")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("--errors", a->errors, "Errors, in voxels, of which each gets a curve")
+      ->within(0.0, 1e6)
+      ->delimiter(',')
+      ->capture_default_str();
+  command->add_option("--isovalues", a->isovalues, "At how many isovalues")
+      ->within(2, 1000)
+      ->capture_default_str();
+  add_threads_option(*command, a->threads);
+  command->add_flag("--json", a->json, "Print the numbers of the curves as JSON");
+  command->add_flag("--quiet", a->quiet, "Say nothing unless something is wrong");
+  command->footer(
+      "Numbers of triangles are estimated from the errors that the dataset holds and a sample of\n"
+      "its surface, not counted: within a few percent.\n"
+      "Examples:\n"
+      "  multitetra-server plot head.mtd -o head.svg\n"
+      "  multitetra-server plot head.mtd --errors 0.5,2 --isovalues 200 -o head.svg --json");
+  command->callback([a, &run] { run = [a] { return plot(*a); }; });
+}
+
+}  // namespace multitetra

@@ -1,0 +1,175 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "common/cli/human_units.hpp"
+#include "common/cli/json_report.hpp"
+#include "server/dataset/prepare.hpp"
+#include "server/dataset/source_note.hpp"
+#include "server/dataset/volume_files.hpp"
+#include "server/programs/commands.hpp"
+#include "server/programs/progress.hpp"
+#include "server/programs/thread_options.hpp"
+
+namespace multitetra {
+namespace {
+
+struct Arguments {
+  std::string input;
+  std::string output;
+  std::string name;
+  std::string outside = "void";
+  std::int32_t margin = 0;
+  std::vector<std::int32_t> dims;
+  std::string type = "u8";
+  std::string endian = "little";
+  std::uint64_t header_bytes = 0;
+  std::vector<double> spacing = {1, 1, 1};
+  int bins = IsovalueBins::kDefaultCount;
+  int threads = 0;
+  bool json = false;
+  bool quiet = false;
+};
+
+std::optional<RawLayout> raw_layout(const Arguments& arguments) {
+  if (arguments.dims.empty()) return std::nullopt;
+  RawLayout layout{.type = sample_type_from(arguments.type).value(),
+                   .endian = arguments.endian == "big" ? Endian::kBig : Endian::kLittle,
+                   .header_bytes = arguments.header_bytes};
+  std::copy_n(arguments.dims.begin(), 3, layout.dims.begin());
+  std::copy_n(arguments.spacing.begin(), 3, layout.spacing.begin());
+  return layout;
+}
+
+// "void" or a number.
+std::optional<double> outside_value(const std::string& text) {
+  if (text == "void") return std::nullopt;
+  try {
+    std::size_t used = 0;
+    const double value = std::stod(text, &used);
+    if (used == text.size() && std::isfinite(value)) return value;
+  } catch (const std::exception&) {  // Told below.
+  }
+  throw std::invalid_argument("--outside is \"" + text + "\"; it must be void or a finite number.");
+}
+
+// The file's name without its suffixes: "chris_t1.nii.gz" is chris_t1.
+std::string default_name(const std::filesystem::path& input) {
+  std::filesystem::path name =
+      input.filename().empty() ? input.parent_path().filename() : input.filename();
+  if (name.extension() == ".gz") name = name.stem();
+  return name.stem().string();
+}
+
+int prepare(const Arguments& arguments) {
+  const ThreadLimit limit(arguments.threads);
+  const std::optional<double> outside = outside_value(arguments.outside);
+  const std::string dataset_name =
+      arguments.name.empty() ? default_name(arguments.input) : arguments.name;
+  Progress progress("prepare", 3, arguments.quiet || arguments.json);
+  progress.begin("open");
+  const auto notice = [&](const std::string& text) { progress.note(text); };
+  const auto source =
+      open_volume(arguments.input, {.raw = raw_layout(arguments), .notice = notice});
+  const SourceNote note = source_note(arguments.input);
+  std::string pass;
+  const DatasetInfo info =
+      prepare(*source,
+              {.name = dataset_name,
+               .outside = outside,
+               .margin = arguments.margin,
+               .bins = arguments.bins,
+               .progress =
+                   [&](const char* name, std::uint64_t done, std::uint64_t all) {
+                     if (pass != name) progress.begin(pass = name);
+                     progress.update(static_cast<double>(done), static_cast<double>(all), "voxels");
+                   }},
+              arguments.output, note);
+  progress.finish();
+
+  const auto bytes = std::filesystem::file_size(arguments.output);
+  if (arguments.json) {
+    Json report = {{"dataset", json_of(info)},
+                   {"input", arguments.input},
+                   {"file", arguments.output},
+                   {"file_bytes", bytes},
+                   {"seconds", progress.seconds()}};
+    std::cout << text_of(report);
+  } else if (!arguments.quiet) {
+    std::cout << arguments.output << ": \"" << info.name << "\", " << info.dims[0] << " x "
+              << info.dims[1] << " x " << info.dims[2] << " " << name(info.type) << ", values "
+              << human_number(info.min) << " to " << human_number(info.max) << ", "
+              << human_bytes(bytes) << "\n"
+              << "Next: multitetra-server serve " << arguments.output << "\n";
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_prepare_command(Command& program, Run& run) {
+  const auto a = std::make_shared<Arguments>();
+  Command* command =
+      program.add_subcommand("prepare", "Turn a volume file into a dataset that can be served");
+  command
+      ->add_option("input", a->input,
+                   "Volume: .nrrd, .nhdr, .mha, .mhd, .nii, .nii.gz, .vtk, .tif, a directory or "
+                   "pattern of TIFF slices, or raw bytes with --dims")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("-o,--output", a->output, "Dataset file to write (.mtd)")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("--name", a->name,
+                      "Name of the dataset (default: the input's name without its suffix)");
+  command
+      ->add_option("--outside", a->outside,
+                   "What lies beyond the data: void (surfaces end at the last sample) or a value "
+                   "(they close)")
+      ->capture_default_str();
+  command
+      ->add_option("--margin", a->margin,
+                   "Grid steps around the data; 1 with a value closes surfaces on all sides")
+      ->within(0, 4096)
+      ->capture_default_str();
+  Option* dims = command->add_option("--dims", a->dims, "Raw file: samples along x,y,z")
+                     ->delimiter(',')
+                     ->expected(3);
+  command->add_option("--type", a->type, "Raw file: type of a sample")
+      ->one_of({"u8", "i8", "u16", "i16", "f32"})
+      ->capture_default_str()
+      ->needs(dims);
+  command->add_option("--endian", a->endian, "Raw file: order of bytes")
+      ->one_of({"little", "big"})
+      ->capture_default_str()
+      ->needs(dims);
+  command->add_option("--header-bytes", a->header_bytes, "Raw file: bytes before the first sample")
+      ->capture_default_str()
+      ->needs(dims);
+  command->add_option("--spacing", a->spacing, "Raw file: world units between samples along x,y,z")
+      ->delimiter(',')
+      ->expected(3)
+      ->needs(dims);
+  command
+      ->add_option("--bins", a->bins,
+                   "Bins of isovalues that errors are stored for; more bins, a larger file")
+      ->within(1, IsovalueBins::kMaxCount)
+      ->capture_default_str();
+  add_threads_option(*command, a->threads);
+  command->add_flag("--json", a->json, "Print a JSON report");
+  command->add_flag("--quiet", a->quiet, "Say nothing unless something is wrong");
+  command->footer(
+      "Examples:\n"
+      "  multitetra-server prepare CThead.nhdr -o head.mtd --name head\n"
+      "  multitetra-server prepare engine.mhd -o engine.mtd --outside 0 --margin 1\n"
+      "  multitetra-server prepare fuel.raw --dims 64,64,64 --type u8 -o fuel.mtd\n"
+      "  multitetra-server prepare 'slices/ct_*.tif' -o ct.mtd");
+  command->callback([a, &run] { run = [a] { return prepare(*a); }; });
+}
+
+}  // namespace multitetra

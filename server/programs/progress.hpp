@@ -1,0 +1,57 @@
+// What a long command tells while it works: a bar on a terminal, a plain line per finished stage
+// elsewhere.
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "common/cli/json_report.hpp"
+
+namespace multitetra {
+
+// Stages come one after another; their seconds are kept for the report. All output goes to stderr.
+class Progress {
+ public:
+  // `stages` is how many will come.
+  Progress(std::string command, std::size_t stages, bool is_quiet);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  // Ends the stage before and begins one; `stage` is a noun such as "errors".
+  void begin(const std::string& stage);
+  // How far the stage is: `done` of `all` units of work, whose plural is `unit`. Tells percentage,
+  // speed and remaining time, on a terminal at most ten times a second, elsewhere every ten
+  // seconds.
+  void update(double done, double all, const char* unit);
+  void finish();
+  // A sentence for the user, above the bar.
+  void note(const std::string& sentence);
+
+  // stage -> seconds, and "total".
+  [[nodiscard]] Json seconds() const;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Stage {
+    std::string name;
+    double seconds = 0;
+  };
+  void draw(const std::string& detail = {}) const;
+  void clear_line() const;
+  void end_stage();
+
+  std::string command_;
+  std::size_t expected_;
+  bool is_quiet_;
+  bool is_terminal_;
+  bool is_running_ = false;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point stage_start_ = start_;
+  Clock::time_point last_update_ = start_;
+  double fraction_ = 0;  // Of the running stage.
+  std::vector<Stage> stages_;
+};
+
+}  // namespace multitetra

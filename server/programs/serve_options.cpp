@@ -1,0 +1,47 @@
+#include "server/programs/serve_options.hpp"
+
+#include "server/programs/thread_options.hpp"
+
+namespace multitetra {
+
+void add_serve_options(Command& command, ServeOptions& o) {
+  command.add_option("datasets", o.datasets, "Dataset files, or directories of them (.mtd)");
+  add_threads_option(command, o.threads);
+  add_listener_options(command, o.listeners);
+  command
+      .add_option("--max-triangles", o.max_triangles,
+                  "Of a stream's final step; the refusal tells an error at which it fits")
+      ->capture_default_str()
+      ->group(kLimitsGroup);
+  add_seconds(command, "--max-request-seconds", o.max_request_seconds,
+              "Of workers' time for one request")
+      ->group(kLimitsGroup);
+  add_bytes(command, "--cache-bytes", o.cache_bytes,
+            "Memory for encoded tiles that are kept for the next request, for example 512MiB; 0 "
+            "keeps none")
+      ->group(kLimitsGroup);
+  add_bytes(command, "--queue-bytes", o.queue_bytes,
+            "Memory for steps that wait for their clients, all together")
+      ->group(kLimitsGroup);
+}
+
+ServerOptions server_options(const ServeOptions& o) {
+  ServerRuntimeOptions runtime = runtime_options(o.listeners);
+  runtime.admission.queue_bytes = o.queue_bytes == 0 ? SIZE_MAX : o.queue_bytes;
+  const auto tcp = tcp_options(o.listeners);
+  return {.listen = tcp.value_or(TcpListenerOptions{}).listen,
+          .has_tcp_listener = tcp.has_value(),
+          // Each step uses all threads; a second one at the same time fills what the first leaves
+          // idle.
+          .workers = o.threads == 1 ? std::size_t{1} : std::size_t{2},
+          .heed_signals = runtime.heed_signals,
+          .drain_time = runtime.drain_time,
+          .admission = std::move(runtime.admission),
+          .session = session_options(o.listeners),
+          .limits = {.request_time = milliseconds(o.max_request_seconds),
+                     .idle_time = milliseconds(o.listeners.idle_seconds),
+                     .max_triangles = o.max_triangles},
+          .connection = tcp.value_or(TcpListenerOptions{}).connection};
+}
+
+}  // namespace multitetra

@@ -1,0 +1,31 @@
+// What `multitetra-server serve` can be told, and what follows from it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/cli/command.hpp"
+#include "server/programs/listener_options.hpp"
+#include "server/transport/server.hpp"
+
+namespace multitetra {
+
+// As users write it. Numbers of 0 mean no limit.
+struct ServeOptions {
+  ListenerOptions listeners = {};
+  std::vector<std::string> datasets = {};
+  int threads = 0;
+  std::uint64_t max_triangles = 0;
+  double max_request_seconds = 300;
+  std::size_t cache_bytes = std::size_t{512} << 20;
+  std::size_t queue_bytes = std::size_t{1} << 30;
+};
+
+void add_serve_options(Command& command, ServeOptions& options);
+
+// Throws UsageError that names the option.
+[[nodiscard]] ServerOptions server_options(const ServeOptions& options);
+
+}  // namespace multitetra

@@ -1,0 +1,188 @@
+#include "server/session/session.hpp"
+
+#include <algorithm>
+
+namespace multitetra {
+namespace {
+
+Action reply(Error error, std::uint64_t request_id = 0) {
+  return Send{ErrorReply{.request_id = request_id, .error = std::move(error)}};
+}
+
+// What forbids a stream whatever the dataset; nullopt when nothing does.
+std::optional<Error> objection(const OpenStream& open, std::uint64_t last_request_id,
+                               std::size_t max_held_digests) {
+  if (open.request_id <= last_request_id) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "The request id is " + std::to_string(open.request_id) +
+                     "; it must be greater than " + std::to_string(last_request_id) +
+                     ", that of the last stream on this connection."};
+  }
+  if (open.held.size() > max_held_digests) {
+    return Error{ErrorCode::kLimitExceeded,
+                 "The request names " + std::to_string(open.held.size()) + " held tiles; at most " +
+                     std::to_string(max_held_digests) + " are allowed."};
+  }
+  const auto request = validated(open.request);
+  if (!request) return request.error();
+  return std::nullopt;
+}
+
+// Lattice coordinates must fit: grid exponent + lattice resolution <= kMaxLatticeBits.
+std::optional<Error> lattice_objection(const IsosurfaceRequest& request, const DatasetInfo& info) {
+  const int finest = kMaxLatticeBits - info.grid_exponent;
+  if (request.lattice_resolution <= finest) return std::nullopt;
+  return Error{ErrorCode::kInvalidArgument,
+               "The lattice resolution is " + std::to_string(request.lattice_resolution) +
+                   "; dataset \"" + info.name + "\" is so large that it must be at most " +
+                   std::to_string(finest) + "."};
+}
+
+std::string version_range(std::uint32_t low, std::uint32_t high) {
+  return low == high ? std::to_string(low) : std::to_string(low) + " to " + std::to_string(high);
+}
+
+}  // namespace
+
+std::optional<Error> beyond(const SessionOptions& options, const IsosurfaceRequest& request) {
+  const std::size_t regions = request.thresholds.regions.size();
+  if (regions <= options.max_regions) return std::nullopt;
+  return Error{ErrorCode::kLimitExceeded, "The threshold map has " + std::to_string(regions) +
+                                              " regions; this server allows " +
+                                              std::to_string(options.max_regions) + "."};
+}
+
+Session::Session(CataloguePtr catalogue, SessionOptions options, AccessListPtr access)
+    : catalogue_(std::move(catalogue)), options_(std::move(options)), access_(std::move(access)) {}
+
+Actions Session::renew(AccessListPtr access) {
+  access_ = std::move(access);
+  if (!is_welcomed_ || is_closed_ || !access_) return {};
+  auto rights = access_->rights_of(token_);
+  if (!rights) return end(rights.error());
+  rights_ = *std::move(rights);
+  return {};
+}
+
+Actions Session::receive(const ClientMessage& message) {
+  if (is_closed_) return {};
+  if (!is_welcomed_ && !std::holds_alternative<Hello>(message)) {
+    return end({ErrorCode::kUnexpectedMessage, "The first message must be Hello."});
+  }
+  return std::visit([this](const auto& m) { return answer(m); }, message);
+}
+
+Actions Session::receive(const ParseError& error) {
+  if (is_closed_) return {};
+  if (!is_welcomed_ || error.error.code == ErrorCode::kMalformedMessage) return end(error.error);
+  return {reply(error.error, error.request_id)};
+}
+
+Actions Session::end(const Error& error) {
+  if (is_closed_) return {};
+  Actions actions;
+  if (running_) actions.push_back(StopStream{*running_, StreamOutcome::kCancelled});
+  running_.reset();
+  is_closed_ = true;
+  actions.push_back(reply(error));
+  actions.push_back(Close{error.text});
+  return actions;
+}
+
+void Session::stream_ended(std::uint64_t request_id) {
+  if (running_ == request_id) running_.reset();
+}
+
+Actions Session::answer(const Hello& hello) {
+  if (is_welcomed_) {
+    return {reply({ErrorCode::kUnexpectedMessage,
+                   "Hello was said already; it opens a connection and comes once."})};
+  }
+  if (hello.min_version > kProtocolVersion || hello.max_version < kProtocolVersion) {
+    return end({ErrorCode::kUnsupportedVersion,
+                "The client speaks protocol version " +
+                    version_range(hello.min_version, hello.max_version) + ", this server version " +
+                    std::to_string(kProtocolVersion) + "."});
+  }
+  if (std::find(hello.codecs.begin(), hello.codecs.end(), PayloadCodec::kDracoLattice) ==
+      hello.codecs.end()) {
+    return end({ErrorCode::kInvalidArgument,
+                "The client names no codec of this server; it must know Draco on the lattice "
+                "(codec 1)."});
+  }
+  if (access_) {
+    auto rights = access_->rights_of(hello.token);
+    if (!rights) return end(rights.error());
+    rights_ = *std::move(rights);
+    token_ = hello.token;
+  }
+  is_welcomed_ = true;
+  return {Send{Welcome{.version = kProtocolVersion,
+                       .codec = PayloadCodec::kDracoLattice,
+                       .agent = options_.agent,
+                       .max_message_bytes = options_.max_message_bytes}}};
+}
+
+Actions Session::answer(const ListDatasets& list) {
+  std::vector<DatasetInfo> infos = catalogue_->infos();
+  std::erase_if(infos, [this](const DatasetInfo& info) { return !rights_.may_see(info.name); });
+  return {Send{DatasetList{.request_id = list.request_id, .datasets = std::move(infos)}}};
+}
+
+std::variant<std::shared_ptr<const StepSource>, Error> Session::source_of(
+    const std::string& dataset, const IsosurfaceRequest& request) const {
+  if (no_work_) return *no_work_;
+  if (auto error = beyond(options_, request)) return *std::move(error);
+  // What a client may not see does not exist for it.
+  std::shared_ptr<const StepSource> source =
+      rights_.may_see(dataset) ? catalogue_->find(dataset) : nullptr;
+  if (!source) {
+    return Error{ErrorCode::kUnknownDataset,
+                 "No dataset is named \"" + dataset + "\"; ListDatasets tells those that are."};
+  }
+  if (auto error = lattice_objection(request, source->info())) return *std::move(error);
+  return source;
+}
+
+Actions Session::answer(const OpenStream& open) {
+  if (auto error = objection(open, last_request_id_, options_.max_held_digests)) {
+    return {reply(*std::move(error), open.request_id)};
+  }
+  auto found = source_of(open.dataset, open.request);
+  if (auto* error = std::get_if<Error>(&found)) return {reply(std::move(*error), open.request_id)};
+  Actions actions;
+  if (running_) actions.push_back(StopStream{*running_, StreamOutcome::kSuperseded});
+  last_request_id_ = open.request_id;
+  running_ = open.request_id;
+  actions.push_back(StartStream{open, std::get<0>(std::move(found))});
+  return actions;
+}
+
+// A Cancel that crosses the end of its stream on the wire is no mistake, so it has no answer.
+Actions Session::answer(const Cancel& cancel) {
+  if (running_ != cancel.request_id) return {};
+  running_.reset();
+  return {StopStream{cancel.request_id, StreamOutcome::kCancelled}};
+}
+
+Actions Session::answer(const Ping& ping) { return {Send{Pong{.value = ping.value}}}; }
+
+Actions Session::answer(const Estimate& estimate) {
+  if (const auto request = validated(estimate.request); !request) {
+    return {reply(request.error(), estimate.request_id)};
+  }
+  auto found = source_of(estimate.dataset, estimate.request);
+  if (auto* error = std::get_if<Error>(&found)) {
+    return {reply(std::move(*error), estimate.request_id)};
+  }
+  if (estimates_ >= options_.max_estimates) {
+    return {reply({ErrorCode::kLimitExceeded,
+                   "There are " + std::to_string(estimates_) +
+                       " estimates under way on this connection; wait for one of them."},
+                  estimate.request_id)};
+  }
+  ++estimates_;
+  return {MakeEstimate{estimate, std::get<0>(std::move(found))}};
+}
+
+}  // namespace multitetra

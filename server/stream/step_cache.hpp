@@ -1,0 +1,62 @@
+// Steps that were made before, for whoever asks for the same: previews of the isovalues that people
+// like, one surface for everybody in a lecture.
+//
+// A step is remembered as the list of its tiles; the tiles themselves lie in the TileCache, where
+// steps share them. A step of which a tile was forgotten is made again, with what is left of them.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <mutex>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "server/stream/lru_map.hpp"
+#include "server/stream/single_flight.hpp"
+#include "server/stream/tile_cache.hpp"
+
+namespace multitetra {
+
+// A complete conforming model, ready to be sent.
+struct EncodedStep {
+  std::uint64_t tetrahedra = 0;         // Of the model.
+  std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface.
+  std::vector<EncodedTile> tiles;       // In the order they are sent.
+  std::uint64_t appearance = 0;         // As in TileKey.
+};
+
+// Safe to use from several threads at once.
+class StepCache {
+ public:
+  // Remembers tiles and steps of at most `capacity` bytes together; 0 remembers nothing, and equal
+  // requests at the same time are still made once.
+  explicit StepCache(std::size_t capacity)
+      : tiles_(capacity - capacity / 16), outlines_(capacity / 16) {}
+
+  using Make = std::function<EncodedStep(std::stop_token)>;
+  // The step of that key, made by `make` unless it is remembered or being made; the same key always
+  // stands for the same step. Throws what `make` throws, and Cancelled soon after `stop` is
+  // triggered.
+  [[nodiscard]] EncodedStep get(const std::string& key, const std::stop_token& stop,
+                                const Make& make);
+
+  [[nodiscard]] TileCache& tiles() { return tiles_; }
+
+ private:
+  struct Outline {
+    std::uint64_t tetrahedra = 0;
+    std::uint64_t active_tetrahedra = 0;
+    std::uint64_t appearance = 0;
+    std::vector<TileKey> tiles;
+  };
+  [[nodiscard]] std::optional<EncodedStep> remembered(const std::string& key);
+  void remember(const std::string& key, const EncodedStep& step);
+
+  TileCache tiles_;
+  SingleFlight<std::string, EncodedStep> flights_;
+  std::mutex mutex_;  // Guards outlines_.
+  LruMap<std::string, Outline> outlines_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,51 @@
+// Where a stream's steps come from: for sessions a dataset is what makes steps.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <stop_token>
+#include <vector>
+
+#include "common/request/dataset_info.hpp"
+#include "common/wire/tile.hpp"
+#include "server/core/planning/refinement_plan.hpp"
+#include "server/extraction/surface_sizes.hpp"
+#include "server/stream/step_cache.hpp"
+
+namespace multitetra {
+
+class SurfaceExtractor;
+
+// Immutable as seen from outside, and used by all sessions at once. What it takes long for throws
+// Cancelled (of in_parallel.hpp) soon after `stop` is triggered.
+class StepSource {
+ public:
+  virtual ~StepSource() = default;
+
+  [[nodiscard]] virtual const DatasetInfo& info() const = 0;
+
+  // Requires a validated request. The same step gives the same tiles, on any thread.
+  [[nodiscard]] virtual EncodedStep make(const StepRequest& step, std::stop_token stop) const = 0;
+  // How large steps would be; valid while the source lives.
+  [[nodiscard]] virtual StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const = 0;
+};
+
+// Steps that are extracted from the volume and encoded, unless the cache has them.
+class ExtractedSteps : public StepSource {
+ public:
+  // Sources may share a cache; their datasets need different names then. Null: nothing is kept.
+  explicit ExtractedSteps(std::shared_ptr<const SurfaceExtractor> extractor,
+                          std::shared_ptr<StepCache> cache = nullptr);
+
+  [[nodiscard]] const DatasetInfo& info() const override;
+  [[nodiscard]] EncodedStep make(const StepRequest& step, std::stop_token stop) const override;
+  [[nodiscard]] StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
+
+ private:
+  [[nodiscard]] EncodedStep extract(const StepRequest& step, const std::stop_token& stop) const;
+
+  std::shared_ptr<const SurfaceExtractor> extractor_;
+  std::shared_ptr<StepCache> cache_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,101 @@
+#include "server/stream/stream_messages.hpp"
+
+#include <cassert>
+#include <utility>
+
+#include "server/core/thresholds/threshold_map.hpp"
+
+namespace multitetra {
+
+StreamMessages::StreamMessages(const OpenStream& open, const DatasetInfo& info)
+    : request_id_(open.request_id),
+      info_(info),
+      state_{
+          .request = open.request, .previews = open.steps == StepPolicy::kProgressive, .shown = {}},
+      known_(open.held.begin(), open.held.end()) {}
+
+std::optional<StreamState> StreamMessages::wanted() {
+  if (phase_ != Phase::kWanted) return std::nullopt;
+  phase_ = Phase::kMaking;
+  return state_;
+}
+
+void StreamMessages::supply(MadeStep step, double seconds) {
+  if (phase_ != Phase::kMaking) return;
+  current_ = std::move(step);
+  next_tile_ = 0;
+  totals_ = {.request_id = request_id_, .step = step_, .digest = {}, .seconds = seconds};
+  for (const EncodedTile& tile : current_.encoded.tiles) totals_.digest += tile.summary.digest;
+  phase_ = Phase::kBegin;
+}
+
+void StreamMessages::end(StreamOutcome outcome) {
+  finish_with(StreamEnd{.request_id = request_id_, .outcome = outcome, .steps = step_});
+}
+
+void StreamMessages::fail(Error error) {
+  finish_with(ErrorReply{.request_id = request_id_, .error = std::move(error)});
+}
+
+bool StreamMessages::has_message() const {
+  return phase_ == Phase::kBegin || phase_ == Phase::kTiles || phase_ == Phase::kLast;
+}
+
+ServerMessage StreamMessages::take() {
+  assert(has_message());
+  if (phase_ == Phase::kBegin) {
+    phase_ = Phase::kTiles;
+    return step_begin();
+  }
+  if (phase_ == Phase::kTiles) return take_tile_or_end();
+  phase_ = Phase::kFinished;
+  return std::move(last_);
+}
+
+StepBegin StreamMessages::step_begin() const {
+  const StepRequest& step = current_.step;
+  StepBegin begin{.request_id = request_id_,
+                  .step = step_,
+                  .is_final = current_.is_final,
+                  .request = step.request,
+                  .error_bound_world = largest_threshold(step.request, info_),
+                  .finest_spacing = step.finest_spacing,
+                  .codec = PayloadCodec::kDracoLattice,
+                  .tetrahedra = current_.encoded.tetrahedra,
+                  .active_tetrahedra = current_.encoded.active_tetrahedra,
+                  .tiles = {}};
+  begin.tiles.reserve(current_.encoded.tiles.size());
+  for (const EncodedTile& tile : current_.encoded.tiles) begin.tiles.push_back(tile.summary);
+  return begin;
+}
+
+ServerMessage StreamMessages::take_tile_or_end() {
+  const std::vector<EncodedTile>& tiles = current_.encoded.tiles;
+  for (; next_tile_ < tiles.size(); ++next_tile_) {
+    const EncodedTile& tile = tiles[next_tile_];
+    if (!known_.insert(tile.summary.digest).second) continue;
+    ++totals_.tiles_sent;
+    totals_.payload_bytes += tile.payload->size();
+    return Tile{.request_id = request_id_,
+                .step = step_,
+                .index = static_cast<std::uint32_t>(next_tile_++),
+                .payload = tile.payload};
+  }
+  state_ = std::move(current_.after);
+  state_.shown.push_back({.step = current_.step, .bytes = size_of(current_.encoded).bytes});
+  const bool was_final = current_.is_final;
+  current_ = {};
+  phase_ = Phase::kWanted;
+  ++step_;
+  if (was_final) end(StreamOutcome::kComplete);
+  return totals_;
+}
+
+void StreamMessages::finish_with(ServerMessage last) {
+  if (phase_ == Phase::kLast || phase_ == Phase::kFinished) return;
+  current_ = {};
+  last_ = std::move(last);
+  phase_ = Phase::kLast;
+}
+
+}  // namespace multitetra

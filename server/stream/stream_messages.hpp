@@ -1,0 +1,64 @@
+// The messages of one stream, one at a time, as the client takes them:
+//
+//   StepBegin, Tile..., StepEnd      once for each step of the plan
+//   StreamEnd or ErrorReply
+//
+// Pure: it tells what was shown, somebody makes the step that follows, and nothing is made before
+// all messages of the step before were taken. So a slow client holds one encoded step in memory,
+// never a queue.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "common/wire/messages.hpp"
+#include "server/stream/stream_plan.hpp"
+
+namespace multitetra {
+
+class StreamMessages {
+ public:
+  StreamMessages(const OpenStream& open, const DatasetInfo& info);
+
+  [[nodiscard]] std::uint64_t request_id() const { return request_id_; }
+
+  // Where the stream stands when its next step is to be made now, told once; nullopt while messages
+  // are left, a step is being made, or none follows.
+  [[nodiscard]] std::optional<StreamState> wanted();
+  // The step that follows the state that was told, and the time it took. Ignored after end() or
+  // fail().
+  void supply(MadeStep step, double seconds);
+
+  // What was not taken yet is dropped; the last message remains. The first of these two decides.
+  void end(StreamOutcome outcome);
+  void fail(Error error);
+
+  [[nodiscard]] bool has_message() const;
+  // Requires has_message(). Tiles that the client holds, or was sent in this stream, are left out.
+  [[nodiscard]] ServerMessage take();
+  [[nodiscard]] bool is_finished() const { return phase_ == Phase::kFinished; }
+
+ private:
+  enum class Phase { kWanted, kMaking, kBegin, kTiles, kLast, kFinished };
+
+  [[nodiscard]] StepBegin step_begin() const;
+  [[nodiscard]] ServerMessage take_tile_or_end();
+  void finish_with(ServerMessage last);
+
+  std::uint64_t request_id_;
+  DatasetInfo info_;
+  StreamState state_;
+  std::set<ContentDigest> known_;  // Tiles that the client has, or will have read by then.
+
+  Phase phase_ = Phase::kWanted;
+  std::uint32_t step_ = 0;  // Being made or sent.
+  MadeStep current_;
+  std::size_t next_tile_ = 0;
+  StepEnd totals_;      // Of the current step so far.
+  ServerMessage last_;  // Valid in phase kLast.
+};
+
+}  // namespace multitetra

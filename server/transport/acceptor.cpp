@@ -1,0 +1,77 @@
+#include "server/transport/acceptor.hpp"
+
+#include <stdexcept>
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+namespace multitetra {
+
+using boost::system::error_code;
+
+namespace {
+
+Peer peer_of(const tcp::socket& socket) {
+  error_code error;
+  const tcp::endpoint end = socket.remote_endpoint(error);
+  if (error) return {.address = "unknown client", .name = "unknown client"};
+  std::string address = end.address().to_string();
+  std::string name = address + ":" + std::to_string(end.port());
+  return {.address = std::move(address), .name = std::move(name)};
+}
+
+tcp::acceptor listening(asio::io_context& io, const Endpoint& at) {
+  try {
+    tcp::resolver resolver(io);
+    const auto found = resolver.resolve(at.host, std::to_string(at.port), tcp::resolver::passive);
+    return tcp::acceptor(io, *found.begin(), /*reuse_addr=*/true);
+  } catch (const boost::system::system_error& error) {
+    throw AddressError("Cannot listen on " + to_string(at) + ": " + error.code().message() +
+                       ". Is another server running there? Choose another port, or port 0 "
+                       "for a free one.");
+  }
+}
+
+}  // namespace
+
+Acceptor::Acceptor(asio::io_context& io, const Endpoint& at)
+    : acceptor_(listening(io, at)), endpoint_(at), retry_(io) {
+  endpoint_.port = acceptor_.local_endpoint().port();
+}
+
+void Acceptor::open(Welcome welcome) {
+  asio::co_spawn(
+      acceptor_.get_executor(),
+      [this, welcome = std::move(welcome)]() mutable { return accept(std::move(welcome)); },
+      asio::detached);
+}
+
+void Acceptor::close() {
+  is_closed_ = true;
+  error_code ignored;
+  acceptor_.close(ignored);
+  retry_.cancel();
+}
+
+asio::awaitable<void> Acceptor::accept(Welcome welcome) {
+  while (!is_closed_) {
+    error_code error;
+    tcp::socket socket = co_await acceptor_.async_accept(use_error(error));
+    if (is_closed_) break;
+    if (error) {
+      // Out of descriptors, most likely: connections that end make room again.
+      spdlog::warn("cannot accept a connection: {}", error.message());
+      retry_.expires_after(std::chrono::milliseconds(100));
+      co_await retry_.async_wait(use_error(error));
+      continue;
+    }
+    const Peer peer = peer_of(socket);
+    try {
+      welcome(std::move(socket), peer);
+    } catch (const std::exception& trouble) {
+      spdlog::error("{}: the connection could not be served: {}", peer.name, trouble.what());
+    }
+  }
+}
+
+}  // namespace multitetra

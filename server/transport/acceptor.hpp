@@ -1,0 +1,43 @@
+// Accepts connections on one address, whatever trouble single ones make.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "common/net/endpoint.hpp"
+#include "common/net/net.hpp"
+#include "server/operations/exit_codes.hpp"
+
+namespace multitetra {
+
+// The other end of a connection.
+struct Peer {
+  std::string address;  // Without port.
+  std::string name;     // With port, for the log.
+};
+
+class Acceptor {
+ public:
+  // What to do with a connection. May throw: the connection is dropped then, and others are
+  // accepted.
+  using Welcome = std::function<void(tcp::socket socket, const Peer& peer)>;
+
+  // Binds and listens. Throws AddressError that names the address when that fails. Must
+  // outlive the io_context's last handler once it was opened.
+  Acceptor(asio::io_context& io, const Endpoint& at);
+
+  // With the real port.
+  [[nodiscard]] const Endpoint& endpoint() const { return endpoint_; }
+  void open(Welcome welcome);
+  void close();
+
+ private:
+  asio::awaitable<void> accept(Welcome welcome);
+
+  tcp::acceptor acceptor_;
+  Endpoint endpoint_;
+  asio::steady_timer retry_;
+  bool is_closed_ = false;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,41 @@
+// A way in: something that accepts connections on an address and holds them.
+//
+// Everything but endpoint() runs on the one thread of the server's io_context.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "common/net/endpoint.hpp"
+#include "server/operations/admission_control.hpp"
+#include "server/transport/message_session.hpp"
+
+namespace multitetra {
+
+class Listener {
+ public:
+  virtual ~Listener() = default;
+
+  // The address it listens on, with the real port.
+  [[nodiscard]] virtual Endpoint endpoint() const = 0;
+  // The same as clients write it, "tls://HOST:PORT" for example.
+  [[nodiscard]] virtual std::string url() const = 0;
+  // Begins to accept.
+  virtual void open() = 0;
+  // Accepts nobody any more and ends the connections that are there: they are told why. The
+  // listener keeps the io_context at work until the last of them has gone.
+  virtual void close(const Error& why) = 0;
+};
+
+// What a listener leads into. The server outlives its listeners.
+struct ServerContext {
+  asio::io_context& io;
+  AdmissionControl& admission;
+  std::function<MessageSessionPtr(ClientContextPtr client)> new_session;
+  std::function<std::string()> metrics = {};  // Prometheus text; empty: none are kept.
+};
+
+using MakeListener = std::function<std::unique_ptr<Listener>(const ServerContext&)>;
+
+}  // namespace multitetra

@@ -1,0 +1,68 @@
+// The service behind its listeners.
+//
+//   Server server(catalogue, {.listen = {"127.0.0.1", 7410}});
+//   server.run();  // Until stop() or drain() is called from another thread, or a signal comes.
+//
+// One thread, the caller of run(), does all input and output; `workers` threads make steps, and
+// each step uses all processors. Slow clients cost memory for one step each and no thread.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/net/endpoint.hpp"
+#include "server/operations/admission_control.hpp"
+#include "server/operations/prometheus_metrics.hpp"
+#include "server/session/session.hpp"
+#include "server/stream/dataset_catalogue.hpp"
+#include "server/transport/listener.hpp"
+#include "server/transport/stream_session.hpp"
+#include "server/transport/tcp_listener.hpp"
+
+namespace multitetra {
+
+struct ServerOptions {
+  Endpoint listen{.host = "127.0.0.1", .port = kDefaultPort};  // Port 0: the system chooses one.
+  bool has_tcp_listener = true;
+  std::size_t workers = 2;  // Steps that are made at the same time, at least 1.
+  // SIGINT and SIGTERM drain, a second one stops at once; SIGHUP reloads.
+  bool heed_signals = false;
+  std::chrono::milliseconds drain_time{30'000};  // For requests that run when it drains.
+  AdmissionOptions admission = {};
+  SessionOptions session = {};
+  SessionLimits limits = {};
+  ConnectionOptions connection = {};
+  // Kept, and given to whoever asks at a listener. The caller adds what it knows of the state.
+  std::shared_ptr<PrometheusMetrics> metrics = {};
+  std::function<ServiceState()> state = {};
+};
+
+class Server {
+ public:
+  // All listeners are bound and listen. Throws AddressError that names the address when that fails,
+  // and ExitError when certificate or tokens cannot be used.
+  Server(CataloguePtr catalogue, ServerOptions options, const std::vector<MakeListener>& more = {});
+  ~Server();
+
+  // The address of the listener for TCP, if there is one, then of the others in their order.
+  [[nodiscard]] Endpoint endpoint(std::size_t listener = 0) const;
+  // Of all listeners, for the log.
+  [[nodiscard]] std::vector<std::string> urls() const;
+
+  // Serves until stopped. Returns when all connections are closed and all work has ended.
+  void run();
+  // From any thread, as in runtime.hpp.
+  void stop();
+  void drain();
+  void reload();
+
+ private:
+  class Running;
+  std::unique_ptr<Running> running_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,160 @@
+#include "server/transport/server_runtime.hpp"
+
+#include <csignal>
+#include <utility>
+
+#include "server/operations/log.hpp"
+
+namespace multitetra {
+
+using boost::system::error_code;
+
+namespace {
+
+// Whoever is told besides the metrics goes on being told.
+AdmissionOptions observed(const ServerRuntimeOptions& options) {
+  AdmissionOptions admission = options.admission;
+  if (!options.metrics) return admission;
+  admission.observer = admission.observer
+                           ? std::make_shared<ServiceObservers>(std::vector<ServiceObserverPtr>{
+                                 admission.observer, options.metrics})
+                           : ServiceObserverPtr(options.metrics);
+  return admission;
+}
+
+}  // namespace
+
+// Members of one thread: everything but stop(), drain() and reload() runs in run().
+class ServerRuntime::Running {
+ public:
+  explicit Running(ServerRuntimeOptions options)
+      : options_(std::move(options)),
+        admission_(observed(options_)),
+        io_(/*concurrency_hint=*/1),
+        signals_(io_),
+        drain_timer_(io_) {}
+
+  [[nodiscard]] asio::io_context& io() { return io_; }
+  [[nodiscard]] AdmissionControl& admission() { return admission_; }
+
+  void build(ServerHooks behind, const std::vector<MakeListener>& listeners) {
+    behind_ = std::move(behind);
+    const ServerContext server = {.io = io_,
+                                  .admission = admission_,
+                                  .new_session = behind_.new_session,
+                                  .metrics = options_.metrics ? [this] { return metrics(); }
+                                                              : std::function<std::string()>()};
+    for (const MakeListener& make : listeners) listeners_.push_back(make(server));
+  }
+  [[nodiscard]] const std::vector<std::unique_ptr<Listener>>& listeners() const {
+    return listeners_;
+  }
+
+  void run() {
+    if (options_.heed_signals) {
+      for (const int signal : {SIGINT, SIGTERM, SIGHUP}) signals_.add(signal);
+      await_signal();
+    }
+    for (const auto& listener : listeners_) listener->open();
+    io_.run();
+  }
+
+  void stop() {
+    asio::post(io_, [this] { stop_now(); });
+  }
+  void drain() {
+    asio::post(io_, [this] { drain_now(); });
+  }
+  void reload() {
+    asio::post(io_, [this] { reload_now(); });
+  }
+
+ private:
+  std::string metrics() {
+    ServiceState state = behind_.state ? behind_.state() : ServiceState{};
+    state.waiting_bytes = admission_.queue().used();
+    state.is_draining = admission_.is_draining();
+    return options_.metrics->text(state);
+  }
+
+  void await_signal() {
+    signals_.async_wait([this](error_code cancelled, int signal) {
+      // A signal that came before the last one was heeded is told even after stop_now's cancel.
+      if (cancelled || is_stopping_) return;
+      if (signal == SIGHUP) {
+        reload_now();
+      } else if (admission_.is_draining()) {
+        stop_now();
+      } else {
+        drain_now();
+      }
+      if (!is_stopping_) await_signal();  // Else it would keep the server running.
+    });
+  }
+
+  void reload_now() {
+    admission_.reload();
+    if (behind_.when_reloaded) behind_.when_reloaded();
+  }
+
+  void drain_now() {
+    if (is_stopping_ || admission_.is_draining()) return;
+    log_line(LogLevel::kInfo, "draining",
+             {{"connections", static_cast<std::uint64_t>(admission_.connections())}});
+    drain_timer_.expires_after(options_.drain_time);
+    drain_timer_.async_wait([this](error_code cancelled) {
+      if (!cancelled) stop_now();
+    });
+    // Not from inside the request that ends.
+    admission_.drain([this] { stop(); });
+  }
+
+  void stop_now() {
+    if (std::exchange(is_stopping_, true)) return;
+    log_line(LogLevel::kInfo, "stopping",
+             {{"connections", static_cast<std::uint64_t>(admission_.connections())}});
+    error_code ignored;
+    signals_.cancel(ignored);
+    drain_timer_.cancel();
+    if (behind_.when_stopping) behind_.when_stopping();
+    for (const auto& listener : listeners_) {
+      listener->close({ErrorCode::kUnavailable, "The server stops; connect again later."});
+    }
+  }
+
+  ServerRuntimeOptions options_;
+  AdmissionControl admission_;  // Outlives everything that may hold a client.
+  asio::io_context io_;
+  asio::signal_set signals_;
+  asio::steady_timer drain_timer_;
+  bool is_stopping_ = false;
+  ServerHooks behind_;
+  std::vector<std::unique_ptr<Listener>> listeners_;
+};
+
+ServerRuntime::ServerRuntime(ServerRuntimeOptions options)
+    : running_(std::make_unique<Running>(std::move(options))) {}
+ServerRuntime::~ServerRuntime() = default;
+
+asio::io_context& ServerRuntime::io() { return running_->io(); }
+AdmissionControl& ServerRuntime::admission() { return running_->admission(); }
+void ServerRuntime::build(ServerHooks behind, const std::vector<MakeListener>& listeners) {
+  running_->build(std::move(behind), listeners);
+}
+
+Endpoint ServerRuntime::endpoint(std::size_t listener) const {
+  return running_->listeners().at(listener)->endpoint();
+}
+
+std::vector<std::string> ServerRuntime::urls() const {
+  std::vector<std::string> urls;
+  for (const auto& listener : running_->listeners()) urls.push_back(listener->url());
+  return urls;
+}
+
+void ServerRuntime::run() { running_->run(); }
+void ServerRuntime::stop() { running_->stop(); }
+void ServerRuntime::drain() { running_->drain(); }
+void ServerRuntime::reload() { running_->reload(); }
+
+}  // namespace multitetra

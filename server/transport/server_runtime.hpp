@@ -1,0 +1,72 @@
+// The listeners of a server, who keeps them, and how it ends: what a server that makes surfaces and
+// a gateway in front of others have in common.
+//
+//   ServerRuntime runtime({.admission = ...});
+//   runtime.build({.new_session = ...}, {make_tcp_listener, make_http_listener});
+//   runtime.run();  // Until stop() or drain() is called from another thread, or a signal comes.
+//
+// One thread, the caller of run(), does all input and output.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/operations/admission_control.hpp"
+#include "server/operations/prometheus_metrics.hpp"
+#include "server/transport/listener.hpp"
+
+namespace multitetra {
+
+struct ServerRuntimeOptions {
+  // SIGINT and SIGTERM drain, a second one stops at once; SIGHUP reloads.
+  bool heed_signals = false;
+  std::chrono::milliseconds drain_time{30'000};  // For requests that run when it drains.
+  AdmissionOptions admission = {};
+  // Kept, and given to whoever asks at a listener. Null: none are.
+  std::shared_ptr<PrometheusMetrics> metrics = {};
+};
+
+// What the listeners lead into. Called on the thread of run().
+struct ServerHooks {
+  std::function<MessageSessionPtr(ClientContextPtr client)> new_session;
+  std::function<ServiceState()> state = {};  // For the metrics, beside what the listeners know.
+  std::function<void()> when_reloaded = {};
+  std::function<void()> when_stopping = {};
+};
+
+class ServerRuntime {
+ public:
+  // Throws ExitError when certificate or tokens cannot be used.
+  explicit ServerRuntime(ServerRuntimeOptions options);
+  ~ServerRuntime();
+
+  [[nodiscard]] asio::io_context& io();
+  [[nodiscard]] AdmissionControl& admission();
+
+  // All listeners are bound and listen. Once, before run(). Throws AddressError that names the
+  // address when that fails.
+  void build(ServerHooks behind, const std::vector<MakeListener>& listeners);
+  // Of the listeners in their order.
+  [[nodiscard]] Endpoint endpoint(std::size_t listener) const;
+  [[nodiscard]] std::vector<std::string> urls() const;
+
+  // Serves until stopped. Returns when all connections are closed and nothing is left to do.
+  void run();
+  // From any thread. Clients are told; after the linger time connections are closed.
+  void stop();
+  // From any thread. Nothing new is begun; stops when no request is under way any more, or the
+  // drain time is over.
+  void drain();
+  // From any thread. Reads certificate and tokens again (see admission_control.hpp).
+  void reload();
+
+ private:
+  class Running;
+  std::unique_ptr<Running> running_;
+};
+
+}  // namespace multitetra

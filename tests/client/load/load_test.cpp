@@ -1,0 +1,277 @@
+// The load generator: users whose scripts are repeatable, and who notice what is wrong.
+#include <gtest/gtest.h>
+
+#include "client/load/load_run.hpp"
+#include "client/message_socket.hpp"
+#include "server/dataset/prepare.hpp"
+#include "server/extraction/surface_extractor.hpp"
+#include "tests/client/cutting_proxy.hpp"
+#include "tests/client/transport_listener.hpp"
+#include "tests/support/fields.hpp"
+#include "tests/support/running_server.hpp"
+
+namespace multitetra {
+namespace {
+
+using std::chrono::milliseconds;
+using testing::Cut;
+using testing::CuttingProxy;
+using testing::RunningServer;
+
+DatasetInfo some_dataset() {
+  DatasetInfo info;
+  info.name = "head";
+  info.dims = {64, 48, 32};
+  info.min = -100;
+  info.max = 100;
+  info.suggested_isovalues = {10, 40};
+  return info;
+}
+
+std::vector<Act> acts(ScriptKind kind, std::uint64_t seed, int count) {
+  Script script(kind, {some_dataset()}, seed, {});
+  std::vector<Act> all;
+  for (int i = 0; i < count; ++i) all.push_back(script.next());
+  return all;
+}
+
+std::string bytes_of(const Act& act) {
+  OpenStream open = act.open;
+  open.request_id = 1;
+  return serialize(open) + std::to_string(act.pause.count());
+}
+
+constexpr std::array kScripts = {ScriptKind::kRandomIsovalues, ScriptKind::kDrag,
+                                 ScriptKind::kRegion, ScriptKind::kMixed};
+
+TEST(LoadScript, TheSameSeedGivesTheSameUser) {
+  for (const ScriptKind kind : kScripts) {
+    const auto one = acts(kind, 7, 50);
+    const auto again = acts(kind, 7, 50);
+    const auto other = acts(kind, 8, 50);
+    int same = 0;
+    for (std::size_t i = 0; i < one.size(); ++i) {
+      EXPECT_EQ(bytes_of(one[i]), bytes_of(again[i]));
+      same += bytes_of(one[i]) == bytes_of(other[i]) ? 1 : 0;
+    }
+    EXPECT_LT(same, 25) << name(kind);
+  }
+}
+
+TEST(LoadScript, AsksForNothingThatAServerRefuses) {
+  for (const ScriptKind kind : kScripts) {
+    for (const Act& act : acts(kind, 3, 100)) {
+      EXPECT_TRUE(validated(act.open.request)) << name(kind);
+      EXPECT_GT(act.open.request.isovalue, -100);
+      EXPECT_LT(act.open.request.isovalue, 100);
+    }
+  }
+}
+
+TEST(LoadScript, AKnobThatIsLetGoShowsItsSurface) {
+  const auto drag = acts(ScriptKind::kDrag, 5, 40);
+  for (std::size_t i = 0; i < drag.size(); ++i) {
+    EXPECT_EQ(drag[i].replaced_after.has_value(), i % 20 != 19) << i;
+  }
+}
+
+TEST(LoadTimes, AQuantileIsTheLeastThatSoManyDoNotExceed) {
+  Times times;
+  EXPECT_EQ(times.quantile(0.5), 0);
+  for (const int i : {5, 3, 1, 4, 2}) times.add(i);
+  EXPECT_EQ(times.quantile(0.5), 3);
+  EXPECT_EQ(times.quantile(0.8), 4);
+  EXPECT_EQ(times.quantile(0.81), 5);
+  EXPECT_EQ(times.quantile(1), 5);
+  EXPECT_EQ(times.mean(), 3);
+}
+
+// ---- with a server
+
+CataloguePtr gyroid() {
+  static const DatasetPtr dataset = make_dataset(testing::fields::gyroid(40, 0.4, 7), "gyroid");
+  auto catalogue = std::make_shared<DatasetCatalogue>();
+  catalogue->add(std::make_shared<ExtractedSteps>(std::make_shared<const SurfaceExtractor>(dataset),
+                                                  std::make_shared<StepCache>(64 << 20)));
+  return catalogue;
+}
+
+// What a server says to one request, and how a ledger and an assembler take it.
+class OneStream : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    MessageSocket socket = server_.greet();
+    ASSERT_TRUE(socket.send(ListDatasets{.request_id = 1}));
+    info_ = testing::receive<DatasetList>(socket).datasets.front();
+    ASSERT_TRUE(socket.send(open_));
+    do {
+      messages_.push_back(*socket.receive());
+    } while (!std::holds_alternative<StreamEnd>(messages_.back()));
+    ASSERT_GE(tiles().size(), 4U);
+  }
+
+  [[nodiscard]] std::vector<std::size_t> tiles() const {
+    std::vector<std::size_t> places;
+    for (std::size_t i = 0; i < messages_.size(); ++i) {
+      if (std::holds_alternative<Tile>(messages_[i])) places.push_back(i);
+    }
+    return places;
+  }
+  [[nodiscard]] bool passes(const std::vector<ServerMessage>& messages) const {
+    StreamChecks checks = StreamChecks::cheap(info_, open_, /*tiles_per_decoded=*/1);
+    for (const ServerMessage& message : messages) {
+      const auto progress = checks.receive(message);
+      if (!progress) return false;
+      if (const auto* end = std::get_if<StreamEnd>(&*progress)) {
+        return end->outcome == StreamOutcome::kComplete;
+      }
+    }
+    return false;
+  }
+  template <typename M>
+  static M& last(std::vector<ServerMessage>& messages) {
+    for (auto message = messages.rbegin(); message != messages.rend(); ++message) {
+      if (auto* found = std::get_if<M>(&*message)) return *found;
+    }
+    throw std::logic_error("no such message");
+  }
+
+  RunningServer server_{gyroid()};
+  OpenStream open_{.request_id = 1,
+                   .dataset = "gyroid",
+                   .request = {.isovalue = 0.1, .error = 0.25},
+                   .held = {}};
+  DatasetInfo info_;
+  std::vector<ServerMessage> messages_;
+};
+
+TEST_F(OneStream, AsItWasSentPasses) { EXPECT_TRUE(passes(messages_)); }
+
+TEST_F(OneStream, WithoutAnyOneMessageFails) {
+  for (std::size_t i = 0; i < messages_.size(); ++i) {
+    auto lacking = messages_;
+    lacking.erase(lacking.begin() + static_cast<std::ptrdiff_t>(i));
+    EXPECT_FALSE(passes(lacking)) << i;
+  }
+}
+
+TEST_F(OneStream, WithAnyOneMessageTwiceFails) {
+  for (std::size_t i = 0; i + 1 < messages_.size(); ++i) {
+    auto doubled = messages_;
+    doubled.insert(doubled.begin() + static_cast<std::ptrdiff_t>(i), messages_[i]);
+    EXPECT_FALSE(passes(doubled)) << i;
+  }
+}
+
+TEST_F(OneStream, WithADamagedTileFails) {
+  for (const std::size_t i : tiles()) {
+    auto damaged = messages_;
+    auto& tile = std::get<Tile>(damaged[i]);
+    std::string payload = *tile.payload;
+    payload[payload.size() / 2] = static_cast<char>(payload[payload.size() / 2] ^ 0x55);
+    tile.payload = std::make_shared<const std::string>(payload);
+    EXPECT_FALSE(passes(damaged)) << i;
+  }
+}
+
+TEST_F(OneStream, WithOtherSumsFails) {
+  for (int i = 0; i < 5; ++i) {
+    auto wrong = messages_;
+    auto& step = last<StepEnd>(wrong);
+    if (i == 0) step.digest.low ^= 1;
+    if (i == 1) ++step.tiles_sent;
+    if (i == 2) ++step.payload_bytes;
+    if (i == 3) ++last<StreamEnd>(wrong).steps;
+    if (i == 4) last<StepBegin>(wrong).is_final = false;
+    EXPECT_FALSE(passes(wrong)) << i;
+  }
+}
+
+// ---- whole runs
+
+LoadOptions short_load(const Endpoint& server, std::size_t clients) {
+  LoadOptions options{.session = {.server = server,
+                                  .script = ScriptKind::kMixed,
+                                  .script_options = {.isovalues = 1,
+                                                     .errors = {0.5},
+                                                     .mean_pause = milliseconds(5),
+                                                     .drag_interval = milliseconds(5),
+                                                     .drag_length = 4}},
+                      .clients = clients,
+                      .threads = 2,
+                      .duration = milliseconds(1000),
+                      .ramp = milliseconds(50)};
+  return options;
+}
+
+class LoadRun : public ::testing::TestWithParam<Transport> {};
+
+TEST_P(LoadRun, UsersOfAGoodServerHaveNothingToComplainOf) {
+  const RunningServer server(gyroid());
+  std::optional<testing::TransportListener> listener;
+  Endpoint endpoint = server.endpoint();
+  if (GetParam() != Transport::kTcp) {
+    listener.emplace(GetParam(), endpoint);
+    endpoint = listener->endpoint();
+  }
+  for (const std::uint32_t streams_per_thorough : {1U, 4U}) {
+    LoadOptions options = short_load(endpoint, 12);
+    options.session.streams_per_thorough = streams_per_thorough;
+    if (listener) options.session.tls = *client_tls(listener->trust());
+    const LoadStatistics statistics = run_load(options);
+    EXPECT_EQ(statistics.checks_failed, 0U) << statistics.failed_checks.front();
+    EXPECT_EQ(statistics.tiles_sent_twice, 0U);
+    EXPECT_EQ(statistics.failed, 0U);
+    EXPECT_EQ(statistics.unfinished, 0U);
+    EXPECT_EQ(statistics.lost_connections, 0U);
+    EXPECT_EQ(statistics.connections, 12U);
+    EXPECT_EQ(statistics.complete + statistics.replaced, statistics.streams);
+    EXPECT_GE(statistics.complete, 2U);
+    EXPECT_GT(statistics.thorough_streams, 0U);
+    EXPECT_GT(statistics.tiles_decoded, 0U);
+    EXPECT_GT(statistics.steps_compared, 0U);
+    EXPECT_EQ(statistics.whole.count(), statistics.complete);
+    EXPECT_TRUE(statistics.errors.empty()) << statistics.errors.begin()->second.example;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(, LoadRun,
+                         ::testing::Values(Transport::kTcp, Transport::kSecureWebSocket));
+
+TEST(Load, AUserWhoseConnectionIsCutGetsTheRestAndNoTileTwice) {
+  const RunningServer server(gyroid());
+  const CuttingProxy proxy({server.endpoint()},
+                           [](int i) { return Cut{.tiles = 1 + static_cast<std::size_t>(i % 3)}; });
+  LoadOptions options = short_load(proxy.endpoint(), 1);
+  options.session.script = ScriptKind::kRandomIsovalues;
+  options.session.streams_per_thorough = 2;
+  const LoadStatistics statistics = run_load(options);
+  EXPECT_GE(statistics.lost_connections, 1U);
+  EXPECT_GE(statistics.complete, 1U);
+  EXPECT_EQ(statistics.complete, statistics.streams);
+  EXPECT_EQ(statistics.tiles_sent_twice, 0U);
+  EXPECT_EQ(statistics.checks_failed, 0U) << statistics.failed_checks.front();
+}
+
+TEST(Load, AServerThatIsNotThereIsNoSuccess) {
+  LoadOptions options = short_load({.host = "127.0.0.1", .port = 1}, 3);
+  const LoadStatistics statistics = run_load(options);
+  EXPECT_EQ(statistics.clients_without_connection, 3U);
+  EXPECT_GT(statistics.errors.at("unavailable").count, 0U);
+}
+
+TEST(Load, WhateverNuisancesDoTheNextUserIsServed) {
+  const RunningServer server(gyroid());
+  for (const auto kind : {Misbehaviour::kStalled, Misbehaviour::kSlow, Misbehaviour::kLeaving,
+                          Misbehaviour::kGarbage}) {
+    LoadOptions options = short_load(server.endpoint(), 6);
+    const MisbehaviourCounts counts = run_misbehaviour(kind, options);
+    EXPECT_GE(counts.connections, 6U) << name(kind);
+    // A user of this script waits for each surface that was begun, however busy the machine is.
+    options.session.script = ScriptKind::kRandomIsovalues;
+    EXPECT_GE(run_load(options).complete, 1U) << "after " << name(kind);
+  }
+}
+
+}  // namespace
+}  // namespace multitetra

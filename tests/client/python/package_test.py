@@ -1,0 +1,194 @@
+"""The Python package against the running server. Usage: package_test.py DIRECTORY_OF_PROGRAMS (with PYTHONPATH set)"""
+
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+try:
+    import google.protobuf  # noqa: F401
+    import numpy as np
+    import websockets  # noqa: F401
+except ImportError as missing:
+    print(f"!! SKIPPED: the Python package is not tested: {missing}")
+    sys.exit(0)
+
+import multitetra
+from multitetra import conversation, mesh
+
+PROGRAMS = pathlib.Path(sys.argv.pop(1))
+
+
+def run(program, *words):
+    subprocess.run([PROGRAMS / program, *words], check=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+class Package(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.path = pathlib.Path(cls.folder.name)
+        run("multitetra-server", "generate", "gyroid", "--size", "33", "-o", cls.path / "gyroid.nrrd", "--quiet")
+        run("multitetra-server", "prepare", cls.path / "gyroid.nrrd", "-o", cls.path / "gyroid.mtd", "--quiet")
+        log = cls.path / "log"
+        with open(log, "w") as stderr:
+            cls.server = subprocess.Popen(
+                [PROGRAMS / "multitetra-server", "serve", cls.path / "gyroid.mtd", "--tcp", "127.0.0.1:0"]
+                + ["--http", "127.0.0.1:0"],
+                stdout=subprocess.DEVNULL,
+                stderr=stderr,
+            )
+        for _ in range(600):
+            found = dict(re.findall(r"listening on (tcp|http)://([0-9.]+:[0-9]+)", log.read_text()))
+            if len(found) == 2:
+                break
+            time.sleep(0.05)
+        cls.urls = ["tcp://" + found["tcp"], "ws://" + found["http"]]
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.server.terminate()
+        cls.server.wait()
+        cls.folder.cleanup()
+
+    def test_a_surface_is_that_of_the_command_line(self):
+        run(
+            "multitetra-client", "fetch", "--server", self.urls[0], "--dataset", "gyroid", "--isovalue", "0.1",
+            "--error", "0.5", "-o", self.path / "mesh.stl", "--report", self.path / "report.json", "--quiet",
+        )  # fmt: skip
+        report = (self.path / "report.json").read_text()
+        for url in self.urls:
+            with multitetra.connect(url) as server:
+                *_, last = server.steps("gyroid", 0.1, error=0.5)
+            self.assertIn(f'"content_digest": "{last.digest}"', report)
+            triangles = (self.path / "mesh.stl").read_bytes()[84:]
+            records = np.frombuffer(triangles, np.dtype([("n", "<f4", 3), ("v", "<f4", (3, 3)), ("a", "<u2")]))
+            self.assertEqual(len(records), len(last.mesh.faces))
+            ours = last.mesh.vertices[last.mesh.faces].reshape(-1, 9)
+            theirs = records["v"].reshape(-1, 9)
+            np.testing.assert_allclose(ours.sum(axis=0), theirs.sum(axis=0), rtol=1e-5)
+            np.testing.assert_allclose(ours.min(axis=0), theirs.min(axis=0), rtol=1e-6)
+
+    def test_steps_come_coarse_first_and_tiles_once(self):
+        for url in self.urls:
+            with multitetra.connect(url) as server:
+                steps = list(server.steps("gyroid", 0.1, error=0.25))
+                self.assertTrue(steps[-1].is_final)
+                self.assertEqual([step.number for step in steps], list(range(len(steps))))
+                self.assertEqual([step.is_final for step in steps[:-1]], [False] * (len(steps) - 1))
+                *_, again = server.steps("gyroid", 0.1, error=0.25)
+                self.assertEqual(again.digest, steps[-1].digest)
+                self.assertEqual(again.tiles_received, 0)
+
+    def test_a_region_is_finer_and_the_topology_stays(self):
+        with multitetra.connect(self.urls[1]) as server:
+            coarse = server.isosurface("gyroid", 0.1, error=2)
+            region = multitetra.box([0, 0, 0], [16, 16, 16], error=0)
+            fine = server.isosurface("gyroid", 0.1, error=2, regions=[region], coordinates="index")
+        self.assertGreater(len(fine.faces), len(coarse.faces))
+        self.assertEqual(fine.euler_characteristic, coarse.euler_characteristic)
+
+    def test_views_and_grids_make_places_finer(self):
+        with multitetra.connect(self.urls[0]) as server:
+            counts = [
+                len(server.isosurface("gyroid", 0.1, error=4, **request).faces)
+                for request in (
+                    {},
+                    {"view": multitetra.view([-20, 16, 16], 40, 600, 2)},
+                    {"grid": multitetra.grid(np.full((1, 2, 1), 0.25), spacing=[40, 16, 40], origin=[16, 8, 16])},
+                )
+            ]
+        self.assertGreater(counts[1], counts[0])
+        self.assertGreater(counts[2], counts[0])
+
+    def test_an_estimate_is_near_the_surface(self):
+        with multitetra.connect(self.urls[1]) as server:
+            size = server.estimate("gyroid", 0.1, error=0.5)
+            vertices, faces = server.isosurface("gyroid", 0.1, error=0.5)
+            self.assertEqual(vertices.shape[1], 3)
+            self.assertLess(abs(size.triangles - len(faces)), 0.4 * len(faces))
+            with self.assertRaises(multitetra.ServerError):
+                server.estimate("gyroid", 0.1, error=-1)
+            whole = server.isosurface("gyroid", 0.1, error=0.5, simplify=False)
+            self.assertLess(2 * len(faces), len(whole.faces))
+            self.assertEqual(whole.euler_characteristic, server.isosurface("gyroid", 0.1).euler_characteristic)
+
+    def test_a_crack_is_found(self):
+        """A tile that lacks a triangle in its middle, behind the back of all other checks."""
+        decode = mesh.decode_tile
+
+        def torn(payload, summary, resolution, normal_bits):
+            tile = decode(payload, summary, resolution, normal_bits)
+            return mesh.LatticeTile(tile.vertices, np.delete(tile.faces, len(tile.faces) // 2, axis=0), None)
+
+        conversation.decode_tile = torn
+        try:
+            with multitetra.connect(self.urls[0]) as server:
+                with self.assertRaisesRegex(multitetra.CheckError, "torn"):
+                    server.isosurface("gyroid", 0.1, error=0.5)
+        finally:
+            conversation.decode_tile = decode
+
+    def test_normals_are_of_length_one(self):
+        with multitetra.connect(self.urls[0]) as server:
+            surface = server.isosurface("gyroid", 0.1, normal_bits=8)
+        np.testing.assert_allclose(np.linalg.norm(surface.normals, axis=1), 1, atol=1e-4)
+
+    def test_a_stream_that_is_left_does_not_harm_the_next(self):
+        with multitetra.connect(self.urls[1]) as server:
+            for _ in server.steps("gyroid", 0.1, error=0):
+                break
+            self.assertGreater(len(server.isosurface("gyroid", 0.2, error=1).faces), 0)
+
+    def test_refusals_have_their_codes(self):
+        with multitetra.connect(self.urls[1]) as server:
+            with self.assertRaises(KeyError):
+                server.isosurface("nowhere", 0.1)
+            with self.assertRaises(multitetra.ServerError) as refused:
+                server.isosurface("gyroid", float("nan"))
+            self.assertEqual(refused.exception.code, "invalid_argument")
+            self.assertEqual(len(server.isosurface("gyroid", 1e9).faces), 0)
+
+    def test_damage_is_found(self):
+        """Whatever bit of a tile is turned, and whatever of its promise: an exception, or the same tile."""
+        found = []
+        decode = mesh.decode_tile
+
+        def tampering(payload, summary, resolution, normal_bits):
+            whole = decode(payload, summary, resolution, normal_bits)
+            for place in range(0, len(payload), 7):
+                damaged = bytearray(payload)
+                damaged[place] ^= 0x55
+                try:
+                    other = decode(bytes(damaged), summary, resolution, normal_bits)
+                    np.testing.assert_array_equal(np.sort(other.vertices, axis=0), np.sort(whole.vertices, axis=0))
+                except mesh.DamagedTile:
+                    found.append(place)
+            for field in ("cube_exponent", "cube_x", "triangles", "vertices", "digest_low"):
+                wrong = type(summary)()
+                wrong.CopyFrom(summary)
+                setattr(wrong, field, 4_000_000_000)
+                with self.assertRaises(mesh.DamagedTile):
+                    decode(payload, wrong, resolution, normal_bits)
+            return whole
+
+        conversation.decode_tile = tampering
+        try:
+            with multitetra.connect(self.urls[0]) as server:
+                server.isosurface("gyroid", 0.1, error=2)
+        finally:
+            conversation.decode_tile = decode
+        self.assertGreater(len(found), 10)
+
+    def test_the_example_runs(self):
+        example = pathlib.Path(__file__).parents[3] / "client/python/examples/surface.py"
+        result = subprocess.run([sys.executable, example, self.urls[1]], capture_output=True, text=True)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("its area", result.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()

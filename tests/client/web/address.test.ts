@@ -1,0 +1,48 @@
+import { edited, fromAddress, misread, toAddress } from "../../../client/web/src/state/url_state";
+import { defaults, type Settings } from "../../../client/web/src/state/settings";
+
+describe("Address", () => {
+  test("SaysNothingOfDefaults", () => {
+    expect(toAddress(defaults)).toBe("");
+    expect(fromAddress("")).toEqual({});
+  });
+
+  test("CarriesEverySetting", () => {
+    const settings: Settings = {
+      dataset: "a head & more", isovalue: -300.5, error: 0.5, bound: "paper", rule: "paper", tolerance: 2,
+      region: { kind: "box", low: [1, 2, 3], high: [4, 5, 6.5], error: 0 }, followView: true, pixels: 2,
+      maxTriangles: 100000, simplify: false, shading: "facets", wireframe: true, colouring: "steps", clip: "y", clipAt: 0.25,
+      clipFlipped: true, axes: false, logScale: false, theme: "light", eye: [1, -2, 3.25], target: [0, 0, 1],
+    };
+    expect(fromAddress(`#${toAddress(settings)}`)).toEqual(settings);
+    const ball = { kind: "ball", centre: [1, 2, 3], radius: 4, error: 0.5 } as const;
+    const said = toAddress({ ...defaults, region: { ...ball, centre: [1, 2, 3] } });
+    expect(said).toBe("region=ball:1,2,3,4=0.5");
+    expect(fromAddress(said).region).toEqual(ball);
+  });
+
+  test("PassesOverWhatItCannotRead", () => {
+    for (const text of [
+      "#error=-1", "#error=NaN", "#isovalue=", "#isovalue=much", "#bound=guess", "#region=box:1,2=3",
+      "#region=ball:1,2,3,-4=1", "#region=box:5,0,0,1,1,1=1", "#eye=1,2", "#clip=w", "#%%%", "#=&&=",
+      "#wireframe=perhaps", "#maxTriangles=1e99", "#theme=__proto__",
+    ]) {
+      expect(fromAddress(text)).toEqual({});
+    }
+  });
+
+  test("TellsWhatItHasPassedOver", () => {
+    expect(misread("#dataset=head&error=0.5&eye=1,2,3&region=ball:1,2,3,4=1&simplify=true")).toEqual([]);
+    expect(misread("#error=-1&isovalue=2&clip=w&isovlaue=3&__proto__=4&toString=5")).toEqual([
+      "error=-1", "clip=w", "isovlaue=3", "__proto__=4", "toString=5",
+    ]);
+    expect(misread("#token=mt_secret")).toEqual([]);
+    expect(misread("#")).toEqual([]);
+  });
+
+  test("TakesOverWhatIsEditedAndLeavesWhatNobodyCanRead", () => {
+    const now: Settings = { ...defaults, dataset: "head", isovalue: 500.5, error: 2, clip: "x" };
+    const said = "#dataset=head&isovalue=much&error=0.25&constructor=1";
+    expect(edited(now, said)).toEqual({ ...defaults, dataset: "head", isovalue: 500.5, error: 0.25 });
+  });
+});

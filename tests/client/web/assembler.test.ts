@@ -1,0 +1,103 @@
+import { Assembler, type AssemblerEffect } from "../../../client/web/src/stream/assembler";
+import { dataBorder } from "../../../client/web/src/stream/dataset";
+import { hex } from "../../../client/web/src/mesh/content_digest";
+import { isSound, joined } from "../../../client/web/src/mesh/seams";
+import { rimOf, type TileRim } from "../../../client/web/src/mesh/tile_rim";
+import type { ServerKind } from "../../../client/web/src/protocol/messages";
+import { dataset, found, messages, request, tileFrom } from "./golden_stream";
+
+const stream = messages().filter(({ case: kind }) => kind !== "welcome" && kind !== "datasetList");
+
+// Performs what the assembler asks for, as the page does; the effects that a user would see.
+async function played(all: readonly ServerKind[], assembler = newAssembler()) {
+  const seen: AssemblerEffect[] = [];
+  const rims = new Map<string, TileRim>();
+  const perform = async (effects: AssemblerEffect[]): Promise<void> => {
+    for (const effect of effects) {
+      if (effect.kind === "decode") {
+        try {
+          rims.set(effect.tile.key, rimOf(await tileFrom(effect.payload, effect.tile)));
+          await perform(assembler.decoded(effect.tile.key));
+        } catch (error) {
+          await perform(assembler.damaged((error as Error).message));
+        }
+      } else if (effect.kind === "certify") {
+        const { tiles, begin } = effect.step;
+        const seams = joined(tiles.map(({ key }) => rims.get(key)!), dataBorder(dataset(), 5, 0, 1));
+        await perform(assembler.certified(begin.step, seams.topology));
+      } else {
+        seen.push(effect);
+      }
+    }
+  };
+  for (const message of all) await perform(assembler.receive(message));
+  return seen;
+}
+
+function newAssembler(held: string[] = []): Assembler {
+  return new Assembler({ info: dataset(), request: request(), requestId: 1n }, held);
+}
+
+function kinds(effects: AssemblerEffect[]): string[] {
+  return effects.map(({ kind }) => kind);
+}
+
+function changed(index: number, change: (value: never) => void): ServerKind[] {
+  const all = messages().filter(({ case: kind }) => kind !== "welcome" && kind !== "datasetList");
+  change(all[index].value as never);
+  return all;
+}
+
+describe("Assembler", () => {
+  test("FindsInAStreamWhatTheOtherClientFindsInIt", async () => {
+    const effects = await played(stream);
+    expect(kinds(effects)).toEqual(["begun", "committed", "ended"]);
+    const committed = effects[1] as AssemblerEffect & { kind: "committed" };
+    expect(hex(committed.step.digest)).toBe(found.digest);
+    expect(isSound(committed.topology)).toBe(true);
+    const { digest: _, ...counts } = found;
+    expect(committed.topology).toMatchObject(counts);
+  });
+
+  test("ShowsNothingBeforeTheStepHasEnded", async () => {
+    for (let cut = 0; cut < stream.length - 2; ++cut) {
+      expect(kinds(await played(stream.slice(0, cut)))).not.toContain("committed");
+    }
+  });
+
+  test("RefusesAStepThatLacksATile", async () => {
+    const effects = await played(stream.filter((_, i) => i !== 2));
+    expect(effects.at(-1)).toMatchObject({ kind: "failed", text: expect.stringContaining("without 1") });
+  });
+
+  test("RefusesATileWithOneWrongByte", async () => {
+    for (const at of [0, 12, 500, 3000]) {
+      const all = changed(1, (tile: { payload: Uint8Array }) => (tile.payload[at] ^= 1));
+      expect(kinds(await played(all))).not.toContain("committed");
+    }
+  });
+
+  test("RefusesADigestOfTheStepThatIsNotThatOfItsTiles", async () => {
+    const all = changed(stream.length - 2, (end: { digestLow: bigint }) => (end.digestLow ^= 1n));
+    expect((await played(all)).at(-1)).toMatchObject({ kind: "failed", text: expect.stringContaining("digest") });
+  });
+
+  test("RefusesParametersThatNobodyAskedFor", async () => {
+    const all = changed(0, (begin: { request: { isovalue: number } }) => (begin.request.isovalue = 0.2));
+    expect((await played(all)).at(-1)).toMatchObject({ kind: "failed", text: expect.stringContaining("parameters") });
+  });
+
+  test("PassesOverMessagesOfAnEarlierStream", async () => {
+    const later = new Assembler({ info: dataset(), request: request(), requestId: 2n });
+    expect(await played(stream, later)).toEqual([]);
+  });
+
+  test("NeedsNoTileThatIsHeld", () => {
+    const tiles = (stream[0].value as { tiles: unknown[] }).tiles;
+    const keys = (newAssembler().receive(stream[0])[0] as AssemblerEffect & { kind: "begun" }).tiles;
+    const assembler = newAssembler(keys.slice(1).map(({ key }) => key));
+    const [begun] = assembler.receive(stream[0]);
+    expect(begun).toMatchObject({ kind: "begun", missing: 1 });
+    expect(tiles.length).toBe(5);
+  });
+});

@@ -1,0 +1,178 @@
+// What a person would see: the viewer in a real browser, against a real server.
+//
+//   node browser_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+
+import {
+  atKeyboard, complete, finish, open, patience, server, surfacePixels, test,
+} from "./in_a_browser.mjs";
+
+await test("ShowsASurfaceAtOnceAndChecksIt", showsASurface);
+await test("FollowsADraggedIsovalueWithoutEverShowingNothing", followsADrag);
+await test("RefinesTheRegionThatIsDragged", refinesARegion);
+await test("TellsHowLargeASurfaceWillBe", tellsSizes);
+await test("ObeysKeysAndRemembersThemInTheAddress", obeysKeys);
+await test("CutsTheSurfaceOpen", cutsOpen);
+await test("GivesWhatIsShownAsFileAndPicture", givesFiles);
+await test("KeepsTheSurfaceAndGoesOnWhenTheServerComesBack", survivesARestart);
+await test("SaysThatADatasetIsUnknown", saysUnknownDataset);
+await finish();
+
+// ----
+
+async function showsASurface(page) {
+  await open(page, "#dataset=head");
+  const shown = await complete(page);
+  assert(shown.triangles > 100, `${shown.triangles} triangles`);
+  assert((await surfacePixels(page)).share > 0.03, "a surface fills a part of the picture");
+  await page.click(".seal");
+  const certificate = await page.textContent(".certificate");
+  assert.match(certificate, /Cracks\s*none/);
+  assert.match(certificate, /preserved/);
+  assert.match(certificate, /[0-9a-f]{32}/);
+  await page.waitForFunction(
+    () => document.querySelectorAll('.dataset img[src^="data:image/png"]').length === 2, null, { timeout: patience },
+  );
+}
+
+async function followsADrag(page) {
+  await open(page, "#dataset=head&isovalue=500.5");
+  const before = await complete(page);
+  const plot = await page.locator(".histogram-plot").boundingBox();
+  const line = await page.locator(".isoline").boundingBox();
+  const y = plot.y + plot.height / 2;
+  await page.mouse.move(line.x + 1, y);
+  await page.mouse.down();
+  for (let i = 1; i <= 6; ++i) {
+    await page.mouse.move(line.x + 1 + 8 * i, y);
+    assert((await surfacePixels(page)).share > 0.01, "something is shown at every moment of the drag");
+  }
+  await page.mouse.up();
+  const isovalue = Number(await page.inputValue(".number"));
+  assert(isovalue > 500.5, `the isovalue is ${isovalue} now`);
+  await page.waitForFunction((v) => location.hash.includes(`isovalue=${v}`), isovalue, { timeout: patience });
+  const after = await complete(page, (shown) => shown.digest !== before.digest);
+  assert.notEqual(after.triangles, before.triangles);
+}
+
+async function refinesARegion(page) {
+  const size = 64;
+  const view = `eye=32,-120,32&target=32,32,32`;
+  await open(page, `#dataset=head&error=6&${view}&region=ball:32,32,32,8=0`);
+  const before = await complete(page);
+  const canvas = await page.locator(".stage canvas").boundingBox();
+  const [x, y] = [canvas.x + canvas.width / 2, canvas.y + canvas.height / 2];
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + 50, y - 20, { steps: 4 });
+  await page.mouse.up();
+  await page.waitForFunction(() => !location.hash.includes("ball:32,32,32"), null, { timeout: patience });
+  const region = new URLSearchParams((await page.evaluate(() => location.hash)).slice(1)).get("region");
+  const [cx, , cz] = region.match(/ball:([^=]*)=/)[1].split(",").map(Number);
+  assert(cx > 33 && cx < size && cz > 32, `the ball went to the right and up: ${region}`);
+  const after = await complete(page, (shown) => shown.digest !== before.digest);
+  assert.notEqual(after.triangles, before.triangles);
+}
+
+async function tellsSizes(page) {
+  await open(page, "#dataset=head&error=1");
+  const shown = await complete(page);
+  await page.waitForFunction(() => /about/.test(document.querySelector(".expected").textContent));
+  const words = await page.textContent(".expected");
+  const expected = Number(words.match(/about ([\d\u202f]+) triangles/)[1].replace(/\D/g, ""));
+  assert(Math.abs(expected - shown.triangles) < 0.5 * shown.triangles, `${words}; there are ${shown.triangles}`);
+  const slider = page.locator('input[aria-label="Allowed error"]');
+  await slider.fill("0");
+  await page.waitForFunction((before) => {
+    const now = document.querySelector(".expected").textContent;
+    return /about/.test(now) && now !== before;
+  }, words);
+  await slider.fill("0.5"); // Two voxels.
+  await page.click('label:has-text("Fewer triangles")');
+  await complete(page, ({ triangles }) => triangles > 1.25 * shown.triangles);
+  assert.match(await page.evaluate(() => location.hash), /simplify=false/);
+}
+
+async function obeysKeys(page) {
+  await open(page, "#dataset=gyroid");
+  await complete(page);
+  await page.focus(".stage canvas");
+  const before = await page.screenshot();
+  await page.keyboard.press("c");
+  await page.keyboard.press("w");
+  await page.waitForFunction(() => /colouring=tiles/.test(location.hash) && /wireframe=true/.test(location.hash));
+  assert(!before.equals(await page.screenshot()), "the picture is another one");
+  await page.keyboard.press("ArrowLeft");
+  await page.waitForFunction(() => /eye=/.test(location.hash));
+  await page.keyboard.press("?");
+  assert.match(await page.textContent("dialog[open]"), /wireframe/);
+  await page.keyboard.press("Escape");
+  assert.equal(await page.locator("dialog[open]").count(), 0);
+}
+
+async function cutsOpen(page) {
+  const view = "eye=16,-60,16&target=16,16,16&axes=false";
+  await open(page, `#dataset=gyroid&${view}`);
+  await complete(page);
+  const whole = await surfacePixels(page);
+  await page.click('summary:has-text("Appearance")');
+  await page.locator('[aria-label="Cut"] button', { hasText: "x" }).click();
+  await page.waitForFunction(() => /clip=x/.test(location.hash));
+  const half = await surfacePixels(page);
+  assert(half.share < 0.7 * whole.share && half.share > 0.2 * whole.share, `${half.share} of ${whole.share}`);
+  // A click where the surface was cut away meets nothing; on the other side it tells the place.
+  const canvas = await page.locator(".stage canvas").boundingBox();
+  const click = (share) => page.mouse.click(canvas.x + share * canvas.width, canvas.y + canvas.height / 2);
+  await click(0.42);
+  await click(0.58);
+  await page.waitForSelector(".picked:not([hidden])");
+  assert.match(await page.textContent(".picked"), /A world.*Click another point/s);
+  await page.focus(".picked button");
+  await page.keyboard.press("Enter");
+  await page.waitForSelector(".picked", { state: "hidden" });
+  assert.equal(await atKeyboard(page), "canvas");
+}
+
+async function givesFiles(page) {
+  await open(page, "#dataset=gyroid&error=1");
+  const { triangles } = await complete(page);
+  await page.click('summary:has-text("Take it with you")');
+  const bytesOf = async (word) => {
+    const coming = page.waitForEvent("download");
+    await page.click(`.action:has-text("${word}")`);
+    return readFileSync(await (await coming).path());
+  };
+  const stl = await bytesOf("STL");
+  assert.equal(stl.readUInt32LE(80), triangles);
+  assert.equal((await bytesOf("GLB")).toString("latin1", 0, 4), "glTF");
+  assert.match((await bytesOf("PLY")).toString("latin1", 0, 200), new RegExp(`element face ${triangles}`));
+  assert.equal((await bytesOf("Picture")).toString("latin1", 1, 4), "PNG");
+}
+
+async function survivesARestart(page) {
+  await open(page, "#dataset=gyroid");
+  const before = await complete(page);
+  await page.focus('.dataset[data-name="gyroid"]');
+  page.mayLoseItsConnection = true;
+  await server.stop();
+  await page.waitForSelector(".notice:not([hidden])", { timeout: patience });
+  assert.match(await page.textContent(".notice"), /No connection/);
+  assert((await surfacePixels(page)).share > 0.03, "the surface stays");
+  await server.start();
+  await page.waitForSelector(".notice", { state: "hidden", timeout: patience });
+  assert.equal(await atKeyboard(page), "button.dataset", "the keyboard is where it was");
+  await page.fill(".number", "0.3");
+  await page.press(".number", "Enter");
+  const after = await complete(page, (shown) => shown.digest !== before.digest);
+  assert(after.triangles > 0);
+}
+
+async function saysUnknownDataset(page) {
+  await open(page, "#dataset=corner_of_the_moon");
+  await page.waitForSelector(".notice:not([hidden])", { timeout: patience });
+  assert.match(await page.textContent(".notice"), /corner_of_the_moon/);
+  await page.click('.dataset[data-name="gyroid"]');
+  await complete(page);
+  assert(await page.locator(".notice").isHidden());
+}

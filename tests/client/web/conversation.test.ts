@@ -1,0 +1,115 @@
+import { Conversation, type Effect } from "../../../client/web/src/stream/conversation";
+import type { ServerKind } from "../../../client/web/src/protocol/messages";
+import { dataset, messages, request } from "./golden_stream";
+
+const [welcome, list, begin] = messages();
+
+function sent(effects: Effect[]): string[] {
+  return effects.flatMap((effect) => (effect.kind === "send" ? [String(effect.message.case)] : []));
+}
+
+function opened(effects: Effect[]) {
+  const open = effects.find((e) => e.kind === "send" && e.message.case === "openStream");
+  return (open as { message: { value: { requestId: bigint; held: Uint8Array } } } | undefined)?.message.value;
+}
+
+function connected(held: string[] = []) {
+  const conversation = new Conversation({ agent: "test", token: () => "secret", held: () => held });
+  conversation.opened();
+  conversation.received(welcome);
+  conversation.received(list);
+  return conversation;
+}
+
+describe("Conversation", () => {
+  test("SaysHelloFirstAndAsksForTheListThen", () => {
+    const conversation = new Conversation({ agent: "test", token: () => "", held: () => [] });
+    expect(sent(conversation.opened())).toEqual(["hello"]);
+    expect(sent(conversation.received(welcome))).toEqual(["listDatasets"]);
+    expect(conversation.received(list)).toMatchObject([{ kind: "datasets" }]);
+  });
+
+  test("GivesEveryStreamAGreaterId", () => {
+    const conversation = connected();
+    const first = opened(conversation.want({ info: dataset(), request: request() }))!;
+    const second = opened(conversation.want({ info: dataset(), request: request() }))!;
+    expect(second.requestId > first.requestId).toBe(true);
+  });
+
+  test("RepeatsAnUnfinishedStreamAfterALostConnectionAndNamesWhatItHolds", () => {
+    const key = "00112233445566778899aabbccddeeff";
+    const conversation = connected([key]);
+    conversation.want({ info: dataset(), request: request() });
+    conversation.received(begin);
+    expect(conversation.closed()).toMatchObject([{ phase: "lost", retryInMilliseconds: 500 }]);
+    conversation.opened();
+    conversation.received(welcome);
+    const again = opened(conversation.received(list))!;
+    expect(again.requestId).toBe(1n);
+    const hexadecimal = Buffer.from(again.held).toString("hex");
+    expect(hexadecimal).toBe("7766554433221100" + "ffeeddccbbaa9988");
+  });
+
+  test("AsksForNothingAgainWhenNothingWasUnderWay", () => {
+    const conversation = connected();
+    conversation.closed();
+    conversation.opened();
+    conversation.received(welcome);
+    expect(opened(conversation.received(list))).toBeUndefined();
+  });
+
+  test("WaitsLongerFromAttemptToAttemptButNotForever", () => {
+    const conversation = new Conversation({ agent: "test", token: () => "", held: () => [] });
+    const waits = Array.from({ length: 8 }, () => {
+      const [effect] = conversation.closed();
+      return effect.kind === "phase" ? effect.retryInMilliseconds! : NaN;
+    });
+    expect(waits).toEqual([500, 1000, 2000, 4000, 8000, 15000, 15000, 15000]);
+  });
+
+  test("AsksForOneSizeAtATimeAndThenForTheLastOneWanted", () => {
+    const conversation = connected();
+    const order = (isovalue: number) => ({ info: dataset(), request: { ...request(), isovalue } });
+    const question = (effects: Effect[]) =>
+      effects.flatMap((e) => (e.kind === "send" && e.message.case === "estimate" ? [e.message.value] : []))[0];
+    const reply = (requestId: bigint) => ({
+      case: "estimateReply",
+      value: { requestId, triangles: 12n, bytes: 34n, thresholdWorld: 0.5 },
+    });
+    const first = question(conversation.askSize(order(0.1)));
+    expect(conversation.askSize(order(0.2))).toEqual([]);
+    expect(conversation.askSize(order(0.3))).toEqual([]);
+    const effects = conversation.received(reply(first.requestId) as ServerKind);
+    expect(effects[0]).toMatchObject({ kind: "size", triangles: 12, bytes: 34, errorWorld: 0.5 });
+    expect(question(effects).request!.isovalue).toBe(0.3);
+    expect(conversation.received(reply(first.requestId) as ServerKind)).toEqual([]);
+  });
+
+  test("GoesOnWithItsStreamWhenASizeIsRefused", () => {
+    const conversation = connected();
+    const stream = opened(conversation.want({ info: dataset(), request: request() }))!;
+    const [question] = conversation.askSize({ info: dataset(), request: request() });
+    const { requestId } = (question as { message: { value: { requestId: bigint } } }).message.value;
+    expect(requestId > stream.requestId).toBe(true);
+    const refusal = { case: "error", value: { requestId, code: 8, text: "Too many." } };
+    expect(conversation.received(refusal as ServerKind)).toEqual([]);
+    expect(conversation.received(begin)).toMatchObject([{ kind: "stream", effect: { kind: "begun" } }]);
+    expect(conversation.cancel()).toMatchObject([{ message: { value: { requestId: stream.requestId } } }]);
+  });
+
+  test("PassesARefusalOn", () => {
+    const conversation = connected();
+    conversation.want({ info: dataset(), request: request() });
+    const reply = { case: "error", value: { requestId: 1n, code: 6, text: "No dataset." } };
+    expect(conversation.received(reply as ServerKind)).toMatchObject([
+      { kind: "stream", effect: { kind: "refused", text: "No dataset." } },
+    ]);
+  });
+
+  test("DoesNotInsistWhereTheServerWillNeverAgree", () => {
+    const conversation = connected();
+    const reply = { case: "error", value: { requestId: 0n, code: 4, text: "No version." } };
+    expect(conversation.received(reply as ServerKind)).toMatchObject([{ kind: "trouble", isFatal: true }]);
+    expect(conversation.closed()).toEqual([{ kind: "phase", phase: "lost" }]);
+  });
+});

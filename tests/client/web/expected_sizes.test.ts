@@ -1,0 +1,42 @@
+import { affordable, ExpectedSizes } from "../../../client/web/src/expected_sizes";
+import { dataset, request } from "./golden_stream";
+
+const info = dataset();
+const order = (isovalue: number, normalBits = 8) => ({ info, request: { ...request(), isovalue, normalBits } });
+const size = (triangles: number) => ({ triangles, bytes: 2 * triangles, errorVoxels: 1 });
+
+describe("ExpectedSizes", () => {
+  test("AreWantedOnceForEveryRequest", () => {
+    const sizes = new ExpectedSizes();
+    expect(sizes.isWanted(order(0.1), false)).toBe(true);
+    expect(sizes.isWanted(order(0.1), false)).toBe(false);
+    expect(sizes.isWanted(order(0.1, 0), true)).toBe(true);
+    sizes.forget();
+    expect(sizes.isWanted(order(0.1, 0), false)).toBe(true);
+  });
+
+  test("AreUnknownWhileTheIsovalueIsDragged", () => {
+    const sizes = new ExpectedSizes();
+    sizes.isWanted(order(0.1), false);
+    sizes.learn({ kind: "size", order: order(0.1), triangles: 10, bytes: 20, errorWorld: 1 });
+    expect(sizes.get().expected?.triangles).toBe(10);
+    expect(sizes.isWanted(order(0.2), true)).toBe(false);
+    expect(sizes.get().expected).toBeNull();
+    expect(sizes.isWanted(order(0.2), false)).toBe(true);
+  });
+
+  test("OfMillionsNeedTheUsersWord", () => {
+    const sizes = new ExpectedSizes();
+    expect(sizes.isAllowed(size(1_000_000))).toBe(true);
+    expect(sizes.isAllowed(size(9_000_000))).toBe(false);
+    sizes.allow(size(9_000_000));
+    expect(sizes.isAllowed(size(10_000_000))).toBe(true);
+    expect(sizes.isAllowed(size(20_000_000))).toBe(false);
+  });
+
+  test("AreKeptSmallByABudget", () => {
+    const within = affordable(order(0.1));
+    expect(within.request.maxTriangles).toBe(2_000_000n);
+    expect(within.request.isovalue).toBe(0.1);
+  });
+});

@@ -1,0 +1,164 @@
+// Tests of the viewer in a real browser, against a real server: what they share. A file of tests
+// imports this, calls test() for each and finish() at its end, and is run as
+//
+//   node FILE SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
+//
+// Exit code 77 says, with a loud line, that something is not installed and nothing was tested.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { existsSync, mkdirSync, rmSync } from "node:fs";
+import { createRequire } from "node:module";
+import path from "node:path";
+
+import { Server } from "./viewer_host.mjs";
+
+const [program, viewer, scratchFolder] = process.argv.slice(2);
+const chromiumPath = process.env.CHROMIUM ?? "/usr/bin/chromium";
+export const scratch = scratchFolder;
+export const patience = Number(process.env.PATIENCE ?? 120_000); // Of a loaded machine that draws in software.
+
+function skip(what) {
+  console.log(`!! ${what}: the viewer is NOT TESTED in a browser.`);
+  process.exit(77);
+}
+if (!existsSync(chromiumPath)) skip("Chromium is not installed");
+if (!existsSync(path.join(viewer, "index.html"))) skip("The viewer was not built");
+const installed = createRequire(new URL("../../../client/web/package.json", import.meta.url));
+let chromium;
+try {
+  ({ chromium } = installed("playwright-core"));
+} catch {
+  skip("playwright-core is not installed");
+}
+
+prepareDatasets();
+export const server = new Server(program, path.join(scratch, "datasets"), viewer);
+await server.start();
+const hosts = new Set([new URL(server.page).host]); // That a page may ask.
+const others = [];
+const browser = await chromium.launch({
+  executablePath: chromiumPath,
+  args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+});
+const reader = await browser.newPage(); // Reads pictures.
+let failures = 0;
+
+export async function test(name, act) {
+  const page = await browser.newPage({ viewport: { width: 900, height: 640 } });
+  page.setDefaultTimeout(patience);
+  const trouble = [];
+  page.on("console", (message) => {
+    // The browser itself says what it cannot reach while the server is away, also the page's icon.
+    const isAway = /WebSocket|ERR_CONNECTION_REFUSED/.test(message.text());
+    const isExpected = (page.mayLoseItsConnection && isAway) || page.maySay?.test(message.text());
+    if (message.type() === "error" && !isExpected) trouble.push(message.text());
+  });
+  page.on("pageerror", (error) => trouble.push(error.message));
+  page.on("request", (request) => {
+    const { host, protocol } = new URL(request.url());
+    const isLocal = hosts.has(host) || protocol === "data:" || protocol === "blob:";
+    if (!isLocal) trouble.push(`It asks for ${request.url()}.`);
+  });
+  try {
+    await act(page);
+    assert.deepEqual(trouble, [], "nothing is said on the console");
+    console.log(`ok   ${name}`);
+  } catch (error) {
+    ++failures;
+    console.log(`FAIL ${name}: ${error.stack}\n${trouble.join("\n")}`);
+    await page.screenshot({ path: path.join(scratch, `${name}.png`) }).catch(() => {});
+  }
+  await page.close();
+}
+
+// Another server with the same datasets.
+export async function serve(...options) {
+  const other = new Server(program, path.join(scratch, "datasets"), viewer, options);
+  await other.start();
+  hosts.add(new URL(other.page).host);
+  others.push(other);
+  return other;
+}
+
+// Prints the token of the name; `file` lists it then.
+export function newToken(name, file) {
+  return execFileSync(program, ["token", name, "--append", file], { encoding: "utf8" }).trim();
+}
+
+export async function finish() {
+  await browser.close();
+  for (const one of [server, ...others]) await one.stop();
+  process.exit(failures > 0 ? 1 : 0);
+}
+
+export async function open(page, hash, where = server) {
+  await page.goto(where.page + hash);
+}
+
+// Where keys go: the element's name and first class.
+export function atKeyboard(page) {
+  return page.evaluate(() => {
+    const { localName, classList } = document.activeElement;
+    return [localName, ...[...classList].slice(0, 1)].join(".");
+  });
+}
+
+// Until the notice says so.
+export function notice(page, words) {
+  return page.waitForFunction((pattern) => {
+    const element = document.querySelector(".notice");
+    return !element.hidden && new RegExp(pattern).test(element.textContent);
+  }, words.source);
+}
+
+// Waits for the final step; what the bar and the certificate then say.
+export async function complete(page, isIt = () => true) {
+  const until = Date.now() + patience;
+  while (Date.now() < until) {
+    const shown = await page.evaluate(() => {
+      const text = (selector) => document.querySelector(selector)?.textContent ?? "";
+      return {
+        state: text(".state b"),
+        triangles: Number(text(".fact:nth-child(2) b").replace(/\D/g, "")),
+        digest: text(".certificate").match(/[0-9a-f]{32}/)?.[0],
+      };
+    });
+    if (shown.state === "Complete" && shown.digest && isIt(shown)) return shown;
+    await page.waitForTimeout(100);
+  }
+  throw new Error(`The surface did not become complete in ${patience / 1000} s.`);
+}
+
+// The share of the picture that has the colour of a surface: light, and more red than blue.
+export async function surfacePixels(page) {
+  const box = await page.locator(".stage canvas").boundingBox();
+  const png = (await page.screenshot({ clip: box, timeout: patience })).toString("base64");
+  return reader.evaluate(async (data) => {
+    const image = new Image();
+    image.src = `data:image/png;base64,${data}`;
+    await image.decode();
+    const canvas = document.createElement("canvas");
+    canvas.width = image.width;
+    canvas.height = image.height;
+    const context = canvas.getContext("2d");
+    context.drawImage(image, 0, 0);
+    const { data: rgba } = context.getImageData(0, 0, canvas.width, canvas.height);
+    let count = 0;
+    for (let i = 0; i < rgba.length; i += 4) {
+      if (rgba[i] > 80 && rgba[i] > rgba[i + 2] + 15) ++count;
+    }
+    return { share: (4 * count) / rgba.length };
+  }, png);
+}
+
+function prepareDatasets() {
+  const folder = path.join(scratch, "datasets");
+  rmSync(folder, { recursive: true, force: true });
+  mkdirSync(folder, { recursive: true });
+  const run = (...words) => execFileSync(program, [...words, "--quiet"]);
+  for (const [kind, size] of [["head", "65"], ["gyroid", "33"]]) {
+    const volume = path.join(scratch, `${kind}.nrrd`);
+    run("generate", kind, "--size", size, "-o", volume);
+    run("prepare", volume, "--name", kind, "-o", path.join(folder, `${kind}.mtd`));
+  }
+}

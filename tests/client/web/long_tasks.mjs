@@ -1,0 +1,41 @@
+// How long the page's main thread is busy at a time while a large surface comes.
+//
+//   node long_tasks.mjs ADDRESS            for example http://127.0.0.1:7480/#dataset=head&error=0
+//
+// The end is the first dataset's picture, which is drawn after the surface.
+//
+// Prints the tasks above 50 ms that the browser reports, the processor time of the main thread, and
+// what was shown in the end. Wall times depend on what else runs on the machine.
+import { createRequire } from "node:module";
+
+const address = process.argv[2] ?? "http://127.0.0.1:7480/#error=0";
+const installed = createRequire(new URL("../../../client/web/package.json", import.meta.url));
+const { chromium } = installed("playwright-core");
+const browser = await chromium.launch({
+  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+  args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+});
+const page = await browser.newPage({ viewport: { width: 800, height: 600 } });
+await page.addInitScript(() => {
+  window.longTasks = [];
+  new PerformanceObserver((list) => {
+    for (const { startTime, duration } of list.getEntries()) {
+      window.longTasks.push([Math.round(startTime), Math.round(duration)]);
+    }
+  }).observe({ type: "longtask", buffered: true });
+});
+const devtools = await page.context().newCDPSession(page);
+await devtools.send("Performance.enable");
+await page.goto(address);
+await page.waitForFunction(() => document.querySelector(".state b")?.textContent === "Complete", null, {
+  timeout: 600_000,
+  polling: 500,
+});
+await page.waitForSelector('.dataset img[src^="data:image/png"]', { timeout: 600_000 });
+const { metrics } = await devtools.send("Performance.getMetrics");
+const metric = (name) => metrics.find((m) => m.name === name)?.value;
+const tasks = await page.evaluate(() => window.longTasks);
+console.log(await page.textContent(".facts"));
+console.log(`script ${metric("ScriptDuration").toFixed(2)} s, all tasks of the main thread ${metric("TaskDuration").toFixed(2)} s`);
+console.log(`${tasks.length} tasks above 50 ms (start, duration in ms): ${JSON.stringify(tasks)}`);
+await browser.close();

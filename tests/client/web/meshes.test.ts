@@ -1,0 +1,127 @@
+import { type DataBorder, isSound, joined } from "../../../client/web/src/mesh/seams";
+import { meshFile, weldedInWorld } from "../../../client/web/src/mesh/mesh_files";
+import { nearestHit } from "../../../client/web/src/mesh/ray";
+import { rimOf } from "../../../client/web/src/mesh/tile_rim";
+import { payloadClaims } from "../../../client/web/src/mesh/tile_payload";
+import { normalSums } from "../../../client/web/src/mesh/normals";
+
+const corners = [[9, 5, 5], [5, 9, 5], [5, 5, 9], [1, 5, 5], [5, 1, 5], [5, 5, 1]];
+const octahedron = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]];
+const border: DataBorder = { low: [0, 0, 0], high: [10, 10, 10], inset: 0, anywhere: false };
+const identity = [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0];
+
+function mesh(faces: number[][], shift = 0) {
+  const used = [...new Set(faces.flat())];
+  return {
+    positions: Int32Array.from(used.flatMap((v) => [corners[v][0] + shift, corners[v][1], corners[v][2]])),
+    triangles: Uint32Array.from(faces.flat().map((v) => used.indexOf(v))),
+    normals: null,
+  };
+}
+
+function tile(faces: number[][], shift = 0) {
+  const { positions, triangles } = mesh(faces, shift);
+  return { id: "tile", positions: Float32Array.from(positions), triangles };
+}
+
+function topology(...tiles: number[][][]) {
+  return joined(tiles.map((faces) => rimOf(mesh(faces))), border).topology;
+}
+
+describe("Seams", () => {
+  test("CountAWholeSurfaceTheSameHoweverItIsCut", () => {
+    const whole = topology(octahedron);
+    expect(whole).toMatchObject({ vertices: 6, edges: 12, eulerCharacteristic: 2, components: 1 });
+    for (let cut = 1; cut < 8; ++cut) {
+      expect(topology(octahedron.slice(0, cut), octahedron.slice(cut))).toEqual(whole);
+    }
+    expect(topology(...octahedron.map((face) => [face]))).toEqual(whole);
+  });
+
+  test("FindACrackWhereATriangleIsMissing", () => {
+    const torn = topology(octahedron.slice(0, 4), octahedron.slice(4, 7));
+    expect(torn.openEdges).toBe(3);
+    expect(isSound(torn)).toBe(false);
+  });
+
+  test("FindATriangleThatIsTurnedOver", () => {
+    const turned = octahedron.map((face, i) => (i === 3 ? [face[1], face[0], face[2]] : face));
+    expect(topology(turned.slice(0, 3), turned.slice(3)).nonmanifoldEdges).toBe(3);
+  });
+
+  test("LetASurfaceEndAtTheDataOnly", () => {
+    const half = octahedron.slice(0, 4);
+    const at = (low: number) => joined([rimOf(mesh(half))], { ...border, low: [0, 0, low] }).topology;
+    expect(at(0)).toMatchObject({ openEdges: 4, borderEdges: 0 });
+    expect(at(5)).toMatchObject({ openEdges: 0, borderEdges: 4 });
+  });
+
+  test("TellSurfacesApartThatDoNotTouch", () => {
+    const far = joined([rimOf(mesh(octahedron)), rimOf(mesh(octahedron, 100))], border).topology;
+    expect(far).toMatchObject({ components: 2, eulerCharacteristic: 4 });
+  });
+});
+
+describe("Files", () => {
+  test("HaveOneVertexALatticePoint", () => {
+    const tiles = [tile(octahedron.slice(0, 4)), tile(octahedron.slice(4))];
+    const welded = weldedInWorld(tiles, identity);
+    expect([welded.positions.length / 3, welded.triangles.length / 3]).toEqual([6, 8]);
+  });
+
+  test("KeepTheOutsideOutsideWhenTheMapMirrors", () => {
+    const mirrored = weldedInWorld([tile(octahedron)], [-1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]);
+    expect(volume(mirrored)).toBeGreaterThan(0);
+    expect(volume(weldedInWorld([tile(octahedron)], identity))).toBeGreaterThan(0);
+  });
+
+  test("AreAsLongAsTheirHeadersSay", () => {
+    const tiles = [tile(octahedron)];
+    expect(meshFile(tiles, "stl", identity).length).toBe(84 + 8 * 50);
+    const glb = meshFile(tiles, "glb", identity);
+    expect(new DataView(glb.buffer).getUint32(8, true)).toBe(glb.length);
+    const ply = new TextDecoder("latin1").decode(meshFile(tiles, "ply", identity));
+    expect(ply.split("end_header\n")[1].length).toBe(6 * 12 + 8 * 13);
+  });
+});
+
+function volume({ positions: p, triangles }: { positions: Float32Array; triangles: Uint32Array }): number {
+  let sum = 0;
+  for (let t = 0; t < triangles.length; t += 3) {
+    const [a, b, c] = [0, 1, 2].map((i) => Array.from(p.subarray(3 * triangles[t + i], 3 * triangles[t + i] + 3)));
+    sum += a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
+  }
+  return sum / 6;
+}
+
+describe("Rays", () => {
+  test("MeetTheNearestPlaceFirst", () => {
+    const hit = nearestHit([tile(octahedron)], [5.1, 5.2, 20], [0, 0, -1])!;
+    expect(hit.point[2]).toBeCloseTo(8.7, 5);
+    expect(nearestHit([tile(octahedron)], [30, 5, 20], [0, 0, -1])).toBeNull();
+  });
+
+  test("PassThroughWhatWasCutAway", () => {
+    const below = { normal: [0, 0, -1], constant: 5 };
+    const hit = nearestHit([tile(octahedron)], [5.1, 5.2, 20], [0, 0, -1], below)!;
+    expect(hit.point[2]).toBeCloseTo(1.3, 5);
+  });
+});
+
+describe("Normals", () => {
+  test("PointOutwards", () => {
+    const { positions, triangles } = mesh(octahedron);
+    const sums = normalSums({ positions, triangles, normals: null });
+    for (let v = 0; v < 6; ++v) {
+      const outwards = [0, 1, 2].map((axis) => (positions[3 * v + axis] - 5) * sums[3 * v + axis]);
+      expect(outwards[0] + outwards[1] + outwards[2]).toBeGreaterThan(0);
+    }
+  });
+});
+
+describe("Claims", () => {
+  test("OfBytesThatAreNoTileAreRefused", () => {
+    expect(payloadClaims(new Uint8Array(0))).toContain("expected");
+    expect(payloadClaims(new TextEncoder().encode("DRACO, or so it says"))).toContain("expected");
+  });
+});

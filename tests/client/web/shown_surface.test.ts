@@ -1,0 +1,34 @@
+import { isStepBack, type ShownSurface } from "../../../client/web/src/shown_surface";
+import type { StepFacts } from "../../../client/web/src/state/progress";
+import { defaults } from "../../../client/web/src/state/settings";
+import { isosurfaceRequest } from "../../../client/web/src/stream/request";
+import { dataset } from "./golden_stream";
+
+const info = dataset();
+const view = { eye: [0, -9, 0], target: [0, 0, 0], up: [0, 0, 1], fieldOfView: 35, heightPixels: 500, aspect: 1 };
+const order = (followView: boolean, isovalue = 0.1) => ({
+  info,
+  request: isosurfaceRequest(info, { ...defaults, isovalue, followView }, view),
+});
+const facts = (errorWorld: number, isFinal = false) => ({ errorWorld, tolerance: 0, isFinal }) as StepFacts;
+const shown = (followView: boolean, errorWorld: number): ShownSurface => ({
+  ...order(followView), resolution: 5, facts: facts(errorWorld, true),
+});
+
+describe("ShownSurface", () => {
+  test("StaysUntilSomethingFinerOfTheSameIsovalueComes", () => {
+    expect(isStepBack(null, order(false), facts(8))).toBe(false);
+    expect(isStepBack(shown(false, 1), order(false), facts(8))).toBe(true);
+    expect(isStepBack(shown(false, 4), order(false), facts(2))).toBe(false);
+    expect(isStepBack(shown(false, 1), order(false, 0.2), facts(8))).toBe(false);
+    expect(isStepBack(shown(false, 1), order(false), facts(8, true))).toBe(false);
+  });
+
+  // Its error is that of what was out of sight.
+  test("OfAFollowedCameraGivesWayToNoPreview", () => {
+    expect(isStepBack(shown(true, 8), order(true), facts(4))).toBe(true);
+    expect(isStepBack(shown(true, 8), order(false), facts(4))).toBe(true);
+    expect(isStepBack(shown(true, 8), order(false), facts(1, true))).toBe(false);
+    expect(isStepBack(shown(true, 8), order(true, 0.2), facts(4))).toBe(false);
+  });
+});

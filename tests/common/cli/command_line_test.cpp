@@ -1,0 +1,163 @@
+// What our programs tell of themselves, and how they answer a wrong line.
+#include "common/cli/command_line.hpp"
+
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <CLI/CLI.hpp>
+
+#include "common/cli/command_pages.hpp"
+#include "common/cli/human_units.hpp"
+#include "common/cli/option_words.hpp"
+#include "common/cli/terminal.hpp"
+
+namespace multitetra {
+namespace {
+
+// A program with options of all kinds.
+class Tools {
+ public:
+  Tools() : app_("Cuts and joins.", "tools") {
+    app_.require_subcommand();
+    add_program_flags(app_);
+    Command* cut = app_.add_subcommand("cut", "Cut something");
+    cut->add_option("--edge", edge_, "How it is cut")
+        ->one_of({"sharp", "blunt"})
+        ->capture_default_str();
+    cut->add_option("--depth", depth_, "How deep")->type_name("MM");
+    cut->add_option("what", file_, "What is cut")->type_name("FILE")->required();
+    cut->footer("Examples:\n  tools cut .paper\n");
+    app_.add_subcommand("join", "Join things")->add_flag("--quiet", quiet_, "Say nothing");
+  }
+
+  std::optional<int> parse(std::vector<std::string> words) {
+    words.insert(words.begin(), "tools");
+    std::vector<char*> pointers;
+    for (std::string& word : words) pointers.push_back(word.data());
+    return parse_command_line(app_, static_cast<int>(pointers.size()), pointers.data());
+  }
+  const Command& app() const { return app_; }
+
+ private:
+  Command app_;
+  std::string edge_ = "sharp";
+  double depth_ = 1;
+  std::string file_;
+  bool quiet_ = false;
+};
+
+std::string told_by(const std::vector<std::string>& words, int code) {
+  Tools tools;
+  testing::internal::CaptureStderr();
+  const auto got = tools.parse(words);
+  const std::string text = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(got, std::optional<int>(code)) << text;
+  return text;
+}
+
+// What bash offers at the end of a line.
+std::string completed(const std::string& line) {
+  const std::string script = testing::TempDir() + "completion.bash";
+  std::ofstream(script) << bash_completion(Tools().app()) << "COMP_WORDS=(" << line
+                        << ")\nCOMP_CWORD=$((${#COMP_WORDS[@]} - 1))\n_tools\n"
+                           "printf '%s ' \"${COMPREPLY[@]}\"\n";
+  std::string offered;
+  FILE* const bash = popen(("bash " + script).c_str(), "r");
+  for (int c = std::fgetc(bash); c != EOF; c = std::fgetc(bash)) {
+    offered += static_cast<char>(c);
+  }
+  pclose(bash);
+  return offered;
+}
+
+TEST(CommandLine, GoesOnWhenAllIsWell) {
+  EXPECT_EQ(Tools().parse({"cut", "--edge", "blunt", "paper"}), std::nullopt);
+}
+
+TEST(CommandLine, TellsWhatWasPerhapsMeant) {
+  EXPECT_NE(told_by({"cut", "--ege", "blunt", "paper"}, 2).find("Did you mean --edge?"),
+            std::string::npos);
+  EXPECT_NE(told_by({"joni"}, 2).find("Did you mean join?"), std::string::npos);
+  const std::string far = told_by({"cut", "--zzzzzzz", "paper"}, 2);
+  EXPECT_EQ(far.find("Did you mean"), std::string::npos);
+  EXPECT_NE(far.find("tools cut --help"), std::string::npos);
+}
+
+TEST(CommandLine, ShowsItsHelpWhenNothingIsSaid) {
+  const std::string text = told_by({}, 2);
+  EXPECT_NE(text.find("cut"), std::string::npos);
+  EXPECT_NE(text.find("join"), std::string::npos);
+}
+
+TEST(CommandLine, EndsWellAfterItsPages) {
+  for (const char* page : {"--help", "--version", "--man", "--completion"}) {
+    Tools tools;
+    testing::internal::CaptureStdout();
+    EXPECT_EQ(tools.parse({page}), std::optional<int>(0)) << page;
+    EXPECT_FALSE(testing::internal::GetCapturedStdout().empty()) << page;
+  }
+}
+
+TEST(BashCompletion, OffersWhatMayFollow) {
+  EXPECT_EQ(completed("tools \"\""), "cut join ");
+  EXPECT_EQ(completed("tools c"), "cut ");
+  EXPECT_EQ(completed("tools cut --e"), "--edge ");
+  EXPECT_EQ(completed("tools cut --edge \"\""), "sharp blunt ");
+  EXPECT_EQ(completed("tools join --q"), "--quiet ");
+  EXPECT_EQ(completed("tools cut --depth \"\""), " ");
+}
+
+TEST(ManualPage, HasEveryCommandAndOptionAndNoStrayCommandOfRoff) {
+  const std::string page = manual_page(Tools().app());
+  for (const char* words : {".TH TOOLS 1", ".SH NAME", "tools cut", "\\-\\-edge", "sharp",
+                            "How deep", "tools join", "\\-\\-quiet", "  tools cut .paper"}) {
+    EXPECT_NE(page.find(words), std::string::npos) << words;
+  }
+  EXPECT_EQ(page.find("\n.paper"), std::string::npos);
+}
+
+TEST(OptionWords, TellTypeChoicesRangeAndDefault) {
+  CLI::App app;
+  double number = 3;
+  std::string word = "on";
+  bool is_set = false;
+  CLI::Option* const how_many = app.add_option("-n,--number", number, "How many")
+                                    ->check(CLI::Range(1.0, 9.0))
+                                    ->envname("NUMBER_OF_THEM")
+                                    ->capture_default_str();
+  CLI::Option* const which = app.add_option("--word", word, "Which")->check(CLI::IsMember({"on"}));
+  CLI::Option* const flag = app.add_flag("--flag", is_set, "Whether");
+  EXPECT_EQ(names_of(*how_many), (std::vector<std::string>{"-n", "--number"}));
+  EXPECT_EQ(value_words(*how_many), "NUMBER");
+  EXPECT_EQ(value_words(*which), "on");
+  EXPECT_EQ(value_words(*flag), "");
+  EXPECT_EQ(full_description(*how_many),
+            "How many (1 to 9; default 3; or NUMBER_OF_THEM in the environment)");
+  EXPECT_EQ(full_description(*flag), "Whether");
+}
+
+TEST(OptionWords, FitIntoTheirLines) {
+  EXPECT_EQ(wrapped("one two three", 8), "one two\nthree");
+  EXPECT_EQ(wrapped("a longer-than-allowed b", 6), "a\nlonger-than-allowed\nb");
+}
+
+TEST(Terminal, HasNoColoursInAFile) {
+  EXPECT_EQ(styled(Style::kRed, "words", /*descriptor=*/-1), "words");
+}
+
+TEST(HumanUnits, AreThoseThatPeopleReadEasily) {
+  EXPECT_EQ(human_seconds(0.0004), "0.4 ms");
+  EXPECT_EQ(human_seconds(0.024), "24 ms");
+  EXPECT_EQ(human_seconds(1.254), "1.25 s");
+  EXPECT_EQ(human_seconds(59.4), "59.4 s");
+  EXPECT_EQ(human_seconds(185), "3 min 05 s");
+  EXPECT_EQ(human_seconds(5400), "1 h 30 min");
+  EXPECT_EQ(human_count(1'234'567), "1 234 567");
+  EXPECT_EQ(human_bytes(1536), "1.5 KiB");
+}
+
+}  // namespace
+}  // namespace multitetra

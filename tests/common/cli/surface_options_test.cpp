@@ -1,0 +1,144 @@
+// Requests as they are typed: the options that both programs share.
+#include "common/cli/surface_options.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include <CLI/CLI.hpp>
+
+#include "common/cli/json_report.hpp"
+
+namespace multitetra {
+namespace {
+
+DatasetInfo info() {
+  DatasetInfo info;
+  info.name = "fuel";
+  info.suggested_isovalues = {60.5};
+  return info;
+}
+
+Result<IsosurfaceRequest> request(std::vector<std::string> words) {
+  Command command("", "test");
+  SurfaceArguments arguments;
+  add_surface_options(command, arguments);
+  std::reverse(words.begin(), words.end());  // As CLI11 wants them.
+  command.app().parse(words);
+  return request_of(arguments, info());
+}
+
+std::string refusal(std::vector<std::string> words) {
+  const auto refused = request(std::move(words));
+  return refused ? "accepted" : refused.error().text;
+}
+
+TEST(SurfaceOptions, WithoutAnyAskForASimplifiedSurface) {
+  EXPECT_EQ(request({}).value(),
+            (IsosurfaceRequest{.isovalue = 60.5, .error = 0.25, .simplify = true}));
+  EXPECT_EQ(request({"--simplify", "off"}).value(),
+            (IsosurfaceRequest{.isovalue = 60.5, .error = 0.25}));
+}
+
+TEST(SurfaceOptions, OfAThresholdMapAreItsParts) {
+  const auto asked = request({"--error", "4", "--unit", "world", "--region", "ball:1,2,3,4=0.5",
+                              "--region", "box:0,0,0,9,9,9=1", "--region-unit", "index", "--view",
+                              "eye=1,2,3,fov=45,height=600,pixels=0.5", "--combine", "minimum"});
+  ASSERT_TRUE(asked) << asked.error().text;
+  EXPECT_EQ(asked->error, 4);
+  EXPECT_EQ(asked->unit, LengthUnit::kWorld);
+  const LocalThresholds& thresholds = asked->thresholds;
+  EXPECT_EQ(thresholds.coordinates, CoordinateSystem::kIndex);
+  EXPECT_EQ(thresholds.combination, Combination::kMinimum);
+  ASSERT_EQ(thresholds.regions.size(), 2U);
+  EXPECT_EQ(thresholds.regions[0].threshold, 0.5);
+  EXPECT_EQ(thresholds.regions[1].threshold, 1);
+  EXPECT_EQ(thresholds.view.value().height_pixels, 600);
+}
+
+TEST(SurfaceOptions, OfABudgetAndNormalsAreTheirNumbers) {
+  const auto asked =
+      request({"--max-triangles", "50000", "--max-bytes", "1000000", "--normals", "9"});
+  ASSERT_TRUE(asked) << asked.error().text;
+  EXPECT_EQ(asked->max_triangles, 50000U);
+  EXPECT_EQ(asked->max_bytes, 1000000U);
+  EXPECT_EQ(asked->normal_bits, 9);
+  EXPECT_NE(refusal({"--normals", "7"}).find("7 bits; they must have 8 to 10"), std::string::npos);
+}
+
+TEST(SurfaceOptions, OutOfRangeAreRefusedByRegionAndField) {
+  EXPECT_NE(refusal({"--region", "ball:0,0,0,1=2", "--region", "ball:0,0,0,-1=2"})
+                .find("regions[1].ball.radius is -1"),
+            std::string::npos);
+  EXPECT_NE(refusal({"--region", "ball:0,0,0,1=-2"}).find("regions[0].threshold is -2"),
+            std::string::npos);
+  EXPECT_NE(refusal({"--region", "halfspace:0,0,0,1=2"}).find("regions[0].half_space.normal"),
+            std::string::npos);
+  EXPECT_NE(refusal({"--region", "box:0,0,0,1=2"}).find("\"box:0,0,0,1=2\""), std::string::npos);
+  EXPECT_NE(
+      refusal({"--view", "eye=0,0,0,fov=180,height=1,pixels=1"}).find("view.field_of_view is 180"),
+      std::string::npos);
+  EXPECT_THROW((void)request({"--combine", "maximum"}), CLI::ParseError);
+  EXPECT_THROW((void)request({"--region-unit", "voxel"}), CLI::ParseError);
+}
+
+class ThresholdGridFile : public ::testing::Test {
+ protected:
+  ~ThresholdGridFile() override { std::filesystem::remove(file_); }
+  void write(const std::string& text) { std::ofstream(file_, std::ios::binary) << text; }
+  std::filesystem::path file_ =
+      std::filesystem::temp_directory_path() /
+      ("multitetra_grid_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()) +
+       "_" + ::testing::UnitTest::GetInstance()->current_test_info()->name() + ".nrrd");
+};
+
+TEST_F(ThresholdGridFile, IsReadWithItsPlaceInTheWorld) {
+  write(
+      "NRRD0004\ntype: float\ndimension: 3\nsizes: 2 2 1\nencoding: ascii\n"
+      "space dimension: 3\nspace directions: (0,2,0) (3,0,0) (0,0,4)\nspace origin: (5,6,7)\n\n"
+      "0.5 1\n2 nan\n");
+  const auto asked = request({"--threshold-grid", file_.string()});
+  ASSERT_TRUE(asked) << asked.error().text;
+  const ThresholdGrid& grid = *asked->thresholds.grid;
+  EXPECT_EQ(grid.dims, (std::array{2, 2, 1}));
+  EXPECT_EQ(grid.index_to_world, (Affine{.columns = {Vec3{0, 2, 0}, Vec3{3, 0, 0}, Vec3{0, 0, 4}},
+                                         .translation = {5, 6, 7}}));
+  ASSERT_EQ(grid.thresholds.size(), 4U);
+  EXPECT_EQ(grid.thresholds[0], 0.5F);
+  EXPECT_EQ(grid.thresholds[2], 2.0F);
+  EXPECT_TRUE(std::isnan(grid.thresholds[3]));
+}
+
+TEST_F(ThresholdGridFile, ThatCannotBeReadIsNamedWithTheReason) {
+  const auto refused = [this] { return refusal({"--threshold-grid", file_.string()}); };
+  EXPECT_NE(refused().find("there is no such file"), std::string::npos) << refused();
+  write("no image");
+  EXPECT_NE(refused().find(file_.string()), std::string::npos) << refused();
+  write(
+      "NRRD0004\ntype: float\ndimension: 3\nsizes: 9 9 9\nencoding: raw\nendian: little\n\nshort");
+  EXPECT_NE(refused().find("Cannot read the threshold grid"), std::string::npos) << refused();
+  write("NRRD0004\ntype: float\ndimension: 3\nsizes: 2 1 1\nencoding: ascii\n\n1 -1\n");
+  EXPECT_NE(refused().find("grid.thresholds[1] is -1"), std::string::npos) << refused();
+}
+
+TEST(JsonReport, HoldsTheMapWhereThereIsOne) {
+  EXPECT_FALSE(json_of(IsosurfaceRequest{}).contains("thresholds"));
+  const auto asked =
+      request({"--region", "ball:1,2,3,4=0.5", "--region", "halfspace:1,0,0,4=1", "--view",
+               "eye=1,2,3,fov=45,height=600,pixels=0.5,look=0,0,0,outside=8", "--max-bytes", "7"});
+  ASSERT_TRUE(asked) << asked.error().text;
+  const Json json = json_of(*asked);
+  EXPECT_EQ(json["max_bytes"], 7);
+  const Json& map = json["thresholds"];
+  EXPECT_EQ(map["coordinates"], "world");
+  EXPECT_EQ(map["combination"], "order");
+  EXPECT_EQ(map["regions"][0]["ball"]["radius"], 4);
+  EXPECT_EQ(map["regions"][1]["halfspace"]["offset"], 4);
+  EXPECT_EQ(map["regions"][1]["threshold"], 1);
+  EXPECT_EQ(map["view"]["frustum"]["outside"], 8);
+  EXPECT_FALSE(map.contains("grid"));
+}
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,155 @@
+// The example of proto/README.md, read from the page itself, is what our code says.
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "common/net/frame.hpp"
+#include "common/wire/messages.hpp"
+
+namespace multitetra {
+namespace {
+
+struct Spoken {
+  std::string title;  // "client: Hello"
+  std::string frame;  // Header and content.
+};
+
+// The fenced block: a title at the start of a line, then indented lines of hexadecimal bytes.
+std::vector<Spoken> example() {
+  const auto page =
+      std::filesystem::path(MULTITETRA_TEST_DATA).parent_path().parent_path() / "proto/README.md";
+  std::ifstream file(page);
+  EXPECT_TRUE(file) << page;
+  std::vector<Spoken> spoken;
+  bool inside = false;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("```")) {
+      inside = line == "```hex";
+    } else if (inside && !line.starts_with(' ')) {
+      spoken.push_back({line, ""});
+    } else if (inside) {
+      std::istringstream bytes(line);
+      for (std::string byte; bytes >> byte;) {
+        spoken.back().frame.push_back(static_cast<char>(std::stoi(byte, nullptr, 16)));
+      }
+    }
+  }
+  return spoken;
+}
+
+std::string hex(const std::string& bytes) {
+  std::ostringstream text;
+  for (std::size_t at = 0; at < bytes.size(); ++at) {
+    constexpr const char* kDigits = "0123456789abcdef";
+    const auto byte = static_cast<unsigned char>(bytes[at]);
+    text << (at % 32 == 0 ? "\n    " : " ") << kDigits[byte >> 4] << kDigits[byte & 15];
+  }
+  return text.str();
+}
+
+template <typename Message>
+std::string framed(const Message& message) {
+  const std::string content = serialize(message);
+  return frame_header(static_cast<std::uint32_t>(content.size())) + content;
+}
+
+// One triangle around a corner of the grid, at r = 5.
+LatticeMesh triangle() {
+  return index_triangles(
+      std::vector<LatticeTriangle>{{LatticePoint{16, 0, 0}, {0, 16, 0}, {0, 0, 16}}}, 5);
+}
+
+// What the page shall say, given the payload of its tile: Draco's bytes may change between
+// versions, their meaning may not.
+std::vector<Spoken> expected(const std::string& payload) {
+  const IsosurfaceRequest request{.isovalue = 60.5};
+  const LatticeMesh mesh = triangle();
+  StepBegin begin{.request_id = 1, .is_final = true, .request = request, .error_bound_world = 1};
+  begin.tetrahedra = 24;
+  begin.active_tetrahedra = 1;
+  begin.tiles = {{.cube = {1, 0, 0, 0},
+                  .digest = digest(mesh),
+                  .triangles = 1,
+                  .vertices = 3,
+                  .bytes = static_cast<std::uint32_t>(payload.size())}};
+  const Tile tile{.request_id = 1, .payload = std::make_shared<const std::string>(payload)};
+  const StepEnd end{.request_id = 1,
+                    .tiles_sent = 1,
+                    .payload_bytes = payload.size(),
+                    .digest = digest(mesh),
+                    .seconds = 0.25};
+  return {
+      {"client: Hello", framed(ClientMessage(Hello{.agent = "demo"}))},
+      {"server: Welcome",
+       framed(ServerMessage(Welcome{.agent = "demo", .max_message_bytes = kMaxClientFrameBytes}))},
+      {"client: OpenStream", framed(ClientMessage(OpenStream{.request_id = 1,
+                                                             .dataset = "corner",
+                                                             .request = request,
+                                                             .steps = StepPolicy::kFinalOnly}))},
+      {"server: StepBegin", framed(ServerMessage(begin))},
+      {"server: Tile", framed(ServerMessage(tile))},
+      {"server: StepEnd", framed(ServerMessage(end))},
+      {"server: StreamEnd", framed(ServerMessage(StreamEnd{.request_id = 1, .steps = 1}))},
+      {"client: Cancel", framed(ClientMessage(Cancel{.request_id = 1}))},
+      {"client: OpenStream",
+       framed(ClientMessage(OpenStream{.request_id = 2, .dataset = "coroner"}))},
+      {"server: ErrorReply",
+       framed(ServerMessage(ErrorReply{
+           .request_id = 2,
+           .error = {ErrorCode::kUnknownDataset,
+                     "No dataset is named \"coroner\"; ListDatasets tells those that are."}}))},
+  };
+}
+
+std::string page_payload(const std::vector<Spoken>& spoken) {
+  for (const Spoken& s : spoken) {
+    if (s.title != "server: Tile" || s.frame.size() <= kFrameHeaderBytes) continue;
+    const auto message = parse_server_message(s.frame.substr(kFrameHeaderBytes));
+    if (message && std::holds_alternative<Tile>(*message)) return *std::get<Tile>(*message).payload;
+  }
+  ADD_FAILURE() << "The page has no tile. One would be:"
+                << hex(*encode_tile(triangle(), {1, 0, 0, 0}).payload);
+  return *encode_tile(triangle(), {1, 0, 0, 0}).payload;
+}
+
+TEST(ConversationExample, OfThePageIsWhatIsSaid) {
+  const std::vector<Spoken> page = example();
+  const std::vector<Spoken> said = expected(page_payload(page));
+  std::string all;
+  for (const Spoken& s : said) all += s.title + hex(s.frame) + "\n";
+  ASSERT_EQ(page.size(), said.size()) << "The page should say:\n" << all;
+  for (std::size_t i = 0; i < said.size(); ++i) {
+    EXPECT_EQ(page[i].title, said[i].title);
+    EXPECT_EQ(hex(page[i].frame), hex(said[i].frame)) << said[i].title;
+  }
+}
+
+TEST(ConversationExample, OfThePageGivesTheTriangle) {
+  FrameReader reader(kMaxServerFrameBytes);
+  for (const Spoken& spoken : example()) {
+    if (spoken.title.starts_with("server")) reader.feed(spoken.frame);
+  }
+  std::optional<TileSummary> promised;
+  std::optional<LatticeMesh> mesh;
+  while (true) {
+    const auto frame = reader.next();
+    ASSERT_TRUE(frame) << frame.error().text;
+    if (!*frame) break;
+    const auto message = parse_server_message(**frame);
+    ASSERT_TRUE(message) << message.error().error.text;
+    if (const auto* begin = std::get_if<StepBegin>(&*message)) promised = begin->tiles.at(0);
+    if (const auto* tile = std::get_if<Tile>(&*message)) {
+      ASSERT_TRUE(promised);
+      const auto decoded = decode_tile(*tile->payload, *promised, 5);
+      ASSERT_TRUE(decoded) << decoded.error().text;
+      mesh = *decoded;
+    }
+  }
+  ASSERT_TRUE(mesh);
+  EXPECT_EQ(digest(*mesh), digest(triangle()));
+}
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,235 @@
+#include "server/core/simplification/simplification.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "common/mesh/content_digest.hpp"
+#include "server/core/simplification/vectors.hpp"
+#include "tests/support/simplifying.hpp"
+
+namespace multitetra::testing {
+namespace {
+
+double volume_inside(const LatticeMesh& mesh) {
+  double volume = 0;
+  for (const SurfaceTriangle& t : placed(mesh, {1, 1, 1})) {
+    volume += inner_product(t[0], vector_product(t[1], t[2])) / 6;
+  }
+  return volume;
+}
+
+INSTANTIATE_TEST_SUITE_P(Fields, Simplifying, ::testing::ValuesIn(settings()),
+                         [](const auto& parameter) { return parameter.param.name; });
+
+TEST_P(Simplifying, KeepsTopologyBorderAndVertices) {
+  const auto border = border_edges(surface_.mesh);
+  std::size_t before = surface_.mesh.triangles.size();
+  for (const double budget : kBudgets) {
+    const Simplified small = simplified(surface_.mesh, {.step = step_, .budget = budget});
+    const MeshTopology after = topology(small.mesh, kAnywhere);
+    const MeshTopology whole = topology(surface_.mesh, kAnywhere);
+    EXPECT_EQ(after.euler_characteristic, whole.euler_characteristic) << budget;
+    EXPECT_EQ(after.components, whole.components) << budget;
+    EXPECT_TRUE(after.is_sound()) << budget;
+    EXPECT_EQ(border_edges(small.mesh), border) << budget;
+    EXPECT_TRUE(is_subset(small.mesh, surface_.mesh)) << budget;
+    EXPECT_LT(small.mesh.triangles.size(), before) << budget;
+  }
+}
+
+TEST_P(Simplifying, NoPointOfEitherSurfaceIsFartherFromTheOtherThanTheBound) {
+  const auto full = placed(surface_.mesh, step_);
+  for (const double budget : kBudgets) {
+    const Simplified small = simplified(surface_.mesh, {.step = step_, .budget = budget});
+    EXPECT_LE(small.bound, budget);
+    EXPECT_GT(small.bound, 0);
+    const auto coarse = placed(small.mesh, step_);
+    EXPECT_LE(largest_distance(coarse, full), small.bound) << budget;
+    EXPECT_LE(largest_distance(full, coarse), small.bound) << budget;
+  }
+}
+
+TEST_P(Simplifying, TilesThatAreSimplifiedApartStillWeld) {
+  const OctreeCube root = root_cube(isosurfaces_.field().grid());
+  const ErrorBasedModel model =
+      isosurfaces_.model({.isovalue = setting_.isovalue, .threshold = 0.2});
+  const auto tiles =
+      finished_tiles(surface_in_cube(model, isosurfaces_.field(), root,
+                                     {.isovalue = setting_.isovalue, .max_triangles = 700}),
+                     root);
+  for (const double budget : kBudgets) {
+    std::vector<LatticeMesh> before;
+    std::vector<LatticeMesh> after;
+    for (const TileMesh& tile : tiles) {
+      const Simplified small = simplified(tile.mesh, {.step = step_, .budget = budget});
+      const MeshTopology whole = topology(tile.mesh, kAnywhere);
+      const MeshTopology left = topology(small.mesh, kAnywhere);
+      EXPECT_EQ(left.euler_characteristic, whole.euler_characteristic);
+      EXPECT_EQ(left.components, whole.components);
+      EXPECT_EQ(left.border_edges, whole.border_edges);
+      before.push_back(tile.mesh);
+      after.push_back(small.mesh);
+    }
+    const auto welded = [](const std::vector<LatticeMesh>& meshes) {
+      std::vector<const LatticeMesh*> parts;
+      for (const LatticeMesh& mesh : meshes) parts.push_back(&mesh);
+      return topology(weld(parts, kDefaultLatticeResolution), kAnywhere);
+    };
+    const MeshTopology whole = welded(before);
+    const MeshTopology left = welded(after);
+    EXPECT_TRUE(left.is_sound()) << budget;
+    EXPECT_EQ(left.euler_characteristic, whole.euler_characteristic) << budget;
+    EXPECT_EQ(left.components, whole.components) << budget;
+    EXPECT_EQ(left.border_edges, whole.border_edges) << budget;
+  }
+}
+
+TEST_P(Simplifying, TheSameArgumentsGiveTheSameMeshAndNoBudgetTheMeshItself) {
+  const SimplificationOptions options{.step = step_, .budget = 0.3};
+  const Simplified once = simplified(surface_.mesh, options);
+  const Simplified again = simplified(surface_.mesh, options);
+  EXPECT_EQ(once.mesh.vertices, again.mesh.vertices);
+  EXPECT_EQ(once.mesh.triangles, again.mesh.triangles);
+  EXPECT_EQ(once.bound, again.bound);
+  const Simplified untouched = simplified(surface_.mesh, {.step = step_, .budget = 0});
+  EXPECT_EQ(digest(untouched.mesh), digest(surface_.mesh));
+  EXPECT_EQ(untouched.bound, 0);
+}
+
+// With holes, pinched vertices, edges of three triangles and triangles that lie on each other.
+TEST_P(Simplifying, BrokenMeshesKeepTheirTopologyAsFarAsItIsOne) {
+  std::mt19937_64 random(7);
+  for (int round = 0; round < 8; ++round) {
+    LatticeMesh broken{.resolution = kDefaultLatticeResolution,
+                       .vertices = surface_.mesh.vertices,
+                       .triangles = {}};
+    const double kept = 0.1 + 0.85 * fields::uniform(random);
+    for (TriangleIndices t : surface_.mesh.triangles) {
+      if (fields::uniform(random) > kept) continue;
+      if (fields::uniform(random) < 0.01) std::swap(t[0], t[1]);
+      broken.triangles.push_back(t);
+      if (fields::uniform(random) < 0.01) broken.triangles.push_back(t);
+    }
+    if (broken.triangles.empty()) continue;
+    std::vector<LatticeTriangle> soup;
+    for (const TriangleIndices& t : broken.triangles) {
+      soup.push_back({broken.vertices[t[0]], broken.vertices[t[1]], broken.vertices[t[2]]});
+    }
+    const LatticeMesh mesh = index_triangles(soup, kDefaultLatticeResolution);
+    const Simplified small = simplified(mesh, {.step = step_, .budget = 1e6});
+    const MeshTopology before = topology(mesh, kAnywhere);
+    const MeshTopology after = topology(small.mesh, kAnywhere);
+    EXPECT_EQ(after.euler_characteristic, before.euler_characteristic) << round;
+    EXPECT_EQ(after.components, before.components) << round;
+    EXPECT_EQ(after.border_edges, before.border_edges) << round;
+    EXPECT_EQ(after.nonmanifold_edges, before.nonmanifold_edges) << round;
+    EXPECT_EQ(after.degenerate_triangles, 0) << round;
+  }
+}
+
+TEST(Simplification, AClosedComponentKeepsAVolumeHoweverLargeTheBudget) {
+  const Volume volume = fields::ball({20, 20, 20}, 7);
+  ReferenceIsosurfaces isosurface(volume, std::nullopt, 0);
+  const LatticeMesh ball = isosurface({.isovalue = 0, .threshold = 0}).mesh;
+  const Simplified small = simplified(ball, {.step = {1, 1, 1}, .budget = 1e9});
+  EXPECT_GE(small.mesh.triangles.size(), 4U);
+  EXPECT_LT(small.mesh.triangles.size(), 60U);
+  EXPECT_GT(volume_inside(small.mesh), 0);
+}
+
+TEST(Simplification, ATetrahedronStays) {
+  const LatticeMesh tetrahedron{.vertices = {{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {0, 0, 8}},
+                                .triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
+  const Simplified small = simplified(tetrahedron, {.step = {1, 1, 1}, .budget = 1e9});
+  EXPECT_EQ(digest(small.mesh), digest(tetrahedron));
+}
+
+LatticeMesh plane(std::int32_t side) {
+  std::vector<LatticeTriangle> triangles;
+  for (std::int32_t y = 0; y < side; ++y) {
+    for (std::int32_t x = 0; x < side; ++x) {
+      const LatticePoint a = {x, y, 5}, b = {x + 1, y, 5}, c = {x + 1, y + 1, 5}, d = {x, y + 1, 5};
+      triangles.push_back({a, b, c});
+      triangles.push_back({a, c, d});
+    }
+  }
+  return index_triangles(triangles, kDefaultLatticeResolution);
+}
+
+TEST(Simplification, OfAPlaneLeavesItsBorder) {
+  const LatticeMesh mesh = plane(20);
+  const Simplified small = simplified(mesh, {.step = {1, 1, 1}, .budget = 1e-6});
+  // A triangle for every edge of the border but two, and two for every vertex that is left inside.
+  EXPECT_LE(small.mesh.triangles.size(), 90U);
+  EXPECT_LE(small.bound, 1e-6);
+  EXPECT_TRUE(topology(small.mesh, kAnywhere).is_sound());
+}
+
+// Its back is in the other piece: two triangles on each other would be left together.
+TEST(Simplification, ATetrahedronInTwoPiecesKeepsItsVolume) {
+  const LatticeMesh front{.vertices = {{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {0, 0, 8}},
+                          .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}}};
+  const Simplified small = simplified(front, {.step = {1, 1, 1}, .budget = 1e9});
+  EXPECT_EQ(digest(small.mesh), digest(front));
+}
+
+TEST_P(Simplifying, AnyErrorThatMayBeAskedForHasAFiniteBound) {
+  for (const double budget : {1e154, 1e300, std::numeric_limits<double>::max()}) {
+    const Simplified small = simplified(surface_.mesh, {.step = step_, .budget = budget});
+    EXPECT_TRUE(std::isfinite(small.bound)) << budget;
+    EXPECT_LT(small.bound, 1e3) << budget;
+  }
+}
+
+// Lengths of 1e-30 to 1e30 have squares beyond single precision.
+TEST_P(Simplifying, InAnyUnitOfLengthTheSameIsLeft) {
+  const auto in_unit = [&](double unit) {
+    return simplified(surface_.mesh, {.step = {unit * step_[0], unit * step_[1], unit * step_[2]},
+                                      .budget = unit * 0.25});
+  };
+  const Simplified expected = in_unit(1);
+  for (const double unit : {std::ldexp(1.0, -99), std::ldexp(1.0, 99)}) {
+    const Simplified small = in_unit(unit);
+    EXPECT_EQ(digest(small.mesh), digest(expected.mesh)) << unit;
+    EXPECT_EQ(small.bound, unit * expected.bound) << unit;
+  }
+}
+
+TEST_P(Simplifying, ALargerBudgetLaterGoesOn) {
+  SimplifiedPiece piece(surface_.mesh, step_);
+  piece.simplify(0.05);
+  const std::size_t before = piece.triangles();
+  piece.simplify(0.05);
+  EXPECT_EQ(piece.triangles(), before) << "nothing is left to try";
+  piece.simplify(1e6);
+  const std::size_t at_once =
+      simplified(surface_.mesh, {.step = step_, .budget = 1e6}).mesh.triangles.size();
+  EXPECT_LT(piece.triangles(), before);
+  EXPECT_LE(piece.triangles(), at_once + at_once / 4 + 8);
+}
+
+TEST_P(Simplifying, ACheckpointThatThrowsLeavesThePieceAsItWas) {
+  struct Stopped {};
+  int calls = 0;
+  const auto stop = [&calls] {
+    if (++calls == 2) throw Stopped();
+  };
+  SimplifiedPiece piece(surface_.mesh, step_);
+  EXPECT_THROW(piece.simplify(1, stop), Stopped);
+  EXPECT_EQ(digest(piece.result().mesh), digest(surface_.mesh));
+  piece.simplify(1);
+  const Simplified expected = simplified(surface_.mesh, {.step = step_, .budget = 1});
+  EXPECT_EQ(digest(piece.result().mesh), digest(expected.mesh));
+}
+
+TEST(Simplification, OfNothingIsNothing) {
+  const Simplified nothing = simplified({}, {.step = {1, 1, 1}, .budget = 1});
+  EXPECT_TRUE(nothing.mesh.triangles.empty());
+  EXPECT_EQ(nothing.bound, 0);
+}
+
+}  // namespace
+}  // namespace multitetra::testing

@@ -1,0 +1,187 @@
+#include "server/core/simplification/simplified_cube.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <map>
+#include <numeric>
+
+#include "common/mesh/content_digest.hpp"
+#include "server/core/planning/simplified_size.hpp"
+#include "server/core/surface/tiling.hpp"
+#include "tests/support/simplifying.hpp"
+
+namespace multitetra::testing {
+namespace {
+
+class SimplifiedCubes : public Simplifying {
+ protected:
+  // Small ones, so that there are many borders.
+  [[nodiscard]] std::vector<TileMesh> leaves(std::size_t max_triangles = 300) {
+    const ErrorBasedModel model = isosurfaces_.model({.isovalue = setting_.isovalue});
+    return multitetra::finished_tiles(
+        surface_in_cube(model, isosurfaces_.field(), root_,
+                        {.isovalue = setting_.isovalue, .max_triangles = max_triangles}),
+        root_);
+  }
+  [[nodiscard]] std::vector<TileMesh> simplified_tiles(const std::vector<TileMesh>& leaves,
+                                                       double budget,
+                                                       const SimplifiedTileLimits& limits) {
+    std::map<OctreeCube, LatticeMesh> own;
+    for (const TileMesh& leaf : leaves) own[leaf.cube] = leaf.mesh;
+    const std::function<SimplifiedCube(const OctreeCube&)> in_cube = [&](const OctreeCube& cube) {
+      std::vector<SimplifiedCube> children;
+      for (int i = 0; cube.exponent > 0 && i < 8; ++i) children.push_back(in_cube(cube.child(i)));
+      const auto mesh = own.find(cube);
+      return join_simplified(cube, std::move(children),
+                             mesh == own.end() ? std::nullopt : std::optional(mesh->second),
+                             {.step = step_, .budget = budget}, limits);
+    };
+    return multitetra::finished_tiles(in_cube(root_));
+  }
+  [[nodiscard]] static LatticeMesh welded(const std::vector<TileMesh>& tiles) {
+    std::vector<const LatticeMesh*> parts;
+    for (const TileMesh& tile : tiles) parts.push_back(&tile.mesh);
+    return weld(parts, kDefaultLatticeResolution);
+  }
+  [[nodiscard]] static std::size_t triangles(const std::vector<TileMesh>& tiles) {
+    return std::accumulate(
+        tiles.begin(), tiles.end(), std::size_t{0},
+        [](std::size_t sum, const TileMesh& tile) { return sum + tile.mesh.triangles.size(); });
+  }
+
+  OctreeCube root_ = root_cube(isosurfaces_.field().grid());
+};
+INSTANTIATE_TEST_SUITE_P(Fields, SimplifiedCubes, ::testing::ValuesIn(settings()),
+                         [](const auto& parameter) { return parameter.param.name; });
+
+// From one tile to as many as there are leaves.
+const SimplifiedTileLimits kLimits[] = {{}, {.triangles = 200}, {.vertices_before = 500}, {1, 1}};
+
+TEST_P(SimplifiedCubes, WeldToTheSurfaceWithItsTopologyAndBorder) {
+  const auto border = border_edges(surface_.mesh);
+  const MeshTopology whole = topology(surface_.mesh, kAnywhere);
+  const auto parts = leaves();
+  for (const double budget : kBudgets) {
+    for (const SimplifiedTileLimits& limits : kLimits) {
+      const LatticeMesh small = welded(simplified_tiles(parts, budget, limits));
+      const MeshTopology after = topology(small, kAnywhere);
+      EXPECT_EQ(after.euler_characteristic, whole.euler_characteristic) << budget;
+      EXPECT_EQ(after.components, whole.components) << budget;
+      EXPECT_TRUE(after.is_sound()) << budget;
+      EXPECT_EQ(border_edges(small), border) << budget;
+      EXPECT_TRUE(is_subset(small, surface_.mesh)) << budget;
+    }
+  }
+}
+
+// Joined or not, the bound is one to the surface before anything was simplified: it does not add up
+// over the levels.
+TEST_P(SimplifiedCubes, NoPointOfEitherSurfaceIsFartherFromTheOtherThanTheBound) {
+  const auto full = placed(surface_.mesh, step_);
+  const auto parts = leaves();
+  for (const double budget : kBudgets) {
+    for (const SimplifiedTileLimits& limits : {kLimits[0], kLimits[1]}) {
+      const auto tiles = simplified_tiles(parts, budget, limits);
+      double bound = 0;
+      for (const TileMesh& tile : tiles) bound = std::max(bound, tile.simplification_bound);
+      EXPECT_LE(bound, budget);
+      const auto small = placed(welded(tiles), step_);
+      EXPECT_LE(largest_distance(small, full), bound) << budget;
+      EXPECT_LE(largest_distance(full, small), bound) << budget;
+    }
+  }
+}
+
+TEST_P(SimplifiedCubes, LeaveNoMoreThanTilesThatAreSimplifiedApart) {
+  const auto parts = leaves();
+  for (const double budget : {0.25, 1e6}) {
+    std::size_t apart = 0;
+    for (const TileMesh& tile : parts) {
+      apart += simplified(tile.mesh, {.step = step_, .budget = budget}).mesh.triangles.size();
+    }
+    EXPECT_LE(triangles(simplified_tiles(parts, budget, {})), apart) << budget;
+    EXPECT_LE(triangles(simplified_tiles(parts, budget, {})),
+              triangles(simplified_tiles(parts, budget, {1, 1})))
+        << budget;
+  }
+}
+
+TEST_P(SimplifiedCubes, LieInTheirCubes) {
+  for (const TileMesh& tile : simplified_tiles(leaves(), 0.25, {.triangles = 200})) {
+    EXPECT_FALSE(tile.mesh.triangles.empty());
+    for (const LatticePoint& vertex : tile.mesh.vertices) {
+      EXPECT_TRUE(tile.cube.contains(vertex, kDefaultLatticeResolution)) << to_string(tile.cube);
+    }
+  }
+}
+
+TEST_P(SimplifiedCubes, WithoutABudgetAreTheSurfaceItself) {
+  const auto parts = leaves();
+  EXPECT_EQ(digest(welded(simplified_tiles(parts, 0, {}))), digest(welded(parts)));
+}
+
+TEST_P(SimplifiedCubes, ASmallerBudgetAboveHoldsForWhatIsSimplifiedThere) {
+  std::vector<SimplifiedPiece> pieces;
+  for (const TileMesh& leaf : leaves()) {
+    pieces.emplace_back(leaf.mesh, step_);
+    pieces.back().simplify(0.5);
+  }
+  SimplifiedPiece whole = SimplifiedPiece::joined(pieces);
+  whole.simplify(0.1);
+  const Simplified small = whole.result();
+  EXPECT_LE(small.bound, 0.5);
+  const auto full = placed(surface_.mesh, step_);
+  EXPECT_LE(largest_distance(placed(small.mesh, step_), full), small.bound);
+  EXPECT_LE(largest_distance(full, placed(small.mesh, step_)), small.bound);
+  EXPECT_EQ(topology(small.mesh, kAnywhere).euler_characteristic,
+            topology(surface_.mesh, kAnywhere).euler_characteristic);
+}
+
+// Nothing is lost of a piece that was joined and not simplified: neither a seam nor an edge.
+TEST_P(SimplifiedCubes, PiecesMayBeJoinedInSeveralStepsBeforeTheyAreSimplified) {
+  std::vector<SimplifiedPiece> pieces;
+  for (const TileMesh& leaf : leaves(100)) pieces.emplace_back(leaf.mesh, step_);
+  for (const bool is_simplified : {false, true}) {
+    if (is_simplified) {
+      for (SimplifiedPiece& piece : pieces) piece.simplify(0.2);
+    }
+    std::vector<SimplifiedPiece> pairs;
+    for (std::size_t i = 0; i < pieces.size(); i += 2) {
+      const std::size_t count = std::min<std::size_t>(2, pieces.size() - i);
+      pairs.push_back(SimplifiedPiece::joined(std::span(pieces).subspan(i, count)));
+    }
+    SimplifiedPiece whole = SimplifiedPiece::joined(pairs);
+    whole.simplify(0.2);
+    const Simplified small = whole.result();
+    const auto full = placed(surface_.mesh, step_);
+    EXPECT_LE(small.bound, 0.2);
+    EXPECT_LE(largest_distance(placed(small.mesh, step_), full), small.bound);
+    EXPECT_LE(largest_distance(full, placed(small.mesh, step_)), small.bound);
+    const std::size_t at_once =
+        simplified(surface_.mesh, {.step = step_, .budget = 0.2}).mesh.triangles.size();
+    EXPECT_LE(small.mesh.triangles.size(), at_once + at_once / 4 + 8);
+  }
+}
+
+TEST(SimplifiedSize, IsThatOfTheBlocksWhereTheyHaveNoBorder) {
+  EXPECT_DOUBLE_EQ(share_left({.count = 3, .before = 1e6, .left = 2e5, .border_edges = 0}, 1e8),
+                   0.2);
+  EXPECT_EQ(share_left({}, 1e8), 1);
+}
+
+// As measured on the noisy head phantom of 128^3 at half a voxel: 506 480 triangles, simplified in
+// blocks of 16 and 32 steps and in one piece.
+TEST(SimplifiedSize, LeavesOutWhatOnlyTheBordersOfBlocksCost) {
+  const double in_one_piece = 18'926;
+  for (const SimplifiedBlocks& blocks :
+       {SimplifiedBlocks{.count = 215, .before = 506'480, .left = 54'464, .border_edges = 38'748},
+        SimplifiedBlocks{.count = 56, .before = 506'480, .left = 36'554, .border_edges = 19'158}}) {
+    EXPECT_NEAR(share_left(blocks, 506'480) * 506'480, in_one_piece, 0.25 * in_one_piece);
+    EXPECT_GT(share_left(blocks, 1e9), share_left(blocks, 506'480)) << "Many tiles have borders.";
+    EXPECT_LT(share_left(blocks, 1e9), blocks.left / blocks.before);
+  }
+}
+
+}  // namespace
+}  // namespace multitetra::testing

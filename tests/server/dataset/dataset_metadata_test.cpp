@@ -1,0 +1,84 @@
+#include "server/dataset/dataset_metadata.hpp"
+
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <string>
+
+#include "tests/support/prepared_example.hpp"
+
+namespace multitetra {
+namespace {
+
+void expect_contains(const std::string& text, const std::string& part) {
+  EXPECT_NE(text.find(part), std::string::npos) << "'" << part << "' is not in: " << text;
+}
+
+TEST(DatasetMetadata, ComesBackBitForBit) {
+  DatasetMetadata metadata = small_prepared().metadata;
+  metadata.info.spacing = {0.1, 1.0 / 3.0, 1e-9};
+  metadata.info.index_to_world.translation = {1e300, -0.1, 7};
+  for (const std::optional<double> outside : {std::optional<double>(), std::optional(-1.0 / 3.0)}) {
+    metadata.info.outside = outside;
+    const auto result = parse_metadata(metadata_text(metadata));
+    ASSERT_TRUE(result) << result.error().text;
+    EXPECT_EQ(*result, metadata);
+  }
+}
+
+TEST(DatasetMetadata, EveryFieldThatIsMissingOrOfAnotherTypeIsNamed) {
+  const std::string whole = metadata_text(small_prepared().metadata);
+  ASSERT_TRUE(parse_metadata(whole));
+  for (const char* field : {"name",
+                            "dims",
+                            "type",
+                            "spacing",
+                            "index_to_world",
+                            "min",
+                            "max",
+                            "void_samples",
+                            "outside",
+                            "margin",
+                            "grid_exponent",
+                            "histogram",
+                            "low",
+                            "high",
+                            "counts",
+                            "suggested_isovalues",
+                            "source",
+                            "file",
+                            "digest",
+                            "program_version"}) {
+    const std::string key = "\"" + std::string(field) + "\":";
+    const std::size_t at = whole.find(key);
+    ASSERT_NE(at, std::string::npos) << field;
+    std::string missing = whole;
+    missing.replace(at, key.size(), "\"x\":");
+    const auto result = parse_metadata(missing);
+    ASSERT_FALSE(result) << field;
+    expect_contains(result.error().text, "\"" + std::string(field) + "\" is missing");
+    for (const char* other : {"true", "-1", "\"x\"", "[[]]", "1e400", "99999999999"}) {
+      std::string changed = whole;
+      const std::size_t value = at + key.size();
+      std::size_t end = whole.find_first_of(",}", value);
+      if (whole[value] == '[' || whole[value] == '{') continue;
+      changed.replace(value, end - value, other);
+      const bool text = std::string(other) == "\"x\"";
+      const bool number_in_place =
+          std::string(other) == "-1" || std::string(other) == "99999999999";
+      const bool may_be_text = text && whole[value] == '"' && std::string(field) != "type";
+      const std::string name = field;
+      const bool may_be_number =
+          number_in_place &&
+          (name == "outside" || name == "min" || name == "max" || name == "low" || name == "high");
+      if (may_be_text || may_be_number) continue;
+      EXPECT_FALSE(parse_metadata(changed)) << field << " = " << other;
+    }
+  }
+  EXPECT_FALSE(parse_metadata(""));
+  EXPECT_FALSE(parse_metadata("[]"));
+  EXPECT_FALSE(parse_metadata(std::string(100000, '[')));
+}
+
+}  // namespace
+}  // namespace multitetra

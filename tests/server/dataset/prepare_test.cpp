@@ -1,0 +1,195 @@
+// Preparing: from a volume to a file that is mapped, and what of it holds for any way there.
+
+#include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "server/dataset/byte_source.hpp"
+#include "server/dataset/dataset_writer.hpp"
+#include "server/dataset/prepared_file.hpp"
+#include "server/dataset/verify_dataset.hpp"
+#include "tests/support/prepared_fields.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+using testing::prepared_settings;
+using testing::PreparedSetting;
+namespace fields = testing::fields;
+
+std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::filesystem::path prepare_file(const TemporaryFolder& folder, const PreparedSetting& setting) {
+  std::filesystem::path file = folder.path() / (setting.name + ".mtd");
+  prepare(*source_of(setting.volume),
+          {.name = setting.name, .outside = setting.outside, .margin = setting.margin}, file,
+          {.file = setting.name, .digest = {}});
+  return file;
+}
+
+template <typename Bytes>
+bool equal(Bytes a, Bytes b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end());
+}
+
+TEST(Prepare, WritesWhatItKeepsInMemory) {
+  const TemporaryFolder folder;
+  for (const PreparedSetting& setting : prepared_settings()) {
+    SCOPED_TRACE(setting.name);
+    const std::filesystem::path path = prepare_file(folder, setting);
+    verify_dataset(path);
+    const DatasetPtr file = open_dataset(path);
+    const DatasetPtr memory = testing::prepared(setting);
+    // Only a file has one: memory has no checksums.
+    EXPECT_NE(file->info.content_id, 0);
+    DatasetInfo info = memory->info;
+    info.content_id = file->info.content_id;
+    EXPECT_EQ(file->info, info);
+    EXPECT_TRUE(equal(file->coarse, memory->coarse));
+    EXPECT_TRUE(equal(file->ranges, memory->ranges));
+    EXPECT_EQ(file->spectrum.bins, memory->spectrum.bins);
+    EXPECT_EQ(file->spectrum.voxel, memory->spectrum.voxel);
+    for (std::size_t i = 0; i < file->spectrum.layout.size(); ++i) {
+      EXPECT_TRUE(equal(file->spectrum.bricks->brick(i), memory->spectrum.bricks->brick(i)));
+    }
+    const Volume whole = whole_volume(*file);
+    EXPECT_EQ(whole.dims, setting.volume.dims);
+    std::visit(
+        [&](const auto& samples) {
+          using Samples = std::decay_t<decltype(samples)>;
+          EXPECT_TRUE(equal(std::as_bytes(std::span(samples)),
+                            std::as_bytes(std::span(std::get<Samples>(setting.volume.samples)))));
+        },
+        whole.samples);
+  }
+}
+
+TEST(Prepare, WritesTheSameBytesWithAnyNumberOfThreads) {
+  const TemporaryFolder folder;
+  const PreparedSetting setting = {"noise", fields::noise({300, 40, 35}, 6)};
+  std::optional<std::string> expected;
+  for (const std::size_t threads : {1U, 2U, 5U}) {
+    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            threads);
+    const std::string bytes = bytes_of(prepare_file(folder, setting));
+    if (!expected) expected = bytes;
+    EXPECT_TRUE(bytes == *expected) << threads << " threads";
+  }
+}
+
+TEST(Prepare, WritesTheSameBytesWithAnyMemory) {
+  const TemporaryFolder folder;
+  for (const PreparedSetting& setting :
+       {PreparedSetting{"wide", fields::noise({150, 70, 20}, 6)},
+        PreparedSetting{"long", fields::integer_noise({12, 37, 140}, 90, 2), 0.0, 3}}) {
+    const std::string ample = bytes_of(prepare_file(folder, setting));
+    for (const std::size_t bytes : {std::size_t{1}, std::size_t{70} << 20}) {
+      const std::filesystem::path scarce = folder.path() / "scarce.mtd";
+      prepare(*source_of(setting.volume),
+              {.name = setting.name,
+               .outside = setting.outside,
+               .margin = setting.margin,
+               .slab_bytes = bytes / 8,
+               .column_bytes = bytes},
+              scarce, {.file = setting.name, .digest = {}});
+      EXPECT_TRUE(bytes_of(scarce) == ample) << setting.name << ", " << bytes << " bytes";
+    }
+  }
+}
+
+TEST(Prepare, TellsHowFarItIs) {
+  const TemporaryFolder folder;
+  std::vector<std::string> passes;
+  std::uint64_t last = 0;
+  prepare(*source_of(fields::noise({20, 20, 50}, 1)),
+          {.name = "noise",
+           .progress =
+               [&](const char* pass, std::uint64_t done, std::uint64_t all) {
+                 if (passes.empty() || passes.back() != pass) {
+                   passes.emplace_back(pass);
+                   last = 0;
+                 }
+                 EXPECT_GT(done, last);
+                 EXPECT_EQ(all, 20000U);
+                 last = done;
+               }},
+          folder.path() / "noise.mtd", {});
+  EXPECT_EQ(passes, (std::vector<std::string>{"range", "histogram", "errors"}));
+  EXPECT_EQ(last, 20000U);
+}
+
+TEST(Prepare, RefusesOptionsOutsideTheirRangeAndLeavesNoFile) {
+  const TemporaryFolder folder;
+  const auto attempt = [&](PrepareOptions options) {
+    prepare(*source_of(fields::noise({5, 5, 5}, 1)), options, folder.path() / "x.mtd", {});
+  };
+  EXPECT_THROW(attempt({.name = "x", .bins = 0}), std::invalid_argument);
+  EXPECT_THROW(attempt({.name = "x", .bins = 257}), std::invalid_argument);
+  EXPECT_THROW(attempt({.name = "x", .margin = -1}), std::invalid_argument);
+  EXPECT_THROW(attempt({.name = ""}), std::invalid_argument);
+  for (const double spacing : {0.0, 1e-31, 1e31}) {
+    EXPECT_THROW(prepare(*source_of(fields::noise({5, 5, 5}, 1, {1, 1, spacing})), {.name = "x"},
+                         folder.path() / "x.mtd", {}),
+                 std::invalid_argument)
+        << spacing;
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(Prepare, TakesSpacingsAtTheEndsOfTheirRange) {
+  for (const Vec3& spacing :
+       {Vec3{1e-30, 1e-30, 1e-30}, Vec3{1e30, 1e30, 1e30}, Vec3{1e-30, 1, 1e30}}) {
+    const DatasetPtr dataset =
+        testing::prepared({"noise", fields::noise({20, 20, 20}, 1, spacing)});
+    const SpectrumErrors spectrum(dataset->spectrum, 0.5, ErrorMeasure::kCertified,
+                                  TopologyRule::kExact);
+    EXPECT_GT(spectrum.bound(DividingPoint({8, 8, 8})).error, 0);
+  }
+}
+
+TEST(OpenDataset, RefusesSmallSectionsOfAWrongSizeAndWrongBins) {
+  const TemporaryFolder folder;
+  const DatasetPtr good = testing::prepared({"noise", fields::noise({20, 20, 20}, 1)});
+  const auto write = [&](std::span<const std::byte> coarse, std::span<const std::byte> ranges,
+                         std::span<const float> edges) {
+    const std::filesystem::path path = folder.path() / "bad.mtd";
+    DatasetWriter writer(path, {.dims = good->info.dims,
+                                .type = good->info.type,
+                                .spectrum_bricks = good->spectrum.layout.size()});
+    const BrickLayout layout(good->info.dims);
+    for (std::size_t i = 0; i < layout.size(); ++i) writer.add_samples(good->samples->brick(i));
+    writer.finish({.info = good->info, .source = {}, .program_version = "1"},
+                  {.coarse = coarse, .ranges = ranges, .bins = std::as_bytes(edges)});
+    return path;
+  };
+  const std::vector<float> edges = good->spectrum.bins.edges();
+  EXPECT_NO_THROW((void)open_dataset(write(good->coarse, good->ranges, edges)));
+  const auto complaint = [](const std::filesystem::path& path) -> std::string {
+    try {
+      (void)open_dataset(path);
+    } catch (const DatasetFileError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_NE(complaint(write(good->coarse.first(8), good->ranges, edges)).find("\"coarse\""),
+            std::string::npos);
+  EXPECT_NE(complaint(write(good->coarse, {}, edges)).find("\"ranges\""), std::string::npos);
+  for (const std::vector<float>& bad :
+       {std::vector<float>{1}, std::vector<float>{2, 1}, std::vector<float>{0, 0},
+        std::vector<float>{0, std::numeric_limits<float>::quiet_NaN()},
+        std::vector<float>(258, 0.0F)}) {
+    EXPECT_NE(complaint(write(good->coarse, good->ranges, bad)).find("\"bins\""),
+              std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace multitetra

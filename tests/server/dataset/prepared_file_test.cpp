@@ -1,0 +1,254 @@
+#include "server/dataset/prepared_file.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/dataset/generators.hpp"
+#include "server/dataset/verify_dataset.hpp"
+#include "tests/support/prepared_example.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string error_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const DatasetFileError& error) {
+    return error.what();
+  }
+  return "none";
+}
+
+std::string error_of_opening(const fs::path& file) {
+  const std::string text = error_of([&] { PreparedFile{file}; });
+  EXPECT_TRUE(text == "none" || text.find(file.filename().string()) != std::string::npos)
+      << "The error does not name the file: " << text;
+  return text;
+}
+
+std::string error_of_verifying(const fs::path& file) {
+  return error_of([&] { verify_dataset(file); });
+}
+
+void expect_contains(const std::string& text, const std::string& part) {
+  EXPECT_NE(text.find(part), std::string::npos) << "'" << part << "' is not in: " << text;
+}
+
+// Changes one byte of the file, `at` bytes into a section.
+void damage_file(const fs::path& file, const char* section, std::size_t at) {
+  std::string bytes = bytes_of_file(file);
+  const auto table = decode_section_table(MemorySource(bytes_of(bytes)));
+  char& byte = bytes[find_section(*table, section)->offset + at];
+  byte = static_cast<char>(byte ^ 1);
+  std::ofstream(file, std::ios::binary) << bytes;
+}
+
+TEST(PreparedFile, WhatIsWrittenIsOpenedAndNothingElseIsLeft) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "head.mtd";
+  const PreparedExample example =
+      prepared_example(generate(GeneratorKind::kHead, {.size = 40, .noise = 10}));
+  ASSERT_EQ(example.sample_bricks.size(), 27U);
+  write_prepared(path, example);
+  expect_holds(PreparedFile(path), example);
+  EXPECT_EQ(error_of_verifying(path), "none");
+  EXPECT_EQ(entries_of(folder.path()), 1U);
+}
+
+TEST(PreparedFile, EveryTypeComesBackBitForBit) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<Samples> all = {std::vector<std::uint8_t>{0, 1, 2, 3, 254, 255},
+                                    std::vector<std::int8_t>{-128, -1, 0, 1, 2, 127},
+                                    std::vector<std::uint16_t>{0, 1, 2, 3, 4, 65535},
+                                    std::vector<std::int16_t>{-32768, 0, 1, 2, 3, 32767},
+                                    std::vector<float>{nan, -0.0F, 1e-45F, 3e38F, 1.0F / 3.0F, nan},
+                                    std::vector<float>(6, nan)};
+  for (const Samples& samples : all) {
+    const TemporaryFolder folder;
+    const fs::path path = folder.path() / "a.mtd";
+    const PreparedExample example = prepared_example({.dims = {3, 2, 1},
+                                                      .spacing = {0.1, 1.0 / 3.0, 1e-9},
+                                                      .index_to_world = {},
+                                                      .samples = samples});
+    ASSERT_TRUE(example.spectrum_bricks.empty()) << "A grid of 4 steps has no spectrum.";
+    write_prepared(path, example);
+    expect_holds(PreparedFile(path), example);
+    EXPECT_EQ(error_of_verifying(path), "none");
+  }
+}
+
+TEST(PreparedFile, SamplesAndSpectrumMayComeInAnyOrderAndInPiecesOfAnySize) {
+  const TemporaryFolder folder;
+  const PreparedExample example =
+      prepared_example(generate(GeneratorKind::kHead, {.size = 40, .noise = 10}));
+  write_prepared(folder.path() / "a.mtd", example);
+
+  DatasetWriter spectrum_first(folder.path() / "b.mtd", example.shape());
+  add_spectrum(spectrum_first, example);
+  std::string layer;
+  for (std::size_t i = 0; i < example.sample_bricks.size(); ++i) {
+    layer += example.sample_bricks[i];
+    if (i % 9 != 8) continue;
+    spectrum_first.add_samples(bytes_of(layer));
+    layer.clear();
+  }
+  finish(spectrum_first, example);
+  EXPECT_EQ(bytes_of_file(folder.path() / "b.mtd"), bytes_of_file(folder.path() / "a.mtd"));
+
+  DatasetWriter in_turns(folder.path() / "c.mtd", example.shape());
+  for (std::size_t i = 0; i < example.sample_bricks.size(); ++i) {
+    in_turns.add_samples(bytes_of(example.sample_bricks[i]));
+    if (i < example.spectrum_bricks.size()) {
+      in_turns.add_spectrum_brick(i, bytes_of(example.spectrum_bricks[i]));
+    }
+  }
+  finish(in_turns, example);
+  expect_holds(PreparedFile(folder.path() / "c.mtd"), example);
+}
+
+TEST(PreparedFile, BricksLargerThanTheWritersBufferComeBack) {
+  const TemporaryFolder folder;
+  PreparedExample example = small_prepared();
+  example.spectrum_bricks = {std::string(700'000, 'a'), std::string(2'500'000, 'b'), "",
+                             std::string(400'000, 'd')};
+  write_prepared(folder.path() / "a.mtd", example);
+  expect_holds(PreparedFile(folder.path() / "a.mtd"), example);
+  EXPECT_EQ(error_of_verifying(folder.path() / "a.mtd"), "none");
+}
+
+TEST(PreparedFile, OpeningTouchesNoBrick) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "a.mtd";
+  write_prepared(path, small_prepared());
+  const PreparedFile file(path);
+  EXPECT_EQ(file.samples()->reads(), 0U);
+  EXPECT_EQ(file.spectrum()->reads(), 0U);
+  (void)file.samples()->brick(1);
+  (void)file.samples()->brick(1);
+  EXPECT_EQ(file.samples()->reads(), 2U);
+  EXPECT_EQ(file.spectrum()->reads(), 0U);
+}
+
+TEST(PreparedFile, ADamagedBrickIsReportedWheneverItIsTouchedAndTheOthersAreNot) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "a.mtd";
+  const PreparedExample example = small_prepared();
+  write_prepared(path, example);
+  damage_file(path, "samples", 16 * 2 * 2 * 2 + 5);  // In brick 1.
+  const PreparedFile file(path);
+  for (int times = 0; times < 2; ++times) {
+    EXPECT_EQ(text_of(file.samples()->brick(0)), example.sample_bricks[0]);
+    EXPECT_EQ(text_of(file.samples()->brick(2)), example.sample_bricks[2]);
+    const std::string text = error_of([&] { (void)file.samples()->brick(1); });
+    for (const char* part : {"a.mtd", "\"samples\"", "brick 1", "Prepare the dataset again"}) {
+      expect_contains(text, part);
+    }
+  }
+  EXPECT_EQ(all_bricks(*file.spectrum()), example.spectrum_bricks);
+  expect_contains(error_of_verifying(path), "\"samples\": brick 1");
+  damage_file(path, "samples", 16 * 2 * 2 * 2 + 5);
+  EXPECT_EQ(error_of_verifying(path), "none");
+
+  damage_file(path, "spectrum", 0);  // Brick 3, which was added first.
+  expect_contains(error_of([&] { (void)PreparedFile(path).spectrum()->brick(3); }),
+                  "\"spectrum\": brick 3");
+  expect_contains(error_of_verifying(path), "\"spectrum\": brick 3");
+}
+
+TEST(PreparedFile, DamageOutsideTheBricksIsReportedAtTheOpening) {
+  for (const char* section :
+       {"coarse", "ranges", "smplsums", "specidx", "metadata"}) {  // "bins" is empty here.
+    const TemporaryFolder folder;
+    const fs::path path = folder.path() / "a.mtd";
+    write_prepared(path, small_prepared());
+    damage_file(path, section, 3);
+    expect_contains(error_of_opening(path), "\"" + std::string(section) + "\"");
+    expect_contains(error_of_verifying(path), "\"" + std::string(section) + "\"");
+  }
+}
+
+TEST(PreparedFile, WhatIsNoPreparedFileIsReported) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "whole.mtd";
+  write_prepared(path, small_prepared());
+  const std::string whole = bytes_of_file(path);
+  expect_contains(error_of_opening(folder.path() / "none.mtd"), "cannot be opened");
+  expect_contains(error_of_opening(folder.path()), "no regular file");
+  expect_contains(error_of_opening(folder.file("empty.mtd", "")), "header");
+  expect_contains(error_of_opening(folder.file("other.mtd", std::string(10000, 'x'))), "header");
+  expect_contains(error_of_opening(folder.file("cut.mtd", whole.substr(0, whole.size() - 1))),
+                  "promises");
+  ASSERT_EQ(::mkfifo((folder.path() / "pipe.mtd").c_str(), 0600), 0);
+  expect_contains(error_of_opening(folder.path() / "pipe.mtd"), "no regular file");
+}
+
+TEST(PreparedFile, AFileOfVersion1IsRefusedWithTheRemedy) {
+  const std::string text = error_of_opening(MULTITETRA_TEST_DATA "/small.mtd");
+  expect_contains(text, "version 1");
+  expect_contains(text, "Prepare the dataset again");
+}
+
+TEST(PreparedFile, WhatIsOpenStaysAsItIsWhenTheFileIsReplaced) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "a.mtd";
+  const PreparedExample old = small_prepared();
+  PreparedExample other = old;
+  other.spectrum_bricks[0] = "another one";
+  write_prepared(path, old);
+  std::optional<PreparedFile> open(path);
+  const auto samples = open->samples();
+  const auto spectrum = open->spectrum();
+  write_prepared(path, other);
+  expect_holds(*open, old);
+  open.reset();
+  EXPECT_EQ(all_bricks(*samples), old.sample_bricks) << "A source keeps its file.";
+  EXPECT_EQ(all_bricks(*spectrum), old.spectrum_bricks);
+  expect_holds(PreparedFile(path), other);
+}
+
+TEST(PreparedFile, ManyThreadsMayLookFirst) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "a.mtd";
+  const PreparedExample example =
+      prepared_example(generate(GeneratorKind::kHead, {.size = 40, .noise = 10}));
+  write_prepared(path, example);
+  damage_file(path, "spectrum", 0);
+  const PreparedFile file(path);
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 4; ++i) {
+    threads.emplace_back([&] {
+      EXPECT_EQ(all_bricks(*file.samples()), example.sample_bricks);
+      EXPECT_THROW((void)all_bricks(*file.spectrum()), DatasetFileError);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(file.samples()->reads(), 4 * example.sample_bricks.size());
+}
+
+TEST(VerifyDataset, TellsHowFarItIs) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "a.mtd";
+  write_prepared(path, prepared_example(generate(GeneratorKind::kHead, {.size = 40})));
+  std::vector<double> fractions;
+  verify_dataset(path, [&](double fraction) { fractions.push_back(fraction); });
+  EXPECT_GT(fractions.size(), 10U);
+  EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
+  EXPECT_EQ(fractions.back(), 1.0);
+  struct Enough {};
+  EXPECT_THROW(verify_dataset(path, [](double) { throw Enough(); }), Enough);
+}
+
+}  // namespace
+}  // namespace multitetra

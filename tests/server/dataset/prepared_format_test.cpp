@@ -1,0 +1,313 @@
+#include "server/dataset/prepared_format.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/dataset/checksum.hpp"
+#include "server/dataset/verify_dataset.hpp"
+#include "tests/support/prepared_example.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+std::string encoded(const PreparedExample& example) {
+  const TemporaryFolder folder;
+  write_prepared(folder.path() / "a.mtd", example);
+  return bytes_of_file(folder.path() / "a.mtd");
+}
+
+Result<PreparedStructure> structure_of(std::string_view file) {
+  return decode_structure(MemorySource(bytes_of(file)));
+}
+
+std::string error_of_opening(std::string_view file) {
+  const auto structure = structure_of(file);
+  return structure ? "whole" : structure.error().text;
+}
+
+std::string error_of_verifying(std::string_view file) {
+  const auto problem = first_damage(MemorySource(bytes_of(file)));
+  return problem ? problem->text : "whole";
+}
+
+void expect_contains(const std::string& text, const std::string& part) {
+  EXPECT_NE(text.find(part), std::string::npos) << "'" << part << "' is not in: " << text;
+}
+
+// Opens the file, looks at every brick, and expects to see either those of the example or an error.
+void expect_nothing_wrong_is_handed_out(std::string_view file, const PreparedExample& example) {
+  auto decoded = structure_of(file);
+  if (!decoded) return;
+  EXPECT_EQ(decoded->metadata, example.metadata);
+  const auto structure = std::make_shared<const PreparedStructure>(*std::move(decoded));
+  const SampleBricks samples("memory", bytes_of(file), structure);
+  const SpectrumBricks spectrum("memory", bytes_of(file), structure);
+  ASSERT_EQ(samples.size(), example.sample_bricks.size());
+  ASSERT_EQ(spectrum.size(), example.spectrum_bricks.size());
+  const auto look = [](const PreparedBricks& source, const std::vector<std::string>& expected) {
+    for (std::size_t i = 0; i < source.size(); ++i) {
+      try {
+        EXPECT_EQ(text_of(source.brick(i)), expected[i]);
+      } catch (const DatasetFileError&) {
+      }
+    }
+  };
+  look(samples, example.sample_bricks);
+  look(spectrum, example.spectrum_bricks);
+}
+
+TEST(PreparedFormat, TheGoldenFileIsWhatThisVersionWritesAndReads) {
+  const std::string golden = bytes_of_file(MULTITETRA_TEST_DATA "/small_v2.mtd");
+  const PreparedExample example = small_prepared();
+  EXPECT_TRUE(encoded(example) == golden)
+      << "The format changed: raise its version, or keep it as it was.";
+  EXPECT_EQ(error_of_verifying(golden), "whole");
+  expect_nothing_wrong_is_handed_out(golden, example);
+}
+
+TEST(PreparedFormat, EveryChangedByteIsReported) {
+  const PreparedExample example = small_prepared();
+  const std::string whole = encoded(example);
+  ASSERT_EQ(error_of_verifying(whole), "whole");
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    for (const int change : {0x01, 0x80, 0xFF}) {
+      std::string bytes = whole;
+      bytes[at] = static_cast<char>(bytes[at] ^ change);
+      EXPECT_NE(error_of_verifying(bytes), "whole") << "byte " << at;
+      expect_nothing_wrong_is_handed_out(bytes, example);
+    }
+  }
+}
+
+TEST(PreparedFormat, EveryOtherLengthIsReportedAtTheOpening) {
+  const std::string whole = encoded(small_prepared());
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    EXPECT_NE(error_of_opening(whole.substr(0, size)), "whole") << size;
+  }
+  EXPECT_NE(error_of_opening(whole + '\0'), "whole");
+  EXPECT_NE(error_of_opening(whole + whole), "whole");
+}
+
+// ---- files that somebody made with checksums that match
+
+struct Part {
+  std::string name;
+  std::string bytes;
+  bool required = true;
+};
+
+// A file of these sections, with everything right that is not one of the arguments.
+std::string file_of(const std::vector<Part>& parts) {
+  SectionTable table;
+  std::uint64_t end = 0;
+  for (const Part& part : parts) {
+    table.push_back({.name = part.name,
+                     .required = part.required,
+                     .offset = section_begin(end),
+                     .size = part.bytes.size(),
+                     .checksum = checksum(bytes_of(part.bytes))});
+    end = table.back().offset + table.back().size;
+  }
+  std::string file = encode_head(table);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    file.resize(table[i].offset, '\0');
+    file += parts[i].bytes;
+  }
+  return file;
+}
+
+std::vector<Part> parts_of(std::string_view file) {
+  std::vector<Part> parts;
+  const auto table = decode_section_table(MemorySource(bytes_of(file)));
+  for (const Section& section : *table) {
+    parts.push_back({section.name, std::string(file.substr(section.offset, section.size))});
+  }
+  return parts;
+}
+
+std::vector<Part> small_parts() { return parts_of(encoded(small_prepared())); }
+
+std::string& bytes_of_part(std::vector<Part>& parts, std::string_view name) {
+  return std::find_if(parts.begin(), parts.end(), [&](const Part& p) { return p.name == name; })
+      ->bytes;
+}
+
+template <typename Number>
+void put(std::string& bytes, std::size_t at, Number number) {
+  std::memcpy(bytes.data() + at, &number, sizeof(number));
+}
+
+// After a change in the header or the table.
+void mend_table_checksum(std::string& file) {
+  std::uint32_t sections = 0;
+  std::memcpy(&sections, file.data() + 12, sizeof(sections));
+  const std::size_t covered = 24 + 40 * std::size_t{sections};
+  put(file, covered, checksum(bytes_of(file).first(covered)));
+}
+
+TEST(PreparedFormat, SectionsOfLaterVersionsArePassedOverUnlessRequired) {
+  std::vector<Part> parts = small_parts();
+  ASSERT_EQ(error_of_verifying(file_of(parts)), "whole");
+  parts.insert(parts.begin() + 2, {"later", "whatever", false});
+  const std::string whole = file_of(parts);
+  EXPECT_EQ(error_of_verifying(whole), "whole");
+  expect_nothing_wrong_is_handed_out(whole, small_prepared());
+
+  std::string changed = whole;
+  changed[changed.find("whatever")] = 'W';
+  EXPECT_EQ(error_of_opening(changed), "whole");
+  expect_contains(error_of_verifying(changed), "\"later\": its checksum");
+
+  parts[2].required = true;
+  expect_contains(error_of_opening(file_of(parts)), "\"later\": it is required");
+  EXPECT_EQ(structure_of(file_of(parts)).error().code, ErrorCode::kUnsupportedVersion);
+}
+
+TEST(PreparedFormat, EveryMissingOrDoubledSectionIsReportedByName) {
+  const std::vector<Part> parts = small_parts();
+  ASSERT_EQ(parts.size(), 8U);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    std::vector<Part> fewer = parts;
+    fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(i));
+    expect_contains(error_of_opening(file_of(fewer)), "\"" + parts[i].name + "\": it is missing");
+    std::vector<Part> more = parts;
+    more.push_back(parts[i]);
+    expect_contains(error_of_opening(file_of(more)), "\"" + parts[i].name + "\" twice");
+  }
+}
+
+TEST(PreparedFormat, SectionsOfAnotherSizeThanTheMetadataNeedsAreReported) {
+  for (const char* name : {"samples", "smplsums", "specidx"}) {
+    for (const bool longer : {false, true}) {
+      std::vector<Part> parts = small_parts();
+      std::string& bytes = bytes_of_part(parts, name);
+      bytes.resize(longer ? bytes.size() + 1 : bytes.size() - 1);
+      expect_contains(error_of_opening(file_of(parts)),
+                      "\"" + std::string(name) + "\": it has " + std::to_string(bytes.size()));
+    }
+  }
+}
+
+TEST(PreparedFormat, OtherVersionsAreRefusedWithTheRemedy) {
+  for (const std::uint32_t version : {0U, 1U, 3U, 0xFFFFFFFFU}) {
+    std::string file = encoded(small_prepared());
+    put(file, 8, version);
+    mend_table_checksum(file);
+    EXPECT_EQ(structure_of(file).error().code, ErrorCode::kUnsupportedVersion);
+    expect_contains(error_of_opening(file), "version " + std::to_string(version));
+    expect_contains(error_of_opening(file), "repare the dataset again");
+  }
+}
+
+TEST(PreparedFormat, SizesAndOffsetsThatOverflowAreReported) {
+  const std::string whole = encoded(small_prepared());
+  const std::uint64_t most = std::numeric_limits<std::uint64_t>::max();
+  for (std::size_t entry = 0; entry < 8; ++entry) {
+    for (const std::size_t at : {24 + 40 * entry + 16, 24 + 40 * entry + 24}) {
+      for (const std::uint64_t value :
+           {std::uint64_t{1}, std::uint64_t{1} << 62, most - 63, most - 300, most}) {
+        std::string file = whole;
+        put(file, at, value);
+        mend_table_checksum(file);
+        EXPECT_NE(error_of_opening(file), "whole") << "offset " << at << " value " << value;
+      }
+    }
+  }
+}
+
+TEST(PreparedFormat, NamesAndFlagsThatDoNotExistAreReported) {
+  const std::string whole = encoded(small_prepared());
+  for (const auto& [at, byte] : std::vector<std::pair<std::size_t, char>>{
+           {24, '\0'}, {24, '\n'}, {24 + 1, '\0'}, {24 + 8, 3}, {24 + 11, 1}, {24 + 12, 1}}) {
+    std::string file = whole;
+    file[at] = byte;
+    mend_table_checksum(file);
+    expect_contains(error_of_opening(file), "\"table\"");
+  }
+}
+
+TEST(PreparedFormat, ASpectrumIndexThatIsNoTilingIsReported) {
+  const std::vector<Part> whole = small_parts();
+  constexpr std::size_t kOffset = 0;
+  constexpr std::size_t kSize = 8;
+  constexpr std::size_t kReserved = 12;
+  constexpr std::size_t kChecksum = 16;
+  struct Change {
+    std::size_t brick;
+    std::size_t field;
+    std::uint32_t value;
+  };
+  // Brick 2 is empty. The sizes of the others are 3, 10 and 24.
+  for (const Change& change :
+       {Change{0, kOffset, 1}, Change{0, kOffset + 4, 0x80000000U}, Change{3, kOffset, 1},
+        Change{0, kSize, 2}, Change{0, kSize, 4}, Change{0, kSize, 0xFFFFFFFFU},
+        Change{0, kSize, 0}, Change{1, kReserved, 1}, Change{2, kReserved, 1},
+        Change{2, kOffset, 37}, Change{2, kChecksum, 1}}) {
+    std::vector<Part> parts = whole;
+    put(bytes_of_part(parts, "specidx"), 24 * change.brick + change.field, change.value);
+    expect_contains(error_of_opening(file_of(parts)), "\"specidx\"");
+  }
+  std::vector<Part> parts = whole;
+  bytes_of_part(parts, "spectrum") += 'x';
+  expect_contains(error_of_opening(file_of(parts)), "do not fill section \"spectrum\"");
+}
+
+TEST(PreparedFormat, ABrickWithAnotherChecksumIsReportedAlsoWhenItsSectionIsWhole) {
+  std::vector<Part> parts = small_parts();
+  bytes_of_part(parts, "samples")[140] = 5;  // In brick 1, behind 128 bytes.
+  EXPECT_EQ(error_of_opening(file_of(parts)), "whole");
+  expect_contains(error_of_verifying(file_of(parts)), "\"samples\": brick 1: its checksum");
+  expect_nothing_wrong_is_handed_out(file_of(parts), small_prepared());
+}
+
+TEST(PreparedFormat, AnInfiniteSampleIsReportedWhenItsBrickIsTouched) {
+  const PreparedExample finite = prepared_example(
+      {.dims = {3, 1, 1}, .index_to_world = {}, .samples = std::vector<float>{1, 2, 3}});
+  std::vector<Part> parts = parts_of(encoded(finite));
+  std::string& samples = bytes_of_part(parts, "samples");
+  put(samples, 4, -std::numeric_limits<float>::infinity());
+  put(bytes_of_part(parts, "smplsums"), 0, checksum(bytes_of(samples)));
+  const std::string file = file_of(parts);
+  expect_contains(error_of_verifying(file), "brick 0: it has an infinite sample");
+  const auto structure = std::make_shared<const PreparedStructure>(*structure_of(file));
+  EXPECT_THROW((void)SampleBricks("memory", bytes_of(file), structure).brick(0), DatasetFileError);
+}
+
+TEST(PreparedFormat, MetadataThatContradictsTheSamplesIsReportedByTheVerification) {
+  const PreparedExample example = small_prepared();
+  for (const int field : {0, 1, 2}) {
+    PreparedExample other = example;
+    if (field == 0) other.metadata.info.min -= 1;
+    if (field == 1) other.metadata.info.max += 1;
+    if (field == 2) {
+      ++other.metadata.info.void_samples;
+      --other.metadata.info.histogram.counts[0];
+    }
+    EXPECT_EQ(error_of_opening(encoded(other)), "whole");
+    expect_contains(error_of_verifying(encoded(other)), "\"metadata\": it says");
+  }
+}
+
+TEST(PreparedFormat, MetadataOfAHugeVolumeInASmallFileIsReported) {
+  std::vector<Part> parts = small_parts();
+  DatasetMetadata metadata = small_prepared().metadata;
+  metadata.info.dims = {4097, 4097, 4097};
+  metadata.info.grid_exponent = 12;
+  metadata.info.histogram.counts = {std::uint64_t{4097} * 4097 * 4097};
+  bytes_of_part(parts, "metadata") = metadata_text(metadata);
+  expect_contains(error_of_opening(file_of(parts)), "\"samples\": it has 272 bytes");
+  bytes_of_part(parts, "metadata").resize((1 << 20) + 1, ' ');
+  expect_contains(error_of_opening(file_of(parts)), "more than 1048576");
+}
+
+}  // namespace
+}  // namespace multitetra

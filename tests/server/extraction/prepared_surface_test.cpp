@@ -1,0 +1,230 @@
+// The surface of a prepared volume against the reference: the same tetrahedra, the same triangles,
+// however the grid is cut, and all the theorems.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+
+#include "server/core/errors/leaves.hpp"
+#include "server/core/fine_errors/spectrum_model.hpp"
+#include "server/extraction/reference_extractor.hpp"
+#include "server/extraction/surface_extractor.hpp"
+#include "tests/support/prepared_fields.hpp"
+
+namespace multitetra::testing {
+namespace {
+
+LatticeMesh mesh_of(const TiledSurface& surface, int resolution = kDefaultLatticeResolution) {
+  std::vector<const LatticeMesh*> tiles;
+  for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
+  return weld(tiles, resolution);
+}
+
+// Triangles that begin with their least vertex, sorted.
+std::vector<LatticeTriangle> canonical(const TileMesh& tile) {
+  std::vector<LatticeTriangle> triangles;
+  for (const TriangleIndices& t : tile.mesh.triangles) {
+    LatticeTriangle triangle = {tile.mesh.vertices[t[0]], tile.mesh.vertices[t[1]],
+                                tile.mesh.vertices[t[2]]};
+    std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()),
+                triangle.end());
+    triangles.push_back(triangle);
+  }
+  std::sort(triangles.begin(), triangles.end());
+  return triangles;
+}
+
+// Also in the order of vertices and triangles.
+void expect_equal(const LatticeMesh& a, const LatticeMesh& b) {
+  EXPECT_EQ(a.resolution, b.resolution);
+  EXPECT_EQ(a.vertices, b.vertices);
+  EXPECT_EQ(a.triangles, b.triangles);
+}
+
+std::vector<StepRequest> steps_for(const PreparedVolume& dataset) {
+  std::vector<StepRequest> steps;
+  for (const double isovalue : isovalues_of(dataset)) {
+    for (const double error : {0.0, 0.7, 3.0}) {
+      for (const ErrorMeasure measure : {ErrorMeasure::kCertified, ErrorMeasure::kPaper}) {
+        steps.push_back({.request = {.isovalue = isovalue, .error = error, .measure = measure}});
+      }
+      steps.push_back(
+          {.request = {
+               .isovalue = isovalue, .error = error, .topology_rule = TopologyRule::kPaper}});
+      steps.push_back({.request = {.isovalue = isovalue, .error = error, .topology_tolerance = 2},
+                       .finest_spacing = 2});
+      steps.push_back({.request = {.isovalue = isovalue, .error = error, .topology_tolerance = 4},
+                       .finest_spacing = 8});
+    }
+  }
+  return steps;
+}
+
+class PreparedSurface : public ::testing::TestWithParam<PreparedSetting> {};
+INSTANTIATE_TEST_SUITE_P(Fields, PreparedSurface, ::testing::ValuesIn(prepared_settings()),
+                         [](const auto& p) { return p.param.name; });
+
+TEST_P(PreparedSurface, IsThatOfTheSameModelByTheReferenceWay) {
+  const DatasetPtr dataset = prepared(GetParam());
+  const SurfaceExtractor extractor(dataset);
+  const ReferenceExtractor reference(*dataset);
+  for (const StepRequest& step : steps_for(*dataset)) {
+    SCOPED_TRACE(::testing::Message()
+                 << "isovalue " << step.request.isovalue << ", error " << step.request.error
+                 << ", finest spacing " << step.finest_spacing);
+    const TiledSurface fast = extractor.extract(step);
+    const TiledSurface slow =
+        reference.surface(*reference.spectrum_model(step), {.isovalue = step.request.isovalue});
+    EXPECT_EQ(fast.tetrahedra, slow.tetrahedra);
+    EXPECT_EQ(fast.active_tetrahedra, slow.active_tetrahedra);
+    ASSERT_EQ(fast.tiles.size(), slow.tiles.size());
+    for (std::size_t i = 0; i < fast.tiles.size(); ++i) {
+      EXPECT_EQ(fast.tiles[i].cube, slow.tiles[i].cube);
+      EXPECT_EQ(canonical(fast.tiles[i]), canonical(slow.tiles[i]));
+    }
+  }
+}
+
+TEST_P(PreparedSurface, DoesNotDependOnTheCubesItIsExtractedIn) {
+  const DatasetPtr dataset = prepared(GetParam());
+  const OctreeCube root = root_cube(grid_of(dataset->info));
+  for (const double isovalue : isovalues_of(*dataset)) {
+    const PreparedModel model(*dataset, {.isovalue = isovalue},
+                              {.thresholds = ThresholdMap::everywhere(0.5)});
+    const SurfaceOptions options{.isovalue = isovalue, .max_triangles = 300};
+    CubeMemory memory;
+    std::vector<CubeSurface> children(8);
+    for (int i = 0; i < 8; ++i) {
+      if (root.exponent > kSpectrumExponent + 1 && is_refined(model, root.child(i))) {
+        children[static_cast<std::size_t>(i)] =
+            surface_in_cube(model, root.child(i), options, memory);
+      }
+    }
+    CubeSurface whole = surface_in_cube(model, root, options, memory);
+    if (root.exponent == kSpectrumExponent + 1) continue;
+    CubeSurface joined = join_children(model, root, std::move(children), options);
+    EXPECT_EQ(joined.tetrahedra, whole.tetrahedra);
+    const std::vector<TileMesh> tiles = finished_tiles(std::move(joined), root);
+    const std::vector<TileMesh> expected = finished_tiles(std::move(whole), root);
+    ASSERT_EQ(tiles.size(), expected.size());
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+      EXPECT_EQ(tiles[i].cube, expected[i].cube);
+      expect_equal(tiles[i].mesh, expected[i].mesh);
+    }
+  }
+}
+
+TEST_P(PreparedSurface, HasTheTopologyOfTheFullSurfaceAndNoCrackAtEveryThreshold) {
+  const DatasetPtr dataset = prepared(GetParam());
+  const DatasetInfo& info = dataset->info;
+  const bool has_mask = info.void_samples > 0;
+  const SurfaceExtractor extractor(dataset);
+  const ReferenceExtractor reference(*dataset);
+  const DataBorder border = data_border(info, kDefaultLatticeResolution, 0);
+  for (const double isovalue : isovalues_of(*dataset)) {
+    const MeshTopology full = topology(
+        mesh_of(reference.surface(UniformModel(grid_of(info), 1000), {.isovalue = isovalue})),
+        border);
+    std::uint64_t last = UINT64_MAX;
+    for (const double error : {0.0, 0.25, 1.0, 4.0, 1e9}) {
+      SCOPED_TRACE(::testing::Message() << "isovalue " << isovalue << ", error " << error);
+      const TiledSurface surface =
+          extractor.extract({.request = {.isovalue = isovalue, .error = error}});
+      const MeshTopology found = topology(mesh_of(surface), border);
+      EXPECT_EQ(found.euler_characteristic, full.euler_characteristic);
+      EXPECT_EQ(found.components, full.components);
+      EXPECT_EQ(found.nonmanifold_edges, 0);
+      if (!has_mask) {
+        EXPECT_EQ(found.open_edges, 0);
+      }
+      EXPECT_LE(surface.tetrahedra, last);
+      last = surface.tetrahedra;
+    }
+  }
+}
+
+TEST_P(PreparedSurface, HasAtMostAFewMoreTetrahedraThanTheExactModel) {
+  const DatasetPtr dataset = prepared(GetParam());
+  const SurfaceExtractor extractor(dataset);
+  const ReferenceExtractor reference(*dataset);
+  std::uint64_t with_spectrum = 0;
+  std::uint64_t exact = 0;
+  for (const double isovalue : isovalues_of(*dataset)) {
+    for (const double error : {0.0, 0.5, 2.0}) {
+      const StepRequest step{.request = {.isovalue = isovalue, .error = error}};
+      const std::uint64_t more = extractor.extract(step).tetrahedra;
+      const std::uint64_t fewer = reference.extract(step).tetrahedra;
+      EXPECT_GE(more, fewer) << isovalue << " " << error;
+      with_spectrum += more;
+      exact += fewer;
+    }
+  }
+  // Few of the points of these small fields have a spacing of 8 or more, but all of them count.
+  EXPECT_LE(static_cast<double>(with_spectrum), 1.05 * static_cast<double>(exact) + 500);
+}
+
+// Remembers which bricks are looked at.
+class CountedBricks : public BrickSource {
+ public:
+  CountedBricks(std::shared_ptr<const BrickSource> source, std::size_t size)
+      : source_(std::move(source)), is_read_(size) {}
+  [[nodiscard]] std::span<const std::byte> brick(std::size_t index) const override {
+    is_read_[index] = true;
+    return source_->brick(index);
+  }
+  [[nodiscard]] std::size_t read() const {
+    return static_cast<std::size_t>(std::count(is_read_.begin(), is_read_.end(), true));
+  }
+
+ private:
+  std::shared_ptr<const BrickSource> source_;
+  mutable std::vector<std::atomic<bool>> is_read_;
+};
+
+// A dataset whose reads are counted.
+struct Counted {
+  explicit Counted(const PreparedSetting& setting)
+      : dataset(std::make_shared<PreparedVolume>(*prepared(setting))),
+        bricks(std::make_shared<CountedBricks>(dataset->samples,
+                                               BrickLayout(dataset->info.dims).size())) {
+    dataset->samples = bricks;
+  }
+  std::shared_ptr<PreparedVolume> dataset;
+  std::shared_ptr<CountedBricks> bricks;
+};
+
+TEST(PreparedSurfaces, PreviewsThatEndAtTheSpectrumsSpacingTouchNoSample) {
+  const Counted counted({"gyroid", fields::gyroid(65, 0.2, 1)});
+  const SurfaceExtractor extractor(counted.dataset);
+  const TiledSurface preview = extractor.extract(
+      {.request = {.isovalue = 0.1, .error = 2, .topology_tolerance = 8}, .finest_spacing = 8});
+  EXPECT_GT(preview.active_tetrahedra, 100U);
+  EXPECT_EQ(counted.bricks->read(), 0U);
+  (void)extractor.extract({.request = {.isovalue = 0.1, .error = 0.5}});
+  EXPECT_GT(counted.bricks->read(), 0U);
+}
+
+TEST(PreparedSurfaces, ReadOnlyTheBricksNearTheSurface) {
+  const Counted counted(
+      {"small_ball", fields::sampled<float>({97, 97, 97}, [](int x, int y, int z) {
+         return 6 - std::hypot(x - 20, y - 20, z - 20);
+       })});
+  (void)SurfaceExtractor(counted.dataset).extract({.request = {.isovalue = 0, .error = 0}});
+  EXPECT_GT(counted.bricks->read(), 0U);
+  EXPECT_LE(counted.bricks->read(), 64U);  // Of 343.
+}
+
+TEST(PreparedSurfaces, OfTinyGridsAreTheReferencesOwn) {
+  for (const std::array<std::int32_t, 3> dims :
+       {std::array{2, 2, 2}, std::array{3, 5, 4}, std::array{9, 9, 9}}) {
+    const DatasetPtr dataset = prepared({"tiny", fields::noise(dims, 5)});
+    const StepRequest step{.request = {.isovalue = 0.5, .error = 0.3}};
+    const TiledSurface surface = SurfaceExtractor(dataset).extract(step);
+    EXPECT_EQ(surface.tetrahedra, ReferenceExtractor(*dataset).extract(step).tetrahedra);
+    EXPECT_GT(surface.active_tetrahedra, 0U);
+  }
+}
+
+}  // namespace
+}  // namespace multitetra::testing

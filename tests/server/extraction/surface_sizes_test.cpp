@@ -1,0 +1,186 @@
+// Sizes that are told before anything is extracted.
+#include "server/extraction/surface_sizes.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "server/dataset/in_parallel.hpp"
+#include "server/extraction/surface_extractor.hpp"
+#include "server/stream/step_source.hpp"
+#include "server/stream/stream_plan.hpp"
+#include "tests/support/prepared_fields.hpp"
+
+namespace multitetra {
+namespace {
+
+using testing::prepared;
+using testing::PreparedSetting;
+namespace fields = testing::fields;
+
+std::vector<DatasetPtr> datasets() {
+  return {prepared({"noisy_gyroid", fields::gyroid(90, 0.2, 8)}),
+          prepared({"ball", fields::ball({70, 60, 80}, 25)}),
+          prepared({"noise", fields::noise({50, 60, 70}, 3)}),
+          prepared({"stretched", fields::gyroid(60, 0.05, 9, {1, 1.3, 2}), 0.0, 1})};
+}
+
+// As it is sent.
+SurfaceSize size_of(const DatasetPtr& dataset, const StepRequest& step) {
+  const ExtractedSteps source(std::make_shared<const SurfaceExtractor>(dataset));
+  return size_of(source.make(step, {}));
+}
+
+double triangles_of(const DatasetPtr& dataset, const StepRequest& step) {
+  return size_of(dataset, step).triangles;
+}
+
+TEST(SurfaceSizes, AreNearTheRealOnes) {
+  for (const DatasetPtr& dataset : datasets()) {
+    const SurfaceExtractor extractor(dataset);
+    const StepSizes sizes = surface_sizes(extractor, {}, SizeAccuracy::kCareful);
+    const double isovalue = dataset->info.min + 0.45 * (dataset->info.max - dataset->info.min);
+    for (const double error : {0.0, 0.5, 2.0}) {
+      for (const std::int32_t finest : {1, 4, 8}) {
+        StepRequest step{.request = {.isovalue = isovalue, .error = error},
+                         .finest_spacing = finest};
+        if (finest > 1) step.request.topology_tolerance = finest / 2;
+        SCOPED_TRACE(dataset->info.name + ", error " + std::to_string(error) + ", finest " +
+                     std::to_string(finest));
+        const double real = triangles_of(dataset, step);
+        const double told = sizes.of(step).triangles;
+        EXPECT_LE(std::abs(told - real), 0.3 * real + 100) << told << " for " << real;
+      }
+    }
+  }
+}
+
+// What a few blocks become stands for the whole: more than a rough figure, less than the above.
+TEST(SurfaceSizes, WithSimplificationAreNearWhatIsLeft) {
+  for (const DatasetPtr& dataset : datasets()) {
+    const SurfaceExtractor extractor(dataset);
+    const StepSizes sizes = surface_sizes(extractor, {}, SizeAccuracy::kCareful);
+    const StepSizes quickly = surface_sizes(extractor, {}, SizeAccuracy::kQuick);
+    const double isovalue = dataset->info.min + 0.45 * (dataset->info.max - dataset->info.min);
+    for (const double error : {0.0, 0.25, 1.0}) {
+      SCOPED_TRACE(dataset->info.name + ", error " + std::to_string(error));
+      const StepRequest step{.request = {.isovalue = isovalue, .error = error, .simplify = true}};
+      const SurfaceSize real = size_of(dataset, step);
+      const SurfaceSize told = sizes.of(step);
+      EXPECT_LE(told.triangles, 2 * real.triangles + 100);
+      EXPECT_GE(told.triangles, 0.5 * real.triangles - 100);
+      EXPECT_LE(told.bytes, 2 * real.bytes + 500);
+      EXPECT_GE(told.bytes, 0.5 * real.bytes - 500);
+      EXPECT_GE(told.extracted, 0.7 * real.triangles);
+      // By a quick one a server refuses what is far above its limit.
+      const SurfaceSize quick = quickly.of(step);
+      EXPECT_LE(quick.triangles, 3 * real.triangles + 100);
+      EXPECT_GE(quick.triangles, 0.2 * real.triangles - 100);
+      EXPECT_LE(quick.bytes, 3 * real.bytes + 500);
+    }
+  }
+}
+
+TEST(SurfaceSizes, OfAnEmptySurfaceAreZero) {
+  const DatasetPtr dataset = datasets().front();
+  EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of({.request = {.isovalue = 1e6}}).triangles,
+            0);
+  EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).rough({.isovalue = 1e6}).bytes, 0);
+}
+
+TEST(SurfaceSizes, AreKnownOfGridsWithoutASpectrum) {
+  const DatasetPtr dataset = prepared({"tiny", fields::ball({8, 7, 9}, 3)});
+  const StepRequest step{.request = {.isovalue = 0}};
+  EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of(step).triangles,
+            triangles_of(dataset, step));
+}
+
+TEST(SurfaceSizes, AreTheSameEveryTime) {
+  const DatasetPtr dataset = datasets().front();
+  const StepRequest step{.request = {.isovalue = 0.1, .error = 0.5}};
+  const double first = surface_sizes(SurfaceExtractor(dataset)).of(step).triangles;
+  for (int i = 0; i < 3; ++i)
+    EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of(step).triangles, first);
+}
+
+// They stand for no others: they are made to see.
+TEST(SurfaceSizes, OfFewTrianglesWithSimplificationAreTheRealOnes) {
+  const DatasetPtr dataset = prepared({"ball", fields::ball({40, 40, 40}, 12)});
+  const SurfaceExtractor extractor(dataset);
+  const StepRequest step{.request = {.isovalue = 0, .error = 0.5, .simplify = true}};
+  const SurfaceSize told = surface_sizes(extractor, {}, SizeAccuracy::kCareful).of(step);
+  EXPECT_EQ(told.triangles, size_of(dataset, step).triangles);
+  EXPECT_EQ(told.bytes, size_of(dataset, step).bytes);
+}
+
+// A map says how much there is, not the threshold where it says nothing.
+TEST(SurfaceSizes, AreRoughlyKnownForAnyMap) {
+  const DatasetPtr dataset = datasets().front();
+  const SurfaceExtractor extractor(dataset);
+  const StepSizes sizes = surface_sizes(extractor);
+  const IsosurfaceRequest fine{.isovalue = 0.1, .error = 0.5};
+  const double everywhere = sizes.rough(fine).triangles;
+  IsosurfaceRequest same{.isovalue = 0.1, .error = 1000};
+  same.thresholds.regions = {
+      {.shape = BoxShape{.low = {-10, -10, -10}, .high = {200, 200, 200}}, .threshold = 0.5}};
+  EXPECT_EQ(sizes.rough(same).triangles, everywhere);
+  same.thresholds.regions.clear();
+  same.thresholds.view = ThresholdView{
+      .eye = {-1e6, 0, 0}, .field_of_view = 90, .height_pixels = 2e6, .tolerance_pixels = 0.5};
+  EXPECT_NEAR(sizes.rough(same).triangles, everywhere, 0.01 * everywhere);
+  IsosurfaceRequest half = fine;
+  half.thresholds.regions = {
+      {.shape = HalfSpaceShape{.normal = {1, 0, 0}, .offset = 45}, .threshold = 1000}};
+  EXPECT_LT(sizes.rough(half).triangles, 0.8 * everywhere);
+  EXPECT_GT(sizes.rough(half).triangles, 0.4 * everywhere);
+}
+
+TEST(SurfaceSizes, AreGivenUpWhenStopped) {
+  const DatasetPtr dataset = datasets().front();
+  const SurfaceExtractor extractor(dataset);
+  std::stop_source stop;
+  stop.request_stop();
+  for (const SizeAccuracy accuracy : {SizeAccuracy::kQuick, SizeAccuracy::kCareful}) {
+    const StepSizes sizes = surface_sizes(extractor, stop.get_token(), accuracy);
+    const IsosurfaceRequest request{.isovalue = 0.1};
+    EXPECT_THROW((void)sizes.rough(request), Cancelled);
+    EXPECT_THROW((void)sizes.of({.request = request}), Cancelled);
+    EXPECT_THROW((void)sizes.of({.request = request, .finest_spacing = 8}), Cancelled);
+  }
+}
+
+// The shares that the plan promises, kept by real bytes.
+TEST(SurfaceSizes, LetPreviewsKeepToTheirShares) {
+  const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(129, 0.1, 8)});
+  const ExtractedSteps source(std::make_shared<const SurfaceExtractor>(dataset));
+  IsosurfaceRequest fine_inside{.isovalue = 0.1, .error = 100};
+  fine_inside.thresholds.regions = {
+      {.shape = BallShape{.centre = {64, 64, 64}, .radius = 80}, .threshold = 0.25}};
+  for (const IsosurfaceRequest& request :
+       std::vector<IsosurfaceRequest>{{.isovalue = 0.1, .error = 0.25},
+                                      {.isovalue = 0.1, .error = 1},
+                                      {.isovalue = 0.1, .error = 2},
+                                      {.isovalue = 0.1, .error = 1, .normal_bits = 10},
+                                      {.isovalue = 0.1, .error = 0.25, .max_triangles = 120'000},
+                                      fine_inside}) {
+    SCOPED_TRACE(std::to_string(request.error) + ", " + std::to_string(request.max_triangles));
+    StreamState state{.request = request, .shown = {}};
+    double previews = 0;
+    for (;;) {
+      const MadeStep made = make_next_step(source, state, {});
+      const double bytes = size_of(made.encoded).bytes;
+      if (made.is_final) {
+        ASSERT_FALSE(state.shown.empty());
+        EXPECT_LE(state.shown.front().bytes, 1.2 * kFirstShare * bytes) << "about its share";
+        EXPECT_LE(previews, kPreviewsShare * bytes);
+        break;
+      }
+      previews += bytes;
+      state = made.after;
+      state.shown.push_back({made.step, bytes});
+    }
+  }
+}
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,47 @@
+// What a client says to a gateway over a WebSocket, and what it makes of the answers. The dataset
+// is the octahedron.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "tests/support/fake_steps.hpp"
+#include "tests/support/running_http_server.hpp"
+
+namespace multitetra::testing {
+
+inline std::shared_ptr<FakeSteps> octahedron() { return std::make_shared<FakeSteps>("octahedron"); }
+
+inline ServerMessage greeted(WebSocketClient& client, const std::string& token = {}) {
+  client.send(Hello{.token = token});
+  return client.receive();
+}
+
+inline bool is_welcome(const ServerMessage& message) {
+  return std::holds_alternative<Welcome>(message);
+}
+
+inline ErrorCode code_of(const ServerMessage& message) {
+  const auto* reply = std::get_if<ErrorReply>(&message);
+  return reply ? reply->error.code : ErrorCode::kUnknown;
+}
+
+inline void open(WebSocketClient& client, std::uint64_t id) {
+  client.send(OpenStream{.request_id = id, .dataset = "octahedron", .held = {}});
+}
+
+// The last message of the stream that runs.
+inline ServerMessage end_of_stream(WebSocketClient& client) {
+  for (;;) {
+    ServerMessage message = client.receive();
+    if (std::holds_alternative<StreamEnd>(message) || std::holds_alternative<ErrorReply>(message))
+      return message;
+  }
+}
+
+inline bool is_complete(const ServerMessage& last) {
+  const auto* end = std::get_if<StreamEnd>(&last);
+  return end && end->outcome == StreamOutcome::kComplete;
+}
+
+}  // namespace multitetra::testing

@@ -1,0 +1,269 @@
+// A gateway in front of servers: what clients see of it is what a server would show them, also when
+// a server is lost.
+#include <atomic>
+#include <chrono>
+
+#include <gtest/gtest.h>
+
+#include "server/gateway/forwarded_stream.hpp"
+#include "server/gateway/rendezvous.hpp"
+#include "tests/server/gateway/running_gateway.hpp"
+#include "tests/support/fake_steps.hpp"
+
+namespace multitetra {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::catalogue_of;
+using testing::FakeSteps;
+using testing::HttpClient;
+using testing::RunningGateway;
+using testing::Upstream;
+using testing::WebSocketClient;
+
+// ---- pure parts
+
+TEST(Rendezvous, MovesOnlyTheNamesOfWhoIsGone) {
+  const std::vector<std::string> three = {"a", "b", "c"};
+  std::array<int, 3> first{};
+  for (int i = 0; i < 300; ++i) {
+    const std::string name = "dataset " + std::to_string(i);
+    const auto order = rendezvous_order(name, three);
+    ++first.at(order[0]);
+    const auto without_c = rendezvous_order(name, {"a", "b"});
+    if (order[0] != 2) {
+      EXPECT_EQ(without_c[0], order[0]);
+    }
+  }
+  for (const int share : first) EXPECT_GT(share, 60);
+}
+
+TEST(ForwardedStream, PassesOverWhatTheClientHasSeenAndNoticesADifference) {
+  const auto payload = std::make_shared<const std::string>("bytes");
+  const ServerMessage begin = StepBegin{.request_id = 1};
+  const ServerMessage tile = Tile{.request_id = 1, .index = 3, .payload = payload};
+  const ServerMessage other = Tile{.request_id = 1, .index = 4, .payload = payload};
+  const ServerMessage end = StepEnd{.request_id = 1, .seconds = 1};
+  const ServerMessage later_end = StepEnd{.request_id = 1, .seconds = 2};
+  using Verdict = ForwardedStream::Verdict;
+  ForwardedStream stream{OpenStream{.request_id = 1}};
+  EXPECT_EQ(stream.next(begin), Verdict::kForward);
+  EXPECT_EQ(stream.next(tile), Verdict::kForward);
+  EXPECT_EQ(stream.next(end), Verdict::kForward);
+  EXPECT_EQ(stream.steps_ended(), 1U);
+  stream.restart();
+  EXPECT_EQ(stream.next(begin), Verdict::kPassOver);
+  EXPECT_EQ(stream.next(tile), Verdict::kPassOver);
+  EXPECT_EQ(stream.next(later_end), Verdict::kPassOver);
+  EXPECT_EQ(stream.next(begin), Verdict::kForward);
+  EXPECT_EQ(stream.steps_ended(), 1U);
+  stream.restart();
+  EXPECT_EQ(stream.next(begin), Verdict::kPassOver);
+  EXPECT_EQ(stream.next(other), Verdict::kDiffers);
+}
+
+// ---- over sockets
+
+std::shared_ptr<FakeSteps> octahedron() { return std::make_shared<FakeSteps>("octahedron"); }
+
+void greet(WebSocketClient& client) {
+  client.send(Hello{});
+  EXPECT_EQ(client.receive_a<Welcome>().version, kProtocolVersion);
+}
+
+void open(WebSocketClient& client, std::uint64_t id, std::string dataset = "octahedron") {
+  client.send(OpenStream{.request_id = id, .dataset = std::move(dataset), .held = {}});
+}
+
+std::vector<ServerMessage> all_of_stream(WebSocketClient& client) {
+  std::vector<ServerMessage> messages;
+  do {
+    messages.push_back(client.receive());
+  } while (!std::holds_alternative<StreamEnd>(messages.back()) &&
+           !std::holds_alternative<ErrorReply>(messages.back()));
+  return messages;
+}
+
+// Bytes of messages without the times that servers took.
+std::vector<std::string> timeless(std::vector<ServerMessage> messages) {
+  std::vector<std::string> bytes;
+  for (ServerMessage& message : messages) {
+    if (auto* end = std::get_if<StepEnd>(&message)) end->seconds = 0;
+    bytes.push_back(serialize(message));
+  }
+  return bytes;
+}
+
+TEST(GatewayTest, HoldsTheConversationThatAServerWouldHold) {
+  Upstream upstream(octahedron());
+  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}}});
+  WebSocketClient client(gateway.http());
+  greet(client);
+  client.send(ListDatasets{.request_id = 9});
+  EXPECT_EQ(client.receive_a<DatasetList>().datasets.at(0), FakeSteps("octahedron").info());
+  open(client, 1);
+  const auto messages = all_of_stream(client);
+  EXPECT_TRUE(std::holds_alternative<StepBegin>(messages.front()));
+  EXPECT_EQ(std::get<StreamEnd>(messages.back()).outcome, StreamOutcome::kComplete);
+  open(client, 1);
+  EXPECT_EQ(client.receive_a<ErrorReply>().error.code, ErrorCode::kInvalidArgument);
+  open(client, 2, "none");
+  EXPECT_EQ(client.receive_a<ErrorReply>().error.code, ErrorCode::kUnknownDataset);
+  client.send(Estimate{.request_id = 7, .dataset = "octahedron"});
+  EXPECT_EQ(client.receive_a<EstimateReply>().request_id, 7U);
+  client.send(Ping{5});
+  EXPECT_EQ(client.receive_a<Pong>().value, 5U);
+  open(client, 3);
+  EXPECT_EQ(timeless(all_of_stream(client)).size(), messages.size());
+}
+
+TEST(GatewayTest, SaysThatNoServerIsThere) {
+  Endpoint nobody;
+  { nobody = Upstream(octahedron()).endpoint(); }
+  RunningGateway gateway({.gateway = {.upstreams = {nobody}}});
+  WebSocketClient client(gateway.http());
+  client.send(Hello{});
+  EXPECT_EQ(client.receive_a<ErrorReply>().error.code, ErrorCode::kUnavailable);
+  client.closed();
+  HttpClient http(gateway.http());
+  EXPECT_EQ(http.get("/v1/datasets").result_int(), 503U);
+  EXPECT_EQ(http.get("/readyz").result_int(), 503U);
+  EXPECT_EQ(http.get("/livez").result_int(), 200U);
+}
+
+TEST(GatewayTest, StopsAStreamThatIsCancelledOrSuperseded) {
+  std::atomic<int> running = 0;
+  Upstream upstream(std::make_shared<FakeSteps>("octahedron", testing::endless(running)));
+  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}}});
+  WebSocketClient client(gateway.http());
+  greet(client);
+  open(client, 1);
+  while (running == 0) std::this_thread::sleep_for(1ms);
+  open(client, 2);
+  EXPECT_EQ(client.receive_a<StreamEnd>().outcome, StreamOutcome::kSuperseded);
+  client.send(Cancel{2});
+  EXPECT_EQ(client.receive_a<StreamEnd>().outcome, StreamOutcome::kCancelled);
+  for (int i = 0; running > 0 && i < 5000; ++i) std::this_thread::sleep_for(1ms);
+  EXPECT_EQ(running, 0);
+}
+
+TEST(GatewayTest, AnswersHttpAsAServerDoes) {
+  Upstream upstream(octahedron());
+  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}}});
+  HttpClient client(gateway.http());
+  EXPECT_EQ(client.get("/v1/datasets/octahedron").result_int(), 200U);
+  const auto mesh = client.get("/v1/datasets/octahedron/isosurface?isovalue=0.5&format=stl");
+  EXPECT_EQ(mesh.result_int(), 200U) << mesh.body();
+  EXPECT_EQ(mesh["Multitetra-Triangles"], "10");
+  const auto tile = testing::fine_tiles().front();
+  EXPECT_EQ(client.get("/v1/tiles/" + tile.summary.digest.hex()).body(), *tile.payload);
+}
+
+// The stream as it is without trouble, and one in which its server is lost after `seen` messages.
+// `Steps` of the two servers are alike.
+std::vector<ServerMessage> stream_with_loss_after(std::size_t seen, std::size_t messages) {
+  auto first = std::make_unique<Upstream>(octahedron());
+  auto second = std::make_unique<Upstream>(octahedron());
+  RunningGateway gateway({.gateway = {.upstreams = {first->endpoint(), second->endpoint()}}});
+  WebSocketClient client(gateway.http());
+  greet(client);
+  // Which one serves: names of addresses decide.
+  const auto order =
+      rendezvous_order("octahedron", {to_string(first->endpoint()), to_string(second->endpoint())});
+  Upstream& serving = order[0] == 0 ? *first : *second;
+  open(client, 1);
+  std::vector<ServerMessage> received;
+  while (received.size() < messages) {
+    if (received.size() == seen) serving.stop();
+    received.push_back(client.receive());
+    if (std::holds_alternative<ErrorReply>(received.back())) break;
+  }
+  return received;
+}
+
+TEST(GatewayTest, BringsTheSameStreamWhereverItsServerIsLost) {
+  Upstream upstream(octahedron());
+  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}}});
+  WebSocketClient client(gateway.http());
+  greet(client);
+  open(client, 1);
+  const auto whole = timeless(all_of_stream(client));
+  ASSERT_GT(whole.size(), 4U);
+  for (std::size_t seen = 0; seen < whole.size(); ++seen) {
+    EXPECT_EQ(timeless(stream_with_loss_after(seen, whole.size())), whole) << seen;
+  }
+}
+
+// Slow and heavy: the loss falls into the middle of what the server sends.
+TEST(GatewayTest, GoesOnInTheMiddleOfAStep) {
+  const auto heavy = [] {
+    return std::make_shared<FakeSteps>("octahedron", testing::heavy(40, 1'000'000));
+  };
+  Upstream first(heavy());
+  Upstream second(heavy());
+  RunningGateway gateway({.gateway = {.upstreams = {first.endpoint(), second.endpoint()}}});
+  WebSocketClient client(gateway.http());
+  greet(client);
+  const auto order =
+      rendezvous_order("octahedron", {to_string(first.endpoint()), to_string(second.endpoint())});
+  client.send(OpenStream{
+      .request_id = 1, .dataset = "octahedron", .steps = StepPolicy::kFinalOnly, .held = {}});
+  client.receive_a<StepBegin>();
+  for (std::uint32_t tile = 0; tile < 40; ++tile) {
+    if (tile == 5) (order[0] == 0 ? first : second).stop();
+    EXPECT_EQ(client.receive_a<Tile>().index, tile);
+  }
+  client.receive_a<StepEnd>();
+  EXPECT_EQ(client.receive_a<StreamEnd>().outcome, StreamOutcome::kComplete);
+}
+
+TEST(GatewayTest, WaitsForItsOnlyServerToComeBack) {
+  Upstream upstream(octahedron());
+  RunningGateway gateway(
+      {.gateway = {
+           .upstreams = {upstream.endpoint()}, .least_backoff = 10ms, .most_backoff = 50ms}});
+  WebSocketClient client(gateway.http());
+  greet(client);
+  upstream.stop();
+  open(client, 1);
+  std::this_thread::sleep_for(50ms);
+  upstream.start_again();
+  EXPECT_EQ(std::get<StreamEnd>(all_of_stream(client).back()).outcome, StreamOutcome::kComplete);
+}
+
+TEST(GatewayTest, FailsAStreamWhoseServersStayAway) {
+  Upstream upstream(octahedron());
+  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}, .patience = 100ms}});
+  WebSocketClient client(gateway.http());
+  greet(client);
+  upstream.stop();
+  open(client, 1);
+  EXPECT_EQ(client.receive_a<ErrorReply>().error.code, ErrorCode::kUnavailable);
+  client.send(Ping{1});
+  client.receive_a<Pong>();
+}
+
+// The other server has a dataset of the same facts whose surface is another. Forty megabytes are
+// not on their way yet when the first one is lost.
+TEST(GatewayTest, NeverMixesTheAnswersOfServersThatDiffer) {
+  const auto heavy = [](std::size_t tiles) {
+    return std::make_shared<FakeSteps>("octahedron", testing::heavy(tiles, 1'000'000));
+  };
+  Upstream first(heavy(60));
+  Upstream second(heavy(61));
+  RunningGateway gateway({.gateway = {.upstreams = {first.endpoint(), second.endpoint()}}});
+  WebSocketClient client(gateway.http());
+  greet(client);
+  const auto order =
+      rendezvous_order("octahedron", {to_string(first.endpoint()), to_string(second.endpoint())});
+  client.send(OpenStream{
+      .request_id = 1, .dataset = "octahedron", .steps = StepPolicy::kFinalOnly, .held = {}});
+  client.receive_a<StepBegin>();
+  (order[0] == 0 ? first : second).stop();
+  const auto rest = all_of_stream(client);
+  ASSERT_TRUE(std::holds_alternative<ErrorReply>(rest.back()));
+  EXPECT_EQ(std::get<ErrorReply>(rest.back()).error.code, ErrorCode::kUnavailable);
+}
+
+}  // namespace
+}  // namespace multitetra

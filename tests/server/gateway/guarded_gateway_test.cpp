@@ -1,0 +1,206 @@
+// What a gateway keeps up on a network: who may come in, what it shows to the servers behind it,
+// and how it stops.
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "tests/server/gateway/gateway_client.hpp"
+#include "tests/server/gateway/running_gateway.hpp"
+#include "tests/server/http/tls_request.hpp"
+#include "tests/support/eventually.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::code_of;
+using testing::end_of_stream;
+using testing::eventually;
+using testing::FakeSteps;
+using testing::greeted;
+using testing::HttpClient;
+using testing::is_complete;
+using testing::is_welcome;
+using testing::kAskWhetherAlive;
+using testing::ListenerCertificate;
+using testing::octahedron;
+using testing::open;
+using testing::RunningGateway;
+using testing::TlsRequest;
+using testing::TokensFile;
+using testing::Upstream;
+using testing::WebSocketClient;
+
+// ---- tokens
+
+TEST(GuardedGateway, ShowsServersTheTokensOfItsClients) {
+  const TemporaryFolder folder;
+  const TokensFile tokens(folder.path(), {{"alice", "right", "*"}});
+  Upstream upstream(octahedron(), {.admission = {.tokens = tokens.path()}});
+  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}}});
+  WebSocketClient alice(gateway.http());
+  EXPECT_TRUE(is_welcome(greeted(alice, "right")));
+  open(alice, 1);
+  EXPECT_TRUE(is_complete(end_of_stream(alice)));
+  WebSocketClient mallory(gateway.http());
+  EXPECT_EQ(code_of(greeted(mallory, "wrong")), ErrorCode::kUnauthenticated);
+  HttpClient http(gateway.http());
+  EXPECT_EQ(http.get("/v1/datasets").result_int(), 401U);
+  EXPECT_EQ(http.get("/v1/datasets", "Authorization: Bearer right\r\n").result_int(), 200U);
+}
+
+TEST(GuardedGateway, KnowsItsOwnTokensAndShowsServersItsOwn) {
+  const TemporaryFolder folder;
+  const TokensFile of_server(folder.path(), {{"gateway", "inner", "*"}});
+  Upstream upstream(octahedron(), {.admission = {.tokens = of_server.path()}});
+  const TemporaryFolder outside;
+  const TokensFile of_gateway(outside.path(), {{"alice", "outer", "*"}, {"bob", "few", "none-*"}});
+  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}},
+                          .upstream_files = {.token = folder.file("token", "inner\n").string()},
+                          .runtime = {.admission = {.tokens = of_gateway.path()}}});
+  WebSocketClient alice(gateway.http());
+  EXPECT_TRUE(is_welcome(greeted(alice, "outer")));
+  open(alice, 1);
+  EXPECT_TRUE(is_complete(end_of_stream(alice)));
+  WebSocketClient bob(gateway.http());
+  EXPECT_TRUE(is_welcome(greeted(bob, "few")));
+  open(bob, 1);
+  EXPECT_EQ(code_of(bob.receive()), ErrorCode::kUnknownDataset) << "He may not see this one.";
+  WebSocketClient mallory(gateway.http());
+  EXPECT_EQ(code_of(greeted(mallory, "inner")), ErrorCode::kUnauthenticated)
+      << "The gateway's own token is none of its clients'.";
+}
+
+TEST(GuardedGateway, AReloadedListHoldsForThoseWhoAreThere) {
+  const TemporaryFolder folder;
+  Upstream upstream(octahedron());
+  const auto file = folder.file("tokens", access_line("alice", "right", {"*"}));
+  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}},
+                          .runtime = {.admission = {.tokens = file}}});
+  WebSocketClient alice(gateway.http());
+  EXPECT_TRUE(is_welcome(greeted(alice, "right")));
+  (void)folder.file("tokens", access_line("alice", "another", {"*"}));
+  gateway.reload();
+  alice.send(ListDatasets{1});
+  EXPECT_EQ(code_of(alice.receive()), ErrorCode::kUnauthenticated);
+}
+
+// ---- TLS
+
+TEST(GuardedGateway, SpeaksTlsToServersThatItTrusts) {
+  const ListenerCertificate certificate;
+  Upstream upstream(octahedron(), {.admission = {.tls = certificate.files()}});
+  Endpoint secure = upstream.endpoint();
+  secure.transport = Transport::kTls;
+  const auto trusting = [&](const ListenerCertificate& authority) {
+    return GatewayServerOptions{
+        .gateway = {.upstreams = {secure}},
+        .upstream_files = {.ca = authority.files().certificate.string(), .needs_tls = true}};
+  };
+  RunningGateway gateway(trusting(certificate));
+  WebSocketClient client(gateway.http());
+  EXPECT_TRUE(is_welcome(greeted(client)));
+  open(client, 1);
+  EXPECT_TRUE(is_complete(end_of_stream(client)));
+
+  RunningGateway mistrusting(trusting(ListenerCertificate()));
+  WebSocketClient refused(mistrusting.http());
+  EXPECT_EQ(code_of(greeted(refused)), ErrorCode::kUnavailable);
+}
+
+TEST(GuardedGateway, HasTlsAtItsOwnListener) {
+  const ListenerCertificate certificate;
+  Upstream upstream(octahedron());
+  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}},
+                          .runtime = {.admission = {.tls = certificate.files()}}});
+  TlsRequest visit(gateway.http().port, certificate);
+  visit.send(kAskWhetherAlive);
+  EXPECT_TRUE(visit.read_to_end().starts_with("HTTP/1.1 200 "));
+}
+
+TEST(GuardedGateway, ATokenFileThatCannotBeReadIsToldAtTheStart) {
+  EXPECT_THROW(GatewayServer({.upstream_files = {.token = "/nowhere/token"}}), ExitError);
+}
+
+// ---- limits, metrics, draining
+
+TEST(GuardedGateway, LimitsConnectionsAndRequestsOfAnAddress) {
+  Upstream upstream(octahedron());
+  RunningGateway gateway(
+      {.gateway = {.upstreams = {upstream.endpoint()}},
+       .runtime = {.admission = {.connections = {.total = 10, .per_name = 1},
+                                 .requests = {.per_second = 0.001, .burst = 1}}}});
+  WebSocketClient first(gateway.http());
+  EXPECT_TRUE(is_welcome(greeted(first)));
+  HttpClient second(gateway.http());
+  EXPECT_EQ(second.get("/v1/datasets").result_int(), 503U);
+  first.send(ListDatasets{1});
+  EXPECT_TRUE(std::holds_alternative<DatasetList>(first.receive()));
+  open(first, 1);
+  const ServerMessage refused = first.receive();
+  EXPECT_EQ(code_of(refused), ErrorCode::kLimitExceeded);
+  EXPECT_EQ(std::get<ErrorReply>(refused).request_id, 1U);
+}
+
+TEST(GuardedGateway, CountsWhatItPassesOn) {
+  Upstream upstream(octahedron());
+  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}},
+                          .runtime = {.metrics = std::make_shared<PrometheusMetrics>()}});
+  WebSocketClient client(gateway.http());
+  EXPECT_TRUE(is_welcome(greeted(client)));
+  open(client, 1);
+  EXPECT_TRUE(is_complete(end_of_stream(client)));
+  client.send(Estimate{.request_id = 7, .dataset = "octahedron"});
+  EXPECT_TRUE(std::holds_alternative<EstimateReply>(client.receive()));
+  HttpClient http(gateway.http());
+  const std::string text = http.get("/metrics").body();
+  for (const std::string& line :
+       {std::string("multitetra_requests_total{door=\"websocket\",kind=\"stream\","
+                    "outcome=\"complete\"} 1\n"),
+        std::string("multitetra_requests_total{door=\"websocket\",kind=\"estimate\","
+                    "outcome=\"complete\"} 1\n"),
+        "multitetra_upstream_up{upstream=\"" + to_string(upstream.endpoint()) + "\"} 1\n",
+        std::string("multitetra_datasets 1\n")}) {
+    EXPECT_NE(text.find(line), std::string::npos) << line << text;
+  }
+}
+
+TEST(GuardedGateway, LetsRunningStreamsEndBeforeItStops) {
+  std::atomic<bool> may_end = false;
+  std::atomic<bool> has_begun = false;
+  Upstream upstream(std::make_shared<FakeSteps>(
+      "octahedron", [&](const StepRequest& step, const std::stop_token&) {
+        has_begun = true;
+        while (!may_end) std::this_thread::sleep_for(1ms);
+        return testing::octahedron_step(step);
+      }));
+  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}}});
+  WebSocketClient busy(gateway.http());
+  EXPECT_TRUE(is_welcome(greeted(busy)));
+  WebSocketClient other(gateway.http());
+  EXPECT_TRUE(is_welcome(greeted(other)));
+  open(busy, 1);
+  ASSERT_TRUE(eventually([&] { return has_begun.load(); }));
+  gateway.drain();
+  HttpClient probe(gateway.http());
+  EXPECT_TRUE(eventually([&] { return probe.get("/readyz").result_int() == 503U; }));
+  open(other, 1);
+  EXPECT_EQ(code_of(other.receive()), ErrorCode::kUnavailable);
+  may_end = true;
+  EXPECT_TRUE(is_complete(end_of_stream(busy)));
+  gateway.wait();
+}
+
+TEST(GuardedGateway, SendsIdleClientsAway) {
+  Upstream upstream(octahedron());
+  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}}, .idle_time = 50ms});
+  WebSocketClient idle(gateway.http());
+  EXPECT_TRUE(is_welcome(greeted(idle)));
+  EXPECT_EQ(code_of(idle.receive()), ErrorCode::kUnavailable);
+}
+
+}  // namespace
+}  // namespace multitetra

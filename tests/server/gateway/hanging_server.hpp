@@ -1,0 +1,71 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "common/net/endpoint.hpp"
+#include "common/net/frame.hpp"
+#include "common/net/net.hpp"
+#include "common/wire/messages.hpp"
+#include "tests/support/fake_steps.hpp"
+
+namespace multitetra::testing {
+
+// Says Welcome and what it has, and nothing else: as a process that hangs in the middle of work.
+class HangingServer {
+ public:
+  HangingServer() : acceptor_(io_, {asio::ip::make_address("127.0.0.1"), 0}) {
+    asio::co_spawn(
+        io_, [this] { return accept(); }, asio::detached);
+    thread_ = std::thread([this] { io_.run(); });
+  }
+  ~HangingServer() {
+    io_.stop();
+    thread_.join();
+  }
+  [[nodiscard]] Endpoint endpoint() const {
+    return {.host = "127.0.0.1", .port = acceptor_.local_endpoint().port()};
+  }
+
+ private:
+  asio::awaitable<void> accept() {
+    for (;;) {
+      auto socket =
+          std::make_shared<tcp::socket>(co_await acceptor_.async_accept(asio::use_awaitable));
+      asio::co_spawn(
+          io_, [this, socket] { return talk(socket); }, asio::detached);
+    }
+  }
+  asio::awaitable<void> talk(std::shared_ptr<tcp::socket> socket) {
+    FrameReader frames(kMaxClientFrameBytes);
+    std::array<char, 4096> buffer{};
+    for (;;) {
+      const auto content = frames.next();
+      if (!content) co_return;
+      if (*content) {
+        const auto message = parse_client_message(**content);
+        std::string answer;
+        if (message && std::holds_alternative<Hello>(*message)) answer = serialize(Welcome{});
+        if (const auto* list = message ? std::get_if<ListDatasets>(&*message) : nullptr) {
+          answer = serialize(DatasetList{.request_id = list->request_id,
+                                         .datasets = {FakeSteps("octahedron").info()}});
+        }
+        if (answer.empty()) continue;
+        answer = frame_header(static_cast<std::uint32_t>(answer.size())) + answer;
+        co_await asio::async_write(*socket, asio::buffer(answer), asio::use_awaitable);
+      } else {
+        const std::size_t size =
+            co_await socket->async_read_some(asio::buffer(buffer), asio::use_awaitable);
+        frames.feed({buffer.data(), size});
+      }
+    }
+  }
+
+  asio::io_context io_;
+  tcp::acceptor acceptor_;
+  std::thread thread_;
+};
+
+}  // namespace multitetra::testing

@@ -1,0 +1,128 @@
+// Servers behind a gateway that go, hang and come back.
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "tests/server/gateway/gateway_client.hpp"
+#include "tests/server/gateway/hanging_server.hpp"
+#include "tests/server/gateway/running_gateway.hpp"
+#include "tests/support/eventually.hpp"
+
+namespace multitetra {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::end_of_stream;
+using testing::eventually;
+using testing::greeted;
+using testing::HangingServer;
+using testing::HttpClient;
+using testing::is_complete;
+using testing::is_welcome;
+using testing::octahedron;
+using testing::open;
+using testing::RunningGateway;
+using testing::Upstream;
+using testing::WebSocketClient;
+
+TEST(LostUpstreams, IsReadyOnlyWhileAServerIsThere) {
+  Upstream upstream(octahedron());
+  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}, .most_backoff = 50ms}});
+  HttpClient probe(gateway.http());
+  const auto is_ready = [&] { return probe.get("/readyz").result_int() == 200U; };
+  EXPECT_TRUE(eventually(is_ready));
+  upstream.stop();
+  EXPECT_TRUE(eventually([&] { return !is_ready(); })) << "though nobody has asked for anything";
+  upstream.start_again();
+  EXPECT_TRUE(eventually(is_ready));
+}
+
+TEST(LostUpstreams, TakesAServerThatHangsForALostOne) {
+  HangingServer hanging;
+  Upstream good(octahedron());
+  RunningGateway gateway({.gateway = {.upstreams = {hanging.endpoint(), good.endpoint()},
+                                      .silence = 100ms,
+                                      .least_backoff = 500ms}});
+  WebSocketClient client(gateway.http());
+  EXPECT_TRUE(is_welcome(greeted(client)));
+  for (std::uint64_t id = 1; id <= 4; ++id) {
+    open(client, id);
+    EXPECT_TRUE(is_complete(end_of_stream(client))) << id;
+    client.send(Estimate{.request_id = 100 + id, .dataset = "octahedron"});
+    const ServerMessage answer = client.receive();
+    ASSERT_TRUE(std::holds_alternative<EstimateReply>(answer)) << id;
+    EXPECT_EQ(std::get<EstimateReply>(answer).request_id, 100 + id);
+  }
+}
+
+TEST(LostUpstreams, GoesOnWithAServerThatWasAwayWhenItsClientCame) {
+  Upstream first(octahedron());
+  Upstream second(octahedron());
+  RunningGateway gateway({.gateway = {.upstreams = {first.endpoint(), second.endpoint()},
+                                      .most_backoff = 50ms,
+                                      .list_lifetime = 1ms}});
+  for (auto& [serving, away] : {std::pair(&first, &second), std::pair(&second, &first)}) {
+    away->stop();
+    WebSocketClient client(gateway.http());
+    EXPECT_TRUE(is_welcome(greeted(client)));
+    away->start_again();
+    open(client, 1);
+    EXPECT_TRUE(is_complete(end_of_stream(client)));
+    serving->stop();
+    open(client, 2);
+    EXPECT_TRUE(is_complete(end_of_stream(client)));
+    serving->start_again();
+  }
+}
+
+TEST(LostUpstreams, StopsWhileAServerHangs) {
+  HangingServer hanging;
+  RunningGateway gateway({.gateway = {.upstreams = {hanging.endpoint()}, .silence = 1h}});
+  WebSocketClient client(gateway.http());
+  EXPECT_TRUE(is_welcome(greeted(client)));
+  client.send(Estimate{.request_id = 1, .dataset = "octahedron"});
+  open(client, 2);
+  client.send(Ping{1});
+  (void)client.receive_a<Pong>();
+}  // Whose end waits for the gateway's.
+
+// With one server and a backoff beyond all patience a loss would fail the stream.
+TEST(LostUpstreams, ALinkThatTheServerClosedMeanwhileIsNoLoss) {
+  Upstream upstream(octahedron(), {.limits = {.idle_time = 200ms}});
+  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()},
+                                      .patience = 5s,
+                                      .least_backoff = 20s,
+                                      .most_backoff = 20s}});
+  WebSocketClient client(gateway.http());
+  EXPECT_TRUE(is_welcome(greeted(client)));
+  for (std::uint64_t id = 1; id <= 3; ++id) {
+    open(client, id);
+    EXPECT_TRUE(is_complete(end_of_stream(client))) << id;
+    std::this_thread::sleep_for(400ms);
+  }
+}
+
+// Counts the lists that a server gave.
+class ListCount : public ServiceObserver {
+ public:
+  void request_ended(const ClientFacts&, const RequestFacts& facts) override {
+    if (std::string_view(facts.kind) == "list") ++lists;
+  }
+  std::atomic<int> lists = 0;
+};
+
+TEST(LostUpstreams, AsksOnceForAllWhoComeAtTheSameTime) {
+  const auto count = std::make_shared<ListCount>();
+  Upstream upstream(octahedron(), {.admission = {.observer = count}});
+  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}, .list_lifetime = 1h}});
+  std::vector<std::unique_ptr<WebSocketClient>> clients;
+  for (int i = 0; i < 20; ++i) clients.push_back(std::make_unique<WebSocketClient>(gateway.http()));
+  for (const auto& client : clients) client->send(Hello{});
+  for (const auto& client : clients) EXPECT_TRUE(is_welcome(client->receive()));
+  EXPECT_EQ(count->lists, 1);
+}
+
+}  // namespace
+}  // namespace multitetra

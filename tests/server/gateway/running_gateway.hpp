@@ -1,0 +1,85 @@
+// A gateway on a free port of this machine, running in a thread of its own, and servers behind it
+// that can be lost.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <thread>
+#include <utility>
+
+#include "server/gateway/gateway_server.hpp"
+#include "tests/support/fake_steps.hpp"
+#include "tests/support/running_http_server.hpp"
+
+namespace multitetra::testing {
+
+class RunningGateway {
+ public:
+  explicit RunningGateway(GatewayServerOptions options)
+      : gateway_(on_free_ports(std::move(options))), thread_([this] { gateway_.run(); }) {}
+  ~RunningGateway() {
+    gateway_.stop();
+    wait();
+  }
+  RunningGateway(const RunningGateway&) = delete;
+  RunningGateway& operator=(const RunningGateway&) = delete;
+
+  // Until it has stopped by itself.
+  void wait() {
+    if (thread_.joinable()) thread_.join();
+  }
+  void drain() { gateway_.drain(); }
+  void reload() { gateway_.reload(); }
+  [[nodiscard]] Endpoint http() const { return gateway_.http(); }
+
+ private:
+  static GatewayServerOptions on_free_ports(GatewayServerOptions options) {
+    spdlog::set_level(spdlog::level::off);
+    if (!options.http) options.http.emplace();
+    options.http->listen = {.host = "127.0.0.1", .port = 0};
+    return options;
+  }
+  GatewayServer gateway_;
+  std::thread thread_;
+};
+
+// A server on TCP that can be lost: its connections are cut without a word.
+class Upstream {
+ public:
+  explicit Upstream(std::shared_ptr<const StepSource> source, ServerOptions options = {})
+      : source_(std::move(source)), options_(std::move(options)) {
+    options_.listen = {.host = "127.0.0.1", .port = 0};
+    options_.connection.linger = std::chrono::milliseconds(5);
+    start();
+  }
+  ~Upstream() { stop(); }
+  Upstream(const Upstream&) = delete;
+  Upstream& operator=(const Upstream&) = delete;
+
+  void stop() {
+    if (!server_) return;
+    server_->stop();
+    thread_.join();
+    server_.reset();
+  }
+  // On the same port.
+  void start_again() {
+    options_.listen = endpoint_;
+    start();
+  }
+  [[nodiscard]] const Endpoint& endpoint() const { return endpoint_; }
+
+ private:
+  void start() {
+    server_ = std::make_unique<Server>(catalogue_of(source_), options_);
+    endpoint_ = server_->endpoint();
+    thread_ = std::thread([this] { server_->run(); });
+  }
+  std::shared_ptr<const StepSource> source_;
+  ServerOptions options_;
+  std::unique_ptr<Server> server_;
+  Endpoint endpoint_;
+  std::thread thread_;
+};
+
+}  // namespace multitetra::testing

@@ -1,0 +1,105 @@
+// What the listener for HTTP keeps up on a network: TLS, limits, whom they count for, and draining.
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "tests/server/http/tls_request.hpp"
+#include "tests/support/fake_steps.hpp"
+#include "tests/support/running_http_server.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::catalogue_of;
+using testing::FakeSteps;
+using testing::HttpClient;
+using testing::kAskWhetherAlive;
+using testing::ListenerCertificate;
+using testing::RunningHttpServer;
+using testing::TlsRequest;
+using testing::WebSocketClient;
+
+CataloguePtr octahedra() { return catalogue_of(std::make_shared<FakeSteps>("octahedron")); }
+
+unsigned status_of(HttpClient& client, std::string_view fields = {}) {
+  return client.get("/livez", fields).result_int();
+}
+
+TEST(GuardedHttp, BeyondItsConnectionsTheFirstRequestIsAnsweredWith503) {
+  RunningHttpServer server(octahedra(), {}, {.admission = {.connections = {.total = 1}}});
+  HttpClient first(server.http());
+  EXPECT_EQ(status_of(first), 200U);
+  HttpClient second(server.http());
+  const auto answer = second.get("/v1/datasets");
+  EXPECT_EQ(answer.result_int(), 503U);
+  EXPECT_NE(answer.body().find("\"unavailable\""), std::string::npos) << answer.body();
+  EXPECT_FALSE(answer.keep_alive());
+  EXPECT_EQ(status_of(first), 200U);
+}
+
+TEST(GuardedHttp, BehindATrustedProxyLimitsCountForItsClients) {
+  RunningHttpServer server(octahedra(), {},
+                           {.admission = {.connections = {.total = 10, .per_name = 1},
+                                          .trusted_proxies = {"127.0.0.1"}}});
+  HttpClient first(server.http());
+  HttpClient second(server.http());
+  HttpClient third(server.http());
+  EXPECT_EQ(status_of(first, "X-Forwarded-For: 192.0.2.1\r\n"), 200U);
+  EXPECT_EQ(status_of(second, "X-Forwarded-For: 192.0.2.2\r\n"), 200U);
+  EXPECT_EQ(status_of(third, "X-Forwarded-For: 192.0.2.1\r\n"), 503U);
+  EXPECT_EQ(status_of(first, "X-Forwarded-For: 192.0.2.1\r\n"), 200U) << "asks again";
+}
+
+TEST(GuardedHttp, NobodyElseSaysWhoItIs) {
+  RunningHttpServer server(octahedra(), {},
+                           {.admission = {.connections = {.total = 10, .per_name = 1}}});
+  HttpClient first(server.http());
+  HttpClient second(server.http());
+  EXPECT_EQ(status_of(first, "X-Forwarded-For: 192.0.2.1\r\n"), 200U);
+  EXPECT_EQ(status_of(second, "X-Forwarded-For: 192.0.2.2\r\n"), 503U);
+}
+
+TEST(GuardedHttp, SpeaksTlsWithItsCertificate) {
+  const ListenerCertificate certificate;
+  RunningHttpServer server(octahedra(), {}, {.admission = {.tls = certificate.files()}});
+  TlsRequest context(server.http().port, certificate);
+  context.send(kAskWhetherAlive);
+  EXPECT_TRUE(context.read_to_end().starts_with("HTTP/1.1 200 "));
+}
+
+// The linger time would fail the test: it is not waited for when both have said goodbye.
+TEST(GuardedHttp, HangsUpAtOnceWhenATlsClientHasSaidGoodbye) {
+  const ListenerCertificate certificate;
+  RunningHttpServer server(octahedra(), {.linger = 1h},
+                           {.admission = {.tls = certificate.files()}});
+  TlsRequest context(server.http().port, certificate);
+  context.send(kAskWhetherAlive);
+  (void)context.read_to_end();
+  EXPECT_TRUE(context.parts_well());
+}
+
+TEST(GuardedHttp, IsNotReadyWhileItDrains) {
+  std::atomic<int> running = 0;
+  RunningHttpServer server(
+      catalogue_of(std::make_shared<FakeSteps>("octahedron", testing::endless(running))));
+  WebSocketClient busy(server.http());
+  busy.send(Hello{});
+  (void)busy.receive_a<Welcome>();
+  busy.send(OpenStream{.request_id = 1, .dataset = "octahedron", .held = {}});
+  while (running == 0) std::this_thread::sleep_for(1ms);
+  HttpClient probe(server.http());
+  EXPECT_EQ(probe.get("/readyz").result_int(), 200U);
+  server.drain();
+  unsigned status = 200;
+  for (int i = 0; i < 5000 && status == 200; ++i) status = probe.get("/readyz").result_int();
+  EXPECT_EQ(status, 503U);
+  EXPECT_EQ(status_of(probe), 200U) << "It lives still.";
+  EXPECT_EQ(probe.get("/v1/datasets/octahedron/isosurface?isovalue=1").result_int(), 503U);
+}
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,314 @@
+// HTTP over real sockets: what every answer has in common, limits, and what clients may not do.
+#include <chrono>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "common/cli/json_report.hpp"
+#include "tests/support/fake_steps.hpp"
+#include "tests/support/running_http_server.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::catalogue_of;
+using testing::FakeSteps;
+using testing::HttpClient;
+using testing::RunningHttpServer;
+
+CataloguePtr octahedra() { return catalogue_of(std::make_shared<FakeSteps>("octahedron")); }
+
+std::string code_of(const HttpClient::Response& response) {
+  return Json::parse(response.body()).at("error").at("code");
+}
+
+TEST(HttpListener, AnswersManyRequestsOnOneConnection) {
+  RunningHttpServer server(octahedra());
+  HttpClient client(server.http());
+  for (int i = 0; i < 100; ++i) ASSERT_EQ(client.get("/livez").result_int(), 200U);
+}
+
+TEST(HttpListener, AnswersRequestsThatWereSentAheadInTheirOrder) {
+  RunningHttpServer server(octahedra());
+  HttpClient client(server.http());
+  client.send(
+      "GET /livez HTTP/1.1\r\nHost: x\r\n\r\nGET /nothing HTTP/1.1\r\nHost: x\r\n\r\n"
+      "HEAD /livez HTTP/1.1\r\nHost: x\r\n\r\nGET /readyz HTTP/1.1\r\nHost: x\r\n\r\n");
+  EXPECT_EQ(client.receive().result_int(), 200U);
+  EXPECT_EQ(client.receive().result_int(), 404U);
+  const auto head = client.receive(/*to_head=*/true);
+  EXPECT_EQ(head.result_int(), 200U);
+  EXPECT_EQ(head[http::field::content_length], "16");
+  EXPECT_EQ(client.receive().body(), "{\"status\":\"ok\"}\n");
+}
+
+TEST(HttpListener, HangsUpWhereTheClientWantsThat) {
+  RunningHttpServer server(octahedra());
+  HttpClient closing(server.http());
+  EXPECT_EQ(closing.get("/livez", "Connection: close\r\n")[http::field::connection], "close");
+  EXPECT_EQ(closing.rest(), "");
+  HttpClient old(server.http());
+  old.send("GET /livez HTTP/1.0\r\n\r\n");
+  EXPECT_EQ(old.receive().result_int(), 200U);
+  EXPECT_EQ(old.rest(), "");
+}
+
+TEST(HttpListener, SaysInJsonWhatWasWrongAndNamesTheRequest) {
+  RunningHttpServer server(octahedra());
+  HttpClient client(server.http());
+  const auto response = client.get("/v1/datasets/none");
+  EXPECT_EQ(response.result_int(), 404U);
+  EXPECT_EQ(response[http::field::content_type], "application/json");
+  const Json error = Json::parse(response.body()).at("error");
+  EXPECT_EQ(error.at("code"), "unknown_dataset");
+  EXPECT_NE(error.at("text").get<std::string>().find("none"), std::string::npos);
+  EXPECT_EQ(error.at("request_id"), std::string(response["X-Request-Id"]));
+  EXPECT_NE(response["X-Request-Id"], client.get("/livez")["X-Request-Id"]);
+}
+
+TEST(HttpListener, KnowsThreeMethods) {
+  RunningHttpServer server(octahedra());
+  HttpClient client(server.http());
+  for (const auto* method : {"POST", "PUT", "DELETE", "PATCH", "TRACE", "BREW"}) {
+    const auto response = client.ask(method, "/v1/datasets");
+    EXPECT_EQ(response.result_int(), 405U) << method;
+    EXPECT_EQ(response[http::field::allow], "GET, HEAD, OPTIONS");
+  }
+  EXPECT_EQ(client.ask("OPTIONS", "/v1/datasets").result_int(), 204U);
+}
+
+TEST(HttpListener, EndsConnectionsThatCannotBeFollowed) {
+  RunningHttpServer server(octahedra());
+  for (const auto& [bytes, status] : std::initializer_list<std::pair<std::string, unsigned>>{
+           {"no request\r\n\r\n", 400},
+           {"GET /" + std::string(20'000, 'a'), 431},
+           {"POST /livez HTTP/1.1\r\nContent-Length: 3\r\n\r\nabc", 413},
+           {"GET /livez HTTP/1.1\r\nContent-Length: 3\r\nTransfer-Encoding: chunked\r\n\r\n",
+            400}}) {
+    HttpClient client(server.http());
+    client.send(bytes);
+    const auto response = client.receive();
+    EXPECT_EQ(response.result_int(), status);
+    EXPECT_EQ(response[http::field::connection], "close");
+    EXPECT_EQ(code_of(response), "malformed_message");
+    EXPECT_EQ(client.rest(), "");
+  }
+}
+
+TEST(HttpListener, WaitsForAHeaderOnlySoLong) {
+  RunningHttpServer server(octahedra(), {.handshake_timeout = 80ms});
+  HttpClient client(server.http());
+  client.send("GET /livez HTTP/1.1\r\nHost:");
+  EXPECT_EQ(client.rest(), "");
+}
+
+TEST(HttpListener, WaitsForTheNextRequestOnlySoLong) {
+  RunningHttpServer server(octahedra(), {.keep_alive_timeout = 80ms});
+  HttpClient client(server.http());
+  EXPECT_EQ(client.get("/livez").result_int(), 200U);
+  EXPECT_EQ(client.rest(), "");
+}
+
+TEST(HttpListener, HasRoomForSoManyConnections) {
+  RunningHttpServer server(octahedra(), {}, {.admission = {.connections = {.total = 1}}});
+  HttpClient first(server.http());
+  EXPECT_EQ(first.get("/livez").result_int(), 200U);
+  HttpClient second(server.http());
+  EXPECT_EQ(second.get("/livez").result_int(), 503U);
+  EXPECT_EQ(second.rest(), "");
+  EXPECT_EQ(first.get("/livez").result_int(), 200U);
+}
+
+TEST(HttpListener, TellsWhetherItIsReady) {
+  std::atomic<bool> ready = true;
+  RunningHttpServer server(octahedra(), {.hooks = {.is_ready = [&] { return ready.load(); }}},
+                           {.metrics = std::make_shared<PrometheusMetrics>()});
+  HttpClient client(server.http());
+  EXPECT_EQ(client.get("/readyz").result_int(), 200U);
+  ready = false;
+  const auto response = client.get("/readyz");
+  EXPECT_EQ(response.result_int(), 503U);
+  EXPECT_EQ(response[http::field::retry_after], "1");
+  EXPECT_EQ(client.get("/livez").result_int(), 200U);
+  const std::string metrics = client.get("/metrics").body();
+  EXPECT_NE(metrics.find("multitetra_http_answers_total{kind=\"readyz\",status=\"503\"} 1\n"),
+            std::string::npos)
+      << metrics;
+}
+
+// A list takes two messages of a conversation and a mesh three; to the client each is one request.
+TEST(HttpListener, AnswersSoManyRequestsOfAnAddress) {
+  RunningHttpServer server(octahedra(), {},
+                           {.admission = {.requests = {.per_second = 0.001, .burst = 4}}});
+  HttpClient client(server.http());
+  const std::string mesh = "/v1/datasets/octahedron/isosurface?isovalue=0.5&error=";
+  for (const std::string& target : {std::string("/v1/datasets"), mesh + "1", mesh + "2",
+                                    std::string("/v1/datasets/octahedron")}) {
+    EXPECT_EQ(client.get(target).result_int(), 200U) << target;
+  }
+  for (const std::string& target : {mesh + "3", std::string("/v1/datasets")}) {
+    const auto refused = client.get(target);
+    EXPECT_EQ(refused.result_int(), 429U) << target;
+    EXPECT_EQ(refused[http::field::retry_after], "1");
+  }
+  EXPECT_EQ(client.get("/livez").result_int(), 200U);
+}
+
+TEST(HttpListener, LetsPagesOfAllowedOriginsReadItsAnswers) {
+  RunningHttpServer server(octahedra(), {.allowed_origins = {"https://a.example"}});
+  HttpClient client(server.http());
+  const auto allowed = client.get("/v1/datasets", "Origin: https://a.example\r\n");
+  EXPECT_EQ(allowed["Access-Control-Allow-Origin"], "https://a.example");
+  EXPECT_EQ(allowed[http::field::vary], "Origin");
+  const auto other = client.get("/v1/datasets", "Origin: https://b.example\r\n");
+  EXPECT_EQ(other.count("Access-Control-Allow-Origin"), 0U);
+  EXPECT_EQ(other[http::field::vary], "Origin");
+  const auto preflight = client.ask("OPTIONS", "/v1/datasets/a/isosurface",
+                                    "Origin: https://a.example\r\n"
+                                    "Access-Control-Request-Method: GET\r\n");
+  EXPECT_EQ(preflight.result_int(), 204U);
+  EXPECT_EQ(preflight["Access-Control-Allow-Methods"], "GET, HEAD, OPTIONS");
+}
+
+TEST(HttpListener, TellsAboutDatasetsAsInfoDoes) {
+  RunningHttpServer server(octahedra());
+  HttpClient client(server.http());
+  const auto list = client.get("/v1/datasets");
+  const Json datasets = Json::parse(list.body()).at("datasets");
+  ASSERT_EQ(datasets.size(), 1U);
+  EXPECT_EQ(datasets[0].at("name"), "octahedron");
+  EXPECT_FALSE(datasets[0].contains("histogram"));
+  const auto one = client.get("/v1/datasets/octahedron");
+  EXPECT_EQ(one.body(), text_of(json_of(FakeSteps("octahedron").info())));
+  const std::string tag(one[http::field::etag]);
+  const auto again = client.get("/v1/datasets/octahedron", "If-None-Match: " + tag + "\r\n");
+  EXPECT_EQ(again.result_int(), 304U);
+  EXPECT_EQ(again[http::field::etag], tag);
+  EXPECT_EQ(client.get("/v1/datasets/%6Fctahedron").result_int(), 200U);
+}
+
+TEST(HttpListener, ServesTilesThatAreAtHandToBeKeptForEver) {
+  const auto tile = testing::fine_tiles().front();
+  RunningHttpServer server(
+      octahedra(), {.hooks = {.find_tile = [&](const ContentDigest& digest) {
+                      return digest == tile.summary.digest ? std::optional(tile) : std::nullopt;
+                    }}});
+  HttpClient client(server.http());
+  const std::string path = "/v1/tiles/" + tile.summary.digest.hex();
+  const auto whole = client.get(path);
+  EXPECT_EQ(whole.result_int(), 200U);
+  EXPECT_EQ(whole.body(), *tile.payload);
+  EXPECT_NE(whole[http::field::cache_control].find("immutable"), std::string::npos);
+  const auto part = client.get(path, "Range: bytes=2-5\r\n");
+  EXPECT_EQ(part.result_int(), 206U);
+  EXPECT_EQ(part.body(), tile.payload->substr(2, 4));
+  EXPECT_EQ(part[http::field::content_range], "bytes 2-5/" + std::to_string(tile.payload->size()));
+  const auto beyond = client.get(path, "Range: bytes=99999999-\r\n");
+  EXPECT_EQ(beyond.result_int(), 416U);
+  const auto known =
+      client.get(path, "If-None-Match: " + std::string(whole[http::field::etag]) + "\r\n");
+  EXPECT_EQ(known.result_int(), 304U);
+  EXPECT_EQ(client.get("/v1/tiles/" + ContentDigest{}.hex()).result_int(), 404U);
+  EXPECT_EQ(client.get("/v1/tiles/xyz").result_int(), 400U);
+}
+
+TEST(HttpListener, WantsAGoodTokenWhereTokensAreNeeded) {
+  const TemporaryFolder folder;
+  const testing::TokensFile tokens(folder.path(), {{"alice", "good", "octahedron"}});
+  const auto tile = testing::fine_tiles().front();
+  RunningHttpServer server(octahedra(),
+                           {.hooks = {.find_tile = [&](const ContentDigest&) { return tile; }}},
+                           {.admission = {.tokens = tokens.path()}});
+  HttpClient client(server.http());
+  for (const std::string& path :
+       {"/v1/tiles/" + tile.summary.digest.hex(), std::string("/v1/datasets"),
+        std::string("/v1/datasets/octahedron"),
+        std::string("/v1/datasets/octahedron/isosurface?isovalue=1")}) {
+    const auto refusal = client.get(path);
+    EXPECT_EQ(refusal.result_int(), 401U) << path;
+    EXPECT_EQ(refusal[http::field::www_authenticate], "Bearer");
+    EXPECT_EQ(code_of(refusal), "unauthenticated");
+    EXPECT_EQ(client.get(path, "Authorization: Bearer bad\r\n").result_int(), 401U) << path;
+    EXPECT_EQ(client.get(path, "Authorization: Basic good\r\n").result_int(), 401U) << path;
+    const auto response = client.get(path, "Authorization: bearer good\r\n");
+    EXPECT_EQ(response.result_int(), 200U) << path;
+    EXPECT_EQ(response[http::field::cache_control].find("public"), beast::string_view::npos);
+  }
+  EXPECT_EQ(client.get("/livez").result_int(), 200U);
+}
+
+// ---- the viewer's files
+
+class ViewerTest : public ::testing::Test {
+ protected:
+  void write(const std::string& name, const std::string& text) {
+    const auto file = folder_.path() / "viewer" / name;
+    std::filesystem::create_directories(file.parent_path());
+    std::ofstream(file) << text;
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(ViewerTest, MayTalkWithItsOwnHostAlone) {
+  write("index.html", "<p>viewer");
+  RunningHttpServer server(octahedra(),
+                           {.viewer = std::make_shared<ViewerFiles>(folder_.path() / "viewer")});
+  const auto page = HttpClient(server.http()).get("/");
+  std::map<std::string, std::string> policy;
+  std::istringstream directives{std::string(page["Content-Security-Policy"])};
+  for (std::string one; std::getline(directives >> std::ws, one, ';');) {
+    const std::size_t end = one.find(' ');
+    policy[one.substr(0, end)] = one.substr(end + 1);
+  }
+  EXPECT_EQ(policy["default-src"], "'self'");
+  EXPECT_EQ(policy["connect-src"], "'self'");
+  EXPECT_EQ(policy["worker-src"], "'self'");
+  EXPECT_EQ(policy["form-action"], "'none'");
+  EXPECT_EQ(policy["base-uri"], "'none'");
+  EXPECT_EQ(policy["script-src"].find("unsafe-inline"), std::string::npos);
+}
+
+TEST_F(ViewerTest, IsServedFromOneFolderOnly) {
+  write("index.html", "<p>viewer");
+  write("assets/index-1a2b.js", "let x = 1;");
+  write("assets/index-1a2b.js.gz", "zipped");
+  write("../secret.txt", "secret");
+  std::filesystem::create_symlink(folder_.path() / "secret.txt",
+                                  folder_.path() / "viewer" / "link.txt");
+  std::filesystem::create_directory_symlink(folder_.path(), folder_.path() / "viewer" / "up");
+  RunningHttpServer server(octahedra(),
+                           {.viewer = std::make_shared<ViewerFiles>(folder_.path() / "viewer")});
+  HttpClient client(server.http());
+  const auto page = client.get("/");
+  EXPECT_EQ(page.body(), "<p>viewer");
+  EXPECT_EQ(page[http::field::content_type], "text/html; charset=utf-8");
+  EXPECT_EQ(page[http::field::cache_control], "no-cache");
+  const auto plain = client.get("/assets/index-1a2b.js");
+  EXPECT_EQ(plain.body(), "let x = 1;");
+  EXPECT_EQ(plain[http::field::content_type], "text/javascript; charset=utf-8");
+  EXPECT_NE(plain[http::field::cache_control].find("immutable"), beast::string_view::npos);
+  const auto zipped = client.get("/assets/index-1a2b.js", "Accept-Encoding: br, gzip\r\n");
+  EXPECT_EQ(zipped.body(), "zipped");
+  EXPECT_EQ(zipped[http::field::content_encoding], "gzip");
+  EXPECT_NE(zipped[http::field::etag], plain[http::field::etag]);
+  for (const auto* path :
+       {"/../secret.txt", "/%2e%2e/secret.txt", "/..%2fsecret.txt", "/assets/../../secret.txt",
+        "/link.txt", "/up/secret.txt", "//etc/passwd", "/secret.txt", "/assets/", "/assets",
+        "/index.html%00.js", "/.%00./secret.txt", "/\\..\\secret.txt"}) {
+    EXPECT_EQ(client.get(path).result_int(), 404U) << path;
+  }
+}
+
+TEST_F(ViewerTest, IsReplacedByAPageWhereThereIsNone) {
+  RunningHttpServer server(octahedra());
+  HttpClient client(server.http());
+  EXPECT_NE(client.get("/").body().find("not installed"), std::string::npos);
+  EXPECT_EQ(client.get("/index.js").result_int(), 404U);
+}
+
+}  // namespace
+}  // namespace multitetra

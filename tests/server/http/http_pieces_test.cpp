@@ -1,0 +1,242 @@
+// What HTTP requests are made of, without a network.
+#include <gtest/gtest.h>
+
+#include "server/http/conditions.hpp"
+#include "server/http/http_request.hpp"
+#include "server/http/media.hpp"
+#include "server/http/origin.hpp"
+#include "server/http/route.hpp"
+#include "server/http/surface_query.hpp"
+#include "server/http/target.hpp"
+
+namespace multitetra {
+namespace {
+
+// ---- requests
+
+constexpr std::string_view kTwoRequests =
+    "GET /a HTTP/1.1\r\nHost: x\r\n\r\nHEAD /b?c=d HTTP/1.1\r\nHost: y\r\nRange: bytes=0-1\r\n\r\n";
+
+TEST(RequestReader, FindsRequestsHoweverTheirBytesCome) {
+  for (std::size_t portion : {1U, 2U, 7U, 1000U}) {
+    RequestReader reader(1024);
+    std::vector<HttpRequest> requests;
+    for (std::size_t at = 0; at < kTwoRequests.size(); at += portion) {
+      reader.feed(kTwoRequests.substr(at, portion));
+      for (auto next = reader.next(); next.value(); next = reader.next()) {
+        requests.push_back(std::move(**next));
+      }
+    }
+    ASSERT_EQ(requests.size(), 2U) << portion;
+    EXPECT_EQ(requests[0].target(), "/a");
+    EXPECT_EQ(requests[1].method(), http::verb::head);
+    EXPECT_EQ(field(requests[1], http::field::range), "bytes=0-1");
+    EXPECT_FALSE(reader.is_inside());
+  }
+}
+
+int status_of(std::string_view bytes) {
+  RequestReader reader(256);
+  reader.feed(bytes);
+  const auto request = reader.next();
+  return request ? (*request ? 200 : 0) : request.error().status;
+}
+
+TEST(RequestReader, RefusesWhatItCannotFollow) {
+  EXPECT_EQ(status_of("GET / HTTP/1.1\r\nHost: x\r\n\r\n"), 200);
+  EXPECT_EQ(status_of("GET / HTTP/1.1\r\nHost: x\r\n"), 0);
+  EXPECT_EQ(status_of("\x16\x03\x01 no HTTP at all\r\n\r\n"), 400);
+  EXPECT_EQ(status_of("GET / HTTP/3.0\r\n\r\n"), 400);
+  EXPECT_EQ(status_of("GET / HTTP/1.1\r\nno colon\r\n\r\n"), 400);
+  EXPECT_EQ(status_of("GET /" + std::string(300, 'a')), 431);
+  EXPECT_EQ(status_of("GET / HTTP/1.1\r\nA: " + std::string(300, 'a') + "\r\n\r\n"), 431);
+  EXPECT_EQ(status_of("POST / HTTP/1.1\r\nContent-Length: 5\r\n\r\nhello"), 413);
+  EXPECT_EQ(status_of("POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n"), 413);
+  EXPECT_EQ(status_of("POST / HTTP/1.1\r\nContent-Length: 0\r\n\r\n"), 200);
+}
+
+TEST(RequestReader, NeverHoldsMuchMoreThanItsLimit) {
+  RequestReader reader(256);
+  for (int i = 0; i < 1000; ++i) {
+    reader.feed("a");
+    if (!reader.next()) break;
+    EXPECT_LE(reader.rest().size(), 257U);
+  }
+  EXPECT_FALSE(reader.next());
+}
+
+// ---- targets and routes
+
+TEST(Target, IsTakenApartBeforeItIsDecoded) {
+  const Target target = parse_target("/v1/a%2Fb/c%20d?x=%26&y&region=ball:1,2,3,4=0.5").value();
+  EXPECT_EQ(target.path, (std::vector<std::string>{"v1", "a/b", "c d"}));
+  EXPECT_EQ(target.query, (std::vector<std::pair<std::string, std::string>>{
+                              {"x", "&"}, {"y", ""}, {"region", "ball:1,2,3,4=0.5"}}));
+  EXPECT_TRUE(parse_target("/").value().path.empty());
+}
+
+TEST(Target, IsRefusedWhereItIsNotWellEncoded) {
+  for (const auto* bad : {"", "*", "http://x/", "a", "/%", "/%4", "/%zz", "/?a=%", "/?%=a"}) {
+    EXPECT_FALSE(parse_target(bad)) << bad;
+  }
+  EXPECT_EQ(percent_decoded("%41%4a+").value(), "AJ+");
+}
+
+Result<Route> routed(std::string_view target) { return route_of(parse_target(target).value()); }
+
+TEST(Route, LeadsToWhatThePathNames) {
+  EXPECT_TRUE(std::holds_alternative<Liveness>(routed("/livez").value()));
+  EXPECT_TRUE(std::holds_alternative<WebSocketStream>(routed("/v1/stream?x=1").value()));
+  EXPECT_TRUE(std::holds_alternative<DatasetListing>(routed("/v1/datasets").value()));
+  EXPECT_EQ(std::get<SurfaceFile>(routed("/v1/datasets/a%20b/isosurface").value()).dataset, "a b");
+  const ContentDigest digest = {0x0123456789abcdef, 0xfedcba9876543210};
+  EXPECT_EQ(std::get<TileBytes>(routed("/v1/tiles/" + digest.hex()).value()).digest, digest);
+  EXPECT_FALSE(routed("/v1/tiles/12"));
+  EXPECT_FALSE(routed("/v1/tiles/" + std::string(32, 'G')));
+}
+
+TEST(Route, TakesPathsOfFilesAsTheyAreSoThatNoneLeadsElsewhere) {
+  for (const auto* path : {"/", "/../etc/passwd", "/%2e%2e/etc/passwd", "/assets//x", "/v1"}) {
+    EXPECT_EQ(std::get<ViewerFile>(routed(path).value()).path, path);
+  }
+}
+
+// ---- queries
+
+SurfaceQuery query_of(std::string_view query) {
+  return parse_surface_query(parse_target("/?" + std::string(query)).value().query).value();
+}
+
+TEST(SurfaceQuery, SaysAllThatTheCommandLineSays) {
+  const SurfaceQuery query = query_of(
+      "isovalue=-3e%2B2&error=0.25&unit=world&bound=paper&topology_rule=paper&topology_tolerance=2&"
+      "lattice=4&region=ball:1,2,3,4=0.5&region=box:0,0,0,1,1,1=0&region_unit=index&"
+      "combine=minimum&max_triangles=1000&max_bytes=2000&simplify=off&normals=8&coordinates=index&"
+      "format=stl&"
+      "view=eye=1,2,3,fov=40,height=1080,pixels=1");
+  EXPECT_EQ(query.isovalue, -300.0);
+  EXPECT_EQ(query.request.error, 0.25);
+  EXPECT_EQ(query.request.unit, LengthUnit::kWorld);
+  EXPECT_EQ(query.request.measure, ErrorMeasure::kPaper);
+  EXPECT_EQ(query.request.topology_rule, TopologyRule::kPaper);
+  EXPECT_EQ(query.request.topology_tolerance, 2);
+  EXPECT_EQ(query.request.lattice_resolution, 4);
+  EXPECT_EQ(query.request.thresholds.regions.size(), 2U);
+  EXPECT_EQ(query.request.thresholds.coordinates, CoordinateSystem::kIndex);
+  EXPECT_EQ(query.request.thresholds.combination, Combination::kMinimum);
+  EXPECT_TRUE(query.request.thresholds.view);
+  EXPECT_EQ(query.request.max_triangles, 1000U);
+  EXPECT_EQ(query.request.max_bytes, 2000U);
+  EXPECT_FALSE(query.request.simplify);
+  EXPECT_EQ(query.request.normal_bits, 8);
+  EXPECT_FALSE(query.is_in_world);
+  EXPECT_EQ(query.format, MeshFormat::kStl);
+}
+
+TEST(SurfaceQuery, SaysTheSameDefaultsWhenItSaysNothing) {
+  const SurfaceQuery query = query_of("");
+  EXPECT_EQ(query.request, (IsosurfaceRequest{.error = 0.25, .simplify = true}));
+  EXPECT_FALSE(query.isovalue);
+  EXPECT_TRUE(query.is_in_world);
+  EXPECT_FALSE(query.format);
+}
+
+TEST(SurfaceQuery, NamesTheParameterThatIsWrong) {
+  for (const auto& [query, named] : {std::pair{"isovalue=x", "isovalue"},
+                                     {"error=1,5", "error"},
+                                     {"error=1&error=2", "error"},
+                                     {"unit=mm", "unit"},
+                                     {"lattice=1e3", "lattice"},
+                                     {"max_triangles=-1", "max_triangles"},
+                                     {"region=cube:1=2", "region"},
+                                     {"format=vtk", "format"},
+                                     {"isoval=3", "isoval"},
+                                     {"threshold_grid=/etc/passwd", "threshold_grid"},
+                                     {"simplify=1", "simplify"},
+                                     {"normals=", "normals"}}) {
+    const auto parsed = parse_surface_query(parse_target("/?" + std::string(query)).value().query);
+    ASSERT_FALSE(parsed) << query;
+    EXPECT_NE(parsed.error().text.find(named), std::string::npos) << parsed.error().text;
+  }
+}
+
+TEST(SurfaceQuery, IsCheckedAsARequestOverTheWireIs) {
+  DatasetInfo info;
+  info.name = "a";
+  EXPECT_FALSE(request_for(query_of(""), info));
+  info.suggested_isovalues = {7};
+  EXPECT_EQ(request_for(query_of(""), info).value().isovalue, 7);
+  EXPECT_FALSE(request_for(query_of("error=-1"), info));
+  EXPECT_FALSE(request_for(query_of("isovalue=nan"), info));
+  EXPECT_FALSE(request_for(query_of("lattice=9"), info));
+}
+
+// ---- conditions and ranges
+
+TEST(Conditions, NameATagInAListOrAll) {
+  EXPECT_TRUE(names_tag("\"a\"", "\"a\""));
+  EXPECT_TRUE(names_tag("\"b\" , W/\"a\"", "\"a\""));
+  EXPECT_TRUE(names_tag("*", "\"a\""));
+  EXPECT_FALSE(names_tag("", "\"a\""));
+  EXPECT_FALSE(names_tag("\"ab\", a", "\"a\""));
+  EXPECT_FALSE(names_tag("", ""));
+}
+
+TEST(Ranges, AreMetWhereTheyAreOneAndUnderstood) {
+  const auto range = [](std::string_view field) { return range_of(field, "", "\"t\"", 100); };
+  EXPECT_EQ(range("bytes=0-0"), (RangeOutcome{ByteRange{0, 1}}));
+  EXPECT_EQ(range("bytes=10-19"), (RangeOutcome{ByteRange{10, 10}}));
+  EXPECT_EQ(range("bytes=90-"), (RangeOutcome{ByteRange{90, 10}}));
+  EXPECT_EQ(range("bytes=90-99999999999999999999999"), (RangeOutcome{ByteRange{90, 10}}));
+  EXPECT_EQ(range("bytes=-7"), (RangeOutcome{ByteRange{93, 7}}));
+  EXPECT_EQ(range("bytes=-200"), (RangeOutcome{ByteRange{0, 100}}));
+  EXPECT_EQ(range("bytes=100-"), RangeOutcome{Unsatisfiable{}});
+  EXPECT_EQ(range("bytes=-0"), RangeOutcome{Unsatisfiable{}});
+  for (const auto* all : {"", "bytes=", "bytes=-", "bytes=a-b", "bytes=5-4", "bytes=0-1,3-4",
+                          "lines=0-1", "bytes=1", "bytes=0x1-2"}) {
+    EXPECT_EQ(range(all), RangeOutcome{Everything{}}) << all;
+  }
+  EXPECT_EQ(range_of("bytes=0-", "", "\"t\"", 0), RangeOutcome{Unsatisfiable{}});
+}
+
+TEST(Ranges, ArePassedOverWhenTheContentIsAnother) {
+  EXPECT_EQ(range_of("bytes=0-0", "\"t\"", "\"t\"", 9), (RangeOutcome{ByteRange{0, 1}}));
+  EXPECT_EQ(range_of("bytes=0-0", "\"s\"", "\"t\"", 9), RangeOutcome{Everything{}});
+  EXPECT_EQ(range_of("bytes=0-0", "W/\"t\"", "\"t\"", 9), RangeOutcome{Everything{}});
+}
+
+// ---- formats and origins
+
+TEST(Media, PrefersWhatTheClientPrefers) {
+  EXPECT_EQ(accepted_format(""), MeshFormat::kGlb);
+  EXPECT_EQ(accepted_format("*/*"), MeshFormat::kGlb);
+  EXPECT_EQ(accepted_format("text/html, model/stl"), MeshFormat::kStl);
+  EXPECT_EQ(accepted_format("model/*;q=0.5, application/ply"), MeshFormat::kPly);
+  EXPECT_EQ(accepted_format("model/gltf-binary;q=0, */*;q=0.1"), MeshFormat::kPly);
+  EXPECT_EQ(accepted_format("text/html"), std::nullopt);
+  EXPECT_EQ(accepted_format("*/*;q=0"), std::nullopt);
+}
+
+TEST(Origin, IsAllowedWhereItIsOursOrListed) {
+  EXPECT_TRUE(is_allowed_origin("", "h", {}));
+  EXPECT_TRUE(is_allowed_origin("http://h:7480", "h:7480", {}));
+  EXPECT_TRUE(is_allowed_origin("https://H", "h", {}));
+  EXPECT_TRUE(is_allowed_origin("https://h", "h:443", {}));
+  EXPECT_FALSE(is_allowed_origin("http://h:7481", "h:7480", {}));
+  EXPECT_FALSE(is_allowed_origin("http://h.evil", "h", {}));
+  EXPECT_FALSE(is_allowed_origin("null", "h", {}));
+  EXPECT_FALSE(is_allowed_origin("http://", "", {}));
+  EXPECT_TRUE(is_allowed_origin("https://a.example", "h", {"https://a.example"}));
+  EXPECT_TRUE(is_allowed_origin("null", "h", {"*"}));
+}
+
+TEST(Origin, MayReadAnswersWhereItIsAllowedOnly) {
+  EXPECT_EQ(cross_origin_fields("https://a", "h", {}, false), "");
+  EXPECT_EQ(cross_origin_fields("https://b", "h", {"https://a"}, false), "Vary: Origin\r\n");
+  const std::string allowed = cross_origin_fields("https://a", "h", {"https://a"}, true);
+  EXPECT_NE(allowed.find("Access-Control-Allow-Origin: https://a\r\n"), std::string::npos);
+  EXPECT_NE(allowed.find("Access-Control-Allow-Headers: Authorization"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace multitetra

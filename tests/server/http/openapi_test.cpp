@@ -1,0 +1,234 @@
+// The description that is served says what the server does: every path and status in it is
+// provoked, what is not in it does not happen, and bodies are of their schemas.
+#include <map>
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "common/cli/json_report.hpp"
+#include "tests/support/fake_steps.hpp"
+#include "tests/support/running_http_server.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+using testing::catalogue_of;
+using testing::FakeSteps;
+using testing::HttpClient;
+using testing::RunningHttpServer;
+
+// As much of JSON Schema as the description uses.
+class Schemas {
+ public:
+  explicit Schemas(const Json& document) : document_(document) {}
+
+  [[nodiscard]] const Json& resolved(const Json& node) const {
+    if (!node.contains("$ref")) return node;
+    return document_.at(Json::json_pointer(node.at("$ref").get<std::string>().substr(1)));
+  }
+  void expect(const Json& value, const Json& reference, const std::string& where) const {
+    const Json& schema = resolved(reference);
+    if (schema.contains("type")) {
+      EXPECT_TRUE(is_of(value, schema.at("type"))) << where << ": " << value;
+    }
+    if (schema.contains("enum")) {
+      const auto& words = schema.at("enum");
+      EXPECT_NE(std::find(words.begin(), words.end(), value), words.end()) << where;
+    }
+    for (const auto& name : schema.value("required", Json::array())) {
+      EXPECT_TRUE(value.contains(name.get<std::string>())) << where << " has no " << name;
+    }
+    if (value.is_object() && schema.contains("properties")) {
+      for (const auto& [name, part] : value.items()) {
+        const bool is_known = schema.at("properties").contains(name);
+        EXPECT_TRUE(is_known) << where << " has " << name;
+        if (is_known) expect(part, schema.at("properties").at(name), where + "." + name);
+      }
+    }
+    if (value.is_array() && schema.contains("items")) {
+      EXPECT_GE(value.size(), schema.value("minItems", std::size_t{0})) << where;
+      EXPECT_LE(value.size(), schema.value("maxItems", value.size())) << where;
+      for (const auto& item : value) expect(item, schema.at("items"), where + "[]");
+    }
+  }
+
+ private:
+  static bool is_of(const Json& value, const Json& type) {
+    if (type.is_array()) {
+      return std::any_of(type.begin(), type.end(), [&](const Json& t) { return is_of(value, t); });
+    }
+    if (type == "object") return value.is_object();
+    if (type == "array") return value.is_array();
+    if (type == "string") return value.is_string();
+    if (type == "integer") return value.is_number_integer();
+    if (type == "number") return value.is_number();
+    return type == "null" && value.is_null();
+  }
+  const Json& document_;
+};
+
+class TellingSteps : public FakeSteps {
+ public:
+  TellingSteps(std::string name, testing::MakeStep make)
+      : FakeSteps(std::move(name), std::move(make)), info_(FakeSteps::info()) {
+    info_.content_id = 1;
+  }
+  [[nodiscard]] const DatasetInfo& info() const override { return info_; }
+
+ private:
+  DatasetInfo info_;
+};
+
+class OpenApiTest : public ::testing::Test {
+ protected:
+  OpenApiTest() {
+    const auto make = [](const StepRequest& step, const std::stop_token&) -> EncodedStep {
+      if (step.request.isovalue == 13) throw std::runtime_error("trouble");
+      if (step.request.isovalue == 12) return {};
+      return testing::octahedron_step(step);
+    };
+    const auto catalogue = catalogue_of(std::make_shared<TellingSteps>("a b", make));
+    const auto tile = testing::fine_tiles().front();
+    tile_path_ = "/v1/tiles/" + tile.summary.digest.hex();
+    HttpOptions options{.max_mesh_triangles = 17};
+    options.hooks = {.find_tile =
+                         [tile](const ContentDigest& digest) {
+                           return digest == tile.summary.digest ? std::optional(tile)
+                                                                : std::nullopt;
+                         },
+                     .is_ready = [this] { return is_ready_.load(); }};
+    server_ = std::make_unique<RunningHttpServer>(
+        catalogue, options,
+        ServerOptions{.admission = {.tokens = tokens_.path()},
+                      .metrics = std::make_shared<PrometheusMetrics>()});
+    bare_ = std::make_unique<RunningHttpServer>(catalogue);
+    HttpClient client(server_->http());
+    document_ = Json::parse(client.get("/v1/openapi.json").body());
+  }
+
+  // Asks, and compares with what the description says of `path` and the status that comes.
+  void ask(const std::string& path, const std::string& target, unsigned status,
+           const std::string& fields = {}, bool at_bare_server = false) {
+    HttpClient client((at_bare_server ? bare_ : server_)->http());
+    const auto response = client.get(target, fields);
+    ASSERT_EQ(response.result_int(), status) << target << ": " << response.body();
+    const Schemas schemas(document_);
+    const Json& responses = document_.at("paths").at(path).at("get").at("responses");
+    const std::string word = std::to_string(status);
+    ASSERT_TRUE(responses.contains(word)) << path << " " << word << " is not described";
+    seen_.insert(path + " " + word);
+    const Json& described = schemas.resolved(responses.at(word));
+    const Json headers = described.value("headers", Json::object());
+    for (const auto& [name, unused] : headers.items()) {
+      EXPECT_EQ(response.count(name), 1U) << target << " has no " << name;
+    }
+    if (!described.contains("content")) return;
+    std::string type(response[http::field::content_type]);
+    type = type.substr(0, type.find(';'));
+    ASSERT_TRUE(described.at("content").contains(type)) << target << " is " << type;
+    if (type == "application/json") {
+      schemas.expect(Json::parse(response.body()), described.at("content").at(type).at("schema"),
+                     path);
+    }
+  }
+
+  // Who shows no token may see all; tokens that nobody has are refused.
+  TemporaryFolder folder_;
+  testing::TokensFile tokens_{folder_.path(), {{"clients", "", "*"}}};
+  std::atomic<bool> is_ready_ = true;
+  std::string tile_path_;
+  std::unique_ptr<RunningHttpServer> server_;
+  std::unique_ptr<RunningHttpServer> bare_;
+  Json document_;
+  std::set<std::string> seen_;
+};
+
+constexpr const char* kUpgrade =
+    "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+constexpr const char* kBad = "Authorization: Bearer bad\r\n";
+constexpr const char* kAny = "If-None-Match: *\r\n";
+
+TEST_F(OpenApiTest, IsWhatTheServerDoes) {
+  ask("/livez", "/livez", 200);
+  ask("/readyz", "/readyz", 200);
+  is_ready_ = false;
+  ask("/readyz", "/readyz", 503);
+  ask("/metrics", "/metrics", 200);
+  ask("/metrics", "/metrics", 404, "", /*at_bare_server=*/true);
+  ask("/v1/openapi.json", "/v1/openapi.json", 200);
+  ask("/v1/openapi.json", "/v1/openapi.json", 304, kAny);
+  ask("/v1/datasets", "/v1/datasets", 200);
+  ask("/v1/datasets", "/v1/datasets", 304, kAny);
+  ask("/v1/datasets/{name}", "/v1/datasets/a%20b", 200);
+  ask("/v1/datasets/{name}", "/v1/datasets/a%20b", 304, kAny);
+  ask("/v1/datasets/{name}", "/v1/datasets/none", 404);
+  ask("/v1/datasets", "/v1/datasets", 401, kBad);
+  ask("/v1/datasets/{name}", "/v1/datasets/a%20b", 401, kBad);
+
+  const std::string tile = "/v1/tiles/{hash}";
+  ask(tile, tile_path_, 200);
+  ask(tile, tile_path_, 206, "Range: bytes=0-1\r\n");
+  ask(tile, tile_path_, 304, kAny);
+  ask(tile, "/v1/tiles/12", 400);
+  ask(tile, tile_path_, 401, kBad);
+  ask(tile, "/v1/tiles/" + ContentDigest{}.hex(), 404);
+  ask(tile, tile_path_, 416, "Range: bytes=9999999-\r\n");
+
+  const std::string surface = "/v1/datasets/{name}/isosurface";
+  const std::string at = "/v1/datasets/a%20b/isosurface?isovalue=";
+  for (const auto* format : {"glb", "ply", "stl", "obj", "drc"}) {
+    ask(surface, at + "1&format=" + format, 200);
+  }
+  ask(surface, at + "12&format=drc", 204);
+  ask(surface, at + "1", 206, "Range: bytes=0-1\r\n");
+  ask(surface, at + "1", 304, kAny);
+  ask(surface, at + "x", 400);
+  ask(surface, "/v1/datasets/none/isosurface", 404);
+  ask(surface, at + "1", 406, "Accept: text/html\r\n");
+  ask(surface, at + "1", 416, "Range: bytes=9999999-\r\n");
+  ask(surface, at + "13", 500);
+  ask(surface, at + "1", 401, kBad);
+
+  ask("/v1/stream", "/v1/stream", 426);
+  ask("/v1/stream", "/v1/stream", 400, kUpgrade);
+  const std::string good = std::string(kUpgrade) + "Sec-WebSocket-Protocol: multitetra.v1\r\n";
+  ask("/v1/stream", "/v1/stream", 403, good + "Origin: https://elsewhere\r\n");
+  ask("/v1/stream", "/v1/stream", 101, good);
+
+  // What other tests provoke: servers that stop, many requests, meshes above the limit.
+  const std::set<std::string> elsewhere = {
+      "/v1/datasets 429",        "/v1/datasets/{name} 429", surface + " 429", "/v1/datasets 503",
+      "/v1/datasets/{name} 503", surface + " 422",          surface + " 503"};
+  for (const auto& [path, item] : document_.at("paths").items()) {
+    for (const auto& [status, unused] : item.at("get").at("responses").items()) {
+      const std::string one = path + " " + status;
+      EXPECT_TRUE(seen_.contains(one) || elsewhere.contains(one)) << one << " was not provoked";
+    }
+  }
+}
+
+// The parameters that it names are those that are understood.
+TEST_F(OpenApiTest, NamesTheParametersThatThereAre) {
+  HttpClient client(server_->http());
+  const auto refusal = client.get("/v1/datasets/a%20b/isosurface?nonsense=1").body();
+  std::set<std::string> known;
+  const std::string text = Json::parse(refusal).at("error").at("text");
+  std::string list = text.substr(text.rfind(": ") + 2);
+  list.pop_back();
+  for (std::size_t at = 0; at != std::string::npos;) {
+    const std::size_t comma = list.find(", ", at);
+    known.insert(list.substr(at, comma == std::string::npos ? comma : comma - at));
+    at = comma == std::string::npos ? comma : comma + 2;
+  }
+  std::set<std::string> described;
+  const Json& operation = document_.at("paths").at("/v1/datasets/{name}/isosurface").at("get");
+  for (const auto& parameter : operation.at("parameters")) {
+    if (parameter.at("in") == "query") described.insert(parameter.at("name"));
+  }
+  EXPECT_EQ(described, known);
+}
+
+}  // namespace
+}  // namespace multitetra

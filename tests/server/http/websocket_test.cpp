@@ -1,0 +1,161 @@
+// The conversation through the WebSocket listener.
+#include <chrono>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/fake_steps.hpp"
+#include "tests/support/running_http_server.hpp"
+
+namespace multitetra {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::catalogue_of;
+using testing::FakeSteps;
+using testing::heavy;
+using testing::HttpClient;
+using testing::RunningHttpServer;
+using testing::WebSocketClient;
+
+CataloguePtr octahedra() { return catalogue_of(std::make_shared<FakeSteps>("octahedron")); }
+
+constexpr std::string_view kUpgrade =
+    "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+
+std::string upgrade_with(std::string_view more) {
+  return std::string(kUpgrade) + "Sec-WebSocket-Protocol: multitetra.v1\r\n" + std::string(more);
+}
+
+// All messages of one stream, ended by its StreamEnd.
+std::vector<ServerMessage> stream(WebSocketClient& client, std::uint64_t id) {
+  client.send(OpenStream{.request_id = id, .dataset = "octahedron", .held = {}});
+  std::vector<ServerMessage> messages;
+  do {
+    messages.push_back(client.receive());
+  } while (!std::holds_alternative<StreamEnd>(messages.back()) &&
+           !std::holds_alternative<ErrorReply>(messages.back()));
+  return messages;
+}
+
+TEST(WebSocketListener, HoldsTheSameConversationAsTcp) {
+  RunningHttpServer server(octahedra());
+  WebSocketClient client(server.http());
+  EXPECT_EQ(client.response()[http::field::sec_websocket_protocol], "multitetra.v1");
+  client.send(Hello{});
+  EXPECT_EQ(client.receive_a<Welcome>().max_message_bytes, kMaxClientFrameBytes);
+  client.send(ListDatasets{.request_id = 1});
+  EXPECT_EQ(client.receive_a<DatasetList>().datasets.at(0).name, "octahedron");
+  const auto messages = stream(client, 1);
+  EXPECT_TRUE(std::holds_alternative<StepBegin>(messages.front()));
+  EXPECT_EQ(std::get<StreamEnd>(messages.back()).outcome, StreamOutcome::kComplete);
+  client.send(Ping{7});
+  EXPECT_EQ(client.receive_a<Pong>().value, 7U);
+}
+
+TEST(WebSocketListener, SendsMessagesOfMegabytesInOneFrame) {
+  RunningHttpServer server(
+      catalogue_of(std::make_shared<FakeSteps>("octahedron", heavy(3, 5'000'000))));
+  WebSocketClient client(server.http());
+  client.send(Hello{});
+  client.receive_a<Welcome>();
+  const auto messages = stream(client, 1);
+  EXPECT_TRUE(std::holds_alternative<StreamEnd>(messages.back()));
+}
+
+TEST(WebSocketListener, IsShutWithoutTheSubprotocol) {
+  RunningHttpServer server(octahedra());
+  HttpClient client(server.http());
+  const auto none = client.get("/v1/stream", kUpgrade);
+  EXPECT_EQ(none.result_int(), 400U);
+  EXPECT_NE(none.body().find("multitetra.v1"), std::string::npos);
+  const auto other =
+      client.get("/v1/stream", std::string(kUpgrade) + "Sec-WebSocket-Protocol: chat\r\n");
+  EXPECT_EQ(other.result_int(), 400U);
+  EXPECT_EQ(client.get("/v1/stream").result_int(), 426U);
+  EXPECT_EQ(client.get("/v1/stream", upgrade_with("")).result_int(), 101U);
+}
+
+TEST(WebSocketListener, IsShutForPagesOfOtherOrigins) {
+  RunningHttpServer server(octahedra(), {.allowed_origins = {"https://example.org"}});
+  HttpClient client(server.http());
+  const auto from = [&](std::string_view origin) {
+    return client.get("/v1/stream", upgrade_with("Origin: " + std::string(origin) + "\r\n"))
+        .result_int();
+  };
+  EXPECT_EQ(from("https://evil.example"), 403U);
+  EXPECT_EQ(from("null"), 403U);
+  EXPECT_EQ(from("https://example.org"), 101U);
+}
+
+TEST(WebSocketListener, TakesNoTextMessages) {
+  RunningHttpServer server(octahedra());
+  WebSocketClient client(server.http());
+  client.socket().text(true);
+  client.send(Hello{});
+  EXPECT_EQ(client.receive_a<ErrorReply>().error.code, ErrorCode::kMalformedMessage);
+  EXPECT_EQ(client.closed().code, websocket::close_code::normal);
+}
+
+TEST(WebSocketListener, TakesShortMessagesOnlyBeforeHello) {
+  RunningHttpServer server(octahedra());
+  WebSocketClient client(server.http());
+  client.send(Hello{.agent = std::string(17 * 1024, 'a')});
+  EXPECT_EQ(client.closed().code, websocket::close_code::too_big);
+
+  WebSocketClient welcomed(server.http());
+  welcomed.send(Hello{});
+  welcomed.receive_a<Welcome>();
+  OpenStream open{.request_id = 1, .dataset = "octahedron", .held = {}};
+  open.held.resize(8000, ContentDigest{1, 2});  // 128 000 bytes.
+  welcomed.send(open);
+  EXPECT_TRUE(std::holds_alternative<StepBegin>(welcomed.receive()));
+}
+
+TEST(WebSocketListener, WaitsForHelloOnlySoLong) {
+  RunningHttpServer server(octahedra(), {.handshake_timeout = 50ms});
+  WebSocketClient client(server.http());
+  EXPECT_EQ(client.receive_a<ErrorReply>().error.code, ErrorCode::kUnavailable);
+  client.closed();
+}
+
+TEST(WebSocketListener, GivesUpAClientThatDoesNotRead) {
+  RunningHttpServer server(
+      catalogue_of(std::make_shared<FakeSteps>("octahedron", heavy(64, 1'000'000))),
+      {.write_timeout = 100ms, .linger = 10ms, .send_buffer_bytes = 64 * 1024});
+  WebSocketClient client(server.http());
+  client.send(Hello{});
+  client.receive_a<Welcome>();
+  client.send(OpenStream{.request_id = 1, .dataset = "octahedron", .held = {}});
+  std::this_thread::sleep_for(400ms);
+  EXPECT_NE(client.closed().code, websocket::close_code::normal);
+}
+
+TEST(WebSocketListener, TellsItsClientsThatTheServerStops) {
+  RunningHttpServer server(octahedra());
+  WebSocketClient client(server.http());
+  client.send(Hello{});
+  client.receive_a<Welcome>();
+  std::thread stopping([&] { server.stop(); });
+  EXPECT_EQ(client.receive_a<ErrorReply>().error.code, ErrorCode::kUnavailable);
+  EXPECT_EQ(client.closed().code, websocket::close_code::normal);
+  stopping.join();
+}
+
+TEST(WebSocketListener, StopsAStreamWhoseClientIsGone) {
+  std::atomic<int> running = 0;
+  RunningHttpServer server(
+      catalogue_of(std::make_shared<FakeSteps>("octahedron", testing::endless(running))));
+  {
+    WebSocketClient client(server.http());
+    client.send(Hello{});
+    client.receive_a<Welcome>();
+    client.send(OpenStream{.request_id = 1, .dataset = "octahedron", .held = {}});
+    while (running == 0) std::this_thread::sleep_for(1ms);
+  }
+  for (int i = 0; running > 0 && i < 5000; ++i) std::this_thread::sleep_for(1ms);
+  EXPECT_EQ(running, 0);
+}
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,88 @@
+#include "server/operations/prometheus_metrics.hpp"
+
+#include <gtest/gtest.h>
+
+namespace multitetra {
+namespace {
+
+// Whether the text has exactly this line.
+bool has(const std::string& text, const std::string& line) {
+  return ("\n" + text).find("\n" + line + "\n") != std::string::npos;
+}
+
+const ClientFacts kClient = {.protocol = "websocket", .connection = 1, .peer = "192.0.2.7:1234"};
+
+TEST(PrometheusMetrics, CountRequestsByTheirOutcomeWithTheirTilesBytesAndTimes) {
+  PrometheusMetrics metrics;
+  metrics.connected(kClient);
+  metrics.request_began(kClient, "stream");
+  EXPECT_TRUE(has(metrics.text({}), "multitetra_requests_running{kind=\"stream\"} 1"));
+  metrics.request_ended(kClient, {.dataset = "head",
+                                  .steps = 2,
+                                  .tiles = 5,
+                                  .bytes = 1000,
+                                  .seconds_to_first_tile = 0.02,
+                                  .seconds_to_last_tile = 0.3,
+                                  .seconds = 0.3});
+  metrics.request_began(kClient, "stream");
+  metrics.request_ended(kClient, {.tiles = 1, .bytes = 10, .outcome = "cancelled"});
+  const std::string text = metrics.text({});
+  EXPECT_TRUE(has(text,
+                  "multitetra_requests_total{door=\"websocket\",kind=\"stream\","
+                  "outcome=\"complete\"} 1"));
+  EXPECT_TRUE(has(text,
+                  "multitetra_requests_total{door=\"websocket\",kind=\"stream\","
+                  "outcome=\"cancelled\"} 1"));
+  EXPECT_TRUE(has(text, "multitetra_requests_running{kind=\"stream\"} 0"));
+  EXPECT_TRUE(has(text, "multitetra_tiles_total 6"));
+  EXPECT_TRUE(has(text, "multitetra_tile_bytes_total 1010"));
+  EXPECT_TRUE(has(text, "multitetra_first_tile_seconds_count{door=\"websocket\"} 1"));
+  EXPECT_TRUE(has(text, "multitetra_first_tile_seconds_bucket{door=\"websocket\",le=\"0.01\"} 0"));
+  EXPECT_TRUE(has(text, "multitetra_first_tile_seconds_bucket{door=\"websocket\",le=\"0.025\"} 1"));
+  EXPECT_TRUE(has(text, "multitetra_last_tile_seconds_count{door=\"websocket\"} 1"));
+}
+
+TEST(PrometheusMetrics, CountConnectionsRefusalsAndErrorsByCode) {
+  PrometheusMetrics metrics;
+  metrics.connected(kClient);
+  metrics.connected(kClient);
+  metrics.disconnected(kClient, 1.5);
+  metrics.refused(kClient, "connections");
+  metrics.error_answered(kClient, {ErrorCode::kUnknownDataset, "No."}, 3);
+  metrics.sent("websocket", 123);
+  metrics.step_made(0.2);
+  const std::string text = metrics.text({});
+  EXPECT_TRUE(has(text, "multitetra_connections_total{door=\"websocket\"} 2"));
+  EXPECT_TRUE(has(text, "multitetra_sessions{door=\"websocket\"} 1"));
+  EXPECT_TRUE(has(text, "multitetra_refused_total{door=\"websocket\",limit=\"connections\"} 1"));
+  EXPECT_TRUE(has(text, "multitetra_errors_total{code=\"unknown_dataset\",door=\"websocket\"} 1") ||
+              has(text, "multitetra_errors_total{door=\"websocket\",code=\"unknown_dataset\"} 1"))
+      << text;
+  EXPECT_TRUE(has(text, "multitetra_sent_bytes_total{door=\"websocket\"} 123"));
+  EXPECT_TRUE(has(text, "multitetra_step_seconds_count 1"));
+}
+
+TEST(PrometheusMetrics, TellTheStateOfCacheQueueAndProcess) {
+  PrometheusMetrics metrics;
+  (void)metrics.text({.cache_hits = 3});
+  const std::string text = metrics.text({.cache_hits = 7,
+                                         .cache_misses = 2,
+                                         .cached_tiles = 4,
+                                         .cache_bytes = 4096,
+                                         .waiting_jobs = 9,
+                                         .waiting_bytes = 77,
+                                         .datasets = 2,
+                                         .is_draining = true});
+  EXPECT_TRUE(has(text, "multitetra_cache_hits_total 7"));
+  EXPECT_TRUE(has(text, "multitetra_cache_misses_total 2"));
+  EXPECT_TRUE(has(text, "multitetra_cached_tiles 4"));
+  EXPECT_TRUE(has(text, "multitetra_cache_bytes 4096"));
+  EXPECT_TRUE(has(text, "multitetra_queue_depth 9"));
+  EXPECT_TRUE(has(text, "multitetra_queue_bytes 77"));
+  EXPECT_TRUE(has(text, "multitetra_datasets 2"));
+  EXPECT_TRUE(has(text, "multitetra_draining 1"));
+  EXPECT_GT(resident_bytes(), 1U << 20);
+}
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,100 @@
+#include "server/operations/request_log.hpp"
+
+#include <gtest/gtest.h>
+#include <spdlog/spdlog.h>
+#include <nlohmann/json.hpp>
+
+#include "server/operations/log.hpp"
+
+namespace multitetra {
+namespace {
+
+const ClientFacts kClient = {
+    .protocol = "websocket", .connection = 7, .peer = "192.0.2.7:1234", .name = "alice"};
+
+// The lines that come of it, as JSON.
+template <typename Work>
+std::vector<nlohmann::json> logged(LogLevel level, const Work& work) {
+  ::testing::internal::CaptureStderr();
+  start_log({.format = LogFormat::kJson, .level = level});
+  RequestLog log;
+  work(log);
+  spdlog::default_logger_raw()->flush();
+  std::istringstream text(::testing::internal::GetCapturedStderr());
+  start_log({.level = LogLevel::kOff});
+  std::vector<nlohmann::json> lines;
+  for (std::string line; std::getline(text, line);) lines.push_back(nlohmann::json::parse(line));
+  return lines;
+}
+
+TEST(RequestLog, AStreamIsALineWithItsConnectionItsRequestAndWhatItTook) {
+  const auto lines = logged(LogLevel::kInfo, [](RequestLog& log) {
+    log.request_ended(kClient, {.kind = "stream",
+                                .request = 5,
+                                .dataset = "head",
+                                .isovalue = 500.5,
+                                .error = 1,
+                                .unit = "voxel",
+                                .steps = 3,
+                                .tiles = 40,
+                                .bytes = 1000,
+                                .seconds_to_first_tile = 0.01,
+                                .seconds_to_last_tile = 0.2,
+                                .seconds = 0.25});
+  });
+  ASSERT_EQ(lines.size(), 1U);
+  const auto& line = lines[0];
+  EXPECT_EQ(line.at("text"), "stream");
+  EXPECT_EQ(line.at("connection"), 7);
+  EXPECT_EQ(line.at("request"), 5);
+  EXPECT_EQ(line.at("peer"), "192.0.2.7:1234");
+  EXPECT_EQ(line.at("name"), "alice");
+  EXPECT_EQ(line.at("dataset"), "head");
+  EXPECT_EQ(line.at("isovalue"), 500.5);
+  EXPECT_EQ(line.at("steps"), 3);
+  EXPECT_EQ(line.at("tiles"), 40);
+  EXPECT_EQ(line.at("first_tile_seconds"), 0.01);
+  EXPECT_EQ(line.at("outcome"), "complete");
+}
+
+TEST(RequestLog, ARequestOverHttpIsNamedAsItsAnswerNamesIt) {
+  const auto lines = logged(LogLevel::kInfo, [](RequestLog& log) {
+    log.request_ended(kClient, {.kind = "isosurface", .id = "00ab", .outcome = "complete"});
+    log.http_answered(kClient, {.id = "00ac",
+                                .kind = "datasets",
+                                .method = "GET",
+                                .target = "/v1/datasets?a b\n",
+                                .status = 401});
+  });
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_EQ(lines[0].at("request"), "00ab");
+  EXPECT_EQ(lines[1].at("request"), "00ac");
+  EXPECT_EQ(lines[1].at("status"), 401);
+  EXPECT_EQ(lines[1].at("target"), "/v1/datasets?a b\n");
+}
+
+TEST(RequestLog, SmallRequestsThatSucceedAreForDebugging) {
+  const auto work = [](RequestLog& log) {
+    log.http_answered(kClient, {.id = "1", .kind = "tile", .status = 200});
+    log.request_ended(kClient, {.kind = "list"});
+    log.connected({.protocol = "http", .connection = 1});
+  };
+  EXPECT_TRUE(logged(LogLevel::kInfo, work).empty());
+  EXPECT_EQ(logged(LogLevel::kDebug, work).size(), 3U);
+}
+
+TEST(RequestLog, RefusalsAndErrorsSayWhy) {
+  const auto lines = logged(LogLevel::kInfo, [](RequestLog& log) {
+    log.refused(kClient, "connections");
+    log.error_answered(kClient, {ErrorCode::kUnknownDataset, "There is none."}, 3);
+  });
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_EQ(lines[0].at("limit"), "connections");
+  EXPECT_EQ(lines[0].at("level"), "warning");
+  EXPECT_EQ(lines[1].at("text"), "There is none.");
+  EXPECT_EQ(lines[1].at("code"), "unknown_dataset");
+  EXPECT_EQ(lines[1].at("request"), 3);
+}
+
+}  // namespace
+}  // namespace multitetra

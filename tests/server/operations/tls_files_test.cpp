@@ -1,0 +1,134 @@
+#include "server/operations/tls_files.hpp"
+
+#include <functional>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/certificates.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+using testing::CertificateAndKey;
+using testing::self_signed;
+
+class TlsFilesTest : public ::testing::Test {
+ protected:
+  TlsFiles files(const std::string& certificate, const std::string& key) const {
+    return {.certificate = folder_.file("server.pem", certificate),
+            .key = folder_.file("server.key", key)};
+  }
+  // Why the files are refused.
+  static std::string refusal(const TlsFiles& files) {
+    try {
+      (void)load_tls(files);
+      return "They were taken.";
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+  }
+
+  TemporaryFolder folder_;
+  CertificateAndKey good_ = self_signed();
+};
+
+// A client's handshake on one end of a TCP connection, the server's on the other.
+struct Handshake {
+  boost::system::error_code server;
+  boost::system::error_code client;
+  std::string version;   // As the client sees it.
+  std::string protocol;  // Chosen by ALPN.
+};
+
+Handshake shake_hands(const TlsContextPtr& tls,
+                      const std::function<void(asio::ssl::context&)>& prepare) {
+  asio::io_context io(1);
+  tcp::acceptor acceptor(io, {asio::ip::address_v4::loopback(), 0});
+  tcp::socket connecting(io);
+  connecting.connect(acceptor.local_endpoint());
+  StreamSocket server(acceptor.accept(), tls);
+  auto context = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_client);
+  prepare(*context);
+  StreamSocket client(std::move(connecting), context);
+  Handshake result;
+  server.async_handshake(asio::ssl::stream_base::server, [&](boost::system::error_code error) {
+    result.server = error;
+    if (error) server.close();
+  });
+  client.async_handshake(asio::ssl::stream_base::client, [&](boost::system::error_code error) {
+    result.client = error;
+    if (error) client.close();
+  });
+  io.run();
+  result.version = SSL_get_version(client.native_tls());
+  const unsigned char* chosen = nullptr;
+  unsigned int size = 0;
+  SSL_get0_alpn_selected(client.native_tls(), &chosen, &size);
+  result.protocol.assign(reinterpret_cast<const char*>(chosen), size);
+  return result;
+}
+
+TEST_F(TlsFilesTest, AClientThatTrustsTheCertificateSpeaksTls13) {
+  const Handshake shaken =
+      shake_hands(load_tls(files(good_.certificate, good_.key)), [&](asio::ssl::context& client) {
+        client.add_certificate_authority(asio::buffer(good_.certificate));
+        client.set_verify_mode(asio::ssl::verify_peer);
+        client.set_verify_callback(asio::ssl::host_name_verification("localhost"));
+      });
+  EXPECT_FALSE(shaken.server) << shaken.server.message();
+  EXPECT_FALSE(shaken.client) << shaken.client.message();
+  EXPECT_EQ(shaken.version, "TLSv1.3");
+  EXPECT_EQ(shaken.protocol, "");
+}
+
+TEST_F(TlsFilesTest, Tls12IsSpokenAndNothingOlder) {
+  const TlsContextPtr tls = load_tls(files(good_.certificate, good_.key));
+  const auto at_most = [&](int version) {
+    return shake_hands(tls, [&](asio::ssl::context& client) {
+      SSL_CTX_set_min_proto_version(client.native_handle(), TLS1_VERSION);
+      SSL_CTX_set_max_proto_version(client.native_handle(), version);
+      SSL_CTX_set_cipher_list(client.native_handle(), "ALL:@SECLEVEL=0");
+    });
+  };
+  EXPECT_FALSE(at_most(TLS1_2_VERSION).client);
+  EXPECT_TRUE(at_most(TLS1_1_VERSION).client);
+}
+
+TEST_F(TlsFilesTest, Http11IsChosenWhereItIsOfferedAndNothingElse) {
+  const TlsContextPtr tls = load_tls(files(good_.certificate, good_.key));
+  const auto offered = [&](const std::string& protocols) {
+    return shake_hands(tls, [&](asio::ssl::context& client) {
+      SSL_CTX_set_alpn_protos(client.native_handle(),
+                              reinterpret_cast<const unsigned char*>(protocols.data()),
+                              static_cast<unsigned int>(protocols.size()));
+    });
+  };
+  EXPECT_EQ(offered("\x02h2\x08http/1.1").protocol, "http/1.1");
+  const Handshake other = offered("\x02h2");
+  EXPECT_FALSE(other.client);
+  EXPECT_EQ(other.protocol, "");
+}
+
+TEST_F(TlsFilesTest, ABadFileIsNamedWithWhatIsWrong) {
+  const CertificateAndKey other = self_signed();
+  const CertificateAndKey old = self_signed("DNS:localhost", -60);
+  const auto has = [](const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+  };
+  TlsFiles missing = files(good_.certificate, good_.key);
+  missing.certificate = folder_.path() / "nowhere.pem";
+  EXPECT_TRUE(has(refusal(missing), "nowhere.pem does not exist")) << refusal(missing);
+  missing = files(good_.certificate, good_.key);
+  missing.key = folder_.path();
+  EXPECT_TRUE(has(refusal(missing), "cannot be read")) << refusal(missing);
+  EXPECT_TRUE(has(refusal(files("", good_.key)), "is no certificate in PEM form"));
+  EXPECT_TRUE(has(refusal(files(good_.key, good_.key)), "is no certificate in PEM form"));
+  EXPECT_TRUE(has(refusal(files(good_.certificate, "")), "is no private key in PEM form"));
+  EXPECT_TRUE(has(refusal(files(good_.certificate, other.key)), "is not that of the certificate"));
+  EXPECT_TRUE(has(refusal(files(old.certificate, old.key)), "has expired"));
+}
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,277 @@
+// What sessions share: tiles, steps, and computations under way.
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <random>
+#include <stdexcept>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "server/stream/lru_map.hpp"
+#include "server/stream/single_flight.hpp"
+#include "server/stream/step_cache.hpp"
+#include "tests/support/octahedra.hpp"
+
+namespace multitetra {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::coarse_tiles;
+using testing::fine_tiles;
+
+// ---- LruMap
+
+TEST(LruMap, ForgetsWhatWasNotUsedForLongest) {
+  LruMap<int, std::string> map(3);
+  map.add(1, "one", 1);
+  map.add(2, "two", 1);
+  map.add(3, "three", 1);
+  EXPECT_NE(map.find(1), nullptr);
+  map.add(4, "four", 1);
+  EXPECT_EQ(map.find(2), nullptr);
+  ASSERT_NE(map.find(1), nullptr);
+  EXPECT_EQ(*map.find(1), "one");
+  EXPECT_NE(map.find(3), nullptr);
+  EXPECT_NE(map.find(4), nullptr);
+}
+
+TEST(LruMap, NeverWeighsMoreThanItsCapacity) {
+  std::mt19937 random(3);
+  LruMap<std::uint64_t, int> map(100);
+  for (int i = 0; i < 10000; ++i) {
+    map.add(random() % 50, i, random() % 120);
+    ASSERT_LE(map.weight(), map.capacity());
+    (void)map.find(random() % 50);
+  }
+  EXPECT_GT(map.size(), 0U);
+}
+
+TEST(LruMap, AnEntryThatIsReplacedCountsOnce) {
+  LruMap<int, int> map(10);
+  for (int i = 0; i < 5; ++i) map.add(7, i, 6);
+  EXPECT_EQ(map.weight(), 6U);
+  EXPECT_EQ(*map.find(7), 4);
+  map.add(7, 9, 11);
+  EXPECT_EQ(map.find(7), nullptr) << "the old value is not the new one";
+}
+
+// ---- SingleFlight
+
+class SingleFlightTest : public ::testing::Test {
+ protected:
+  // A computation that ends when it is told to, or stopped.
+  int compute(std::stop_token stop) {
+    ++started_;
+    while (!may_end_) {
+      if (stop.stop_requested()) {
+        ++stopped_;
+        throw Cancelled{};
+      }
+      std::this_thread::sleep_for(1ms);
+    }
+    return 42;
+  }
+  std::future<int> ask(std::stop_token stop = {}) {
+    return std::async(std::launch::async, [this, stop] {
+      return flights_.get("key", stop, [this](const std::stop_token& all) { return compute(all); });
+    });
+  }
+  void wait_until(const std::function<bool()>& happened) {
+    for (int i = 0; i < 5000 && !happened(); ++i) std::this_thread::sleep_for(1ms);
+    ASSERT_TRUE(happened());
+  }
+
+  SingleFlight<std::string, int> flights_;
+  std::atomic<int> started_ = 0;
+  std::atomic<int> stopped_ = 0;
+  std::atomic<bool> may_end_ = false;
+};
+
+TEST_F(SingleFlightTest, ComputesOnceForAllWhoAskMeanwhile) {
+  auto first = ask();
+  wait_until([this] { return started_ == 1; });
+  std::vector<std::future<int>> others;
+  for (int i = 0; i < 5; ++i) others.push_back(ask());
+  std::this_thread::sleep_for(20ms);
+  may_end_ = true;
+  EXPECT_EQ(first.get(), 42);
+  for (auto& other : others) EXPECT_EQ(other.get(), 42);
+  EXPECT_EQ(started_, 1);
+  EXPECT_EQ(ask().get(), 42);
+  EXPECT_EQ(started_, 2) << "it keeps nothing";
+}
+
+TEST_F(SingleFlightTest, WhoComputesMayLeaveWithoutHarmToTheOthers) {
+  std::stop_source first_stop;
+  auto first = ask(first_stop.get_token());
+  wait_until([this] { return started_ == 1; });
+  auto second = ask();
+  std::this_thread::sleep_for(20ms);
+  first_stop.request_stop();
+  std::this_thread::sleep_for(20ms);
+  may_end_ = true;
+  EXPECT_EQ(second.get(), 42);
+  EXPECT_EQ(first.get(), 42);
+  EXPECT_EQ(started_, 1);
+}
+
+TEST_F(SingleFlightTest, WhoWaitsLeavesAtOnceWhenStopped) {
+  auto first = ask();
+  wait_until([this] { return started_ == 1; });
+  std::stop_source stop;
+  auto second = ask(stop.get_token());
+  std::this_thread::sleep_for(20ms);
+  stop.request_stop();
+  EXPECT_THROW(second.get(), Cancelled);
+  EXPECT_EQ(stopped_, 0);
+  may_end_ = true;
+  EXPECT_EQ(first.get(), 42);
+}
+
+TEST_F(SingleFlightTest, StopsWhenNobodyIsLeftAndBeginsAnewForTheNext) {
+  std::stop_source stop;
+  auto first = ask(stop.get_token());
+  auto second = ask(stop.get_token());
+  wait_until([this] { return started_ == 1; });
+  std::this_thread::sleep_for(20ms);
+  stop.request_stop();
+  EXPECT_THROW(first.get(), Cancelled);
+  EXPECT_THROW(second.get(), Cancelled);
+  EXPECT_GE(stopped_, 1);
+  may_end_ = true;
+  EXPECT_EQ(ask().get(), 42);
+}
+
+TEST_F(SingleFlightTest, AFailureIsEverybodysAndIsForgotten) {
+  std::promise<void> asked;
+  auto first = std::async(std::launch::async, [&] {
+    return flights_.get("key", {}, [&](const std::stop_token&) -> int {
+      asked.set_value();
+      while (!may_end_) std::this_thread::sleep_for(1ms);
+      throw std::runtime_error("no");
+    });
+  });
+  asked.get_future().wait();
+  auto second = ask();
+  std::this_thread::sleep_for(20ms);
+  may_end_ = true;
+  EXPECT_THROW(first.get(), std::runtime_error);
+  EXPECT_THROW(second.get(), std::runtime_error);
+  EXPECT_EQ(ask().get(), 42);
+}
+
+// A result that is large, where memory is short.
+struct Uncopyable {
+  Uncopyable() = default;
+  Uncopyable(const Uncopyable&) { throw std::bad_alloc(); }
+  Uncopyable(Uncopyable&&) noexcept = default;
+  Uncopyable& operator=(Uncopyable&&) noexcept = default;
+};
+
+TEST(SingleFlight, WhoCannotHaveACopyKeepsNobodyWaiting) {
+  SingleFlight<std::string, Uncopyable> flights;
+  std::atomic<bool> has_started = false;
+  std::atomic<bool> may_end = false;
+  const auto ask = [&] {
+    (void)flights.get("key", {}, [&](const std::stop_token&) {
+      has_started = true;
+      while (!may_end) std::this_thread::sleep_for(1ms);
+      return Uncopyable();
+    });
+  };
+  auto first = std::async(std::launch::async, ask);
+  while (!has_started) std::this_thread::sleep_for(1ms);
+  auto second = std::async(std::launch::async, ask);
+  std::this_thread::sleep_for(20ms);
+  may_end = true;
+  EXPECT_THROW(first.get(), std::bad_alloc);
+  EXPECT_THROW(second.get(), std::bad_alloc);
+  EXPECT_THROW(ask(), std::bad_alloc) << "it is computed anew";
+}
+
+// ---- StepCache
+
+EncodedStep step_of(std::vector<EncodedTile> tiles) {
+  return {.tetrahedra = 100, .active_tetrahedra = 10, .tiles = std::move(tiles)};
+}
+
+TEST(StepCache, GivesTheSameStepWithoutMakingItAgain) {
+  StepCache cache(1 << 20);
+  int made = 0;
+  const auto make = [&made](const std::stop_token&) {
+    ++made;
+    return step_of(fine_tiles());
+  };
+  const EncodedStep first = cache.get("a", {}, make);
+  const EncodedStep again = cache.get("a", {}, make);
+  EXPECT_EQ(made, 1);
+  EXPECT_EQ(again.tetrahedra, 100U);
+  EXPECT_EQ(again.active_tetrahedra, 10U);
+  ASSERT_EQ(again.tiles.size(), first.tiles.size());
+  for (std::size_t i = 0; i < first.tiles.size(); ++i) {
+    EXPECT_EQ(again.tiles[i].summary, first.tiles[i].summary);
+    EXPECT_EQ(again.tiles[i].payload, first.tiles[i].payload) << "the same bytes in memory";
+  }
+  (void)cache.get("b", {}, make);
+  EXPECT_EQ(made, 2);
+}
+
+TEST(StepCache, ATileOfTwoStepsLiesInMemoryOnce) {
+  StepCache cache(1 << 20);
+  (void)cache.get("coarse", {}, [](const std::stop_token&) { return step_of(coarse_tiles()); });
+  const std::size_t before = cache.tiles().counts().tiles;
+  (void)cache.get("fine", {}, [](const std::stop_token&) { return step_of(fine_tiles()); });
+  EXPECT_EQ(cache.tiles().counts().tiles, before + 1) << "of two tiles one is in both";
+}
+
+// Simplification of two models may leave the same triangles at different distances from them.
+TEST(StepCache, ATileOfTwoStepsKeepsWhatEachPromises) {
+  StepCache cache(1 << 20);
+  const auto simplified_to = [](double bound) {
+    return [bound](const std::stop_token&) {
+      EncodedStep step = step_of(fine_tiles());
+      for (EncodedTile& tile : step.tiles) tile.summary.simplification_bound = bound;
+      return step;
+    };
+  };
+  (void)cache.get("a", {}, simplified_to(0.1));
+  (void)cache.get("b", {}, simplified_to(0.3));
+  const auto never = [](const std::stop_token&) -> EncodedStep { throw std::logic_error("made"); };
+  for (const EncodedTile& tile : cache.get("a", {}, never).tiles) {
+    EXPECT_EQ(tile.summary.simplification_bound, 0.1);
+  }
+  for (const EncodedTile& tile : cache.get("b", {}, never).tiles) {
+    EXPECT_EQ(tile.summary.simplification_bound, 0.3);
+  }
+}
+
+TEST(StepCache, OfNoBytesRemembersNothing) {
+  StepCache cache(0);
+  int made = 0;
+  for (int i = 0; i < 3; ++i) {
+    (void)cache.get("a", {}, [&made](const std::stop_token&) {
+      ++made;
+      return step_of(fine_tiles());
+    });
+  }
+  EXPECT_EQ(made, 3);
+  EXPECT_EQ(cache.tiles().counts().bytes, 0U);
+}
+
+TEST(StepCache, StaysWithinItsBytesAndStaysRight) {
+  StepCache cache(5000);
+  std::mt19937 random(5);
+  for (int i = 0; i < 300; ++i) {
+    const bool is_fine = random() % 2 == 0;
+    const std::string key = (is_fine ? "fine " : "coarse ") + std::to_string(random() % 20);
+    const EncodedStep step = cache.get(key, {}, [is_fine](const std::stop_token&) {
+      return step_of(is_fine ? fine_tiles() : coarse_tiles());
+    });
+    ASSERT_EQ(step.tiles[0].summary, (is_fine ? fine_tiles() : coarse_tiles())[0].summary);
+    ASSERT_LE(cache.tiles().counts().bytes, 5000U);
+  }
+}
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,104 @@
+// Which surface becomes of a budget when the estimates are wrong.
+#include "server/stream/stream_plan.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/support/fake_steps.hpp"
+
+namespace multitetra {
+namespace {
+
+using testing::FakeSteps;
+
+// A surface of about `whole` triangles that halves when the error doubles, in one tile.
+std::uint32_t triangles_at(const IsosurfaceRequest& request, double whole) {
+  return static_cast<std::uint32_t>(whole /
+                                    std::max({1.0, request.error, request.thresholds.at_least}));
+}
+
+// It is estimated to be a part of what it is.
+class Misjudged : public FakeSteps {
+ public:
+  Misjudged(double whole, double estimated_part, int& made)
+      : FakeSteps(
+            "misjudged",
+            [whole, &made](const StepRequest& step, const std::stop_token&) {
+              ++made;
+              EncodedStep encoded;
+              encoded.tiles.push_back({.summary = {.triangles = triangles_at(step.request, whole)},
+                                       .payload = nullptr});
+              return encoded;
+            }),
+        whole_(whole),
+        part_(estimated_part) {}
+
+  [[nodiscard]] StepSizes sizes(std::stop_token, SizeAccuracy) const override {
+    const auto of = [this](const IsosurfaceRequest& request) {
+      const double triangles = part_ * triangles_at(request, whole_);
+      return SurfaceSize{.triangles = triangles, .bytes = 0, .extracted = triangles};
+    };
+    return {.of = [of](const StepRequest& step) { return of(step.request); }, .rough = of};
+  }
+
+ private:
+  double whole_;
+  double part_;
+};
+
+TEST(StreamPlan, ABudgetIsMetByTheSecondSurfaceHoweverWrongTheEstimate) {
+  for (const double part : {1.0, 0.9, 0.7, 0.3, 0.05}) {
+    SCOPED_TRACE(part);
+    int made = 0;
+    const Misjudged source(1e6, part, made);
+    const StreamState state = {.request = {.error = 0.25, .max_triangles = 100'000},
+                               .previews = false};
+    const MadeStep step = make_next_step(source, state, {});
+    EXPECT_TRUE(step.is_final);
+    EXPECT_LE(made, 2);
+    EXPECT_EQ(made == 1, part >= 0.9) << "estimates are trusted to a tenth";
+    const double triangles = size_of(step.encoded).triangles;
+    EXPECT_LE(triangles, 100'000);
+    EXPECT_GE(triangles, 70'000) << "nothing is given away";
+  }
+}
+
+TEST(StreamPlan, AnEstimateThatIsTooLargeCostsDetailAndNoTime) {
+  int made = 0;
+  const Misjudged source(1e6, 2, made);
+  const MadeStep step = make_next_step(
+      source, {.request = {.error = 0.25, .max_triangles = 100'000}, .previews = false}, {});
+  EXPECT_EQ(made, 1);
+  EXPECT_LE(size_of(step.encoded).triangles, 50'000);
+}
+
+TEST(StreamPlan, AServersLimitRefusesOnlyWhatIsSurelyMore) {
+  int made = 0;
+  const auto make = [&made](double estimated_part, const IsosurfaceRequest& request) {
+    made = 0;
+    const Misjudged source(1e6, estimated_part, made);
+    return make_next_step(source, {.request = request, .previews = false}, {}, 1'200'000);
+  };
+  EXPECT_TRUE(make(1.5, {.error = 1}).is_final) << "estimates are up to a half too large";
+  EXPECT_TRUE(make(3, {.error = 1, .simplify = true}).is_final) << "and with simplification more";
+  EXPECT_THROW((void)make(4, {.error = 1}), StepTooLarge);
+  EXPECT_EQ(made, 0) << "at once";
+  EXPECT_THROW((void)make(4, {.error = 1, .simplify = true}), StepTooLarge);
+  EXPECT_EQ(made, 0);
+  EXPECT_TRUE(make(4, {.error = 1, .max_triangles = 500'000}).is_final);
+  EXPECT_TRUE(make(4, {.error = 1, .max_bytes = 1000}).is_final) << "a budget makes it small";
+}
+
+TEST(StreamPlan, ABudgetThatNothingMeetsIsRefused) {
+  int made = 0;
+  const Misjudged source(1e6, 1e-4, made);
+  EXPECT_THROW(
+      static_cast<void>(make_next_step(
+          source, {.request = {.error = 0.25, .max_triangles = 5}, .previews = false}, {})),
+      BudgetTooSmall);
+  EXPECT_LE(made, 3);
+}
+
+}  // namespace
+}  // namespace multitetra

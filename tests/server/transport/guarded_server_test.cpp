@@ -1,0 +1,569 @@
+// What a server on a network keeps up: who may see what, how much may be asked, and how it stops.
+#include <signal.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "common/net/stream_socket.hpp"
+#include "tests/support/certificates.hpp"
+#include "tests/support/eventually.hpp"
+#include "tests/support/fake_steps.hpp"
+#include "tests/support/running_server.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::catalogue_of;
+using testing::endless;
+using testing::eventually;
+using testing::FakeSteps;
+using testing::heavy;
+using testing::is_closed_by_server;
+using testing::receive;
+using testing::RunningServer;
+using testing::self_signed;
+
+OpenStream open(std::uint64_t id, const std::string& dataset = "fake") {
+  return {.request_id = id,
+          .dataset = dataset,
+          .request = {.isovalue = 1},
+          .steps = StepPolicy::kFinalOnly,
+          .held = {}};
+}
+
+CataloguePtr two_datasets() {
+  auto catalogue = catalogue_of(std::make_shared<FakeSteps>("head"));
+  catalogue->add(std::make_shared<FakeSteps>("secret"));
+  return catalogue;
+}
+
+CataloguePtr octahedra() { return catalogue_of(std::make_shared<FakeSteps>("fake")); }
+
+// The next message that is no part of a step.
+ServerMessage after_steps(MessageSocket& socket) {
+  for (;;) {
+    auto message = socket.receive();
+    if (!message) return ErrorReply{.error = message.error()};
+    if (std::holds_alternative<StreamEnd>(*message) || std::holds_alternative<ErrorReply>(*message))
+      return *std::move(message);
+  }
+}
+
+Error error_of(const ServerMessage& message) {
+  const auto* reply = std::get_if<ErrorReply>(&message);
+  return reply == nullptr ? Error{} : reply->error;
+}
+
+// Remembers what it is told.
+class Notes : public ServiceObserver {
+ public:
+  void refused(const ClientFacts&, const char* limit) override { add(limit); }
+  void request_ended(const ClientFacts& client, const RequestFacts& facts) override {
+    add(std::string(facts.kind) + " " + std::string(facts.outcome));
+    const std::lock_guard lock(mutex_);
+    last_ = facts;
+    client_ = client;
+  }
+  [[nodiscard]] bool has(const std::string& note) const {
+    const std::lock_guard lock(mutex_);
+    return std::find(notes_.begin(), notes_.end(), note) != notes_.end();
+  }
+  [[nodiscard]] RequestFacts last() const {
+    const std::lock_guard lock(mutex_);
+    return last_;
+  }
+  [[nodiscard]] ClientFacts client() const {
+    const std::lock_guard lock(mutex_);
+    return client_;
+  }
+
+ private:
+  void add(std::string note) {
+    const std::lock_guard lock(mutex_);
+    notes_.push_back(std::move(note));
+  }
+
+  mutable std::mutex mutex_;  // Guards everything below.
+  std::vector<std::string> notes_;
+  RequestFacts last_;
+  ClientFacts client_;
+};
+
+// ---- tokens
+
+class TokensTest : public ::testing::Test {
+ protected:
+  void write(const std::string& lines) { file_ = folder_.file("tokens", lines); }
+  [[nodiscard]] ServerOptions options() const { return {.admission = {.tokens = file_}}; }
+  static MessageSocket greet_with(const RunningServer& server, const std::string& token) {
+    MessageSocket socket = server.connect();
+    EXPECT_TRUE(socket.send(Hello{.token = token}));
+    return socket;
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path file_;
+};
+
+TEST_F(TokensTest, WithoutAKnownTokenTheConversationEnds) {
+  write(access_line("alice", "right", {"*"}));
+  const RunningServer server(two_datasets(), options());
+  for (const std::string& token : std::vector<std::string>{"", "wrong"}) {
+    MessageSocket socket = greet_with(server, token);
+    EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kUnauthenticated);
+    EXPECT_TRUE(is_closed_by_server(socket));
+  }
+  MessageSocket socket = greet_with(server, "right");
+  (void)receive<Welcome>(socket);
+}
+
+TEST_F(TokensTest, ADatasetWithoutRightsDoesNotExist) {
+  write(access_line("alice", "right", {"hea?"}));
+  const RunningServer server(two_datasets(), options());
+  MessageSocket socket = greet_with(server, "right");
+  (void)receive<Welcome>(socket);
+  ASSERT_TRUE(socket.send(ListDatasets{1}));
+  const DatasetList list = receive<DatasetList>(socket);
+  ASSERT_EQ(list.datasets.size(), 1U);
+  EXPECT_EQ(list.datasets[0].name, "head");
+  ASSERT_TRUE(socket.send(open(1, "secret")));
+  const Error hidden = receive<ErrorReply>(socket).error;
+  ASSERT_TRUE(socket.send(open(1, "nowhere")));
+  const Error absent = receive<ErrorReply>(socket).error;
+  EXPECT_EQ(hidden.code, ErrorCode::kUnknownDataset);
+  EXPECT_EQ(hidden.text.size() - std::string("secret").size(),
+            absent.text.size() - std::string("nowhere").size());
+  ASSERT_TRUE(socket.send(Estimate{.request_id = 2, .dataset = "secret"}));
+  EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kUnknownDataset);
+  ASSERT_TRUE(socket.send(open(3, "head")));
+  EXPECT_TRUE(std::holds_alternative<StreamEnd>(after_steps(socket)));
+}
+
+TEST_F(TokensTest, AReloadHoldsForNewConnectionsAndForThoseThatAreThere) {
+  write(access_line("alice", "right", {"*"}) + "\n" + access_line("bob", "other", {"*"}));
+  RunningServer server(two_datasets(), options());
+  MessageSocket alice = greet_with(server, "right");
+  (void)receive<Welcome>(alice);
+  MessageSocket bob = greet_with(server, "other");
+  (void)receive<Welcome>(bob);
+  write(access_line("bob", "other", {"head"}) + "\n" + access_line("carol", "new", {"*"}));
+  server.reload();
+  MessageSocket carol = greet_with(server, "new");
+  (void)receive<Welcome>(carol);
+  ASSERT_TRUE(bob.send(ListDatasets{1}));
+  EXPECT_EQ(receive<DatasetList>(bob).datasets.size(), 1U);
+  ASSERT_TRUE(alice.send(ListDatasets{1}));
+  EXPECT_EQ(receive<ErrorReply>(alice).error.code, ErrorCode::kUnauthenticated);
+  EXPECT_TRUE(is_closed_by_server(alice));
+}
+
+TEST_F(TokensTest, ABrokenFileChangesNothing) {
+  write(access_line("alice", "right", {"*"}));
+  RunningServer server(two_datasets(), options());
+  write("nonsense\n");
+  server.reload();
+  MessageSocket alice = greet_with(server, "right");
+  (void)receive<Welcome>(alice);
+  EXPECT_THROW(Server(two_datasets(), {.listen = {"127.0.0.1", 0}, .admission = {.tokens = file_}}),
+               ExitError);
+}
+
+// ---- TLS
+
+// A blocking client that speaks frames over TLS.
+class TlsClient {
+ public:
+  TlsClient(const Endpoint& server, const std::string& trusted) : context_(make(trusted)) {
+    stream_.emplace(io_, context_);
+    stream_->next_layer().connect({asio::ip::make_address(server.host), server.port});
+    stream_->handshake(asio::ssl::stream_base::client);
+  }
+  ServerMessage exchange(const ClientMessage& message) {
+    const std::string content = serialize(message);
+    const std::string frame = frame_header(static_cast<std::uint32_t>(content.size())) + content;
+    asio::write(*stream_, asio::buffer(frame));
+    FrameReader frames(kMaxServerFrameBytes);
+    std::array<char, 4096> buffer{};
+    for (;;) {
+      const auto got = frames.next();
+      if (got.value()) return parse_server_message(**got).value();
+      frames.feed({buffer.data(), stream_->read_some(asio::buffer(buffer))});
+    }
+  }
+
+ private:
+  static asio::ssl::context make(const std::string& trusted) {
+    asio::ssl::context context(asio::ssl::context::tls_client);
+    context.add_certificate_authority(asio::buffer(trusted));
+    context.set_verify_mode(asio::ssl::verify_peer);
+    context.set_verify_callback(asio::ssl::host_name_verification("localhost"));
+    return context;
+  }
+
+  asio::io_context io_;
+  asio::ssl::context context_;
+  std::optional<asio::ssl::stream<tcp::socket>> stream_;
+};
+
+class TlsTest : public ::testing::Test {
+ protected:
+  void write(const testing::CertificateAndKey& made) {
+    files_ = {.certificate = folder_.file("server.pem", made.certificate),
+              .key = folder_.file("server.key", made.key)};
+  }
+  TemporaryFolder folder_;
+  TlsFiles files_;
+  testing::CertificateAndKey first_ = self_signed();
+  testing::CertificateAndKey second_ = self_signed();
+};
+
+TEST_F(TlsTest, TheConversationIsTheSame) {
+  write(first_);
+  const RunningServer server(octahedra(), {.admission = {.tls = files_}});
+  TlsClient client(server.endpoint(), first_.certificate);
+  EXPECT_TRUE(std::holds_alternative<Welcome>(client.exchange(Hello{})));
+  EXPECT_TRUE(std::holds_alternative<DatasetList>(client.exchange(ListDatasets{1})));
+}
+
+TEST_F(TlsTest, ARenewedCertificateHoldsForNewConnectionsAndABrokenOneForNone) {
+  write(first_);
+  RunningServer server(octahedra(), {.admission = {.tls = files_}});
+  TlsClient before(server.endpoint(), first_.certificate);
+  write(second_);
+  server.reload();
+  EXPECT_TRUE(std::holds_alternative<Welcome>(before.exchange(Hello{})));
+  EXPECT_NO_THROW(TlsClient(server.endpoint(), second_.certificate));
+  EXPECT_THROW(TlsClient(server.endpoint(), first_.certificate), boost::system::system_error);
+  write({.certificate = "broken", .key = "broken"});
+  server.reload();
+  EXPECT_NO_THROW(TlsClient(server.endpoint(), second_.certificate));
+}
+
+TEST_F(TlsTest, WhoDoesNotShakeHandsIsSentAwayInTime) {
+  write(first_);
+  const RunningServer server(
+      octahedra(),
+      {.admission = {.tls = files_}, .connection = {.handshake_timeout = 50ms, .linger = 10ms}});
+  MessageSocket silent = server.connect();
+  EXPECT_TRUE(is_closed_by_server(silent));
+  MessageSocket plain = server.connect();
+  ASSERT_TRUE(plain.send(Hello{}));
+  const auto answer = plain.receive();
+  EXPECT_FALSE(answer);
+}
+
+// ---- limits
+
+TEST(Limits, ConnectionsFromOneAddress) {
+  const RunningServer server(
+      octahedra(),
+      {.admission = {.connections = {.total = 10, .per_name = 1}}, .connection = {.linger = 10ms}});
+  MessageSocket first = server.greet();
+  MessageSocket second = server.connect();
+  const Error refused = receive<ErrorReply>(second).error;
+  EXPECT_EQ(refused.code, ErrorCode::kUnavailable);
+  EXPECT_NE(refused.text.find("from your address"), std::string::npos);
+  EXPECT_TRUE(is_closed_by_server(second));
+}
+
+TEST(Limits, RequestsASecondAreAnsweredOneByOneAndTheConnectionGoesOn) {
+  const auto notes = std::make_shared<Notes>();
+  const RunningServer server(
+      octahedra(),
+      {.admission = {.requests = {.per_second = 0.001, .burst = 2}, .observer = notes}});
+  MessageSocket socket = server.greet();
+  for (std::uint64_t id = 1; id <= 2; ++id) {
+    ASSERT_TRUE(socket.send(ListDatasets{id}));
+    (void)receive<DatasetList>(socket);
+  }
+  ASSERT_TRUE(socket.send(open(7)));
+  const ErrorReply refused = receive<ErrorReply>(socket);
+  EXPECT_EQ(refused.error.code, ErrorCode::kLimitExceeded);
+  EXPECT_EQ(refused.request_id, 7U);
+  ASSERT_TRUE(socket.send(Ping{1}));
+  (void)receive<Pong>(socket);
+  EXPECT_TRUE(notes->has("requests_per_second"));
+}
+
+TEST(Limits, RegionsOfAThresholdMap) {
+  const RunningServer server(octahedra(), {.session = {.max_regions = 1}});
+  MessageSocket socket = server.greet();
+  OpenStream request = open(1);
+  request.request.thresholds.regions.resize(2, {.shape = BallShape{.radius = 1}});
+  ASSERT_TRUE(socket.send(request));
+  const ErrorReply refused = receive<ErrorReply>(socket);
+  EXPECT_EQ(refused.error.code, ErrorCode::kLimitExceeded);
+  EXPECT_EQ(refused.request_id, 1U);
+  request.request.thresholds.regions.pop_back();
+  ASSERT_TRUE(socket.send(request));
+  EXPECT_TRUE(std::holds_alternative<StreamEnd>(after_steps(socket)));
+}
+
+TEST(Limits, WorkersTimeForOneRequest) {
+  std::atomic<int> running = 0;
+  const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
+                             {.workers = 1, .limits = {.request_time = 50ms}});
+  MessageSocket socket = server.greet();
+  ASSERT_TRUE(socket.send(open(1)));
+  const ErrorReply given_up = receive<ErrorReply>(socket);
+  EXPECT_EQ(given_up.error.code, ErrorCode::kLimitExceeded);
+  EXPECT_NE(given_up.error.text.find("than the 0.05 s"), std::string::npos) << given_up.error.text;
+  EXPECT_EQ(given_up.request_id, 1U);
+  EXPECT_TRUE(eventually([&] { return running == 0; })) << "The worker still works for nobody.";
+  ASSERT_TRUE(socket.send(Ping{1}));
+  (void)receive<Pong>(socket);
+}
+
+TEST(Limits, BytesThatWaitForClients) {
+  const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", heavy(4, 100'000))),
+                             {.admission = {.queue_bytes = 399'999}});
+  MessageSocket socket = server.greet();
+  ASSERT_TRUE(socket.send(open(1)));
+  const Error full = receive<ErrorReply>(socket).error;
+  EXPECT_EQ(full.code, ErrorCode::kUnavailable);
+  EXPECT_NE(full.text.find("no room"), std::string::npos);
+}
+
+TEST(Limits, BytesOfStreamsThatHaveGoneAreFreeAgain) {
+  const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", heavy(4, 100'000))),
+                             {.admission = {.queue_bytes = 400'000}});
+  for (int i = 0; i < 3; ++i) {
+    MessageSocket socket = server.greet();
+    for (std::uint64_t id = 1; id <= 3; ++id) {
+      ASSERT_TRUE(socket.send(open(id)));
+      EXPECT_TRUE(std::holds_alternative<StreamEnd>(after_steps(socket)));
+    }
+  }
+}
+
+TEST(Limits, AnIdleClientIsSentAwayAndABusyOneIsNot) {
+  std::atomic<int> running = 0;
+  const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
+                             {.limits = {.idle_time = 100ms}, .connection = {.linger = 10ms}});
+  MessageSocket busy = server.greet();
+  ASSERT_TRUE(busy.send(open(1)));
+  MessageSocket idle = server.greet();
+  EXPECT_EQ(receive<ErrorReply>(idle).error.code, ErrorCode::kUnavailable);
+  EXPECT_TRUE(is_closed_by_server(idle));
+  ASSERT_TRUE(busy.send(Ping{1}));
+  (void)receive<Pong>(busy);
+}
+
+// Whose size takes so long to find out as the test wants.
+class EndlessSizes : public FakeSteps {
+ public:
+  EndlessSizes(const std::string& name, std::atomic<int>& running)
+      : FakeSteps(name), running_(running) {}
+  [[nodiscard]] StepSizes sizes(std::stop_token stop, SizeAccuracy) const override {
+    ++running_;
+    while (!stop.stop_requested()) std::this_thread::sleep_for(1ms);
+    --running_;
+    throw Cancelled{};
+  }
+
+ private:
+  std::atomic<int>& running_;
+};
+
+TEST(Limits, EstimatesUnderWayOnOneConnection) {
+  std::atomic<int> running = 0;
+  const RunningServer server(catalogue_of(std::make_shared<EndlessSizes>("fake", running)),
+                             {.session = {.max_estimates = 2}, .connection = {.linger = 10ms}});
+  MessageSocket socket = server.greet();
+  for (std::uint64_t id = 1; id <= 3; ++id) {
+    ASSERT_TRUE(socket.send(Estimate{.request_id = id, .dataset = "fake"}));
+  }
+  const ErrorReply refused = receive<ErrorReply>(socket);
+  EXPECT_EQ(refused.error.code, ErrorCode::kLimitExceeded);
+  EXPECT_EQ(refused.request_id, 3U);
+  MessageSocket other = server.greet();
+  ASSERT_TRUE(other.send(Estimate{.request_id = 4, .dataset = "fake"}));
+  ASSERT_TRUE(other.send(Ping{1}));
+  (void)receive<Pong>(other);
+}
+
+TEST(Limits, TimeForAClientToTakeAMessage) {
+  const auto notes = std::make_shared<Notes>();
+  const RunningServer server(
+      catalogue_of(std::make_shared<FakeSteps>("fake", heavy(40, 1'000'000))),
+      {.admission = {.observer = notes},
+       .connection = {.write_timeout = 50ms, .linger = 10ms, .send_buffer_bytes = 64 * 1024}});
+  MessageSocket stalled = server.greet();
+  ASSERT_TRUE(stalled.send(open(1)));
+  EXPECT_TRUE(eventually([&] { return notes->has("stream left"); }))
+      << "It reads nothing, and its stream goes on.";
+}
+
+// Sizes as they are, and an estimate that is so wrong as the test wants.
+class SizedSteps : public FakeSteps {
+ public:
+  SizedSteps(const std::string& name, std::size_t triangles, double estimated)
+      : FakeSteps(name, heavy(triangles, 10)), estimated_(estimated) {}
+  [[nodiscard]] StepSizes sizes(std::stop_token, SizeAccuracy) const override {
+    const auto size_at = [estimated = estimated_](const IsosurfaceRequest& request) {
+      const double floor = std::max(request.error, request.thresholds.at_least);
+      return SurfaceSize{
+          .triangles = estimated / floor, .bytes = estimated, .extracted = estimated};
+    };
+    return {.of = [=](const StepRequest& step) { return size_at(step.request); }, .rough = size_at};
+  }
+
+ private:
+  double estimated_;
+};
+
+// 1000 triangles at an error of 1, with nine tenths of the limit aimed at: 2.83 are the first rung
+// that fits 400.
+TEST(Limits, TrianglesOfAFinalStepWithAnErrorAtWhichItFits) {
+  for (const double estimated : {1000.0, 420.0}) {  // Refused before it is made, and after.
+    const RunningServer server(
+        catalogue_of(std::make_shared<SizedSteps>("fake", /*triangles=*/1000, estimated)),
+        {.limits = {.max_triangles = 400}});
+    MessageSocket socket = server.greet();
+    ASSERT_TRUE(socket.send(open(1)));
+    const ErrorReply refused = receive<ErrorReply>(socket);
+    EXPECT_EQ(refused.error.code, ErrorCode::kLimitExceeded);
+    EXPECT_EQ(refused.request_id, 1U);
+    EXPECT_NE(refused.error.text.find("1000 triangles"), std::string::npos) << refused.error.text;
+    EXPECT_NE(refused.error.text.find("at most 400; it fits with an error of 2.8284271247461903 "
+                                      "voxels, or"),
+              std::string::npos)
+        << refused.error.text;
+    ASSERT_TRUE(socket.send(Ping{1}));
+    (void)receive<Pong>(socket);
+  }
+}
+
+TEST(Limits, WhatHasNotTooManyTrianglesIsGiven) {
+  const RunningServer server(catalogue_of(std::make_shared<SizedSteps>("fake", 400, 470)),
+                             {.limits = {.max_triangles = 400}});
+  MessageSocket socket = server.greet();
+  ASSERT_TRUE(socket.send(open(1)));
+  EXPECT_TRUE(std::holds_alternative<StreamEnd>(after_steps(socket)));
+}
+
+TEST(Limits, TheFirstMessageMayBeSmallerThanTheOthers) {
+  const RunningServer server(octahedra(), {.connection = {.max_hello_bytes = 100}});
+  MessageSocket socket = server.connect();
+  ASSERT_TRUE(socket.send(Hello{.token = std::string(200, 'x')}));
+  EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kMessageTooLarge);
+  EXPECT_TRUE(is_closed_by_server(socket));
+}
+
+// ---- draining
+
+TEST(Draining, RunningStreamsEndAndNewOnesAreRefused) {
+  std::atomic<bool> may_end = false;
+  std::atomic<bool> has_begun = false;
+  RunningServer server(catalogue_of(
+      std::make_shared<FakeSteps>("fake", [&](const StepRequest& step, const std::stop_token&) {
+        has_begun = true;
+        while (!may_end) std::this_thread::sleep_for(1ms);
+        return testing::octahedron_step(step);
+      })));
+  MessageSocket busy = server.greet();
+  MessageSocket other = server.greet();
+  ASSERT_TRUE(busy.send(open(1)));
+  ASSERT_TRUE(eventually([&] { return has_begun.load(); }));
+  server.drain();
+  ASSERT_TRUE(eventually([&] {
+    if (!other.send(Estimate{.request_id = 5, .dataset = "fake"})) return true;
+    auto message = other.receive();
+    return message && error_of(*message).code == ErrorCode::kUnavailable;
+  }));
+  MessageSocket late = server.connect();
+  ASSERT_TRUE(late.send(Hello{}));
+  (void)receive<Welcome>(late);
+  ASSERT_TRUE(late.send(open(1)));
+  EXPECT_EQ(receive<ErrorReply>(late).error.code, ErrorCode::kUnavailable);
+  may_end = true;
+  const ServerMessage end = after_steps(busy);
+  ASSERT_TRUE(std::holds_alternative<StreamEnd>(end)) << error_of(end).text;
+  EXPECT_EQ(std::get<StreamEnd>(end).outcome, StreamOutcome::kComplete);
+  server.wait();
+}
+
+TEST(Draining, AnIdleServerStopsAtOnceAndASlowOneWhenItsTimeIsOver) {
+  RunningServer idle(octahedra(), {.connection = {.linger = 10ms}});
+  MessageSocket client = idle.greet();
+  idle.drain();
+  idle.wait();
+  std::atomic<int> running = 0;
+  RunningServer slow(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
+                     {.drain_time = 50ms, .connection = {.linger = 10ms}});
+  MessageSocket busy = slow.greet();
+  ASSERT_TRUE(busy.send(open(1)));
+  ASSERT_TRUE(eventually([&] { return running == 1; }));
+  slow.drain();
+  slow.wait();
+  EXPECT_EQ(running, 0);
+}
+
+// The process is that of the tests: the server must be listening to signals before one comes.
+TEST(Draining, ASecondSignalDoesNotWaitForRunningStreams) {
+  std::atomic<int> running = 0;
+  RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
+                       {.heed_signals = true, .drain_time = 1h, .connection = {.linger = 10ms}});
+  MessageSocket busy = server.greet();
+  ASSERT_TRUE(busy.send(open(1)));
+  ASSERT_TRUE(eventually([&] { return running == 1; }));
+  ASSERT_EQ(::kill(::getpid(), SIGTERM), 0);
+  MessageSocket late = server.greet();
+  ASSERT_TRUE(eventually([&] {
+    if (!late.send(Estimate{.request_id = 5, .dataset = "fake"})) return true;
+    const auto answer = late.receive();
+    return answer && error_of(*answer).code == ErrorCode::kUnavailable;
+  })) << "The first signal begins to drain.";
+  EXPECT_EQ(running, 1) << "and what runs goes on.";
+  ASSERT_EQ(::kill(::getpid(), SIGTERM), 0);
+  server.wait();
+  EXPECT_EQ(running, 0);
+}
+
+// ---- what is told
+
+TEST(Observer, AStreamIsToldOnceWithItsFacts) {
+  const auto notes = std::make_shared<Notes>();
+  const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", heavy(3, 1000))),
+                             {.admission = {.observer = notes}});
+  {
+    MessageSocket socket = server.greet();
+    ASSERT_TRUE(socket.send(open(5)));
+    EXPECT_TRUE(std::holds_alternative<StreamEnd>(after_steps(socket)));
+    ASSERT_TRUE(eventually([&] { return notes->has("stream complete"); }));
+  }
+  const RequestFacts facts = notes->last();
+  EXPECT_EQ(facts.request, 5U);
+  EXPECT_EQ(facts.dataset, "fake");
+  EXPECT_EQ(facts.steps, 1U);
+  EXPECT_EQ(facts.tiles, 3U);
+  EXPECT_EQ(facts.bytes, 3000U);
+  ASSERT_TRUE(facts.seconds_to_first_tile && facts.seconds_to_last_tile);
+  EXPECT_LE(*facts.seconds_to_first_tile, *facts.seconds_to_last_tile);
+  EXPECT_LE(*facts.seconds_to_last_tile, facts.seconds);
+  EXPECT_STREQ(notes->client().protocol, "tcp");
+  EXPECT_FALSE(notes->has("stream left"));
+}
+
+TEST(Observer, AClientThatGoesLeavesItsStream) {
+  const auto notes = std::make_shared<Notes>();
+  std::atomic<int> running = 0;
+  const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
+                             {.admission = {.observer = notes}});
+  {
+    MessageSocket socket = server.greet();
+    ASSERT_TRUE(socket.send(open(1)));
+    ASSERT_TRUE(eventually([&] { return running == 1; }));
+  }
+  EXPECT_TRUE(eventually([&] { return notes->has("stream left"); }));
+}
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,487 @@
+// The service over real connections on this machine, with sources of steps that a test controls.
+#include "server/transport/server.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "common/net/net.hpp"
+#include "tests/support/fake_steps.hpp"
+#include "tests/support/running_server.hpp"
+
+namespace multitetra {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::catalogue_of;
+using testing::FakeSteps;
+using testing::is_closed_by_server;
+using testing::octahedron_step;
+using testing::receive;
+using testing::RunningServer;
+
+OpenStream open(std::uint64_t id, StepPolicy steps = StepPolicy::kFinalOnly) {
+  return {
+      .request_id = id, .dataset = "fake", .request = {.isovalue = 1}, .steps = steps, .held = {}};
+}
+
+CataloguePtr octahedra() { return catalogue_of(std::make_shared<FakeSteps>("fake")); }
+
+// Waits, for a few seconds at most, until something has happened in another thread.
+bool eventually(const std::function<bool()>& happened) {
+  for (int i = 0; i < 5000; ++i) {
+    if (happened()) return true;
+    std::this_thread::sleep_for(1ms);
+  }
+  return false;
+}
+
+// Reads one whole stream; gives its outcome and counts its steps.
+StreamEnd read_stream(MessageSocket& socket, std::uint32_t& steps) {
+  steps = 0;
+  for (;;) {
+    const auto message = socket.receive();
+    if (!message) {
+      ADD_FAILURE() << message.error().text;
+      return {};
+    }
+    if (const auto* end = std::get_if<StreamEnd>(&*message)) return *end;
+    if (std::holds_alternative<StepEnd>(*message)) ++steps;
+  }
+}
+
+// ---- conversations that go well
+
+TEST(Server, StreamsAllStepsOfARequest) {
+  RunningServer server(octahedra());
+  MessageSocket socket = server.greet();
+  ASSERT_TRUE(socket.send(open(1, StepPolicy::kProgressive)));
+  std::uint32_t steps = 0;
+  const StreamEnd end = read_stream(socket, steps);
+  EXPECT_EQ(end.outcome, StreamOutcome::kComplete);
+  EXPECT_EQ(end.steps, steps);
+  EXPECT_GE(steps, 2U);
+}
+
+TEST(Server, AnswersABadRequestAndGoesOn) {
+  RunningServer server(octahedra());
+  MessageSocket socket = server.greet();
+  OpenStream unknown = open(1);
+  unknown.dataset = "nothing";
+  ASSERT_TRUE(socket.send(unknown));
+  EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kUnknownDataset);
+  ASSERT_TRUE(socket.send(Ping{5}));
+  EXPECT_EQ(receive<Pong>(socket).value, 5U);
+  ASSERT_TRUE(socket.send(open(2)));
+  std::uint32_t steps = 0;
+  EXPECT_EQ(read_stream(socket, steps).outcome, StreamOutcome::kComplete);
+}
+
+TEST(Server, ServesManyClientsAtOnce) {
+  RunningServer server(octahedra());
+  std::vector<std::thread> clients;
+  for (int i = 0; i < 8; ++i) {
+    clients.emplace_back([&server] {
+      MessageSocket socket = server.greet();
+      for (std::uint64_t id = 1; id <= 5; ++id) {
+        ASSERT_TRUE(socket.send(open(id, StepPolicy::kProgressive)));
+        std::uint32_t steps = 0;
+        EXPECT_EQ(read_stream(socket, steps).outcome, StreamOutcome::kComplete);
+      }
+    });
+  }
+  for (std::thread& client : clients) client.join();
+}
+
+TEST(Server, AFailureInsideAStepIsAnErrorOfItsStreamOnly) {
+  std::atomic<int> calls = 0;
+  RunningServer server(catalogue_of(std::make_shared<FakeSteps>(
+      "fake", [&calls](const StepRequest& step, const std::stop_token&) {
+        if (calls++ == 0) throw std::runtime_error("the disk is gone");
+        return octahedron_step(step);
+      })));
+  MessageSocket socket = server.greet();
+  ASSERT_TRUE(socket.send(open(1)));
+  const ErrorReply reply = receive<ErrorReply>(socket);
+  EXPECT_EQ(reply.request_id, 1U);
+  EXPECT_EQ(reply.error.code, ErrorCode::kInternal);
+  EXPECT_EQ(reply.error.text.find("disk"), std::string::npos) << "inner matters stay in the log";
+  ASSERT_TRUE(socket.send(open(2)));
+  std::uint32_t steps = 0;
+  EXPECT_EQ(read_stream(socket, steps).outcome, StreamOutcome::kComplete);
+}
+
+// ---- stopping in the middle
+
+TEST(Server, CancelStopsWorkAtOnce) {
+  std::atomic<int> running = 0;
+  RunningServer server(
+      catalogue_of(std::make_shared<FakeSteps>("fake", testing::endless(running))));
+  MessageSocket socket = server.greet();
+  ASSERT_TRUE(socket.send(open(1)));
+  ASSERT_TRUE(eventually([&] { return running == 1; }));
+  ASSERT_TRUE(socket.send(Cancel{1}));
+  const StreamEnd end = receive<StreamEnd>(socket);
+  EXPECT_EQ(end.outcome, StreamOutcome::kCancelled);
+  EXPECT_EQ(end.steps, 0U);
+  EXPECT_TRUE(eventually([&] { return running == 0; }));
+}
+
+TEST(Server, ANewStreamSupersedesTheOneAtWork) {
+  std::atomic<int> running = 0;
+  const auto endless = testing::endless(running);
+  RunningServer server(catalogue_of(std::make_shared<FakeSteps>(
+      "fake", [endless](const StepRequest& step, const std::stop_token& stop) {
+        return step.request.isovalue == 1 ? endless(step, stop) : octahedron_step(step);
+      })));
+  MessageSocket socket = server.greet();
+  ASSERT_TRUE(socket.send(open(1)));
+  ASSERT_TRUE(eventually([&] { return running == 1; }));
+  OpenStream second = open(2);
+  second.request.isovalue = 2;
+  ASSERT_TRUE(socket.send(second));
+  EXPECT_EQ(receive<StreamEnd>(socket).outcome, StreamOutcome::kSuperseded);
+  EXPECT_EQ(receive<StepBegin>(socket).request_id, 2U);
+  std::uint32_t steps = 0;
+  EXPECT_EQ(read_stream(socket, steps).request_id, 2U);
+}
+
+// The only worker is freed by the very request that waits for it.
+TEST(Server, OneWorkerServesTwoClientsOfWhichOneSupersedesItself) {
+  std::atomic<int> running = 0;
+  const auto endless = testing::endless(running);
+  RunningServer server(catalogue_of(std::make_shared<FakeSteps>(
+                           "fake",
+                           [endless](const StepRequest& step, const std::stop_token& stop) {
+                             return step.request.isovalue == 1 ? endless(step, stop)
+                                                               : octahedron_step(step);
+                           })),
+                       {.workers = 1});
+  const auto brief = [](std::uint64_t id) {
+    OpenStream request = open(id, StepPolicy::kProgressive);
+    request.request.isovalue = 2;
+    return request;
+  };
+  MessageSocket first = server.greet();
+  MessageSocket second = server.greet();
+  ASSERT_TRUE(first.send(open(1)));
+  ASSERT_TRUE(eventually([&] { return running == 1; }));
+  ASSERT_TRUE(second.send(brief(1)));
+  ASSERT_TRUE(second.send(brief(2)));
+  EXPECT_EQ(receive<StreamEnd>(second).outcome, StreamOutcome::kSuperseded);
+  for (std::uint64_t id = 2; id <= 20; ++id) ASSERT_TRUE(first.send(brief(id)));
+  std::uint32_t steps = 0;
+  for (std::uint64_t id = 1; id < 20; ++id) {
+    EXPECT_EQ(read_stream(first, steps).request_id, id);
+  }
+  EXPECT_EQ(read_stream(first, steps).outcome, StreamOutcome::kComplete);
+  EXPECT_EQ(read_stream(second, steps).outcome, StreamOutcome::kComplete);
+}
+
+// Between two tiles, while the client takes its time.
+TEST(Server, SupersedingInsideAStepEndsItWithinAFewTiles) {
+  constexpr std::size_t kTiles = 2000;
+  RunningServer server(
+      catalogue_of(std::make_shared<FakeSteps>("fake", testing::heavy(kTiles, 64 * 1024))),
+      {.connection = {.send_buffer_bytes = 64 * 1024}});
+  MessageSocket socket = server.greet();
+  ASSERT_TRUE(socket.send(open(1)));
+  (void)receive<StepBegin>(socket);
+  (void)receive<Tile>(socket);
+  ASSERT_TRUE(socket.send(open(2)));
+  std::size_t tiles = 1;
+  for (;;) {
+    const auto message = socket.receive();
+    ASSERT_TRUE(message);
+    if (const auto* end = std::get_if<StreamEnd>(&*message)) {
+      EXPECT_EQ(end->request_id, 1U);
+      EXPECT_EQ(end->outcome, StreamOutcome::kSuperseded);
+      break;
+    }
+    ASSERT_TRUE(std::holds_alternative<Tile>(*message));
+    ++tiles;
+  }
+  EXPECT_LT(tiles, kTiles);
+  EXPECT_EQ(receive<StepBegin>(socket).request_id, 2U);
+}
+
+TEST(Server, WorkEndsWhenTheClientIsGone) {
+  std::atomic<int> running = 0;
+  RunningServer server(
+      catalogue_of(std::make_shared<FakeSteps>("fake", testing::endless(running))));
+  {
+    MessageSocket socket = server.greet();
+    ASSERT_TRUE(socket.send(open(1)));
+    ASSERT_TRUE(eventually([&] { return running == 1; }));
+  }
+  EXPECT_TRUE(eventually([&] { return running == 0; }));
+}
+
+TEST(Server, StopsCleanlyWithConnectionsInEveryState) {
+  std::atomic<int> running = 0;
+  RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", testing::endless(running))),
+                       {.connection = {.linger = 200ms}});
+  MessageSocket silent = server.connect();
+  MessageSocket idle = server.greet();
+  MessageSocket working = server.greet();
+  ASSERT_TRUE(working.send(open(1)));
+  MessageSocket half = server.greet();
+  ASSERT_TRUE(half.send_bytes("\x10"));
+  ASSERT_TRUE(eventually([&] { return running == 1; }));
+  const auto start = std::chrono::steady_clock::now();
+  server.stop();
+  EXPECT_LT(std::chrono::steady_clock::now() - start, 10s);
+  EXPECT_EQ(running, 0);
+  EXPECT_EQ(receive<ErrorReply>(idle).error.code, ErrorCode::kUnavailable);
+  EXPECT_TRUE(is_closed_by_server(idle));
+  EXPECT_EQ(receive<StreamEnd>(working).outcome, StreamOutcome::kCancelled);
+  EXPECT_EQ(receive<ErrorReply>(working).error.code, ErrorCode::kUnavailable);
+}
+
+TEST(Server, StopsThoughAClientDoesNotRead) {
+  RunningServer server(
+      catalogue_of(std::make_shared<FakeSteps>("fake", testing::heavy(1000, 256 * 1024))),
+      {.connection = {.linger = 100ms}});
+  MessageSocket socket = server.greet();
+  ASSERT_TRUE(socket.send(open(1)));
+  (void)receive<StepBegin>(socket);
+  const auto start = std::chrono::steady_clock::now();
+  server.stop();
+  EXPECT_LT(std::chrono::steady_clock::now() - start, 10s);
+}
+
+TEST(Server, StopsThoughAReloadIsAskedForInTheSameMoment) {
+  for (int round = 0; round < 20; ++round) {
+    RunningServer server(octahedra(), {.heed_signals = true});
+    // What has answered heeds signals.
+    EXPECT_TRUE(server.greet().send(ListDatasets{}));
+    std::raise(SIGTERM);
+    std::raise(SIGHUP);
+    server.wait();
+  }
+}
+
+// ---- clients that misbehave
+
+TEST(Server, BytesThatAreNoMessageEndTheConnectionWithAReason) {
+  RunningServer server(octahedra());
+  MessageSocket socket = server.greet();
+  ASSERT_TRUE(socket.send_bytes(frame_header(12) + "no protobuf!"));
+  EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kMalformedMessage);
+  EXPECT_TRUE(is_closed_by_server(socket));
+}
+
+TEST(Server, AnOversizedFrameEndsTheConnectionBeforeItsBytesCome) {
+  RunningServer server(octahedra());
+  MessageSocket socket = server.greet();
+  ASSERT_TRUE(socket.send_bytes(frame_header(kMaxClientFrameBytes + 1)));
+  EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kMessageTooLarge);
+  EXPECT_TRUE(is_closed_by_server(socket));
+}
+
+TEST(Server, AFrameBeforeHelloMayBeNoLongerThanAHello) {
+  RunningServer server(octahedra());
+  MessageSocket socket = server.connect();
+  ASSERT_TRUE(socket.send_bytes(frame_header(kMaxHelloFrameBytes + 1)));
+  EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kMessageTooLarge);
+  EXPECT_TRUE(is_closed_by_server(socket));
+}
+
+// An HTTP request read as a frame has a length of more than a gigabyte.
+TEST(Server, AnotherProtocolIsRefusedWithAReason) {
+  RunningServer server(octahedra());
+  MessageSocket socket = server.connect();
+  ASSERT_TRUE(socket.send_bytes("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"));
+  EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kMessageTooLarge);
+  EXPECT_TRUE(is_closed_by_server(socket));
+}
+
+TEST(Server, AClientThatLeavesInsideAFrameHarmsNobody) {
+  RunningServer server(octahedra());
+  for (int i = 0; i < 10; ++i) {
+    MessageSocket socket = server.greet();
+    ASSERT_TRUE(socket.send_bytes(frame_header(100) + "only a part"));
+  }
+  MessageSocket socket = server.greet();
+  ASSERT_TRUE(socket.send(Ping{1}));
+  EXPECT_EQ(receive<Pong>(socket).value, 1U);
+}
+
+TEST(Server, AClientWithoutHelloIsSentAwayInTime) {
+  RunningServer server(octahedra(), {.connection = {.handshake_timeout = 50ms}});
+  MessageSocket socket = server.connect();
+  EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kUnavailable);
+  EXPECT_TRUE(is_closed_by_server(socket));
+}
+
+TEST(Server, AnIdleClientStaysAfterTheHandshake) {
+  RunningServer server(octahedra(), {.connection = {.handshake_timeout = 50ms, .linger = 10ms}});
+  MessageSocket socket = server.greet();
+  std::this_thread::sleep_for(150ms);
+  ASSERT_TRUE(socket.send(Ping{1}));
+  EXPECT_EQ(receive<Pong>(socket).value, 1U);
+}
+
+TEST(Server, HasALimitOnConnectionsAndRoomAgainWhenOneLeaves) {
+  RunningServer server(
+      octahedra(), {.admission = {.connections = {.total = 2}}, .connection = {.linger = 10ms}});
+  MessageSocket first = server.greet();
+  {
+    MessageSocket second = server.greet();
+    MessageSocket third = server.connect();
+    EXPECT_EQ(receive<ErrorReply>(third).error.code, ErrorCode::kUnavailable);
+    EXPECT_TRUE(is_closed_by_server(third));
+  }
+  EXPECT_TRUE(eventually([&] {
+    MessageSocket again = server.connect();
+    if (!again.send(Hello{})) return false;
+    const auto answer = again.receive();
+    return answer && std::holds_alternative<Welcome>(*answer);
+  }));
+}
+
+// Steps are made only when the one before has been taken, and workers do not wait meanwhile: with
+// one worker and a client that does not read, another client is served.
+TEST(Server, AClientThatDoesNotReadHoldsOneStepAndNoWorker) {
+  std::atomic<int> made = 0;
+  const auto heavy = testing::heavy(64, 1024 * 1024);
+  RunningServer server(catalogue_of(std::make_shared<FakeSteps>(
+                           "fake",
+                           [&made, heavy](const StepRequest& step, const std::stop_token& stop) {
+                             if (step.request.isovalue != 1) return octahedron_step(step);
+                             ++made;
+                             return heavy(step, stop);
+                           })),
+                       {.workers = 1});
+  MessageSocket stalled = server.greet();
+  ASSERT_TRUE(stalled.send(open(1, StepPolicy::kProgressive)));
+  ASSERT_TRUE(eventually([&] { return made == 1; }));
+
+  MessageSocket other = server.greet();
+  OpenStream request = open(1, StepPolicy::kProgressive);
+  request.request.isovalue = 2;
+  ASSERT_TRUE(other.send(request));
+  std::uint32_t steps = 0;
+  EXPECT_EQ(read_stream(other, steps).outcome, StreamOutcome::kComplete);
+  std::this_thread::sleep_for(100ms);
+  EXPECT_EQ(made, 1) << "a step was made ahead of a client that does not read";
+}
+
+TEST(Server, AClientThatDoesNotReadIsGivenUpAfterTheWriteTimeout) {
+  std::atomic<int> left = 0;
+  RunningServer server(
+      catalogue_of(std::make_shared<FakeSteps>("fake", testing::heavy(64, 1024 * 1024))),
+      {.admission = {.connections = {.total = 1}},
+       .connection = {.write_timeout = 200ms, .linger = 10ms, .send_buffer_bytes = 64 * 1024}});
+  MessageSocket stalled = server.greet();
+  ASSERT_TRUE(stalled.send(open(1)));
+  EXPECT_TRUE(eventually([&] {
+    MessageSocket next = server.connect();
+    if (!next.send(Hello{})) return false;
+    const auto answer = next.receive();
+    return answer && std::holds_alternative<Welcome>(*answer);
+  }));
+}
+
+// A client that asks without reading the answers is not read from any more: its own sending stalls
+// before the server has taken much.
+TEST(Server, RepliesThatNobodyReadsAreBounded) {
+  RunningServer server(octahedra(), {.connection = {.send_buffer_bytes = 16 * 1024}});
+  asio::io_context io;
+  tcp::socket socket(io);
+  socket.open(tcp::v4());
+  socket.set_option(asio::socket_base::receive_buffer_size(16 * 1024));
+  socket.connect({asio::ip::make_address("127.0.0.1"), server.endpoint().port});
+  const auto framed = [](const ClientMessage& message) {
+    const std::string content = serialize(message);
+    return frame_header(static_cast<std::uint32_t>(content.size())) + content;
+  };
+  asio::write(socket, asio::buffer(framed(Hello{})));
+  std::string lists;
+  for (std::uint64_t i = 1; i <= 1000; ++i) lists += framed(ListDatasets{i});
+  socket.non_blocking(true);
+  std::size_t sent = 0;
+  int stalls = 0;
+  constexpr std::size_t kFarTooMuch = 64 * 1024 * 1024;
+  while (stalls < 200 && sent < kFarTooMuch) {
+    boost::system::error_code error;
+    const std::size_t size = socket.write_some(asio::buffer(lists), error);
+    // A partial write would cut a frame; the rest of it must follow first.
+    sent += size;
+    if (error == asio::error::would_block) {
+      ++stalls;
+      std::this_thread::sleep_for(1ms);
+      continue;
+    }
+    ASSERT_FALSE(error) << error.message();
+    stalls = 0;
+    if (size < lists.size()) {
+      lists = lists.substr(size) + lists.substr(0, size);
+    }
+  }
+  EXPECT_LT(sent, kFarTooMuch) << "the server read on though nobody took its answers";
+}
+
+// Serialized, its histogram alone is longer than a frame may be.
+class OversizedInfo : public FakeSteps {
+ public:
+  explicit OversizedInfo(testing::MakeStep make) : FakeSteps("fake", std::move(make)) {
+    info_ = testing::octahedra_info("fake");
+    info_.histogram.counts.assign(kMaxServerFrameBytes / 8, ~std::uint64_t{0});
+  }
+  [[nodiscard]] const DatasetInfo& info() const override { return info_; }
+
+ private:
+  DatasetInfo info_;
+};
+
+TEST(Server, AListTooLongToSendFailsAloneAndNotTheRunningStream) {
+  std::atomic<int> running = 0;
+  RunningServer server(catalogue_of(std::make_shared<OversizedInfo>(testing::endless(running))));
+  MessageSocket socket = server.greet();
+  ASSERT_TRUE(socket.send(open(1)));
+  ASSERT_TRUE(eventually([&] { return running == 1; }));
+  ASSERT_TRUE(socket.send(ListDatasets{9}));
+  const ErrorReply reply = receive<ErrorReply>(socket);
+  EXPECT_EQ(reply.request_id, 9U);
+  EXPECT_EQ(reply.error.code, ErrorCode::kLimitExceeded);
+  EXPECT_EQ(running, 1);
+  ASSERT_TRUE(socket.send(Cancel{1}));
+  EXPECT_EQ(receive<StreamEnd>(socket).outcome, StreamOutcome::kCancelled);
+}
+
+// As a log that cannot be written when the first client comes, because the disk is full.
+class FailingOnce : public ServiceObserver {
+ public:
+  void connected(const ClientFacts&) override {
+    if (!std::exchange(has_failed_, true)) throw std::runtime_error("the disk is full");
+  }
+
+ private:
+  bool has_failed_ = false;
+};
+
+TEST(Server, GoesOnAcceptingAfterAClientThatItCouldNotServe) {
+  RunningServer server(octahedra(), {.admission = {.observer = std::make_shared<FailingOnce>()}});
+  MessageSocket unlucky = server.connect();
+  EXPECT_TRUE(is_closed_by_server(unlucky));
+  MessageSocket next = server.greet();
+  ASSERT_TRUE(next.send(Ping{1}));
+  EXPECT_EQ(receive<Pong>(next).value, 1U);
+}
+
+TEST(Server, SaysWhichAddressItCannotListenOn) {
+  RunningServer server(octahedra());
+  try {
+    Server second(octahedra(), {.listen = server.endpoint()});
+    FAIL() << "two servers on one port";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find(to_string(server.endpoint())), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace multitetra

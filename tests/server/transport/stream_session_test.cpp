@@ -1,0 +1,103 @@
+// A conversation without a network: the test plays the transport.
+#include "server/transport/stream_session.hpp"
+
+#include <future>
+
+#include <gtest/gtest.h>
+#include <spdlog/spdlog.h>
+
+#include "tests/support/fake_steps.hpp"
+
+namespace multitetra {
+namespace {
+
+using testing::catalogue_of;
+using testing::FakeSteps;
+
+// A welcomed conversation whose only worker is busy until it is freed.
+class StreamSessionTest : public ::testing::Test {
+ protected:
+  StreamSessionTest() {
+    spdlog::set_level(spdlog::level::off);
+    workers_.post(workers_.new_client(),
+                  {.run = [freed = freed_.get_future().share()] { freed.wait(); }});
+    receive(Hello{});
+    EXPECT_TRUE(std::holds_alternative<Welcome>(next()));
+  }
+  ~StreamSessionTest() override {
+    free_the_worker();
+    session_->leave();
+    io_.restart();
+    io_.run();
+    workers_.join();
+  }
+
+  void receive(const ClientMessage& message) { session_->receive(serialize(message)); }
+  void open(std::uint64_t id) {
+    receive(OpenStream{
+        .request_id = id, .dataset = "fake", .steps = StepPolicy::kFinalOnly, .held = {}});
+  }
+  ServerMessage next() {
+    auto message = asio::co_spawn(
+        io_, [this] { return session_->next_message(); }, asio::use_future);
+    io_.restart();
+    while (message.wait_for(std::chrono::seconds(0)) != std::future_status::ready) io_.run_one();
+    return message.get().value();
+  }
+  // Whether another message may be received now.
+  bool has_room() {
+    if (!room_.valid()) {
+      room_ = asio::co_spawn(
+          io_, [this] { return session_->room(); }, asio::use_future);
+    }
+    io_.restart();
+    io_.poll();
+    if (room_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
+    room_.get();
+    return true;
+  }
+  void free_the_worker() {
+    if (!std::exchange(is_free_, true)) freed_.set_value();
+  }
+
+  std::shared_ptr<FakeSteps> source_ = std::make_shared<FakeSteps>("fake");
+  AdmissionControl admission_{{}};
+  asio::io_context io_{1};
+  Workers workers_{1};
+  std::promise<void> freed_;
+  bool is_free_ = false;
+  std::future<void> room_;
+  std::shared_ptr<StreamSession> session_ = std::make_shared<StreamSession>(
+      io_.get_executor(), workers_, Session(catalogue_of(source_), {}),
+      admission_.admit("tcp", "127.0.0.1", "test").client);
+};
+
+// Every stream that is kept, here or in the workers' queue, holds the source.
+TEST_F(StreamSessionTest, KeepsTwoStreamsAtMostHoweverManySupersedeEachOther) {
+  const long before = source_.use_count();
+  constexpr std::uint64_t kStreams = 100;
+  for (std::uint64_t id = 1; id <= kStreams; ++id) {
+    open(id);
+    EXPECT_LE(source_.use_count(), before + 2);
+  }
+  for (std::uint64_t id = 1; id < kStreams; ++id) {
+    EXPECT_EQ(std::get<StreamEnd>(next()).outcome, StreamOutcome::kSuperseded);
+  }
+  free_the_worker();
+  EXPECT_EQ(std::get<StepBegin>(next()).request_id, kStreams);
+}
+
+TEST_F(StreamSessionTest, ReceivesNothingMoreWhileAListOfDatasetsWaits) {
+  EXPECT_TRUE(has_room());
+  receive(Ping{1});
+  EXPECT_TRUE(has_room());
+  receive(ListDatasets{2});
+  EXPECT_FALSE(has_room());
+  EXPECT_TRUE(std::holds_alternative<Pong>(next()));
+  EXPECT_FALSE(has_room());
+  EXPECT_TRUE(std::holds_alternative<DatasetList>(next()));
+  EXPECT_TRUE(has_room());
+}
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,93 @@
+// A source of steps under the control of a test: nothing is extracted.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "server/dataset/in_parallel.hpp"
+#include "server/stream/dataset_catalogue.hpp"
+#include "tests/support/octahedra.hpp"
+
+namespace multitetra::testing {
+
+using MakeStep = std::function<EncodedStep(const StepRequest&, std::stop_token)>;
+
+inline EncodedStep octahedron_step(const StepRequest& step) {
+  const bool is_fine = step.request.topology_tolerance == 0;
+  return {
+      .tetrahedra = 100, .active_tetrahedra = 10, .tiles = is_fine ? fine_tiles() : coarse_tiles()};
+}
+
+// A step with a coarser finest spacing is much smaller; the whole has a megabyte.
+inline StepSizes fake_sizes() {
+  const auto size_at = [](std::int32_t finest) {
+    const double triangles = 1e6 / (finest * finest * finest);
+    return SurfaceSize{.triangles = triangles, .bytes = triangles, .extracted = triangles};
+  };
+  return {.of = [=](const StepRequest& step) { return size_at(step.finest_spacing); },
+          .rough = [=](const IsosurfaceRequest&) { return size_at(1); }};
+}
+
+class FakeSteps : public StepSource {
+ public:
+  explicit FakeSteps(
+      std::string name, MakeStep make = [](const StepRequest& step,
+                                           std::stop_token) { return octahedron_step(step); })
+      : info_(octahedra_info(std::move(name))), make_(std::move(make)) {
+    info_.dims = {65, 65, 65};  // Large enough for previews.
+    info_.grid_exponent = 6;
+  }
+
+  [[nodiscard]] const DatasetInfo& info() const override { return info_; }
+  [[nodiscard]] EncodedStep make(const StepRequest& step, std::stop_token stop) const override {
+    return make_(step, std::move(stop));
+  }
+  // Previews are a small part of the whole.
+  [[nodiscard]] StepSizes sizes(std::stop_token, SizeAccuracy) const override {
+    return fake_sizes();
+  }
+
+ private:
+  DatasetInfo info_;
+  MakeStep make_;
+};
+
+// Works until it is stopped, as a very long extraction does.
+inline MakeStep endless(std::atomic<int>& running) {
+  return [&running](const StepRequest&, const std::stop_token& stop) -> EncodedStep {
+    ++running;
+    while (!stop.stop_requested()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    --running;
+    throw Cancelled{};
+  };
+}
+
+// Tiles of random-looking bytes that no client decodes: `count` of `bytes` each.
+inline MakeStep heavy(std::size_t count, std::size_t bytes) {
+  return [count, bytes](const StepRequest&, const std::stop_token&) {
+    const auto payload = std::make_shared<const std::string>(bytes, 'x');
+    EncodedStep step;
+    for (std::size_t i = 0; i < count; ++i) {
+      const TileSummary summary{.cube = {.exponent = 0, .x = static_cast<std::int32_t>(i)},
+                                .digest = {1, i},
+                                .triangles = 1,
+                                .vertices = 3,
+                                .bytes = static_cast<std::uint32_t>(bytes)};
+      step.tiles.push_back({.summary = summary, .payload = payload});
+    }
+    return step;
+  };
+}
+
+inline std::shared_ptr<DatasetCatalogue> catalogue_of(std::shared_ptr<const StepSource> source) {
+  auto catalogue = std::make_shared<DatasetCatalogue>();
+  catalogue->add(std::move(source));
+  return catalogue;
+}
+
+}  // namespace multitetra::testing
