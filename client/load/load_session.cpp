@@ -4,8 +4,6 @@
 
 namespace multitetra {
 
-using boost::system::error_code;
-
 namespace {
 
 double seconds_since(LoadClock::time_point begin) {
@@ -55,7 +53,7 @@ LoadSession::LoadSession(asio::io_context& io, const UserOptions& options, std::
       statistics_(statistics),
       agreement_(agreement),
       io_(io),
-      news_(io),
+      news_(io.get_executor()),
       random_(seed),
       seed_(seed),
       delay_(delay) {}
@@ -355,15 +353,13 @@ void LoadSession::fail_check(const std::string& text) {
 
 void LoadSession::notify() {
   has_news_ = true;
-  news_.cancel();
+  news_.notify_all();
 }
 
 // Until then, or until there is news.
 asio::awaitable<void> LoadSession::wait_until(LoadClock::time_point time) {
   if (!std::exchange(has_news_, false)) {
-    news_.expires_at(time);
-    error_code cancelled;
-    co_await news_.async_wait(use_error(cancelled));
+    co_await news_.wait_until(time);
     has_news_ = false;
   }
 }

@@ -11,6 +11,7 @@
 #include "client/load/load_statistics.hpp"
 #include "client/load/script.hpp"
 #include "client/load/stream_checks.hpp"
+#include "common/net/async_event.hpp"
 #include "common/net/message_channel.hpp"
 
 namespace multitetra {
@@ -68,7 +69,7 @@ class LoadSession {
   LoadStatistics& statistics_;
   Agreement& agreement_;
   asio::io_context& io_;
-  asio::steady_timer news_;  // Cancelled when something came.
+  AsyncEvent news_;
   bool has_news_ = false;
   std::mt19937_64 random_;
   std::uint64_t seed_;

@@ -8,7 +8,6 @@
 
 namespace multitetra {
 
-using boost::system::error_code;
 using Clock = std::chrono::steady_clock;
 
 namespace {

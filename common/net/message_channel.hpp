@@ -1,5 +1,6 @@
-// Messages of the conversation over whatever a server's address says: frames over TCP or TLS, or
-// WebSocket messages over either. For coroutines; message_socket.hpp is the blocking one on top.
+// A client's messages with one server, over whatever its address says: frames over TCP or TLS, or
+// WebSocket messages over either. For coroutines; client/message_socket.hpp is the blocking one on
+// top, server/gateway/upstream_link.hpp what a gateway makes of it.
 //
 //   MessageChannel channel(io.get_executor(), server, {.tls = tls});
 //   if (const auto opened = co_await channel.open(); !opened) ...
@@ -10,7 +11,9 @@
 // of the executor. There is no limit on any wait: who has waited long enough calls close(), and
 // what is under way ends with kUnavailable. The channel must outlive what is under way.
 //
-// Errors are those of MessageSocket; after one of them the channel is closed.
+// Errors are whole sentences: those of message_transport.hpp; kUnavailable when the server cannot
+// be reached, kInvalidArgument when it is not to be trusted. After one of them the channel is
+// closed.
 #pragma once
 
 #include <chrono>
@@ -20,8 +23,7 @@
 #include <string>
 
 #include "common/net/endpoint.hpp"
-#include "common/net/frame.hpp"
-#include "common/net/stream_socket.hpp"
+#include "common/net/message_transport.hpp"
 
 namespace multitetra {
 
@@ -29,6 +31,10 @@ struct ChannelOptions {
   TlsContextPtr tls = nullptr;  // Needed for tls:// and wss://.
   std::uint32_t max_message_bytes = kMaxServerFrameBytes;
   std::size_t read_buffer_bytes = 64 * 1024;
+  // Bytes that the other machine does not acknowledge for so long mean that it is lost; 0: the
+  // system decides.
+  std::chrono::milliseconds unacknowledged{0};
+  std::string ca_option = "--ca";  // How users name an authority.
 };
 
 class MessageChannel {
@@ -53,30 +59,25 @@ class MessageChannel {
   [[nodiscard]] bool is_open() const { return is_open_; }
   [[nodiscard]] const Endpoint& server() const { return server_; }
   // When bytes came or a message was sent last.
-  [[nodiscard]] std::chrono::steady_clock::time_point last_sign() const { return last_sign_; }
-  [[nodiscard]] std::uint64_t bytes_received() const { return bytes_received_; }
+  [[nodiscard]] std::chrono::steady_clock::time_point last_sign() const;
+  [[nodiscard]] std::uint64_t bytes_received() const;
 
  private:
-  class Wire;
-  class FrameWire;
-  class WebSocketWire;
-
   asio::awaitable<Result<void>> connect();
   asio::awaitable<Result<void>> shake_hands();
-  tl::unexpected<Error> unreachable(const boost::system::error_code& error);
-  tl::unexpected<Error> lost(const boost::system::error_code& error);
+  tl::unexpected<Error> unreachable(const error_code& error);
+  tl::unexpected<Error> not_open();
+  tl::unexpected<Error> lost_in_use(Error error);
   tl::unexpected<Error> closed(Error error);
-  void came(std::size_t bytes);
 
   Endpoint server_;
   ChannelOptions options_;
   tcp::socket socket_;  // Until the stream has it.
   tcp::resolver resolver_;
-  std::optional<StreamSocket> stream_;
-  std::unique_ptr<Wire> wire_;
+  std::optional<ByteStream> stream_;
+  std::unique_ptr<MessageTransport> transport_;
   bool is_open_ = true;
-  std::chrono::steady_clock::time_point last_sign_ = std::chrono::steady_clock::now();
-  std::uint64_t bytes_received_ = 0;
+  std::chrono::steady_clock::time_point made_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace multitetra

@@ -1,8 +1,5 @@
-// The byte stream of a connection: TCP, or TLS over TCP.
-//
-//   StreamSocket stream(std::move(accepted), tls);  // tls: null for plain TCP.
-//   co_await stream.handshake(asio::ssl::stream_base::server, use_error(error));
-//   co_await stream.async_read_some(buffer, use_error(error));
+// What a ByteStream is made of. Private to this folder: every template below costs seconds in each
+// file that uses it.
 //
 // Models Asio's AsyncReadStream and AsyncWriteStream, so that asio::async_write and Beast take a
 // StreamSocket& as they take a tcp::socket&. Neither copied nor moved: operations under way know
@@ -18,11 +15,14 @@
 #include <boost/asio/ssl.hpp>
 
 #include "common/net/net.hpp"
+#include "common/net/tls_context.hpp"
 
 namespace multitetra {
 
-// Shared by the connections that were made with it: a listener may take another for the next ones.
-using TlsContextPtr = std::shared_ptr<asio::ssl::context>;
+class TlsContext : public asio::ssl::context {
+ public:
+  using asio::ssl::context::context;
+};
 
 class StreamSocket {
  public:

@@ -3,9 +3,13 @@
 #include <exception>
 #include <utility>
 
-#include "server/gateway/gateway_session.hpp"
+#include "server/gateway/upstream_backend.hpp"
+#include "server/gateway/upstream_pool.hpp"
 #include "server/http/http_listener.hpp"
 #include "server/operations/log.hpp"
+#include "server/transport/server_runtime.hpp"
+#include "server/transport/stream_session.hpp"
+#include "server/transport/tcp_listener.hpp"
 
 namespace multitetra {
 
@@ -14,8 +18,8 @@ class GatewayServer::Running {
   explicit Running(GatewayServerOptions options)
       : options_(std::move(options)), runtime_(options_.runtime) {
     options_.session.agent = "multitetra-gateway/" MULTITETRA_VERSION;
-    options_.gateway.secrets = load_upstream_secrets(options_.upstream_files);
-    upstreams_ = std::make_shared<UpstreamPool>(runtime_.io().get_executor(), options_.gateway);
+    options_.upstream.secrets = load_upstream_secrets(options_.upstream_files);
+    upstreams_ = std::make_shared<UpstreamPool>(runtime_.io().get_executor(), options_.upstream);
     std::vector<MakeListener> listeners;
     if (options_.tcp) {
       listeners.emplace_back([this](const ServerContext& server) {
@@ -52,10 +56,14 @@ class GatewayServer::Running {
     return http;
   }
 
-  MessageSessionPtr new_session(ClientContextPtr client) {
-    return std::make_shared<GatewaySession>(runtime_.io().get_executor(), upstreams_,
-                                            options_.session, std::move(client),
-                                            options_.idle_time);
+  StreamSessionPtr new_session(ClientContextPtr client) {
+    const asio::any_io_executor executor = runtime_.io().get_executor();
+    auto backend =
+        std::make_shared<UpstreamBackend>(executor, upstreams_, client->facts().connection);
+    return std::make_shared<StreamSession>(executor, std::move(backend),
+                                           Session(std::make_shared<const DatasetCatalogue>(),
+                                                   options_.session, runtime_.admission().access()),
+                                           std::move(client), options_.idle_time);
   }
 
   ServiceState state() {

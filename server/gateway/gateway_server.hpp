@@ -1,6 +1,6 @@
 // The listeners of a gateway: those of a server, in front of others.
 //
-//   GatewayServer gateway({.gateway = {.upstreams = {...}}, .http = {...}});
+//   GatewayServer gateway({.upstream = {.upstreams = {...}}, .http = {...}});
 //   gateway.run();  // Until stop() or drain() is called from another thread, or a signal comes.
 #pragma once
 
@@ -9,16 +9,16 @@
 #include <string>
 #include <vector>
 
-#include "server/gateway/upstream_pool.hpp"
+#include "server/gateway/upstream_options.hpp"
 #include "server/http/http_options.hpp"
 #include "server/session/session.hpp"
+#include "server/transport/connection_options.hpp"
 #include "server/transport/server_runtime.hpp"
-#include "server/transport/tcp_listener.hpp"
 
 namespace multitetra {
 
 struct GatewayServerOptions {
-  UpstreamOptions gateway = {};  // Its secrets come from these files:
+  UpstreamOptions upstream = {};  // Its secrets come from these files:
   UpstreamFiles upstream_files = {};
   std::optional<HttpOptions> http = {};  // None: no such listener.
   std::optional<TcpListenerOptions> tcp = {};

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "server/gateway/upstream_answers.hpp"
+#include "server/session/answers.hpp"
 
 namespace multitetra {
 namespace {

@@ -1,4 +1,5 @@
-// One conversation with a server, as its client, on the executor of who holds it.
+// One conversation with a server, as its client: Hello and Welcome, signs of life, messages in the
+// order in which they are sent. On the executor of who holds it.
 //
 // A server that says nothing while it is listened to is asked for a sign of life, and lost when it
 // gives none: whether its machine has vanished, or the process hangs.
@@ -7,13 +8,9 @@
 #include <chrono>
 #include <deque>
 #include <memory>
-#include <optional>
 #include <string>
-#include <vector>
 
-#include "common/net/endpoint.hpp"
-#include "common/net/frame.hpp"
-#include "common/net/stream_socket.hpp"
+#include "common/net/message_channel.hpp"
 #include "common/wire/messages.hpp"
 
 namespace multitetra {
@@ -31,7 +28,7 @@ class UpstreamLink : public std::enable_shared_from_this<UpstreamLink> {
   [[nodiscard]] static asio::awaitable<Result<std::shared_ptr<UpstreamLink>>> connect(
       asio::any_io_executor executor, Endpoint server, Hello hello, LinkOptions options);
 
-  UpstreamLink(asio::any_io_executor executor, Endpoint server, LinkOptions options);
+  UpstreamLink(asio::any_io_executor executor, Endpoint server, const LinkOptions& options);
 
   // In the order of the calls; what cannot be sent shows in receive().
   void send(const ClientMessage& message);
@@ -39,28 +36,23 @@ class UpstreamLink : public std::enable_shared_from_this<UpstreamLink> {
   // is gone.
   [[nodiscard]] asio::awaitable<Result<ServerMessage>> receive();
   void close();
-  [[nodiscard]] bool is_lost() const { return is_lost_; }
+  [[nodiscard]] bool is_lost() const { return !channel_.is_open(); }
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   asio::awaitable<Result<void>> open();
-  asio::awaitable<Result<ServerMessage>> next_message();
   asio::awaitable<void> write();
   void await_sign();
 
-  Endpoint server_;
-  LinkOptions options_;
-  tcp::socket socket_;  // Until the stream has it.
-  std::optional<StreamSocket> stream_;
+  asio::any_io_executor executor_;
+  std::chrono::milliseconds silence_;
+  std::chrono::milliseconds connect_timeout_;
+  MessageChannel channel_;
   asio::steady_timer connect_timer_;
   asio::steady_timer silence_timer_;  // Runs while something is received.
   bool is_sign_asked_ = false;
-  FrameReader frames_{kMaxServerFrameBytes};
-  std::vector<char> buffer_;
+  bool is_silent_ = false;  // For too long: that is why it is closed.
   std::deque<std::string> to_send_;
   bool is_writing_ = false;
-  bool is_lost_ = false;
 };
 
 using LinkPtr = std::shared_ptr<UpstreamLink>;

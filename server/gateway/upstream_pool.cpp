@@ -17,7 +17,7 @@ constexpr const char* kNobody =
 
 asio::awaitable<void> pause(asio::any_io_executor executor, std::chrono::milliseconds time) {
   asio::steady_timer timer(executor, time);
-  boost::system::error_code ignored;
+  error_code ignored;
   co_await timer.async_wait(use_error(ignored));
 }
 
@@ -124,7 +124,7 @@ asio::awaitable<void> UpstreamPool::look_after(std::size_t upstream) {
     if (one.backoff.count() > 0) next = one.not_before;
     if (is_stopped_) co_return;
     one.timer->expires_at(next);
-    boost::system::error_code ignored;
+    error_code ignored;
     co_await one.timer->async_wait(use_error(ignored));
   }
 }
@@ -165,8 +165,7 @@ asio::awaitable<Result<CataloguePtr>> UpstreamPool::catalogue(std::string token)
   }
   if (const auto found = asking_.find(key); found != asking_.end()) {
     const std::shared_ptr<Asking> asking = found->second;
-    boost::system::error_code cancelled;
-    co_await asking->done.async_wait(use_error(cancelled));
+    while (!asking->result) co_await asking->done.wait();
     co_return *asking->result;
   }
   const auto asking = std::make_shared<Asking>(executor_);
@@ -178,7 +177,7 @@ asio::awaitable<Result<CataloguePtr>> UpstreamPool::catalogue(std::string token)
     log_line(LogLevel::kError, std::string("listing failed: ") + error.what(), {});
   }
   asking_.erase(key);
-  asking->done.cancel();
+  asking->done.notify_all();
   const Result<CataloguePtr>& found = *asking->result;
   if (found) {
     datasets_ = (*found)->size();

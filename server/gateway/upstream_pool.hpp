@@ -13,26 +13,14 @@
 #include <utility>
 #include <vector>
 
+#include "common/net/async_event.hpp"
 #include "common/net/endpoint.hpp"
-#include "common/net/net.hpp"
 #include "server/gateway/upstream_link.hpp"
-#include "server/gateway/upstream_secrets.hpp"
+#include "server/gateway/upstream_options.hpp"
 #include "server/stream/dataset_catalogue.hpp"
 #include "server/stream/tile_cache.hpp"
 
 namespace multitetra {
-
-struct UpstreamOptions {
-  std::vector<Endpoint> upstreams = {};
-  UpstreamSecrets secrets = {};
-  std::chrono::milliseconds connect_timeout{3'000};  // Until Welcome.
-  std::chrono::milliseconds silence{10'000};         // Of a server that is listened to.
-  std::chrono::milliseconds patience{30'000};     // Without a server for a stream, before it fails.
-  std::chrono::milliseconds least_backoff{100};   // Before a server that failed is tried again,
-  std::chrono::milliseconds most_backoff{5'000};  // doubled each time up to this.
-  std::chrono::milliseconds list_lifetime{2'000};   // How long what servers offer is believed.
-  std::size_t tile_bytes = std::size_t{256} << 20;  // Of tiles that passed and are kept.
-};
 
 // A dataset as several servers offer it. It makes nothing here.
 class UpstreamDataset : public StepSource {
@@ -103,9 +91,8 @@ class UpstreamPool {
   };
   // Somebody asks the servers, for all who want the same.
   struct Asking {
-    explicit Asking(asio::any_io_executor executor)
-        : done(executor, asio::steady_timer::time_point::max()) {}
-    asio::steady_timer done;  // Cancelled when the result is there.
+    explicit Asking(asio::any_io_executor executor) : done(executor) {}
+    AsyncEvent done;
     std::optional<Result<CataloguePtr>> result;
   };
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "common/net/stream_socket.hpp"
+#include "common/net/tls_context.hpp"
 
 namespace multitetra {
 

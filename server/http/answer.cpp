@@ -1,11 +1,15 @@
 #include "server/http/answer.hpp"
 
+#include <array>
+#include <cstdio>
 #include <ctime>
+#include <span>
 #include <utility>
 
 #include <boost/beast/http/status.hpp>
 #include <nlohmann/json.hpp>
 
+#include "server/dataset/checksum.hpp"
 #include "server/http/conditions.hpp"
 
 namespace multitetra {
@@ -96,6 +100,14 @@ Answer error_answer(const Error& error, std::string_view request_id) {
   if (answer.status == 503) add_field(answer, "Retry-After", "1");
   if (answer.status == 401) add_field(answer, "WWW-Authenticate", "Bearer");
   return answer;
+}
+
+std::string tag_of(std::string_view content) {
+  std::array<char, 24> text{};
+  std::snprintf(text.data(), text.size(), "\"%016llx\"",
+                static_cast<unsigned long long>(
+                    checksum(std::as_bytes(std::span(content.data(), content.size())))));
+  return text.data();
 }
 
 void meet_conditions(Answer& answer, const HttpRequest& request, std::string_view tag) {

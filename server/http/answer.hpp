@@ -11,11 +11,10 @@
 #include "common/base/result.hpp"
 #include "server/dataset/scratch_file.hpp"
 #include "server/http/http_request.hpp"
+#include "server/http/viewer_files.hpp"
 
 namespace multitetra {
 
-// Bytes that are made once and sent to many, without a copy.
-using SharedBytes = std::shared_ptr<const std::string>;
 // Bytes that lie on the disk, and are read a piece at a time.
 using SharedFile = std::shared_ptr<const ScratchFile>;
 
@@ -45,6 +44,9 @@ void add_field(Answer& answer, std::string_view name, std::string_view value);
 [[nodiscard]] Answer error_answer(int status, const Error& error, std::string_view request_id);
 // The same with the status that the code stands for.
 [[nodiscard]] Answer error_answer(const Error& error, std::string_view request_id);
+
+// The ETag of some bytes, in quotes.
+[[nodiscard]] std::string tag_of(std::string_view content);
 
 // Makes of a whole answer with status 200 what the request's conditions and ranges leave of it.
 // `tag` is that of its content, in quotes, and is told.

@@ -10,9 +10,7 @@
 
 namespace multitetra {
 
-using boost::system::error_code;
-
-HttpConnection::HttpConnection(std::unique_ptr<StreamSocket> stream, ClientContextPtr client,
+HttpConnection::HttpConnection(std::unique_ptr<ByteStream> stream, ClientContextPtr client,
                                std::optional<Error> refusal, HttpService& service,
                                const HttpOptions& options)
     : stream_(std::move(stream)),
@@ -21,10 +19,9 @@ HttpConnection::HttpConnection(std::unique_ptr<StreamSocket> stream, ClientConte
       service_(service),
       options_(options),
       requests_(options.max_header_bytes) {
-  error_code ignored;
-  stream_->socket().set_option(tcp::no_delay(true), ignored);
-  stream_->socket().set_option(asio::socket_base::keep_alive(true), ignored);
+  set_usual_options(stream_->socket());
   if (options_.send_buffer_bytes) {
+    error_code ignored;
     stream_->socket().set_option(asio::socket_base::send_buffer_size(*options_.send_buffer_bytes),
                                  ignored);
   }
@@ -34,7 +31,7 @@ void HttpConnection::start(Upgrade on_upgrade, std::function<void()> on_closed) 
   on_upgrade_ = std::move(on_upgrade);
   on_closed_ = std::move(on_closed);
   asio::co_spawn(
-      stream_->get_executor(), [self = shared_from_this()] { return self->run(); },
+      stream_->executor(), [self = shared_from_this()] { return self->run(); },
       [self = shared_from_this()](const std::exception_ptr& trouble) {
         try {
           if (trouble) std::rethrow_exception(trouble);
@@ -63,6 +60,7 @@ void HttpConnection::end(const Error& why) {
 }
 
 void HttpConnection::keep_time(Clock::time_point now) {
+  if (context_ && context_->session) context_->session->keep_time(now);
   if (!deadline_.is_past(now)) return;
   spdlog::debug("{}: closing the connection: it took too long", client_->facts().peer);
   deadline_.clear();
@@ -71,8 +69,7 @@ void HttpConnection::keep_time(Clock::time_point now) {
 
 asio::awaitable<void> HttpConnection::run() {
   deadline_.set(options_.handshake_timeout);
-  error_code error;
-  co_await stream_->async_handshake(asio::ssl::stream_base::server, use_error(error));
+  const error_code error = co_await stream_->handshake_as_server();
   if (error) {
     log_line(LogLevel::kInfo, "no TLS: " + error.message(),
              {{"connection", client_->facts().connection}, {"peer", client_->facts().peer}});
@@ -153,11 +150,9 @@ asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
     if (requests_.is_inside() && !std::exchange(is_inside, true)) {
       deadline_.set(options_.handshake_timeout);
     }
-    error_code error;
-    const std::size_t size =
-        co_await stream_->async_read_some(asio::buffer(buffer), use_error(error));
-    if (error) co_return std::nullopt;
-    requests_.feed({buffer.data(), size});
+    const Transfer came = co_await stream_->read_some(asio::buffer(buffer));
+    if (came.error) co_return std::nullopt;
+    requests_.feed({buffer.data(), came.bytes});
   }
 }
 
@@ -172,10 +167,9 @@ asio::awaitable<bool> HttpConnection::write(const Answer& answer, bool with_body
     parts[1] = asio::buffer(bytes.data() + body.first, body.length);
   }
   deadline_.set(options_.write_timeout);
-  error_code error;
-  const std::size_t size = co_await asio::async_write(*stream_, parts, use_error(error));
-  client_->admission().observer().sent("http", size);
-  if (error) co_return false;
+  const Transfer sent = co_await stream_->write(parts[0], parts[1]);
+  client_->admission().observer().sent("http", sent.bytes);
+  if (sent.error) co_return false;
   if (!with_body || !file) co_return true;
   co_return co_await write_file(**file, body.first, body.length);
 }
@@ -188,11 +182,9 @@ asio::awaitable<bool> HttpConnection::write_file(const ScratchFile& file, std::u
     piece.resize(std::min(length, kPiece));
     file.get(first, piece);
     deadline_.set(options_.write_timeout);
-    error_code error;
-    const std::size_t size =
-        co_await asio::async_write(*stream_, asio::buffer(piece), use_error(error));
-    client_->admission().observer().sent("http", size);
-    if (error) co_return false;
+    const Transfer sent = co_await stream_->write(asio::buffer(piece));
+    client_->admission().observer().sent("http", sent.bytes);
+    if (sent.error) co_return false;
     first += piece.size();
     length -= piece.size();
   }
@@ -223,8 +215,7 @@ bool HttpConnection::has_hung_up() {
 // reset the connection and take our last words away from it.
 asio::awaitable<void> HttpConnection::hang_up() {
   deadline_.set(options_.linger);
-  error_code error;
-  co_await stream_->async_shutdown(use_error(error));
+  error_code error = co_await stream_->shut_down();
   if (stream_->is_tls() && !error) co_return;  // Both sides have said that nothing more comes.
   error = {};
   std::array<char, 1024> dropped;  // NOLINT: nobody looks at it.

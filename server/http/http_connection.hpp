@@ -7,23 +7,23 @@
 #include <optional>
 #include <string>
 
-#include "common/net/stream_socket.hpp"
+#include "common/net/byte_stream.hpp"
 #include "server/http/http_options.hpp"
 #include "server/http/http_request.hpp"
 #include "server/http/http_service.hpp"
-#include "server/http/http_session.hpp"
+#include "server/transport/connection.hpp"
 
 namespace multitetra {
 
-class HttpConnection : public HttpSession, public std::enable_shared_from_this<HttpConnection> {
+class HttpConnection : public Connection, public std::enable_shared_from_this<HttpConnection> {
  public:
   // Service and options outlive the connection. With a `refusal` the first request is answered so,
   // whatever it is.
-  HttpConnection(std::unique_ptr<StreamSocket> stream, ClientContextPtr client,
+  HttpConnection(std::unique_ptr<ByteStream> stream, ClientContextPtr client,
                  std::optional<Error> refusal, HttpService& service, const HttpOptions& options);
 
   // Takes over the stream of a connection that becomes a WebSocket.
-  using Upgrade = std::function<void(std::unique_ptr<StreamSocket>, HttpRequest)>;
+  using Upgrade = std::function<void(std::unique_ptr<ByteStream>, HttpRequest)>;
   // Exactly one of both is called, once, when the coroutine is done.
   void start(Upgrade on_upgrade, std::function<void()> on_closed);
 
@@ -49,7 +49,7 @@ class HttpConnection : public HttpSession, public std::enable_shared_from_this<H
   void watch();
   [[nodiscard]] bool has_hung_up();
 
-  std::unique_ptr<StreamSocket> stream_;
+  std::unique_ptr<ByteStream> stream_;
   ClientContextPtr client_;
   std::optional<Error> refusal_;
   HttpService& service_;

@@ -15,7 +15,7 @@
 #include "common/net/frame.hpp"
 #include "common/wire/tile.hpp"
 #include "server/http/viewer_files.hpp"
-#include "server/transport/listener.hpp"
+#include "server/transport/connection_options.hpp"
 
 namespace multitetra {
 
@@ -53,6 +53,21 @@ struct HttpOptions {
   std::filesystem::path temporary_folder = std::filesystem::temp_directory_path();
   std::shared_ptr<const ViewerFiles> viewer = std::make_shared<const ViewerFiles>();
   HttpHooks hooks = {};
+
+  // Of a WebSocket, as those of other listeners.
+  [[nodiscard]] ConnectionOptions connection() const {
+    return {.handshake_timeout = handshake_timeout,
+            .write_timeout = write_timeout,
+            .linger = linger,
+            .max_message_bytes = max_message_bytes,
+            .max_hello_bytes = max_hello_bytes,
+            .send_buffer_bytes = send_buffer_bytes};
+  }
 };
+
+// "HOST:PORT", also behind "http://". kInvalidArgument, with the text and an example, otherwise.
+[[nodiscard]] Result<Endpoint> parse_http_endpoint(std::string_view text);
+// "http://HOST:PORT", or "https://HOST:PORT".
+[[nodiscard]] std::string http_url(const Endpoint& endpoint, bool is_secure = false);
 
 }  // namespace multitetra

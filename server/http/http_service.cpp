@@ -4,14 +4,13 @@
 #include <array>
 #include <cstdio>
 #include <random>
-#include <span>
 #include <utility>
 
 #include "common/cli/json_report.hpp"
-#include "server/dataset/checksum.hpp"
 #include "server/http/openapi.hpp"
 #include "server/http/origin.hpp"
 #include "server/http/upgrade.hpp"
+#include "server/http/viewer_answer.hpp"
 
 namespace multitetra {
 namespace {
@@ -33,17 +32,9 @@ Answer not_offered(std::string_view what, std::string_view request_id) {
       request_id);
 }
 
-std::string content_tag(std::string_view content) {
-  std::array<char, 24> text{};
-  std::snprintf(text.data(), text.size(), "\"%016llx\"",
-                static_cast<unsigned long long>(
-                    checksum(std::as_bytes(std::span(content.data(), content.size())))));
-  return text.data();
-}
-
 // JSON that is asked for again and again, and changes seldom.
 Answer document(std::string json, const HttpRequest& request) {
-  const std::string tag = content_tag(json);
+  const std::string tag = tag_of(json);
   Answer answer = json_answer(200, std::move(json));
   add_field(answer, "Cache-Control", "no-cache");
   meet_conditions(answer, request, tag);

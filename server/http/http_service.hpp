@@ -33,7 +33,7 @@ class HttpService {
 
   // Names a request in its answer and in the log.
   [[nodiscard]] std::string new_request_id();
-  [[nodiscard]] MessageSessionPtr new_session(const ClientContextPtr& client) const {
+  [[nodiscard]] StreamSessionPtr new_session(const ClientContextPtr& client) const {
     return server_.new_session(client);
   }
 

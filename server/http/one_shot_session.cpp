@@ -17,7 +17,7 @@ std::uint64_t triangles_of(const StepBegin& step) {
 
 }  // namespace
 
-OneShotSession::OneShotSession(MessageSessionPtr session, RequestContext& context)
+OneShotSession::OneShotSession(StreamSessionPtr session, RequestContext& context)
     : session_(std::move(session)), context_(context) {
   context_.session = session_;
 }

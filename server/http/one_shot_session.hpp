@@ -1,5 +1,5 @@
 // A conversation that is held for a single HTTP request: whatever is answered there went through a
-// MessageSession, with its rights and its limits.
+// StreamSession, with its rights and its limits.
 #pragma once
 
 #include <functional>
@@ -15,7 +15,7 @@ namespace multitetra {
 class OneShotSession {
  public:
   // Holds `session` in the context until its own end.
-  OneShotSession(MessageSessionPtr session, RequestContext& context);
+  OneShotSession(StreamSessionPtr session, RequestContext& context);
   ~OneShotSession();
   OneShotSession(const OneShotSession&) = delete;
   OneShotSession& operator=(const OneShotSession&) = delete;
@@ -43,7 +43,7 @@ class OneShotSession {
   [[nodiscard]] asio::awaitable<Result<M>> next_a();
   void say(const ClientMessage& message);
 
-  MessageSessionPtr session_;
+  StreamSessionPtr session_;
   RequestContext& context_;
 };
 

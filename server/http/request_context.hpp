@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "server/operations/admission_control.hpp"
-#include "server/transport/message_session.hpp"
+#include "server/transport/stream_session.hpp"
 
 namespace multitetra {
 
@@ -19,7 +19,7 @@ struct RequestContext {
   std::chrono::steady_clock::time_point began = std::chrono::steady_clock::now();
   const char* kind = "malformed";  // As name(Route) has it.
   // The conversation that the answer comes from, while there is one.
-  MessageSessionPtr session = nullptr;
+  StreamSessionPtr session = nullptr;
   std::stop_source stop{std::nostopstate};  // Of work on other threads, where there is some.
   // What is told of it in the log and counted, and its outcome there; null for what is quick.
   std::unique_ptr<RequestRecord> record = nullptr;

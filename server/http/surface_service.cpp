@@ -1,15 +1,11 @@
 #include "server/http/surface_service.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <new>
-#include <span>
 #include <utility>
 
 #include <spdlog/spdlog.h>
 
-#include "server/dataset/checksum.hpp"
 #include "server/http/conditions.hpp"
 #include "server/http/media.hpp"
 
@@ -51,13 +47,6 @@ Result<StoredMesh> guarded_store(const OneShotSession::Step& step, const Dataset
     return fail(ErrorCode::kInternal,
                 "The server failed to make this mesh's file; its log says why.");
   }
-}
-
-std::string tag_of(const std::string& key) {
-  std::array<char, 24> text{};
-  std::snprintf(text.data(), text.size(), "\"%016llx\"",
-                static_cast<unsigned long long>(checksum(std::as_bytes(std::span(key)))));
-  return text.data();
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <boost/asio/thread_pool.hpp>
+
 #include "server/http/answer.hpp"
 #include "server/http/http_options.hpp"
 #include "server/http/mesh_response.hpp"

@@ -2,7 +2,10 @@
 
 #include <utility>
 
-#include "common/net/websocket.hpp"
+#include <boost/beast/http/rfc7230.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
+
+#include "common/net/endpoint.hpp"
 #include "server/http/origin.hpp"
 
 namespace multitetra {
@@ -12,7 +15,8 @@ bool asks_for_subprotocol(const HttpRequest& request) {
   const auto offered = request.equal_range(http::field::sec_websocket_protocol);
   for (auto line = offered.first; line != offered.second; ++line) {
     http::token_list names(line->value());
-    if (names.exists(beast::string_view(kSubprotocol.data(), kSubprotocol.size()))) return true;
+    if (names.exists(boost::beast::string_view(kSubprotocol.data(), kSubprotocol.size())))
+      return true;
   }
   return false;
 }
@@ -25,7 +29,7 @@ std::optional<Answer> upgrade_objection(const HttpRequest& request,
   const auto refuse = [&](int status, ErrorCode code, std::string text) {
     return error_answer(status, {code, std::move(text)}, request_id);
   };
-  if (!websocket::is_upgrade(request)) {
+  if (!boost::beast::websocket::is_upgrade(request)) {
     Answer answer = refuse(426, ErrorCode::kUnexpectedMessage,
                            "This is the listener for WebSockets (RFC 6455) of " +
                                std::string(kSubprotocol) + "; ask for an upgrade.");

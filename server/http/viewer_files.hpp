@@ -8,9 +8,10 @@
 #include <string>
 #include <string_view>
 
-#include "server/http/answer.hpp"
-
 namespace multitetra {
+
+// Bytes that are made once and sent to many, without a copy.
+using SharedBytes = std::shared_ptr<const std::string>;
 
 struct ViewerFileContent {
   SharedBytes bytes;
@@ -40,9 +41,5 @@ class ViewerFiles {
 // The files of `folder`; if that is empty, of the viewer that was built or installed beside this
 // program, "../share/multitetra/viewer" from its folder, or none. Throws as ViewerFiles does.
 [[nodiscard]] std::shared_ptr<const ViewerFiles> find_viewer(const std::filesystem::path& folder);
-
-// A file, or the page for "/" where there is no viewer; 404 otherwise.
-[[nodiscard]] Answer viewer_answer(const ViewerFiles& files, std::string_view path,
-                                   const HttpRequest& request, std::string_view request_id);
 
 }  // namespace multitetra

@@ -10,6 +10,7 @@
 #include <openssl/ssl.h>
 #include <openssl/x509.h>
 
+#include "common/net/stream_socket.hpp"
 #include "server/operations/exit_codes.hpp"
 
 namespace multitetra {
@@ -87,7 +88,7 @@ void take_key(SSL_CTX* context, const TlsFiles& files) {
 
 TlsContextPtr load_tls(const TlsFiles& files) {
   ERR_clear_error();
-  auto tls = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server);
+  auto tls = std::make_shared<TlsContext>(asio::ssl::context::tls_server);
   SSL_CTX* const context = tls->native_handle();
   SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION);
   SSL_CTX_set_cipher_list(context, kCiphers);

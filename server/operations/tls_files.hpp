@@ -1,7 +1,7 @@
 // A certificate and its key, as files: what a listener needs to speak TLS.
 //
 //   TlsContextPtr tls = load_tls({.certificate = "server.pem", .key = "server.key"});
-//   StreamSocket stream(std::move(accepted), tls);
+//   ByteStream stream(std::move(accepted), tls);
 //
 // TLS 1.2 and 1.3 with forward secrecy, without compression and renegotiation; HTTP/1.1 to those
 // who ask by ALPN. A context never changes: a renewed certificate is another context, for the
@@ -10,7 +10,7 @@
 
 #include <filesystem>
 
-#include "common/net/stream_socket.hpp"
+#include "common/net/tls_context.hpp"
 
 namespace multitetra {
 

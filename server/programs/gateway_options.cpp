@@ -43,7 +43,7 @@ void add_gateway_options(Command& command, GatewayOptions& o) {
 
 GatewayServerOptions gateway_server_options(const GatewayOptions& o) {
   GatewayServerOptions options{
-      .gateway = {.tile_bytes = o.cache_bytes},
+      .upstream = {.tile_bytes = o.cache_bytes},
       .upstream_files = {.ca = o.upstream_ca, .token = o.upstream_token_file},
       .http = http_options(o.listeners),
       .tcp = tcp_options(o.listeners),
@@ -51,8 +51,8 @@ GatewayServerOptions gateway_server_options(const GatewayOptions& o) {
       .session = session_options(o.listeners),
       .idle_time = milliseconds(o.listeners.idle_seconds)};
   for (const std::string& upstream : o.upstreams) {
-    options.gateway.upstreams.push_back(upstream_from(upstream));
-    if (options.gateway.upstreams.back().is_secure()) options.upstream_files.needs_tls = true;
+    options.upstream.upstreams.push_back(upstream_from(upstream));
+    if (options.upstream.upstreams.back().is_secure()) options.upstream_files.needs_tls = true;
   }
   return options;
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/http/http_listener.hpp"
 #include "server/operations/open_files.hpp"
 #include "server/operations/request_log.hpp"
 

@@ -76,6 +76,9 @@ class Session {
   // Another list holds from now on: a client whose token it does not know any more is sent away.
   // What runs goes on.
   [[nodiscard]] Actions renew(AccessListPtr access);
+  // What there is for this client, where that is found out when it says Hello: before that is
+  // received.
+  void offer(CataloguePtr catalogue) { catalogue_ = std::move(catalogue); }
   // From now on every stream and estimate is refused so.
   void refuse_work(Error why) { no_work_ = std::move(why); }
 

@@ -7,8 +7,6 @@
 
 namespace multitetra {
 
-using boost::system::error_code;
-
 namespace {
 
 Peer peer_of(const tcp::socket& socket) {
@@ -39,10 +37,10 @@ Acceptor::Acceptor(asio::io_context& io, const Endpoint& at)
   endpoint_.port = acceptor_.local_endpoint().port();
 }
 
-void Acceptor::open(Welcome welcome) {
+void Acceptor::open(OnAccept on_accept) {
   asio::co_spawn(
       acceptor_.get_executor(),
-      [this, welcome = std::move(welcome)]() mutable { return accept(std::move(welcome)); },
+      [this, on_accept = std::move(on_accept)]() mutable { return accept(std::move(on_accept)); },
       asio::detached);
 }
 
@@ -53,7 +51,7 @@ void Acceptor::close() {
   retry_.cancel();
 }
 
-asio::awaitable<void> Acceptor::accept(Welcome welcome) {
+asio::awaitable<void> Acceptor::accept(OnAccept on_accept) {
   while (!is_closed_) {
     error_code error;
     tcp::socket socket = co_await acceptor_.async_accept(use_error(error));
@@ -67,7 +65,7 @@ asio::awaitable<void> Acceptor::accept(Welcome welcome) {
     }
     const Peer peer = peer_of(socket);
     try {
-      welcome(std::move(socket), peer);
+      on_accept(std::move(socket), peer);
     } catch (const std::exception& trouble) {
       spdlog::error("{}: the connection could not be served: {}", peer.name, trouble.what());
     }

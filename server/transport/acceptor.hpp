@@ -20,7 +20,7 @@ class Acceptor {
  public:
   // What to do with a connection. May throw: the connection is dropped then, and others are
   // accepted.
-  using Welcome = std::function<void(tcp::socket socket, const Peer& peer)>;
+  using OnAccept = std::function<void(tcp::socket socket, const Peer& peer)>;
 
   // Binds and listens. Throws AddressError that names the address when that fails. Must
   // outlive the io_context's last handler once it was opened.
@@ -28,11 +28,11 @@ class Acceptor {
 
   // With the real port.
   [[nodiscard]] const Endpoint& endpoint() const { return endpoint_; }
-  void open(Welcome welcome);
+  void open(OnAccept on_accept);
   void close();
 
  private:
-  asio::awaitable<void> accept(Welcome welcome);
+  asio::awaitable<void> accept(OnAccept on_accept);
 
   tcp::acceptor acceptor_;
   Endpoint endpoint_;

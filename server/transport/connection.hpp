@@ -1,59 +1,37 @@
-// A conversation over one TCP or TLS connection: one coroutine reads frames, one writes them.
+// One connection of a listener, whatever is spoken on it at the time.
 #pragma once
 
-#include <array>
 #include <chrono>
-#include <functional>
 #include <memory>
-#include <optional>
 
-#include "common/net/frame.hpp"
-#include "common/net/stream_socket.hpp"
-#include "server/operations/admission_control.hpp"
-#include "server/transport/message_session.hpp"
+#include "common/base/result.hpp"
 
 namespace multitetra {
 
-struct ConnectionOptions {
-  std::chrono::milliseconds handshake_timeout{10'000};  // From connecting to Welcome.
-  std::chrono::milliseconds write_timeout{60'000};      // For one message to leave for the client.
-  std::chrono::milliseconds linger{1'000};  // For the client to read our last words and hang up.
-  std::uint32_t max_message_bytes = kMaxClientFrameBytes;  // What we accept,
-  std::uint32_t max_hello_bytes = kMaxHelloFrameBytes;     // and before Welcome.
-  std::optional<int> send_buffer_bytes =
-      std::nullopt;  // Of the socket; none leaves it to the system.
-};
+using Clock = std::chrono::steady_clock;
 
-class Connection : public std::enable_shared_from_this<Connection> {
+class Connection {
  public:
-  // Plain TCP if `tls` is null.
-  Connection(tcp::socket socket, TlsContextPtr tls, ClientContextPtr client,
-             MessageSessionPtr conversation, ConnectionOptions options);
+  virtual ~Connection() = default;
 
-  // Both coroutines keep the connection alive; `on_closed` is called once when they are done.
-  void start(std::function<void()> on_closed);
-  // Says why and ends; within the linger time the socket is closed whatever the client does.
-  void end(const Error& error);
+  // Tells why, where there are words for it, and ends; within the linger time the connection is
+  // closed whatever the client does.
+  virtual void end(const Error& why) = 0;
+  // Ends what takes too long. Called again and again with the time that it is: so thousands of
+  // connections share one timer instead of arming several each for every message.
+  virtual void keep_time(Clock::time_point now) = 0;
+};
+using ConnectionPtr = std::shared_ptr<Connection>;
+
+// A moment that is looked at by keep_time(); none at first.
+class Deadline {
+ public:
+  void set(Clock::duration from_now) { at_ = Clock::now() + from_now; }
+  void clear() { at_ = Clock::time_point::max(); }
+  [[nodiscard]] bool is_past(Clock::time_point now) const { return now >= at_; }
 
  private:
-  asio::awaitable<void> greet_and_read();
-  asio::awaitable<void> read();
-  asio::awaitable<void> write();
-  asio::awaitable<void> receive_frames(FrameReader& frames);
-  void close_after(asio::steady_timer& timer, std::chrono::milliseconds delay);
-  void close();
-  void spawn(asio::awaitable<void> (Connection::*coroutine)());
-  void coroutine_done(const std::exception_ptr& trouble);
-
-  StreamSocket stream_;
-  ClientContextPtr client_;
-  MessageSessionPtr session_;
-  ConnectionOptions options_;
-  std::function<void()> on_closed_;
-  int running_coroutines_ = 0;
-  asio::steady_timer handshake_timer_;
-  asio::steady_timer write_timer_;
-  asio::steady_timer linger_timer_;
+  Clock::time_point at_ = Clock::time_point::max();
 };
 
 }  // namespace multitetra

@@ -1,17 +1,11 @@
-// Notices who asks for nothing for a long time. One timer that is set anew only when it has run
-// out, so that messages cost nothing.
+// Notices who asks for nothing for a long time. The clock is the caller's.
 //
-//   IdleWatch idleness(executor, /*limit=*/600s);   // 0: nobody is too idle.
-//   idleness.start(weak_from_this(), [](StreamSession& c) { ... });
-//
-// On one thread.
+//   IdleWatch idleness(/*limit=*/600s, now);     // 0: nobody is too idle.
+//   idleness.note(now);                          // Something was said, or finished.
+//   if (idleness.is_exceeded(now, is_busy)) ...
 #pragma once
 
 #include <chrono>
-#include <memory>
-#include <utility>
-
-#include "common/net/net.hpp"
 
 namespace multitetra {
 
@@ -19,36 +13,18 @@ class IdleWatch {
  public:
   using Clock = std::chrono::steady_clock;
 
-  IdleWatch(asio::any_io_executor executor, std::chrono::milliseconds limit)
-      : limit_(limit), timer_(executor) {}
+  IdleWatch(std::chrono::milliseconds limit, Clock::time_point now) : limit_(limit), last_(now) {}
 
-  // The client has said something, or something was finished for it.
-  void note() { last_ = Clock::now(); }
-  void stop() { timer_.cancel(); }
-
-  // Calls when_idle(owner) once, when nothing was noted for longer than the limit while
-  // is_busy(owner) was false. Ends with the owner, of which this is a member.
-  template <typename Owner, typename IsBusy, typename WhenIdle>
-  void start(std::weak_ptr<Owner> owner, IsBusy is_busy, WhenIdle when_idle) {
-    if (limit_.count() <= 0) return;
-    timer_.expires_at(last_ + limit_);
-    timer_.async_wait([this, owner = std::move(owner), is_busy,
-                       when_idle](const boost::system::error_code& cancelled) {
-      const auto self = owner.lock();
-      if (cancelled || !self) return;
-      if (is_busy(*self)) note();
-      if (last_ + limit_ <= Clock::now()) {
-        when_idle(*self);
-      } else {
-        start(owner, is_busy, when_idle);
-      }
-    });
+  void note(Clock::time_point now) { last_ = now; }
+  // Whether nothing was noted for longer than the limit. Being busy counts as being noted.
+  [[nodiscard]] bool is_exceeded(Clock::time_point now, bool is_busy) {
+    if (is_busy) last_ = now;
+    return limit_.count() > 0 && last_ + limit_ <= now;
   }
 
  private:
   std::chrono::milliseconds limit_;
-  Clock::time_point last_ = Clock::now();
-  asio::steady_timer timer_;
+  Clock::time_point last_;
 };
 
 }  // namespace multitetra

@@ -8,10 +8,13 @@
 #include <string>
 
 #include "common/net/endpoint.hpp"
+#include "common/net/net_fwd.hpp"
 #include "server/operations/admission_control.hpp"
-#include "server/transport/message_session.hpp"
 
 namespace multitetra {
+
+class StreamSession;
+using StreamSessionPtr = std::shared_ptr<StreamSession>;
 
 class Listener {
  public:
@@ -32,7 +35,7 @@ class Listener {
 struct ServerContext {
   asio::io_context& io;
   AdmissionControl& admission;
-  std::function<MessageSessionPtr(ClientContextPtr client)> new_session;
+  std::function<StreamSessionPtr(ClientContextPtr client)> new_session;
   std::function<std::string()> metrics = {};  // Prometheus text; empty: none are kept.
 };
 

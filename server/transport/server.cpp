@@ -4,6 +4,9 @@
 
 #include "server/stream/workers.hpp"
 #include "server/transport/server_runtime.hpp"
+#include "server/transport/stream_session.hpp"
+#include "server/transport/tcp_listener.hpp"
+#include "server/transport/worker_backend.hpp"
 
 namespace multitetra {
 
@@ -42,11 +45,13 @@ class Server::Running {
   }
 
  private:
-  MessageSessionPtr new_session(ClientContextPtr client) {
+  StreamSessionPtr new_session(ClientContextPtr client) {
+    const asio::any_io_executor executor = runtime_.io().get_executor();
+    auto backend = std::make_shared<WorkerBackend>(executor, workers_, client, options_.limits);
     return std::make_shared<StreamSession>(
-        runtime_.io().get_executor(), workers_,
+        executor, std::move(backend),
         Session(catalogue_, options_.session, runtime_.admission().access()), std::move(client),
-        options_.limits);
+        options_.limits.idle_time);
   }
 
   ServiceState state() {

@@ -19,9 +19,9 @@
 #include "server/operations/prometheus_metrics.hpp"
 #include "server/session/session.hpp"
 #include "server/stream/dataset_catalogue.hpp"
+#include "server/transport/connection_options.hpp"
 #include "server/transport/listener.hpp"
-#include "server/transport/stream_session.hpp"
-#include "server/transport/tcp_listener.hpp"
+#include "server/transport/session_limits.hpp"
 
 namespace multitetra {
 

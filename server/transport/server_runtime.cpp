@@ -3,11 +3,12 @@
 #include <csignal>
 #include <utility>
 
+#include <boost/asio/signal_set.hpp>
+
+#include "common/net/net.hpp"
 #include "server/operations/log.hpp"
 
 namespace multitetra {
-
-using boost::system::error_code;
 
 namespace {
 

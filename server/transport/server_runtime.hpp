@@ -32,7 +32,7 @@ struct ServerRuntimeOptions {
 
 // What the listeners lead into. Called on the thread of run().
 struct ServerHooks {
-  std::function<MessageSessionPtr(ClientContextPtr client)> new_session;
+  std::function<StreamSessionPtr(ClientContextPtr client)> new_session;
   std::function<ServiceState()> state = {};  // For the metrics, beside what the listeners know.
   std::function<void()> when_reloaded = {};
   std::function<void()> when_stopping = {};

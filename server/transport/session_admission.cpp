@@ -57,17 +57,4 @@ RequestFacts facts_of(const char* kind, std::uint64_t id, const std::string& dat
           .unit = name(request.unit)};
 }
 
-std::string_view outcome_of(const ServerMessage& last) {
-  if (const auto* error = std::get_if<ErrorReply>(&last)) return name(error->error.code);
-  switch (std::get<StreamEnd>(last).outcome) {
-    case StreamOutcome::kComplete:
-      return "complete";
-    case StreamOutcome::kCancelled:
-      return "cancelled";
-    case StreamOutcome::kSuperseded:
-      return "superseded";
-  }
-  return "complete";
-}
-
 }  // namespace multitetra

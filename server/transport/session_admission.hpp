@@ -20,7 +20,4 @@ namespace multitetra {
 [[nodiscard]] RequestFacts facts_of(const char* kind, std::uint64_t id, const std::string& dataset,
                                     const IsosurfaceRequest& request);
 
-// How a stream has ended, by its last message: a StreamEnd or an ErrorReply.
-[[nodiscard]] std::string_view outcome_of(const ServerMessage& last);
-
 }  // namespace multitetra

@@ -1,65 +1,75 @@
-// A session at work: performs its actions, has steps made by the workers, and hands out the
-// messages to send, one at a time. It knows no socket, so that TCP and WebSocket share it: how a
-// transport uses it says session.hpp.
+// A session at work: performs its actions, has the backend make what is answered, and hands out the
+// messages to send, one at a time. It knows no socket, so that TCP, WebSocket and HTTP share it:
+//
+//   reading:  co_await room(); read a message; receive(content)
+//   writing:  while (auto message = co_await next_message()) write it
+//   and, as time goes by, keep_time(now)
 //
 // Memory is bounded whatever the client does: replies wait in a short queue, of which one may be a
 // list of datasets, and reading pauses while it is full; stream messages are made when the writing
-// loop asks for them, and a step only when the one before has gone. At most one step is with the
-// workers, also when streams supersede each other. Workers never wait for a client.
+// loop asks for them.
 //
-// Only the making of steps happens on other threads than the executor's.
+// Not thread-safe: everything runs on the executor, of which one thread runs at a time.
 #pragma once
 
 #include <chrono>
 #include <deque>
+#include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <stop_token>
 #include <string>
 #include <string_view>
 
-#include "common/net/net.hpp"
+#include "common/net/async_event.hpp"
 #include "server/operations/admission_control.hpp"
 #include "server/session/session.hpp"
-#include "server/stream/stream_messages.hpp"
-#include "server/stream/workers.hpp"
 #include "server/transport/idle_watch.hpp"
-#include "server/transport/message_session.hpp"
+#include "server/transport/session_backend.hpp"
+#include "server/transport/session_limits.hpp"
 
 namespace multitetra {
 
-inline constexpr std::size_t kMaxWaitingReplies = 64;
-
-// Zero is no limit.
-struct SessionLimits {
-  std::chrono::milliseconds request_time{0};  // Of workers, for one stream or estimate.
-  std::chrono::milliseconds idle_time{0};     // Without a message from the client or a stream.
-  std::uint64_t max_triangles = 0;            // Of a final step.
-};
-
-class StreamSession : public MessageSession, public std::enable_shared_from_this<StreamSession> {
+class StreamSession : public std::enable_shared_from_this<StreamSession> {
  public:
-  // The workers must live until their work is done, the client's admission as long as this.
-  StreamSession(asio::any_io_executor executor, Workers& workers, Session session,
-                ClientContextPtr client, SessionLimits limits = {});
+  // `idle_time` without a message from the client, a stream or an estimate ends it; 0: nothing
+  // does.
+  StreamSession(asio::any_io_executor executor, SessionBackendPtr backend, Session session,
+                ClientContextPtr client, std::chrono::milliseconds idle_time = {});
 
-  void receive(std::string_view content) override;
-  void end(const Error& error) override;
-  void leave() override;
-  void give_up(const ServerMessage& message) override;
+  // The content of one frame or one WebSocket message, of untrusted bytes.
+  void receive(std::string_view content);
+  // Says why, then ends the session.
+  void end(const Error& error);
+  // The client is gone: drops everything that was to be sent.
+  void leave();
+  // `message`, of next_message(), is too long to be sent: its request is answered with an error
+  // instead, and the session goes on.
+  void give_up(const ServerMessage& message);
+  void keep_time(std::chrono::steady_clock::time_point now);
 
-  [[nodiscard]] asio::awaitable<std::optional<ServerMessage>> next_message() override;
-  [[nodiscard]] asio::awaitable<void> room() override;
+  // The next message to send; nullopt when the session is over.
+  [[nodiscard]] asio::awaitable<std::optional<ServerMessage>> next_message();
+  // Returns when another message may be received.
+  [[nodiscard]] asio::awaitable<void> room();
 
-  [[nodiscard]] bool is_welcomed() const override { return session_.is_welcomed(); }
-  [[nodiscard]] bool is_over() const override { return is_over_; }
-  [[nodiscard]] const std::string& peer() const override { return client_->facts().peer; }
+  [[nodiscard]] bool is_welcomed() const { return session_.is_welcomed(); }
+  [[nodiscard]] bool is_over() const { return is_over_; }
 
  private:
-  struct RunningStream;
-  struct RunningEstimate;
+  struct Stream {
+    std::uint64_t request_id = 0;
+    BackendStreamPtr messages;
+    std::unique_ptr<RequestRecord> record;
+  };
+  struct RunningEstimate {
+    std::uint64_t request_id = 0;
+    std::unique_ptr<RequestRecord> record;
+    std::stop_source stop = {};
+  };
 
+  void take(const tl::expected<ClientMessage, ParseError>& message);
+  asio::awaitable<void> greet(Hello hello, asio::awaitable<SessionBackend::Found> finding);
   void perform(Actions actions);
   void perform(Send action);
   void perform(StartStream action);
@@ -67,41 +77,30 @@ class StreamSession : public MessageSession, public std::enable_shared_from_this
   void perform(StopStream action);
   void perform(Close action);
 
-  // Unless one is being made: step_made() calls it again then.
-  void make_next_step();
-  // A worker begins with it: from now on its time counts.
-  void watch_worker(const std::shared_ptr<RunningStream>& stream);
-  void watch_worker(const std::shared_ptr<RunningEstimate>& estimate);
-  void estimate_made(const std::shared_ptr<RunningEstimate>& estimate, Result<EstimateReply> made);
-  void watch_idleness();
-  void step_made(const std::shared_ptr<RunningStream>& stream, Result<MadeStep> step,
-                 double seconds);
+  void estimate_made(std::uint64_t number, Result<EstimateReply> made);
   [[nodiscard]] std::optional<ServerMessage> take_stream_message();
   [[nodiscard]] ServerMessage told(ServerMessage message);
-  // The running stream cannot go on; the conversation can. Requires a running stream.
-  void fail_stream(Error error);
+  void reply(ServerMessage message);
   void drop_stream();
   [[nodiscard]] bool has_room() const;
 
   asio::any_io_executor executor_;
-  Workers& workers_;
-  FairQueue::Client queue_client_;  // Of the workers.
+  SessionBackendPtr backend_;
   Session session_;
   ClientContextPtr client_;
-  SessionLimits limits_;
   bool is_over_ = false;
-  bool has_heard_ = false;  // Of the client.
+  bool is_greeting_ = false;  // What there is for this client is being found out.
   std::deque<ServerMessage> replies_;
-  std::shared_ptr<RunningStream> stream_;
+  std::optional<Stream> stream_;
   // Of the stream that has ended last, until its last message has left.
   std::unique_ptr<RequestRecord> leaving_;
-  std::set<std::shared_ptr<RunningEstimate>> estimates_;
-  bool is_making_ = false;  // A step is with the workers: of stream_, or of one that was stopped.
-  asio::steady_timer worker_timer_;  // Runs while a step of stream_ is with a worker.
+  std::map<std::uint64_t, RunningEstimate> estimates_;  // By a number of their own.
+  std::uint64_t last_estimate_ = 0;
   IdleWatch idleness_;
-  // Timers that never expire; cancelling one wakes who waits on it.
-  asio::steady_timer something_to_send_;
-  asio::steady_timer replies_taken_;
+  AsyncEvent something_to_send_;
+  AsyncEvent replies_taken_;
 };
+
+using StreamSessionPtr = std::shared_ptr<StreamSession>;
 
 }  // namespace multitetra

@@ -3,16 +3,11 @@
 // cuts off is passed on as a part of a message.
 #pragma once
 
-#include <array>
-#include <fstream>
-#include <thread>
+#include <memory>
+#include <string>
 
 #include "common/net/endpoint.hpp"
-#include "common/net/frame.hpp"
 #include "common/net/trust.hpp"
-#include "common/net/websocket.hpp"
-#include "tests/support/certificates.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace multitetra::testing {
 
@@ -26,167 +21,19 @@ struct ListenerManners {
 
 class TransportListener {
  public:
-  TransportListener(Transport transport, Endpoint server, ListenerManners manners = {})
-      : transport_(transport), server_(std::move(server)), manners_(std::move(manners)) {
-    if (at({}).is_secure()) use_certificate();
-    asio::co_spawn(
-        io_, [this] { return accept(); }, asio::detached);
-    thread_ = std::thread([this] { io_.run(); });
-  }
-  ~TransportListener() {
-    io_.stop();
-    thread_.join();
-  }
+  TransportListener(Transport transport, Endpoint server, ListenerManners manners = {});
+  ~TransportListener();
   TransportListener(const TransportListener&) = delete;
   TransportListener& operator=(const TransportListener&) = delete;
 
   [[nodiscard]] Endpoint endpoint() const { return at("127.0.0.1"); }
-  [[nodiscard]] Endpoint at(std::string host) const {
-    Endpoint endpoint{.host = std::move(host), .port = port_, .transport = transport_};
-    if (endpoint.is_web_socket()) endpoint.path = kStreamPath;
-    return endpoint;
-  }
+  [[nodiscard]] Endpoint at(std::string host) const;
   // Which believes this listener and nobody else.
-  [[nodiscard]] Trust trust() const {
-    return {.ca_file = tls_ ? (folder_.path() / "certificate.pem").string() : ""};
-  }
+  [[nodiscard]] Trust trust() const;
 
  private:
-  using error_code = boost::system::error_code;
-
-  struct Passage {
-    Passage(tcp::socket socket, const TlsContextPtr& tls, asio::io_context& io)
-        : client(std::move(socket), tls), server(io) {}
-    void end() {
-      client.close();
-      error_code ignored;
-      server.close(ignored);
-    }
-    StreamSocket client;
-    std::optional<WebSocket> messages;
-    tcp::socket server;
-  };
-  using PassagePtr = std::shared_ptr<Passage>;
-
-  void use_certificate() {
-    const CertificateAndKey certificate = self_signed(manners_.certificate_names);
-    std::ofstream(folder_.path() / "certificate.pem") << certificate.certificate;
-    tls_ = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server);
-    tls_->use_certificate_chain(asio::buffer(certificate.certificate));
-    tls_->use_private_key(asio::buffer(certificate.key), asio::ssl::context::pem);
-  }
-
-  asio::awaitable<void> accept() {
-    for (;;) {
-      auto passage = std::make_shared<Passage>(co_await acceptor_.async_accept(asio::use_awaitable),
-                                               tls_, io_);
-      asio::co_spawn(
-          io_, [this, passage] { return welcome(passage); }, asio::detached);
-    }
-  }
-
-  asio::awaitable<void> welcome(PassagePtr passage) {
-    error_code error;
-    co_await passage->client.async_handshake(asio::ssl::stream_base::server, use_error(error));
-    if (error) co_return;
-    if (at({}).is_web_socket()) {
-      const bool is_open = co_await open_web_socket(passage);
-      if (!is_open) co_return;
-    }
-    const tcp::endpoint server(asio::ip::make_address(server_.host), server_.port);
-    co_await passage->server.async_connect(server, use_error(error));
-    if (error) co_return;
-    asio::co_spawn(
-        io_, [this, passage] { return pass_requests(passage); }, asio::detached);
-    co_await pass_answers(passage);
-  }
-
-  asio::awaitable<bool> open_web_socket(PassagePtr passage) {
-    beast::flat_buffer buffer;
-    beast::http::request<beast::http::string_body> request;
-    error_code error;
-    co_await beast::http::async_read(passage->client, buffer, request, use_error(error));
-    if (error) co_return false;
-    const auto asked = request[beast::http::field::sec_websocket_protocol];
-    if (manners_.status != 101 ||
-        std::string_view(request.target().data(), request.target().size()) != kStreamPath ||
-        std::string_view(asked.data(), asked.size()) != kSubprotocol) {
-      beast::http::response<beast::http::string_body> refusal(
-          beast::http::int_to_status(
-              manners_.status == 101 ? 404U : static_cast<unsigned>(manners_.status)),
-          11, "Not here.");
-      refusal.prepare_payload();
-      co_await beast::http::async_write(passage->client, refusal, use_error(error));
-      co_return false;
-    }
-    passage->messages.emplace(passage->client);
-    passage->messages->binary(!manners_.text_messages);
-    passage->messages->set_option(
-        websocket::stream_base::decorator([this](websocket::response_type& response) {
-          if (manners_.subprotocol.empty()) return;
-          response.set(beast::http::field::sec_websocket_protocol, manners_.subprotocol);
-        }));
-    co_await passage->messages->async_accept(request, use_error(error));
-    co_return !error;
-  }
-
-  asio::awaitable<void> pass_requests(PassagePtr passage) {
-    std::array<char, 4096> bytes{};
-    for (error_code error; !error;) {
-      std::string content;
-      if (passage->messages) {
-        auto buffer = asio::dynamic_buffer(content);
-        const std::size_t size = co_await passage->messages->async_read(buffer, use_error(error));
-        content = frame_header(static_cast<std::uint32_t>(size)) + content;
-      } else {
-        const std::size_t size =
-            co_await passage->client.async_read_some(asio::buffer(bytes), use_error(error));
-        content.assign(bytes.data(), size);
-      }
-      if (!error)
-        co_await asio::async_write(passage->server, asio::buffer(content), use_error(error));
-    }
-    passage->end();
-  }
-
-  asio::awaitable<void> pass_answers(PassagePtr passage) {
-    FrameReader frames(kMaxServerFrameBytes);
-    std::vector<char> bytes(64 * 1024);
-    error_code error;
-    while (!error) {
-      const std::size_t size =
-          co_await passage->server.async_read_some(asio::buffer(bytes), use_error(error));
-      if (!passage->messages) {
-        error_code client_gone;
-        co_await asio::async_write(passage->client, asio::buffer(bytes, size),
-                                   use_error(client_gone));
-        continue;
-      }
-      frames.feed({bytes.data(), size});
-      for (;;) {
-        const auto content = frames.next();
-        if (!content || !*content) break;
-        error_code client_gone;
-        co_await passage->messages->async_write(asio::buffer(**content), use_error(client_gone));
-      }
-    }
-    if (passage->messages && frames.buffered() > 0) {
-      co_await passage->messages->async_write_some(
-          false, asio::buffer(bytes, std::min<std::size_t>(frames.buffered(), 100)),
-          use_error(error));
-    }
-    passage->end();
-  }
-
-  Transport transport_;
-  Endpoint server_;
-  ListenerManners manners_;
-  TemporaryFolder folder_;
-  TlsContextPtr tls_;
-  asio::io_context io_;
-  tcp::acceptor acceptor_{io_, {asio::ip::make_address("127.0.0.1"), 0}};
-  std::uint16_t port_ = acceptor_.local_endpoint().port();
-  std::thread thread_;
+  class State;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace multitetra::testing

@@ -4,6 +4,7 @@
 #include "client/client.hpp"
 #include "tests/client/scripted_server.hpp"
 #include "tests/client/transport_listener.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace multitetra {
 namespace {

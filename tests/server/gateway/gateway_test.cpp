@@ -96,7 +96,7 @@ std::vector<std::string> timeless(std::vector<ServerMessage> messages) {
 
 TEST(GatewayTest, HoldsTheConversationThatAServerWouldHold) {
   Upstream upstream(octahedron());
-  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}}});
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   WebSocketClient client(gateway.http());
   greet(client);
   client.send(ListDatasets{.request_id = 9});
@@ -120,7 +120,7 @@ TEST(GatewayTest, HoldsTheConversationThatAServerWouldHold) {
 TEST(GatewayTest, SaysThatNoServerIsThere) {
   Endpoint nobody;
   { nobody = Upstream(octahedron()).endpoint(); }
-  RunningGateway gateway({.gateway = {.upstreams = {nobody}}});
+  RunningGateway gateway({.upstream = {.upstreams = {nobody}}});
   WebSocketClient client(gateway.http());
   client.send(Hello{});
   EXPECT_EQ(client.receive_a<ErrorReply>().error.code, ErrorCode::kUnavailable);
@@ -134,7 +134,7 @@ TEST(GatewayTest, SaysThatNoServerIsThere) {
 TEST(GatewayTest, StopsAStreamThatIsCancelledOrSuperseded) {
   std::atomic<int> running = 0;
   Upstream upstream(std::make_shared<FakeSteps>("octahedron", testing::endless(running)));
-  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}}});
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   WebSocketClient client(gateway.http());
   greet(client);
   open(client, 1);
@@ -149,7 +149,7 @@ TEST(GatewayTest, StopsAStreamThatIsCancelledOrSuperseded) {
 
 TEST(GatewayTest, AnswersHttpAsAServerDoes) {
   Upstream upstream(octahedron());
-  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}}});
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   HttpClient client(gateway.http());
   EXPECT_EQ(client.get("/v1/datasets/octahedron").result_int(), 200U);
   const auto mesh = client.get("/v1/datasets/octahedron/isosurface?isovalue=0.5&format=stl");
@@ -164,7 +164,7 @@ TEST(GatewayTest, AnswersHttpAsAServerDoes) {
 std::vector<ServerMessage> stream_with_loss_after(std::size_t seen, std::size_t messages) {
   auto first = std::make_unique<Upstream>(octahedron());
   auto second = std::make_unique<Upstream>(octahedron());
-  RunningGateway gateway({.gateway = {.upstreams = {first->endpoint(), second->endpoint()}}});
+  RunningGateway gateway({.upstream = {.upstreams = {first->endpoint(), second->endpoint()}}});
   WebSocketClient client(gateway.http());
   greet(client);
   // Which one serves: names of addresses decide.
@@ -183,7 +183,7 @@ std::vector<ServerMessage> stream_with_loss_after(std::size_t seen, std::size_t 
 
 TEST(GatewayTest, BringsTheSameStreamWhereverItsServerIsLost) {
   Upstream upstream(octahedron());
-  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}}});
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   WebSocketClient client(gateway.http());
   greet(client);
   open(client, 1);
@@ -201,7 +201,7 @@ TEST(GatewayTest, GoesOnInTheMiddleOfAStep) {
   };
   Upstream first(heavy());
   Upstream second(heavy());
-  RunningGateway gateway({.gateway = {.upstreams = {first.endpoint(), second.endpoint()}}});
+  RunningGateway gateway({.upstream = {.upstreams = {first.endpoint(), second.endpoint()}}});
   WebSocketClient client(gateway.http());
   greet(client);
   const auto order =
@@ -220,7 +220,7 @@ TEST(GatewayTest, GoesOnInTheMiddleOfAStep) {
 TEST(GatewayTest, WaitsForItsOnlyServerToComeBack) {
   Upstream upstream(octahedron());
   RunningGateway gateway(
-      {.gateway = {
+      {.upstream = {
            .upstreams = {upstream.endpoint()}, .least_backoff = 10ms, .most_backoff = 50ms}});
   WebSocketClient client(gateway.http());
   greet(client);
@@ -233,7 +233,7 @@ TEST(GatewayTest, WaitsForItsOnlyServerToComeBack) {
 
 TEST(GatewayTest, FailsAStreamWhoseServersStayAway) {
   Upstream upstream(octahedron());
-  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}, .patience = 100ms}});
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}, .patience = 100ms}});
   WebSocketClient client(gateway.http());
   greet(client);
   upstream.stop();
@@ -251,7 +251,7 @@ TEST(GatewayTest, NeverMixesTheAnswersOfServersThatDiffer) {
   };
   Upstream first(heavy(60));
   Upstream second(heavy(61));
-  RunningGateway gateway({.gateway = {.upstreams = {first.endpoint(), second.endpoint()}}});
+  RunningGateway gateway({.upstream = {.upstreams = {first.endpoint(), second.endpoint()}}});
   WebSocketClient client(gateway.http());
   greet(client);
   const auto order =

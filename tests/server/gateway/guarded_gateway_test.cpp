@@ -40,7 +40,7 @@ TEST(GuardedGateway, ShowsServersTheTokensOfItsClients) {
   const TemporaryFolder folder;
   const TokensFile tokens(folder.path(), {{"alice", "right", "*"}});
   Upstream upstream(octahedron(), {.admission = {.tokens = tokens.path()}});
-  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}}});
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   WebSocketClient alice(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(alice, "right")));
   open(alice, 1);
@@ -58,7 +58,7 @@ TEST(GuardedGateway, KnowsItsOwnTokensAndShowsServersItsOwn) {
   Upstream upstream(octahedron(), {.admission = {.tokens = of_server.path()}});
   const TemporaryFolder outside;
   const TokensFile of_gateway(outside.path(), {{"alice", "outer", "*"}, {"bob", "few", "none-*"}});
-  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}},
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}},
                           .upstream_files = {.token = folder.file("token", "inner\n").string()},
                           .runtime = {.admission = {.tokens = of_gateway.path()}}});
   WebSocketClient alice(gateway.http());
@@ -78,7 +78,7 @@ TEST(GuardedGateway, AReloadedListHoldsForThoseWhoAreThere) {
   const TemporaryFolder folder;
   Upstream upstream(octahedron());
   const auto file = folder.file("tokens", access_line("alice", "right", {"*"}));
-  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}},
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}},
                           .runtime = {.admission = {.tokens = file}}});
   WebSocketClient alice(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(alice, "right")));
@@ -97,7 +97,7 @@ TEST(GuardedGateway, SpeaksTlsToServersThatItTrusts) {
   secure.transport = Transport::kTls;
   const auto trusting = [&](const ListenerCertificate& authority) {
     return GatewayServerOptions{
-        .gateway = {.upstreams = {secure}},
+        .upstream = {.upstreams = {secure}},
         .upstream_files = {.ca = authority.files().certificate.string(), .needs_tls = true}};
   };
   RunningGateway gateway(trusting(certificate));
@@ -114,7 +114,7 @@ TEST(GuardedGateway, SpeaksTlsToServersThatItTrusts) {
 TEST(GuardedGateway, HasTlsAtItsOwnListener) {
   const ListenerCertificate certificate;
   Upstream upstream(octahedron());
-  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}},
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}},
                           .runtime = {.admission = {.tls = certificate.files()}}});
   TlsRequest visit(gateway.http().port, certificate);
   visit.send(kAskWhetherAlive);
@@ -130,7 +130,7 @@ TEST(GuardedGateway, ATokenFileThatCannotBeReadIsToldAtTheStart) {
 TEST(GuardedGateway, LimitsConnectionsAndRequestsOfAnAddress) {
   Upstream upstream(octahedron());
   RunningGateway gateway(
-      {.gateway = {.upstreams = {upstream.endpoint()}},
+      {.upstream = {.upstreams = {upstream.endpoint()}},
        .runtime = {.admission = {.connections = {.total = 10, .per_name = 1},
                                  .requests = {.per_second = 0.001, .burst = 1}}}});
   WebSocketClient first(gateway.http());
@@ -147,7 +147,7 @@ TEST(GuardedGateway, LimitsConnectionsAndRequestsOfAnAddress) {
 
 TEST(GuardedGateway, CountsWhatItPassesOn) {
   Upstream upstream(octahedron());
-  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}},
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}},
                           .runtime = {.metrics = std::make_shared<PrometheusMetrics>()}});
   WebSocketClient client(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(client)));
@@ -177,7 +177,7 @@ TEST(GuardedGateway, LetsRunningStreamsEndBeforeItStops) {
         while (!may_end) std::this_thread::sleep_for(1ms);
         return testing::octahedron_step(step);
       }));
-  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}}});
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   WebSocketClient busy(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(busy)));
   WebSocketClient other(gateway.http());
@@ -196,7 +196,7 @@ TEST(GuardedGateway, LetsRunningStreamsEndBeforeItStops) {
 
 TEST(GuardedGateway, SendsIdleClientsAway) {
   Upstream upstream(octahedron());
-  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}}, .idle_time = 50ms});
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}, .idle_time = 50ms});
   WebSocketClient idle(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(idle)));
   EXPECT_EQ(code_of(idle.receive()), ErrorCode::kUnavailable);

@@ -29,7 +29,7 @@ using testing::WebSocketClient;
 
 TEST(LostUpstreams, IsReadyOnlyWhileAServerIsThere) {
   Upstream upstream(octahedron());
-  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}, .most_backoff = 50ms}});
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}, .most_backoff = 50ms}});
   HttpClient probe(gateway.http());
   const auto is_ready = [&] { return probe.get("/readyz").result_int() == 200U; };
   EXPECT_TRUE(eventually(is_ready));
@@ -42,9 +42,9 @@ TEST(LostUpstreams, IsReadyOnlyWhileAServerIsThere) {
 TEST(LostUpstreams, TakesAServerThatHangsForALostOne) {
   HangingServer hanging;
   Upstream good(octahedron());
-  RunningGateway gateway({.gateway = {.upstreams = {hanging.endpoint(), good.endpoint()},
-                                      .silence = 100ms,
-                                      .least_backoff = 500ms}});
+  RunningGateway gateway({.upstream = {.upstreams = {hanging.endpoint(), good.endpoint()},
+                                       .silence = 100ms,
+                                       .least_backoff = 500ms}});
   WebSocketClient client(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(client)));
   for (std::uint64_t id = 1; id <= 4; ++id) {
@@ -60,9 +60,9 @@ TEST(LostUpstreams, TakesAServerThatHangsForALostOne) {
 TEST(LostUpstreams, GoesOnWithAServerThatWasAwayWhenItsClientCame) {
   Upstream first(octahedron());
   Upstream second(octahedron());
-  RunningGateway gateway({.gateway = {.upstreams = {first.endpoint(), second.endpoint()},
-                                      .most_backoff = 50ms,
-                                      .list_lifetime = 1ms}});
+  RunningGateway gateway({.upstream = {.upstreams = {first.endpoint(), second.endpoint()},
+                                       .most_backoff = 50ms,
+                                       .list_lifetime = 1ms}});
   for (auto& [serving, away] : {std::pair(&first, &second), std::pair(&second, &first)}) {
     away->stop();
     WebSocketClient client(gateway.http());
@@ -79,7 +79,7 @@ TEST(LostUpstreams, GoesOnWithAServerThatWasAwayWhenItsClientCame) {
 
 TEST(LostUpstreams, StopsWhileAServerHangs) {
   HangingServer hanging;
-  RunningGateway gateway({.gateway = {.upstreams = {hanging.endpoint()}, .silence = 1h}});
+  RunningGateway gateway({.upstream = {.upstreams = {hanging.endpoint()}, .silence = 1h}});
   WebSocketClient client(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(client)));
   client.send(Estimate{.request_id = 1, .dataset = "octahedron"});
@@ -91,10 +91,10 @@ TEST(LostUpstreams, StopsWhileAServerHangs) {
 // With one server and a backoff beyond all patience a loss would fail the stream.
 TEST(LostUpstreams, ALinkThatTheServerClosedMeanwhileIsNoLoss) {
   Upstream upstream(octahedron(), {.limits = {.idle_time = 200ms}});
-  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()},
-                                      .patience = 5s,
-                                      .least_backoff = 20s,
-                                      .most_backoff = 20s}});
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()},
+                                       .patience = 5s,
+                                       .least_backoff = 20s,
+                                       .most_backoff = 20s}});
   WebSocketClient client(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(client)));
   for (std::uint64_t id = 1; id <= 3; ++id) {
@@ -116,7 +116,7 @@ class ListCount : public ServiceObserver {
 TEST(LostUpstreams, AsksOnceForAllWhoComeAtTheSameTime) {
   const auto count = std::make_shared<ListCount>();
   Upstream upstream(octahedron(), {.admission = {.observer = count}});
-  RunningGateway gateway({.gateway = {.upstreams = {upstream.endpoint()}, .list_lifetime = 1h}});
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}, .list_lifetime = 1h}});
   std::vector<std::unique_ptr<WebSocketClient>> clients;
   for (int i = 0; i < 20; ++i) clients.push_back(std::make_unique<WebSocketClient>(gateway.http()));
   for (const auto& client : clients) client->send(Hello{});

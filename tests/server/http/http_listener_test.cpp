@@ -236,7 +236,7 @@ TEST(HttpListener, WantsAGoodTokenWhereTokensAreNeeded) {
     EXPECT_EQ(client.get(path, "Authorization: Basic good\r\n").result_int(), 401U) << path;
     const auto response = client.get(path, "Authorization: bearer good\r\n");
     EXPECT_EQ(response.result_int(), 200U) << path;
-    EXPECT_EQ(response[http::field::cache_control].find("public"), beast::string_view::npos);
+    EXPECT_EQ(response[http::field::cache_control].find("public"), boost::beast::string_view::npos);
   }
   EXPECT_EQ(client.get("/livez").result_int(), 200U);
 }
@@ -290,7 +290,7 @@ TEST_F(ViewerTest, IsServedFromOneFolderOnly) {
   const auto plain = client.get("/assets/index-1a2b.js");
   EXPECT_EQ(plain.body(), "let x = 1;");
   EXPECT_EQ(plain[http::field::content_type], "text/javascript; charset=utf-8");
-  EXPECT_NE(plain[http::field::cache_control].find("immutable"), beast::string_view::npos);
+  EXPECT_NE(plain[http::field::cache_control].find("immutable"), boost::beast::string_view::npos);
   const auto zipped = client.get("/assets/index-1a2b.js", "Accept-Encoding: br, gzip\r\n");
   EXPECT_EQ(zipped.body(), "zipped");
   EXPECT_EQ(zipped[http::field::content_encoding], "gzip");

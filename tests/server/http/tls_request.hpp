@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include <boost/asio/ssl.hpp>
+
 #include "common/net/net.hpp"
 #include "server/operations/tls_files.hpp"
 #include "tests/support/certificates.hpp"

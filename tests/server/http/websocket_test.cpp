@@ -16,6 +16,7 @@ using testing::heavy;
 using testing::HttpClient;
 using testing::RunningHttpServer;
 using testing::WebSocketClient;
+namespace websocket = boost::beast::websocket;
 
 CataloguePtr octahedra() { return catalogue_of(std::make_shared<FakeSteps>("octahedron")); }
 
@@ -91,8 +92,7 @@ TEST(WebSocketListener, IsShutForPagesOfOtherOrigins) {
 TEST(WebSocketListener, TakesNoTextMessages) {
   RunningHttpServer server(octahedra());
   WebSocketClient client(server.http());
-  client.socket().text(true);
-  client.send(Hello{});
+  client.send_as_text(Hello{});
   EXPECT_EQ(client.receive_a<ErrorReply>().error.code, ErrorCode::kMalformedMessage);
   EXPECT_EQ(client.closed().code, websocket::close_code::normal);
 }

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/net/stream_socket.hpp"
 #include "tests/support/certificates.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -49,7 +50,7 @@ Handshake shake_hands(const TlsContextPtr& tls,
   tcp::socket connecting(io);
   connecting.connect(acceptor.local_endpoint());
   StreamSocket server(acceptor.accept(), tls);
-  auto context = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_client);
+  auto context = std::make_shared<TlsContext>(asio::ssl::context::tls_client);
   prepare(*context);
   StreamSocket client(std::move(connecting), context);
   Handshake result;

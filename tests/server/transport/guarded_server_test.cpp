@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "common/net/stream_socket.hpp"
+#include "server/operations/exit_codes.hpp"
 #include "tests/support/certificates.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/fake_steps.hpp"

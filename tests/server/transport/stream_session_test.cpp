@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
+#include <boost/asio/use_future.hpp>
 
+#include "server/transport/worker_backend.hpp"
 #include "tests/support/fake_steps.hpp"
 
 namespace multitetra {
@@ -67,9 +69,11 @@ class StreamSessionTest : public ::testing::Test {
   std::promise<void> freed_;
   bool is_free_ = false;
   std::future<void> room_;
+  ClientContextPtr client_ = admission_.admit("tcp", "127.0.0.1", "test").client;
   std::shared_ptr<StreamSession> session_ = std::make_shared<StreamSession>(
-      io_.get_executor(), workers_, Session(catalogue_of(source_), {}),
-      admission_.admit("tcp", "127.0.0.1", "test").client);
+      io_.get_executor(),
+      std::make_shared<WorkerBackend>(io_.get_executor(), workers_, client_, SessionLimits{}),
+      Session(catalogue_of(source_), {}), client_);
 };
 
 // Every stream that is kept, here or in the workers' queue, holds the source.

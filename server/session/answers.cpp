@@ -1,4 +1,4 @@
-#include "server/gateway/upstream_answers.hpp"
+#include "server/session/answers.hpp"
 
 #include <variant>
 
@@ -26,6 +26,19 @@ bool is_about_stopping(const ServerMessage& message) {
 
 bool is_last(const ServerMessage& message) {
   return std::holds_alternative<StreamEnd>(message) || std::holds_alternative<ErrorReply>(message);
+}
+
+std::string_view outcome_of(const ServerMessage& last) {
+  if (const auto* error = std::get_if<ErrorReply>(&last)) return name(error->error.code);
+  switch (std::get<StreamEnd>(last).outcome) {
+    case StreamOutcome::kComplete:
+      return "complete";
+    case StreamOutcome::kCancelled:
+      return "cancelled";
+    case StreamOutcome::kSuperseded:
+      return "superseded";
+  }
+  return "complete";
 }
 
 }  // namespace multitetra

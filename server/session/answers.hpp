@@ -1,7 +1,8 @@
-// What an answer of a server says to who passes it on.
+// What a server's message says of the request that it answers.
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 
 #include "common/wire/messages.hpp"
 
@@ -10,10 +11,13 @@ namespace multitetra {
 // The request that it answers; 0 when it is none's.
 [[nodiscard]] std::uint64_t request_id_of(const ServerMessage& message);
 
+// Whether nothing more of its stream follows.
+[[nodiscard]] bool is_last(const ServerMessage& message);
+
+// How a stream has ended, by its last message: for the log and the metrics.
+[[nodiscard]] std::string_view outcome_of(const ServerMessage& last);
+
 // Nobody asked for an end: the server is going away, and takes nothing new.
 [[nodiscard]] bool is_about_stopping(const ServerMessage& message);
-
-// Whether nothing more of its request follows.
-[[nodiscard]] bool is_last(const ServerMessage& message);
 
 }  // namespace multitetra

@@ -1,0 +1,44 @@
+// Wakes coroutines that wait for something to change. Nothing is remembered: who waits looks at the
+// condition first, and again when woken.
+//
+//   while (queue.empty()) co_await changed.wait();      // One coroutine, or several.
+//   queue.push(x);  changed.notify_all();               // Another one.
+//
+// On one thread. The event must outlive those who wait.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "common/net/net.hpp"
+
+namespace multitetra {
+
+class AsyncEvent {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  explicit AsyncEvent(asio::any_io_executor executor) : executor_(std::move(executor)) {}
+  AsyncEvent(const AsyncEvent&) = delete;
+  AsyncEvent& operator=(const AsyncEvent&) = delete;
+
+  void notify_all() {
+    for (asio::steady_timer* const waiter : waiters_) waiter->cancel();
+  }
+
+  [[nodiscard]] asio::awaitable<void> wait() { return wait_until(Clock::time_point::max()); }
+  // Until it is notified, or until then.
+  [[nodiscard]] asio::awaitable<void> wait_until(Clock::time_point time) {
+    asio::steady_timer timer(executor_, time);
+    waiters_.push_back(&timer);
+    error_code cancelled;
+    co_await timer.async_wait(use_error(cancelled));
+    std::erase(waiters_, &timer);
+  }
+
+ private:
+  asio::any_io_executor executor_;
+  std::vector<asio::steady_timer*> waiters_;
+};
+
+}  // namespace multitetra

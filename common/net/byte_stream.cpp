@@ -1,0 +1,100 @@
+#include "common/net/byte_stream.hpp"
+
+#include <utility>
+
+#include "common/net/stream_socket.hpp"
+
+namespace multitetra {
+namespace {
+
+bool is_address(const std::string& host) {
+  error_code error;
+  asio::ip::make_address(host, error);
+  return !error;
+}
+
+// Before the handshake: asks for the certificate of `host` and, unless the context believes
+// everybody, will accept no other.
+void expect_host(SSL* tls, const std::string& host) {
+  const bool by_address = is_address(host);
+  // A macro of OpenSSL's with a cast of its own; addresses are not asked for by name.
+  if (!by_address) {
+    SSL_ctrl(tls, SSL_CTRL_SET_TLSEXT_HOSTNAME, TLSEXT_NAMETYPE_host_name,
+             const_cast<char*>(host.c_str()));
+  }
+  if (SSL_get_verify_mode(tls) == SSL_VERIFY_NONE) return;
+  X509_VERIFY_PARAM* const expected = SSL_get0_param(tls);
+  if (by_address) {
+    X509_VERIFY_PARAM_set1_ip_asc(expected, host.c_str());
+  } else {
+    X509_VERIFY_PARAM_set_hostflags(expected, X509_CHECK_FLAG_NO_PARTIAL_WILDCARDS);
+    X509_VERIFY_PARAM_set1_host(expected, host.c_str(), host.size());
+  }
+}
+
+std::string handshake_fault(SSL* tls, const error_code& error, const std::string& ca_option) {
+  const long verified = SSL_get_verify_result(tls);
+  if (verified == X509_V_OK) return error.message() + "; does it speak TLS?";
+  return std::string("its certificate is not to be trusted (") +
+         X509_verify_cert_error_string(verified) +
+         "); give the certificate of its authority with " + ca_option + " FILE.";
+}
+
+}  // namespace
+
+ByteStream::ByteStream(tcp::socket socket, TlsContextPtr tls)
+    : socket_(std::make_unique<StreamSocket>(std::move(socket), std::move(tls))) {}
+ByteStream::~ByteStream() = default;
+ByteStream::ByteStream(ByteStream&&) noexcept = default;
+
+asio::any_io_executor ByteStream::executor() { return socket_->get_executor(); }
+tcp::socket& ByteStream::socket() { return socket_->socket(); }
+bool ByteStream::is_tls() const { return socket_->is_tls(); }
+
+asio::awaitable<error_code> ByteStream::handshake_as_server() {
+  error_code error;
+  co_await socket_->async_handshake(asio::ssl::stream_base::server, use_error(error));
+  co_return error;
+}
+
+asio::awaitable<Result<void>> ByteStream::handshake_as_client(std::string host,
+                                                              std::string ca_option) {
+  if (!is_tls()) co_return Result<void>();
+  expect_host(socket_->native_tls(), host);
+  error_code error;
+  co_await socket_->async_handshake(asio::ssl::stream_base::client, use_error(error));
+  if (!error) co_return Result<void>();
+  // A server that is gone may come back; a certificate will not become a better one.
+  const bool is_tls_fault = error.category() == asio::error::get_ssl_category();
+  co_return fail(is_tls_fault ? ErrorCode::kInvalidArgument : ErrorCode::kUnavailable,
+                 handshake_fault(socket_->native_tls(), error, ca_option));
+}
+
+asio::awaitable<Transfer> ByteStream::read_some(asio::mutable_buffer into) {
+  Transfer done;
+  done.bytes = co_await socket_->async_read_some(into, use_error(done.error));
+  co_return done;
+}
+
+asio::awaitable<Transfer> ByteStream::write(asio::const_buffer first, asio::const_buffer second) {
+  const std::array<asio::const_buffer, 2> both = {first, second};
+  Transfer done;
+  done.bytes = co_await asio::async_write(*socket_, both, use_error(done.error));
+  co_return done;
+}
+
+asio::awaitable<error_code> ByteStream::shut_down() {
+  error_code error;
+  co_await socket_->async_shutdown(use_error(error));
+  co_return error;
+}
+
+void ByteStream::close() { socket_->close(); }
+
+void set_usual_options(tcp::socket& socket) {
+  error_code ignored;
+  socket.set_option(tcp::no_delay(true), ignored);
+  socket.set_option(asio::socket_base::keep_alive(true), ignored);
+}
+
+}  // namespace multitetra

@@ -1,0 +1,72 @@
+// The byte stream of a connection: TCP, or TLS over TCP.
+//
+//   ByteStream stream(std::move(accepted), tls);  // tls: null for plain TCP.
+//   if (co_await stream.handshake_as_server()) co_return;
+//   const Transfer got = co_await stream.read_some(asio::buffer(bytes));
+//   if (got.error) ...
+//
+// As with any socket: at most one read and one write are under way at a time, everything runs on
+// the executor of the TCP socket, and the stream outlives what is under way.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <string>
+
+#include "common/base/result.hpp"
+#include "common/net/net.hpp"
+#include "common/net/tls_context.hpp"
+
+namespace multitetra {
+
+class StreamSocket;
+
+// How much of it was done, and what ended it.
+struct Transfer {
+  std::size_t bytes = 0;
+  error_code error = {};
+};
+
+class ByteStream {
+ public:
+  // Plain TCP if `tls` is null.
+  explicit ByteStream(tcp::socket socket, TlsContextPtr tls = nullptr);
+  ~ByteStream();
+  ByteStream(ByteStream&&) noexcept;
+  ByteStream& operator=(ByteStream&&) = delete;
+
+  [[nodiscard]] asio::any_io_executor executor();
+  [[nodiscard]] tcp::socket& socket();
+  [[nodiscard]] bool is_tls() const;
+
+  // Must be over before the first read or write. Nothing to do for plain TCP.
+  [[nodiscard]] asio::awaitable<error_code> handshake_as_server();
+  // Asks for the certificate of `host` and, unless the context believes everybody, accepts no
+  // other. The error is the end of a sentence; kInvalidArgument where trying again is no use.
+  // `ca_option` is how users name an authority.
+  [[nodiscard]] asio::awaitable<Result<void>> handshake_as_client(std::string host,
+                                                                  std::string ca_option);
+
+  [[nodiscard]] asio::awaitable<Transfer> read_some(asio::mutable_buffer into);
+  // All of both, in one go; the bytes stay where they are.
+  [[nodiscard]] asio::awaitable<Transfer> write(asio::const_buffer first,
+                                                asio::const_buffer second = {});
+  // Tells the other side that nothing more comes: TLS's close_notify, or TCP's end. With TLS it is
+  // over when the other side has said the same, which browsers never do: limit the wait.
+  [[nodiscard]] asio::awaitable<error_code> shut_down();
+  // What is under way ends with an error.
+  void close();
+
+  // For what is spoken over it.
+  [[nodiscard]] StreamSocket& layer() { return *socket_; }
+
+ private:
+  std::unique_ptr<StreamSocket> socket_;
+};
+
+// What connections of a service have in common: small messages leave at once, and a machine that
+// has vanished is noticed in the end.
+void set_usual_options(tcp::socket& socket);
+
+}  // namespace multitetra

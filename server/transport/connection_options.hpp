@@ -1,0 +1,28 @@
+// What a listener allows the connections on which messages travel.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+#include "common/net/endpoint.hpp"
+#include "common/net/frame.hpp"
+
+namespace multitetra {
+
+struct ConnectionOptions {
+  std::chrono::milliseconds handshake_timeout{10'000};  // From connecting to Welcome.
+  std::chrono::milliseconds write_timeout{60'000};      // For one message to leave for the client.
+  std::chrono::milliseconds linger{1'000};  // For the client to read our last words and hang up.
+  std::uint32_t max_message_bytes = kMaxClientFrameBytes;  // What we accept,
+  std::uint32_t max_hello_bytes = kMaxHelloFrameBytes;     // and before Welcome.
+  std::optional<int> send_buffer_bytes =
+      std::nullopt;  // Of the socket; none leaves it to the system.
+};
+
+struct TcpListenerOptions {
+  Endpoint listen{.host = "127.0.0.1", .port = kDefaultPort};  // Port 0: the system chooses one.
+  ConnectionOptions connection = {};
+};
+
+}  // namespace multitetra

@@ -1,0 +1,52 @@
+#include "server/transport/connection_table.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace multitetra {
+
+// Often enough that no limit is exceeded by more than a tenth or so, and seldom enough to cost
+// nothing.
+ConnectionTable::ConnectionTable(asio::io_context& io, std::chrono::milliseconds shortest)
+    : pause_(std::clamp<std::chrono::milliseconds>(shortest / 8, std::chrono::milliseconds(5),
+                                                   std::chrono::milliseconds(250))),
+      timer_(io) {}
+
+void ConnectionTable::start() {
+  asio::co_spawn(
+      timer_.get_executor(), [this] { return keep_time(); }, asio::detached);
+}
+
+void ConnectionTable::put(std::uint64_t id, ConnectionPtr connection) {
+  connections_[id] = connection;
+  if (closed_) connection->end(*closed_);
+}
+
+void ConnectionTable::remove(std::uint64_t id) {
+  connections_.erase(id);
+  if (closed_) timer_.cancel();
+}
+
+void ConnectionTable::close(const Error& why) {
+  closed_ = why;
+  timer_.cancel();
+  // Whoever ends at once leaves the map while it is walked.
+  std::vector<ConnectionPtr> all;
+  for (const auto& [id, connection] : connections_) all.push_back(connection);
+  for (const ConnectionPtr& connection : all) connection->end(why);
+}
+
+asio::awaitable<void> ConnectionTable::keep_time() {
+  while (!closed_ || !connections_.empty()) {
+    timer_.expires_after(pause_);
+    error_code ignored;
+    co_await timer_.async_wait(use_error(ignored));
+    const Clock::time_point now = Clock::now();
+    // Nobody leaves the map here: ends are told by the coroutines, later.
+    for (const auto& [id, connection] : connections_) connection->keep_time(now);
+  }
+}
+
+}  // namespace multitetra

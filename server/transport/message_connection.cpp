@@ -1,0 +1,138 @@
+#include "server/transport/message_connection.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+namespace multitetra {
+
+MessageConnection::MessageConnection(std::unique_ptr<ByteStream> stream, OpenTransport open,
+                                     ClientContextPtr client, StreamSessionPtr session,
+                                     ConnectionOptions options)
+    : stream_(std::move(stream)),
+      open_(std::move(open)),
+      client_(std::move(client)),
+      session_(std::move(session)),
+      options_(options) {
+  set_usual_options(stream_->socket());
+  if (options_.send_buffer_bytes) {
+    error_code ignored;
+    stream_->socket().set_option(asio::socket_base::send_buffer_size(*options_.send_buffer_bytes),
+                                 ignored);
+  }
+}
+
+void MessageConnection::start(std::function<void()> on_closed) {
+  on_closed_ = std::move(on_closed);
+  hello_.set(options_.handshake_timeout);
+  spawn(&MessageConnection::open_and_read);
+}
+
+void MessageConnection::spawn(asio::awaitable<void> (MessageConnection::*coroutine)()) {
+  ++running_coroutines_;
+  asio::co_spawn(
+      stream_->executor(),
+      [self = shared_from_this(), coroutine] { return (self.get()->*coroutine)(); },
+      [self = shared_from_this()](const std::exception_ptr& trouble) {
+        self->coroutine_done(trouble);
+      });
+}
+
+void MessageConnection::end(const Error& why) {
+  session_->end(why);
+  linger_.set(options_.linger);
+}
+
+void MessageConnection::keep_time(Clock::time_point now) {
+  if (hello_.is_past(now)) {
+    hello_.clear();
+    if (!session_->is_welcomed()) {
+      end({ErrorCode::kUnavailable, "No Hello came in time; it opens a connection."});
+    }
+  }
+  if (write_.is_past(now) || linger_.is_past(now)) {
+    close();
+  } else {
+    session_->keep_time(now);
+  }
+}
+
+asio::awaitable<void> MessageConnection::open_and_read() {
+  auto opened = co_await open_(
+      *stream_, TransportOptions{.max_message_bytes =
+                                     std::min(options_.max_message_bytes, options_.max_hello_bytes),
+                                 .read_buffer_bytes = 16 * 1024});
+  open_ = {};
+  if (!opened) {
+    log(LogLevel::kInfo, opened.error().text);
+    session_->leave();
+    co_return;
+  }
+  transport_ = *std::move(opened);
+  spawn(&MessageConnection::write);
+  co_await read();
+}
+
+asio::awaitable<void> MessageConnection::read() {
+  for (;;) {
+    co_await session_->room();
+    const Result<std::string> content = co_await transport_->receive();
+    if (!content) {
+      if (content.error().code == ErrorCode::kUnavailable) break;
+      if (!session_->is_over()) end(content.error());
+      co_await transport_->drain();
+      break;
+    }
+    if (session_->is_over()) continue;  // What comes after the end is dropped.
+    session_->receive(*content);
+    if (session_->is_welcomed()) transport_->set_limit(options_.max_message_bytes);
+  }
+  if (transport_->was_cut_off() && !session_->is_over()) {
+    log(LogLevel::kInfo, "left inside a message");
+  }
+  session_->leave();
+}
+
+asio::awaitable<void> MessageConnection::write() {
+  while (const auto message = co_await session_->next_message()) {
+    std::string content = serialize(*message);
+    if (content.size() > kMaxServerFrameBytes) {
+      session_->give_up(*message);
+      continue;
+    }
+    write_.set(options_.write_timeout);
+    const Result<std::size_t> sent = co_await transport_->send(std::move(content));
+    write_.clear();
+    if (!sent) {
+      close();
+      co_return;
+    }
+    client_->admission().observer().sent(client_->facts().protocol, *sent);
+  }
+  linger_.set(options_.linger);
+  co_await transport_->leave();
+}
+
+void MessageConnection::close() {
+  stream_->close();
+  session_->leave();
+}
+
+void MessageConnection::coroutine_done(const std::exception_ptr& trouble) {
+  try {
+    if (trouble) std::rethrow_exception(trouble);
+  } catch (const std::exception& error) {
+    log(LogLevel::kError, std::string("closing the connection: ") + error.what());
+    close();
+  }
+  if (--running_coroutines_ > 0) return;
+  close();
+  on_closed_();
+}
+
+void MessageConnection::log(LogLevel level, const std::string& text) const {
+  log_line(level, text,
+           {{"connection", client_->facts().connection}, {"peer", client_->facts().peer}});
+}
+
+}  // namespace multitetra

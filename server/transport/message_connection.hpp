@@ -1,0 +1,56 @@
+// A stream session over one connection: one coroutine reads messages, one writes them, over TCP and
+// WebSockets alike.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "common/net/message_transport.hpp"
+#include "server/operations/admission_control.hpp"
+#include "server/operations/log.hpp"
+#include "server/transport/connection.hpp"
+#include "server/transport/connection_options.hpp"
+#include "server/transport/stream_session.hpp"
+
+namespace multitetra {
+
+// Makes of a stream that was accepted what messages travel on; a failure is logged, and ends the
+// connection.
+using OpenTransport = std::function<asio::awaitable<Result<std::unique_ptr<MessageTransport>>>(
+    ByteStream& stream, TransportOptions options)>;
+
+class MessageConnection : public Connection,
+                          public std::enable_shared_from_this<MessageConnection> {
+ public:
+  MessageConnection(std::unique_ptr<ByteStream> stream, OpenTransport open, ClientContextPtr client,
+                    StreamSessionPtr session, ConnectionOptions options);
+
+  // Both coroutines keep the connection alive; `on_closed` is called once when they are done.
+  void start(std::function<void()> on_closed);
+
+  void end(const Error& why) override;
+  void keep_time(Clock::time_point now) override;
+
+ private:
+  asio::awaitable<void> open_and_read();
+  asio::awaitable<void> read();
+  asio::awaitable<void> write();
+  void close();
+  void spawn(asio::awaitable<void> (MessageConnection::*coroutine)());
+  void coroutine_done(const std::exception_ptr& trouble);
+  void log(LogLevel level, const std::string& text) const;
+
+  std::unique_ptr<ByteStream> stream_;
+  OpenTransport open_;
+  std::unique_ptr<MessageTransport> transport_;
+  ClientContextPtr client_;
+  StreamSessionPtr session_;
+  ConnectionOptions options_;
+  std::function<void()> on_closed_;
+  int running_coroutines_ = 0;
+  Deadline hello_;
+  Deadline write_;
+  Deadline linger_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,273 @@
+#include "server/transport/worker_backend.hpp"
+
+#include <algorithm>
+#include <new>
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+#include "common/base/number_text.hpp"
+#include "server/core/planning/budget.hpp"
+#include "server/core/thresholds/threshold_map.hpp"
+#include "server/dataset/byte_source.hpp"
+#include "server/dataset/in_parallel.hpp"
+#include "server/stream/stream_messages.hpp"
+#include "server/transport/connection.hpp"
+
+namespace multitetra {
+
+// Workers hold it as well; they touch only source and stop.
+class WorkerBackend::Stream : public BackendStream {
+ public:
+  Stream(std::weak_ptr<WorkerBackend> backend, StartStream action, std::function<void()> changed)
+      : messages(action.open, action.source->info()),
+        source(std::move(action.source)),
+        changed_(std::move(changed)),
+        backend_(std::move(backend)) {}
+
+  std::optional<ServerMessage> take() override {
+    if (!messages.has_message()) return std::nullopt;
+    ServerMessage message = messages.take();
+    const auto backend = backend_.lock();
+    if (backend && backend->stream_.get() == this) backend->make_next_step();
+    return message;
+  }
+  void end(StreamOutcome outcome) override {
+    stop.request_stop();
+    messages.end(outcome);
+    changed_();
+  }
+  void fail(Error error) override {
+    stop.request_stop();
+    messages.fail(std::move(error));
+    changed_();
+  }
+  // A worker may hold it still; what it took of others is given back now.
+  void drop() override {
+    stop.request_stop();
+    queue_reservation = {};
+    const auto backend = backend_.lock();
+    if (backend && backend->stream_.get() == this) backend->stream_.reset();
+  }
+  void supply(MadeStep step, double seconds) {
+    messages.supply(std::move(step), seconds);
+    changed_();
+  }
+
+  StreamMessages messages;
+  std::shared_ptr<const StepSource> source;
+  std::stop_source stop;
+  double worker_seconds = 0;                             // Of the steps that were made.
+  Deadline worker;                                       // While a step is with a worker.
+  ByteReservations::Reservation queue_reservation = {};  // Of the step that is being sent.
+
+ private:
+  std::function<void()> changed_;
+  std::weak_ptr<WorkerBackend> backend_;
+};
+
+struct WorkerBackend::EstimateJob {
+  EstimateJob(MakeEstimate action, std::stop_token left,
+              std::function<void(Result<EstimateReply>)> done_in)
+      : asked(std::move(action.estimate)),
+        source(std::move(action.source)),
+        done(std::move(done_in)),
+        leave(std::move(left), [this] { stop.request_stop(); }) {}
+
+  Estimate asked;
+  std::shared_ptr<const StepSource> source;
+  std::function<void(Result<EstimateReply>)> done;
+  std::stop_source stop;
+  Deadline worker;
+  bool is_late = false;
+  std::stop_callback<std::function<void()>> leave;
+};
+
+namespace {
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Runs on a worker. The client learns that something went wrong here; the log says what.
+template <typename Make>
+auto guarded(const StepSource& source, const char* what, const std::stop_token& stop,
+             const Make& make) -> Result<decltype(make())> {
+  try {
+    if (stop.stop_requested()) throw Cancelled{};
+    return make();
+  } catch (const Cancelled&) {
+    return fail(ErrorCode::kCancelled, std::string("The ") + what + " was cancelled.");
+  } catch (const BudgetTooSmall& problem) {
+    return fail(ErrorCode::kLimitExceeded, problem.what());
+  } catch (const StepTooLarge& problem) {
+    return fail(ErrorCode::kLimitExceeded, problem.what());
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::kLimitExceeded,
+                std::string("The server has not enough memory for this ") + what +
+                    "; ask for a larger error.");
+  } catch (const DatasetFileError& damage) {
+    spdlog::error("dataset {}: {}", source.info().name, damage.what());
+    return fail(ErrorCode::kDamagedData, std::string("The dataset's file is damaged where this ") +
+                                             what + " needs it; the server's log says where.");
+  } catch (const std::exception& trouble) {
+    spdlog::error("dataset {}: making a {} failed: {}", source.info().name, what, trouble.what());
+    return fail(ErrorCode::kInternal,
+                std::string("The server failed to make this ") + what + "; its log says why.");
+  }
+}
+
+Result<MadeStep> make_step(const StepSource& source, const StreamState& state,
+                           std::uint64_t max_triangles, const std::stop_token& stop) {
+  return guarded(source, "step", stop,
+                 [&] { return make_next_step(source, state, stop, max_triangles); });
+}
+
+// What a client can hold of a number that is only about right.
+std::uint64_t rounded(double value) {
+  return static_cast<std::uint64_t>(std::min(value, 1e18) + 0.5);
+}
+
+Result<EstimateReply> make_estimate(const StepSource& source, const Estimate& asked,
+                                    const std::stop_token& stop) {
+  return guarded(source, "estimate", stop, [&] {
+    const EstimatedAnswer found = estimate(source, asked.request, stop);
+    return EstimateReply{.request_id = asked.request_id,
+                         .triangles = rounded(found.size.triangles),
+                         .bytes = rounded(found.size.bytes),
+                         .threshold_world = largest_threshold(found.request, source.info())};
+  });
+}
+
+Error too_long(std::chrono::milliseconds limit) {
+  return {ErrorCode::kLimitExceeded,
+          "The answer takes this server longer than the " +
+              shortest_text(static_cast<double>(limit.count()) / 1000) +
+              " s that it spends on one request; ask for a larger error."};
+}
+
+}  // namespace
+
+WorkerBackend::WorkerBackend(asio::any_io_executor executor, Workers& workers,
+                             ClientContextPtr client, const SessionLimits& limits)
+    : executor_(executor),
+      workers_(workers),
+      queue_client_(workers.new_client()),
+      client_(std::move(client)),
+      limits_(limits) {}
+WorkerBackend::~WorkerBackend() = default;
+
+void WorkerBackend::keep_time(Clock::time_point now) {
+  if (stream_ && stream_->worker.is_past(now)) {
+    stream_->worker.clear();
+    client_->admission().observer().refused(client_->facts(), "request_seconds");
+    stream_->fail(too_long(limits_.request_time));
+  }
+  for (const EstimatePtr& job : estimates_) {
+    if (!job->worker.is_past(now)) continue;
+    job->worker.clear();
+    job->is_late = true;
+    job->stop.request_stop();
+  }
+}
+
+// ---- streams
+
+BackendStreamPtr WorkerBackend::start(StartStream action, std::function<void()> changed) {
+  stream_ = std::make_shared<Stream>(weak_from_this(), std::move(action), std::move(changed));
+  make_next_step();
+  return stream_;
+}
+
+void WorkerBackend::make_next_step() {
+  if (is_making_ || !stream_) return;
+  const auto state = stream_->messages.wanted();
+  if (!state) return;
+  stream_->queue_reservation = {};
+  // The guard keeps the executor running until the step has come back. What belongs to the
+  // executor's thread is given back to it, and let go there.
+  auto make = [self = shared_from_this(), stream = stream_, state = *state,
+               most = limits_.max_triangles, guard = asio::make_work_guard(executor_)]() mutable {
+    const asio::any_io_executor executor = self->executor_;
+    asio::post(executor, [self, stream] { self->step_begins(stream); });
+    const Clock::time_point start = Clock::now();
+    auto made = make_step(*stream->source, state, most, stream->stop.get_token());
+    asio::post(executor, [self = std::move(self), stream = std::move(stream),
+                          made = std::move(made), seconds = seconds_since(start)]() mutable {
+      self->step_made(stream, std::move(made), seconds);
+    });
+  };
+  // A first preview is short; what follows may take as long as the whole.
+  const bool is_long = !state->previews || !state->shown.empty();
+  workers_.post(queue_client_, {.run = std::move(make), .is_long = is_long});
+  is_making_ = true;
+}
+
+void WorkerBackend::step_begins(const StreamPtr& stream) {
+  if (limits_.request_time.count() <= 0 || stream != stream_) return;
+  const std::chrono::duration<double> left =
+      limits_.request_time - std::chrono::duration<double>(stream->worker_seconds);
+  stream->worker.set(std::chrono::duration_cast<Clock::duration>(left));
+}
+
+void WorkerBackend::step_made(const StreamPtr& stream, Result<MadeStep> step, double seconds) {
+  is_making_ = false;
+  stream->worker.clear();
+  client_->admission().observer().step_made(seconds);
+  if (stream != stream_) {  // It was stopped; the stream after it, if any, has waited.
+    make_next_step();
+    return;
+  }
+  stream->worker_seconds += seconds;
+  if (!step) {
+    stream->fail(step.error());
+    return;
+  }
+  const auto bytes = static_cast<std::size_t>(size_of(step->encoded).bytes);
+  auto reservation = client_->admission().queue().take(bytes);
+  if (!reservation) {
+    client_->admission().observer().refused(client_->facts(), "queue_bytes");
+    stream->fail({ErrorCode::kUnavailable,
+                  "This server has no room for another step of that size, because others wait for "
+                  "slow clients; try again later, or ask for a larger error."});
+    return;
+  }
+  stream->queue_reservation = *std::move(reservation);
+  stream->supply(*std::move(step), seconds);
+}
+
+// ---- estimates
+
+void WorkerBackend::estimate(MakeEstimate action, std::stop_token stop,
+                             std::function<void(Result<EstimateReply>)> done) {
+  // To find what a budget allows takes as long as some steps, and so does simplifying a sample.
+  const IsosurfaceRequest& request = action.estimate.request;
+  const bool is_long = has_budget(request) || request.simplify;
+  const auto job =
+      std::make_shared<EstimateJob>(std::move(action), std::move(stop), std::move(done));
+  estimates_.insert(job);
+  // What belongs to the executor's thread is given back to it, and let go there.
+  auto make = [self = shared_from_this(), job, guard = asio::make_work_guard(executor_)]() mutable {
+    const asio::any_io_executor executor = self->executor_;
+    asio::post(executor, [limit = self->limits_.request_time, job] {
+      if (limit.count() > 0) job->worker.set(limit);
+    });
+    auto made = make_estimate(*job->source, job->asked, job->stop.get_token());
+    asio::post(executor,
+               [self = std::move(self), job = std::move(job), made = std::move(made)]() mutable {
+                 self->estimate_made(job, std::move(made));
+               });
+  };
+  workers_.post(queue_client_, {.run = std::move(make), .is_long = is_long});
+}
+
+void WorkerBackend::estimate_made(const EstimatePtr& job, Result<EstimateReply> made) {
+  estimates_.erase(job);
+  if (!made && job->is_late) {
+    client_->admission().observer().refused(client_->facts(), "request_seconds");
+    made = tl::unexpected(too_long(limits_.request_time));
+  }
+  job->done(std::move(made));
+}
+
+}  // namespace multitetra

@@ -1,0 +1,61 @@
+// Answers that the workers of this process make.
+//
+// A step is made only when the messages of the one before have gone. At most one step of a session
+// is with the workers, also when streams supersede each other. Workers never wait for a client, and
+// touch only what makes the step; everything else happens on the executor's thread.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <set>
+
+#include "server/operations/admission_control.hpp"
+#include "server/stream/stream_plan.hpp"
+#include "server/stream/workers.hpp"
+#include "server/transport/session_backend.hpp"
+#include "server/transport/session_limits.hpp"
+
+namespace multitetra {
+
+class WorkerBackend : public SessionBackend, public std::enable_shared_from_this<WorkerBackend> {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  // The workers must live until their work is done, the client's admission control as long as this.
+  WorkerBackend(asio::any_io_executor executor, Workers& workers, ClientContextPtr client,
+                const SessionLimits& limits);
+  ~WorkerBackend() override;
+
+  [[nodiscard]] std::optional<asio::awaitable<Found>> find_catalogue(std::string) override {
+    return std::nullopt;
+  }
+  [[nodiscard]] BackendStreamPtr start(StartStream action, std::function<void()> changed) override;
+  void estimate(MakeEstimate action, std::stop_token stop,
+                std::function<void(Result<EstimateReply>)> done) override;
+  void keep_time(Clock::time_point now) override;
+  void close() override {}
+
+ private:
+  class Stream;
+  using StreamPtr = std::shared_ptr<Stream>;
+  struct EstimateJob;
+  using EstimatePtr = std::shared_ptr<EstimateJob>;
+
+  // Unless one is being made: step_made() calls it again then.
+  void make_next_step();
+  // A worker begins with it: from now on its time counts.
+  void step_begins(const StreamPtr& stream);
+  void step_made(const StreamPtr& stream, Result<MadeStep> step, double seconds);
+  void estimate_made(const EstimatePtr& job, Result<EstimateReply> made);
+
+  asio::any_io_executor executor_;
+  Workers& workers_;
+  FairQueue::Client queue_client_;
+  ClientContextPtr client_;
+  SessionLimits limits_;
+  StreamPtr stream_;  // Null when none runs.
+  std::set<EstimatePtr> estimates_;
+  bool is_making_ = false;  // A step is with the workers: of stream_, or of one that was stopped.
+};
+
+}  // namespace multitetra
