@@ -60,7 +60,9 @@ Result<IsosurfaceRequest> validated(const IsosurfaceRequest& request) {
                   " bits; they must have " + std::to_string(kMinNormalBits) + " to " +
                   std::to_string(kMaxNormalBits) + ", or 0 for none.");
   }
-  if (auto fault = fault_of(request.thresholds)) return tl::unexpected(*std::move(fault));
+  if (const auto checked = check_thresholds(request.thresholds); !checked) {
+    return tl::unexpected(checked.error());
+  }
   return request;
 }
 

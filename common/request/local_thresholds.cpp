@@ -177,13 +177,14 @@ bool operator==(const LocalThresholds& a, const LocalThresholds& b) {
                           std::tie(b.coordinates, b.combination, b.regions, b.view, b.at_least);
 }
 
-std::optional<Error> fault_of(const LocalThresholds& thresholds) {
+Result<void> check_thresholds(const LocalThresholds& thresholds) {
   Faults faults;
   check(thresholds.regions, faults);
   if (thresholds.grid) check(*thresholds.grid, faults);
   if (thresholds.view) check(*thresholds.view, faults);
   faults.threshold("at_least", thresholds.at_least);
-  return faults.first();
+  if (faults.first()) return tl::unexpected(*faults.first());
+  return {};
 }
 
 }  // namespace multitetra

@@ -119,6 +119,6 @@ struct LocalThresholds {
 
 // What is out of its documented range, by its field and the index of its region; nullopt when
 // nothing is. kLimitExceeded for too many regions or thresholds of a grid, else kInvalidArgument.
-[[nodiscard]] std::optional<Error> fault_of(const LocalThresholds& thresholds);
+[[nodiscard]] Result<void> check_thresholds(const LocalThresholds& thresholds);
 
 }  // namespace multitetra

@@ -178,7 +178,7 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
   metadata.source = {.file = source.text("file"), .digest = source.text("digest")};
   metadata.program_version = fields.text("program_version");
   if (!trouble.empty()) return damaged(trouble + ".");
-  if (const auto problem = first_problem(info)) return damaged(*problem);
+  if (const auto checked = check_info(info); !checked) return damaged(checked.error().text);
   return metadata;
 }
 

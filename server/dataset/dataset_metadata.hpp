@@ -23,7 +23,7 @@ struct DatasetMetadata {
 [[nodiscard]] std::string metadata_text(const DatasetMetadata& metadata);
 
 // kDamagedData, with the field and what is wrong, unless every field is there, of its type, and the
-// whole has no `first_problem`. Fields it does not know are left out.
+// whole passes `check_info`. Fields it does not know are left out.
 [[nodiscard]] Result<DatasetMetadata> parse_metadata(std::string_view text);
 
 }  // namespace multitetra

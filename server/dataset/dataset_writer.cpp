@@ -51,8 +51,8 @@ void DatasetWriter::add_samples(std::span<const std::byte> bytes) {
     const std::size_t size = layout_.volume(layout_.at(brick)) * width;
     assert(size <= bytes.size());
     sample_checksums_.push_back(checksum(bytes.first(size)));
-    assert(!damage_of_brick(section_names::kSamples, brick, bytes.first(size),
-                            sample_checksums_.back(), shape_.type));
+    assert(check_brick(section_names::kSamples, brick, bytes.first(size), sample_checksums_.back(),
+                       shape_.type));
     bytes = bytes.subspan(size);
   }
 }
@@ -75,7 +75,7 @@ void DatasetWriter::add_spectrum_brick(std::size_t index, std::span<const std::b
 }
 
 void DatasetWriter::finish(const DatasetMetadata& metadata, const SmallSections& small) {
-  assert(!first_problem(metadata.info));
+  assert(check_info(metadata.info));
   assert(metadata.info.dims == shape_.dims && metadata.info.type == shape_.type);
   assert(shape_.spectrum_bricks == SpectrumLayout(metadata.info).size());
   assert(sample_bytes_ == sample_bytes_in(shape_));

@@ -74,7 +74,7 @@ class DatasetWriter {
   void add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes);
 
   // Brings the file to the disk and gives it its name. Requires that all samples were added, that
-  // the metadata has no `first_problem` and agrees with the shape, and nothing after it.
+  // the metadata passes `check_info` and agrees with the shape, and nothing after it.
   void finish(const DatasetMetadata& metadata, const SmallSections& small);
 
  private:

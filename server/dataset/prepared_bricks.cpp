@@ -22,8 +22,8 @@ std::span<const std::byte> PreparedBricks::brick(std::size_t index) const {
   if (at.size == 0) return {};
   const std::span<const std::byte> bytes = bytes_.subspan(at.offset, at.size);
   if (verified_.contains(index)) return bytes;
-  if (const auto problem = damage_of_brick(section_, index, bytes, at.checksum, type_)) {
-    throw DatasetFileError(file_, problem->text);
+  if (const auto whole = check_brick(section_, index, bytes, at.checksum, type_); !whole) {
+    throw DatasetFileError(file_, whole.error().text);
   }
   verified_.add(index);
   return bytes;

@@ -21,28 +21,28 @@ constexpr std::array<const char*, 8> kKnownSections = {
     kSamples, kSpectrum, kCoarse, kRanges, kBins, kSampleChecksums, kSpectrumIndex, kMetadata};
 
 // All known sections are there, and those that are not known may be passed over.
-std::optional<Error> problem_of_names(const SectionTable& sections) {
+Result<void> check_names(const SectionTable& sections) {
   for (const char* const name : kKnownSections) {
-    if (find_section(sections, name) == nullptr) return damage(name, "it is missing.");
+    if (find_section(sections, name) == nullptr) return damaged(name, "it is missing.");
   }
   for (const Section& section : sections) {
     if (is_known_section(section.name) || !section.required) continue;
-    return Error{ErrorCode::kUnsupportedVersion,
-                 "Section \"" + section.name +
-                     "\": it is required and this program does not know it. Use a newer one."};
+    return fail(ErrorCode::kUnsupportedVersion,
+                "Section \"" + section.name +
+                    "\": it is required and this program does not know it. Use a newer one.");
   }
-  return std::nullopt;
+  return {};
 }
 
 Result<DatasetMetadata> decode_metadata(const ByteSource& source, const Section& section) {
   if (section.size > kMaxMetadataBytes) {
-    return tl::unexpected(damage(kMetadata, "it has " + std::to_string(section.size) +
-                                                " bytes, more than " +
-                                                std::to_string(kMaxMetadataBytes) + "."));
+    return damaged(kMetadata, "it has " + std::to_string(section.size) + " bytes, more than " +
+                                  std::to_string(kMaxMetadataBytes) + ".");
   }
   std::string text(section.size, '\0');
-  if (auto problem = read_section(source, section, std::as_writable_bytes(std::span(text)))) {
-    return tl::unexpected(*std::move(problem));
+  if (const auto checked = read_section(source, section, std::as_writable_bytes(std::span(text)));
+      !checked) {
+    return tl::unexpected(checked.error());
   }
   auto metadata = parse_metadata(text);
   if (!metadata) {
@@ -51,49 +51,51 @@ Result<DatasetMetadata> decode_metadata(const ByteSource& source, const Section&
   return metadata;
 }
 
-std::optional<Error> problem_of_size(const Section& section, std::uint64_t needed) {
-  if (section.size == needed) return std::nullopt;
-  return damage(section.name, "it has " + std::to_string(section.size) +
-                                  " bytes, and what the metadata says needs " +
-                                  std::to_string(needed) + ".");
+Result<void> check_size(const Section& section, std::uint64_t needed) {
+  if (section.size == needed) return {};
+  return damaged(section.name, "it has " + std::to_string(section.size) +
+                                   " bytes, and what the metadata says needs " +
+                                   std::to_string(needed) + ".");
 }
 
 // Reads a section of `count` items that follow each other. Returns what is wrong with it.
 template <typename Item>
-std::optional<Error> read_items(const ByteSource& source, const Section& section, std::size_t count,
-                                std::vector<Item>& items) {
-  if (auto problem = problem_of_size(section, std::uint64_t{count} * sizeof(Item))) return problem;
+Result<void> read_items(const ByteSource& source, const Section& section, std::size_t count,
+                        std::vector<Item>& items) {
+  if (auto checked = check_size(section, std::uint64_t{count} * sizeof(Item)); !checked)
+    return checked;
   items.resize(count);
   return read_section(source, section, std::as_writable_bytes(std::span(items)));
 }
 
-std::optional<Error> problem_of_index(std::span<const BrickPlace> index,
-                                      std::uint64_t section_size) {
+Result<void> check_index(std::span<const BrickPlace> index, std::uint64_t section_size) {
   for (std::size_t i = 0; i < index.size(); ++i) {
     const bool is_whole = index[i].size != 0 || index[i] == BrickPlace{};
     if (is_whole && index[i].reserved == 0) continue;
-    return damage(kSpectrumIndex,
-                  "the entry of brick " + std::to_string(i) + " is not zero where it must be.");
+    return damaged(kSpectrumIndex,
+                   "the entry of brick " + std::to_string(i) + " is not zero where it must be.");
   }
-  if (bricks_in_file_order(index, section_size)) return std::nullopt;
-  return damage(kSpectrumIndex, "its bricks overlap, or do not fill section \"spectrum\".");
+  if (bricks_in_file_order(index, section_size)) return {};
+  return damaged(kSpectrumIndex, "its bricks overlap, or do not fill section \"spectrum\".");
 }
 
 // Fills what depends on the metadata. Returns what is wrong with it.
-std::optional<Error> decode_indexes(const ByteSource& source, PreparedStructure& structure) {
+Result<void> decode_indexes(const ByteSource& source, PreparedStructure& structure) {
   const DatasetInfo& info = structure.metadata.info;
   std::uint64_t bytes = static_cast<std::uint64_t>(bytes_per_sample(info.type));
   for (const std::int32_t side : info.dims) bytes *= static_cast<std::uint64_t>(side);
-  if (auto problem = problem_of_size(structure.section(kSamples), bytes)) return problem;
-  if (auto problem = read_items(source, structure.section(kSampleChecksums),
-                                BrickLayout(info.dims).size(), structure.sample_checksums)) {
-    return problem;
+  if (auto checked = check_size(structure.section(kSamples), bytes); !checked) return checked;
+  if (auto checked = read_items(source, structure.section(kSampleChecksums),
+                                BrickLayout(info.dims).size(), structure.sample_checksums);
+      !checked) {
+    return checked;
   }
-  if (auto problem = read_items(source, structure.section(kSpectrumIndex),
-                                SpectrumLayout(info).size(), structure.spectrum_index)) {
-    return problem;
+  if (auto checked = read_items(source, structure.section(kSpectrumIndex),
+                                SpectrumLayout(info).size(), structure.spectrum_index);
+      !checked) {
+    return checked;
   }
-  return problem_of_index(structure.spectrum_index, structure.section(kSpectrum).size);
+  return check_index(structure.spectrum_index, structure.section(kSpectrum).size);
 }
 
 bool has_infinite(std::span<const std::byte> floats) {
@@ -120,17 +122,18 @@ const Section& PreparedStructure::section(std::string_view name) const {
 Result<PreparedStructure> decode_structure(const ByteSource& source) {
   auto sections = decode_section_table(source);
   if (!sections) return tl::unexpected(sections.error());
-  if (auto problem = problem_of_names(*sections)) return tl::unexpected(*std::move(problem));
+  if (const auto checked = check_names(*sections); !checked) return tl::unexpected(checked.error());
 
   PreparedStructure structure;
   structure.sections = *std::move(sections);
   auto metadata = decode_metadata(source, structure.section(kMetadata));
   if (!metadata) return tl::unexpected(metadata.error());
   structure.metadata = *std::move(metadata);
-  if (auto problem = decode_indexes(source, structure)) return tl::unexpected(*std::move(problem));
+  if (const auto checked = decode_indexes(source, structure); !checked)
+    return tl::unexpected(checked.error());
   for (const char* const small : {kCoarse, kRanges, kBins}) {
-    if (auto problem = damage_of(source, structure.section(small))) {
-      return tl::unexpected(*std::move(problem));
+    if (const auto checked = check_section(source, structure.section(small)); !checked) {
+      return tl::unexpected(checked.error());
     }
   }
   return structure;
@@ -145,15 +148,15 @@ BrickPlace sample_brick_place(const PreparedStructure& structure, const BrickLay
           .checksum = structure.sample_checksums[index]};
 }
 
-std::optional<Error> damage_of_brick(const std::string& section, std::size_t index,
-                                     std::span<const std::byte> bytes, std::uint64_t expected,
-                                     std::optional<SampleType> type) {
+Result<void> check_brick(const std::string& section, std::size_t index,
+                         std::span<const std::byte> bytes, std::uint64_t expected,
+                         std::optional<SampleType> type) {
   const std::string brick = "brick " + std::to_string(index) + ": ";
-  if (checksum(bytes) != expected) return damage(section, brick + "its checksum does not match.");
+  if (checksum(bytes) != expected) return damaged(section, brick + "its checksum does not match.");
   if (type == SampleType::kF32 && has_infinite(bytes)) {
-    return damage(section, brick + "it has an infinite sample; samples are finite or NaN.");
+    return damaged(section, brick + "it has an infinite sample; samples are finite or NaN.");
   }
-  return std::nullopt;
+  return {};
 }
 
 std::optional<std::vector<std::size_t>> bricks_in_file_order(std::span<const BrickPlace> index,

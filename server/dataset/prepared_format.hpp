@@ -75,10 +75,9 @@ struct PreparedStructure {
 
 // What is wrong with the bytes of a brick of the section: they do not have their checksum, or
 // samples of `type` are infinite. `type` is none in the spectrum.
-[[nodiscard]] std::optional<Error> damage_of_brick(const std::string& section, std::size_t index,
-                                                   std::span<const std::byte> bytes,
-                                                   std::uint64_t checksum,
-                                                   std::optional<SampleType> type);
+[[nodiscard]] Result<void> check_brick(const std::string& section, std::size_t index,
+                                       std::span<const std::byte> bytes, std::uint64_t checksum,
+                                       std::optional<SampleType> type);
 
 // The places of the bricks that are not empty, in the order of the file; nullopt when they overlap
 // or leave gaps in a section of this size.

@@ -50,24 +50,20 @@ Number number_at(std::string_view bytes, std::size_t offset) {
   return number;
 }
 
-tl::unexpected<Error> damaged(std::string_view section, const std::string& what) {
-  return tl::unexpected(damage(section, what));
-}
-
 std::string read_text(const ByteSource& source, std::uint64_t offset, std::uint64_t size) {
   std::string bytes(size, '\0');
   source.read(offset, std::as_writable_bytes(std::span(bytes)));
   return bytes;
 }
 
-std::optional<Error> problem_of_version(std::uint32_t version) {
-  if (version == kPreparedFormatVersion) return std::nullopt;
+Result<void> check_version(std::uint32_t version) {
+  if (version == kPreparedFormatVersion) return {};
   const bool older = version < kPreparedFormatVersion;
-  return Error{ErrorCode::kUnsupportedVersion,
-               "It has format version " + std::to_string(version) +
-                   ", and this program reads version " + std::to_string(kPreparedFormatVersion) +
-                   (older ? ". Prepare the dataset again."
-                          : ". Use a newer program or prepare the dataset again.")};
+  return fail(ErrorCode::kUnsupportedVersion,
+              "It has format version " + std::to_string(version) +
+                  ", and this program reads version " + std::to_string(kPreparedFormatVersion) +
+                  (older ? ". Prepare the dataset again."
+                         : ". Use a newer program or prepare the dataset again."));
 }
 
 // The number of sections. The magic and the version come first: they say what the rest means.
@@ -78,8 +74,8 @@ Result<std::uint32_t> decode_header(std::string_view header, std::uint64_t file_
                 "Prepare one from the volume.");
   }
   if (header.size() < kHeaderBytes) return damaged("header", "the file ends inside it.");
-  if (auto problem = problem_of_version(number_at<std::uint32_t>(header, 8))) {
-    return tl::unexpected(*std::move(problem));
+  if (const auto checked = check_version(number_at<std::uint32_t>(header, 8)); !checked) {
+    return tl::unexpected(checked.error());
   }
   const auto sections = number_at<std::uint32_t>(header, 12);
   if (sections < 1 || sections > kMaxSections) {
@@ -117,18 +113,18 @@ Result<Section> decode_entry(std::string_view entry) {
 }
 
 // What is wrong with the place of a section, after those before it up to `end_before`.
-std::optional<Error> problem_of_place(const Section& section, std::uint64_t end_before,
-                                      std::uint64_t file_bytes) {
+Result<void> check_place(const Section& section, std::uint64_t end_before,
+                         std::uint64_t file_bytes) {
   const std::string quoted = "section \"" + section.name + "\" ";
   const std::uint64_t begin = section_begin(end_before);
   if (section.offset != begin) {
-    return damage("table", quoted + "begins at byte " + std::to_string(section.offset) +
-                               " instead of " + std::to_string(begin) + ".");
+    return damaged("table", quoted + "begins at byte " + std::to_string(section.offset) +
+                                " instead of " + std::to_string(begin) + ".");
   }
   if (begin > file_bytes || section.size > file_bytes - begin) {
-    return damage("table", quoted + "goes beyond the end of the file.");
+    return damaged("table", quoted + "goes beyond the end of the file.");
   }
-  return std::nullopt;
+  return {};
 }
 
 // Sections that follow each other without overlap up to the end of the file.
@@ -141,8 +137,8 @@ Result<SectionTable> decode_entries(std::string_view entries, std::uint64_t file
     if (find_section(table, section->name) != nullptr) {
       return damaged("table", "it names section \"" + section->name + "\" twice.");
     }
-    if (auto problem = problem_of_place(*section, end, file_bytes)) {
-      return tl::unexpected(*std::move(problem));
+    if (const auto checked = check_place(*section, end, file_bytes); !checked) {
+      return tl::unexpected(checked.error());
     }
     end = section->offset + section->size;
     table.push_back(*std::move(section));
@@ -152,27 +148,27 @@ Result<SectionTable> decode_entries(std::string_view entries, std::uint64_t file
 }
 
 // The zeros after the table, and before each section but the first.
-std::optional<Error> problem_of_padding(const ByteSource& source, std::string_view head,
-                                        const SectionTable& table) {
+Result<void> check_padding(const ByteSource& source, std::string_view head,
+                           const SectionTable& table) {
   if (head.find_first_not_of('\0', kHeaderBytes + kEntryBytes * table.size() + 8) !=
       std::string_view::npos) {
-    return damage("table", "the padding after it is not zero.");
+    return damaged("table", "the padding after it is not zero.");
   }
   for (std::size_t i = 1; i < table.size(); ++i) {
     const std::uint64_t end = table[i - 1].offset + table[i - 1].size;
     const std::string padding = read_text(source, end, table[i].offset - end);
     if (padding.find_first_not_of('\0') != std::string::npos) {
-      return damage(table[i].name, "the padding before it is not zero.");
+      return damaged(table[i].name, "the padding before it is not zero.");
     }
   }
-  return std::nullopt;
+  return {};
 }
 
 }  // namespace
 
-Error damage(std::string_view section, std::string_view what) {
-  return {ErrorCode::kDamagedData, "Section \"" + std::string(section) +
-                                       "\": " + std::string(what) + " Prepare the dataset again."};
+tl::unexpected<Error> damaged(std::string_view section, std::string_view what) {
+  return fail(ErrorCode::kDamagedData, "Section \"" + std::string(section) + "\": " +
+                                           std::string(what) + " Prepare the dataset again.");
 }
 
 std::uint64_t section_begin(std::uint64_t end_of_those_before) {
@@ -203,8 +199,8 @@ Result<SectionTable> decode_section_table(const ByteSource& source) {
   const std::string_view entries(head.data() + kHeaderBytes, covered - kHeaderBytes);
   auto table = decode_entries(entries, source.size());
   if (!table) return table;
-  if (auto problem = problem_of_padding(source, head, *table)) {
-    return tl::unexpected(*std::move(problem));
+  if (const auto checked = check_padding(source, head, *table); !checked) {
+    return tl::unexpected(checked.error());
   }
   return table;
 }
@@ -215,7 +211,7 @@ const Section* find_section(const SectionTable& sections, std::string_view name)
   return found == sections.end() ? nullptr : &*found;
 }
 
-std::optional<Error> damage_of(const ByteSource& source, const Section& section) {
+Result<void> check_section(const ByteSource& source, const Section& section) {
   RunningChecksum sum;
   std::vector<std::byte> portion(std::min<std::uint64_t>(section.size, kPortionBytes));
   for (std::uint64_t done = 0; done < section.size;) {
@@ -224,16 +220,16 @@ std::optional<Error> damage_of(const ByteSource& source, const Section& section)
     sum.add(std::span(portion).first(count));
     done += count;
   }
-  if (sum.value() == section.checksum) return std::nullopt;
-  return damage(section.name, "its checksum does not match.");
+  if (sum.value() == section.checksum) return {};
+  return damaged(section.name, "its checksum does not match.");
 }
 
-std::optional<Error> read_section(const ByteSource& source, const Section& section,
-                                  std::span<std::byte> into) {
+Result<void> read_section(const ByteSource& source, const Section& section,
+                          std::span<std::byte> into) {
   assert(into.size() == section.size);
   source.read(section.offset, into);
-  if (checksum(into) == section.checksum) return std::nullopt;
-  return damage(section.name, "its checksum does not match.");
+  if (checksum(into) == section.checksum) return {};
+  return damaged(section.name, "its checksum does not match.");
 }
 
 }  // namespace multitetra

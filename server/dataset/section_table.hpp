@@ -57,13 +57,13 @@ using SectionTable = std::vector<Section>;  // In the order of the file.
 
 // What is wrong with the bytes of a section: nothing when they have their checksum. Needs little
 // memory for a section of any size.
-[[nodiscard]] std::optional<Error> damage_of(const ByteSource& source, const Section& section);
+[[nodiscard]] Result<void> check_section(const ByteSource& source, const Section& section);
 
 // The whole section. Requires into.size() == section.size. Returns what is wrong with it.
-[[nodiscard]] std::optional<Error> read_section(const ByteSource& source, const Section& section,
-                                                std::span<std::byte> into);
+[[nodiscard]] Result<void> read_section(const ByteSource& source, const Section& section,
+                                        std::span<std::byte> into);
 
 // kDamagedData: the section, what is wrong with it, and what to do.
-[[nodiscard]] Error damage(std::string_view section, std::string_view what);
+[[nodiscard]] tl::unexpected<Error> damaged(std::string_view section, std::string_view what);
 
 }  // namespace multitetra

@@ -15,78 +15,90 @@
 namespace multitetra {
 namespace {
 
-std::optional<std::string> problem_of_name(std::string_view name) {
+Result<void> check_name(std::string_view name) {
   if (name.empty() || name.size() > 255) {
-    return "A dataset's name has 1 to 255 bytes, not " + std::to_string(name.size()) + ".";
+    return fail(ErrorCode::kInvalidArgument,
+                "A dataset's name has 1 to 255 bytes, not " + std::to_string(name.size()) + ".");
   }
   while (!name.empty()) {
     const auto byte = static_cast<unsigned char>(name[0]);
     const std::size_t length = utf8_sequence(name);
     if (length == 0 || byte == '/' || byte < 0x20 || byte == 0x7F) {
-      return "A dataset's name is UTF-8 without '/' and control characters, and this one has "
-             "byte " +
-             std::to_string(byte) + ".";
+      return fail(ErrorCode::kInvalidArgument,
+                  "A dataset's name is UTF-8 without '/' and control characters, and this one has "
+                  "byte " +
+                      std::to_string(byte) + ".");
     }
     name.remove_prefix(length);
   }
-  return std::nullopt;
+  return {};
 }
 
 constexpr double kMinSpacing = 1e-30;
 constexpr double kMaxSpacing = 1e30;
 
-std::optional<std::string> problem_of_grid(const DatasetInfo& info) {
+Result<void> check_grid(const DatasetInfo& info) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (info.dims[axis] < 1 || info.dims[axis] > (1 << kMaxGridExponent) + 1) {
-      return "A dataset has 1 to " + std::to_string((1 << kMaxGridExponent) + 1) +
-             " samples a side, not " + std::to_string(info.dims[axis]) + ".";
+      return fail(ErrorCode::kInvalidArgument,
+                  "A dataset has 1 to " + std::to_string((1 << kMaxGridExponent) + 1) +
+                      " samples a side, not " + std::to_string(info.dims[axis]) + ".");
     }
     // Errors are floats in world units, for one grid step and for thousands of them.
     if (!(info.spacing[axis] >= kMinSpacing && info.spacing[axis] <= kMaxSpacing)) {
       std::ostringstream spacing;
       spacing << info.spacing[axis];
-      return "A dataset's spacing is 1e-30 to 1e30 world units, not " + spacing.str() + ".";
+      return fail(ErrorCode::kInvalidArgument,
+                  "A dataset's spacing is 1e-30 to 1e30 world units, not " + spacing.str() + ".");
     }
   }
   if (info.margin < 0 || info.margin > 1 << kMaxGridExponent) {
-    return "The margin is 0 to " + std::to_string(1 << kMaxGridExponent) + " grid steps, not " +
-           std::to_string(info.margin) + ".";
+    return fail(ErrorCode::kInvalidArgument,
+                "The margin is 0 to " + std::to_string(1 << kMaxGridExponent) +
+                    " grid steps, not " + std::to_string(info.margin) + ".");
   }
   const std::int32_t exponent = grid_exponent_for(info.dims, info.margin);
   if (exponent > kMaxGridExponent) {
-    return "The data with a margin of " + std::to_string(info.margin) +
-           " does not fit the largest grid of " + std::to_string(1 << kMaxGridExponent) +
-           " steps a side.";
+    return fail(ErrorCode::kInvalidArgument,
+                "The data with a margin of " + std::to_string(info.margin) +
+                    " does not fit the largest grid of " + std::to_string(1 << kMaxGridExponent) +
+                    " steps a side.");
   }
   if (info.grid_exponent != exponent) {
-    return "The grid exponent is " + std::to_string(exponent) + " for these dims and margin, not " +
-           std::to_string(info.grid_exponent) + ".";
+    return fail(ErrorCode::kInvalidArgument, "The grid exponent is " + std::to_string(exponent) +
+                                                 " for these dims and margin, not " +
+                                                 std::to_string(info.grid_exponent) + ".");
   }
   const double volume = info.index_to_world.determinant();
   const Vec3& origin = info.index_to_world.translation;
   const bool finite =
       std::all_of(origin.begin(), origin.end(), [](double x) { return std::isfinite(x); });
   if (!std::isfinite(volume) || volume == 0 || !finite) {
-    return "The map from samples to the world is not finite or does not span space.";
+    return fail(ErrorCode::kInvalidArgument,
+                "The map from samples to the world is not finite or does not span space.");
   }
-  return std::nullopt;
+  return {};
 }
 
-std::optional<std::string> problem_of_values(const DatasetInfo& info) {
+Result<void> check_values(const DatasetInfo& info) {
   if (info.outside && !(std::abs(*info.outside) <= std::numeric_limits<float>::max())) {
-    return "The value outside the data is a number that a 32-bit float holds; leave it out for "
-           "void.";
+    return fail(
+        ErrorCode::kInvalidArgument,
+        "The value outside the data is a number that a 32-bit float holds; leave it out for "
+        "void.");
   }
   if (!std::isfinite(info.min) || !std::isfinite(info.max) || info.min > info.max) {
-    return "The range of the samples is two finite numbers in order.";
+    return fail(ErrorCode::kInvalidArgument,
+                "The range of the samples is two finite numbers in order.");
   }
   std::uint64_t samples = 1;
   for (const std::int32_t side : info.dims) samples *= static_cast<std::uint64_t>(side);
   const auto& counts = info.histogram.counts;
   if (counts.empty() || counts.size() > kMaxHistogramBins || !std::isfinite(info.histogram.low) ||
       !std::isfinite(info.histogram.high) || info.histogram.low >= info.histogram.high) {
-    return "The histogram has 1 to " + std::to_string(kMaxHistogramBins) +
-           " bins over a range of values.";
+    return fail(ErrorCode::kInvalidArgument, "The histogram has 1 to " +
+                                                 std::to_string(kMaxHistogramBins) +
+                                                 " bins over a range of values.");
   }
   std::uint64_t counted = info.void_samples;
   for (const std::uint64_t count : counts) {
@@ -94,15 +106,17 @@ std::optional<std::string> problem_of_values(const DatasetInfo& info) {
     counted += count;
   }
   if (counted != samples) {
-    return "The histogram's counts and the void samples do not add up to the number of samples.";
+    return fail(
+        ErrorCode::kInvalidArgument,
+        "The histogram's counts and the void samples do not add up to the number of samples.");
   }
   const auto& isovalues = info.suggested_isovalues;
   if (isovalues.size() > kMaxSuggestedIsovalues ||
       !std::all_of(isovalues.begin(), isovalues.end(), [](double x) { return std::isfinite(x); })) {
-    return "At most " + std::to_string(kMaxSuggestedIsovalues) +
-           " isovalues are suggested, all of them finite.";
+    return fail(ErrorCode::kInvalidArgument, "At most " + std::to_string(kMaxSuggestedIsovalues) +
+                                                 " isovalues are suggested, all of them finite.");
   }
-  return std::nullopt;
+  return {};
 }
 
 }  // namespace
@@ -114,10 +128,10 @@ SampleStatistics statistics(const Volume& volume) {
   return builder.finish();
 }
 
-std::optional<std::string> first_problem(const DatasetInfo& info) {
-  if (auto problem = problem_of_name(info.name)) return problem;
-  if (auto problem = problem_of_grid(info)) return problem;
-  return problem_of_values(info);
+Result<void> check_info(const DatasetInfo& info) {
+  if (auto checked = check_name(info.name); !checked) return checked;
+  if (auto checked = check_grid(info); !checked) return checked;
+  return check_values(info);
 }
 
 DatasetInfo describe(const VolumeHeader& header, const SampleStatistics& facts, std::string name,
@@ -135,7 +149,9 @@ DatasetInfo describe(const VolumeHeader& header, const SampleStatistics& facts, 
                       .grid_exponent = grid_exponent_for(header.dims, std::max(margin, 0)),
                       .histogram = facts.histogram,
                       .suggested_isovalues = facts.suggested_isovalues};
-  if (const auto problem = first_problem(info)) throw std::invalid_argument(*problem);
+  if (const auto checked = check_info(info); !checked) {
+    throw std::invalid_argument(checked.error().text);
+  }
   return info;
 }
 

@@ -43,8 +43,8 @@ struct SampleStatistics {
 [[nodiscard]] DatasetInfo describe(const Volume& volume, std::string name,
                                    std::optional<double> outside, std::int32_t margin);
 
-// What is wrong with `info`, in one sentence; nullopt when every field is in its documented range
-// and they agree with each other.
-[[nodiscard]] std::optional<std::string> first_problem(const DatasetInfo& info);
+// Whether every field of `info` is in its documented range and they agree with each other.
+// kInvalidArgument with one sentence otherwise.
+[[nodiscard]] Result<void> check_info(const DatasetInfo& info);
 
 }  // namespace multitetra

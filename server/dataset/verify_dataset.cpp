@@ -76,16 +76,16 @@ void add_samples(SampleFacts& facts, SampleType type, std::span<const std::byte>
   }
 }
 
-std::optional<Error> contradiction(const DatasetInfo& info, SampleFacts facts) {
+Result<void> check_facts(const DatasetInfo& info, SampleFacts facts) {
   if (facts.min > facts.max) facts.min = facts.max = 0;  // All are void.
   if (facts.min == info.min && facts.max == info.max && facts.void_samples == info.void_samples) {
-    return std::nullopt;
+    return {};
   }
-  return damage(kMetadata, "it says that the samples range from " + std::to_string(info.min) +
-                               " to " + std::to_string(info.max) + " and " +
-                               std::to_string(info.void_samples) + " are void; they range from " +
-                               std::to_string(facts.min) + " to " + std::to_string(facts.max) +
-                               " and " + std::to_string(facts.void_samples) + " are void.");
+  return damaged(kMetadata, "it says that the samples range from " + std::to_string(info.min) +
+                                " to " + std::to_string(info.max) + " and " +
+                                std::to_string(info.void_samples) + " are void; they range from " +
+                                std::to_string(facts.min) + " to " + std::to_string(facts.max) +
+                                " and " + std::to_string(facts.void_samples) + " are void.");
 }
 
 // A brick's own checksum comes first, since it says where the damage is.
@@ -96,23 +96,23 @@ class LargeSection {
       : source_(source), section_(section), type_(type), ticker_(ticker) {}
 
   // The next brick in the order of the file. Returns what is wrong with it.
-  std::optional<Error> add(std::size_t index, const BrickPlace& place) {
+  Result<void> add(std::size_t index, const BrickPlace& place) {
     brick_.resize(place.size);
     source_.read(section_.offset + place.offset, brick_);
-    if (auto problem = damage_of_brick(section_.name, index, brick_, place.checksum, type_)) {
-      return problem;
+    if (auto checked = check_brick(section_.name, index, brick_, place.checksum, type_); !checked) {
+      return checked;
     }
     checksum_.add(brick_);
     ticker_.add(brick_.size());
-    return std::nullopt;
+    return {};
   }
   // Of the brick that was added last.
   [[nodiscard]] std::span<const std::byte> brick() const { return brick_; }
 
   // When all bricks were added: what is wrong with the section.
-  [[nodiscard]] std::optional<Error> problem() const {
-    if (checksum_.value() == section_.checksum) return std::nullopt;
-    return damage(section_.name, "its checksum does not match.");
+  [[nodiscard]] Result<void> whole() const {
+    if (checksum_.value() == section_.checksum) return {};
+    return damaged(section_.name, "its checksum does not match.");
   }
 
  private:
@@ -124,53 +124,54 @@ class LargeSection {
   std::vector<std::byte> brick_;
 };
 
-std::optional<Error> first_damage_of_samples(const ByteSource& source,
-                                             const PreparedStructure& structure, Ticker& ticker) {
+Result<void> verify_samples(const ByteSource& source, const PreparedStructure& structure,
+                            Ticker& ticker) {
   const DatasetInfo& info = structure.metadata.info;
   const BrickLayout layout(info.dims);
   LargeSection samples(source, structure.section(kSamples), info.type, ticker);
   SampleFacts facts;
   for (std::size_t i = 0; i < layout.size(); ++i) {
-    if (auto problem = samples.add(i, sample_brick_place(structure, layout, i))) return problem;
+    if (auto checked = samples.add(i, sample_brick_place(structure, layout, i)); !checked)
+      return checked;
     add_samples(facts, info.type, samples.brick());
   }
-  if (auto problem = samples.problem()) return problem;
-  return contradiction(info, facts);
+  if (auto checked = samples.whole(); !checked) return checked;
+  return check_facts(info, facts);
 }
 
-std::optional<Error> first_damage_of_spectrum(const ByteSource& source,
-                                              const PreparedStructure& structure, Ticker& ticker) {
+Result<void> verify_spectrum(const ByteSource& source, const PreparedStructure& structure,
+                             Ticker& ticker) {
   const Section& section = structure.section(kSpectrum);
   LargeSection spectrum(source, section, std::nullopt, ticker);
   const auto order = bricks_in_file_order(structure.spectrum_index, section.size);
   for (const std::size_t i : order.value()) {  // decode_structure made sure that there is one.
-    if (auto problem = spectrum.add(i, structure.spectrum_index[i])) return problem;
+    if (auto checked = spectrum.add(i, structure.spectrum_index[i]); !checked) return checked;
   }
-  return spectrum.problem();
+  return spectrum.whole();
 }
 
 }  // namespace
 
-std::optional<Error> first_damage(const ByteSource& source, const VerificationProgress& progress) {
+Result<void> verify_bytes(const ByteSource& source, const VerificationProgress& progress) {
   Ticker ticker(std::max<std::uint64_t>(source.size(), 1), progress);
   const auto structure = decode_structure(source);
-  if (!structure) return structure.error();
-  if (auto problem = first_damage_of_samples(source, *structure, ticker)) return problem;
-  if (auto problem = first_damage_of_spectrum(source, *structure, ticker)) return problem;
+  if (!structure) return tl::unexpected(structure.error());
+  if (auto checked = verify_samples(source, *structure, ticker); !checked) return checked;
+  if (auto checked = verify_spectrum(source, *structure, ticker); !checked) return checked;
   // The small ones are verified already; there may be others, of later versions.
   for (const Section& section : structure->sections) {
     if (is_known_section(section.name)) continue;
-    if (auto problem = damage_of(source, section)) return problem;
+    if (auto checked = check_section(source, section); !checked) return checked;
     ticker.add(section.size);
   }
   if (progress) progress(1);
-  return std::nullopt;
+  return {};
 }
 
 void verify_dataset(const std::filesystem::path& path, const VerificationProgress& progress) {
   try {
-    const auto problem = first_damage(FileSource(path), progress);
-    if (problem) throw DatasetFileError(path, problem->text);
+    const auto verified = verify_bytes(FileSource(path), progress);
+    if (!verified) throw DatasetFileError(path, verified.error().text);
   } catch (const std::bad_alloc&) {
     throw DatasetFileError(path, "there is not enough memory for its index.");
   }

@@ -27,7 +27,7 @@ void verify_dataset(const std::filesystem::path& path, const VerificationProgres
 
 // The same for bytes from anywhere: the first damage found, or nothing. Throws what the source and
 // `progress` throw.
-[[nodiscard]] std::optional<Error> first_damage(const ByteSource& source,
-                                                const VerificationProgress& progress = {});
+[[nodiscard]] Result<void> verify_bytes(const ByteSource& source,
+                                        const VerificationProgress& progress = {});
 
 }  // namespace multitetra

@@ -5,7 +5,6 @@
 
 #include "server/core/errors/leaves.hpp"
 #include "server/core/fine_errors/spectrum_model.hpp"
-#include "server/core/simplification/threshold_shares.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/extraction/parallel_surface.hpp"
 #include "server/extraction/simplified_surface.hpp"
@@ -47,13 +46,8 @@ std::shared_ptr<const SaturatedErrors> exact_errors(const Field& field,
 
 }  // namespace
 
-ModelOptions model_options(const StepRequest& step, const DatasetInfo& info,
-                           const std::stop_token& stop) {
-  const IsosurfaceRequest& request = step.request;
-  return {
-      .thresholds = ThresholdMap(model_request(request), info, [&stop] { throw_if_stopped(stop); }),
-      .topology_tolerance = request.topology_tolerance,
-      .finest_spacing = step.finest_spacing};
+StepSpec step_spec(const StepRequest& step, const DatasetInfo& info, const std::stop_token& stop) {
+  return {step, info, [&stop] { throw_if_stopped(stop); }};
 }
 
 ReferenceExtractor::ReferenceExtractor(const PreparedVolume& dataset)
@@ -61,20 +55,20 @@ ReferenceExtractor::ReferenceExtractor(const PreparedVolume& dataset)
       volume_(whole_volume(dataset)),
       field_(volume_, dataset.info.outside, dataset.info.margin) {}
 
-std::shared_ptr<const Model> ReferenceExtractor::exact_model(const StepRequest& step,
+std::shared_ptr<const Model> ReferenceExtractor::exact_model(const StepSpec& spec,
                                                              std::stop_token stop) const {
-  return std::make_shared<ErrorBasedModel>(exact_errors(field_, step.request, stop),
-                                           model_options(step, dataset_.info, stop));
+  return std::make_shared<ErrorBasedModel>(exact_errors(field_, spec.request(), stop),
+                                           spec.model());
 }
 
-std::shared_ptr<const Model> ReferenceExtractor::spectrum_model(const StepRequest& step,
+std::shared_ptr<const Model> ReferenceExtractor::spectrum_model(const StepSpec& spec,
                                                                 std::stop_token stop) const {
-  const IsosurfaceRequest& request = step.request;
+  const IsosurfaceRequest& request = spec.request();
   return std::make_shared<SpectrumModel>(
       exact_errors(field_, request, stop),
       std::make_shared<const SpectrumErrors>(dataset_.spectrum, request.isovalue, request.measure,
                                              request.topology_rule),
-      model_options(step, dataset_.info, stop));
+      spec.model());
 }
 
 TiledSurface ReferenceExtractor::surface(const Model& model, const SurfaceOptions& options,
@@ -84,17 +78,17 @@ TiledSurface ReferenceExtractor::surface(const Model& model, const SurfaceOption
   return extract_in_parallel(FieldCubes(model, field_, options), root, exponent, stop);
 }
 
-TiledSurface ReferenceExtractor::extract(const StepRequest& step, const Model& model,
+TiledSurface ReferenceExtractor::extract(const StepSpec& spec, const Model& model,
                                          std::stop_token stop) const {
-  const SurfaceOptions options{.isovalue = step.request.isovalue,
-                               .lattice_resolution = step.request.lattice_resolution};
+  const SurfaceOptions options{.isovalue = spec.request().isovalue,
+                               .lattice_resolution = spec.request().lattice_resolution};
   TiledSurface tiled = surface(model, options, stop);
-  simplify(tiled, step, dataset_.info, stop);
+  simplify(tiled, spec, dataset_.info.grid_exponent, stop);
   return tiled;
 }
 
-TiledSurface ReferenceExtractor::extract(const StepRequest& step, std::stop_token stop) const {
-  return extract(step, *exact_model(step, stop), stop);
+TiledSurface ReferenceExtractor::extract(const StepSpec& spec, std::stop_token stop) const {
+  return extract(spec, *exact_model(spec, stop), stop);
 }
 
 }  // namespace multitetra

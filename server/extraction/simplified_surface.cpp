@@ -4,7 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include "server/core/simplification/threshold_shares.hpp"
 #include "server/dataset/in_parallel.hpp"
 
 namespace multitetra {
@@ -72,14 +71,12 @@ void simplify(TiledSurface& surface, int grid_exponent, const SimplificationOfCu
   surface.tiles = finished_tiles(std::move(joined.front()));
 }
 
-void simplify(TiledSurface& surface, const StepRequest& step, const DatasetInfo& info,
+void simplify(TiledSurface& surface, const StepSpec& spec, int grid_exponent,
               const std::stop_token& stop) {
-  if (!step.request.simplify) return;
-  const ThresholdMap thresholds(step.request, info, [&stop] { throw_if_stopped(stop); });
-  const auto how = [&](const OctreeCube& cube) {
-    return simplification_of(cube, thresholds, step.request.lattice_resolution, info);
-  };
-  simplify(surface, info.grid_exponent, how, stop);
+  if (!spec.request().simplify) return;
+  simplify(
+      surface, grid_exponent, [&](const OctreeCube& cube) { return spec.simplification(cube); },
+      stop);
 }
 
 }  // namespace multitetra

@@ -4,13 +4,13 @@
 #include <functional>
 #include <stop_token>
 
-#include "server/core/planning/refinement_plan.hpp"
+#include "server/core/planning/step_spec.hpp"
 #include "server/core/simplification/simplified_cube.hpp"
 #include "server/extraction/tiled_surface.hpp"
 
 namespace multitetra {
 
-// How the surface in a cube is simplified. A cube inside of it must not have a smaller budget.
+// How the surface in a cube is simplified. A cube inside of it must not have a smaller distance.
 using SimplificationOfCubes = std::function<SimplificationOptions(const OctreeCube&)>;
 
 // Simplifies the surface in a grid of 2^exponent steps a side, and cuts it into tiles anew. The
@@ -19,7 +19,7 @@ void simplify(TiledSurface& surface, int grid_exponent, const SimplificationOfCu
               const std::stop_token& stop, const SimplifiedTileLimits& limits = {});
 
 // The same as far as the step says so.
-void simplify(TiledSurface& surface, const StepRequest& step, const DatasetInfo& info,
+void simplify(TiledSurface& surface, const StepSpec& spec, int grid_exponent,
               const std::stop_token& stop);
 
 }  // namespace multitetra

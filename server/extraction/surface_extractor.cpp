@@ -59,16 +59,15 @@ CubeMemoryPool::Lease::~Lease() {
   pool_.free_.push_back(std::move(memory_));
 }
 
-PreparedModel prepared_model(const PreparedVolume& volume, const StepRequest& step,
-                             std::shared_ptr<const SpectrumErrors> spectrum,
-                             const std::stop_token& stop) {
-  const IsosurfaceRequest& request = step.request;
+PreparedModel prepared_model(const PreparedVolume& volume, const StepSpec& spec,
+                             std::shared_ptr<const SpectrumErrors> spectrum) {
+  const IsosurfaceRequest& request = spec.request();
   return {volume,
           {.isovalue = request.isovalue,
            .measure = request.measure,
            .rule = request.topology_rule,
            .topology_tolerance = request.topology_tolerance},
-          model_options(step, volume.info, stop),
+          spec.model(),
           std::move(spectrum)};
 }
 
@@ -77,18 +76,22 @@ SurfaceExtractor::SurfaceExtractor(DatasetPtr dataset, std::shared_ptr<CubeMemor
       pool_(pool ? std::move(pool) : std::make_shared<CubeMemoryPool>()) {}
 
 TiledSurface SurfaceExtractor::extract(const StepRequest& step, std::stop_token stop) const {
+  return extract(step_spec(step, dataset_->info, stop), stop);
+}
+
+TiledSurface SurfaceExtractor::extract(const StepSpec& spec, std::stop_token stop) const {
   const DatasetInfo& info = dataset_->info;
   if (info.grid_exponent <= kSpectrumExponent) {
     // A grid of eight steps or fewer has no spectrum, and a pass over it costs nothing.
-    return ReferenceExtractor(*dataset_).extract(step, stop);
+    return ReferenceExtractor(*dataset_).extract(spec, stop);
   }
-  const PreparedModel model = prepared_model(*dataset_, step, /*spectrum=*/nullptr, stop);
-  const SurfaceOptions options{.isovalue = step.request.isovalue,
-                               .lattice_resolution = step.request.lattice_resolution};
+  const PreparedModel model = prepared_model(*dataset_, spec);
+  const SurfaceOptions options{.isovalue = spec.request().isovalue,
+                               .lattice_resolution = spec.request().lattice_resolution};
   TiledSurface surface = extract_in_parallel(PreparedCubes(model, options, *pool_),
                                              root_cube(Grid(info.grid_exponent)),
                                              cube_exponent(info.grid_exponent), stop);
-  simplify(surface, step, info, stop);
+  simplify(surface, spec, info.grid_exponent, stop);
   return surface;
 }
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "server/core/fine_errors/prepared_model.hpp"
-#include "server/core/planning/refinement_plan.hpp"
+#include "server/core/planning/step_spec.hpp"
 #include "server/core/surface/tiling.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/tiled_surface.hpp"
@@ -42,10 +42,10 @@ class CubeMemoryPool {
 };
 
 // The model of a step. The volume must outlive it; requires a grid of more than kSpectrumSpacing
-// steps a side. Throws Cancelled soon after `stop` is triggered.
-[[nodiscard]] PreparedModel prepared_model(const PreparedVolume& volume, const StepRequest& step,
-                                           std::shared_ptr<const SpectrumErrors> spectrum = nullptr,
-                                           const std::stop_token& stop = {});
+// steps a side.
+[[nodiscard]] PreparedModel prepared_model(
+    const PreparedVolume& volume, const StepSpec& spec,
+    std::shared_ptr<const SpectrumErrors> spectrum = nullptr);
 
 // Safe to use from several threads at once.
 class SurfaceExtractor {
@@ -58,6 +58,7 @@ class SurfaceExtractor {
 
   // Requires a validated request. Throws Cancelled soon after `stop` is triggered, and
   // DatasetFileError when the dataset turns out to be damaged.
+  [[nodiscard]] TiledSurface extract(const StepSpec& spec, std::stop_token stop = {}) const;
   [[nodiscard]] TiledSurface extract(const StepRequest& step, std::stop_token stop = {}) const;
 
  private:

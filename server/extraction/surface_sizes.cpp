@@ -73,7 +73,7 @@ struct SampledBlocks {
 // Some of the blocks twice as large as the sample's cubes; none when they hold nothing.
 std::optional<SampledBlocks> sampled_blocks(const SurfaceExtractor& extractor,
                                             const PreparedModel& model, const CubeSample& sample,
-                                            const StepRequest& step, std::size_t count,
+                                            const StepSpec& spec, std::size_t count,
                                             const std::stop_token& stop) {
   const DatasetInfo& info = extractor.dataset().info;
   if (info.grid_exponent <= CubeSample::kExponent) return std::nullopt;
@@ -83,7 +83,7 @@ std::optional<SampledBlocks> sampled_blocks(const SurfaceExtractor& extractor,
   }
   blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
   std::vector<SampledBlocks> found(blocks.size());
-  const ThresholdMap thresholds(step.request, info, [&stop] { throw_if_stopped(stop); });
+  const StepRequest& step = spec.step();
   const Shading shading(extractor.dataset(), step);
   const DataBorder border = data_border(info, step.request.lattice_resolution,
                                         step.request.topology_tolerance, step.finest_spacing);
@@ -100,10 +100,8 @@ std::optional<SampledBlocks> sampled_blocks(const SurfaceExtractor& extractor,
         found[i].triangles = {.count = 1,
                               .before = static_cast<double>(tile.mesh.triangles.size())};
         if (step.request.simplify) {
-          Simplified left = simplified(
-              tile.mesh,
-              simplification_of(tile.cube, thresholds, step.request.lattice_resolution, info),
-              [&stop] { throw_if_stopped(stop); });
+          Simplified left = simplified(tile.mesh, spec.simplification(tile.cube),
+                                       [&stop] { throw_if_stopped(stop); });
           tile.mesh = std::move(left.mesh);
           tile.simplification_bound = left.bound;
           // Where the data ends, tiles have their border as well.
@@ -174,15 +172,15 @@ class SharedSpectrum {
  public:
   explicit SharedSpectrum(const PreparedVolume& volume) : volume_(volume) {}
 
-  [[nodiscard]] PreparedModel model(const StepRequest& step, const std::stop_token& stop) {
-    const IsosurfaceRequest& request = step.request;
+  [[nodiscard]] PreparedModel model(const StepSpec& spec) {
+    const IsosurfaceRequest& request = spec.request();
     if (!spectrum_ || request.isovalue != request_.isovalue ||
         request.measure != request_.measure || request.topology_rule != request_.topology_rule) {
       spectrum_ = std::make_shared<const SpectrumErrors>(volume_.spectrum, request.isovalue,
                                                          request.measure, request.topology_rule);
       request_ = request;
     }
-    return prepared_model(volume_, step, spectrum_, stop);
+    return prepared_model(volume_, spec, spectrum_);
   }
 
  private:
@@ -194,7 +192,8 @@ class SharedSpectrum {
 SurfaceSize sampled_size(const SurfaceExtractor& extractor, SharedSpectrum& spectrum,
                          const StepRequest& step, SizeAccuracy accuracy,
                          const std::stop_token& stop) {
-  const PreparedModel model = spectrum.model(step, stop);
+  const StepSpec spec = step_spec(step, extractor.dataset().info, stop);
+  const PreparedModel model = spectrum.model(spec);
   if (step.finest_spacing >= kSpectrumSpacing && accuracy == SizeAccuracy::kQuick) {
     return preview_size(model, step, stop);
   }
@@ -217,11 +216,11 @@ SurfaceSize sampled_size(const SurfaceExtractor& extractor, SharedSpectrum& spec
   SurfaceSize size = size_with(triangles, triangles, step);
   const bool is_careful = accuracy == SizeAccuracy::kCareful;
   if (step.request.simplify && is_careful && triangles <= kMadeToSee) {
-    return exact_size(extractor.extract(step, stop), extractor.dataset(), step);
+    return exact_size(extractor.extract(spec, stop), extractor.dataset(), step);
   }
   if (step.request.simplify || (is_careful && step.finest_spacing < kSpectrumSpacing)) {
     const std::size_t blocks = is_careful ? kEncodedBlocks : kQuicklyEncodedBlocks;
-    const auto sampled = sampled_blocks(extractor, model, sample, step, blocks, stop);
+    const auto sampled = sampled_blocks(extractor, model, sample, spec, blocks, stop);
     if (sampled) size = size_like(*sampled, triangles, step);
   }
   return size;
@@ -236,7 +235,9 @@ StepSizes surface_sizes(const SurfaceExtractor& extractor, std::stop_token stop,
   const bool has_spectrum = dataset.info.grid_exponent > kSpectrumExponent;
   const auto on_small_grid = [&dataset, stop](const StepRequest& step) {
     // A pass over it costs nothing.
-    return exact_size(ReferenceExtractor(dataset).extract(step, stop), dataset, step);
+    return exact_size(
+        ReferenceExtractor(dataset).extract(step_spec(step, dataset.info, stop), stop), dataset,
+        step);
   };
   return {.of =
               [=, &extractor](const StepRequest& step) {
@@ -244,10 +245,11 @@ StepSizes surface_sizes(const SurfaceExtractor& extractor, std::stop_token stop,
                                     : on_small_grid(step);
               },
           .rough =
-              [=](const IsosurfaceRequest& request) {
+              [=, &dataset](const IsosurfaceRequest& request) {
                 const StepRequest step = {.request = request};
-                return has_spectrum ? rough_size(spectrum->model(step, stop), step, stop)
-                                    : on_small_grid(step);
+                if (!has_spectrum) return on_small_grid(step);
+                const StepSpec spec = step_spec(step, dataset.info, stop);
+                return rough_size(spectrum->model(spec), step, stop);
               }};
 }
 

@@ -83,10 +83,10 @@ asio::awaitable<void> HttpConnection::run() {
     context->request_id = service_.new_request_id();
     context->watch = [this] { watch(); };
     const bool with_body = request->method() != http::verb::head;
-    if (const auto refused = refusal_of(*request)) {
-      client_->admission().observer().error_answered(client_->facts(), *refused, 0);
+    if (const auto admitted = check_admission(*request); !admitted) {
+      client_->admission().observer().error_answered(client_->facts(), admitted.error(), 0);
       context->kind = "refused";
-      const Answer answer = error_answer(503, *refused, context->request_id);
+      const Answer answer = error_answer(503, admitted.error(), context->request_id);
       co_await write(answer, with_body, /*keep_alive=*/false);
       tell(&*request, *context, answer, with_body);
       break;
@@ -123,8 +123,8 @@ void HttpConnection::tell(const HttpRequest* request, const RequestContext& cont
                          .seconds = taken.count()});
 }
 
-std::optional<Error> HttpConnection::refusal_of(const HttpRequest& request) {
-  if (refusal_) return refusal_;
+Result<void> HttpConnection::check_admission(const HttpRequest& request) {
+  if (refusal_) return tl::unexpected(*refusal_);
   return client_->forwarded_for(view_of(request["X-Forwarded-For"]));
 }
 

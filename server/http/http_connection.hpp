@@ -35,8 +35,8 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
   // The next request; nullopt when there is none, or what came cannot be followed: then that was
   // answered.
   asio::awaitable<std::optional<HttpRequest>> read_request();
-  // Why this request is not answered; nullopt when it is.
-  [[nodiscard]] std::optional<Error> refusal_of(const HttpRequest& request);
+  // Whether this request is answered.
+  [[nodiscard]] Result<void> check_admission(const HttpRequest& request);
   // Whether it was written.
   asio::awaitable<bool> write(const Answer& answer, bool with_body, bool keep_alive);
   asio::awaitable<bool> write_file(const ScratchFile& file, std::uint64_t first,

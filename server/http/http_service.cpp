@@ -113,8 +113,8 @@ asio::awaitable<Outcome> HttpService::routed(const HttpRequest& request, Request
 
 asio::awaitable<Answer> HttpService::inquired(const Route& route, Question asked) {
   const std::string& id = asked.context.request_id;
-  if (const auto refusal = asked.context.client->may_ask()) {
-    Answer answer = error_answer(429, *refusal, id);
+  if (const auto allowed = asked.context.client->may_ask(); !allowed) {
+    Answer answer = error_answer(429, allowed.error(), id);
     add_field(answer, "Retry-After", "1");
     co_return answer;
   }
@@ -145,8 +145,8 @@ Answer HttpService::answer_to(const Liveness&, const Question&) const {
 }
 
 Answer HttpService::answer_to(const Readiness&, const Question& asked) const {
-  if (const auto refusal = server_.admission.refusal_of_work()) {
-    return error_answer(*refusal, asked.context.request_id);
+  if (const auto work = server_.admission.may_begin_work(); !work) {
+    return error_answer(work.error(), asked.context.request_id);
   }
   if (!options_.hooks.is_ready || options_.hooks.is_ready()) return answer_to(Liveness{}, asked);
   return error_answer({ErrorCode::kUnavailable, "The server takes no new work now."},

@@ -6,6 +6,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "common/request/request_key.hpp"
 #include "server/http/conditions.hpp"
 #include "server/http/media.hpp"
 
@@ -13,7 +14,7 @@ namespace multitetra {
 namespace {
 
 // Of what this program makes of a request: to be raised when the same request gives other bytes.
-constexpr std::string_view kFormVersion = "1";
+constexpr std::string_view kFormVersion = "2";
 
 // The result of work() on a thread of the pool, back on the executor of the coroutine.
 template <typename Work>
@@ -91,12 +92,8 @@ asio::awaitable<Result<SurfaceService::Wanted>> SurfaceService::wanted(const std
                 .key = {},
                 .tag = {}};
   wanted.key = std::string(kFormVersion) + ' ' + std::to_string(wanted.info.content_id) + ' ' +
-               std::string(media_type(*format)) + (query->is_in_world ? " w " : " i ") +
-               serialize(OpenStream{.request_id = 1,
-                                    .dataset = dataset,
-                                    .request = wanted.request,
-                                    .steps = StepPolicy::kFinalOnly,
-                                    .held = {}});
+               std::string(media_type(*format)) + (query->is_in_world ? " w " : " i ") + dataset +
+               ' ' + key_of(wanted.request);
   if (wanted.info.content_id != 0) wanted.tag = tag_of(wanted.key);
   co_return wanted;
 }

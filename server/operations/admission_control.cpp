@@ -45,36 +45,36 @@ void ClientContext::changes_to(ProtocolName protocol) {
   admission_.observer().connected(facts_);
 }
 
-std::optional<Error> ClientContext::forwarded_for(std::string_view addresses) {
+Result<void> ClientContext::forwarded_for(std::string_view addresses) {
   const std::vector<std::string>& trusted = admission_.options_.trusted_proxies;
-  if (!is_among(address_, trusted)) return std::nullopt;
+  if (!is_among(address_, trusted)) return {};
   const std::string client = client_behind(address_, addresses, trusted);
   std::string limited = is_among(client, trusted) ? "" : limited_name(client);
-  if (limited == limited_) return std::nullopt;
+  if (limited == limited_) return {};
   ticket_ = {};  // The same connection is not counted twice.
   auto ticket =
       limited.empty() ? admission_.connections_.enter() : admission_.connections_.enter(limited);
   if (!ticket) {
     admission_.observer().refused(facts_, "connections");
-    return ticket.error();
+    return tl::unexpected(ticket.error());
   }
   ticket_ = *std::move(ticket);
   limited_ = std::move(limited);
   facts_.peer = client;
-  return std::nullopt;
+  return {};
 }
 
-std::optional<Error> ClientContext::may_ask() {
+Result<void> ClientContext::may_ask() {
   const double now = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
-  if (limited_.empty() || admission_.rates_.take(limited_, now)) return std::nullopt;
+  if (limited_.empty() || admission_.rates_.take(limited_, now)) return {};
   admission_.observer().refused(facts_, "requests_per_second");
-  return Error{ErrorCode::kLimitExceeded,
-               "More than " + shortest_text(admission_.rates_.rate().per_second) +
-                   " requests a second came from your address; wait a second."};
+  return fail(ErrorCode::kLimitExceeded,
+              "More than " + shortest_text(admission_.rates_.rate().per_second) +
+                  " requests a second came from your address; wait a second.");
 }
 
-std::optional<Error> ClientContext::may_ask_in_session() {
-  if (std::string_view(facts_.protocol) == "http") return std::nullopt;
+Result<void> ClientContext::may_ask_in_session() {
+  if (std::string_view(facts_.protocol) == "http") return {};
   return may_ask();
 }
 
@@ -131,10 +131,10 @@ void AdmissionControl::drain(std::function<void()> when_idle) {
   if (running_requests_ == 0) std::exchange(when_idle_, nullptr)();
 }
 
-std::optional<Error> AdmissionControl::refusal_of_work() const {
-  if (!is_draining_) return std::nullopt;
-  return Error{ErrorCode::kUnavailable,
-               "The server is about to stop and begins nothing new; connect again later."};
+Result<void> AdmissionControl::may_begin_work() const {
+  if (!is_draining_) return {};
+  return fail(ErrorCode::kUnavailable,
+              "The server is about to stop and begins nothing new; connect again later.");
 }
 
 void AdmissionControl::request_over() {

@@ -3,7 +3,7 @@
 //   auto admitted = admission.admit("tcp", address, peer);   // A connection was accepted.
 //   if (!admitted.client) drop it;                         // Too many of those that are refused.
 //   if (admitted.refusal) tell why, then close;
-//   if (auto error = admitted.client->may_ask()) answer it;
+//   if (const auto asked = admitted.client->may_ask(); !asked) answer asked.error();
 //   RequestRecord record(admitted.client, {.kind = "stream", ...});   // While a request is
 //   answered.
 //
@@ -57,16 +57,16 @@ class ClientContext {
 
   // The value of X-Forwarded-For of a request. If a trusted proxy says so, limits count for who is
   // behind it from now on. An error when there are too many connections from there.
-  [[nodiscard]] std::optional<Error> forwarded_for(std::string_view addresses);
+  [[nodiscard]] Result<void> forwarded_for(std::string_view addresses);
   // Its connection is of another kind from now on.
   void changes_to(ProtocolName protocol);
   // After its token was accepted: the name for the log.
   void is_named(std::string name) { facts_.name = std::move(name); }
   // Counts a request. An error when there were too many within a short time.
-  [[nodiscard]] std::optional<Error> may_ask();
+  [[nodiscard]] Result<void> may_ask();
   // The same for a message of a conversation. Over HTTP it counts nothing: there the listener asks
   // once for each request, however many messages that takes.
-  [[nodiscard]] std::optional<Error> may_ask_in_session();
+  [[nodiscard]] Result<void> may_ask_in_session();
 
  private:
   AdmissionControl& admission_;
@@ -103,8 +103,8 @@ class AdmissionControl {
   // maybe now.
   void drain(std::function<void()> when_idle);
   [[nodiscard]] bool is_draining() const { return is_draining_; }
-  // Why new work is refused; nullopt when it is not.
-  [[nodiscard]] std::optional<Error> refusal_of_work() const;
+  // kUnavailable while it drains.
+  [[nodiscard]] Result<void> may_begin_work() const;
 
   [[nodiscard]] ByteReservations& queue() { return queue_; }
   [[nodiscard]] ServiceObserver& observer() { return *observer_; }

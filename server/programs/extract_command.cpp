@@ -101,9 +101,11 @@ ReferenceModel reference_model(const Arguments& arguments, const PreparedVolume&
     reference.model =
         std::make_shared<UniformModel>(reference.extractor->field().grid(), *arguments.level);
   } else if (is_exact) {
-    reference.model = reference.extractor->exact_model({.request = request});
+    reference.model =
+        reference.extractor->exact_model(step_spec({.request = request}, dataset.info));
   } else {
-    reference.model = reference.extractor->spectrum_model({.request = request});
+    reference.model =
+        reference.extractor->spectrum_model(step_spec({.request = request}, dataset.info));
     reference.is_for_file_only = true;
   }
   return reference;
@@ -113,8 +115,10 @@ ReferenceModel reference_model(const Arguments& arguments, const PreparedVolume&
 IsosurfaceRequest affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
                              const IsosurfaceRequest& asked) {
   if (!has_budget(asked)) return asked;
-  return make_next_step(ExtractedSteps(extractor), {.request = asked, .previews = false}, {})
-      .step.request;
+  const auto made =
+      make_next_step(ExtractedSteps(extractor), {.request = asked, .previews = false}, {});
+  if (!made) throw std::invalid_argument(made.error().text);
+  return made->step.request;
 }
 
 int extract(const Arguments& arguments) {
@@ -136,8 +140,8 @@ int extract(const Arguments& arguments) {
   const ReferenceModel reference = reference_model(arguments, *dataset, request);
   const TiledSurface surface =
       reference.model && !reference.is_for_file_only
-          ? reference.extractor->extract({.request = request}, *reference.model)
-          : extractor->extract({.request = request});
+          ? reference.extractor->extract(step_spec({.request = request}, info), *reference.model)
+          : extractor->extract(StepRequest{.request = request});
   progress.begin("checks");
   std::vector<const LatticeMesh*> tiles;
   for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);

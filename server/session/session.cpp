@@ -9,33 +9,33 @@ Action reply(Error error, std::uint64_t request_id = 0) {
   return Send{ErrorReply{.request_id = request_id, .error = std::move(error)}};
 }
 
-// What forbids a stream whatever the dataset; nullopt when nothing does.
-std::optional<Error> objection(const OpenStream& open, std::uint64_t last_request_id,
-                               std::size_t max_held_digests) {
+// What forbids a stream whatever the dataset.
+Result<void> check_stream(const OpenStream& open, std::uint64_t last_request_id,
+                          std::size_t max_held_digests) {
   if (open.request_id <= last_request_id) {
-    return Error{ErrorCode::kInvalidArgument,
-                 "The request id is " + std::to_string(open.request_id) +
-                     "; it must be greater than " + std::to_string(last_request_id) +
-                     ", that of the last stream on this connection."};
+    return fail(ErrorCode::kInvalidArgument,
+                "The request id is " + std::to_string(open.request_id) +
+                    "; it must be greater than " + std::to_string(last_request_id) +
+                    ", that of the last stream on this connection.");
   }
   if (open.held.size() > max_held_digests) {
-    return Error{ErrorCode::kLimitExceeded,
-                 "The request names " + std::to_string(open.held.size()) + " held tiles; at most " +
-                     std::to_string(max_held_digests) + " are allowed."};
+    return fail(ErrorCode::kLimitExceeded, "The request names " + std::to_string(open.held.size()) +
+                                               " held tiles; at most " +
+                                               std::to_string(max_held_digests) + " are allowed.");
   }
   const auto request = validated(open.request);
-  if (!request) return request.error();
-  return std::nullopt;
+  if (!request) return tl::unexpected(request.error());
+  return {};
 }
 
 // Lattice coordinates must fit: grid exponent + lattice resolution <= kMaxLatticeBits.
-std::optional<Error> lattice_objection(const IsosurfaceRequest& request, const DatasetInfo& info) {
+Result<void> check_lattice(const IsosurfaceRequest& request, const DatasetInfo& info) {
   const int finest = kMaxLatticeBits - info.grid_exponent;
-  if (request.lattice_resolution <= finest) return std::nullopt;
-  return Error{ErrorCode::kInvalidArgument,
-               "The lattice resolution is " + std::to_string(request.lattice_resolution) +
-                   "; dataset \"" + info.name + "\" is so large that it must be at most " +
-                   std::to_string(finest) + "."};
+  if (request.lattice_resolution <= finest) return {};
+  return fail(ErrorCode::kInvalidArgument,
+              "The lattice resolution is " + std::to_string(request.lattice_resolution) +
+                  "; dataset \"" + info.name + "\" is so large that it must be at most " +
+                  std::to_string(finest) + ".");
 }
 
 std::string version_range(std::uint32_t low, std::uint32_t high) {
@@ -44,12 +44,12 @@ std::string version_range(std::uint32_t low, std::uint32_t high) {
 
 }  // namespace
 
-std::optional<Error> beyond(const SessionOptions& options, const IsosurfaceRequest& request) {
+Result<void> check_limits(const SessionOptions& options, const IsosurfaceRequest& request) {
   const std::size_t regions = request.thresholds.regions.size();
-  if (regions <= options.max_regions) return std::nullopt;
-  return Error{ErrorCode::kLimitExceeded, "The threshold map has " + std::to_string(regions) +
-                                              " regions; this server allows " +
-                                              std::to_string(options.max_regions) + "."};
+  if (regions <= options.max_regions) return {};
+  return fail(ErrorCode::kLimitExceeded, "The threshold map has " + std::to_string(regions) +
+                                             " regions; this server allows " +
+                                             std::to_string(options.max_regions) + ".");
 }
 
 Session::Session(CataloguePtr catalogue, SessionOptions options, AccessListPtr access)
@@ -129,32 +129,37 @@ Actions Session::answer(const ListDatasets& list) {
   return {Send{DatasetList{.request_id = list.request_id, .datasets = std::move(infos)}}};
 }
 
-std::variant<std::shared_ptr<const StepSource>, Error> Session::source_of(
+Result<std::shared_ptr<const StepSource>> Session::source_of(
     const std::string& dataset, const IsosurfaceRequest& request) const {
-  if (no_work_) return *no_work_;
-  if (auto error = beyond(options_, request)) return *std::move(error);
+  if (no_work_) return tl::unexpected(*no_work_);
+  if (const auto checked = check_limits(options_, request); !checked) {
+    return tl::unexpected(checked.error());
+  }
   // What a client may not see does not exist for it.
   std::shared_ptr<const StepSource> source =
       rights_.may_see(dataset) ? catalogue_->find(dataset) : nullptr;
   if (!source) {
-    return Error{ErrorCode::kUnknownDataset,
-                 "No dataset is named \"" + dataset + "\"; ListDatasets tells those that are."};
+    return fail(ErrorCode::kUnknownDataset,
+                "No dataset is named \"" + dataset + "\"; ListDatasets tells those that are.");
   }
-  if (auto error = lattice_objection(request, source->info())) return *std::move(error);
+  if (const auto checked = check_lattice(request, source->info()); !checked) {
+    return tl::unexpected(checked.error());
+  }
   return source;
 }
 
 Actions Session::answer(const OpenStream& open) {
-  if (auto error = objection(open, last_request_id_, options_.max_held_digests)) {
-    return {reply(*std::move(error), open.request_id)};
+  if (const auto checked = check_stream(open, last_request_id_, options_.max_held_digests);
+      !checked) {
+    return {reply(checked.error(), open.request_id)};
   }
   auto found = source_of(open.dataset, open.request);
-  if (auto* error = std::get_if<Error>(&found)) return {reply(std::move(*error), open.request_id)};
+  if (!found) return {reply(found.error(), open.request_id)};
   Actions actions;
   if (running_) actions.push_back(StopStream{*running_, StreamOutcome::kSuperseded});
   last_request_id_ = open.request_id;
   running_ = open.request_id;
-  actions.push_back(StartStream{open, std::get<0>(std::move(found))});
+  actions.push_back(StartStream{open, *std::move(found)});
   return actions;
 }
 
@@ -172,9 +177,7 @@ Actions Session::answer(const Estimate& estimate) {
     return {reply(request.error(), estimate.request_id)};
   }
   auto found = source_of(estimate.dataset, estimate.request);
-  if (auto* error = std::get_if<Error>(&found)) {
-    return {reply(std::move(*error), estimate.request_id)};
-  }
+  if (!found) return {reply(found.error(), estimate.request_id)};
   if (estimates_ >= options_.max_estimates) {
     return {reply({ErrorCode::kLimitExceeded,
                    "There are " + std::to_string(estimates_) +
@@ -182,7 +185,7 @@ Actions Session::answer(const Estimate& estimate) {
                   estimate.request_id)};
   }
   ++estimates_;
-  return {MakeEstimate{estimate, std::get<0>(std::move(found))}};
+  return {MakeEstimate{estimate, *std::move(found)}};
 }
 
 }  // namespace multitetra

@@ -57,9 +57,9 @@ struct SessionOptions {
 };
 
 // What is wrong with a request that is beyond what this server allows, though the protocol would
-// allow it; nullopt when nothing is.
-[[nodiscard]] std::optional<Error> beyond(const SessionOptions& options,
-                                          const IsosurfaceRequest& request);
+// allow it.
+[[nodiscard]] Result<void> check_limits(const SessionOptions& options,
+                                        const IsosurfaceRequest& request);
 
 class Session {
  public:
@@ -100,7 +100,7 @@ class Session {
   Actions answer(const Ping& ping);
   Actions answer(const Estimate& estimate);
   // Where a valid request for that dataset is met, or why it cannot be.
-  [[nodiscard]] std::variant<std::shared_ptr<const StepSource>, Error> source_of(
+  [[nodiscard]] Result<std::shared_ptr<const StepSource>> source_of(
       const std::string& dataset, const IsosurfaceRequest& request) const;
 
   CataloguePtr catalogue_;

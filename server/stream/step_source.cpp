@@ -4,8 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "common/wire/messages.hpp"
-#include "server/core/thresholds/threshold_map.hpp"
+#include "server/core/planning/step_spec.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/shading.hpp"
@@ -14,26 +13,16 @@
 namespace multitetra {
 namespace {
 
-// Everything that a step is a function of. Protobuf's bytes identify the request well enough within
-// one process: equal requests that differed in their bytes would only be made twice.
-std::string key_of(const StepRequest& step, const DatasetInfo& info) {
-  return std::to_string(step.finest_spacing) + ' ' +
-         serialize(OpenStream{
-             .request_id = 1, .dataset = info.name, .request = step.request, .held = {}});
-}
-
-// The most important first: where the least error is allowed, which is near the eye or in the
-// finest region.
-void sort_by_importance(std::vector<EncodedTile>& tiles, const ThresholdMap& thresholds) {
-  if (thresholds.least() == thresholds.largest()) return;
+void sort_by_importance(std::vector<EncodedTile>& tiles, const StepSpec& spec) {
+  if (!spec.has_important_places()) return;
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t i = 0; i < tiles.size(); ++i) {
-    order.emplace_back(thresholds.least_in(box_of(tiles[i].summary.cube)), i);
+    order.emplace_back(spec.importance(tiles[i].summary.cube), i);
   }
   std::sort(order.begin(), order.end());
   std::vector<EncodedTile> sorted;
   sorted.reserve(tiles.size());
-  for (const auto& [threshold, index] : order) sorted.push_back(std::move(tiles[index]));
+  for (const auto& [importance, index] : order) sorted.push_back(std::move(tiles[index]));
   tiles = std::move(sorted);
 }
 
@@ -69,18 +58,19 @@ ExtractedSteps::ExtractedSteps(std::shared_ptr<const SurfaceExtractor> extractor
 const DatasetInfo& ExtractedSteps::info() const { return extractor_->dataset().info; }
 
 EncodedStep ExtractedSteps::make(const StepRequest& step, std::stop_token stop) const {
-  return cache_->get(key_of(step, info()), stop,
+  return cache_->get(key_of(step, info().name), stop,
                      [&](const std::stop_token& all_stop) { return extract(step, all_stop); });
 }
 
 EncodedStep ExtractedSteps::extract(const StepRequest& step, const std::stop_token& stop) const {
-  const TiledSurface surface = extractor_->extract(step, stop);
+  const StepSpec spec = step_spec(step, info(), stop);
+  const TiledSurface surface = extractor_->extract(spec, stop);
   const Shading shading(extractor_->dataset(), step);
   EncodedStep made{.tetrahedra = surface.tetrahedra,
                    .active_tetrahedra = surface.active_tetrahedra,
                    .tiles = encode(surface, shading, cache_->tiles(), stop),
                    .appearance = shading.appearance()};
-  sort_by_importance(made.tiles, model_options(step, info(), stop).thresholds);
+  sort_by_importance(made.tiles, spec);
   return made;
 }
 

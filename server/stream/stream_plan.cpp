@@ -70,27 +70,38 @@ IsosurfaceRequest after_missing(const SurfaceSize& made, const IsosurfaceRequest
   });
 }
 
+// Not even the coarsest surface is within the budget.
+tl::unexpected<Error> budget_too_small(const SurfaceSize& coarsest,
+                                       const IsosurfaceRequest& request) {
+  return fail(ErrorCode::kLimitExceeded,
+              "The coarsest surface has " + counted(coarsest.triangles, coarsest.bytes) +
+                  ", more than the budget of " + budget_of(request) + "; allow more.");
+}
+
 // The most triangles that a server gives in a final step.
 class TriangleLimit {
  public:
   TriangleLimit(const StepSource& source, std::uint64_t most, std::stop_token stop)
       : source_(source), most_(most), stop_(std::move(stop)) {}
 
-  // Throws StepTooLarge where a quick estimate is sure of it. Looks at samples only where the
+  // Refuses where a quick estimate is sure of it. Looks at samples only where the
   // spectrum alone, which may be wrong in both directions, gives reason to.
-  void check_estimate(const IsosurfaceRequest& request, const StepSizes& sizes) const {
-    if (most_ == 0 || request.max_bytes > 0) return;
-    if (request.max_triangles > 0 && request.max_triangles <= most_) return;
-    if (sizes.rough(request).triangles <= most()) return;
+  [[nodiscard]] Result<void> check_estimate(const IsosurfaceRequest& request,
+                                            const StepSizes& sizes) const {
+    if (most_ == 0 || request.max_bytes > 0) return {};
+    if (request.max_triangles > 0 && request.max_triangles <= most_) return {};
+    if (sizes.rough(request).triangles <= most()) return {};
     const double triangles = sizes.of({.request = request}).triangles;
-    if (triangles <= quick_is_within(request) * most()) return;
-    throw StepTooLarge(words("about ", triangles, request, 1));
+    if (triangles <= quick_is_within(request) * most()) return {};
+    return fail(ErrorCode::kLimitExceeded, words("about ", triangles, request, 1));
   }
-  void check_made(const IsosurfaceRequest& request, const EncodedStep& step) const {
+  [[nodiscard]] Result<void> check_made(const IsosurfaceRequest& request,
+                                        const EncodedStep& step) const {
     const double triangles = size_of(step).triangles;
-    if (most_ == 0 || triangles <= most()) return;
+    if (most_ == 0 || triangles <= most()) return {};
     const double expected = careful()({.request = request}).triangles;
-    throw StepTooLarge(
+    return fail(
+        ErrorCode::kLimitExceeded,
         words("", triangles, request, expected > 0 ? std::max(triangles / expected, 1.0) : 1));
   }
 
@@ -129,17 +140,17 @@ class TriangleLimit {
 
 }  // namespace
 
-BudgetTooSmall::BudgetTooSmall(const SurfaceSize& coarsest, const IsosurfaceRequest& request)
-    : std::runtime_error("The coarsest surface has " + counted(coarsest.triangles, coarsest.bytes) +
-                         ", more than the budget of " + budget_of(request) + "; allow more.") {}
-
-MadeStep make_next_step(const StepSource& source, const StreamState& state, std::stop_token stop,
-                        std::uint64_t max_triangles) {
+Result<MadeStep> make_next_step(const StepSource& source, const StreamState& state,
+                                std::stop_token stop, std::uint64_t max_triangles) {
   const DatasetInfo& info = source.info();
   const StepSizes sizes = source.sizes(stop, SizeAccuracy::kQuick);
   const TriangleLimit limit(source, max_triangles, stop);
-  if (state.shown.empty()) limit.check_estimate(state.request, sizes);
-  MadeStep made{.step = {}, .is_final = false, .encoded = {}, .after = state};
+  if (state.shown.empty()) {
+    const auto allowed = limit.check_estimate(state.request, sizes);
+    if (!allowed) return tl::unexpected(allowed.error());
+  }
+  MadeStep made;
+  made.after = state;
   // Finding the threshold of a budget reads samples; a first preview must not wait for that.
   const bool is_first_preview = state.previews && state.shown.empty();
   IsosurfaceRequest& request = made.after.request;
@@ -156,26 +167,29 @@ MadeStep make_next_step(const StepSource& source, const StreamState& state, std:
   made.encoded = source.make(next.step, stop);
   while (next.is_final && !fits(size_of(made.encoded), request)) {
     const IsosurfaceRequest less = after_missing(size_of(made.encoded), request, source, stop);
-    if (less == request) throw BudgetTooSmall(size_of(made.encoded), request);
+    if (less == request) return budget_too_small(size_of(made.encoded), request);
     request = less;
     next.step.request = less;
     made.encoded = source.make(next.step, stop);
   }
-  if (next.is_final) limit.check_made(request, made.encoded);
+  if (next.is_final) {
+    const auto allowed = limit.check_made(request, made.encoded);
+    if (!allowed) return tl::unexpected(allowed.error());
+  }
   made.step = next.step;
   made.is_final = next.is_final;
   return made;
 }
 
-EstimatedAnswer estimate(const StepSource& source, const IsosurfaceRequest& request,
-                         std::stop_token stop) {
+Result<EstimatedAnswer> estimate(const StepSource& source, const IsosurfaceRequest& request,
+                                 std::stop_token stop) {
   const StepSizes sizes = source.sizes(std::move(stop), SizeAccuracy::kCareful);
   const IsosurfaceRequest affordable = within_budget(request, source.info(), sizes.of);
   const SurfaceSize size = sizes.of({.request = affordable});
   if (!fits(size, affordable) && one_rung_up(affordable, source.info()) == affordable) {
-    throw BudgetTooSmall(size, affordable);
+    return budget_too_small(size, affordable);
   }
-  return {.size = size, .request = affordable};
+  return EstimatedAnswer{.size = size, .request = affordable};
 }
 
 SurfaceSize size_of(const EncodedStep& step) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <stdexcept>
 #include <stop_token>
 #include <vector>
 
@@ -27,33 +26,24 @@ struct MadeStep {
   StreamState after = {};  // Without this step among those that were shown.
 };
 
-// Not even the coarsest surface is within the budget. The text says how large it is, for clients.
-class BudgetTooSmall : public std::runtime_error {
- public:
-  BudgetTooSmall(const SurfaceSize& coarsest, const IsosurfaceRequest& request);
-};
-
-// The final step would have more triangles than this server gives. The text says at which error it
-// would not, for clients.
-class StepTooLarge : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
 // A final step with a budget is within it, and has at most `max_triangles` (0: as many as it has).
-// Throws BudgetTooSmall when none is, StepTooLarge as soon as that is sure, and what the source
-// throws; Cancelled soon after `stop` is triggered.
-[[nodiscard]] MadeStep make_next_step(const StepSource& source, const StreamState& state,
-                                      std::stop_token stop, std::uint64_t max_triangles = 0);
+// kLimitExceeded when not even the coarsest surface is within the budget, or, as soon as that is
+// sure, when the final step would have more triangles than that: the text says how large it is, or
+// at which error it would fit. Throws what the source throws; Cancelled soon after `stop` is
+// triggered.
+[[nodiscard]] Result<MadeStep> make_next_step(const StepSource& source, const StreamState& state,
+                                              std::stop_token stop,
+                                              std::uint64_t max_triangles = 0);
 
 // How large the answer to a request would be, and the request as its budget allows it: from a
-// sample (surface_sizes.hpp). Throws BudgetTooSmall when the coarsest surface seems to be larger.
+// sample (surface_sizes.hpp). kLimitExceeded when the coarsest surface seems to be larger.
 struct EstimatedAnswer {
   SurfaceSize size;
   IsosurfaceRequest request;
 };
-[[nodiscard]] EstimatedAnswer estimate(const StepSource& source, const IsosurfaceRequest& request,
-                                       std::stop_token stop);
+[[nodiscard]] Result<EstimatedAnswer> estimate(const StepSource& source,
+                                               const IsosurfaceRequest& request,
+                                               std::stop_token stop);
 
 // Of all tiles together.
 [[nodiscard]] SurfaceSize size_of(const EncodedStep& step);

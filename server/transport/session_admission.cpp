@@ -18,9 +18,9 @@ std::optional<ErrorReply> refusal(ClientContext& client, const Session& session,
                                   const ClientMessage& message) {
   const auto request = counted_request(message);
   if (!request || !session.is_welcomed() || session.is_closed()) return std::nullopt;
-  auto error = client.may_ask_in_session();
-  if (!error) return std::nullopt;
-  return ErrorReply{.request_id = *request, .error = *std::move(error)};
+  const auto asked = client.may_ask_in_session();
+  if (asked) return std::nullopt;
+  return ErrorReply{.request_id = *request, .error = asked.error()};
 }
 
 void append(Actions& actions, Actions more) {
@@ -33,7 +33,7 @@ Actions receive_from(ClientContext& client, Session& session,
                      const tl::expected<ClientMessage, ParseError>& message) {
   const AdmissionControl& admission = client.admission();
   Actions actions;
-  if (auto why = admission.refusal_of_work()) session.refuse_work(*std::move(why));
+  if (const auto work = admission.may_begin_work(); !work) session.refuse_work(work.error());
   if (session.access() != admission.access()) append(actions, session.renew(admission.access()));
   const bool was_welcomed = session.is_welcomed();
   if (!message) {

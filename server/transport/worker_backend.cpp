@@ -92,16 +92,12 @@ double seconds_since(Clock::time_point start) {
 // Runs on a worker. The client learns that something went wrong here; the log says what.
 template <typename Make>
 auto guarded(const StepSource& source, const char* what, const std::stop_token& stop,
-             const Make& make) -> Result<decltype(make())> {
+             const Make& make) -> decltype(make()) {
   try {
     if (stop.stop_requested()) throw Cancelled{};
     return make();
   } catch (const Cancelled&) {
     return fail(ErrorCode::kCancelled, std::string("The ") + what + " was cancelled.");
-  } catch (const BudgetTooSmall& problem) {
-    return fail(ErrorCode::kLimitExceeded, problem.what());
-  } catch (const StepTooLarge& problem) {
-    return fail(ErrorCode::kLimitExceeded, problem.what());
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
                 std::string("The server has not enough memory for this ") + what +
@@ -130,12 +126,13 @@ std::uint64_t rounded(double value) {
 
 Result<EstimateReply> make_estimate(const StepSource& source, const Estimate& asked,
                                     const std::stop_token& stop) {
-  return guarded(source, "estimate", stop, [&] {
-    const EstimatedAnswer found = estimate(source, asked.request, stop);
+  return guarded(source, "estimate", stop, [&]() -> Result<EstimateReply> {
+    const auto found = estimate(source, asked.request, stop);
+    if (!found) return tl::unexpected(found.error());
     return EstimateReply{.request_id = asked.request_id,
-                         .triangles = rounded(found.size.triangles),
-                         .bytes = rounded(found.size.bytes),
-                         .threshold_world = largest_threshold(found.request, source.info())};
+                         .triangles = rounded(found->size.triangles),
+                         .bytes = rounded(found->size.bytes),
+                         .threshold_world = largest_threshold(found->request, source.info())};
   });
 }
 

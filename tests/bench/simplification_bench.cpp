@@ -123,7 +123,7 @@ int main(int argc, char** argv) {
                      delta * info.spacing[2] / voxel};
   const auto surface = [&](double error, std::size_t max) {
     const StepRequest request{.request = {.isovalue = isovalue, .error = error}};
-    const auto model = extractor.exact_model(request);
+    const auto model = extractor.exact_model(step_spec(request, info));
     return extractor.surface(*model, {.isovalue = isovalue, .max_triangles = max});
   };
   std::vector<SurfaceTriangle> full;
@@ -154,10 +154,11 @@ int main(int argc, char** argv) {
       input.triangles += static_cast<double>(t.mesh.triangles.size());
     }
     const double begin = cpu();
-    simplify(
-        model, info.grid_exponent,
-        [&](const OctreeCube&) { return SimplificationOptions{.step = step, .budget = budget}; },
-        {});
+    simplify(model, info.grid_exponent,
+             [&](const OctreeCube&) {
+               return SimplificationOptions{.lattice_step = step, .max_distance = budget};
+             },
+             {});
     small.seconds = cpu() - begin;
     for (TileMesh& t : model.tiles) {
       const double start = cpu();

@@ -53,7 +53,7 @@ Row measure(const ExtractedSteps& source, const IsosurfaceRequest& request) {
   start = Clock::now();
   StreamState state{.request = request, .shown = {}};
   while (row.steps.empty() || !row.steps.back().is_final) {
-    MadeStep made = make_next_step(source, state, {});
+    MadeStep made = make_next_step(source, state, {}).value();
     row.seconds.push_back(seconds_since(start));
     state = made.after;
     state.shown.push_back({made.step, size_of(made.encoded).bytes});

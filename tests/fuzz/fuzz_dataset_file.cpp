@@ -39,7 +39,7 @@ bool look_at_all(const PreparedBricks& source) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string file = dataset_file_of({reinterpret_cast<const char*>(data), size});
   const auto bytes = std::as_bytes(std::span(file));
-  const std::optional<Error> damage = first_damage(MemorySource(bytes));
+  const Result<void> verified = verify_bytes(MemorySource(bytes));
   auto decoded = decode_structure(MemorySource(bytes));
   require(decoded.has_value() || damage.has_value());
   if (!decoded) return 0;

@@ -93,7 +93,7 @@ inline bool is_subset(const LatticeMesh& some, const LatticeMesh& all) {
                      [&](const LatticePoint& p) { return known.contains(p); });
 }
 
-inline constexpr double kBudgets[] = {0.05, 0.25, 1, 1e6};
+inline constexpr double kDistances[] = {0.05, 0.25, 1, 1e6};
 
 class Simplifying : public ::testing::TestWithParam<Setting> {
  protected:

@@ -38,9 +38,9 @@ Vec3 normal_of(const Vec3& p, const Vec3& q, const Vec3& r) {
 
 class SimplifiedPiece::Run {
  public:
-  // The budget in units.
-  Run(const SimplifiedPiece& piece, double budget)
-      : budget_(budget),
+  // The max_distance in units.
+  Run(const SimplifiedPiece& piece, double max_distance)
+      : max_distance_(max_distance),
         positions_(positions_of(piece.mesh_, piece.proportions())),
         mesh_(piece.mesh_.triangles, static_cast<std::uint32_t>(piece.mesh_.vertices.size())),
         carried_(mesh_, positions_, piece.map_, piece.parts_),
@@ -49,7 +49,7 @@ class SimplifiedPiece::Run {
     for (std::uint32_t v = 0; v < positions_.size(); ++v) {
       if (mesh_.kind(v) == CollapsingMesh::VertexKind::kInner) open_.push_back(v);
     }
-    if (budget <= piece.least_tried_) open_around_seams(piece.parts_);
+    if (max_distance <= piece.least_tried_) open_around_seams(piece.parts_);
   }
 
   // Leaves in the piece what is left of it.
@@ -70,7 +70,7 @@ class SimplifiedPiece::Run {
     piece.map_ = carried_.map(numbers);
     piece.quadrics_ = std::move(quadrics_);
     piece.parts_.assign(piece.mesh_.triangles.size(), 0);
-    piece.least_tried_ = budget_;
+    piece.least_tried_ = max_distance_;
   }
 
  private:
@@ -197,7 +197,7 @@ class SimplifiedPiece::Run {
   }
 
   bool try_collapse(std::uint32_t u) {
-    if (!carried_.carry(turned_, budget_)) return false;
+    if (!carried_.carry(turned_, max_distance_)) return false;
     const std::uint32_t v = mesh_.vertex(CollapsingMesh::next(turned_[0]));
     mesh_.collapse(turned_);
     quadrics_[v].add(quadrics_[u].seen_from(difference(positions_[v], positions_[u])));
@@ -226,7 +226,7 @@ class SimplifiedPiece::Run {
     if (state.refusals < kRefusals) state.is_closed = false;
   }
 
-  double budget_;
+  double max_distance_;
   std::vector<Vec3> positions_;
   CollapsingMesh mesh_;
   SuccessiveMapping carried_;
@@ -298,8 +298,8 @@ void SimplifiedPiece::append(const SimplifiedPiece& piece, VertexNumbers& shared
   if (!piece.parts_.empty()) least_tried_ = std::min(least_tried_, piece.least_tried_);
 }
 
-void SimplifiedPiece::simplify(double budget, const std::function<void()>& checkpoint) {
-  const double in_units = budget / unit_;
+void SimplifiedPiece::simplify(double max_distance, const std::function<void()>& checkpoint) {
+  const double in_units = max_distance / unit_;
   if (in_units == 0 || mesh_.triangles.empty()) return;
   Run(*this, in_units).simplify(*this, checkpoint);
 }
@@ -323,9 +323,9 @@ Simplified SimplifiedPiece::result() const {
 
 Simplified simplified(const LatticeMesh& mesh, const SimplificationOptions& options,
                       const std::function<void()>& checkpoint) {
-  if (options.budget == 0 || mesh.triangles.empty()) return {.mesh = mesh, .bound = 0};
-  SimplifiedPiece piece(mesh, options.step);
-  piece.simplify(options.budget, checkpoint);
+  if (options.max_distance == 0 || mesh.triangles.empty()) return {.mesh = mesh, .bound = 0};
+  SimplifiedPiece piece(mesh, options.lattice_step);
+  piece.simplify(options.max_distance, checkpoint);
   return piece.result();
 }
 

@@ -1,11 +1,13 @@
 // The same surface with fewer triangles.
 //
-//   const Simplified tile = simplified(mesh, {.step = {delta, delta, delta}, .budget = 0.25});
+//   const Simplified tile = simplified(mesh, {.lattice_step = {delta, delta, delta}, .max_distance
+//   = 0.25});
 //
 // Edges collapse onto one of their ends, so that every vertex that is left is one of the vertices
 // before. What is guaranteed:
 //
-//  * no point of either surface is farther from the other than `bound`, which is at most the budget
+//  * no point of either surface is farther from the other than `bound`, which is at most the
+//  `max_distance`
 //    (see successive_mapping.hpp for the proof);
 //  * the border, and every vertex without a closed ring of triangles around it, is as before:
 //    meshes that fit together still do;
@@ -14,7 +16,7 @@
 //  * no triangle turns by as much as a right angle in a collapse, and none is degenerate;
 //  * the result is a function of the arguments alone, to the bit.
 //
-// With a budget of 0 nothing changes.
+// With a `max_distance` of 0 nothing changes.
 //
 // A large surface is simplified in pieces, which are joined and simplified on: then what was border
 // between them goes as well. The bound stays one to the surface before anything was simplified.
@@ -41,13 +43,13 @@
 namespace multitetra {
 
 struct SimplificationOptions {
-  Vec3 step = {1, 1, 1};  // Length of a lattice step along each axis.
-  double budget = 0;      // Finite and >= 0, in the unit of `step`.
+  Vec3 lattice_step = {1, 1, 1};  // Length of a lattice step along each axis.
+  double max_distance = 0;        // Finite and >= 0, in the unit of `lattice_step`.
 };
 
 struct Simplified {
-  // Vertices in the order in which its triangles first use them, and no normals; with a budget of 0
-  // what it was.
+  // Vertices in the order in which its triangles first use them, and no normals; with a
+  // `max_distance` of 0 what it was.
   LatticeMesh mesh;
   double bound = 0;
 };
@@ -61,16 +63,17 @@ struct Simplified {
 class SimplifiedPiece {
  public:
   SimplifiedPiece() = default;
-  // Requires triangles of three different vertices each; `step` as in SimplificationOptions.
+  // Requires triangles of three different vertices each; `step` as the lattice_step of
+  // SimplificationOptions.
   SimplifiedPiece(LatticeMesh mesh, const Vec3& step);
   // Requires pieces of one surface, with the same steps, that have nothing in common but borders.
   [[nodiscard]] static SimplifiedPiece joined(std::span<const SimplifiedPiece> pieces);
 
-  // `budget` as in SimplificationOptions. Pieces that were simplified with another one keep the
-  // bound that they have, where it is the larger. When `checkpoint` throws, which is called now and
-  // then, the piece is as before.
+  // `max_distance` as in SimplificationOptions. Pieces that were simplified with another one keep
+  // the bound that they have, where it is the larger. When `checkpoint` throws, which is called now
+  // and then, the piece is as before.
   void simplify(
-      double budget, const std::function<void()>& checkpoint = [] {});
+      double max_distance, const std::function<void()>& checkpoint = [] {});
 
   [[nodiscard]] std::size_t triangles() const { return mesh_.triangles.size(); }
   // Before anything was simplified.

@@ -22,7 +22,7 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
                                const std::function<void()>& checkpoint) {
   SimplifiedCube joined{.cube = cube, .tiles = {}, .rest = {}};
   std::vector<SimplifiedPiece> pieces;
-  if (own) pieces.emplace_back(*std::move(own), options.step);
+  if (own) pieces.emplace_back(*std::move(own), options.lattice_step);
   std::size_t triangles = own ? pieces.front().triangles() : 0;
   std::size_t vertices_before = own ? pieces.front().vertices_before() : 0;
   for (SimplifiedCube& child : children) {
@@ -47,11 +47,11 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
   if (pieces.size() == 1) {
     joined.rest = std::move(pieces.front());
     // A child's rest has been simplified.
-    if (own) joined.rest.simplify(options.budget, checkpoint);
+    if (own) joined.rest.simplify(options.max_distance, checkpoint);
   } else if (pieces.size() > 1) {
     joined.rest = SimplifiedPiece::joined(pieces);
     pieces.clear();
-    joined.rest.simplify(options.budget, checkpoint);
+    joined.rest.simplify(options.max_distance, checkpoint);
   }
   return joined;
 }

@@ -22,12 +22,4 @@ IsosurfaceRequest model_request(const IsosurfaceRequest& request) {
   return model;
 }
 
-SimplificationOptions simplification_of(const OctreeCube& cube, const ThresholdMap& thresholds,
-                                        int lattice_resolution, const DatasetInfo& info) {
-  SimplificationOptions options{.step = info.spacing,
-                                .budget = (1 - kModelShare) * thresholds.least_in(box_of(cube))};
-  for (double& step : options.step) step /= static_cast<double>(1 << lattice_resolution);
-  return options;
-}
-
 }  // namespace multitetra

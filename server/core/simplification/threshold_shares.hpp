@@ -4,11 +4,7 @@
 // different ones meet the larger counts on both sides, as far as it reaches.
 #pragma once
 
-#include "common/mesh/octree_cube.hpp"
-#include "common/request/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
-#include "server/core/simplification/simplification.hpp"
-#include "server/core/thresholds/threshold_map.hpp"
 
 namespace multitetra {
 
@@ -18,11 +14,5 @@ inline constexpr double kModelShare = 0.05;
 
 // What the model is asked for: the same request with its share of the thresholds.
 [[nodiscard]] IsosurfaceRequest model_request(const IsosurfaceRequest& request);
-
-// How the surface in a cube is simplified; `thresholds` are those of the whole request.
-[[nodiscard]] SimplificationOptions simplification_of(const OctreeCube& cube,
-                                                      const ThresholdMap& thresholds,
-                                                      int lattice_resolution,
-                                                      const DatasetInfo& info);
 
 }  // namespace multitetra

@@ -25,7 +25,7 @@ std::vector<double> sampled_triangles(const SurfaceExtractor& extractor, double 
       dataset.spectrum, isovalue, step.request.measure, step.request.topology_rule);
   const auto model_of = [&](double error) {
     step.request.error = error;
-    return prepared_model(dataset, step, spectrum);
+    return prepared_model(dataset, StepSpec(step, dataset.info), spectrum);
   };
   const double least = *std::min_element(errors.begin(), errors.end());
   const CubeSample sample = sample_cubes(model_of(least), cubes, isovalue);
@@ -50,8 +50,8 @@ std::vector<double> exact_triangles(const PreparedVolume& dataset, double isoval
                                     const std::vector<double>& errors) {
   std::vector<double> triangles;
   for (const double error : errors) {
-    const TiledSurface surface =
-        ReferenceExtractor(dataset).extract({.request = {.isovalue = isovalue, .error = error}});
+    const TiledSurface surface = ReferenceExtractor(dataset).extract(
+        step_spec({.request = {.isovalue = isovalue, .error = error}}, dataset.info));
     triangles.push_back(kTrianglesATetrahedron * static_cast<double>(surface.active_tetrahedra));
   }
   return triangles;

@@ -35,8 +35,8 @@ std::string error_of_opening(std::string_view file) {
 }
 
 std::string error_of_verifying(std::string_view file) {
-  const auto problem = first_damage(MemorySource(bytes_of(file)));
-  return problem ? problem->text : "whole";
+  const auto verified = verify_bytes(MemorySource(bytes_of(file)));
+  return verified ? "whole" : verified.error().text;
 }
 
 void expect_contains(const std::string& text, const std::string& part) {

@@ -167,7 +167,7 @@ TEST(SurfaceSizes, LetPreviewsKeepToTheirShares) {
     StreamState state{.request = request, .shown = {}};
     double previews = 0;
     for (;;) {
-      const MadeStep made = make_next_step(source, state, {});
+      const MadeStep made = make_next_step(source, state, {}).value();
       const double bytes = size_of(made.encoded).bytes;
       if (made.is_final) {
         ASSERT_FALSE(state.shown.empty());

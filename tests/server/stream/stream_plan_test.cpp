@@ -54,7 +54,7 @@ TEST(StreamPlan, ABudgetIsMetByTheSecondSurfaceHoweverWrongTheEstimate) {
     const Misjudged source(1e6, part, made);
     const StreamState state = {.request = {.error = 0.25, .max_triangles = 100'000},
                                .previews = false};
-    const MadeStep step = make_next_step(source, state, {});
+    const MadeStep step = make_next_step(source, state, {}).value();
     EXPECT_TRUE(step.is_final);
     EXPECT_LE(made, 2);
     EXPECT_EQ(made == 1, part >= 0.9) << "estimates are trusted to a tenth";
@@ -67,8 +67,10 @@ TEST(StreamPlan, ABudgetIsMetByTheSecondSurfaceHoweverWrongTheEstimate) {
 TEST(StreamPlan, AnEstimateThatIsTooLargeCostsDetailAndNoTime) {
   int made = 0;
   const Misjudged source(1e6, 2, made);
-  const MadeStep step = make_next_step(
-      source, {.request = {.error = 0.25, .max_triangles = 100'000}, .previews = false}, {});
+  const MadeStep step =
+      make_next_step(source,
+                     {.request = {.error = 0.25, .max_triangles = 100'000}, .previews = false}, {})
+          .value();
   EXPECT_EQ(made, 1);
   EXPECT_LE(size_of(step.encoded).triangles, 50'000);
 }
@@ -80,23 +82,24 @@ TEST(StreamPlan, AServersLimitRefusesOnlyWhatIsSurelyMore) {
     const Misjudged source(1e6, estimated_part, made);
     return make_next_step(source, {.request = request, .previews = false}, {}, 1'200'000);
   };
-  EXPECT_TRUE(make(1.5, {.error = 1}).is_final) << "estimates are up to a half too large";
-  EXPECT_TRUE(make(3, {.error = 1, .simplify = true}).is_final) << "and with simplification more";
-  EXPECT_THROW((void)make(4, {.error = 1}), StepTooLarge);
+  EXPECT_TRUE(make(1.5, {.error = 1})->is_final) << "estimates are up to a half too large";
+  EXPECT_TRUE(make(3, {.error = 1, .simplify = true})->is_final) << "and with simplification more";
+  EXPECT_EQ(make(4, {.error = 1}).error().code, ErrorCode::kLimitExceeded);
   EXPECT_EQ(made, 0) << "at once";
-  EXPECT_THROW((void)make(4, {.error = 1, .simplify = true}), StepTooLarge);
+  EXPECT_EQ(make(4, {.error = 1, .simplify = true}).error().code, ErrorCode::kLimitExceeded);
   EXPECT_EQ(made, 0);
-  EXPECT_TRUE(make(4, {.error = 1, .max_triangles = 500'000}).is_final);
-  EXPECT_TRUE(make(4, {.error = 1, .max_bytes = 1000}).is_final) << "a budget makes it small";
+  EXPECT_TRUE(make(4, {.error = 1, .max_triangles = 500'000})->is_final);
+  EXPECT_TRUE(make(4, {.error = 1, .max_bytes = 1000})->is_final) << "a budget makes it small";
 }
 
 TEST(StreamPlan, ABudgetThatNothingMeetsIsRefused) {
   int made = 0;
   const Misjudged source(1e6, 1e-4, made);
-  EXPECT_THROW(
-      static_cast<void>(make_next_step(
-          source, {.request = {.error = 0.25, .max_triangles = 5}, .previews = false}, {})),
-      BudgetTooSmall);
+  const auto refused = make_next_step(
+      source, {.request = {.error = 0.25, .max_triangles = 5}, .previews = false}, {});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kLimitExceeded);
+  EXPECT_NE(refused.error().text.find("budget"), std::string::npos) << refused.error().text;
   EXPECT_LE(made, 3);
 }
 

@@ -27,28 +27,30 @@ INSTANTIATE_TEST_SUITE_P(Fields, Simplifying, ::testing::ValuesIn(settings()),
 TEST_P(Simplifying, KeepsTopologyBorderAndVertices) {
   const auto border = border_edges(surface_.mesh);
   std::size_t before = surface_.mesh.triangles.size();
-  for (const double budget : kBudgets) {
-    const Simplified small = simplified(surface_.mesh, {.step = step_, .budget = budget});
+  for (const double max_distance : kDistances) {
+    const Simplified small =
+        simplified(surface_.mesh, {.lattice_step = step_, .max_distance = max_distance});
     const MeshTopology after = topology(small.mesh, kAnywhere);
     const MeshTopology whole = topology(surface_.mesh, kAnywhere);
-    EXPECT_EQ(after.euler_characteristic, whole.euler_characteristic) << budget;
-    EXPECT_EQ(after.components, whole.components) << budget;
-    EXPECT_TRUE(after.is_sound()) << budget;
-    EXPECT_EQ(border_edges(small.mesh), border) << budget;
-    EXPECT_TRUE(is_subset(small.mesh, surface_.mesh)) << budget;
-    EXPECT_LT(small.mesh.triangles.size(), before) << budget;
+    EXPECT_EQ(after.euler_characteristic, whole.euler_characteristic) << max_distance;
+    EXPECT_EQ(after.components, whole.components) << max_distance;
+    EXPECT_TRUE(after.is_sound()) << max_distance;
+    EXPECT_EQ(border_edges(small.mesh), border) << max_distance;
+    EXPECT_TRUE(is_subset(small.mesh, surface_.mesh)) << max_distance;
+    EXPECT_LT(small.mesh.triangles.size(), before) << max_distance;
   }
 }
 
 TEST_P(Simplifying, NoPointOfEitherSurfaceIsFartherFromTheOtherThanTheBound) {
   const auto full = placed(surface_.mesh, step_);
-  for (const double budget : kBudgets) {
-    const Simplified small = simplified(surface_.mesh, {.step = step_, .budget = budget});
-    EXPECT_LE(small.bound, budget);
+  for (const double max_distance : kDistances) {
+    const Simplified small =
+        simplified(surface_.mesh, {.lattice_step = step_, .max_distance = max_distance});
+    EXPECT_LE(small.bound, max_distance);
     EXPECT_GT(small.bound, 0);
     const auto coarse = placed(small.mesh, step_);
-    EXPECT_LE(largest_distance(coarse, full), small.bound) << budget;
-    EXPECT_LE(largest_distance(full, coarse), small.bound) << budget;
+    EXPECT_LE(largest_distance(coarse, full), small.bound) << max_distance;
+    EXPECT_LE(largest_distance(full, coarse), small.bound) << max_distance;
   }
 }
 
@@ -60,11 +62,12 @@ TEST_P(Simplifying, TilesThatAreSimplifiedApartStillWeld) {
       finished_tiles(surface_in_cube(model, isosurfaces_.field(), root,
                                      {.isovalue = setting_.isovalue, .max_triangles = 700}),
                      root);
-  for (const double budget : kBudgets) {
+  for (const double max_distance : kDistances) {
     std::vector<LatticeMesh> before;
     std::vector<LatticeMesh> after;
     for (const TileMesh& tile : tiles) {
-      const Simplified small = simplified(tile.mesh, {.step = step_, .budget = budget});
+      const Simplified small =
+          simplified(tile.mesh, {.lattice_step = step_, .max_distance = max_distance});
       const MeshTopology whole = topology(tile.mesh, kAnywhere);
       const MeshTopology left = topology(small.mesh, kAnywhere);
       EXPECT_EQ(left.euler_characteristic, whole.euler_characteristic);
@@ -80,21 +83,22 @@ TEST_P(Simplifying, TilesThatAreSimplifiedApartStillWeld) {
     };
     const MeshTopology whole = welded(before);
     const MeshTopology left = welded(after);
-    EXPECT_TRUE(left.is_sound()) << budget;
-    EXPECT_EQ(left.euler_characteristic, whole.euler_characteristic) << budget;
-    EXPECT_EQ(left.components, whole.components) << budget;
-    EXPECT_EQ(left.border_edges, whole.border_edges) << budget;
+    EXPECT_TRUE(left.is_sound()) << max_distance;
+    EXPECT_EQ(left.euler_characteristic, whole.euler_characteristic) << max_distance;
+    EXPECT_EQ(left.components, whole.components) << max_distance;
+    EXPECT_EQ(left.border_edges, whole.border_edges) << max_distance;
   }
 }
 
 TEST_P(Simplifying, TheSameArgumentsGiveTheSameMeshAndNoBudgetTheMeshItself) {
-  const SimplificationOptions options{.step = step_, .budget = 0.3};
+  const SimplificationOptions options{.lattice_step = step_, .max_distance = 0.3};
   const Simplified once = simplified(surface_.mesh, options);
   const Simplified again = simplified(surface_.mesh, options);
   EXPECT_EQ(once.mesh.vertices, again.mesh.vertices);
   EXPECT_EQ(once.mesh.triangles, again.mesh.triangles);
   EXPECT_EQ(once.bound, again.bound);
-  const Simplified untouched = simplified(surface_.mesh, {.step = step_, .budget = 0});
+  const Simplified untouched =
+      simplified(surface_.mesh, {.lattice_step = step_, .max_distance = 0});
   EXPECT_EQ(digest(untouched.mesh), digest(surface_.mesh));
   EXPECT_EQ(untouched.bound, 0);
 }
@@ -119,7 +123,7 @@ TEST_P(Simplifying, BrokenMeshesKeepTheirTopologyAsFarAsItIsOne) {
       soup.push_back({broken.vertices[t[0]], broken.vertices[t[1]], broken.vertices[t[2]]});
     }
     const LatticeMesh mesh = index_triangles(soup, kDefaultLatticeResolution);
-    const Simplified small = simplified(mesh, {.step = step_, .budget = 1e6});
+    const Simplified small = simplified(mesh, {.lattice_step = step_, .max_distance = 1e6});
     const MeshTopology before = topology(mesh, kAnywhere);
     const MeshTopology after = topology(small.mesh, kAnywhere);
     EXPECT_EQ(after.euler_characteristic, before.euler_characteristic) << round;
@@ -134,7 +138,7 @@ TEST(Simplification, AClosedComponentKeepsAVolumeHoweverLargeTheBudget) {
   const Volume volume = fields::ball({20, 20, 20}, 7);
   ReferenceIsosurfaces isosurface(volume, std::nullopt, 0);
   const LatticeMesh ball = isosurface({.isovalue = 0, .threshold = 0}).mesh;
-  const Simplified small = simplified(ball, {.step = {1, 1, 1}, .budget = 1e9});
+  const Simplified small = simplified(ball, {.lattice_step = {1, 1, 1}, .max_distance = 1e9});
   EXPECT_GE(small.mesh.triangles.size(), 4U);
   EXPECT_LT(small.mesh.triangles.size(), 60U);
   EXPECT_GT(volume_inside(small.mesh), 0);
@@ -143,7 +147,8 @@ TEST(Simplification, AClosedComponentKeepsAVolumeHoweverLargeTheBudget) {
 TEST(Simplification, ATetrahedronStays) {
   const LatticeMesh tetrahedron{.vertices = {{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {0, 0, 8}},
                                 .triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
-  const Simplified small = simplified(tetrahedron, {.step = {1, 1, 1}, .budget = 1e9});
+  const Simplified small =
+      simplified(tetrahedron, {.lattice_step = {1, 1, 1}, .max_distance = 1e9});
   EXPECT_EQ(digest(small.mesh), digest(tetrahedron));
 }
 
@@ -161,7 +166,7 @@ LatticeMesh plane(std::int32_t side) {
 
 TEST(Simplification, OfAPlaneLeavesItsBorder) {
   const LatticeMesh mesh = plane(20);
-  const Simplified small = simplified(mesh, {.step = {1, 1, 1}, .budget = 1e-6});
+  const Simplified small = simplified(mesh, {.lattice_step = {1, 1, 1}, .max_distance = 1e-6});
   // A triangle for every edge of the border but two, and two for every vertex that is left inside.
   EXPECT_LE(small.mesh.triangles.size(), 90U);
   EXPECT_LE(small.bound, 1e-6);
@@ -172,23 +177,25 @@ TEST(Simplification, OfAPlaneLeavesItsBorder) {
 TEST(Simplification, ATetrahedronInTwoPiecesKeepsItsVolume) {
   const LatticeMesh front{.vertices = {{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {0, 0, 8}},
                           .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}}};
-  const Simplified small = simplified(front, {.step = {1, 1, 1}, .budget = 1e9});
+  const Simplified small = simplified(front, {.lattice_step = {1, 1, 1}, .max_distance = 1e9});
   EXPECT_EQ(digest(small.mesh), digest(front));
 }
 
 TEST_P(Simplifying, AnyErrorThatMayBeAskedForHasAFiniteBound) {
-  for (const double budget : {1e154, 1e300, std::numeric_limits<double>::max()}) {
-    const Simplified small = simplified(surface_.mesh, {.step = step_, .budget = budget});
-    EXPECT_TRUE(std::isfinite(small.bound)) << budget;
-    EXPECT_LT(small.bound, 1e3) << budget;
+  for (const double max_distance : {1e154, 1e300, std::numeric_limits<double>::max()}) {
+    const Simplified small =
+        simplified(surface_.mesh, {.lattice_step = step_, .max_distance = max_distance});
+    EXPECT_TRUE(std::isfinite(small.bound)) << max_distance;
+    EXPECT_LT(small.bound, 1e3) << max_distance;
   }
 }
 
 // Lengths of 1e-30 to 1e30 have squares beyond single precision.
 TEST_P(Simplifying, InAnyUnitOfLengthTheSameIsLeft) {
   const auto in_unit = [&](double unit) {
-    return simplified(surface_.mesh, {.step = {unit * step_[0], unit * step_[1], unit * step_[2]},
-                                      .budget = unit * 0.25});
+    return simplified(surface_.mesh,
+                      {.lattice_step = {unit * step_[0], unit * step_[1], unit * step_[2]},
+                       .max_distance = unit * 0.25});
   };
   const Simplified expected = in_unit(1);
   for (const double unit : {std::ldexp(1.0, -99), std::ldexp(1.0, 99)}) {
@@ -206,7 +213,7 @@ TEST_P(Simplifying, ALargerBudgetLaterGoesOn) {
   EXPECT_EQ(piece.triangles(), before) << "nothing is left to try";
   piece.simplify(1e6);
   const std::size_t at_once =
-      simplified(surface_.mesh, {.step = step_, .budget = 1e6}).mesh.triangles.size();
+      simplified(surface_.mesh, {.lattice_step = step_, .max_distance = 1e6}).mesh.triangles.size();
   EXPECT_LT(piece.triangles(), before);
   EXPECT_LE(piece.triangles(), at_once + at_once / 4 + 8);
 }
@@ -221,12 +228,12 @@ TEST_P(Simplifying, ACheckpointThatThrowsLeavesThePieceAsItWas) {
   EXPECT_THROW(piece.simplify(1, stop), Stopped);
   EXPECT_EQ(digest(piece.result().mesh), digest(surface_.mesh));
   piece.simplify(1);
-  const Simplified expected = simplified(surface_.mesh, {.step = step_, .budget = 1});
+  const Simplified expected = simplified(surface_.mesh, {.lattice_step = step_, .max_distance = 1});
   EXPECT_EQ(digest(piece.result().mesh), digest(expected.mesh));
 }
 
 TEST(Simplification, OfNothingIsNothing) {
-  const Simplified nothing = simplified({}, {.step = {1, 1, 1}, .budget = 1});
+  const Simplified nothing = simplified({}, {.lattice_step = {1, 1, 1}, .max_distance = 1});
   EXPECT_TRUE(nothing.mesh.triangles.empty());
   EXPECT_EQ(nothing.bound, 0);
 }

@@ -25,7 +25,7 @@ class SimplifiedCubes : public Simplifying {
         root_);
   }
   [[nodiscard]] std::vector<TileMesh> simplified_tiles(const std::vector<TileMesh>& leaves,
-                                                       double budget,
+                                                       double max_distance,
                                                        const SimplifiedTileLimits& limits) {
     std::map<OctreeCube, LatticeMesh> own;
     for (const TileMesh& leaf : leaves) own[leaf.cube] = leaf.mesh;
@@ -35,7 +35,7 @@ class SimplifiedCubes : public Simplifying {
       const auto mesh = own.find(cube);
       return join_simplified(cube, std::move(children),
                              mesh == own.end() ? std::nullopt : std::optional(mesh->second),
-                             {.step = step_, .budget = budget}, limits);
+                             {.lattice_step = step_, .max_distance = max_distance}, limits);
     };
     return multitetra::finished_tiles(in_cube(root_));
   }
@@ -62,15 +62,15 @@ TEST_P(SimplifiedCubes, WeldToTheSurfaceWithItsTopologyAndBorder) {
   const auto border = border_edges(surface_.mesh);
   const MeshTopology whole = topology(surface_.mesh, kAnywhere);
   const auto parts = leaves();
-  for (const double budget : kBudgets) {
+  for (const double max_distance : kDistances) {
     for (const SimplifiedTileLimits& limits : kLimits) {
-      const LatticeMesh small = welded(simplified_tiles(parts, budget, limits));
+      const LatticeMesh small = welded(simplified_tiles(parts, max_distance, limits));
       const MeshTopology after = topology(small, kAnywhere);
-      EXPECT_EQ(after.euler_characteristic, whole.euler_characteristic) << budget;
-      EXPECT_EQ(after.components, whole.components) << budget;
-      EXPECT_TRUE(after.is_sound()) << budget;
-      EXPECT_EQ(border_edges(small), border) << budget;
-      EXPECT_TRUE(is_subset(small, surface_.mesh)) << budget;
+      EXPECT_EQ(after.euler_characteristic, whole.euler_characteristic) << max_distance;
+      EXPECT_EQ(after.components, whole.components) << max_distance;
+      EXPECT_TRUE(after.is_sound()) << max_distance;
+      EXPECT_EQ(border_edges(small), border) << max_distance;
+      EXPECT_TRUE(is_subset(small, surface_.mesh)) << max_distance;
     }
   }
 }
@@ -80,30 +80,31 @@ TEST_P(SimplifiedCubes, WeldToTheSurfaceWithItsTopologyAndBorder) {
 TEST_P(SimplifiedCubes, NoPointOfEitherSurfaceIsFartherFromTheOtherThanTheBound) {
   const auto full = placed(surface_.mesh, step_);
   const auto parts = leaves();
-  for (const double budget : kBudgets) {
+  for (const double max_distance : kDistances) {
     for (const SimplifiedTileLimits& limits : {kLimits[0], kLimits[1]}) {
-      const auto tiles = simplified_tiles(parts, budget, limits);
+      const auto tiles = simplified_tiles(parts, max_distance, limits);
       double bound = 0;
       for (const TileMesh& tile : tiles) bound = std::max(bound, tile.simplification_bound);
-      EXPECT_LE(bound, budget);
+      EXPECT_LE(bound, max_distance);
       const auto small = placed(welded(tiles), step_);
-      EXPECT_LE(largest_distance(small, full), bound) << budget;
-      EXPECT_LE(largest_distance(full, small), bound) << budget;
+      EXPECT_LE(largest_distance(small, full), bound) << max_distance;
+      EXPECT_LE(largest_distance(full, small), bound) << max_distance;
     }
   }
 }
 
 TEST_P(SimplifiedCubes, LeaveNoMoreThanTilesThatAreSimplifiedApart) {
   const auto parts = leaves();
-  for (const double budget : {0.25, 1e6}) {
+  for (const double max_distance : {0.25, 1e6}) {
     std::size_t apart = 0;
     for (const TileMesh& tile : parts) {
-      apart += simplified(tile.mesh, {.step = step_, .budget = budget}).mesh.triangles.size();
+      apart += simplified(tile.mesh, {.lattice_step = step_, .max_distance = max_distance})
+                   .mesh.triangles.size();
     }
-    EXPECT_LE(triangles(simplified_tiles(parts, budget, {})), apart) << budget;
-    EXPECT_LE(triangles(simplified_tiles(parts, budget, {})),
-              triangles(simplified_tiles(parts, budget, {1, 1})))
-        << budget;
+    EXPECT_LE(triangles(simplified_tiles(parts, max_distance, {})), apart) << max_distance;
+    EXPECT_LE(triangles(simplified_tiles(parts, max_distance, {})),
+              triangles(simplified_tiles(parts, max_distance, {1, 1})))
+        << max_distance;
   }
 }
 
@@ -159,7 +160,8 @@ TEST_P(SimplifiedCubes, PiecesMayBeJoinedInSeveralStepsBeforeTheyAreSimplified) 
     EXPECT_LE(largest_distance(placed(small.mesh, step_), full), small.bound);
     EXPECT_LE(largest_distance(full, placed(small.mesh, step_)), small.bound);
     const std::size_t at_once =
-        simplified(surface_.mesh, {.step = step_, .budget = 0.2}).mesh.triangles.size();
+        simplified(surface_.mesh, {.lattice_step = step_, .max_distance = 0.2})
+            .mesh.triangles.size();
     EXPECT_LE(small.mesh.triangles.size(), at_once + at_once / 4 + 8);
   }
 }

@@ -1,0 +1,42 @@
+#include "server/core/planning/step_spec.hpp"
+
+#include "common/request/request_key.hpp"
+#include "server/core/simplification/threshold_shares.hpp"
+
+namespace multitetra {
+
+StepSpec::StepSpec(const StepRequest& step, const DatasetInfo& info,
+                   const std::function<void()>& check)
+    : step_(step),
+      lattice_step_(info.spacing),
+      thresholds_(step.request, info, check),
+      model_thresholds_(step.request.simplify
+                            ? ThresholdMap(model_request(step.request), info, check)
+                            : thresholds_) {
+  for (double& length : lattice_step_) {
+    length /= static_cast<double>(1 << step.request.lattice_resolution);
+  }
+}
+
+ModelOptions StepSpec::model() const {
+  return {.thresholds = model_thresholds_,
+          .topology_tolerance = step_.request.topology_tolerance,
+          .finest_spacing = step_.finest_spacing};
+}
+
+SimplificationOptions StepSpec::simplification(const OctreeCube& cube) const {
+  return {.lattice_step = lattice_step_,
+          .max_distance = (1 - kModelShare) * thresholds_.least_in(box_of(cube))};
+}
+
+bool StepSpec::has_important_places() const { return thresholds_.least() != thresholds_.largest(); }
+
+double StepSpec::importance(const OctreeCube& cube) const {
+  return model_thresholds_.least_in(box_of(cube));
+}
+
+std::string key_of(const StepRequest& step, const std::string& dataset) {
+  return key_of(step.request) + std::to_string(step.finest_spacing) + ' ' + dataset;
+}
+
+}  // namespace multitetra

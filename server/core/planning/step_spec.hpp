@@ -1,0 +1,52 @@
+// A step with all that follows from it and the dataset, found out once: the thresholds of the
+// model, what is left of them for simplification, which tiles come first, and what the step is
+// known by.
+//
+//   const StepSpec spec(step, info);
+//   const PreparedModel model(volume, ..., spec.model());
+//   how = spec.simplification(cube);
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "common/mesh/octree_cube.hpp"
+#include "common/request/dataset_info.hpp"
+#include "server/core/errors/error_based_model.hpp"
+#include "server/core/planning/refinement_plan.hpp"
+#include "server/core/simplification/simplification.hpp"
+#include "server/core/surface/marching_tetrahedra.hpp"
+
+namespace multitetra {
+
+// Immutable; safe to use from several threads at once.
+class StepSpec {
+ public:
+  // Requires a validated request. With very many regions that takes long: `check`, if there is one,
+  // is called again and again meanwhile and may throw.
+  StepSpec(const StepRequest& step, const DatasetInfo& info,
+           const std::function<void()>& check = {});
+
+  [[nodiscard]] const StepRequest& step() const { return step_; }
+  [[nodiscard]] const IsosurfaceRequest& request() const { return step_.request; }
+
+  // What the model keeps to: with simplification its part of the thresholds.
+  [[nodiscard]] ModelOptions model() const;
+  // How the surface in a cube is simplified: the rest of the least threshold in it.
+  [[nodiscard]] SimplificationOptions simplification(const OctreeCube& cube) const;
+  // Whether some places are more important than others; and the tile with the least number comes
+  // first: where the least error is allowed, which is near the eye or in the finest region.
+  [[nodiscard]] bool has_important_places() const;
+  [[nodiscard]] double importance(const OctreeCube& cube) const;
+
+ private:
+  StepRequest step_;
+  Vec3 lattice_step_;
+  ThresholdMap thresholds_;        // Of the request.
+  ThresholdMap model_thresholds_;  // The same without simplification.
+};
+
+// Everything that a step of a dataset is a function of, in bytes: equal exactly for equal steps.
+[[nodiscard]] std::string key_of(const StepRequest& step, const std::string& dataset);
+
+}  // namespace multitetra
