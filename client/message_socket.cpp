@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/base/number_text.hpp"
+#include "common/net/message_channel.hpp"
 
 namespace multitetra {
 

@@ -11,7 +11,8 @@
 #include <memory>
 #include <optional>
 
-#include "common/net/message_channel.hpp"
+#include "common/net/channel_options.hpp"
+#include "common/net/endpoint.hpp"
 #include "common/wire/messages.hpp"
 
 namespace multitetra {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include <nlohmann/json.hpp>
+
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 

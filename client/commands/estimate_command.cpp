@@ -2,6 +2,8 @@
 
 #include <iostream>
 
+#include <nlohmann/json.hpp>
+
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 

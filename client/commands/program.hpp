@@ -1,4 +1,4 @@
-// What the commands of multitetra-client share: exit codes and complaints.
+// What the commands of multitetra-client share: how they complain, and end.
 #pragma once
 
 #include <unistd.h>
@@ -7,12 +7,10 @@
 #include <string>
 
 #include "client/client.hpp"
+#include "common/base/exit_codes.hpp"
 #include "common/cli/terminal.hpp"
 
 namespace multitetra {
-
-// Exit codes, told by --help.
-enum ExitCode { kOk = 0, kFailed = 1, kUsage = 2, kCheckFailed = 3 };
 
 inline const std::string kExitCodes =
     "Exit codes: 0 done, 1 failed (network, server, file), 2 wrong usage, 3 a check failed.";

@@ -5,6 +5,8 @@
 #include <iostream>
 #include <string_view>
 
+#include <nlohmann/json.hpp>
+
 #include "client/picture/png_file.hpp"
 #include "client/picture/rasterizer.hpp"
 #include "common/cli/human_units.hpp"

@@ -10,14 +10,13 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/base/exit_codes.hpp"
 #include "common/cli/command_pages.hpp"
 #include "common/cli/option_words.hpp"
 #include "common/cli/terminal.hpp"
 
 namespace multitetra {
 namespace {
-
-constexpr int kWrongUsage = 2;
 
 // How many letters must be changed, put in or left out to come from one word to the other.
 std::size_t edits(const std::string& from, const std::string& to) {
@@ -82,7 +81,7 @@ int told(const CLI::App& app, std::string text) {
   while (text.ends_with('.') || text.ends_with('\n')) text.pop_back();
   std::cerr << styled(Style::kRed, app.get_name() + ":", STDERR_FILENO) << " " << text << ". "
             << (meant.empty() ? "" : "Did you mean " + meant + "? ") << "Try: " << help << "\n";
-  return kWrongUsage;
+  return kUsage;
 }
 
 }  // namespace
@@ -106,7 +105,7 @@ std::optional<int> parse_command_line(Command& program, int argc, char** argv) {
   CLI::App& app = program.app();
   if (argc <= 1 && app.get_require_subcommand_min() > 0) {
     std::cerr << app.help();
-    return kWrongUsage;
+    return kUsage;
   }
   try {
     app.parse(argc, argv);

@@ -1,9 +1,10 @@
-// The words of our JSON reports, the same from the server's programs and the client's.
+// The words of our JSON reports, the same from the server's programs and the client's. Who builds a
+// report includes <nlohmann/json.hpp>.
 #pragma once
 
 #include <string>
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "common/mesh/mesh_checks.hpp"
 #include "common/request/dataset_info.hpp"

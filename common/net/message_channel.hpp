@@ -22,20 +22,11 @@
 #include <optional>
 #include <string>
 
+#include "common/net/channel_options.hpp"
 #include "common/net/endpoint.hpp"
 #include "common/net/message_transport.hpp"
 
 namespace multitetra {
-
-struct ChannelOptions {
-  TlsContextPtr tls = nullptr;  // Needed for tls:// and wss://.
-  std::uint32_t max_message_bytes = kMaxServerFrameBytes;
-  std::size_t read_buffer_bytes = 64 * 1024;
-  // Bytes that the other machine does not acknowledge for so long mean that it is lost; 0: the
-  // system decides.
-  std::chrono::milliseconds unacknowledged{0};
-  std::string ca_option = "--ca";  // How users name an authority.
-};
 
 class MessageChannel {
  public:

@@ -2,8 +2,8 @@
 
 #include <fstream>
 
+#include "common/base/exit_codes.hpp"
 #include "common/net/trust.hpp"
-#include "server/operations/exit_codes.hpp"
 
 namespace multitetra {
 namespace {

@@ -6,6 +6,8 @@
 #include <random>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 #include "common/cli/json_report.hpp"
 #include "server/http/openapi.hpp"
 #include "server/http/origin.hpp"

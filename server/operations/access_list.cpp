@@ -10,7 +10,7 @@
 #include <openssl/evp.h>
 #include <openssl/rand.h>
 
-#include "server/operations/exit_codes.hpp"
+#include "common/base/exit_codes.hpp"
 
 namespace multitetra {
 namespace {

@@ -10,8 +10,8 @@
 #include <openssl/ssl.h>
 #include <openssl/x509.h>
 
+#include "common/base/exit_codes.hpp"
 #include "common/net/stream_socket.hpp"
-#include "server/operations/exit_codes.hpp"
 
 namespace multitetra {
 namespace {

@@ -6,11 +6,11 @@
 #include <iostream>
 #include <memory>
 
+#include "common/base/exit_codes.hpp"
 #include "common/cli/command_line.hpp"
 #include "common/cli/option_sources.hpp"
 #include "common/cli/terminal.hpp"
 #include "server/http/viewer_files.hpp"
-#include "server/operations/exit_codes.hpp"
 #include "server/operations/log.hpp"
 #include "server/operations/prometheus_metrics.hpp"
 #include "server/programs/gateway_options.hpp"

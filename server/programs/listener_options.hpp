@@ -13,9 +13,8 @@
 #include "server/http/http_options.hpp"
 #include "server/operations/log.hpp"
 #include "server/session/session.hpp"
+#include "server/transport/connection_options.hpp"
 #include "server/transport/server_runtime.hpp"
-#include "server/transport/stream_session.hpp"
-#include "server/transport/tcp_listener.hpp"
 
 namespace multitetra {
 

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "common/cli/json_report.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "server/dataset/dataset.hpp"

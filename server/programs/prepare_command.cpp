@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "server/dataset/prepare.hpp"

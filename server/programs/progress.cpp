@@ -7,6 +7,8 @@
 #include <iostream>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 #include "common/cli/human_units.hpp"
 
 namespace multitetra {

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "common/base/exit_codes.hpp"
 #include "common/cli/option_sources.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/http/http_listener.hpp"
-#include "server/operations/exit_codes.hpp"
 #include "server/operations/log.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/serve_options.hpp"

@@ -4,9 +4,9 @@
 #include <exception>
 #include <iostream>
 
+#include "common/base/exit_codes.hpp"
 #include "common/cli/command_line.hpp"
 #include "common/cli/terminal.hpp"
-#include "server/operations/exit_codes.hpp"
 #include "server/programs/commands.hpp"
 
 namespace multitetra {

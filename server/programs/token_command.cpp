@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "common/cli/json_report.hpp"
 #include "server/operations/access_list.hpp"
 #include "server/programs/commands.hpp"

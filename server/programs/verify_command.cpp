@@ -3,6 +3,8 @@
 #include <memory>
 #include <string>
 
+#include <nlohmann/json.hpp>
+
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "server/dataset/verify_dataset.hpp"

@@ -4,9 +4,9 @@
 #include <functional>
 #include <string>
 
+#include "common/base/exit_codes.hpp"
 #include "common/net/endpoint.hpp"
 #include "common/net/net.hpp"
-#include "server/operations/exit_codes.hpp"
 
 namespace multitetra {
 

@@ -16,6 +16,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include <nlohmann/json.hpp>
+
 #include "server/core/planning/refinement_plan.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/prepared_bricks.hpp"

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "common/cli/json_report.hpp"
 #include "tests/support/fake_steps.hpp"

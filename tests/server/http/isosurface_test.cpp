@@ -3,6 +3,7 @@
 #include <chrono>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "common/cli/json_report.hpp"
 #include "tests/support/fake_steps.hpp"

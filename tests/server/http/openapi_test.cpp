@@ -4,6 +4,7 @@
 #include <set>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "common/cli/json_report.hpp"
 #include "tests/support/fake_steps.hpp"

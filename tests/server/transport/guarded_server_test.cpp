@@ -9,8 +9,8 @@
 
 #include <gtest/gtest.h>
 
+#include "common/base/exit_codes.hpp"
 #include "common/net/stream_socket.hpp"
-#include "server/operations/exit_codes.hpp"
 #include "tests/support/certificates.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/fake_steps.hpp"

@@ -1,14 +1,18 @@
-// How a server's programs end, told by --help, and the troubles that have a code of their own.
+// How our programs end, told by --help, and the troubles that have a code of their own.
 #pragma once
 
 #include <stdexcept>
+#include <string>
 
 namespace multitetra {
 
 enum ExitCode {
-  kOk = 0,         // Done; a server: stopped as it was asked to.
-  kFailed = 1,     // What has no code of its own.
-  kUsage = 2,      // Wrong options, in whatever place they stand.
+  kOk = 0,      // Done; a server: stopped as it was asked to.
+  kFailed = 1,  // What has no code of its own.
+  kUsage = 2,   // Wrong options, in whatever place they stand.
+  // Of clients:
+  kCheckFailed = 3,  // What came is not what was promised.
+  // Of servers:
   kNoAddress = 3,  // An address cannot be listened on, as when another server has it.
   kNoSecrets = 4,  // Certificate, key or tokens file cannot be used.
   kNoDataset = 5,  // None of the datasets can be served.
