@@ -6,6 +6,8 @@
 #include <thread>
 #include <vector>
 
+#include "common/net/coroutines.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -44,8 +46,8 @@ LoadStatistics run_load(const LoadOptions& options) {
       sessions.push_back(std::make_unique<LoadSession>(io, session, seed_of(client, options.seed),
                                                        delay_of(client, options),
                                                        statistics[thread], agreement));
-      asio::co_spawn(
-          io, [one = sessions.back().get()] { return one->run(); },
+      spawn(
+          io.get_executor(), [one = sessions.back().get()] { return one->run(); },
           [](const std::exception_ptr& trouble) {
             if (trouble) std::rethrow_exception(trouble);
           });
@@ -70,8 +72,8 @@ MisbehaviourCounts run_misbehaviour(Misbehaviour kind, const LoadOptions& option
   on_threads(options.threads, [&](std::size_t thread) {
     asio::io_context io(1);
     for (std::size_t client = thread; client < options.clients; client += threads) {
-      asio::co_spawn(
-          io,
+      spawn(
+          io.get_executor(),
           [&, client, thread] {
             return misbehave(kind, to_all, seed_of(client, options.seed), delay_of(client, options),
                              counts[thread]);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/net/coroutines.hpp"
+
 namespace multitetra {
 
 namespace {
@@ -16,9 +18,7 @@ class ClosesAfter {
   ClosesAfter(asio::io_context& io, std::shared_ptr<MessageChannel> channel,
               std::chrono::milliseconds limit)
       : timer_(io, limit) {
-    timer_.async_wait([channel = std::move(channel)](const error_code& cancelled) {
-      if (!cancelled) channel->close();
-    });
+    when_expired(timer_, [channel = std::move(channel)] { channel->close(); });
   }
 
  private:
@@ -125,8 +125,7 @@ asio::awaitable<bool> LoadSession::connect() {
     co_return false;
   }
   channel_ = channel;
-  asio::co_spawn(
-      io_, [this, channel] { return listen(channel); }, asio::detached);
+  spawn(io_.get_executor(), [this, channel] { return listen(channel); });
   co_return true;
 }
 

@@ -7,7 +7,8 @@
 // On one thread. The event must outlive those who wait.
 #pragma once
 
-#include <algorithm>
+#include <chrono>
+#include <utility>
 #include <vector>
 
 #include "common/net/net.hpp"
@@ -22,19 +23,11 @@ class AsyncEvent {
   AsyncEvent(const AsyncEvent&) = delete;
   AsyncEvent& operator=(const AsyncEvent&) = delete;
 
-  void notify_all() {
-    for (asio::steady_timer* const waiter : waiters_) waiter->cancel();
-  }
+  void notify_all();
 
   [[nodiscard]] asio::awaitable<void> wait() { return wait_until(Clock::time_point::max()); }
   // Until it is notified, or until then.
-  [[nodiscard]] asio::awaitable<void> wait_until(Clock::time_point time) {
-    asio::steady_timer timer(executor_, time);
-    waiters_.push_back(&timer);
-    error_code cancelled;
-    co_await timer.async_wait(use_error(cancelled));
-    std::erase(waiters_, &timer);
-  }
+  [[nodiscard]] asio::awaitable<void> wait_until(Clock::time_point time);
 
  private:
   asio::any_io_executor executor_;

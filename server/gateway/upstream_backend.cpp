@@ -4,6 +4,7 @@
 #include <deque>
 #include <utility>
 
+#include "common/net/coroutines.hpp"
 #include "server/gateway/forwarded_stream.hpp"
 #include "server/operations/log.hpp"
 #include "server/session/answers.hpp"
@@ -112,8 +113,7 @@ BackendStreamPtr UpstreamBackend::start(StartStream action, std::function<void()
   stream_ = std::make_shared<Stream>(weak_from_this(), std::move(action), std::move(changed));
   change_.notify_all();
   if (!std::exchange(is_bringing_, true)) {
-    asio::co_spawn(
-        executor_, [self = shared_from_this()] { return self->bring_streams(); }, asio::detached);
+    spawn(executor_, [self = shared_from_this()] { return self->bring_streams(); });
   }
   return stream_;
 }
@@ -235,12 +235,10 @@ void UpstreamBackend::take(const StreamPtr& stream, ServerMessage message) {
 
 void UpstreamBackend::estimate(MakeEstimate action, std::stop_token,
                                std::function<void(Result<EstimateReply>)> done) {
-  asio::co_spawn(
-      executor_,
-      [self = shared_from_this(), action = std::move(action), done = std::move(done)]() mutable {
-        return self->bring_estimate(std::move(action), std::move(done));
-      },
-      asio::detached);
+  spawn(executor_,
+        [self = shared_from_this(), action = std::move(action), done = std::move(done)]() mutable {
+          return self->bring_estimate(std::move(action), std::move(done));
+        });
 }
 
 asio::awaitable<void> UpstreamBackend::bring_estimate(

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "common/net/coroutines.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -27,8 +29,7 @@ asio::awaitable<Result<LinkPtr>> UpstreamLink::connect(asio::any_io_executor exe
                                                        LinkOptions options) {
   const auto link = std::make_shared<UpstreamLink>(executor, std::move(server), options);
   link->connect_timer_.expires_after(link->connect_timeout_);
-  link->connect_timer_.async_wait([link](error_code cancelled) {
-    if (cancelled) return;
+  when_expired(link->connect_timer_, [link] {
     link->is_silent_ = true;
     link->close();
   });
@@ -63,8 +64,7 @@ void UpstreamLink::send(const ClientMessage& message) {
   if (is_lost()) return;
   to_send_.push_back(serialize(message));
   if (std::exchange(is_writing_, true)) return;
-  asio::co_spawn(
-      executor_, [self = shared_from_this()] { return self->write(); }, asio::detached);
+  spawn(executor_, [self = shared_from_this()] { return self->write(); });
 }
 
 asio::awaitable<void> UpstreamLink::write() {

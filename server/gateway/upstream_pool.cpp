@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/net/coroutines.hpp"
 #include "server/gateway/rendezvous.hpp"
 #include "server/operations/log.hpp"
 
@@ -17,8 +18,7 @@ constexpr const char* kNobody =
 
 asio::awaitable<void> pause(asio::any_io_executor executor, std::chrono::milliseconds time) {
   asio::steady_timer timer(executor, time);
-  error_code ignored;
-  co_await timer.async_wait(use_error(ignored));
+  co_await wait_on(timer);
 }
 
 }  // namespace
@@ -100,8 +100,7 @@ asio::awaitable<Result<LinkPtr>> UpstreamPool::link_to(std::size_t upstream, std
 
 void UpstreamPool::look_after_upstreams() {
   for (std::size_t i = 0; i < upstreams_.size(); ++i) {
-    asio::co_spawn(
-        executor_, [this, i] { return look_after(i); }, asio::detached);
+    spawn(executor_, [this, i] { return look_after(i); });
   }
 }
 
@@ -124,8 +123,7 @@ asio::awaitable<void> UpstreamPool::look_after(std::size_t upstream) {
     if (one.backoff.count() > 0) next = one.not_before;
     if (is_stopped_) co_return;
     one.timer->expires_at(next);
-    error_code ignored;
-    co_await one.timer->async_wait(use_error(ignored));
+    co_await wait_on(*one.timer);
   }
 }
 

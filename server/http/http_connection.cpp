@@ -6,6 +6,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "common/net/coroutines.hpp"
 #include "server/operations/log.hpp"
 
 namespace multitetra {
@@ -30,7 +31,7 @@ HttpConnection::HttpConnection(std::unique_ptr<ByteStream> stream, ClientContext
 void HttpConnection::start(Upgrade on_upgrade, std::function<void()> on_closed) {
   on_upgrade_ = std::move(on_upgrade);
   on_closed_ = std::move(on_closed);
-  asio::co_spawn(
+  spawn(
       stream_->executor(), [self = shared_from_this()] { return self->run(); },
       [self = shared_from_this()](const std::exception_ptr& trouble) {
         try {

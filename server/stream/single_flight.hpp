@@ -40,6 +40,13 @@ class SingleFlight {
     return compute_for_all(key, flight, stop, compute);
   }
 
+  // How many want what is computed for that key now.
+  [[nodiscard]] std::size_t interested(const Key& key) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = flights_.find(key);
+    return found == flights_.end() ? 0 : found->second->interested;
+  }
+
  private:
   struct Flight {
     std::size_t interested = 1;
@@ -96,7 +103,7 @@ class SingleFlight {
     return *flight->value;  // Which does not change any more.
   }
 
-  std::mutex mutex_;  // Guards the flights and what they hold.
+  mutable std::mutex mutex_;  // Guards the flights and what they hold.
   std::map<Key, std::shared_ptr<Flight>> flights_;
 };
 

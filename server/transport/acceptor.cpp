@@ -5,6 +5,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include "common/net/coroutines.hpp"
+
 namespace multitetra {
 
 namespace {
@@ -38,10 +40,9 @@ Acceptor::Acceptor(asio::io_context& io, const Endpoint& at)
 }
 
 void Acceptor::open(OnAccept on_accept) {
-  asio::co_spawn(
-      acceptor_.get_executor(),
-      [this, on_accept = std::move(on_accept)]() mutable { return accept(std::move(on_accept)); },
-      asio::detached);
+  spawn(acceptor_.get_executor(), [this, on_accept = std::move(on_accept)]() mutable {
+    return accept(std::move(on_accept));
+  });
 }
 
 void Acceptor::close() {
@@ -60,7 +61,7 @@ asio::awaitable<void> Acceptor::accept(OnAccept on_accept) {
       // Out of descriptors, most likely: connections that end make room again.
       spdlog::warn("cannot accept a connection: {}", error.message());
       retry_.expires_after(std::chrono::milliseconds(100));
-      co_await retry_.async_wait(use_error(error));
+      co_await wait_on(retry_);
       continue;
     }
     const Peer peer = peer_of(socket);

@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/net/coroutines.hpp"
+
 namespace multitetra {
 
 // Often enough that no limit is exceeded by more than a tenth or so, and seldom enough to cost
@@ -15,8 +17,7 @@ ConnectionTable::ConnectionTable(asio::io_context& io, std::chrono::milliseconds
       timer_(io) {}
 
 void ConnectionTable::start() {
-  asio::co_spawn(
-      timer_.get_executor(), [this] { return keep_time(); }, asio::detached);
+  spawn(timer_.get_executor(), [this] { return keep_time(); });
 }
 
 void ConnectionTable::put(std::uint64_t id, ConnectionPtr connection) {
@@ -41,8 +42,7 @@ void ConnectionTable::close(const Error& why) {
 asio::awaitable<void> ConnectionTable::keep_time() {
   while (!closed_ || !connections_.empty()) {
     timer_.expires_after(pause_);
-    error_code ignored;
-    co_await timer_.async_wait(use_error(ignored));
+    co_await wait_on(timer_);
     const Clock::time_point now = Clock::now();
     // Nobody leaves the map here: ends are told by the coroutines, later.
     for (const auto& [id, connection] : connections_) connection->keep_time(now);

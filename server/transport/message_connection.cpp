@@ -1,5 +1,7 @@
 #include "server/transport/message_connection.hpp"
 
+#include "common/net/coroutines.hpp"
+
 #include <algorithm>
 #include <exception>
 #include <utility>
@@ -30,7 +32,7 @@ void MessageConnection::start(std::function<void()> on_closed) {
 
 void MessageConnection::spawn(asio::awaitable<void> (MessageConnection::*coroutine)()) {
   ++running_coroutines_;
-  asio::co_spawn(
+  multitetra::spawn(
       stream_->executor(),
       [self = shared_from_this(), coroutine] { return (self.get()->*coroutine)(); },
       [self = shared_from_this()](const std::exception_ptr& trouble) {

@@ -5,6 +5,7 @@
 
 #include <boost/asio/signal_set.hpp>
 
+#include "common/net/coroutines.hpp"
 #include "common/net/net.hpp"
 #include "server/operations/log.hpp"
 
@@ -61,13 +62,13 @@ class ServerRuntime::Running {
   }
 
   void stop() {
-    asio::post(io_, [this] { stop_now(); });
+    post(io_.get_executor(), [this] { stop_now(); });
   }
   void drain() {
-    asio::post(io_, [this] { drain_now(); });
+    post(io_.get_executor(), [this] { drain_now(); });
   }
   void reload() {
-    asio::post(io_, [this] { reload_now(); });
+    post(io_.get_executor(), [this] { reload_now(); });
   }
 
  private:
@@ -103,9 +104,7 @@ class ServerRuntime::Running {
     log_line(LogLevel::kInfo, "draining",
              {{"connections", static_cast<std::uint64_t>(admission_.connections())}});
     drain_timer_.expires_after(options_.drain_time);
-    drain_timer_.async_wait([this](error_code cancelled) {
-      if (!cancelled) stop_now();
-    });
+    when_expired(drain_timer_, [this] { stop_now(); });
     // Not from inside the request that ends.
     admission_.drain([this] { stop(); });
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/net/coroutines.hpp"
 #include "common/net/frame.hpp"
 #include "server/session/answers.hpp"
 #include "server/transport/session_admission.hpp"
@@ -41,12 +42,11 @@ void StreamSession::receive(std::string_view content) {
     return;
   }
   is_greeting_ = true;
-  asio::co_spawn(
-      executor_,
-      [self = shared_from_this(), hello = *hello, finding = *std::move(finding)]() mutable {
-        return self->greet(std::move(hello), std::move(finding));
-      },
-      asio::detached);
+  // std::function copies what it is given, and this cannot be copied.
+  auto shared = std::make_shared<asio::awaitable<SessionBackend::Found>>(*std::move(finding));
+  spawn(executor_, [self = shared_from_this(), hello = *hello, shared] {
+    return self->greet(hello, std::move(*shared));
+  });
 }
 
 asio::awaitable<void> StreamSession::greet(Hello hello,

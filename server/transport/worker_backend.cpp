@@ -7,6 +7,7 @@
 #include <spdlog/spdlog.h>
 
 #include "common/base/number_text.hpp"
+#include "common/net/coroutines.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/core/thresholds/threshold_map.hpp"
 #include "server/dataset/byte_source.hpp"
@@ -186,13 +187,13 @@ void WorkerBackend::make_next_step() {
   auto make = [self = shared_from_this(), stream = stream_, state = *state,
                most = limits_.max_triangles, guard = asio::make_work_guard(executor_)]() mutable {
     const asio::any_io_executor executor = self->executor_;
-    asio::post(executor, [self, stream] { self->step_begins(stream); });
+    post(executor, [self, stream] { self->step_begins(stream); });
     const Clock::time_point start = Clock::now();
     auto made = make_step(*stream->source, state, most, stream->stop.get_token());
-    asio::post(executor, [self = std::move(self), stream = std::move(stream),
-                          made = std::move(made), seconds = seconds_since(start)]() mutable {
-      self->step_made(stream, std::move(made), seconds);
-    });
+    post(executor,
+         [self = std::move(self), stream = std::move(stream),
+          made = std::make_shared<Result<MadeStep>>(std::move(made)),
+          seconds = seconds_since(start)] { self->step_made(stream, std::move(*made), seconds); });
   };
   // A first preview is short; what follows may take as long as the whole.
   const bool is_long = !state->previews || !state->shown.empty();
@@ -246,14 +247,13 @@ void WorkerBackend::estimate(MakeEstimate action, std::stop_token stop,
   // What belongs to the executor's thread is given back to it, and let go there.
   auto make = [self = shared_from_this(), job, guard = asio::make_work_guard(executor_)]() mutable {
     const asio::any_io_executor executor = self->executor_;
-    asio::post(executor, [limit = self->limits_.request_time, job] {
+    post(executor, [limit = self->limits_.request_time, job] {
       if (limit.count() > 0) job->worker.set(limit);
     });
     auto made = make_estimate(*job->source, job->asked, job->stop.get_token());
-    asio::post(executor,
-               [self = std::move(self), job = std::move(job), made = std::move(made)]() mutable {
-                 self->estimate_made(job, std::move(made));
-               });
+    post(executor, [self = std::move(self), job = std::move(job), made = std::move(made)] {
+      self->estimate_made(job, made);
+    });
   };
   workers_.post(queue_client_, {.run = std::move(make), .is_long = is_long});
 }

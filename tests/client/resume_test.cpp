@@ -24,6 +24,7 @@
 #include "tests/support/fields.hpp"
 #include "tests/support/running_server.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/waiting.hpp"
 
 namespace multitetra {
 namespace {
@@ -262,9 +263,7 @@ TEST_P(ResumeOfProgram, AKilledRunIsContinued) {
                              [&](int) { return Cut{.tiles = enough, .stays_open = true}; });
     const Way way(GetParam(), proxy.endpoint());
     const pid_t process = start(way.endpoint(), way.trust());
-    for (int i = 0; i < 3000 && tile_files().size() < enough; ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    EXPECT_TRUE(testing::eventually([&] { return tile_files().size() >= enough; }));
     ::kill(process, SIGKILL);
     EXPECT_EQ(exit_code_of(process), -1);
     sent = proxy.tiles();

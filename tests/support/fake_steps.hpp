@@ -1,17 +1,15 @@
 // A source of steps under the control of a test: nothing is extracted.
 #pragma once
 
-#include <atomic>
-#include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include "server/dataset/in_parallel.hpp"
 #include "server/stream/dataset_catalogue.hpp"
 #include "tests/support/octahedra.hpp"
+#include "tests/support/waiting.hpp"
 
 namespace multitetra::testing {
 
@@ -58,10 +56,10 @@ class FakeSteps : public StepSource {
 };
 
 // Works until it is stopped, as a very long extraction does.
-inline MakeStep endless(std::atomic<int>& running) {
+inline MakeStep endless(Count& running) {
   return [&running](const StepRequest&, const std::stop_token& stop) -> EncodedStep {
     ++running;
-    while (!stop.stop_requested()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    Gate().pass(stop);
     --running;
     throw Cancelled{};
   };

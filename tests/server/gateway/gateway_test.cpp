@@ -15,6 +15,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using testing::catalogue_of;
+using testing::eventually;
 using testing::FakeSteps;
 using testing::HttpClient;
 using testing::RunningGateway;
@@ -132,19 +133,18 @@ TEST(GatewayTest, SaysThatNoServerIsThere) {
 }
 
 TEST(GatewayTest, StopsAStreamThatIsCancelledOrSuperseded) {
-  std::atomic<int> running = 0;
+  testing::Count running;
   Upstream upstream(std::make_shared<FakeSteps>("octahedron", testing::endless(running)));
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   WebSocketClient client(gateway.http());
   greet(client);
   open(client, 1);
-  while (running == 0) std::this_thread::sleep_for(1ms);
+  ASSERT_TRUE(running.reaches(1));
   open(client, 2);
   EXPECT_EQ(client.receive_a<StreamEnd>().outcome, StreamOutcome::kSuperseded);
   client.send(Cancel{2});
   EXPECT_EQ(client.receive_a<StreamEnd>().outcome, StreamOutcome::kCancelled);
-  for (int i = 0; running > 0 && i < 5000; ++i) std::this_thread::sleep_for(1ms);
-  EXPECT_EQ(running, 0);
+  EXPECT_TRUE(running.reaches(0));
 }
 
 TEST(GatewayTest, AnswersHttpAsAServerDoes) {
@@ -226,7 +226,8 @@ TEST(GatewayTest, WaitsForItsOnlyServerToComeBack) {
   greet(client);
   upstream.stop();
   open(client, 1);
-  std::this_thread::sleep_for(50ms);
+  HttpClient probe(gateway.http());
+  EXPECT_TRUE(eventually([&] { return probe.get("/readyz").result_int() == 503U; }));
   upstream.start_again();
   EXPECT_EQ(std::get<StreamEnd>(all_of_stream(client).back()).outcome, StreamOutcome::kComplete);
 }

@@ -9,8 +9,8 @@
 #include "tests/server/gateway/gateway_client.hpp"
 #include "tests/server/gateway/running_gateway.hpp"
 #include "tests/server/http/tls_request.hpp"
-#include "tests/support/eventually.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/waiting.hpp"
 
 namespace multitetra {
 namespace {
@@ -169,12 +169,12 @@ TEST(GuardedGateway, CountsWhatItPassesOn) {
 }
 
 TEST(GuardedGateway, LetsRunningStreamsEndBeforeItStops) {
-  std::atomic<bool> may_end = false;
-  std::atomic<bool> has_begun = false;
+  testing::Gate may_end;
+  testing::Gate has_begun;
   Upstream upstream(std::make_shared<FakeSteps>(
       "octahedron", [&](const StepRequest& step, const std::stop_token&) {
-        has_begun = true;
-        while (!may_end) std::this_thread::sleep_for(1ms);
+        has_begun.open();
+        may_end.pass();
         return testing::octahedron_step(step);
       }));
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
@@ -183,13 +183,13 @@ TEST(GuardedGateway, LetsRunningStreamsEndBeforeItStops) {
   WebSocketClient other(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(other)));
   open(busy, 1);
-  ASSERT_TRUE(eventually([&] { return has_begun.load(); }));
+  ASSERT_TRUE(has_begun.pass());
   gateway.drain();
   HttpClient probe(gateway.http());
   EXPECT_TRUE(eventually([&] { return probe.get("/readyz").result_int() == 503U; }));
   open(other, 1);
   EXPECT_EQ(code_of(other.receive()), ErrorCode::kUnavailable);
-  may_end = true;
+  may_end.open();
   EXPECT_TRUE(is_complete(end_of_stream(busy)));
   gateway.wait();
 }

@@ -8,7 +8,7 @@
 #include "tests/server/gateway/gateway_client.hpp"
 #include "tests/server/gateway/hanging_server.hpp"
 #include "tests/server/gateway/running_gateway.hpp"
-#include "tests/support/eventually.hpp"
+#include "tests/support/waiting.hpp"
 
 namespace multitetra {
 namespace {
@@ -88,19 +88,31 @@ TEST(LostUpstreams, StopsWhileAServerHangs) {
   (void)client.receive_a<Pong>();
 }  // Whose end waits for the gateway's.
 
+// Counts the connections that a server has ended because nothing was asked on them.
+class IdleCount : public ServiceObserver {
+ public:
+  void refused(const ClientFacts&, const char* reason) override {
+    if (std::string_view(reason) == "idle_seconds") ++ended;
+  }
+  testing::Count ended;
+};
+
 // With one server and a backoff beyond all patience a loss would fail the stream.
 TEST(LostUpstreams, ALinkThatTheServerClosedMeanwhileIsNoLoss) {
-  Upstream upstream(octahedron(), {.limits = {.idle_time = 200ms}});
+  const auto idle = std::make_shared<IdleCount>();
+  Upstream upstream(octahedron(),
+                    {.admission = {.observer = idle}, .limits = {.idle_time = 200ms}});
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()},
                                        .patience = 5s,
                                        .least_backoff = 20s,
                                        .most_backoff = 20s}});
   WebSocketClient client(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(client)));
-  for (std::uint64_t id = 1; id <= 3; ++id) {
-    open(client, id);
+  for (int id = 1; id <= 3; ++id) {
+    open(client, static_cast<std::uint64_t>(id));
     EXPECT_TRUE(is_complete(end_of_stream(client))) << id;
-    std::this_thread::sleep_for(400ms);
+    // The link by which the gateway watches the server, once, and those of the streams.
+    EXPECT_TRUE(idle->ended.reaches_at_least(1 + id));
   }
 }
 

@@ -83,14 +83,14 @@ TEST(GuardedHttp, HangsUpAtOnceWhenATlsClientHasSaidGoodbye) {
 }
 
 TEST(GuardedHttp, IsNotReadyWhileItDrains) {
-  std::atomic<int> running = 0;
+  testing::Count running;
   RunningHttpServer server(
       catalogue_of(std::make_shared<FakeSteps>("octahedron", testing::endless(running))));
   WebSocketClient busy(server.http());
   busy.send(Hello{});
   (void)busy.receive_a<Welcome>();
   busy.send(OpenStream{.request_id = 1, .dataset = "octahedron", .held = {}});
-  while (running == 0) std::this_thread::sleep_for(1ms);
+  ASSERT_TRUE(running.reaches(1));
   HttpClient probe(server.http());
   EXPECT_EQ(probe.get("/readyz").result_int(), 200U);
   server.drain();

@@ -142,25 +142,24 @@ TEST(Isosurface, IsRefusedWhereItIsTooLargeForOneResponse) {
 }
 
 TEST(Isosurface, StopsBeingMadeWhenTheClientHangsUp) {
-  std::atomic<int> running = 0;
+  testing::Count running;
   RunningHttpServer server(
       catalogue_of(std::make_shared<FakeSteps>("octahedron", testing::endless(running))));
   {
     HttpClient client(server.http());
     client.send(std::string("GET ") + kPath + " HTTP/1.1\r\nHost: x\r\n\r\n");
-    while (running == 0) std::this_thread::sleep_for(1ms);
+    ASSERT_TRUE(running.reaches(1));
   }
-  for (int i = 0; running > 0 && i < 5000; ++i) std::this_thread::sleep_for(1ms);
-  EXPECT_EQ(running, 0);
+  EXPECT_TRUE(running.reaches(0));
 }
 
 TEST(Isosurface, IsAnsweredWith503WhenTheServerStops) {
-  std::atomic<int> running = 0;
+  testing::Count running;
   RunningHttpServer server(
       catalogue_of(std::make_shared<FakeSteps>("octahedron", testing::endless(running))));
   HttpClient client(server.http());
   client.send(std::string("GET ") + kPath + " HTTP/1.1\r\nHost: x\r\n\r\n");
-  while (running == 0) std::this_thread::sleep_for(1ms);
+  ASSERT_TRUE(running.reaches(1));
   std::thread stopping([&] { server.stop(); });
   EXPECT_EQ(client.receive().result_int(), 503U);
   EXPECT_EQ(client.rest(), "");

@@ -119,15 +119,26 @@ TEST(WebSocketListener, WaitsForHelloOnlySoLong) {
   client.closed();
 }
 
+// Counts the connections that are over.
+class EndCount : public ServiceObserver {
+ public:
+  void disconnected(const ClientFacts& client, double) override {
+    if (std::string_view(client.protocol) == "websocket") ++ended;
+  }
+  testing::Count ended;
+};
+
 TEST(WebSocketListener, GivesUpAClientThatDoesNotRead) {
+  const auto count = std::make_shared<EndCount>();
   RunningHttpServer server(
       catalogue_of(std::make_shared<FakeSteps>("octahedron", heavy(64, 1'000'000))),
-      {.write_timeout = 100ms, .linger = 10ms, .send_buffer_bytes = 64 * 1024});
+      {.write_timeout = 100ms, .linger = 10ms, .send_buffer_bytes = 64 * 1024},
+      {.admission = {.observer = count}});
   WebSocketClient client(server.http());
   client.send(Hello{});
   client.receive_a<Welcome>();
   client.send(OpenStream{.request_id = 1, .dataset = "octahedron", .held = {}});
-  std::this_thread::sleep_for(400ms);
+  ASSERT_TRUE(count->ended.reaches(1));
   EXPECT_NE(client.closed().code, websocket::close_code::normal);
 }
 
@@ -143,7 +154,7 @@ TEST(WebSocketListener, TellsItsClientsThatTheServerStops) {
 }
 
 TEST(WebSocketListener, StopsAStreamWhoseClientIsGone) {
-  std::atomic<int> running = 0;
+  testing::Count running;
   RunningHttpServer server(
       catalogue_of(std::make_shared<FakeSteps>("octahedron", testing::endless(running))));
   {
@@ -151,10 +162,9 @@ TEST(WebSocketListener, StopsAStreamWhoseClientIsGone) {
     client.send(Hello{});
     client.receive_a<Welcome>();
     client.send(OpenStream{.request_id = 1, .dataset = "octahedron", .held = {}});
-    while (running == 0) std::this_thread::sleep_for(1ms);
+    ASSERT_TRUE(running.reaches(1));
   }
-  for (int i = 0; running > 0 && i < 5000; ++i) std::this_thread::sleep_for(1ms);
-  EXPECT_EQ(running, 0);
+  EXPECT_TRUE(running.reaches(0));
 }
 
 }  // namespace

@@ -1,10 +1,7 @@
 // What sessions share: tiles, steps, and computations under way.
-#include <atomic>
-#include <chrono>
 #include <future>
 #include <random>
 #include <stdexcept>
-#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -12,13 +9,16 @@
 #include "server/stream/single_flight.hpp"
 #include "server/stream/step_cache.hpp"
 #include "tests/support/octahedra.hpp"
+#include "tests/support/waiting.hpp"
 
 namespace multitetra {
 namespace {
 
-using namespace std::chrono_literals;
 using testing::coarse_tiles;
+using testing::Count;
+using testing::eventually;
 using testing::fine_tiles;
+using testing::Gate;
 
 // ---- LruMap
 
@@ -61,42 +61,34 @@ TEST(LruMap, AnEntryThatIsReplacedCountsOnce) {
 class SingleFlightTest : public ::testing::Test {
  protected:
   // A computation that ends when it is told to, or stopped.
-  int compute(std::stop_token stop) {
+  int compute(const std::stop_token& stop) {
     ++started_;
-    while (!may_end_) {
-      if (stop.stop_requested()) {
-        ++stopped_;
-        throw Cancelled{};
-      }
-      std::this_thread::sleep_for(1ms);
-    }
-    return 42;
+    if (may_end_.pass(stop)) return 42;
+    ++stopped_;
+    throw Cancelled{};
   }
   std::future<int> ask(std::stop_token stop = {}) {
     return std::async(std::launch::async, [this, stop] {
       return flights_.get("key", stop, [this](const std::stop_token& all) { return compute(all); });
     });
   }
-  void wait_until(const std::function<bool()>& happened) {
-    for (int i = 0; i < 5000 && !happened(); ++i) std::this_thread::sleep_for(1ms);
-    ASSERT_TRUE(happened());
+  // Whether so many wait for the one result.
+  [[nodiscard]] bool are_waiting(std::size_t askers) {
+    return eventually([&] { return flights_.interested("key") == askers; });
   }
 
   SingleFlight<std::string, int> flights_;
-  std::atomic<int> started_ = 0;
-  std::atomic<int> stopped_ = 0;
-  std::atomic<bool> may_end_ = false;
+  Count started_;
+  Count stopped_;
+  Gate may_end_;
 };
 
 TEST_F(SingleFlightTest, ComputesOnceForAllWhoAskMeanwhile) {
-  auto first = ask();
-  wait_until([this] { return started_ == 1; });
-  std::vector<std::future<int>> others;
-  for (int i = 0; i < 5; ++i) others.push_back(ask());
-  std::this_thread::sleep_for(20ms);
-  may_end_ = true;
-  EXPECT_EQ(first.get(), 42);
-  for (auto& other : others) EXPECT_EQ(other.get(), 42);
+  std::vector<std::future<int>> askers;
+  for (int i = 0; i < 6; ++i) askers.push_back(ask());
+  ASSERT_TRUE(are_waiting(6));
+  may_end_.open();
+  for (auto& asker : askers) EXPECT_EQ(asker.get(), 42);
   EXPECT_EQ(started_, 1);
   EXPECT_EQ(ask().get(), 42);
   EXPECT_EQ(started_, 2) << "it keeps nothing";
@@ -105,12 +97,12 @@ TEST_F(SingleFlightTest, ComputesOnceForAllWhoAskMeanwhile) {
 TEST_F(SingleFlightTest, WhoComputesMayLeaveWithoutHarmToTheOthers) {
   std::stop_source first_stop;
   auto first = ask(first_stop.get_token());
-  wait_until([this] { return started_ == 1; });
+  ASSERT_TRUE(started_.reaches(1));
   auto second = ask();
-  std::this_thread::sleep_for(20ms);
+  ASSERT_TRUE(are_waiting(2));
   first_stop.request_stop();
-  std::this_thread::sleep_for(20ms);
-  may_end_ = true;
+  EXPECT_EQ(flights_.interested("key"), 1U);
+  may_end_.open();
   EXPECT_EQ(second.get(), 42);
   EXPECT_EQ(first.get(), 42);
   EXPECT_EQ(started_, 1);
@@ -118,14 +110,14 @@ TEST_F(SingleFlightTest, WhoComputesMayLeaveWithoutHarmToTheOthers) {
 
 TEST_F(SingleFlightTest, WhoWaitsLeavesAtOnceWhenStopped) {
   auto first = ask();
-  wait_until([this] { return started_ == 1; });
+  ASSERT_TRUE(started_.reaches(1));
   std::stop_source stop;
   auto second = ask(stop.get_token());
-  std::this_thread::sleep_for(20ms);
+  ASSERT_TRUE(are_waiting(2));
   stop.request_stop();
   EXPECT_THROW(second.get(), Cancelled);
   EXPECT_EQ(stopped_, 0);
-  may_end_ = true;
+  may_end_.open();
   EXPECT_EQ(first.get(), 42);
 }
 
@@ -133,29 +125,25 @@ TEST_F(SingleFlightTest, StopsWhenNobodyIsLeftAndBeginsAnewForTheNext) {
   std::stop_source stop;
   auto first = ask(stop.get_token());
   auto second = ask(stop.get_token());
-  wait_until([this] { return started_ == 1; });
-  std::this_thread::sleep_for(20ms);
+  ASSERT_TRUE(are_waiting(2));
   stop.request_stop();
   EXPECT_THROW(first.get(), Cancelled);
   EXPECT_THROW(second.get(), Cancelled);
-  EXPECT_GE(stopped_, 1);
-  may_end_ = true;
+  EXPECT_EQ(stopped_, 1);
+  may_end_.open();
   EXPECT_EQ(ask().get(), 42);
 }
 
 TEST_F(SingleFlightTest, AFailureIsEverybodysAndIsForgotten) {
-  std::promise<void> asked;
-  auto first = std::async(std::launch::async, [&] {
-    return flights_.get("key", {}, [&](const std::stop_token&) -> int {
-      asked.set_value();
-      while (!may_end_) std::this_thread::sleep_for(1ms);
-      throw std::runtime_error("no");
-    });
-  });
-  asked.get_future().wait();
+  const auto fail = [&](const std::stop_token&) -> int {
+    may_end_.pass();
+    throw std::runtime_error("no");
+  };
+  auto first = std::async(std::launch::async, [&] { return flights_.get("key", {}, fail); });
+  ASSERT_TRUE(are_waiting(1));
   auto second = ask();
-  std::this_thread::sleep_for(20ms);
-  may_end_ = true;
+  ASSERT_TRUE(are_waiting(2));
+  may_end_.open();
   EXPECT_THROW(first.get(), std::runtime_error);
   EXPECT_THROW(second.get(), std::runtime_error);
   EXPECT_EQ(ask().get(), 42);
@@ -171,20 +159,17 @@ struct Uncopyable {
 
 TEST(SingleFlight, WhoCannotHaveACopyKeepsNobodyWaiting) {
   SingleFlight<std::string, Uncopyable> flights;
-  std::atomic<bool> has_started = false;
-  std::atomic<bool> may_end = false;
+  Gate may_end;
   const auto ask = [&] {
     (void)flights.get("key", {}, [&](const std::stop_token&) {
-      has_started = true;
-      while (!may_end) std::this_thread::sleep_for(1ms);
+      may_end.pass();
       return Uncopyable();
     });
   };
   auto first = std::async(std::launch::async, ask);
-  while (!has_started) std::this_thread::sleep_for(1ms);
   auto second = std::async(std::launch::async, ask);
-  std::this_thread::sleep_for(20ms);
-  may_end = true;
+  ASSERT_TRUE(eventually([&] { return flights.interested("key") == 2; }));
+  may_end.open();
   EXPECT_THROW(first.get(), std::bad_alloc);
   EXPECT_THROW(second.get(), std::bad_alloc);
   EXPECT_THROW(ask(), std::bad_alloc) << "it is computed anew";

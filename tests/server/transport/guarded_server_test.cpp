@@ -12,10 +12,10 @@
 #include "common/base/exit_codes.hpp"
 #include "common/net/stream_socket.hpp"
 #include "tests/support/certificates.hpp"
-#include "tests/support/eventually.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/running_server.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/waiting.hpp"
 
 namespace multitetra {
 namespace {
@@ -308,7 +308,7 @@ TEST(Limits, RegionsOfAThresholdMap) {
 }
 
 TEST(Limits, WorkersTimeForOneRequest) {
-  std::atomic<int> running = 0;
+  testing::Count running;
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
                              {.workers = 1, .limits = {.request_time = 50ms}});
   MessageSocket socket = server.greet();
@@ -317,7 +317,7 @@ TEST(Limits, WorkersTimeForOneRequest) {
   EXPECT_EQ(given_up.error.code, ErrorCode::kLimitExceeded);
   EXPECT_NE(given_up.error.text.find("than the 0.05 s"), std::string::npos) << given_up.error.text;
   EXPECT_EQ(given_up.request_id, 1U);
-  EXPECT_TRUE(eventually([&] { return running == 0; })) << "The worker still works for nobody.";
+  EXPECT_TRUE(running.reaches(0)) << "The worker still works for nobody.";
   ASSERT_TRUE(socket.send(Ping{1}));
   (void)receive<Pong>(socket);
 }
@@ -345,7 +345,7 @@ TEST(Limits, BytesOfStreamsThatHaveGoneAreFreeAgain) {
 }
 
 TEST(Limits, AnIdleClientIsSentAwayAndABusyOneIsNot) {
-  std::atomic<int> running = 0;
+  testing::Count running;
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
                              {.limits = {.idle_time = 100ms}, .connection = {.linger = 10ms}});
   MessageSocket busy = server.greet();
@@ -360,21 +360,21 @@ TEST(Limits, AnIdleClientIsSentAwayAndABusyOneIsNot) {
 // Whose size takes so long to find out as the test wants.
 class EndlessSizes : public FakeSteps {
  public:
-  EndlessSizes(const std::string& name, std::atomic<int>& running)
+  EndlessSizes(const std::string& name, testing::Count& running)
       : FakeSteps(name), running_(running) {}
   [[nodiscard]] StepSizes sizes(std::stop_token stop, SizeAccuracy) const override {
     ++running_;
-    while (!stop.stop_requested()) std::this_thread::sleep_for(1ms);
+    testing::Gate().pass(stop);
     --running_;
     throw Cancelled{};
   }
 
  private:
-  std::atomic<int>& running_;
+  testing::Count& running_;
 };
 
 TEST(Limits, EstimatesUnderWayOnOneConnection) {
-  std::atomic<int> running = 0;
+  testing::Count running;
   const RunningServer server(catalogue_of(std::make_shared<EndlessSizes>("fake", running)),
                              {.session = {.max_estimates = 2}, .connection = {.linger = 10ms}});
   MessageSocket socket = server.greet();
@@ -461,18 +461,18 @@ TEST(Limits, TheFirstMessageMayBeSmallerThanTheOthers) {
 // ---- draining
 
 TEST(Draining, RunningStreamsEndAndNewOnesAreRefused) {
-  std::atomic<bool> may_end = false;
-  std::atomic<bool> has_begun = false;
+  testing::Gate may_end;
+  testing::Gate has_begun;
   RunningServer server(catalogue_of(
       std::make_shared<FakeSteps>("fake", [&](const StepRequest& step, const std::stop_token&) {
-        has_begun = true;
-        while (!may_end) std::this_thread::sleep_for(1ms);
+        has_begun.open();
+        may_end.pass();
         return testing::octahedron_step(step);
       })));
   MessageSocket busy = server.greet();
   MessageSocket other = server.greet();
   ASSERT_TRUE(busy.send(open(1)));
-  ASSERT_TRUE(eventually([&] { return has_begun.load(); }));
+  ASSERT_TRUE(has_begun.pass());
   server.drain();
   ASSERT_TRUE(eventually([&] {
     if (!other.send(Estimate{.request_id = 5, .dataset = "fake"})) return true;
@@ -484,7 +484,7 @@ TEST(Draining, RunningStreamsEndAndNewOnesAreRefused) {
   (void)receive<Welcome>(late);
   ASSERT_TRUE(late.send(open(1)));
   EXPECT_EQ(receive<ErrorReply>(late).error.code, ErrorCode::kUnavailable);
-  may_end = true;
+  may_end.open();
   const ServerMessage end = after_steps(busy);
   ASSERT_TRUE(std::holds_alternative<StreamEnd>(end)) << error_of(end).text;
   EXPECT_EQ(std::get<StreamEnd>(end).outcome, StreamOutcome::kComplete);
@@ -496,12 +496,12 @@ TEST(Draining, AnIdleServerStopsAtOnceAndASlowOneWhenItsTimeIsOver) {
   MessageSocket client = idle.greet();
   idle.drain();
   idle.wait();
-  std::atomic<int> running = 0;
+  testing::Count running;
   RunningServer slow(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
                      {.drain_time = 50ms, .connection = {.linger = 10ms}});
   MessageSocket busy = slow.greet();
   ASSERT_TRUE(busy.send(open(1)));
-  ASSERT_TRUE(eventually([&] { return running == 1; }));
+  ASSERT_TRUE(running.reaches(1));
   slow.drain();
   slow.wait();
   EXPECT_EQ(running, 0);
@@ -509,12 +509,12 @@ TEST(Draining, AnIdleServerStopsAtOnceAndASlowOneWhenItsTimeIsOver) {
 
 // The process is that of the tests: the server must be listening to signals before one comes.
 TEST(Draining, ASecondSignalDoesNotWaitForRunningStreams) {
-  std::atomic<int> running = 0;
+  testing::Count running;
   RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
                        {.heed_signals = true, .drain_time = 1h, .connection = {.linger = 10ms}});
   MessageSocket busy = server.greet();
   ASSERT_TRUE(busy.send(open(1)));
-  ASSERT_TRUE(eventually([&] { return running == 1; }));
+  ASSERT_TRUE(running.reaches(1));
   ASSERT_EQ(::kill(::getpid(), SIGTERM), 0);
   MessageSocket late = server.greet();
   ASSERT_TRUE(eventually([&] {
@@ -555,13 +555,13 @@ TEST(Observer, AStreamIsToldOnceWithItsFacts) {
 
 TEST(Observer, AClientThatGoesLeavesItsStream) {
   const auto notes = std::make_shared<Notes>();
-  std::atomic<int> running = 0;
+  testing::Count running;
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
                              {.admission = {.observer = notes}});
   {
     MessageSocket socket = server.greet();
     ASSERT_TRUE(socket.send(open(1)));
-    ASSERT_TRUE(eventually([&] { return running == 1; }));
+    ASSERT_TRUE(running.reaches(1));
   }
   EXPECT_TRUE(eventually([&] { return notes->has("stream left"); }));
 }
