@@ -4,8 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include <spdlog/spdlog.h>
-
 #include "common/net/coroutines.hpp"
 #include "server/operations/log.hpp"
 
@@ -41,8 +39,8 @@ void HttpConnection::start(Upgrade on_upgrade, std::function<void()> on_closed) 
             return;
           }
         } catch (const std::exception& error) {
-          spdlog::error("{}: closing the connection: {}", self->client_->facts().peer,
-                        error.what());
+          log_line(LogLevel::kError, std::string("closing the connection: ") + error.what(),
+                   {{"peer", self->client_->facts().peer}});
         }
         if (self->stream_) self->stream_->close();
         self->on_closed_();
@@ -63,7 +61,8 @@ void HttpConnection::end(const Error& why) {
 void HttpConnection::keep_time(Clock::time_point now) {
   if (context_ && context_->session) context_->session->keep_time(now);
   if (!deadline_.is_past(now)) return;
-  spdlog::debug("{}: closing the connection: it took too long", client_->facts().peer);
+  log_line(LogLevel::kDebug, "closing the connection: it took too long",
+           {{"peer", client_->facts().peer}});
   deadline_.clear();
   stream_->close();
 }

@@ -67,4 +67,10 @@ void HttpListener::upgrade(const ClientContextPtr& client, std::unique_ptr<ByteS
   connections_.put(id, connection);
 }
 
+MakeListener http_listener(HttpOptions options) {
+  return [options = std::move(options)](const ServerContext& server) {
+    return std::make_unique<HttpListener>(server, options);
+  };
+}
+
 }  // namespace multitetra

@@ -16,6 +16,7 @@
 #include "common/wire/tile.hpp"
 #include "server/http/viewer_files.hpp"
 #include "server/transport/connection_options.hpp"
+#include "server/transport/listener.hpp"
 
 namespace multitetra {
 
@@ -64,6 +65,10 @@ struct HttpOptions {
             .send_buffer_bytes = send_buffer_bytes};
   }
 };
+
+// For servers and gateways. Throws, when it is called, AddressError that names the address when
+// that cannot be listened on.
+[[nodiscard]] MakeListener http_listener(HttpOptions options);
 
 // "HOST:PORT", also behind "http://". kInvalidArgument, with the text and an example, otherwise.
 [[nodiscard]] Result<Endpoint> parse_http_endpoint(std::string_view text);

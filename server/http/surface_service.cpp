@@ -4,11 +4,12 @@
 #include <new>
 #include <utility>
 
-#include <spdlog/spdlog.h>
-
+#include "common/net/async_event.hpp"
+#include "common/net/coroutines.hpp"
 #include "common/request/request_key.hpp"
 #include "server/http/conditions.hpp"
 #include "server/http/media.hpp"
+#include "server/operations/log.hpp"
 
 namespace multitetra {
 namespace {
@@ -16,23 +17,12 @@ namespace {
 // Of what this program makes of a request: to be raised when the same request gives other bytes.
 constexpr std::string_view kFormVersion = "2";
 
-// The result of work() on a thread of the pool, back on the executor of the coroutine.
-template <typename Work>
-auto run_on(asio::thread_pool& pool, Work work) {
-  using Value = decltype(work());
-  return asio::async_initiate<decltype(asio::use_awaitable), void(Value)>(
-      [&pool](auto handler, Work job) {
-        auto executor = asio::get_associated_executor(handler);
-        auto guard = asio::make_work_guard(executor);
-        asio::post(pool, [handler = std::move(handler), job = std::move(job), executor,
-                          guard = std::move(guard)]() mutable {
-          asio::post(executor, [handler = std::move(handler), value = job()]() mutable {
-            handler(std::move(value));
-          });
-        });
-      },
-      asio::use_awaitable, std::move(work));
-}
+// A mesh that is made on another thread.
+struct Assembly {
+  explicit Assembly(asio::any_io_executor executor) : done(executor) {}
+  std::optional<Result<StoredMesh>> mesh;
+  AsyncEvent done;
+};
 
 Result<StoredMesh> guarded_store(const OneShotSession::Step& step, const DatasetInfo& info,
                                  const MeshForm& form, const std::filesystem::path& folder,
@@ -44,7 +34,8 @@ Result<StoredMesh> guarded_store(const OneShotSession::Step& step, const Dataset
                 "The server has not enough memory for this mesh in one response; allow a larger "
                 "error, or take it as a stream.");
   } catch (const std::exception& trouble) {
-    spdlog::error("dataset {}: making a mesh file failed: {}", info.name, trouble.what());
+    log_line(LogLevel::kError, std::string("making a mesh file failed: ") + trouble.what(),
+             {{"dataset", info.name}});
     return fail(ErrorCode::kInternal,
                 "The server failed to make this mesh's file; its log says why.");
   }
@@ -106,12 +97,24 @@ asio::awaitable<Result<StoredMesh>> SurfaceService::make(const Wanted& wanted,
   auto step =
       co_await one_shot.final_step(wanted.info.name, wanted.request, options_.max_mesh_triangles);
   if (!step) co_return tl::unexpected(step.error());
-  auto job = [step = std::make_shared<const OneShotSession::Step>(*std::move(step)),
-              info = wanted.info, form = wanted.form, folder = options_.temporary_folder,
-              stop = context.stop.get_token()] {
-    return guarded_store(*step, info, form, folder, stop);
-  };
-  auto stored = co_await run_on(assembling_, std::move(job));
+  // The guard keeps the executor running until the mesh has come back.
+  const auto executor = co_await asio::this_coro::executor;
+  const auto assembly = std::make_shared<Assembly>(executor);
+  const FairQueue::Client client = assembling_.new_client();
+  assembling_.post(
+      client,
+      {.run = [assembly, step = std::make_shared<const OneShotSession::Step>(*std::move(step)),
+               info = wanted.info, form = wanted.form, folder = options_.temporary_folder,
+               stop = context.stop.get_token(), executor, guard = asio::make_work_guard(executor)] {
+        auto mesh =
+            std::make_shared<Result<StoredMesh>>(guarded_store(*step, info, form, folder, stop));
+        post(executor, [assembly, mesh] {
+          assembly->mesh = std::move(*mesh);
+          assembly->done.notify_all();
+        });
+      }});
+  while (!assembly->mesh) co_await assembly->done.wait();
+  auto stored = *std::move(assembly->mesh);
   if (stored && !wanted.tag.empty()) meshes_.add(wanted.key, *stored, weight_of(*stored));
   co_return stored;
 }

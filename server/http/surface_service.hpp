@@ -5,8 +5,6 @@
 #include <string>
 #include <vector>
 
-#include <boost/asio/thread_pool.hpp>
-
 #include "server/http/answer.hpp"
 #include "server/http/http_options.hpp"
 #include "server/http/mesh_response.hpp"
@@ -14,6 +12,7 @@
 #include "server/http/surface_query.hpp"
 #include "server/http/target.hpp"
 #include "server/stream/lru_map.hpp"
+#include "server/stream/workers.hpp"
 
 namespace multitetra {
 
@@ -49,7 +48,7 @@ class SurfaceService {
 
   const HttpOptions& options_;
   LruMap<std::string, StoredMesh> meshes_;
-  asio::thread_pool assembling_{1};  // One mesh at a time: each takes much memory.
+  Workers assembling_{1};  // One mesh at a time: each takes much memory.
 };
 
 }  // namespace multitetra

@@ -134,6 +134,8 @@ void start_log(const LogOptions& options) {
   spdlog::set_default_logger(std::move(logger));
 }
 
+void set_log_level(LogLevel level) { spdlog::set_level(level_of(level)); }
+
 bool is_logged(LogLevel level) { return spdlog::default_logger_raw()->should_log(level_of(level)); }
 
 void log_line(LogLevel level, std::string_view text, std::initializer_list<LogField> fields) {

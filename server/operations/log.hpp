@@ -8,7 +8,7 @@
 //          "connection":7,"dataset":"head"}
 //
 // Each event is one line, whatever bytes from outside it quotes: control characters are escaped in
-// both forms. What is said with spdlog directly becomes lines without fields.
+// both forms. spdlog writes them, and is seen by log.cpp alone.
 #pragma once
 
 #include <cstdint>
@@ -34,6 +34,8 @@ struct LogOptions {
 
 // To the standard error output, from now on.
 void start_log(const LogOptions& options);
+// From any thread.
+void set_log_level(LogLevel level);
 
 using LogValue = std::variant<std::uint64_t, double, std::string_view>;
 struct LogField {

@@ -9,7 +9,7 @@
 #include "common/cli/option_sources.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/surface_extractor.hpp"
-#include "server/http/http_listener.hpp"
+#include "server/http/http_options.hpp"
 #include "server/operations/log.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/serve_options.hpp"
@@ -80,9 +80,7 @@ std::vector<MakeListener> more_listeners(std::optional<HttpOptions> http,
   http->hooks.find_tile = [cache](const ContentDigest& digest) {
     return cache->tiles().find_plain(digest);
   };
-  return {[http = std::move(http)](const ServerContext& server) {
-    return std::make_unique<HttpListener>(server, *http);
-  }};
+  return {http_listener(*std::move(http))};
 }
 
 int serve(const ServeOptions& options) {

@@ -3,9 +3,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include <spdlog/spdlog.h>
-
 #include "common/net/coroutines.hpp"
+#include "server/operations/log.hpp"
 
 namespace multitetra {
 
@@ -59,7 +58,7 @@ asio::awaitable<void> Acceptor::accept(OnAccept on_accept) {
     if (is_closed_) break;
     if (error) {
       // Out of descriptors, most likely: connections that end make room again.
-      spdlog::warn("cannot accept a connection: {}", error.message());
+      log_line(LogLevel::kWarning, "cannot accept a connection: " + error.message(), {});
       retry_.expires_after(std::chrono::milliseconds(100));
       co_await wait_on(retry_);
       continue;
@@ -68,7 +67,9 @@ asio::awaitable<void> Acceptor::accept(OnAccept on_accept) {
     try {
       on_accept(std::move(socket), peer);
     } catch (const std::exception& trouble) {
-      spdlog::error("{}: the connection could not be served: {}", peer.name, trouble.what());
+      log_line(LogLevel::kError,
+               std::string("the connection could not be served: ") + trouble.what(),
+               {{"peer", peer.name}});
     }
   }
 }

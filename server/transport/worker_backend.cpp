@@ -4,14 +4,13 @@
 #include <new>
 #include <utility>
 
-#include <spdlog/spdlog.h>
-
 #include "common/base/number_text.hpp"
 #include "common/net/coroutines.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/core/thresholds/threshold_map.hpp"
 #include "server/dataset/byte_source.hpp"
 #include "server/dataset/in_parallel.hpp"
+#include "server/operations/log.hpp"
 #include "server/stream/stream_messages.hpp"
 #include "server/transport/connection.hpp"
 
@@ -104,11 +103,12 @@ auto guarded(const StepSource& source, const char* what, const std::stop_token& 
                 std::string("The server has not enough memory for this ") + what +
                     "; ask for a larger error.");
   } catch (const DatasetFileError& damage) {
-    spdlog::error("dataset {}: {}", source.info().name, damage.what());
+    log_line(LogLevel::kError, damage.what(), {{"dataset", source.info().name}});
     return fail(ErrorCode::kDamagedData, std::string("The dataset's file is damaged where this ") +
                                              what + " needs it; the server's log says where.");
   } catch (const std::exception& trouble) {
-    spdlog::error("dataset {}: making a {} failed: {}", source.info().name, what, trouble.what());
+    log_line(LogLevel::kError, std::string("making the ") + what + " failed: " + trouble.what(),
+             {{"dataset", source.info().name}});
     return fail(ErrorCode::kInternal,
                 std::string("The server failed to make this ") + what + "; its log says why.");
   }

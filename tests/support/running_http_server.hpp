@@ -10,10 +10,10 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <spdlog/spdlog.h>
 
 #include "common/wire/messages.hpp"
 #include "server/http/http_listener.hpp"
+#include "server/operations/log.hpp"
 #include "server/transport/server.hpp"
 #include "tests/support/http_client.hpp"
 #include "tests/support/websocket_client.hpp"
@@ -44,7 +44,7 @@ class RunningHttpServer {
  private:
   template <typename Options>
   static Options on_a_free_port(Options options) {
-    spdlog::set_level(spdlog::level::off);
+    set_log_level(LogLevel::kOff);
     options.listen = {.host = "127.0.0.1", .port = 0};
     return options;
   }

@@ -4,9 +4,9 @@
 #include <thread>
 
 #include <gtest/gtest.h>
-#include <spdlog/spdlog.h>
 
 #include "client/message_socket.hpp"
+#include "server/operations/log.hpp"
 #include "server/transport/server.hpp"
 
 namespace multitetra::testing {
@@ -48,7 +48,7 @@ class RunningServer {
 
  private:
   static ServerOptions on_a_free_port(ServerOptions options) {
-    spdlog::set_level(spdlog::level::off);
+    set_log_level(LogLevel::kOff);
     options.listen = {.host = "127.0.0.1", .port = 0};
     return options;
   }

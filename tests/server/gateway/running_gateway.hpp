@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "server/gateway/gateway_server.hpp"
+#include "server/operations/log.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/running_http_server.hpp"
 
@@ -34,7 +35,7 @@ class RunningGateway {
 
  private:
   static GatewayServerOptions on_free_ports(GatewayServerOptions options) {
-    spdlog::set_level(spdlog::level::off);
+    set_log_level(LogLevel::kOff);
     if (!options.http) options.http.emplace();
     options.http->listen = {.host = "127.0.0.1", .port = 0};
     return options;

@@ -1,10 +1,10 @@
 // A conversation without a network: the test plays the transport.
 #include "server/transport/stream_session.hpp"
+#include "server/operations/log.hpp"
 
 #include <future>
 
 #include <gtest/gtest.h>
-#include <spdlog/spdlog.h>
 #include <boost/asio/use_future.hpp>
 
 #include "server/transport/worker_backend.hpp"
@@ -20,7 +20,7 @@ using testing::FakeSteps;
 class StreamSessionTest : public ::testing::Test {
  protected:
   StreamSessionTest() {
-    spdlog::set_level(spdlog::level::off);
+    set_log_level(LogLevel::kOff);
     workers_.post(workers_.new_client(),
                   {.run = [freed = freed_.get_future().share()] { freed.wait(); }});
     receive(Hello{});
