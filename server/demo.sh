@@ -58,16 +58,16 @@ log=$out/server.log
 pid=$!
 trap 'kill "$pid" 2>/dev/null || true; wait "$pid" 2>/dev/null || true' EXIT
 url=
-door=
+page_url=
 for _ in $(seq 100); do
   url=$(sed -n 's/.*listening on \(tcp:[^ ]*\).*/\1/p' "$log")
-  door=$(sed -n 's/.*listening on \(http:[^ ]*\).*/\1/p' "$log")
-  [ -n "$url" ] && [ -n "$door" ] && break
+  page_url=$(sed -n 's/.*listening on \(http:[^ ]*\).*/\1/p' "$log")
+  [ -n "$url" ] && [ -n "$page_url" ] && break
   kill -0 "$pid" 2>/dev/null || { cat "$log" >&2; exit 1; }
   sleep 0.1
 done
-[ -n "$url" ] && [ -n "$door" ] || { cat "$log" >&2; echo "The server did not start to listen." >&2; exit 1; }
-page=$("$client" view --http "$door" "${look[@]}")
+[ -n "$url" ] && [ -n "$page_url" ] || { cat "$log" >&2; echo "The server did not start to listen." >&2; exit 1; }
+page=$("$client" view --http "$page_url" "${look[@]}")
 echo "   $url"
 echo "   $page in a browser"
 

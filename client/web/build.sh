@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the browser viewer into a folder that the server's HTTP door serves.
+# Builds the browser viewer into a folder that the server's HTTP port serves.
 #
 #   bash client/web/build.sh OUTPUT_FOLDER
 #

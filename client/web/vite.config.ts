@@ -54,7 +54,7 @@ function withoutNode(): Plugin {
   };
 }
 
-// MULTITETRA_VIEWER_OUT names the folder that the server's HTTP door reads; build.sh sets it.
+// MULTITETRA_VIEWER_OUT names the folder that the server's HTTP port reads; build.sh sets it.
 export default defineConfig({
   base: "./",
   plugins: [

@@ -1,8 +1,9 @@
 #include "common/request/request_key.hpp"
 
 #include <cmath>
-#include <cstring>
+#include <limits>
 #include <type_traits>
+#include <utility>
 
 namespace multitetra {
 namespace {

@@ -50,6 +50,7 @@ void MessageConnection::keep_time(Clock::time_point now) {
     hello_.clear();
     if (!session_->is_welcomed()) {
       end({ErrorCode::kUnavailable, "No Hello came in time; it opens a connection."});
+      return;  // The time to read that begins now.
     }
   }
   if (write_.is_past(now) || linger_.is_past(now)) {

@@ -7,7 +7,7 @@
 // compares its regions with the part of the box inside it. Where the borders of very many regions
 // cross in one small cube, the least of them stands for the whole cube.
 //
-// The answer is monotone (said_threshold.hpp): an inner box comes to no leaf that the outer one
+// The answer is monotone (threshold_bound.hpp): an inner box comes to no leaf that the outer one
 // does not come to, its part there lies in the outer one's part, and for a part it is the minimum
 // over the regions that touch it and are not hidden by a later one that contains it.
 #pragma once

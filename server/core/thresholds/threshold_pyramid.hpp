@@ -2,7 +2,7 @@
 //
 // Each sample is valid in its voxel, half a step around it, borders included. Over a box the least
 // of all voxels holds that the box's image in the grid's own indices touches; where the axes are
-// not parallel the image is the least box around it. Monotone (said_threshold.hpp): the image and
+// not parallel the image is the least box around it. Monotone (threshold_bound.hpp): the image and
 // the range of voxels of an inner box lie in those of the outer one.
 #pragma once
 
