@@ -23,7 +23,7 @@
 #include "server/dataset/image_payload.hpp"
 #include "server/dataset/nrrd_header.hpp"
 #include "server/dataset/nrrd_payload.hpp"
-#include "server/dataset/volume_files.hpp"
+#include "server/dataset/volume_source.hpp"
 
 namespace multitetra {
 namespace {

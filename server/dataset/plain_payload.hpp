@@ -10,7 +10,7 @@
 #include <memory>
 #include <vector>
 
-#include "server/dataset/volume_files.hpp"
+#include "server/dataset/endian.hpp"
 
 namespace multitetra {
 

@@ -21,21 +21,13 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 
 #include "server/core/framework/volume.hpp"
+#include "server/dataset/endian.hpp"
 #include "server/dataset/volume_source.hpp"
 
 namespace multitetra {
-
-// A volume file that cannot be read or written. The text names the file, the problem and a remedy.
-class VolumeFileError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-enum class Endian { kLittle, kBig };
 
 // Where the samples are in a file without a header of its own, x fastest.
 struct RawLayout {

@@ -14,11 +14,18 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <stdexcept>
 
 #include "common/base/affine.hpp"
 #include "server/core/framework/volume.hpp"
 
 namespace multitetra {
+
+// A volume file that cannot be read or written. The text names the file, the problem and a remedy.
+class VolumeFileError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 // What is known of a volume before its samples are read.
 struct VolumeHeader {
