@@ -1,8 +1,10 @@
 // The connections that one listener holds, and the one timer by which they keep their limits.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <map>
+#include <optional>
 
 #include "common/net/net.hpp"
 #include "server/transport/connection.hpp"
