@@ -18,8 +18,8 @@
 namespace multitetra {
 
 struct GatewayServerOptions {
-  UpstreamOptions upstream = {};  // Its secrets come from these files:
-  UpstreamFiles upstream_files = {};
+  UpstreamOptions upstream = {};
+  UpstreamFiles upstream_files = {};     // The secrets of `upstream` are read from them.
   std::optional<HttpOptions> http = {};  // None: no such listener.
   std::optional<TcpListenerOptions> tcp = {};
   ServerRuntimeOptions runtime = {};
@@ -41,7 +41,7 @@ class GatewayServer {
   [[nodiscard]] std::vector<std::string> urls() const;
 
   void run();
-  // From any thread, as in runtime.hpp. A reload also reads what servers are shown.
+  // From any thread, as in server_runtime.hpp. A reload also reads the upstream files.
   void stop();
   void drain();
   void reload();

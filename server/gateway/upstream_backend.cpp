@@ -60,7 +60,7 @@ class UpstreamBackend::Stream : public BackendStream {
   std::shared_ptr<const UpstreamDataset> dataset;
   bool is_asked = false;  // A server was asked for it, and has not ended it.
   bool is_stopped = false;
-  Clock::time_point last_progress = Clock::now();
+  std::optional<Clock::time_point> lost_at = {};  // Its server; none since a message was passed on.
 
  private:
   // The last message, in the place of what waits.
@@ -173,8 +173,9 @@ asio::awaitable<void> UpstreamBackend::bring(StreamPtr stream) {
     log_line(LogLevel::kWarning, "a server was lost in a stream; another one is asked",
              {{"connection", connection_}, {"request", stream->id()}});
     upstreams_->lost(reached_->upstream);
-    const auto without = Stream::Clock::now() - stream->last_progress;
-    if (without > upstreams_->options().patience) {
+    const Stream::Clock::time_point now = Stream::Clock::now();
+    if (!stream->lost_at) stream->lost_at = now;
+    if (now - *stream->lost_at > upstreams_->options().patience) {
       stream->fail({ErrorCode::kUnavailable, "No server brings this stream; try again later."});
     }
   }
@@ -219,7 +220,7 @@ void UpstreamBackend::take(const StreamPtr& stream, ServerMessage message) {
     case ForwardedStream::Verdict::kForward:
       break;
   }
-  stream->last_progress = Stream::Clock::now();
+  stream->lost_at.reset();
   if (const auto* tile = std::get_if<Tile>(&message)) {
     const StepBegin& step = stream->forwarded.step();
     if (step.request.normal_bits == 0 && tile->index < step.tiles.size()) {

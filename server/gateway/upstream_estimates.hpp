@@ -12,8 +12,8 @@ namespace multitetra {
 
 class UpstreamEstimates {
  public:
-  explicit UpstreamEstimates(std::shared_ptr<UpstreamPool> gateway)
-      : upstreams_(std::move(gateway)) {}
+  explicit UpstreamEstimates(std::shared_ptr<UpstreamPool> upstreams)
+      : upstreams_(std::move(upstreams)) {}
 
   // What a server that has the dataset answers, or another one when it is lost; kUnavailable when
   // none does, and for all that are waited for after close(). This must outlive the call.

@@ -51,7 +51,7 @@ void UpstreamPool::note(std::size_t upstream, bool is_reached, const std::string
     one.backoff = std::clamp(2 * one.backoff, options_.least_backoff, options_.most_backoff);
     one.not_before = Clock::now() + one.backoff;
     offers_.clear();
-    // What held until now proves nothing any more: it is made anew when the server is.
+    // The watching link may not have noticed yet; look_after() makes another one.
     if (one.watched) one.watched->close();
   }
   if (!is_reached && was_reached) {
@@ -104,9 +104,9 @@ void UpstreamPool::look_after_upstreams() {
   }
 }
 
-// A link that ends is made anew at once, or when its server may be tried again: one that has gone
-// does not answer then. One that does not let us in, as when it wants a token that only clients
-// have, is asked again and again.
+// A link that ends is made anew after a moment, or when its server may be tried again. A server
+// that refuses us, as when it wants a token that only clients have, is tried again after each
+// silence.
 asio::awaitable<void> UpstreamPool::look_after(std::size_t upstream) {
   Upstream& one = upstreams_[upstream];
   while (!is_stopped_) {

@@ -22,7 +22,7 @@
 
 namespace multitetra {
 
-// A dataset as several servers offer it. It makes nothing here.
+// A dataset as several servers offer it. The servers make its steps.
 class UpstreamDataset : public StepSource {
  public:
   explicit UpstreamDataset(DatasetInfo info) : info_(std::move(info)) {}

@@ -8,7 +8,7 @@
 //   const auto rights = list->rights_of(hello.token);  // kUnauthenticated: nobody's token.
 //   if (!rights->may_see("head-1")) ...                // Then it does not exist for this client.
 //
-// Tokens themselves are nowhere: they are random and long, so that their plain hash gives nothing
+// No token is stored, only its hash: tokens are random and long, so that the hash gives nothing
 // away. A line with `none` is about clients without a token. The same name may have several lines,
 // as while a token is replaced by another.
 #pragma once

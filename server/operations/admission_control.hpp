@@ -9,7 +9,7 @@
 //
 // It holds what may change while the server runs: certificate, access list, whether it drains.
 //
-// One thread at a time. Guests and records must not outlive the admission.
+// One thread at a time. Client contexts and records must not outlive the admission.
 #pragma once
 
 #include <chrono>

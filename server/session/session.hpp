@@ -79,7 +79,7 @@ class Session {
   // What there is for this client, where that is found out when it says Hello: before that is
   // received.
   void offer(CataloguePtr catalogue) { catalogue_ = std::move(catalogue); }
-  // From now on every stream and estimate is refused so.
+  // From now on every stream and estimate is refused with this error.
   void refuse_work(Error why) { no_work_ = std::move(why); }
 
   // The running stream has sent its last message.

@@ -31,7 +31,7 @@ class Listener {
   virtual void close(const Error& why) = 0;
 };
 
-// What a listener leads into. The server outlives its listeners.
+// What a listener knows of its server, which outlives it.
 struct ServerContext {
   asio::io_context& io;
   AdmissionControl& admission;

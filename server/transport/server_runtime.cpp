@@ -39,11 +39,11 @@ class ServerRuntime::Running {
   [[nodiscard]] asio::io_context& io() { return io_; }
   [[nodiscard]] AdmissionControl& admission() { return admission_; }
 
-  void build(ServerHooks behind, const std::vector<MakeListener>& listeners) {
-    behind_ = std::move(behind);
+  void build(ServerHooks hooks, const std::vector<MakeListener>& listeners) {
+    hooks_ = std::move(hooks);
     const ServerContext server = {.io = io_,
                                   .admission = admission_,
-                                  .new_session = behind_.new_session,
+                                  .new_session = hooks_.new_session,
                                   .metrics = options_.metrics ? [this] { return metrics(); }
                                                               : std::function<std::string()>()};
     for (const MakeListener& make : listeners) listeners_.push_back(make(server));
@@ -73,7 +73,7 @@ class ServerRuntime::Running {
 
  private:
   std::string metrics() {
-    ServiceState state = behind_.state ? behind_.state() : ServiceState{};
+    ServiceState state = hooks_.state ? hooks_.state() : ServiceState{};
     state.waiting_bytes = admission_.queue().used();
     state.is_draining = admission_.is_draining();
     return options_.metrics->text(state);
@@ -96,7 +96,7 @@ class ServerRuntime::Running {
 
   void reload_now() {
     admission_.reload();
-    if (behind_.when_reloaded) behind_.when_reloaded();
+    if (hooks_.when_reloaded) hooks_.when_reloaded();
   }
 
   void drain_now() {
@@ -116,7 +116,7 @@ class ServerRuntime::Running {
     error_code ignored;
     signals_.cancel(ignored);
     drain_timer_.cancel();
-    if (behind_.when_stopping) behind_.when_stopping();
+    if (hooks_.when_stopping) hooks_.when_stopping();
     for (const auto& listener : listeners_) {
       listener->close({ErrorCode::kUnavailable, "The server stops; connect again later."});
     }
@@ -128,7 +128,7 @@ class ServerRuntime::Running {
   asio::signal_set signals_;
   asio::steady_timer drain_timer_;
   bool is_stopping_ = false;
-  ServerHooks behind_;
+  ServerHooks hooks_;
   std::vector<std::unique_ptr<Listener>> listeners_;
 };
 
@@ -138,8 +138,8 @@ ServerRuntime::~ServerRuntime() = default;
 
 asio::io_context& ServerRuntime::io() { return running_->io(); }
 AdmissionControl& ServerRuntime::admission() { return running_->admission(); }
-void ServerRuntime::build(ServerHooks behind, const std::vector<MakeListener>& listeners) {
-  running_->build(std::move(behind), listeners);
+void ServerRuntime::build(ServerHooks hooks, const std::vector<MakeListener>& listeners) {
+  running_->build(std::move(hooks), listeners);
 }
 
 Endpoint ServerRuntime::endpoint(std::size_t listener) const {

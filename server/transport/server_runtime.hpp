@@ -30,7 +30,7 @@ struct ServerRuntimeOptions {
   std::shared_ptr<PrometheusMetrics> metrics = {};
 };
 
-// What the listeners lead into. Called on the thread of run().
+// What a server or a gateway does when its listeners ask. Called on the thread of run().
 struct ServerHooks {
   std::function<StreamSessionPtr(ClientContextPtr client)> new_session;
   std::function<ServiceState()> state = {};  // For the metrics, beside what the listeners know.
@@ -49,7 +49,7 @@ class ServerRuntime {
 
   // All listeners are bound and listen. Once, before run(). Throws AddressError that names the
   // address when that fails.
-  void build(ServerHooks behind, const std::vector<MakeListener>& listeners);
+  void build(ServerHooks hooks, const std::vector<MakeListener>& listeners);
   // Of the listeners in their order.
   [[nodiscard]] Endpoint endpoint(std::size_t listener) const;
   [[nodiscard]] std::vector<std::string> urls() const;

@@ -46,14 +46,19 @@ struct ModelOptions {
   double topology_tolerance = 0;  // Grid steps; flips of at most this spacing do not keep a point.
   std::int32_t finest_spacing = 1;  // No point of a smaller spacing is kept.
 
-  // A dividing point stays exactly when fusing it could show. `>` is strict: at threshold 0 all is
-  // fused that changes nothing.
+  // Here a threshold meets an error: whether that of a point is above the least threshold in its
+  // region, which `region_of_point()` gives if it matters. `>` is strict: at threshold 0 all points
+  // are fused that change nothing.
+  template <typename RegionOfPoint>
+  [[nodiscard]] bool is_exceeded_by(float error, const RegionOfPoint& region_of_point) const {
+    const auto e = static_cast<double>(error);
+    return e > thresholds.least() &&
+           (e > thresholds.largest() || e > thresholds.least_in(region_of_point()));
+  }
   [[nodiscard]] bool keeps(const DividingPoint& point, const ErrorBound& bound) const {
     if (point.spacing() < finest_spacing) return false;
-    const auto error = static_cast<double>(bound.error);
     return bound.flip_spacing > topology_tolerance ||
-           (error > thresholds.least() &&
-            (error > thresholds.largest() || error > thresholds.least_in(region(point))));
+           is_exceeded_by(bound.error, [&] { return region(point); });
   }
 };
 

@@ -28,7 +28,7 @@ struct FineErrorsOptions {
   ErrorMeasure measure = ErrorMeasure::kCertified;
   TopologyRule rule = TopologyRule::kExact;
   double topology_tolerance = 0;  // Grid steps.
-  // World units. By how much an error is above it is not computed.
+  // World units. Errors above it are only known to be above it.
   double largest_threshold = std::numeric_limits<double>::infinity();
 };
 

@@ -43,16 +43,14 @@ class PreparedModel {
 
   // For a finer point p of spacing s, whose error is known: infinite when a flip keeps it.
   [[nodiscard]] bool kept(GridPoint p, std::int32_t s, float error) const {
-    const auto e = static_cast<double>(error);
-    if (s < options_.finest_spacing || !(e > options_.thresholds.least())) return false;
-    return e > options_.thresholds.largest() ||
-           e > options_.thresholds.least_in(region(DividingPoint(p)));
+    return s >= options_.finest_spacing &&
+           options_.is_exceeded_by(error, [&] { return region(DividingPoint(p)); });
   }
 
   // Whether points of spacing s may be kept at all.
   [[nodiscard]] bool may_keep(std::int32_t s) const { return s >= options_.finest_spacing; }
-  // Whether of the finer points no other is kept than those with an error above the largest
-  // threshold.
+  // Whether one threshold holds everywhere: then a finer point is kept exactly when its error is
+  // above the largest threshold, and no exact value is needed.
   [[nodiscard]] bool keeps_only_settled() const {
     return options_.thresholds.least() == options_.thresholds.largest();
   }

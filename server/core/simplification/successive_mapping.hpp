@@ -116,8 +116,8 @@ class SuccessiveMapping {
   };
   struct Vertex {
     std::uint32_t next_carried = kNone;  // By the same triangle.
-    std::uint32_t seen = 0;              // In which collapse; then
-    Sectors sectors;                     // where it is in the fan.
+    std::uint32_t seen = 0;              // In which collapse it was in the fan,
+    Sectors sectors;                     // and where.
   };
   // An edge of the original, as it is seen from one of its ends. Its number as an edge is that of
   // the half at its low end.

@@ -9,7 +9,7 @@
 namespace multitetra {
 
 // The model's share with simplification; all of it without. With less of it bytes at equal
-// certified error hardly fall, and time grows: see the table in README.md.
+// certified error hardly fall, and time grows: see the table in server/core/README.md.
 inline constexpr double kModelShare = 0.05;
 
 // What the model is asked for: the same request with its share of the thresholds.
