@@ -54,7 +54,8 @@ std::vector<SurfaceTriangle> placed(const LatticeMesh& mesh, const Vec3& step) {
   return out;
 }
 
-LatticeMesh peer(const LatticeMesh& mesh, const Vec3& step, double budget) {
+LatticeMesh peer(const LatticeMesh& mesh, [[maybe_unused]] const Vec3& step,
+                 [[maybe_unused]] double budget) {
 #ifdef MULTITETRA_HAS_MESHOPTIMIZER
   std::vector<float> positions;
   const LatticePoint o = mesh.vertices.front();

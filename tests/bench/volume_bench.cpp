@@ -18,6 +18,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/cli/command_line.hpp"
 #include "server/core/planning/refinement_plan.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/prepared_bricks.hpp"
