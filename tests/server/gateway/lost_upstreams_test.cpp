@@ -77,26 +77,6 @@ TEST(LostUpstreams, GoesOnWithAServerThatWasAwayWhenItsClientCame) {
   }
 }
 
-// Patience is with the time without a server, not with one that works for long.
-TEST(LostUpstreams, AStreamThatWasSilentForLongStillGoesToAnotherServer) {
-  HangingServer hanging;
-  Upstream good(octahedron());
-  good.stop();
-  RunningGateway gateway({.upstream = {.upstreams = {hanging.endpoint(), good.endpoint()},
-                                       .silence = 1500ms,
-                                       .patience = 700ms,
-                                       .least_backoff = 20ms,
-                                       .most_backoff = 50ms,
-                                       .list_lifetime = 1ms}});
-  WebSocketClient client(gateway.http());
-  EXPECT_TRUE(is_welcome(greeted(client)));
-  open(client, 1);
-  client.send(Ping{1});
-  (void)client.receive_a<Pong>();
-  good.start_again();
-  EXPECT_TRUE(is_complete(end_of_stream(client)));
-}
-
 TEST(LostUpstreams, StopsWhileAServerHangs) {
   HangingServer hanging;
   RunningGateway gateway({.upstream = {.upstreams = {hanging.endpoint()}, .silence = 1h}});
