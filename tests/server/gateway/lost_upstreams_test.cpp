@@ -14,14 +14,18 @@ namespace multitetra {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::Count;
 using testing::end_of_stream;
+using testing::endless;
 using testing::eventually;
+using testing::FakeSteps;
 using testing::greeted;
 using testing::HangingServer;
 using testing::HttpClient;
 using testing::is_complete;
 using testing::is_welcome;
 using testing::octahedron;
+using testing::octahedron_step;
 using testing::open;
 using testing::RunningGateway;
 using testing::Upstream;
@@ -75,6 +79,32 @@ TEST(LostUpstreams, GoesOnWithAServerThatWasAwayWhenItsClientCame) {
     EXPECT_TRUE(is_complete(end_of_stream(client)));
     serving->start_again();
   }
+}
+
+// Patience is with the time without a server, not with one that works for long. Whichever server is
+// asked first works until it is lost.
+TEST(LostUpstreams, AStreamThatWasSilentForLongGoesToAnotherServerToo) {
+  Count working_first;
+  Count working_second;
+  std::atomic<bool> is_first_call = true;
+  const auto dataset = [&is_first_call](Count& working) {
+    return std::make_shared<FakeSteps>("octahedron", [&](const StepRequest& step,
+                                                         const std::stop_token& stop) {
+      return is_first_call.exchange(false) ? endless(working)(step, stop) : octahedron_step(step);
+    });
+  };
+  Upstream first(dataset(working_first));
+  Upstream second(dataset(working_second));
+  constexpr auto kPatience = 1ms;
+  RunningGateway gateway(
+      {.upstream = {.upstreams = {first.endpoint(), second.endpoint()}, .patience = kPatience}});
+  WebSocketClient client(gateway.http());
+  EXPECT_TRUE(is_welcome(greeted(client)));
+  open(client, 1);
+  ASSERT_TRUE(eventually([&] { return working_first + working_second == 1; }));
+  std::this_thread::sleep_for(2 * kPatience);  // However much longer it takes.
+  (working_first == 1 ? first : second).stop();
+  EXPECT_TRUE(is_complete(end_of_stream(client)));
 }
 
 TEST(LostUpstreams, StopsWhileAServerHangs) {
