@@ -9,7 +9,7 @@
 namespace multitetra {
 namespace {
 
-constexpr std::array<std::pair<ScriptKind, std::string_view>, 4> kNames = {
+constexpr std::array<std::pair<ScriptKind, std::string_view>, 4> kScriptNames = {
     {{ScriptKind::kRandomIsovalues, "random-isovalues"},
      {ScriptKind::kDrag, "drag"},
      {ScriptKind::kRegion, "roi"},
@@ -22,13 +22,15 @@ OpenStream surface(const DatasetInfo& info, double isovalue, double error) {
 }  // namespace
 
 std::optional<ScriptKind> script_kind_from(std::string_view name) {
-  for (const auto& [kind, known] : kNames) {
+  for (const auto& [kind, known] : kScriptNames) {
     if (known == name) return kind;
   }
   return std::nullopt;
 }
 
-std::string_view name(ScriptKind kind) { return kNames[static_cast<std::size_t>(kind)].second; }
+std::string_view name(ScriptKind kind) {
+  return kScriptNames[static_cast<std::size_t>(kind)].second;
+}
 
 double isovalue(const DatasetInfo& info, int number, int count) {
   const double range = info.max - info.min;
@@ -59,7 +61,7 @@ Act Script::next() {
 
 void Script::plan() {
   ScriptKind kind = kind_;
-  if (kind == ScriptKind::kMixed) kind = kNames[one_of(3)].first;
+  if (kind == ScriptKind::kMixed) kind = kScriptNames[one_of(3)].first;
   if (kind == ScriptKind::kRandomIsovalues) plan_surface();
   if (kind == ScriptKind::kDrag) plan_drag();
   if (kind == ScriptKind::kRegion) plan_region();

@@ -5,17 +5,13 @@
 #include <limits>
 #include <numbers>
 
+#include "common/base/vec3.hpp"
+
 namespace multitetra {
 namespace {
 
 constexpr double kFieldOfView = 35;  // Degrees, of the shorter side.
 constexpr double kFilled = 0.92;     // Of the picture's half width and height.
-
-double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-Vec3 minus(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-
-Vec3 vector(const std::array<float, 3>& place) { return {place[0], place[1], place[2]}; }
 
 struct Bounds {
   Vec3 low;
@@ -38,7 +34,7 @@ Bounds bounds_of(std::span<const std::array<float, 3>> places) {
 }  // namespace
 
 Vec3 Camera::seen(const Vec3& place) const {
-  const Vec3 from_eye = minus(place, eye);
+  const Vec3 from_eye = difference(place, eye);
   return {dot(from_eye, right), dot(from_eye, up), dot(from_eye, back)};
 }
 
@@ -70,7 +66,7 @@ Camera framing(std::span<const std::array<float, 3>> places, double azimuth, dou
   const double upwards = kFilled * height / (2 * camera.pixels_at_one);
   double distance = places.empty() ? 4 * radius : 0;
   for (const auto& place : places) {
-    const Vec3 from_middle = minus(vector(place), middle);
+    const Vec3 from_middle = difference(vec3(place), middle);
     const double needed = std::max(std::abs(dot(from_middle, camera.right)) / across,
                                    std::abs(dot(from_middle, camera.up)) / upwards);
     distance = std::max(distance, dot(from_middle, camera.back) + std::max(needed, 0.1 * radius));

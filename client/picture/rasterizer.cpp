@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/vec3.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -29,15 +31,6 @@ struct Corner {
   double nearness = 0;  // One by the distance along the view: linear in the picture.
 };
 
-double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-Vec3 normalized(const Vec3& v) {
-  const double length = std::sqrt(dot(v, v));
-  return length > 0 ? Vec3{v[0] / length, v[1] / length, v[2] / length} : Vec3{0, 0, 1};
-}
-
-Vec3 vector(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
-
 // Twice the area of a, b and the place; positive when the place is to the right of a -> b, as rows
 // are counted downwards.
 std::int64_t side(const Corner& a, const Corner& b, std::int64_t x, std::int64_t y) {
@@ -54,7 +47,7 @@ std::vector<Corner> corners_of(const PositionedMesh& mesh, const Camera& camera)
   std::vector<Corner> corners;
   corners.reserve(mesh.positions.size());
   for (const auto& position : mesh.positions) {
-    const Vec3 seen = camera.seen(vector(position));
+    const Vec3 seen = camera.seen(vec3(position));
     const double nearness = -1 / seen[2];
     const double scale = camera.pixels_at_one * nearness;
     corners.push_back({.x = static_cast<std::int32_t>(
@@ -70,9 +63,9 @@ std::vector<Corner> corners_of(const PositionedMesh& mesh, const Camera& camera)
 std::vector<UnitVector> averaged_normals(const PositionedMesh& mesh) {
   std::vector<Vec3> sums(mesh.positions.size(), Vec3{0, 0, 0});
   for (const TriangleIndices& triangle : mesh.triangles) {
-    const Vec3 a = vector(mesh.positions[triangle[0]]);
-    const Vec3 b = vector(mesh.positions[triangle[1]]);
-    const Vec3 c = vector(mesh.positions[triangle[2]]);
+    const Vec3 a = vec3(mesh.positions[triangle[0]]);
+    const Vec3 b = vec3(mesh.positions[triangle[1]]);
+    const Vec3 c = vec3(mesh.positions[triangle[2]]);
     const Vec3 u = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
     const Vec3 v = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
     const Vec3 across = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],

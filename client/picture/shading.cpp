@@ -16,13 +16,6 @@ Light light_of(int red, int green, int blue) {
   return {light_of(red), light_of(green), light_of(blue)};
 }
 
-double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-Vec3 normalized(const Vec3& v) {
-  const double length = std::sqrt(dot(v, v));
-  return length > 0 ? Vec3{v[0] / length, v[1] / length, v[2] / length} : Vec3{0, 0, 1};
-}
-
 Light mixed(const Light& a, const Light& b, double share) {
   const auto t = static_cast<float>(share);
   return {a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])};

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "client/picture/picture.hpp"
-#include "common/base/affine.hpp"
+#include "common/base/vec3.hpp"
 
 namespace multitetra {
 
@@ -13,6 +13,12 @@ namespace multitetra {
 using Light = std::array<float, 3>;
 
 enum class Background { kDark, kLight, kTransparent };
+
+// `v` with length 1; 0 becomes the direction to the eye.
+[[nodiscard]] inline Vec3 normalized(const Vec3& v) {
+  const double size = length(v);
+  return size > 0 ? scaled(v, 1 / size) : Vec3{0, 0, 1};
+}
 
 // The colour of a surface at a place. All directions have length 1 and are those of Camera::seen.
 //

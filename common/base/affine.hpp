@@ -1,12 +1,11 @@
-// Vectors and the affine map from one coordinate system to another.
+// The affine map from one coordinate system to another.
 #pragma once
 
 #include <array>
-#include <cmath>
+
+#include "common/base/vec3.hpp"
 
 namespace multitetra {
-
-using Vec3 = std::array<double, 3>;
 
 // x -> columns[0] x[0] + columns[1] x[1] + columns[2] x[2] + translation.
 struct Affine {

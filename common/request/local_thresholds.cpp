@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "common/base/number_text.hpp"
+#include "common/base/vec3.hpp"
 
 namespace multitetra {
 namespace {
@@ -116,10 +117,6 @@ void check(const ThresholdGrid& grid, Faults& faults) {
                    static_cast<double>(*wrong),
                    "a finite number, 0 or greater, or NaN where the grid says nothing");
   }
-}
-
-Vec3 cross(const Vec3& a, const Vec3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
 void check(const Frustum& frustum, const Vec3& eye, Faults& faults) {

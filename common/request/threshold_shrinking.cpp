@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/base/vec3.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -16,8 +18,6 @@ Counts blocks_of(const Counts& dims, const Counts& side) {
   }
   return blocks;
 }
-
-double length(const Vec3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
 // Samples of a block along each axis.
 Counts block_side(const ThresholdSamples& image, std::size_t limit) {

@@ -11,7 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxHeaderBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxNrrdHeaderBytes = std::size_t{1} << 20;
 
 std::vector<std::string> lines_of(std::string_view text) {
   std::vector<std::string> lines;
@@ -94,7 +94,7 @@ std::string read_nrrd_header(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   std::string header;
   std::string line;
-  while (header.size() < kMaxHeaderBytes && std::getline(in, line)) {
+  while (header.size() < kMaxNrrdHeaderBytes && std::getline(in, line)) {
     if (line.empty() || line == "\r") break;
     header += line + "\n";
   }

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/base/text.hpp"
 #include "server/dataset/numbered_files.hpp"
 #include "server/dataset/payload_size.hpp"
 
@@ -49,25 +50,18 @@ std::string lower_case(std::string_view text) {
   return lower;
 }
 
-std::string trimmed(std::string_view text) {
-  const auto is_space = [](char c) { return c == ' ' || c == '\t'; };
-  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
-  return std::string(text);
-}
-
 // ---- fields
 
-struct Field {
+struct NrrdField {
   std::string name;  // In lower case.
   std::string value;
 };
 
 // The line "name: value"; nullopt for comments, keys with values, and what is no field.
-std::optional<Field> field_of(std::string_view line) {
+std::optional<NrrdField> field_of(std::string_view line) {
   const std::size_t colon = line.find(": ");
   if (line.starts_with('#') || colon == std::string_view::npos) return std::nullopt;
-  return Field{lower_case(line.substr(0, colon)), trimmed(line.substr(colon + 2))};
+  return NrrdField{lower_case(line.substr(0, colon)), std::string(trimmed(line.substr(colon + 2)))};
 }
 
 // The fields that say where the samples are.
@@ -82,7 +76,7 @@ struct Fields {
   std::size_t header_bytes = 0;   // With the empty line at its end.
 };
 
-bool names_data_files(const Field& field) {
+bool names_data_files(const NrrdField& field) {
   return field.name == "data file" || field.name == "datafile";
 }
 
@@ -94,7 +88,7 @@ bool set_integer(std::int64_t& value, const std::string& text) {
 }
 
 // False when the field is one of ours and not understood.
-bool set_field(Fields& fields, const Field& field) {
+bool set_field(Fields& fields, const NrrdField& field) {
   const auto& [name, value] = field;
   if (name == "encoding") fields.encoding = lower_case(value);
   if (name == "endian") fields.endian = lower_case(value);
@@ -181,7 +175,7 @@ void check_nrrd_header(const fs::path& file, const fs::path& text_file) {
   std::string_view rest = text;
   std::optional<std::string_view> line;
   while ((line = take_line(rest)) && !line->empty()) {
-    const std::optional<Field> field = field_of(*line);
+    const std::optional<NrrdField> field = field_of(*line);
     if (!field || !names_data_files(*field) || !is_numbered(field->value)) continue;
     if (numbered_files(field->value)) continue;
     fail_reading(file, "its data files are named by '" + field->value + "'",

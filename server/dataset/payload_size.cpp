@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kPortion = std::size_t{1} << 18;
+constexpr std::size_t kUnpackedPortionBytes = std::size_t{1} << 18;
 
 std::ifstream opened_at(const fs::path& file, std::uint64_t offset) {
   std::ifstream in(file, std::ios::binary);
@@ -93,8 +93,8 @@ std::optional<std::uint64_t> inflated_bytes(const fs::path& file, std::uint64_t 
   in.seekg(static_cast<std::streamoff>(offset));
 
   Inflater inflater;
-  std::vector<char> packed(kPortion);
-  std::vector<unsigned char> unpacked(kPortion);
+  std::vector<char> packed(kUnpackedPortionBytes);
+  std::vector<unsigned char> unpacked(kUnpackedPortionBytes);
   std::uint64_t total = 0;
   int state = Z_OK;
   while (state == Z_OK) {
@@ -119,7 +119,7 @@ std::optional<std::uint64_t> inflated_bytes(const fs::path& file, std::uint64_t 
 
 std::uint64_t numbers_in_text(const fs::path& file, std::uint64_t offset, std::uint64_t enough) {
   std::ifstream in = opened_at(file, offset);
-  std::vector<char> portion(kPortion);
+  std::vector<char> portion(kUnpackedPortionBytes);
   std::uint64_t words = 0;
   bool in_word = false;
   while (words <= enough) {

@@ -16,7 +16,7 @@
 namespace multitetra {
 namespace {
 
-constexpr std::size_t kPortionBytes = std::size_t{1} << 20;
+constexpr std::size_t kHashedPortionBytes = std::size_t{1} << 20;
 
 std::string hexadecimal(std::span<const unsigned char> bytes) {
   constexpr std::string_view kDigits = "0123456789abcdef";
@@ -38,7 +38,7 @@ SourceNote source_note(const std::filesystem::path& source) {
   const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(),
                                                                        &XXH3_freeState);
   XXH3_128bits_reset(state.get());
-  std::vector<std::byte> portion(kPortionBytes);
+  std::vector<std::byte> portion(kHashedPortionBytes);
   for (std::uint64_t done = 0; done < file.size();) {
     const auto count = std::min<std::uint64_t>(portion.size(), file.size() - done);
     file.read(done, std::span(portion).first(count));

@@ -16,15 +16,16 @@
 namespace multitetra {
 namespace {
 
-constexpr std::size_t kPortion = std::size_t{1} << 20;  // Samples that one thread takes at a time.
+constexpr std::size_t kPortionSamples = std::size_t{1}
+                                        << 20;  // Samples that one thread takes at a time.
 
 // Calls body(portion) on all threads for portions of `samples`.
 template <typename Sample, typename Body>
 void for_portions(std::span<const Sample> samples, const Body& body) {
-  const std::size_t portions = (samples.size() + kPortion - 1) / kPortion;
+  const std::size_t portions = (samples.size() + kPortionSamples - 1) / kPortionSamples;
   in_parallel(portions, [&](std::size_t i) {
-    const std::size_t begin = i * kPortion;
-    body(samples.subspan(begin, std::min(kPortion, samples.size() - begin)));
+    const std::size_t begin = i * kPortionSamples;
+    body(samples.subspan(begin, std::min(kPortionSamples, samples.size() - begin)));
   });
 }
 

@@ -3,14 +3,10 @@
 #include <algorithm>
 #include <charconv>
 
+#include "common/base/text.hpp"
+
 namespace multitetra {
 namespace {
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
-  return text;
-}
 
 std::optional<std::uint64_t> digits(std::string_view text) {
   std::uint64_t value = 0;

@@ -28,7 +28,7 @@
 namespace multitetra {
 namespace {
 
-struct Arguments {
+struct ExtractArguments {
   std::string file;
   std::string output;
   SurfaceArguments surface;
@@ -56,7 +56,7 @@ double simplification_bound(const TiledSurface& surface) {
   return bound;
 }
 
-Json report_of(const Arguments& arguments, const IsosurfaceRequest& request,
+Json report_of(const ExtractArguments& arguments, const IsosurfaceRequest& request,
                const TiledSurface& surface, const MeshTopology& topology,
                const ContentDigest& content, const Progress& progress) {
   Json report = {{"tetrahedra", surface.tetrahedra},
@@ -74,7 +74,7 @@ Json report_of(const Arguments& arguments, const IsosurfaceRequest& request,
   return report;
 }
 
-void print_facts(const Arguments& arguments, const TiledSurface& surface,
+void print_facts(const ExtractArguments& arguments, const TiledSurface& surface,
                  const MeshTopology& topology) {
   std::cout << arguments.output << ": "
             << human_count(static_cast<std::uint64_t>(topology.triangles)) << " triangles, "
@@ -92,7 +92,7 @@ struct ReferenceModel {
   std::shared_ptr<const Model> model;
   bool is_for_file_only = false;  // The same surface comes faster from the SurfaceExtractor.
 };
-ReferenceModel reference_model(const Arguments& arguments, const PreparedVolume& dataset,
+ReferenceModel reference_model(const ExtractArguments& arguments, const PreparedVolume& dataset,
                                const IsosurfaceRequest& request) {
   const bool is_exact =
       arguments.errors == "exact" || dataset.info.grid_exponent <= kSpectrumExponent;
@@ -123,7 +123,7 @@ IsosurfaceRequest affordable(const std::shared_ptr<const SurfaceExtractor>& extr
   return made->step.request;
 }
 
-int extract(const Arguments& arguments) {
+int extract(const ExtractArguments& arguments) {
   const ThreadLimit limit(arguments.threads);
   const MeshFormat format = format_of(arguments.output);
   const bool has_model_file = !arguments.model_file.empty();
@@ -182,7 +182,7 @@ int extract(const Arguments& arguments) {
 }  // namespace
 
 void add_extract_command(Command& program, Run& run) {
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<ExtractArguments>();
   Command* command =
       program.add_subcommand("extract", "Write one isosurface as a mesh file, without a network");
   command->add_option("file", a->file, "Dataset file (.mtd)")->required()->type_name("FILE");

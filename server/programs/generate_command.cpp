@@ -15,7 +15,7 @@
 namespace multitetra {
 namespace {
 
-struct Arguments {
+struct GenerateArguments {
   std::string kind;
   GeneratorOptions options;
   std::string output;
@@ -23,7 +23,7 @@ struct Arguments {
   bool quiet = false;
 };
 
-int generate_volume(const Arguments& arguments) {
+int generate_volume(const GenerateArguments& arguments) {
   const GeneratorKind kind = generator_kind_from(arguments.kind).value();
   Progress progress("generate", 2, arguments.quiet || arguments.json);
   progress.begin("samples");
@@ -50,7 +50,7 @@ int generate_volume(const Arguments& arguments) {
 }  // namespace
 
 void add_generate_command(Command& program, Run& run) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<GenerateArguments>();
   Command* command = program.add_subcommand("generate", "Make a volume from a formula");
   std::vector<std::string> kinds;
   for (const GeneratorKind kind : kGeneratorKinds) kinds.emplace_back(name(kind));

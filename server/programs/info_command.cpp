@@ -17,7 +17,7 @@
 namespace multitetra {
 namespace {
 
-struct Arguments {
+struct InfoArguments {
   std::string file;
   bool json = false;
 };
@@ -84,7 +84,7 @@ void print_facts(const std::string& file, const PreparedFile& dataset) {
   line("source", source.file + (source.digest.empty() ? "" : " (XXH3-128 " + source.digest + ")"));
 }
 
-int info(const Arguments& arguments) {
+int info(const InfoArguments& arguments) {
   const PreparedFile dataset(arguments.file);
   if (!arguments.json) {
     print_facts(arguments.file, dataset);
@@ -104,7 +104,7 @@ int info(const Arguments& arguments) {
 }  // namespace
 
 void add_info_command(Command& program, Run& run) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<InfoArguments>();
   Command* command = program.add_subcommand("info", "Tell what a dataset file holds");
   command->add_option("file", arguments->file, "Dataset file (.mtd)")
       ->required()

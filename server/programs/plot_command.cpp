@@ -19,7 +19,7 @@
 namespace multitetra {
 namespace {
 
-struct Arguments {
+struct PlotArguments {
   std::string file;
   std::string output;
   std::vector<double> errors = {0.25, 0.5, 1, 2, 4};
@@ -29,7 +29,7 @@ struct Arguments {
   bool quiet = false;
 };
 
-Json report_of(const Arguments& arguments, const DatasetInfo& info, const SizeCurves& curves,
+Json report_of(const PlotArguments& arguments, const DatasetInfo& info, const SizeCurves& curves,
                const Progress& progress) {
   Json sizes = Json::array();
   for (std::size_t i = 0; i < curves.errors.size(); ++i) {
@@ -44,7 +44,7 @@ Json report_of(const Arguments& arguments, const DatasetInfo& info, const SizeCu
           {"seconds", progress.seconds()}};
 }
 
-int plot(const Arguments& arguments) {
+int plot(const PlotArguments& arguments) {
   const ThreadLimit limit(arguments.threads);
   if (std::filesystem::path(arguments.output).extension() != ".svg") {
     throw std::invalid_argument("\"" + arguments.output +
@@ -74,7 +74,7 @@ int plot(const Arguments& arguments) {
 }  // namespace
 
 void add_plot_command(Command& program, Run& run) {
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<PlotArguments>();
   Command* command = program.add_subcommand(
       "plot", "Draw a dataset's histogram and the sizes of its surfaces (SVG)");
   command->add_option("file", a->file, "Dataset file (.mtd)")->required()->type_name("FILE");

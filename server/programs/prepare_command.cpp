@@ -21,7 +21,7 @@
 namespace multitetra {
 namespace {
 
-struct Arguments {
+struct PrepareArguments {
   std::string input;
   std::string output;
   std::string name;
@@ -38,7 +38,7 @@ struct Arguments {
   bool quiet = false;
 };
 
-std::optional<RawLayout> raw_layout(const Arguments& arguments) {
+std::optional<RawLayout> raw_layout(const PrepareArguments& arguments) {
   if (arguments.dims.empty()) return std::nullopt;
   RawLayout layout{.type = sample_type_from(arguments.type).value(),
                    .endian = arguments.endian == "big" ? Endian::kBig : Endian::kLittle,
@@ -68,7 +68,7 @@ std::string default_name(const std::filesystem::path& input) {
   return name.stem().string();
 }
 
-int prepare(const Arguments& arguments) {
+int prepare(const PrepareArguments& arguments) {
   const ThreadLimit limit(arguments.threads);
   const std::optional<double> outside = outside_value(arguments.outside);
   const std::string dataset_name =
@@ -115,7 +115,7 @@ int prepare(const Arguments& arguments) {
 }  // namespace
 
 void add_prepare_command(Command& program, Run& run) {
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<PrepareArguments>();
   Command* command =
       program.add_subcommand("prepare", "Turn a volume file into a dataset that can be served");
   command

@@ -20,7 +20,7 @@
 namespace multitetra {
 namespace {
 
-struct Arguments {
+struct ServeArguments {
   ServeOptions options;
   OptionSources sources;
 };
@@ -110,7 +110,7 @@ int serve(const ServeOptions& options) {
 }  // namespace
 
 void add_serve_command(Command& program, Run& run) {
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<ServeArguments>();
   Command* command =
       program.add_subcommand("serve", "Serve datasets to clients until stopped (Ctrl-C)");
   add_serve_options(*command, a->options);

@@ -15,7 +15,7 @@
 namespace multitetra {
 namespace {
 
-struct Arguments {
+struct TokenArguments {
   std::string name;
   std::vector<std::string> datasets = {"*"};
   std::string append;
@@ -43,7 +43,7 @@ void append_line(const std::filesystem::path& file, const std::string& line) {
   if (!stream) throw std::runtime_error("Cannot write to " + file.string() + ".");
 }
 
-int make_token(const Arguments& arguments) {
+int make_token(const TokenArguments& arguments) {
   const std::string token = new_token();
   const std::string line = access_line(arguments.name, token, arguments.datasets);
   if (const auto parsed = parse_access_list(line); !parsed || parsed->size() != 1) {
@@ -68,7 +68,7 @@ int make_token(const Arguments& arguments) {
 }  // namespace
 
 void add_token_command(Command& program, Run& run) {
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<TokenArguments>();
   Command* command = program.add_subcommand(
       "token", "Make a token for a client, and its line for the file of serve --tokens");
   command->add_option("name", a->name, "Whose it is, for the log")->required();

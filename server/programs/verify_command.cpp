@@ -14,13 +14,13 @@
 namespace multitetra {
 namespace {
 
-struct Arguments {
+struct VerifyArguments {
   std::string file;
   bool json = false;
   bool quiet = false;
 };
 
-int verify(const Arguments& arguments) {
+int verify(const VerifyArguments& arguments) {
   Progress progress("verify", 1, arguments.quiet || arguments.json);
   progress.begin("checksums");
   const auto bytes = static_cast<double>(std::filesystem::file_size(arguments.file));
@@ -42,7 +42,7 @@ int verify(const Arguments& arguments) {
 }  // namespace
 
 void add_verify_command(Command& program, Run& run) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<VerifyArguments>();
   Command* command = program.add_subcommand(
       "verify", "Check every byte of a dataset file; serving checks only what it reads");
   command->add_option("file", arguments->file, "Dataset file (.mtd)")

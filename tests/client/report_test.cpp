@@ -21,14 +21,14 @@ using testing::ScriptedServer;
 using testing::ThenTheServer;
 using Messages = std::vector<ServerMessage>;
 
-const IsosurfaceRequest kRequest = {.isovalue = 100.5, .error = 1};
+const IsosurfaceRequest kReportedRequest = {.isovalue = 100.5, .error = 1};
 
 // The stream 2 with one final step, the octahedron in two tiles.
 Messages octahedron_stream() {
   const auto tiles = testing::coarse_tiles();
   StepBegin begin{.request_id = 2,
                   .is_final = true,
-                  .request = kRequest,
+                  .request = kReportedRequest,
                   .error_bound_world = 1,
                   .tetrahedra = 100,
                   .active_tetrahedra = 10,
@@ -49,7 +49,7 @@ Messages octahedron_stream() {
 
 FetchReport octahedron_report() {
   FetchReport report{.server = {.host = "127.0.0.1"},
-                     .open = {.request_id = 2, .dataset = "octahedra", .request = kRequest},
+                     .open = {.request_id = 2, .dataset = "octahedra", .request = kReportedRequest},
                      .coordinates = "world",
                      .mesh_file = "octahedron.ply",
                      .steps = {}};

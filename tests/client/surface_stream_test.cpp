@@ -18,7 +18,7 @@ namespace {
 using std::chrono::milliseconds;
 using testing::RunningServer;
 
-DatasetPtr gyroid() { return make_dataset(testing::fields::gyroid(72, 0.3, 7), "gyroid"); }
+DatasetPtr gyroid_dataset() { return make_dataset(testing::fields::gyroid(72, 0.3, 7), "gyroid"); }
 
 CataloguePtr catalogue_of(const DatasetPtr& dataset) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
@@ -59,7 +59,7 @@ class SurfaceStreamTest : public ::testing::Test {
     }
   }
 
-  DatasetPtr dataset_ = gyroid();
+  DatasetPtr dataset_ = gyroid_dataset();
   const DatasetInfo& info_ = dataset_->info;
   RunningServer server_{catalogue_of(dataset_)};
 };

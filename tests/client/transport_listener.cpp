@@ -6,28 +6,90 @@
 #include <thread>
 #include <vector>
 
-#include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/http.hpp>
-#include <boost/beast/websocket.hpp>
+#include <openssl/evp.h>
+#include <openssl/sha.h>
+#include <boost/asio/read_until.hpp>
 
 #include "common/net/frame.hpp"
 #include "common/net/stream_socket.hpp"
 #include "tests/support/certificates.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace multitetra {
+namespace multitetra::testing {
+namespace {
 
-namespace beast = boost::beast;
-namespace websocket = boost::beast::websocket;
+// ---- WebSockets by hand (RFC 6455), so that the library of the client is held against the text
 
-// Beast finds these by their arguments.
-template <typename Handler>
-void async_teardown(beast::role_type, StreamSocket& stream, Handler&& handler) {
-  stream.async_shutdown(std::forward<Handler>(handler));
+enum Opcode : unsigned char { kText = 1, kBinary = 2, kClose = 8, kPing = 9, kPong = 10 };
+
+// Section 4.2.2: the key with a fixed text behind it, hashed.
+std::string accept_key(const std::string& key) {
+  const std::string text = key + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
+  std::array<unsigned char, SHA_DIGEST_LENGTH> digest{};
+  SHA1(reinterpret_cast<const unsigned char*>(text.data()), text.size(), digest.data());
+  std::array<unsigned char, 32> base64{};
+  EVP_EncodeBlock(base64.data(), digest.data(), static_cast<int>(digest.size()));
+  return reinterpret_cast<const char*>(base64.data());
 }
-inline void beast_close_socket(StreamSocket& stream) { stream.close(); }
 
-namespace testing {
+// The value of a field of an HTTP head, whose names are compared as the client writes them.
+std::string field_of(const std::string& head, const std::string& name) {
+  const std::size_t at = head.find("\r\n" + name + ": ");
+  if (at == std::string::npos) return {};
+  const std::size_t begin = at + name.size() + 4;
+  return head.substr(begin, head.find("\r\n", begin) - begin);
+}
+
+// Section 5.2, from a server: not masked.
+std::string frame_of(Opcode opcode, std::string_view payload, bool is_final = true) {
+  std::string frame(1, static_cast<char>((is_final ? 0x80 : 0) | opcode));
+  const auto put_size = [&frame, size = payload.size()](int bytes) {
+    for (int i = bytes - 1; i >= 0; --i) frame.push_back(static_cast<char>(size >> (8 * i)));
+  };
+  if (payload.size() < 126) {
+    put_size(1);
+  } else if (payload.size() < 65536) {
+    frame.push_back(126);
+    put_size(2);
+  } else {
+    frame.push_back(127);
+    put_size(8);
+  }
+  return frame.append(payload);
+}
+
+struct WebSocketFrame {
+  unsigned char opcode = kClose;
+  std::string payload;
+};
+
+// One frame of a client, which masks; a close frame where the connection ends.
+asio::awaitable<WebSocketFrame> next_frame(StreamSocket& socket) {
+  error_code error;
+  std::array<unsigned char, 8> head{};
+  co_await asio::async_read(socket, asio::buffer(head, 2), use_error(error));
+  if (error) co_return WebSocketFrame{};
+  WebSocketFrame frame{.opcode = static_cast<unsigned char>(head[0] & 15), .payload = {}};
+  std::size_t size = head[1] & 127;
+  if (size >= 126) {
+    const std::size_t bytes = size == 126 ? 2 : 8;
+    co_await asio::async_read(socket, asio::buffer(head, bytes), use_error(error));
+    size = 0;
+    for (std::size_t i = 0; i < bytes; ++i) size = size << 8 | head[i];
+  }
+  std::array<char, 4> mask{};
+  co_await asio::async_read(socket, asio::buffer(mask), use_error(error));
+  if (error) co_return WebSocketFrame{};
+  frame.payload.resize(size);
+  co_await asio::async_read(socket, asio::buffer(frame.payload), use_error(error));
+  if (error) co_return WebSocketFrame{};
+  for (std::size_t i = 0; i < size; ++i) {
+    frame.payload[i] = static_cast<char>(frame.payload[i] ^ mask[i % 4]);
+  }
+  co_return frame;
+}
+
+}  // namespace
 
 class TransportListener::State {
  public:
@@ -63,7 +125,6 @@ class TransportListener::State {
       server.close(ignored);
     }
     StreamSocket client;
-    std::optional<websocket::stream<StreamSocket&, false>> messages;
     tcp::socket server;
   };
   using PassagePtr = std::shared_ptr<Passage>;
@@ -101,50 +162,61 @@ class TransportListener::State {
     co_await pass_answers(passage);
   }
 
+  asio::awaitable<void> write(PassagePtr passage, std::string bytes) {
+    error_code client_gone;
+    co_await asio::async_write(passage->client, asio::buffer(bytes), use_error(client_gone));
+  }
+
   asio::awaitable<bool> open_web_socket(PassagePtr passage) {
-    beast::flat_buffer buffer;
-    beast::http::request<beast::http::string_body> request;
+    std::string head;
     error_code error;
-    co_await beast::http::async_read(passage->client, buffer, request, use_error(error));
+    co_await asio::async_read_until(passage->client, asio::dynamic_buffer(head), "\r\n\r\n",
+                                    use_error(error));
     if (error) co_return false;
-    const auto asked = request[beast::http::field::sec_websocket_protocol];
-    if (manners_.status != 101 ||
-        std::string_view(request.target().data(), request.target().size()) != kStreamPath ||
-        std::string_view(asked.data(), asked.size()) != kSubprotocol) {
-      beast::http::response<beast::http::string_body> refusal(
-          beast::http::int_to_status(
-              manners_.status == 101 ? 404U : static_cast<unsigned>(manners_.status)),
-          11, "Not here.");
-      refusal.prepare_payload();
-      co_await beast::http::async_write(passage->client, refusal, use_error(error));
+    const bool is_right = head.starts_with("GET " + std::string(kStreamPath) + " HTTP/1.1\r\n") &&
+                          field_of(head, "Sec-WebSocket-Protocol") == kSubprotocol;
+    if (manners_.status != 101 || !is_right) {
+      const int status = manners_.status == 101 ? 404 : manners_.status;
+      co_await write(passage, "HTTP/1.1 " + std::to_string(status) +
+                                  " Refused\r\nContent-Length: 9\r\n\r\nNot here.");
       co_return false;
     }
-    passage->messages.emplace(passage->client);
-    passage->messages->binary(!manners_.text_messages);
-    passage->messages->set_option(
-        websocket::stream_base::decorator([this](websocket::response_type& response) {
-          if (manners_.subprotocol.empty()) return;
-          response.set(beast::http::field::sec_websocket_protocol, manners_.subprotocol);
-        }));
-    co_await passage->messages->async_accept(request, use_error(error));
-    co_return !error;
+    std::string answer =
+        "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        "Sec-WebSocket-Accept: " +
+        accept_key(field_of(head, "Sec-WebSocket-Key")) + "\r\n";
+    if (!manners_.subprotocol.empty())
+      answer += "Sec-WebSocket-Protocol: " + manners_.subprotocol + "\r\n";
+    co_await write(passage, answer + "\r\n");
+    co_return true;
+  }
+
+  // The next bytes for the server; empty when the client has gone.
+  asio::awaitable<std::string> next_request(PassagePtr passage) {
+    if (!at({}).is_web_socket()) {
+      std::array<char, 4096> bytes{};
+      error_code error;
+      const std::size_t size =
+          co_await passage->client.async_read_some(asio::buffer(bytes), use_error(error));
+      co_return std::string(bytes.data(), size);
+    }
+    for (;;) {
+      const WebSocketFrame frame = co_await next_frame(passage->client);
+      if (frame.opcode == kClose) {
+        co_await write(passage, frame_of(kClose, frame.payload));
+        co_return std::string();
+      }
+      if (frame.opcode == kPing) co_await write(passage, frame_of(kPong, frame.payload));
+      if (frame.opcode != kBinary) continue;
+      co_return frame_header(static_cast<std::uint32_t>(frame.payload.size())) + frame.payload;
+    }
   }
 
   asio::awaitable<void> pass_requests(PassagePtr passage) {
-    std::array<char, 4096> bytes{};
     for (error_code error; !error;) {
-      std::string content;
-      if (passage->messages) {
-        auto buffer = asio::dynamic_buffer(content);
-        const std::size_t size = co_await passage->messages->async_read(buffer, use_error(error));
-        content = frame_header(static_cast<std::uint32_t>(size)) + content;
-      } else {
-        const std::size_t size =
-            co_await passage->client.async_read_some(asio::buffer(bytes), use_error(error));
-        content.assign(bytes.data(), size);
-      }
-      if (!error)
-        co_await asio::async_write(passage->server, asio::buffer(content), use_error(error));
+      const std::string content = co_await next_request(passage);
+      if (content.empty()) break;
+      co_await asio::async_write(passage->server, asio::buffer(content), use_error(error));
     }
     passage->end();
   }
@@ -152,28 +224,26 @@ class TransportListener::State {
   asio::awaitable<void> pass_answers(PassagePtr passage) {
     FrameReader frames(kMaxServerFrameBytes);
     std::vector<char> bytes(64 * 1024);
+    const bool is_web_socket = at({}).is_web_socket();
+    const Opcode opcode = manners_.text_messages ? kText : kBinary;
     error_code error;
     while (!error) {
       const std::size_t size =
           co_await passage->server.async_read_some(asio::buffer(bytes), use_error(error));
-      if (!passage->messages) {
-        error_code client_gone;
-        co_await asio::async_write(passage->client, asio::buffer(bytes, size),
-                                   use_error(client_gone));
+      if (!is_web_socket) {
+        co_await write(passage, std::string(bytes.data(), size));
         continue;
       }
       frames.feed({bytes.data(), size});
       for (;;) {
         const auto content = frames.next();
         if (!content || !*content) break;
-        error_code client_gone;
-        co_await passage->messages->async_write(asio::buffer(**content), use_error(client_gone));
+        co_await write(passage, frame_of(opcode, **content));
       }
     }
-    if (passage->messages && frames.buffered() > 0) {
-      co_await passage->messages->async_write_some(
-          false, asio::buffer(bytes, std::min<std::size_t>(frames.buffered(), 100)),
-          use_error(error));
+    if (is_web_socket && frames.buffered() > 0) {
+      const std::size_t size = std::min<std::size_t>(frames.buffered(), 100);
+      co_await write(passage, frame_of(opcode, {bytes.data(), size}, /*is_final=*/false));
     }
     passage->end();
   }
@@ -196,5 +266,4 @@ TransportListener::~TransportListener() = default;
 Endpoint TransportListener::at(std::string host) const { return state_->at(std::move(host)); }
 Trust TransportListener::trust() const { return state_->trust(); }
 
-}  // namespace testing
-}  // namespace multitetra
+}  // namespace multitetra::testing

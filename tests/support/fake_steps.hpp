@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "common/wire/messages.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/stream/dataset_catalogue.hpp"
 #include "tests/support/octahedra.hpp"
@@ -86,6 +87,19 @@ inline std::shared_ptr<DatasetCatalogue> catalogue_of(std::shared_ptr<const Step
   auto catalogue = std::make_shared<DatasetCatalogue>();
   catalogue->add(std::move(source));
   return catalogue;
+}
+inline std::shared_ptr<DatasetCatalogue> fake_catalogue(std::string name = "fake") {
+  return catalogue_of(std::make_shared<FakeSteps>(std::move(name)));
+}
+
+// The request for a surface of a fake dataset.
+inline OpenStream open_fake(std::uint64_t id, std::string dataset = "fake",
+                            StepPolicy steps = StepPolicy::kFinalOnly) {
+  return {.request_id = id,
+          .dataset = std::move(dataset),
+          .request = {.isovalue = 1},
+          .steps = steps,
+          .held = {}};
 }
 
 }  // namespace multitetra::testing

@@ -2,6 +2,7 @@
 
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/read.hpp>
+#include <nlohmann/json.hpp>
 
 namespace multitetra::testing {
 
@@ -34,6 +35,10 @@ std::string HttpClient::rest() {
   error_code ended;
   asio::read(socket_, asio::dynamic_buffer(text), ended);
   return text;
+}
+
+std::string error_code_of(const HttpClient::Response& response) {
+  return nlohmann::json::parse(response.body()).at("error").at("code");
 }
 
 }  // namespace multitetra::testing

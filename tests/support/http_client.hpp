@@ -36,4 +36,12 @@ class HttpClient {
   boost::beast::flat_buffer buffer_;
 };
 
+// The word by which an answer in JSON names its error.
+std::string error_code_of(const HttpClient::Response& response);
+
+// The fields of a request for a WebSocket, but for its subprotocol.
+inline constexpr const char* kUpgradeFields =
+    "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+
 }  // namespace multitetra::testing

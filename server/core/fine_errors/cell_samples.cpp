@@ -5,7 +5,6 @@
 namespace multitetra {
 namespace {
 
-constexpr std::int32_t kCell = kSpectrumSpacing;
 constexpr std::int32_t kBrick = BrickLayout::kSampleSide;
 
 // A box of samples, by their indices in the data; `end` is exclusive.
@@ -31,7 +30,8 @@ void load_cell(const PreparedVolume& volume, GridPoint low, float* into, std::pt
                std::ptrdiff_t slice) {
   const DatasetInfo& info = volume.info;
   const GridPoint begin = low - first_sample(info);  // The cell may reach over the data.
-  const SampleBox cell = {begin, begin + GridPoint{kCell, kCell, kCell}};
+  const SampleBox cell = {begin,
+                          begin + GridPoint{kSpectrumSpacing, kSpectrumSpacing, kSpectrumSpacing}};
   const SampleBox box = cell.within({}, {info.dims[0], info.dims[1], info.dims[2]});
   const auto at = [&](std::int32_t x, std::int32_t y, std::int32_t z) {
     return into + (x - begin.x) + row * (y - begin.y) + slice * (z - begin.z);
@@ -39,7 +39,7 @@ void load_cell(const PreparedVolume& volume, GridPoint low, float* into, std::pt
   if (box.begin != cell.begin || box.end != cell.end) {
     for (std::int32_t z = cell.begin.z; z < cell.end.z; ++z) {
       for (std::int32_t y = cell.begin.y; y < cell.end.y; ++y) {
-        std::fill_n(at(begin.x, y, z), kCell, outside_value(info));
+        std::fill_n(at(begin.x, y, z), kSpectrumSpacing, outside_value(info));
       }
     }
     if (box.is_empty()) return;

@@ -9,7 +9,7 @@ namespace {
 constexpr int kRungsAnOctave = 4;
 constexpr int kFirstOctave = -4;  // A sixteenth of a voxel.
 // Estimates are some ten percent off: what is aimed at leaves room for it.
-constexpr double kCaution = 0.9;
+constexpr double kBudgetMargin = 0.9;
 
 // Rung 0 is the request itself. Then floors rise to the side of the grid; then the topology
 // tolerance doubles up to it as well.
@@ -64,7 +64,8 @@ IsosurfaceRequest within_budget(const IsosurfaceRequest& request, const DatasetI
   const Ladder ladder(request, info);
   const auto fits_at = [&](int rung) {
     const SurfaceSize size = size_of({.request = ladder.at(rung)});
-    return fits({.triangles = size.triangles / kCaution, .bytes = size.bytes / kCaution}, request);
+    return fits({.triangles = size.triangles / kBudgetMargin, .bytes = size.bytes / kBudgetMargin},
+                request);
   };
   if (fits_at(0)) return request;
   int too_low = 0;

@@ -11,7 +11,7 @@ namespace multitetra {
 namespace {
 
 // Sizes are estimates: what is aimed at stays below what is promised.
-constexpr double kCaution = 0.85;
+constexpr double kEstimateMargin = 0.85;
 constexpr double kMaxFirstTriangles = 40'000;
 // A final step that is made from so few comes as fast as a preview.
 constexpr double kExtractedWithoutPreviews = 50'000;
@@ -42,7 +42,8 @@ std::optional<StepRequest> first_preview(const IsosurfaceRequest& request, const
   for (std::int32_t finest = kSpectrumSpacing; is_worth_showing(finest, info); finest *= 2) {
     coarsest = preview_at(request, finest, info);
     const SurfaceSize size = sizes.of(*coarsest);
-    if (size.triangles <= kMaxFirstTriangles && size.bytes <= kCaution * kFirstShare * whole) break;
+    if (size.triangles <= kMaxFirstTriangles && size.bytes <= kEstimateMargin * kFirstShare * whole)
+      break;
   }
   return coarsest;
 }
@@ -50,7 +51,7 @@ std::optional<StepRequest> first_preview(const IsosurfaceRequest& request, const
 std::optional<StepRequest> second_preview(const IsosurfaceRequest& request, const ShownStep& first,
                                           const DatasetInfo& info, const StepSizes& sizes) {
   const double whole = std::max(sizes.of({.request = request}).bytes, kLeastWhole);
-  const double left = kCaution * kPreviewsShare * whole - first.bytes;
+  const double left = kEstimateMargin * kPreviewsShare * whole - first.bytes;
   // From coarse to fine, while they fit. One that shows hardly more than the first is not worth its
   // bytes.
   double least = 2 * first.bytes;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "server/core/simplification/vectors.hpp"
+#include "common/base/vec3.hpp"
 
 namespace multitetra {
 
@@ -24,13 +24,13 @@ void CollapseFan::set_up(std::span<const Vec3> ring, double squared_limit) {
     const Vec3& a = spokes_[k].along;
     const Vec3& b = spokes_[k + 1].along;
     Triangle& t = triangles_[k];
-    t.normal = vector_product(a, b);
+    t.normal = cross(a, b);
     const double squared = squared_length(t.normal);
     const bool is_thin =
         squared <= kThinnest * spokes_[k].squared_length * spokes_[k + 1].squared_length;
     t.inverse = is_thin ? 0 : 1 / squared;
-    t.first = moved({0, 0, 0}, t.inverse, vector_product(b, t.normal));
-    t.second = moved({0, 0, 0}, t.inverse, vector_product(t.normal, a));
+    t.first = moved({0, 0, 0}, t.inverse, cross(b, t.normal));
+    t.second = moved({0, 0, 0}, t.inverse, cross(t.normal, a));
   }
 }
 
@@ -40,10 +40,10 @@ std::optional<std::uint32_t> CollapseFan::sector_near(const Vec3& point) {
   std::uint32_t sector = 1;
   for (std::uint32_t k = 1; k <= sectors_; ++k) {
     const Triangle& t = triangles_[k];
-    const double s = inner_product(p, t.first);
-    const double r = inner_product(p, t.second);
+    const double s = dot(p, t.first);
+    const double r = dot(p, t.second);
     if (!(s >= 0 && r >= 0 && s + r <= 1) || t.inverse == 0) continue;
-    const double height = inner_product(p, t.normal);
+    const double height = dot(p, t.normal);
     const double squared = height * height * t.inverse;
     if (squared < nearest) {
       nearest = squared;
@@ -60,13 +60,13 @@ std::optional<std::uint32_t> CollapseFan::sector_near(const Vec3& point) {
     };
     for (std::uint32_t k = 1; k <= sectors_ + 1; ++k) {
       const Spoke& spoke = spokes_[k];
-      const double t = std::clamp(inner_product(p, spoke.along) * spoke.inverse, 0.0, 1.0);
+      const double t = std::clamp(dot(p, spoke.along) * spoke.inverse, 0.0, 1.0);
       look_at(moved(p, -t, spoke.along), std::min(k, sectors_));
     }
     for (std::uint32_t k = 1; k <= sectors_; ++k) {
       const Vec3 edge = difference(spokes_[k + 1].along, spokes_[k].along);
       const Vec3 from = difference(p, spokes_[k].along);
-      const double t = std::clamp(inner_product(from, edge) / squared_length(edge), 0.0, 1.0);
+      const double t = std::clamp(dot(from, edge) / squared_length(edge), 0.0, 1.0);
       look_at(moved(from, -t, edge), k);
     }
     if (!(nearest <= squared_limit_)) return std::nullopt;
@@ -81,11 +81,11 @@ bool CollapseFan::is_near(const Vec3& low, const Vec3& high, std::uint32_t first
   const Vec3 p = difference(low, apex_);
   const Vec3 pq = difference(high, low);
   const double squared_pq = squared_length(pq);
-  const double along_pq = inner_product(p, pq);
+  const double along_pq = dot(p, pq);
   for (std::uint32_t k = first; k <= last; ++k) {
     const Spoke& spoke = spokes_[k];
-    const double mixed = inner_product(pq, spoke.along);
-    const double along_spoke = inner_product(p, spoke.along);
+    const double mixed = dot(pq, spoke.along);
+    const double along_spoke = dot(p, spoke.along);
     const double product = squared_pq * spoke.squared_length;
     const double determinant = product - mixed * mixed;
     double s = 0;

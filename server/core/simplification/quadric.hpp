@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "common/base/affine.hpp"
-#include "server/core/simplification/vectors.hpp"
+#include "common/base/vec3.hpp"
 
 namespace multitetra {
 

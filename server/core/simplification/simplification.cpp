@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/vec3.hpp"
 #include "server/core/simplification/collapsing_mesh.hpp"
 #include "server/core/simplification/quadric.hpp"
 #include "server/core/simplification/successive_mapping.hpp"
-#include "server/core/simplification/vectors.hpp"
 
 namespace multitetra {
 namespace {
@@ -31,7 +31,7 @@ std::vector<Vec3> positions_of(const LatticeMesh& mesh, const Vec3& step) {
 }
 
 Vec3 normal_of(const Vec3& p, const Vec3& q, const Vec3& r) {
-  return vector_product(difference(q, p), difference(r, p));
+  return cross(difference(q, p), difference(r, p));
 }
 
 }  // namespace
@@ -188,7 +188,7 @@ class SimplifiedPiece::Run {
       const Vec3& r = positions_[mesh_.vertex(CollapsingMesh::previous(turned_[i]))];
       const Vec3 before = normal_of(positions_[u], q, r);
       const Vec3 after = normal_of(to, q, r);
-      const double along = inner_product(before, after);
+      const double along = dot(before, after);
       if (!(along > 0) || along * along < 0.04 * squared_length(before) * squared_length(after)) {
         return true;
       }

@@ -4,15 +4,12 @@
 #include <cmath>
 #include <limits>
 
+#include "common/base/vec3.hpp"
 #include "server/core/surface/cell_gradient.hpp"
 #include "server/core/surface/cell_values.hpp"
 
 namespace multitetra {
 namespace {
-
-Vec3 cross(const Vec3& a, const Vec3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 
 // Gradients per grid step to directions in the world that fall.
 class FallingDirections {

@@ -4,12 +4,9 @@
 #include <limits>
 #include <type_traits>
 
+#include "common/base/vec3.hpp"
+
 namespace multitetra {
-namespace {
-
-double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-}  // namespace
 
 RegionSet::RegionSet(std::span<const ThresholdRegion> regions, Combination combination,
                      const Affine& to_regions, double unit)

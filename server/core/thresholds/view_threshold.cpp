@@ -5,19 +5,12 @@
 #include <limits>
 
 #include "common/base/exact_sine.hpp"
+#include "common/base/vec3.hpp"
 
 namespace multitetra {
 namespace {
 
 constexpr double kMax = std::numeric_limits<double>::max();
-
-double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vec3 cross(const Vec3& a, const Vec3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-Vec3 scaled(const Vec3& v, double factor) { return {v[0] * factor, v[1] * factor, v[2] * factor}; }
-Vec3 sum(const Vec3& a, const Vec3& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-Vec3 difference(const Vec3& a, const Vec3& b) { return sum(a, scaled(b, -1)); }
 
 // Of length 1; 0 stays 0. Scaled first, so that no square leaves the doubles.
 Vec3 normalized(const Vec3& v) {

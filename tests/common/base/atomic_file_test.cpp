@@ -18,10 +18,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class AtomicFileTest : public testing::Test {
+class AtomicFileTest : public ::testing::Test {
  protected:
   AtomicFileTest()
-      : folder_(testing::TempDir() + "multitetra_atomic_file_" + std::to_string(::getpid())) {
+      : folder_(::testing::TempDir() + "multitetra_atomic_file_" + std::to_string(::getpid())) {
     fs::create_directories(folder_);
   }
   ~AtomicFileTest() override { fs::remove_all(folder_); }

@@ -51,16 +51,16 @@ class Tools {
 
 std::string told_by(const std::vector<std::string>& words, int code) {
   Tools tools;
-  testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStderr();
   const auto got = tools.parse(words);
-  const std::string text = testing::internal::GetCapturedStderr();
+  const std::string text = ::testing::internal::GetCapturedStderr();
   EXPECT_EQ(got, std::optional<int>(code)) << text;
   return text;
 }
 
 // What bash offers at the end of a line.
 std::string completed(const std::string& line) {
-  const std::string script = testing::TempDir() + "completion.bash";
+  const std::string script = ::testing::TempDir() + "completion.bash";
   std::ofstream(script) << bash_completion(Tools().app()) << "COMP_WORDS=(" << line
                         << ")\nCOMP_CWORD=$((${#COMP_WORDS[@]} - 1))\n_tools\n"
                            "printf '%s ' \"${COMPREPLY[@]}\"\n";
@@ -95,9 +95,9 @@ TEST(CommandLine, ShowsItsHelpWhenNothingIsSaid) {
 TEST(CommandLine, EndsWellAfterItsPages) {
   for (const char* page : {"--help", "--version", "--man", "--completion"}) {
     Tools tools;
-    testing::internal::CaptureStdout();
+    ::testing::internal::CaptureStdout();
     EXPECT_EQ(tools.parse({page}), std::optional<int>(0)) << page;
-    EXPECT_FALSE(testing::internal::GetCapturedStdout().empty()) << page;
+    EXPECT_FALSE(::testing::internal::GetCapturedStdout().empty()) << page;
   }
 }
 

@@ -339,7 +339,7 @@ std::vector<std::string> entries(const std::filesystem::path& folder) {
 }
 
 TEST(WriteFile, ReplacesTheWholeFileAndLeavesNothingElse) {
-  const std::filesystem::path folder = testing::TempDir() + "multitetra_write_file";
+  const std::filesystem::path folder = ::testing::TempDir() + "multitetra_write_file";
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   write_file(folder / "mesh.ply", std::string(1000, 'a'));
@@ -352,7 +352,7 @@ TEST(WriteFile, ReplacesTheWholeFileAndLeavesNothingElse) {
 }
 
 TEST(WriteFile, ThatCannotNamesThePathAndTheReason) {
-  const std::filesystem::path folder = testing::TempDir() + "multitetra_write_file_fails";
+  const std::filesystem::path folder = ::testing::TempDir() + "multitetra_write_file_fails";
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder / "taken.ply" / "inside");
   for (const auto& path : {folder / "absent" / "mesh.ply", folder / "taken.ply"}) {

@@ -50,7 +50,7 @@ std::string hex(const std::string& bytes) {
 }
 
 template <typename Message>
-std::string framed(const Message& message) {
+std::string framed_message(const Message& message) {
   const std::string content = serialize(message);
   return frame_header(static_cast<std::uint32_t>(content.size())) + content;
 }
@@ -81,22 +81,23 @@ std::vector<Spoken> expected(const std::string& payload) {
                     .digest = digest(mesh),
                     .seconds = 0.25};
   return {
-      {"client: Hello", framed(ClientMessage(Hello{.agent = "demo"}))},
-      {"server: Welcome",
-       framed(ServerMessage(Welcome{.agent = "demo", .max_message_bytes = kMaxClientFrameBytes}))},
-      {"client: OpenStream", framed(ClientMessage(OpenStream{.request_id = 1,
-                                                             .dataset = "corner",
-                                                             .request = request,
-                                                             .steps = StepPolicy::kFinalOnly}))},
-      {"server: StepBegin", framed(ServerMessage(begin))},
-      {"server: Tile", framed(ServerMessage(tile))},
-      {"server: StepEnd", framed(ServerMessage(end))},
-      {"server: StreamEnd", framed(ServerMessage(StreamEnd{.request_id = 1, .steps = 1}))},
-      {"client: Cancel", framed(ClientMessage(Cancel{.request_id = 1}))},
+      {"client: Hello", framed_message(ClientMessage(Hello{.agent = "demo"}))},
+      {"server: Welcome", framed_message(ServerMessage(Welcome{
+                              .agent = "demo", .max_message_bytes = kMaxClientFrameBytes}))},
       {"client: OpenStream",
-       framed(ClientMessage(OpenStream{.request_id = 2, .dataset = "coroner"}))},
+       framed_message(ClientMessage(OpenStream{.request_id = 1,
+                                               .dataset = "corner",
+                                               .request = request,
+                                               .steps = StepPolicy::kFinalOnly}))},
+      {"server: StepBegin", framed_message(ServerMessage(begin))},
+      {"server: Tile", framed_message(ServerMessage(tile))},
+      {"server: StepEnd", framed_message(ServerMessage(end))},
+      {"server: StreamEnd", framed_message(ServerMessage(StreamEnd{.request_id = 1, .steps = 1}))},
+      {"client: Cancel", framed_message(ClientMessage(Cancel{.request_id = 1}))},
+      {"client: OpenStream",
+       framed_message(ClientMessage(OpenStream{.request_id = 2, .dataset = "coroner"}))},
       {"server: ErrorReply",
-       framed(ServerMessage(ErrorReply{
+       framed_message(ServerMessage(ErrorReply{
            .request_id = 2,
            .error = {ErrorCode::kUnknownDataset,
                      "No dataset is named \"coroner\"; ListDatasets tells those that are."}}))},

@@ -6,13 +6,12 @@
 #include <string>
 
 #include "tests/support/prepared_example.hpp"
+#include "tests/support/texts.hpp"
 
 namespace multitetra {
 namespace {
 
-void expect_contains(const std::string& text, const std::string& part) {
-  EXPECT_NE(text.find(part), std::string::npos) << "'" << part << "' is not in: " << text;
-}
+using testing::expect_contains;
 
 TEST(DatasetMetadata, ComesBackBitForBit) {
   DatasetMetadata metadata = small_prepared().metadata;

@@ -14,11 +14,13 @@
 #include "server/dataset/prepared_file.hpp"
 #include "tests/support/prepared_example.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/texts.hpp"
 
 namespace multitetra {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::expect_contains;
 
 std::string error_of_writing(const fs::path& path, const PreparedExample& example) {
   try {
@@ -27,10 +29,6 @@ std::string error_of_writing(const fs::path& path, const PreparedExample& exampl
     return error.what();
   }
   return "none";
-}
-
-void expect_contains(const std::string& text, const std::string& part) {
-  EXPECT_NE(text.find(part), std::string::npos) << "'" << part << "' is not in: " << text;
 }
 
 // The steps of a writer; each is done in turn.

@@ -21,11 +21,6 @@ using testing::prepared_settings;
 using testing::PreparedSetting;
 namespace fields = testing::fields;
 
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 std::filesystem::path prepare_file(const TemporaryFolder& folder, const PreparedSetting& setting) {
   std::filesystem::path file = folder.path() / (setting.name + ".mtd");
   prepare(*source_of(setting.volume),
@@ -78,7 +73,7 @@ TEST(Prepare, WritesTheSameBytesWithAnyNumberOfThreads) {
   for (const std::size_t threads : {1U, 2U, 5U}) {
     const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
                                             threads);
-    const std::string bytes = bytes_of(prepare_file(folder, setting));
+    const std::string bytes = bytes_of_file(prepare_file(folder, setting));
     if (!expected) expected = bytes;
     EXPECT_TRUE(bytes == *expected) << threads << " threads";
   }
@@ -89,7 +84,7 @@ TEST(Prepare, WritesTheSameBytesWithAnyMemory) {
   for (const PreparedSetting& setting :
        {PreparedSetting{"wide", fields::noise({150, 70, 20}, 6)},
         PreparedSetting{"long", fields::integer_noise({12, 37, 140}, 90, 2), 0.0, 3}}) {
-    const std::string ample = bytes_of(prepare_file(folder, setting));
+    const std::string ample = bytes_of_file(prepare_file(folder, setting));
     for (const std::size_t bytes : {std::size_t{1}, std::size_t{70} << 20}) {
       const std::filesystem::path scarce = folder.path() / "scarce.mtd";
       prepare(*source_of(setting.volume),
@@ -99,7 +94,7 @@ TEST(Prepare, WritesTheSameBytesWithAnyMemory) {
                .slab_bytes = bytes / 8,
                .column_bytes = bytes},
               scarce, {.file = setting.name, .digest = {}});
-      EXPECT_TRUE(bytes_of(scarce) == ample) << setting.name << ", " << bytes << " bytes";
+      EXPECT_TRUE(bytes_of_file(scarce) == ample) << setting.name << ", " << bytes << " bytes";
     }
   }
 }

@@ -16,11 +16,13 @@
 #include "server/dataset/verify_dataset.hpp"
 #include "tests/support/prepared_example.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/texts.hpp"
 
 namespace multitetra {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::expect_contains;
 
 std::string error_of(const std::function<void()>& action) {
   try {
@@ -40,10 +42,6 @@ std::string error_of_opening(const fs::path& file) {
 
 std::string error_of_verifying(const fs::path& file) {
   return error_of([&] { verify_dataset(file); });
-}
-
-void expect_contains(const std::string& text, const std::string& part) {
-  EXPECT_NE(text.find(part), std::string::npos) << "'" << part << "' is not in: " << text;
 }
 
 // Changes one byte of the file, `at` bytes into a section.

@@ -15,9 +15,12 @@
 #include "server/dataset/verify_dataset.hpp"
 #include "tests/support/prepared_example.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/texts.hpp"
 
 namespace multitetra {
 namespace {
+
+using testing::expect_contains;
 
 std::string encoded(const PreparedExample& example) {
   const TemporaryFolder folder;
@@ -29,18 +32,14 @@ Result<PreparedStructure> structure_of(std::string_view file) {
   return decode_structure(MemorySource(bytes_of(file)));
 }
 
-std::string error_of_opening(std::string_view file) {
+std::string error_in_structure(std::string_view file) {
   const auto structure = structure_of(file);
   return structure ? "whole" : structure.error().text;
 }
 
-std::string error_of_verifying(std::string_view file) {
+std::string error_in_bytes(std::string_view file) {
   const auto verified = verify_bytes(MemorySource(bytes_of(file)));
   return verified ? "whole" : verified.error().text;
-}
-
-void expect_contains(const std::string& text, const std::string& part) {
-  EXPECT_NE(text.find(part), std::string::npos) << "'" << part << "' is not in: " << text;
 }
 
 // Opens the file, looks at every brick, and expects to see either those of the example or an error.
@@ -70,19 +69,19 @@ TEST(PreparedFormat, TheGoldenFileIsWhatThisVersionWritesAndReads) {
   const PreparedExample example = small_prepared();
   EXPECT_TRUE(encoded(example) == golden)
       << "The format changed: raise its version, or keep it as it was.";
-  EXPECT_EQ(error_of_verifying(golden), "whole");
+  EXPECT_EQ(error_in_bytes(golden), "whole");
   expect_nothing_wrong_is_handed_out(golden, example);
 }
 
 TEST(PreparedFormat, EveryChangedByteIsReported) {
   const PreparedExample example = small_prepared();
   const std::string whole = encoded(example);
-  ASSERT_EQ(error_of_verifying(whole), "whole");
+  ASSERT_EQ(error_in_bytes(whole), "whole");
   for (std::size_t at = 0; at < whole.size(); ++at) {
     for (const int change : {0x01, 0x80, 0xFF}) {
       std::string bytes = whole;
       bytes[at] = static_cast<char>(bytes[at] ^ change);
-      EXPECT_NE(error_of_verifying(bytes), "whole") << "byte " << at;
+      EXPECT_NE(error_in_bytes(bytes), "whole") << "byte " << at;
       expect_nothing_wrong_is_handed_out(bytes, example);
     }
   }
@@ -91,10 +90,10 @@ TEST(PreparedFormat, EveryChangedByteIsReported) {
 TEST(PreparedFormat, EveryOtherLengthIsReportedAtTheOpening) {
   const std::string whole = encoded(small_prepared());
   for (std::size_t size = 0; size < whole.size(); ++size) {
-    EXPECT_NE(error_of_opening(whole.substr(0, size)), "whole") << size;
+    EXPECT_NE(error_in_structure(whole.substr(0, size)), "whole") << size;
   }
-  EXPECT_NE(error_of_opening(whole + '\0'), "whole");
-  EXPECT_NE(error_of_opening(whole + whole), "whole");
+  EXPECT_NE(error_in_structure(whole + '\0'), "whole");
+  EXPECT_NE(error_in_structure(whole + whole), "whole");
 }
 
 // ---- files that somebody made with checksums that match
@@ -156,19 +155,19 @@ void mend_table_checksum(std::string& file) {
 
 TEST(PreparedFormat, SectionsOfLaterVersionsArePassedOverUnlessRequired) {
   std::vector<Part> parts = small_parts();
-  ASSERT_EQ(error_of_verifying(file_of(parts)), "whole");
+  ASSERT_EQ(error_in_bytes(file_of(parts)), "whole");
   parts.insert(parts.begin() + 2, {"later", "whatever", false});
   const std::string whole = file_of(parts);
-  EXPECT_EQ(error_of_verifying(whole), "whole");
+  EXPECT_EQ(error_in_bytes(whole), "whole");
   expect_nothing_wrong_is_handed_out(whole, small_prepared());
 
   std::string changed = whole;
   changed[changed.find("whatever")] = 'W';
-  EXPECT_EQ(error_of_opening(changed), "whole");
-  expect_contains(error_of_verifying(changed), "\"later\": its checksum");
+  EXPECT_EQ(error_in_structure(changed), "whole");
+  expect_contains(error_in_bytes(changed), "\"later\": its checksum");
 
   parts[2].required = true;
-  expect_contains(error_of_opening(file_of(parts)), "\"later\": it is required");
+  expect_contains(error_in_structure(file_of(parts)), "\"later\": it is required");
   EXPECT_EQ(structure_of(file_of(parts)).error().code, ErrorCode::kUnsupportedVersion);
 }
 
@@ -178,10 +177,10 @@ TEST(PreparedFormat, EveryMissingOrDoubledSectionIsReportedByName) {
   for (std::size_t i = 0; i < parts.size(); ++i) {
     std::vector<Part> fewer = parts;
     fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(i));
-    expect_contains(error_of_opening(file_of(fewer)), "\"" + parts[i].name + "\": it is missing");
+    expect_contains(error_in_structure(file_of(fewer)), "\"" + parts[i].name + "\": it is missing");
     std::vector<Part> more = parts;
     more.push_back(parts[i]);
-    expect_contains(error_of_opening(file_of(more)), "\"" + parts[i].name + "\" twice");
+    expect_contains(error_in_structure(file_of(more)), "\"" + parts[i].name + "\" twice");
   }
 }
 
@@ -191,7 +190,7 @@ TEST(PreparedFormat, SectionsOfAnotherSizeThanTheMetadataNeedsAreReported) {
       std::vector<Part> parts = small_parts();
       std::string& bytes = bytes_of_part(parts, name);
       bytes.resize(longer ? bytes.size() + 1 : bytes.size() - 1);
-      expect_contains(error_of_opening(file_of(parts)),
+      expect_contains(error_in_structure(file_of(parts)),
                       "\"" + std::string(name) + "\": it has " + std::to_string(bytes.size()));
     }
   }
@@ -203,8 +202,8 @@ TEST(PreparedFormat, OtherVersionsAreRefusedWithTheRemedy) {
     put(file, 8, version);
     mend_table_checksum(file);
     EXPECT_EQ(structure_of(file).error().code, ErrorCode::kUnsupportedVersion);
-    expect_contains(error_of_opening(file), "version " + std::to_string(version));
-    expect_contains(error_of_opening(file), "repare the dataset again");
+    expect_contains(error_in_structure(file), "version " + std::to_string(version));
+    expect_contains(error_in_structure(file), "repare the dataset again");
   }
 }
 
@@ -218,7 +217,7 @@ TEST(PreparedFormat, SizesAndOffsetsThatOverflowAreReported) {
         std::string file = whole;
         put(file, at, value);
         mend_table_checksum(file);
-        EXPECT_NE(error_of_opening(file), "whole") << "offset " << at << " value " << value;
+        EXPECT_NE(error_in_structure(file), "whole") << "offset " << at << " value " << value;
       }
     }
   }
@@ -231,7 +230,7 @@ TEST(PreparedFormat, NamesAndFlagsThatDoNotExistAreReported) {
     std::string file = whole;
     file[at] = byte;
     mend_table_checksum(file);
-    expect_contains(error_of_opening(file), "\"table\"");
+    expect_contains(error_in_structure(file), "\"table\"");
   }
 }
 
@@ -254,18 +253,18 @@ TEST(PreparedFormat, ASpectrumIndexThatIsNoTilingIsReported) {
         Change{2, kOffset, 37}, Change{2, kChecksum, 1}}) {
     std::vector<Part> parts = whole;
     put(bytes_of_part(parts, "specidx"), 24 * change.brick + change.field, change.value);
-    expect_contains(error_of_opening(file_of(parts)), "\"specidx\"");
+    expect_contains(error_in_structure(file_of(parts)), "\"specidx\"");
   }
   std::vector<Part> parts = whole;
   bytes_of_part(parts, "spectrum") += 'x';
-  expect_contains(error_of_opening(file_of(parts)), "do not fill section \"spectrum\"");
+  expect_contains(error_in_structure(file_of(parts)), "do not fill section \"spectrum\"");
 }
 
 TEST(PreparedFormat, ABrickWithAnotherChecksumIsReportedAlsoWhenItsSectionIsWhole) {
   std::vector<Part> parts = small_parts();
   bytes_of_part(parts, "samples")[140] = 5;  // In brick 1, behind 128 bytes.
-  EXPECT_EQ(error_of_opening(file_of(parts)), "whole");
-  expect_contains(error_of_verifying(file_of(parts)), "\"samples\": brick 1: its checksum");
+  EXPECT_EQ(error_in_structure(file_of(parts)), "whole");
+  expect_contains(error_in_bytes(file_of(parts)), "\"samples\": brick 1: its checksum");
   expect_nothing_wrong_is_handed_out(file_of(parts), small_prepared());
 }
 
@@ -277,7 +276,7 @@ TEST(PreparedFormat, AnInfiniteSampleIsReportedWhenItsBrickIsTouched) {
   put(samples, 4, -std::numeric_limits<float>::infinity());
   put(bytes_of_part(parts, "smplsums"), 0, checksum(bytes_of(samples)));
   const std::string file = file_of(parts);
-  expect_contains(error_of_verifying(file), "brick 0: it has an infinite sample");
+  expect_contains(error_in_bytes(file), "brick 0: it has an infinite sample");
   const auto structure = std::make_shared<const PreparedStructure>(*structure_of(file));
   EXPECT_THROW((void)SampleBricks("memory", bytes_of(file), structure).brick(0), DatasetFileError);
 }
@@ -292,8 +291,8 @@ TEST(PreparedFormat, MetadataThatContradictsTheSamplesIsReportedByTheVerificatio
       ++other.metadata.info.void_samples;
       --other.metadata.info.histogram.counts[0];
     }
-    EXPECT_EQ(error_of_opening(encoded(other)), "whole");
-    expect_contains(error_of_verifying(encoded(other)), "\"metadata\": it says");
+    EXPECT_EQ(error_in_structure(encoded(other)), "whole");
+    expect_contains(error_in_bytes(encoded(other)), "\"metadata\": it says");
   }
 }
 
@@ -304,9 +303,9 @@ TEST(PreparedFormat, MetadataOfAHugeVolumeInASmallFileIsReported) {
   metadata.info.grid_exponent = 12;
   metadata.info.histogram.counts = {std::uint64_t{4097} * 4097 * 4097};
   bytes_of_part(parts, "metadata") = metadata_text(metadata);
-  expect_contains(error_of_opening(file_of(parts)), "\"samples\": it has 272 bytes");
+  expect_contains(error_in_structure(file_of(parts)), "\"samples\": it has 272 bytes");
   bytes_of_part(parts, "metadata").resize((1 << 20) + 1, ' ');
-  expect_contains(error_of_opening(file_of(parts)), "more than 1048576");
+  expect_contains(error_in_structure(file_of(parts)), "more than 1048576");
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ struct PublicVolume {
 
 void PrintTo(const PublicVolume& volume, std::ostream* out) { *out << volume.file; }
 
-class PublicVolumes : public testing::TestWithParam<PublicVolume> {};
+class PublicVolumes : public ::testing::TestWithParam<PublicVolume> {};
 
 TEST_P(PublicVolumes, AreReadAsTheirListSays) {
   const PublicVolume& expected = GetParam();
@@ -56,7 +56,7 @@ constexpr SampleType kF32 = SampleType::kF32;
 
 INSTANTIATE_TEST_SUITE_P(
     All, PublicVolumes,
-    testing::Values(
+    ::testing::Values(
         PublicVolume{"cthead/CThead.nhdr", {256, 256, 113}, kU16, {1, 1, 2}, 0, 3272},
         PublicVolume{"headsq/quarter.nhdr", {64, 64, 93}, kI16, {3.2, 3.2, 1.5}, 0, 3926},
         PublicVolume{"tooth16/tooth.nhdr", {103, 94, 161}, kU16, {1, 1, 1}, 0, 1300},
@@ -87,7 +87,7 @@ INSTANTIATE_TEST_SUITE_P(
             3272,
             RawLayout{
                 .dims = {128, 128, 112}, .type = kU16, .header_bytes = 6, .spacing = {2, 2, 2}}}),
-    [](const testing::TestParamInfo<PublicVolume>& volume) {
+    [](const ::testing::TestParamInfo<PublicVolume>& volume) {
       std::string label = volume.param.file;
       std::replace_if(
           label.begin(), label.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');

@@ -9,6 +9,7 @@
 
 #include "tests/server/dataset/written_volumes.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/texts.hpp"
 
 // The address sanitizer asks this function: ITK's NRRD and TIFF readers leak a little when they
 // give up on a damaged file.
@@ -19,6 +20,7 @@ namespace multitetra {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::expect_contains;
 
 const std::string kNrrdLines = "dimension: 3\nsizes: 4 3 2\nencoding: raw\nendian: little\n";
 
@@ -29,7 +31,7 @@ std::vector<double> samples_of(const Volume& volume) {
 }
 
 // The sentence of the VolumeFileError that reading `file` throws.
-std::string error_of(const fs::path& file, const VolumeFileOptions& options = {}) {
+std::string error_of_reading(const fs::path& file, const VolumeFileOptions& options = {}) {
   try {
     (void)read_volume(file, options);
   } catch (const VolumeFileError& error) {
@@ -41,17 +43,13 @@ std::string error_of(const fs::path& file, const VolumeFileOptions& options = {}
   return {};
 }
 
-void expect_contains(const std::string& text, const std::string& part) {
-  EXPECT_NE(text.find(part), std::string::npos) << "'" << part << "' is not in: " << text;
-}
-
 void expect_is_the_volume(const Volume& volume, SampleType type) {
   EXPECT_EQ(volume.dims, kDims);
   EXPECT_EQ(volume.type(), type);
   EXPECT_EQ(samples_of(volume), values());
 }
 
-class VolumeFiles : public testing::Test {
+class VolumeFiles : public ::testing::Test {
  protected:
   TemporaryFolder folder_;
 };
@@ -273,27 +271,28 @@ TEST_F(VolumeFiles, WrittenNrrdComesBackBitForBit) {
 // ---- what cannot be read
 
 TEST_F(VolumeFiles, AMissingFileAndAnUnknownSuffixSayWhatWouldBeRight) {
-  expect_contains(error_of(folder_.path() / "none.nrrd"), "no such file");
-  const std::string unknown = error_of(folder_.file("v.dat", "bytes"));
+  expect_contains(error_of_reading(folder_.path() / "none.nrrd"), "no such file");
+  const std::string unknown = error_of_reading(folder_.file("v.dat", "bytes"));
   for (const char* suffix : {".nrrd", ".nhdr", ".mha", ".mhd", ".nii.gz", ".vtk", ".tif"}) {
     expect_contains(unknown, suffix);
   }
-  const std::string vti = error_of(folder_.file("v.vti", "<VTKFile>"));
+  const std::string vti = error_of_reading(folder_.file("v.vti", "<VTKFile>"));
   expect_contains(vti, ".vti");
   expect_contains(vti, ".vtk");
-  expect_contains(error_of(folder_.path()), "TIFF");
+  expect_contains(error_of_reading(folder_.path()), "TIFF");
 }
 
 TEST_F(VolumeFiles, RawBytesOfAnotherNumberNameBothNumbers) {
   const fs::path file = folder_.file("v.raw", std::string(30, 'x'));
-  const std::string error = error_of(file, {.raw = RawLayout{.dims = kDims, .header_bytes = 5}});
+  const std::string error =
+      error_of_reading(file, {.raw = RawLayout{.dims = kDims, .header_bytes = 5}});
   expect_contains(error, "30 bytes");
   expect_contains(error, "5 of header and 24 of samples");
-  error_of(file, {.raw = RawLayout{.dims = {0, 3, 2}}});
-  error_of(file, {.raw = RawLayout{.dims = {-1, 3, 2}}});
-  error_of(file, {.raw = RawLayout{.dims = {4098, 1, 1}}});
-  error_of(file, {.raw = RawLayout{.dims = {5, 3, 2}, .spacing = {1, 0, 1}}});
-  error_of(file, {.raw = RawLayout{.dims = {5, 3, 2}, .header_bytes = 31}});
+  error_of_reading(file, {.raw = RawLayout{.dims = {0, 3, 2}}});
+  error_of_reading(file, {.raw = RawLayout{.dims = {-1, 3, 2}}});
+  error_of_reading(file, {.raw = RawLayout{.dims = {4098, 1, 1}}});
+  error_of_reading(file, {.raw = RawLayout{.dims = {5, 3, 2}, .spacing = {1, 0, 1}}});
+  error_of_reading(file, {.raw = RawLayout{.dims = {5, 3, 2}, .header_bytes = 31}});
 }
 
 // ITK itself takes the shortened MetaImage, NIfTI and VTK files for whole.
@@ -307,7 +306,7 @@ TEST_F(VolumeFiles, AFileThatEndsTooEarlyIsNeverTakenForWhole) {
       "CompressedData = True\nCompressedDataSize = " + std::to_string(packed_shorts.size()) + "\n";
   const std::string beside = "beside.raw";
   folder_.file(beside, shorts.substr(0, 47));
-  error_of(folder_.file("beside.mhd", meta_image_header("MET_SHORT", beside)));
+  error_of_reading(folder_.file("beside.mhd", meta_image_header("MET_SHORT", beside)));
 
   const std::vector<std::pair<std::string, std::string>> whole = {
       {"v.nrrd", nrrd(kNrrdLines + "type: int16\n", shorts)},
@@ -325,11 +324,11 @@ TEST_F(VolumeFiles, AFileThatEndsTooEarlyIsNeverTakenForWhole) {
     const std::size_t last_number = name == "a.vtk" ? text.size() / 24 + 2 : 1;
     for (const std::size_t missing : {last_number, std::size_t{20}, std::size_t{47}}) {
       SCOPED_TRACE(missing);
-      error_of(folder_.file(name, bytes.substr(0, bytes.size() - missing)));
+      error_of_reading(folder_.file(name, bytes.substr(0, bytes.size() - missing)));
     }
     for (std::size_t size = 0; size < bytes.size() - 48; size += 29) {
       SCOPED_TRACE(size);
-      error_of(folder_.file(name, bytes.substr(0, size)));
+      error_of_reading(folder_.file(name, bytes.substr(0, size)));
     }
   }
 }
@@ -338,12 +337,12 @@ TEST_F(VolumeFiles, VectorsAndSeveralTimeStepsAreRefused) {
   const std::string rgb =
       "dimension: 4\nsizes: 3 4 3 2\nkinds: RGB-color domain domain domain\n"
       "encoding: raw\ntype: uint8\n";
-  expect_contains(error_of(folder_.file("rgb.nrrd", nrrd(rgb, std::string(72, 'x')))),
+  expect_contains(error_of_reading(folder_.file("rgb.nrrd", nrrd(rgb, std::string(72, 'x')))),
                   "3 components");
   const std::string twice = packed<std::int16_t>(values()) + packed<std::int16_t>(values());
-  expect_contains(
-      error_of(folder_.file("two.nii", nifti({4, 16}, twice, Endian::kLittle, {1, 0}, {2, 1}))),
-      "single volume");
+  expect_contains(error_of_reading(folder_.file(
+                      "two.nii", nifti({4, 16}, twice, Endian::kLittle, {1, 0}, {2, 1}))),
+                  "single volume");
 }
 
 TEST_F(VolumeFiles, SizesBeyondTheGridOrTheMemoryAreRefusedBeforeMemoryIsTaken) {
@@ -351,8 +350,8 @@ TEST_F(VolumeFiles, SizesBeyondTheGridOrTheMemoryAreRefusedBeforeMemoryIsTaken) 
     return nrrd("type: double\ndimension: 3\nencoding: raw\nendian: little\nsizes: " + sizes + "\n",
                 "few");
   };
-  expect_contains(error_of(folder_.file("wide.nrrd", header("5000 1 1"))), "4097");
-  expect_contains(error_of(folder_.file("deep.nrrd", header("4097 4097 4097"))), "memory");
+  expect_contains(error_of_reading(folder_.file("wide.nrrd", header("5000 1 1"))), "4097");
+  expect_contains(error_of_reading(folder_.file("deep.nrrd", header("4097 4097 4097"))), "memory");
 }
 
 TEST_F(VolumeFiles, ImagesOfAStackThatDifferAreRefusedByName) {

@@ -43,7 +43,7 @@ struct WrittenVolume {
   VolumeFileOptions options = {};
 };
 
-class VolumeSources : public testing::Test {
+class VolumeSources : public ::testing::Test {
  protected:
   // A volume in every format that the tests can write, each with slices that differ.
   std::vector<WrittenVolume> all_formats();
@@ -237,7 +237,7 @@ TEST_F(VolumeSources, NoticesComeOnceHoweverOftenSlabsAreRead) {
 
 // ---- damaged files
 
-std::string error_of(const fs::path& file) {
+std::string error_of_opening(const fs::path& file) {
   try {
     (void)open_volume(file);
   } catch (const VolumeFileError& error) {
@@ -257,9 +257,10 @@ TEST_F(VolumeSources, FilesThatEndTooEarlyAreRefusedWhenOpened) {
         folder_.file("v.mha", meta_image_header("MET_SHORT", "LOCAL") + shorts.substr(1)),
         folder_.file("v.mhd", meta_image_header("MET_SHORT", "part.1", "HeaderSize = -1\n")),
         folder_.file("b.vtk", legacy_vtk("BINARY", "short", shorts.substr(1)))}) {
-    EXPECT_NE(error_of(file).find("bytes of samples"), std::string::npos) << error_of(file);
+    EXPECT_NE(error_of_opening(file).find("bytes of samples"), std::string::npos)
+        << error_of_opening(file);
   }
-  EXPECT_NE(error_of(folder_.path() / "list.nhdr").find("part.2"), std::string::npos);
+  EXPECT_NE(error_of_opening(folder_.path() / "list.nhdr").find("part.2"), std::string::npos);
 }
 
 TEST_F(VolumeSources, ADataFileThatVanishesOrShrinksIsTold) {
@@ -284,7 +285,7 @@ TEST_F(VolumeSources, UnusualNrrdHeadersAreRefused) {
        {"line skip: 99999999\ndata file: v.raw\n", "byte skip: 9999999999\ndata file: v.raw\n",
         "data file: LIST\n", "data file: .\n", "data file: none.raw\n"}) {
     SCOPED_TRACE(more);
-    EXPECT_NE(error_of(nhdr_file("v.nhdr", "short", little + more)), "opened");
+    EXPECT_NE(error_of_opening(nhdr_file("v.nhdr", "short", little + more)), "opened");
   }
 }
 
@@ -298,12 +299,13 @@ TEST_F(VolumeSources, PatternsThatAreNoneAreRefusedBeforeItkSeesThem) {
     SCOPED_TRACE(pattern);
     for (const char* field : {"data file: ", "DataFile: ", "# hidden\rdata file: "}) {
       const std::string more = little + field + pattern + "\n";
-      const std::string error = error_of(nhdr_file("v.nhdr", "short", more));
+      const std::string error = error_of_opening(nhdr_file("v.nhdr", "short", more));
       EXPECT_NE(error.find("%03d"), std::string::npos) << error;
     }
   }
-  EXPECT_NE(error_of(nhdr_file("v.nhdr", "short", std::string(5'000'000, 'x'))).find("bytes"),
-            std::string::npos);
+  EXPECT_NE(
+      error_of_opening(nhdr_file("v.nhdr", "short", std::string(5'000'000, 'x'))).find("bytes"),
+      std::string::npos);
 }
 
 // ---- what it is for

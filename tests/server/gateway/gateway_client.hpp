@@ -26,8 +26,8 @@ inline ErrorCode code_of(const ServerMessage& message) {
   return reply ? reply->error.code : ErrorCode::kUnknown;
 }
 
-inline void open(WebSocketClient& client, std::uint64_t id) {
-  client.send(OpenStream{.request_id = id, .dataset = "octahedron", .held = {}});
+inline void open(WebSocketClient& client, std::uint64_t id, std::string dataset = "octahedron") {
+  client.send(OpenStream{.request_id = id, .dataset = std::move(dataset), .held = {}});
 }
 
 // The last message of the stream that runs.

@@ -7,6 +7,7 @@
 
 #include "server/gateway/forwarded_stream.hpp"
 #include "server/gateway/rendezvous.hpp"
+#include "tests/server/gateway/gateway_client.hpp"
 #include "tests/server/gateway/running_gateway.hpp"
 #include "tests/support/fake_steps.hpp"
 
@@ -18,6 +19,8 @@ using testing::catalogue_of;
 using testing::eventually;
 using testing::FakeSteps;
 using testing::HttpClient;
+using testing::octahedron;
+using testing::open;
 using testing::RunningGateway;
 using testing::Upstream;
 using testing::WebSocketClient;
@@ -65,15 +68,9 @@ TEST(ForwardedStream, PassesOverWhatTheClientHasSeenAndNoticesADifference) {
 
 // ---- over sockets
 
-std::shared_ptr<FakeSteps> octahedron() { return std::make_shared<FakeSteps>("octahedron"); }
-
 void greet(WebSocketClient& client) {
   client.send(Hello{});
   EXPECT_EQ(client.receive_a<Welcome>().version, kProtocolVersion);
-}
-
-void open(WebSocketClient& client, std::uint64_t id, std::string dataset = "octahedron") {
-  client.send(OpenStream{.request_id = id, .dataset = std::move(dataset), .held = {}});
 }
 
 std::vector<ServerMessage> all_of_stream(WebSocketClient& client) {

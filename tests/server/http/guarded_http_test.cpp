@@ -15,6 +15,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using testing::catalogue_of;
+using testing::fake_catalogue;
 using testing::FakeSteps;
 using testing::HttpClient;
 using testing::kAskWhetherAlive;
@@ -23,14 +24,13 @@ using testing::RunningHttpServer;
 using testing::TlsRequest;
 using testing::WebSocketClient;
 
-CataloguePtr octahedra() { return catalogue_of(std::make_shared<FakeSteps>("octahedron")); }
-
 unsigned status_of(HttpClient& client, std::string_view fields = {}) {
   return client.get("/livez", fields).result_int();
 }
 
 TEST(GuardedHttp, BeyondItsConnectionsTheFirstRequestIsAnsweredWith503) {
-  RunningHttpServer server(octahedra(), {}, {.admission = {.connections = {.total = 1}}});
+  RunningHttpServer server(fake_catalogue("octahedron"), {},
+                           {.admission = {.connections = {.total = 1}}});
   HttpClient first(server.http());
   EXPECT_EQ(status_of(first), 200U);
   HttpClient second(server.http());
@@ -42,7 +42,7 @@ TEST(GuardedHttp, BeyondItsConnectionsTheFirstRequestIsAnsweredWith503) {
 }
 
 TEST(GuardedHttp, BehindATrustedProxyLimitsCountForItsClients) {
-  RunningHttpServer server(octahedra(), {},
+  RunningHttpServer server(fake_catalogue("octahedron"), {},
                            {.admission = {.connections = {.total = 10, .per_name = 1},
                                           .trusted_proxies = {"127.0.0.1"}}});
   HttpClient first(server.http());
@@ -55,7 +55,7 @@ TEST(GuardedHttp, BehindATrustedProxyLimitsCountForItsClients) {
 }
 
 TEST(GuardedHttp, NobodyElseSaysWhoItIs) {
-  RunningHttpServer server(octahedra(), {},
+  RunningHttpServer server(fake_catalogue("octahedron"), {},
                            {.admission = {.connections = {.total = 10, .per_name = 1}}});
   HttpClient first(server.http());
   HttpClient second(server.http());
@@ -65,7 +65,8 @@ TEST(GuardedHttp, NobodyElseSaysWhoItIs) {
 
 TEST(GuardedHttp, SpeaksTlsWithItsCertificate) {
   const ListenerCertificate certificate;
-  RunningHttpServer server(octahedra(), {}, {.admission = {.tls = certificate.files()}});
+  RunningHttpServer server(fake_catalogue("octahedron"), {},
+                           {.admission = {.tls = certificate.files()}});
   TlsRequest context(server.http().port, certificate);
   context.send(kAskWhetherAlive);
   EXPECT_TRUE(context.read_to_end().starts_with("HTTP/1.1 200 "));
@@ -74,7 +75,7 @@ TEST(GuardedHttp, SpeaksTlsWithItsCertificate) {
 // The linger time would fail the test: it is not waited for when both have said goodbye.
 TEST(GuardedHttp, HangsUpAtOnceWhenATlsClientHasSaidGoodbye) {
   const ListenerCertificate certificate;
-  RunningHttpServer server(octahedra(), {.linger = 1h},
+  RunningHttpServer server(fake_catalogue("octahedron"), {.linger = 1h},
                            {.admission = {.tls = certificate.files()}});
   TlsRequest context(server.http().port, certificate);
   context.send(kAskWhetherAlive);

@@ -16,25 +16,20 @@ namespace multitetra {
 namespace {
 
 using namespace std::chrono_literals;
-using testing::catalogue_of;
+using testing::error_code_of;
+using testing::fake_catalogue;
 using testing::FakeSteps;
 using testing::HttpClient;
 using testing::RunningHttpServer;
 
-CataloguePtr octahedra() { return catalogue_of(std::make_shared<FakeSteps>("octahedron")); }
-
-std::string code_of(const HttpClient::Response& response) {
-  return Json::parse(response.body()).at("error").at("code");
-}
-
 TEST(HttpListener, AnswersManyRequestsOnOneConnection) {
-  RunningHttpServer server(octahedra());
+  RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
   for (int i = 0; i < 100; ++i) ASSERT_EQ(client.get("/livez").result_int(), 200U);
 }
 
 TEST(HttpListener, AnswersRequestsThatWereSentAheadInTheirOrder) {
-  RunningHttpServer server(octahedra());
+  RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
   client.send(
       "GET /livez HTTP/1.1\r\nHost: x\r\n\r\nGET /nothing HTTP/1.1\r\nHost: x\r\n\r\n"
@@ -48,7 +43,7 @@ TEST(HttpListener, AnswersRequestsThatWereSentAheadInTheirOrder) {
 }
 
 TEST(HttpListener, HangsUpWhereTheClientWantsThat) {
-  RunningHttpServer server(octahedra());
+  RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient closing(server.http());
   EXPECT_EQ(closing.get("/livez", "Connection: close\r\n")[http::field::connection], "close");
   EXPECT_EQ(closing.rest(), "");
@@ -59,7 +54,7 @@ TEST(HttpListener, HangsUpWhereTheClientWantsThat) {
 }
 
 TEST(HttpListener, SaysInJsonWhatWasWrongAndNamesTheRequest) {
-  RunningHttpServer server(octahedra());
+  RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
   const auto response = client.get("/v1/datasets/none");
   EXPECT_EQ(response.result_int(), 404U);
@@ -72,7 +67,7 @@ TEST(HttpListener, SaysInJsonWhatWasWrongAndNamesTheRequest) {
 }
 
 TEST(HttpListener, KnowsThreeMethods) {
-  RunningHttpServer server(octahedra());
+  RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
   for (const auto* method : {"POST", "PUT", "DELETE", "PATCH", "TRACE", "BREW"}) {
     const auto response = client.ask(method, "/v1/datasets");
@@ -83,7 +78,7 @@ TEST(HttpListener, KnowsThreeMethods) {
 }
 
 TEST(HttpListener, EndsConnectionsThatCannotBeFollowed) {
-  RunningHttpServer server(octahedra());
+  RunningHttpServer server(fake_catalogue("octahedron"));
   for (const auto& [bytes, status] : std::initializer_list<std::pair<std::string, unsigned>>{
            {"no request\r\n\r\n", 400},
            {"GET /" + std::string(20'000, 'a'), 431},
@@ -95,27 +90,28 @@ TEST(HttpListener, EndsConnectionsThatCannotBeFollowed) {
     const auto response = client.receive();
     EXPECT_EQ(response.result_int(), status);
     EXPECT_EQ(response[http::field::connection], "close");
-    EXPECT_EQ(code_of(response), "malformed_message");
+    EXPECT_EQ(error_code_of(response), "malformed_message");
     EXPECT_EQ(client.rest(), "");
   }
 }
 
 TEST(HttpListener, WaitsForAHeaderOnlySoLong) {
-  RunningHttpServer server(octahedra(), {.handshake_timeout = 80ms});
+  RunningHttpServer server(fake_catalogue("octahedron"), {.handshake_timeout = 80ms});
   HttpClient client(server.http());
   client.send("GET /livez HTTP/1.1\r\nHost:");
   EXPECT_EQ(client.rest(), "");
 }
 
 TEST(HttpListener, WaitsForTheNextRequestOnlySoLong) {
-  RunningHttpServer server(octahedra(), {.keep_alive_timeout = 80ms});
+  RunningHttpServer server(fake_catalogue("octahedron"), {.keep_alive_timeout = 80ms});
   HttpClient client(server.http());
   EXPECT_EQ(client.get("/livez").result_int(), 200U);
   EXPECT_EQ(client.rest(), "");
 }
 
 TEST(HttpListener, HasRoomForSoManyConnections) {
-  RunningHttpServer server(octahedra(), {}, {.admission = {.connections = {.total = 1}}});
+  RunningHttpServer server(fake_catalogue("octahedron"), {},
+                           {.admission = {.connections = {.total = 1}}});
   HttpClient first(server.http());
   EXPECT_EQ(first.get("/livez").result_int(), 200U);
   HttpClient second(server.http());
@@ -126,7 +122,8 @@ TEST(HttpListener, HasRoomForSoManyConnections) {
 
 TEST(HttpListener, TellsWhetherItIsReady) {
   std::atomic<bool> ready = true;
-  RunningHttpServer server(octahedra(), {.hooks = {.is_ready = [&] { return ready.load(); }}},
+  RunningHttpServer server(fake_catalogue("octahedron"),
+                           {.hooks = {.is_ready = [&] { return ready.load(); }}},
                            {.metrics = std::make_shared<PrometheusMetrics>()});
   HttpClient client(server.http());
   EXPECT_EQ(client.get("/readyz").result_int(), 200U);
@@ -143,7 +140,7 @@ TEST(HttpListener, TellsWhetherItIsReady) {
 
 // A list takes two messages of a conversation and a mesh three; to the client each is one request.
 TEST(HttpListener, AnswersSoManyRequestsOfAnAddress) {
-  RunningHttpServer server(octahedra(), {},
+  RunningHttpServer server(fake_catalogue("octahedron"), {},
                            {.admission = {.requests = {.per_second = 0.001, .burst = 4}}});
   HttpClient client(server.http());
   const std::string mesh = "/v1/datasets/octahedron/isosurface?isovalue=0.5&error=";
@@ -160,7 +157,8 @@ TEST(HttpListener, AnswersSoManyRequestsOfAnAddress) {
 }
 
 TEST(HttpListener, LetsPagesOfAllowedOriginsReadItsAnswers) {
-  RunningHttpServer server(octahedra(), {.allowed_origins = {"https://a.example"}});
+  RunningHttpServer server(fake_catalogue("octahedron"),
+                           {.allowed_origins = {"https://a.example"}});
   HttpClient client(server.http());
   const auto allowed = client.get("/v1/datasets", "Origin: https://a.example\r\n");
   EXPECT_EQ(allowed["Access-Control-Allow-Origin"], "https://a.example");
@@ -176,7 +174,7 @@ TEST(HttpListener, LetsPagesOfAllowedOriginsReadItsAnswers) {
 }
 
 TEST(HttpListener, TellsAboutDatasetsAsInfoDoes) {
-  RunningHttpServer server(octahedra());
+  RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
   const auto list = client.get("/v1/datasets");
   const Json datasets = Json::parse(list.body()).at("datasets");
@@ -194,10 +192,11 @@ TEST(HttpListener, TellsAboutDatasetsAsInfoDoes) {
 
 TEST(HttpListener, ServesTilesThatAreAtHandToBeKeptForEver) {
   const auto tile = testing::fine_tiles().front();
-  RunningHttpServer server(
-      octahedra(), {.hooks = {.find_tile = [&](const ContentDigest& digest) {
-                      return digest == tile.summary.digest ? std::optional(tile) : std::nullopt;
-                    }}});
+  RunningHttpServer server(fake_catalogue("octahedron"),
+                           {.hooks = {.find_tile = [&](const ContentDigest& digest) {
+                              return digest == tile.summary.digest ? std::optional(tile)
+                                                                   : std::nullopt;
+                            }}});
   HttpClient client(server.http());
   const std::string path = "/v1/tiles/" + tile.summary.digest.hex();
   const auto whole = client.get(path);
@@ -221,7 +220,7 @@ TEST(HttpListener, WantsAGoodTokenWhereTokensAreNeeded) {
   const TemporaryFolder folder;
   const testing::TokensFile tokens(folder.path(), {{"alice", "good", "octahedron"}});
   const auto tile = testing::fine_tiles().front();
-  RunningHttpServer server(octahedra(),
+  RunningHttpServer server(fake_catalogue("octahedron"),
                            {.hooks = {.find_tile = [&](const ContentDigest&) { return tile; }}},
                            {.admission = {.tokens = tokens.path()}});
   HttpClient client(server.http());
@@ -232,7 +231,7 @@ TEST(HttpListener, WantsAGoodTokenWhereTokensAreNeeded) {
     const auto refusal = client.get(path);
     EXPECT_EQ(refusal.result_int(), 401U) << path;
     EXPECT_EQ(refusal[http::field::www_authenticate], "Bearer");
-    EXPECT_EQ(code_of(refusal), "unauthenticated");
+    EXPECT_EQ(error_code_of(refusal), "unauthenticated");
     EXPECT_EQ(client.get(path, "Authorization: Bearer bad\r\n").result_int(), 401U) << path;
     EXPECT_EQ(client.get(path, "Authorization: Basic good\r\n").result_int(), 401U) << path;
     const auto response = client.get(path, "Authorization: bearer good\r\n");
@@ -256,7 +255,7 @@ class ViewerTest : public ::testing::Test {
 
 TEST_F(ViewerTest, MayTalkWithItsOwnHostAlone) {
   write("index.html", "<p>viewer");
-  RunningHttpServer server(octahedra(),
+  RunningHttpServer server(fake_catalogue("octahedron"),
                            {.viewer = std::make_shared<ViewerFiles>(folder_.path() / "viewer")});
   const auto page = HttpClient(server.http()).get("/");
   std::map<std::string, std::string> policy;
@@ -281,7 +280,7 @@ TEST_F(ViewerTest, IsServedFromOneFolderOnly) {
   std::filesystem::create_symlink(folder_.path() / "secret.txt",
                                   folder_.path() / "viewer" / "link.txt");
   std::filesystem::create_directory_symlink(folder_.path(), folder_.path() / "viewer" / "up");
-  RunningHttpServer server(octahedra(),
+  RunningHttpServer server(fake_catalogue("octahedron"),
                            {.viewer = std::make_shared<ViewerFiles>(folder_.path() / "viewer")});
   HttpClient client(server.http());
   const auto page = client.get("/");
@@ -305,7 +304,7 @@ TEST_F(ViewerTest, IsServedFromOneFolderOnly) {
 }
 
 TEST_F(ViewerTest, IsReplacedByAPageWhereThereIsNone) {
-  RunningHttpServer server(octahedra());
+  RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
   EXPECT_NE(client.get("/").body().find("not installed"), std::string::npos);
   EXPECT_EQ(client.get("/index.js").result_int(), 404U);

@@ -14,6 +14,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using testing::catalogue_of;
+using testing::error_code_of;
 using testing::FakeSteps;
 using testing::HttpClient;
 using testing::RunningHttpServer;
@@ -46,10 +47,6 @@ class IsosurfaceTest : public ::testing::Test {
                             {.max_mesh_triangles = 1000}};
   HttpClient client_{server_.http()};
 };
-
-std::string code_of(const HttpClient::Response& response) {
-  return Json::parse(response.body()).at("error").at("code");
-}
 
 TEST_F(IsosurfaceTest, ComesAsAFileInEveryFormat) {
   for (const auto& [format, type, start] : {std::tuple{"ply", "application/ply", "ply\n"},
@@ -125,8 +122,8 @@ TEST_F(IsosurfaceTest, IsRefusedWithTheReason) {
     return client_.get("/v1/datasets/octahedron/isosurface?" + query);
   };
   EXPECT_EQ(at("isovalue=x").result_int(), 400U);
-  EXPECT_EQ(code_of(at("error=-1")), "invalid_argument");
-  EXPECT_EQ(code_of(at("nonsense=1")), "invalid_argument");
+  EXPECT_EQ(error_code_of(at("error=-1")), "invalid_argument");
+  EXPECT_EQ(error_code_of(at("nonsense=1")), "invalid_argument");
   EXPECT_EQ(at("%zz").result_int(), 400U);
   EXPECT_EQ(client_.get("/v1/datasets/none/isosurface").result_int(), 404U);
 }
@@ -138,7 +135,7 @@ TEST(Isosurface, IsRefusedWhereItIsTooLargeForOneResponse) {
   HttpClient client(server.http());
   const auto response = client.get(kPath);
   EXPECT_EQ(response.result_int(), 422U);
-  EXPECT_EQ(code_of(response), "limit_exceeded");
+  EXPECT_EQ(error_code_of(response), "limit_exceeded");
 }
 
 TEST(Isosurface, StopsBeingMadeWhenTheClientHangsUp) {

@@ -17,6 +17,7 @@ namespace {
 using testing::catalogue_of;
 using testing::FakeSteps;
 using testing::HttpClient;
+using testing::kUpgradeFields;
 using testing::RunningHttpServer;
 
 // As much of JSON Schema as the description uses.
@@ -145,9 +146,6 @@ class OpenApiTest : public ::testing::Test {
   std::set<std::string> seen_;
 };
 
-constexpr const char* kUpgrade =
-    "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
-    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
 constexpr const char* kBad = "Authorization: Bearer bad\r\n";
 constexpr const char* kAny = "If-None-Match: *\r\n";
 
@@ -193,8 +191,9 @@ TEST_F(OpenApiTest, IsWhatTheServerDoes) {
   ask(surface, at + "1", 401, kBad);
 
   ask("/v1/stream", "/v1/stream", 426);
-  ask("/v1/stream", "/v1/stream", 400, kUpgrade);
-  const std::string good = std::string(kUpgrade) + "Sec-WebSocket-Protocol: multitetra.v1\r\n";
+  ask("/v1/stream", "/v1/stream", 400, kUpgradeFields);
+  const std::string good =
+      std::string(kUpgradeFields) + "Sec-WebSocket-Protocol: multitetra.v1\r\n";
   ask("/v1/stream", "/v1/stream", 403, good + "Origin: https://elsewhere\r\n");
   ask("/v1/stream", "/v1/stream", 101, good);
 

@@ -11,21 +11,18 @@ namespace {
 
 using namespace std::chrono_literals;
 using testing::catalogue_of;
+using testing::fake_catalogue;
 using testing::FakeSteps;
 using testing::heavy;
 using testing::HttpClient;
+using testing::kUpgradeFields;
 using testing::RunningHttpServer;
 using testing::WebSocketClient;
 namespace websocket = boost::beast::websocket;
 
-CataloguePtr octahedra() { return catalogue_of(std::make_shared<FakeSteps>("octahedron")); }
-
-constexpr std::string_view kUpgrade =
-    "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
-    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
-
 std::string upgrade_with(std::string_view more) {
-  return std::string(kUpgrade) + "Sec-WebSocket-Protocol: multitetra.v1\r\n" + std::string(more);
+  return std::string(kUpgradeFields) + "Sec-WebSocket-Protocol: multitetra.v1\r\n" +
+         std::string(more);
 }
 
 // All messages of one stream, ended by its StreamEnd.
@@ -40,7 +37,7 @@ std::vector<ServerMessage> stream(WebSocketClient& client, std::uint64_t id) {
 }
 
 TEST(WebSocketListener, HoldsTheSameConversationAsTcp) {
-  RunningHttpServer server(octahedra());
+  RunningHttpServer server(fake_catalogue("octahedron"));
   WebSocketClient client(server.http());
   EXPECT_EQ(client.response()[http::field::sec_websocket_protocol], "multitetra.v1");
   client.send(Hello{});
@@ -65,20 +62,21 @@ TEST(WebSocketListener, SendsMessagesOfMegabytesInOneFrame) {
 }
 
 TEST(WebSocketListener, IsShutWithoutTheSubprotocol) {
-  RunningHttpServer server(octahedra());
+  RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
-  const auto none = client.get("/v1/stream", kUpgrade);
+  const auto none = client.get("/v1/stream", kUpgradeFields);
   EXPECT_EQ(none.result_int(), 400U);
   EXPECT_NE(none.body().find("multitetra.v1"), std::string::npos);
   const auto other =
-      client.get("/v1/stream", std::string(kUpgrade) + "Sec-WebSocket-Protocol: chat\r\n");
+      client.get("/v1/stream", std::string(kUpgradeFields) + "Sec-WebSocket-Protocol: chat\r\n");
   EXPECT_EQ(other.result_int(), 400U);
   EXPECT_EQ(client.get("/v1/stream").result_int(), 426U);
   EXPECT_EQ(client.get("/v1/stream", upgrade_with("")).result_int(), 101U);
 }
 
 TEST(WebSocketListener, IsShutForPagesOfOtherOrigins) {
-  RunningHttpServer server(octahedra(), {.allowed_origins = {"https://example.org"}});
+  RunningHttpServer server(fake_catalogue("octahedron"),
+                           {.allowed_origins = {"https://example.org"}});
   HttpClient client(server.http());
   const auto from = [&](std::string_view origin) {
     return client.get("/v1/stream", upgrade_with("Origin: " + std::string(origin) + "\r\n"))
@@ -90,7 +88,7 @@ TEST(WebSocketListener, IsShutForPagesOfOtherOrigins) {
 }
 
 TEST(WebSocketListener, TakesNoTextMessages) {
-  RunningHttpServer server(octahedra());
+  RunningHttpServer server(fake_catalogue("octahedron"));
   WebSocketClient client(server.http());
   client.send_as_text(Hello{});
   EXPECT_EQ(client.receive_a<ErrorReply>().error.code, ErrorCode::kMalformedMessage);
@@ -98,7 +96,7 @@ TEST(WebSocketListener, TakesNoTextMessages) {
 }
 
 TEST(WebSocketListener, TakesShortMessagesOnlyBeforeHello) {
-  RunningHttpServer server(octahedra());
+  RunningHttpServer server(fake_catalogue("octahedron"));
   WebSocketClient client(server.http());
   client.send(Hello{.agent = std::string(17 * 1024, 'a')});
   EXPECT_EQ(client.closed().code, websocket::close_code::too_big);
@@ -113,7 +111,7 @@ TEST(WebSocketListener, TakesShortMessagesOnlyBeforeHello) {
 }
 
 TEST(WebSocketListener, WaitsForHelloOnlySoLong) {
-  RunningHttpServer server(octahedra(), {.handshake_timeout = 50ms});
+  RunningHttpServer server(fake_catalogue("octahedron"), {.handshake_timeout = 50ms});
   WebSocketClient client(server.http());
   EXPECT_EQ(client.receive_a<ErrorReply>().error.code, ErrorCode::kUnavailable);
   client.closed();
@@ -143,7 +141,7 @@ TEST(WebSocketListener, GivesUpAClientThatDoesNotRead) {
 }
 
 TEST(WebSocketListener, TellsItsClientsThatTheServerStops) {
-  RunningHttpServer server(octahedra());
+  RunningHttpServer server(fake_catalogue("octahedron"));
   WebSocketClient client(server.http());
   client.send(Hello{});
   client.receive_a<Welcome>();

@@ -10,22 +10,23 @@ bool has(const std::string& text, const std::string& line) {
   return ("\n" + text).find("\n" + line + "\n") != std::string::npos;
 }
 
-const ClientFacts kClient = {.protocol = "websocket", .connection = 1, .peer = "192.0.2.7:1234"};
+const ClientFacts kWebSocketClient = {
+    .protocol = "websocket", .connection = 1, .peer = "192.0.2.7:1234"};
 
 TEST(PrometheusMetrics, CountRequestsByTheirOutcomeWithTheirTilesBytesAndTimes) {
   PrometheusMetrics metrics;
-  metrics.connected(kClient);
-  metrics.request_began(kClient, "stream");
+  metrics.connected(kWebSocketClient);
+  metrics.request_began(kWebSocketClient, "stream");
   EXPECT_TRUE(has(metrics.text({}), "multitetra_requests_running{kind=\"stream\"} 1"));
-  metrics.request_ended(kClient, {.dataset = "head",
-                                  .steps = 2,
-                                  .tiles = 5,
-                                  .bytes = 1000,
-                                  .seconds_to_first_tile = 0.02,
-                                  .seconds_to_last_tile = 0.3,
-                                  .seconds = 0.3});
-  metrics.request_began(kClient, "stream");
-  metrics.request_ended(kClient, {.tiles = 1, .bytes = 10, .outcome = "cancelled"});
+  metrics.request_ended(kWebSocketClient, {.dataset = "head",
+                                           .steps = 2,
+                                           .tiles = 5,
+                                           .bytes = 1000,
+                                           .seconds_to_first_tile = 0.02,
+                                           .seconds_to_last_tile = 0.3,
+                                           .seconds = 0.3});
+  metrics.request_began(kWebSocketClient, "stream");
+  metrics.request_ended(kWebSocketClient, {.tiles = 1, .bytes = 10, .outcome = "cancelled"});
   const std::string text = metrics.text({});
   EXPECT_TRUE(has(text,
                   "multitetra_requests_total{door=\"websocket\",kind=\"stream\","
@@ -44,11 +45,11 @@ TEST(PrometheusMetrics, CountRequestsByTheirOutcomeWithTheirTilesBytesAndTimes) 
 
 TEST(PrometheusMetrics, CountConnectionsRefusalsAndErrorsByCode) {
   PrometheusMetrics metrics;
-  metrics.connected(kClient);
-  metrics.connected(kClient);
-  metrics.disconnected(kClient, 1.5);
-  metrics.refused(kClient, "connections");
-  metrics.error_answered(kClient, {ErrorCode::kUnknownDataset, "No."}, 3);
+  metrics.connected(kWebSocketClient);
+  metrics.connected(kWebSocketClient);
+  metrics.disconnected(kWebSocketClient, 1.5);
+  metrics.refused(kWebSocketClient, "connections");
+  metrics.error_answered(kWebSocketClient, {ErrorCode::kUnknownDataset, "No."}, 3);
   metrics.sent("websocket", 123);
   metrics.step_made(0.2);
   const std::string text = metrics.text({});

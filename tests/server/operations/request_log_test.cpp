@@ -9,7 +9,7 @@
 namespace multitetra {
 namespace {
 
-const ClientFacts kClient = {
+const ClientFacts kAlice = {
     .protocol = "websocket", .connection = 7, .peer = "192.0.2.7:1234", .name = "alice"};
 
 // The lines that come of it, as JSON.
@@ -29,18 +29,18 @@ std::vector<nlohmann::json> logged(LogLevel level, const Work& work) {
 
 TEST(RequestLog, AStreamIsALineWithItsConnectionItsRequestAndWhatItTook) {
   const auto lines = logged(LogLevel::kInfo, [](RequestLog& log) {
-    log.request_ended(kClient, {.kind = "stream",
-                                .request = 5,
-                                .dataset = "head",
-                                .isovalue = 500.5,
-                                .error = 1,
-                                .unit = "voxel",
-                                .steps = 3,
-                                .tiles = 40,
-                                .bytes = 1000,
-                                .seconds_to_first_tile = 0.01,
-                                .seconds_to_last_tile = 0.2,
-                                .seconds = 0.25});
+    log.request_ended(kAlice, {.kind = "stream",
+                               .request = 5,
+                               .dataset = "head",
+                               .isovalue = 500.5,
+                               .error = 1,
+                               .unit = "voxel",
+                               .steps = 3,
+                               .tiles = 40,
+                               .bytes = 1000,
+                               .seconds_to_first_tile = 0.01,
+                               .seconds_to_last_tile = 0.2,
+                               .seconds = 0.25});
   });
   ASSERT_EQ(lines.size(), 1U);
   const auto& line = lines[0];
@@ -59,12 +59,12 @@ TEST(RequestLog, AStreamIsALineWithItsConnectionItsRequestAndWhatItTook) {
 
 TEST(RequestLog, ARequestOverHttpIsNamedAsItsAnswerNamesIt) {
   const auto lines = logged(LogLevel::kInfo, [](RequestLog& log) {
-    log.request_ended(kClient, {.kind = "isosurface", .id = "00ab", .outcome = "complete"});
-    log.http_answered(kClient, {.id = "00ac",
-                                .kind = "datasets",
-                                .method = "GET",
-                                .target = "/v1/datasets?a b\n",
-                                .status = 401});
+    log.request_ended(kAlice, {.kind = "isosurface", .id = "00ab", .outcome = "complete"});
+    log.http_answered(kAlice, {.id = "00ac",
+                               .kind = "datasets",
+                               .method = "GET",
+                               .target = "/v1/datasets?a b\n",
+                               .status = 401});
   });
   ASSERT_EQ(lines.size(), 2U);
   EXPECT_EQ(lines[0].at("request"), "00ab");
@@ -75,8 +75,8 @@ TEST(RequestLog, ARequestOverHttpIsNamedAsItsAnswerNamesIt) {
 
 TEST(RequestLog, SmallRequestsThatSucceedAreForDebugging) {
   const auto work = [](RequestLog& log) {
-    log.http_answered(kClient, {.id = "1", .kind = "tile", .status = 200});
-    log.request_ended(kClient, {.kind = "list"});
+    log.http_answered(kAlice, {.id = "1", .kind = "tile", .status = 200});
+    log.request_ended(kAlice, {.kind = "list"});
     log.connected({.protocol = "http", .connection = 1});
   };
   EXPECT_TRUE(logged(LogLevel::kInfo, work).empty());
@@ -85,8 +85,8 @@ TEST(RequestLog, SmallRequestsThatSucceedAreForDebugging) {
 
 TEST(RequestLog, RefusalsAndErrorsSayWhy) {
   const auto lines = logged(LogLevel::kInfo, [](RequestLog& log) {
-    log.refused(kClient, "connections");
-    log.error_answered(kClient, {ErrorCode::kUnknownDataset, "There is none."}, 3);
+    log.refused(kAlice, "connections");
+    log.error_answered(kAlice, {ErrorCode::kUnknownDataset, "There is none."}, 3);
   });
   ASSERT_EQ(lines.size(), 2U);
   EXPECT_EQ(lines[0].at("limit"), "connections");

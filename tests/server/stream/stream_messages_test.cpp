@@ -18,7 +18,7 @@ OpenStream progressive() {
   return {.request_id = 7, .dataset = "octahedra", .request = {.isovalue = 1}, .held = {}};
 }
 
-MadeStep step_of(std::vector<EncodedTile> tiles, bool is_final = false) {
+MadeStep made_step(std::vector<EncodedTile> tiles, bool is_final = false) {
   return {.step = {.request = progressive().request, .finest_spacing = is_final ? 1 : 4},
           .is_final = is_final,
           .encoded = {.tetrahedra = 100, .active_tetrahedra = 10, .tiles = std::move(tiles)},
@@ -45,7 +45,7 @@ TEST(StreamMessages, WantsOneStepAtATimeAndSaysSoOnce) {
   EXPECT_FALSE(stream.has_message());
   EXPECT_TRUE(stream.wanted());
   EXPECT_FALSE(stream.wanted());
-  stream.supply(step_of(coarse_tiles()), 0.5);
+  stream.supply(made_step(coarse_tiles()), 0.5);
   while (stream.has_message()) {
     EXPECT_FALSE(stream.wanted()) << "made before the step before was taken";
     (void)stream.take();
@@ -61,7 +61,7 @@ TEST(StreamMessages, SendsEveryStepThatIsMadeThenTheEnd) {
     ASSERT_TRUE(state);
     EXPECT_EQ(state->request, progressive().request);
     EXPECT_EQ(state->shown.size(), i);
-    MadeStep made = step_of(fine_tiles(), i + 1 == kSteps);
+    MadeStep made = made_step(fine_tiles(), i + 1 == kSteps);
     made.after = *state;
     stream.supply(made, 0.25);
     const auto begin = std::get<StepBegin>(stream.take());
@@ -85,12 +85,12 @@ TEST(StreamMessages, SendsEveryStepThatIsMadeThenTheEnd) {
 TEST(StreamMessages, TellsWhatWasShownWithTheBytesOfAllItsTiles) {
   StreamMessages stream(progressive(), octahedra_info());
   (void)stream.wanted();
-  stream.supply(step_of(fine_tiles()), 0);
+  stream.supply(made_step(fine_tiles()), 0);
   (void)take_all(stream);
   const auto state = stream.wanted();
   ASSERT_TRUE(state);
   ASSERT_EQ(state->shown.size(), 1U);
-  EXPECT_EQ(state->shown[0].step, step_of({}).step);
+  EXPECT_EQ(state->shown[0].step, made_step({}).step);
   EXPECT_EQ(state->shown[0].bytes, size_of(EncodedStep{.tiles = fine_tiles()}).bytes);
 }
 
@@ -100,7 +100,7 @@ TEST(StreamMessages, AStepsEndCountsWhatWasSentAndSumsTheDigestsOfAllTiles) {
   open.held = {tiles[0].summary.digest};
   StreamMessages stream(open, octahedra_info());
   (void)stream.wanted();
-  stream.supply(step_of(tiles), 0.5);
+  stream.supply(made_step(tiles), 0.5);
   const auto messages = take_all(stream);
   ASSERT_EQ(messages.size(), 3U);
   EXPECT_EQ(std::get<Tile>(messages[1]).index, 1U);
@@ -116,10 +116,10 @@ TEST(StreamMessages, AStepsEndCountsWhatWasSentAndSumsTheDigestsOfAllTiles) {
 TEST(StreamMessages, ATileOfAnEarlierStepIsNotSentAgain) {
   StreamMessages stream(progressive(), octahedra_info());
   (void)stream.wanted();
-  stream.supply(step_of(coarse_tiles()), 0);
+  stream.supply(made_step(coarse_tiles()), 0);
   EXPECT_EQ(count_tiles(take_all(stream)), 2U);
   (void)stream.wanted();
-  stream.supply(step_of(fine_tiles()), 0);
+  stream.supply(made_step(fine_tiles()), 0);
   EXPECT_EQ(count_tiles(take_all(stream)), 1U);
 }
 
@@ -173,7 +173,7 @@ TEST(StreamMessages, StoppingAnywhereLeavesOnlyTheEnd) {
       StreamMessages stream(progressive(), octahedra_info());
       std::uint32_t steps_ended = 0;
       for (int i = 0; i < taken; ++i) {
-        if (stream.wanted()) stream.supply(step_of(fine_tiles()), 0);
+        if (stream.wanted()) stream.supply(made_step(fine_tiles()), 0);
         steps_ended += std::holds_alternative<StepEnd>(stream.take()) ? 1U : 0U;
       }
       if (fails) {
@@ -181,7 +181,7 @@ TEST(StreamMessages, StoppingAnywhereLeavesOnlyTheEnd) {
       } else {
         stream.end(StreamOutcome::kCancelled);
       }
-      stream.supply(step_of(fine_tiles()), 0);
+      stream.supply(made_step(fine_tiles()), 0);
       stream.end(StreamOutcome::kSuperseded);
       EXPECT_FALSE(stream.wanted());
       const auto messages = take_all(stream);

@@ -24,28 +24,20 @@ using namespace std::chrono_literals;
 using testing::catalogue_of;
 using testing::endless;
 using testing::eventually;
+using testing::fake_catalogue;
 using testing::FakeSteps;
 using testing::heavy;
 using testing::is_closed_by_server;
+using testing::open_fake;
 using testing::receive;
 using testing::RunningServer;
 using testing::self_signed;
-
-OpenStream open(std::uint64_t id, const std::string& dataset = "fake") {
-  return {.request_id = id,
-          .dataset = dataset,
-          .request = {.isovalue = 1},
-          .steps = StepPolicy::kFinalOnly,
-          .held = {}};
-}
 
 CataloguePtr two_datasets() {
   auto catalogue = catalogue_of(std::make_shared<FakeSteps>("head"));
   catalogue->add(std::make_shared<FakeSteps>("secret"));
   return catalogue;
 }
-
-CataloguePtr octahedra() { return catalogue_of(std::make_shared<FakeSteps>("fake")); }
 
 // The next message that is no part of a step.
 ServerMessage after_steps(MessageSocket& socket) {
@@ -134,16 +126,16 @@ TEST_F(TokensTest, ADatasetWithoutRightsDoesNotExist) {
   const DatasetList list = receive<DatasetList>(socket);
   ASSERT_EQ(list.datasets.size(), 1U);
   EXPECT_EQ(list.datasets[0].name, "head");
-  ASSERT_TRUE(socket.send(open(1, "secret")));
+  ASSERT_TRUE(socket.send(open_fake(1, "secret")));
   const Error hidden = receive<ErrorReply>(socket).error;
-  ASSERT_TRUE(socket.send(open(1, "nowhere")));
+  ASSERT_TRUE(socket.send(open_fake(1, "nowhere")));
   const Error absent = receive<ErrorReply>(socket).error;
   EXPECT_EQ(hidden.code, ErrorCode::kUnknownDataset);
   EXPECT_EQ(hidden.text.size() - std::string("secret").size(),
             absent.text.size() - std::string("nowhere").size());
   ASSERT_TRUE(socket.send(Estimate{.request_id = 2, .dataset = "secret"}));
   EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kUnknownDataset);
-  ASSERT_TRUE(socket.send(open(3, "head")));
+  ASSERT_TRUE(socket.send(open_fake(3, "head")));
   EXPECT_TRUE(std::holds_alternative<StreamEnd>(after_steps(socket)));
 }
 
@@ -227,7 +219,7 @@ class TlsTest : public ::testing::Test {
 
 TEST_F(TlsTest, TheConversationIsTheSame) {
   write(first_);
-  const RunningServer server(octahedra(), {.admission = {.tls = files_}});
+  const RunningServer server(fake_catalogue(), {.admission = {.tls = files_}});
   TlsClient client(server.endpoint(), first_.certificate);
   EXPECT_TRUE(std::holds_alternative<Welcome>(client.exchange(Hello{})));
   EXPECT_TRUE(std::holds_alternative<DatasetList>(client.exchange(ListDatasets{1})));
@@ -235,7 +227,7 @@ TEST_F(TlsTest, TheConversationIsTheSame) {
 
 TEST_F(TlsTest, ARenewedCertificateHoldsForNewConnectionsAndABrokenOneForNone) {
   write(first_);
-  RunningServer server(octahedra(), {.admission = {.tls = files_}});
+  RunningServer server(fake_catalogue(), {.admission = {.tls = files_}});
   TlsClient before(server.endpoint(), first_.certificate);
   write(second_);
   server.reload();
@@ -250,7 +242,7 @@ TEST_F(TlsTest, ARenewedCertificateHoldsForNewConnectionsAndABrokenOneForNone) {
 TEST_F(TlsTest, WhoDoesNotShakeHandsIsSentAwayInTime) {
   write(first_);
   const RunningServer server(
-      octahedra(),
+      fake_catalogue(),
       {.admission = {.tls = files_}, .connection = {.handshake_timeout = 50ms, .linger = 10ms}});
   MessageSocket silent = server.connect();
   EXPECT_TRUE(is_closed_by_server(silent));
@@ -264,7 +256,7 @@ TEST_F(TlsTest, WhoDoesNotShakeHandsIsSentAwayInTime) {
 
 TEST(Limits, ConnectionsFromOneAddress) {
   const RunningServer server(
-      octahedra(),
+      fake_catalogue(),
       {.admission = {.connections = {.total = 10, .per_name = 1}}, .connection = {.linger = 10ms}});
   MessageSocket first = server.greet();
   MessageSocket second = server.connect();
@@ -277,14 +269,14 @@ TEST(Limits, ConnectionsFromOneAddress) {
 TEST(Limits, RequestsASecondAreAnsweredOneByOneAndTheConnectionGoesOn) {
   const auto notes = std::make_shared<Notes>();
   const RunningServer server(
-      octahedra(),
+      fake_catalogue(),
       {.admission = {.requests = {.per_second = 0.001, .burst = 2}, .observer = notes}});
   MessageSocket socket = server.greet();
   for (std::uint64_t id = 1; id <= 2; ++id) {
     ASSERT_TRUE(socket.send(ListDatasets{id}));
     (void)receive<DatasetList>(socket);
   }
-  ASSERT_TRUE(socket.send(open(7)));
+  ASSERT_TRUE(socket.send(open_fake(7)));
   const ErrorReply refused = receive<ErrorReply>(socket);
   EXPECT_EQ(refused.error.code, ErrorCode::kLimitExceeded);
   EXPECT_EQ(refused.request_id, 7U);
@@ -294,9 +286,9 @@ TEST(Limits, RequestsASecondAreAnsweredOneByOneAndTheConnectionGoesOn) {
 }
 
 TEST(Limits, RegionsOfAThresholdMap) {
-  const RunningServer server(octahedra(), {.session = {.max_regions = 1}});
+  const RunningServer server(fake_catalogue(), {.session = {.max_regions = 1}});
   MessageSocket socket = server.greet();
-  OpenStream request = open(1);
+  OpenStream request = open_fake(1);
   request.request.thresholds.regions.resize(2, {.shape = BallShape{.radius = 1}});
   ASSERT_TRUE(socket.send(request));
   const ErrorReply refused = receive<ErrorReply>(socket);
@@ -312,7 +304,7 @@ TEST(Limits, WorkersTimeForOneRequest) {
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
                              {.workers = 1, .limits = {.request_time = 50ms}});
   MessageSocket socket = server.greet();
-  ASSERT_TRUE(socket.send(open(1)));
+  ASSERT_TRUE(socket.send(open_fake(1)));
   const ErrorReply given_up = receive<ErrorReply>(socket);
   EXPECT_EQ(given_up.error.code, ErrorCode::kLimitExceeded);
   EXPECT_NE(given_up.error.text.find("than the 0.05 s"), std::string::npos) << given_up.error.text;
@@ -326,7 +318,7 @@ TEST(Limits, BytesThatWaitForClients) {
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", heavy(4, 100'000))),
                              {.admission = {.queue_bytes = 399'999}});
   MessageSocket socket = server.greet();
-  ASSERT_TRUE(socket.send(open(1)));
+  ASSERT_TRUE(socket.send(open_fake(1)));
   const Error full = receive<ErrorReply>(socket).error;
   EXPECT_EQ(full.code, ErrorCode::kUnavailable);
   EXPECT_NE(full.text.find("no room"), std::string::npos);
@@ -338,7 +330,7 @@ TEST(Limits, BytesOfStreamsThatHaveGoneAreFreeAgain) {
   for (int i = 0; i < 3; ++i) {
     MessageSocket socket = server.greet();
     for (std::uint64_t id = 1; id <= 3; ++id) {
-      ASSERT_TRUE(socket.send(open(id)));
+      ASSERT_TRUE(socket.send(open_fake(id)));
       EXPECT_TRUE(std::holds_alternative<StreamEnd>(after_steps(socket)));
     }
   }
@@ -349,7 +341,7 @@ TEST(Limits, AnIdleClientIsSentAwayAndABusyOneIsNot) {
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
                              {.limits = {.idle_time = 100ms}, .connection = {.linger = 10ms}});
   MessageSocket busy = server.greet();
-  ASSERT_TRUE(busy.send(open(1)));
+  ASSERT_TRUE(busy.send(open_fake(1)));
   MessageSocket idle = server.greet();
   EXPECT_EQ(receive<ErrorReply>(idle).error.code, ErrorCode::kUnavailable);
   EXPECT_TRUE(is_closed_by_server(idle));
@@ -397,7 +389,7 @@ TEST(Limits, TimeForAClientToTakeAMessage) {
       {.admission = {.observer = notes},
        .connection = {.write_timeout = 50ms, .linger = 10ms, .send_buffer_bytes = 64 * 1024}});
   MessageSocket stalled = server.greet();
-  ASSERT_TRUE(stalled.send(open(1)));
+  ASSERT_TRUE(stalled.send(open_fake(1)));
   EXPECT_TRUE(eventually([&] { return notes->has("stream left"); }))
       << "It reads nothing, and its stream goes on.";
 }
@@ -428,7 +420,7 @@ TEST(Limits, TrianglesOfAFinalStepWithAnErrorAtWhichItFits) {
         catalogue_of(std::make_shared<SizedSteps>("fake", /*triangles=*/1000, estimated)),
         {.limits = {.max_triangles = 400}});
     MessageSocket socket = server.greet();
-    ASSERT_TRUE(socket.send(open(1)));
+    ASSERT_TRUE(socket.send(open_fake(1)));
     const ErrorReply refused = receive<ErrorReply>(socket);
     EXPECT_EQ(refused.error.code, ErrorCode::kLimitExceeded);
     EXPECT_EQ(refused.request_id, 1U);
@@ -446,12 +438,12 @@ TEST(Limits, WhatHasNotTooManyTrianglesIsGiven) {
   const RunningServer server(catalogue_of(std::make_shared<SizedSteps>("fake", 400, 470)),
                              {.limits = {.max_triangles = 400}});
   MessageSocket socket = server.greet();
-  ASSERT_TRUE(socket.send(open(1)));
+  ASSERT_TRUE(socket.send(open_fake(1)));
   EXPECT_TRUE(std::holds_alternative<StreamEnd>(after_steps(socket)));
 }
 
 TEST(Limits, TheFirstMessageMayBeSmallerThanTheOthers) {
-  const RunningServer server(octahedra(), {.connection = {.max_hello_bytes = 100}});
+  const RunningServer server(fake_catalogue(), {.connection = {.max_hello_bytes = 100}});
   MessageSocket socket = server.connect();
   ASSERT_TRUE(socket.send(Hello{.token = std::string(200, 'x')}));
   EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kMessageTooLarge);
@@ -471,7 +463,7 @@ TEST(Draining, RunningStreamsEndAndNewOnesAreRefused) {
       })));
   MessageSocket busy = server.greet();
   MessageSocket other = server.greet();
-  ASSERT_TRUE(busy.send(open(1)));
+  ASSERT_TRUE(busy.send(open_fake(1)));
   ASSERT_TRUE(has_begun.pass());
   server.drain();
   ASSERT_TRUE(eventually([&] {
@@ -482,7 +474,7 @@ TEST(Draining, RunningStreamsEndAndNewOnesAreRefused) {
   MessageSocket late = server.connect();
   ASSERT_TRUE(late.send(Hello{}));
   (void)receive<Welcome>(late);
-  ASSERT_TRUE(late.send(open(1)));
+  ASSERT_TRUE(late.send(open_fake(1)));
   EXPECT_EQ(receive<ErrorReply>(late).error.code, ErrorCode::kUnavailable);
   may_end.open();
   const ServerMessage end = after_steps(busy);
@@ -492,7 +484,7 @@ TEST(Draining, RunningStreamsEndAndNewOnesAreRefused) {
 }
 
 TEST(Draining, AnIdleServerStopsAtOnceAndASlowOneWhenItsTimeIsOver) {
-  RunningServer idle(octahedra(), {.connection = {.linger = 10ms}});
+  RunningServer idle(fake_catalogue(), {.connection = {.linger = 10ms}});
   MessageSocket client = idle.greet();
   idle.drain();
   idle.wait();
@@ -500,7 +492,7 @@ TEST(Draining, AnIdleServerStopsAtOnceAndASlowOneWhenItsTimeIsOver) {
   RunningServer slow(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
                      {.drain_time = 50ms, .connection = {.linger = 10ms}});
   MessageSocket busy = slow.greet();
-  ASSERT_TRUE(busy.send(open(1)));
+  ASSERT_TRUE(busy.send(open_fake(1)));
   ASSERT_TRUE(running.reaches(1));
   slow.drain();
   slow.wait();
@@ -513,7 +505,7 @@ TEST(Draining, ASecondSignalDoesNotWaitForRunningStreams) {
   RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
                        {.heed_signals = true, .drain_time = 1h, .connection = {.linger = 10ms}});
   MessageSocket busy = server.greet();
-  ASSERT_TRUE(busy.send(open(1)));
+  ASSERT_TRUE(busy.send(open_fake(1)));
   ASSERT_TRUE(running.reaches(1));
   ASSERT_EQ(::kill(::getpid(), SIGTERM), 0);
   MessageSocket late = server.greet();
@@ -536,7 +528,7 @@ TEST(Observer, AStreamIsToldOnceWithItsFacts) {
                              {.admission = {.observer = notes}});
   {
     MessageSocket socket = server.greet();
-    ASSERT_TRUE(socket.send(open(5)));
+    ASSERT_TRUE(socket.send(open_fake(5)));
     EXPECT_TRUE(std::holds_alternative<StreamEnd>(after_steps(socket)));
     ASSERT_TRUE(eventually([&] { return notes->has("stream complete"); }));
   }
@@ -560,7 +552,7 @@ TEST(Observer, AClientThatGoesLeavesItsStream) {
                              {.admission = {.observer = notes}});
   {
     MessageSocket socket = server.greet();
-    ASSERT_TRUE(socket.send(open(1)));
+    ASSERT_TRUE(socket.send(open_fake(1)));
     ASSERT_TRUE(running.reaches(1));
   }
   EXPECT_TRUE(eventually([&] { return notes->has("stream left"); }));

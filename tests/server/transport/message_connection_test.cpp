@@ -15,8 +15,7 @@ namespace multitetra {
 namespace {
 
 using namespace std::chrono_literals;
-using testing::catalogue_of;
-using testing::FakeSteps;
+using testing::fake_catalogue;
 
 // What a client says, as long as it is there, and what it hears.
 struct Client {
@@ -68,7 +67,7 @@ class MessageConnectionTest : public ::testing::Test {
     auto session = std::make_shared<StreamSession>(
         io_.get_executor(),
         std::make_shared<WorkerBackend>(io_.get_executor(), workers_, context, SessionLimits{}),
-        Session(catalogue_of(std::make_shared<FakeSteps>("fake")), {}), context, idle_time);
+        Session(fake_catalogue(), {}), context, idle_time);
     connection_ = std::make_shared<MessageConnection>(
         std::make_unique<ByteStream>(tcp::socket(io_)),
         [this](ByteStream&,

@@ -18,18 +18,13 @@ namespace {
 using namespace std::chrono_literals;
 using testing::catalogue_of;
 using testing::eventually;
+using testing::fake_catalogue;
 using testing::FakeSteps;
 using testing::is_closed_by_server;
 using testing::octahedron_step;
+using testing::open_fake;
 using testing::receive;
 using testing::RunningServer;
-
-OpenStream open(std::uint64_t id, StepPolicy steps = StepPolicy::kFinalOnly) {
-  return {
-      .request_id = id, .dataset = "fake", .request = {.isovalue = 1}, .steps = steps, .held = {}};
-}
-
-CataloguePtr octahedra() { return catalogue_of(std::make_shared<FakeSteps>("fake")); }
 
 // Reads one whole stream; gives its outcome and counts its steps.
 StreamEnd read_stream(MessageSocket& socket, std::uint32_t& steps) {
@@ -48,9 +43,9 @@ StreamEnd read_stream(MessageSocket& socket, std::uint32_t& steps) {
 // ---- conversations that go well
 
 TEST(Server, StreamsAllStepsOfARequest) {
-  RunningServer server(octahedra());
+  RunningServer server(fake_catalogue());
   MessageSocket socket = server.greet();
-  ASSERT_TRUE(socket.send(open(1, StepPolicy::kProgressive)));
+  ASSERT_TRUE(socket.send(open_fake(1, "fake", StepPolicy::kProgressive)));
   std::uint32_t steps = 0;
   const StreamEnd end = read_stream(socket, steps);
   EXPECT_EQ(end.outcome, StreamOutcome::kComplete);
@@ -59,27 +54,27 @@ TEST(Server, StreamsAllStepsOfARequest) {
 }
 
 TEST(Server, AnswersABadRequestAndGoesOn) {
-  RunningServer server(octahedra());
+  RunningServer server(fake_catalogue());
   MessageSocket socket = server.greet();
-  OpenStream unknown = open(1);
+  OpenStream unknown = open_fake(1);
   unknown.dataset = "nothing";
   ASSERT_TRUE(socket.send(unknown));
   EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kUnknownDataset);
   ASSERT_TRUE(socket.send(Ping{5}));
   EXPECT_EQ(receive<Pong>(socket).value, 5U);
-  ASSERT_TRUE(socket.send(open(2)));
+  ASSERT_TRUE(socket.send(open_fake(2)));
   std::uint32_t steps = 0;
   EXPECT_EQ(read_stream(socket, steps).outcome, StreamOutcome::kComplete);
 }
 
 TEST(Server, ServesManyClientsAtOnce) {
-  RunningServer server(octahedra());
+  RunningServer server(fake_catalogue());
   std::vector<std::thread> clients;
   for (int i = 0; i < 8; ++i) {
     clients.emplace_back([&server] {
       MessageSocket socket = server.greet();
       for (std::uint64_t id = 1; id <= 5; ++id) {
-        ASSERT_TRUE(socket.send(open(id, StepPolicy::kProgressive)));
+        ASSERT_TRUE(socket.send(open_fake(id, "fake", StepPolicy::kProgressive)));
         std::uint32_t steps = 0;
         EXPECT_EQ(read_stream(socket, steps).outcome, StreamOutcome::kComplete);
       }
@@ -96,12 +91,12 @@ TEST(Server, AFailureInsideAStepIsAnErrorOfItsStreamOnly) {
         return octahedron_step(step);
       })));
   MessageSocket socket = server.greet();
-  ASSERT_TRUE(socket.send(open(1)));
+  ASSERT_TRUE(socket.send(open_fake(1)));
   const ErrorReply reply = receive<ErrorReply>(socket);
   EXPECT_EQ(reply.request_id, 1U);
   EXPECT_EQ(reply.error.code, ErrorCode::kInternal);
   EXPECT_EQ(reply.error.text.find("disk"), std::string::npos) << "inner matters stay in the log";
-  ASSERT_TRUE(socket.send(open(2)));
+  ASSERT_TRUE(socket.send(open_fake(2)));
   std::uint32_t steps = 0;
   EXPECT_EQ(read_stream(socket, steps).outcome, StreamOutcome::kComplete);
 }
@@ -113,7 +108,7 @@ TEST(Server, CancelStopsWorkAtOnce) {
   RunningServer server(
       catalogue_of(std::make_shared<FakeSteps>("fake", testing::endless(running))));
   MessageSocket socket = server.greet();
-  ASSERT_TRUE(socket.send(open(1)));
+  ASSERT_TRUE(socket.send(open_fake(1)));
   ASSERT_TRUE(running.reaches(1));
   ASSERT_TRUE(socket.send(Cancel{1}));
   const StreamEnd end = receive<StreamEnd>(socket);
@@ -130,9 +125,9 @@ TEST(Server, ANewStreamSupersedesTheOneAtWork) {
         return step.request.isovalue == 1 ? endless(step, stop) : octahedron_step(step);
       })));
   MessageSocket socket = server.greet();
-  ASSERT_TRUE(socket.send(open(1)));
+  ASSERT_TRUE(socket.send(open_fake(1)));
   ASSERT_TRUE(running.reaches(1));
-  OpenStream second = open(2);
+  OpenStream second = open_fake(2);
   second.request.isovalue = 2;
   ASSERT_TRUE(socket.send(second));
   EXPECT_EQ(receive<StreamEnd>(socket).outcome, StreamOutcome::kSuperseded);
@@ -153,13 +148,13 @@ TEST(Server, OneWorkerServesTwoClientsOfWhichOneSupersedesItself) {
                            })),
                        {.workers = 1});
   const auto brief = [](std::uint64_t id) {
-    OpenStream request = open(id, StepPolicy::kProgressive);
+    OpenStream request = open_fake(id, "fake", StepPolicy::kProgressive);
     request.request.isovalue = 2;
     return request;
   };
   MessageSocket first = server.greet();
   MessageSocket second = server.greet();
-  ASSERT_TRUE(first.send(open(1)));
+  ASSERT_TRUE(first.send(open_fake(1)));
   ASSERT_TRUE(running.reaches(1));
   ASSERT_TRUE(second.send(brief(1)));
   ASSERT_TRUE(second.send(brief(2)));
@@ -180,10 +175,10 @@ TEST(Server, SupersedingInsideAStepEndsItWithinAFewTiles) {
       catalogue_of(std::make_shared<FakeSteps>("fake", testing::heavy(kTiles, 64 * 1024))),
       {.connection = {.send_buffer_bytes = 64 * 1024}});
   MessageSocket socket = server.greet();
-  ASSERT_TRUE(socket.send(open(1)));
+  ASSERT_TRUE(socket.send(open_fake(1)));
   (void)receive<StepBegin>(socket);
   (void)receive<Tile>(socket);
-  ASSERT_TRUE(socket.send(open(2)));
+  ASSERT_TRUE(socket.send(open_fake(2)));
   std::size_t tiles = 1;
   for (;;) {
     const auto message = socket.receive();
@@ -206,7 +201,7 @@ TEST(Server, WorkEndsWhenTheClientIsGone) {
       catalogue_of(std::make_shared<FakeSteps>("fake", testing::endless(running))));
   {
     MessageSocket socket = server.greet();
-    ASSERT_TRUE(socket.send(open(1)));
+    ASSERT_TRUE(socket.send(open_fake(1)));
     ASSERT_TRUE(running.reaches(1));
   }
   EXPECT_TRUE(running.reaches(0));
@@ -219,7 +214,7 @@ TEST(Server, StopsCleanlyWithConnectionsInEveryState) {
   MessageSocket silent = server.connect();
   MessageSocket idle = server.greet();
   MessageSocket working = server.greet();
-  ASSERT_TRUE(working.send(open(1)));
+  ASSERT_TRUE(working.send(open_fake(1)));
   MessageSocket half = server.greet();
   ASSERT_TRUE(half.send_bytes("\x10"));
   ASSERT_TRUE(running.reaches(1));
@@ -238,7 +233,7 @@ TEST(Server, StopsThoughAClientDoesNotRead) {
       catalogue_of(std::make_shared<FakeSteps>("fake", testing::heavy(1000, 256 * 1024))),
       {.connection = {.linger = 100ms}});
   MessageSocket socket = server.greet();
-  ASSERT_TRUE(socket.send(open(1)));
+  ASSERT_TRUE(socket.send(open_fake(1)));
   (void)receive<StepBegin>(socket);
   const auto start = std::chrono::steady_clock::now();
   server.stop();
@@ -247,7 +242,7 @@ TEST(Server, StopsThoughAClientDoesNotRead) {
 
 TEST(Server, StopsThoughAReloadIsAskedForInTheSameMoment) {
   for (int round = 0; round < 20; ++round) {
-    RunningServer server(octahedra(), {.heed_signals = true});
+    RunningServer server(fake_catalogue(), {.heed_signals = true});
     // What has answered heeds signals.
     EXPECT_TRUE(server.greet().send(ListDatasets{}));
     std::raise(SIGTERM);
@@ -259,7 +254,7 @@ TEST(Server, StopsThoughAReloadIsAskedForInTheSameMoment) {
 // ---- clients that misbehave
 
 TEST(Server, BytesThatAreNoMessageEndTheConnectionWithAReason) {
-  RunningServer server(octahedra());
+  RunningServer server(fake_catalogue());
   MessageSocket socket = server.greet();
   ASSERT_TRUE(socket.send_bytes(frame_header(12) + "no protobuf!"));
   EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kMalformedMessage);
@@ -267,7 +262,7 @@ TEST(Server, BytesThatAreNoMessageEndTheConnectionWithAReason) {
 }
 
 TEST(Server, AnOversizedFrameEndsTheConnectionBeforeItsBytesCome) {
-  RunningServer server(octahedra());
+  RunningServer server(fake_catalogue());
   MessageSocket socket = server.greet();
   ASSERT_TRUE(socket.send_bytes(frame_header(kMaxClientFrameBytes + 1)));
   EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kMessageTooLarge);
@@ -275,7 +270,7 @@ TEST(Server, AnOversizedFrameEndsTheConnectionBeforeItsBytesCome) {
 }
 
 TEST(Server, AFrameBeforeHelloMayBeNoLongerThanAHello) {
-  RunningServer server(octahedra());
+  RunningServer server(fake_catalogue());
   MessageSocket socket = server.connect();
   ASSERT_TRUE(socket.send_bytes(frame_header(kMaxHelloFrameBytes + 1)));
   EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kMessageTooLarge);
@@ -284,7 +279,7 @@ TEST(Server, AFrameBeforeHelloMayBeNoLongerThanAHello) {
 
 // An HTTP request read as a frame has a length of more than a gigabyte.
 TEST(Server, AnotherProtocolIsRefusedWithAReason) {
-  RunningServer server(octahedra());
+  RunningServer server(fake_catalogue());
   MessageSocket socket = server.connect();
   ASSERT_TRUE(socket.send_bytes("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"));
   EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kMessageTooLarge);
@@ -292,7 +287,7 @@ TEST(Server, AnotherProtocolIsRefusedWithAReason) {
 }
 
 TEST(Server, AClientThatLeavesInsideAFrameHarmsNobody) {
-  RunningServer server(octahedra());
+  RunningServer server(fake_catalogue());
   for (int i = 0; i < 10; ++i) {
     MessageSocket socket = server.greet();
     ASSERT_TRUE(socket.send_bytes(frame_header(100) + "only a part"));
@@ -303,15 +298,15 @@ TEST(Server, AClientThatLeavesInsideAFrameHarmsNobody) {
 }
 
 TEST(Server, AClientWithoutHelloIsSentAwayInTime) {
-  RunningServer server(octahedra(), {.connection = {.handshake_timeout = 50ms}});
+  RunningServer server(fake_catalogue(), {.connection = {.handshake_timeout = 50ms}});
   MessageSocket socket = server.connect();
   EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kUnavailable);
   EXPECT_TRUE(is_closed_by_server(socket));
 }
 
 TEST(Server, HasALimitOnConnectionsAndRoomAgainWhenOneLeaves) {
-  RunningServer server(
-      octahedra(), {.admission = {.connections = {.total = 2}}, .connection = {.linger = 10ms}});
+  RunningServer server(fake_catalogue(), {.admission = {.connections = {.total = 2}},
+                                          .connection = {.linger = 10ms}});
   MessageSocket first = server.greet();
   {
     MessageSocket second = server.greet();
@@ -341,11 +336,11 @@ TEST(Server, AClientThatDoesNotReadHoldsOneStepAndNoWorker) {
                            })),
                        {.workers = 1});
   MessageSocket stalled = server.greet();
-  ASSERT_TRUE(stalled.send(open(1, StepPolicy::kProgressive)));
+  ASSERT_TRUE(stalled.send(open_fake(1, "fake", StepPolicy::kProgressive)));
   ASSERT_TRUE(eventually([&] { return made == 1; }));
 
   MessageSocket other = server.greet();
-  OpenStream request = open(1, StepPolicy::kProgressive);
+  OpenStream request = open_fake(1, "fake", StepPolicy::kProgressive);
   request.request.isovalue = 2;
   ASSERT_TRUE(other.send(request));
   std::uint32_t steps = 0;
@@ -364,7 +359,7 @@ TEST(Server, AClientThatDoesNotReadIsGivenUpAfterTheWriteTimeout) {
       {.admission = {.connections = {.total = 1}},
        .connection = {.write_timeout = 200ms, .linger = 10ms, .send_buffer_bytes = 64 * 1024}});
   MessageSocket stalled = server.greet();
-  ASSERT_TRUE(stalled.send(open(1)));
+  ASSERT_TRUE(stalled.send(open_fake(1)));
   EXPECT_TRUE(eventually([&] {
     MessageSocket next = server.connect();
     if (!next.send(Hello{})) return false;
@@ -376,7 +371,7 @@ TEST(Server, AClientThatDoesNotReadIsGivenUpAfterTheWriteTimeout) {
 // A client that asks without reading the answers is not read from any more: its own sending stalls
 // before the server has taken much.
 TEST(Server, RepliesThatNobodyReadsAreBounded) {
-  RunningServer server(octahedra(), {.connection = {.send_buffer_bytes = 16 * 1024}});
+  RunningServer server(fake_catalogue(), {.connection = {.send_buffer_bytes = 16 * 1024}});
   asio::io_context io;
   tcp::socket socket(io);
   socket.open(tcp::v4());
@@ -429,7 +424,7 @@ TEST(Server, AListTooLongToSendFailsAloneAndNotTheRunningStream) {
   testing::Count running;
   RunningServer server(catalogue_of(std::make_shared<OversizedInfo>(testing::endless(running))));
   MessageSocket socket = server.greet();
-  ASSERT_TRUE(socket.send(open(1)));
+  ASSERT_TRUE(socket.send(open_fake(1)));
   ASSERT_TRUE(running.reaches(1));
   ASSERT_TRUE(socket.send(ListDatasets{9}));
   const ErrorReply reply = receive<ErrorReply>(socket);
@@ -452,7 +447,8 @@ class FailingOnce : public ServiceObserver {
 };
 
 TEST(Server, GoesOnAcceptingAfterAClientThatItCouldNotServe) {
-  RunningServer server(octahedra(), {.admission = {.observer = std::make_shared<FailingOnce>()}});
+  RunningServer server(fake_catalogue(),
+                       {.admission = {.observer = std::make_shared<FailingOnce>()}});
   MessageSocket unlucky = server.connect();
   EXPECT_TRUE(is_closed_by_server(unlucky));
   MessageSocket next = server.greet();
@@ -461,9 +457,9 @@ TEST(Server, GoesOnAcceptingAfterAClientThatItCouldNotServe) {
 }
 
 TEST(Server, SaysWhichAddressItCannotListenOn) {
-  RunningServer server(octahedra());
+  RunningServer server(fake_catalogue());
   try {
-    Server second(octahedra(), {.listen = server.endpoint()});
+    Server second(fake_catalogue(), {.listen = server.endpoint()});
     FAIL() << "two servers on one port";
   } catch (const std::runtime_error& error) {
     EXPECT_NE(std::string(error.what()).find(to_string(server.endpoint())), std::string::npos);

@@ -8,8 +8,8 @@
 #include <limits>
 #include <random>
 
+#include "common/base/vec3.hpp"
 #include "common/mesh/surface_distance.hpp"
-#include "server/core/simplification/vectors.hpp"
 
 namespace multitetra {
 namespace {

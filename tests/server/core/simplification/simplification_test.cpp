@@ -6,8 +6,8 @@
 #include <limits>
 #include <random>
 
+#include "common/base/vec3.hpp"
 #include "common/mesh/content_digest.hpp"
-#include "server/core/simplification/vectors.hpp"
 #include "tests/support/simplifying.hpp"
 
 namespace multitetra::testing {
@@ -16,7 +16,7 @@ namespace {
 double volume_inside(const LatticeMesh& mesh) {
   double volume = 0;
   for (const SurfaceTriangle& t : placed(mesh, {1, 1, 1})) {
-    volume += inner_product(t[0], vector_product(t[1], t[2])) / 6;
+    volume += dot(t[0], cross(t[1], t[2])) / 6;
   }
   return volume;
 }

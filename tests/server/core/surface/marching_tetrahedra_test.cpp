@@ -36,9 +36,9 @@ TEST(MarchingTetrahedron, FacesTheLowValuesInEverySignPatternAndCornerOrder) {
       ASSERT_EQ(surface.count, std::popcount(static_cast<unsigned>(pattern)) == 2 ? 2U : 1U);
       for (std::size_t t = 0; t < surface.count; ++t) {
         const auto& [p, q, r] = surface.triangles[t];
-        const Vec3 normal = testing::cross(position(q) - position(p), position(r) - position(p));
+        const Vec3 normal = cross(position(q) - position(p), position(r) - position(p));
         for (std::size_t i = 0; i < 4; ++i) {
-          const double side = testing::dot(position(corners[i]) - position(p), normal);
+          const double side = dot(position(corners[i]) - position(p), normal);
           EXPECT_TRUE(values[i] > 0 ? side < 0 : side > 0) << pattern;
         }
       }
