@@ -33,8 +33,9 @@ StepSizes UpstreamDataset::sizes(std::stop_token, SizeAccuracy) const {
 UpstreamPool::UpstreamPool(asio::any_io_executor executor, UpstreamOptions options)
     : executor_(executor), options_(std::move(options)), tiles_(options_.tile_bytes) {
   for (const Endpoint& upstream : options_.upstreams) {
-    upstreams_.push_back(
-        {.name = to_string(upstream), .timer = std::make_unique<asio::steady_timer>(executor)});
+    upstreams_.push_back({.name = to_string(upstream),
+                          .health = UpstreamHealth(options_.least_backoff, options_.most_backoff),
+                          .timer = std::make_unique<asio::steady_timer>(executor)});
   }
 }
 
@@ -42,21 +43,16 @@ UpstreamPool::UpstreamPool(asio::any_io_executor executor, UpstreamOptions optio
 
 void UpstreamPool::note(std::size_t upstream, bool is_reached, const std::string& why) {
   Upstream& one = upstreams_[upstream];
-  const bool was_reached = one.backoff.count() == 0;
-  const bool was_tried = std::exchange(one.was_tried, true);
-  if (is_reached) {
-    one.backoff = {};
-    one.not_before = {};
-  } else {
-    one.backoff = std::clamp(2 * one.backoff, options_.least_backoff, options_.most_backoff);
-    one.not_before = Clock::now() + one.backoff;
+  using Change = UpstreamHealth::Change;
+  const Change change = is_reached ? one.health.reached() : one.health.failed(Clock::now());
+  if (!is_reached) {
     offers_.clear();
     // The watching link may not have noticed yet; look_after() makes another one.
     if (one.watched) one.watched->close();
   }
-  if (!is_reached && was_reached) {
+  if (change == Change::kLost) {
     log_line(LogLevel::kWarning, "a server is lost", {{"upstream", one.name}, {"why", why}});
-  } else if (is_reached && (!was_reached || !was_tried)) {
+  } else if (change == Change::kThere) {
     log_line(LogLevel::kInfo, "a server is there", {{"upstream", one.name}});
   }
 }
@@ -65,14 +61,12 @@ void UpstreamPool::lost(std::size_t upstream) { note(upstream, false, "it hung u
 
 bool UpstreamPool::is_ready() const {
   return std::any_of(upstreams_.begin(), upstreams_.end(),
-                     [](const Upstream& one) { return one.was_tried && one.backoff.count() == 0; });
+                     [](const Upstream& one) { return one.health.is_there(); });
 }
 
 std::vector<std::pair<std::string, bool>> UpstreamPool::upstreams() const {
   std::vector<std::pair<std::string, bool>> all;
-  for (const Upstream& one : upstreams_) {
-    all.emplace_back(one.name, one.was_tried && one.backoff.count() == 0);
-  }
+  for (const Upstream& one : upstreams_) all.emplace_back(one.name, one.health.is_there());
   return all;
 }
 
@@ -120,7 +114,7 @@ asio::awaitable<void> UpstreamPool::look_after(std::size_t upstream) {
       while (sign) sign = co_await one.watched->receive();
       one.watched.reset();
     }
-    if (one.backoff.count() > 0) next = one.not_before;
+    if (one.health.has_failed()) next = one.health.next_try();
     if (is_stopped_) co_return;
     one.timer->expires_at(next);
     co_await wait_on(*one.timer);
@@ -192,7 +186,7 @@ asio::awaitable<Result<CataloguePtr>> UpstreamPool::ask_all(std::string token) {
   // Servers that failed lately come last, and are left alone where another one has answered.
   for (const bool is_late : {false, true}) {
     for (std::size_t i = 0; i < upstreams_.size(); ++i) {
-      if ((upstreams_[i].backoff.count() != 0) != is_late || (is_late && has_list)) continue;
+      if (upstreams_[i].health.has_failed() != is_late || (is_late && has_list)) continue;
       auto list = co_await list_of(i, token);
       if (!list) {
         if (!trouble || trouble->code == ErrorCode::kUnavailable) trouble = list.error();
@@ -239,6 +233,13 @@ asio::awaitable<std::vector<std::size_t>> UpstreamPool::holders_now(
   co_return now && now->info() == dataset->info() ? now->holders : dataset->holders;
 }
 
+// One that was just lost may be asked again in a moment, but not before one that is there.
+std::vector<std::size_t> UpstreamPool::in_the_order_to_ask(std::vector<std::size_t> holders) const {
+  std::stable_partition(holders.begin(), holders.end(),
+                        [this](std::size_t i) { return !upstreams_[i].health.has_failed(); });
+  return holders;
+}
+
 asio::awaitable<Result<UpstreamPool::Reached>> UpstreamPool::reach(
     std::shared_ptr<const UpstreamDataset> dataset, std::string token,
     std::function<bool()> is_wanted) {
@@ -246,8 +247,8 @@ asio::awaitable<Result<UpstreamPool::Reached>> UpstreamPool::reach(
   std::vector<std::size_t> holders = dataset->holders;
   for (;;) {
     Error trouble = {ErrorCode::kUnavailable, kNobody};
-    for (const std::size_t holder : holders) {
-      if (Clock::now() < upstreams_[holder].not_before) continue;
+    for (const std::size_t holder : in_the_order_to_ask(holders)) {
+      if (!upstreams_[holder].health.may_be_asked(Clock::now())) continue;
       auto link = co_await link_to(holder, token);
       if (link) co_return Reached{.link = *std::move(link), .upstream = holder};
       trouble = link.error();

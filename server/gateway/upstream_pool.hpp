@@ -15,6 +15,7 @@
 
 #include "common/net/async_event.hpp"
 #include "common/net/endpoint.hpp"
+#include "server/gateway/upstream_health.hpp"
 #include "server/gateway/upstream_link.hpp"
 #include "server/gateway/upstream_options.hpp"
 #include "server/stream/dataset_catalogue.hpp"
@@ -76,12 +77,10 @@ class UpstreamPool {
   [[nodiscard]] const UpstreamOptions& options() const { return options_; }
 
  private:
-  using Clock = std::chrono::steady_clock;
+  using Clock = UpstreamHealth::Clock;
   struct Upstream {
     std::string name;
-    bool was_tried = false;
-    std::chrono::milliseconds backoff{0};  // 0: it could be reached when it was last tried.
-    Clock::time_point not_before = {};
+    UpstreamHealth health;
     LinkPtr watched = nullptr;
     std::unique_ptr<asio::steady_timer> timer = nullptr;  // Until it is tried again.
   };
@@ -100,6 +99,8 @@ class UpstreamPool {
   [[nodiscard]] asio::awaitable<Result<LinkPtr>> link_to(std::size_t upstream, std::string token);
   [[nodiscard]] asio::awaitable<Result<std::vector<DatasetInfo>>> list_of(std::size_t upstream,
                                                                           std::string token);
+  [[nodiscard]] std::vector<std::size_t> in_the_order_to_ask(
+      std::vector<std::size_t> holders) const;
   [[nodiscard]] asio::awaitable<Result<CataloguePtr>> ask_all(std::string token);
   [[nodiscard]] asio::awaitable<std::vector<std::size_t>> holders_now(
       std::shared_ptr<const UpstreamDataset> dataset, std::string token);

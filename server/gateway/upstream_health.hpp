@@ -1,0 +1,52 @@
+// Whether a server is there, as far as was noticed, and when it may be asked again. Pure: the time
+// is brought by who asks.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace multitetra {
+
+class UpstreamHealth {
+ public:
+  using Clock = std::chrono::steady_clock;
+  enum class Change { kNone, kThere, kLost };
+
+  // After its first failure a server is left alone for `least`, after each further one for twice
+  // as long as before, up to `most`.
+  UpstreamHealth(std::chrono::milliseconds least, std::chrono::milliseconds most)
+      : least_(least), most_(most) {}
+
+  // It answered. kThere when it did not the last time, or was never tried.
+  Change reached() {
+    const bool is_new = !std::exchange(was_tried_, true) || has_failed();
+    backoff_ = {};
+    not_before_ = {};
+    return is_new ? Change::kThere : Change::kNone;
+  }
+
+  // It did not answer, or went. kLost when it did not fail the last time.
+  Change failed(Clock::time_point now) {
+    const bool is_news = !has_failed();
+    was_tried_ = true;
+    backoff_ = std::clamp(2 * backoff_, least_, most_);
+    not_before_ = now + backoff_;
+    return is_news ? Change::kLost : Change::kNone;
+  }
+
+  [[nodiscard]] bool is_there() const { return was_tried_ && !has_failed(); }
+  [[nodiscard]] bool has_failed() const { return backoff_.count() > 0; }
+  [[nodiscard]] bool may_be_asked(Clock::time_point now) const { return now >= not_before_; }
+  // Of one that has failed.
+  [[nodiscard]] Clock::time_point next_try() const { return not_before_; }
+
+ private:
+  std::chrono::milliseconds least_;
+  std::chrono::milliseconds most_;
+  bool was_tried_ = false;
+  std::chrono::milliseconds backoff_{0};  // 0: it could be reached when it was last tried.
+  Clock::time_point not_before_ = {};
+};
+
+}  // namespace multitetra

@@ -1,0 +1,59 @@
+// Servers come and go at times that the test names.
+#include "server/gateway/upstream_health.hpp"
+
+#include <gtest/gtest.h>
+
+namespace multitetra {
+namespace {
+
+using namespace std::chrono_literals;
+using Change = UpstreamHealth::Change;
+
+constexpr UpstreamHealth::Clock::time_point kStart{1h};
+
+TEST(UpstreamHealth, NothingIsKnownOfAServerThatWasNeverTried) {
+  const UpstreamHealth health(100ms, 1s);
+  EXPECT_FALSE(health.is_there());
+  EXPECT_FALSE(health.has_failed());
+  EXPECT_TRUE(health.may_be_asked(kStart));
+}
+
+TEST(UpstreamHealth, TellsEachChangeOnce) {
+  UpstreamHealth health(100ms, 1s);
+  EXPECT_EQ(health.reached(), Change::kThere);
+  EXPECT_EQ(health.reached(), Change::kNone);
+  EXPECT_EQ(health.failed(kStart), Change::kLost);
+  EXPECT_EQ(health.failed(kStart), Change::kNone);
+  EXPECT_EQ(health.reached(), Change::kThere);
+  EXPECT_TRUE(health.is_there());
+}
+
+TEST(UpstreamHealth, AServerThatFailsAtOnceIsToldToo) {
+  UpstreamHealth health(100ms, 1s);
+  EXPECT_EQ(health.failed(kStart), Change::kLost);
+  EXPECT_FALSE(health.is_there());
+}
+
+TEST(UpstreamHealth, WaitsTwiceAsLongAfterEachFailureUpToTheMost) {
+  UpstreamHealth health(100ms, 350ms);
+  auto now = kStart;
+  for (const auto wait : {100ms, 200ms, 350ms, 350ms}) {
+    health.failed(now);
+    EXPECT_EQ(health.next_try(), now + wait);
+    EXPECT_FALSE(health.may_be_asked(now + wait - 1ms));
+    EXPECT_TRUE(health.may_be_asked(now + wait));
+    now += wait;
+  }
+}
+
+TEST(UpstreamHealth, AServerThatCameBackIsForgivenWhatWasBefore) {
+  UpstreamHealth health(100ms, 10s);
+  for (int i = 0; i < 5; ++i) health.failed(kStart);
+  health.reached();
+  EXPECT_TRUE(health.may_be_asked(kStart));
+  health.failed(kStart);
+  EXPECT_EQ(health.next_try(), kStart + 100ms);
+}
+
+}  // namespace
+}  // namespace multitetra
