@@ -112,6 +112,7 @@ void SurfaceStream::keep(const ServerMessage& message) {
     if (begin->step >= given_.size()) first_byte_seconds_ = seconds();
     for (const TileSummary& tile : begin->tiles) tiles_.use(tile.digest);
     begun_ = *begin;
+    note_begun(*begin, open_);
   } else if (const auto* tile = std::get_if<Tile>(&message)) {
     if (tile->request_id != open_.request_id) return;
     const TileSummary& summary = begun_->tiles[tile->index];

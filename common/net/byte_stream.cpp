@@ -1,5 +1,8 @@
 #include "common/net/byte_stream.hpp"
 
+#include <linux/sockios.h>
+#include <sys/ioctl.h>
+
 #include <utility>
 
 #include "common/net/stream_socket.hpp"
@@ -81,6 +84,12 @@ asio::awaitable<Transfer> ByteStream::write(asio::const_buffer first, asio::cons
   Transfer done;
   done.bytes = co_await asio::async_write(*socket_, both, use_error(done.error));
   co_return done;
+}
+
+std::size_t ByteStream::unsent() {
+  int bytes = 0;
+  if (!socket().is_open() || ::ioctl(socket().native_handle(), SIOCOUTQ, &bytes) != 0) return 0;
+  return bytes > 0 ? static_cast<std::size_t>(bytes) : 0;
 }
 
 asio::awaitable<error_code> ByteStream::shut_down() {

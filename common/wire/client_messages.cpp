@@ -1,5 +1,6 @@
 // Messages from the client to the server.
 #include <algorithm>
+#include <bit>
 #include <tuple>
 
 #include "common/wire/messages.hpp"
@@ -37,6 +38,25 @@ std::vector<ContentDigest> read_held(std::string_view bytes, FieldChecks& checks
     held.push_back({u64_at(bytes), u64_at(bytes.substr(8))});
   }
   return held;
+}
+
+std::vector<Preview> read_begun(const google::protobuf::RepeatedPtrField<v1::Preview>& wire,
+                                FieldChecks& checks) {
+  checks.at_most("OpenStream.begun", static_cast<std::size_t>(wire.size()), kMaxPreviews,
+                 "previews");
+  std::vector<Preview> begun;
+  std::uint32_t coarser = 2 * kMaxPreviewSpacing;
+  for (const v1::Preview& preview : wire) {
+    const std::uint32_t finest = preview.finest_spacing();
+    checks.require(std::has_single_bit(finest) && finest >= 2 && finest < coarser,
+                   "OpenStream.begun.finest_spacing",
+                   "must be a power of two from 2 to 2^19, each less than the one before.");
+    coarser = finest;
+    begun.push_back({.finest_spacing = static_cast<std::int32_t>(finest),
+                     .is_unsimplified = preview.is_unsimplified()});
+    if (checks.first()) return {};
+  }
+  return begun;
 }
 
 void write(const Hello& hello, v1::ClientMessage& message) {
@@ -84,6 +104,11 @@ void write(const OpenStream& open, v1::ClientMessage& message) {
     append_u64(digest.high, *wire.mutable_held());
     append_u64(digest.low, *wire.mutable_held());
   }
+  for (const Preview& preview : open.begun) {
+    v1::Preview& begun = *wire.add_begun();
+    begun.set_finest_spacing(static_cast<std::uint32_t>(preview.finest_spacing));
+    begun.set_is_unsimplified(preview.is_unsimplified);
+  }
 }
 
 OpenStream read(const v1::OpenStream& wire, FieldChecks& checks) {
@@ -96,6 +121,7 @@ OpenStream read(const v1::OpenStream& wire, FieldChecks& checks) {
   open.steps = checks.enumerator<StepPolicy>("OpenStream.steps", wire.steps(),
                                              StepPolicy::kFinalOnly, StepPolicy::kProgressive);
   open.held = read_held(wire.held(), checks);
+  open.begun = read_begun(wire.begun(), checks);
   return open;
 }
 
@@ -147,6 +173,16 @@ std::string serialize(const ClientMessage& message) {
   v1::ClientMessage bytes;
   std::visit([&bytes](const auto& alternative) { write(alternative, bytes); }, message);
   return bytes.SerializeAsString();
+}
+
+void note_begun(const StepBegin& step, OpenStream& open) {
+  if (step.step < open.begun.size()) return;  // It has come again.
+  if (step.is_final) {
+    open.steps = StepPolicy::kFinalOnly;
+  } else if (open.begun.size() < kMaxPreviews) {
+    open.begun.push_back(
+        {.finest_spacing = step.finest_spacing, .is_unsimplified = step.is_unsimplified});
+  }
 }
 
 tl::expected<ClientMessage, ParseError> parse_client_message(std::string_view bytes) {

@@ -26,6 +26,7 @@
 #include "common/base/result.hpp"
 #include "common/request/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
+#include "common/request/preview.hpp"
 #include "common/wire/tile.hpp"
 
 namespace multitetra {
@@ -64,6 +65,9 @@ struct OpenStream {
   StepPolicy steps = StepPolicy::kProgressive;
   // Tiles that the client has already, at most kMaxHeldDigests.
   std::vector<ContentDigest> held = {};
+  // What the stream began with elsewhere, at most kMaxPreviews, each finer than the one before:
+  // exactly these previews come again, and then what `steps` says.
+  std::vector<Preview> begun = {};
 };
 inline constexpr std::size_t kMaxHeldDigests = 8192;
 
@@ -115,7 +119,11 @@ struct StepBegin {
   std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface.
   // All tiles of the step, those that the client holds included.
   std::vector<TileSummary> tiles = {};
+  bool is_unsimplified = false;  // No tile is simplified, though the request allows it.
 };
+
+// The request of a stream of which that much has come: it goes on where it was, on any server.
+void note_begun(const StepBegin& step, OpenStream& open);
 
 struct Tile {
   std::uint64_t request_id = 0;

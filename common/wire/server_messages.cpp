@@ -114,6 +114,7 @@ void write(const StepBegin& begin, v1::ServerMessage& message) {
   wire.set_error_bound_world(begin.error_bound_world);
   wire.set_finest_spacing(static_cast<std::uint32_t>(begin.finest_spacing));
   wire.set_codec(to_wire<v1::PayloadCodec>(begin.codec));
+  wire.set_is_unsimplified(begin.is_unsimplified);
   wire.set_tetrahedra(begin.tetrahedra);
   wire.set_active_tetrahedra(begin.active_tetrahedra);
   wire.mutable_tiles()->Reserve(static_cast<int>(begin.tiles.size()));
@@ -135,6 +136,9 @@ StepBegin read(const v1::StepBegin& wire, FieldChecks& checks) {
   begin.finest_spacing = static_cast<std::int32_t>(spacing);
   begin.codec = read_codec("StepBegin.codec", wire.codec(), checks);
   checks.integer("StepBegin.active_tetrahedra", wire.active_tetrahedra(), 0, wire.tetrahedra());
+  checks.require(!wire.is_unsimplified() || !wire.is_final(), "StepBegin.is_unsimplified",
+                 "must not be said of a final step, which is as the request says.");
+  begin.is_unsimplified = wire.is_unsimplified();
   begin.tetrahedra = wire.tetrahedra();
   begin.active_tetrahedra = wire.active_tetrahedra();
   begin.tiles.reserve(static_cast<std::size_t>(wire.tiles_size()));

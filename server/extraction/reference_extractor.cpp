@@ -34,14 +34,15 @@ class FieldCubes : public CubeExtractor {
   const SurfaceOptions& options_;
 };
 
-std::shared_ptr<const SaturatedErrors> exact_errors(const Field& field,
-                                                    const IsosurfaceRequest& request,
+std::shared_ptr<const SaturatedErrors> exact_errors(const Field& field, const StepRequest& step,
                                                     const std::stop_token& stop) {
+  const IsosurfaceRequest& request = step.request;
   return std::make_shared<const SaturatedErrors>(
       field, request.isovalue, request.measure, request.topology_rule,
       [&stop](std::size_t count, const std::function<void(std::size_t)>& body) {
         in_parallel(count, body, stop);
-      });
+      },
+      step.finest_spacing);
 }
 
 }  // namespace
@@ -57,15 +58,14 @@ ReferenceExtractor::ReferenceExtractor(const PreparedVolume& dataset)
 
 std::shared_ptr<const Model> ReferenceExtractor::exact_model(const StepSpec& spec,
                                                              std::stop_token stop) const {
-  return std::make_shared<ErrorBasedModel>(exact_errors(field_, spec.request(), stop),
-                                           spec.model());
+  return std::make_shared<ErrorBasedModel>(exact_errors(field_, spec.step(), stop), spec.model());
 }
 
 std::shared_ptr<const Model> ReferenceExtractor::spectrum_model(const StepSpec& spec,
                                                                 std::stop_token stop) const {
   const IsosurfaceRequest& request = spec.request();
   return std::make_shared<SpectrumModel>(
-      exact_errors(field_, request, stop),
+      exact_errors(field_, spec.step(), stop),
       std::make_shared<const SpectrumErrors>(dataset_.spectrum, request.isovalue, request.measure,
                                              request.topology_rule),
       spec.model());

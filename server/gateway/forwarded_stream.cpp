@@ -33,7 +33,10 @@ ForwardedStream::Verdict ForwardedStream::next(const ServerMessage& message) {
   }
   forwarded_.push_back(identity);
   ++position_;
-  if (const auto* begin = std::get_if<StepBegin>(&message)) step_ = *begin;
+  if (const auto* begin = std::get_if<StepBegin>(&message)) {
+    step_ = *begin;
+    note_begun(*begin, open_);
+  }
   if (std::holds_alternative<StepEnd>(message)) ++steps_ended_;
   return Verdict::kForward;
 }

@@ -15,7 +15,7 @@ class ForwardedStream {
  public:
   explicit ForwardedStream(OpenStream open) : open_(std::move(open)) {}
 
-  // To be sent to whoever serves it, the first time and again.
+  // To be sent to whoever serves it, the first time and again: it names what came already.
   [[nodiscard]] const OpenStream& open() const { return open_; }
   // Another server begins from the start.
   void restart() { position_ = 0; }

@@ -38,6 +38,15 @@ Result<void> check_lattice(const IsosurfaceRequest& request, const DatasetInfo& 
                   std::to_string(finest) + ".");
 }
 
+// Previews that no stream of this dataset can have begun with.
+Result<void> check_begun(const std::vector<Preview>& begun, const DatasetInfo& info) {
+  if (begun.empty() || begun.front().finest_spacing <= 1 << info.grid_exponent) return {};
+  return fail(ErrorCode::kInvalidArgument,
+              "OpenStream.begun names a preview with a finest spacing of " +
+                  std::to_string(begun.front().finest_spacing) + "; dataset \"" + info.name +
+                  "\" has a grid of " + std::to_string(1 << info.grid_exponent) + " steps a side.");
+}
+
 std::string version_range(std::uint32_t low, std::uint32_t high) {
   return low == high ? std::to_string(low) : std::to_string(low) + " to " + std::to_string(high);
 }
@@ -155,6 +164,9 @@ Actions Session::answer(const OpenStream& open) {
   }
   auto found = source_of(open.dataset, open.request);
   if (!found) return {reply(found.error(), open.request_id)};
+  if (const auto checked = check_begun(open.begun, (*found)->info()); !checked) {
+    return {reply(checked.error(), open.request_id)};
+  }
   Actions actions;
   if (running_) actions.push_back(StopStream{*running_, StreamOutcome::kSuperseded});
   last_request_id_ = open.request_id;

@@ -1,10 +1,12 @@
 #include "server/stream/step_source.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <string>
 #include <utility>
 
 #include "server/core/planning/step_spec.hpp"
+#include "server/core/planning/surface_size.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/shading.hpp"
@@ -50,6 +52,16 @@ std::vector<EncodedTile> encode(const TiledSurface& surface, const Shading& shad
 
 }  // namespace
 
+SurfaceSize size_of(const EncodedStep& step) {
+  SurfaceSize size;
+  for (const EncodedTile& tile : step.tiles) {
+    size.triangles += tile.summary.triangles;
+    size.bytes += tile.summary.bytes;
+  }
+  size.extracted = kTrianglesATetrahedron * static_cast<double>(step.active_tetrahedra);
+  return size;
+}
+
 ExtractedSteps::ExtractedSteps(std::shared_ptr<const SurfaceExtractor> extractor,
                                std::shared_ptr<StepCache> cache)
     : extractor_(std::move(extractor)),
@@ -63,6 +75,8 @@ EncodedStep ExtractedSteps::make(const StepRequest& step, std::stop_token stop) 
 }
 
 EncodedStep ExtractedSteps::extract(const StepRequest& step, const std::stop_token& stop) const {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
   const StepSpec spec = step_spec(step, info(), stop);
   const TiledSurface surface = extractor_->extract(spec, stop);
   const Shading shading(extractor_->dataset(), step);
@@ -71,7 +85,15 @@ EncodedStep ExtractedSteps::extract(const StepRequest& step, const std::stop_tok
                    .tiles = encode(surface, shading, cache_->tiles(), stop),
                    .appearance = shading.appearance()};
   sort_by_importance(made.tiles, spec);
+  const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  const std::lock_guard lock(costs_mutex_);
+  costs_.note(step.request.simplify, size_of(made).extracted, seconds);
   return made;
+}
+
+StepCosts ExtractedSteps::costs() const {
+  const std::lock_guard lock(costs_mutex_);
+  return costs_.costs();
 }
 
 StepSizes ExtractedSteps::sizes(std::stop_token stop, SizeAccuracy accuracy) const {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <stop_token>
 #include <vector>
 
@@ -16,6 +17,9 @@ namespace multitetra {
 
 class SurfaceExtractor;
 
+// Of all tiles together.
+[[nodiscard]] SurfaceSize size_of(const EncodedStep& step);
+
 // Immutable as seen from outside, and used by all sessions at once. What it takes long for throws
 // Cancelled (of in_parallel.hpp) soon after `stop` is triggered.
 class StepSource {
@@ -28,6 +32,8 @@ class StepSource {
   [[nodiscard]] virtual EncodedStep make(const StepRequest& step, std::stop_token stop) const = 0;
   // How large steps would be; valid while the source lives.
   [[nodiscard]] virtual StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const = 0;
+  // What steps cost here, without the link.
+  [[nodiscard]] virtual StepCosts costs() const { return {}; }
 };
 
 // Steps that are extracted from the volume and encoded, unless the cache has them.
@@ -40,12 +46,15 @@ class ExtractedSteps : public StepSource {
   [[nodiscard]] const DatasetInfo& info() const override;
   [[nodiscard]] EncodedStep make(const StepRequest& step, std::stop_token stop) const override;
   [[nodiscard]] StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
+  [[nodiscard]] StepCosts costs() const override;
 
  private:
   [[nodiscard]] EncodedStep extract(const StepRequest& step, const std::stop_token& stop) const;
 
   std::shared_ptr<const SurfaceExtractor> extractor_;
   std::shared_ptr<StepCache> cache_;
+  mutable std::mutex costs_mutex_;
+  mutable LearnedCosts costs_;  // Guarded by costs_mutex_.
 };
 
 }  // namespace multitetra

@@ -10,8 +10,9 @@ namespace multitetra {
 StreamMessages::StreamMessages(const OpenStream& open, const DatasetInfo& info)
     : request_id_(open.request_id),
       info_(info),
-      state_{
-          .request = open.request, .previews = open.steps == StepPolicy::kProgressive, .shown = {}},
+      state_{.request = open.request,
+             .previews = open.steps == StepPolicy::kProgressive,
+             .begun = open.begun},
       known_(open.held.begin(), open.held.end()) {}
 
 std::optional<StreamState> StreamMessages::wanted() {
@@ -64,6 +65,9 @@ StepBegin StreamMessages::step_begin() const {
                   .tetrahedra = current_.encoded.tetrahedra,
                   .active_tetrahedra = current_.encoded.active_tetrahedra,
                   .tiles = {}};
+  // Clients find the request as they made it; what the preview leaves out of it is told beside.
+  begin.is_unsimplified = state_.request.simplify && !step.request.simplify;
+  begin.request.simplify = state_.request.simplify;
   begin.tiles.reserve(current_.encoded.tiles.size());
   for (const EncodedTile& tile : current_.encoded.tiles) begin.tiles.push_back(tile.summary);
   return begin;
@@ -82,7 +86,8 @@ ServerMessage StreamMessages::take_tile_or_end() {
                 .payload = tile.payload};
   }
   state_ = std::move(current_.after);
-  state_.shown.push_back({.step = current_.step, .bytes = size_of(current_.encoded).bytes});
+  state_.shown.push_back(
+      {.step = current_.step, .size = size_of(current_.encoded), .seconds = totals_.seconds});
   const bool was_final = current_.is_final;
   current_ = {};
   phase_ = Phase::kWanted;

@@ -141,10 +141,10 @@ class TriangleLimit {
 }  // namespace
 
 Result<MadeStep> make_next_step(const StepSource& source, const StreamState& state,
-                                std::stop_token stop, std::uint64_t max_triangles) {
+                                std::stop_token stop, const StepLimits& limits) {
   const DatasetInfo& info = source.info();
   const StepSizes sizes = source.sizes(stop, SizeAccuracy::kQuick);
-  const TriangleLimit limit(source, max_triangles, stop);
+  const TriangleLimit limit(source, limits.max_triangles, stop);
   if (state.shown.empty()) {
     const auto allowed = limit.check_estimate(state.request, sizes);
     if (!allowed) return tl::unexpected(allowed.error());
@@ -152,14 +152,20 @@ Result<MadeStep> make_next_step(const StepSource& source, const StreamState& sta
   MadeStep made;
   made.after = state;
   // Finding the threshold of a budget reads samples; a first preview must not wait for that.
-  const bool is_first_preview = state.previews && state.shown.empty();
+  const bool is_repeated = state.shown.size() < state.begun.size();
+  const bool is_first_preview = state.shown.empty() && (state.previews || is_repeated);
   IsosurfaceRequest& request = made.after.request;
   const auto find_threshold = [&] {
     if (std::exchange(made.after.is_within_budget, true)) return;
     request = within_budget(request, info, source.sizes(stop, SizeAccuracy::kCareful).of);
   };
   if (!is_first_preview) find_threshold();
-  NextStep next = next_step(request, state.previews, state.shown, info, within(sizes, request));
+  StepCosts costs = source.costs();
+  costs.bytes_per_second = limits.bytes_per_second;
+  NextStep next =
+      is_repeated
+          ? NextStep{.step = preview_step(request, state.begun[state.shown.size()], info)}
+          : next_step(request, state.previews, state.shown, info, within(sizes, request), costs);
   if (next.is_final) {
     find_threshold();
     next.step.request = request;
@@ -190,15 +196,6 @@ Result<EstimatedAnswer> estimate(const StepSource& source, const IsosurfaceReque
     return budget_too_small(size, affordable);
   }
   return EstimatedAnswer{.size = size, .request = affordable};
-}
-
-SurfaceSize size_of(const EncodedStep& step) {
-  SurfaceSize size;
-  for (const EncodedTile& tile : step.tiles) {
-    size.triangles += tile.summary.triangles;
-    size.bytes += tile.summary.bytes;
-  }
-  return size;
 }
 
 }  // namespace multitetra

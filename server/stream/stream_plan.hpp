@@ -15,6 +15,7 @@ namespace multitetra {
 struct StreamState {
   IsosurfaceRequest request = {};  // As it was made; once it is known, as its budget allows it.
   bool previews = true;
+  std::vector<Preview> begun = {};  // With these it begins, whatever the plan would be.
   std::vector<ShownStep> shown = {};
   bool is_within_budget = false;  // Whether `request` is the latter.
 };
@@ -26,14 +27,18 @@ struct MadeStep {
   StreamState after = {};  // Without this step among those that were shown.
 };
 
-// A final step with a budget is within it, and has at most `max_triangles` (0: as many as it has).
+struct StepLimits {
+  std::uint64_t max_triangles = 0;                 // Of a final step; 0: as many as it has.
+  double bytes_per_second = kUsualBytesPerSecond;  // Of the link to the client.
+};
+
+// A final step with a budget is within it, and has at most `limits.max_triangles`.
 // kLimitExceeded when not even the coarsest surface is within the budget, or, as soon as that is
 // sure, when the final step would have more triangles than that: the text says how large it is, or
 // at which error it would fit. Throws what the source throws; Cancelled soon after `stop` is
 // triggered.
 [[nodiscard]] Result<MadeStep> make_next_step(const StepSource& source, const StreamState& state,
-                                              std::stop_token stop,
-                                              std::uint64_t max_triangles = 0);
+                                              std::stop_token stop, const StepLimits& limits = {});
 
 // How large the answer to a request would be, and the request as its budget allows it: from a
 // sample (surface_sizes.hpp). kLimitExceeded when the coarsest surface seems to be larger.
@@ -44,8 +49,5 @@ struct EstimatedAnswer {
 [[nodiscard]] Result<EstimatedAnswer> estimate(const StepSource& source,
                                                const IsosurfaceRequest& request,
                                                std::stop_token stop);
-
-// Of all tiles together.
-[[nodiscard]] SurfaceSize size_of(const EncodedStep& step);
 
 }  // namespace multitetra

@@ -104,12 +104,15 @@ asio::awaitable<void> MessageConnection::write() {
       continue;
     }
     write_.set(options_.write_timeout);
+    link_.write_begins(Clock::now(), stream_->unsent());
     const Result<std::size_t> sent = co_await transport_->send(std::move(content));
     write_.clear();
     if (!sent) {
       close();
       co_return;
     }
+    link_.write_ends(Clock::now(), *sent, stream_->unsent());
+    session_->link_carries(link_.bytes_per_second());
     client_->admission().observer().sent(client_->facts().protocol, *sent);
   }
   linger_.set(options_.linger);

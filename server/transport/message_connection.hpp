@@ -10,6 +10,7 @@
 #include "server/operations/log.hpp"
 #include "server/transport/connection.hpp"
 #include "server/transport/connection_options.hpp"
+#include "server/transport/link_rate.hpp"
 #include "server/transport/stream_session.hpp"
 
 namespace multitetra {
@@ -46,6 +47,7 @@ class MessageConnection : public Connection,
   ClientContextPtr client_;
   StreamSessionPtr session_;
   ConnectionOptions options_;
+  LinkRate link_;
   std::function<void()> on_closed_;
   int running_coroutines_ = 0;
   Deadline hello_;

@@ -48,6 +48,8 @@ class SessionBackend {
   // `done` is told once, whatever happens; soon after `stop` is triggered.
   virtual void estimate(MakeEstimate action, std::stop_token stop,
                         std::function<void(Result<EstimateReply>)> done) = 0;
+  // What the way to the client was found to carry; streams are planned by it from now on.
+  virtual void link_carries(double /*bytes_per_second*/) {}
   // Ends what takes longer than it may.
   virtual void keep_time(std::chrono::steady_clock::time_point now) = 0;
   // The session is over.

@@ -47,6 +47,8 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   // instead, and the session goes on.
   void give_up(const ServerMessage& message);
   void keep_time(std::chrono::steady_clock::time_point now);
+  // What the way to the client was found to carry.
+  void link_carries(double bytes_per_second) { backend_->link_carries(bytes_per_second); }
 
   // The next message to send; nullopt when the session is over.
   [[nodiscard]] asio::awaitable<std::optional<ServerMessage>> next_message();

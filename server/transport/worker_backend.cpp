@@ -115,9 +115,8 @@ auto guarded(const StepSource& source, const char* what, const std::stop_token& 
 }
 
 Result<MadeStep> make_step(const StepSource& source, const StreamState& state,
-                           std::uint64_t max_triangles, const std::stop_token& stop) {
-  return guarded(source, "step", stop,
-                 [&] { return make_next_step(source, state, stop, max_triangles); });
+                           const StepLimits& limits, const std::stop_token& stop) {
+  return guarded(source, "step", stop, [&] { return make_next_step(source, state, stop, limits); });
 }
 
 // What a client can hold of a number that is only about right.
@@ -185,11 +184,13 @@ void WorkerBackend::make_next_step() {
   // The guard keeps the executor running until the step has come back. What belongs to the
   // executor's thread is given back to it, and let go there.
   auto make = [self = shared_from_this(), stream = stream_, state = *state,
-               most = limits_.max_triangles, guard = asio::make_work_guard(executor_)]() mutable {
+               limits = StepLimits{.max_triangles = limits_.max_triangles,
+                                   .bytes_per_second = bytes_per_second_},
+               guard = asio::make_work_guard(executor_)]() mutable {
     const asio::any_io_executor executor = self->executor_;
     post(executor, [self, stream] { self->step_begins(stream); });
     const Clock::time_point start = Clock::now();
-    auto made = make_step(*stream->source, state, most, stream->stop.get_token());
+    auto made = make_step(*stream->source, state, limits, stream->stop.get_token());
     post(executor,
          [self = std::move(self), stream = std::move(stream),
           made = std::make_shared<Result<MadeStep>>(std::move(made)),

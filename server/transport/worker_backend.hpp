@@ -32,6 +32,7 @@ class WorkerBackend : public SessionBackend, public std::enable_shared_from_this
   [[nodiscard]] BackendStreamPtr start(StartStream action, std::function<void()> changed) override;
   void estimate(MakeEstimate action, std::stop_token stop,
                 std::function<void(Result<EstimateReply>)> done) override;
+  void link_carries(double bytes_per_second) override { bytes_per_second_ = bytes_per_second; }
   void keep_time(Clock::time_point now) override;
   void close() override {}
 
@@ -53,7 +54,8 @@ class WorkerBackend : public SessionBackend, public std::enable_shared_from_this
   FairQueue::Client queue_client_;
   ClientContextPtr client_;
   SessionLimits limits_;
-  StreamPtr stream_;  // Null when none runs.
+  double bytes_per_second_ = kUsualBytesPerSecond;  // Of the way to the client.
+  StreamPtr stream_;                                // Null when none runs.
   std::set<EstimatePtr> estimates_;
   bool is_making_ = false;  // A step is with the workers: of stream_, or of one that was stopped.
 };

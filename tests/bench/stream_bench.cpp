@@ -56,7 +56,7 @@ Row measure(const ExtractedSteps& source, const IsosurfaceRequest& request) {
     MadeStep made = make_next_step(source, state, {}).value();
     row.seconds.push_back(seconds_since(start));
     state = made.after;
-    state.shown.push_back({made.step, size_of(made.encoded).bytes});
+    state.shown.push_back({.step = made.step, .size = size_of(made.encoded)});
     row.steps.push_back(std::move(made));
   }
   return row;

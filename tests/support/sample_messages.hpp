@@ -179,6 +179,9 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
       for (std::uint64_t i = up_to(20, random); i > 0; --i) {
         open.held.push_back({random(), random()});
       }
+      for (int e = 19; e > 0; e -= int_in(1, 12, random)) {
+        open.begun.push_back({.finest_spacing = 1 << e, .is_unsimplified = (random() & 1) != 0});
+      }
       return open;
     }
     case 3:
@@ -199,6 +202,7 @@ inline StepBegin step_begin(Random& random) {
   begin.request = request(random);
   begin.error_bound_world = std::abs(number(random));
   begin.finest_spacing = 1 << int_in(0, 19, random);
+  begin.is_unsimplified = !begin.is_final && (random() & 1) != 0;
   begin.tetrahedra = random();
   begin.active_tetrahedra = up_to(begin.tetrahedra, random);
   for (std::uint64_t i = up_to(20, random); i > 0; --i) begin.tiles.push_back(tile_summary(random));
@@ -260,8 +264,8 @@ inline bool same(const ListDatasets& a, const ListDatasets& b) {
   return a.request_id == b.request_id;
 }
 inline bool same(const OpenStream& a, const OpenStream& b) {
-  return std::tie(a.request_id, a.dataset, a.request, a.steps, a.held) ==
-         std::tie(b.request_id, b.dataset, b.request, b.steps, b.held);
+  return std::tie(a.request_id, a.dataset, a.request, a.steps, a.held, a.begun) ==
+         std::tie(b.request_id, b.dataset, b.request, b.steps, b.held, b.begun);
 }
 inline bool same(const Cancel& a, const Cancel& b) { return a.request_id == b.request_id; }
 inline bool same(const Ping& a, const Ping& b) { return a.value == b.value; }
@@ -274,9 +278,11 @@ inline bool same(const DatasetList& a, const DatasetList& b) {
 }
 inline bool same(const StepBegin& a, const StepBegin& b) {
   return std::tie(a.request_id, a.step, a.is_final, a.request, a.error_bound_world,
-                  a.finest_spacing, a.codec, a.tetrahedra, a.active_tetrahedra, a.tiles) ==
-         std::tie(b.request_id, b.step, b.is_final, b.request, b.error_bound_world,
-                  b.finest_spacing, b.codec, b.tetrahedra, b.active_tetrahedra, b.tiles);
+                  a.finest_spacing, a.codec, a.tetrahedra, a.active_tetrahedra, a.tiles,
+                  a.is_unsimplified) == std::tie(b.request_id, b.step, b.is_final, b.request,
+                                                 b.error_bound_world, b.finest_spacing, b.codec,
+                                                 b.tetrahedra, b.active_tetrahedra, b.tiles,
+                                                 b.is_unsimplified);
 }
 inline bool same(const Tile& a, const Tile& b) {
   return std::tie(a.request_id, a.step, a.index, *a.payload) ==

@@ -89,11 +89,13 @@ class SaturatedErrors::Pass {
 };
 
 SaturatedErrors::SaturatedErrors(const Field& field, double isovalue, ErrorMeasure measure,
-                                 TopologyRule rule, const ForEach& for_each) {
+                                 TopologyRule rule, const ForEach& for_each,
+                                 std::int32_t finest_spacing) {
   const StepLengths lengths(field.spacing());
   field.visit([&]<typename Sample>(const SampledField<Sample>& sampled) {
     for (int exponent = 0; exponent < field.grid().exponent(); ++exponent) {
       levels_.push_back(level_for(field, exponent));
+      if (1 << exponent < finest_spacing) continue;
       const Level& level = levels_.back();
       const Pass<Sample> pass(levels_, field.grid(), sampled, lengths, isovalue, measure, rule);
       for (const PointKind kind : {PointKind::kEdge, PointKind::kFace, PointKind::kCube}) {

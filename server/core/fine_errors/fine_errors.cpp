@@ -87,7 +87,10 @@ void FineErrors::load(const OctreeCube& cube,
   for (const FineCell& cell : cells_.support()) {
     if (cell.is_crossed) find_mixed_diamonds(cell);
   }
-  for (int exponent = 0; exponent < kSpectrumExponent; ++exponent) compute(exponent);
+  for (int exponent = exponent_of(options_.finest_spacing); exponent < kSpectrumExponent;
+       ++exponent) {
+    compute(exponent);
+  }
 }
 
 void FineErrors::begin_arrays() {

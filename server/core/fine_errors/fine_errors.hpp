@@ -30,6 +30,8 @@ struct FineErrorsOptions {
   double topology_tolerance = 0;  // Grid steps.
   // World units. Errors above it are only known to be above it.
   double largest_threshold = std::numeric_limits<double>::infinity();
+  // Grid steps, a power of two. Finer points have no error: they take no part in their parents'.
+  std::int32_t finest_spacing = 1;
 };
 
 // The memory of FineErrors, some 30 MB for the largest cubes: worth to be used again. What it holds

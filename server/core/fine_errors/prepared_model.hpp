@@ -30,6 +30,7 @@ class PreparedModel {
                            : std::make_shared<const SpectrumErrors>(
                                  volume.spectrum, errors.isovalue, errors.measure, errors.rule)) {
     fine_.largest_threshold = options_.thresholds.largest();
+    fine_.finest_spacing = options_.finest_spacing;
   }
 
   [[nodiscard]] const PreparedVolume& volume() const { return volume_; }

@@ -5,20 +5,133 @@
 #include <limits>
 #include <optional>
 
+#include "server/core/planning/simplified_size.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
 
 namespace multitetra {
 namespace {
 
-// Sizes are estimates: what is aimed at stays below what is promised.
-constexpr double kEstimateMargin = 0.85;
-constexpr double kMaxFirstTriangles = 40'000;
-// A final step that is made from so few comes as fast as a preview.
-constexpr double kExtractedWithoutPreviews = 50'000;
 constexpr std::int32_t kLeastStepsASide = 8;  // Of a preview's own grid.
+// A preview with half the finest spacing has so many times the triangles: 3.5 to 5 on public
+// volumes.
+constexpr double kTrianglesAHalving = 4.5;
 
-StepRequest preview_at(const IsosurfaceRequest& request, std::int32_t finest,
-                       const DatasetInfo& info) {
+bool is_worth_showing(std::int32_t finest, const DatasetInfo& info) {
+  return (1 << info.grid_exponent) / finest >= kLeastStepsASide;
+}
+
+struct Candidate {
+  StepRequest step;
+  double server = 0;  // Seconds.
+  double link = 0;
+
+  [[nodiscard]] double seconds() const { return server + link; }
+  [[nodiscard]] bool is_quick() const {
+    return server <= kFirstServerSeconds && link <= kFirstLinkSeconds;
+  }
+};
+
+Candidate candidate(const StepRequest& step, const SurfaceSize& size, const StepCosts& costs) {
+  return {.step = step,
+          .server = costs.server_seconds(size, step.request.simplify),
+          .link = costs.link_seconds(size)};
+}
+
+// The steps that might be shown of one request.
+class Candidates {
+ public:
+  Candidates(const IsosurfaceRequest& request, const DatasetInfo& info, const StepSizes& sizes,
+             const StepCosts& costs)
+      : request_(request), info_(info), sizes_(sizes), costs_(costs) {}
+
+  [[nodiscard]] Candidate final_step() const {
+    const StepRequest step = {.request = request_};
+    return candidate(step, sizes_.rough(request_), costs_);
+  }
+
+  // Of that finest spacing, by what the plan learns from the spectrum.
+  [[nodiscard]] Candidate measured(std::int32_t finest) const {
+    return quicker(finest, [this](const StepRequest& step) { return sizes_.of(step); });
+  }
+  // By what a coarser one had.
+  [[nodiscard]] Candidate refined(const ShownStep& shown, std::int32_t finest) const {
+    const double halvings = std::log2(shown.step.finest_spacing / static_cast<double>(finest));
+    const double factor = std::pow(kTrianglesAHalving, halvings);
+    return quicker(finest, [&](const StepRequest& step) {
+      const double extracted = factor * shown.size.extracted;
+      const bool was_simplified = shown.step.request.simplify;
+      const double triangles = !step.request.simplify ? extracted
+                               : was_simplified       ? factor * shown.size.triangles
+                                                      : kLeftOfPreview * extracted;
+      const bool is_alike = step.request.simplify == was_simplified;
+      const double of_estimate =
+          is_alike
+              ? shown.size.bytes / std::max(estimated_bytes(shown.size.triangles, shown.step), 1.0)
+              : kBytesOfSimplifiedTriangles;
+      return SurfaceSize{.triangles = triangles,
+                         .bytes = of_estimate * estimated_bytes(triangles, step),
+                         .extracted = extracted};
+    });
+  }
+
+ private:
+  static constexpr double kLeftOfPreview = 0.15;
+
+  template <typename SizeOf>
+  [[nodiscard]] Candidate quicker(std::int32_t finest, const SizeOf& size_of) const {
+    const StepRequest plain =
+        preview_step(request_, {.finest_spacing = finest, .is_unsimplified = true}, info_);
+    const Candidate found = candidate(plain, size_of(plain), costs_);
+    if (!request_.simplify || found.is_quick()) return found;
+    const StepRequest simplified = preview_step(request_, {.finest_spacing = finest}, info_);
+    const Candidate smaller = candidate(simplified, size_of(simplified), costs_);
+    return smaller.seconds() < found.seconds() ? smaller : found;
+  }
+
+  const IsosurfaceRequest& request_;
+  const DatasetInfo& info_;
+  const StepSizes& sizes_;
+  const StepCosts& costs_;
+};
+
+// nullopt: the final step comes as soon.
+std::optional<StepRequest> first_preview(const Candidates& candidates, const DatasetInfo& info) {
+  if (candidates.final_step().is_quick()) return std::nullopt;
+  std::optional<StepRequest> coarsest;
+  for (std::int32_t finest = kSpectrumSpacing; is_worth_showing(finest, info); finest *= 2) {
+    const Candidate preview = candidates.measured(finest);
+    coarsest = preview.step;
+    if (preview.is_quick()) break;
+  }
+  return coarsest;
+}
+
+double seconds_of(std::span<const ShownStep> shown, const StepCosts& costs) {
+  double seconds = 0;
+  for (const ShownStep& step : shown) seconds += step.seconds + costs.link_seconds(step.size);
+  return seconds;
+}
+
+// nullopt: none is worth its time.
+std::optional<StepRequest> further_preview(const Candidates& candidates,
+                                           std::span<const ShownStep> shown,
+                                           const StepCosts& costs) {
+  const double before = std::max(seconds_of(shown, costs), kFirstServerSeconds);
+  const double allowed = kPreviewShare * candidates.final_step().seconds();
+  std::optional<StepRequest> best;
+  for (std::int32_t finest = shown.back().step.finest_spacing / 2; finest >= 2; finest /= 2) {
+    const Candidate preview = candidates.refined(shown.back(), finest);
+    if (preview.seconds() > std::min(best ? before : kPatience * before, allowed)) break;
+    best = preview.step;
+  }
+  return best;
+}
+
+}  // namespace
+
+StepRequest preview_step(const IsosurfaceRequest& request, const Preview& preview,
+                         const DatasetInfo& info) {
+  const std::int32_t finest = preview.finest_spacing;
   const double unit = request.unit == LengthUnit::kVoxel ? 1.0 : voxel_length(info);
   StepRequest step{.request = request, .finest_spacing = finest};
   double& floor = step.request.thresholds.at_least;
@@ -26,55 +139,19 @@ StepRequest preview_at(const IsosurfaceRequest& request, std::int32_t finest,
   step.request.topology_tolerance = std::max(request.topology_tolerance, finest / 2.0);
   // Fine lattice steps are lost on coarse tetrahedra.
   step.request.lattice_resolution = std::min(request.lattice_resolution, finest >= 8 ? 3 : 4);
+  step.request.simplify = request.simplify && !preview.is_unsimplified;
   return step;
 }
 
-bool is_worth_showing(std::int32_t finest, const DatasetInfo& info) {
-  return (1 << info.grid_exponent) / finest >= kLeastStepsASide;
-}
-
-std::optional<StepRequest> first_preview(const IsosurfaceRequest& request, const DatasetInfo& info,
-                                         const StepSizes& sizes) {
-  const SurfaceSize final = sizes.rough(request);
-  if (final.extracted < kExtractedWithoutPreviews) return std::nullopt;
-  const double whole = std::max(final.bytes, kLeastWhole);
-  std::optional<StepRequest> coarsest;
-  for (std::int32_t finest = kSpectrumSpacing; is_worth_showing(finest, info); finest *= 2) {
-    coarsest = preview_at(request, finest, info);
-    const SurfaceSize size = sizes.of(*coarsest);
-    if (size.triangles <= kMaxFirstTriangles && size.bytes <= kEstimateMargin * kFirstShare * whole)
-      break;
-  }
-  return coarsest;
-}
-
-std::optional<StepRequest> second_preview(const IsosurfaceRequest& request, const ShownStep& first,
-                                          const DatasetInfo& info, const StepSizes& sizes) {
-  const double whole = std::max(sizes.of({.request = request}).bytes, kLeastWhole);
-  const double left = kEstimateMargin * kPreviewsShare * whole - first.bytes;
-  // From coarse to fine, while they fit. One that shows hardly more than the first is not worth its
-  // bytes.
-  double least = 2 * first.bytes;
-  std::optional<StepRequest> best;
-  for (std::int32_t finest = first.step.finest_spacing / 2; finest >= 2; finest /= 2) {
-    if (2 * least > left) break;  // The next is at least twice as large as the one before.
-    const StepRequest preview = preview_at(request, finest, info);
-    const double bytes = sizes.of(preview).bytes;
-    if (bytes > left) break;
-    if (bytes > least) best = preview;
-    least = std::max(least, bytes);
-  }
-  return best;
-}
-
-}  // namespace
-
 NextStep next_step(const IsosurfaceRequest& request, bool previews,
                    std::span<const ShownStep> shown, const DatasetInfo& info,
-                   const StepSizes& sizes) {
+                   const StepSizes& sizes, const StepCosts& costs) {
   std::optional<StepRequest> preview;
-  if (previews && shown.empty()) preview = first_preview(request, info, sizes);
-  if (previews && shown.size() == 1) preview = second_preview(request, shown[0], info, sizes);
+  if (previews) {
+    const Candidates candidates(request, info, sizes, costs);
+    preview =
+        shown.empty() ? first_preview(candidates, info) : further_preview(candidates, shown, costs);
+  }
   if (preview) return {.step = *preview, .is_final = false};
   return {.step = {.request = request, .finest_spacing = 1}, .is_final = true};
 }

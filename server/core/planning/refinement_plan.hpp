@@ -1,18 +1,23 @@
-// Which models a progressive stream shows on its way to the one that was asked for.
+// Which models a progressive stream shows on its way to the one that was asked for, so that
+// something that can be judged is seen at once, and the final step soon.
 //
 // A preview ends the hierarchy at a *finest spacing* f: noise keeps most triangles of a model at
 // any error while its topology is preserved, and a certified bound adds up along sharp borders, so
 // it is f that makes a preview small, and a topology tolerance of f / 2 lets go what f cannot show.
-// How large the steps are decides which f are used:
+// A preview is simplified only where the bytes that this saves on the link are worth the time.
 //
-//     step        bytes, of the final step's            chosen from
-//     first       at most kFirstShare                   f = 8, 16, 32, ...  the finest that fits
-//     between     with the first kPreviewsShare         f = 2, 4, ...       the finest that fits
-//     final       all                                   the request itself
+// What is shown is planned by time, of the server and on the link (StepCosts):
 //
-// A final step of less than kLeastWhole bytes counts as one of so many: simplification makes small
-// ones that take their time. The first preview never looks at samples that are finer than the
-// spectrum.
+//     first      f = 8, 16, 32, ...    the finest that is there within kFirstServerSeconds and
+//                                      kFirstLinkSeconds
+//     next       at most half of f     the finest that takes no longer than all before, else the
+//                                      next one if it takes at most kPatience times as long
+//     final      f = 1                 the request itself, when another preview would delay it by
+//                                      more than kPreviewShare of its own time
+//
+// The first preview never looks at samples that are finer than the spectrum. Which steps come
+// depends on the machine and the link; what a step is never does. So the steps of a stream name
+// themselves (Preview), and a stream that goes on elsewhere is asked for exactly those.
 #pragma once
 
 #include <cstdint>
@@ -21,6 +26,8 @@
 
 #include "common/request/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
+#include "common/request/preview.hpp"
+#include "server/core/planning/step_costs.hpp"
 
 namespace multitetra {
 
@@ -33,12 +40,6 @@ struct StepRequest {
   friend bool operator==(const StepRequest&, const StepRequest&) = default;
 };
 
-struct SurfaceSize {
-  double triangles = 0;
-  double bytes = 0;      // Encoded.
-  double extracted = 0;  // Triangles before simplification, which cost the time.
-};
-
 // Where the plan learns how large a step would be. Both may be estimates.
 struct StepSizes {
   // Of any step; costs a small part of making it.
@@ -49,7 +50,8 @@ struct StepSizes {
 
 struct ShownStep {
   StepRequest step;
-  double bytes = 0;
+  SurfaceSize size = {};
+  double seconds = 0;  // The server's, to make it.
 };
 
 struct NextStep {
@@ -57,15 +59,20 @@ struct NextStep {
   bool is_final = false;
 };
 
-inline constexpr double kFirstShare = 0.05;
-inline constexpr double kPreviewsShare = 0.25;
-inline constexpr double kLeastWhole = 64'000;
+inline constexpr double kFirstServerSeconds = 0.05;
+inline constexpr double kFirstLinkSeconds = 0.1;
+inline constexpr double kPatience = 5;
+inline constexpr double kPreviewShare = 0.2;
+
+// The preview of a request that a Preview names.
+[[nodiscard]] StepRequest preview_step(const IsosurfaceRequest& request, const Preview& preview,
+                                       const DatasetInfo& info);
 
 // What follows the steps that were shown, of which none is final: a preview or exactly `request`.
 // The same arguments give the same step. Each step refines the one before.
 [[nodiscard]] NextStep next_step(const IsosurfaceRequest& request, bool previews,
                                  std::span<const ShownStep> shown, const DatasetInfo& info,
-                                 const StepSizes& sizes);
+                                 const StepSizes& sizes, const StepCosts& costs);
 
 // Whatever is in it; and what it has on average.
 inline constexpr double kBytesATile = 250;

@@ -572,5 +572,48 @@ TEST(ThresholdMaps, OfMillionsOfEmptyRegionsAreRefusedBeforeTheyAreParsed) {
   EXPECT_EQ(begin.error().error.code, ErrorCode::kLimitExceeded);
 }
 
+TEST(Messages, ThatNamePreviewsThatCannotBeAreRefused) {
+  const auto expect_bad = [](std::vector<Preview> begun, const std::string& text,
+                             ErrorCode code = ErrorCode::kInvalidArgument) {
+    expect_refused<OpenStream>(
+        {.request_id = 1, .dataset = "head"},
+        [&](OpenStream& open) { open.begun = std::move(begun); }, text, code);
+  };
+  for (const std::int32_t spacing : {-1, 0, 1, 3, 1 << 20}) {
+    expect_bad({{.finest_spacing = spacing}}, "power of two");
+  }
+  expect_bad({{.finest_spacing = 4}, {.finest_spacing = 4}}, "less than the one before");
+  expect_bad({{.finest_spacing = 4}, {.finest_spacing = 8}}, "less than the one before");
+  expect_bad(std::vector<Preview>(21), "21 previews", ErrorCode::kLimitExceeded);
+}
+
+TEST(Messages, AFinalStepThatIsNotAsTheRequestSaysIsRefused) {
+  expect_refused<StepBegin>(
+      {.request_id = 1, .is_final = true}, [](StepBegin& begin) { begin.is_unsimplified = true; },
+      "is_unsimplified");
+}
+
+TEST(NoteBegun, MakesTheRequestThatGoesOnWhereTheStreamWas) {
+  OpenStream open = {.request_id = 1, .dataset = "head", .request = {.simplify = true}};
+  const auto begins = [&open](std::uint32_t step, std::int32_t finest, bool is_unsimplified) {
+    note_begun({.step = step,
+                .is_final = finest == 1,
+                .finest_spacing = finest,
+                .is_unsimplified = is_unsimplified},
+               open);
+  };
+  begins(0, 8, true);
+  begins(1, 4, false);
+  begins(0, 8, true);  // It comes again.
+  begins(1, 4, false);
+  const std::vector<Preview> both = {{.finest_spacing = 8, .is_unsimplified = true},
+                                     {.finest_spacing = 4}};
+  EXPECT_EQ(open.begun, both);
+  EXPECT_EQ(open.steps, StepPolicy::kProgressive);
+  begins(2, 1, false);
+  EXPECT_EQ(open.begun, both);
+  EXPECT_EQ(open.steps, StepPolicy::kFinalOnly);
+}
+
 }  // namespace
 }  // namespace multitetra

@@ -54,6 +54,8 @@ std::vector<StepRequest> steps_for(const PreparedVolume& dataset) {
                .isovalue = isovalue, .error = error, .topology_rule = TopologyRule::kPaper}});
       steps.push_back({.request = {.isovalue = isovalue, .error = error, .topology_tolerance = 2},
                        .finest_spacing = 2});
+      steps.push_back({.request = {.isovalue = isovalue, .error = error, .topology_tolerance = 2},
+                       .finest_spacing = 4});
       steps.push_back({.request = {.isovalue = isovalue, .error = error, .topology_tolerance = 4},
                        .finest_spacing = 8});
     }

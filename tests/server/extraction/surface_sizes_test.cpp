@@ -149,38 +149,5 @@ TEST(SurfaceSizes, AreGivenUpWhenStopped) {
   }
 }
 
-// The shares that the plan promises, kept by real bytes.
-TEST(SurfaceSizes, LetPreviewsKeepToTheirShares) {
-  const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(129, 0.1, 8)});
-  const ExtractedSteps source(std::make_shared<const SurfaceExtractor>(dataset));
-  IsosurfaceRequest fine_inside{.isovalue = 0.1, .error = 100};
-  fine_inside.thresholds.regions = {
-      {.shape = BallShape{.centre = {64, 64, 64}, .radius = 80}, .threshold = 0.25}};
-  for (const IsosurfaceRequest& request :
-       std::vector<IsosurfaceRequest>{{.isovalue = 0.1, .error = 0.25},
-                                      {.isovalue = 0.1, .error = 1},
-                                      {.isovalue = 0.1, .error = 2},
-                                      {.isovalue = 0.1, .error = 1, .normal_bits = 10},
-                                      {.isovalue = 0.1, .error = 0.25, .max_triangles = 120'000},
-                                      fine_inside}) {
-    SCOPED_TRACE(std::to_string(request.error) + ", " + std::to_string(request.max_triangles));
-    StreamState state{.request = request, .shown = {}};
-    double previews = 0;
-    for (;;) {
-      const MadeStep made = make_next_step(source, state, {}).value();
-      const double bytes = size_of(made.encoded).bytes;
-      if (made.is_final) {
-        ASSERT_FALSE(state.shown.empty());
-        EXPECT_LE(state.shown.front().bytes, 1.2 * kFirstShare * bytes) << "about its share";
-        EXPECT_LE(previews, kPreviewsShare * bytes);
-        break;
-      }
-      previews += bytes;
-      state = made.after;
-      state.shown.push_back({made.step, bytes});
-    }
-  }
-}
-
 }  // namespace
 }  // namespace multitetra

@@ -66,6 +66,17 @@ TEST(ForwardedStream, PassesOverWhatTheClientHasSeenAndNoticesADifference) {
   EXPECT_EQ(stream.next(other), Verdict::kDiffers);
 }
 
+TEST(ForwardedStream, AsksTheNextServerForWhatItHasBegunWith) {
+  ForwardedStream stream{OpenStream{.request_id = 1}};
+  (void)stream.next(StepBegin{.request_id = 1, .finest_spacing = 8, .is_unsimplified = true});
+  EXPECT_EQ(stream.open().begun,
+            (std::vector<Preview>{{.finest_spacing = 8, .is_unsimplified = true}}));
+  EXPECT_EQ(stream.open().steps, StepPolicy::kProgressive);
+  (void)stream.next(StepBegin{.request_id = 1, .step = 1, .is_final = true});
+  EXPECT_EQ(stream.open().begun.size(), 1U);
+  EXPECT_EQ(stream.open().steps, StepPolicy::kFinalOnly);
+}
+
 // ---- over sockets
 
 void greet(WebSocketClient& client) {

@@ -354,5 +354,18 @@ TEST(Session, KeepsItsGuaranteesWhateverMessageIsLost) {
   }
 }
 
+TEST(Session, RefusesPreviewsThatTheDatasetCannotHave) {
+  Session session = welcomed_session();
+  OpenStream stream = open(1);
+  stream.begun = {{.finest_spacing = 128}};  // Its grid has 64 steps a side.
+  const Actions actions = session.receive(stream);
+  ASSERT_EQ(actions.size(), 1U);
+  const auto& refusal = std::get<ErrorReply>(std::get<Send>(actions.front()).message);
+  EXPECT_EQ(refusal.error.code, ErrorCode::kInvalidArgument);
+  EXPECT_NE(refusal.error.text.find("64 steps"), std::string::npos) << refusal.error.text;
+  stream.begun = {{.finest_spacing = 64}};
+  EXPECT_EQ(words(session.receive(stream)), Words{"start 1"});
+}
+
 }  // namespace
 }  // namespace multitetra

@@ -80,7 +80,8 @@ TEST(StreamPlan, AServersLimitRefusesOnlyWhatIsSurelyMore) {
   const auto make = [&made](double estimated_part, const IsosurfaceRequest& request) {
     made = 0;
     const Misjudged source(1e6, estimated_part, made);
-    return make_next_step(source, {.request = request, .previews = false}, {}, 1'200'000);
+    return make_next_step(source, {.request = request, .previews = false}, {},
+                          {.max_triangles = 1'200'000});
   };
   EXPECT_TRUE(make(1.5, {.error = 1})->is_final) << "estimates are up to a half too large";
   EXPECT_TRUE(make(3, {.error = 1, .simplify = true})->is_final) << "and with simplification more";
@@ -101,6 +102,54 @@ TEST(StreamPlan, ABudgetThatNothingMeetsIsRefused) {
   EXPECT_EQ(refused.error().code, ErrorCode::kLimitExceeded);
   EXPECT_NE(refused.error().text.find("budget"), std::string::npos) << refused.error().text;
   EXPECT_LE(made, 3);
+}
+
+// A stream that goes on where another server stopped.
+TEST(StreamPlan, BeginsWithWhatItBeganWithElsewhere) {
+  const FakeSteps source("head");
+  for (const bool previews : {false, true}) {
+    StreamState state;
+    state.request.error = 0.5;
+    state.request.simplify = true;
+    state.previews = previews;
+    state.begun = {{.finest_spacing = 16}, {.finest_spacing = 4, .is_unsimplified = true}};
+    for (const Preview& preview : state.begun) {
+      const MadeStep made = make_next_step(source, state, {}).value();
+      EXPECT_FALSE(made.is_final);
+      EXPECT_EQ(made.step, preview_step(state.request, preview, source.info()));
+      state = made.after;
+      state.shown.push_back({.step = made.step, .size = size_of(made.encoded)});
+    }
+    const MadeStep next = make_next_step(source, state, {}).value();
+    EXPECT_LT(next.step.finest_spacing, 4);
+    if (!previews) {
+      EXPECT_TRUE(next.is_final) << "the final step had begun";
+    }
+  }
+}
+
+class LargeSteps : public FakeSteps {
+ public:
+  LargeSteps() : FakeSteps("large"), info_(FakeSteps::info()) {
+    info_.dims = {1025, 1025, 1025};
+    info_.grid_exponent = 10;
+  }
+  [[nodiscard]] const DatasetInfo& info() const override { return info_; }
+
+ private:
+  DatasetInfo info_;
+};
+
+TEST(StreamPlan, ASlowLinkHasACoarserFirstStep) {
+  const LargeSteps source;
+  StreamState state;
+  state.request.simplify = true;
+  const auto first = [&](double bytes_per_second) {
+    return make_next_step(source, state, {}, {.bytes_per_second = bytes_per_second})
+        .value()
+        .step.finest_spacing;
+  };
+  EXPECT_LT(first(1e9), first(1e3));
 }
 
 }  // namespace

@@ -16,33 +16,48 @@ DatasetInfo dataset(std::int32_t samples_a_side, double spacing = 1) {
   return info;
 }
 
-// A surface of so many bytes at full resolution, of which a finest spacing f leaves f^-2.
+// A surface of so many triangles at full resolution, of which a finest spacing f leaves f^-2.
 struct Surface {
-  double bytes = 4e6;
-  double share_left = 1;  // By simplification.
+  double triangles = 2e6;
+  double share_left = 0.1;  // By simplification.
 
   [[nodiscard]] StepSizes sizes() const {
-    const auto size_at = [bytes = bytes, share_left = share_left](double finest) {
-      const double size = bytes / (finest * finest);
-      return SurfaceSize{.triangles = size, .bytes = share_left * size, .extracted = size};
+    const auto size_at = [*this](const IsosurfaceRequest& request, double finest) {
+      const double extracted = triangles / (finest * finest);
+      const double left = request.simplify ? share_left * extracted : extracted;
+      return SurfaceSize{.triangles = left, .bytes = 2 * left, .extracted = extracted};
     };
-    return {.of = [=](const StepRequest& step) { return size_at(step.finest_spacing); },
-            .rough = [=](const IsosurfaceRequest&) { return size_at(1); }};
+    return {
+        .of = [=](const StepRequest& step) { return size_at(step.request, step.finest_spacing); },
+        .rough = [=](const IsosurfaceRequest& request) { return size_at(request, 1); }};
   }
 };
 
+const IsosurfaceRequest kSimplified = {.error = 0.5, .simplify = true};
+constexpr StepCosts kFast = {.bytes_per_second = 1e9};
+constexpr StepCosts kSlow = {.bytes_per_second = 1.25e5};  // 1 Mbit/s.
+
+struct Shown {
+  StepRequest step;
+  double server = 0;  // Seconds.
+  double link = 0;
+};
+
 // The whole stream, as the server makes it.
-std::vector<StepRequest> stream(const IsosurfaceRequest& request, const DatasetInfo& info,
-                                const Surface& surface = {}, bool previews = true) {
+std::vector<Shown> stream(const IsosurfaceRequest& request, const DatasetInfo& info,
+                          const Surface& surface = {}, const StepCosts& costs = {},
+                          bool previews = true) {
   const StepSizes sizes = surface.sizes();
   std::vector<ShownStep> shown;
-  std::vector<StepRequest> steps;
+  std::vector<Shown> steps;
   for (;;) {
-    const NextStep next = next_step(request, previews, shown, info, sizes);
-    steps.push_back(next.step);
+    const NextStep next = next_step(request, previews, shown, info, sizes, costs);
+    const SurfaceSize size = sizes.of(next.step);
+    const double seconds = costs.server_seconds(size, next.step.request.simplify);
+    steps.push_back({next.step, seconds, costs.link_seconds(size)});
     if (next.is_final) return steps;
-    shown.push_back({next.step, sizes.of(next.step).bytes});
-    if (steps.size() > 10) throw std::runtime_error("the stream has no end");
+    shown.push_back({.step = next.step, .size = size, .seconds = seconds});
+    if (steps.size() > 20) throw std::runtime_error("the stream has no end");
   }
 }
 
@@ -51,70 +66,113 @@ TEST(RefinementPlan, EndsWithExactlyTheRequest) {
     for (const bool previews : {false, true}) {
       const IsosurfaceRequest request{
           .isovalue = 3, .error = error, .topology_tolerance = 1, .lattice_resolution = 7};
-      const auto steps = stream(request, dataset(129), {}, previews);
-      EXPECT_EQ(steps.back(), (StepRequest{.request = request, .finest_spacing = 1}));
+      const auto steps = stream(request, dataset(129), {}, {}, previews);
+      EXPECT_EQ(steps.back().step, (StepRequest{.request = request, .finest_spacing = 1}));
     }
   }
 }
 
 TEST(RefinementPlan, HasPreviewsThatFallTowardsTheRequest) {
-  const auto steps = stream({.error = 0.5}, dataset(257));
-  ASSERT_EQ(steps.size(), 3U);
+  const auto steps = stream(kSimplified, dataset(257));
+  ASSERT_GE(steps.size(), 3U);
   for (std::size_t i = 0; i + 1 < steps.size(); ++i) {
-    EXPECT_GT(steps[i].request.thresholds.at_least, steps[i + 1].request.thresholds.at_least);
-    EXPECT_GT(steps[i].request.topology_tolerance, steps[i + 1].request.topology_tolerance);
-    EXPECT_GT(steps[i].finest_spacing, steps[i + 1].finest_spacing);
-    EXPECT_EQ(steps[i].request.isovalue, steps.back().request.isovalue);
+    const StepRequest& coarse = steps[i].step;
+    const StepRequest& fine = steps[i + 1].step;
+    EXPECT_GE(coarse.request.thresholds.at_least, 2 * fine.request.thresholds.at_least);
+    EXPECT_GT(coarse.request.topology_tolerance, fine.request.topology_tolerance);
+    EXPECT_GE(coarse.finest_spacing, 2 * fine.finest_spacing);
+    EXPECT_EQ(coarse.request.isovalue, kSimplified.isovalue);
   }
 }
 
 TEST(RefinementPlan, HasNoPreviewUnlessAskedFor) {
-  EXPECT_EQ(stream({.error = 0.5}, dataset(257), {}, false).size(), 1U);
+  EXPECT_EQ(stream(kSimplified, dataset(257), {}, {}, false).size(), 1U);
 }
 
-// What is promised of the bytes, for surfaces of any size in grids of any size.
-TEST(RefinementPlan, PreviewsKeepToTheirShares) {
+// What is promised of the time, for surfaces of any size in grids of any size on links of any kind.
+TEST(RefinementPlan, TheFirstStepIsSoonThereAndNoOtherDelaysTheFinalOneByMoreThanAFifth) {
   for (const std::int32_t side : {65, 129, 257, 513, 2049}) {
-    for (const double bytes : {1e5, 1e6, 1e7, 1e8}) {
-      SCOPED_TRACE(std::to_string(side) + ", " + std::to_string(bytes));
-      const Surface surface{.bytes = bytes};
-      const auto steps = stream({.error = 0.5}, dataset(side), surface);
-      ASSERT_GE(steps.size(), 2U);
-      double previews = 0;
-      for (std::size_t i = 0; i + 1 < steps.size(); ++i) {
-        const double size = surface.sizes().of(steps[i]).bytes;
-        EXPECT_TRUE(i > 0 || size <= kFirstShare * bytes) << size;
-        previews += size;
+    for (const double triangles : {1e5, 1e6, 1e7}) {
+      for (const double link : {1.25e5, 1.25e6, 1e9}) {
+        for (const bool simplify : {false, true}) {
+          SCOPED_TRACE(std::to_string(side) + ", " + std::to_string(triangles) + ", " +
+                       std::to_string(link) + (simplify ? ", simplified" : ""));
+          const IsosurfaceRequest request = {.error = 0.5, .simplify = simplify};
+          const auto steps =
+              stream(request, dataset(side), {.triangles = triangles}, {.bytes_per_second = link});
+          const bool can_be_coarser = side / steps[0].step.finest_spacing >= 16;
+          if (can_be_coarser) {
+            EXPECT_LE(steps[0].server, kFirstServerSeconds);
+            EXPECT_LE(steps[0].link, kFirstLinkSeconds);
+          }
+          const double whole = steps.back().server + steps.back().link;
+          for (std::size_t i = 1; i + 1 < steps.size(); ++i) {
+            EXPECT_LE(steps[i].server + steps[i].link, 1.25 * kPreviewShare * whole)
+                << "sizes are forecasts";
+          }
+        }
       }
-      EXPECT_LE(previews, kPreviewsShare * bytes);
     }
   }
 }
 
+TEST(RefinementPlan, NoStepIsMuchLongerThanAllBefore) {
+  const auto steps = stream(kSimplified, dataset(513), {.triangles = 1e7});
+  double before = steps[0].server + steps[0].link;
+  for (std::size_t i = 1; i + 1 < steps.size(); ++i) {
+    const double seconds = steps[i].server + steps[i].link;
+    EXPECT_LE(seconds, 1.1 * kPatience * std::max(before, kFirstServerSeconds));
+    before += seconds;
+  }
+}
+
+TEST(RefinementPlan, PreviewsAreSimplifiedOnlyWhereTheLinkIsTheNarrowPlace) {
+  const Surface large = {.triangles = 4e6};
+  for (const auto& one : stream(kSimplified, dataset(513), large, kFast)) {
+    EXPECT_EQ(one.step.request.simplify, one.step.finest_spacing == 1);
+  }
+  bool is_any_simplified = false;
+  const auto steps = stream(kSimplified, dataset(513), large, kSlow);
+  for (std::size_t i = 0; i + 1 < steps.size(); ++i) {
+    is_any_simplified = is_any_simplified || steps[i].step.request.simplify;
+  }
+  EXPECT_TRUE(is_any_simplified);
+  for (const auto& one : stream({.error = 0.5}, dataset(513), large, kSlow)) {
+    EXPECT_FALSE(one.step.request.simplify) << "it was not asked for";
+  }
+}
+
+TEST(RefinementPlan, AFasterLinkShowsMoreAtOnce) {
+  const Surface large = {.triangles = 2e7};
+  const auto fast = stream(kSimplified, dataset(2049), large, kFast);
+  const auto slow = stream(kSimplified, dataset(2049), large, kSlow);
+  EXPECT_LT(fast[0].step.finest_spacing, slow[0].step.finest_spacing);
+}
+
 TEST(RefinementPlan, TheFirstNeedsNothingThatIsFinerThanTheSpectrum) {
   for (const std::int32_t side : {65, 129, 257, 513}) {
-    EXPECT_GE(stream({.error = 0.5}, dataset(side)).front().finest_spacing, 8);
+    EXPECT_GE(stream(kSimplified, dataset(side)).front().step.finest_spacing, 8);
   }
 }
 
 TEST(RefinementPlan, IsCoarserForALargerSurface) {
-  const auto small = stream({.error = 0.5}, dataset(513), {.bytes = 1e6});
-  const auto large = stream({.error = 0.5}, dataset(513), {.bytes = 1e8});
-  EXPECT_LT(small.front().finest_spacing, large.front().finest_spacing);
+  const auto small = stream(kSimplified, dataset(513), {.triangles = 1e6});
+  const auto large = stream(kSimplified, dataset(513), {.triangles = 1e8});
+  EXPECT_LT(small.front().step.finest_spacing, large.front().step.finest_spacing);
 }
 
 TEST(RefinementPlan, ASmallSurfaceComesAtOnce) {
-  EXPECT_EQ(stream({.error = 0.5}, dataset(257), {.bytes = 1e4}).size(), 1U);
+  EXPECT_EQ(stream(kSimplified, dataset(257), {.triangles = 1e4}).size(), 1U);
 }
 
-// It has few bytes, but takes its time.
-TEST(RefinementPlan, ASurfaceThatIsSimplifiedToLittleHasPreviews) {
-  const Surface surface{.bytes = 4e6, .share_left = 0.005};
-  const auto steps = stream({.error = 0.5}, dataset(257), surface);
-  ASSERT_EQ(steps.size(), 3U);
-  const StepSizes sizes = surface.sizes();
-  EXPECT_LE(sizes.of(steps[0]).bytes, kFirstShare * kLeastWhole);
-  EXPECT_LE(sizes.of(steps[0]).bytes + sizes.of(steps[1]).bytes, kPreviewsShare * kLeastWhole);
+TEST(RefinementPlan, APreviewIsWhatItsNameSays) {
+  const DatasetInfo info = dataset(257);
+  for (const auto& one : stream(kSimplified, info, {}, kSlow)) {
+    if (one.step.finest_spacing == 1) continue;
+    const Preview name = {.finest_spacing = one.step.finest_spacing,
+                          .is_unsimplified = !one.step.request.simplify};
+    EXPECT_EQ(preview_step(kSimplified, name, info), one.step);
+  }
 }
 
 TEST(RefinementPlan, HasNoPreviewThatASmallGridCannotShow) {
@@ -123,14 +181,15 @@ TEST(RefinementPlan, HasNoPreviewThatASmallGridCannotShow) {
 }
 
 TEST(RefinementPlan, HasPreviewsAlsoWhereTheRequestItselfToleratesMuch) {
-  const auto steps = stream({.error = 1, .topology_tolerance = 1e3}, dataset(257));
-  ASSERT_EQ(steps.size(), 3U);
-  for (const StepRequest& step : steps) EXPECT_EQ(step.request.topology_tolerance, 1e3);
+  const auto steps =
+      stream({.error = 1, .topology_tolerance = 1e3, .simplify = true}, dataset(257));
+  ASSERT_GE(steps.size(), 2U);
+  for (const auto& one : steps) EXPECT_EQ(one.step.request.topology_tolerance, 1e3);
 }
 
 TEST(RefinementPlan, HasFiniteErrorsHoweverLargeTheRequestIs) {
-  for (const StepRequest& step : stream({.error = 1e308}, dataset(513))) {
-    EXPECT_TRUE(std::isfinite(step.request.thresholds.at_least));
+  for (const auto& one : stream({.error = 1e308, .simplify = true}, dataset(513))) {
+    EXPECT_TRUE(std::isfinite(one.step.request.thresholds.at_least));
   }
 }
 
@@ -140,9 +199,35 @@ TEST(RefinementPlan, MeansTheSameInVoxelsAndInWorldUnits) {
   const auto world = stream({.error = 0.5 * 0.25, .unit = LengthUnit::kWorld}, info);
   ASSERT_EQ(voxels.size(), world.size());
   for (std::size_t i = 0; i < voxels.size(); ++i) {
-    EXPECT_DOUBLE_EQ(voxels[i].request.thresholds.at_least * 0.25,
-                     world[i].request.thresholds.at_least);
+    EXPECT_DOUBLE_EQ(voxels[i].step.request.thresholds.at_least * 0.25,
+                     world[i].step.request.thresholds.at_least);
   }
+}
+
+// ---- costs
+
+TEST(LearnedCosts, FindWhatTrianglesCostOnThisMachine) {
+  LearnedCosts learned;
+  for (int i = 0; i < 30; ++i) {
+    learned.note(false, 1e5, StepCosts::kSecondsAStep + 0.02);
+    learned.note(true, 1e5, StepCosts::kSecondsAStep + 0.5);
+  }
+  EXPECT_NEAR(learned.costs().plain, 2e-7, 1e-9);
+  EXPECT_NEAR(learned.costs().simplified, 5e-6, 1e-8);
+}
+
+TEST(LearnedCosts, OneStepThatHadToWaitIsNoNewMachine) {
+  LearnedCosts learned;
+  const double before = learned.costs().plain;
+  learned.note(false, 1e5, 1000);
+  EXPECT_LE(learned.costs().plain, 2 * before);
+}
+
+TEST(LearnedCosts, TinyStepsTellNothing) {
+  LearnedCosts learned;
+  learned.note(true, 100, 10);
+  learned.note(true, 0, 10);
+  EXPECT_EQ(learned.costs().simplified, StepCosts{}.simplified);
 }
 
 }  // namespace

@@ -1,0 +1,21 @@
+#include "server/core/planning/step_costs.hpp"
+
+#include <algorithm>
+
+namespace multitetra {
+namespace {
+
+constexpr double kWeight = 0.3;
+constexpr double kLeastTriangles = 2000;  // Fewer tell nothing about each.
+constexpr double kMostAtOnce = 3;         // One step that had to wait is no new machine.
+
+}  // namespace
+
+void LearnedCosts::note(bool is_simplified, double extracted, double seconds) {
+  if (extracted < kLeastTriangles) return;
+  double& known = is_simplified ? costs_.simplified : costs_.plain;
+  const double found = std::max(seconds - StepCosts::kSecondsAStep, 0.0) / extracted;
+  known += kWeight * (std::clamp(found, known / kMostAtOnce, known * kMostAtOnce) - known);
+}
+
+}  // namespace multitetra

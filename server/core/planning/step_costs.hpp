@@ -1,0 +1,42 @@
+// How long steps take: on the server, and on the way to the client.
+#pragma once
+
+namespace multitetra {
+
+struct SurfaceSize {
+  double triangles = 0;
+  double bytes = 0;      // Encoded.
+  double extracted = 0;  // Triangles before simplification, which cost the time.
+};
+
+// Ten Mbit/s, until a link has shown what it carries.
+inline constexpr double kUsualBytesPerSecond = 1.25e6;
+
+// In seconds, for each triangle that is extracted; all threads together.
+struct StepCosts {
+  double plain = 0.4e-6;       // To extract and to encode it,
+  double simplified = 2.5e-6;  // and to simplify it as well.
+  double bytes_per_second = kUsualBytesPerSecond;
+
+  [[nodiscard]] double server_seconds(const SurfaceSize& size, bool is_simplified) const {
+    return kSecondsAStep + size.extracted * (is_simplified ? simplified : plain);
+  }
+  [[nodiscard]] double link_seconds(const SurfaceSize& size) const {
+    return size.bytes / bytes_per_second;
+  }
+
+  static constexpr double kSecondsAStep = 2e-3;  // Whatever is in it.
+};
+
+// What the steps that were made cost on this machine, the last ones most. Pure.
+class LearnedCosts {
+ public:
+  // A step of so many extracted triangles took so long.
+  void note(bool is_simplified, double extracted, double seconds);
+  [[nodiscard]] const StepCosts& costs() const { return costs_; }
+
+ private:
+  StepCosts costs_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,235 @@
+// What is on a person's screen, and when: a server of this process streams surfaces that nobody has
+// asked for before, over links of several speeds, and a client assembles and checks them. Prints
+// what was shown after 50, 100, 250 and 500 ms, a second, and at the end: the error that its step
+// was made for, and how far it really is from the full-resolution surface (99 % of the samples,
+// both ways, in voxels).
+//
+//   quality_bench [--threads 2] [--error 0.5] head.mtd 500.5 1200.5 -- female.mtd 300
+//   quality_bench --json                   a line of JSON for every stream as well
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <tbb/global_control.h>
+
+#include "client/surface_stream.hpp"
+#include "common/mesh/surface_distance.hpp"
+#include "server/dataset/dataset.hpp"
+#include "server/extraction/surface_extractor.hpp"
+#include "server/stream/step_source.hpp"
+#include "tests/bench/shaped_link.hpp"
+#include "tests/support/running_server.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr std::array kMoments = {0.05, 0.1, 0.25, 0.5, 1.0};
+constexpr std::size_t kSamples = 20'000;
+
+struct Link {
+  const char* name;
+  double bytes_per_second;  // 0: as fast as this machine.
+};
+constexpr std::array kLinks = {Link{"unlimited", 0}, Link{"10 Mbit/s", 1.25e6},
+                               Link{"1 Mbit/s", 1.25e5}};
+
+template <typename T>
+T value(ClientResult<T> result) {
+  if (!result) throw std::runtime_error(result.error().error.text);
+  if constexpr (!std::is_void_v<T>) return *std::move(result);
+}
+
+std::vector<SurfaceTriangle> triangles_of(const LatticeMesh& mesh) {
+  std::vector<SurfaceTriangle> triangles;
+  const double step = 1.0 / (1 << mesh.resolution);
+  triangles.reserve(mesh.triangles.size());
+  for (const auto& triangle : mesh.triangles) {
+    SurfaceTriangle corners;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto& v = mesh.vertices[triangle[i]];
+      corners[i] = {step * v.x, step * v.y, step * v.z};
+    }
+    triangles.push_back(corners);
+  }
+  return triangles;
+}
+
+// The surface that every other one stands for, in grid steps.
+class FullSurface {
+ public:
+  FullSurface(const SurfaceExtractor& extractor, double isovalue)
+      : triangles_(extracted(extractor, isovalue)), nearest_(triangles_) {}
+
+  // 99 % of the samples of each surface are nearer to the other one.
+  [[nodiscard]] double percentile_99(const LatticeMesh& mesh) const {
+    const auto shown = triangles_of(mesh);
+    const auto no_limit = [](const Vec3&) { return std::numeric_limits<double>::infinity(); };
+    const double there =
+        distances(sampled_points(shown, kSamples), nearest_, no_limit).percentile_99;
+    const double back =
+        distances(sampled_points(triangles_, kSamples), NearestTriangle(shown), no_limit)
+            .percentile_99;
+    return std::max(there, back);
+  }
+  [[nodiscard]] std::size_t triangles() const { return triangles_.size(); }
+
+ private:
+  static std::vector<SurfaceTriangle> extracted(const SurfaceExtractor& extractor,
+                                                double isovalue) {
+    std::vector<SurfaceTriangle> all;
+    const StepRequest step = {.request = {.isovalue = isovalue, .error = 0}};
+    for (const TileMesh& tile : extractor.extract(step).tiles) {
+      const auto some = triangles_of(tile.mesh);
+      all.insert(all.end(), some.begin(), some.end());
+    }
+    return all;
+  }
+
+  std::vector<SurfaceTriangle> triangles_;
+  NearestTriangle nearest_;
+};
+
+struct Stream {
+  std::vector<FetchedStep> steps;
+};
+
+Stream fetched(Client& client, const DatasetInfo& info, const IsosurfaceRequest& request) {
+  TileMemory tiles({.tiles = 4096, .triangles = 20'000'000});
+  SurfaceStream stream(client, tiles);
+  value(stream.open(info, {.dataset = info.name, .request = request, .held = {}}));
+  Stream all;
+  for (;;) {
+    StreamNews news = value(stream.next(std::chrono::seconds(10)));
+    if (auto* step = std::get_if<FetchedStep>(&news)) all.steps.push_back(std::move(*step));
+    if (std::holds_alternative<StreamIsOver>(news)) return all;
+  }
+}
+
+std::string name_of(const StepBegin& step) {
+  return std::to_string(step.finest_spacing) +
+         (step.request.simplify && !step.is_unsimplified ? "s" : "");
+}
+
+void report(const std::string& volume, const char* link, const IsosurfaceRequest& request,
+            const Stream& stream, const FullSurface& full, const DatasetInfo& info, bool json) {
+  std::vector<double> far;
+  for (const FetchedStep& step : stream.steps) far.push_back(full.percentile_99(step.step->mesh));
+  const double voxel = voxel_length(info);
+  std::printf("| %s, %g | %s | %g |", volume.c_str(), request.isovalue, link, request.error);
+  const auto cell = [&](std::size_t i) {
+    std::printf(" %.3g; %.2f |", stream.steps[i].step->begin.error_bound_world / voxel, far[i]);
+  };
+  for (const double moment : kMoments) {
+    std::size_t shown = 0;
+    while (shown < stream.steps.size() && stream.steps[shown].seconds <= moment) ++shown;
+    if (shown == 0) {
+      std::printf(" nothing |");
+    } else {
+      cell(shown - 1);
+    }
+  }
+  cell(stream.steps.size() - 1);
+  std::printf(" %.2f s |", stream.steps.back().seconds);
+  for (std::size_t i = 0; i < stream.steps.size(); ++i) {
+    const CommittedStep& step = *stream.steps[i].step;
+    std::printf("%s %s: %zu, %.0f KB, %.0f ms (%.0f)", i == 0 ? "" : ";",
+                name_of(step.begin).c_str(), step.mesh.triangles.size(),
+                static_cast<double>(step.end.payload_bytes) / 1e3, 1e3 * stream.steps[i].seconds,
+                1e3 * step.end.seconds);
+  }
+  std::puts(" |");
+  if (json) {
+    std::printf("{\"volume\":\"%s\",\"isovalue\":%g,\"link\":\"%s\",\"error\":%g,\"steps\":[",
+                volume.c_str(), request.isovalue, link, request.error);
+    for (std::size_t i = 0; i < stream.steps.size(); ++i) {
+      std::printf("%s{\"seconds\":%.4f,\"error\":%g,\"p99\":%.4f,\"triangles\":%zu}",
+                  i == 0 ? "" : ",", stream.steps[i].seconds,
+                  stream.steps[i].step->begin.error_bound_world / voxel, far[i],
+                  stream.steps[i].step->mesh.triangles.size());
+    }
+    std::puts("]}");
+  }
+  std::fflush(stdout);
+}
+
+struct Arguments {
+  std::size_t threads = 2;
+  std::vector<double> errors = {0.5, 2};
+  bool json = false;
+};
+
+void run(const std::string& file, const std::vector<double>& isovalues, const Arguments& with) {
+  const DatasetPtr dataset = open_dataset(file);
+  const auto extractor = std::make_shared<const SurfaceExtractor>(dataset);
+  const DatasetInfo& info = dataset->info;
+  for (std::size_t i = 0; i < isovalues.size(); ++i) {
+    const FullSurface full(*extractor, isovalues[i]);
+    for (const Link& link : kLinks) {
+      // Nothing is remembered from one link to the next, but what triangles cost.
+      auto catalogue = std::make_shared<DatasetCatalogue>();
+      catalogue->add(std::make_shared<ExtractedSteps>(extractor));
+      testing::RunningServer server(catalogue, {.workers = with.threads});
+      std::optional<ShapedLink> shaped;
+      if (link.bytes_per_second > 0) shaped.emplace(server.endpoint(), link.bytes_per_second);
+      Client client = value(Client::connect(shaped ? shaped->endpoint() : server.endpoint(), {}));
+      (void)value(client.list_datasets());
+      // A neighbouring isovalue first: what a server has learned when somebody drags.
+      (void)fetched(client, info, {.isovalue = isovalues[i] * 1.01, .error = 2, .simplify = true});
+      for (const double error : with.errors) {
+        const IsosurfaceRequest request = {
+            .isovalue = isovalues[i], .error = error, .simplify = true};
+        report(info.name, link.name, request, fetched(client, info, request), full, info,
+               with.json);
+      }
+    }
+  }
+}
+
+int main_with(const std::vector<std::string>& words) {
+  Arguments arguments;
+  std::size_t i = 0;
+  for (; i < words.size() && words[i].starts_with("--"); ++i) {
+    if (words[i] == "--json") {
+      arguments.json = true;
+    } else if (words[i] == "--threads" && i + 1 < words.size()) {
+      arguments.threads = std::strtoul(words[++i].c_str(), nullptr, 10);
+    } else if (words[i] == "--error" && i + 1 < words.size()) {
+      arguments.errors = {std::atof(words[++i].c_str())};
+    } else {
+      throw std::runtime_error("unknown option " + words[i]);
+    }
+  }
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, arguments.threads);
+  std::puts(
+      "| volume, isovalue | link | error | after 50 ms: error; p99 | 100 ms | 250 ms | 500 ms | 1 "
+      "s "
+      "| end | complete | steps (finest spacing, s: simplified): triangles, bytes, there after "
+      "(made in) |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+  while (i < words.size()) {
+    const std::string file = words[i++];
+    std::vector<double> isovalues;
+    while (i < words.size() && words[i] != "--") isovalues.push_back(std::atof(words[i++].c_str()));
+    ++i;
+    run(file, isovalues, arguments);
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace multitetra
+
+int main(int argc, char** argv) {
+  try {
+    return multitetra::main_with({argv + 1, argv + argc});
+  } catch (const std::exception& trouble) {
+    std::cerr << "quality_bench: " << trouble.what() << "\n";
+    return 1;
+  }
+}
