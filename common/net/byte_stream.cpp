@@ -88,7 +88,7 @@ asio::awaitable<Transfer> ByteStream::write(asio::const_buffer first, asio::cons
 
 std::size_t ByteStream::unsent() {
   int bytes = 0;
-  if (!socket().is_open() || ::ioctl(socket().native_handle(), SIOCOUTQ, &bytes) != 0) return 0;
+  if (!socket().is_open() || ::ioctl(socket().native_handle(), SIOCOUTQNSD, &bytes) != 0) return 0;
   return bytes > 0 ? static_cast<std::size_t>(bytes) : 0;
 }
 

@@ -52,7 +52,8 @@ class ByteStream {
   // All of both, in one go; the bytes stay where they are.
   [[nodiscard]] asio::awaitable<Transfer> write(asio::const_buffer first,
                                                 asio::const_buffer second = {});
-  // What was written, and has not arrived as far as the system knows; 0 where it does not tell.
+  // What was written and waits here to be sent; 0 where the system does not tell. What is under way
+  // is not counted: the other side may be slow to say that it has come.
   [[nodiscard]] std::size_t unsent();
   // Tells the other side that nothing more comes: TLS's close_notify, or TCP's end. With TLS it is
   // over when the other side has said the same, which browsers never do: limit the wait.

@@ -1,4 +1,4 @@
-// How fast a client takes bytes, as the socket shows: what was written and has not arrived waits
+// How fast a client takes bytes, as the socket shows: what was written and cannot be sent yet waits
 // there. Pure: the time is brought by who asks.
 //
 //   rate.write_begins(now, unsent);  ...  rate.write_ends(now, bytes, unsent);
@@ -41,13 +41,13 @@ class LinkRate {
 
   void begin(Clock::time_point now, std::uint64_t unsent) {
     since_ = now;
-    arrived_ = written_ - std::min(written_, unsent);
+    sent_ = written_ - std::min(written_, unsent);
   }
 
   void note(Clock::time_point now, std::uint64_t unsent) {
     if (!has_waiting_) return;
-    const std::uint64_t arrived = written_ - std::min(written_, unsent);
-    const auto bytes = static_cast<double>(std::max(arrived, arrived_) - arrived_);
+    const std::uint64_t sent = written_ - std::min(written_, unsent);
+    const auto bytes = static_cast<double>(std::max(sent, sent_) - sent_);
     const double seconds = std::chrono::duration<double>(now - since_).count();
     has_waiting_ = unsent > 0;
     if (!has_waiting_) {
@@ -80,8 +80,8 @@ class LinkRate {
 
   bool has_waiting_ = false;  // Something is being written, or waits in the socket.
   Clock::time_point since_ = {};
-  std::uint64_t arrived_ = 0;  // Until `since_`.
-  double passed_bytes_ = 0;    // Since the last measurement, without waiting for long.
+  std::uint64_t sent_ = 0;   // Until `since_`.
+  double passed_bytes_ = 0;  // Since the last measurement, without waiting for long.
   double passed_seconds_ = 0;
 };
 

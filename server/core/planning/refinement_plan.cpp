@@ -44,9 +44,17 @@ class Candidates {
              const StepCosts& costs)
       : request_(request), info_(info), sizes_(sizes), costs_(costs) {}
 
-  [[nodiscard]] Candidate final_step() const {
+  // Its size as the spectrum has it, or as what was shown lets expect, whichever is more: neither
+  // looks at fine samples.
+  [[nodiscard]] Candidate final_step(const ShownStep* shown = nullptr) const {
     const StepRequest step = {.request = request_};
-    return candidate(step, sizes_.rough(request_), costs_);
+    SurfaceSize size = sizes_.rough(request_);
+    if (shown) {
+      const double expected = growth(*shown, 1) * shown->size.extracted;
+      if (size.extracted > 0) size.bytes *= std::max(expected / size.extracted, 1.0);
+      size.extracted = std::max(size.extracted, expected);
+    }
+    return candidate(step, size, costs_);
   }
 
   // Of that finest spacing, by what the plan learns from the spectrum.
@@ -55,8 +63,7 @@ class Candidates {
   }
   // By what a coarser one had.
   [[nodiscard]] Candidate refined(const ShownStep& shown, std::int32_t finest) const {
-    const double halvings = std::log2(shown.step.finest_spacing / static_cast<double>(finest));
-    const double factor = std::pow(kTrianglesAHalving, halvings);
+    const double factor = growth(shown, finest);
     return quicker(finest, [&](const StepRequest& step) {
       const double extracted = factor * shown.size.extracted;
       const bool was_simplified = shown.step.request.simplify;
@@ -76,6 +83,11 @@ class Candidates {
 
  private:
   static constexpr double kLeftOfPreview = 0.15;
+
+  [[nodiscard]] static double growth(const ShownStep& shown, std::int32_t finest) {
+    const double halvings = std::log2(shown.step.finest_spacing / static_cast<double>(finest));
+    return std::pow(kTrianglesAHalving, halvings);
+  }
 
   template <typename SizeOf>
   [[nodiscard]] Candidate quicker(std::int32_t finest, const SizeOf& size_of) const {
@@ -117,7 +129,7 @@ std::optional<StepRequest> further_preview(const Candidates& candidates,
                                            std::span<const ShownStep> shown,
                                            const StepCosts& costs) {
   const double before = std::max(seconds_of(shown, costs), kFirstServerSeconds);
-  const double allowed = kPreviewShare * candidates.final_step().seconds();
+  const double allowed = kPreviewShare * candidates.final_step(&shown.back()).seconds();
   std::optional<StepRequest> best;
   for (std::int32_t finest = shown.back().step.finest_spacing / 2; finest >= 2; finest /= 2) {
     const Candidate preview = candidates.refined(shown.back(), finest);
