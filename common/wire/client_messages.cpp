@@ -109,6 +109,9 @@ void write(const OpenStream& open, v1::ClientMessage& message) {
     begun.set_finest_spacing(static_cast<std::uint32_t>(preview.finest_spacing));
     begun.set_is_unsimplified(preview.is_unsimplified);
   }
+  if (open.priority != Priority::kNormal) {
+    wire.set_priority(to_wire<v1::Priority>(open.priority));
+  }
 }
 
 OpenStream read(const v1::OpenStream& wire, FieldChecks& checks) {
@@ -122,6 +125,8 @@ OpenStream read(const v1::OpenStream& wire, FieldChecks& checks) {
                                              StepPolicy::kFinalOnly, StepPolicy::kProgressive);
   open.held = read_held(wire.held(), checks);
   open.begun = read_begun(wire.begun(), checks);
+  open.priority = checks.enumerator<Priority>("OpenStream.priority", wire.priority(),
+                                              Priority::kBackground, Priority::kNormal);
   return open;
 }
 
@@ -138,13 +143,18 @@ void write(const Estimate& estimate, v1::ClientMessage& message) {
   wire.set_request_id(estimate.request_id);
   wire.set_dataset(estimate.dataset);
   write_request(estimate.request, *wire.mutable_request());
+  if (estimate.priority != Priority::kNormal) {
+    wire.set_priority(to_wire<v1::Priority>(estimate.priority));
+  }
 }
 
 Estimate read(const v1::Estimate& wire, FieldChecks& checks) {
   checks.dataset_name("Estimate.dataset", wire.dataset());
   return {.request_id = wire.request_id(),
           .dataset = wire.dataset(),
-          .request = read_request(wire.request(), checks)};
+          .request = read_request(wire.request(), checks),
+          .priority = checks.enumerator<Priority>("Estimate.priority", wire.priority(),
+                                                  Priority::kBackground, Priority::kNormal)};
 }
 
 // Regions are counted before the parser spends memory on them; the refusal names the request all

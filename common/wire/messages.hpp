@@ -57,6 +57,11 @@ enum class StepPolicy {
   kFinalOnly,
 };
 
+enum class Priority {
+  kNormal,      // Somebody waits for it.
+  kBackground,  // It comes after all that is normal.
+};
+
 struct OpenStream {
   std::uint64_t request_id =
       0;  // Chosen by the client, > 0, greater than those before on this connection.
@@ -68,6 +73,7 @@ struct OpenStream {
   // What the stream began with elsewhere, at most kMaxPreviews, each finer than the one before:
   // exactly these previews come again, and then what `steps` says.
   std::vector<Preview> begun = {};
+  Priority priority = Priority::kNormal;
 };
 inline constexpr std::size_t kMaxHeldDigests = 8192;
 
@@ -84,6 +90,7 @@ struct Estimate {
   std::uint64_t request_id = 0;
   std::string dataset = {};
   IsosurfaceRequest request = {};
+  Priority priority = Priority::kNormal;
 };
 
 using ClientMessage = std::variant<Hello, ListDatasets, OpenStream, Cancel, Ping, Estimate>;

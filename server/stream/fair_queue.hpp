@@ -3,6 +3,7 @@
 // Every client has a queue of its own. Times count from when a client has something to do again, so
 // that an idle client saves up no claim, and a client with much to do cannot keep the others
 // waiting longer than its running job. Long jobs never take all workers: what is short finds one.
+// Nobody waits for what runs in the background: it comes when nothing else could run.
 //
 // Pure: no thread, no clock.
 #pragma once
@@ -24,6 +25,7 @@ class FairQueue {
   struct Job {
     std::function<void()> run;
     bool is_long = false;
+    bool is_background = false;  // Comes after all that is not.
   };
   struct Taken {
     Client client = 0;
@@ -49,7 +51,7 @@ class FairQueue {
     for (auto at = clients_.begin(); at != clients_.end(); ++at) {
       if (at->second.waiting.empty()) continue;
       if (at->second.waiting.front().is_long && running_long_ >= max_long_) continue;
-      if (next == clients_.end() || at->second.seconds < next->second.seconds) next = at;
+      if (next == clients_.end() || order_of(at->second) < order_of(next->second)) next = at;
     }
     if (next == clients_.end()) return std::nullopt;
     Served& served = next->second;
@@ -84,6 +86,10 @@ class FairQueue {
     std::size_t running = 0;
     std::deque<Job> waiting;
   };
+  // Requires a job that waits.
+  [[nodiscard]] static std::pair<bool, double> order_of(const Served& client) {
+    return {client.waiting.front().is_background, client.seconds};
+  }
 
   std::size_t max_long_;
   std::size_t running_long_ = 0;

@@ -22,6 +22,7 @@ class WorkerBackend::Stream : public BackendStream {
   Stream(std::weak_ptr<WorkerBackend> backend, StartStream action, std::function<void()> changed)
       : messages(action.open, action.source->info()),
         source(std::move(action.source)),
+        priority(action.open.priority),
         changed_(std::move(changed)),
         backend_(std::move(backend)) {}
 
@@ -56,6 +57,7 @@ class WorkerBackend::Stream : public BackendStream {
 
   StreamMessages messages;
   std::shared_ptr<const StepSource> source;
+  Priority priority;
   std::stop_source stop;
   double worker_seconds = 0;                             // Of the steps that were made.
   Deadline worker;                                       // While a step is with a worker.
@@ -198,7 +200,9 @@ void WorkerBackend::make_next_step() {
   };
   // A first preview is short; what follows may take as long as the whole.
   const bool is_long = !state->previews || !state->shown.empty();
-  workers_.post(queue_client_, {.run = std::move(make), .is_long = is_long});
+  workers_.post(queue_client_, {.run = std::move(make),
+                                .is_long = is_long,
+                                .is_background = stream_->priority == Priority::kBackground});
   is_making_ = true;
 }
 
@@ -256,7 +260,9 @@ void WorkerBackend::estimate(MakeEstimate action, std::stop_token stop,
       self->estimate_made(job, made);
     });
   };
-  workers_.post(queue_client_, {.run = std::move(make), .is_long = is_long});
+  workers_.post(queue_client_, {.run = std::move(make),
+                                .is_long = is_long,
+                                .is_background = job->asked.priority == Priority::kBackground});
 }
 
 void WorkerBackend::estimate_made(const EstimatePtr& job, Result<EstimateReply> made) {

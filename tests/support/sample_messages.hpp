@@ -182,6 +182,7 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
       for (int e = 19; e > 0; e -= int_in(1, 12, random)) {
         open.begun.push_back({.finest_spacing = 1 << e, .is_unsimplified = (random() & 1) != 0});
       }
+      open.priority = one_of<Priority>(0, 1, random);
       return open;
     }
     case 3:
@@ -189,8 +190,10 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
     case 4:
       return Ping{random()};
     default:
-      return Estimate{
-          .request_id = random(), .dataset = dataset_info(random).name, .request = request(random)};
+      return Estimate{.request_id = random(),
+                      .dataset = dataset_info(random).name,
+                      .request = request(random),
+                      .priority = one_of<Priority>(0, 1, random)};
   }
 }
 
@@ -264,8 +267,8 @@ inline bool same(const ListDatasets& a, const ListDatasets& b) {
   return a.request_id == b.request_id;
 }
 inline bool same(const OpenStream& a, const OpenStream& b) {
-  return std::tie(a.request_id, a.dataset, a.request, a.steps, a.held, a.begun) ==
-         std::tie(b.request_id, b.dataset, b.request, b.steps, b.held, b.begun);
+  return std::tie(a.request_id, a.dataset, a.request, a.steps, a.held, a.begun, a.priority) ==
+         std::tie(b.request_id, b.dataset, b.request, b.steps, b.held, b.begun, b.priority);
 }
 inline bool same(const Cancel& a, const Cancel& b) { return a.request_id == b.request_id; }
 inline bool same(const Ping& a, const Ping& b) { return a.value == b.value; }
@@ -300,8 +303,8 @@ inline bool same(const ErrorReply& a, const ErrorReply& b) {
 }
 inline bool same(const Pong& a, const Pong& b) { return a.value == b.value; }
 inline bool same(const Estimate& a, const Estimate& b) {
-  return std::tie(a.request_id, a.dataset, a.request) ==
-         std::tie(b.request_id, b.dataset, b.request);
+  return std::tie(a.request_id, a.dataset, a.request, a.priority) ==
+         std::tie(b.request_id, b.dataset, b.request, b.priority);
 }
 inline bool same(const EstimateReply& a, const EstimateReply& b) {
   return std::tie(a.request_id, a.triangles, a.bytes, a.threshold_world) ==

@@ -51,6 +51,29 @@ TEST(FairQueue, ANewClientIsServedNextHoweverMuchOthersWant) {
   EXPECT_EQ(queue.take()->client, 1U);
 }
 
+FairQueue::Job background_job(bool is_long = false) {
+  return {.run = [] {}, .is_long = is_long, .is_background = true};
+}
+
+TEST(FairQueue, WhatIsInTheBackgroundComesLastWhoeverAsks) {
+  FairQueue queue(2);
+  for (int i = 0; i < 2; ++i) queue.add(0, background_job());
+  for (int i = 0; i < 3; ++i) queue.add(1, short_job());
+  for (int i = 0; i < 2; ++i) queue.add(2, long_job());
+  EXPECT_EQ(order_of_service(queue, {{0, 0.01}, {1, 1.0}, {2, 5.0}}), "bcbbcaa");
+}
+
+TEST(FairQueue, WhatIsInTheBackgroundIsDoneWhereNothingElseCouldBe) {
+  FairQueue queue(1);
+  queue.add(0, long_job());
+  queue.add(1, long_job());
+  queue.add(2, background_job());
+  queue.add(3, background_job(/*is_long=*/true));
+  EXPECT_EQ(queue.take()->client, 0U);
+  EXPECT_EQ(queue.take()->client, 2U) << "no other long one may run now";
+  EXPECT_FALSE(queue.take());
+}
+
 TEST(FairQueue, BeingIdleSavesNothingUp) {
   FairQueue queue(1);
   queue.add(1, short_job());

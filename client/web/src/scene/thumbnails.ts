@@ -2,7 +2,7 @@
 // come over a connection of their own, one after the other, and only for what is looked at.
 import * as THREE from "three";
 
-import type { DatasetInfo } from "../protocol/messages";
+import { Priority, type DatasetInfo } from "../protocol/messages";
 import { session } from "../state/remembered";
 import { defaults } from "../state/settings";
 import { Conversation, type Effect } from "../stream/conversation";
@@ -64,6 +64,7 @@ export class Thumbnails {
       agent: "multitetra-viewer/0.1 thumbnails",
       token: this.token,
       held: () => [],
+      priority: Priority.BACKGROUND,
     });
     this.conversation = conversation;
     this.link = new Link(this.address, {

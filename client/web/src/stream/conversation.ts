@@ -16,6 +16,7 @@ import {
   type IsosurfaceRequest,
   ListDatasetsSchema,
   OpenStreamSchema,
+  Priority,
   CancelSchema,
   PayloadCodec,
   type ServerKind,
@@ -48,6 +49,7 @@ export interface ConversationOptions {
   token: () => string;
   // Keys of the tiles that are kept and fit this request; the most useful first.
   held: (order: Wanted) => string[];
+  priority?: Priority; // Of all that is asked; normal if nothing is said.
 }
 
 const maxHeld = 8192;
@@ -226,6 +228,7 @@ export class Conversation {
       request: order.request,
       steps: order.finalOnly ? StepPolicy.FINAL_ONLY : StepPolicy.PROGRESSIVE,
       held: packed(held),
+      priority: this.options.priority ?? Priority.UNSPECIFIED,
     });
     return [
       { kind: "opened", order, stream: this.stream },
