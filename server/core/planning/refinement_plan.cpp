@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include "server/core/planning/budget.hpp"
 #include "server/core/planning/simplified_size.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
 
@@ -24,17 +25,23 @@ struct Candidate {
   StepRequest step;
   double server = 0;  // Seconds.
   double link = 0;
+  bool is_within_budget = true;
 
   [[nodiscard]] double seconds() const { return server + link; }
   [[nodiscard]] bool is_quick() const {
-    return server <= kFirstServerSeconds && link <= kFirstLinkSeconds;
+    return is_within_budget && server <= kFirstServerSeconds && link <= kFirstLinkSeconds;
+  }
+  [[nodiscard]] bool is_better_than(const Candidate& other) const {
+    if (is_within_budget != other.is_within_budget) return is_within_budget;
+    return seconds() < other.seconds();
   }
 };
 
 Candidate candidate(const StepRequest& step, const SurfaceSize& size, const StepCosts& costs) {
   return {.step = step,
           .server = costs.server_seconds(size, step.request.simplify),
-          .link = costs.link_seconds(size)};
+          .link = costs.link_seconds(size),
+          .is_within_budget = fits(size, step.request)};
 }
 
 // The steps that might be shown of one request.
@@ -74,7 +81,7 @@ class Candidates {
       const double of_estimate =
           is_alike
               ? shown.size.bytes / std::max(estimated_bytes(shown.size.triangles, shown.step), 1.0)
-              : kBytesOfSimplifiedTriangles;
+              : (step.request.simplify ? kBytesOfSimplifiedTriangles : 1);
       return SurfaceSize{.triangles = triangles,
                          .bytes = of_estimate * estimated_bytes(triangles, step),
                          .extracted = extracted};
@@ -97,7 +104,7 @@ class Candidates {
     if (!request_.simplify || found.is_quick()) return found;
     const StepRequest simplified = preview_step(request_, {.finest_spacing = finest}, info_);
     const Candidate smaller = candidate(simplified, size_of(simplified), costs_);
-    return smaller.seconds() < found.seconds() ? smaller : found;
+    return smaller.is_better_than(found) ? smaller : found;
   }
 
   const IsosurfaceRequest& request_;
@@ -133,6 +140,7 @@ std::optional<StepRequest> further_preview(const Candidates& candidates,
   std::optional<StepRequest> best;
   for (std::int32_t finest = shown.back().step.finest_spacing / 2; finest >= 2; finest /= 2) {
     const Candidate preview = candidates.refined(shown.back(), finest);
+    if (!preview.is_within_budget) break;
     if (preview.seconds() > std::min(best ? before : kPatience * before, allowed)) break;
     best = preview.step;
   }

@@ -15,9 +15,10 @@
 //     final      f = 1                 the request itself, when another preview would delay it by
 //                                      more than kPreviewShare of its own time
 //
-// The first preview never looks at samples that are finer than the spectrum. Which steps come
-// depends on the machine and the link; what a step is never does. So the steps of a stream name
-// themselves (Preview), and a stream that goes on elsewhere is asked for exactly those.
+// A preview keeps to the request's budget too, as far as forecasts tell. The first one never looks
+// at samples that are finer than the spectrum. Which steps come depends on the machine and the
+// link; what a step is never does. So the steps of a stream name themselves (Preview), and a stream
+// that goes on elsewhere is asked for exactly those.
 #pragma once
 
 #include <cstdint>

@@ -142,6 +142,25 @@ TEST(RefinementPlan, PreviewsAreSimplifiedOnlyWhereTheLinkIsTheNarrowPlace) {
   }
 }
 
+TEST(RefinementPlan, PreviewsKeepToTheBudget) {
+  IsosurfaceRequest request = kSimplified;
+  const Surface large = {.triangles = 4e6};
+  for (const std::uint64_t most : {1'000U, 20'000U, 100'000U}) {
+    request.max_triangles = most;
+    request.max_bytes = 0;
+    for (const auto& one : stream(request, dataset(1025), large, kFast)) {
+      if (one.step.finest_spacing == 1) continue;
+      EXPECT_LE(large.sizes().of(one.step).triangles, 1.3 * static_cast<double>(most));
+    }
+    request.max_triangles = 0;
+    request.max_bytes = 2 * most;
+    for (const auto& one : stream(request, dataset(1025), large, kFast)) {
+      if (one.step.finest_spacing == 1) continue;
+      EXPECT_LE(large.sizes().of(one.step).bytes, 2.6 * static_cast<double>(most));
+    }
+  }
+}
+
 TEST(RefinementPlan, AFasterLinkShowsMoreAtOnce) {
   const Surface large = {.triangles = 2e7};
   const auto fast = stream(kSimplified, dataset(2049), large, kFast);
