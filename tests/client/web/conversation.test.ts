@@ -1,5 +1,11 @@
 import { Conversation, type Effect } from "../../../client/web/src/stream/conversation";
-import type { ServerKind } from "../../../client/web/src/protocol/messages";
+import {
+  type OpenStream,
+  Priority,
+  type ServerKind,
+  type StepBegin,
+  StepPolicy,
+} from "../../../client/web/src/protocol/messages";
 import { dataset, messages, request } from "./golden_stream";
 
 const [welcome, list, begin] = messages();
@@ -10,7 +16,7 @@ function sent(effects: Effect[]): string[] {
 
 function opened(effects: Effect[]) {
   const open = effects.find((e) => e.kind === "send" && e.message.case === "openStream");
-  return (open as { message: { value: { requestId: bigint; held: Uint8Array } } } | undefined)?.message.value;
+  return (open as { message: { value: OpenStream } } | undefined)?.message.value;
 }
 
 function connected(held: string[] = []) {
@@ -48,6 +54,36 @@ describe("Conversation", () => {
     expect(again.requestId).toBe(1n);
     const hexadecimal = Buffer.from(again.held).toString("hex");
     expect(hexadecimal).toBe("7766554433221100" + "ffeeddccbbaa9988");
+  });
+
+  test("NamesThePreviewsThatCameSoThatExactlyTheseComeAgain", () => {
+    const golden = (begin as { value: StepBegin }).value;
+    const repeated = (isFinal: boolean) => {
+      const conversation = connected();
+      conversation.want({ info: dataset(), request: request() });
+      conversation.received({ case: "stepBegin", value: { ...golden, isFinal } });
+      conversation.closed();
+      conversation.opened();
+      conversation.received(welcome);
+      const { begun, steps } = opened(conversation.received(list))!;
+      return { steps, begun: begun.map(({ finestSpacing }) => finestSpacing) };
+    };
+    expect(repeated(false)).toEqual({ steps: StepPolicy.PROGRESSIVE, begun: [golden.finestSpacing] });
+    expect(repeated(true)).toEqual({ steps: StepPolicy.FINAL_ONLY, begun: [] });
+  });
+
+  test("SaysThatNobodyWaitsWhereThatIsSo", () => {
+    const conversation = new Conversation({
+      agent: "test",
+      token: () => "",
+      held: () => [],
+      priority: Priority.BACKGROUND,
+    });
+    conversation.opened();
+    conversation.received(welcome);
+    conversation.received(list);
+    const open = opened(conversation.want({ info: dataset(), request: request() }))!;
+    expect(open.priority).toBe(Priority.BACKGROUND);
   });
 
   test("AsksForNothingAgainWhenNothingWasUnderWay", () => {

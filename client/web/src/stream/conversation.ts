@@ -16,10 +16,13 @@ import {
   type IsosurfaceRequest,
   ListDatasetsSchema,
   OpenStreamSchema,
+  type Preview,
+  PreviewSchema,
   Priority,
   CancelSchema,
   PayloadCodec,
   type ServerKind,
+  type StepBegin,
   StepPolicy,
 } from "../protocol/messages";
 import { Assembler, type AssemblerEffect, type StepOfTiles } from "./assembler";
@@ -71,6 +74,9 @@ export class Conversation {
   private isGivenUp = false;
   // Steps of `wanted` that were committed already, on this connection or one before.
   private given = 0;
+  // What its stream began with: exactly these steps come again after a lost connection.
+  private begun: Preview[] = [];
+  private hasFinalBegun = false;
 
   constructor(private readonly options: ConversationOptions) {}
 
@@ -80,6 +86,8 @@ export class Conversation {
   want(order: Wanted): Effect[] {
     this.wanted = order;
     this.given = 0;
+    this.begun = [];
+    this.hasFinalBegun = false;
     return this.phase === "ready" ? this.openStream() : [];
   }
 
@@ -160,6 +168,7 @@ export class Conversation {
         if (message.value.requestId === this.question?.id) return this.askNext();
     }
     if (!this.assembler) return [];
+    if (message.case === "stepBegin") this.noteBegun(message.value);
     return this.told(this.assembler.receive(message));
   }
 
@@ -216,6 +225,12 @@ export class Conversation {
     return [...effects, ...this.openStream()];
   }
 
+  private noteBegun({ requestId, step, isFinal, finestSpacing, isUnsimplified }: StepBegin): void {
+    if (requestId !== this.streamId || step < this.begun.length) return;
+    if (isFinal) this.hasFinalBegun = true;
+    else this.begun.push(create(PreviewSchema, { finestSpacing, isUnsimplified }));
+  }
+
   private openStream(): Effect[] {
     const order = (this.order = this.wanted!);
     const held = this.options.held(order).slice(0, maxHeld);
@@ -226,8 +241,9 @@ export class Conversation {
       requestId: this.streamId,
       dataset: order.info.name,
       request: order.request,
-      steps: order.finalOnly ? StepPolicy.FINAL_ONLY : StepPolicy.PROGRESSIVE,
+      steps: order.finalOnly || this.hasFinalBegun ? StepPolicy.FINAL_ONLY : StepPolicy.PROGRESSIVE,
       held: packed(held),
+      begun: this.begun,
       priority: this.options.priority ?? Priority.UNSPECIFIED,
     });
     return [
