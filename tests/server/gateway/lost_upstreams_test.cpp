@@ -107,6 +107,60 @@ TEST(LostUpstreams, AStreamThatWasSilentForLongGoesToAnotherServerToo) {
   EXPECT_TRUE(is_complete(end_of_stream(client)));
 }
 
+// Its plan has fewer previews: everything takes it long.
+class SlowSteps : public FakeSteps {
+ public:
+  using FakeSteps::FakeSteps;
+  [[nodiscard]] StepCosts costs() const override { return {.plain = 1, .simplified = 1}; }
+};
+
+// What the client has seen decides, not what the server that goes on would have planned.
+TEST(LostUpstreams, AStreamGoesOnWithThePreviewsItBeganWith) {
+  Count working;
+  Upstream fast(std::make_shared<FakeSteps>(
+      "octahedron", [&](const StepRequest& step, const std::stop_token& stop) {
+        return step.finest_spacing == 1 ? endless(working)(step, stop) : octahedron_step(step);
+      }));
+  Upstream slow(std::make_shared<SlowSteps>("octahedron"));
+  const auto previews_of = [](WebSocketClient& client, const auto& when_begun) {
+    std::vector<std::int32_t> previews;
+    for (;;) {
+      const ServerMessage message = client.receive();
+      if (const auto* begin = std::get_if<StepBegin>(&message); begin && !begin->is_final) {
+        previews.push_back(begin->finest_spacing);
+      }
+      if (std::holds_alternative<StepEnd>(message)) when_begun(previews);
+      if (std::holds_alternative<StreamEnd>(message)) return previews;
+      if (std::holds_alternative<ErrorReply>(message)) {
+        ADD_FAILURE() << std::get<ErrorReply>(message).error.text;
+        return previews;
+      }
+    }
+  };
+  fast.stop();
+  RunningGateway gateway({.upstream = {.upstreams = {fast.endpoint(), slow.endpoint()},
+                                       .most_backoff = 50ms,
+                                       .list_lifetime = 1ms}});
+  WebSocketClient client(gateway.http());
+  EXPECT_TRUE(is_welcome(greeted(client)));
+  open(client, 1);
+  const auto alone = previews_of(client, [](const auto&) {});
+  slow.stop();
+  fast.start_again();
+  WebSocketClient other(gateway.http());
+  EXPECT_TRUE(is_welcome(greeted(other)));
+  open(other, 1);
+  bool is_lost = false;
+  const auto both = previews_of(other, [&](const std::vector<std::int32_t>& previews) {
+    if (previews.size() < 2 || std::exchange(is_lost, true)) return;
+    ASSERT_TRUE(eventually([&] { return working == 1; }));
+    slow.start_again();
+    fast.stop();
+  });
+  EXPECT_TRUE(is_lost);
+  EXPECT_GT(both.size(), alone.size()) << "or this test would show nothing";
+}
+
 TEST(LostUpstreams, StopsWhileAServerHangs) {
   HangingServer hanging;
   RunningGateway gateway({.upstream = {.upstreams = {hanging.endpoint()}, .silence = 1h}});

@@ -4,13 +4,16 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <mutex>
 #include <thread>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "common/net/net.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/running_server.hpp"
+#include "tests/support/waiting.hpp"
 
 namespace multitetra {
 namespace {
@@ -350,6 +353,40 @@ TEST(Server, AClientThatDoesNotReadHoldsOneStepAndNoWorker) {
   ASSERT_TRUE(other.send(request));
   EXPECT_EQ(read_stream(other, steps).outcome, StreamOutcome::kComplete);
   EXPECT_EQ(made, 1) << "a step was made ahead of a client that does not read";
+}
+
+TEST(Server, WhatNobodyWaitsForIsMadeLast) {
+  testing::Gate may_end;
+  std::mutex mutex;
+  std::vector<double> made;
+  RunningServer server(catalogue_of(std::make_shared<FakeSteps>(
+                           "fake",
+                           [&](const StepRequest& step, const std::stop_token& stop) {
+                             if (step.request.isovalue == 0) may_end.pass(stop);
+                             const std::lock_guard lock(mutex);
+                             made.push_back(step.request.isovalue);
+                             return octahedron_step(step);
+                           })),
+                       {.workers = 1});
+  std::vector<MessageSocket> clients;
+  const auto ask = [&](double isovalue, Priority priority) {
+    clients.push_back(server.greet());
+    OpenStream open = open_fake(1);
+    open.request.isovalue = isovalue;
+    open.priority = priority;
+    ASSERT_TRUE(clients.back().send(open));
+    ASSERT_TRUE(clients.back().send(Ping{1}));  // Answered when it waits for the worker.
+    (void)receive<Pong>(clients.back());
+  };
+  ask(0, Priority::kNormal);
+  ask(1, Priority::kBackground);
+  ask(2, Priority::kNormal);
+  may_end.open();
+  std::uint32_t steps = 0;
+  for (MessageSocket& client : clients) {
+    EXPECT_EQ(read_stream(client, steps).outcome, StreamOutcome::kComplete);
+  }
+  EXPECT_EQ(made, (std::vector<double>{0, 2, 1}));
 }
 
 TEST(Server, AClientThatDoesNotReadIsGivenUpAfterTheWriteTimeout) {
