@@ -66,13 +66,8 @@ std::vector<UnitVector> averaged_normals(const PositionedMesh& mesh) {
     const Vec3 a = vec3(mesh.positions[triangle[0]]);
     const Vec3 b = vec3(mesh.positions[triangle[1]]);
     const Vec3 c = vec3(mesh.positions[triangle[2]]);
-    const Vec3 u = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-    const Vec3 v = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
-    const Vec3 across = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
-                         u[0] * v[1] - u[1] * v[0]};
-    for (const std::uint32_t vertex : triangle) {
-      for (std::size_t axis = 0; axis < 3; ++axis) sums[vertex][axis] += across[axis];
-    }
+    const Vec3 across = cross(difference(b, a), difference(c, a));
+    for (const std::uint32_t vertex : triangle) sums[vertex] = sum(sums[vertex], across);
   }
   std::vector<UnitVector> normals;
   normals.reserve(sums.size());

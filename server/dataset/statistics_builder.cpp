@@ -16,8 +16,8 @@
 namespace multitetra {
 namespace {
 
-constexpr std::size_t kPortionSamples = std::size_t{1}
-                                        << 20;  // Samples that one thread takes at a time.
+// That one thread takes at a time.
+constexpr std::size_t kPortionSamples = std::size_t{1} << 20;
 
 // Calls body(portion) on all threads for portions of `samples`.
 template <typename Sample, typename Body>

@@ -33,8 +33,6 @@ constexpr double kBytesABlock = 60;  // Encoded, whatever is in it.
 // A simplified triangle in a tile, of the bytes of one in a block, where more of them are small
 // ones at the border: 0.7 to 0.9 on public volumes.
 constexpr double kBytesInTiles = 0.82;
-// What simplification leaves of a preview, where nothing is simplified to find out: 0.04 to 0.25.
-constexpr double kLeftOfPreview = 0.15;
 // Of a preview in a refined cube of twice its finest spacing: 4 to 21 on public volumes.
 constexpr double kTrianglesAPreviewCube = 16;
 

@@ -89,8 +89,6 @@ class Candidates {
   }
 
  private:
-  static constexpr double kLeftOfPreview = 0.15;
-
   [[nodiscard]] static double growth(const ShownStep& shown, std::int32_t finest) {
     const double halvings = std::log2(shown.step.finest_spacing / static_cast<double>(finest));
     return std::pow(kTrianglesAHalving, halvings);
