@@ -10,6 +10,8 @@ namespace multitetra {
 
 namespace {
 
+Json text_or_null(std::string_view text) { return text.empty() ? Json(nullptr) : Json(text); }
+
 Json json_of(const BoxShape& box) { return {{"low", box.low}, {"high", box.high}}; }
 Json json_of(const BallShape& ball) { return {{"centre", ball.centre}, {"radius", ball.radius}}; }
 Json json_of(const HalfSpaceShape& half_space) {
@@ -112,6 +114,9 @@ Json json_of(const DatasetInfo& info) {
           {"margin", info.margin},
           {"grid_exponent", info.grid_exponent},
           {"index_to_world", json_of(info.index_to_world)},
+          {"space", text_or_null(name(info.meaning.space))},
+          {"length_unit", text_or_null(info.meaning.length_unit)},
+          {"value_unit", text_or_null(info.meaning.value_unit)},
           {"suggested_isovalues", info.suggested_isovalues},
           {"histogram",
            {{"low", info.histogram.low},

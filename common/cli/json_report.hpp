@@ -27,7 +27,7 @@ using Json = nlohmann::ordered_json;
 [[nodiscard]] Json json_of(const MeshTopology& topology);
 
 // name, dims, type, spacing, min, max, void_samples, outside (null: void), margin, grid_exponent,
-// index_to_world, suggested_isovalues, histogram
+// index_to_world, space, length_unit, value_unit (null: not told), suggested_isovalues, histogram
 [[nodiscard]] Json json_of(const DatasetInfo& info);
 
 // Indented, with a newline at the end. Bytes that are no UTF-8, as in names from outside, are

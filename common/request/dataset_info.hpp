@@ -10,6 +10,7 @@
 
 #include "common/base/affine.hpp"
 #include "common/mesh/mesh_checks.hpp"
+#include "common/request/physical_meaning.hpp"
 
 namespace multitetra {
 
@@ -31,9 +32,10 @@ struct DatasetInfo {
   std::string name;                    // UTF-8, 1 to 255 bytes, no '/' and no control characters.
   std::array<std::int32_t, 3> dims{};  // Samples along x, y, z; each at least 1.
   SampleType type = SampleType::kU8;
-  Vec3 spacing = {1, 1, 1};  // World units between samples, > 0.
-  Affine index_to_world;     // Sample index -> world: origin, direction and spacing.
-  double min = 0;            // Range of the samples that are not void.
+  Vec3 spacing = {1, 1, 1};      // World units between samples, > 0.
+  Affine index_to_world;         // Sample index -> world: origin, direction and spacing.
+  PhysicalMeaning meaning = {};  // Of world coordinates and values.
+  double min = 0;                // Range of the samples that are not void.
   double max = 0;
   std::uint64_t void_samples = 0;  // NaN samples: places without field.
   std::optional<double> outside;   // The value beyond the data; none means void.

@@ -26,6 +26,8 @@ constexpr Enum kFirst = Enum{0};
 template <>
 inline constexpr PayloadCodec kFirst<PayloadCodec> = PayloadCodec::kDracoLattice;
 template <>
+inline constexpr WorldSpace kFirst<WorldSpace> = WorldSpace::kLps;
+template <>
 inline constexpr StreamOutcome kFirst<StreamOutcome> = StreamOutcome::kComplete;
 
 template <typename Wire, typename Ours>
@@ -77,6 +79,10 @@ class FieldChecks {
     require(!name.empty() && name.size() <= kMaxNameBytes &&
                 std::all_of(name.begin(), name.end(), allowed),
             field, "must have 1 to 255 bytes, no '/' and no control characters.");
+  }
+  void unit(std::string_view field, std::string_view text) {
+    require(is_unit_text(text), field,
+            "must be UTF-8 of at most 64 bytes without control characters.");
   }
   // `number` as one of our enumerators up to `last`; 0 is `unspecified`, and refused when that is
   // empty.

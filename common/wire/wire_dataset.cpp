@@ -78,6 +78,9 @@ void write_dataset(const DatasetInfo& info, v1::DatasetInfo& wire) {
   wire.mutable_suggested_isovalues()->Assign(info.suggested_isovalues.begin(),
                                              info.suggested_isovalues.end());
   wire.set_content_id(info.content_id);
+  wire.set_space(to_wire<v1::WorldSpace>(info.meaning.space));
+  wire.set_length_unit(info.meaning.length_unit);
+  wire.set_value_unit(info.meaning.value_unit);
 }
 
 DatasetInfo read_dataset(const v1::DatasetInfo& wire, FieldChecks& checks) {
@@ -105,6 +108,12 @@ DatasetInfo read_dataset(const v1::DatasetInfo& wire, FieldChecks& checks) {
     info.suggested_isovalues.push_back(value);
   }
   info.content_id = wire.content_id();
+  checks.unit("DatasetInfo.length_unit", wire.length_unit());
+  checks.unit("DatasetInfo.value_unit", wire.value_unit());
+  info.meaning = {.space = checks.enumerator<WorldSpace>("DatasetInfo.space", wire.space(),
+                                                         WorldSpace::kRas, WorldSpace::kUnnamed),
+                  .length_unit = wire.length_unit(),
+                  .value_unit = wire.value_unit()};
   return info;
 }
 

@@ -37,6 +37,10 @@ class Fields {
     complain(key, "is no text");
     return {};
   }
+  // Of a field that is there only when something is known; empty without it.
+  std::string later_text(const char* key) {
+    return object_.is_object() && object_.contains(key) ? text(key) : std::string();
+  }
   double number(const char* key) { return number(key, at(key)); }
   std::uint64_t count(const char* key) { return count(key, at(key)); }
   std::int32_t integer(const char* key) {
@@ -116,7 +120,7 @@ Json to_json(const Affine& map) {
 
 std::string metadata_text(const DatasetMetadata& metadata) {
   const DatasetInfo& info = metadata.info;
-  const Json json = {
+  Json json = {
       {"name", info.name},
       {"dims", info.dims},
       {"type", name(info.type)},
@@ -136,6 +140,12 @@ std::string metadata_text(const DatasetMetadata& metadata) {
       {"source", {{"file", metadata.source.file}, {"digest", metadata.source.digest}}},
       {"program_version", metadata.program_version},
   };
+  const auto tell = [&](const char* key, std::string_view text) {
+    if (!text.empty()) json[key] = text;
+  };
+  tell("space", name(info.meaning.space));
+  tell("length_unit", info.meaning.length_unit);
+  tell("value_unit", info.meaning.value_unit);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -165,6 +175,11 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
   info.type = type.value_or(SampleType::kU8);
   info.spacing = fields.vector("spacing", fields.at("spacing"));
   info.index_to_world = fields.affine("index_to_world");
+  const auto space = world_space_from(fields.later_text("space"));
+  if (!space) fields.complain("space", "is none of LPS, RAS and nothing");
+  info.meaning = {.space = space.value_or(WorldSpace::kUnnamed),
+                  .length_unit = fields.later_text("length_unit"),
+                  .value_unit = fields.later_text("value_unit")};
   info.min = fields.number("min");
   info.max = fields.number("max");
   info.void_samples = fields.count("void_samples");

@@ -129,6 +129,12 @@ SampleStatistics statistics(const Volume& volume) {
 }
 
 Result<void> check_info(const DatasetInfo& info) {
+  for (const std::string& unit : {info.meaning.length_unit, info.meaning.value_unit}) {
+    if (is_unit_text(unit)) continue;
+    return fail(ErrorCode::kInvalidArgument, "A unit is UTF-8 of at most " +
+                                                 std::to_string(kMaxUnitBytes) +
+                                                 " bytes without control characters.");
+  }
   if (auto checked = check_name(info.name); !checked) return checked;
   if (auto checked = check_grid(info); !checked) return checked;
   return check_values(info);
@@ -141,6 +147,7 @@ DatasetInfo describe(const VolumeHeader& header, const SampleStatistics& facts, 
                       .type = header.type,
                       .spacing = header.spacing,
                       .index_to_world = header.index_to_world,
+                      .meaning = header.meaning,
                       .min = facts.min,
                       .max = facts.max,
                       .void_samples = facts.void_samples,

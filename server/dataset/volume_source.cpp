@@ -43,7 +43,8 @@ VolumeHeader header_of(const Volume& volume) {
   return {.dims = volume.dims,
           .type = volume.type(),
           .spacing = volume.spacing,
-          .index_to_world = volume.index_to_world};
+          .index_to_world = volume.index_to_world,
+          .meaning = volume.meaning};
 }
 
 Samples VolumeSource::take_all() {

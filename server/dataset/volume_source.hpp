@@ -33,6 +33,7 @@ struct VolumeHeader {
   SampleType type = SampleType::kU8;   // That slabs have; in the file it may be a wider one.
   Vec3 spacing = {1, 1, 1};            // World units between samples, > 0.
   Affine index_to_world;               // Sample index -> world, the spacing included.
+  PhysicalMeaning meaning = {};
 
   [[nodiscard]] std::size_t samples_per_slice() const {
     return static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]);

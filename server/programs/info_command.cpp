@@ -43,6 +43,10 @@ std::string vector_text(const Vec3& v) {
   return human_number(v[0]) + " " + human_number(v[1]) + " " + human_number(v[2]);
 }
 
+std::string with_unit(const std::string& numbers, const std::string& unit) {
+  return unit.empty() ? numbers : numbers + " " + unit;
+}
+
 std::uint64_t sample_bytes(const DatasetInfo& info) {
   auto bytes = static_cast<std::uint64_t>(bytes_per_sample(info.type));
   for (const std::int32_t side : info.dims) bytes *= static_cast<std::uint64_t>(side);
@@ -63,12 +67,16 @@ void print_facts(const std::string& file, const PreparedFile& dataset) {
   std::cout << "\"" << info.name << "\" in " << file << "\n";
   line("samples", std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) + " x " +
                       std::to_string(info.dims[2]) + " " + std::string(name(info.type)));
-  line("spacing", vector_text(info.spacing));
+  line("spacing", with_unit(vector_text(info.spacing), info.meaning.length_unit));
+  line("world axes", info.meaning.space == WorldSpace::kUnnamed
+                         ? "the file's own"
+                         : std::string(name(info.meaning.space)));
   line("origin", vector_text(info.index_to_world.translation));
   line("x, y, z axes", "(" + vector_text(info.index_to_world.columns[0]) + "), (" +
                            vector_text(info.index_to_world.columns[1]) + "), (" +
                            vector_text(info.index_to_world.columns[2]) + ") per sample");
-  line("values", human_number(info.min) + " to " + human_number(info.max));
+  line("values", with_unit(human_number(info.min) + " to " + human_number(info.max),
+                           info.meaning.value_unit));
   line("void samples", human_count(info.void_samples));
   line("outside", info.outside ? human_number(*info.outside) : "void");
   line("margin", std::to_string(info.margin));

@@ -154,6 +154,9 @@ inline DatasetInfo dataset_info(Random& random) {
     info.suggested_isovalues.push_back(number(random));
   }
   info.content_id = random();
+  info.meaning = {.space = one_of<WorldSpace>(0, 2, random),
+                  .length_unit = text(up_to(64, random), random),
+                  .value_unit = text(up_to(64, random), random)};
   return info;
 }
 

@@ -23,7 +23,8 @@ struct Volume {
   std::array<std::int32_t, 3> dims{};  // Samples along x, y, z; each at least 1.
   Vec3 spacing = {1, 1, 1};            // World units between samples, > 0.
   Affine index_to_world;               // Sample index -> world, the spacing included.
-  Samples samples;                     // dims[0] * dims[1] * dims[2] of them; a NaN is void.
+  PhysicalMeaning meaning = {};
+  Samples samples;  // dims[0] * dims[1] * dims[2] of them; a NaN is void.
 
   [[nodiscard]] SampleType type() const { return static_cast<SampleType>(samples.index()); }
   [[nodiscard]] std::size_t size() const {

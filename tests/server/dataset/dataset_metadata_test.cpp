@@ -25,6 +25,24 @@ TEST(DatasetMetadata, ComesBackBitForBit) {
   }
 }
 
+TEST(DatasetMetadata, SpaceAndUnitsComeBackAndMayBeMissing) {
+  DatasetMetadata metadata = small_prepared().metadata;
+  metadata.info.meaning = {.space = WorldSpace::kRas, .length_unit = "µm", .value_unit = "kg/m³"};
+  std::string text = metadata_text(metadata);
+  const auto result = parse_metadata(text);
+  ASSERT_TRUE(result) << result.error().text;
+  EXPECT_EQ(result->info.meaning, metadata.info.meaning);
+  for (const char* key : {"\"space\":", "\"length_unit\":", "\"value_unit\":"}) {
+    text.replace(text.find(key), std::string(key).size(), "\"x\":");
+  }
+  const auto older = parse_metadata(text);
+  ASSERT_TRUE(older) << older.error().text;
+  EXPECT_EQ(older->info.meaning, PhysicalMeaning{});
+
+  metadata.info.meaning.length_unit = std::string(65, 'm');
+  EXPECT_FALSE(parse_metadata(metadata_text(metadata)));
+}
+
 TEST(DatasetMetadata, EveryFieldThatIsMissingOrOfAnotherTypeIsNamed) {
   const std::string whole = metadata_text(small_prepared().metadata);
   ASSERT_TRUE(parse_metadata(whole));

@@ -1,0 +1,32 @@
+// What the numbers of a dataset mean outside: whose axes world coordinates run along, and in which
+// units lengths and values are. Nothing is converted by it.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace multitetra {
+
+// The directions of the world axes in a patient: x, y, z grow to the Left, Posterior, Superior
+// (LPS), or to the Right, Anterior, Superior (RAS). Unnamed: the file's own axes.
+enum class WorldSpace { kUnnamed, kLps, kRas };
+
+[[nodiscard]] std::string_view name(WorldSpace space);  // "", "LPS", "RAS"
+[[nodiscard]] std::optional<WorldSpace> world_space_from(std::string_view name);
+
+struct PhysicalMeaning {
+  WorldSpace space = WorldSpace::kUnnamed;
+  std::string length_unit;  // Of spacing and world coordinates, such as "mm"; empty: not told.
+  std::string value_unit;   // Of samples and isovalues, such as "HU"; empty: not told.
+
+  friend bool operator==(const PhysicalMeaning&, const PhysicalMeaning&) = default;
+};
+
+inline constexpr std::size_t kMaxUnitBytes = 64;
+
+// Whether a text can be a unit: UTF-8 of at most kMaxUnitBytes without control characters.
+[[nodiscard]] bool is_unit_text(std::string_view text);
+
+}  // namespace multitetra
