@@ -50,6 +50,8 @@ Json report_of(const SnapshotArguments& arguments, const OrderedSurface& surface
           {"azimuth", arguments.azimuth},
           {"elevation", arguments.elevation},
           {"background", arguments.background},
+          {"shading", arguments.shading},
+          {"wireframe", arguments.wireframe},
           {"fetch_seconds", taken.fetch_seconds},
           {"draw_seconds", taken.draw_seconds}};
 }
@@ -112,7 +114,10 @@ int snapshot(const SnapshotArguments& arguments) {
       framing(mesh.positions, arguments.azimuth, arguments.elevation, size->width, size->height);
   const Picture picture =
       drawn(mesh, camera,
-            {.background = background_from(arguments.background), .threads = arguments.threads});
+            {.background = background_from(arguments.background),
+             .shading = arguments.shading == "flat" ? Shading::kFlat : Shading::kSmooth,
+             .wireframe = arguments.wireframe,
+             .threads = arguments.threads});
   taken.draw_seconds = seconds_since(came);
   write_file(arguments.picture, png_file(picture));
   if (mesh.triangles.empty()) {
@@ -157,6 +162,12 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
       ->one_of({"dark", "light", "transparent"})
       ->capture_default_str()
       ->group(group);
+  command->add_option("--shading", a.shading, "smooth: by the field's gradient; flat: by triangle")
+      ->one_of({"smooth", "flat"})
+      ->capture_default_str()
+      ->group(group);
+  command->add_flag("--wireframe", a.wireframe, "Draw the edges of the triangles as well")
+      ->group(group);
   command->add_option("--threads", a.threads, "For drawing (default: one per processor)")
       ->within(1, 1024)
       ->group(group);
@@ -164,13 +175,16 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
   command->add_flag("--json", a.json, "Print a JSON report");
   command->add_flag("--quiet", a.quiet, "Say nothing unless something is wrong");
   command->footer(
-      std::string("The same surface, size and direction give the same picture, byte for byte.\n"
-                  "Examples:\n"
-                  "  multitetra-client snapshot --dataset head --isovalue 500.5 -o head.png\n"
-                  "  multitetra-client snapshot --dataset head --isovalue 1200.5 --error 0.5 "
-                  "--size 3840x2160 --azimuth 90 --elevation 0 -o bone.png\n"
-                  "  multitetra-client snapshot --server wss://example.org --token-file token "
-                  "--dataset head --background transparent -o head.png\n") +
+      std::string(
+          "The same surface, size and direction give the same picture, byte for byte.\n"
+          "Examples:\n"
+          "  multitetra-client snapshot --dataset head --isovalue 500.5 -o head.png\n"
+          "  multitetra-client snapshot --dataset head --isovalue 1200.5 --error 0.5 "
+          "--size 3840x2160 --azimuth 90 --elevation 0 -o bone.png\n"
+          "  multitetra-client snapshot --dataset head --error 2 --wireframe --shading flat "
+          "-o triangles.png\n"
+          "  multitetra-client snapshot --server wss://example.org --token-file token "
+          "--dataset head --background transparent -o head.png\n") +
       kExitCodes);
 }
 

@@ -18,6 +18,8 @@ struct SnapshotArguments {
   double azimuth = kDefaultAzimuth;
   double elevation = kDefaultElevation;
   std::string background = "dark";
+  std::string shading = "smooth";
+  bool wireframe = false;
   int threads = 0;
   bool json = false;
   bool quiet = false;

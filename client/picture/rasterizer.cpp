@@ -24,6 +24,12 @@ constexpr int kBandRows = 32;  // A band of the picture is drawn by one thread.
 constexpr std::array<std::array<int, 2>, kSamples> kSamplePlaces = {
     {{144, 80}, {112, 176}, {208, 144}, {80, 48}, {48, 208}, {16, 112}, {176, 240}, {240, 16}}};
 
+// Wires are so wide on each side of an edge; both triangles draw their half.
+constexpr double kHalfWire = 0.5 * kSubpixels;
+// The least height of a triangle whose wires are drawn in full.
+constexpr double kWiredHeight = 6 * kSubpixels;
+constexpr float kWireLight = 0.2F;  // What is left of the surface's light under a wire.
+
 // A corner as the picture has it.
 struct Corner {
   std::int32_t x = 0;   // Subpixels from the left.
@@ -84,7 +90,7 @@ struct Scene {
   const PositionedMesh& mesh;
   const std::vector<UnitVector>& normals;
   const Camera& camera;
-  Background background;
+  const DrawOptions& options;
   std::vector<Corner> corners;
   std::vector<std::vector<std::uint32_t>> bands;  // Triangles that may show in each, in order.
 };
@@ -139,34 +145,70 @@ class Band {
            kSamples;
   }
 
-  void draw(TriangleIndices indices) {
-    const auto corner = [&](std::size_t i) -> const Corner& { return scene_.corners[indices[i]]; };
-    std::int64_t area = side(corner(0), corner(1), corner(2).x, corner(2).y);
-    if (area == 0) return;
+  // What is the same all over a triangle.
+  struct Drawn {
+    TriangleIndices indices;  // In the order that makes `area` positive.
+    std::int64_t area = 0;    // Twice its area, in subpixels.
+    bool is_inside = false;
+    Vec3 normal = {0, 0, 0};                    // Its own; used by flat shading.
+    std::array<double, 3> wire = {-1, -1, -1};  // Up to which side() of its edges lies a wire.
+    float wire_light = 1;
+  };
+
+  [[nodiscard]] const Corner& corner(const Drawn& t, std::size_t i) const {
+    return scene_.corners[t.indices[i % 3]];
+  }
+
+  void draw(const TriangleIndices& indices) {
+    Drawn t{.indices = indices};
+    t.area = side(corner(t, 0), corner(t, 1), corner(t, 2).x, corner(t, 2).y);
+    if (t.area == 0) return;
+    const auto& places = scene_.mesh.positions;
+    const Vec3 a = vec3(places[indices[0]]);
+    t.normal =
+        cross(difference(vec3(places[indices[1]]), a), difference(vec3(places[indices[2]]), a));
     // Triangles go counterclockwise where their outside is seen; rows are counted downwards.
-    const bool is_inside = area > 0;
-    if (area < 0) {
-      std::swap(indices[1], indices[2]);
-      area = -area;
+    t.is_inside = t.area > 0;
+    if (t.area < 0) {
+      std::swap(t.indices[1], t.indices[2]);
+      t.area = -t.area;
     }
-    const auto [left, right] = std::minmax({corner(0).x, corner(1).x, corner(2).x});
-    const auto [above, below] = std::minmax({corner(0).y, corner(1).y, corner(2).y});
+    if (scene_.options.wireframe) add_wires(t);
+    const auto [left, right] = std::minmax({corner(t, 0).x, corner(t, 1).x, corner(t, 2).x});
+    const auto [above, below] = std::minmax({corner(t, 0).y, corner(t, 1).y, corner(t, 2).y});
     const int last_row = std::min(below / kSubpixels, first_row_ + rows_ - 1);
     const int last_column = std::min(right / kSubpixels, scene_.camera.width - 1);
     for (int y = std::max(above / kSubpixels, first_row_); y <= last_row; ++y) {
-      for (int x = std::max(left / kSubpixels, 0); x <= last_column; ++x) {
-        draw_pixel(indices, area, is_inside, x, y);
-      }
+      for (int x = std::max(left / kSubpixels, 0); x <= last_column; ++x) draw_pixel(t, x, y);
     }
   }
 
+  // side() of an edge is its length times the distance from it.
+  void add_wires(Drawn& t) const {
+    double longest = 0;
+    for (std::size_t i = 0; i < 3; ++i) {  // The edge across from corner i.
+      const Corner& from = corner(t, i + 1);
+      const Corner& to = corner(t, i + 2);
+      const double length = std::hypot(to.x - from.x, to.y - from.y);
+      t.wire[i] = kHalfWire * length;
+      longest = std::max(longest, length);
+    }
+    const double height = static_cast<double>(t.area) / longest;
+    const auto strength = static_cast<float>(std::min(1.0, height / kWiredHeight));
+    t.wire_light = 1 - strength * (1 - kWireLight);
+  }
+
   // The samples of a pixel that the triangle covers, and is the nearest at so far.
-  void draw_pixel(const TriangleIndices& indices, std::int64_t area, bool is_inside, int x, int y) {
-    const Corner& a = scene_.corners[indices[0]];
-    const Corner& b = scene_.corners[indices[1]];
-    const Corner& c = scene_.corners[indices[2]];
+  void draw_pixel(const Drawn& t, int x, int y) {
+    const Corner& a = corner(t, 0);
+    const Corner& b = corner(t, 1);
+    const Corner& c = corner(t, 2);
     Sample* const samples = &samples_[first_sample(x, y)];
-    std::array<std::size_t, kSamples> covered{};
+    struct Covered {
+      std::size_t sample = 0;
+      bool is_wire = false;
+    };
+    std::array<Covered, kSamples> covered{};
     std::size_t count = 0;
     std::array<double, 3> middle = {0, 0, 0};  // Of the covered samples, in weights of corners.
     for (std::size_t i = 0; i < kSamples; ++i) {
@@ -174,52 +216,57 @@ class Band {
       const std::int64_t sy = std::int64_t{y} * kSubpixels + kSamplePlaces[i][1];
       const std::int64_t of_a = side(b, c, sx, sy);
       const std::int64_t of_b = side(c, a, sx, sy);
-      const std::int64_t of_c = area - of_a - of_b;
+      const std::int64_t of_c = t.area - of_a - of_b;
       if (of_a < owed(b, c) || of_b < owed(c, a) || of_c < owed(a, b)) continue;
-      const std::array<double, 3> weights = {static_cast<double>(of_a) / static_cast<double>(area),
-                                             static_cast<double>(of_b) / static_cast<double>(area),
-                                             static_cast<double>(of_c) / static_cast<double>(area)};
+      const std::array<double, 3> sides = {static_cast<double>(of_a), static_cast<double>(of_b),
+                                           static_cast<double>(of_c)};
+      const auto area = static_cast<double>(t.area);
+      const std::array<double, 3> weights = {sides[0] / area, sides[1] / area, sides[2] / area};
       const double nearness =
           weights[0] * a.nearness + weights[1] * b.nearness + weights[2] * c.nearness;
       if (nearness <= samples[i].nearness) continue;
       samples[i].nearness = nearness;
-      covered[count++] = i;
+      covered[count++] = {i,
+                          sides[0] <= t.wire[0] || sides[1] <= t.wire[1] || sides[2] <= t.wire[2]};
       for (std::size_t j = 0; j < 3; ++j) middle[j] += weights[j];
     }
     if (count == 0) return;
-    const Light light = light_at(indices, middle, is_inside);
-    for (std::size_t i = 0; i < count; ++i) samples[covered[i]].light = light;
+    const Light light = light_at(t, middle);
+    const Light wire = {t.wire_light * light[0], t.wire_light * light[1], t.wire_light * light[2]};
+    for (std::size_t i = 0; i < count; ++i) {
+      samples[covered[i].sample].light = covered[i].is_wire ? wire : light;
+    }
   }
 
   // `weights` are of the corners in the picture, of any sum.
-  [[nodiscard]] Light light_at(const TriangleIndices& indices, std::array<double, 3> weights,
-                               bool is_inside) const {
+  [[nodiscard]] Light light_at(const Drawn& t, std::array<double, 3> weights) const {
+    const bool is_flat = scene_.options.shading == Shading::kFlat;
     Vec3 place = {0, 0, 0};
-    Vec3 normal = {0, 0, 0};
+    Vec3 normal = is_flat ? t.normal : Vec3{0, 0, 0};
     double sum = 0;
     for (std::size_t i = 0; i < 3; ++i) {
-      weights[i] *= scene_.corners[indices[i]].nearness;  // As they are in space.
+      weights[i] *= corner(t, i).nearness;  // As they are in space.
       sum += weights[i];
     }
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        place[axis] += weights[i] / sum * scene_.mesh.positions[indices[i]][axis];
-        normal[axis] += weights[i] * scene_.normals[indices[i]][axis];
+        place[axis] += weights[i] / sum * scene_.mesh.positions[t.indices[i]][axis];
+        if (!is_flat) normal[axis] += weights[i] * scene_.normals[t.indices[i]][axis];
       }
     }
     const Camera& camera = scene_.camera;
-    const double sign = is_inside ? -1 : 1;
+    const double sign = t.is_inside ? -1 : 1;
     const Vec3 seen = camera.seen(place);
     return lit(normalized({sign * dot(normal, camera.right), sign * dot(normal, camera.up),
                            sign * dot(normal, camera.back)}),
                normalized({-seen[0], -seen[1], -seen[2]}),
-               {camera.right[2], camera.up[2], camera.back[2]}, is_inside);
+               {camera.right[2], camera.up[2], camera.back[2]}, t.is_inside);
   }
 
   [[nodiscard]] Pixel pixel(int x, int y) const {
     const Camera& camera = scene_.camera;
-    const bool has_background = scene_.background != Background::kTransparent;
-    const Light behind = background_at(scene_.background, (2.0 * x + 1) / camera.width - 1,
+    const bool has_background = scene_.options.background != Background::kTransparent;
+    const Light behind = background_at(scene_.options.background, (2.0 * x + 1) / camera.width - 1,
                                        (2.0 * y + 1) / camera.height - 1);
     Light sum = {0, 0, 0};
     std::size_t seen = 0;
@@ -247,12 +294,13 @@ class Band {
 Picture drawn(const PositionedMesh& mesh, const Camera& camera, const DrawOptions& options) {
   assert(camera.width > 0 && camera.width <= kMaxPictureSide);
   assert(camera.height > 0 && camera.height <= kMaxPictureSide);
+  const bool needs_own = mesh.normals.empty() && options.shading == Shading::kSmooth;
   const std::vector<UnitVector> own =
-      mesh.normals.empty() ? averaged_normals(mesh) : std::vector<UnitVector>();
+      needs_own ? averaged_normals(mesh) : std::vector<UnitVector>();
   Scene scene{.mesh = mesh,
               .normals = mesh.normals.empty() ? own : mesh.normals,
               .camera = camera,
-              .background = options.background,
+              .options = options,
               .corners = corners_of(mesh, camera),
               .bands = {}};
   scene.bands = bands_of(mesh, camera, scene.corners);

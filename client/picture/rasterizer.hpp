@@ -1,4 +1,5 @@
-// Draws a mesh: perspective, hidden surfaces, smooth shading, edges without steps.
+// Draws a mesh: perspective, hidden surfaces, smooth or flat shading, edges without steps, the
+// triangles' wires if asked for.
 //
 //   const Camera camera = framing(mesh.positions, azimuth, elevation, 1280, 960);
 //   write_file("head.png", png_file(drawn(mesh, camera, {})));
@@ -18,13 +19,22 @@
 
 namespace multitetra {
 
+enum class Shading {
+  kSmooth,  // By the mesh's normals or, if it has none, those of its triangles, averaged at
+            // corners.
+  kFlat,    // By each triangle's own normal.
+};
+
 struct DrawOptions {
   Background background = Background::kDark;
+  Shading shading = Shading::kSmooth;
+  // Draws the triangles' edges as lines, one pixel wide. Where triangles are smaller than a few
+  // pixels the lines fade, so that the surface's shape remains to be seen.
+  bool wireframe = false;
   int threads = 0;  // 0: one for each processor.
 };
 
-// Shades by the mesh's normals or, if it has none, by those of its triangles, averaged at their
-// corners. Requires that every position is in front of the eye and inside the picture, as framing()
+// Requires that every position is in front of the eye and inside the picture, as framing()
 // makes sure.
 [[nodiscard]] Picture drawn(const PositionedMesh& mesh, const Camera& camera,
                             const DrawOptions& options);

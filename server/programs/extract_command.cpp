@@ -35,6 +35,7 @@ struct ExtractArguments {
   std::string errors = "spectrum";
   std::optional<int> level;
   std::string model_file;
+  std::string model_scope = "all";
   int threads = 0;
   bool json = false;
   bool quiet = false;
@@ -49,6 +50,13 @@ MeshFormat format_of(const std::string& output) {
   return *format;
 }
 
+// What was written beside the mesh.
+struct WrittenModel {
+  std::string file;
+  std::size_t tetrahedra = 0;
+  std::size_t points = 0;
+};
+
 // The largest of all tiles.
 double simplification_bound(const TiledSurface& surface) {
   double bound = 0;
@@ -58,7 +66,8 @@ double simplification_bound(const TiledSurface& surface) {
 
 Json report_of(const ExtractArguments& arguments, const IsosurfaceRequest& request,
                const TiledSurface& surface, const MeshTopology& topology,
-               const ContentDigest& content, const Progress& progress) {
+               const ContentDigest& content, const std::optional<WrittenModel>& model,
+               const Progress& progress) {
   Json report = {{"tetrahedra", surface.tetrahedra},
                  {"active_tetrahedra", surface.active_tetrahedra}};
   report.update(json_of(topology));
@@ -71,11 +80,17 @@ Json report_of(const ExtractArguments& arguments, const IsosurfaceRequest& reque
   report["parameters"]["errors"] = arguments.errors;
   if (arguments.level) report["parameters"]["level"] = *arguments.level;
   report["mesh_file"] = arguments.output;
+  if (model) {
+    report["model"] = {{"file", model->file},
+                       {"scope", arguments.model_scope},
+                       {"tetrahedra", model->tetrahedra},
+                       {"points", model->points}};
+  }
   return report;
 }
 
 void print_facts(const ExtractArguments& arguments, const TiledSurface& surface,
-                 const MeshTopology& topology) {
+                 const MeshTopology& topology, const std::optional<WrittenModel>& model) {
   std::cout << arguments.output << ": "
             << human_count(static_cast<std::uint64_t>(topology.triangles)) << " triangles, "
             << human_count(static_cast<std::uint64_t>(topology.vertices)) << " vertices, from "
@@ -84,6 +99,10 @@ void print_facts(const ExtractArguments& arguments, const TiledSurface& surface,
             << topology.components << " components, " << topology.border_edges
             << " edges on the border, " << topology.open_edges << " open, "
             << topology.nonmanifold_edges << " non-manifold\n";
+  if (model) {
+    std::cout << model->file << ": " << human_count(model->tetrahedra) << " tetrahedra, "
+              << human_count(model->points) << " points\n";
+  }
 }
 
 // The model as the reference way makes it, where it is asked for.
@@ -111,6 +130,19 @@ ReferenceModel reference_model(const ExtractArguments& arguments, const Prepared
     reference.is_for_file_only = true;
   }
   return reference;
+}
+
+// Cells beyond the data or without surface, where that is not asked for, are not in the file.
+WrittenModel write_model(const ExtractArguments& arguments, const ReferenceModel& reference,
+                         double isovalue, const Affine& to_output) {
+  const ModelScope scope =
+      arguments.model_scope == "surface" ? ModelScope::kSurface : ModelScope::kAll;
+  const ModelCells cells =
+      model_cells(*reference.model, reference.extractor->field(), isovalue, scope);
+  write_file(arguments.model_file, vtu_file(cells, to_output));
+  return {.file = arguments.model_file,
+          .tetrahedra = cells.cells.size(),
+          .points = cells.points.size()};
 }
 
 // The request as its budget allows it: that of the final step that a server would send.
@@ -161,16 +193,17 @@ int extract(const ExtractArguments& arguments) {
   progress.begin("file");
   const Affine to_output = output_map(arguments.surface, info);
   write_file(arguments.output, mesh_file(positioned(mesh, to_output), format));
+  std::optional<WrittenModel> model;
   if (has_model_file) {
     progress.begin("model_file");
-    write_file(arguments.model_file,
-               vtu_file(*reference.model, reference.extractor->field(), to_output));
+    model = write_model(arguments, reference, request.isovalue, to_output);
   }
   progress.finish();
   if (arguments.json) {
-    std::cout << text_of(report_of(arguments, request, surface, topology, content, progress));
+    std::cout << text_of(
+        report_of(arguments, request, surface, topology, content, model, progress));
   } else if (!arguments.quiet) {
-    print_facts(arguments, surface, topology);
+    print_facts(arguments, surface, topology, model);
   }
   if (topology.is_sound()) return 0;
   std::cerr << "multitetra-server: the mesh has open, non-manifold or degenerate parts; this is "
@@ -202,11 +235,19 @@ void add_extract_command(Command& program, Run& run) {
                    "resolution)")
       ->within(0, 3 * kMaxLatticeBits)
       ->excludes("--error");
+  Option* const model_option =
+      command
+          ->add_option(
+              "--model", a->model_file,
+              "Also write the model's tetrahedra with their vertex values, for ParaView (.vtu)")
+          ->type_name("FILE");
   command
-      ->add_option(
-          "--model", a->model_file,
-          "Also write the model's tetrahedra with their vertex values, for ParaView (.vtu)")
-      ->type_name("FILE");
+      ->add_option("--model-scope", a->model_scope,
+                   "all: tetrahedra that fill the volume, up to its last samples; surface: only "
+                   "those that the surface crosses")
+      ->one_of({"all", "surface"})
+      ->needs(model_option)
+      ->capture_default_str();
   add_threads_option(*command, a->threads);
   command->add_flag("--json", a->json, "Print a JSON report");
   command->add_flag("--quiet", a->quiet, "Say nothing unless something is wrong");

@@ -39,6 +39,11 @@ done
 "$server" extract gyroid.mtd -o level.ply --level 6 --model model.vtu --json --quiet >level.json
 [ "$(value level.json tetrahedra)" = 768 ] || fail "level 6 has $(value level.json tetrahedra) tetrahedra, not 12 * 2^6"
 grep -aq 'NumberOfCells="768"' model.vtu || fail "the model file does not hold 768 cells"
+"$server" extract gyroid.mtd -o level.ply --level 6 --model model.vtu --model-scope surface --json --quiet >level.json
+crossed=$(value level.json active_tetrahedra)
+[ "$crossed" -lt 768 ] || fail "the surface crosses all of level 6"
+grep -aq "NumberOfCells=\"$crossed\"" model.vtu || fail "the model file does not hold what the surface crosses"
+ends 2 "--model" "$server" extract gyroid.mtd -o level.ply --model-scope surface
 
 # --- raw files
 head -c 4096 /dev/zero >zeros.raw

@@ -170,12 +170,75 @@ TEST(Picture, TurnsAsItsAnglesSay) {
             covered(drawn(lopsided, side, transparent)).share * 0.2);
 }
 
+// A roof: two triangles a side, its ridge along z, seen from the front.
+PositionedMesh roof() {
+  return {.positions = {{-1, 0, -1}, {0, -1, -1}, {1, 0, -1}, {-1, 0, 1}, {0, -1, 1}, {1, 0, 1}},
+          .triangles = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}}};
+}
+
+TEST(Picture, HasAnEdgeAtARidgeOnlyWhenItIsFlat) {
+  const auto step_at_ridge = [](const DrawOptions& options) {
+    const Picture picture = picture_of(roof(), 0, 0, options);
+    return std::abs(brightness(picture.at(78, 60)) - brightness(picture.at(82, 60)));
+  };
+  EXPECT_GT(step_at_ridge({.shading = Shading::kFlat}), 100);
+  EXPECT_LT(step_at_ridge({.shading = Shading::kSmooth}), 30);
+}
+
+TEST(Picture, IsFlatWhateverNormalsAreSent) {
+  PositionedMesh mesh = roof();
+  const Picture without = picture_of(mesh, 20, 10, {.shading = Shading::kFlat});
+  mesh.normals.assign(mesh.positions.size(), UnitVector{0, 1, 0});
+  EXPECT_EQ(picture_of(mesh, 20, 10, {.shading = Shading::kFlat}).pixels, without.pixels);
+}
+
+TEST(Picture, HasWiresAlongEdgesAndNowhereElse) {
+  const DrawOptions flat = {.shading = Shading::kFlat};
+  const DrawOptions wired = {.shading = Shading::kFlat, .wireframe = true};
+  const Picture surface = picture_of(roof(), 0, 0, flat);
+  const Picture wires = picture_of(roof(), 0, 0, wired);
+  const auto is_wire = [&](int x, int y) {
+    return brightness(wires.at(x, y)) < brightness(surface.at(x, y)) - 100;
+  };
+  const auto [left, right, above, below] = std::array{26, 134, 20, 100};  // Inside the outline.
+  int diagonals = 0;
+  int dark = 0;
+  for (int y = above; y < below; ++y) {
+    EXPECT_TRUE(is_wire(79, y) || is_wire(80, y)) << y;  // The ridge.
+    for (int x = left; x < right; ++x) dark += is_wire(x, y) ? 1 : 0;
+    int in_row = 0;
+    for (int x = left; x < 77; ++x) in_row += is_wire(x, y) ? 1 : 0;
+    diagonals += in_row > 0 ? 1 : 0;
+    EXPECT_LE(in_row, 4) << y;
+  }
+  EXPECT_GT(diagonals, below - above - 10);
+  EXPECT_LT(dark, (right - left) * (below - above) / 12);
+}
+
+TEST(Picture, FadesWiresWhereTrianglesAreSmall) {
+  const auto darkening = [](int rings) {
+    const PositionedMesh mesh = ball({0, 0, 0}, rings);
+    const int plain = brightness(picture_of(mesh, 0, 0).at(75, 55));
+    int darkest = plain;
+    const Picture wired = picture_of(mesh, 0, 0, {.wireframe = true});
+    for (int y = 50; y < 60; ++y) {
+      for (int x = 70; x < 80; ++x) darkest = std::min(darkest, brightness(wired.at(x, y)));
+    }
+    return plain - darkest;
+  };
+  EXPECT_GT(darkening(12), 200);
+  EXPECT_LT(darkening(200), 60);
+}
+
 TEST(Picture, IsTheSameWithAnyNumberOfThreads) {
   const PositionedMesh mesh = joined(ball({0, 0, 0}, 40), ball({1, 1, 0}, 40));
   const Picture once = picture_of(mesh, 33, 21, {.threads = 1}, 333, 257);
   for (const int threads : {1, 2, 5}) {
     EXPECT_EQ(picture_of(mesh, 33, 21, {.threads = threads}, 333, 257).pixels, once.pixels);
   }
+  const Picture wired = picture_of(mesh, 33, 21, {.wireframe = true, .threads = 1}, 333, 257);
+  EXPECT_EQ(picture_of(mesh, 33, 21, {.wireframe = true, .threads = 3}, 333, 257).pixels,
+            wired.pixels);
 }
 
 TEST(Picture, OfNothingIsItsBackground) {
