@@ -5,13 +5,14 @@
 //
 // Prints JSON: seconds of the exact errors of one isovalue and of those of all isovalues; for each
 // way to say what an error is, the tetrahedra and triangles at every error; the paper's map of two
-// halves; and how many tetrahedra remain when nothing is fused that changes any value of the field,
-// whatever the isovalue.
+// halves; what other readings of the paper would leave; and the triangles of other isovalues.
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <exception>
 #include <iostream>
+#include <limits>
 #include <memory>
 #include <string>
 #include <thread>
@@ -22,6 +23,7 @@
 #include "common/cli/command_line.hpp"
 #include "common/cli/json_report.hpp"
 #include "server/core/errors/leaves.hpp"
+#include "server/core/errors/own_error.hpp"
 #include "server/core/errors/saturated_errors.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/dataset/prepare.hpp"
@@ -140,29 +142,59 @@ Json halves_of(const Arguments& arguments, const ReferenceExtractor& extractor,
   return counts_of(extractor, dataset, kWays[0], request);
 }
 
-// Keeps every point whose value is not the mean of its split edge's ends, and so their ancestors.
-class LosslessModel final : public Model {
+// What else the paper's sentences may mean: the own error of a point with value m, where v is the
+// mean of its split edge's ends.
+struct Reading {
+  const char* name;
+  double (*own_error)(const OwnError& error, double m, double v, double isovalue);
+};
+constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr Reading kReadings[] = {
+    // Ours.
+    {"flips",
+     [](const OwnError& e, double, double, double) { return e.flip ? kNever : e.displacement; }},
+    // No point may change its side.
+    {"sides", [](const OwnError& e, double m, double v,
+                 double c) { return (m > c) != (v > c) ? kNever : e.displacement; }},
+    // A crossing that appears or vanishes counts nothing.
+    {"appearing_is_free",
+     [](const OwnError& e, double m, double v, double c) {
+       return e.flip ? kNever : (m > c) != (v > c) ? 0 : e.displacement;
+     }},
+    // Whatever changes the field, of all isovalues.
+    {"lossless", [](const OwnError&, double m, double v, double) { return m == v ? 0 : kNever; }},
+};
+
+// The paper's model with any own error.
+class ReadModel final : public Model {
  public:
-  explicit LosslessModel(const Field& field) : grid_(field.grid()) {
+  ReadModel(const Field& field, double isovalue, const Reading& reading) : grid_(field.grid()) {
     const std::int32_t side = grid_.side();
     const auto count = static_cast<std::size_t>(side) + 1;
-    kept_.resize(count * count * count);
+    errors_.resize(count * count * count);
     field.visit([&](const auto& sampled) {
       for (std::int32_t spacing = 1; spacing < side; spacing *= 2) {
+        const StepLengths lengths(field.spacing());
         for (const PointKind kind : {PointKind::kEdge, PointKind::kFace, PointKind::kCube}) {
           for_points(spacing, kind, [&](const DividingPoint& p) {
             const auto [a, b] = p.split_edge();
-            const float mean = 0.5F * (sampled.at(a) + sampled.at(b));
-            if (sampled.at(p.at()) != mean) kept_[index(p.at())] = true;
-            if (!kept_[index(p.at())]) return;
-            for (const GridPoint parent : p.parents(grid_)) kept_[index(parent)] = true;
+            const OwnError own = own_error(sampled, grid_, lengths, p, isovalue);
+            const double mean =
+                0.5 * (static_cast<double>(sampled.at(a)) + static_cast<double>(sampled.at(b)));
+            double& error = errors_[index(p.at())];
+            error = std::max(error, reading.own_error(own, static_cast<double>(sampled.at(p.at())),
+                                                      mean, isovalue));
+            for (const GridPoint parent : p.parents(grid_)) {
+              errors_[index(parent)] = std::max(errors_[index(parent)], error);
+            }
           });
         }
       }
     });
   }
+  void allow(double threshold) { threshold_ = threshold; }
   [[nodiscard]] bool kept(const DividingPoint& point) const override {
-    return kept_[index(point.at())];
+    return errors_[index(point.at())] > threshold_;
   }
 
  private:
@@ -185,8 +217,37 @@ class LosslessModel final : public Model {
   }
 
   Grid grid_;
-  std::vector<bool> kept_;
+  std::vector<double> errors_;
+  double threshold_ = 0;
 };
+
+Json readings_of(const Arguments& arguments, const ReferenceExtractor& extractor) {
+  Json readings;
+  for (const Reading& reading : kReadings) {
+    ReadModel model(extractor.field(), arguments.isovalue, reading);
+    for (const double error : {0.0, 1.5, 2.5, 4.0}) {
+      model.allow(error);
+      Json counts = {{"error", error}};
+      counts.update(counts_of(extractor, model, arguments.isovalue));
+      readings[reading.name].push_back(counts);
+    }
+  }
+  return readings;
+}
+
+// Of the full surfaces over the whole range of values.
+Json triangles_by_isovalue(const ReferenceExtractor& extractor, const PreparedVolume& dataset) {
+  constexpr int kIsovalues = 40;
+  Json sizes;
+  for (int i = 0; i < kIsovalues; ++i) {
+    const double share = (i + 0.5) / kIsovalues;
+    const double isovalue =
+        std::floor(dataset.info.min + share * (dataset.info.max - dataset.info.min)) + 0.5;
+    const Json counts = counts_of(extractor, dataset, kWays[0], {.isovalue = isovalue, .error = 0});
+    sizes.push_back({{"isovalue", isovalue}, {"triangles", counts["triangles"]}});
+  }
+  return sizes;
+}
 
 // Of the volume as it is, without what is around it.
 Json flying_edges_of(const Arguments& arguments, const PreparedVolume& dataset) {
@@ -212,7 +273,8 @@ Json report_of(const Arguments& arguments) {
   report["times"] = times_of(arguments, extractor, *dataset);
   report["curves"] = curves_of(arguments, extractor, *dataset);
   report["halves"] = halves_of(arguments, extractor, *dataset);
-  report["lossless"] = counts_of(extractor, LosslessModel(extractor.field()), arguments.isovalue);
+  report["readings"] = readings_of(arguments, extractor);
+  report["triangles_by_isovalue"] = triangles_by_isovalue(extractor, *dataset);
   report["flying_edges"] = flying_edges_of(arguments, *dataset);
   return report;
 }

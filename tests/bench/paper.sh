@@ -1,0 +1,167 @@
+#!/usr/bin/env bash
+# The tables, figures and claims of Zhou, Chen and Kaufman (IEEE Visualization 1997) beside what this project does: makes a
+# folder with one page (README.md), its pictures and all numbers (paper.json), in some minutes. Times are those of a machine
+# with nothing else to do.
+#
+#   bash tests/bench/paper.sh        into build/paper
+#   --out DIR                        into another folder
+#   --publish                        shows a head in its pictures that may be published: the Visible Human Female's or the
+#                                    generated one, beside the counts of the paper's; so is server/core/paper made
+#   --programs DIR                   takes the programs in DIR instead of building the bench preset
+#   --runs N                         of what is timed; the least counts (default 3)
+#   --yes                            installs missing packages without asking: all of the section [bench], VTK too
+set -euo pipefail
+
+project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+public_data=$project/../shared/data
+out=$project/build/paper
+programs=
+publish=false
+runs=3
+install_options=()
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --out) out=$(realpath -m "${2:?--out needs a folder}"); shift ;;
+    --publish) publish=true ;;
+    --programs) programs=$(realpath "${2:?--programs needs a folder}"); shift ;;
+    --runs) runs=${2:?--runs needs a number}; shift ;;
+    --yes) install_options=(--yes) ;;
+    -h | --help) sed -n '2,13s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    *) echo "Unknown option $1; see --help." >&2; exit 2 ;;
+  esac
+  shift
+done
+cd "$project"
+
+bash docker/install.sh "${install_options[@]}" build bench
+if [ -z "$programs" ]; then
+  echo "== Building (preset bench)"
+  cmake --preset bench >/dev/null
+  cmake --build --preset bench --target multitetra_server_program multitetra_client_program paper_bench
+  programs=$project/build/bench/bin
+fi
+server=$programs/multitetra-server
+client=$programs/multitetra-client
+python=/usr/bin/python3  # Debian's, for which its packages are.
+
+work=$(mktemp -d)
+pid=
+trap '[ -z "$pid" ] || kill "$pid"; rm -rf "$work"' EXIT
+cd "$work"
+mkdir served
+
+# note NAME WORDS...: for the page.
+note() { local name=$1; shift; printf '%s\n' "$*" >"$name.txt"; }
+
+# dataset NAME ISOVALUE VOLUME WORDS...: prepares it, padded on the way to 129^3 points; WORDS are options of prepare.
+dataset() {
+  local name=$1
+  note "$name.isovalue" "$2"
+  "$server" prepare "$3" -o "served/$name.mtd" --name "$name" --quiet "${@:4}"
+}
+
+echo "== Volumes"
+# All samples are solid: the surface is closed by the padding, a step outside.
+head -c $((62 * 127 * 67)) /dev/zero | tr '\0' '\377' >box.raw
+dataset box 127.5 box.raw --dims 62,127,67 --type u8 --outside 0 --margin 1
+note box.about "all 62 x 127 x 67 samples solid, the surface closed on all sides"
+
+ct=$public_data/head_128x128x112.dat
+if [ -f "$ct" ]; then
+  # It is stored upside down.
+  cat >head.nhdr <<END
+NRRD0004
+type: uint16
+dimension: 3
+sizes: 128 128 112
+endian: little
+encoding: raw
+byte skip: 6
+space: left-posterior-superior
+space directions: (1,0,0) (0,-1,0) (0,0,-1)
+space origin: (0,127,111)
+data file: $(realpath "$ct")
+END
+  dataset head 500.5 head.nhdr --outside 0
+  note head.about "the CT head of the paper, 112 of its 113 slices, 128 x 128 x 112, at isovalue 500.5"
+else
+  echo "!! ../shared/data/$(basename "$ct") is not there: the generated head stands in for the paper's."
+  "$server" generate head --size 128 --noise 20 -o head.nrrd --quiet
+  dataset head 500.5 head.nrrd --outside 0
+  note head.about "NOT the paper's head, which is not on this machine, but a generated one of 128 x 128 x 128 samples"
+fi
+portrait=head
+female=$public_data/visible_female_head_512x512x234_HU.nrrd
+if [ "$publish" = true ] && [ -f "$female" ]; then
+  portrait=portrait
+  "$python" "$project/tests/bench/paper/averaged.py" "$female" 4 portrait.nrrd
+  dataset portrait -300.5 portrait.nrrd --outside -1024
+  note portrait.about "the head of the Visible Human Female (U.S. National Library of Medicine, public domain), means of 4 x 4 x 4 samples: 128 x 128 x 58, at isovalue -300.5"
+elif [ "$publish" = true ] && [ -f "$ct" ]; then
+  portrait=portrait
+  "$server" generate head --size 128 --noise 20 -o portrait.nrrd --quiet
+  dataset portrait 500.5 portrait.nrrd --outside 0
+  note portrait.about "a generated head of 128 x 128 x 128 samples, at isovalue 500.5"
+fi
+note portrait.name "$portrait"
+
+echo "== Table 1 and Figure 5"
+for name in box head; do
+  "$programs/paper_bench" "served/$name.mtd" --isovalue "$(cat $name.isovalue.txt)" --runs "$runs" >"$name.counts.json"
+done
+
+echo "== Figures 6 to 11"
+"$server" serve served --tcp 127.0.0.1:0 --http off >serve.log 2>&1 &
+pid=$!
+url=
+for _ in $(seq 600); do
+  url=$(sed -n 's/.*listening on \(tcp:\/\/[^ "]*\).*/\1/p' serve.log | head -n 1)
+  [ -z "$url" ] || break
+  sleep 0.05
+done
+[ -n "$url" ] || { cat serve.log >&2; exit 1; }
+
+paper_rule=(--bound paper --topology-rule paper --simplify off)
+halves=(--error 4 --region halfspace:-1,0,0,-64=0 --region-unit index)
+# counted FILE DATASET WORDS...: the exact model and the checks of its surface.
+counted() {
+  local name=$2
+  "$server" extract "served/$name.mtd" --isovalue "$(cat "$name.isovalue.txt")" -o mesh.ply --errors exact --json --quiet \
+    "${@:3}" >"$1.counts.json"
+}
+# picture FILE DATASET PIXELS WORDS...
+picture() {
+  local name=$2
+  "$client" snapshot --server "$url" --dataset "$name" --isovalue "$(cat "$name.isovalue.txt")" --size "$3x$3" --wireframe \
+    --background light -o "$1.png" --json --quiet "${@:4}" >"$1.json"
+}
+looking_at_head=(--azimuth 30 --elevation 12)
+for error in 0 1.5 2.5 4; do
+  counted "box_$error" box "${paper_rule[@]}" --error "$error"
+  picture "box_$error" box 480 "${paper_rule[@]}" --error "$error" --shading flat --azimuth 40 --elevation 25
+done
+for name in head "$portrait"; do
+  for error in 0 4; do counted "${name}_$error" "$name" "${paper_rule[@]}" --error "$error"; done
+  counted "${name}_halves" "$name" "${paper_rule[@]}" "${halves[@]}"
+  counted "${name}_simplified_4" "$name" --error 4
+done
+for error in 0 4; do
+  picture "portrait_$error" "$portrait" 480 "${paper_rule[@]}" --error "$error" "${looking_at_head[@]}"
+done
+picture portrait_halves "$portrait" 480 "${paper_rule[@]}" "${halves[@]}" --azimuth 0 --elevation 0
+picture portrait_border "$portrait" 2880 "${paper_rule[@]}" "${halves[@]}" --azimuth 0 --elevation 0 --shading flat
+
+echo "== Volume rendering"
+for name in head "$portrait"; do
+  isovalue=$(cat "$name.isovalue.txt")
+  for error in 0 4; do
+    "$server" extract "served/$name.mtd" --isovalue "$isovalue" "${paper_rule[@]}" --error "$error" -o mesh.ply \
+      --model model.vtu --quiet
+    xvfb-run -a "$python" "$project/tests/bench/paper/volume.py" model.vtu --isovalue "$isovalue" "${looking_at_head[@]}" \
+      -o "${name}_volume_$error.png" >"${name}_volume_$error.json"
+  done
+done
+
+echo "== The page"
+"$python" "$project/tests/bench/paper/page.py" "$work" "$out"
+echo "$out/README.md"
