@@ -154,7 +154,7 @@ picture portrait_border "$portrait" 2880 "${paper_rule[@]}" "${halves[@]}" --azi
 echo "== Volume rendering"
 for name in head "$portrait"; do
   isovalue=$(cat "$name.isovalue.txt")
-  for error in 0 4; do
+  for error in 0 1 4; do
     "$server" extract "served/$name.mtd" --isovalue "$isovalue" "${paper_rule[@]}" --error "$error" -o mesh.ply \
       --model model.vtu --quiet
     xvfb-run -a "$python" "$project/tests/bench/paper/volume.py" model.vtu --isovalue "$isovalue" "${looking_at_head[@]}" \

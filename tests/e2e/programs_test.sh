@@ -104,6 +104,8 @@ ends 2 "no such file" "$client" fetch --server "$url" --dataset gyroid --thresho
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 --threads 3 -o twice.png --json >snapshot.json
 cmp once.png twice.png || fail "the same picture has other bytes the second time"
 [ "$(value snapshot.json width)" = 320 ] && [ "$(value snapshot.json triangles)" -gt 0 ] || fail "the report of snapshot"
+"$client" snapshot --server "$url" --dataset gyroid --size 320x200 --wireframe --shading flat -o wires.png --quiet
+! cmp -s once.png wires.png || fail "a picture with wires is the same as without"
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 --azimuth 80 -o aside.png --quiet
 ! cmp -s once.png aside.png || fail "a picture from the side is that from the front"
 "$client" snapshot --server "$url" --dataset gyroid --isovalue 1e9 -o nothing.png --quiet 2>err.txt

@@ -23,7 +23,9 @@ PAPER = {
     "head": {0: (5390896, 255256), 4: (304468, 89300)},
 }
 PAPER_HALVES = (2891024, 184228)
-PAPER_SECONDS = {"subdivision": 90, "fusion": {"box": 19, "head": 55}}
+PAPER_SECONDS = {"subdivision": 90, "fusion": {"box": 19, "head": 55}}  # On an R10000.
+
+VOLUME_ERRORS = ("0", "1", "4")  # Of the volumes that are drawn.
 
 WAYS = {"paper": "the paper's error and rule", "certified": "certified bound, exact rule",
         "spectrum": "the same from the spectrum"}
@@ -72,7 +74,7 @@ class Measured:
         counts = {path.name.removesuffix(".counts.json"): json.loads(path.read_text())
                   for path in sorted(self.work.glob("*.counts.json"))}
         return {"paper": {"counts": PAPER, "halves": PAPER_HALVES, "seconds": PAPER_SECONDS}, "ours": counts,
-                "volume_rendering": {name: {error: self.report(f"{name}_volume_{error}") for error in ("0", "4")}
+                "volume_rendering": {name: {error: self.report(f"{name}_volume_{error}") for error in VOLUME_ERRORS}
                                      for name in ("head", self.portrait)}}
 
 
@@ -121,9 +123,10 @@ def table_1(measured):
 
     header = ["", "paper (R10000), box", "head"] + [f"ours, {name}, {n} thread{'s' if n > 1 else ''}"
                                                   for name in ("box", "head") for n in threads]
+    subdivision, fusion = PAPER_SECONDS["subdivision"], PAPER_SECONDS["fusion"]
     return table(header, [
-        ["subdivision: building the framework", "90 s", "90 s"] + ["nothing is built"] * (2 * len(threads)),
-        ["fusion: errors of one isovalue", "19 s", "55 s"] + ours("exact_errors_seconds"),
+        ["subdivision: building the framework"] + [f"{subdivision} s"] * 2 + ["nothing is built"] * (2 * len(threads)),
+        ["fusion: errors of one isovalue", f"{fusion['box']} s", f"{fusion['head']} s"] + ours("exact_errors_seconds"),
         ["errors of all isovalues", "--", "--"] + ours("all_isovalues_seconds"),
     ])
 
@@ -206,7 +209,7 @@ def page(measured):
     head0, head4 = measured.counts("head_0"), measured.counts("head_4")
     halves = measured.counts("head_halves")
     simplified = measured.counts("head_simplified_4")
-    volumes = {error: measured.report(f"head_volume_{error}") for error in ("0", "4")}
+    volumes = {error: measured.report(f"head_volume_{error}") for error in VOLUME_ERRORS}
     at_8 = {way: head["curves"][way][-1] for way in ("paper", "certified")}
     claims = (HERE / "claims.md").read_text()
     check_claims(claims)
@@ -288,10 +291,10 @@ The readings of the paper's guard, measured (tetrahedra; triangles):
 * **Direct projection and splatting**: `extract --model` writes the tetrahedra with their values. {volumes["0"]["renderer"]} draws
   them as a volume, by rays, on one thread of a processor{"" if portrait == "head" else " (pictures of the head that may be shown, figures of the paper's)"}:
 
-{table(["", "error 0", "error 4"], [
-    ["picture", "![The volume at error 0](volume_0.png)", "![The volume at error 4](volume_4.png)"],
-    ["tetrahedra", count(volumes["0"]["tetrahedra"]), count(volumes["4"]["tetrahedra"])],
-    ["a picture takes", f'{volumes["0"]["seconds"]:.1f} s', f'{volumes["4"]["seconds"]:.1f} s'],
+{table([""] + [f"error {error}" for error in volumes], [
+    ["picture"] + [f"![The volume at error {error}](volume_{error}.png)" for error in volumes],
+    ["tetrahedra"] + [count(volume["tetrahedra"]) for volume in volumes.values()],
+    ["a picture takes"] + [f'{volume["seconds"]:.1f} s' for volume in volumes.values()],
 ])}
   What lies above the isovalue glows. A model keeps to the field where the isosurface is; elsewhere it keeps to the side of the
   isovalue only, so transfer functions that look deeper need a smaller error, or a second isovalue's model.
@@ -317,7 +320,7 @@ def main():
         keep_picture(work / f"portrait_{key}.png", out / f"head_{key}.png")
     middle, above = 1440, 1100
     keep_picture(work / "portrait_border.png", out / "head_border.png", (middle - 360, above, middle + 360, above + 480))
-    for error in ("0", "4"):
+    for error in VOLUME_ERRORS:
         keep_picture(work / f"{measured.portrait}_volume_{error}.png", out / f"volume_{error}.png")
     (out / "paper.json").write_text(json.dumps(measured.everything(), indent=1) + "\n")
     (out / "README.md").write_text(text)
