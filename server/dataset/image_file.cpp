@@ -1,7 +1,7 @@
 #include "server/dataset/image_file.hpp"
 
+#include <itkMetaDataObject.h>
 #include <itkMetaImageIO.h>
-#include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 #include <itkTIFFImageIO.h>
 #include <itkVTKImageIO.h>
@@ -9,7 +9,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
@@ -23,6 +22,7 @@
 #include "server/dataset/image_payload.hpp"
 #include "server/dataset/nrrd_header.hpp"
 #include "server/dataset/nrrd_payload.hpp"
+#include "server/dataset/payload_size.hpp"
 #include "server/dataset/volume_source.hpp"
 
 namespace multitetra {
@@ -80,14 +80,25 @@ Component component_of(SampleType type) {
   return Component::UNKNOWNCOMPONENTTYPE;
 }
 
+// ITK turns the patients' axes that NRRD and MetaImage know into LPS. Without them axes are the
+// file's own.
+PhysicalMeaning meaning_of(const itk::ImageIOBase& io) {
+  std::string space;
+  itk::ExposeMetaData<std::string>(io.GetMetaDataDictionary(), "NRRD_space", space);
+  if (const auto* const meta = dynamic_cast<const itk::MetaImageIO*>(&io)) {
+    space =
+        const_cast<itk::MetaImageIO*>(meta)->GetMetaImagePointer()->AnatomicalOrientationAcronym();
+    if (space.find('?') != std::string::npos) space.clear();
+  }
+  if (space.empty()) return {};
+  return {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = {}};
+}
+
 ImageHeader header_of(const fs::path& file, const itk::ImageIOBase& io) {
   ImageHeader header;
   header.type = stored_type(file, io.GetComponentType());
-  if (io.GetNumberOfComponents() != 1) {
-    fail_reading(file,
-                 "each sample has " + std::to_string(io.GetNumberOfComponents()) + " components",
-                 "Give a volume with one number per sample, for example one channel of it");
-  }
+  header.components = io.GetNumberOfComponents();
+  header.meaning = meaning_of(io);
   for (unsigned axis = 0; axis < io.GetNumberOfDimensions(); ++axis) {
     const auto side = static_cast<std::int64_t>(io.GetDimensions(axis));
     if (axis < 3) {
@@ -129,28 +140,17 @@ ImageHeader header_of(const fs::path& file, const itk::ImageIOBase& io) {
 
 // ---- which reader
 
-std::string lower_case_name(const fs::path& file) {
-  std::string text = file.filename().string();
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
-ImageIo io_for(const fs::path& file) {
-  const std::string file_name = lower_case_name(file);
-  const auto ends_with = [&](auto... suffixes) { return (file_name.ends_with(suffixes) || ...); };
-  if (ends_with(".nrrd", ".nhdr")) return itk::NrrdImageIO::New().GetPointer();
-  if (ends_with(".mha", ".mhd")) return itk::MetaImageIO::New().GetPointer();
-  if (ends_with(".nii", ".nii.gz")) return itk::NiftiImageIO::New().GetPointer();
-  if (ends_with(".vtk")) return itk::VTKImageIO::New().GetPointer();
-  if (ends_with(".tif", ".tiff")) return itk::TIFFImageIO::New().GetPointer();
-  if (ends_with(".vti")) {
-    fail_reading(
-        file, "XML VTK files (.vti) are not supported",
-        "Save it as legacy VTK (.vtk) or NRRD. Known are " + std::string(kKnownVolumeFiles));
+ImageIo io_for(VolumeFormat format) {
+  switch (format) {
+    case VolumeFormat::kNrrd:
+      return itk::NrrdImageIO::New().GetPointer();
+    case VolumeFormat::kMetaImage:
+      return itk::MetaImageIO::New().GetPointer();
+    case VolumeFormat::kLegacyVtk:
+      return itk::VTKImageIO::New().GetPointer();
+    default:
+      return itk::TIFFImageIO::New().GetPointer();
   }
-  fail_reading(file, "its suffix names no known format",
-               "Known are " + std::string(kKnownVolumeFiles));
 }
 
 // A header under a name of its own for as long as ITK reads it.
@@ -192,26 +192,23 @@ void fill_from(const itk::ImageIOBase::Pointer& io, void* memory) {
 
 }  // namespace
 
-void fail_reading(const fs::path& file, const std::string& problem, const std::string& remedy) {
-  throw VolumeFileError("Cannot read '" + file.string() + "': " + problem + ". " + remedy + ".");
-}
-
-std::size_t bytes_of(StoredType type) {
-  constexpr std::array<std::size_t, 10> kBytes = {1, 1, 2, 2, 4, 4, 4, 8, 8, 8};
-  return kBytes[static_cast<std::size_t>(type)];
-}
-
 struct ImageFile::Reader {
   ImageIo io;
   std::optional<TemporaryHeader> rewritten;
 };
 
-ImageFile::ImageFile(const fs::path& file) : file_(file), reader_(std::make_unique<Reader>()) {
-  reader_->io = io_for(file);
-  if (dynamic_cast<itk::NrrdImageIO*>(reader_->io.GetPointer()) != nullptr) {
+ImageFile::ImageFile(const fs::path& file, VolumeFormat format, bool follow)
+    : file_(file), reader_(std::make_unique<Reader>()) {
+  reader_->io = io_for(format);
+  if (format == VolumeFormat::kMetaImage) check_meta_image_header(file, follow);
+  if (format == VolumeFormat::kTiff && !tiff_directories_are_whole(file)) {
+    fail_reading(file, "its chain of pages leads out of the file or in a circle",
+                 "Get a whole copy of it");
+  }
+  if (format == VolumeFormat::kNrrd) {
     const auto header = rewritten_nrrd_header(read_nrrd_header(file), file);
     if (header) reader_->rewritten.emplace(*header);
-    check_nrrd_header(file, reader_->rewritten ? reader_->rewritten->path() : file);
+    check_nrrd_header(file, follow);
   }
   try {
     reader_->io->SetFileName((reader_->rewritten ? reader_->rewritten->path() : file).string());

@@ -10,38 +10,20 @@
 #include <string>
 #include <string_view>
 
-#include "common/base/affine.hpp"
 #include "server/core/framework/volume.hpp"
+#include "server/dataset/formats/recognition.hpp"
+#include "server/dataset/formats/stored_volume.hpp"
 
 namespace multitetra {
-
-// The types that samples have in files. The first five are those of SampleType, in its order.
-enum class StoredType { kU8, kI8, kU16, kI16, kF32, kU32, kI32, kU64, kI64, kF64 };
-
-[[nodiscard]] std::size_t bytes_of(StoredType type);
-
-struct ImageHeader {
-  std::array<std::int64_t, 3> dims = {1, 1, 1};  // As the file says: not checked against anything.
-  StoredType type = StoredType::kU8;
-  Vec3 spacing = {1, 1, 1};
-  Affine index_to_world;
-};
-
-inline constexpr std::string_view kKnownVolumeFiles =
-    ".nrrd, .nhdr (NRRD), .mha, .mhd (MetaImage), .nii, .nii.gz (NIfTI), .vtk (legacy VTK), .tif, "
-    ".tiff (TIFF), a directory or pattern of TIFF images, or raw bytes with a given layout";
-
-// Throws VolumeFileError: "Cannot read '<file>': <problem>. <remedy>."
-[[noreturn]] void fail_reading(const std::filesystem::path& file, const std::string& problem,
-                               const std::string& remedy);
 
 struct PlainPayload;
 
 class ImageFile {
  public:
-  // Reads the header. Throws VolumeFileError when the suffix names no known format, the header is
-  // damaged, or it is no scalar image of two or three dimensions (more may follow with one entry).
-  explicit ImageFile(const std::filesystem::path& file);
+  // Reads the header of a file of this format, one of kNrrd, kMetaImage, kLegacyVtk and kTiff. With
+  // `follow` its data files may lie anywhere. Throws VolumeFileError when the header is damaged, or
+  // it is no image of two or three dimensions (more may follow with one entry).
+  ImageFile(const std::filesystem::path& file, VolumeFormat format, bool follow = false);
   ~ImageFile();
   ImageFile(ImageFile&&) noexcept;
 

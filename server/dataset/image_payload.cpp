@@ -1,17 +1,16 @@
 #include "server/dataset/image_payload.hpp"
 
-#include <itkMetaDataObject.h>
 #include <itkMetaImageIO.h>
-#include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 #include <itkTIFFImageIO.h>
 #include <itkVTKImageIO.h>
 
 #include <cstdint>
-#include <cstdlib>
 #include <fstream>
 #include <string>
 
+#include "common/base/text.hpp"
+#include "server/dataset/formats/input_file.hpp"
 #include "server/dataset/nrrd_payload.hpp"
 #include "server/dataset/payload_size.hpp"
 
@@ -82,18 +81,7 @@ std::optional<PlainPayload> plain_meta_image(const fs::path& file, itk::MetaImag
   return PlainPayload{{data}, bytes, endian};
 }
 
-// ---- NIfTI and legacy VTK
-
-void check_nifti(const fs::path& file, itk::NiftiImageIO& io) {
-  const auto number = [&](const char* key) {
-    std::string text;
-    itk::ExposeMetaData<std::string>(io.GetMetaDataDictionary(), key, text);
-    return std::strtod(text.c_str(), nullptr);
-  };
-  const double bytes =
-      number("vox_offset") + static_cast<double>(io.GetImageSizeInPixels()) * number("bitpix") / 8;
-  require_inflated(file, 0, static_cast<std::uint64_t>(bytes));
-}
+// ---- legacy VTK
 
 void check_vtk(const fs::path& file, const itk::VTKImageIO& io, std::uint64_t needed) {
   const auto offset = static_cast<std::uint64_t>(io.GetHeaderSize());
@@ -114,13 +102,45 @@ std::optional<PlainPayload> plain_vtk(const fs::path& file, const itk::VTKImageI
 
 }  // namespace
 
+void check_meta_image_header(const fs::path& file, bool follow) {
+  constexpr std::size_t kMostHeaderBytes = std::size_t{1} << 16;
+  const std::string text = InputFile(file).beginning(kMostHeaderBytes);
+  const auto value_of = [&](std::string_view key) -> std::optional<std::string> {
+    for (std::size_t at = text.find(key); at != std::string::npos; at = text.find(key, at + 1)) {
+      if (at > 0 && text[at - 1] != '\n') continue;
+      const std::size_t end = text.find('\n', at);
+      const std::size_t equals = text.find('=', at);
+      if (end == std::string::npos || equals > end) continue;
+      std::string value(trimmed(std::string_view(text).substr(equals + 1, end - equals - 1)));
+      if (value.ends_with('\r')) value.pop_back();
+      return value;
+    }
+    return std::nullopt;
+  };
+  const auto dimensions = value_of("NDims");
+  if (dimensions && *dimensions != "1" && *dimensions != "2" && *dimensions != "3" &&
+      *dimensions != "4") {
+    fail_reading(file, "its NDims is '" + dimensions->substr(0, 40) + "'",
+                 "Give a volume of 2 or 3");
+  }
+  const auto data = value_of("ElementDataFile");
+  if (!data) {
+    fail_reading(file,
+                 "there is no line ElementDataFile in its first " +
+                     std::to_string(kMostHeaderBytes) + " bytes",
+                 "Check that it is a whole file of this format");
+  }
+  const bool local = *data == "LOCAL" || *data == "Local" || *data == "local";
+  const bool several = data->starts_with("LIST") || data->find('%') != std::string::npos;
+  if (!local && !several) (void)named_data_file(file, *data, follow);
+}
+
 // NRRD needs no check: its reader tells.
 void check_payload(const fs::path& file, itk::ImageIOBase& io) {
   const auto needed = static_cast<std::uint64_t>(io.GetImageSizeInBytes());
   if (auto* const meta = dynamic_cast<itk::MetaImageIO*>(&io)) {
     check_meta_image(file, *meta, needed);
   }
-  if (auto* const nifti = dynamic_cast<itk::NiftiImageIO*>(&io)) check_nifti(file, *nifti);
   if (auto* const vtk = dynamic_cast<itk::VTKImageIO*>(&io)) check_vtk(file, *vtk, needed);
   if (dynamic_cast<itk::TIFFImageIO*>(&io) != nullptr && !tiff_directories_are_whole(file)) {
     fail_reading(file, "it ends before its last page", "Get a whole copy of it");
@@ -129,9 +149,7 @@ void check_payload(const fs::path& file, itk::ImageIOBase& io) {
 
 std::optional<PlainPayload> plain_payload(const fs::path& file, const ImageHeader& header,
                                           itk::ImageIOBase& io) {
-  const std::uint64_t bytes =
-      static_cast<std::uint64_t>(header.dims[0] * header.dims[1] * header.dims[2]) *
-      bytes_of(header.type);
+  const std::uint64_t bytes = header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2]);
   if (dynamic_cast<itk::NrrdImageIO*>(&io) != nullptr) return plain_nrrd_payload(file, header);
   if (auto* const meta = dynamic_cast<itk::MetaImageIO*>(&io)) {
     return plain_meta_image(file, *meta, bytes);

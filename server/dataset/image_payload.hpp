@@ -1,7 +1,7 @@
 // What lies behind an image header that ITK has read: whether the file is whole, and where its
 // samples are.
 //
-// ITK takes some damaged files for whole: MetaImage, NIfTI and legacy VTK files that end too early
+// ITK takes some damaged files for whole: MetaImage and legacy VTK files that end too early
 // are filled up with zeros. Here every file is checked to hold what its header promises.
 #pragma once
 
@@ -14,6 +14,10 @@
 #include "server/dataset/plain_payload.hpp"
 
 namespace multitetra {
+
+// Throws VolumeFileError unless the header of a MetaImage, whose name this is, is one that ITK can
+// be trusted with, and its data file lies in its folder (or `follow`).
+void check_meta_image_header(const std::filesystem::path& file, bool follow);
 
 // Throws VolumeFileError unless the file holds what the header that `io` has read promises.
 void check_payload(const std::filesystem::path& file, itk::ImageIOBase& io);

@@ -170,17 +170,30 @@ bool is_plain(const Fields& fields, const ImageHeader& header) {
 
 }  // namespace
 
-void check_nrrd_header(const fs::path& file, const fs::path& text_file) {
-  const std::string text = beginning_of(text_file);
+void check_nrrd_header(const fs::path& file, bool follow) {
+  const std::string text = beginning_of(file);
   std::string_view rest = text;
   std::optional<std::string_view> line;
+  bool in_list = false;
   while ((line = take_line(rest)) && !line->empty()) {
+    if (in_list) (void)named_data_file(file, std::string(*line), follow);
     const std::optional<NrrdField> field = field_of(*line);
-    if (!field || !names_data_files(*field) || !is_numbered(field->value)) continue;
-    if (numbered_files(field->value)) continue;
-    fail_reading(file, "its data files are named by '" + field->value + "'",
-                 "A pattern has one number such as %d or %03d and is followed by the first "
-                 "number, the last and the step");
+    if (in_list || !field || !names_data_files(*field)) continue;
+    in_list = field->value.starts_with("LIST");
+    if (in_list || field->value == "-") continue;
+    if (!is_numbered(field->value)) {
+      (void)named_data_file(file, field->value, follow);
+      continue;
+    }
+    const auto files = numbered_files(field->value);
+    if (!files) {
+      fail_reading(file, "its data files are named by '" + field->value + "'",
+                   "A pattern has one number such as %d or %03d and is followed by the first "
+                   "number, the last and the step");
+    }
+    for (std::int64_t i = 0; i < files->count; ++i) {
+      (void)named_data_file(file, files->name(i), follow);
+    }
   }
   if (!line && text.size() == kMaxHeaderBytes) {
     fail_reading(file, "its header has more than " + std::to_string(kMaxHeaderBytes) + " bytes",
@@ -199,9 +212,7 @@ std::optional<PlainPayload> plain_nrrd_payload(const fs::path& file, const Image
 
   PlainPayload payload;
   payload.endian = fields->endian == "big" ? Endian::kBig : Endian::kLittle;
-  payload.part_bytes =
-      static_cast<std::uint64_t>(header.dims[0] * header.dims[1] * (header.dims[2] / parts)) *
-      bytes_of(header.type);
+  payload.part_bytes = header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2] / parts);
   for (const std::string& name : names) {
     const fs::path part = file.parent_path() / name;
     const std::optional<std::uint64_t> offset =

@@ -12,10 +12,10 @@
 
 namespace multitetra {
 
-// Throws VolumeFileError, naming `file`, unless the header at the beginning of `text_file` is one
-// that ITK can be trusted with: ITK hands the pattern that names data files to printf as it is, and
-// counts them one by one.
-void check_nrrd_header(const std::filesystem::path& file, const std::filesystem::path& text_file);
+// Throws VolumeFileError unless the header of the NRRD `file` is one that ITK can be trusted with:
+// ITK hands the pattern that names data files to printf as it is, and counts them one by one. Data
+// files must be regular files in the header's folder (or anywhere with `follow`).
+void check_nrrd_header(const std::filesystem::path& file, bool follow);
 
 // The payload of the NRRD `file` (.nrrd or .nhdr) whose header ITK reads as `header`; nullopt when
 // its encoding is not raw, its parts are smaller than slices, or the header is unusual. Requires

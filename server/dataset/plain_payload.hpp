@@ -10,7 +10,8 @@
 #include <memory>
 #include <vector>
 
-#include "server/dataset/endian.hpp"
+#include "server/dataset/formats/endian.hpp"
+#include "server/dataset/formats/input_file.hpp"
 
 namespace multitetra {
 
@@ -41,10 +42,9 @@ class PayloadReader {
   void read(std::uint64_t first, std::uint64_t count, std::size_t width, std::byte* into);
 
  private:
-  class OpenFile;
   PlainPayload payload_;
   std::size_t open_part_ = 0;  // The part that `open_file_` belongs to.
-  std::unique_ptr<OpenFile> open_file_;
+  std::unique_ptr<InputFile> open_file_;
 };
 
 }  // namespace multitetra

@@ -1,6 +1,7 @@
 #include "server/dataset/streamed_volume.hpp"
 
 #include <cassert>
+#include <cstddef>
 #include <span>
 #include <utility>
 #include <variant>
@@ -14,7 +15,7 @@ class PayloadSlices : public StoredSlices {
   PayloadSlices(PlainPayload payload, const ImageHeader& header)
       : reader_(std::move(payload)),
         width_(bytes_of(header.type)),
-        slice_bytes_(static_cast<std::size_t>(header.dims[0] * header.dims[1]) * width_) {}
+        slice_bytes_(header.slice_bytes()) {}
 
   void read(std::size_t first, std::size_t count, std::byte* into) override {
     reader_.read(first * slice_bytes_, count * slice_bytes_, width_, into);
@@ -26,17 +27,30 @@ class PayloadSlices : public StoredSlices {
   std::size_t slice_bytes_;
 };
 
+VolumeHeader volume_header(const ImageHeader& image, SampleType type) {
+  VolumeHeader header{.type = type,
+                      .spacing = image.spacing,
+                      .index_to_world = image.index_to_world,
+                      .meaning = image.meaning};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    header.dims[axis] = static_cast<std::int32_t>(image.dims[axis]);
+  }
+  return header;
+}
+
 class StreamedVolume : public VolumeSource {
  public:
-  StreamedVolume(std::filesystem::path file, const ImageHeader& header,
-                 std::unique_ptr<StoredSlices> slices, Notice notice)
+  StreamedVolume(std::filesystem::path file, StoredVolume stored, ComponentChoice component,
+                 Notice notice)
       : file_(std::move(file)),
-        header_(volume_header(header)),
-        stored_(header.type),
-        slices_(std::move(slices)),
+        conversion_(file_, stored.header, component),
+        header_(volume_header(stored.header, conversion_.type())),
+        stored_slice_bytes_(stored.header.slice_bytes()),
+        slices_(std::move(stored.slices)),
         notice_(std::move(notice)),
-        searched_(static_cast<std::size_t>(header.dims[2])) {
-    tell_conversion(notice_, file_, stored_);
+        searched_(static_cast<std::size_t>(header_.dims[2])) {
+    if (!notice_) return;
+    for (const std::string& text : stored.notices) notice_(text);
   }
 
   [[nodiscard]] const VolumeHeader& header() const override { return header_; }
@@ -45,35 +59,39 @@ class StreamedVolume : public VolumeSource {
     assert(first_slice >= 0 && slices >= 1 && first_slice <= header_.dims[2] - slices);
     const auto first = static_cast<std::size_t>(first_slice);
     const auto count = static_cast<std::size_t>(slices);
-    resize(into, header_.type, count * header_.samples_per_slice());
-    if (!is_converted(stored_)) slices_->read(first, count, bytes_of(into));
-    if (header_.type != SampleType::kF32) return;
-    const std::span<float> samples(std::get<std::vector<float>>(into));
+    const std::size_t slice = header_.samples_per_slice();
+    resize(into, header_.type, count * slice);
+    if (conversion_.is_none()) slices_->read(first, count, bytes_of(into));
     for (std::size_t i = 0; i < count; ++i) {
-      finish_slice(first + i,
-                   samples.subspan(i * header_.samples_per_slice(), header_.samples_per_slice()));
+      if (!conversion_.is_none()) {
+        buffer_.resize(stored_slice_bytes_);
+        slices_->read(first + i, 1, buffer_.data());
+        conversion_.convert(buffer_.data(), slice, into, i * slice);
+      }
+      std::uint64_t infinite = 0;
+      if (auto* const floats = std::get_if<std::vector<float>>(&into)) {
+        infinite = make_infinite_void(std::span(*floats).subspan(i * slice, slice));
+      }
+      note_searched(first + i, infinite);
     }
   }
 
   [[nodiscard]] bool streams() const override { return true; }
 
  private:
-  void finish_slice(std::size_t slice, std::span<float> samples) {
-    if (is_converted(stored_)) {
-      buffer_.resize(samples.size() * bytes_of(stored_));
-      slices_->read(slice, 1, buffer_.data());
-      convert(stored_, buffer_.data(), samples);
-    }
-    const std::uint64_t infinite = make_infinite_void(samples);
+  void note_searched(std::size_t slice, std::uint64_t infinite) {
     if (searched_[slice]) return;
     searched_[slice] = true;
     infinite_ += infinite;
-    if (++slices_searched_ == searched_.size()) tell_infinite(notice_, file_, infinite_);
+    if (++slices_searched_ < searched_.size()) return;
+    conversion_.tell(notice_);
+    tell_infinite(notice_, file_, infinite_);
   }
 
   std::filesystem::path file_;
+  SampleConversion conversion_;
   VolumeHeader header_;
-  StoredType stored_;
+  std::size_t stored_slice_bytes_;
   std::unique_ptr<StoredSlices> slices_;
   Notice notice_;
   std::vector<std::byte> buffer_;  // One slice before its conversion.
@@ -88,20 +106,9 @@ std::unique_ptr<StoredSlices> slices_of(PlainPayload payload, const ImageHeader&
   return std::make_unique<PayloadSlices>(std::move(payload), header);
 }
 
-VolumeHeader volume_header(const ImageHeader& image) {
-  VolumeHeader header;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    header.dims[axis] = static_cast<std::int32_t>(image.dims[axis]);
-  }
-  header.type = type_in_memory(image.type);
-  header.spacing = image.spacing;
-  header.index_to_world = image.index_to_world;
-  return header;
-}
-
-std::unique_ptr<VolumeSource> streamed_volume(std::filesystem::path file, const ImageHeader& header,
-                                              std::unique_ptr<StoredSlices> slices, Notice notice) {
-  return std::make_unique<StreamedVolume>(std::move(file), header, std::move(slices),
+std::unique_ptr<VolumeSource> streamed_volume(std::filesystem::path file, StoredVolume stored,
+                                              ComponentChoice component, Notice notice) {
+  return std::make_unique<StreamedVolume>(std::move(file), std::move(stored), component,
                                           std::move(notice));
 }
 

@@ -4,17 +4,29 @@
 
 #include <cmath>
 #include <cstddef>
-#include <new>
+#include <cstring>
 #include <optional>
 #include <utility>
-#include <variant>
 #include <vector>
 
-#include "server/dataset/dataset.hpp"
+#include "common/base/child_process.hpp"
+#include "server/dataset/formats/cube_file.hpp"
+#include "server/dataset/formats/described_raw.hpp"
+#include "server/dataset/formats/dicom_series.hpp"
+#include "server/dataset/formats/hdf5_file.hpp"
+#include "server/dataset/formats/input_file.hpp"
+#include "server/dataset/formats/mrc_file.hpp"
+#include "server/dataset/formats/nifti_file.hpp"
+#include "server/dataset/formats/object_store.hpp"
+#include "server/dataset/formats/plain_slices.hpp"
+#include "server/dataset/formats/recognition.hpp"
+#include "server/dataset/formats/unpacking.hpp"
+#include "server/dataset/formats/vti_file.hpp"
+#include "server/dataset/formats/zarr_volume.hpp"
 #include "server/dataset/image_file.hpp"
 #include "server/dataset/image_stack.hpp"
 #include "server/dataset/plain_payload.hpp"
-#include "server/dataset/sample_conversion.hpp"
+#include "server/dataset/source_apart.hpp"
 #include "server/dataset/streamed_volume.hpp"
 
 namespace multitetra {
@@ -30,22 +42,9 @@ std::string to_text(const std::array<std::int64_t, 3>& dims) {
 // What a volume is opened for: slab by slab, or to be in memory as a whole.
 enum class Use { kSlabs, kWhole };
 
-// Throws unless the grid can hold `dims`: checked first, because a damaged header may promise
-// anything.
-void check_sides(const fs::path& file, const std::array<std::int64_t, 3>& dims) {
-  constexpr std::int64_t kMaxSide = (std::int64_t{1} << kMaxGridExponent) + 1;
-  for (const std::int64_t side : dims) {
-    if (side < 1 || side > kMaxSide) {
-      fail_reading(file, "it has " + to_text(dims) + " samples",
-                   "Each side must have 1 to " + std::to_string(kMaxSide) + " samples");
-    }
-  }
-}
-
 // Throws unless the machine can hold all samples: checked before memory is asked for.
 void check_memory(const fs::path& file, const ImageHeader& header) {
-  const std::int64_t bytes = header.dims[0] * header.dims[1] * header.dims[2] *
-                             static_cast<std::int64_t>(bytes_of(header.type));
+  const std::int64_t bytes = header.dims[2] * static_cast<std::int64_t>(header.slice_bytes());
   const std::int64_t memory = std::int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE);
   if (bytes > memory) {
     fail_reading(file,
@@ -55,37 +54,63 @@ void check_memory(const fs::path& file, const ImageHeader& header) {
   }
 }
 
-// ---- one file
+// How a volume is opened: what for, and whom to tell.
+struct Opening {
+  const VolumeFileOptions& options;
+  Use use;
+  const Notice& notice;
+  const std::function<void()>& header_is_known;
+};
 
-Volume read_whole(const fs::path& path, const ImageFile& file, const Notice& notice) {
-  const ImageHeader& image = file.header();
-  const VolumeHeader header = volume_header(image);
-  Volume volume = {.dims = header.dims,
-                   .spacing = header.spacing,
-                   .index_to_world = header.index_to_world,
-                   .samples = {}};
-  resize(volume.samples, header.type, volume.size());
-  if (is_converted(image.type)) {
-    std::vector<std::byte> stored(volume.size() * bytes_of(image.type));
-    file.read(stored.data());
-    tell_conversion(notice, path, image.type);
-    convert(image.type, stored.data(), std::get<std::vector<float>>(volume.samples));
-  } else {
-    file.read(bytes_of(volume.samples));
-  }
-  if (auto* const floats = std::get_if<std::vector<float>>(&volume.samples)) {
-    tell_infinite(notice, path, make_infinite_void(*floats));
-  }
-  return volume;
-}
+// ---- one file through ITK
 
-std::unique_ptr<VolumeSource> open_image(const fs::path& path, const Notice& notice, Use use) {
-  const ImageFile file(path);
-  check_sides(path, file.header().dims);
+// The samples of a file that ITK reads as a whole.
+class SlicesInMemory : public StoredSlices {
+ public:
+  SlicesInMemory(const ImageFile& file, const ImageHeader& header)
+      : slice_bytes_(header.slice_bytes()),
+        bytes_(slice_bytes_ * static_cast<std::size_t>(header.dims[2])) {
+    file.read(bytes_.data());
+  }
+
+  void read(std::size_t first, std::size_t count, std::byte* into) override {
+    std::memcpy(into, bytes_.data() + first * slice_bytes_, count * slice_bytes_);
+  }
+
+ private:
+  std::size_t slice_bytes_;
+  std::vector<std::byte> bytes_;
+};
+
+// Slices that are all in memory already.
+class WholeVolume : public VolumeSource {
+ public:
+  explicit WholeVolume(std::unique_ptr<VolumeSource> source) : source_(std::move(source)) {}
+  [[nodiscard]] const VolumeHeader& header() const override { return source_->header(); }
+  void read(std::int32_t first_slice, std::int32_t slices, Samples& into) override {
+    source_->read(first_slice, slices, into);
+  }
+  [[nodiscard]] bool streams() const override { return false; }
+
+ private:
+  std::unique_ptr<VolumeSource> source_;
+};
+
+std::unique_ptr<VolumeSource> open_image(const fs::path& path, VolumeFormat format,
+                                         const Opening& opening) {
+  const VolumeChoice& choice = opening.options.choice;
+  const ImageFile file(path, format, choice.follow);
+  const ImageHeader header = file.header();
+  check_header(path, header);
+  opening.header_is_known();
   const std::optional<PlainPayload> payload = file.plain_payload();
-  if (!payload || use == Use::kWhole) check_memory(path, file.header());
-  if (!payload) return source_of(read_whole(path, file, notice));
-  return streamed_volume(path, file.header(), slices_of(*payload, file.header()), notice);
+  if (!payload || opening.use == Use::kWhole) check_memory(path, header);
+  auto slices =
+      payload ? slices_of(*payload, header) : std::make_unique<SlicesInMemory>(file, header);
+  auto source = streamed_volume(path, {.header = header, .slices = std::move(slices)},
+                                choice.component, opening.notice);
+  if (payload) return source;
+  return std::make_unique<WholeVolume>(std::move(source));
 }
 
 // ---- a file for each slice
@@ -101,15 +126,16 @@ class StackSlices : public StoredSlices {
       : files_(std::move(files)), first_(first) {}
 
   void read(std::size_t first, std::size_t count, std::byte* into) override {
-    const auto image_bytes =
-        static_cast<std::size_t>(first_.dims[0] * first_.dims[1]) * bytes_of(first_.type);
-    for (std::size_t i = 0; i < count; ++i) read_image(files_[first + i], into + i * image_bytes);
+    for (std::size_t i = 0; i < count; ++i) {
+      read_image(files_[first + i], into + i * first_.slice_bytes());
+    }
   }
 
  private:
   void read_image(const fs::path& name, std::byte* into) const {
-    const ImageFile file(name);
-    if (file.header().dims != first_.dims || file.header().type != first_.type) {
+    const ImageFile file(name, VolumeFormat::kTiff);
+    if (file.header().dims != first_.dims || file.header().type != first_.type ||
+        file.header().components != first_.components) {
       fail_reading(name,
                    "it has " + to_text(file.header()) + " and the first image of the stack, '" +
                        files_.front().string() + "', has " + to_text(first_),
@@ -122,23 +148,21 @@ class StackSlices : public StoredSlices {
   ImageHeader first_;
 };
 
-std::unique_ptr<VolumeSource> open_stack(const fs::path& path, const Notice& notice, Use use) {
+StoredVolume open_stack(const fs::path& path) {
   std::vector<fs::path> files = stack_files(path);
   if (files.empty()) {
     fail_reading(path, "there are no TIFF images in this directory or of this pattern",
                  "Give a directory with .tif or .tiff files, or a pattern such as slice%03d.tif");
   }
-  const ImageHeader first = ImageFile(files.front()).header();
+  const ImageHeader first = ImageFile(files.front(), VolumeFormat::kTiff).header();
   if (first.dims[2] != 1) {
     fail_reading(files.front(), "it holds " + std::to_string(first.dims[2]) + " images",
                  "A stack is made of files with one image each; give this file alone");
   }
   ImageHeader stack = first;
   stack.dims[2] = static_cast<std::int64_t>(files.size());
-  check_sides(path, stack.dims);
-  if (use == Use::kWhole) check_memory(path, stack);
-  return streamed_volume(path, stack, std::make_unique<StackSlices>(std::move(files), first),
-                         notice);
+  check_header(path, stack);
+  return {.header = stack, .slices = std::make_unique<StackSlices>(std::move(files), first)};
 }
 
 // ---- raw bytes
@@ -158,7 +182,7 @@ void check_raw_size(const fs::path& file, const RawLayout& layout, std::uint64_t
 
 ImageHeader header_of(const fs::path& file, const RawLayout& layout) {
   ImageHeader header;
-  header.type = static_cast<StoredType>(layout.type);
+  header.type = layout.type;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (!std::isfinite(layout.spacing[axis]) || layout.spacing[axis] <= 0) {
       fail_reading(file, "the given spacing " + std::to_string(layout.spacing[axis]) + " is none",
@@ -171,61 +195,137 @@ ImageHeader header_of(const fs::path& file, const RawLayout& layout) {
   return header;
 }
 
-std::unique_ptr<VolumeSource> open_raw(const fs::path& file, const RawLayout& layout,
-                                       const Notice& notice, Use use) {
+StoredVolume open_raw(const fs::path& file, const RawLayout& layout) {
   const ImageHeader header = header_of(file, layout);
-  check_sides(file, header.dims);
-  if (use == Use::kWhole) check_memory(file, header);
+  check_header(file, header);
   const std::uint64_t sample_bytes =
-      static_cast<std::uint64_t>(header.dims[0] * header.dims[1] * header.dims[2]) *
-      bytes_of(header.type);
+      header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2]);
+  const Packing packing = UnpackedStream::packing_at(InputFile(file), 0);
+  const bool exact = fs::file_size(file) == layout.header_bytes + sample_bytes;
+  if (!exact && (packing == Packing::kGzip || packing == Packing::kBzip2)) {
+    return {.header = header,
+            .slices = packed_slices(file, 0, layout.header_bytes, layout.endian, header)};
+  }
   check_raw_size(file, layout, sample_bytes);
-  PlainPayload payload{{{file, layout.header_bytes}}, sample_bytes, layout.endian};
-  return streamed_volume(file, header, slices_of(std::move(payload), header), notice);
+  return {.header = header,
+          .slices = plain_slices(file, layout.header_bytes, layout.endian, header)};
 }
 
 // ---- whatever the path names
 
-std::unique_ptr<VolumeSource> open_path(const fs::path& path, const VolumeFileOptions& options,
-                                        Use use) {
-  const bool exists = fs::exists(path);
-  const bool is_stack =
-      fs::is_directory(path) || (!exists && is_stack_pattern(path.filename().string()));
-  if (is_stack && !options.raw) return open_stack(path, options.notice, use);
-  if (!exists) fail_reading(path, "there is no such file", "Check the name");
-  if (!fs::is_regular_file(path)) fail_reading(path, "it is no regular file", "Check the name");
-  if (options.raw) return open_raw(path, *options.raw, options.notice, use);
-  return open_image(path, options.notice, use);
+// "file.h5:/path" is a file and a path inside it, unless there is a file of that name.
+std::pair<fs::path, std::string> file_and_inside(const fs::path& path) {
+  std::error_code error;
+  const std::string text = path.string();
+  const std::size_t colon = text.rfind(":/");
+  if (colon == std::string::npos || colon == 0 || fs::exists(path, error)) return {path, {}};
+  return {text.substr(0, colon), text.substr(colon + 1)};
 }
 
-// Runs `read`, which reads from `path`, and tells what went wrong around the files in our words.
-template <typename Read>
-auto reading(const fs::path& path, const Read& read) {
+StoredVolume open_format(const fs::path& path, VolumeFormat format, const VolumeChoice& choice) {
+  switch (format) {
+    case VolumeFormat::kNifti:
+      return open_nifti(path, choice);
+    case VolumeFormat::kTiffStack:
+      return open_stack(path);
+    case VolumeFormat::kVti:
+      return open_vti(path, choice);
+    case VolumeFormat::kDicom:
+      return open_dicom(path, fs::is_directory(path) ? dicom_files(path) : std::vector{path},
+                        choice);
+    case VolumeFormat::kZarr:
+      return open_zarr(folder_store(path), choice);
+    case VolumeFormat::kHdf5:
+      return open_hdf5(path, choice);
+    case VolumeFormat::kMrc:
+      return open_mrc(path);
+    case VolumeFormat::kCube:
+      return open_cube(path);
+    case VolumeFormat::kRawDescription:
+      return open_described(described_raw(path, choice.follow));
+    default:
+      break;
+  }
+  const std::optional<DescribedRaw> raw = layout_of_raw(path);
+  if (!raw) fail_reading(path, "nothing tells the layout of its samples", "Give it with --dims");
+  StoredVolume volume = open_described(*raw);
+  volume.notices.push_back("'" + path.string() + "': the layout is told by " + raw->source + ".");
+  return volume;
+}
+
+std::string known_files() {
+  std::string text;
+  for (const FormatDescription& format : known_formats()) {
+    text += (text.empty() ? "" : ", ") + std::string(format.name) + " (" + std::string(format.files) + ")";
+  }
+  return text;
+}
+
+std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Opening& opening) {
+  const auto [path, inside] = file_and_inside(whole_path);
+  VolumeChoice choice = opening.options.choice;
+  if (!inside.empty()) choice.array = inside;
+  const auto as_source = [&](StoredVolume stored) {
+    opening.header_is_known();
+    if (opening.use == Use::kWhole) check_memory(whole_path, stored.header);
+    return streamed_volume(whole_path, std::move(stored), choice.component, opening.notice);
+  };
+  if (!fs::exists(path)) {
+    if (!is_stack_pattern(path.filename().string()) || opening.options.raw) {
+      fail_reading(path, "there is no such file", "Check the name");
+    }
+    return as_source(open_stack(path));
+  }
+  if (opening.options.raw) return as_source(open_raw(path, *opening.options.raw));
+  const std::optional<VolumeFormat> format = format_of(path);
+  if (!format) {
+    fail_reading(path,
+                 fs::is_directory(path)
+                     ? "this folder holds neither TIFF nor DICOM images nor a Zarr or N5 array"
+                     : "neither its content nor its name is that of a known format",
+                 "Known are " + known_files() + "; give the layout of raw samples with --dims");
+  }
+  switch (*format) {
+    case VolumeFormat::kNrrd:
+    case VolumeFormat::kMetaImage:
+    case VolumeFormat::kLegacyVtk:
+    case VolumeFormat::kTiff:
+      return open_image(path, *format, opening);
+    default:
+      return as_source(open_format(path, *format, choice));
+  }
+}
+
+std::unique_ptr<VolumeSource> opened_apart(const fs::path& path, const VolumeFileOptions& options,
+                                           Use use) {
+  const auto open = [&](const Notice& notice, const std::function<void()>& header_is_known) {
+    try {
+      return open_path(path, {options, use, notice, header_is_known});
+    } catch (const fs::filesystem_error& problem) {
+      fail_reading(path, problem.code().message(), "Check the name and the permissions");
+    }
+  };
   try {
-    return read();
-  } catch (const fs::filesystem_error& problem) {
-    fail_reading(path, problem.code().message(), "Check the name and the permissions");
-  } catch (const std::bad_alloc&) {
-    fail_reading(path, "there is not enough memory for its samples",
-                 "Reduce the volume or use a larger machine");
+    return open_apart(path, open, options.notice);
+  } catch (const ChildProcessError& problem) {
+    fail_reading(path, problem.what(), "Try again when the machine has more room");
   }
 }
 
 }  // namespace
 
 Volume read_volume(const fs::path& path, const VolumeFileOptions& options) {
-  return reading(path, [&] {
-    const std::unique_ptr<VolumeSource> source = open_path(path, options, Use::kWhole);
-    const VolumeHeader& header = source->header();
-    return Volume{.dims = header.dims,
-                  .spacing = header.spacing,
-                  .index_to_world = header.index_to_world,
-                  .samples = source->take_all()};
-  });
+  const std::unique_ptr<VolumeSource> source = opened_apart(path, options, Use::kWhole);
+  const VolumeHeader& header = source->header();
+  return Volume{.dims = header.dims,
+                .spacing = header.spacing,
+                .index_to_world = header.index_to_world,
+                .meaning = header.meaning,
+                .samples = source->take_all()};
 }
 
 std::unique_ptr<VolumeSource> open_volume(const fs::path& path, const VolumeFileOptions& options) {
-  return reading(path, [&] { return open_path(path, options, Use::kSlabs); });
+  return opened_apart(path, options, Use::kSlabs);
 }
 
 void write_nrrd(const fs::path& path, const Volume& volume) {

@@ -14,22 +14,16 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <stdexcept>
 
 #include "common/base/affine.hpp"
 #include "server/core/framework/volume.hpp"
+#include "server/dataset/formats/stored_volume.hpp"
 
 namespace multitetra {
 
-// A volume file that cannot be read or written. The text names the file, the problem and a remedy.
-class VolumeFileError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
 // What is known of a volume before its samples are read.
 struct VolumeHeader {
-  std::array<std::int32_t, 3> dims{};  // Samples along x, y, z; each 1 to 4097.
+  std::array<std::int32_t, 3> dims{};  // Samples along x, y, z; each 1 to kMaxSide.
   SampleType type = SampleType::kU8;   // That slabs have; in the file it may be a wider one.
   Vec3 spacing = {1, 1, 1};            // World units between samples, > 0.
   Affine index_to_world;               // Sample index -> world, the spacing included.

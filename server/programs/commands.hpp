@@ -13,6 +13,7 @@ using Run = std::function<int()>;
 
 void add_generate_command(Command& program, Run& run);
 void add_prepare_command(Command& program, Run& run);
+void add_formats_command(Command& program, Run& run);
 void add_info_command(Command& program, Run& run);
 void add_plot_command(Command& program, Run& run);
 void add_verify_command(Command& program, Run& run);

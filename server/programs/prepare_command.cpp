@@ -1,11 +1,9 @@
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -17,6 +15,7 @@
 #include "server/programs/commands.hpp"
 #include "server/programs/progress.hpp"
 #include "server/programs/thread_options.hpp"
+#include "server/programs/volume_options.hpp"
 
 namespace multitetra {
 namespace {
@@ -27,26 +26,12 @@ struct PrepareArguments {
   std::string name;
   std::string outside = "void";
   std::int32_t margin = 0;
-  std::vector<std::int32_t> dims;
-  std::string type = "u8";
-  std::string endian = "little";
-  std::uint64_t header_bytes = 0;
-  std::vector<double> spacing = {1, 1, 1};
+  VolumeOptions volume;
   int bins = IsovalueBins::kDefaultCount;
   int threads = 0;
   bool json = false;
   bool quiet = false;
 };
-
-std::optional<RawLayout> raw_layout(const PrepareArguments& arguments) {
-  if (arguments.dims.empty()) return std::nullopt;
-  RawLayout layout{.type = sample_type_from(arguments.type).value(),
-                   .endian = arguments.endian == "big" ? Endian::kBig : Endian::kLittle,
-                   .header_bytes = arguments.header_bytes};
-  std::copy_n(arguments.dims.begin(), 3, layout.dims.begin());
-  std::copy_n(arguments.spacing.begin(), 3, layout.spacing.begin());
-  return layout;
-}
 
 // "void" or a number.
 std::optional<double> outside_value(const std::string& text) {
@@ -75,9 +60,9 @@ int prepare(const PrepareArguments& arguments) {
       arguments.name.empty() ? default_name(arguments.input) : arguments.name;
   Progress progress("prepare", 3, arguments.quiet || arguments.json);
   progress.begin("open");
-  const auto notice = [&](const std::string& text) { progress.note(text); };
-  const auto source =
-      open_volume(arguments.input, {.raw = raw_layout(arguments), .notice = notice});
+  VolumeFileOptions options = arguments.volume.parsed();
+  options.notice = [&](const std::string& text) { progress.note(text); };
+  const auto source = open_volume(arguments.input, options);
   const SourceNote note = source_note(arguments.input);
   std::string pass;
   const DatasetInfo info =
@@ -119,11 +104,12 @@ void add_prepare_command(Command& program, Run& run) {
   Command* command =
       program.add_subcommand("prepare", "Turn a volume file into a dataset that can be served");
   command
-      ->add_option("input", a->input,
-                   "Volume: .nrrd, .nhdr, .mha, .mhd, .nii, .nii.gz, .vtk, .tif, a directory or "
-                   "pattern of TIFF slices, or raw bytes with --dims")
+      ->add_option(
+          "input", a->input,
+          "Volume: a file, a folder (DICOM, OME-Zarr, TIFF slices), a pattern of slices, or "
+          "raw samples with --dims; `multitetra-server formats` lists what is read")
       ->required()
-      ->type_name("FILE");
+      ->type_name("SOURCE");
   command->add_option("-o,--output", a->output, "Dataset file to write (.mtd)")
       ->required()
       ->type_name("FILE");
@@ -139,24 +125,7 @@ void add_prepare_command(Command& program, Run& run) {
                    "Grid steps around the data; 1 with a value closes surfaces on all sides")
       ->within(0, 4096)
       ->capture_default_str();
-  Option* dims = command->add_option("--dims", a->dims, "Raw file: samples along x,y,z")
-                     ->delimiter(',')
-                     ->expected(3);
-  command->add_option("--type", a->type, "Raw file: type of a sample")
-      ->one_of({"u8", "i8", "u16", "i16", "f32"})
-      ->capture_default_str()
-      ->needs(dims);
-  command->add_option("--endian", a->endian, "Raw file: order of bytes")
-      ->one_of({"little", "big"})
-      ->capture_default_str()
-      ->needs(dims);
-  command->add_option("--header-bytes", a->header_bytes, "Raw file: bytes before the first sample")
-      ->capture_default_str()
-      ->needs(dims);
-  command->add_option("--spacing", a->spacing, "Raw file: world units between samples along x,y,z")
-      ->delimiter(',')
-      ->expected(3)
-      ->needs(dims);
+  a->volume.add_to(*command);
   command
       ->add_option("--bins", a->bins,
                    "Bins of isovalues that errors are stored for; more bins, a larger file")
@@ -170,7 +139,10 @@ void add_prepare_command(Command& program, Run& run) {
       "  multitetra-server prepare CThead.nhdr -o head.mtd --name head\n"
       "  multitetra-server prepare engine.mhd -o engine.mtd --outside 0 --margin 1\n"
       "  multitetra-server prepare fuel.raw --dims 64,64,64 --type u8 -o fuel.mtd\n"
-      "  multitetra-server prepare 'slices/ct_*.tif' -o ct.mtd");
+      "  multitetra-server prepare 'slices/ct_*.tif' -o ct.mtd\n"
+      "  multitetra-server prepare dicom_folder -o scan.mtd --series 2\n"
+      "  multitetra-server prepare image.zarr -o cells.mtd --channel 1 --time 0\n"
+      "  multitetra-server prepare run.h5:/fields/density -o density.mtd");
   command->callback([a, &run] { run = [a] { return prepare(*a); }; });
 }
 

@@ -26,6 +26,7 @@ int run(int argc, char** argv) {
   Run command;
   add_generate_command(program, command);
   add_prepare_command(program, command);
+  add_formats_command(program, command);
   add_info_command(program, command);
   add_plot_command(program, command);
   add_verify_command(program, command);

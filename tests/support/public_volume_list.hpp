@@ -30,7 +30,7 @@ inline void PrintTo(const PublicVolume& volume, std::ostream* out) { *out << vol
 
 inline RawLayout bytes(std::array<std::int32_t, 3> dims) { return {.dims = dims}; }
 inline RawLayout shorts_behind_6_bytes(std::array<std::int32_t, 3> dims) {
-  return {.dims = dims, .type = SampleType::kU16, .header_bytes = 6};
+  return {.dims = dims, .type = StoredType::kU16, .header_bytes = 6};
 }
 
 inline std::vector<PublicVolume> public_volumes() {

@@ -86,7 +86,7 @@ INSTANTIATE_TEST_SUITE_P(
             0,
             3272,
             RawLayout{
-                .dims = {128, 128, 112}, .type = kU16, .header_bytes = 6, .spacing = {2, 2, 2}}}),
+                .dims = {128, 128, 112}, .type = StoredType::kU16, .header_bytes = 6, .spacing = {2, 2, 2}}}),
     [](const ::testing::TestParamInfo<PublicVolume>& volume) {
       std::string label = volume.param.file;
       std::replace_if(

@@ -116,8 +116,8 @@ std::vector<WrittenVolume> VolumeSources::all_formats() {
       {folder_.file("f64.mha", meta_image_header("MET_DOUBLE", "LOCAL") + packed<double>(odd)),
        true},
       {folder_.file("z.mha", meta_image_header("MET_SHORT", "LOCAL", zipped) + small), false},
-      {folder_.file("v.nii", nifti({4, 16}, shorts, Endian::kLittle)), false},
-      {folder_.file("w.nii.gz", deflated(nifti({4, 16}, big_shorts, Endian::kBig), true)), false},
+      {folder_.file("v.nii", nifti({4, 16}, shorts, Endian::kLittle)), true},
+      {folder_.file("w.nii.gz", deflated(nifti({4, 16}, big_shorts, Endian::kBig), true)), true},
       {folder_.file("b.vtk", legacy_vtk("BINARY", "short", big_shorts)), true},
       {folder_.file("a.vtk", legacy_vtk("ASCII", "short", text)), false},
       {folder_.file("v.tif", tiff({shorts.substr(0, 24), shorts.substr(24)}, 2)), false},
@@ -126,7 +126,7 @@ std::vector<WrittenVolume> VolumeSources::all_formats() {
   };
   for (const Endian endian : {Endian::kLittle, Endian::kBig}) {
     const RawLayout layout{
-        .dims = kDims, .type = SampleType::kF32, .endian = endian, .header_bytes = 3};
+        .dims = kDims, .type = StoredType::kF32, .endian = endian, .header_bytes = 3};
     const std::string name = endian == Endian::kBig ? "big.bin" : "little.bin";
     result.push_back(
         {folder_.file(name, "abc" + packed<float>(odd, endian)), true, {.raw = layout}});
@@ -178,7 +178,9 @@ TEST_F(VolumeSources, BytesReadHereAreThoseThatItkReads) {
   for (const WrittenVolume& written : all_formats()) {
     SCOPED_TRACE(written.path.string());
     if (written.options.raw || !fs::is_regular_file(written.path)) continue;
-    const ImageFile file(written.path);
+    const VolumeFormat format = format_of(written.path).value();
+    if (format == VolumeFormat::kNifti) continue;  // Which ITK does not read here.
+    const ImageFile file(written.path, format);
     const std::optional<PlainPayload> payload = file.plain_payload();
     EXPECT_EQ(payload.has_value(), written.streams);
     if (!payload) continue;
@@ -224,14 +226,13 @@ TEST_F(VolumeSources, NoticesComeOnceHoweverOftenSlabsAreRead) {
   const auto source = open_volume(
       nrrd_file("v.nrrd", "double", "encoding: raw\nendian: little\n", packed<double>(numbers)),
       {.notice = [&](const auto& text) { notices.push_back(text); }});
-  ASSERT_EQ(notices.size(), 1u);
-  EXPECT_NE(notices[0].find("f64 become f32"), std::string::npos) << notices[0];
   Samples slab;
   source->read(1, 1, slab);
   source->read(1, 1, slab);
-  EXPECT_EQ(notices.size(), 1u);
+  EXPECT_EQ(notices.size(), 0u);
   for (int i = 0; i < 3; ++i) source->read(0, 2, slab);
   ASSERT_EQ(notices.size(), 2u);
+  EXPECT_NE(notices[0].find("f64 become f32, exactly"), std::string::npos) << notices[0];
   EXPECT_NE(notices[1].find("2 samples"), std::string::npos) << notices[1];
 }
 
@@ -320,7 +321,7 @@ std::int64_t resident_bytes() {
 }
 
 TEST_F(VolumeSources, ALargeVolumeIsOpenedAndReadWithMemoryForASlab) {
-  const RawLayout layout{.dims = {2048, 1024, 2048}, .type = SampleType::kU8};
+  const RawLayout layout{.dims = {2048, 1024, 2048}, .type = StoredType::kU8};
   const fs::path file = folder_.file("large.raw", "");
   std::error_code error;
   fs::resize_file(file, std::uintmax_t{1} << 32, error);  // A hole: it takes no space.

@@ -1,0 +1,38 @@
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "common/cli/json_report.hpp"
+#include "server/dataset/formats/recognition.hpp"
+#include "server/programs/commands.hpp"
+
+namespace multitetra {
+namespace {
+
+int list_formats(bool as_json) {
+  if (as_json) {
+    Json report = Json::array();
+    for (const FormatDescription& format : known_formats()) {
+      report.push_back({{"name", format.name}, {"files", format.files}, {"notes", format.notes}});
+    }
+    std::cout << text_of(report);
+    return 0;
+  }
+  for (const FormatDescription& format : known_formats()) {
+    std::cout << format.name << ": " << format.files << "\n    " << format.notes << "\n";
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_formats_command(Command& program, Run& run) {
+  const auto as_json = std::make_shared<bool>(false);
+  Command* command = program.add_subcommand("formats", "Tell which volume files prepare reads");
+  command->add_flag("--json", *as_json, "Print JSON");
+  command->callback([as_json, &run] { run = [as_json] { return list_formats(*as_json); }; });
+}
+
+}  // namespace multitetra

@@ -1,0 +1,66 @@
+#include "server/programs/volume_options.hpp"
+
+#include <algorithm>
+
+#include "common/base/exit_codes.hpp"
+
+namespace multitetra {
+
+void VolumeOptions::add_to(Command& command) {
+  command.add_option("--array", array,
+                     "Array inside the source: a path (Zarr, N5, HDF5) or a name (.vti)");
+  command.add_option("--level", level, "OME-Zarr: level of the pyramid, 0 the finest");
+  command.add_option("--time", time, "Of several times, this one, from 0 on");
+  command.add_option("--channel", channel, "Of several channels, this one, from 0 on");
+  command.add_option("--series", series, "DICOM: UID or number of the series");
+  command.add_option("--component", component,
+                     "Of several numbers a sample: one from 0 on, magnitude, or luminance (RGB)");
+  command.add_flag("--follow", follow,
+                   "Read data files that lie outside the folder of the header that names them");
+  Option* layout = command.add_option("--dims", dims, "Raw file: samples along x,y,z")
+                       ->delimiter(',')
+                       ->expected(3);
+  command.add_option("--type", type, "Raw file: type of a sample")
+      ->one_of({"u8", "i8", "u16", "i16", "f32", "u32", "i32", "u64", "i64", "f64"})
+      ->capture_default_str()
+      ->needs(layout);
+  command.add_option("--endian", endian, "Raw file: order of bytes")
+      ->one_of({"little", "big"})
+      ->capture_default_str()
+      ->needs(layout);
+  command.add_option("--header-bytes", header_bytes, "Raw file: bytes before the first sample")
+      ->capture_default_str()
+      ->needs(layout);
+  command.add_option("--spacing", spacing, "Raw file: world units between samples along x,y,z")
+      ->delimiter(',')
+      ->expected(3)
+      ->needs(layout);
+}
+
+VolumeFileOptions VolumeOptions::parsed() const {
+  VolumeFileOptions options;
+  options.choice = {.array = array,
+                    .level = level,
+                    .time = time,
+                    .channel = channel,
+                    .series = series,
+                    .component = {},
+                    .follow = follow};
+  if (!component.empty()) {
+    const auto chosen = ComponentChoice::from(component);
+    if (!chosen) {
+      throw ExitError(kUsage, "--component is \"" + component +
+                                  "\"; it must be a number from 0 on, magnitude or luminance.");
+    }
+    options.choice.component = *chosen;
+  }
+  if (dims.empty()) return options;
+  options.raw = RawLayout{.type = stored_type_from(type).value(),
+                          .endian = endian == "big" ? Endian::kBig : Endian::kLittle,
+                          .header_bytes = header_bytes};
+  std::copy_n(dims.begin(), 3, options.raw->dims.begin());
+  std::copy_n(spacing.begin(), 3, options.raw->spacing.begin());
+  return options;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,35 @@
+// Which volume a command reads: where several are, and how raw samples lie.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/cli/command.hpp"
+#include "server/dataset/volume_files.hpp"
+
+namespace multitetra {
+
+struct VolumeOptions {
+  std::string array;
+  std::optional<int> level;
+  std::optional<int> time;
+  std::optional<int> channel;
+  std::string series;
+  std::string component;
+  bool follow = false;
+  std::vector<std::int32_t> dims;
+  std::string type = "u8";
+  std::string endian = "little";
+  std::uint64_t header_bytes = 0;
+  std::vector<double> spacing = {1, 1, 1};
+
+  // Adds --array, --level, --time, --channel, --series, --component, --follow, and what tells the
+  // layout of raw samples.
+  void add_to(Command& command);
+  // What they say. Throws ExitError (kUsage) when a component is none.
+  [[nodiscard]] VolumeFileOptions parsed() const;
+};
+
+}  // namespace multitetra

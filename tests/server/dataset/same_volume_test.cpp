@@ -1,0 +1,122 @@
+// One volume in every format, written by write_volumes.py, is one dataset.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/dataset/dataset.hpp"
+#include "server/dataset/prepare.hpp"
+#include "server/dataset/volume_files.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct WrittenFormat {
+  std::string name;
+  fs::path path;
+};
+
+// What the script writes into `folder`. Packages that are missing are told, loudly.
+std::vector<WrittenFormat> written_formats(const fs::path& folder) {
+  const fs::path list = folder / "list.txt";
+  const std::string command = std::string(MULTITETRA_PYTHON) + " " + MULTITETRA_WRITE_VOLUMES +
+                              " " + folder.string() + " > " + list.string();
+  if (std::system(command.c_str()) != 0) return {};
+  std::vector<WrittenFormat> formats;
+  std::ifstream in(list);
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line);
+    WrittenFormat format;
+    std::string path;
+    words >> format.name >> path;
+    format.path = path;
+    if (format.name == "missing") {
+      std::cerr << "NOT TESTED: formats that need the Python package " << path << "\n";
+    } else {
+      formats.push_back(format);
+    }
+  }
+  return formats;
+}
+
+VolumeChoice choice_for(const std::string& name) {
+  VolumeChoice choice;
+  if (name == "zarr-2-time-1-channel-2") {
+    choice.time = 1;
+    choice.channel = 2;
+  }
+  return choice;
+}
+
+// Whether the format tells where the volume lies, or how far its samples are apart.
+bool tells_origin(const std::string& name) {
+  return !name.starts_with("n5") && !name.starts_with("raw");
+}
+bool tells_spacing(const std::string& name) { return name != "raw-gzip"; }
+
+std::string unit_told_by(const std::string& name) {
+  if (name.starts_with("zarr") || name.starts_with("n5") || name.starts_with("nifti")) return "µm";
+  if (name.starts_with("mrc")) return "Å";
+  if (name == "hdf5") return "m";
+  return name == "dicom" ? "mm" : "";
+}
+
+TEST(SameVolume, InEveryFormatHasTheSameSamplesPlaceAndContent) {
+  const TemporaryFolder folder;
+  const std::vector<WrittenFormat> formats = written_formats(folder.path());
+  if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
+  ASSERT_EQ(formats.front().name, "nrrd");
+  const Volume expected = read_volume(formats.front().path);
+  ASSERT_EQ(expected.dims, (std::array<std::int32_t, 3>{24, 20, 12}));
+  ASSERT_EQ(expected.type(), SampleType::kI16);
+  std::uint64_t content = 0;
+  for (const auto& [name, path] : formats) {
+    SCOPED_TRACE(name);
+    const auto source = open_volume(path, {.choice = choice_for(name)});
+    const fs::path output = folder.path() / "out.mtd";
+    prepare(*source, {.name = name}, output, {});
+    const VolumeHeader header = source->header();
+    EXPECT_EQ(header.dims, expected.dims);
+    EXPECT_EQ(header.meaning.length_unit, unit_told_by(name));
+    EXPECT_EQ(source->take_all(), expected.samples);
+    if (!tells_spacing(name)) continue;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(header.spacing[axis], expected.spacing[axis], 1e-6);
+      const double origin = tells_origin(name) ? expected.index_to_world.translation[axis] : 0;
+      EXPECT_NEAR(header.index_to_world.translation[axis], origin, 1e-5);
+    }
+    const std::uint64_t own = open_dataset(output)->info.content_id;
+    if (content == 0) content = own;
+    EXPECT_EQ(own, content);
+  }
+  EXPECT_GE(formats.size(), 20u);
+}
+
+TEST(SameVolume, IsReadBackwardsAsWell) {
+  const TemporaryFolder folder;
+  const std::vector<WrittenFormat> formats = written_formats(folder.path());
+  if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
+  const Volume expected = read_volume(formats.front().path);
+  const auto& all = std::get<std::vector<std::int16_t>>(expected.samples);
+  for (const auto& [name, path] : formats) {
+    SCOPED_TRACE(name);
+    const auto source = open_volume(path, {.choice = choice_for(name)});
+    Samples slab;
+    for (const std::int32_t first : {10, 7, 3, 0}) {
+      source->read(first, 2, slab);
+      EXPECT_EQ(slab, Samples(std::vector<std::int16_t>(all.begin() + 480 * first,
+                                                        all.begin() + 480 * (first + 2))));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,275 @@
+"""One volume in every format, written by programs of others where Debian has them and by hand elsewhere.
+
+    python3 write_volumes.py FOLDER
+
+24 x 20 x 12 samples of type i16, spacing 0.5 0.75 2, the first sample at 10 -20 30. Prints a line "FORMAT PATH" for each.
+"""
+import base64
+import gzip
+import json
+import pathlib
+import struct
+import sys
+import zlib
+
+import numpy
+
+folder = pathlib.Path(sys.argv[1])
+SHAPE = (12, 20, 24)  # z, y, x
+SPACING = (0.5, 0.75, 2.0)  # x, y, z
+ORIGIN = (10.0, -20.0, 30.0)
+z, y, x = numpy.meshgrid(*(numpy.arange(n) for n in SHAPE), indexing="ij")
+volume = (900 * numpy.sin(x / 3) * numpy.cos(y / 4) + 40 * z - 200 + (7 * x + 3 * y + 5 * z) % 11).astype("<i2")
+
+
+def told(name, path):
+    print(name, path)
+
+
+def write(name, data):
+    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(data)
+    return path
+
+
+def nrrd():
+    head = ("NRRD0004\ntype: int16\ndimension: 3\nsizes: 24 20 12\nencoding: raw\nendian: little\n"
+            "space dimension: 3\nspace directions: (0.5,0,0) (0,0.75,0) (0,0,2)\nspace origin: (10,-20,30)\n\n")
+    told("nrrd", write("v.nrrd", head.encode() + volume.tobytes()))
+
+
+def scale(numbers):
+    return {"type": "scale", "scale": list(reversed(numbers))}
+
+
+AXES = [{"name": name, "type": "space", "unit": "micrometer"} for name in "zyx"]
+PLACE = [scale(SPACING), {"type": "translation", "translation": list(reversed(ORIGIN))}]
+
+
+def zarr_2():
+    import numcodecs
+    import zarr
+    for name, compressor, more in (("blosc", numcodecs.Blosc("lz4"), {}), ("zstd", numcodecs.Zstd(3), {}),
+                                   ("gzip", numcodecs.GZip(5), {"order": "F"}), ("plain", None, {}),
+                                   ("zlib", numcodecs.Zlib(5), {"dimension_separator": "/"}),
+                                   ("bz2", numcodecs.BZ2(5), {})):
+        root = zarr.open_group(str(folder / f"{name}2.zarr"), "w")
+        root.create_dataset("0", data=volume, chunks=(5, 8, 9), compressor=compressor, **more)
+        root.attrs["multiscales"] = [{"version": "0.4", "axes": AXES,
+                                      "datasets": [{"path": "0", "coordinateTransformations": PLACE}]}]
+        told(f"zarr-2-{name}", folder / f"{name}2.zarr")
+    # Five dimensions: two times, three channels; the volume is time 1, channel 2.
+    root = zarr.open_group(str(folder / "five.zarr"), "w")
+    five = numpy.zeros((2, 3) + SHAPE, "<i2")
+    five[1, 2] = volume
+    root.create_dataset("a/0", data=five, chunks=(1, 1, 6, 10, 12))
+    root.attrs["multiscales"] = [{
+        "version": "0.4", "axes": [{"name": "t", "type": "time"}, {"name": "c", "type": "channel"}] + AXES,
+        "datasets": [{"path": "a/0", "coordinateTransformations": [
+            {"type": "scale", "scale": [1, 1, 2.0, 0.75, 0.5]},
+            {"type": "translation", "translation": [0, 0, 30, -20, 10]}]}]}]
+    told("zarr-2-time-1-channel-2", folder / "five.zarr")
+
+
+def crc32c(data):
+    crc = 0xFFFFFFFF
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ (0x82F63B78 if crc & 1 else 0)
+    return struct.pack("<I", crc ^ 0xFFFFFFFF)
+
+
+def blocks(shape):
+    """The block of this shape at every place of the volume, filled up with zeros beyond its ends."""
+    counts = [-(-n // s) for n, s in zip(SHAPE, shape)]
+    padded = numpy.zeros([c * s for c, s in zip(counts, shape)], "<i2")
+    padded[tuple(slice(n) for n in SHAPE)] = volume
+    for place in numpy.ndindex(*counts):
+        yield place, padded[tuple(slice(p * s, p * s + s) for p, s in zip(place, shape))]
+
+
+def zarr_3():
+    attributes = {"ome": {"version": "0.5", "multiscales": [
+        {"axes": AXES, "datasets": [{"path": "s0", "coordinateTransformations": PLACE}]}]}}
+    gzipped = {"name": "gzip", "configuration": {"level": 5}}
+    little = {"name": "bytes", "configuration": {"endian": "little"}}
+    big = {"name": "bytes", "configuration": {"endian": "big"}}
+    crc = {"name": "crc32c"}
+
+    def array(name, chunk, codecs):
+        root = folder / f"{name}.zarr"
+        write(f"{name}.zarr/zarr.json", json.dumps(
+            {"zarr_format": 3, "node_type": "group", "attributes": attributes}).encode())
+        write(f"{name}.zarr/s0/zarr.json", json.dumps({
+            "zarr_format": 3, "node_type": "array", "shape": SHAPE, "data_type": "int16",
+            "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": chunk}},
+            "chunk_key_encoding": {"name": "default", "configuration": {"separator": "/"}},
+            "fill_value": 0, "codecs": codecs, "dimension_names": ["z", "y", "x"]}).encode())
+        told(f"zarr-3-{name}", root)
+
+    array("whole", (5, 8, 9), [big, gzipped, crc])
+    for place, block in blocks((5, 8, 9)):
+        data = gzip.compress(block.astype(">i2").tobytes())
+        write("whole.zarr/s0/c/" + "/".join(map(str, place)), data + crc32c(data))
+    array("turned", (6, 10, 12), [{"name": "transpose", "configuration": {"order": [2, 0, 1]}}, little])
+    for place, block in blocks((6, 10, 12)):
+        write("turned.zarr/s0/c/" + "/".join(map(str, place)), block.transpose(2, 0, 1).tobytes())
+    for where in ("end", "start"):
+        array(f"sharded-{where}", (8, 10, 12), [{"name": "sharding_indexed", "configuration": {
+            "chunk_shape": (4, 5, 6), "codecs": [little, gzipped], "index_codecs": [little, crc],
+            "index_location": where}}])
+        for place, shard in blocks((8, 10, 12)):
+            index_bytes = 16 * 8 + 4
+            data = b""
+            index = b""
+            for inner in numpy.ndindex(2, 2, 2):
+                chunk = shard[tuple(slice(p * s, p * s + s) for p, s in zip(inner, (4, 5, 6)))]
+                if not chunk.any():
+                    index += struct.pack("<QQ", 2**64 - 1, 2**64 - 1)
+                    continue
+                packed = gzip.compress(chunk.tobytes())
+                index += struct.pack("<QQ", len(data) + (index_bytes if where == "start" else 0), len(packed))
+                data += packed
+            index += crc32c(index)
+            write(f"sharded-{where}.zarr/s0/c/" + "/".join(map(str, place)),
+                  index + data if where == "start" else data + index)
+
+
+def n5():
+    for name, compression, pack in (
+            ("gzip", {"type": "gzip", "level": 5, "useZlib": False}, gzip.compress),
+            ("zlib", {"type": "gzip", "useZlib": True}, zlib.compress), ("raw", {"type": "raw"}, bytes)):
+        write(f"{name}.n5/attributes.json", json.dumps({
+            "dimensions": SHAPE[::-1], "blockSize": (9, 8, 5), "dataType": "int16", "compression": compression,
+            "pixelResolution": {"dimensions": SPACING, "unit": "um"}}).encode())
+        for place, _ in blocks((5, 8, 9)):
+            part = volume[tuple(slice(p * s, p * s + s) for p, s in zip(place, (5, 8, 9)))]
+            head = struct.pack(">HHIII", 0, 3, *part.shape[::-1])
+            write(f"{name}.n5/" + "/".join(map(str, place[::-1])), head + pack(part.astype(">i2").tobytes()))
+        told(f"n5-{name}", folder / f"{name}.n5")
+
+
+def hdf5():
+    import h5py
+    with h5py.File(folder / "v.h5", "w") as file:
+        file.create_dataset("fields/density", data=volume, chunks=(4, 5, 6), compression="gzip", shuffle=True)
+        file["fields/density"].attrs["units"] = "kg/m3"
+        for dimension, (label, start, step, n) in enumerate(
+                (("z", 30, 2, 12), ("y", -20, 0.75, 20), ("x", 10, 0.5, 24))):
+            file[label] = start + step * numpy.arange(n)
+            file[label].attrs["units"] = "m"
+            file[label].make_scale(label)
+            file["fields/density"].dims[dimension].attach_scale(file[label])
+        file["fields/other"] = numpy.zeros((3, 3))
+    told("hdf5", f"{folder}/v.h5:/fields/density")
+
+
+def vti():
+    def packed(data):
+        parts = [data[i:i + 4096] for i in range(0, len(data), 4096)]
+        small = [zlib.compress(part) for part in parts]
+        last = len(parts[-1]) % 4096
+        return struct.pack(f"<{3 + len(parts)}I", len(parts), 4096, last, *map(len, small)), b"".join(small)
+
+    def file(name, compressor, attributes, inside, appended=b"", byte_order="LittleEndian", header="UInt32"):
+        told(f"vti-{name}", write(f"{name}.vti", (
+            f'<?xml version="1.0"?>\n<VTKFile type="ImageData" version="1.0" byte_order="{byte_order}" '
+            f'header_type="{header}"{compressor}>\n<ImageData WholeExtent="2 25 0 19 0 11" '
+            'Origin="9 -20 30" Spacing="0.5 0.75 2" Direction="1 0 0 0 1 0 0 0 1">\n'
+            '<Piece Extent="2 25 0 19 0 11">\n<PointData Scalars="field">\n'
+            f'<DataArray type="Int16" Name="field" {attributes}>').encode() + inside + (
+                b"</DataArray>\n</PointData>\n<CellData/>\n</Piece>\n</ImageData>\n" + appended + b"</VTKFile>\n")))
+
+    data = volume.tobytes()
+    zipped = ' compressor="vtkZLibDataCompressor"'
+    head, blocks_ = packed(data)
+    file("text", "", 'format="ascii" RangeMin="0"', ("\n   " + " ".join(map(str, volume.ravel())) + "\n").encode())
+    file("base64", "", 'format="binary"', b"\n     " + base64.b64encode(struct.pack("<I", len(data)) + data) + b"\n")
+    file("big", "", 'format="binary"', base64.b64encode(struct.pack(">Q", len(data)) + volume.astype(">i2").tobytes()),
+         byte_order="BigEndian", header="UInt64")
+    file("zlib", zipped, 'format="binary"', b"\n  " + base64.b64encode(head) + base64.b64encode(blocks_) + b"\n")
+    file("raw", "", 'format="appended" offset="5"', b"",
+         b'<AppendedData encoding="raw">\n _12345' + struct.pack("<I", len(data)) + data + b"\n</AppendedData>\n")
+    file("zlib-raw", zipped, 'format="appended" offset="0"', b"",
+         b'<AppendedData encoding="raw">\n_' + head + blocks_ + b"\n</AppendedData>\n")
+    file("zlib-appended", zipped, 'format="appended" offset="0"', b"",
+         b'<AppendedData encoding="base64">\n_' + base64.b64encode(head) + base64.b64encode(blocks_) +
+         b"\n</AppendedData>\n")
+
+
+def dicom():
+    import pydicom
+    from pydicom.dataset import FileDataset, FileMetaDataset
+    for i in range(SHAPE[0]):
+        meta = FileMetaDataset()
+        meta.MediaStorageSOPClassUID = "1.2.840.10008.5.1.4.1.1.2"
+        meta.MediaStorageSOPInstanceUID = f"1.2.3.{i + 1}"
+        meta.TransferSyntaxUID = pydicom.uid.ExplicitVRLittleEndian
+        image = FileDataset(None, {}, file_meta=meta, preamble=b"\0" * 128)
+        image.is_little_endian, image.is_implicit_VR = True, False
+        image.SOPClassUID, image.SOPInstanceUID = meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID
+        image.SeriesInstanceUID, image.StudyInstanceUID = "1.2.3.100", "1.2.3.200"
+        image.Modality, image.InstanceNumber = "CT", 100 - i
+        image.Rows, image.Columns = SHAPE[1], SHAPE[2]
+        image.PixelSpacing, image.SliceThickness = [0.75, 0.5], 2
+        image.ImagePositionPatient = [10, -20, 30 + 2 * i]
+        image.ImageOrientationPatient = [1, 0, 0, 0, 1, 0]
+        image.SamplesPerPixel, image.PhotometricInterpretation = 1, "MONOCHROME2"
+        image.BitsAllocated, image.BitsStored, image.HighBit, image.PixelRepresentation = 16, 16, 15, 1
+        image.RescaleSlope, image.RescaleIntercept, image.RescaleType = 1, -1000, "HU"
+        image.PixelData = (volume[i] + 1000).astype("<i2").tobytes()
+        path = folder / "dicom" / f"slice{(7 * i) % SHAPE[0]}"
+        path.parent.mkdir(exist_ok=True)
+        image.save_as(path, write_like_original=False)
+    told("dicom", folder / "dicom")
+
+
+def mrc():
+    head = bytearray(1024)
+    struct.pack_into("<10i", head, 0, 24, 20, 12, 1, 0, 0, 0, 24, 20, 12)
+    struct.pack_into("<6f", head, 40, 12, 15, 24, 90, 90, 90)
+    struct.pack_into("<3i", head, 64, 1, 2, 3)
+    struct.pack_into("<i", head, 92, 80)
+    struct.pack_into("<3f", head, 196, *ORIGIN)
+    head[208:214] = b"MAP DD"
+    told("mrc", write("v.mrc", bytes(head) + bytes(80) + volume.tobytes()))
+    told("mrc-gzip", write("v.map.gz", gzip.compress(bytes(head) + bytes(80) + volume.tobytes())))
+
+
+def nifti():
+    for endian, name in (("<", "v.nii"), (">", "big.nii.gz")):
+        head = bytearray(352)
+        struct.pack_into(endian + "i", head, 0, 348)
+        struct.pack_into(endian + "8h", head, 40, 3, 24, 20, 12, 1, 1, 1, 1)
+        struct.pack_into(endian + "2h", head, 70, 4, 16)
+        struct.pack_into(endian + "8f", head, 76, 1, 0.5, 0.75, 2, 1, 1, 1, 1)
+        struct.pack_into(endian + "3f", head, 108, 352, 1, 0)
+        head[123] = 3  # Micrometres.
+        struct.pack_into(endian + "2h", head, 252, 0, 2)
+        struct.pack_into(endian + "12f", head, 280, -0.5, 0, 0, -10, 0, -0.75, 0, 20, 0, 0, 2, 30)
+        head[344:347] = b"n+1"
+        data = bytes(head) + volume.astype(endian + "i2").tobytes()
+        told(f"nifti-{name}", write(name, gzip.compress(data) if name.endswith("gz") else data))
+
+
+def raw():
+    told("raw-gzip", write("v_24x20x12_int16.raw.gz", gzip.compress(volume.tobytes())))
+    write("described.raw", volume.tobytes())
+    told("raw-described", write("described.dat", b"ObjectFileName: described.raw\nResolution: 24 20 12\n"
+                                b"SliceThickness: 0.5 0.75 2\nFormat: SHORT\n"))
+
+
+nrrd()
+zarr_3()
+n5()
+vti()
+mrc()
+nifti()
+raw()
+for writer in (zarr_2, hdf5, dicom):  # With packages of others.
+    try:
+        writer()
+    except ImportError as problem:
+        print("missing", problem.name)
