@@ -7,6 +7,7 @@
 
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
+#include "common/cli/terminal.hpp"
 
 namespace multitetra {
 namespace {
@@ -84,6 +85,7 @@ std::string json_report(const FetchReport& report) {
   Json json = {{"server", to_string(report.server)},
                {"dataset", report.open.dataset},
                {"parameters", json_of(report.open.request)},
+               {"notices", report.notices},
                {"final_only", report.open.steps == StepPolicy::kFinalOnly},
                {"coordinates", report.coordinates},
                {"mesh_file", report.mesh_file.empty() ? Json(nullptr) : Json(report.mesh_file)},
@@ -145,6 +147,7 @@ std::string checks_table(const std::vector<FetchedStep>& steps) {
   row("Euler characteristic",
       [](const CommittedStep& s) { return std::to_string(s.topology.euler_characteristic); });
   row("topology preserved", [](const CommittedStep& s) {
+    if (s.topology.triangles == 0) return "empty";
     return preserves_topology(s.begin) ? "yes" : s.begin.is_final ? "no" : "preview";
   });
   return table;
@@ -179,7 +182,7 @@ std::string text_list(const std::vector<DatasetInfo>& datasets) {
     for (const double isovalue : info.suggested_isovalues) {
       isovalues += (isovalues.empty() ? "" : ", ") + human_number(isovalue);
     }
-    rows.push_back({info.name,
+    rows.push_back({printable(info.name),
                     std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) + " x " +
                         std::to_string(info.dims[2]),
                     std::string(name(info.type)),

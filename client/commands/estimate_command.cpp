@@ -43,6 +43,7 @@ int estimate(const EstimateArguments& arguments) {
     const Json report = {{"server", to_string(surface->server)},
                          {"dataset", surface->info.name},
                          {"parameters", json_of(surface->request)},
+                         {"notices", surface->notices.told()},
                          {"triangles", reply->triangles},
                          {"bytes", reply->bytes},
                          {"threshold_world", reply->threshold_world}};

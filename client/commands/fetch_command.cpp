@@ -13,6 +13,9 @@
 #include "client/report.hpp"
 #include "client/tile_folder.hpp"
 #include "common/cli/human_units.hpp"
+#include "common/cli/output_files.hpp"
+#include "common/cli/terminal.hpp"
+#include "common/request/request_notices.hpp"
 #include "common/wire/mesh_files.hpp"
 
 namespace multitetra {
@@ -64,7 +67,7 @@ class Output {
 RetryOptions retry_options(const FetchArguments& arguments) {
   return {.most = arguments.retries, .on_retry = [quiet = arguments.quiet](const Retry& retry) {
             if (quiet) return;
-            std::cerr << retry.reason.text << " Trying again in "
+            std::cerr << printable(retry.reason.text) << " Trying again in "
                       << human_seconds(std::chrono::duration<double>(retry.wait).count()) << " ("
                       << retry.number << ")." << std::endl;
           }};
@@ -149,6 +152,12 @@ int fetch(const FetchArguments& arguments) {
                                 ".drc.");
   }
 
+  require_outputs({{"--output", arguments.mesh}, {"--report", arguments.report}},
+                  {{"--against", arguments.against},
+                   {"--threshold-grid", arguments.order.surface.threshold_grid},
+                   {"--token-file", arguments.order.server.token_file},
+                   {"--ca", arguments.order.server.ca_file}});
+
   auto surface = ordered(arguments.order, retry_options(arguments));
   if (!surface) return surface.error();
   const DatasetInfo& info = surface->info;
@@ -158,6 +167,7 @@ int fetch(const FetchArguments& arguments) {
                .request = surface->request,
                .steps = arguments.final_only ? StepPolicy::kFinalOnly : StepPolicy::kProgressive,
                .held = {}},
+      .notices = surface->notices.told(),
       .coordinates = arguments.order.surface.coordinates,
       .mesh_file = {},
       .steps = {}};
@@ -188,6 +198,14 @@ int fetch(const FetchArguments& arguments) {
       return complain({Trouble::kCheck, *report.error});
     }
   }
+  if (final_step->step->topology.triangles == 0) {
+    surface->notices.tell(empty_surface_text(surface->request, info));
+    report.notices = surface->notices.told();
+    if (!arguments.order.surface.allow_empty) {
+      output.report(report);
+      return complain(kEmptySurface, not_written_text(arguments.mesh));
+    }
+  }
   output.final_step(*final_step);
   report.mesh_file = arguments.mesh;
   output.report(report);
@@ -198,6 +216,7 @@ void add_fetch(Command& app, FetchArguments& a) {
   Command* command = app.add_subcommand(
       "fetch", "Fetch an isosurface, coarse first, check it and write it as a mesh file");
   add_order_options(*command, a.order);
+  add_empty_option(*command, a.order.surface);
   command->add_flag("--final-only", a.final_only, "No previews");
   command
       ->add_option("--retries", a.retries,

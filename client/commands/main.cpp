@@ -1,5 +1,4 @@
 // multitetra-client: lists a server's datasets and fetches isosurfaces as mesh files.
-#include <exception>
 #include <iostream>
 #include <string>
 
@@ -11,6 +10,7 @@
 #include "client/commands/view_command.hpp"
 #include "client/report.hpp"
 #include "common/cli/command_line.hpp"
+#include "common/cli/program.hpp"
 
 namespace multitetra {
 namespace {
@@ -73,9 +73,5 @@ int run(int argc, char** argv) {
 }  // namespace multitetra
 
 int main(int argc, char** argv) {
-  try {
-    return multitetra::run(argc, argv);
-  } catch (const std::exception& error) {
-    return multitetra::complain(multitetra::kFailed, error.what());
-  }
+  return multitetra::run_program(multitetra::kProgram, [&] { return multitetra::run(argc, argv); });
 }

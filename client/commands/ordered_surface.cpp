@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/request/request_notices.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -91,8 +93,10 @@ OrExitCode<OrderedSurface> ordered(const SurfaceOrder& order, const RetryOptions
   }
   const auto request = request_of(order.surface, *info);
   if (!request) return told(complain(kUsage, request.error().text));
-  return OrderedSurface{connected->server, std::move(connected->client), *std::move(info),
-                        *request};
+  Notices notices;
+  notices.tell(request_notices(*request, *info));
+  return OrderedSurface{connected->server, std::move(connected->client), *std::move(info), *request,
+                        std::move(notices)};
 }
 
 }  // namespace multitetra

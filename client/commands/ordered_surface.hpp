@@ -10,6 +10,7 @@
 #include "client/commands/server_options.hpp"
 #include "common/cli/command.hpp"
 #include "common/cli/surface_options.hpp"
+#include "common/cli/terminal.hpp"
 
 namespace multitetra {
 
@@ -42,6 +43,7 @@ struct OrderedSurface {
   Client client;
   DatasetInfo info;
   IsosurfaceRequest request;
+  Notices notices;  // What is odd about the request.
 };
 
 [[nodiscard]] OrExitCode<OrderedSurface> ordered(const SurfaceOrder& order,

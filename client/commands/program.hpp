@@ -1,22 +1,22 @@
 // What the commands of multitetra-client share: how they complain, and end.
 #pragma once
 
-#include <unistd.h>
-
-#include <iostream>
 #include <string>
 
 #include "client/client.hpp"
 #include "common/base/exit_codes.hpp"
-#include "common/cli/terminal.hpp"
+#include "common/cli/program.hpp"
 
 namespace multitetra {
 
+inline const std::string kProgram = "multitetra-client";
+
 inline const std::string kExitCodes =
-    "Exit codes: 0 done, 1 failed (network, server, file), 2 wrong usage, 3 a check failed.";
+    "Exit codes: 0 done, 1 failed (network, server, file), 2 wrong usage, 3 a check failed,\n"
+    "6 the surface is empty.";
 
 inline ExitCode complain(ExitCode code, const std::string& text) {
-  std::cerr << styled(Style::kRed, "multitetra-client:", STDERR_FILENO) << " " << text << "\n";
+  complain(kProgram, text);
   return code;
 }
 

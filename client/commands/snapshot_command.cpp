@@ -11,6 +11,8 @@
 #include "client/picture/rasterizer.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
+#include "common/cli/output_files.hpp"
+#include "common/request/request_notices.hpp"
 #include "common/wire/mesh_files.hpp"
 
 namespace multitetra {
@@ -42,6 +44,8 @@ Json report_of(const SnapshotArguments& arguments, const OrderedSurface& surface
           {"dataset", surface.info.name},
           {"parameters", json_of(surface.request)},
           {"error_bound_world", taken.error_bound_world},
+          {"notices", surface.notices.told()},
+          {"is_empty", taken.topology.triangles == 0},
           {"triangles", taken.topology.triangles},
           {"bytes", taken.bytes},
           {"picture_file", arguments.picture},
@@ -90,6 +94,8 @@ int snapshot(const SnapshotArguments& arguments) {
   }
   const auto size = parse_picture_size(arguments.size);
   if (!size) return complain(kUsage, size.error().text);
+  require_outputs({{"--output", arguments.picture}},
+                  {{"--threshold-grid", arguments.order.surface.threshold_grid}});
   auto surface = ordered(arguments.order);
   if (!surface) return surface.error();
   Taken taken;
@@ -107,6 +113,13 @@ int snapshot(const SnapshotArguments& arguments) {
   taken.bytes = step.end.payload_bytes;
   taken.error_bound_world = step.begin.error_bound_world;
 
+  if (taken.topology.triangles == 0) {
+    surface->notices.tell(empty_surface_text(surface->request, surface->info));
+    if (!arguments.order.surface.allow_empty) {
+      if (arguments.json) std::cout << text_of(report_of(arguments, *surface, *size, taken));
+      return complain(kEmptySurface, not_written_text(arguments.picture));
+    }
+  }
   const auto came = Clock::now();
   const PositionedMesh mesh =
       positioned(step.mesh, output_map(arguments.order.surface, surface->info));
@@ -120,12 +133,6 @@ int snapshot(const SnapshotArguments& arguments) {
              .threads = arguments.threads});
   taken.draw_seconds = seconds_since(came);
   write_file(arguments.picture, png_file(picture));
-  if (mesh.triangles.empty()) {
-    std::cerr << "multitetra-client: the surface is empty, so only the background is in the "
-                 "picture; values go from "
-              << human_number(surface->info.min) << " to " << human_number(surface->info.max)
-              << ".\n";
-  }
   if (arguments.json) {
     std::cout << text_of(report_of(arguments, *surface, *size, taken));
   } else if (!arguments.quiet) {
@@ -172,6 +179,7 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
       ->within(1, 1024)
       ->group(group);
   add_order_options(*command, a.order);
+  add_empty_option(*command, a.order.surface);
   command->add_flag("--json", a.json, "Print a JSON report");
   command->add_flag("--quiet", a.quiet, "Say nothing unless something is wrong");
   command->footer(

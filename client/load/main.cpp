@@ -1,6 +1,5 @@
 // multitetra-load: many simulated users of a server, who check what they get.
 #include <algorithm>
-#include <exception>
 #include <iostream>
 #include <string>
 #include <thread>
@@ -9,6 +8,7 @@
 #include "client/commands/server_options.hpp"
 #include "client/load/load_report.hpp"
 #include "common/cli/command_line.hpp"
+#include "common/cli/program.hpp"
 #include "common/net/trust.hpp"
 
 namespace multitetra {
@@ -164,10 +164,5 @@ int run(int argc, char** argv) {
 }  // namespace multitetra
 
 int main(int argc, char** argv) {
-  try {
-    return multitetra::run(argc, argv);
-  } catch (const std::exception& error) {
-    std::cerr << "multitetra-load: " << error.what() << "\n";
-    return multitetra::kFailed;
-  }
+  return multitetra::run_program("multitetra-load", [&] { return multitetra::run(argc, argv); });
 }

@@ -1,12 +1,15 @@
 #include "common/base/atomic_file.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
 #include <cassert>
 #include <cerrno>
 #include <cstdio>
+#include <ctime>
 #include <random>
 #include <string_view>
 #include <system_error>
@@ -17,27 +20,98 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A name in the same folder, and so on the same disk: only there a file takes a name in one step.
-fs::path temporary_beside(const fs::path& path) {
+constexpr std::size_t kDigits = 16;
+constexpr std::string_view kHiddenEnd = ".tmp";
+
+fs::path folder_of(const fs::path& path) {
+  return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
+// What the names of all hidden files of `path` begin with.
+std::string hidden_begin(const fs::path& path) {
   constexpr std::size_t kMaxNameBytes = 200;  // Of the 255 that file systems allow.
+  return "." + path.filename().string().substr(0, kMaxNameBytes) + ".";
+}
+
+// A name in the same folder, and so on the same disk: only there a file takes a name in one step.
+fs::path hidden_beside(const fs::path& path) {
   std::random_device random;
-  std::array<char, 17> digits{};
+  std::array<char, kDigits + 1> digits{};
   std::snprintf(digits.data(), digits.size(), "%08x%08x", random(), random());
-  return path.parent_path() /
-         ("." + path.filename().string().substr(0, kMaxNameBytes) + "." + digits.data() + ".tmp");
+  return path.parent_path() / (hidden_begin(path) + digits.data() + std::string(kHiddenEnd));
+}
+
+bool is_hidden_name(std::string_view name, std::string_view begin) {
+  if (name.size() != begin.size() + kDigits + kHiddenEnd.size() || !name.starts_with(begin) ||
+      !name.ends_with(kHiddenEnd)) {
+    return false;
+  }
+  const std::string_view digits = name.substr(begin.size(), kDigits);
+  return digits.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+
+// The way to a file that is open, which may be followed while it has no name of its own.
+std::string path_of(int descriptor) { return "/proc/self/fd/" + std::to_string(descriptor); }
+
+// Negative where the file system knows no files without names, or none that could get one.
+int open_nameless(const fs::path& folder) {
+  const int descriptor = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
+  if (descriptor < 0 || ::access(path_of(descriptor).c_str(), F_OK) == 0) return descriptor;
+  ::close(descriptor);
+  return -1;
+}
+
+// Whoever has a hidden file open has it locked, so that others can tell whether its writer lives.
+bool lock(int descriptor) { return ::flock(descriptor, LOCK_EX | LOCK_NB) == 0; }
+
+// A writer locks its file right after it has made it: an older one without a lock is nobody's.
+bool is_abandoned(const fs::path& file) {
+  constexpr std::time_t kLockedBySeconds = 60;
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  struct stat status {};
+  const bool is_old = ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) &&
+                      std::time(nullptr) - status.st_mtime > kLockedBySeconds;
+  const bool is_nobodys = is_old && lock(descriptor);
+  ::close(descriptor);
+  return is_nobodys;
+}
+
+// Never fails: what cannot be removed stays.
+void remove_abandoned(const fs::path& path) {
+  const std::string begin = hidden_begin(path);
+  std::error_code error;
+  for (fs::directory_iterator entry(folder_of(path), error), end; !error && entry != end;
+       entry.increment(error)) {
+    const fs::path& file = entry->path();
+    if (is_hidden_name(file.filename().string(), begin) && is_abandoned(file)) {
+      ::unlink(file.c_str());
+    }
+  }
 }
 
 }  // namespace
 
-AtomicFile::AtomicFile(fs::path path)
-    : path_(std::move(path)), temporary_(temporary_beside(path_)) {
-  descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (descriptor_ < 0) fail("Cannot create");
+AtomicFile::AtomicFile(fs::path path, Before before) : path_(std::move(path)) {
+  struct stat there {};
+  if (::stat(path_.c_str(), &there) == 0 && !S_ISREG(there.st_mode)) {
+    errno = S_ISDIR(there.st_mode) ? EISDIR : EINVAL;
+    fail(S_ISDIR(there.st_mode) ? "Cannot replace" : "Will not replace what is no regular file:");
+  }
+  if (before == Before::kNameless) descriptor_ = open_nameless(folder_of(path_));
+  if (descriptor_ >= 0) return;
+  hidden_ = hidden_beside(path_);
+  descriptor_ = ::open(hidden_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) {
+    hidden_.clear();
+    fail("Cannot create");
+  }
+  (void)lock(descriptor_);  // Where there are no locks nobody can take the file for abandoned.
 }
 
 AtomicFile::~AtomicFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
-  if (!committed_) ::unlink(temporary_.c_str());
+  if (!hidden_.empty()) ::unlink(hidden_.c_str());
 }
 
 void AtomicFile::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {
@@ -69,11 +143,23 @@ void AtomicFile::commit(Durability durability) {
   assert(descriptor_ >= 0);
   const bool durable = durability == Durability::kMachineStop;
   if (durable && ::fsync(descriptor_) != 0) fail("Cannot bring to the disk:");
+  if (hidden_.empty()) give_hidden_name();
   // Some network disks report only here that they are full.
   if (::close(std::exchange(descriptor_, -1)) != 0) fail("Cannot finish");
-  if (::rename(temporary_.c_str(), path_.c_str()) != 0) fail("Cannot replace");
-  committed_ = true;
+  if (::rename(hidden_.c_str(), path_.c_str()) != 0) fail("Cannot replace");
+  hidden_.clear();
   if (durable) bring_folder_to_disk();
+}
+
+// A file without a name can get a new one only; replacing is for files with names.
+void AtomicFile::give_hidden_name() {
+  (void)lock(descriptor_);
+  const fs::path hidden = hidden_beside(path_);
+  if (::linkat(AT_FDCWD, path_of(descriptor_).c_str(), AT_FDCWD, hidden.c_str(),
+               AT_SYMLINK_FOLLOW) != 0) {
+    fail("Cannot name");
+  }
+  hidden_ = hidden;
 }
 
 void AtomicFile::fail(const std::string& what) const {
@@ -84,14 +170,18 @@ void AtomicFile::fail(const std::string& what) const {
 // The name itself. A folder that may be written but not read, and file systems that know no such
 // thing, keep the name without this as well as they can.
 void AtomicFile::bring_folder_to_disk() const {
-  const fs::path folder = path_.has_parent_path() ? path_.parent_path() : fs::path(".");
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const int descriptor = ::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;
   const bool failed = ::fsync(descriptor) != 0 && errno == EIO;
   ::close(descriptor);
   if (!failed) return;
   errno = EIO;
   fail("Cannot bring the name to the disk:");
+}
+
+void require_writable(const fs::path& path) {
+  const AtomicFile file(path);
+  remove_abandoned(path);
 }
 
 }  // namespace multitetra

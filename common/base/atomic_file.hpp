@@ -5,11 +5,12 @@
 //   file.write_at(0, head);
 //   file.commit(Durability::kMachineStop);
 //
-// What is written goes to a temporary file beside the name, which takes the name in one step.
+// What is written goes to a file without a name on the same disk, which takes the name in the end.
 // Guaranteed: whoever opens the name, at any moment, finds the old file (or none) or the new one;
-// and what somebody holds open never changes under him. Without a commit the temporary file is
-// removed; only a writer that is killed leaves one behind, as ".NAME.<16 digits>.tmp". Any number
-// of writers of one name may work at the same time: the last commit wins.
+// and what somebody holds open never changes under him. Any number of writers of one name may work
+// at the same time: the last commit wins. Of a writer that is killed nothing stays, except on file
+// systems that know no files without names (some network disks): there ".NAME.<16 digits>.tmp",
+// until somebody calls require_writable for the name.
 #pragma once
 
 #include <cstddef>
@@ -30,7 +31,12 @@ enum class Durability {
 // by one thread at a time, but for read_at.
 class AtomicFile {
  public:
-  explicit AtomicFile(std::filesystem::path path);
+  // Where the files live until they have their name.
+  enum class Before { kNameless, kHidden };
+
+  // Throws also where something is that no file shall replace: a folder, a device. kHidden is what
+  // is done anyway where there are no files without names.
+  explicit AtomicFile(std::filesystem::path path, Before before = Before::kNameless);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
@@ -47,12 +53,16 @@ class AtomicFile {
 
  private:
   [[noreturn]] void fail(const std::string& what) const;
+  void give_hidden_name();
   void bring_folder_to_disk() const;
 
   std::filesystem::path path_;
-  std::filesystem::path temporary_;
-  int descriptor_ = -1;  // Negative once closed.
-  bool committed_ = false;
+  std::filesystem::path hidden_;  // Its name until the commit; empty while it has none.
+  int descriptor_ = -1;           // Negative once closed.
 };
+
+// For programs that write a file after long work: throws, before it, as writing the file would.
+// What writers of this name have left that were killed is removed.
+void require_writable(const std::filesystem::path& path);
 
 }  // namespace multitetra

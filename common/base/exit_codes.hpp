@@ -16,6 +16,8 @@ enum ExitCode {
   kNoAddress = 3,  // An address cannot be listened on, as when another server has it.
   kNoSecrets = 4,  // Certificate, key or tokens file cannot be used.
   kNoDataset = 5,  // None of the datasets can be served.
+  // Of all that write surfaces:
+  kEmptySurface = 6,  // There is no triangle, and nobody said that this is fine.
 };
 
 // A trouble with the world that ends a program with that code.

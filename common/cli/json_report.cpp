@@ -92,7 +92,8 @@ Json json_of(const IsosurfaceRequest& request) {
 }
 
 Json json_of(const MeshTopology& topology) {
-  return {{"triangles", topology.triangles},
+  return {{"is_empty", topology.triangles == 0},
+          {"triangles", topology.triangles},
           {"vertices", topology.vertices},
           {"euler_characteristic", topology.euler_characteristic},
           {"components", topology.components},

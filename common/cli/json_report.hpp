@@ -22,7 +22,7 @@ using Json = nlohmann::ordered_json;
 // three where there are any
 [[nodiscard]] Json json_of(const LocalThresholds& thresholds);
 
-// triangles, vertices, euler_characteristic, components, border_edges, open_edges,
+// is_empty, triangles, vertices, euler_characteristic, components, border_edges, open_edges,
 // nonmanifold_edges, degenerate_triangles
 [[nodiscard]] Json json_of(const MeshTopology& topology);
 

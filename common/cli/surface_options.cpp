@@ -154,6 +154,14 @@ void add_surface_options(Command& command, SurfaceArguments& a) {
   add_budget_options(command, a);
 }
 
+void add_empty_option(Command& command, SurfaceArguments& a) {
+  command
+      .add_flag("--allow-empty", a.allow_empty,
+                "Write a surface without a triangle as well; otherwise nothing is written then, "
+                "and the exit code is 6")
+      ->group(kSurface);
+}
+
 Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments, const DatasetInfo& info) {
   if (!arguments.isovalue && info.suggested_isovalues.empty()) {
     return fail(ErrorCode::kInvalidArgument,

@@ -32,9 +32,12 @@ struct SurfaceArguments {
   std::uint64_t max_bytes = 0;
   int normal_bits = 0;
   std::string simplify = "on";
+  bool allow_empty = false;
 };
 
 void add_surface_options(Command& command, SurfaceArguments& arguments);
+// For commands that write a surface: --allow-empty.
+void add_empty_option(Command& command, SurfaceArguments& arguments);
 
 // The request, checked. kInvalidArgument or kLimitExceeded where a value is out of its range or not
 // understood, the grid's file cannot be read, or no isovalue is given and the dataset suggests

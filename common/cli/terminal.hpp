@@ -1,9 +1,10 @@
-// Colours for people, and only for them: none in files and pipes, none where NO_COLOR is set
-// (https://no-color.org), none on terminals that have none.
+// What people see on a terminal. Colours are for them alone: none in files and pipes, none where
+// NO_COLOR is set (https://no-color.org), none on terminals that have none.
 #pragma once
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace multitetra {
 
@@ -14,5 +15,20 @@ enum class Style { kBold, kRed, kYellow, kGreen, kDim };
 
 // The text in that style if the descriptor has colours, else as it is.
 [[nodiscard]] std::string styled(Style style, std::string_view text, int descriptor);
+
+// Text from elsewhere as it may be printed: what could steer a terminal (control characters, of
+// whatever encoding) is written as \\xNN, and so is what is no UTF-8. Line ends stay.
+[[nodiscard]] std::string printable(std::string_view text);
+
+// What somebody should know though nothing failed: said on the standard error, each sentence once.
+class Notices {
+ public:
+  void tell(const std::string& text);
+  void tell(const std::vector<std::string>& texts);
+  [[nodiscard]] const std::vector<std::string>& told() const { return told_; }
+
+ private:
+  std::vector<std::string> told_;
+};
 
 }  // namespace multitetra

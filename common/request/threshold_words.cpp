@@ -45,11 +45,7 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
 decltype(ThresholdRegion::shape) shape_of(std::string_view kind, const std::vector<double>& n) {
   if (kind == "ball") return BallShape{.centre = {n[0], n[1], n[2]}, .radius = n[3]};
   if (kind == "halfspace") return HalfSpaceShape{.normal = {n[0], n[1], n[2]}, .offset = n[3]};
-  BoxShape box{.low = {n[0], n[1], n[2]}, .high = {n[3], n[4], n[5]}};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (box.high[axis] < box.low[axis]) std::swap(box.low[axis], box.high[axis]);
-  }
-  return box;
+  return BoxShape{.low = {n[0], n[1], n[2]}, .high = {n[3], n[4], n[5]}};
 }
 
 using NamedNumbers = std::map<std::string_view, std::vector<double>>;
@@ -121,7 +117,14 @@ Result<ThresholdRegion> parse_region(std::string_view word) {
     return wrong("has " + std::to_string(numbers.size()) + " numbers before its threshold, not " +
                  std::to_string(wanted));
   }
-  return ThresholdRegion{.shape = shape_of(kind, numbers), .threshold = *threshold};
+  const ThresholdRegion region{.shape = shape_of(kind, numbers), .threshold = *threshold};
+  if (const auto* box = std::get_if<BoxShape>(&region.shape)) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (box->low[axis] <= box->high[axis]) continue;
+      return wrong(std::string("has its low corner above its high one along ") + "xyz"[axis]);
+    }
+  }
+  return region;
 }
 
 Result<ThresholdView> parse_view(std::string_view word) {

@@ -9,9 +9,9 @@
 
 namespace multitetra {
 
-// box:X0,Y0,Z0,X1,Y1,Z1=TAU (corners in any order), ball:X,Y,Z,R=TAU, halfspace:NX,NY,NZ,D=TAU.
-// kInvalidArgument, quoting the word, what is wrong with it and what would be right. Ranges are
-// checked where the whole request is.
+// box:X0,Y0,Z0,X1,Y1,Z1=TAU (no low coordinate above its high one), ball:X,Y,Z,R=TAU,
+// halfspace:NX,NY,NZ,D=TAU. kInvalidArgument, quoting the word, what is wrong with it and what
+// would be right. Ranges are checked where the whole request is.
 [[nodiscard]] Result<ThresholdRegion> parse_region(std::string_view word);
 
 // eye=X,Y,Z,fov=DEGREES,height=PIXELS,pixels=TOLERANCE, in any order, and for a frustum

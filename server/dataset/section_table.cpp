@@ -5,6 +5,7 @@
 #include <bit>
 #include <cassert>
 #include <cstring>
+#include <fstream>
 #include <utility>
 
 #include "server/dataset/checksum.hpp"
@@ -230,6 +231,12 @@ Result<void> read_section(const ByteSource& source, const Section& section,
   source.read(section.offset, into);
   if (checksum(into) == section.checksum) return {};
   return damaged(section.name, "its checksum does not match.");
+}
+
+bool begins_as_dataset(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::string begin(kMagic.size(), '\0');
+  return stream.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin == kMagic;
 }
 
 }  // namespace multitetra

@@ -13,6 +13,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
@@ -62,6 +63,9 @@ using SectionTable = std::vector<Section>;  // In the order of the file.
 // The whole section. Requires into.size() == section.size. Returns what is wrong with it.
 [[nodiscard]] Result<void> read_section(const ByteSource& source, const Section& section,
                                         std::span<std::byte> into);
+
+// Whether the file begins as a dataset of any version does; no if it cannot be read.
+[[nodiscard]] bool begins_as_dataset(const std::filesystem::path& file);
 
 // kDamagedData: the section, what is wrong with it, and what to do.
 [[nodiscard]] tl::unexpected<Error> damaged(std::string_view section, std::string_view what);

@@ -1,11 +1,13 @@
 #include "server/http/mesh_response.hpp"
 
+#include <algorithm>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "common/base/number_text.hpp"
 #include "common/mesh/mesh_checks.hpp"
+#include "common/request/request_notices.hpp"
 #include "common/wire/tile.hpp"
 
 namespace multitetra {
@@ -44,8 +46,21 @@ Result<MeshTopology> checked(const LatticeMesh& mesh, const OneShotSession::Step
   return found;
 }
 
-std::string facts(const MeshTopology& mesh, const OneShotSession::Step& step) {
+// Why a mesh may not be what its reader meant, a field each.
+void add_notices(Answer& answer, const MeshTopology& mesh, const IsosurfaceRequest& request,
+                 const DatasetInfo& info) {
+  std::vector<std::string> notices = request_notices(request, info);
+  if (mesh.triangles == 0) {
+    const std::string empty = empty_surface_text(request, info);
+    if (std::find(notices.begin(), notices.end(), empty) == notices.end()) notices.push_back(empty);
+  }
+  for (const std::string& notice : notices) add_field(answer, "Multitetra-Notice", notice);
+}
+
+std::string facts(const MeshTopology& mesh, const OneShotSession::Step& step,
+                  const DatasetInfo& info) {
   Answer answer;
+  add_notices(answer, mesh, step.begin.request, info);
   add_field(answer, "Multitetra-Triangles", std::to_string(mesh.triangles));
   add_field(answer, "Multitetra-Vertices", std::to_string(mesh.vertices));
   add_field(answer, "Multitetra-Euler-Characteristic", std::to_string(mesh.euler_characteristic));
@@ -69,7 +84,7 @@ Result<StoredMesh> store_mesh(const OneShotSession::Step& step, const DatasetInf
   *mesh = {};
   const auto file = std::make_shared<ScratchFile>(folder);
   static_cast<void>(file->put(std::as_bytes(std::span(bytes))));
-  return StoredMesh{.file = file, .bytes = bytes.size(), .fields = facts(*found, step)};
+  return StoredMesh{.file = file, .bytes = bytes.size(), .fields = facts(*found, step, info)};
 }
 
 }  // namespace multitetra

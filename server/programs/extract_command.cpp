@@ -5,13 +5,18 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/exit_codes.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
+#include "common/cli/output_files.hpp"
 #include "common/cli/surface_options.hpp"
+#include "common/cli/terminal.hpp"
 #include "common/mesh/content_digest.hpp"
+#include "common/request/request_notices.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/core/surface/vertex_normals.hpp"
@@ -64,9 +69,17 @@ double simplification_bound(const TiledSurface& surface) {
   return bound;
 }
 
+Json json_of(const ExtractArguments& arguments, const WrittenModel& model) {
+  return {{"file", model.file},
+          {"scope", arguments.model_scope},
+          {"tetrahedra", model.tetrahedra},
+          {"points", model.points}};
+}
+
+// Without what was written.
 Json report_of(const ExtractArguments& arguments, const IsosurfaceRequest& request,
-               const TiledSurface& surface, const MeshTopology& topology,
-               const ContentDigest& content, const std::optional<WrittenModel>& model,
+               const std::vector<std::string>& notices, const TiledSurface& surface,
+               const MeshTopology& topology, const ContentDigest& content,
                const Progress& progress) {
   Json report = {{"tetrahedra", surface.tetrahedra},
                  {"active_tetrahedra", surface.active_tetrahedra}};
@@ -79,13 +92,8 @@ Json report_of(const ExtractArguments& arguments, const IsosurfaceRequest& reque
   report["parameters"]["coordinates"] = arguments.surface.coordinates;
   report["parameters"]["errors"] = arguments.errors;
   if (arguments.level) report["parameters"]["level"] = *arguments.level;
-  report["mesh_file"] = arguments.output;
-  if (model) {
-    report["model"] = {{"file", model->file},
-                       {"scope", arguments.model_scope},
-                       {"tetrahedra", model->tetrahedra},
-                       {"points", model->points}};
-  }
+  report["notices"] = notices;
+  report["mesh_file"] = nullptr;
   return report;
 }
 
@@ -158,6 +166,9 @@ IsosurfaceRequest affordable(const std::shared_ptr<const SurfaceExtractor>& extr
 int extract(const ExtractArguments& arguments) {
   const ThreadLimit limit(arguments.threads);
   const MeshFormat format = format_of(arguments.output);
+  require_outputs(
+      {{"--output", arguments.output}, {"--model", arguments.model_file}},
+      {{"file", arguments.file}, {"--threshold-grid", arguments.surface.threshold_grid}});
   const bool has_model_file = !arguments.model_file.empty();
   Progress progress("extract", has_model_file ? 5 : 4, arguments.quiet || arguments.json);
   progress.begin("open");
@@ -165,6 +176,8 @@ int extract(const ExtractArguments& arguments) {
   const DatasetInfo& info = dataset->info;
   const Result<IsosurfaceRequest> asked = request_of(arguments.surface, info);
   if (!asked) throw std::invalid_argument(asked.error().text);
+  Notices notices;
+  notices.tell(request_notices(*asked, info));
   const auto extractor = std::make_shared<const SurfaceExtractor>(dataset);
 
   progress.begin("surface");
@@ -190,6 +203,17 @@ int extract(const ExtractArguments& arguments) {
       mesh, data_border(info, request.lattice_resolution, request.topology_tolerance, finest));
   const ContentDigest content = digest(mesh);
 
+  const auto report_now = [&] {
+    return report_of(arguments, request, notices.told(), surface, topology, content, progress);
+  };
+  if (topology.triangles == 0) {
+    notices.tell(empty_surface_text(request, info));
+    if (!arguments.surface.allow_empty) {
+      progress.finish();
+      if (arguments.json) std::cout << text_of(report_now());
+      throw ExitError(kEmptySurface, not_written_text(arguments.output));
+    }
+  }
   progress.begin("file");
   const Affine to_output = output_map(arguments.surface, info);
   write_file(arguments.output, mesh_file(positioned(mesh, to_output), format));
@@ -200,8 +224,10 @@ int extract(const ExtractArguments& arguments) {
   }
   progress.finish();
   if (arguments.json) {
-    std::cout << text_of(
-        report_of(arguments, request, surface, topology, content, model, progress));
+    Json report = report_now();
+    report["mesh_file"] = arguments.output;
+    if (model) report["model"] = json_of(arguments, *model);
+    std::cout << text_of(report);
   } else if (!arguments.quiet) {
     print_facts(arguments, surface, topology, model);
   }
@@ -223,6 +249,7 @@ void add_extract_command(Command& program, Run& run) {
       ->required()
       ->type_name("FILE");
   add_surface_options(*command, a->surface);
+  add_empty_option(*command, a->surface);
   command
       ->add_option("--errors", a->errors,
                    "spectrum: those that the dataset holds; exact: the reference, a pass over the "
@@ -256,7 +283,8 @@ void add_extract_command(Command& program, Run& run) {
       "  multitetra-server extract head.mtd -o head.ply\n"
       "  multitetra-server extract head.mtd --isovalue 1200.5 --error 0.5 -o bone.glb\n"
       "  multitetra-server extract head.mtd --error 2 --unit world -o head.stl --json\n"
-      "  multitetra-server extract head.mtd --error 4 -o head.ply --model head.vtu");
+      "  multitetra-server extract head.mtd --error 4 -o head.ply --model head.vtu\n"
+      "Exit codes: 0 done, 1 failed, 2 wrong usage, 6 the surface is empty.");
   command->callback([a, &run] { run = [a] { return extract(*a); }; });
 }
 

@@ -1,15 +1,11 @@
 // multitetra-gateway: the listeners of a server in front of several servers.
-
-#include <unistd.h>
-
-#include <exception>
 #include <iostream>
 #include <memory>
 
 #include "common/base/exit_codes.hpp"
 #include "common/cli/command_line.hpp"
 #include "common/cli/option_sources.hpp"
-#include "common/cli/terminal.hpp"
+#include "common/cli/program.hpp"
 #include "server/http/viewer_files.hpp"
 #include "server/operations/log.hpp"
 #include "server/operations/prometheus_metrics.hpp"
@@ -67,21 +63,9 @@ int run(int argc, char** argv) {
   return kOk;
 }
 
-int complain(int code, const char* text) {
-  std::cerr << styled(Style::kRed, "multitetra-gateway:", STDERR_FILENO) << " " << text << "\n";
-  return code;
-}
-
 }  // namespace
 }  // namespace multitetra
 
 int main(int argc, char** argv) {
-  using namespace multitetra;
-  try {
-    return run(argc, argv);
-  } catch (const ExitError& error) {
-    return complain(error.code(), error.what());
-  } catch (const std::exception& error) {
-    return complain(kFailed, error.what());
-  }
+  return multitetra::run_program("multitetra-gateway", [&] { return multitetra::run(argc, argv); });
 }

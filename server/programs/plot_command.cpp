@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/cli/json_report.hpp"
+#include "common/cli/output_files.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/surface_extractor.hpp"
@@ -50,6 +51,7 @@ int plot(const PlotArguments& arguments) {
     throw std::invalid_argument("\"" + arguments.output +
                                 "\" is no name of a plot; plots are SVG files, *.svg.");
   }
+  require_outputs({{"--output", arguments.output}}, {{"file", arguments.file}});
   Progress progress("plot", 2, arguments.quiet || arguments.json);
   progress.begin("open");
   const DatasetPtr dataset = open_dataset(arguments.file);

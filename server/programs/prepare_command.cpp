@@ -7,9 +7,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/exit_codes.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
+#include "common/cli/output_files.hpp"
 #include "server/dataset/prepare.hpp"
+#include "server/dataset/section_table.hpp"
 #include "server/dataset/source_note.hpp"
 #include "server/dataset/volume_files.hpp"
 #include "server/programs/commands.hpp"
@@ -29,6 +32,7 @@ struct PrepareArguments {
   VolumeOptions volume;
   int bins = IsovalueBins::kDefaultCount;
   int threads = 0;
+  bool force = false;
   bool json = false;
   bool quiet = false;
 };
@@ -53,8 +57,26 @@ std::string default_name(const std::filesystem::path& input) {
   return name.stem().string();
 }
 
+// Throws unless the dataset may take this name: what is there may be nobody's but an older
+// dataset's, and the input's in no case.
+void check_output(const PrepareArguments& arguments) {
+  const std::filesystem::path output = arguments.output;
+  require_outputs({{"--output", output}}, {{"input", arguments.input}});
+  if (arguments.force) return;
+  if (output.extension() != ".mtd") {
+    throw ExitError(kUsage, "--output: the name of a dataset ends in .mtd, and \"" +
+                                arguments.output + "\" does not; --force takes it all the same.");
+  }
+  if (std::filesystem::exists(output) && std::filesystem::file_size(output) > 0 &&
+      !begins_as_dataset(output)) {
+    throw ExitError(kUsage, "--output: " + arguments.output +
+                                " is there already and no dataset; --force replaces it.");
+  }
+}
+
 int prepare(const PrepareArguments& arguments) {
   const ThreadLimit limit(arguments.threads);
+  check_output(arguments);
   const std::optional<double> outside = outside_value(arguments.outside);
   const std::string dataset_name =
       arguments.name.empty() ? default_name(arguments.input) : arguments.name;
@@ -131,6 +153,8 @@ void add_prepare_command(Command& program, Run& run) {
                    "Bins of isovalues that errors are stored for; more bins, a larger file")
       ->within(1, IsovalueBins::kMaxCount)
       ->capture_default_str();
+  command->add_flag("--force", a->force,
+                    "Write to a name without .mtd, too, and over a file that is no dataset");
   add_threads_option(*command, a->threads);
   command->add_flag("--json", a->json, "Print a JSON report");
   command->add_flag("--quiet", a->quiet, "Say nothing unless something is wrong");

@@ -1,12 +1,6 @@
 // multitetra-server: makes, prepares and serves volumes.
-#include <unistd.h>
-
-#include <exception>
-#include <iostream>
-
-#include "common/base/exit_codes.hpp"
 #include "common/cli/command_line.hpp"
-#include "common/cli/terminal.hpp"
+#include "common/cli/program.hpp"
 #include "server/programs/commands.hpp"
 
 namespace multitetra {
@@ -22,7 +16,8 @@ int run(int argc, char** argv) {
       "  multitetra-server generate head --size 128 --noise 20 -o head.nrrd\n"
       "  multitetra-server prepare head.nrrd -o head.mtd\n"
       "  multitetra-server serve head.mtd\n"
-      "Each command tells more with --help. Exit codes: 0 done, 1 failed, 2 wrong usage.");
+      "Each command tells more with --help. Exit codes: 0 done, 1 failed, 2 wrong usage; some have "
+      "more.");
   Run command;
   add_generate_command(program, command);
   add_prepare_command(program, command);
@@ -40,23 +35,6 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace multitetra
 
-namespace {
-
-int complain(int code, const char* text) {
-  using multitetra::Style;
-  std::cerr << multitetra::styled(Style::kRed, "multitetra-server:", STDERR_FILENO) << " " << text
-            << "\n";
-  return code;
-}
-
-}  // namespace
-
 int main(int argc, char** argv) {
-  try {
-    return multitetra::run(argc, argv);
-  } catch (const multitetra::ExitError& error) {
-    return complain(error.code(), error.what());
-  } catch (const std::exception& error) {
-    return complain(multitetra::kFailed, error.what());
-  }
+  return multitetra::run_program("multitetra-server", [&] { return multitetra::run(argc, argv); });
 }

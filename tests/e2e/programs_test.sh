@@ -75,7 +75,7 @@ ls steps/step_0.ply >/dev/null || fail "no saved step"
 # A threshold map of all kinds, on both command lines.
 { printf 'NRRD0004\ntype: float\ndimension: 3\nsizes: 2 1 1\nencoding: ascii\nspace dimension: 3\n'
   printf 'space directions: (12,0,0) (0,90,0) (0,0,90)\nspace origin: (6,45,45)\n\n1.5 nan\n'; } >grid.nrrd
-map=(--error 3 --region ball:9,9,9,7=0.1 --region box:30,30,30,9,9,25=0.6 --region-unit index
+map=(--error 3 --region ball:9,9,9,7=0.1 --region box:9,9,25,30,30,30=0.6 --region-unit index
   --view eye=-20,10,10,fov=50,height=400,pixels=8,look=20,10,10,outside=4 --threshold-grid grid.nrrd)
 for combine in order minimum; do
   "$client" fetch --server "$url" --dataset gyroid "${map[@]}" --combine "$combine" -o fetched.ply --report report.json --quiet
@@ -108,12 +108,38 @@ cmp once.png twice.png || fail "the same picture has other bytes the second time
 ! cmp -s once.png wires.png || fail "a picture with wires is the same as without"
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 --azimuth 80 -o aside.png --quiet
 ! cmp -s once.png aside.png || fail "a picture from the side is that from the front"
-"$client" snapshot --server "$url" --dataset gyroid --isovalue 1e9 -o nothing.png --quiet 2>err.txt
-grep -q "empty" err.txt || fail "snapshot does not say that the surface is empty"
+# What is empty is told, and not written unless that is meant.
+for command in "$client snapshot --server $url --dataset gyroid -o nothing.png" \
+  "$client fetch --server $url --dataset gyroid -o nothing.ply" "$server extract gyroid.mtd -o nothing.obj"; do
+  ends 6 'there is none at isovalue 1e+09; values of "gyroid" go from' $command --isovalue 1e9
+  ends 6 "The surface is empty" $command --isovalue 1e9 --quiet
+  ends 6 '"is_empty": true' $command --isovalue 1e9 --json
+  ! ls nothing.* 2>/dev/null || fail "an empty surface was written by $command"
+  ends 0 "The surface is empty" $command --isovalue 1e9 --allow-empty
+  [ "$(ls nothing.* | wc -l)" = 1 ] || fail "--allow-empty wrote nothing: $command"
+  rm nothing.*
+done
+ends 6 '"mesh_file": null' "$client" fetch --server "$url" --dataset gyroid --isovalue 1e9 -o x.ply --json
+ends 6 'empty' "$client" fetch --server "$url" --dataset gyroid --isovalue 1e9 -o x.ply
+grep -q 'topology preserved *empty' out || fail "an empty mesh preserves a topology"
+ends 0  '"notices": [' "$client" estimate --server "$url" --dataset gyroid --isovalue 1e9 --json
+# So are errors for places without data, and boxes that are none.
+ends 0 "Region 2 is outside" "$client" fetch --server "$url" --dataset gyroid --region-unit index --region ball:9,9,9,3=0 \
+  --region ball:90,90,90,3=0 -o x.ply
+ends 0 "from (0, 0, 0) to (32, 32, 32) in sample indices" "$server" extract gyroid.mtd --region-unit index \
+  --region halfspace:0,0,1,40=0 -o x.ply
+ends 2 "low corner above its high one along y" "$client" fetch --server "$url" --dataset gyroid --region box:1,9,1,9,1,9=0 -o x.ply
 ends 2 "1280x960" "$client" snapshot --server "$url" --dataset gyroid --size 12by9 -o x.png
 ends 2 "PNG" "$client" snapshot --server "$url" --dataset gyroid -o x.jpg
 ends 2 '"gyroid"' "$client" snapshot --server "$url" -o x.png
-"$client" fetch --server "$url" --dataset gyroid --isovalue 1e9 -o empty.ply --quiet || fail "an empty mesh is an error"
+# What cannot be written is known before anything is fetched or computed.
+ends 1 "nowhere/x.ply" "$client" fetch --server tcp://127.0.0.1:1 --dataset gyroid -o nowhere/x.ply
+ends 1 "nowhere/x.json" "$client" fetch --server tcp://127.0.0.1:1 --dataset gyroid -o x.ply --report nowhere/x.json
+ends 1 "nowhere/x.png" "$client" snapshot --server tcp://127.0.0.1:1 --dataset gyroid -o nowhere/x.png
+ends 2 "--report: ./x.ply is written by --output" "$client" fetch --server tcp://127.0.0.1:1 --dataset gyroid -o x.ply --report ./x.ply
+ends 2 "--against" "$client" fetch --server tcp://127.0.0.1:1 -o gyroid.ply --check full --against gyroid.ply
+ends 1 "standard output" sh -c "'$client' list --server '$url' >/dev/full"
+ends 1 "standard output" sh -c "'$server' info gyroid.mtd --json >/dev/full"
 
 ends 1 "nowhere" "$client" fetch --server "$url" --dataset nowhere -o x.ply
 ends 2 "error threshold" "$client" fetch --server "$url" --dataset gyroid --error -1 -o x.ply
@@ -124,6 +150,22 @@ ends_well server "$pid"
 
 # --- what is wrong is said
 ends 1 "missing.nrrd" "$server" prepare missing.nrrd -o x.mtd
+# Nothing is written over an input, under whatever name, nor over what is no dataset.
+cp torus.nrrd volume.nrrd
+ln -s volume.nrrd link.mtd
+sum=$(sha256sum <volume.nrrd)
+ends 2 "input" "$server" prepare volume.nrrd -o volume.nrrd
+ends 2 "input" "$server" prepare volume.nrrd -o ./volume.nrrd --force
+ends 2 "input" "$server" prepare volume.nrrd -o link.mtd
+ends 2 ".mtd" "$server" prepare volume.nrrd -o other.nrrd
+cp volume.nrrd taken.mtd
+ends 2 "no dataset" "$server" prepare volume.nrrd -o taken.mtd
+ends 1 "nowhere/x.mtd" "$server" prepare volume.nrrd -o nowhere/x.mtd
+ends 2 "file" "$server" extract torus.mtd -o mesh.ply --model torus.mtd
+ends 2 "--model: mesh.ply is written by --output" "$server" extract torus.mtd -o mesh.ply --model mesh.ply
+[ "$sum" = "$(sha256sum <volume.nrrd)" ] && [ ! -e other.nrrd ] || fail "prepare wrote where it must not"
+"$server" prepare volume.nrrd -o taken.mtd --force --quiet && "$server" prepare volume.nrrd -o taken.mtd --quiet ||
+  fail "--force does not replace, or a dataset is not replaced without it"
 ends 1 "--outside" "$server" prepare torus.nrrd -o x.mtd --outside nothing
 ends 1 "torus.nrrd" "$server" extract torus.nrrd -o x.ply
 ends 1 "suffix" "$server" extract torus.mtd -o x.xyz

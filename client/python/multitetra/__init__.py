@@ -13,8 +13,20 @@ manifest and its digest, that it has no crack, and that all steps which promise 
 the same Euler characteristic.
 """
 
-from .conversation import CheckError, Estimate, ServerError, connect
+from .conversation import CheckError, EmptySurfaceWarning, Estimate, ServerError, connect
 from .mesh import Mesh
 from .request import ball, box, grid, half_space, view
 
-__all__ = ["CheckError", "Estimate", "Mesh", "ServerError", "ball", "box", "connect", "grid", "half_space", "view"]
+__all__ = [
+    "CheckError",
+    "EmptySurfaceWarning",
+    "Estimate",
+    "Mesh",
+    "ServerError",
+    "ball",
+    "box",
+    "connect",
+    "grid",
+    "half_space",
+    "view",
+]

@@ -1,12 +1,13 @@
 """A conversation with a server: lists, and surfaces step by step."""
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
 from .border import data_border, edges_inside
 from .mesh import DamagedTile, Mesh, count_edges, decode_tile, positioned, weld
-from .request import isosurface_request
+from .request import isosurface_request, takes_a_request
 from .transport import open_transport
 from .v1 import conversation_pb2 as pb
 
@@ -23,6 +24,10 @@ class ServerError(Exception):
 
 class CheckError(Exception):
     """What came contradicts itself or the request."""
+
+
+class EmptySurfaceWarning(UserWarning):
+    """The surface that was asked for has no triangle."""
 
 
 @dataclass
@@ -97,12 +102,14 @@ class Connection:
         self._infos = {info.name: info for info in datasets}
         return datasets
 
+    @takes_a_request
     def isosurface(self, dataset, isovalue, **request):
         """The surface as it was asked for, without previews: a Mesh."""
         for step in self.steps(dataset, isovalue, final_only=True, **request):
             mesh = step.mesh
         return mesh
 
+    @takes_a_request
     def estimate(self, dataset, isovalue, **request):
         """How large the surface would be, without making it: an Estimate."""
         self._info(dataset)
@@ -118,12 +125,9 @@ class Connection:
             if kind == "estimate_reply":
                 return Estimate(message.triangles, message.bytes, message.threshold_world)
 
+    @takes_a_request
     def steps(self, dataset, isovalue, final_only=False, **request):
-        """Yields Steps, coarse first; the last one is the surface as it was asked for.
-
-        The other arguments are those of request.isosurface_request: error, unit, regions, view,
-        grid, max_triangles, simplify, ...
-        """
+        """Yields Steps, coarse first; the last one is the surface as it was asked for."""
         info = self._info(dataset)
         self._last_id += 1
         asked = isosurface_request(isovalue, **request)
@@ -150,6 +154,8 @@ class Connection:
                     if euler_characteristic not in (None, step.euler_characteristic):
                         raise CheckError(f"Step {number} has another topology than a step before.")
                     euler_characteristic = step.euler_characteristic
+                if step.is_final and len(step.mesh.faces) == 0:
+                    warnings.warn(_empty_text(isovalue, info), EmptySurfaceWarning, stacklevel=2)
                 yield step
                 number += 1
         except GeneratorExit:  # Left by its user.
@@ -259,6 +265,10 @@ class Connection:
                 "stream_end",
             ):
                 return kind, message
+
+
+def _empty_text(isovalue, info):
+    return f'The surface at isovalue {isovalue:g} is empty; values of "{info.name}" go from {info.min:g} to {info.max:g}.'
 
 
 def _digest_bytes(tile):

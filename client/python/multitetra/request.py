@@ -1,8 +1,13 @@
 """Requests: an isovalue, and how large an error is allowed where."""
 
+import inspect
+
 import numpy as np
 
 from .v1 import request_pb2 as pb
+
+
+COMBINATIONS = {"order": pb.COMBINATION_IN_ORDER, "minimum": pb.COMBINATION_MINIMUM}
 
 
 def box(low, high, error):
@@ -46,22 +51,31 @@ def isosurface_request(
     regions=(),
     view=None,
     grid=None,
-    combination="in_order",
-    coordinates="world",
+    combine="order",
+    region_unit="world",
     max_triangles=0,
     max_bytes=0,
-    normal_bits=0,
+    normals=0,
     simplify=True,
 ):
-    """The words are those of the command line; what is out of its range is refused by the server."""
+    """A request for the surface at `isovalue`. What is out of its range is refused by the server.
+
+    error: the largest distance from the full surface, in `unit` (voxel or world); 0 is the full resolution
+    bound: certified, or paper (which the real distance may exceed)
+    topology_rule: exact or paper; topology_tolerance: features up to this many voxels may vanish
+    regions, view, grid: other errors elsewhere (box, ball, half_space, view, grid of this module); combine: order
+        or minimum; region_unit: of the coordinates of regions and view, world or index
+    max_triangles, max_bytes: a budget, 0 for none; normals: bits of each coordinate, 8 to 10, 0 for none
+    simplify: a few of the triangles, within the same errors
+    """
     threshold = pb.ThresholdMap(
         everywhere=error,
         unit=pb.LengthUnit.Value("LENGTH_UNIT_" + unit.upper()),
-        coordinates=pb.CoordinateSystem.Value("COORDINATE_SYSTEM_" + coordinates.upper()),
+        coordinates=pb.CoordinateSystem.Value("COORDINATE_SYSTEM_" + region_unit.upper()),
         regions=list(regions),
         view=view,
         grid=grid,
-        combination=pb.Combination.Value("COMBINATION_" + combination.upper()),
+        combination=COMBINATIONS[combine],
     )
     return pb.IsosurfaceRequest(
         isovalue=isovalue,
@@ -71,6 +85,20 @@ def isosurface_request(
         topology_tolerance=topology_tolerance,
         max_triangles=max_triangles,
         max_bytes=max_bytes,
-        normal_bits=normal_bits,
+        normal_bits=normals,
         simplify=simplify,
     )
+
+
+def takes_a_request(method):
+    """Lets help() show what `**request` of a method may be: the arguments of isosurface_request."""
+    own = inspect.signature(method)
+    named = [one for one in own.parameters.values() if one.kind is not one.VAR_KEYWORD]
+    asked = [
+        one.replace(kind=one.KEYWORD_ONLY)
+        for one in inspect.signature(isosurface_request).parameters.values()
+        if one.name != "isovalue"
+    ]
+    method.__signature__ = own.replace(parameters=named + asked)
+    method.__doc__ += "\n\n        " + isosurface_request.__doc__.split("\n\n", 1)[1].strip().replace("\n", "\n    ")
+    return method

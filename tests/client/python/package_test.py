@@ -1,5 +1,6 @@
 """The Python package against the running server. Usage: package_test.py DIRECTORY_OF_PROGRAMS (with PYTHONPATH set)"""
 
+import inspect
 import pathlib
 import re
 import subprocess
@@ -7,6 +8,7 @@ import sys
 import tempfile
 import time
 import unittest
+import warnings
 
 try:
     import google.protobuf  # noqa: F401
@@ -72,6 +74,24 @@ class Package(unittest.TestCase):
             np.testing.assert_allclose(ours.sum(axis=0), theirs.sum(axis=0), rtol=1e-5)
             np.testing.assert_allclose(ours.min(axis=0), theirs.min(axis=0), rtol=1e-6)
 
+    def test_an_empty_surface_is_told(self):
+        with multitetra.connect(self.urls[0]) as server:
+            with self.assertWarnsRegex(multitetra.EmptySurfaceWarning, 'empty; values of "gyroid" go from'):
+                self.assertEqual(len(server.isosurface("gyroid", 1e9).faces), 0)
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                server.isosurface("gyroid", 0.1, error=2)
+
+    def test_help_names_all_that_may_be_asked_for(self):
+        for method in (conversation.Connection.isosurface, conversation.Connection.steps):
+            parameters = inspect.signature(method).parameters
+            for name in ("error", "unit", "region_unit", "combine", "normals", "simplify"):
+                self.assertIn(name, parameters)
+            self.assertNotIn("request", parameters)
+            self.assertIn("a budget", method.__doc__)
+        with multitetra.connect(self.urls[0]) as server, self.assertRaises(TypeError):
+            server.isosurface("gyroid", 0.1, normal_bits=8)
+
     def test_steps_come_coarse_first_and_tiles_once(self):
         for url in self.urls:
             with multitetra.connect(url) as server:
@@ -87,7 +107,7 @@ class Package(unittest.TestCase):
         with multitetra.connect(self.urls[1]) as server:
             coarse = server.isosurface("gyroid", 0.1, error=2)
             region = multitetra.box([0, 0, 0], [16, 16, 16], error=0)
-            fine = server.isosurface("gyroid", 0.1, error=2, regions=[region], coordinates="index")
+            fine = server.isosurface("gyroid", 0.1, error=2, regions=[region], region_unit="index")
         self.assertGreater(len(fine.faces), len(coarse.faces))
         self.assertEqual(fine.euler_characteristic, coarse.euler_characteristic)
 
@@ -134,7 +154,7 @@ class Package(unittest.TestCase):
 
     def test_normals_are_of_length_one(self):
         with multitetra.connect(self.urls[0]) as server:
-            surface = server.isosurface("gyroid", 0.1, normal_bits=8)
+            surface = server.isosurface("gyroid", 0.1, normals=8)
         np.testing.assert_allclose(np.linalg.norm(surface.normals, axis=1), 1, atol=1e-4)
 
     def test_a_stream_that_is_left_does_not_harm_the_next(self):

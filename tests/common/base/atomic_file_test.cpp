@@ -1,9 +1,12 @@
 #include "common/base/atomic_file.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <fstream>
 #include <iterator>
@@ -39,6 +42,13 @@ class AtomicFileTest : public ::testing::Test {
   }
   static void write(AtomicFile& file, std::uint64_t offset, std::string_view text) {
     file.write_at(offset, std::as_bytes(std::span(text)));
+  }
+
+  // Nearly all do; network disks may not.
+  [[nodiscard]] bool knows_nameless_files() const {
+    const int descriptor = ::open(folder_.c_str(), O_TMPFILE | O_RDWR, 0600);
+    if (descriptor >= 0) ::close(descriptor);
+    return descriptor >= 0;
   }
 
   const fs::path folder_;
@@ -94,19 +104,78 @@ TEST_F(AtomicFileTest, WhoHoldsTheOldFileOpenStillReadsIt) {
   EXPECT_EQ(content(), "new");
 }
 
-TEST_F(AtomicFileTest, AKilledWriterLeavesTheOldFile) {
-  std::ofstream(file_) << "old";
+// In a process of its own, killed before it commits.
+void write_half_and_die(const fs::path& path, AtomicFile::Before before) {
   const pid_t child = ::fork();
   ASSERT_GE(child, 0);
   if (child == 0) {
-    AtomicFile file(file_);
-    write(file, 0, "half of the n");
+    AtomicFile file(path, before);
+    const std::string_view half = "half of the n";
+    file.write_at(0, std::as_bytes(std::span(half)));
     ::raise(SIGKILL);
   }
   int status = 0;
   ASSERT_EQ(::waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFSIGNALED(status));
+}
+
+TEST_F(AtomicFileTest, AKilledWriterLeavesTheOldFileAndNothingElse) {
+  std::ofstream(file_) << "old";
+  write_half_and_die(file_, AtomicFile::Before::kNameless);
   EXPECT_EQ(content(), "old");
+  if (knows_nameless_files()) {
+    EXPECT_EQ(entries(), Names{"file.mtd"});
+  }
+}
+
+TEST_F(AtomicFileTest, WhatAKilledWriterHasLeftIsRemovedLaterAndNothingElseIs) {
+  write_half_and_die(file_, AtomicFile::Before::kHidden);
+  ASSERT_EQ(entries().size(), 1U);
+  const fs::path left = folder_ / entries().front();
+  require_writable(file_);
+  EXPECT_TRUE(fs::exists(left)) << "A writer may have begun just now.";
+
+  AtomicFile at_work(file_, AtomicFile::Before::kHidden);
+  for (const char* other : {".other.mtd.0123456789abcdef.tmp", ".file.mtd.0123456789abcde.tmp",
+                            ".file.mtd.0123456789ABCDEF.tmp"}) {
+    std::ofstream(folder_ / other) << "x";
+  }
+  for (const std::string& name : entries()) {
+    fs::last_write_time(folder_ / name, fs::file_time_type::clock::now() - std::chrono::hours(1));
+  }
+  ASSERT_EQ(entries().size(), 5U);
+  require_writable(file_);
+  EXPECT_FALSE(fs::exists(left));
+  EXPECT_EQ(entries().size(), 4U);
+  at_work.commit(Durability::kProcessEnd);
+  EXPECT_TRUE(fs::exists(file_));
+}
+
+TEST_F(AtomicFileTest, AHiddenFileTakesTheNameAsWell) {
+  std::ofstream(file_) << "old";
+  AtomicFile file(file_, AtomicFile::Before::kHidden);
+  write(file, 0, "new");
+  EXPECT_EQ(content(), "old");
+  file.commit(Durability::kMachineStop);
+  EXPECT_EQ(content(), "new");
+  EXPECT_EQ(entries(), Names{"file.mtd"});
+}
+
+TEST_F(AtomicFileTest, WhetherAFileCanBeWrittenIsKnownBefore) {
+  require_writable(file_);
+  EXPECT_TRUE(entries().empty());
+  std::ofstream(file_) << "old";
+  require_writable(file_);
+  EXPECT_EQ(content(), "old");
+  EXPECT_THROW(require_writable(folder_ / "absent" / "a"), std::system_error);
+}
+
+TEST_F(AtomicFileTest, NeitherFoldersNorDevicesAreReplaced) {
+  const fs::path pipe = folder_ / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THROW(AtomicFile{pipe}, std::system_error);
+  EXPECT_THROW(AtomicFile{folder_}, std::system_error);
+  EXPECT_TRUE(fs::is_fifo(pipe));
 }
 
 TEST_F(AtomicFileTest, TheModeIsThatOfAnyNewFile) {

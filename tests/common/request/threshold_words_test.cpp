@@ -5,8 +5,8 @@
 namespace multitetra {
 namespace {
 
-TEST(ThresholdWords, OfABoxAreItsCornersInAnyOrder) {
-  const auto region = parse_region("box:4,0,-1.5,2,8,1e2=0.25");
+TEST(ThresholdWords, OfABoxAreItsLowCornerAndItsHighOne) {
+  const auto region = parse_region("box:2,0,-1.5,4,8,1e2=0.25");
   ASSERT_TRUE(region) << region.error().text;
   EXPECT_EQ(*region, (ThresholdRegion{.shape = BoxShape{.low = {2, 0, -1.5}, .high = {4, 8, 100}},
                                       .threshold = 0.25}));
@@ -38,6 +38,8 @@ TEST(ThresholdWords, OfARegionThatAreWrongAreQuotedAndExplained) {
   expect_refused("ball:1,2,,4=1", "\"\" where a number should be");
   expect_refused("ball:1,2,3=1", "3 numbers before its threshold, not 4");
   expect_refused("box:1,2,3,4=1", "4 numbers before its threshold, not 6");
+  expect_refused("box:4,0,0,2,8,9=1", "its low corner above its high one along x");
+  expect_refused("box:0,0,9,2,8,1=1", "its low corner above its high one along z");
   expect_refused("halfspace:1,2,3,4,5=1", "5 numbers before its threshold, not 4");
 }
 

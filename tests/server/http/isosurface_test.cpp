@@ -64,6 +64,18 @@ TEST_F(IsosurfaceTest, ComesAsAFileInEveryFormat) {
   }
 }
 
+TEST_F(IsosurfaceTest, TellsWhenItIsHardlyWhatWasMeant) {
+  const std::string path = "/v1/datasets/octahedron/isosurface?format=ply";
+  EXPECT_EQ(client_.get(path + "&isovalue=0.5").count("Multitetra-Notice"), 0U);
+  const auto empty = client_.get(path + "&isovalue=1e9");
+  EXPECT_EQ(empty.result_int(), 200U);
+  EXPECT_EQ(empty["Multitetra-Triangles"], "0");
+  EXPECT_NE(std::string(empty["Multitetra-Notice"]).find("none at isovalue 1e+09"),
+            std::string::npos);
+  const auto elsewhere = client_.get(path + "&isovalue=0.5&region=ball:900,0,0,1=0");
+  EXPECT_TRUE(std::string(elsewhere["Multitetra-Notice"]).starts_with("Region 1 is outside"));
+}
+
 TEST_F(IsosurfaceTest, ComesInTheFormatThatIsAccepted) {
   const auto path = "/v1/datasets/octahedron/isosurface";
   const auto stl = client_.get(path, "Accept: model/stl\r\n");

@@ -1,0 +1,49 @@
+#include "common/cli/program.hpp"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <exception>
+#include <iostream>
+#include <new>
+#include <system_error>
+
+#include "common/base/exit_codes.hpp"
+#include "common/cli/terminal.hpp"
+
+namespace multitetra {
+namespace {
+
+void flush_output() {
+  errno = 0;
+  if (std::cout.flush()) return;
+  throw std::system_error(errno != 0 ? errno : EIO, std::generic_category(),
+                          "Cannot write to the standard output");
+}
+
+}  // namespace
+
+void complain(const std::string& program, std::string_view text) {
+  std::cerr << styled(Style::kRed, program + ":", STDERR_FILENO) << " " << printable(text) << "\n";
+}
+
+int run_program(const std::string& program, const std::function<int()>& body) {
+  try {
+    const int code = body();
+    flush_output();
+    return code;
+  } catch (const ExitError& error) {
+    complain(program, error.what());
+    return error.code();
+  } catch (const std::bad_alloc&) {
+    complain(
+        program,
+        "This machine has not enough memory for it, or this process may not have more; allow a "
+        "larger error, or take another machine.");
+  } catch (const std::exception& error) {
+    complain(program, error.what());
+  }
+  return kFailed;
+}
+
+}  // namespace multitetra

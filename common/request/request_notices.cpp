@@ -1,0 +1,156 @@
+#include "common/request/request_notices.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <variant>
+
+#include "common/base/number_text.hpp"
+
+namespace multitetra {
+namespace {
+
+BoxShape box_around(const Affine& map, const BoxShape& box) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  BoxShape around{.low = {kFar, kFar, kFar}, .high = {-kFar, -kFar, -kFar}};
+  for (const double x : {box.low[0], box.high[0]}) {
+    for (const double y : {box.low[1], box.high[1]}) {
+      for (const double z : {box.low[2], box.high[2]}) {
+        const Vec3 corner = map(Vec3{x, y, z});
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          around.low[axis] = std::min(around.low[axis], corner[axis]);
+          around.high[axis] = std::max(around.high[axis], corner[axis]);
+        }
+      }
+    }
+  }
+  return around;
+}
+
+bool are_apart(const BoxShape& a, const BoxShape& b) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (a.high[axis] < b.low[axis] || b.high[axis] < a.low[axis]) return true;
+  }
+  return false;
+}
+
+// The samples, and one more on every side, in sample indices.
+BoxShape data_box(const DatasetInfo& info) {
+  BoxShape box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.low[axis] = -1;
+    box.high[axis] = info.dims[axis];
+  }
+  return box;
+}
+
+// Whether a shape has no place in common with the box. `map` takes the box to the shape's
+// coordinates; two boxes are compared in both, which finds more than one of them would.
+class IsApart {
+ public:
+  IsApart(const BoxShape& data, const Affine& map)
+      : data_(data), map_(map), around_(box_around(map, data)) {}
+
+  bool operator()(const BoxShape& box) const {
+    return are_apart(box, around_) || are_apart(box_around(inverse(map_), box), data_);
+  }
+  bool operator()(const BallShape& ball) const {
+    double square = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double nearest =
+          std::clamp(ball.centre[axis], around_.low[axis], around_.high[axis]) - ball.centre[axis];
+      square += nearest * nearest;
+    }
+    return square > ball.radius * ball.radius;
+  }
+  bool operator()(const HalfSpaceShape& half_space) const {
+    double farthest = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double n = half_space.normal[axis];
+      farthest += n * (n > 0 ? around_.high[axis] : around_.low[axis]);
+    }
+    return farthest < half_space.offset;
+  }
+
+ private:
+  BoxShape data_;
+  Affine map_;
+  BoxShape around_;
+};
+
+std::string place_text(const Vec3& place) {
+  return "(" + shortest_text(place[0]) + ", " + shortest_text(place[1]) + ", " +
+         shortest_text(place[2]) + ")";
+}
+
+std::string whole_data_text(const LocalThresholds& thresholds, const DatasetInfo& info) {
+  BoxShape samples;
+  for (std::size_t axis = 0; axis < 3; ++axis) samples.high[axis] = info.dims[axis] - 1;
+  const bool is_world = thresholds.coordinates == CoordinateSystem::kWorld;
+  const BoxShape box = is_world ? box_around(info.index_to_world, samples) : samples;
+  return "its samples are from " + place_text(box.low) + " to " + place_text(box.high) + " in " +
+         (is_world ? "world coordinates" : "sample indices");
+}
+
+bool is_outside_values(const IsosurfaceRequest& request, const DatasetInfo& info) {
+  const double least = std::min(info.min, info.outside.value_or(info.min));
+  const double largest = std::max(info.max, info.outside.value_or(info.max));
+  return request.isovalue < least || request.isovalue >= largest;
+}
+
+std::string values_text(const DatasetInfo& info) {
+  return "values of \"" + info.name + "\" go from " + shortest_text(info.min) + " to " +
+         shortest_text(info.max);
+}
+
+}  // namespace
+
+std::vector<std::string> request_notices(const IsosurfaceRequest& request,
+                                         const DatasetInfo& info) {
+  std::vector<std::string> notices;
+  if (is_outside_values(request, info)) notices.push_back(empty_surface_text(request, info));
+  const LocalThresholds& thresholds = request.thresholds;
+  const bool is_world = thresholds.coordinates == CoordinateSystem::kWorld;
+  const IsApart is_apart(data_box(info), is_world ? info.index_to_world : Affine{});
+  std::vector<std::size_t> outside;
+  for (std::size_t i = 0; i < thresholds.regions.size(); ++i) {
+    if (std::visit(is_apart, thresholds.regions[i].shape)) outside.push_back(i + 1);
+  }
+  if (!outside.empty()) {
+    notices.push_back((outside.size() == 1 ? "Region " + std::to_string(outside.front()) + " is"
+                                           : std::to_string(outside.size()) +
+                                                 " regions, the first of them number " +
+                                                 std::to_string(outside.front()) + ", are") +
+                      " outside of \"" + info.name +
+                      "\" and without effect: " + whole_data_text(thresholds, info) + ".");
+  }
+  if (thresholds.grid) {
+    BoxShape voxels{.low = {-0.5, -0.5, -0.5}};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      voxels.high[axis] = thresholds.grid->dims[axis] - 0.5;
+    }
+    const BoxShape box = box_around(thresholds.grid->index_to_world, voxels);
+    if (IsApart(data_box(info), info.index_to_world)(box)) {
+      notices.push_back("The grid of thresholds is outside of \"" + info.name +
+                        "\" and without effect: it is from " + place_text(box.low) + " to " +
+                        place_text(box.high) + " in world coordinates.");
+    }
+  }
+  return notices;
+}
+
+std::string empty_surface_text(const IsosurfaceRequest& request, const DatasetInfo& info) {
+  if (is_outside_values(request, info)) {
+    return "The surface is empty: there is none at isovalue " + shortest_text(request.isovalue) +
+           "; " + values_text(info) + ".";
+  }
+  return "The surface is empty: nothing of isovalue " + shortest_text(request.isovalue) +
+         " is left" +
+         (request.topology_tolerance > 0 ? " at this topology tolerance" : " inside the data") +
+         "; " + values_text(info) + ".";
+}
+
+std::string not_written_text(const std::string& file) {
+  return file + " is not written, for the surface is empty; --allow-empty writes it.";
+}
+
+}  // namespace multitetra

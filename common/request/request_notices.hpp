@@ -1,0 +1,27 @@
+// What a request asks for that is no error, but hardly what is meant: an isovalue that no surface
+// has, an error for places where there are no data. Whoever asks is told, in one sentence for each.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/request/dataset_info.hpp"
+#include "common/request/isosurface_request.hpp"
+
+namespace multitetra {
+
+// Known before anything is computed: the isovalue is not among the dataset's values, or a region or
+// the grid of thresholds lies wholly outside its samples (more than one sample away). Not every
+// such region is found where the data's axes are oblique; one that is told is outside. Requires a
+// valid request.
+[[nodiscard]] std::vector<std::string> request_notices(const IsosurfaceRequest& request,
+                                                       const DatasetInfo& info);
+
+// Why a surface without a triangle is empty, for people.
+[[nodiscard]] std::string empty_surface_text(const IsosurfaceRequest& request,
+                                             const DatasetInfo& info);
+
+// What becomes of a file that was to hold it.
+[[nodiscard]] std::string not_written_text(const std::string& file);
+
+}  // namespace multitetra

@@ -1,0 +1,69 @@
+// How programs end, and what of other people's text they print.
+#include "common/cli/program.hpp"
+
+#include <gtest/gtest.h>
+
+#include <iostream>
+#include <new>
+#include <stdexcept>
+
+#include "common/base/exit_codes.hpp"
+#include "common/cli/terminal.hpp"
+
+namespace multitetra {
+namespace {
+
+struct Ended {
+  int code = 0;
+  std::string said;
+};
+Ended ended(const std::function<int()>& body) {
+  ::testing::internal::CaptureStderr();
+  const int code = run_program("multitetra-this", body);
+  return {code, ::testing::internal::GetCapturedStderr()};
+}
+
+TEST(Program, EndsWithTheCodeOfWhatWasThrown) {
+  EXPECT_EQ(ended([] { return 3; }).code, 3);
+  const Ended no_secrets = ended([]() -> int { throw ExitError(kNoSecrets, "No key."); });
+  EXPECT_EQ(no_secrets.code, kNoSecrets);
+  EXPECT_EQ(no_secrets.said, "multitetra-this: No key.\n");
+  EXPECT_EQ(ended([]() -> int { throw std::runtime_error("Oh."); }).code, kFailed);
+}
+
+TEST(Program, SaysThatMemoryIsMissingInWords) {
+  const Ended out = ended([]() -> int { throw std::bad_alloc(); });
+  EXPECT_EQ(out.code, kFailed);
+  EXPECT_NE(out.said.find("not enough memory"), std::string::npos) << out.said;
+  EXPECT_EQ(out.said.find("bad_alloc"), std::string::npos) << out.said;
+}
+
+TEST(Program, FailsWhenWhatItPrintedDidNotArrive) {
+  const Ended out = ended([] {
+    std::cout.setstate(std::ios::badbit);
+    return 0;
+  });
+  std::cout.clear();
+  EXPECT_EQ(out.code, kFailed);
+  EXPECT_NE(out.said.find("standard output"), std::string::npos) << out.said;
+}
+
+TEST(Program, DoesNotLetTextFromElsewhereSteerATerminal) {
+  EXPECT_EQ(ended([]() -> int { throw std::runtime_error("a\033]0;owned\007b"); }).said,
+            "multitetra-this: a\\x1b]0;owned\\x07b\n");
+}
+
+TEST(Printable, TextIsTextAndControlsAreShown) {
+  EXPECT_EQ(printable("größe 3 µm\nnext"), "größe 3 µm\nnext");
+  EXPECT_EQ(printable("\x1b[2J\r\t\x7f"), "\\x1b[2J\\x0d\\x09\\x7f");
+  EXPECT_EQ(printable("\xc2\x9b"
+                      "2J"),
+            "\\xc2\\x9b2J")
+      << "CSI as one character";
+  EXPECT_EQ(printable("\xc2"), "\\xc2") << "no UTF-8";
+  EXPECT_EQ(printable("\xff\xfe"), "\\xff\\xfe");
+  EXPECT_EQ(printable(""), "");
+}
+
+}  // namespace
+}  // namespace multitetra
