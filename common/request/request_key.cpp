@@ -99,4 +99,17 @@ std::string key_of(const IsosurfaceRequest& request) {
   return key.take();
 }
 
+std::string key_of(const DatasetInfo& info) {
+  Key key;
+  key.add(info.content_id);
+  for (const std::int32_t side : info.dims) key.add(side);
+  for (const Vec3& column : info.index_to_world.columns) key.add(column);
+  key.add(info.index_to_world.translation);
+  key.add(info.spacing);
+  key.add(info.outside.has_value());
+  key.add(info.outside.value_or(0));
+  key.add(info.margin);
+  return key.take() + info.name;
+}
+
 }  // namespace multitetra

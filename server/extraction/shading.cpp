@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "common/request/request_key.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
 
 namespace multitetra {
@@ -14,11 +15,11 @@ Shading::Shading(const PreparedVolume& volume, const StepRequest& step)
       source_(step.finest_spacing >= kSpectrumSpacing ? NormalSource::kCoarseSamples
                                                       : NormalSource::kSamples) {}
 
-// The name tells datasets apart; of equal hashes only the shading would suffer.
+// Of equal hashes only the shading would suffer.
 std::uint64_t Shading::appearance() const {
   if (bits_ == 0) return 0;
-  const std::uint64_t name = std::hash<std::string>{}(volume_.info.name);
-  return name * 64 + static_cast<std::uint64_t>(2 * bits_) +
+  const std::uint64_t dataset = std::hash<std::string>{}(key_of(volume_.info));
+  return dataset * 64 + static_cast<std::uint64_t>(2 * bits_) +
          (source_ == NormalSource::kSamples ? 1U : 0U);
 }
 

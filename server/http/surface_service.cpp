@@ -82,9 +82,9 @@ asio::awaitable<Result<SurfaceService::Wanted>> SurfaceService::wanted(const std
                 .is_format_negotiated = !query->format,
                 .key = {},
                 .tag = {}};
-  wanted.key = std::string(kFormVersion) + ' ' + std::to_string(wanted.info.content_id) + ' ' +
-               std::string(media_type(*format)) + (query->is_in_world ? " w " : " i ") + dataset +
-               ' ' + key_of(wanted.request);
+  wanted.key = std::string(kFormVersion) + ' ' + std::string(media_type(*format)) +
+               (query->is_in_world ? " w " : " i ") + key_of(wanted.info) + ' ' +
+               key_of(wanted.request);
   if (wanted.info.content_id != 0) wanted.tag = tag_of(wanted.key);
   co_return wanted;
 }

@@ -1,5 +1,3 @@
-#include <algorithm>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -7,14 +5,13 @@
 
 #include "common/base/exit_codes.hpp"
 #include "common/cli/option_sources.hpp"
-#include "server/dataset/dataset.hpp"
-#include "server/extraction/surface_extractor.hpp"
 #include "server/http/http_options.hpp"
 #include "server/operations/log.hpp"
 #include "server/programs/commands.hpp"
+#include "server/programs/repeated_work.hpp"
 #include "server/programs/serve_options.hpp"
+#include "server/programs/served_datasets.hpp"
 #include "server/programs/thread_options.hpp"
-#include "server/stream/step_source.hpp"
 #include "server/transport/server.hpp"
 
 namespace multitetra {
@@ -25,55 +22,6 @@ struct ServeArguments {
   OptionSources sources;
 };
 
-// The files themselves, and those named *.mtd in directories, each once, in order.
-std::vector<std::filesystem::path> dataset_files(const std::vector<std::string>& inputs) {
-  std::vector<std::filesystem::path> files;
-  for (const std::filesystem::path input : inputs) {
-    if (!std::filesystem::is_directory(input)) {
-      files.push_back(input);
-      continue;
-    }
-    std::vector<std::filesystem::path> found;
-    for (const auto& entry : std::filesystem::directory_iterator(input)) {
-      if (entry.path().extension() == ".mtd") found.push_back(entry.path());
-    }
-    std::sort(found.begin(), found.end());
-    files.insert(files.end(), found.begin(), found.end());
-  }
-  return files;
-}
-
-std::string size_text(const DatasetInfo& info) {
-  return std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) + " x " +
-         std::to_string(info.dims[2]) + " " + std::string(name(info.type));
-}
-
-// A dataset that cannot be served is told and left out.
-CataloguePtr open_all(const std::vector<std::filesystem::path>& files,
-                      const std::shared_ptr<StepCache>& cache) {
-  auto catalogue = std::make_shared<DatasetCatalogue>();
-  const auto pool = std::make_shared<CubeMemoryPool>();
-  for (const std::filesystem::path& file : files) {
-    const std::string path = file.string();
-    try {
-      const DatasetPtr dataset = open_dataset(file);
-      catalogue->add(std::make_shared<ExtractedSteps>(
-          std::make_shared<SurfaceExtractor>(dataset, pool), cache));
-      const std::string size = size_text(dataset->info);
-      log_line(LogLevel::kInfo, "serving",
-               {{"dataset", dataset->info.name}, {"file", path}, {"size", size}});
-    } catch (const std::exception& error) {
-      log_line(LogLevel::kError, std::string("left out: ") + error.what(), {{"file", path}});
-    }
-  }
-  if (catalogue->size() == 0) {
-    throw ExitError(kNoDataset,
-                    "There is no dataset that could be served; make one with: multitetra-server "
-                    "prepare VOLUME -o FILE.mtd");
-  }
-  return catalogue;
-}
-
 std::vector<MakeListener> more_listeners(std::optional<HttpOptions> http,
                                          const std::shared_ptr<StepCache>& cache) {
   if (!http) return {};
@@ -81,6 +29,18 @@ std::vector<MakeListener> more_listeners(std::optional<HttpOptions> http,
     return cache->tiles().find_plain(digest);
   };
   return {http_listener(*std::move(http))};
+}
+
+// After SIGHUP. What cannot be read changes nothing but the log.
+void offer_again(Server& server, ServedDatasets& datasets) {
+  try {
+    const CataloguePtr catalogue = datasets.read();
+    server.offer(catalogue);
+    log_line(LogLevel::kInfo, "datasets read again",
+             {{"datasets", static_cast<std::uint64_t>(catalogue->size())}});
+  } catch (const std::exception& error) {
+    log_line(LogLevel::kError, std::string("datasets stay as they are: ") + error.what(), {});
+  }
 }
 
 int serve(const ServeOptions& options) {
@@ -91,7 +51,13 @@ int serve(const ServeOptions& options) {
   std::optional<HttpOptions> http = http_options(options.listeners);
   if (http) http->viewer = find_viewer(options.listeners.viewer);
   const auto cache = std::make_shared<StepCache>(options.cache_bytes);
-  const CataloguePtr catalogue = open_all(dataset_files(options.datasets), cache);
+  ServedDatasets datasets(options.datasets, cache);
+  const CataloguePtr catalogue = datasets.read();
+  if (catalogue->size() == 0) {
+    throw ExitError(kNoDataset,
+                    "There is no dataset that could be served; make one with: multitetra-server "
+                    "prepare VOLUME -o FILE.mtd");
+  }
   server_with.metrics = std::make_shared<PrometheusMetrics>();
   server_with.state = [cache] {
     const TileCache::Counts counts = cache->tiles().counts();
@@ -100,7 +66,12 @@ int serve(const ServeOptions& options) {
                         .cached_tiles = counts.tiles,
                         .cache_bytes = counts.bytes};
   };
+  RepeatedWork* asked = nullptr;  // There before the server runs.
+  server_with.when_reloaded = [&asked] { asked->ask(); };
   Server server(catalogue, server_with, more_listeners(http, cache));
+  // Datasets may be many, and on slow disks: they are not read by the thread that serves.
+  RepeatedWork rescan([&] { offer_again(server, datasets); });
+  asked = &rescan;
   for (const std::string& url : server.urls()) log_line(LogLevel::kInfo, "listening on " + url, {});
   server.run();
   log_line(LogLevel::kInfo, "stopped", {});
@@ -120,7 +91,8 @@ void add_serve_command(Command& program, Run& run) {
       "  multitetra-server serve head.mtd\n"
       "  multitetra-server serve datasets/ --tcp 0.0.0.0:7410 --tls-cert server.pem --tls-key "
       "server.key --tokens tokens\n"
-      "Signals: SIGTERM and SIGINT drain, then stop; SIGHUP reads certificate and tokens again.\n"
+      "Signals: SIGTERM and SIGINT drain, then stop; SIGHUP reads certificate, tokens\n"
+      "and folders of datasets again; streams under way go on.\n"
       "Exit codes: 0 stopped as asked, 1 failed, 2 wrong options, 3 an address cannot be listened "
       "on,\n"
       "4 certificate, key or tokens cannot be used, 5 no dataset can be served.");

@@ -5,7 +5,8 @@
 namespace multitetra {
 
 void add_serve_options(Command& command, ServeOptions& o) {
-  command.add_option("datasets", o.datasets, "Dataset files, or directories of them (.mtd)");
+  command.add_option("datasets", o.datasets,
+                     "Dataset files, or directories of them (.mtd); read again on SIGHUP");
   add_threads_option(command, o.threads);
   add_listener_options(command, o.listeners);
   command

@@ -61,8 +61,12 @@ Result<void> check_limits(const SessionOptions& options, const IsosurfaceRequest
                                              std::to_string(options.max_regions) + ".");
 }
 
-Session::Session(CataloguePtr catalogue, SessionOptions options, AccessListPtr access)
-    : catalogue_(std::move(catalogue)), options_(std::move(options)), access_(std::move(access)) {}
+Session::Session(CataloguePtr catalogue, SessionOptions options, AccessListPtr access,
+                 LatestCatalogue latest)
+    : catalogue_(std::move(catalogue)),
+      latest_(std::move(latest)),
+      options_(std::move(options)),
+      access_(std::move(access)) {}
 
 Actions Session::renew(AccessListPtr access) {
   access_ = std::move(access);
@@ -133,6 +137,7 @@ Actions Session::answer(const Hello& hello) {
 }
 
 Actions Session::answer(const ListDatasets& list) {
+  if (latest_) catalogue_ = latest_();
   std::vector<DatasetInfo> infos = catalogue_->infos();
   std::erase_if(infos, [this](const DatasetInfo& info) { return !rights_.may_see(info.name); });
   return {Send{DatasetList{.request_id = list.request_id, .datasets = std::move(infos)}}};

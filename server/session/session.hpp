@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -63,8 +64,14 @@ struct SessionOptions {
 
 class Session {
  public:
-  // `access` says what a client may see by the token of its Hello; null: everything.
-  Session(CataloguePtr catalogue, SessionOptions options, AccessListPtr access = nullptr);
+  // The catalogue that there is now, where it may change.
+  using LatestCatalogue = std::function<CataloguePtr()>;
+
+  // `access` says what a client may see by the token of its Hello; null: everything. Without
+  // `latest` the catalogue is always the same one; with it a client has the datasets as they were
+  // when it last listed them, and knows of no other version.
+  Session(CataloguePtr catalogue, SessionOptions options, AccessListPtr access = nullptr,
+          LatestCatalogue latest = {});
 
   // A message that parsed.
   [[nodiscard]] Actions receive(const ClientMessage& message);
@@ -104,6 +111,7 @@ class Session {
       const std::string& dataset, const IsosurfaceRequest& request) const;
 
   CataloguePtr catalogue_;
+  LatestCatalogue latest_;  // May be empty.
   SessionOptions options_;
   AccessListPtr access_;
   std::string token_;    // Of Hello.

@@ -1,4 +1,5 @@
-// The datasets that a server offers, by name. Filled once at start, then shared and only read.
+// The datasets that a server offers, by name. Filled once, then shared and only read: what changes
+// is which catalogue a server offers.
 #pragma once
 
 #include <functional>

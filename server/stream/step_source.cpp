@@ -70,7 +70,7 @@ ExtractedSteps::ExtractedSteps(std::shared_ptr<const SurfaceExtractor> extractor
 const DatasetInfo& ExtractedSteps::info() const { return extractor_->dataset().info; }
 
 EncodedStep ExtractedSteps::make(const StepRequest& step, std::stop_token stop) const {
-  return cache_->get(key_of(step, info().name), stop,
+  return cache_->get(key_of(step, info()), stop,
                      [&](const std::stop_token& all_stop) { return extract(step, all_stop); });
 }
 

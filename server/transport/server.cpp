@@ -32,12 +32,18 @@ class Server::Running {
     listeners.insert(listeners.end(), more.begin(), more.end());
     runtime_.build(
         {.new_session = [this](ClientContextPtr client) { return new_session(std::move(client)); },
-         .state = [this] { return state(); }},
+         .state = [this] { return state(); },
+         .when_reloaded = options_.when_reloaded},
         listeners);
   }
   ~Running() { workers_.join(); }
 
   [[nodiscard]] ServerRuntime& runtime() { return runtime_; }
+
+  void offer(CataloguePtr catalogue) {
+    post(runtime_.io().get_executor(),
+         [this, catalogue = std::move(catalogue)]() mutable { catalogue_ = std::move(catalogue); });
+  }
 
   void run() {
     runtime_.run();
@@ -50,8 +56,9 @@ class Server::Running {
     auto backend = std::make_shared<WorkerBackend>(executor, workers_, client, options_.limits);
     return std::make_shared<StreamSession>(
         executor, std::move(backend),
-        Session(catalogue_, options_.session, runtime_.admission().access()), std::move(client),
-        options_.limits.idle_time);
+        Session(catalogue_, options_.session, runtime_.admission().access(),
+                [this] { return catalogue_; }),
+        std::move(client), options_.limits.idle_time);
   }
 
   ServiceState state() {
@@ -61,7 +68,7 @@ class Server::Running {
     return state;
   }
 
-  CataloguePtr catalogue_;
+  CataloguePtr catalogue_;  // Replaced on the thread of run().
   ServerOptions options_;
   ServerRuntime runtime_;
   Workers workers_;  // They end before what their jobs come back to.
@@ -79,5 +86,6 @@ void Server::run() { running_->run(); }
 void Server::stop() { running_->runtime().stop(); }
 void Server::drain() { running_->runtime().drain(); }
 void Server::reload() { running_->runtime().reload(); }
+void Server::offer(CataloguePtr catalogue) { running_->offer(std::move(catalogue)); }
 
 }  // namespace multitetra

@@ -36,6 +36,8 @@ struct ServerOptions {
   SessionOptions session = {};
   SessionLimits limits = {};
   ConnectionOptions connection = {};
+  // On the thread of run(), when certificate and tokens were read again.
+  std::function<void()> when_reloaded = {};
   // Kept, and given to whoever asks at a listener. The caller adds what it knows of the state.
   std::shared_ptr<PrometheusMetrics> metrics = {};
   std::function<ServiceState()> state = {};
@@ -59,6 +61,9 @@ class Server {
   void stop();
   void drain();
   void reload();
+  // From any thread. Who connects or lists from now on is offered these datasets; streams under way
+  // go on, and clients that have listed others keep those until they list again.
+  void offer(CataloguePtr catalogue);
 
  private:
   class Running;

@@ -35,8 +35,8 @@ double StepSpec::importance(const OctreeCube& cube) const {
   return model_thresholds_.least_in(box_of(cube));
 }
 
-std::string key_of(const StepRequest& step, const std::string& dataset) {
-  return key_of(step.request) + std::to_string(step.finest_spacing) + ' ' + dataset;
+std::string key_of(const StepRequest& step, const DatasetInfo& info) {
+  return key_of(step.request) + std::to_string(step.finest_spacing) + ' ' + key_of(info);
 }
 
 }  // namespace multitetra

@@ -47,6 +47,6 @@ class StepSpec {
 };
 
 // Everything that a step of a dataset is a function of, in bytes: equal exactly for equal steps.
-[[nodiscard]] std::string key_of(const StepRequest& step, const std::string& dataset);
+[[nodiscard]] std::string key_of(const StepRequest& step, const DatasetInfo& info);
 
 }  // namespace multitetra

@@ -109,5 +109,26 @@ TEST(RequestKey, IsTheSameForEqualRequests) {
   EXPECT_EQ(key_of(silent), key_of(silent_too));
 }
 
+TEST(RequestKey, ADatasetThatWasReplacedHasAnother) {
+  DatasetInfo info;
+  info.name = "head";
+  info.content_id = 7;
+  const std::string key = key_of(info);
+  EXPECT_EQ(key_of(DatasetInfo(info)), key);
+  const std::vector<std::function<void(DatasetInfo&)>> changes = {
+      [](DatasetInfo& i) { i.content_id = 8; },
+      [](DatasetInfo& i) { i.name = "tooth"; },
+      [](DatasetInfo& i) { i.index_to_world.translation[1] = 3; },
+      [](DatasetInfo& i) { i.index_to_world.columns[2][2] = 3; },
+      [](DatasetInfo& i) { i.outside = 0; },
+      [](DatasetInfo& i) { i.margin = 1; },
+      [](DatasetInfo& i) { i.dims[0] = 4; }};
+  for (const auto& change : changes) {
+    DatasetInfo other = info;
+    change(other);
+    EXPECT_NE(key_of(other), key);
+  }
+}
+
 }  // namespace
 }  // namespace multitetra

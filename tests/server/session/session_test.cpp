@@ -367,5 +367,36 @@ TEST(Session, RefusesPreviewsThatTheDatasetCannotHave) {
   EXPECT_EQ(words(session.receive(stream)), Words{"start 1"});
 }
 
+TEST(Session, AClientHasTheDatasetsAsItListedThemLast) {
+  CataloguePtr now = testing::catalogue_of(std::make_shared<FakeSteps>("head"));
+  Session session(now, {}, nullptr, [&now] { return now; });
+  (void)session.receive(Hello{});
+  const auto names = [&session] {
+    const Actions actions = session.receive(ListDatasets{.request_id = 1});
+    std::string all;
+    for (const DatasetInfo& info :
+         std::get<DatasetList>(std::get<Send>(actions.at(0)).message).datasets) {
+      all += info.name + " ";
+    }
+    return all;
+  };
+  const auto source = [&session](std::uint64_t id, const std::string& dataset) {
+    const Actions actions =
+        session.receive(OpenStream{.request_id = id, .dataset = dataset, .held = {}});
+    const auto* start = std::get_if<StartStream>(&actions.back());
+    return start != nullptr ? start->source : nullptr;
+  };
+  EXPECT_EQ(names(), "head ");
+  const auto before = source(2, "head");
+  auto next = testing::catalogue_of(std::make_shared<FakeSteps>("head"));
+  next->add(std::make_shared<FakeSteps>("tooth"));
+  now = next;
+  EXPECT_EQ(source(3, "head"), before) << "what it was told of still holds";
+  EXPECT_EQ(source(4, "tooth"), nullptr);
+  EXPECT_EQ(names(), "head tooth ");
+  EXPECT_NE(source(5, "head"), before);
+  EXPECT_NE(source(6, "tooth"), nullptr);
+}
+
 }  // namespace
 }  // namespace multitetra

@@ -1,0 +1,47 @@
+// Work that is done again whenever somebody asks, on a thread of its own.
+//
+//   RepeatedWork rescan([&] { server.offer(datasets.read()); });
+//   rescan.ask();  // From any thread; returns at once.
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <stop_token>
+#include <thread>
+#include <utility>
+
+namespace multitetra {
+
+// Who asks while it is being done gets it once more, from the beginning. Ends after what is under
+// way. The work must not throw.
+class RepeatedWork {
+ public:
+  explicit RepeatedWork(std::function<void()> work)
+      : work_(std::move(work)), thread_([this](const std::stop_token& stop) { run(stop); }) {}
+
+  void ask() {
+    const std::lock_guard lock(mutex_);
+    is_asked_ = true;
+    asked_.notify_one();
+  }
+
+ private:
+  void run(const std::stop_token& stop) {
+    for (;;) {
+      std::unique_lock lock(mutex_);
+      if (!asked_.wait(lock, stop, [this] { return is_asked_; })) return;
+      is_asked_ = false;
+      lock.unlock();
+      work_();
+    }
+  }
+
+  std::function<void()> work_;
+  std::mutex mutex_;  // Guards is_asked_.
+  std::condition_variable_any asked_;
+  bool is_asked_ = false;
+  std::jthread thread_;  // Ends before what it uses.
+};
+
+}  // namespace multitetra

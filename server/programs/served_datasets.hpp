@@ -1,0 +1,63 @@
+// The datasets of `serve`: files and folders of them, which may change while they are served.
+//
+//   ServedDatasets datasets({"/srv/volumes"}, cache);
+//   Server server(datasets.read(), ...);
+//   ... server.offer(datasets.read());  // After files came, went or were replaced.
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/extraction/surface_extractor.hpp"
+#include "server/stream/dataset_catalogue.hpp"
+
+namespace multitetra {
+
+// To be used by one thread at a time.
+class ServedDatasets {
+ public:
+  // Files, and folders whose files named *.mtd are meant.
+  ServedDatasets(const std::vector<std::string>& inputs, std::shared_ptr<StepCache> cache);
+
+  // All that can be served now. A file that is the same as before stays open; one that cannot be
+  // used is told in the log and left out, but what was served from under its name goes on being
+  // served. The log also tells what is new and what is gone. Throws std::filesystem_error when a
+  // folder cannot be read; then nothing changes.
+  [[nodiscard]] CataloguePtr read();
+
+ private:
+  struct Input {
+    std::filesystem::path path;
+    bool is_folder = false;  // As it was in the beginning: one that is gone for a while is no file.
+  };
+  // Another one under the same name is another file.
+  struct Identity {
+    dev_t device = 0;
+    ino_t inode = 0;
+    off_t size = 0;
+    std::int64_t modified = 0;  // Nanoseconds.
+
+    friend bool operator==(const Identity&, const Identity&) = default;
+  };
+  struct Opened {
+    Identity identity;
+    std::shared_ptr<const StepSource> source;
+  };
+  static Identity identity_of(const std::filesystem::path& file);
+  [[nodiscard]] std::vector<std::filesystem::path> files() const;
+  // Null when it cannot be used, and nothing was served from under its name.
+  [[nodiscard]] std::shared_ptr<const StepSource> source_of(const std::filesystem::path& file);
+
+  std::vector<Input> inputs_;
+  std::shared_ptr<StepCache> cache_;
+  std::shared_ptr<CubeMemoryPool> pool_;
+  std::map<std::filesystem::path, Opened> opened_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,105 @@
+#!/usr/bin/env bash
+# A served folder whose datasets come, go and are replaced: after SIGHUP the server offers what is there then, and who is in
+# the middle of a surface gets the one that was begun. Usage: reload_test.sh DIRECTORY_OF_PROGRAMS
+set -euo pipefail
+
+bin=$(cd "$1" && pwd)
+server=$bin/multitetra-server
+client=$bin/multitetra-client
+source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
+
+# dataset KIND FILE [OPTIONS]: a dataset named "volume" of that shape.
+dataset() {
+  local kind=$1 file=$2
+  shift 2
+  "$server" generate "$kind" --size 33 -o volume.nrrd --quiet
+  "$server" prepare volume.nrrd -o "$file" --quiet "$@"
+}
+# reloaded: after SIGHUP, when the server has looked.
+looks=0
+reload() {
+  looks=$((looks + 1))
+  kill -HUP "$pid"
+  for _ in $(seq 600); do
+    [ "$(grep -c 'datasets read again\|datasets stay' server.log)" -lt "$looks" ] || return 0
+    sleep 0.05
+  done
+  fail "SIGHUP was not heeded: $(cat server.log)"
+}
+digest() { sed -n 's/^ *"content_digest": "\([0-9a-f]*\)",\{0,1\}$/\1/p' "$1" | tail -n 1; }
+names() { "$client" list --server "$url" | tail -n +2 | cut -d' ' -f1 | tr '\n' ' '; }
+fetched() {  # fetched NAME: the digest of its surface, and over HTTP the tag.
+  "$client" fetch --server "$url" --dataset "$1" --isovalue 0 --normals 8 -o mesh.ply --report mesh.json --quiet
+  digest mesh.json
+}
+tag() { curl -sI "$http/v1/datasets/$1/isosurface?isovalue=0" | tr -d '\r' | sed -n 's/^ETag: //Ip'; }
+
+mkdir served
+dataset sphere served/a.mtd
+start server "$server" serve served --tcp 127.0.0.1:0 --http 127.0.0.1:0
+url=$(url_of server tcp)
+http=$(url_of server http)
+[ "$(names)" = "volume " ] || fail "not one dataset: $(names)"
+sphere=$(fetched volume)
+sphere_tag=$(tag volume)
+
+# New ones, replaced ones (also with the same samples elsewhere in the world), and those that are gone.
+dataset torus served/a.mtd
+dataset gyroid served/b.mtd --name gyroid
+[ "$(fetched volume)" = "$sphere" ] || fail "another dataset without SIGHUP"
+reload
+[ "$(names)" = "gyroid volume " ] || fail "the new dataset is not there: $(names)"
+torus=$(fetched volume)
+[ "$torus" != "$sphere" ] || fail "a replaced dataset still gives the old surface"
+[ "$(tag volume)" != "$sphere_tag" ] || fail "a replaced dataset still has the old tag"
+[ "$("$server" extract served/a.mtd --isovalue 0 -o x.ply --json --quiet | sed -n 's/.*content_digest": "\(.*\)",/\1/p')" = "$torus" ] ||
+  fail "not the surface of the new file"
+torus_tag=$(tag volume)
+"$server" generate torus --size 33 -o volume.nrrd --quiet
+python3 - <<'PY'
+header, samples = open("volume.nrrd", "rb").read().split(b"\n\n", 1)
+lines = [line for line in header.split(b"\n") if not line.startswith(b"space origin")]
+open("moved.nrrd", "wb").write(b"\n".join(lines + [b"space origin: (70,0,0)"]) + b"\n\n" + samples)
+PY
+"$server" prepare moved.nrrd -o served/a.mtd --name volume --quiet
+reload
+[ "$(fetched volume)" = "$torus" ] || fail "the same samples elsewhere have another surface on the lattice"
+[ "$(tag volume)" != "$torus_tag" ] || fail "a file of other coordinates has the old tag"
+
+# A broken file, and one that was served before: told, and nothing else changes.
+head -c 2000 served/b.mtd >served/broken.mtd
+head -c 2000 served/b.mtd >cut && mv cut served/b.mtd
+reload
+[ "$(names)" = "gyroid volume " ] || fail "a broken file took a dataset away: $(names)"
+grep -q 'left out: .*broken.mtd' server.log || fail "the broken file is not told"
+grep -q 'what was there before goes on being served' server.log || fail "the broken replacement is not told"
+fetched gyroid >/dev/null || fail "what was served before is not served any more"
+rm served/b.mtd served/broken.mtd
+reload
+[ "$(names)" = "volume " ] || fail "what is gone is still offered: $(names)"
+grep -q 'no longer served' server.log || fail "what is gone is not told"
+
+# A folder that cannot be read changes nothing.
+mv served away
+reload
+[ "$(names)" = "volume " ] || fail "without its folder the server offers: $(names)"
+mv away served
+
+# Streams under way get the surface that was begun, again and again.
+for round in 1 2 3; do
+  dataset head served/a.mtd --bins "$((round + 8))"
+  reload
+  begun=$(fetched volume)
+  (
+    for one in 1 2 3 4 5 6; do
+      "$client" fetch --server "$url" --dataset volume --isovalue 0 --error "0.0$one" -o "under_way$one.ply" --quiet || exit 1
+    done
+  ) &
+  fetching=$!
+  dataset gyroid served/a.mtd
+  reload
+  dataset head served/a.mtd
+  reload
+  wait "$fetching" || fail "a fetch was harmed in round $round (began with $begun)"
+done
+ends_well server "$pid"
