@@ -32,7 +32,7 @@ ClientResult<Awaited> receive(MessageSocket& socket, const char* awaited) {
 // A connection on which Hello was said and answered.
 ClientResult<MessageSocket> welcomed_socket(const Endpoint& server, const TlsContextPtr& tls,
                                             const ClientOptions& options) {
-  auto socket = MessageSocket::connect(server, options.timeout, {.tls = tls});
+  auto socket = MessageSocket::connect(server, options.timeout, {.tls = tls}, options.deadline);
   if (!socket) return trouble(Trouble::kNetwork, socket.error());
   const Hello hello{.min_version = kProtocolVersion,
                     .max_version = kProtocolVersion,

@@ -34,6 +34,8 @@ using ClientResult = tl::expected<T, ClientError>;
 
 struct ClientOptions {
   std::chrono::milliseconds timeout{60'000};  // Of silence.
+  // When everything must be over, however much comes until then; none: whenever it is.
+  std::optional<std::chrono::steady_clock::time_point> deadline = {};
   std::string agent = "multitetra-client/" MULTITETRA_VERSION;
   std::string token = {};
   Trust trust = {};  // For tls:// and wss://.

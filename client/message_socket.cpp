@@ -13,8 +13,11 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kGoodbye = std::chrono::milliseconds(250);
 
 struct MessageSocket::State {
-  State(const Endpoint& server, std::chrono::milliseconds timeout_in, const ChannelOptions& options)
-      : timeout(timeout_in), channel(io.get_executor(), server, options) {}
+  State(const Endpoint& server, std::chrono::milliseconds timeout_in, const ChannelOptions& options,
+        Deadline deadline_in)
+      : timeout(timeout_in),
+        deadline(deadline_in.value_or(Clock::time_point::max())),
+        channel(io.get_executor(), server, options) {}
 
   ~State() {
     if (channel.is_open()) {
@@ -26,6 +29,7 @@ struct MessageSocket::State {
   }
 
   std::chrono::milliseconds timeout;
+  Clock::time_point deadline;
   asio::io_context io{1};
   MessageChannel channel;
   // A receive that was started goes on while other things are done, and from one call to the next.
@@ -68,7 +72,7 @@ struct MessageSocket::State {
   Result<T> outcome_of(asio::awaitable<Result<T>> operation, const char* what_it_did_not) {
     std::optional<Result<T>> outcome;
     start(std::move(operation), outcome);
-    run_until(Clock::now() + timeout, [&] { return outcome.has_value(); });
+    run_until(std::min(Clock::now() + timeout, deadline), [&] { return outcome.has_value(); });
     if (outcome) return *std::move(outcome);
     finish();
     return silent(what_it_did_not);
@@ -86,6 +90,11 @@ struct MessageSocket::State {
   }
 
   [[nodiscard]] tl::unexpected<Error> silent(const std::string& what) const {
+    if (Clock::now() >= deadline) {
+      return fail(ErrorCode::kLimitExceeded, "The time for it is over, and " +
+                                                 to_string(channel.server()) +
+                                                 " had not given all of it.");
+    }
     return fail(ErrorCode::kUnavailable,
                 to_string(channel.server()) + " " + what + " within " +
                     shortest_text(static_cast<double>(timeout.count()) / 1000) +
@@ -100,8 +109,8 @@ MessageSocket::~MessageSocket() = default;
 
 Result<MessageSocket> MessageSocket::connect(const Endpoint& server,
                                              std::chrono::milliseconds timeout,
-                                             const ChannelOptions& options) {
-  auto state = std::make_unique<State>(server, timeout, options);
+                                             const ChannelOptions& options, Deadline deadline) {
+  auto state = std::make_unique<State>(server, timeout, options, deadline);
   const auto opened = state->outcome_of(state->channel.open(), "did not accept the connection");
   if (!opened) return tl::unexpected(opened.error());
   return MessageSocket(std::move(state));
@@ -128,7 +137,8 @@ Result<ServerMessage> MessageSocket::receive() {
 Result<std::optional<ServerMessage>> MessageSocket::receive_within(
     std::chrono::milliseconds patience) {
   State& state = *state_;
-  const Clock::time_point until = Clock::now() + patience + std::chrono::milliseconds(1);
+  const Clock::time_point until =
+      std::min(Clock::now() + patience + std::chrono::milliseconds(1), state.deadline);
   state.receive_from_now_on();
   const auto silent_at = [&state] {
     return std::max(state.channel.last_sign(), state.asked) + state.timeout;
@@ -136,8 +146,9 @@ Result<std::optional<ServerMessage>> MessageSocket::receive_within(
   while (!state.received && Clock::now() < std::min(until, silent_at())) {
     state.run_until(std::min(until, silent_at()), [&state] { return state.received.has_value(); });
   }
-  if (!state.received) {
-    if (Clock::now() < silent_at()) return std::nullopt;
+  const bool is_over = Clock::now() >= state.deadline;
+  if (!state.received || is_over) {
+    if (Clock::now() < silent_at() && !is_over) return std::nullopt;
     state.finish();
     return state.silent("sent nothing");
   }

@@ -3,8 +3,8 @@
 // Trouble with the network or with the server's bytes is an Error: kUnavailable when the server
 // cannot be reached, is silent for too long or hangs up; the codes of frame.hpp and messages.hpp
 // when its bytes are no messages; kInvalidArgument when there is no TLS or no WebSocket where the
-// address says so. After an error the connection is closed, and whatever is tried on it next is
-// kUnavailable.
+// address says so; kLimitExceeded when the deadline is over. After an error the connection is
+// closed, and whatever is tried on it next is kUnavailable.
 #pragma once
 
 #include <chrono>
@@ -19,11 +19,14 @@ namespace multitetra {
 
 class MessageSocket {
  public:
+  using Deadline = std::optional<std::chrono::steady_clock::time_point>;
+
   // `timeout` holds for connecting, for sending one message, and for the silence of the server
-  // while a message is awaited.
+  // while a message is awaited; the deadline for all of it together, however much comes.
   [[nodiscard]] static Result<MessageSocket> connect(const Endpoint& server,
                                                      std::chrono::milliseconds timeout,
-                                                     const ChannelOptions& options = {});
+                                                     const ChannelOptions& options = {},
+                                                     Deadline deadline = {});
 
   MessageSocket(MessageSocket&&) noexcept;
   MessageSocket& operator=(MessageSocket&&) noexcept;

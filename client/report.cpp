@@ -67,14 +67,16 @@ Json distances_json(const DistanceCheck& check, const std::string& against) {
 }
 
 // The error that the step allows: of previews, and of what fits into a budget, more than was asked.
-std::string allowed_error(const StepBegin& begin) {
+std::string allowed_error(const StepBegin& begin, const DatasetInfo& info) {
   const IsosurfaceRequest& request = begin.request;
   if (!request.thresholds.is_uniform()) {
-    return "errors up to " + human_number(begin.error_bound_world) + " world";
+    return "errors up to " + human_error(begin.error_bound_world, request.unit, info);
   }
   const double error = std::max(request.error, request.thresholds.at_least);
-  const char* const unit = request.unit == LengthUnit::kVoxel ? " voxel" : " world unit";
-  return "error " + human_number(error) + unit + (error == 1 ? "" : "s");
+  if (request.unit == LengthUnit::kWorld) {
+    return "error " + human_length(error, info.meaning.length_unit);
+  }
+  return "error " + human_number(error) + (error == 1 ? " voxel" : " voxels");
 }
 
 }  // namespace
@@ -109,11 +111,11 @@ std::string json_list(const Endpoint& server, const std::vector<DatasetInfo>& da
   return text_of({{"server", to_string(server)}, {"datasets", std::move(list)}});
 }
 
-std::string step_line(const FetchedStep& fetched) {
+std::string step_line(const FetchedStep& fetched, const DatasetInfo& info) {
   const StepBegin& begin = fetched.step->begin;
   const auto triangles = static_cast<std::uint64_t>(fetched.step->topology.triangles);
   return "step " + std::to_string(begin.step) + (begin.is_final ? " (final)" : "") + ": " +
-         allowed_error(begin) + ", " + human_count(begin.tiles.size()) + " tiles, " +
+         allowed_error(begin, info) + ", " + human_count(begin.tiles.size()) + " tiles, " +
          human_count(triangles) + " triangles, " + human_bytes(fetched.step->end.payload_bytes) +
          ", " + human_seconds(fetched.seconds);
 }

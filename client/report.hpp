@@ -44,7 +44,7 @@ struct FetchReport {
 
 // One line without newline: "step 2 final  error 1 voxel  34 tiles  12 345 triangles  18.2 KiB
 // ...".
-[[nodiscard]] std::string step_line(const FetchedStep& step);
+[[nodiscard]] std::string step_line(const FetchedStep& step, const DatasetInfo& info);
 // The full check for people: the distances both ways, and what they are compared with.
 [[nodiscard]] std::string distances_table(const DistanceCheck& check);
 // What was checked of every step, one column a step, for people.

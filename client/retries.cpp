@@ -10,6 +10,7 @@ bool Retries::wait_after(const Error& error) {
   std::chrono::milliseconds wait = options_.first_wait;
   for (int i = 0; i < in_a_row_ && wait < options_.longest_wait; ++i) wait *= 2;
   wait = std::min(wait, options_.longest_wait);
+  if (options_.deadline - std::chrono::steady_clock::now() < wait) return false;
   ++in_a_row_;
   if (options_.on_retry) options_.on_retry({in_a_row_, wait, error});
   std::this_thread::sleep_for(wait);

@@ -29,6 +29,8 @@ struct RetryOptions {
   // Before the first; each wait is twice as long as the one before, up to the longest.
   std::chrono::milliseconds first_wait{250};
   std::chrono::milliseconds longest_wait{8'000};
+  // Nothing is tried again when its wait would end later.
+  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
   std::function<void(const Retry&)> on_retry = {};  // Told before each wait.
 };
 

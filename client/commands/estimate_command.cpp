@@ -10,10 +10,10 @@
 namespace multitetra {
 namespace {
 
-void print(const EstimateReply& reply, const IsosurfaceRequest& request) {
+void print(const EstimateReply& reply, const IsosurfaceRequest& request, const DatasetInfo& info) {
   std::cout << "about " << human_count(reply.triangles) << " triangles, "
-            << human_bytes(reply.bytes) << ", at an error of at most " << reply.threshold_world
-            << " world units"
+            << human_bytes(reply.bytes) << ", at an error of at most "
+            << human_error(reply.threshold_world, request.unit, info)
             << (request.max_triangles + request.max_bytes > 0
                     ? ", which is what fits into the budget"
                     : "")
@@ -49,7 +49,7 @@ int estimate(const EstimateArguments& arguments) {
                          {"threshold_world", reply->threshold_world}};
     std::cout << text_of(report);
   } else {
-    print(*reply, surface->request);
+    print(*reply, surface->request, surface->info);
   }
   return kOk;
 }

@@ -26,6 +26,7 @@ class Output {
  public:
   Output(const FetchArguments& arguments, MeshFormat format, const DatasetInfo& info)
       : arguments_(arguments),
+        info_(info),
         format_(format),
         to_output_(output_map(arguments.order.surface, info)) {
     if (!arguments_.steps_directory.empty()) {
@@ -34,7 +35,7 @@ class Output {
   }
 
   void step(const FetchedStep& fetched) const {
-    if (!arguments_.quiet) std::cerr << step_line(fetched) << std::endl;
+    if (!arguments_.quiet) std::cerr << step_line(fetched, info_) << std::endl;
     if (arguments_.steps_directory.empty()) return;
     const std::string suffix = std::filesystem::path(arguments_.mesh).extension().string();
     const std::string name = "step_" + std::to_string(fetched.step->begin.step) + suffix;
@@ -60,12 +61,15 @@ class Output {
   }
 
   const FetchArguments& arguments_;
+  const DatasetInfo& info_;
   MeshFormat format_;
   Affine to_output_;
 };
 
 RetryOptions retry_options(const FetchArguments& arguments) {
-  return {.most = arguments.retries, .on_retry = [quiet = arguments.quiet](const Retry& retry) {
+  return {.most = arguments.retries,
+          .deadline = deadline_of(arguments.order.server),
+          .on_retry = [quiet = arguments.quiet](const Retry& retry) {
             if (quiet) return;
             std::cerr << printable(retry.reason.text) << " Trying again in "
                       << human_seconds(std::chrono::duration<double>(retry.wait).count()) << " ("

@@ -6,7 +6,6 @@
 #include <iostream>
 
 #include "common/cli/terminal.hpp"
-#include "common/net/net.hpp"
 
 namespace multitetra {
 namespace {
@@ -23,12 +22,6 @@ Result<std::string> token_in(const std::string& path) {
   return token;
 }
 
-bool is_this_machine(const std::string& host) {
-  boost::system::error_code error;
-  const auto address = asio::ip::make_address(host, error);
-  return error ? host == "localhost" : address.is_loopback();
-}
-
 void warn(const std::string& text) {
   std::cerr << styled(Style::kYellow, "WARNING:", STDERR_FILENO) << " " << text << std::endl;
 }
@@ -40,7 +33,7 @@ void add_server_options(Command& command, ServerArguments& a) {
   command
       .add_option("--server", a.server,
                   "Where the server listens: tcp://HOST:PORT, tls://HOST:PORT, ws://HOST:PORT or "
-                  "wss://HOST:PORT, also with a path")
+                  "wss://HOST:PORT; or, behind a proxy, wss://HOST/PATH/")
       ->envname("MULTITETRA_SERVER")
       ->type_name("ADDRESS")
       ->capture_default_str()
@@ -70,6 +63,20 @@ void add_server_options(Command& command, ServerArguments& a) {
       ->type_name("SECONDS")
       ->capture_default_str()
       ->group(group);
+  command
+      .add_option("--deadline", a.deadline,
+                  "Seconds after which to give up, however much comes; 0: none")
+      ->within(0.0, 86400.0)
+      ->type_name("SECONDS")
+      ->capture_default_str()
+      ->group(group);
+}
+
+std::chrono::steady_clock::time_point deadline_of(const ServerArguments& arguments) {
+  using Clock = std::chrono::steady_clock;
+  if (arguments.deadline <= 0) return Clock::time_point::max();
+  return Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                            std::chrono::duration<double>(arguments.deadline));
 }
 
 Result<ServerAccess> access_of(const ServerArguments& arguments) {
@@ -79,6 +86,7 @@ Result<ServerAccess> access_of(const ServerArguments& arguments) {
       .server = *server,
       .options = {
           .timeout = std::chrono::milliseconds(static_cast<std::int64_t>(arguments.timeout * 1000)),
+          .deadline = deadline_of(arguments),
           .token = arguments.token,
           .trust = {.ca_file = arguments.ca_file, .insecure = arguments.insecure}}};
   if (!arguments.token_file.empty()) {

@@ -1,6 +1,7 @@
 // Which server a command talks to and what it needs there: options that all commands share.
 #pragma once
 
+#include <chrono>
 #include <string>
 
 #include "client/client.hpp"
@@ -15,7 +16,11 @@ struct ServerArguments {
   std::string ca_file;
   bool insecure = false;
   double timeout = 60;  // Seconds of silence.
+  double deadline = 0;  // Seconds for all of it; 0: as long as it takes.
 };
+
+// When all of a command that begins now must be over.
+[[nodiscard]] std::chrono::steady_clock::time_point deadline_of(const ServerArguments& arguments);
 
 void add_server_options(Command& command, ServerArguments& arguments);
 

@@ -8,6 +8,7 @@
 
 #include "client/commands/program.hpp"
 #include "common/base/number_text.hpp"
+#include "common/net/endpoint.hpp"
 #include "common/request/threshold_words.hpp"
 
 namespace multitetra {
@@ -48,14 +49,39 @@ Result<std::string> region_words(const std::string& word) {
               "The viewer shows boxes and balls; \"" + word + "\" is neither.");
 }
 
+// Where the page is: beside the conversation, for those who travel over HTTP.
+Result<std::string> site_of(const ViewArguments& a) {
+  constexpr std::string_view kHttpPort = "7480";
+  if (!a.http.empty()) return a.http;
+  if (a.server.empty()) return "http://127.0.0.1:" + std::string(kHttpPort);
+  const auto server = parse_server_url(a.server);
+  if (!server) return fail(ErrorCode::kInvalidArgument, "--server: " + server.error().text);
+  const bool is_ipv6 = server->host.find(':') != std::string::npos;
+  const std::string site = (server->is_secure() ? "https://" : "http://") +
+                           (is_ipv6 ? "[" + server->host + "]" : server->host);
+  if (!server->is_web_socket()) return site + ":" + std::string(kHttpPort);
+  const std::uint16_t usual = server->is_secure() ? 443 : 80;
+  std::string path = server->path;
+  if (path.ends_with(kStreamPath)) path.resize(path.size() - kStreamPath.size());
+  return site + (server->port == usual ? "" : ":" + std::to_string(server->port)) + path;
+}
+
 }  // namespace
 
 void add_view(Command& app, ViewArguments& a) {
   Command* command =
       app.add_subcommand("view", "Print the address at which a browser shows a surface");
-  command->add_option("--http", a.http, "Address of the server's HTTP listener")
-      ->type_name("ADDRESS")
-      ->capture_default_str();
+  command
+      ->add_option("--http", a.http,
+                   "Address of the server's HTTP listener (default: what --server says, else "
+                   "http://127.0.0.1:7480)")
+      ->type_name("ADDRESS");
+  command
+      ->add_option("--server", a.server,
+                   "The server as other commands have it: ws://HOST:PORT is where its viewer is, "
+                   "too; of tcp://HOST:PORT the viewer is taken to be at port 7480")
+      ->envname("MULTITETRA_SERVER")
+      ->type_name("ADDRESS");
   command->add_option("--dataset", a.dataset, "Name of the dataset (default: the first)");
   command->add_option("--isovalue", a.isovalue,
                       "Value of the surface (default: the dataset's first suggestion)");
@@ -90,9 +116,11 @@ void add_view(Command& app, ViewArguments& a) {
 }
 
 Result<std::string> viewer_address(const ViewArguments& a) {
-  if (!a.http.starts_with("http://") && !a.http.starts_with("https://")) {
+  const Result<std::string> site = site_of(a);
+  if (!site) return tl::unexpected(site.error());
+  if (!site->starts_with("http://") && !site->starts_with("https://")) {
     return fail(ErrorCode::kInvalidArgument,
-                "\"" + a.http +
+                "\"" + *site +
                     "\" is no address of an HTTP listener; one looks like "
                     "http://127.0.0.1:7480.");
   }
@@ -121,7 +149,7 @@ Result<std::string> viewer_address(const ViewArguments& a) {
     if (!region) return tl::unexpected(region.error());
     say("region", *region);
   }
-  return a.http + (a.http.ends_with('/') ? "" : "/") + words;
+  return *site + (site->ends_with('/') ? "" : "/") + words;
 }
 
 int view(const ViewArguments& arguments) {

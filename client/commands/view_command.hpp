@@ -11,10 +11,11 @@
 namespace multitetra {
 
 struct ViewArguments {
-  std::string http = "http://127.0.0.1:7480";  // Where the server's HTTP listener is.
-  std::string dataset = {};                    // Empty: the first that is served.
-  std::optional<double> isovalue;              // None: the dataset's first suggestion.
-  double error = 0.25;                         // Voxels.
+  std::string http = {};           // Where the server's HTTP listener is; empty: as
+  std::string server = {};         // this says, where other commands find the server.
+  std::string dataset = {};        // Empty: the first that is served.
+  std::optional<double> isovalue;  // None: the dataset's first suggestion.
+  double error = 0.25;             // Voxels.
   std::string bound = "certified";
   std::string topology_rule = "exact";
   double topology_tolerance = 0;

@@ -94,12 +94,20 @@ void remove_abandoned(const fs::path& path) {
 
 AtomicFile::AtomicFile(fs::path path, Before before) : path_(std::move(path)) {
   struct stat there {};
-  if (::stat(path_.c_str(), &there) == 0 && !S_ISREG(there.st_mode)) {
+  const bool is_there = ::stat(path_.c_str(), &there) == 0;
+  if (is_there && !S_ISREG(there.st_mode)) {
     errno = S_ISDIR(there.st_mode) ? EISDIR : EINVAL;
     fail(S_ISDIR(there.st_mode) ? "Cannot replace" : "Will not replace what is no regular file:");
   }
   if (before == Before::kNameless) descriptor_ = open_nameless(folder_of(path_));
-  if (descriptor_ >= 0) return;
+  if (descriptor_ < 0) create_hidden();
+  if (!is_there) return;
+  // As far as this user may: a file of somebody else's stays readable to those who could read it.
+  (void)!::fchown(descriptor_, there.st_uid, there.st_gid);
+  (void)!::fchmod(descriptor_, there.st_mode & 0777);
+}
+
+void AtomicFile::create_hidden() {
   hidden_ = hidden_beside(path_);
   descriptor_ = ::open(hidden_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor_ < 0) {
@@ -112,6 +120,10 @@ AtomicFile::AtomicFile(fs::path path, Before before) : path_(std::move(path)) {
 AtomicFile::~AtomicFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
   if (!hidden_.empty()) ::unlink(hidden_.c_str());
+}
+
+void AtomicFile::keep_private() {
+  if (::fchmod(descriptor_, S_IRUSR | S_IWUSR) != 0) fail("Cannot make private");
 }
 
 void AtomicFile::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {

@@ -41,6 +41,10 @@ class AtomicFile {
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 
+  // Nobody but its owner may read it. Without this it has mode and owner of the file that was
+  // there, and a new one those of any new file.
+  void keep_private();
+
   // In any order; what is never written reads as zero. Requires that nothing is committed yet.
   void write_at(std::uint64_t offset, std::span<const std::byte> bytes);
 
@@ -53,6 +57,7 @@ class AtomicFile {
 
  private:
   [[noreturn]] void fail(const std::string& what) const;
+  void create_hidden();
   void give_hidden_name();
   void bring_folder_to_disk() const;
 

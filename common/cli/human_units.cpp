@@ -44,4 +44,16 @@ std::string human_seconds(double seconds) {
 
 std::string human_number(double value) { return format("%g", value); }
 
+std::string human_length(double length, const std::string& unit) {
+  const std::string number = human_number(length);
+  return number + " " + (!unit.empty() ? unit : number == "1" ? "unit" : "units");
+}
+
+std::string human_error(double world, LengthUnit unit, const DatasetInfo& info) {
+  const std::string length = human_length(world, info.meaning.length_unit);
+  if (unit == LengthUnit::kWorld) return length;
+  const std::string voxels = human_number(world / voxel_length(info));
+  return voxels + (voxels == "1" ? " voxel (" : " voxels (") + length + ")";
+}
+
 }  // namespace multitetra

@@ -4,11 +4,20 @@
 #include <cstdint>
 #include <string>
 
+#include "common/request/dataset_info.hpp"
+#include "common/request/isosurface_request.hpp"
+
 namespace multitetra {
 
 [[nodiscard]] std::string human_bytes(std::uint64_t bytes);  // "12.3 MiB"
 [[nodiscard]] std::string human_count(std::uint64_t count);  // "1 234 567"
 [[nodiscard]] std::string human_seconds(double seconds);     // "24 ms", "1.25 s", "3 min 05 s"
 [[nodiscard]] std::string human_number(double value);        // Shortest of up to 6 digits: "500.5"
+
+// "0.24 mm"; where the unit is not told, "0.24 units".
+[[nodiscard]] std::string human_length(double length, const std::string& unit);
+// A length in world coordinates as somebody reads it who asked in `unit`: "0.5 voxels (0.24 mm)",
+// or "0.24 mm".
+[[nodiscard]] std::string human_error(double world, LengthUnit unit, const DatasetInfo& info);
 
 }  // namespace multitetra

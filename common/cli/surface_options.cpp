@@ -150,6 +150,14 @@ void add_surface_options(Command& command, SurfaceArguments& a) {
       ->one_of({"world", "index"})
       ->capture_default_str()
       ->group(kSurface);
+  command
+      .add_option("--space", a.space,
+                  "Axes of the mesh's world coordinates: native as the dataset has them (`info` "
+                  "tells which), lps to the patient's left, back and head, ras to right, front and "
+                  "head")
+      ->one_of({"native", "lps", "ras"})
+      ->capture_default_str()
+      ->group(kSurface);
   add_threshold_options(command, a);
   add_budget_options(command, a);
 }
@@ -162,7 +170,27 @@ void add_empty_option(Command& command, SurfaceArguments& a) {
       ->group(kSurface);
 }
 
+namespace {
+
+// That the mesh can be written in the space that was asked for.
+Result<void> check_space(const SurfaceArguments& arguments, const DatasetInfo& info) {
+  if (arguments.space == "native") return {};
+  if (arguments.coordinates != "world") {
+    return fail(ErrorCode::kInvalidArgument,
+                "--space is about world coordinates; it has no meaning with --coordinates index.");
+  }
+  if (info.meaning.space != WorldSpace::kUnnamed) return {};
+  return fail(ErrorCode::kInvalidArgument,
+              "--space: nobody knows how the world axes of \"" + info.name +
+                  "\" lie in a patient, because its file did not tell; leave --space native.");
+}
+
+}  // namespace
+
 Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments, const DatasetInfo& info) {
+  if (const auto checked = check_space(arguments, info); !checked) {
+    return tl::unexpected(checked.error());
+  }
   if (!arguments.isovalue && info.suggested_isovalues.empty()) {
     return fail(ErrorCode::kInvalidArgument,
                 "Dataset \"" + info.name + "\" suggests no isovalue; name one with --isovalue.");
@@ -185,7 +213,17 @@ Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments, const Da
 }
 
 Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info) {
-  return arguments.coordinates == "world" ? grid_to_world(info) : grid_to_index(info);
+  if (arguments.coordinates != "world") return grid_to_index(info);
+  Affine map = grid_to_world(info);
+  if (arguments.space == "native") return map;
+  const WorldSpace wanted = arguments.space == "lps" ? WorldSpace::kLps : WorldSpace::kRas;
+  if (wanted == info.meaning.space) return map;
+  // The two differ in the directions of x and y.
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    for (Vec3& column : map.columns) column[axis] = -column[axis];
+    map.translation[axis] = -map.translation[axis];
+  }
+  return map;
 }
 
 }  // namespace multitetra

@@ -15,7 +15,7 @@
 namespace multitetra {
 
 struct SurfaceArguments {
-  std::optional<double> isovalue;  // None: the dataset's first suggestion.
+  std::optional<double> isovalue = {};  // None: the dataset's first suggestion.
   double error = 0.25;
   std::string unit = "voxel";
   std::string bound = "certified";
@@ -23,6 +23,7 @@ struct SurfaceArguments {
   double topology_tolerance = 0;
   int lattice_resolution = kDefaultLatticeResolution;
   std::string coordinates = "world";
+  std::string space = "native";
   std::vector<std::string> regions = {};  // As parse_region reads them.
   std::string region_unit = "world";
   std::string view = {};            // As parse_view reads it; empty: none.
@@ -40,12 +41,13 @@ void add_surface_options(Command& command, SurfaceArguments& arguments);
 void add_empty_option(Command& command, SurfaceArguments& arguments);
 
 // The request, checked. kInvalidArgument or kLimitExceeded where a value is out of its range or not
-// understood, the grid's file cannot be read, or no isovalue is given and the dataset suggests
-// none.
+// understood, the dataset's world has no space that could become the one asked for, the grid's file
+// cannot be read, or no isovalue is given and the dataset suggests none.
 [[nodiscard]] Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments,
                                                    const DatasetInfo& info);
 
-// Grid coordinates -> the coordinates that were asked for.
+// Grid coordinates -> the coordinates that were asked for. Requires arguments that request_of found
+// good for this dataset.
 [[nodiscard]] Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info);
 
 }  // namespace multitetra

@@ -35,9 +35,14 @@ void expect_host(SSL* tls, const std::string& host) {
   }
 }
 
-std::string handshake_fault(SSL* tls, const error_code& error, const std::string& ca_option) {
+std::string handshake_fault(SSL* tls, const error_code& error, const std::string& host,
+                            const std::string& ca_option) {
   const long verified = SSL_get_verify_result(tls);
   if (verified == X509_V_OK) return error.message() + "; does it speak TLS?";
+  if (verified == X509_V_ERR_HOSTNAME_MISMATCH || verified == X509_V_ERR_IP_ADDRESS_MISMATCH) {
+    return "its certificate is for another name than " + host +
+           "; connect by a name that is in it (subjectAltName), or have one made for " + host + ".";
+  }
   return std::string("its certificate is not to be trusted (") +
          X509_verify_cert_error_string(verified) +
          "); give the certificate of its authority with " + ca_option + " FILE.";
@@ -70,7 +75,7 @@ asio::awaitable<Result<void>> ByteStream::handshake_as_client(std::string host,
   // A server that is gone may come back; a certificate will not become a better one.
   const bool is_tls_fault = error.category() == asio::error::get_ssl_category();
   co_return fail(is_tls_fault ? ErrorCode::kInvalidArgument : ErrorCode::kUnavailable,
-                 handshake_fault(socket_->native_tls(), error, ca_option));
+                 handshake_fault(socket_->native_tls(), error, host, ca_option));
 }
 
 asio::awaitable<Transfer> ByteStream::read_some(asio::mutable_buffer into) {

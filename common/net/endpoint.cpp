@@ -1,8 +1,12 @@
 #include "common/net/endpoint.hpp"
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cstring>
 #include <optional>
 
 namespace multitetra {
@@ -71,7 +75,10 @@ std::optional<Endpoint> endpoint_from(std::string_view text, const Scheme& schem
   const std::string_view path = text.substr(slash);
   auto endpoint = address_from(text.substr(0, slash), scheme);
   if (!endpoint || !is_path(path)) return std::nullopt;
-  endpoint->path = path.size() > 1 ? path : kStreamPath;
+  endpoint->path = path;
+  if (!path.ends_with('/') && !path.empty()) return endpoint;
+  while (endpoint->path.ends_with('/')) endpoint->path.pop_back();
+  endpoint->path += kStreamPath;
   return endpoint;
 }
 
@@ -102,6 +109,16 @@ Result<Endpoint> parse_server_url(std::string_view text) {
     return no_address(text, "tcp://HOST:PORT, tls://HOST:PORT, ws://HOST:PORT or wss://HOST:PORT");
   }
   return *endpoint;
+}
+
+bool is_this_machine(std::string_view host) {
+  const std::string name(host);
+  std::array<unsigned char, sizeof(in6_addr)> address{};
+  if (inet_pton(AF_INET, name.c_str(), address.data()) == 1) return address[0] == 127;
+  if (inet_pton(AF_INET6, name.c_str(), address.data()) == 1) {
+    return std::memcmp(address.data(), &in6addr_loopback, address.size()) == 0;
+  }
+  return host == "localhost";
 }
 
 std::string to_string(const Endpoint& endpoint) {

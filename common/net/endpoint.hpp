@@ -43,8 +43,11 @@ struct Endpoint {
 
 // Where a client connects: the same, or "tls://HOST:PORT", "ws://HOST:PORT/PATH",
 // "wss://HOST:PORT/PATH". Without a port WebSockets have those of HTTP, 80 and 443; without a path
-// kStreamPath.
+// or with one that ends in "/", where a proxy shows the server, kStreamPath follows.
 [[nodiscard]] Result<Endpoint> parse_server_url(std::string_view text);
+
+// Whether only this machine is meant: "localhost", 127.0.0.0/8 or ::1.
+[[nodiscard]] bool is_this_machine(std::string_view host);
 
 // "tcp://HOST:PORT" and the like, which parse_server_url reads back.
 [[nodiscard]] std::string to_string(const Endpoint& endpoint);

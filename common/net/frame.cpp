@@ -20,6 +20,25 @@ std::uint32_t content_length(const char* header) {
   return length;
 }
 
+// What speaks another language at its first four bytes, which would be absurd lengths; empty for a
+// frame.
+std::string other_language(std::string_view header) {
+  if (header == "HTTP") {
+    return "What answers speaks HTTP: for this port write ws:// (with TLS wss://) in place of "
+           "tcp:// (tls://).";
+  }
+  for (const std::string_view method : {"GET ", "HEAD", "POST", "PUT ", "OPTI", "DELE", "CONN"}) {
+    if (header != method) continue;
+    return "This port takes frames over TCP (tcp://), and an HTTP request came; HTTP, WebSockets "
+           "and the viewer have another port.";
+  }
+  if (header.starts_with("\x16\x03")) {
+    return "This port speaks no TLS, and a TLS handshake came: write tcp:// or ws:// in place of "
+           "tls:// or wss://.";
+  }
+  return {};
+}
+
 }  // namespace
 
 void FrameReader::feed(std::string_view bytes) {
@@ -40,6 +59,9 @@ Result<std::optional<std::string>> FrameReader::next() {
                 "A frame has length 0; every frame holds a message of at least 1 byte.");
   }
   if (length > max_content_bytes_) {
+    const std::string other =
+        other_language(std::string_view(buffer_).substr(consumed_, kFrameHeaderBytes));
+    if (!other.empty()) return fail(ErrorCode::kMalformedFrame, other);
     return fail(ErrorCode::kMessageTooLarge,
                 "A frame announces " + std::to_string(length) + " bytes; at most " +
                     std::to_string(max_content_bytes_) + " are accepted here.");

@@ -148,6 +148,17 @@ asio::awaitable<Result<void>> WebSocket::open(Endpoint server) {
   if (error == websocket::error::upgrade_declined) {
     co_return tl::unexpected(refused_upgrade(server, response));
   }
+  const bool is_no_http = error.category() == make_error_code(http::error::bad_version).category();
+  if (is_no_http && error != http::error::end_of_stream && error != http::error::partial_message) {
+    co_return fail(ErrorCode::kInvalidArgument,
+                   "What answers at " + to_string(server) + " speaks no HTTP (" + error.message() +
+                       "): if it is the port for frames, write " +
+                       to_string(Endpoint{
+                           .host = server.host,
+                           .port = server.port,
+                           .transport = server.is_secure() ? Transport::kTls : Transport::kTcp}) +
+                       ".");
+  }
   if (error) {
     co_return fail(ErrorCode::kUnavailable, "The connection to " + to_string(server) +
                                                 " was lost: " + error.message() + ".");

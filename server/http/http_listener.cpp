@@ -12,7 +12,7 @@ HttpListener::HttpListener(const ServerContext& server, HttpOptions options)
     : server_(server),
       options_(std::move(options)),
       service_(server_, options_),
-      acceptor_(server_.io, options_.listen),
+      acceptor_(server_.io, options_.listen, "--http"),
       connections_(server_.io, std::min({options_.handshake_timeout, options_.keep_alive_timeout,
                                          options_.write_timeout, options_.linger})) {}
 

@@ -43,6 +43,9 @@ struct HttpOptions {
   std::uint32_t max_message_bytes = kMaxClientFrameBytes;  // Of a WebSocket, after Hello,
   std::uint32_t max_hello_bytes = kMaxHelloFrameBytes;     // and before.
   std::optional<int> send_buffer_bytes = std::nullopt;     // None leaves it to the system.
+  // Under which a proxy shows the listener, as parse_base_path gives it; requests may have it or
+  // not.
+  std::string base_path = {};
   // "https://example.org": pages from there may read answers and open WebSockets, besides those
   // of this listener itself. "*" allows all.
   std::vector<std::string> allowed_origins = {};

@@ -80,7 +80,13 @@ asio::awaitable<Outcome> HttpService::answer(const HttpRequest& request, Request
 }
 
 asio::awaitable<Outcome> HttpService::routed(const HttpRequest& request, RequestContext& context) {
-  const auto target = parse_target(view_of(request.target()));
+  if (is_base_path(view_of(request.target()), options_.base_path)) {
+    Answer answer{.status = 308};
+    add_field(answer, "Location", options_.base_path + "/");
+    co_return answer;
+  }
+  const auto target =
+      parse_target(without_base_path(view_of(request.target()), options_.base_path));
   const auto route = target ? route_of(*target) : Result<Route>(tl::unexpected(target.error()));
   if (!route) co_return error_answer(route.error(), context.request_id);
   context.kind = name(*route);

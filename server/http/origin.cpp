@@ -45,7 +45,7 @@ std::string cross_origin_fields(std::string_view origin, std::string_view host,
   if (origin.empty() || !is_allowed_origin(origin, host, allowed)) return fields;
   fields.append("Access-Control-Allow-Origin: ").append(origin);
   fields +=
-      "\r\nAccess-Control-Expose-Headers: ETag, Content-Range, X-Request-Id, "
+      "\r\nAccess-Control-Expose-Headers: ETag, Content-Range, X-Request-Id, Multitetra-Notice, "
       "Multitetra-Triangles, Multitetra-Vertices, Multitetra-Euler-Characteristic, "
       "Multitetra-Components, Multitetra-Error-Bound, Multitetra-Content-Digest\r\n";
   if (is_preflight) {

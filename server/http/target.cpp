@@ -1,5 +1,7 @@
 #include "server/http/target.hpp"
 
+#include <algorithm>
+
 namespace multitetra {
 namespace {
 
@@ -73,6 +75,31 @@ Result<Target> parse_target(std::string_view target) {
                 "The request's target has a % that is not followed by two hexadecimal digits.");
   }
   return parts;
+}
+
+std::string_view without_base_path(std::string_view target, std::string_view base_path) {
+  const bool is_below = !base_path.empty() && target.size() > base_path.size() &&
+                        target.starts_with(base_path) && target[base_path.size()] == '/';
+  return is_below ? target.substr(base_path.size()) : target;
+}
+
+bool is_base_path(std::string_view target, std::string_view base_path) {
+  return !base_path.empty() && target.substr(0, target.find('?')) == base_path;
+}
+
+Result<std::string> parse_base_path(std::string_view text) {
+  const auto is_plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view("-._~/").find(c) != std::string_view::npos;
+  };
+  if (!std::all_of(text.begin(), text.end(), is_plain) || text.find("//") != text.npos) {
+    return fail(ErrorCode::kInvalidArgument, "\"" + std::string(text) +
+                                                 "\" is no path of a site; one looks like "
+                                                 "/volumes.");
+  }
+  while (text.ends_with('/')) text.remove_suffix(1);
+  while (text.starts_with('/')) text.remove_prefix(1);
+  return text.empty() ? std::string() : "/" + std::string(text);
 }
 
 }  // namespace multitetra

@@ -25,4 +25,16 @@ struct Target {
 // encoded.
 [[nodiscard]] Result<Target> parse_target(std::string_view target);
 
+// What `target` is without the path under which a proxy shows the listener, as "/volumes", if it
+// begins with it: "/volumes/v1/datasets" and "/v1/datasets" are the same.
+[[nodiscard]] std::string_view without_base_path(std::string_view target,
+                                                 std::string_view base_path);
+// Whether it is the base path itself, which a browser must ask for with a "/" at its end: links of
+// a page count from there.
+[[nodiscard]] bool is_base_path(std::string_view target, std::string_view base_path);
+
+// A base path as it is used, from "/volumes/" or "volumes": "/volumes"; empty for "/".
+// kInvalidArgument where it has more than letters, digits and -._~/ in it.
+[[nodiscard]] Result<std::string> parse_base_path(std::string_view text);
+
 }  // namespace multitetra

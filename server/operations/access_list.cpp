@@ -1,6 +1,7 @@
 #include "server/operations/access_list.hpp"
 
 #include <algorithm>
+#include <ctime>
 #include <fstream>
 #include <optional>
 #include <sstream>
@@ -16,6 +17,7 @@ namespace multitetra {
 namespace {
 
 constexpr std::string_view kNoToken = "none";
+constexpr std::string_view kExpires = "expires=";
 constexpr std::string_view kHexDigits = "0123456789abcdef";
 
 int value_of_hex(char digit) {
@@ -61,6 +63,29 @@ tl::unexpected<Error> bad_line(std::size_t number, const std::string& what) {
                   "NAME");
 }
 
+// The words behind the token's: patterns of datasets, and perhaps when it expires. What is wrong
+// with them is a string.
+Result<AccessRights> rights_from(const std::vector<std::string>& words, std::size_t line) {
+  std::vector<std::string> datasets;
+  std::optional<AccessRights::Time> expires;
+  for (std::size_t i = 2; i < words.size(); ++i) {
+    if (!words[i].starts_with(kExpires)) {
+      datasets.push_back(words[i]);
+      continue;
+    }
+    const auto time = time_from(std::string_view(words[i]).substr(kExpires.size()));
+    if (!time || expires) {
+      return bad_line(line, "has \"" + words[i] + "\", which is no time or a second one (expires=" +
+                                "2027-01-31T12:00:00Z)");
+    }
+    expires = time;
+  }
+  if (datasets.empty()) return bad_line(line, "names no datasets");
+  AccessRights rights(words[0], std::move(datasets));
+  if (expires) rights.expire_at(*expires);
+  return rights;
+}
+
 }  // namespace
 
 // The classical way: after a mismatch the last * takes one character more.
@@ -100,9 +125,10 @@ TokenDigest digest_of_token(std::string_view token) {
   return digest;
 }
 
-Result<AccessRights> AccessList::rights_of(std::string_view token) const {
+Result<AccessRights> AccessList::rights_of(std::string_view token,
+                                           std::chrono::system_clock::time_point now) const {
   if (token.empty()) {
-    if (!strangers_.empty()) return strangers_.front();
+    if (!strangers_.empty() && !strangers_.front().has_expired(now)) return strangers_.front();
     return fail(ErrorCode::kUnauthenticated,
                 "This server wants a token; whoever runs it hands them out.");
   }
@@ -114,6 +140,11 @@ Result<AccessRights> AccessList::rights_of(std::string_view token) const {
   if (found == nullptr) {
     return fail(ErrorCode::kUnauthenticated,
                 "The token is none that this server knows; ask whoever runs it for another.");
+  }
+  if (found->rights.has_expired(now)) {
+    return fail(ErrorCode::kUnauthenticated, "The token expired at " +
+                                                 time_text(*found->rights.expires()) +
+                                                 "; ask whoever runs this server for another.");
   }
   return found->rights;
 }
@@ -128,17 +159,18 @@ Result<AccessList> parse_access_list(std::string_view text) {
     const std::vector<std::string> words = words_of(line);
     if (words.empty()) continue;
     if (words.size() < 3) return bad_line(number, "has fewer than three words");
-    AccessRights rights(words[0], {words.begin() + 2, words.end()});
+    auto rights = rights_from(words, number);
+    if (!rights) return tl::unexpected(rights.error());
     if (words[1] == kNoToken) {
       if (std::exchange(has_strangers, true)) {
         return bad_line(number, "is the second about clients without a token");
       }
-      list.add_for_strangers(std::move(rights));
+      list.add_for_strangers(*std::move(rights));
       continue;
     }
     const auto digest = digest_from(words[1]);
     if (!digest) return bad_line(number, "has no SHA-256 as its second word");
-    list.add({*digest, std::move(rights)});
+    list.add({*digest, *std::move(rights)});
   }
   return list;
 }
@@ -169,10 +201,45 @@ std::string new_token() {
 }
 
 std::string access_line(std::string_view name, std::string_view token,
-                        const std::vector<std::string>& datasets) {
+                        const std::vector<std::string>& datasets,
+                        std::optional<AccessRights::Time> expires) {
   std::string line = std::string(name) + " " + hex(digest_of_token(token));
   for (const std::string& dataset : datasets) line += " " + dataset;
+  if (expires) line += " " + std::string(kExpires) + time_text(*expires);
   return line;
+}
+
+std::string time_text(AccessRights::Time time) {
+  const std::time_t seconds = std::chrono::system_clock::to_time_t(time);
+  std::tm parts{};
+  ::gmtime_r(&seconds, &parts);
+  std::array<char, 32> text{};
+  return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts)};
+}
+
+std::optional<AccessRights::Time> time_from(std::string_view text) {
+  std::tm parts{};
+  const std::string word(text);
+  const char* const end = ::strptime(word.c_str(), "%Y-%m-%dT%H:%M:%SZ", &parts);
+  if (end == nullptr || *end != '\0') return std::nullopt;
+  const AccessRights::Time time{std::chrono::seconds(::timegm(&parts))};
+  if (time_text(time) != text) return std::nullopt;  // As the 31st of February.
+  return time;
+}
+
+WithoutName without_name(std::string_view text, std::string_view name) {
+  WithoutName without;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size() - 1) + 1;
+    const std::vector<std::string> words = words_of(std::string(text.substr(0, end)));
+    if (!words.empty() && words.front() == name) {
+      ++without.removed;
+    } else {
+      without.text += text.substr(0, end);
+    }
+    text.remove_prefix(end);
+  }
+  return without;
 }
 
 }  // namespace multitetra

@@ -2,6 +2,7 @@
 //
 //   # name    SHA-256 of the token, in hex       datasets, with * and ?
 //   alice     9f86d081884c7d659a2feaa0c55ad0...  head-* embryo
+//   lab       5e884898da28047151d0e56f8dc629...  * expires=2027-01-31T12:00:00Z
 //   guests    none                               public-*
 //
 //   const auto list = parse_access_list(text);
@@ -10,12 +11,15 @@
 //
 // No token is stored, only its hash: tokens are random and long, so that the hash gives nothing
 // away. A line with `none` is about clients without a token. The same name may have several lines,
-// as while a token is replaced by another.
+// as while a token is replaced by another. A line that says when it expires (UTC) is as good as
+// none from then on.
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,10 +37,19 @@ class AccessRights {
 
   [[nodiscard]] bool may_see(std::string_view dataset) const;
   [[nodiscard]] const std::string& name() const { return name_; }  // For the log; may be empty.
+  [[nodiscard]] const std::vector<std::string>& datasets() const { return datasets_; }
+
+  using Time = std::chrono::sys_seconds;
+  void expire_at(Time time) { expires_ = time; }
+  [[nodiscard]] const std::optional<Time>& expires() const { return expires_; }
+  [[nodiscard]] bool has_expired(std::chrono::system_clock::time_point now) const {
+    return expires_ && now >= *expires_;
+  }
 
  private:
   std::string name_;
   std::vector<std::string> datasets_ = {"*"};  // Patterns, of which one must match.
+  std::optional<Time> expires_;                // None: never.
 };
 
 // Whether `text` is what `pattern` says: * stands for any characters, ? for one, all others for
@@ -55,12 +68,17 @@ class AccessList {
   };
 
   // The rights of who shows this token, empty for none. kUnauthenticated, with a text for the
-  // client, unless the list knows it. The time it takes tells nothing about the list's tokens.
-  [[nodiscard]] Result<AccessRights> rights_of(std::string_view token) const;
+  // client, unless the list knows it and it has not expired `now`. The time it takes tells nothing
+  // about the list's tokens.
+  [[nodiscard]] Result<AccessRights> rights_of(
+      std::string_view token,
+      std::chrono::system_clock::time_point now = std::chrono::system_clock::now()) const;
 
   void add(Entry entry) { entries_.push_back(std::move(entry)); }
   void add_for_strangers(AccessRights rights) { strangers_.push_back(std::move(rights)); }
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
+  [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
+  [[nodiscard]] const std::vector<AccessRights>& strangers() const { return strangers_; }
 
  private:
   std::vector<Entry> entries_;
@@ -78,6 +96,18 @@ using AccessListPtr = std::shared_ptr<const AccessList>;
 // A new token of 256 random bits, and its line for the file.
 [[nodiscard]] std::string new_token();
 [[nodiscard]] std::string access_line(std::string_view name, std::string_view token,
-                                      const std::vector<std::string>& datasets);
+                                      const std::vector<std::string>& datasets,
+                                      std::optional<AccessRights::Time> expires = {});
+
+// A moment as the file has it, "2027-01-31T12:00:00Z"; none where it is no such moment.
+[[nodiscard]] std::string time_text(AccessRights::Time time);
+[[nodiscard]] std::optional<AccessRights::Time> time_from(std::string_view text);
+
+// The file's text without the lines of that name, and how many there were. Comments stay.
+struct WithoutName {
+  std::string text;
+  std::size_t removed = 0;
+};
+[[nodiscard]] WithoutName without_name(std::string_view text, std::string_view name);
 
 }  // namespace multitetra

@@ -17,6 +17,7 @@ namespace {
 int serve(const GatewayOptions& options) {
   start_log(log_options(options.listeners));
   make_room_for(options.listeners);
+  warn_of_open_doors(options.listeners);
   GatewayServerOptions gateway_with = gateway_server_options(options);
   gateway_with.runtime.metrics = std::make_shared<PrometheusMetrics>();
   if (gateway_with.http) gateway_with.http->viewer = find_viewer(options.listeners.viewer);

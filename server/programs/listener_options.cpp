@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
+#include "server/http/target.hpp"
 #include "server/operations/open_files.hpp"
 #include "server/operations/request_log.hpp"
 
@@ -34,6 +36,11 @@ void add_addresses(Command& command, ListenerOptions& o) {
   command.add_option("--viewer", o.viewer,
                      "Folder of the web viewer's files, served at / (default: the one that was "
                      "built or installed with this program)");
+  command
+      .add_option("--base-path", o.base_path,
+                  "Path under which a proxy in front shows the HTTP listener, as /volumes for "
+                  "https://example.org/volumes/, whether the proxy takes it off or not")
+      ->type_name("PATH");
 }
 
 void add_security(Command& command, ListenerOptions& o) {
@@ -168,8 +175,11 @@ std::optional<HttpOptions> http_options(const ListenerOptions& o) {
   if (o.http == "off") return std::nullopt;
   const Result<Endpoint> listen = parse_http_endpoint(o.http);
   if (!listen) throw UsageError("--http", listen.error().text);
+  const Result<std::string> base_path = parse_base_path(o.base_path);
+  if (!base_path) throw UsageError("--base-path", base_path.error().text);
   HttpOptions http;
   http.listen = *listen;
+  http.base_path = *base_path;
   http.handshake_timeout = bounded(o.handshake_seconds);
   http.write_timeout = bounded(o.write_seconds);
   http.max_header_bytes = static_cast<std::uint32_t>(o.max_header_bytes);
@@ -211,6 +221,33 @@ SessionOptions session_options(const ListenerOptions& o) {
 LogOptions log_options(const ListenerOptions& o) {
   return {.format = log_format_from(o.log_format).value(),
           .level = log_level_from(o.log_level).value()};
+}
+
+void warn_of_open_doors(const ListenerOptions& o) {
+  const auto is_reachable = [](const auto& listener) {
+    return listener && !is_this_machine(listener->listen.host);
+  };
+  const bool is_open = is_reachable(tcp_options(o)) || is_reachable(http_options(o));
+  if (is_open && o.tokens.empty()) {
+    log_line(LogLevel::kWarning,
+             "others than this machine can connect, and everybody may see everything: there is no "
+             "--tokens file",
+             {});
+  }
+  // With a proxy in front TLS may be its business.
+  if (is_open && o.tls_certificate.empty() && o.trusted_proxies.empty()) {
+    log_line(LogLevel::kWarning,
+             "others than this machine can connect, and all that is said can be read on its way: "
+             "there is no --tls-cert",
+             {});
+  }
+  std::error_code error;
+  const auto allowed = std::filesystem::status(o.tls_key, error).permissions();
+  if (!o.tls_key.empty() && !error &&
+      (allowed & std::filesystem::perms::others_read) != std::filesystem::perms::none) {
+    log_line(LogLevel::kWarning, "everybody on this machine can read the TLS key; chmod o= it",
+             {{"file", o.tls_key}});
+  }
 }
 
 void make_room_for(const ListenerOptions& o) {

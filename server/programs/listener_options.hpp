@@ -23,6 +23,7 @@ struct ListenerOptions {
   std::string tcp = to_string(Endpoint{.host = "127.0.0.1"});
   std::string http = "http://127.0.0.1:" + std::to_string(kDefaultHttpPort);
   std::string viewer = {};
+  std::string base_path = {};
 
   std::string tls_certificate = {};
   std::string tls_key = {};
@@ -71,6 +72,10 @@ Option* add_seconds(Command& command, const std::string& name, double& value,
 [[nodiscard]] ServerRuntimeOptions runtime_options(const ListenerOptions& options);
 [[nodiscard]] SessionOptions session_options(const ListenerOptions& options);
 [[nodiscard]] LogOptions log_options(const ListenerOptions& options);
+
+// Tells in the log what others could do because of them: everybody may see everything, everything
+// can be read on its way, the key can be read by others on this machine.
+void warn_of_open_doors(const ListenerOptions& options);
 
 // So many open files as the system allows, for connections are some. Tells in the log when that is
 // not enough for the connections that are allowed.

@@ -47,6 +47,7 @@ int serve(const ServeOptions& options) {
   const ThreadLimit limit(options.threads);
   start_log(log_options(options.listeners));
   make_room_for(options.listeners);
+  warn_of_open_doors(options.listeners);
   ServerOptions server_with = server_options(options);
   std::optional<HttpOptions> http = http_options(options.listeners);
   if (http) http->viewer = find_viewer(options.listeners.viewer);

@@ -1,68 +1,164 @@
-#include <filesystem>
-#include <fstream>
+#include <algorithm>
+#include <charconv>
+#include <chrono>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/exit_codes.hpp"
 #include "common/cli/json_report.hpp"
 #include "server/operations/access_list.hpp"
+#include "server/operations/token_file.hpp"
 #include "server/programs/commands.hpp"
 
 namespace multitetra {
 namespace {
 
 struct TokenArguments {
-  std::string name;
+  std::vector<std::string> words;  // NAME; list; revoke NAME.
   std::vector<std::string> datasets = {"*"};
-  std::string append;
+  std::string file;
+  std::string expires;
+  bool replace = false;
   bool json = false;
 };
 
-// Whether its last line has no end, as some editors leave it.
-bool is_open_ended(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary | std::ios::ate);
-  if (!stream || stream.tellg() <= 0) return false;
-  stream.seekg(-1, std::ios::end);
-  return stream.get() != '\n';
+// "30d", "12h", or a moment as the file has it.
+std::optional<AccessRights::Time> expiry_of(const std::string& text) {
+  using namespace std::chrono;
+  if (text.empty()) return std::nullopt;
+  if (const auto time = time_from(text)) return *time;
+  constexpr int kMost = 36'500;
+  int count = 0;
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), count);
+  const std::string unit(end, text.data() + text.size());
+  if (code != std::errc() || count < 1 || count > kMost || (unit != "d" && unit != "h")) {
+    throw ExitError(kUsage, "--expires is \"" + text +
+                                "\"; it must be days as 30d, hours as 12h, or a moment as "
+                                "2027-01-31T12:00:00Z.");
+  }
+  const auto now = time_point_cast<seconds>(system_clock::now());
+  return now + (unit == "d" ? hours(24 * count) : hours(count));
 }
 
-// Nobody but its owner reads a file that is made here.
-void append_line(const std::filesystem::path& file, const std::string& line) {
-  const bool is_new = !std::filesystem::exists(file);
-  const std::string end_of_last = is_open_ended(file) ? "\n" : "";
-  std::ofstream stream(file, std::ios::app);
-  if (is_new && stream) {
-    std::filesystem::permissions(
-        file, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+AccessList parsed(const std::string& file, const std::string& text) {
+  auto list = parse_access_list(text);
+  if (!list) throw std::runtime_error(file + ": " + list.error().text);
+  return *std::move(list);
+}
+
+bool has_name(const AccessList& list, const std::string& name) {
+  const auto is_it = [&](const AccessList::Entry& entry) { return entry.rights.name() == name; };
+  return std::any_of(list.entries().begin(), list.entries().end(), is_it);
+}
+
+// A name stands for one token: the one that is made now, or the one that is there.
+void add_line(const TokenArguments& arguments, const std::string& name, const std::string& line) {
+  TokenFile file(arguments.file, TokenFile::IfAbsent::kMakeIt);
+  std::string text = file.text();
+  if (has_name(parsed(arguments.file, text), name)) {
+    if (!arguments.replace) {
+      throw ExitError(kUsage, "\"" + name + "\" has a token in " + arguments.file +
+                                  " already; --replace makes it invalid, and so does: "
+                                  "multitetra-server token revoke " +
+                                  name + " --file " + arguments.file);
+    }
+    text = without_name(text, name).text;
   }
-  stream << end_of_last << line << "\n" << std::flush;
-  if (!stream) throw std::runtime_error("Cannot write to " + file.string() + ".");
+  if (!text.empty() && !text.ends_with('\n')) text += '\n';  // As some editors leave it.
+  file.replace(text + line + "\n");
 }
 
 int make_token(const TokenArguments& arguments) {
+  const std::string& name = arguments.words.front();
+  const auto expires = expiry_of(arguments.expires);
   const std::string token = new_token();
-  const std::string line = access_line(arguments.name, token, arguments.datasets);
-  if (const auto parsed = parse_access_list(line); !parsed || parsed->size() != 1) {
+  const std::string line = access_line(name, token, arguments.datasets, expires);
+  if (const auto made = parse_access_list(line); !made || made->size() != 1) {
     throw std::invalid_argument(
         "NAME and datasets must be words: without spaces and \"#\" in "
         "front; ? in a pattern stands for any character.");
   }
-  if (!arguments.append.empty()) append_line(arguments.append, line);
+  if (!arguments.file.empty()) add_line(arguments, name, line);
   if (arguments.json) {
-    std::cout << text_of({{"name", arguments.name},
+    std::cout << text_of({{"name", name},
                           {"token", token},
                           {"line", line},
-                          {"datasets", arguments.datasets}});
-  } else if (arguments.append.empty()) {
+                          {"datasets", arguments.datasets},
+                          {"expires", expires ? Json(time_text(*expires)) : Json(nullptr)}});
+  } else if (arguments.file.empty()) {
     std::cout << "token: " << token << "\nline:  " << line << "\n";
   } else {
     std::cout << token << "\n";
   }
-  return 0;
+  return kOk;
+}
+
+Json json_of(const AccessRights& rights, bool has_token) {
+  return {{"name", rights.name()},
+          {"has_token", has_token},
+          {"datasets", rights.datasets()},
+          {"expires", rights.expires() ? Json(time_text(*rights.expires())) : Json(nullptr)},
+          {"has_expired", rights.has_expired(std::chrono::system_clock::now())}};
+}
+
+std::string text_of_rights(const AccessRights& rights, bool has_token) {
+  std::string text = rights.name();
+  for (const std::string& dataset : rights.datasets()) text += " " + dataset;
+  if (!has_token) text += "  (whoever has no token)";
+  if (!rights.expires()) return text + "\n";
+  const bool is_over = rights.has_expired(std::chrono::system_clock::now());
+  return text + (is_over ? "  EXPIRED " : "  until ") + time_text(*rights.expires()) + "\n";
+}
+
+int list_tokens(const TokenArguments& arguments) {
+  const AccessList list = parsed(arguments.file, TokenFile(arguments.file).text());
+  Json tokens = Json::array();
+  std::string text;
+  const auto tell = [&](const AccessRights& rights, bool has_token) {
+    tokens.push_back(json_of(rights, has_token));
+    text += text_of_rights(rights, has_token);
+  };
+  for (const AccessList::Entry& entry : list.entries()) tell(entry.rights, true);
+  for (const AccessRights& rights : list.strangers()) tell(rights, false);
+  std::cout << (arguments.json ? text_of({{"file", arguments.file}, {"tokens", tokens}}) : text);
+  return kOk;
+}
+
+int revoke_token(const TokenArguments& arguments) {
+  const std::string& name = arguments.words.back();
+  TokenFile file(arguments.file);
+  const WithoutName without = without_name(file.text(), name);
+  if (without.removed == 0) {
+    throw std::invalid_argument("Nobody named \"" + name + "\" is in " + arguments.file + ".");
+  }
+  file.replace(without.text);
+  if (arguments.json) {
+    std::cout << text_of({{"name", name}, {"file", arguments.file}, {"removed", without.removed}});
+  } else {
+    std::cout << name << " is not in " << arguments.file
+              << " any more; servers know it after SIGHUP (systemctl reload multitetra)\n";
+  }
+  return kOk;
+}
+
+Run run_of(const std::shared_ptr<const TokenArguments>& a) {
+  const std::string& verb = a->words.front();
+  const std::size_t words = a->words.size();
+  const bool is_list = verb == "list";
+  const bool is_revoke = verb == "revoke";
+  if (words != (is_revoke ? 2 : 1)) {
+    throw UsageError("name", "write NAME, list, or revoke NAME.");
+  }
+  if ((is_list || is_revoke) && a->file.empty()) throw UsageError("--file", "name the file.");
+  if (is_list) return [a] { return list_tokens(*a); };
+  if (is_revoke) return [a] { return revoke_token(*a); };
+  return [a] { return make_token(*a); };
 }
 
 }  // namespace
@@ -70,24 +166,39 @@ int make_token(const TokenArguments& arguments) {
 void add_token_command(Command& program, Run& run) {
   const auto a = std::make_shared<TokenArguments>();
   Command* command = program.add_subcommand(
-      "token", "Make a token for a client, and its line for the file of serve --tokens");
-  command->add_option("name", a->name, "Whose it is, for the log")->required();
+      "token", "Make a token for a client, list those of a file of serve --tokens, or revoke one");
+  command
+      ->add_option("name", a->words,
+                   "NAME: whose token to make, for the log; list: tell whose there are; revoke "
+                   "NAME: make it invalid")
+      ->required()
+      ->type_name("NAME|list|revoke NAME");
   command
       ->add_option("--datasets", a->datasets,
                    "What it lets one see: names, with * for any characters and ? for one "
                    "(repeatable)")
       ->capture_default_str();
   command
-      ->add_option("--append", a->append,
-                   "Write the line into this file, and print the token alone")
+      ->add_option("--file,--append", a->file,
+                   "The file. A new token's line is added to it, and the token alone is printed; a "
+                   "file that is not there is made, for its owner alone")
       ->type_name("FILE");
+  command
+      ->add_option("--expires", a->expires,
+                   "When a new token ends: days as 30d, hours as 12h, or a moment as "
+                   "2027-01-31T12:00:00Z (default: never)")
+      ->type_name("WHEN");
+  command->add_flag("--replace", a->replace, "Make the token that NAME has by now invalid");
   command->add_flag("--json", a->json, "Print JSON");
   command->footer(
       "The token is shown this once: the file holds its SHA-256 only. Servers read the file again\n"
-      "on SIGHUP. Examples:\n"
+      "on SIGHUP; tokens expire without it. Examples:\n"
       "  multitetra-server token alice\n"
-      "  token=$(multitetra-server token lab --datasets 'head-*' --append /etc/multitetra/tokens)");
-  command->callback([a, &run] { run = [a] { return make_token(*a); }; });
+      "  token=$(multitetra-server token lab --datasets 'head-*' --file /etc/multitetra/tokens)\n"
+      "  multitetra-server token guest --expires 30d --file tokens\n"
+      "  multitetra-server token list --file tokens\n"
+      "  multitetra-server token revoke alice --file tokens");
+  command->callback([a, &run] { run = run_of(a); });
 }
 
 }  // namespace multitetra

@@ -19,22 +19,24 @@ Peer peer_of(const tcp::socket& socket) {
   return {.address = std::move(address), .name = std::move(name)};
 }
 
-tcp::acceptor listening(asio::io_context& io, const Endpoint& at) {
+tcp::acceptor listening(asio::io_context& io, const Endpoint& at, const char* option) {
   try {
     tcp::resolver resolver(io);
     const auto found = resolver.resolve(at.host, std::to_string(at.port), tcp::resolver::passive);
     return tcp::acceptor(io, *found.begin(), /*reuse_addr=*/true);
   } catch (const boost::system::system_error& error) {
-    throw AddressError("Cannot listen on " + to_string(at) + ": " + error.code().message() +
-                       ". Is another server running there? Choose another port, or port 0 "
-                       "for a free one.");
+    const std::string address = to_string(at).substr(std::string_view("tcp://").size());
+    throw AddressError("Cannot listen on " + address + " (" + option +
+                       "): " + error.code().message() +
+                       ". Is another server running there? Choose another port with " + option +
+                       " HOST:PORT, port 0 for a free one, or " + option + " off.");
   }
 }
 
 }  // namespace
 
-Acceptor::Acceptor(asio::io_context& io, const Endpoint& at)
-    : acceptor_(listening(io, at)), endpoint_(at), retry_(io) {
+Acceptor::Acceptor(asio::io_context& io, const Endpoint& at, const char* option)
+    : acceptor_(listening(io, at, option)), endpoint_(at), retry_(io) {
   endpoint_.port = acceptor_.local_endpoint().port();
 }
 

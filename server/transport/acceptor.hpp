@@ -22,9 +22,9 @@ class Acceptor {
   // accepted.
   using OnAccept = std::function<void(tcp::socket socket, const Peer& peer)>;
 
-  // Binds and listens. Throws AddressError that names the address when that fails. Must
-  // outlive the io_context's last handler once it was opened.
-  Acceptor(asio::io_context& io, const Endpoint& at);
+  // Binds and listens. Throws AddressError that names the address, and `option`, where it can be
+  // changed, when that fails. Must outlive the io_context's last handler once it was opened.
+  Acceptor(asio::io_context& io, const Endpoint& at, const char* option);
 
   // With the real port.
   [[nodiscard]] const Endpoint& endpoint() const { return endpoint_; }

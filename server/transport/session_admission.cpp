@@ -34,7 +34,10 @@ Actions receive_from(ClientContext& client, Session& session,
   const AdmissionControl& admission = client.admission();
   Actions actions;
   if (const auto work = admission.may_begin_work(); !work) session.refuse_work(work.error());
-  if (session.access() != admission.access()) append(actions, session.renew(admission.access()));
+  const bool has_expired = session.rights().has_expired(std::chrono::system_clock::now());
+  if (has_expired || session.access() != admission.access()) {
+    append(actions, session.renew(admission.access()));
+  }
   const bool was_welcomed = session.is_welcomed();
   if (!message) {
     append(actions, session.receive(message.error()));

@@ -20,7 +20,7 @@ asio::awaitable<Result<std::unique_ptr<MessageTransport>>> open_frames(ByteStrea
 TcpListener::TcpListener(const ServerContext& server, TcpListenerOptions options)
     : server_(server),
       options_(std::move(options)),
-      acceptor_(server.io, options_.listen),
+      acceptor_(server.io, options_.listen, "--tcp"),
       connections_(server.io,
                    std::min({options_.connection.handshake_timeout,
                              options_.connection.write_timeout, options_.connection.linger})) {}

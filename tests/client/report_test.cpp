@@ -132,7 +132,10 @@ TEST(Report, TheTableTellsAFinalStepWithoutThePromiseOfTopologyFromAPreview) {
 TEST(Report, TheLineOfAStepTellsTheErrorThatItAllows) {
   CommittedStep step = *octahedron_report().steps.front().step;
   const auto line = [&step] {
-    return step_line({.step = std::make_shared<const CommittedStep>(step)});
+    DatasetInfo info = testing::octahedra_info();
+    info.spacing = {2, 2, 3};
+    info.meaning.length_unit = "mm";
+    return step_line({.step = std::make_shared<const CommittedStep>(step)}, info);
   };
   step.begin.request.error = 0.5;
   EXPECT_NE(line().find(": error 0.5 voxels,"), std::string::npos) << line();
@@ -140,7 +143,7 @@ TEST(Report, TheLineOfAStepTellsTheErrorThatItAllows) {
   EXPECT_NE(line().find(": error 4 voxels,"), std::string::npos) << line();
   step.begin.request.thresholds.regions = {{.shape = BallShape{}, .threshold = 9}};
   step.begin.error_bound_world = 9;
-  EXPECT_NE(line().find(": errors up to 9 world,"), std::string::npos) << line();
+  EXPECT_NE(line().find(": errors up to 4.5 voxels (9 mm),"), std::string::npos) << line();
 }
 
 // ---- the program, with servers that fail

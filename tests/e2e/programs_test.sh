@@ -132,6 +132,15 @@ ends 2 "low corner above its high one along y" "$client" fetch --server "$url" -
 ends 2 "1280x960" "$client" snapshot --server "$url" --dataset gyroid --size 12by9 -o x.png
 ends 2 "PNG" "$client" snapshot --server "$url" --dataset gyroid -o x.jpg
 ends 2 '"gyroid"' "$client" snapshot --server "$url" -o x.png
+# A client gives up when its time is over, however much would come.
+ends 1 "The time for it is over" "$client" fetch --server "$url" --dataset gyroid --error 0 --deadline 0.002 -o x.ply
+ends 1 "127.0.0.1:1" "$client" fetch --server tcp://127.0.0.1:1 --deadline 0.1 -o x.ply
+"$client" fetch --server "$url" --dataset gyroid --error 1 --deadline 60 -o x.ply --quiet || fail "a long deadline is too short"
+# Errors are told as they were asked for.
+"$client" estimate --server "$url" --dataset gyroid --error 0.5 | grep -q 'at most 0.5 voxels (0.5 mm)' ||
+  fail "an estimate in other units: $("$client" estimate --server "$url" --dataset gyroid --error 0.5)"
+"$client" fetch --server "$url" --dataset gyroid --error 1 --region ball:9,9,9,3=2 -o x.ply 2>&1 >/dev/null |
+  grep -q 'errors up to 2 voxels' || fail "errors of a map are told in other units"
 # What cannot be written is known before anything is fetched or computed.
 ends 1 "nowhere/x.ply" "$client" fetch --server tcp://127.0.0.1:1 --dataset gyroid -o nowhere/x.ply
 ends 1 "nowhere/x.json" "$client" fetch --server tcp://127.0.0.1:1 --dataset gyroid -o x.ply --report nowhere/x.json
@@ -193,5 +202,9 @@ ends 1 '"samples"' "$server" extract damaged.mtd --error 0 -o x.ply
 for command in generate prepare info plot verify extract serve token; do "$server" "$command" --help | grep Examples >/dev/null || fail "$command --help has no examples"; done
 [ "$("$client" view --dataset "a head" --isovalue -300 --error 0.5 --region ball:1,2,3,4=0)" = \
   "http://127.0.0.1:7480/#dataset=a%20head&isovalue=-300&error=0.5&region=ball:1,2,3,4=0" ] || fail "another address of the viewer"
+[ "$(MULTITETRA_SERVER=wss://site.org/volumes/ "$client" view --dataset a)" = "https://site.org/volumes/#dataset=a" ] ||
+  fail "view does not heed MULTITETRA_SERVER"
+[ "$("$client" view --server ws://h:7481)" = "http://h:7481/" ] && [ "$("$client" view --server tcp://h:7410)" = "http://h:7480/" ] ||
+  fail "view does not heed --server"
 "$client" view --region halfspace:1,0,0,2=0 2>/dev/null && fail "the viewer has no half-spaces"
 for command in list estimate fetch snapshot view; do "$client" "$command" --help | grep Examples >/dev/null || fail "$command --help has no examples"; done

@@ -58,3 +58,28 @@ grep -q "^alice $(printf %s "$token" | sha256sum | cut -d' ' -f1) v\*$" tokens |
 printf %s "$(cat tokens)" >tokens  # Without its last line's end.
 "$server" token bob --append tokens >/dev/null
 [ "$(wc -l <tokens)" = 2 ] || fail "a line was glued to another: $(cat tokens)"
+
+# What others could do is told when they can connect.
+openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -days 2 -subj /CN=other.example \
+  -addext subjectAltName=DNS:other.example -keyout tls.key -out tls.pem 2>/dev/null
+chmod 644 tls.key
+start open "$server" serve v.mtd --tcp 0.0.0.0:0 --http off
+start guarded "$server" serve v.mtd --tcp 0.0.0.0:0 --http off --tokens tokens --tls-cert tls.pem --tls-key tls.key
+start alone "$server" serve v.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0
+port=$(url_of guarded tls 2>/dev/null || url_of guarded tcp)
+alone_tcp=$(url_of alone tcp)
+alone_http=$(url_of alone http)
+url_of open tcp >/dev/null
+grep -q 'everybody may see everything' open.log || fail "an open server is not told: $(cat open.log)"
+grep -q 'can be read on its way' open.log || fail "a server without TLS is not told"
+grep -q 'everybody on this machine can read the TLS key' guarded.log || fail "a key for all is not told: $(cat guarded.log)"
+! grep -q 'everybody may\|on its way' guarded.log || fail "a guarded server is told to be open"
+! grep -q 'warning' alone.log || fail "a server for this machine is told to be open: $(cat alone.log)"
+
+# Which port is which, and which name is whose, is told.
+client=$(realpath "$(dirname "$server")")/multitetra-client
+ends 1 'for this port write ws://' "$client" list --server "tcp://${alone_http#http://}"
+ends 1 "write $alone_tcp" "$client" list --server "ws://${alone_tcp#tcp://}"
+ends 1 'does it speak TLS' "$client" list --server "tls://${alone_tcp#tcp://}"
+ends 1 'is for another name than localhost' "$client" list --server "tls://localhost:${port##*:}" --ca tls.pem
+ends 3 '--http HOST:PORT' "$server" serve v.mtd --tcp off --http "${alone_http#http://}"

@@ -7,7 +7,8 @@ import * as THREE from "three";
 
 import { serverAddress, Token } from "./own_address";
 import { DatasetList } from "./panel/dataset_list";
-import { h } from "./panel/dom";
+import { isEmpty } from "./panel/certificate";
+import { h, inDigits } from "./panel/dom";
 import { Help } from "./panel/help";
 import { installKeyboard } from "./panel/keyboard";
 import { Notices } from "./panel/notices";
@@ -22,6 +23,7 @@ import { Stage } from "./scene/stage";
 import { Surface } from "./scene/surface";
 import { Surroundings } from "./scene/surroundings";
 import { Thumbnails } from "./scene/thumbnails";
+import type { ShownSurface } from "./shown_surface";
 import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { edited, fromAddress, misread, toAddress } from "./state/url_state";
@@ -56,6 +58,7 @@ let list: readonly DatasetInfo[] = [];
 let info: DatasetInfo | null = null;
 let isDragging = false;
 let remembering = 0; // The timer behind rememberSoon().
+let remembered: string | null = null; // What "Back" would leave: dataset and isovalue of the address.
 
 const datasets = new DatasetList({
   chosen: (chosen) => chooseDataset(chosen),
@@ -132,7 +135,8 @@ installKeyboard(stage, settings, {
 
 client.progress.watch((progress) => {
   bar.show(progress, client.sizes.get().expected);
-  notices.show(progress);
+  const isEmptyNow = progress.shown && !progress.isStreaming && isEmpty(progress.shown);
+  notices.show(progress, isEmptyNow && client.shown ? emptyWords(client.shown) : null);
 });
 
 client.sizes.watch(({ expected }) => {
@@ -206,6 +210,11 @@ function tellMisread(hash: string): void {
   notices.tell(`Passed over in the address, as it means nothing here: ${words.join(", ")}${rest}.`, true);
 }
 
+function emptyWords({ info: of, facts }: ShownSurface): string {
+  return `There is no surface at isovalue ${inDigits(facts.isovalue, 6)}: the values of "${of.name}" go from ` +
+    `${inDigits(of.min, 6)} to ${inDigits(of.max, 6)}.`;
+}
+
 function chooseDataset(chosen: DatasetInfo): void {
   if (chosen === info) return;
   settings.set({ dataset: chosen.name, isovalue: null, region: null, eye: null, target: null, clip: "off" });
@@ -216,6 +225,7 @@ function chooseDataset(chosen: DatasetInfo): void {
 function useEdited(hash: string): void {
   rememberSoon(); // As it is understood, without a token.
   if (token.takeFrom(hash)) client.connect();
+  remembered = null; // Where the browser is by now.
   if (hash.slice(1) === toAddress(addressed())) return;
   const { dataset: wanted, ...now } = edited(settings.get(), hash);
   const found = list.find(({ name }) => name === wanted);
@@ -279,9 +289,18 @@ function addressed(): Settings {
 
 function rememberSoon(): void {
   clearTimeout(remembering);
-  remembering = window.setTimeout(() => {
-    history.replaceState(null, "", `#${toAddress(addressed())}`);
-  }, 300);
+  remembering = window.setTimeout(() => (isDragging ? rememberSoon() : remember()), 300);
+}
+
+// Another dataset or isovalue is a step that the browser's "Back" takes back; all else is not.
+function remember(): void {
+  const now = addressed();
+  const step = `${now.dataset} ${now.isovalue}`;
+  const isStep = remembered !== null && remembered !== step;
+  remembered = step;
+  const address = `#${toAddress(now)}`;
+  if (isStep) history.pushState(null, "", address);
+  else history.replaceState(null, "", address);
 }
 
 function whenIdle(act: () => void): void {

@@ -2,11 +2,12 @@
 import { session } from "./state/remembered";
 
 // `?server=` names another one than the page's own, for those who work on the page. A page that a
-// server has sent may not talk with another one (viewer_files.cpp); one from elsewhere may.
+// server has sent may not talk with another one (viewer_files.cpp); one from elsewhere may. Its own
+// is beside the page, which may be below a path of a site (https://example.org/volumes/).
 export function serverAddress(): string {
-  const scheme = location.protocol === "https:" ? "wss:" : "ws:";
-  const own = `${scheme}//${location.host}/v1/stream`;
-  return new URLSearchParams(location.search).get("server") ?? own;
+  const own = new URL("v1/stream", location.href);
+  own.protocol = own.protocol === "https:" ? "wss:" : "ws:";
+  return new URLSearchParams(location.search).get("server") ?? own.href;
 }
 
 // The token for one server. It comes with the page's address once (#token=...), or from the user,

@@ -49,6 +49,7 @@ export function factsOf(order: Wanted, { step, topology, sameAs }: Committed): S
     heldTiles: step.held,
     bytes: step.tiles.reduce((n, tile) => n + tile.bytes, 0),
     errorWorld: begin.errorBoundWorld,
+    lengthUnit: order.info.lengthUnit,
     errorVoxels: begin.errorBoundWorld / voxelLength(order.info),
     pixels: begin.isFinal && request.maxTriangles === 0n ? (request.threshold?.view?.tolerancePixels ?? null) : null,
     isCertified: request.measure === ErrorMeasure.CERTIFIED && isPreserving,

@@ -3,7 +3,7 @@ import { meshFile, weldedInWorld } from "../../../client/web/src/mesh/mesh_files
 import { nearestHit } from "../../../client/web/src/mesh/ray";
 import { rimOf } from "../../../client/web/src/mesh/tile_rim";
 import { payloadClaims } from "../../../client/web/src/mesh/tile_payload";
-import { normalSums } from "../../../client/web/src/mesh/normals";
+import { fieldNormals, normalSums, packedNormals } from "../../../client/web/src/mesh/normals";
 
 const corners = [[9, 5, 5], [5, 9, 5], [5, 5, 9], [1, 5, 5], [5, 1, 5], [5, 5, 1]];
 const octahedron = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]];
@@ -20,8 +20,12 @@ function mesh(faces: number[][], shift = 0) {
 }
 
 function tile(faces: number[][], shift = 0) {
-  const { positions, triangles } = mesh(faces, shift);
-  return { id: "tile", positions: Float32Array.from(positions), triangles };
+  const surface = mesh(faces, shift);
+  const sums = normalSums(surface);
+  return {
+    id: "tile", positions: Float32Array.from(surface.positions), triangles: surface.triangles,
+    normals: packedNormals(sums), sums,
+  };
 }
 
 function topology(...tiles: number[][][]) {
@@ -82,6 +86,43 @@ describe("Files", () => {
     expect(new DataView(glb.buffer).getUint32(8, true)).toBe(glb.length);
     const ply = new TextDecoder("latin1").decode(meshFile(tiles, "ply", identity));
     expect(ply.split("end_header\n")[1].length).toBe(6 * 12 + 8 * 13);
+  });
+
+  test("HaveTheNormalsAndTheMaterialOfTheCommandLines", () => {
+    const glb = meshFile([tile(octahedron)], "glb", identity);
+    const length = new DataView(glb.buffer).getUint32(12, true);
+    const json = JSON.parse(new TextDecoder().decode(glb.subarray(20, 20 + length)));
+    expect(json.meshes[0].primitives[0]).toEqual({ attributes: { POSITION: 0, NORMAL: 1 }, indices: 2, material: 0 });
+    expect(json.materials[0].pbrMetallicRoughness.metallicFactor).toBe(0);
+    const plain = new TextDecoder("latin1").decode(meshFile([tile(octahedron)], "ply", identity));
+    expect(plain).not.toContain("property float nx");
+    const ply = new TextDecoder("latin1").decode(meshFile([{ ...tile(octahedron), sums: null }], "ply", identity));
+    expect(ply).toContain("property float nx");
+    expect(ply.split("end_header\n")[1].length).toBe(6 * 24 + 8 * 13);
+  });
+
+  test("HaveNormalsThatPointOutwardsWhateverTheMap", () => {
+    const centre = [5, 5, 5];
+    for (const map of [identity, [2, 0, 0, 0, 3, 0, 0, 0, 0.5, 7, 8, 9], [-1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0],
+      [1, 1, 0, -1, 1, 0, 0, 0, 4, 0, 0, 0], [0, 0, 2, 2, 0, 0, 0, 1, 0, 1, 2, 3]]) {
+      const { positions: p, normals: n } = weldedInWorld([tile(octahedron)], map);
+      const middle = [0, 1, 2].map((row) => map[9 + row] + [0, 1, 2].reduce((sum, c) => sum + map[3 * c + row] * centre[c], 0));
+      for (let v = 0; v < p.length; v += 3) {
+        expect(Math.hypot(n[v], n[v + 1], n[v + 2])).toBeCloseTo(1, 5);
+        // Of an octahedron they go straight away from its middle, along the axes that the map has stretched.
+        const away = [0, 1, 2].map((axis) => p[v + axis] - middle[axis]);
+        expect(away.reduce((sum, value, axis) => sum + value * n[v + axis], 0) / Math.hypot(...away)).toBeGreaterThan(0.3);
+      }
+    }
+  });
+
+  test("KeepTheFieldsNormalsThroughTheLattice", () => {
+    const map = [2, 0, 0, 0, 3, 0, 0, 0, 0.5, 7, 8, 9];
+    const own = tile(octahedron);
+    const world = Float32Array.from({ length: own.positions.length }, (_, i) => [0.6, 0, -0.8][i % 3]);
+    const { normals, areOfField } = weldedInWorld([{ ...own, normals: fieldNormals(world, map.slice(0, 9)), sums: null }], map);
+    expect(areOfField).toBe(true);
+    normals.forEach((value, i) => expect(value).toBeCloseTo([0.6, 0, -0.8][i % 3], 3));
   });
 });
 

@@ -21,7 +21,8 @@ describe("OwnAddress", () => {
 
   test("IsThatOfTheHostThePageCameFrom", () => {
     expect(page("http://volumes.example:7480/").server).toBe("ws://volumes.example:7480/v1/stream");
-    expect(page("https://volumes.example/viewer/?x=1#y").server).toBe("wss://volumes.example/v1/stream");
+    expect(page("https://volumes.example/?x=1#y").server).toBe("wss://volumes.example/v1/stream");
+    expect(page("https://site.example/volumes/?x=1#y").server).toBe("wss://site.example/volumes/v1/stream");
     expect(page("http://localhost:5173/?server=ws://other:1/v1/stream").server).toBe("ws://other:1/v1/stream");
   });
 

@@ -185,6 +185,21 @@ TEST_F(AtomicFileTest, TheModeIsThatOfAnyNewFile) {
   EXPECT_EQ(fs::status(file_).permissions(), fs::status(folder_ / "any").permissions());
 }
 
+TEST_F(AtomicFileTest, AReplacedFileKeepsItsModeAndASecretIsItsOwners) {
+  const auto mode = [this] { return fs::status(file_).permissions() & fs::perms::mask; };
+  std::ofstream(file_) << "old";
+  for (const AtomicFile::Before before :
+       {AtomicFile::Before::kNameless, AtomicFile::Before::kHidden}) {
+    fs::permissions(file_, static_cast<fs::perms>(0640));
+    AtomicFile(file_, before).commit(Durability::kProcessEnd);
+    EXPECT_EQ(mode(), static_cast<fs::perms>(0640));
+  }
+  AtomicFile secret(file_);
+  secret.keep_private();
+  secret.commit(Durability::kProcessEnd);
+  EXPECT_EQ(mode(), static_cast<fs::perms>(0600));
+}
+
 TEST_F(AtomicFileTest, ALongNameHasRoomForItsTemporary) {
   const fs::path longest = folder_ / std::string(255, 'n');
   AtomicFile file(longest);

@@ -141,5 +141,32 @@ TEST(JsonReport, HoldsTheMapWhereThereIsOne) {
   EXPECT_FALSE(map.contains("grid"));
 }
 
+TEST(SurfaceOptions, TurnTheMeshIntoTheSpaceThatIsWanted) {
+  DatasetInfo patient = info();
+  patient.index_to_world = {.columns = {Vec3{2, 0, 0}, Vec3{0, 0, 3}, Vec3{0, 4, 0}},
+                            .translation = {10, 20, 30}};
+  patient.meaning.space = WorldSpace::kLps;
+  const Vec3 sample = {1, 1, 1};
+  const auto placed = [&](const std::string& space) {
+    const SurfaceArguments arguments{.space = space};
+    EXPECT_TRUE(request_of(arguments, patient));
+    return output_map(arguments, patient)(sample);
+  };
+  EXPECT_EQ(placed("native"), (Vec3{12, 24, 33}));
+  EXPECT_EQ(placed("lps"), placed("native"));
+  EXPECT_EQ(placed("ras"), (Vec3{-12, -24, 33}));
+  EXPECT_GT(output_map({.space = "ras"}, patient).determinant() *
+                output_map({.space = "lps"}, patient).determinant(),
+            0)
+      << "turned, not mirrored";
+  patient.meaning.space = WorldSpace::kRas;
+  EXPECT_EQ(placed("lps"), (Vec3{-12, -24, 33}));
+  EXPECT_FALSE(request_of({.coordinates = "index", .space = "ras"}, patient));
+  EXPECT_TRUE(request_of({.space = "native"}, info()));
+  const auto unknown = request_of({.space = "ras"}, info());
+  ASSERT_FALSE(unknown);
+  EXPECT_NE(unknown.error().text.find("did not tell"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace multitetra

@@ -58,6 +58,7 @@ TEST(ServerUrl, SaysHowMessagesTravel) {
       {"tcp://[::1]:80", {"::1", 80}},
       {"tls://example.org", {"example.org", kDefaultPort, Transport::kTls}},
       {"ws://example.org", {"example.org", 80, Transport::kWebSocket, "/v1/stream"}},
+      {"wss://site.org/a/b/", {"site.org", 443, Transport::kSecureWebSocket, "/a/b/v1/stream"}},
       {"ws://example.org/", {"example.org", 80, Transport::kWebSocket, "/v1/stream"}},
       {"ws://[::1]:7480/v1/stream", {"::1", 7480, Transport::kWebSocket, "/v1/stream"}},
       {"wss://example.org", {"example.org", 443, Transport::kSecureWebSocket, "/v1/stream"}},
@@ -93,6 +94,16 @@ TEST(Endpoint, IsReadBackAsItIsWritten) {
     EXPECT_EQ(*parse_endpoint(to_string(endpoint)), endpoint) << to_string(endpoint);
   }
   EXPECT_EQ(to_string(Endpoint{"::1", 7410}), "tcp://[::1]:7410");
+}
+
+TEST(Endpoint, ThisMachineIsMeantByItsLoopbackAlone) {
+  for (const char* host : {"localhost", "127.0.0.1", "127.1.2.3", "::1"}) {
+    EXPECT_TRUE(is_this_machine(host)) << host;
+  }
+  for (const char* host : {"0.0.0.0", "::", "192.168.1.2", "example.org", "localhost.example.org",
+                           "fe80::1", "", "128.0.0.1"}) {
+    EXPECT_FALSE(is_this_machine(host)) << host;
+  }
 }
 
 }  // namespace

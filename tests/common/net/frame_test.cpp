@@ -106,5 +106,19 @@ TEST(FrameReader, KeepsNoMoreThanWhatWasNotYetReturned) {
   }
 }
 
+TEST(FrameReader, TellsWhichOtherLanguageIsSpoken) {
+  for (const auto& [bytes, words] :
+       std::vector<std::pair<std::string, std::string>>{{"HTTP/1.1 400 Bad Request", "ws://"},
+                                                        {"GET / HTTP/1.1", "an HTTP request came"},
+                                                        {"\x16\x03\x01\x02", "no TLS"}}) {
+    FrameReader reader(1000);
+    reader.feed(bytes);
+    const auto content = reader.next();
+    ASSERT_FALSE(content) << bytes;
+    EXPECT_EQ(content.error().code, ErrorCode::kMalformedFrame);
+    EXPECT_NE(content.error().text.find(words), std::string::npos) << content.error().text;
+  }
+}
+
 }  // namespace
 }  // namespace multitetra

@@ -75,6 +75,31 @@ TEST(Target, IsTakenApartBeforeItIsDecoded) {
   EXPECT_TRUE(parse_target("/").value().path.empty());
 }
 
+TEST(Target, IsTheSameBelowTheBasePathAndWithoutIt) {
+  EXPECT_EQ(without_base_path("/volumes/v1/datasets?x=1", "/volumes"), "/v1/datasets?x=1");
+  EXPECT_EQ(without_base_path("/volumes/", "/volumes"), "/");
+  EXPECT_EQ(without_base_path("/v1/datasets", "/volumes"), "/v1/datasets");
+  EXPECT_EQ(without_base_path("/volumes2/x", "/volumes"), "/volumes2/x");
+  EXPECT_EQ(without_base_path("/volumes", "/volumes"), "/volumes");
+  EXPECT_EQ(without_base_path("/x", ""), "/x");
+  EXPECT_TRUE(is_base_path("/volumes?x=1", "/volumes"));
+  EXPECT_FALSE(is_base_path("/volumes/", "/volumes"));
+  EXPECT_FALSE(is_base_path("", ""));
+}
+
+TEST(Target, ABasePathBeginsWithASlashAndEndsWithoutOne) {
+  for (const char* text : {"/volumes", "volumes/", "/volumes/"}) {
+    EXPECT_EQ(parse_base_path(text).value(), "/volumes") << text;
+  }
+  EXPECT_EQ(parse_base_path("/a/b-c").value(), "/a/b-c");
+  EXPECT_EQ(parse_base_path("/").value(), "");
+  EXPECT_EQ(parse_base_path("").value(), "");
+  for (const char* text :
+       {"/a b", "/a?b", "/a\r\nSet-Cookie: x", "https://site/volumes", "/volumes//"}) {
+    EXPECT_FALSE(parse_base_path(text)) << text;
+  }
+}
+
 TEST(Target, IsRefusedWhereItIsNotWellEncoded) {
   for (const auto* bad : {"", "*", "http://x/", "a", "/%", "/%4", "/%zz", "/?a=%", "/?%=a"}) {
     EXPECT_FALSE(parse_target(bad)) << bad;

@@ -138,5 +138,46 @@ TEST(Patterns, ManyStarsTakeNoLongTime) {
   EXPECT_FALSE(matches(pattern + "b", std::string(10'000, 'a')));
 }
 
+TEST(AccessList, ATokenEndsWhenItsLineSaysSo) {
+  const auto end = time_from("2027-01-31T12:00:00Z").value();
+  const AccessList list = parsed(access_line("alice", "secret", {"head-*"}, end) +
+                                 "\nguests none public expires=2027-01-31T12:00:00Z\n");
+  for (const std::string token : {"secret", ""}) {
+    EXPECT_TRUE(list.rights_of(token, end - std::chrono::seconds(1))) << token;
+    const auto late = list.rights_of(token, end);
+    ASSERT_FALSE(late) << token;
+    EXPECT_EQ(late.error().code, ErrorCode::kUnauthenticated);
+  }
+  EXPECT_NE(list.rights_of("secret", end).error().text.find("expired at 2027-01-31T12:00:00Z"),
+            std::string::npos);
+  EXPECT_FALSE(list.rights_of("secret", end - std::chrono::hours(1))->may_see("expires=2027"));
+}
+
+TEST(AccessList, ATimeIsAMomentThatThereIs) {
+  for (const std::string good :
+       {"2027-01-31T12:00:00Z", "1970-01-01T00:00:00Z", "2400-02-29T23:59:59Z"}) {
+    EXPECT_EQ(time_text(time_from(good).value()), good);
+  }
+  for (const std::string bad : {"", "2027-01-31", "2027-02-31T12:00:00Z", "2027-01-31T12:00:00",
+                                "2027-01-31T12:00:00Z ", "tomorrow"}) {
+    EXPECT_FALSE(time_from(bad)) << bad;
+    const auto list = parse_access_list(access_line("a", "x", {"*"}) + " expires=" + bad);
+    if (bad.ends_with(' ')) continue;  // Words end at spaces.
+    EXPECT_FALSE(list) << bad;
+  }
+  EXPECT_FALSE(parse_access_list(access_line("a", "x", {}, time_from("2027-01-31T12:00:00Z"))))
+      << "no datasets";
+}
+
+TEST(AccessList, WithoutANameTheOthersAndTheCommentsStay) {
+  const std::string alice = access_line("alice", "a", {"*"}) + "\n";
+  const std::string bob = access_line("bob", "b", {"*"});
+  const auto without = without_name("# alice\n" + alice + "\n" + alice + bob, "alice");
+  EXPECT_EQ(without.text, "# alice\n\n" + bob);
+  EXPECT_EQ(without.removed, 2U);
+  EXPECT_EQ(without_name(bob, "bo").removed, 0U);
+  EXPECT_EQ(without_name("", "bob").text, "");
+}
+
 }  // namespace
 }  // namespace multitetra

@@ -1,13 +1,19 @@
 // A surface as a file for other programs: GLB, PLY or STL, all binary, in world coordinates (GLB: as
-// its standard wants, y upwards). Tiles are welded for GLB and PLY: one lattice point is one vertex.
+// its standard wants, y upwards), with what the files of common/wire/mesh_files.cpp have: GLB always
+// normals and a material, PLY normals where they are the field's. Tiles are welded for GLB and PLY:
+// one lattice point is one vertex.
 import { PointNumbers } from "./point_numbers";
 
 interface Tile {
   positions: Float32Array; // Lattice coordinates.
   triangles: Uint16Array | Uint32Array;
+  normals: Int16Array; // As of pack(): four numbers a vertex, in the lattice's coordinates.
+  sums: Float32Array | null; // There when the normals are those of the triangles, not of the field.
 }
 export interface WorldMesh {
   positions: Float32Array;
+  normals: Float32Array; // Three numbers a vertex, of length 1.
+  areOfField: boolean;
   triangles: Uint32Array;
 }
 
@@ -26,11 +32,13 @@ export function weldedInWorld(tiles: readonly Tile[], toWorld: readonly number[]
   const count = tiles.reduce((n, tile) => n + tile.triangles.length, 0);
   const numbers = new PointNumbers(count / 5);
   const triangles = new Uint32Array(count);
+  const directions: number[] = []; // Of each point, as its first tile has it.
   let used = 0;
-  for (const { positions: p, triangles: corners } of tiles) {
+  for (const { positions: p, triangles: corners, normals: n } of tiles) {
     const own = new Uint32Array(p.length / 3);
     for (let v = 0; v < own.length; ++v) {
       own[v] = numbers.numberOf(p[3 * v], p[3 * v + 1], p[3 * v + 2]);
+      if (3 * own[v] === directions.length) directions.push(n[4 * v], n[4 * v + 1], n[4 * v + 2]);
     }
     for (const corner of corners) triangles[used++] = own[corner];
   }
@@ -49,7 +57,29 @@ export function weldedInWorld(tiles: readonly Tile[], toWorld: readonly number[]
       [triangles[t + 1], triangles[t + 2]] = [triangles[t + 2], triangles[t + 1]];
     }
   }
-  return { positions, triangles };
+  const areOfField = tiles.length > 0 && tiles.every((tile) => tile.sums === null);
+  return { positions, normals: worldNormals(directions, m), areOfField, triangles };
+}
+
+// Normals go to the world with the inverse transpose of the map; its columns are, but for a factor,
+// the cross products of the map's.
+function worldNormals(lattice: readonly number[], m: readonly number[]): Float32Array {
+  const sign = isMirror(m) ? -1 : 1;
+  const cross = (u: number, v: number) =>
+    [0, 1, 2].map((row) => {
+      const [i, j] = [(row + 1) % 3, (row + 2) % 3];
+      return sign * (m[u + i] * m[v + j] - m[u + j] * m[v + i]);
+    });
+  const columns = [cross(3, 6), cross(6, 0), cross(0, 3)];
+  const normals = new Float32Array(lattice.length);
+  for (let i = 0; i < lattice.length; i += 3) {
+    const n = [0, 1, 2].map(
+      (row) => columns[0][row] * lattice[i] + columns[1][row] * lattice[i + 1] + columns[2][row] * lattice[i + 2],
+    );
+    const length = Math.hypot(...n);
+    normals.set(length > 0 ? n.map((value) => value / length) : [0, 0, 1], i);
+  }
+  return normals;
 }
 
 // A map that mirrors turns triangles inside out.
@@ -57,18 +87,26 @@ function isMirror([a, b, c, d, e, f, g, h, i]: readonly number[]): boolean {
   return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) < 0;
 }
 
-function ply({ positions, triangles }: WorldMesh): Uint8Array {
+function ply({ positions, normals, areOfField, triangles }: WorldMesh): Uint8Array {
+  const vertices = positions.length / 3;
   const header =
-    "ply\nformat binary_little_endian 1.0\n" +
-    `element vertex ${positions.length / 3}\n` +
+    "ply\nformat binary_little_endian 1.0\ncomment Multi-Tetra isosurface\n" +
+    `element vertex ${vertices}\n` +
     "property float x\nproperty float y\nproperty float z\n" +
+    (areOfField ? "property float nx\nproperty float ny\nproperty float nz\n" : "") +
     `element face ${triangles.length / 3}\nproperty list uchar uint vertex_indices\nend_header\n`;
   const text = new TextEncoder().encode(header);
-  const bytes = new Uint8Array(text.length + 4 * positions.length + (13 * triangles.length) / 3);
+  const stride = areOfField ? 24 : 12;
+  const bytes = new Uint8Array(text.length + stride * vertices + (13 * triangles.length) / 3);
   bytes.set(text);
-  bytes.set(new Uint8Array(positions.buffer, 0, 4 * positions.length), text.length);
   const view = new DataView(bytes.buffer);
-  let at = text.length + 4 * positions.length;
+  let at = text.length;
+  for (let v = 0; v < positions.length; v += 3, at += stride) {
+    for (let axis = 0; axis < 3; ++axis) {
+      view.setFloat32(at + 4 * axis, positions[v + axis], true);
+      if (areOfField) view.setFloat32(at + 12 + 4 * axis, normals[v + axis], true);
+    }
+  }
   for (let t = 0; t < triangles.length; t += 3, at += 13) {
     view.setUint8(at, 3);
     for (let corner = 0; corner < 3; ++corner) {
@@ -100,40 +138,46 @@ function stl({ positions: p, triangles }: WorldMesh): Uint8Array {
   return bytes;
 }
 
-function glb({ positions, triangles }: WorldMesh): Uint8Array {
-  const upright = new Float32Array(positions.length); // z upwards -> y upwards.
+// The numbers are glTF's: 5125 unsigned int, 5126 float, 34962 and 34963 vertex and index buffers.
+function glb({ positions, normals, triangles }: WorldMesh): Uint8Array {
   const low = [Infinity, Infinity, Infinity];
   const high = [-Infinity, -Infinity, -Infinity];
-  for (let i = 0; i < positions.length; i += 3) {
-    upright[i] = positions[i];
-    upright[i + 1] = positions[i + 2];
-    upright[i + 2] = -positions[i + 1];
-    for (let axis = 0; axis < 3; ++axis) {
-      low[axis] = Math.min(low[axis], upright[i + axis]);
-      high[axis] = Math.max(high[axis], upright[i + axis]);
-    }
+  for (let i = 0; i < positions.length; ++i) {
+    low[i % 3] = Math.min(low[i % 3], positions[i]);
+    high[i % 3] = Math.max(high[i % 3], positions[i]);
   }
-  const vertexBytes = upright.byteLength;
+  const vertexBytes = positions.byteLength;
   const indexBytes = triangles.byteLength;
+  const vertices = positions.length / 3;
   const description = {
     asset: { version: "2.0", generator: "Multi-Tetra streaming" },
     scene: 0,
     scenes: [{ nodes: [0] }],
-    nodes: [{ mesh: 0 }],
-    meshes: [{ primitives: [{ attributes: { POSITION: 0 }, indices: 1 }] }],
+    // Column-major: (x, y, z) -> (x, z, -y), z up to y up.
+    nodes: [{ mesh: 0, matrix: [1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1] }],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0, NORMAL: 1 }, indices: 2, material: 0 }] }],
+    materials: [
+      {
+        doubleSided: true,
+        pbrMetallicRoughness: { baseColorFactor: [0.8, 0.76, 0.7, 1], metallicFactor: 0, roughnessFactor: 0.6 },
+      },
+    ],
     accessors: [
-      { bufferView: 0, componentType: 5126, count: upright.length / 3, type: "VEC3", min: low, max: high },
-      { bufferView: 1, componentType: 5125, count: triangles.length, type: "SCALAR" },
+      { bufferView: 0, componentType: 5126, count: vertices, type: "VEC3", min: low, max: high },
+      { bufferView: 1, componentType: 5126, count: vertices, type: "VEC3" },
+      { bufferView: 2, componentType: 5125, count: triangles.length, type: "SCALAR" },
     ],
     bufferViews: [
-      { buffer: 0, byteLength: vertexBytes, target: 34962 },
-      { buffer: 0, byteOffset: vertexBytes, byteLength: indexBytes, target: 34963 },
+      { buffer: 0, byteOffset: 0, byteLength: vertexBytes, target: 34962 },
+      { buffer: 0, byteOffset: vertexBytes, byteLength: vertexBytes, target: 34962 },
+      { buffer: 0, byteOffset: 2 * vertexBytes, byteLength: indexBytes, target: 34963 },
     ],
-    buffers: [{ byteLength: vertexBytes + indexBytes }],
+    buffers: [{ byteLength: 2 * vertexBytes + indexBytes }],
   };
   const plain = new TextEncoder().encode(JSON.stringify(description));
   const jsonBytes = Math.ceil(plain.length / 4) * 4;
-  const total = 12 + 8 + jsonBytes + 8 + vertexBytes + indexBytes;
+  const binaryBytes = 2 * vertexBytes + indexBytes;
+  const total = 12 + 8 + jsonBytes + 8 + binaryBytes;
   const bytes = new Uint8Array(total).fill(0x20, 20, 20 + jsonBytes);
   const view = new DataView(bytes.buffer);
   view.setUint32(0, 0x46546c67, true); // "glTF"
@@ -142,9 +186,12 @@ function glb({ positions, triangles }: WorldMesh): Uint8Array {
   view.setUint32(12, jsonBytes, true);
   view.setUint32(16, 0x4e4f534a, true); // "JSON"
   bytes.set(plain, 20);
-  view.setUint32(20 + jsonBytes, vertexBytes + indexBytes, true);
+  view.setUint32(20 + jsonBytes, binaryBytes, true);
   view.setUint32(24 + jsonBytes, 0x004e4942, true); // "BIN"
-  bytes.set(new Uint8Array(upright.buffer), 28 + jsonBytes);
-  bytes.set(new Uint8Array(triangles.buffer), 28 + jsonBytes + vertexBytes);
+  let at = 28 + jsonBytes;
+  for (const part of [positions, normals, triangles]) {
+    bytes.set(new Uint8Array(part.buffer, part.byteOffset, part.byteLength), at);
+    at += part.byteLength;
+  }
   return bytes;
 }

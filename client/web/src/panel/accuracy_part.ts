@@ -1,6 +1,6 @@
 // How exact the surface has to be, or how large it may be.
 import type { DatasetInfo } from "../protocol/messages";
-import { voxelLength } from "../stream/dataset";
+import { lengthText, voxelLength } from "../stream/dataset";
 import { counted, grouped } from "./dom";
 import { folded } from "./inputs";
 import { type Change, errorScale, type Part } from "./part";
@@ -13,7 +13,7 @@ export function accuracyPart(change: Change, expected: HTMLElement): Part {
   let info: DatasetInfo | null = null;
   const controls = new SettingControls(change);
   const world = (voxels: number) =>
-    info ? ` (${counted(voxels * voxelLength(info), "unit")})` : "";
+    info ? ` (${lengthText(voxels * voxelLength(info), info)})` : "";
   const error = controls.slider("error", {
     label: "Allowed error",
     tip: "How far the surface may be from the one at full resolution. Larger errors need fewer triangles.",

@@ -1,6 +1,12 @@
 // What this page has checked of the surface that is shown, in words and numbers.
 import type { StepFacts } from "../state/progress";
+import { lengthText } from "../stream/dataset";
 import { counted, grouped, h, inDigits } from "./dom";
+
+// The final surface has no triangle.
+export function isEmpty(shown: StepFacts): boolean {
+  return shown.isFinal && shown.triangles === 0;
+}
 
 export function isClosed(shown: StepFacts): boolean {
   return shown.topology.borderEdges === 0;
@@ -13,7 +19,7 @@ export function errorWords(shown: StepFacts): string {
 }
 
 function errorAnywhere(shown: StepFacts): string {
-  const world = `${inDigits(shown.errorWorld, 3)} world units`;
+  const world = lengthText(shown.errorWorld, shown);
   if (shown.isCertified) {
     return `No point of this surface is farther than this (${world}) from the full-resolution ` +
       "surface, nor the other way round; rounding to the lattice comes on top.";

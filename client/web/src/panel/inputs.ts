@@ -30,9 +30,15 @@ export function slider(options: SliderOptions): Control<number> {
     "aria-label": options.label,
   });
   const readout = h("output");
+  // What is read is what is announced: positions of the slider mean nothing.
+  const say = (value: number) => {
+    const text = options.text(value);
+    readout.textContent = text;
+    input.setAttribute("aria-valuetext", text);
+  };
   const tell = (isDragging: boolean) => {
     const value = fromPosition(Number(input.value));
-    readout.textContent = options.text(value);
+    say(value);
     options.moved(value, isDragging);
   };
   input.addEventListener("input", () => tell(true));
@@ -45,7 +51,7 @@ export function slider(options: SliderOptions): Control<number> {
       if (document.activeElement !== input || Number(input.value) !== toPosition(value)) {
         input.value = String(toPosition(value));
       }
-      readout.textContent = options.text(value);
+      say(value);
       const share = (toPosition(value) - options.min) / (options.max - options.min);
       input.style.setProperty("--share", `${100 * Math.min(1, Math.max(0, share))}%`);
     },

@@ -13,7 +13,7 @@ export function isovaluePart(change: Change): Part & { histogram: HistogramView 
     "Drag the line: the surface runs where the data has this value.");
   const histogram = new HistogramView({
     moved: (isovalue, isDragging) => {
-      hint.hidden = true;
+      hint.classList.add("is-read");
       histogram.invite(false);
       forever.set("hasDragged", "yes");
       change({ isovalue }, isDragging);

@@ -23,6 +23,7 @@ export class Notices {
   private timer = 0;
   private countdown = 0;
   private progress: Progress | null = null;
+  private empty: string | null = null;
   private kind: Kind = "nothing"; // What the element holds; its parts stay while that is the same.
   private readonly seconds = h("span", { "aria-hidden": "true" }); // Not said aloud twice a second.
   private readonly words = h("span");
@@ -43,8 +44,10 @@ export class Notices {
     this.draw();
   }
 
-  show(progress: Progress): void {
+  // `empty`: why there is nothing to see, if the surface has no triangle.
+  show(progress: Progress, empty: string | null): void {
     this.progress = progress;
+    this.empty = empty;
     this.draw();
   }
 
@@ -62,8 +65,8 @@ export class Notices {
       this.drawToken().wait();
     } else if (isLost && !trouble?.isFatal) {
       this.drawLost(progress!);
-    } else if (trouble || this.own) {
-      this.words.textContent = trouble?.text ?? this.own;
+    } else if (trouble || this.own || this.empty) {
+      this.words.textContent = trouble?.text ?? this.own ?? this.empty;
       this.hold("words", () => [this.words]);
     } else if (progress?.heldBack) {
       const { triangles, bytes } = progress.heldBack;

@@ -1,6 +1,6 @@
 // One line about the surface that is shown and the one that comes, and the certificate behind it.
 import type { Progress, StepFacts, SurfaceSize } from "../state/progress";
-import { certificateOf, errorWords, isClosed } from "./certificate";
+import { certificateOf, errorWords, isClosed, isEmpty } from "./certificate";
 import { grouped, h, inBytes, inDigits, inSeconds, inTriangles } from "./dom";
 
 // A value with its name below; it stays in the page while its words change.
@@ -92,7 +92,8 @@ export class StatusBar {
   private showState(progress: Progress): void {
     const { shown, isStreaming, step, tilesReceived, tilesToCome } = progress;
     const coming = tilesToCome > 0 ? `Tile ${tilesReceived} of ${tilesToCome}` : "Asking…";
-    const resting = shown ? (shown.isFinal ? "Complete" : "Preview") : "Waiting";
+    const complete = shown && isEmpty(shown) ? "No surface" : "Complete";
+    const resting = shown ? (shown.isFinal ? complete : "Preview") : "Waiting";
     const word = isStreaming ? coming : progress.phase === "ready" ? resting : "Not connected";
     const label = isStreaming
       ? `step ${step + 1}`
@@ -111,7 +112,7 @@ export class StatusBar {
   }
 
   private showCertificate(shown: StepFacts | null): void {
-    this.certificateButton.hidden = !shown;
+    this.certificateButton.hidden = !shown || isEmpty(shown);
     if (!shown || shown === this.certified) return;
     this.certified = shown;
     this.certificateButton.textContent = isClosed(shown) ? "✓ Closed surface" : "✓ No cracks";

@@ -1,11 +1,12 @@
 // A click on the surface tells the place in world coordinates and samples; the next one measures the
-// distance. Escape, or a click beside the surface, forgets both.
+// distance. Escape, or the cross, forgets both; a click beside the surface means nothing.
 import * as THREE from "three";
 
 import { counted, h, inDigits } from "../panel/dom";
 import type { HalfSpace } from "../mesh/ray";
+import type { DatasetInfo } from "../protocol/messages";
 import {
-  type Affine, applied, inverse, latticeToIndex, latticeToWorld, type Vec3, voxelLength,
+  type Affine, applied, inverse, latticeToIndex, latticeToWorld, lengthText, type Vec3, voxelLength, worldName,
 } from "../stream/dataset";
 import type { ShownSurface } from "../shown_surface";
 import type { TilePool } from "../workers/tile_pool";
@@ -72,27 +73,24 @@ export class Picking {
     const direction = ahead.map((value, axis) => value - origin[axis]);
     const kept = shown.clip && inLattice(shown.clip, toWorld);
     const hit = await this.pool.pick([...shown.ids], { origin, direction, kept }).catch(() => null);
-    if (!hit) {
-      this.forget();
-      return;
-    }
+    if (!hit) return;
     if (this.picks.length === 2) this.picks = [];
     this.picks.push({
       world: applied(toWorld, hit.point),
       index: applied(latticeToIndex(info, resolution), hit.point),
     });
-    this.tell(voxelLength(info));
+    this.tell(info);
   }
 
-  private tell(voxel = 1): void {
+  private tell(info: DatasetInfo | null = null): void {
     const [a, b] = this.picks;
     this.element.hidden = !a;
     this.labels.replaceChildren();
     this.dots.length = 0;
     if (a) {
       const place = (name: string, { world, index }: Picked) =>
-        h("p", {}, h("b", {}, name), ` world ${world.map((v) => inDigits(v, 5)).join(", ")}`,
-          h("br"), h("span", {}, `sample ${index.map((v) => v.toFixed(1)).join(", ")}`));
+        h("p", {}, h("b", {}, name), ` ${worldName(info!)} ${world.map((v) => inDigits(v, 5)).join(", ")}`,
+          h("span", {}, ` sample ${index.map((v) => v.toFixed(1)).join(", ")}`));
       const close = h("button", { type: "button", "aria-label": "Forget the picked points" }, "×");
       close.addEventListener("click", () => {
         this.forget();
@@ -102,8 +100,8 @@ export class Picking {
       const distance = b ? Math.hypot(...a.world.map((v, i) => v - b.world[i])) : 0;
       this.element.append(
         b
-          ? h("p", { class: "distance" }, `A to B: ${counted(distance, "unit", 4)}`,
-              h("span", {}, ` (${counted(distance / voxel, "voxel", 4)})`))
+          ? h("p", { class: "distance" }, `A to B: ${lengthText(distance, info!, 4)}`,
+              h("span", {}, ` (${counted(distance / voxelLength(info!), "voxel", 4)})`))
           : h("p", { class: "hint" }, "Click another point to measure."),
       );
       for (const name of b ? ["A", "B"] : ["A"]) {

@@ -10,6 +10,7 @@ export interface StepFacts {
   heldTiles: number;
   bytes: number; // Of the payloads of all its tiles.
   errorWorld: number;
+  lengthUnit: string; // Of errorWorld; empty: not told.
   errorVoxels: number;
   isCertified: boolean; // The error is a bound.
   pixels: number | null; // Of the screen: the error allowed where the camera looked, if it was followed.

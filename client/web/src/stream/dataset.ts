@@ -1,6 +1,6 @@
 // What follows from a DatasetInfo: lengths, the maps between coordinates, where surfaces may end.
 import type { DataBorder } from "../mesh/seams";
-import { type DatasetInfo, SampleType } from "../protocol/messages";
+import { type DatasetInfo, SampleType, WorldSpace } from "../protocol/messages";
 
 export type Vec3 = [number, number, number];
 
@@ -28,6 +28,21 @@ export function inverse(map: Affine): Affine {
 // The length of "1 voxel" in world units.
 export function voxelLength(info: DatasetInfo): number {
   return Math.min(...info.spacing);
+}
+
+// "1.5 mm"; where nobody has told the unit, "1.5 units".
+export function lengthText(
+  length: number,
+  { lengthUnit }: Pick<DatasetInfo, "lengthUnit">,
+  digits = 3,
+): string {
+  const number = Number(length.toPrecision(digits));
+  return `${number} ${lengthUnit || (number === 1 ? "unit" : "units")}`;
+}
+
+// What world coordinates are called, for people: by the axes along which they run, where that is known.
+export function worldName({ space }: Pick<DatasetInfo, "space">): string {
+  return { [WorldSpace.LPS]: "LPS", [WorldSpace.RAS]: "RAS", [WorldSpace.UNSPECIFIED]: "world" }[space] ?? "world";
 }
 
 export function latticeToIndex(info: DatasetInfo, resolution: number): Affine {

@@ -1,0 +1,66 @@
+#include "server/operations/token_file.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <span>
+#include <system_error>
+
+#include "common/base/atomic_file.hpp"
+
+namespace multitetra {
+
+namespace fs = std::filesystem;
+
+TokenFile::TokenFile(const fs::path& path, IfAbsent if_absent)
+    : path_(fs::exists(path) ? fs::canonical(path) : path) {
+  const int flags =
+      O_RDONLY | O_CLOEXEC | O_NONBLOCK | (if_absent == IfAbsent::kMakeIt ? O_CREAT : 0);
+  // Whoever had the lock before may have replaced the file.
+  do {
+    if (descriptor_ >= 0) ::close(descriptor_);
+    descriptor_ = ::open(path_.c_str(), flags, S_IRUSR | S_IWUSR);
+    if (descriptor_ < 0) fail("Cannot open");
+    if (::flock(descriptor_, LOCK_EX) != 0) fail("Cannot lock");
+  } while (!is_current());
+}
+
+TokenFile::~TokenFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+bool TokenFile::is_current() const {
+  struct stat opened {};
+  struct stat named {};
+  return ::fstat(descriptor_, &opened) == 0 && ::stat(path_.c_str(), &named) == 0 &&
+         opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+}
+
+std::string TokenFile::text() const {
+  std::string text;
+  std::array<char, 4096> portion{};
+  for (;;) {
+    const ssize_t count =
+        ::pread(descriptor_, portion.data(), portion.size(), static_cast<off_t>(text.size()));
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail("Cannot read");
+    if (count == 0) return text;
+    text.append(portion.data(), static_cast<std::size_t>(count));
+  }
+}
+
+void TokenFile::replace(const std::string& text) {
+  AtomicFile file(path_);
+  file.write_at(0, std::as_bytes(std::span(text)));
+  file.commit(Durability::kMachineStop);
+}
+
+void TokenFile::fail(const char* what) const {
+  throw std::system_error(errno, std::generic_category(), std::string(what) + " " + path_.string());
+}
+
+}  // namespace multitetra

@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# A server that nginx shows below a path of a site, with and without taking the path off: page, files, meshes and
+# conversations are there. Usage: base_path_test.sh DIRECTORY_OF_PROGRAMS
+set -euo pipefail
+
+bin=$(cd "$1" && pwd)
+server=$bin/multitetra-server
+client=$bin/multitetra-client
+source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
+for needed in nginx curl; do
+  command -v "$needed" >/dev/null || { echo "!! $needed is missing: base paths are NOT TESTED."; exit 77; }
+done
+
+"$server" generate gyroid --size 17 -o gyroid.nrrd --quiet
+"$server" prepare gyroid.nrrd -o gyroid.mtd --quiet
+mkdir -p page/assets nginx
+echo '<script src="./assets/page-12345678.js"></script>' >page/index.html
+echo 'let page;' >page/assets/page-12345678.js
+start server "$server" serve gyroid.mtd --tcp off --http 127.0.0.1:0 --viewer page --base-path volumes/ \
+  --trusted-proxy 127.0.0.1
+http=$(url_of server http)
+port=$(free_port)
+cat >nginx.conf <<CONF
+events {}
+http {
+  client_body_temp_path nginx/body; proxy_temp_path nginx/proxy; fastcgi_temp_path nginx/fastcgi;
+  uwsgi_temp_path nginx/uwsgi; scgi_temp_path nginx/scgi; access_log off;
+  server {
+    listen 127.0.0.1:$port;
+    proxy_http_version 1.1;
+    proxy_set_header Host \$http_host;
+    proxy_set_header Upgrade \$http_upgrade;
+    proxy_set_header Connection upgrade;
+    location /volumes { proxy_pass $http; }
+    location /elsewhere/ { proxy_pass $http/; }
+  }
+}
+CONF
+start nginx nginx -p "$work" -c "$work/nginx.conf" -g "daemon off; pid $work/nginx/pid; error_log $work/nginx/errors.log;"
+site=http://127.0.0.1:$port
+for _ in $(seq 200); do curl -s -o /dev/null "$site/volumes/livez" && break; sleep 0.05; done
+
+for path in volumes elsewhere; do
+  curl -sf "$site/$path/" | grep -q 'src="./assets' || fail "no page at /$path/"
+  [ "$(curl -sf "$site/$path/assets/page-12345678.js")" = "let page;" ] || fail "no file of the page below /$path/"
+  curl -sf "$site/$path/v1/datasets" | grep -q '"gyroid"' || fail "no datasets below /$path/"
+  curl -sf -o mesh.glb "$site/$path/v1/datasets/gyroid/isosurface?isovalue=0" || fail "no mesh below /$path/"
+  "$client" list --server "ws://127.0.0.1:$port/$path/" | grep -q gyroid || fail "no conversation below /$path/"
+  "$client" fetch --server "ws://127.0.0.1:$port/$path/v1/stream" --isovalue 0 -o mesh.ply --quiet || fail "no stream below /$path/"
+done
+[ "$(curl -s -o /dev/null -w '%{http_code} %{redirect_url}' "$site/volumes")" = "308 $site/volumes/" ] ||
+  fail "/volumes does not lead to /volumes/"
+curl -sf -o /dev/null "$http/livez" || fail "the server itself is not to be asked without the path"
+ends 2 "/volumes" "$server" serve gyroid.mtd --base-path 'https://example.org/volumes'

@@ -1,0 +1,65 @@
+#!/usr/bin/env bash
+# Tokens from their making to their end: names are unique, files private, revoked and expired tokens worthless, also on
+# connections that are open. Usage: tokens_test.sh DIRECTORY_OF_PROGRAMS
+set -euo pipefail
+
+bin=$(cd "$1" && pwd)
+server=$bin/multitetra-server
+client=$bin/multitetra-client
+source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
+
+"$server" generate sphere --size 9 -o sphere.nrrd --quiet
+"$server" prepare sphere.nrrd -o sphere.mtd --quiet
+alice=$("$server" token alice --file tokens)
+[ "$(stat -c %a tokens)" = 600 ] || fail "others can read a new file of tokens"
+chmod 640 tokens
+bob=$("$server" token bob --datasets 'sp*' --append tokens)
+[ "$(stat -c %a tokens)" = 640 ] || fail "the file's mode has changed"
+ends 2 '"alice" has a token in tokens already' "$server" token alice --file tokens
+[ "$(grep -c '^alice ' tokens)" = 1 ] || fail "two tokens of one name"
+"$server" token list --file tokens >list
+[ "$(cat list)" = "alice *
+bob sp*" ] || fail "the list: $(cat list)"
+"$server" token list --file tokens --json | grep -q '"expires": null' || fail "the list as JSON"
+
+start server "$server" serve sphere.mtd --tcp 127.0.0.1:0 --http off --tokens tokens
+url=$(url_of server tcp)
+lets_in() { "$client" list --server "$url" --token "$1" >/dev/null 2>&1; }
+heeded() {
+  kill -HUP "$pid"
+  for _ in $(seq 200); do
+    "$@" && return 0
+    sleep 0.05
+  done
+  return 1
+}
+lets_in "$alice" && lets_in "$bob" || fail "a new token is not known"
+"$server" token revoke alice --file tokens >/dev/null
+lets_in "$bob" || fail "another token was revoked"
+is_out() { ! lets_in "$alice"; }
+heeded is_out || fail "a revoked token still lets in"
+new=$("$server" token bob --replace --file tokens)
+heeded lets_in "$new" || fail "a replaced token is not known"
+! lets_in "$bob" || fail "what was replaced still lets in"
+ends 1 'Nobody named "alice"' "$server" token revoke alice --file tokens
+ends 1 "nowhere" "$server" token revoke alice --file nowhere
+ends 2 "--file" "$server" token list
+ends 2 "revoke NAME" "$server" token revoke --file tokens
+ends 2 "30d" "$server" token carol --expires soon --file tokens
+
+# Each of many at the same time has its line.
+for i in $(seq 20); do "$server" token "user$i" --file tokens >/dev/null & made+=("$!"); done
+wait "${made[@]}"
+[ "$(grep -c '^user' tokens)" = 20 ] || fail "of twenty tokens made at once $(grep -c '^user' tokens) are there"
+
+# A token ends by itself, without SIGHUP.
+soon=$(date -u -d '+3 seconds' +%Y-%m-%dT%H:%M:%SZ)
+short=$("$server" token short --expires "$soon" --file tokens)
+long=$("$server" token long --expires 12h --file tokens)
+heeded lets_in "$long" || fail "a token that expires is not known"
+lets_in "$short" || fail "a token is not known before it expires"
+sleep 3.2
+ends 1 "expired at $soon" "$client" list --server "$url" --token "$short"
+lets_in "$long" || fail "a token expired too soon"
+"$server" token list --file tokens | grep -q "^short \*  EXPIRED $soon" || fail "the list does not tell what has expired"
+ends_well server "$pid"
