@@ -14,6 +14,7 @@
 #include "server/dataset/formats/described_raw.hpp"
 #include "server/dataset/formats/dicom_series.hpp"
 #include "server/dataset/formats/hdf5_file.hpp"
+#include "server/dataset/formats/http_store.hpp"
 #include "server/dataset/formats/input_file.hpp"
 #include "server/dataset/formats/mrc_file.hpp"
 #include "server/dataset/formats/nifti_file.hpp"
@@ -256,9 +257,22 @@ StoredVolume open_format(const fs::path& path, VolumeFormat format, const Volume
 std::string known_files() {
   std::string text;
   for (const FormatDescription& format : known_formats()) {
-    text += (text.empty() ? "" : ", ") + std::string(format.name) + " (" + std::string(format.files) + ")";
+    text += (text.empty() ? "" : ", ") + std::string(format.name) + " (" +
+            std::string(format.files) + ")";
   }
   return text;
+}
+
+StoredVolume open_address(const std::string& address, const VolumeChoice& choice) {
+  std::shared_ptr<ObjectStore> store = http_store(address);
+  if (!is_zarr(*store)) {
+    fail_reading(address,
+                 "there is no zarr.json, .zattrs, .zgroup, .zarray or attributes.json below it",
+                 "Give the address of an OME-Zarr image or of a Zarr or N5 array, and the "
+                 "credentials that it "
+                 "needs");
+  }
+  return open_zarr(std::move(store), choice);
 }
 
 std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Opening& opening) {
@@ -270,6 +284,9 @@ std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Openin
     if (opening.use == Use::kWhole) check_memory(whole_path, stored.header);
     return streamed_volume(whole_path, std::move(stored), choice.component, opening.notice);
   };
+  if (is_address(whole_path.string())) {
+    return as_source(open_address(whole_path.string(), opening.options.choice));
+  }
   if (!fs::exists(path)) {
     if (!is_stack_pattern(path.filename().string()) || opening.options.raw) {
       fail_reading(path, "there is no such file", "Check the name");

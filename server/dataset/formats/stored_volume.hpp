@@ -82,11 +82,11 @@ struct ComponentChoice {
 
 // Which volume, where a source holds several.
 struct VolumeChoice {
-  std::string array;  // The path or name of an array inside the source.
+  std::string array = {};  // The path or name of an array inside the source.
   std::optional<std::int64_t> level = std::nullopt;    // Of a pyramid; 0 is the finest.
   std::optional<std::int64_t> time = std::nullopt;     // From 0 on.
   std::optional<std::int64_t> channel = std::nullopt;  // From 0 on.
-  std::string series;  // DICOM: a series' UID, or its number from 1 on.
+  std::string series = {};  // DICOM: a series' UID, or its number from 1 on.
   ComponentChoice component = {};
   bool follow = false;  // Data files may lie outside the folder of the header that names them.
 };

@@ -1,7 +1,10 @@
 // One volume in every format, written by write_volumes.py, is one dataset.
 #include <gtest/gtest.h>
 
+#include <signal.h>
+
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <sstream>
@@ -115,6 +118,62 @@ TEST(SameVolume, IsReadBackwardsAsWell) {
       EXPECT_EQ(slab, Samples(std::vector<std::int16_t>(all.begin() + 480 * first,
                                                         all.begin() + 480 * (first + 2))));
     }
+  }
+}
+
+// ---- over the network
+
+// serve_folder.py for as long as it lives.
+class FolderServer {
+ public:
+  explicit FolderServer(const fs::path& folder) {
+    const std::string command = std::string("exec ") + MULTITETRA_PYTHON + " " +
+                                MULTITETRA_SERVE_FOLDER + " " + folder.string();
+    output_ = popen(command.c_str(), "r");
+    char line[64] = {};
+    if (output_ == nullptr || std::fgets(line, sizeof(line), output_) == nullptr) return;
+    std::istringstream(line) >> address_ >> process_;
+  }
+  ~FolderServer() {
+    if (process_ > 0) kill(process_, SIGTERM);
+    if (output_ != nullptr) pclose(output_);
+  }
+  FolderServer(const FolderServer&) = delete;
+  FolderServer& operator=(const FolderServer&) = delete;
+  [[nodiscard]] const std::string& address() const { return address_; }
+
+ private:
+  std::FILE* output_ = nullptr;
+  std::string address_;
+  int process_ = 0;
+};
+
+TEST(SameVolume, IsReadOverHttpAndFromBucketsWithSignedRequests) {
+  const TemporaryFolder folder;
+  const std::vector<WrittenFormat> formats = written_formats(folder.path());
+  if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
+  const Volume expected = read_volume(formats.front().path);
+  const FolderServer server(folder.path());
+  ASSERT_FALSE(server.address().empty());
+  setenv("AWS_ENDPOINT_URL", (server.address() + "/s3").c_str(), 1);
+  int read = 0;
+  for (const auto& [name, path] : formats) {
+    if (!name.starts_with("zarr") && !name.starts_with("n5")) continue;
+    SCOPED_TRACE(name);
+    const std::string file = path.filename().string();
+    const VolumeFileOptions options{.choice = choice_for(name)};
+    EXPECT_EQ(read_volume(server.address() + "/" + file, options).samples, expected.samples);
+    setenv("AWS_ACCESS_KEY_ID", "reader", 1);
+    setenv("AWS_SECRET_ACCESS_KEY", "a secret", 1);
+    EXPECT_EQ(read_volume("s3://volumes/" + file, options).samples, expected.samples);
+    setenv("AWS_SECRET_ACCESS_KEY", "another one", 1);
+    EXPECT_THROW((void)read_volume("s3://volumes/" + file, options), VolumeFileError);
+    ++read;
+  }
+  unsetenv("AWS_ACCESS_KEY_ID");
+  EXPECT_GE(read, 7);
+  for (const std::string wrong : {"/nothing", "/sharded-end.zarr/s0/c"}) {
+    EXPECT_THROW((void)read_volume(server.address() + wrong), VolumeFileError) << wrong;
   }
 }
 

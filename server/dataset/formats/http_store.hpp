@@ -1,0 +1,24 @@
+// Objects below an address: http://, https://, or s3://bucket/prefix. Read by plain GET with ranges
+// through libcurl, which is seen by http_store.cpp alone.
+//
+// Only the operator's own command lines name addresses; no request of a client ever does.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "server/dataset/formats/object_store.hpp"
+
+namespace multitetra {
+
+[[nodiscard]] bool is_address(std::string_view text);
+
+// s3:// addresses become https ones of AWS, or of AWS_ENDPOINT_URL where that is set. With
+// AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY in the environment (and AWS_SESSION_TOKEN, AWS_REGION,
+// where needed) requests to s3:// are signed with Signature Version 4; without them the bucket must
+// be public. Redirects to other protocols are not followed. Throws VolumeFileError for an address
+// that is none.
+[[nodiscard]] std::unique_ptr<ObjectStore> http_store(const std::string& address);
+
+}  // namespace multitetra

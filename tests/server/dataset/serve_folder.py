@@ -1,0 +1,74 @@
+"""Serves a folder on a free port, with ranges; below /s3/volumes/ only to requests signed as S3 wants it.
+
+    python3 serve_folder.py FOLDER
+
+Prints its address and its process.
+"""
+import hashlib
+import hmac
+import http.server
+import os
+import pathlib
+import re
+import sys
+
+folder = pathlib.Path(sys.argv[1]).resolve()
+BUCKET = "/s3/volumes/"
+
+
+def signed(secret, *texts):
+    key = secret
+    for text in texts:
+        key = hmac.new(key, text.encode(), hashlib.sha256).digest()
+    return key
+
+
+def is_signed(request):
+    """Whether the signature (version 4) is that of the key "a secret", computed anew."""
+    match = re.fullmatch(r"AWS4-HMAC-SHA256 Credential=reader/(\d+)/([^/]+)/s3/aws4_request, "
+                         r"SignedHeaders=([^,]+), Signature=(\w+)", request.headers.get("Authorization", ""))
+    if not match:
+        return False
+    day, region, names, signature = match.groups()
+    headers = "".join(f"{name}:{request.headers[name].strip()}\n" for name in names.split(";"))
+    payload = request.headers.get("x-amz-content-sha256") or hashlib.sha256(b"").hexdigest()
+    canonical = "\n".join(["GET", request.path, "", headers, names, payload])
+    text = "\n".join(["AWS4-HMAC-SHA256", request.headers["x-amz-date"], f"{day}/{region}/s3/aws4_request",
+                      hashlib.sha256(canonical.encode()).hexdigest()])
+    key = signed(b"AWS4a secret", day, region, "s3", "aws4_request")
+    return hmac.compare_digest(signature, hmac.new(key, text.encode(), hashlib.sha256).hexdigest())
+
+
+class Handler(http.server.BaseHTTPRequestHandler):
+    protocol_version = "HTTP/1.1"
+    wbufsize = 1 << 16  # Head and body in one packet.
+
+    def answer(self, status, body=b""):
+        self.send_response(status)
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        self.wfile.write(body)
+
+    def do_GET(self):
+        path = self.path
+        if path.startswith(BUCKET):
+            if not is_signed(self):
+                return self.answer(403)
+            path = path[len(BUCKET):]
+        file = (folder / path.lstrip("/")).resolve()
+        if folder not in file.parents or not file.is_file():
+            return self.answer(404)
+        data = file.read_bytes()
+        span = re.fullmatch(r"bytes=(\d*)-(\d*)", self.headers.get("Range", ""))
+        if not span:
+            return self.answer(200, data)
+        first, last = span.groups()
+        self.answer(206, data[int(first):int(last) + 1] if first else data[-int(last):])
+
+    def log_message(self, *arguments):
+        pass
+
+
+server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+print(f"http://127.0.0.1:{server.server_address[1]} {os.getpid()}", flush=True)
+server.serve_forever()
