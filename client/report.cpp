@@ -91,6 +91,8 @@ std::string json_report(const FetchReport& report) {
                {"final_only", report.open.steps == StepPolicy::kFinalOnly},
                {"coordinates", report.coordinates},
                {"mesh_file", report.mesh_file.empty() ? Json(nullptr) : Json(report.mesh_file)},
+               {"components_written",
+                report.components_written ? Json(*report.components_written) : Json(nullptr)},
                {"tiles_held", report.tiles_held},
                {"tiles_received", report.received.tiles},
                {"bytes_received", report.received.payload_bytes},

@@ -18,21 +18,22 @@ struct FetchReport {
   std::string coordinates;                // "world" or "index"
   std::string mesh_file;                  // Empty when none was written.
   std::vector<FetchedStep> steps;         // Meshes may be left out of all but the last.
-  std::uint64_t tiles_held = 0;           // Before the fetch, from earlier ones.
-  ReceivedTiles received = {};            // Over all connections.
-  int reconnections = 0;                  // How often a lost connection was tried again.
-  std::string checked_against = {};       // The volume's file, if it was a full check.
+  std::optional<std::uint64_t> components_written = {};  // In the mesh file.
+  std::uint64_t tiles_held = 0;                          // Before the fetch, from earlier ones.
+  ReceivedTiles received = {};                           // Over all connections.
+  int reconnections = 0;             // How often a lost connection was tried again.
+  std::string checked_against = {};  // The volume's file, if it was a full check.
   std::optional<DistanceCheck> distances = std::nullopt;  // Of the final step.
   std::optional<Error> error = std::nullopt;  // What ended the fetch before its final step.
 };
 
 // Indented JSON with a newline at its end: server, dataset, parameters, notices, final_only,
-// coordinates, mesh_file (null: none was written), tiles_held, tiles_received, bytes_received,
-// reconnections, steps, after a full check `distances`, and, of a fetch that failed, error: {code,
-// text}. A step's keys are those of json_report.hpp and: step, final, parameters,
-// error_bound_world, finest_spacing, tetrahedra, active_tetrahedra, tiles, tiles_received, bytes
-// (of payload), first_byte_seconds, seconds, server_seconds, content_digest, checks. After a lost
-// connection tiles_received and bytes of a step are those that came since.
+// coordinates, mesh_file and components_written (null: none was written), tiles_held,
+// tiles_received, bytes_received, reconnections, steps, after a full check `distances`, and, of a
+// fetch that failed, error: {code, text}. A step's keys are those of json_report.hpp and: step,
+// final, parameters, error_bound_world, finest_spacing, tetrahedra, active_tetrahedra, tiles,
+// tiles_received, bytes (of payload), first_byte_seconds, seconds, server_seconds, content_digest,
+// checks. After a lost connection tiles_received and bytes of a step are those that came since.
 //
 // distances: against, full_triangles, unit ("voxel"), threshold, snapping and limit (null: nothing
 // is promised), passed (null likewise), mesh_to_full and full_to_mesh: {samples, maximum,

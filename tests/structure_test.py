@@ -46,6 +46,7 @@ ROOMS = {
 
 # What only its own folder and its tests include.
 PRIVATE = {
+    "common/mesh": ["disjoint_sets"],
     "common/net": ["stream_socket"],
     "common/wire": ["wire_bytes", "wire_checks", "wire_dataset", "wire_request"],
     "common/cli": ["threshold_image", "option_words"],

@@ -25,10 +25,7 @@ namespace {
 class Output {
  public:
   Output(const FetchArguments& arguments, MeshFormat format, const DatasetInfo& info)
-      : arguments_(arguments),
-        info_(info),
-        format_(format),
-        to_output_(output_map(arguments.order.surface, info)) {
+      : arguments_(arguments), info_(info), format_(format) {
     if (!arguments_.steps_directory.empty()) {
       std::filesystem::create_directories(arguments_.steps_directory);
     }
@@ -39,9 +36,16 @@ class Output {
     if (arguments_.steps_directory.empty()) return;
     const std::string suffix = std::filesystem::path(arguments_.mesh).extension().string();
     const std::string name = "step_" + std::to_string(fetched.step->begin.step) + suffix;
-    write_mesh(*fetched.step, std::filesystem::path(arguments_.steps_directory) / name);
+    write_file(std::filesystem::path(arguments_.steps_directory) / name,
+               mesh_file(surface_of(fetched).mesh, format_));
   }
-  void final_step(const FetchedStep& fetched) const { write_mesh(*fetched.step, arguments_.mesh); }
+  // A step as it is written.
+  [[nodiscard]] OutputSurface surface_of(const FetchedStep& fetched) const {
+    return output_surface(fetched.step->mesh, arguments_.order.surface, info_);
+  }
+  void final_step(const OutputSurface& surface) const {
+    write_file(arguments_.mesh, mesh_file(surface.mesh, format_));
+  }
   // Also of a fetch that failed, with the steps that came.
   void report(const FetchReport& report) const {
     const std::string text = json_report(report);
@@ -56,14 +60,9 @@ class Output {
   }
 
  private:
-  void write_mesh(const CommittedStep& step, const std::filesystem::path& path) const {
-    write_file(path, mesh_file(positioned(step.mesh, to_output_), format_));
-  }
-
   const FetchArguments& arguments_;
   const DatasetInfo& info_;
   MeshFormat format_;
-  Affine to_output_;
 };
 
 RetryOptions retry_options(const FetchArguments& arguments) {
@@ -204,13 +203,17 @@ int fetch(const FetchArguments& arguments) {
   }
   if (final_step->step->topology.triangles == 0) {
     surface->notices.tell(empty_surface_text(surface->request, info));
-    report.notices = surface->notices.told();
-    if (!arguments.order.surface.allow_empty) {
-      output.report(report);
-      return complain(kEmptySurface, not_written_text(arguments.mesh));
-    }
   }
-  output.final_step(*final_step);
+  const OutputSurface written = output.surface_of(*final_step);
+  const std::string left_out = left_out_text(written, arguments.order.surface);
+  if (!left_out.empty()) surface->notices.tell("The file has " + left_out + ".");
+  report.notices = surface->notices.told();
+  if (written.components == 0 && !arguments.order.surface.allow_empty) {
+    output.report(report);
+    return complain(kEmptySurface, not_written_text(arguments.mesh));
+  }
+  output.final_step(written);
+  report.components_written = written.components;
   report.mesh_file = arguments.mesh;
   output.report(report);
   return kOk;
@@ -220,7 +223,7 @@ void add_fetch(Command& app, FetchArguments& a) {
   Command* command = app.add_subcommand(
       "fetch", "Fetch an isosurface, coarse first, check it and write it as a mesh file");
   add_order_options(*command, a.order);
-  add_empty_option(*command, a.order.surface);
+  add_output_options(*command, a.order.surface);
   command->add_flag("--final-only", a.final_only, "No previews");
   command
       ->add_option("--retries", a.retries,

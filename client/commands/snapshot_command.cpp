@@ -121,12 +121,19 @@ int snapshot(const SnapshotArguments& arguments) {
     }
   }
   const auto came = Clock::now();
-  const PositionedMesh mesh =
-      positioned(step.mesh, output_map(arguments.order.surface, surface->info));
+  const OutputSurface drawn_surface =
+      output_surface(step.mesh, arguments.order.surface, surface->info);
+  const std::string left_out = left_out_text(drawn_surface, arguments.order.surface);
+  if (!left_out.empty()) surface->notices.tell("The picture has " + left_out + ".");
+  // Dust around the largest component would push it out of the middle.
+  std::vector<std::array<float, 3>> largest;
+  for (const std::uint32_t vertex : drawn_surface.largest) {
+    largest.push_back(drawn_surface.mesh.positions[vertex]);
+  }
   const Camera camera =
-      framing(mesh.positions, arguments.azimuth, arguments.elevation, size->width, size->height);
+      framing(largest, arguments.azimuth, arguments.elevation, size->width, size->height);
   const Picture picture =
-      drawn(mesh, camera,
+      drawn(drawn_surface.mesh, camera,
             {.background = background_from(arguments.background),
              .shading = arguments.shading == "flat" ? Shading::kFlat : Shading::kSmooth,
              .wireframe = arguments.wireframe,
@@ -179,7 +186,7 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
       ->within(1, 1024)
       ->group(group);
   add_order_options(*command, a.order);
-  add_empty_option(*command, a.order.surface);
+  add_output_options(*command, a.order.surface);
   command->add_flag("--json", a.json, "Print a JSON report");
   command->add_flag("--quiet", a.quiet, "Say nothing unless something is wrong");
   command->footer(

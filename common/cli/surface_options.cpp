@@ -5,7 +5,9 @@
 #include <string>
 #include <utility>
 
+#include "common/cli/human_units.hpp"
 #include "common/cli/threshold_image.hpp"
+#include "common/mesh/components.hpp"
 #include "common/request/threshold_words.hpp"
 
 namespace multitetra {
@@ -162,11 +164,21 @@ void add_surface_options(Command& command, SurfaceArguments& a) {
   add_budget_options(command, a);
 }
 
-void add_empty_option(Command& command, SurfaceArguments& a) {
+void add_output_options(Command& command, SurfaceArguments& a) {
   command
       .add_flag("--allow-empty", a.allow_empty,
                 "Write a surface without a triangle as well; otherwise nothing is written then, "
                 "and the exit code is 6")
+      ->group(kSurface);
+  command
+      .add_option(
+          "--min-component", a.min_component,
+          "Leave out connected components whose bounding box has a shorter diagonal, as the "
+          "dust that noise makes; 0 leaves out none. Checks and digests are of the whole "
+          "surface")
+      ->within(0.0, 1e6)
+      ->type_name("SAMPLES")
+      ->capture_default_str()
       ->group(kSurface);
 }
 
@@ -212,18 +224,55 @@ Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments, const Da
        .normal_bits = arguments.normal_bits});
 }
 
+namespace {
+
+// Whether world coordinates change from LPS to RAS or back: then x and y change their directions.
+bool is_turned(const SurfaceArguments& arguments, const DatasetInfo& info) {
+  if (arguments.coordinates != "world" || arguments.space == "native") return false;
+  return info.meaning.space != (arguments.space == "lps" ? WorldSpace::kLps : WorldSpace::kRas);
+}
+
+}  // namespace
+
 Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info) {
   if (arguments.coordinates != "world") return grid_to_index(info);
   Affine map = grid_to_world(info);
-  if (arguments.space == "native") return map;
-  const WorldSpace wanted = arguments.space == "lps" ? WorldSpace::kLps : WorldSpace::kRas;
-  if (wanted == info.meaning.space) return map;
-  // The two differ in the directions of x and y.
+  if (!is_turned(arguments, info)) return map;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     for (Vec3& column : map.columns) column[axis] = -column[axis];
     map.translation[axis] = -map.translation[axis];
   }
   return map;
+}
+
+OutputSurface output_surface(const LatticeMesh& mesh, const SurfaceArguments& arguments,
+                             const DatasetInfo& info) {
+  const MeshComponents components = components_of(mesh);
+  const bool has_dust = arguments.min_component > 0;
+  OutputSurface output{
+      .mesh =
+          positioned(has_dust ? with_components(mesh, components, arguments.min_component) : mesh,
+                     output_map(arguments, info)),
+      .components = components.count_from(arguments.min_component),
+      .components_of = components.diagonals.size()};
+  const std::uint32_t largest = components.largest();
+  std::uint32_t number = 0;
+  for (const std::uint32_t component : components.of_vertex) {
+    if (components.diagonals[component] < arguments.min_component) continue;
+    if (component == largest) output.largest.push_back(number);
+    ++number;
+  }
+  if (is_turned(arguments, info)) {
+    for (UnitVector& normal : output.mesh.normals) normal = {-normal[0], -normal[1], normal[2]};
+  }
+  return output;
+}
+
+std::string left_out_text(const OutputSurface& surface, const SurfaceArguments& arguments) {
+  if (surface.components == surface.components_of) return {};
+  return human_count(surface.components) + " of " + human_count(surface.components_of) +
+         " components, those with a diagonal of " + human_number(arguments.min_component) +
+         " samples or more";
 }
 
 }  // namespace multitetra

@@ -9,6 +9,7 @@
 
 #include "common/base/affine.hpp"
 #include "common/cli/command.hpp"
+#include "common/mesh/mesh.hpp"
 #include "common/request/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
 
@@ -34,11 +35,12 @@ struct SurfaceArguments {
   int normal_bits = 0;
   std::string simplify = "on";
   bool allow_empty = false;
+  double min_component = 0;  // Samples of diagonal.
 };
 
 void add_surface_options(Command& command, SurfaceArguments& arguments);
-// For commands that write a surface: --allow-empty.
-void add_empty_option(Command& command, SurfaceArguments& arguments);
+// For commands that write a surface: --allow-empty, --min-component.
+void add_output_options(Command& command, SurfaceArguments& arguments);
 
 // The request, checked. kInvalidArgument or kLimitExceeded where a value is out of its range or not
 // understood, the dataset's world has no space that could become the one asked for, the grid's file
@@ -49,5 +51,19 @@ void add_empty_option(Command& command, SurfaceArguments& arguments);
 // Grid coordinates -> the coordinates that were asked for. Requires arguments that request_of found
 // good for this dataset.
 [[nodiscard]] Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info);
+// A surface there, with its normals, without the components that are too small.
+struct OutputSurface {
+  PositionedMesh mesh;
+  std::size_t components = 0;               // That are in it,
+  std::size_t components_of = 0;            // of so many of the surface.
+  std::vector<std::uint32_t> largest = {};  // The vertices of the largest component.
+};
+[[nodiscard]] OutputSurface output_surface(const LatticeMesh& mesh,
+                                           const SurfaceArguments& arguments,
+                                           const DatasetInfo& info);
+// "3 of 1 204 components, those with a diagonal of 10 samples or more"; empty when it is all of
+// them.
+[[nodiscard]] std::string left_out_text(const OutputSurface& surface,
+                                        const SurfaceArguments& arguments);
 
 }  // namespace multitetra

@@ -1,8 +1,9 @@
 #include "common/mesh/mesh_checks.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <vector>
+
+#include "common/mesh/disjoint_sets.hpp"
 
 namespace multitetra {
 namespace {
@@ -14,30 +15,6 @@ struct EdgeUse {
   bool upwards;  // The triangle runs from the lower index to the upper one.
 
   friend auto operator<=>(const EdgeUse&, const EdgeUse&) = default;
-};
-
-class Components {
- public:
-  explicit Components(std::size_t vertices) : parent_(vertices) {
-    std::iota(parent_.begin(), parent_.end(), std::uint32_t{0});
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = root(a);
-    b = root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-  [[nodiscard]] std::int64_t count() const {
-    std::int64_t roots = 0;
-    for (std::uint32_t v = 0; v < parent_.size(); ++v) roots += parent_[v] == v;
-    return roots;
-  }
-
- private:
-  std::uint32_t root(std::uint32_t v) {
-    while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
-    return v;
-  }
-  std::vector<std::uint32_t> parent_;
 };
 
 bool is_degenerate(const TriangleIndices& t) {
@@ -64,7 +41,7 @@ MeshTopology topology(const LatticeMesh& mesh, const DataBorder& border) {
   // Edges sorted into buckets by their lower vertex: a counting sort, then a short sort in each
   // bucket.
   std::vector<std::uint32_t> first(mesh.vertices.size() + 2, 0);
-  Components components(mesh.vertices.size());
+  DisjointSets components(mesh.vertices.size());
   for (const TriangleIndices& t : mesh.triangles) {
     components.join(t[0], t[1]);
     components.join(t[1], t[2]);

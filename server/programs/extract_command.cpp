@@ -214,18 +214,26 @@ int extract(const ExtractArguments& arguments) {
       throw ExitError(kEmptySurface, not_written_text(arguments.output));
     }
   }
+  const OutputSurface output = output_surface(mesh, arguments.surface, info);
+  const std::string left_out = left_out_text(output, arguments.surface);
+  if (!left_out.empty()) notices.tell("The file has " + left_out + ".");
+  if (topology.triangles > 0 && output.components == 0 && !arguments.surface.allow_empty) {
+    progress.finish();
+    throw ExitError(kEmptySurface, not_written_text(arguments.output));
+  }
   progress.begin("file");
-  const Affine to_output = output_map(arguments.surface, info);
-  write_file(arguments.output, mesh_file(positioned(mesh, to_output), format));
+  write_file(arguments.output, mesh_file(output.mesh, format));
   std::optional<WrittenModel> model;
   if (has_model_file) {
     progress.begin("model_file");
-    model = write_model(arguments, reference, request.isovalue, to_output);
+    model =
+        write_model(arguments, reference, request.isovalue, output_map(arguments.surface, info));
   }
   progress.finish();
   if (arguments.json) {
     Json report = report_now();
     report["mesh_file"] = arguments.output;
+    report["components_written"] = output.components;
     if (model) report["model"] = json_of(arguments, *model);
     std::cout << text_of(report);
   } else if (!arguments.quiet) {
@@ -249,7 +257,7 @@ void add_extract_command(Command& program, Run& run) {
       ->required()
       ->type_name("FILE");
   add_surface_options(*command, a->surface);
-  add_empty_option(*command, a->surface);
+  add_output_options(*command, a->surface);
   command
       ->add_option("--errors", a->errors,
                    "spectrum: those that the dataset holds; exact: the reference, a pass over the "

@@ -132,6 +132,18 @@ ends 2 "low corner above its high one along y" "$client" fetch --server "$url" -
 ends 2 "1280x960" "$client" snapshot --server "$url" --dataset gyroid --size 12by9 -o x.png
 ends 2 "PNG" "$client" snapshot --server "$url" --dataset gyroid -o x.jpg
 ends 2 '"gyroid"' "$client" snapshot --server "$url" -o x.png
+# Dust is left out of files, and told; what was checked is the whole.
+"$server" generate head --size 33 --noise 120 --seed 3 -o dusty.nrrd --quiet
+"$server" prepare dusty.nrrd -o dusty.mtd --quiet
+"$server" extract dusty.mtd --isovalue 100 --error 0 -o whole.ply --json --quiet >whole.json
+"$server" extract dusty.mtd --isovalue 100 --error 0 --min-component 12 -o large.ply --json >large.json 2>err.txt
+all=$(value whole.json components_written)
+few=$(value large.json components_written)
+[ "$all" = "$(value whole.json components)" ] && [ "$few" -ge 1 ] && [ "$few" -lt "$all" ] || fail "components: $few of $all"
+grep -q "The file has $few of .* components, those with a diagonal of 12 samples or more" err.txt || fail "dust is not told: $(cat err.txt)"
+[ "$(value whole.json content_digest)" = "$(value large.json content_digest)" ] || fail "another surface without dust"
+[ "$(stat -c %s large.ply)" -lt "$(stat -c %s whole.ply)" ] || fail "no triangle is left out"
+ends 6 "is empty" "$server" extract dusty.mtd --isovalue 100 --min-component 1000 -o none.ply
 # A client gives up when its time is over, however much would come.
 ends 1 "The time for it is over" "$client" fetch --server "$url" --dataset gyroid --error 0 --deadline 0.002 -o x.ply
 ends 1 "127.0.0.1:1" "$client" fetch --server tcp://127.0.0.1:1 --deadline 0.1 -o x.ply

@@ -17,6 +17,10 @@ await test("CutsTheSurfaceOpen", cutsOpen);
 await test("GivesWhatIsShownAsFileAndPicture", givesFiles);
 await test("KeepsTheSurfaceAndGoesOnWhenTheServerComesBack", survivesARestart);
 await test("SaysThatADatasetIsUnknown", saysUnknownDataset);
+await test("SaysThatThereIsNoSurface", saysNoSurface);
+await test("GoesBackToTheIsovalueBefore", goesBack);
+await test("KeepsAPlaceWhenOneClicksBesideTheSurface", keepsAPlace);
+await test("AnnouncesWhatItsSlidersMean", announcesSliders);
 await finish();
 
 // ----
@@ -127,7 +131,7 @@ async function cutsOpen(page) {
   await click(0.42);
   await click(0.58);
   await page.waitForSelector(".picked:not([hidden])");
-  assert.match(await page.textContent(".picked"), /A world.*Click another point/s);
+  assert.match(await page.textContent(".picked"), /A (LPS|world) .*Click another point/s);
   await page.focus(".picked button");
   await page.keyboard.press("Enter");
   await page.waitForSelector(".picked", { state: "hidden" });
@@ -146,7 +150,7 @@ async function givesFiles(page) {
   const stl = await bytesOf("STL");
   assert.equal(stl.readUInt32LE(80), triangles);
   assert.equal((await bytesOf("GLB")).toString("latin1", 0, 4), "glTF");
-  assert.match((await bytesOf("PLY")).toString("latin1", 0, 200), new RegExp(`element face ${triangles}`));
+  assert.match((await bytesOf("PLY")).toString("latin1", 0, 400), new RegExp(`element face ${triangles}`));
   assert.equal((await bytesOf("Picture")).toString("latin1", 1, 4), "PNG");
 }
 
@@ -175,4 +179,51 @@ async function saysUnknownDataset(page) {
   await page.click('.dataset[data-name="gyroid"]');
   await complete(page);
   assert(await page.locator(".notice").isHidden());
+}
+
+async function saysNoSurface(page) {
+  await open(page, "#dataset=head&isovalue=99999");
+  await page.waitForFunction(() => document.querySelector(".state b")?.textContent === "No surface", null, { timeout: patience });
+  assert.match(await page.textContent(".notice"), /no surface at isovalue 99999: the values of "head" go from/);
+  assert(await page.isHidden(".seal"), "nothing is certified of nothing");
+  await page.fill(".number", "500.5");
+  await page.press(".number", "Enter");
+  await complete(page);
+  assert(await page.isHidden(".notice"), "the words go when there is a surface");
+}
+
+async function goesBack(page) {
+  await open(page, "#dataset=head&isovalue=500.5");
+  const before = await complete(page);
+  await page.fill(".number", "300.5");
+  await page.press(".number", "Enter");
+  await page.waitForFunction(() => location.hash.includes("isovalue=300.5"), null, { timeout: patience });
+  await complete(page, (shown) => shown.digest !== before.digest);
+  await page.goBack();
+  await complete(page, (shown) => shown.digest === before.digest);
+  assert.equal(await page.inputValue(".number"), "500.5");
+  await page.goForward();
+  await complete(page, (shown) => shown.digest !== before.digest);
+  assert.equal(await page.inputValue(".number"), "300.5");
+}
+
+async function keepsAPlace(page) {
+  await open(page, "#dataset=head&isovalue=500.5");
+  await complete(page);
+  const canvas = await page.locator(".stage canvas").boundingBox();
+  await page.mouse.click(canvas.x + canvas.width / 2, canvas.y + canvas.height / 2);
+  await page.waitForSelector(".picked:not([hidden])");
+  const said = await page.textContent(".picked");
+  await page.mouse.click(canvas.x + canvas.width - 30, canvas.y + canvas.height - 60);
+  await page.waitForTimeout(700);
+  assert.equal(await page.textContent(".picked"), said);
+  await page.keyboard.press("Escape");
+  await page.waitForSelector(".picked", { state: "hidden" });
+}
+
+async function announcesSliders(page) {
+  await open(page, "#dataset=head&error=0.5");
+  await complete(page);
+  const slider = page.getByRole("slider", { name: "Allowed error" });
+  assert.match(await slider.getAttribute("aria-valuetext"), /^0\.5 voxels/);
 }

@@ -159,6 +159,12 @@ TEST(SurfaceOptions, TurnTheMeshIntoTheSpaceThatIsWanted) {
                 output_map({.space = "lps"}, patient).determinant(),
             0)
       << "turned, not mirrored";
+  const LatticeMesh vertex{
+      .vertices = {{32, 32, 32}}, .triangles = {}, .normals = {{0.6F, 0, 0.8F}}};
+  const PositionedMesh turned = output_surface(vertex, {.space = "ras"}, patient).mesh;
+  EXPECT_EQ(turned.positions[0], (std::array<float, 3>{-12, -24, 33}));
+  EXPECT_EQ(turned.normals[0], (UnitVector{-0.6F, 0, 0.8F}));
+  EXPECT_EQ(output_surface(vertex, {.space = "lps"}, patient).mesh.normals[0], vertex.normals[0]);
   patient.meaning.space = WorldSpace::kRas;
   EXPECT_EQ(placed("lps"), (Vec3{-12, -24, 33}));
   EXPECT_FALSE(request_of({.coordinates = "index", .space = "ras"}, patient));
@@ -166,6 +172,28 @@ TEST(SurfaceOptions, TurnTheMeshIntoTheSpaceThatIsWanted) {
   const auto unknown = request_of({.space = "ras"}, info());
   ASSERT_FALSE(unknown);
   EXPECT_NE(unknown.error().text.find("did not tell"), std::string::npos);
+}
+
+TEST(SurfaceOptions, LeaveOutDustOnlyWhenTheyAreToldTo) {
+  LatticeMesh mesh{.vertices = {}, .triangles = {}};
+  for (const std::int32_t side : {1, 640, 2}) {  // Triangles far from one another.
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    const std::int32_t at = 1000 * static_cast<std::int32_t>(first + 1);
+    mesh.vertices.insert(mesh.vertices.end(),
+                         {{at, at, at}, {at + side, at, at}, {at, at + side, at}});
+    mesh.triangles.push_back({first, first + 1, first + 2});
+  }
+  const OutputSurface all = output_surface(mesh, {}, info());
+  EXPECT_EQ(all.components, 3U);
+  EXPECT_EQ(all.mesh.triangles.size(), 3U);
+  EXPECT_EQ(all.largest, (std::vector<std::uint32_t>{3, 4, 5}));
+  EXPECT_EQ(left_out_text(all, {}), "");
+  const SurfaceArguments large{.min_component = 10};
+  const OutputSurface one = output_surface(mesh, large, info());
+  EXPECT_EQ(one.mesh.triangles.size(), 1U);
+  EXPECT_EQ(one.largest, (std::vector<std::uint32_t>{0, 1, 2}));
+  EXPECT_EQ(left_out_text(one, large),
+            "1 of 3 components, those with a diagonal of 10 samples or more");
 }
 
 }  // namespace

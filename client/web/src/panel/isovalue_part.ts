@@ -21,7 +21,10 @@ export function isovaluePart(change: Change): Part & { histogram: HistogramView 
   });
   histogram.invite(!hasDragged);
   const input = h("input", { type: "number", step: "any", "aria-label": "Isovalue", class: "number" });
+  let isTyping = false; // What is half written is left alone.
+  input.addEventListener("input", () => (isTyping = true));
   input.addEventListener("change", () => {
+    isTyping = false;
     if (Number.isFinite(input.valueAsNumber)) change({ isovalue: input.valueAsNumber });
   });
   const log = toggle({
@@ -56,7 +59,8 @@ export function isovaluePart(change: Change): Part & { histogram: HistogramView 
       for (const button of chips.querySelectorAll("button")) {
         button.setAttribute("aria-pressed", String(Number(button.dataset.value) === isovalue));
       }
-      if (document.activeElement !== input) input.value = String(isovalue);
+      if (document.activeElement !== input) isTyping = false;
+      if (!isTyping) input.value = String(isovalue);
     },
   };
 }

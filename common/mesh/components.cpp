@@ -1,0 +1,91 @@
+#include "common/mesh/components.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "common/mesh/disjoint_sets.hpp"
+
+namespace multitetra {
+namespace {
+
+// In lattice steps.
+struct LatticeBox {
+  std::array<std::int32_t, 3> low;
+  std::array<std::int32_t, 3> high;
+
+  LatticeBox() {
+    low.fill(std::numeric_limits<std::int32_t>::max());
+    high.fill(std::numeric_limits<std::int32_t>::min());
+  }
+  void add(const LatticePoint& p) {
+    const std::array<std::int32_t, 3> place = {p.x, p.y, p.z};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], place[axis]);
+      high[axis] = std::max(high[axis], place[axis]);
+    }
+  }
+  [[nodiscard]] double diagonal() const {
+    return std::hypot(double{1} * high[0] - low[0], double{1} * high[1] - low[1],
+                      double{1} * high[2] - low[2]);
+  }
+};
+
+}  // namespace
+
+std::uint32_t MeshComponents::largest() const {
+  const auto longest = std::max_element(diagonals.begin(), diagonals.end());
+  return static_cast<std::uint32_t>(longest - diagonals.begin());
+}
+
+std::size_t MeshComponents::count_from(double least_diagonal) const {
+  return static_cast<std::size_t>(
+      std::count_if(diagonals.begin(), diagonals.end(),
+                    [&](double diagonal) { return diagonal >= least_diagonal; }));
+}
+
+MeshComponents components_of(const LatticeMesh& mesh) {
+  DisjointSets sets(mesh.vertices.size());
+  for (const TriangleIndices& t : mesh.triangles) {
+    sets.join(t[0], t[1]);
+    sets.join(t[1], t[2]);
+  }
+  MeshComponents components;
+  components.of_vertex.resize(mesh.vertices.size());
+  std::vector<LatticeBox> boxes;
+  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
+    const std::uint32_t root = sets.root(v);  // The least of its set: it comes first.
+    if (root == v) {
+      components.of_vertex[v] = static_cast<std::uint32_t>(boxes.size());
+      boxes.emplace_back();
+    } else {
+      components.of_vertex[v] = components.of_vertex[root];
+    }
+    boxes[components.of_vertex[v]].add(mesh.vertices[v]);
+  }
+  const double step = std::ldexp(1.0, -mesh.resolution);
+  for (const LatticeBox& box : boxes) components.diagonals.push_back(box.diagonal() * step);
+  return components;
+}
+
+LatticeMesh with_components(const LatticeMesh& mesh, const MeshComponents& components,
+                            double least_diagonal) {
+  LatticeMesh kept{.resolution = mesh.resolution, .vertices = {}, .triangles = {}};
+  std::vector<std::uint32_t> number(mesh.vertices.size());
+  const auto is_kept = [&](std::uint32_t v) {
+    return components.diagonals[components.of_vertex[v]] >= least_diagonal;
+  };
+  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (!is_kept(v)) continue;
+    number[v] = static_cast<std::uint32_t>(kept.vertices.size());
+    kept.vertices.push_back(mesh.vertices[v]);
+    if (!mesh.normals.empty()) kept.normals.push_back(mesh.normals[v]);
+  }
+  for (const TriangleIndices& t : mesh.triangles) {
+    if (is_kept(t[0])) kept.triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});
+  }
+  return kept;
+}
+
+}  // namespace multitetra

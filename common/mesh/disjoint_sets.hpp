@@ -1,0 +1,37 @@
+// Which of many things hang together, found by joining them one pair after the other.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
+namespace multitetra {
+
+class DisjointSets {
+ public:
+  explicit DisjointSets(std::size_t things) : parent_(things) {
+    std::iota(parent_.begin(), parent_.end(), std::uint32_t{0});
+  }
+  void join(std::uint32_t a, std::uint32_t b) {
+    a = root(a);
+    b = root(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+  // The least thing of the set that `v` is in.
+  [[nodiscard]] std::uint32_t root(std::uint32_t v) {
+    while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
+    return v;
+  }
+  [[nodiscard]] std::int64_t count() const {
+    std::int64_t roots = 0;
+    for (std::uint32_t v = 0; v < parent_.size(); ++v) roots += parent_[v] == v;
+    return roots;
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+}  // namespace multitetra
