@@ -12,13 +12,15 @@
 #include "common/request/dataset_info.hpp"
 #include "server/core/framework/volume.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"
+#include "server/dataset/formats/stored_volume.hpp"
 
 namespace multitetra {
 
-// The largest grid has 2^12 steps a side: with it every lattice resolution stays within
-// kMaxLatticeBits.
-inline constexpr std::int32_t kMaxGridExponent = 12;
-static_assert(kMaxGridExponent + kMaxLatticeResolution <= kMaxLatticeBits);
+// The largest grid has 2^14 steps a side. Of grids beyond 2^12 not every lattice resolution stays
+// within kMaxLatticeBits; those that do not are refused when they are asked for.
+inline constexpr std::int32_t kMaxGridExponent = 14;
+static_assert(kMaxGridExponent + kDefaultLatticeResolution <= kMaxLatticeBits);
+static_assert((std::int64_t{1} << kMaxGridExponent) + 1 == kMaxSide);
 
 using DatasetPtr = std::shared_ptr<const PreparedVolume>;
 

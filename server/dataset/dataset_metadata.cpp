@@ -140,6 +140,7 @@ std::string metadata_text(const DatasetMetadata& metadata) {
       {"source", {{"file", metadata.source.file}, {"digest", metadata.source.digest}}},
       {"program_version", metadata.program_version},
   };
+  if (!metadata.source.options.empty()) json["source"]["options"] = metadata.source.options;
   const auto tell = [&](const char* key, std::string_view text) {
     if (!text.empty()) json[key] = text;
   };
@@ -190,7 +191,9 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
   info.histogram.high = histogram.number("high");
   info.histogram.counts = histogram.counts("counts");
   info.suggested_isovalues = fields.numbers("suggested_isovalues");
-  metadata.source = {.file = source.text("file"), .digest = source.text("digest")};
+  metadata.source = {.file = source.text("file"),
+                     .digest = source.text("digest"),
+                     .options = source.later_text("options")};
   metadata.program_version = fields.text("program_version");
   if (!trouble.empty()) return damaged(trouble + ".");
   if (const auto checked = check_info(info); !checked) return damaged(checked.error().text);

@@ -21,7 +21,7 @@
 namespace multitetra {
 namespace {
 
-constexpr std::int32_t kMaxSize = (std::int32_t{1} << kMaxGridExponent) + 1;
+constexpr std::int32_t kMaxSize = (std::int32_t{1} << 12) + 1;
 
 struct Kind {
   std::string_view name;

@@ -28,26 +28,59 @@ std::string hexadecimal(std::span<const unsigned char> bytes) {
   return text;
 }
 
+class Digest {
+ public:
+  Digest() : state_(XXH3_createState(), &XXH3_freeState) { XXH3_128bits_reset(state_.get()); }
+
+  void add(std::string_view text) { XXH3_128bits_update(state_.get(), text.data(), text.size()); }
+  void add_file(const std::filesystem::path& path) {
+    const FileSource file(path);
+    std::vector<std::byte> portion(kHashedPortionBytes);
+    for (std::uint64_t done = 0; done < file.size();) {
+      const auto count = std::min<std::uint64_t>(portion.size(), file.size() - done);
+      file.read(done, std::span(portion).first(count));
+      XXH3_128bits_update(state_.get(), portion.data(), count);
+      done += count;
+    }
+  }
+  [[nodiscard]] std::string text() const {
+    XXH128_canonical_t canonical;
+    XXH128_canonicalFromHash(&canonical, XXH3_128bits_digest(state_.get()));
+    return hexadecimal(canonical.digest);
+  }
+
+ private:
+  std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state_;
+};
+
+void add_folder(const std::filesystem::path& folder, Digest& digest) {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  for (const std::filesystem::path& file : files) {
+    digest.add(file.lexically_relative(folder).string() + '\0');
+    digest.add(std::to_string(std::filesystem::file_size(file)) + '\0');
+    digest.add_file(file);
+  }
+}
+
 }  // namespace
 
 SourceNote source_note(const std::filesystem::path& source) {
-  SourceNote note = {.file = source.filename().string(), .digest = {}};
+  const std::filesystem::path named = source.filename().empty() ? source.parent_path() : source;
+  SourceNote note = {.file = named.filename().string(), .digest = {}};
   std::error_code error;
-  if (!std::filesystem::is_regular_file(source, error)) return note;
-  const FileSource file(source);
-  const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(),
-                                                                       &XXH3_freeState);
-  XXH3_128bits_reset(state.get());
-  std::vector<std::byte> portion(kHashedPortionBytes);
-  for (std::uint64_t done = 0; done < file.size();) {
-    const auto count = std::min<std::uint64_t>(portion.size(), file.size() - done);
-    file.read(done, std::span(portion).first(count));
-    XXH3_128bits_update(state.get(), portion.data(), count);
-    done += count;
+  Digest digest;
+  if (std::filesystem::is_directory(source, error)) {
+    add_folder(source, digest);
+  } else if (std::filesystem::is_regular_file(source, error)) {
+    digest.add_file(source);
+  } else {
+    return note;
   }
-  XXH128_canonical_t canonical;
-  XXH128_canonicalFromHash(&canonical, XXH3_128bits_digest(state.get()));
-  note.digest = hexadecimal(canonical.digest);
+  note.digest = digest.text();
   return note;
 }
 

@@ -7,14 +7,16 @@
 namespace multitetra {
 
 struct SourceNote {
-  std::string file;    // The file's name without its directory, or the generator's options.
-  std::string digest;  // XXH3-128 of the file's bytes as 32 hexadecimal digits; may be empty.
+  std::string file;          // The file's name without its directory, or the generator's options.
+  std::string digest;        // XXH3-128 of the file's bytes as 32 hexadecimal digits; may be empty.
+  std::string options = {};  // How it was read and prepared, where that is not the default.
 
   friend bool operator==(const SourceNote&, const SourceNote&) = default;
 };
 
-// The note for a source file. The digest is empty when `source` is no regular file (a directory or
-// a pattern of images). Throws DatasetFileError when the file cannot be read.
+// The note for a source. The digest of a folder is that of the names and bytes of all files below
+// it; it is empty for what is neither a file nor a folder (a pattern, an address). Throws
+// DatasetFileError when the file cannot be read.
 [[nodiscard]] SourceNote source_note(const std::filesystem::path& source);
 
 }  // namespace multitetra

@@ -294,7 +294,7 @@ std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Openin
     return as_source(open_stack(path));
   }
   if (opening.options.raw) return as_source(open_raw(path, *opening.options.raw));
-  const std::optional<VolumeFormat> format = format_of(path);
+  const std::optional<VolumeFormat> format = recognized_format(path);
   if (!format) {
     fail_reading(path,
                  fs::is_directory(path)

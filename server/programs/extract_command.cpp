@@ -16,6 +16,7 @@
 #include "common/cli/surface_options.hpp"
 #include "common/cli/terminal.hpp"
 #include "common/mesh/content_digest.hpp"
+#include "common/request/lattice_limit.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "server/core/planning/budget.hpp"
@@ -176,6 +177,9 @@ int extract(const ExtractArguments& arguments) {
   const DatasetInfo& info = dataset->info;
   const Result<IsosurfaceRequest> asked = request_of(arguments.surface, info);
   if (!asked) throw std::invalid_argument(asked.error().text);
+  if (const auto fits = check_lattice(*asked, info); !fits) {
+    throw ExitError(kUsage, "--lattice: " + fits.error().text);
+  }
   Notices notices;
   notices.tell(request_notices(*asked, info));
   const auto extractor = std::make_shared<const SurfaceExtractor>(dataset);

@@ -1,6 +1,7 @@
 #include "server/programs/volume_options.hpp"
 
 #include <algorithm>
+#include <sstream>
 
 #include "common/base/exit_codes.hpp"
 
@@ -35,6 +36,26 @@ void VolumeOptions::add_to(Command& command) {
       ->delimiter(',')
       ->expected(3)
       ->needs(layout);
+}
+
+std::string VolumeOptions::told() const {
+  std::ostringstream text;
+  const auto tell = [&](const char* name, const auto& value) {
+    text << (text.view().empty() ? "" : " ") << name << " " << value;
+  };
+  if (!array.empty()) tell("--array", array);
+  if (level) tell("--level", *level);
+  if (time) tell("--time", *time);
+  if (channel) tell("--channel", *channel);
+  if (!series.empty()) tell("--series", series);
+  if (!component.empty()) tell("--component", component);
+  if (dims.empty()) return text.str();
+  for (const std::int32_t side : dims) tell("--dims", side);
+  tell("--type", type);
+  tell("--endian", endian);
+  tell("--header-bytes", header_bytes);
+  for (const double step : spacing) tell("--spacing", step);
+  return text.str();
 }
 
 VolumeFileOptions VolumeOptions::parsed() const {

@@ -30,6 +30,8 @@ struct VolumeOptions {
   void add_to(Command& command);
   // What they say. Throws ExitError (kUsage) when a component is none.
   [[nodiscard]] VolumeFileOptions parsed() const;
+  // Those that are not their defaults, as they would be written; empty: none.
+  [[nodiscard]] std::string told() const;
 };
 
 }  // namespace multitetra

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/request/lattice_limit.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -26,16 +28,6 @@ Result<void> check_stream(const OpenStream& open, std::uint64_t last_request_id,
   const auto request = validated(open.request);
   if (!request) return tl::unexpected(request.error());
   return {};
-}
-
-// Lattice coordinates must fit: grid exponent + lattice resolution <= kMaxLatticeBits.
-Result<void> check_lattice(const IsosurfaceRequest& request, const DatasetInfo& info) {
-  const int finest = kMaxLatticeBits - info.grid_exponent;
-  if (request.lattice_resolution <= finest) return {};
-  return fail(ErrorCode::kInvalidArgument,
-              "The lattice resolution is " + std::to_string(request.lattice_resolution) +
-                  "; dataset \"" + info.name + "\" is so large that it must be at most " +
-                  std::to_string(finest) + ".");
 }
 
 // Previews that no stream of this dataset can have begun with.

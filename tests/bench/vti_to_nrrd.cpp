@@ -26,7 +26,7 @@
 namespace multitetra {
 namespace {
 
-constexpr int kMaxSide = 4097;
+constexpr int kMaxSide = 16385;
 
 [[noreturn]] void fail_on(const std::string& file, const std::string& what) {
   throw std::runtime_error("'" + file + "': " + what);

@@ -50,8 +50,28 @@ head -c 4096 /dev/zero >zeros.raw
 printf 'abcdef' | cat - zeros.raw >raw_with_header.raw
 "$server" prepare raw_with_header.raw --dims 16,16,8 --type u16 --endian big --header-bytes 6 --spacing 1,1,2.5 \
   -o raw.mtd --outside 1 --margin 1 --quiet
-ends 1 "4102" "$server" prepare raw_with_header.raw --dims 16,16,9 --type u16 -o never.mtd
+ends 2 "4102" "$server" prepare raw_with_header.raw --dims 16,16,9 --type u16 -o never.mtd
 [ ! -e never.mtd ] || fail "a failed prepare left a file"
+
+# --- several volumes and a folder of many: what fails is told, what is up to date stays
+mkdir -p many/inside
+cp gyroid.nrrd many/a.nrrd
+cp sphere.nrrd many/inside/b.nrrd
+printf 'NRRD0004\nbroken' >many/broken.nrrd
+echo "no volume" >many/notes.txt
+ends 1 "3 volumes, 1 failed" "$server" prepare many -o datasets
+ends 0 "b.nrrd: up to date" "$server" prepare many/a.nrrd many/inside/b.nrrd -o datasets
+cp torus.nrrd many/a.nrrd
+ends 0 'a.nrrd: "a"' "$server" prepare many/a.nrrd many/inside/b.nrrd -o datasets
+ends 0 'b.nrrd: "b"' "$server" prepare many/inside/b.nrrd many/a.nrrd -o datasets --margin 1
+ends 2 "give a folder" "$server" prepare many -o one.mtd
+ends 2 "--component" "$server" prepare many/a.nrrd -o a.mtd --component last
+ends 0 "OME-Zarr" "$server" formats
+
+# --- grids beyond 4096 steps hold, with lattices as fine as their coordinates allow
+head -c 20000 /dev/zero | tr '\0' 'x' >long.raw
+"$server" prepare long.raw --dims 5000,2,2 -o long.mtd --quiet
+ends 2 "at most 7" "$server" extract long.mtd --isovalue 1 --error 1 --lattice 8 -o x.ply
 
 # --- serving and fetching
 start server "$server" serve . --tcp 127.0.0.1:0 --http 127.0.0.1:0
@@ -170,7 +190,7 @@ ends 1 "127.0.0.1:1" "$client" list --server tcp://127.0.0.1:1
 ends_well server "$pid"
 
 # --- what is wrong is said
-ends 1 "missing.nrrd" "$server" prepare missing.nrrd -o x.mtd
+ends 2 "missing.nrrd" "$server" prepare missing.nrrd -o x.mtd
 # Nothing is written over an input, under whatever name, nor over what is no dataset.
 cp torus.nrrd volume.nrrd
 ln -s volume.nrrd link.mtd

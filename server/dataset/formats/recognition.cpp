@@ -107,19 +107,24 @@ std::optional<VolumeFormat> format_of_folder(const fs::path& folder) {
   if (is_zarr(*folder_store(folder))) return VolumeFormat::kZarr;
   std::error_code error;
   bool has_tiff = false;
+  bool has_dicom = false;  // In this folder: those below may be of several volumes.
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
     const std::string name = lower_case_name_of(entry->path());
     has_tiff = has_tiff || name.ends_with(".tif") || name.ends_with(".tiff");
+    std::error_code ignored;
+    has_dicom = has_dicom || name == "dicomdir" ||
+                (entry->is_regular_file(ignored) && !name.starts_with('.') &&
+                 is_dicom(InputFile(entry->path()).beginning(132)));
   }
   if (has_tiff) return VolumeFormat::kTiffStack;
-  if (!dicom_files(folder).empty()) return VolumeFormat::kDicom;
+  if (has_dicom) return VolumeFormat::kDicom;
   return std::nullopt;
 }
 
 }  // namespace
 
-std::optional<VolumeFormat> format_of(const fs::path& path) {
+std::optional<VolumeFormat> recognized_format(const fs::path& path) {
   std::error_code error;
   if (fs::is_directory(path, error)) return format_of_folder(path);
   const InputFile file(path);

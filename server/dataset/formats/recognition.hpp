@@ -27,7 +27,7 @@ enum class VolumeFormat {
 };
 
 // nullopt when nothing that is known is there. Throws VolumeFileError when the file cannot be read.
-[[nodiscard]] std::optional<VolumeFormat> format_of(const std::filesystem::path& path);
+[[nodiscard]] std::optional<VolumeFormat> recognized_format(const std::filesystem::path& path);
 
 // For people: what each format is called, what it looks like, and what of it is read.
 struct FormatDescription {

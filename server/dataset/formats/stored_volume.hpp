@@ -92,7 +92,7 @@ struct VolumeChoice {
 };
 
 // The largest number of samples along a side of a volume; what a larger grid would hold is refused.
-inline constexpr std::int64_t kMaxSide = (std::int64_t{1} << 12) + 1;
+inline constexpr std::int64_t kMaxSide = (std::int64_t{1} << 14) + 1;
 inline constexpr std::int64_t kMaxComponents = 64;
 
 // Throws unless dims and components are within the limits, the type's bits are, and the slope, the

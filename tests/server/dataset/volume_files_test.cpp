@@ -288,7 +288,7 @@ TEST_F(VolumeFiles, RawBytesOfAnotherNumberNameBothNumbers) {
   expect_contains(error, "5 of header and 24 of samples");
   error_of_reading(file, {.raw = RawLayout{.dims = {0, 3, 2}}});
   error_of_reading(file, {.raw = RawLayout{.dims = {-1, 3, 2}}});
-  error_of_reading(file, {.raw = RawLayout{.dims = {4098, 1, 1}}});
+  error_of_reading(file, {.raw = RawLayout{.dims = {16386, 1, 1}}});
   error_of_reading(file, {.raw = RawLayout{.dims = {5, 3, 2}, .spacing = {1, 0, 1}}});
   error_of_reading(file, {.raw = RawLayout{.dims = {5, 3, 2}, .header_bytes = 31}});
 }
@@ -348,7 +348,7 @@ TEST_F(VolumeFiles, SizesBeyondTheGridOrTheMemoryAreRefusedBeforeMemoryIsTaken) 
     return nrrd("type: double\ndimension: 3\nencoding: raw\nendian: little\nsizes: " + sizes + "\n",
                 "few");
   };
-  expect_contains(error_of_reading(folder_.file("wide.nrrd", header("5000 1 1"))), "4097");
+  expect_contains(error_of_reading(folder_.file("wide.nrrd", header("16386 1 1"))), "16385");
   expect_contains(error_of_reading(folder_.file("deep.nrrd", header("4097 4097 4097"))), "memory");
 }
 

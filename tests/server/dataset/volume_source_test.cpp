@@ -178,7 +178,7 @@ TEST_F(VolumeSources, BytesReadHereAreThoseThatItkReads) {
   for (const WrittenVolume& written : all_formats()) {
     SCOPED_TRACE(written.path.string());
     if (written.options.raw || !fs::is_regular_file(written.path)) continue;
-    const VolumeFormat format = format_of(written.path).value();
+    const VolumeFormat format = recognized_format(written.path).value();
     if (format == VolumeFormat::kNifti) continue;  // Which ITK does not read here.
     const ImageFile file(written.path, format);
     const std::optional<PlainPayload> payload = file.plain_payload();

@@ -1,0 +1,83 @@
+#include "server/programs/prepare_jobs.hpp"
+
+#include <exception>
+#include <set>
+#include <system_error>
+
+#include "server/dataset/formats/http_store.hpp"
+#include "server/dataset/formats/recognition.hpp"
+#include "server/dataset/prepared_file.hpp"
+#include "server/dataset/volume_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_folder_of_many(const std::string& input) {
+  std::error_code error;
+  return !is_address(input) && fs::is_directory(input, error) && !recognized_format(input);
+}
+
+// Two volumes of one name, such as hydrogen.vti and hydrogen.vtk, become hydrogen and hydrogen_vtk.
+std::string free_name(const fs::path& input, std::set<std::string>& taken) {
+  std::string name = default_dataset_name(input);
+  if (taken.contains(name) && input.has_extension())
+    name += "_" + input.extension().string().substr(1);
+  const std::string base = name;
+  for (int i = 2; !taken.insert(name).second; ++i) name = base + "_" + std::to_string(i);
+  return name;
+}
+
+}  // namespace
+
+std::string default_dataset_name(const fs::path& input) {
+  fs::path name = input.filename().empty() ? input.parent_path().filename() : input.filename();
+  if (name.extension() == ".gz" || name.extension() == ".bz2") name = name.stem();
+  return name.stem().string();
+}
+
+bool are_many(const std::vector<std::string>& inputs) {
+  return inputs.size() > 1 || is_folder_of_many(inputs.front());
+}
+
+std::vector<PrepareJob> jobs_for(const std::vector<std::string>& inputs, const fs::path& folder) {
+  std::vector<PrepareJob> jobs;
+  std::set<std::string> taken;
+  const auto add = [&](const std::string& input) {
+    const std::string name = free_name(input, taken);
+    jobs.push_back({.input = input, .output = folder / (name + ".mtd"), .name = name});
+  };
+  for (const std::string& input : inputs) {
+    if (!is_folder_of_many(input)) {
+      add(input);
+      continue;
+    }
+    for (const fs::path& volume : volumes_in(input)) add(volume.string());
+  }
+  return jobs;
+}
+
+bool is_up_to_date(const PrepareJob& job, const SourceNote& note) {
+  if (note.digest.empty()) return false;
+  try {
+    std::error_code error;
+    const fs::file_time_type made = fs::last_write_time(job.output, error);
+    if (error || PreparedFile(job.output).metadata().source != note) return false;
+    const fs::path folder =
+        fs::path(job.input).has_parent_path() ? fs::path(job.input).parent_path() : ".";
+    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+         entry.increment(error)) {
+      std::error_code ignored;
+      if (entry->is_regular_file(ignored) && entry->path().extension() != ".mtd" &&
+          entry->last_write_time(ignored) > made) {
+        return false;
+      }
+    }
+    return !error;
+  } catch (const std::exception&) {  // No dataset, or a damaged one.
+    return false;
+  }
+}
+
+}  // namespace multitetra
