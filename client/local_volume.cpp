@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -21,12 +22,15 @@
 #include <string>
 #include <utility>
 
+#include "common/base/child_process.hpp"
 #include "common/base/itk_words.hpp"
 
 namespace multitetra {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::chrono::minutes kMostReadingTime{20};
 
 [[noreturn]] void fail_reading(const fs::path& file, const std::string& problem) {
   throw std::runtime_error("Cannot check against '" + file.string() + "': " + problem + ".");
@@ -91,6 +95,27 @@ std::vector<float> read_image(const fs::path& file, itk::ImageIOBase* io, const 
   }
   const double* first = reader->GetOutput()->GetBufferPointer();
   return {first, first + samples_of(info)};
+}
+
+// The same in a process of its own: files that crash or hang their reader are refused.
+std::vector<float> read_image_apart(const fs::path& file, itk::ImageIOBase* io,
+                                    const DatasetInfo& info) {
+  const std::uint64_t bytes = samples_of(info) * sizeof(float);
+  // ITK reads it as doubles, from whatever type it has.
+  const std::uint64_t memory = 8 * bytes + (std::uint64_t{1} << 30);
+  try {
+    const std::string made = made_apart(
+        [&] {
+          const std::vector<float> samples = read_image(file, io, info);
+          return std::string(reinterpret_cast<const char*>(samples.data()), bytes);
+        },
+        memory, kMostReadingTime);
+    std::vector<float> samples(samples_of(info));
+    std::memcpy(samples.data(), made.data(), bytes);
+    return samples;
+  } catch (const ChildProcessError& problem) {
+    fail_reading(file, problem.what());
+  }
 }
 
 // ---- raw samples
@@ -170,7 +195,7 @@ std::vector<float> read_local_volume(const fs::path& file, const DatasetInfo& in
   if (!fs::exists(file)) fail_reading(file, "there is no such file");
   std::vector<float> samples;
   if (const auto io = reader_for(file)) {
-    samples = read_image(file, io, info);
+    samples = read_image_apart(file, io, info);
     make_infinite_void(samples);
   } else {
     const std::string bytes = raw_bytes(file, info);

@@ -14,6 +14,8 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <new>
+#include <utility>
 
 namespace multitetra {
 namespace {
@@ -163,6 +165,29 @@ void ChildProcess::fail() {
                             ")");
   }
   throw ChildProcessError("its reader gave up");
+}
+
+// ---- the simple use
+
+std::string made_apart(const std::function<std::string()>& work, std::uint64_t memory_bytes,
+                       std::chrono::milliseconds time) {
+  constexpr char kMade = 'm';
+  constexpr char kFailed = 'f';
+  ChildProcess child(
+      [&](ChildChannel& parent) {
+        try {
+          parent.send(kMade, work());
+        } catch (const std::bad_alloc&) {
+          parent.send(kFailed, "there is not enough memory for what it asks for");
+        } catch (const std::exception& problem) {
+          parent.send(kFailed, problem.what());
+        }
+      },
+      memory_bytes);
+  ChildMessage message;
+  if (!child.channel().receive(message, time, memory_bytes)) child.fail();
+  if (message.kind == kFailed) throw std::runtime_error(message.bytes);
+  return std::move(message.bytes);
 }
 
 // ---- limits

@@ -16,9 +16,15 @@
 #include <itkVTKImageIOFactory.h>
 
 #include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <cstring>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "common/base/child_process.hpp"
 #include "common/base/itk_words.hpp"
 #include "common/request/threshold_shrinking.hpp"
 
@@ -28,6 +34,9 @@ namespace {
 namespace fs = std::filesystem;
 using Image = itk::Image<float, 3>;
 
+// Images of the largest size as ITK converts them, and their copy.
+constexpr std::uint64_t kMostMemory = std::uint64_t{16} << 30;
+constexpr std::chrono::minutes kMostReadingTime{5};
 constexpr double kMaxImageSamples = 536870912;  // 2^29: two gigabytes of floats.
 
 // Not HDF5, MINC and DICOM: their libraries would load another 40 ms at every start of our
@@ -90,35 +99,60 @@ ThresholdSamples places_of(const itk::ImageIOBase& io) {
   return image;
 }
 
-Result<ThresholdGrid> read(const fs::path& file, double elsewhere) {
+// An image, or what is wrong with it, as bytes: 'i', a ThresholdSamples without its samples, and
+// these; or 'e', the error's code, and its text.
+struct PlainImage {
+  std::array<std::int32_t, 3> dims;
+  Affine index_to_world;
+};
+
+std::string bytes_of_error(const tl::unexpected<Error>& error) {
+  return std::string(1, 'e') + static_cast<char>(error.value().code) + error.value().text;
+}
+
+std::string read(const fs::path& file) {
   register_formats();
   const auto io = itk::ImageIOFactory::CreateImageIO(file.c_str(),
                                                      itk::ImageIOFactory::IOFileModeEnum::ReadMode);
   if (!io) {
-    return cannot_read(file, "it is in no format known here",
-                       "give a NRRD, MetaImage, NIfTI or another image file");
+    return bytes_of_error(cannot_read(file, "it is in no format known here",
+                                      "give a NRRD, MetaImage, NIfTI or another image file"));
   }
   io->SetFileName(file.string());
   io->ReadImageInformation();
   if (const auto problem = header_problem(*io)) {
-    return cannot_read(file, *problem, "give a volume with one number per sample");
+    return bytes_of_error(cannot_read(file, *problem, "give a volume with one number per sample"));
   }
   double samples = 1;
   for (unsigned axis = 0; axis < io->GetNumberOfDimensions(); ++axis) {
     samples *= static_cast<double>(io->GetDimensions(axis));
   }
   if (samples > kMaxImageSamples) {
-    return cannot_read(file, "it has more than 2^29 samples",
-                       "give a coarser one, of the least threshold of each block",
-                       ErrorCode::kLimitExceeded);
+    return bytes_of_error(cannot_read(file, "it has more than 2^29 samples",
+                                      "give a coarser one, of the least threshold of each block",
+                                      ErrorCode::kLimitExceeded));
   }
-  ThresholdSamples image = places_of(*io);
+  const ThresholdSamples places = places_of(*io);
   const auto reader = itk::ImageFileReader<Image>::New();
   reader->SetImageIO(io);
   reader->SetFileName(file.string());
   reader->Update();
-  image.thresholds = {reader->GetOutput()->GetBufferPointer(), static_cast<std::size_t>(samples)};
-  return shrunk(image, elsewhere);
+  const PlainImage plain = {.dims = places.dims, .index_to_world = places.index_to_world};
+  std::string bytes =
+      std::string(1, 'i') + std::string(reinterpret_cast<const char*>(&plain), sizeof(plain));
+  bytes.append(reinterpret_cast<const char*>(reader->GetOutput()->GetBufferPointer()),
+               static_cast<std::size_t>(samples) * sizeof(float));
+  return bytes;
+}
+
+Result<ThresholdGrid> grid_from(const std::string& bytes, double elsewhere) {
+  if (bytes[0] == 'e') return fail(static_cast<ErrorCode>(bytes[1]), bytes.substr(2));
+  PlainImage plain{};
+  std::memcpy(&plain, bytes.data() + 1, sizeof(plain));
+  std::vector<float> samples((bytes.size() - 1 - sizeof(plain)) / sizeof(float));
+  std::memcpy(samples.data(), bytes.data() + 1 + sizeof(plain), samples.size() * sizeof(float));
+  return shrunk({.dims = plain.dims, .index_to_world = plain.index_to_world, .thresholds = samples},
+                elsewhere);
 }
 
 }  // namespace
@@ -129,9 +163,17 @@ Result<ThresholdGrid> read_threshold_grid(const fs::path& file, double elsewhere
     return cannot_read(file, "there is no such file", "check its name");
   }
   try {
-    return read(file, elsewhere);
-  } catch (const itk::ExceptionObject& problem) {
-    return cannot_read(file, itk_words(problem.GetDescription()), "give a whole image file");
+    const auto work = [&] {
+      try {
+        return read(file);
+      } catch (const itk::ExceptionObject& problem) {
+        return bytes_of_error(
+            cannot_read(file, itk_words(problem.GetDescription()), "give a whole image file"));
+      }
+    };
+    return grid_from(made_apart(work, kMostMemory, kMostReadingTime), elsewhere);
+  } catch (const std::runtime_error& problem) {  // Its reader crashed, or takes too long.
+    return cannot_read(file, problem.what(), "give a whole image file");
   }
 }
 

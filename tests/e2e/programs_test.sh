@@ -68,6 +68,13 @@ ends 2 "give a folder" "$server" prepare many -o one.mtd
 ends 2 "--component" "$server" prepare many/a.nrrd -o a.mtd --component last
 ends 0 "OME-Zarr" "$server" formats
 
+# --- an image that crashes its reader is refused, as a volume and as a threshold grid
+{ printf '# vtk DataFile Version 3.0\nx\nBINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS 4 3 2\nPOINT_DATA 24\nSCALARS s '
+  head -c 5000 /dev/zero | tr '\0' x
+  printf ' 1\nLOOKUP_TABLE default\n'; head -c 48 /dev/zero; } >crash.vtk
+ends 2 "crash.vtk" "$server" prepare crash.vtk -o crash.mtd
+ends 1 "crash.vtk" "$server" extract gyroid.mtd --error 1 --threshold-grid crash.vtk -o x.ply
+
 # --- grids beyond 4096 steps hold, with lattices as fine as their coordinates allow
 head -c 20000 /dev/zero | tr '\0' 'x' >long.raw
 "$server" prepare long.raw --dims 5000,2,2 -o long.mtd --quiet

@@ -178,6 +178,30 @@ TEST_F(DamagedVolumes, TimesOfNiftiAreChosen) {
   EXPECT_EQ(std::get<std::vector<std::int16_t>>(volume.samples)[0], 1007);
 }
 
+TEST_F(DamagedVolumes, CubeFilesHaveTheirThirdAxisFastest) {
+  std::string text = "density\nof nothing\n";
+  const std::string grid =
+      "    1.0    2.0    3.0\n    2    0.5    0    0\n    3    0    0.25    0\n"
+      "    4    0    0    0.125\n    8    0.0    1    1    1\n";
+  std::string numbers;
+  for (int i = 0; i < 24; ++i) numbers += std::to_string(i) + ".5E+00" + (i % 6 == 5 ? "\n" : "  ");
+  const Volume volume = read_volume(folder_.file("v.cube", text + "    1" + grid + numbers));
+  EXPECT_EQ(volume.dims, (std::array<std::int32_t, 3>{4, 3, 2}));
+  EXPECT_EQ(std::get<std::vector<float>>(volume.samples)[23], 23.5F);
+  EXPECT_EQ(volume.index_to_world({1, 0, 0}), (Vec3{1, 2, 3.125}));
+  EXPECT_EQ(volume.index_to_world({0, 0, 1}), (Vec3{1.5, 2, 3}));
+  EXPECT_EQ(volume.meaning.length_unit, "bohr");
+  // Two orbitals, one number of each at every point.
+  const fs::path two =
+      folder_.file("two.cube", text + "   -1" + grid + "    2    5    6\n" + numbers + numbers);
+  expect_contains(error_of(two), "--component");
+  const Volume second =
+      read_volume(two, {.choice = {.component = ComponentChoice::from("1").value()}});
+  EXPECT_EQ(std::get<std::vector<float>>(second.samples)[1], 3.5F);
+  expect_contains(error_of(folder_.file("v.cube", text + "    1" + grid + numbers.substr(0, 90))),
+                  "numbers it ends");
+}
+
 // ---- headers that end their readers
 
 TEST_F(DamagedVolumes, HeadersThatCrashOrHangLibrariesAreErrors) {
