@@ -2,6 +2,8 @@
 
 #ifdef MULTITETRA_HAS_VTK
 
+#include <vtkCellArray.h>
+#include <vtkCellArrayIterator.h>
 #include <vtkFlyingEdges3D.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
@@ -97,6 +99,27 @@ FlyingEdges::Surface FlyingEdges::extract(double isovalue, int threads) const {
   return surface;
 }
 
+PlainMesh FlyingEdges::mesh_of(const Surface& surface) {
+  auto* const mesh =
+      static_cast<const vtkSmartPointer<vtkPolyData>*>(surface.mesh.get())->GetPointer();
+  PlainMesh copy;
+  for (vtkIdType i = 0; i < mesh->GetNumberOfPoints(); ++i) {
+    const double* const p = mesh->GetPoint(i);
+    copy.positions.push_back(
+        {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])});
+  }
+  const auto iterator = vtk::TakeSmartPointer(mesh->GetPolys()->NewIterator());
+  for (iterator->GoToFirstCell(); !iterator->IsDoneWithTraversal(); iterator->GoToNextCell()) {
+    vtkIdType count = 0;
+    const vtkIdType* corners = nullptr;
+    iterator->GetCurrentCell(count, corners);
+    copy.triangles.push_back({static_cast<std::uint32_t>(corners[0]),
+                              static_cast<std::uint32_t>(corners[1]),
+                              static_cast<std::uint32_t>(corners[2])});
+  }
+  return copy;
+}
+
 }  // namespace multitetra
 
 #else
@@ -119,6 +142,8 @@ FlyingEdges::FlyingEdges(const std::array<std::int32_t, 3>&, const std::array<do
 FlyingEdges::~FlyingEdges() = default;
 
 FlyingEdges::Surface FlyingEdges::extract(double, int) const { return {}; }
+
+PlainMesh FlyingEdges::mesh_of(const Surface&) { return {}; }
 
 }  // namespace multitetra
 

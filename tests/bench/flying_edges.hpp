@@ -19,6 +19,8 @@
 #include <string>
 #include <variant>
 
+#include "tests/bench/plain_mesh.hpp"
+
 namespace multitetra {
 
 class FlyingEdges {
@@ -44,6 +46,9 @@ class FlyingEdges {
     int threads = 0;                   // The most that VTK says it uses.
     std::shared_ptr<const void> mesh;  // Keeps the memory.
   };
+  // A copy of what was extracted, the first sample at the origin.
+  [[nodiscard]] static PlainMesh mesh_of(const Surface& surface);
+
   // One thread is VTK's sequential backend, more are TBB's. The caller limits oneTBB as well.
   [[nodiscard]] Surface extract(double isovalue, int threads) const;
 
