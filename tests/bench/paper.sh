@@ -68,7 +68,7 @@ note box.about "all 62 x 127 x 67 samples solid, the surface closed on all sides
 
 ct=$public_data/head_128x128x112.dat
 if [ -f "$ct" ]; then
-  # It is stored upside down.
+  cp "$ct" head.dat  # Headers may name files beside them only. It is stored upside down.
   cat >head.nhdr <<END
 NRRD0004
 type: uint16
@@ -80,7 +80,7 @@ byte skip: 6
 space: left-posterior-superior
 space directions: (1,0,0) (0,-1,0) (0,0,-1)
 space origin: (0,127,111)
-data file: $(realpath "$ct")
+data file: head.dat
 END
   dataset head 500.5 head.nhdr --outside 0
   note head.about "the CT head of the paper, 112 of its 113 slices, 128 x 128 x 112, at isovalue 500.5"
