@@ -16,6 +16,7 @@
 #include "server/core/surface/tiling.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/extraction/reference_extractor.hpp"
+#include "server/extraction/sampled_blocks.hpp"
 #include "server/extraction/shading.hpp"
 #include "server/extraction/surface_extractor.hpp"
 
@@ -24,8 +25,7 @@ namespace {
 
 constexpr std::size_t kQuickCubes = 32;
 constexpr std::size_t kCarefulCubes = 256;
-constexpr std::size_t kEncodedBlocks = 12;
-constexpr std::size_t kQuicklyEncodedBlocks = 4;
+constexpr BlockCounts kQuickBlocks = {.blocks = 4};
 // A surface of so few triangles before simplification is made: its tiles are small, and no blocks
 // stand for them.
 constexpr double kMadeToSee = 80'000;
@@ -40,6 +40,16 @@ constexpr double kTrianglesAPreviewCube = 16;
 // Public volumes have 560 to 970 at a quarter of a voxel, 380 to 740 at one voxel, 270 to 560 at
 // two.
 double triangles_a_cube(double voxels) { return 600 / (1 + 0.6 * voxels); }
+
+// The fewer, the more there is to simplify in each.
+BlockCounts careful_blocks(double triangles_a_cube) {
+  const auto within = [&](double cubes, double least, double most) {
+    constexpr double kTrianglesToSimplify = 60'000;  // In either kind of blocks.
+    return static_cast<std::size_t>(
+        std::clamp(kTrianglesToSimplify / (cubes * triangles_a_cube), least, most));
+  };
+  return {.blocks = within(5, 12, 24), .joined = within(25, 1, 3)};
+}
 
 SurfaceSize size_with(double triangles, double extracted, const StepRequest& step) {
   const double a_triangle = step.request.simplify ? kBytesOfSimplifiedTriangles : 1;
@@ -62,70 +72,10 @@ SurfaceSize exact_size(const TiledSurface& surface, const PreparedVolume& volume
   return size;
 }
 
-// What some blocks of a surface become, encoded as they would be sent.
-struct SampledBlocks {
-  SimplifiedBlocks triangles;  // Nothing is lost without simplification.
-  double bytes = 0;
-};
-
-// Some of the blocks twice as large as the sample's cubes; none when they hold nothing.
-std::optional<SampledBlocks> sampled_blocks(const SurfaceExtractor& extractor,
-                                            const PreparedModel& model, const CubeSample& sample,
-                                            const StepSpec& spec, std::size_t count,
-                                            const std::stop_token& stop) {
-  const DatasetInfo& info = extractor.dataset().info;
-  if (info.grid_exponent <= CubeSample::kExponent) return std::nullopt;
-  std::vector<OctreeCube> blocks;
-  for (std::size_t i = 0; i < count && !sample.cubes.empty(); ++i) {
-    blocks.push_back(sample.cubes[(2 * i + 1) * sample.cubes.size() / (2 * count)].parent());
-  }
-  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
-  std::vector<SampledBlocks> found(blocks.size());
-  const StepRequest& step = spec.step();
-  const Shading shading(extractor.dataset(), step);
-  const DataBorder border = data_border(info, step.request.lattice_resolution,
-                                        step.request.topology_tolerance, step.finest_spacing);
-  const SurfaceOptions options{.isovalue = step.request.isovalue,
-                               .lattice_resolution = step.request.lattice_resolution,
-                               .max_triangles = kMaxTileTriangles};
-  in_parallel(
-      blocks.size(),
-      [&](std::size_t i) {
-        CubeMemoryPool::Lease lease(extractor.pool());
-        TileMesh tile = {blocks[i],
-                         surface_in_cube(model, blocks[i], options, lease.memory()).rest};
-        if (tile.mesh.triangles.empty()) return;
-        found[i].triangles = {.count = 1,
-                              .before = static_cast<double>(tile.mesh.triangles.size())};
-        if (step.request.simplify) {
-          Simplified left = simplified(tile.mesh, spec.simplification(tile.cube),
-                                       [&stop] { throw_if_stopped(stop); });
-          tile.mesh = std::move(left.mesh);
-          tile.simplification_bound = left.bound;
-          // Where the data ends, tiles have their border as well.
-          found[i].triangles.border_edges =
-              static_cast<double>(topology(tile.mesh, border).open_edges);
-        }
-        const TileSummary encoded = shading.encoded(tile, digest(tile.mesh)).summary;
-        found[i].triangles.left = static_cast<double>(encoded.triangles);
-        found[i].bytes = static_cast<double>(encoded.bytes);
-      },
-      stop);
-  SampledBlocks all;
-  for (const SampledBlocks& one : found) {
-    all.triangles.count += one.triangles.count;
-    all.triangles.before += one.triangles.before;
-    all.triangles.left += one.triangles.left;
-    all.triangles.border_edges += one.triangles.border_edges;
-    all.bytes += one.bytes;
-  }
-  if (all.triangles.left == 0) return std::nullopt;
-  return all;
-}
-
 // Of a surface of so many triangles before simplification, if any.
 SurfaceSize size_like(const SampledBlocks& blocks, double triangles, const StepRequest& step) {
-  const double left = step.request.simplify ? share_left(blocks.triangles, triangles) : 1;
+  const double left =
+      step.request.simplify ? share_left(blocks.triangles, blocks.a_border_edge, triangles) : 1;
   const double headers = kBytesABlock * static_cast<double>(blocks.triangles.count);
   const double a_triangle = (step.request.simplify ? kBytesInTiles : 1) *
                             std::max(blocks.bytes - headers, 0.5 * blocks.bytes) /
@@ -217,7 +167,10 @@ SurfaceSize sampled_size(const SurfaceExtractor& extractor, SharedSpectrum& spec
     return exact_size(extractor.extract(spec, stop), extractor.dataset(), step);
   }
   if (step.request.simplify || (is_careful && step.finest_spacing < kSpectrumSpacing)) {
-    const std::size_t blocks = is_careful ? kEncodedBlocks : kQuicklyEncodedBlocks;
+    const BlockCounts blocks =
+        is_careful
+            ? careful_blocks(triangles / (sample.weight * static_cast<double>(sample.cubes.size())))
+            : kQuickBlocks;
     const auto sampled = sampled_blocks(extractor, model, sample, spec, blocks, stop);
     if (sampled) size = size_like(*sampled, triangles, step);
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -48,34 +49,88 @@ std::string budget_of(const IsosurfaceRequest& request) {
   return request.max_triangles == 0 ? bytes : triangles + " and " + bytes;
 }
 
-// A request for less than one whose surface, `made`, missed the budget; the same where there is
-// none. As much as the estimate was wrong there it is taken to be wrong further up too, so that
-// hardly ever another surface is made in vain.
-IsosurfaceRequest after_missing(const SurfaceSize& made, const IsosurfaceRequest& request,
-                                const StepSource& source, std::stop_token stop) {
-  const IsosurfaceRequest higher = one_rung_up(request, source.info());
-  if (higher == request) return request;
-  const auto estimated = source.sizes(std::move(stop), SizeAccuracy::kCareful).of;
+// What a final step is, and where on its budget's ladder.
+struct FinalStep {
+  int rung = 0;
+  EncodedStep encoded;
+};
+
+// An estimate, as much larger or smaller as it was wrong about a surface that was made.
+BudgetLadder::SizeOf corrected(BudgetLadder::SizeOf estimated, const IsosurfaceRequest& request,
+                               const SurfaceSize& made) {
   const SurfaceSize expected = estimated({.request = request});
   const auto times = [](double is, double was_expected) {
-    return was_expected > 0 ? std::max(is / was_expected, 1.0) : 1.0;
+    return was_expected > 0 && is > 0 ? is / was_expected : 1.0;
   };
-  const double of_triangles = times(made.triangles, expected.triangles);
-  const double of_bytes = times(made.bytes, expected.bytes);
-  return within_budget(higher, source.info(), [&](const StepRequest& step) {
-    SurfaceSize size = estimated(step);
-    size.triangles *= of_triangles;
-    size.bytes *= of_bytes;
-    return size;
-  });
+  return
+      [estimated = std::move(estimated), of_triangles = times(made.triangles, expected.triangles),
+       of_bytes = times(made.bytes, expected.bytes)](const StepRequest& step) {
+        SurfaceSize size = estimated(step);
+        size.triangles *= of_triangles;
+        size.bytes *= of_bytes;
+        return size;
+      };
 }
 
 // Not even the coarsest surface is within the budget.
 tl::unexpected<Error> budget_too_small(const SurfaceSize& coarsest,
-                                       const IsosurfaceRequest& request) {
-  return fail(ErrorCode::kLimitExceeded,
-              "The coarsest surface has " + counted(coarsest.triangles, coarsest.bytes) +
-                  ", more than the budget of " + budget_of(request) + "; allow more.");
+                                       const IsosurfaceRequest& request,
+                                       const BudgetLadder::SizeOf& estimated,
+                                       const DatasetInfo& info) {
+  std::string text = "The budget of " + budget_of(request) + " is too small: with its ";
+  text += request.topology_tolerance > 0
+              ? "features above " + shortest_text(request.topology_tolerance) + " voxels kept"
+              : "topology kept";
+  text +=
+      " the surface has at least " + counted(coarsest.triangles, coarsest.bytes) + ". Allow more";
+  // The thresholds are those of the coarsest surface already.
+  IsosurfaceRequest tolerant = request;
+  const int octaves = info.grid_exponent;
+  for (int octave = 0; octave <= octaves; ++octave) {
+    tolerant.topology_tolerance = std::ldexp(1.0, octave);
+    if (tolerant.topology_tolerance <= request.topology_tolerance) continue;
+    const SurfaceSize size = estimated({.request = tolerant});
+    if (!fits(size, request)) continue;
+    text += ", or let features of up to " + shortest_text(tolerant.topology_tolerance) +
+            " voxels vanish with topology_tolerance";
+    break;
+  }
+  return fail(ErrorCode::kLimitExceeded, text + ".");
+}
+
+// Estimates only choose where on the ladder to look: what is given was made, is within the budget,
+// and has most of it, unless the request itself has less. Begins at `rung`. kLimitExceeded when not
+// even the coarsest surface fits.
+Result<FinalStep> make_within_budget(const StepSource& source, const BudgetLadder& ladder, int rung,
+                                     const std::stop_token& stop) {
+  constexpr double kMostOfIt = 0.7;
+  constexpr double kAimedAt = 0.9;
+  constexpr int kFewSurfaces = 4;
+  int from = 0;            // Lower ones are too large.
+  int to = ladder.size();  // The lowest that is known to fit, or none.
+  std::optional<FinalStep> best;
+  for (int surfaces = 1;; ++surfaces) {
+    const IsosurfaceRequest request = ladder.at(rung);
+    EncodedStep encoded = source.make({.request = request}, stop);
+    const SurfaceSize made = size_of(encoded);
+    const double part = part_of_budget(made, request);
+    if (part <= 1) {
+      best = FinalStep{.rung = rung, .encoded = std::move(encoded)};
+      to = rung;
+    } else {
+      from = rung + 1;
+    }
+    const bool has_most = part <= 1 && part >= kMostOfIt;
+    if (best && (has_most || from == to || surfaces >= kFewSurfaces)) return *std::move(best);
+    BudgetLadder::SizeOf estimated = source.sizes(stop, SizeAccuracy::kCareful).of;
+    if (from == ladder.size()) return budget_too_small(made, request, estimated, source.info());
+    const auto size = corrected(std::move(estimated), request, made);
+    rung = ladder.lowest_fitting(size, from, to, kAimedAt);
+    // Where the estimates know no better: the next one.
+    rung = std::min(rung, (best ? to : ladder.size()) - 1);
+    // Where they have been wrong again and again: halfway.
+    if (surfaces >= kFewSurfaces) rung = std::max(rung, (from + ladder.last()) / 2);
+  }
 }
 
 // The most triangles that a server gives in a final step.
@@ -114,7 +169,6 @@ class TriangleLimit {
   // `error_of_estimates`: by what they are to be multiplied.
   [[nodiscard]] std::string words(const std::string& about, double triangles,
                                   IsosurfaceRequest request, double error_of_estimates) const {
-    const double tolerance = request.topology_tolerance;
     request.max_triangles =
         std::max<std::uint64_t>(static_cast<std::uint64_t>(most() / error_of_estimates), 1);
     request.max_bytes = 0;
@@ -127,9 +181,6 @@ class TriangleLimit {
     const double error = std::max(fitting.error, fitting.thresholds.at_least);
     text += "; it fits with an error of " + shortest_text(error) + " " +
             std::string(name(request.unit)) + (request.unit == LengthUnit::kVoxel ? "s" : " units");
-    if (fitting.topology_tolerance > tolerance) {
-      text += " and a topology tolerance of " + shortest_text(fitting.topology_tolerance);
-    }
     return text + ", or name a budget with max_triangles.";
   }
 
@@ -151,49 +202,47 @@ Result<MadeStep> make_next_step(const StepSource& source, const StreamState& sta
   }
   MadeStep made;
   made.after = state;
+  const BudgetLadder ladder(state.request, info);
   // Finding the threshold of a budget reads samples; a first preview must not wait for that.
   const bool is_repeated = state.shown.size() < state.begun.size();
   const bool is_first_preview = state.shown.empty() && (state.previews || is_repeated);
-  IsosurfaceRequest& request = made.after.request;
-  const auto find_threshold = [&] {
-    if (std::exchange(made.after.is_within_budget, true)) return;
-    request = within_budget(request, info, source.sizes(stop, SizeAccuracy::kCareful).of);
+  const auto affordable = [&] {
+    std::optional<int>& rung = made.after.rung;
+    if (!rung) rung = ladder.lowest_fitting(source.sizes(stop, SizeAccuracy::kCareful).of);
+    return *rung;
   };
-  if (!is_first_preview) find_threshold();
+  const IsosurfaceRequest request = is_first_preview ? state.request : ladder.at(affordable());
   StepCosts costs = source.costs();
   costs.bytes_per_second = limits.bytes_per_second;
-  NextStep next =
+  const NextStep next =
       is_repeated
           ? NextStep{.step = preview_step(request, state.begun[state.shown.size()], info)}
           : next_step(request, state.previews, state.shown, info, within(sizes, request), costs);
-  if (next.is_final) {
-    find_threshold();
-    next.step.request = request;
-  }
-  made.encoded = source.make(next.step, stop);
-  while (next.is_final && !fits(size_of(made.encoded), request)) {
-    const IsosurfaceRequest less = after_missing(size_of(made.encoded), request, source, stop);
-    if (less == request) return budget_too_small(size_of(made.encoded), request);
-    request = less;
-    next.step.request = less;
-    made.encoded = source.make(next.step, stop);
-  }
-  if (next.is_final) {
-    const auto allowed = limit.check_made(request, made.encoded);
-    if (!allowed) return tl::unexpected(allowed.error());
-  }
   made.step = next.step;
   made.is_final = next.is_final;
+  if (!next.is_final) {
+    made.encoded = source.make(next.step, stop);
+    return made;
+  }
+  Result<FinalStep> last = make_within_budget(source, ladder, affordable(), stop);
+  if (!last) return tl::unexpected(last.error());
+  made.after.rung = last->rung;
+  made.step.request = ladder.at(last->rung);
+  made.encoded = std::move(last->encoded);
+  const auto allowed = limit.check_made(made.step.request, made.encoded);
+  if (!allowed) return tl::unexpected(allowed.error());
   return made;
 }
 
 Result<EstimatedAnswer> estimate(const StepSource& source, const IsosurfaceRequest& request,
                                  std::stop_token stop) {
   const StepSizes sizes = source.sizes(std::move(stop), SizeAccuracy::kCareful);
-  const IsosurfaceRequest affordable = within_budget(request, source.info(), sizes.of);
+  const BudgetLadder ladder(request, source.info());
+  const int rung = ladder.lowest_fitting(sizes.of);
+  const IsosurfaceRequest affordable = ladder.at(rung);
   const SurfaceSize size = sizes.of({.request = affordable});
-  if (!fits(size, affordable) && one_rung_up(affordable, source.info()) == affordable) {
-    return budget_too_small(size, affordable);
+  if (rung == ladder.last() && !fits(size, affordable)) {
+    return budget_too_small(size, affordable, sizes.of, source.info());
   }
   return EstimatedAnswer{.size = size, .request = affordable};
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <stop_token>
 #include <vector>
 
@@ -13,11 +14,11 @@ namespace multitetra {
 
 // Where a stream stands: all that its next step depends on.
 struct StreamState {
-  IsosurfaceRequest request = {};  // As it was made; once it is known, as its budget allows it.
+  IsosurfaceRequest request = {};  // As it was made.
   bool previews = true;
   std::vector<Preview> begun = {};  // With these it begins, whatever the plan would be.
   std::vector<ShownStep> shown = {};
-  bool is_within_budget = false;  // Whether `request` is the latter.
+  std::optional<int> rung = {};  // Of its budget's ladder, once it is known what fits.
 };
 
 struct MadeStep {
@@ -32,7 +33,8 @@ struct StepLimits {
   double bytes_per_second = kUsualBytesPerSecond;  // Of the link to the client.
 };
 
-// A final step with a budget is within it, and has at most `limits.max_triangles`.
+// A final step with a budget is within it, and has most of it or the request's own error; and it
+// has at most `limits.max_triangles`.
 // kLimitExceeded when not even the coarsest surface is within the budget, or, as soon as that is
 // sure, when the final step would have more triangles than that: the text says how large it is, or
 // at which error it would fit. Throws what the source throws; Cancelled soon after `stop` is

@@ -11,80 +11,79 @@ constexpr int kFirstOctave = -4;  // A sixteenth of a voxel.
 // Estimates are some ten percent off: what is aimed at leaves room for it.
 constexpr double kBudgetMargin = 0.9;
 
-// Rung 0 is the request itself. Then floors rise to the side of the grid; then the topology
-// tolerance doubles up to it as well.
-class Ladder {
- public:
-  Ladder(const IsosurfaceRequest& request, const DatasetInfo& info)
-      : request_(request),
-        unit_(request.unit == LengthUnit::kVoxel ? 1.0 : voxel_length(info)),
-        floors_(kRungsAnOctave * (info.grid_exponent - kFirstOctave) + 1),
-        size_(1 + floors_ + info.grid_exponent + 1) {}
+// Voxels. Products of exact numbers: the same bits on every machine.
+double floor_of(int index) {
+  constexpr double kParts[kRungsAnOctave] = {1, 1.189207115002721, 1.4142135623730951,
+                                             1.681792830507429};
+  return std::ldexp(kParts[index % kRungsAnOctave], kFirstOctave + index / kRungsAnOctave);
+}
 
-  [[nodiscard]] int size() const { return size_; }
-  [[nodiscard]] IsosurfaceRequest at(int rung) const {
-    IsosurfaceRequest result = request_;
-    if (rung == 0) return result;
-    const int floor = std::min(rung, floors_);
-    result.thresholds.at_least = std::max(request_.thresholds.at_least, unit_ * floor_of(floor));
-    if (rung > floors_) {
-      result.topology_tolerance =
-          std::max(request_.topology_tolerance, std::ldexp(1.0, rung - floors_ - 1));
+// No threshold of the request is smaller.
+double least_threshold(const IsosurfaceRequest& request) {
+  double least = request.error;
+  const LocalThresholds& local = request.thresholds;
+  for (const ThresholdRegion& region : local.regions) least = std::min(least, region.threshold);
+  if (local.grid) {
+    for (const float threshold : local.grid->thresholds) {
+      least = std::min(least, static_cast<double>(threshold));
     }
-    return result;
   }
-
- private:
-  // Voxels. Products of exact numbers: the same bits on every machine.
-  [[nodiscard]] static double floor_of(int rung) {
-    constexpr double kParts[kRungsAnOctave] = {1, 1.189207115002721, 1.4142135623730951,
-                                               1.681792830507429};
-    const int i = rung - 1;
-    return std::ldexp(kParts[i % kRungsAnOctave], kFirstOctave + i / kRungsAnOctave);
-  }
-
-  IsosurfaceRequest request_;
-  double unit_;
-  int floors_;
-  int size_;
-};
+  if (local.view) least = 0;
+  return std::max(least, local.at_least);
+}
 
 }  // namespace
 
-bool fits(const SurfaceSize& size, const IsosurfaceRequest& request) {
-  const auto within = [](double used, std::uint64_t most) {
-    return most == 0 || used <= static_cast<double>(most);
+double part_of_budget(const SurfaceSize& size, const IsosurfaceRequest& request) {
+  const auto part = [](double used, std::uint64_t most) {
+    return most == 0 ? 0 : used / static_cast<double>(most);
   };
-  return within(size.triangles, request.max_triangles) && within(size.bytes, request.max_bytes);
+  return std::max(part(size.triangles, request.max_triangles), part(size.bytes, request.max_bytes));
+}
+
+BudgetLadder::BudgetLadder(const IsosurfaceRequest& request, const DatasetInfo& info)
+    : request_(request),
+      unit_(request.unit == LengthUnit::kVoxel ? 1.0 : voxel_length(info)),
+      floors_(kRungsAnOctave * (info.grid_exponent - kFirstOctave) + 1) {
+  const double least = least_threshold(request);
+  while (below_ + 1 < floors_ && unit_ * floor_of(below_) <= least) ++below_;
+}
+
+IsosurfaceRequest BudgetLadder::at(int rung) const {
+  IsosurfaceRequest result = request_;
+  if (rung > 0) {
+    result.thresholds.at_least =
+        std::max(request_.thresholds.at_least, unit_ * floor_of(below_ + rung - 1));
+  }
+  return result;
+}
+
+int BudgetLadder::lowest_fitting(const SizeOf& size_of, int from, int to, double part) const {
+  if (!has_budget(request_)) return 0;
+  const auto fits_at = [&](int rung) {
+    return part_of_budget(size_of({.request = at(rung)}), request_) <= part;
+  };
+  while (from < to) {
+    const int middle = (from + to) / 2;
+    if (fits_at(middle)) {
+      to = middle;
+    } else {
+      from = middle + 1;
+    }
+  }
+  return to;
+}
+
+int BudgetLadder::lowest_fitting(const SizeOf& estimate) const {
+  if (!has_budget(request_)) return 0;
+  const double all = part_of_budget(estimate({.request = request_}), request_);
+  return all <= kBudgetMargin ? 0 : lowest_fitting(estimate, 1, last(), kBudgetMargin);
 }
 
 IsosurfaceRequest within_budget(const IsosurfaceRequest& request, const DatasetInfo& info,
-                                const std::function<SurfaceSize(const StepRequest&)>& size_of) {
-  if (!has_budget(request)) return request;
-  const Ladder ladder(request, info);
-  const auto fits_at = [&](int rung) {
-    const SurfaceSize size = size_of({.request = ladder.at(rung)});
-    return fits({.triangles = size.triangles / kBudgetMargin, .bytes = size.bytes / kBudgetMargin},
-                request);
-  };
-  if (fits_at(0)) return request;
-  int too_low = 0;
-  int enough = ladder.size() - 1;
-  while (enough - too_low > 1) {
-    const int middle = (too_low + enough) / 2;
-    (fits_at(middle) ? enough : too_low) = middle;
-  }
-  return ladder.at(enough);
-}
-
-IsosurfaceRequest one_rung_up(const IsosurfaceRequest& request, const DatasetInfo& info) {
-  // What the request has is no lower rung: the ladder never lowers a floor or a tolerance.
-  const Ladder ladder(request, info);
-  for (int rung = 1; rung < ladder.size(); ++rung) {
-    const IsosurfaceRequest higher = ladder.at(rung);
-    if (higher != request) return higher;
-  }
-  return request;
+                                const BudgetLadder::SizeOf& estimate) {
+  const BudgetLadder ladder(request, info);
+  return ladder.at(ladder.lowest_fitting(estimate));
 }
 
 }  // namespace multitetra

@@ -1,11 +1,16 @@
 // The best model that fits into a budget of triangles and bytes.
 //
-// Best is what gives up least, in this order: thresholds are raised to a common floor, in steps of
-// a fourth of an octave; only where no floor helps, because the topology alone takes more than the
-// budget, the topology tolerance grows, by doubling. The request that was found says both.
+// Best is what gives up least: thresholds are raised to a common floor, in steps of a fourth of an
+// octave. The topology is never given up for a budget; whoever allows features to vanish says so in
+// the request.
+//
+//   const BudgetLadder ladder(request, info);
+//   const int rung = ladder.lowest_fitting(size_of);
+//   const IsosurfaceRequest affordable = ladder.at(rung);
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "common/request/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
@@ -17,18 +22,43 @@ namespace multitetra {
   return request.max_triangles > 0 || request.max_bytes > 0;
 }
 
-// Whether a size is within the request's budget.
-[[nodiscard]] bool fits(const SurfaceSize& size, const IsosurfaceRequest& request);
+// The part of the request's budget that a size takes: more than 1 when it does not fit; 0 without a
+// budget.
+[[nodiscard]] double part_of_budget(const SurfaceSize& size, const IsosurfaceRequest& request);
 
-// The request with the lowest rung at which `size_of` says that it fits; the request itself when it
-// has no budget or fits already. `size_of` is asked some ten times.
-[[nodiscard]] IsosurfaceRequest within_budget(
-    const IsosurfaceRequest& request, const DatasetInfo& info,
-    const std::function<SurfaceSize(const StepRequest&)>& size_of);
+[[nodiscard]] inline bool fits(const SurfaceSize& size, const IsosurfaceRequest& request) {
+  return part_of_budget(size, request) <= 1;
+}
 
-// The next rung above what a request has: where an estimate was too low. The same request when
-// there is none.
-[[nodiscard]] IsosurfaceRequest one_rung_up(const IsosurfaceRequest& request,
-                                            const DatasetInfo& info);
+// Requests that allow more and more. Rung 0 is the request itself; from rung to rung its
+// thresholds' floor rises, up to the side of the grid. Rungs below the request's own error are left
+// out.
+class BudgetLadder {
+ public:
+  using SizeOf = std::function<SurfaceSize(const StepRequest&)>;
+
+  BudgetLadder(const IsosurfaceRequest& request, const DatasetInfo& info);
+
+  [[nodiscard]] int size() const { return 1 + floors_ - below_; }
+  [[nodiscard]] int last() const { return size() - 1; }
+  [[nodiscard]] IsosurfaceRequest at(int rung) const;
+
+  // The lowest rung in [from, to) whose size takes at most `part` of the budget; `to` when none
+  // does. 0 without a budget. Asks `size_of` some six times.
+  [[nodiscard]] int lowest_fitting(const SizeOf& size_of, int from, int to, double part) const;
+  // Of all rungs, with room for what estimates are wrong by. The last rung when none fits.
+  [[nodiscard]] int lowest_fitting(const SizeOf& estimate) const;
+
+ private:
+  IsosurfaceRequest request_;
+  double unit_;    // A voxel, in the unit of the request.
+  int floors_;     // From a sixteenth of a voxel on.
+  int below_ = 0;  // Floors that would not raise any threshold.
+};
+
+// The request as its budget allows it; the request itself when it has none or fits already.
+[[nodiscard]] IsosurfaceRequest within_budget(const IsosurfaceRequest& request,
+                                              const DatasetInfo& info,
+                                              const BudgetLadder::SizeOf& estimate);
 
 }  // namespace multitetra

@@ -6,14 +6,26 @@
 #include "server/core/simplification/simplified_cube.hpp"
 
 namespace multitetra {
+namespace {
 
-double share_left(const SimplifiedBlocks& blocks, double before) {
+constexpr double kFewBorderEdges = 50;  // Fewer tell nothing.
+constexpr double kLeastInner = 0.05;    // Of what is left in blocks: some is left in any tile.
+
+}  // namespace
+
+double triangles_a_border_edge(const SimplifiedBlocks& apart, const SimplifiedBlocks& joined) {
+  const double edges = apart.border_edges - joined.border_edges;
+  if (edges < kFewBorderEdges) {
+    return apart.before > 0 ? 1 - 0.6 * std::sqrt(std::min(apart.left / apart.before, 1.0)) : 1;
+  }
+  return std::clamp((apart.left - joined.left) / edges, 0.0, 1.0);
+}
+
+double share_left(const SimplifiedBlocks& blocks, double a_border_edge, double before) {
   if (blocks.before <= 0) return 1;
   const double left = blocks.left / blocks.before;
-  // Triangles for every edge of the border: measured 0.6 where a third is left, 0.98 where a
-  // hundredth is.
-  const double at_border = (1 - 0.6 * std::sqrt(left)) * blocks.border_edges / blocks.before;
-  const double inner = std::max(left - at_border, 0.2 * left);
+  const double at_border = a_border_edge * blocks.border_edges / blocks.before;
+  const double inner = std::max(left - at_border, kLeastInner * left);
   const SimplifiedTileLimits limits;
   // Tiles as full as they are on average; one that takes all has no border.
   const double triangles = 0.6 * static_cast<double>(limits.triangles);

@@ -1,7 +1,6 @@
 #include "server/core/planning/budget.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -49,11 +48,14 @@ TEST(Budget, IsMetByTheLowestFloorOfThresholds) {
   }
 }
 
-TEST(Budget, GivesTopologyUpOnlyWhereNoThresholdHelps) {
-  const IsosurfaceRequest found = within_budget(request_for(100'000), dataset(), noisy_surface);
-  EXPECT_GT(found.topology_tolerance, 0);
-  EXPECT_LE(found.topology_tolerance, 1);
-  EXPECT_TRUE(fits(noisy_surface({found}), found));
+TEST(Budget, NeverGivesTopologyUp) {
+  for (const double tolerance : {0.0, 2.0}) {
+    IsosurfaceRequest request = request_for(100);
+    request.topology_tolerance = tolerance;
+    const IsosurfaceRequest found = within_budget(request, dataset(), noisy_surface);
+    EXPECT_EQ(found.topology_tolerance, tolerance);
+    EXPECT_EQ(found.thresholds.at_least, 256) << "as coarse as thresholds make it";
+  }
 }
 
 TEST(Budget, CountsBytesToo) {
@@ -85,25 +87,33 @@ TEST(Budget, AsksForFewSizes) {
   EXPECT_LE(asked, 10);
 }
 
-TEST(Budget, OneRungUpGivesUpALittleMoreUntilNothingIsLeft) {
-  const DatasetInfo info = dataset();
+TEST(BudgetLadder, GivesUpALittleMoreFromRungToRung) {
   IsosurfaceRequest request = request_for(1);
-  double size = std::numeric_limits<double>::max();
-  int rungs = 0;
-  for (;; ++rungs) {
-    ASSERT_LT(rungs, 200);
-    const IsosurfaceRequest higher = one_rung_up(request, info);
-    if (higher == request) break;
-    EXPECT_GE(higher.thresholds.at_least, request.thresholds.at_least);
-    EXPECT_GE(higher.topology_tolerance, request.topology_tolerance);
-    if (higher.thresholds.at_least > request.error) {
-      EXPECT_LT(noisy_surface({higher}).triangles, size);
-    }
-    size = noisy_surface({higher}).triangles;
-    request = higher;
+  request.error = 0.3;
+  const BudgetLadder ladder(request, dataset());
+  EXPECT_EQ(ladder.at(0), request);
+  double size = noisy_surface({request}).triangles;
+  double floor = request.error;
+  for (int rung = 1; rung <= ladder.last(); ++rung) {
+    const double higher = ladder.at(rung).thresholds.at_least;
+    EXPECT_GT(higher, floor) << "every rung makes a difference";
+    EXPECT_LE(higher, 1.2 * floor);
+    floor = higher;
+    EXPECT_LT(noisy_surface({ladder.at(rung)}).triangles, size);
+    size = noisy_surface({ladder.at(rung)}).triangles;
   }
-  EXPECT_GT(rungs, 30);
-  EXPECT_GE(request.topology_tolerance, 256);
+  EXPECT_EQ(floor, 256);
+}
+
+// A finer region, or a view, may need a floor that is below the error everywhere else.
+TEST(BudgetLadder, BeginsAtTheLeastThresholdOfAMap) {
+  IsosurfaceRequest request = request_for(1);
+  request.error = 8;
+  request.thresholds.regions = {{.shape = HalfSpaceShape{}, .threshold = 0.5}};
+  EXPECT_LT(BudgetLadder(request, dataset()).at(1).thresholds.at_least, 0.6);
+  request.thresholds.regions.clear();
+  request.thresholds.view = ThresholdView{};
+  EXPECT_LT(BudgetLadder(request, dataset()).at(1).thresholds.at_least, 0.1);
 }
 
 }  // namespace

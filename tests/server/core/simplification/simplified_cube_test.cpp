@@ -167,22 +167,41 @@ TEST_P(SimplifiedCubes, PiecesMayBeJoinedInSeveralStepsBeforeTheyAreSimplified) 
 }
 
 TEST(SimplifiedSize, IsThatOfTheBlocksWhereTheyHaveNoBorder) {
-  EXPECT_DOUBLE_EQ(share_left({.count = 3, .before = 1e6, .left = 2e5, .border_edges = 0}, 1e8),
+  EXPECT_DOUBLE_EQ(share_left({.count = 3, .before = 1e6, .left = 2e5, .border_edges = 0}, 1, 1e8),
                    0.2);
-  EXPECT_EQ(share_left({}, 1e8), 1);
+  EXPECT_EQ(share_left({}, 1, 1e8), 1);
 }
 
 // As measured on the noisy head phantom of 128^3 at half a voxel: 506 480 triangles, simplified in
 // blocks of 16 and 32 steps and in one piece.
+const SimplifiedBlocks kBlocksOf16{
+    .count = 215, .before = 506'480, .left = 54'464, .border_edges = 38'748};
+const SimplifiedBlocks kBlocksOf32{
+    .count = 56, .before = 506'480, .left = 36'554, .border_edges = 19'158};
+constexpr double kInOnePiece = 18'926;
+
 TEST(SimplifiedSize, LeavesOutWhatOnlyTheBordersOfBlocksCost) {
-  const double in_one_piece = 18'926;
-  for (const SimplifiedBlocks& blocks :
-       {SimplifiedBlocks{.count = 215, .before = 506'480, .left = 54'464, .border_edges = 38'748},
-        SimplifiedBlocks{.count = 56, .before = 506'480, .left = 36'554, .border_edges = 19'158}}) {
-    EXPECT_NEAR(share_left(blocks, 506'480) * 506'480, in_one_piece, 0.25 * in_one_piece);
-    EXPECT_GT(share_left(blocks, 1e9), share_left(blocks, 506'480)) << "Many tiles have borders.";
-    EXPECT_LT(share_left(blocks, 1e9), blocks.left / blocks.before);
+  const double seen = triangles_a_border_edge(kBlocksOf16, kBlocksOf32);
+  for (const SimplifiedBlocks& blocks : {kBlocksOf16, kBlocksOf32}) {
+    const double without_seeing = triangles_a_border_edge(blocks, blocks);
+    for (const double at_border : {seen, without_seeing}) {
+      EXPECT_NEAR(share_left(blocks, at_border, 506'480) * 506'480, kInOnePiece,
+                  0.25 * kInOnePiece);
+      EXPECT_GT(share_left(blocks, at_border, 1e9), share_left(blocks, at_border, 506'480))
+          << "Many tiles have borders.";
+      EXPECT_LT(share_left(blocks, at_border, 1e9), blocks.left / blocks.before);
+    }
   }
+}
+
+TEST(SimplifiedSize, OfABorderIsAnyShareOfATriangleAnEdge) {
+  const SimplifiedBlocks small{.count = 8, .before = 1e4, .left = 5000, .border_edges = 1000};
+  SimplifiedBlocks large{.count = 1, .before = 1e4, .left = 4700, .border_edges = 500};
+  EXPECT_DOUBLE_EQ(triangles_a_border_edge(small, large), 0.6);
+  large.left = 100;
+  EXPECT_EQ(triangles_a_border_edge(small, large), 1);
+  large.left = 5100;
+  EXPECT_EQ(triangles_a_border_edge(small, large), 0);
 }
 
 }  // namespace

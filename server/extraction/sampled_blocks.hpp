@@ -1,0 +1,34 @@
+// What some blocks of a surface become: extracted, simplified and encoded as they would be sent.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <stop_token>
+#include <vector>
+
+#include "server/core/planning/simplified_size.hpp"
+#include "server/core/planning/surface_size.hpp"
+#include "server/extraction/surface_extractor.hpp"
+
+namespace multitetra {
+
+struct SampledBlocks {
+  SimplifiedBlocks triangles;  // Nothing is lost without simplification.
+  double bytes = 0;            // Encoded.
+  double a_border_edge = 1;    // Triangles that an edge of a simplified border keeps.
+};
+
+struct BlockCounts {
+  std::size_t blocks = 0;  // Twice as large as the sample's cubes, spread over the sample.
+  // So many of them with their neighbours, joined to ones that are twice as large once more: what
+  // a border keeps is seen there.
+  std::size_t joined = 0;
+};
+
+// nullopt when the blocks hold nothing, or the grid has no room for them. Throws Cancelled soon
+// after `stop` is triggered.
+[[nodiscard]] std::optional<SampledBlocks> sampled_blocks(
+    const SurfaceExtractor& extractor, const PreparedModel& model, const CubeSample& sample,
+    const StepSpec& spec, const BlockCounts& counts, const std::stop_token& stop);
+
+}  // namespace multitetra
