@@ -185,6 +185,8 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
   command->add_option("--threads", a.threads, "For drawing (default: one per processor)")
       ->within(1, 1024)
       ->group(group);
+  // A picture shows creases where the triangles' own normals are averaged: the field's are smooth.
+  a.order.surface.normal_bits = kMinNormalBits;
   add_order_options(*command, a.order);
   add_output_options(*command, a.order.surface);
   command->add_flag("--json", a.json, "Print a JSON report");

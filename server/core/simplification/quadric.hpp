@@ -29,6 +29,8 @@ struct Quadric {
             .xz = part(n[0], n[2]),
             .yz = part(n[1], n[2])};
   }
+  // How many planes it is of, as often as they count.
+  [[nodiscard]] float weight() const { return xx + yy + zz; }
   void add(const Quadric& o) {
     xx += o.xx;
     yy += o.yy;

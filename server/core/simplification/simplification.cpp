@@ -78,6 +78,9 @@ class SimplifiedPiece::Run {
   static constexpr std::size_t kBetweenCheckpoints = 2048;
   static constexpr int kTries = 2;
   static constexpr std::uint8_t kRefusals = 4;
+  // What a squared length counts beside a squared distance. Of 0.02 a tenth fewer thin triangles
+  // come, and one percent more bytes at most, but four on very flat surfaces.
+  static constexpr float kOfLength = 0.02F;
 
   struct State {
     float least_cost = 0;
@@ -139,8 +142,12 @@ class SimplifiedPiece::Run {
       }
     }
   }
+  // Where planes do not tell much, as on flat pieces, the shorter edge goes: it leaves fewer long
+  // and thin triangles.
   float cost(std::uint32_t u, std::uint32_t v) const {
-    return quadrics_[u].at(difference(positions_[v], positions_[u]));
+    const Vec3 along = difference(positions_[v], positions_[u]);
+    const Quadric& q = quadrics_[u];
+    return q.at(along) + kOfLength * q.weight() * static_cast<float>(squared_length(along));
   }
 
   void try_vertex(std::uint32_t u) {

@@ -173,6 +173,30 @@ TEST(Simplification, OfAPlaneLeavesItsBorder) {
   EXPECT_TRUE(topology(small.mesh, kAnywhere).is_sound());
 }
 
+// Of a triangle: 1 with equal sides, 0 when it is degenerate.
+double regularity(const SurfaceTriangle& t) {
+  const Vec3 a = difference(t[1], t[0]);
+  const Vec3 b = difference(t[2], t[0]);
+  const Vec3 c = difference(t[2], t[1]);
+  return 2 * std::sqrt(3 * squared_length(cross(a, b))) /
+         (squared_length(a) + squared_length(b) + squared_length(c));
+}
+
+// Streaks in the shading come from triangles that are long and thin.
+TEST(Simplification, OfAGentleSurfaceFewTrianglesAreThin) {
+  LatticeMesh waves = plane(60);
+  for (LatticePoint& p : waves.vertices) {
+    p = {32 * p.x, 32 * p.y,
+         static_cast<std::int32_t>(std::lround(90 * std::sin(p.x / 9.0) * std::cos(p.y / 11.0)))};
+  }
+  const Simplified small = simplified(waves, {.lattice_step = {1, 1, 1}, .max_distance = 3});
+  std::size_t thin = 0;
+  const auto triangles = placed(small.mesh, {1, 1, 1});
+  for (const SurfaceTriangle& t : triangles) thin += regularity(t) < 0.2 ? 1U : 0U;
+  EXPECT_LT(triangles.size(), waves.triangles.size() / 5);
+  EXPECT_LT(100 * thin, 6 * triangles.size()) << thin << " of " << triangles.size();
+}
+
 // Its back is in the other piece: two triangles on each other would be left together.
 TEST(Simplification, ATetrahedronInTwoPiecesKeepsItsVolume) {
   const LatticeMesh front{.vertices = {{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {0, 0, 8}},
