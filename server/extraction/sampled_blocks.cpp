@@ -43,6 +43,7 @@ class BlockSampler {
 
   [[nodiscard]] SampledBlocks encoded(const OctreeCube& cube) const {
     SampledBlocks block;
+    if (!is_refined(model_, cube)) return block;
     TileMesh tile{cube, surface(cube)};
     const auto before = static_cast<double>(tile.mesh.triangles.size());
     if (before == 0) return block;

@@ -25,6 +25,7 @@ struct PlotArguments {
   std::string output;
   std::vector<double> errors = {0.25, 0.5, 1, 2, 4};
   std::size_t isovalues = 64;
+  std::string simplify = "on";
   int threads = 0;
   bool json = false;
   bool quiet = false;
@@ -39,6 +40,7 @@ Json report_of(const PlotArguments& arguments, const DatasetInfo& info, const Si
   return {{"dataset", info.name},
           {"plot_file", arguments.output},
           {"unit", "voxel"},
+          {"simplify", arguments.simplify == "on"},
           {"isovalues", curves.isovalues},
           {"sizes", std::move(sizes)},
           {"suggested_isovalues", info.suggested_isovalues},
@@ -59,9 +61,9 @@ int plot(const PlotArguments& arguments) {
   progress.begin("sizes");
   const SizeCurves curves = size_curves(
       extractor, spread_isovalues(dataset->info, arguments.isovalues), arguments.errors,
-      {.progress = [&](std::size_t done, std::size_t all) {
-        progress.update(static_cast<double>(done), static_cast<double>(all), "isovalues");
-      }});
+      {.simplify = arguments.simplify == "on", .progress = [&](std::size_t done, std::size_t all) {
+         progress.update(static_cast<double>(done), static_cast<double>(all), "isovalues");
+       }});
   write_file(arguments.output, dataset_plot(dataset->info, curves));
   progress.finish();
   if (arguments.json) {
@@ -90,12 +92,18 @@ void add_plot_command(Command& program, Run& run) {
   command->add_option("--isovalues", a->isovalues, "At how many isovalues")
       ->within(2, 1000)
       ->capture_default_str();
+  command
+      ->add_option("--simplify", a->simplify,
+                   "on: as simplified surfaces have them; off: all that marching tetrahedra makes")
+      ->one_of({"on", "off"})
+      ->capture_default_str();
   add_threads_option(*command, a->threads);
   command->add_flag("--json", a->json, "Print the numbers of the curves as JSON");
   command->add_flag("--quiet", a->quiet, "Say nothing unless something is wrong");
   command->footer(
       "Numbers of triangles are estimated from the errors that the dataset holds and a sample of\n"
-      "its surface, not counted: within a few percent.\n"
+      "its surface, not counted: without simplification within a few percent, else within a third\n"
+      "mostly.\n"
       "Examples:\n"
       "  multitetra-server plot head.mtd -o head.svg\n"
       "  multitetra-server plot head.mtd --errors 0.5,2 --isovalues 200 -o head.svg --json");

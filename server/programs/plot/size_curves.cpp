@@ -9,26 +9,34 @@
 
 #include "server/dataset/in_parallel.hpp"
 #include "server/extraction/reference_extractor.hpp"
+#include "server/extraction/sampled_blocks.hpp"
 #include "server/extraction/surface_extractor.hpp"
 
 namespace multitetra {
 namespace {
 
+// For each of many isovalues and errors: far fewer than for an estimate of one.
+constexpr BlockCounts kBlocks = {.blocks = 8, .joined = 1};
+
 // At one isovalue, for every error. All errors are counted in the same cubes, those of the least
 // one's sample: a refined cube of a larger error is refined for a smaller one too, and what one
 // sample has by chance all curves have.
 std::vector<double> sampled_triangles(const SurfaceExtractor& extractor, double isovalue,
-                                      const std::vector<double>& errors, std::size_t cubes) {
+                                      const std::vector<double>& errors,
+                                      const SizeCurvesOptions& options) {
   const PreparedVolume& dataset = extractor.dataset();
-  StepRequest step = {.request = {.isovalue = isovalue}};
+  StepRequest step = {.request = {.isovalue = isovalue, .simplify = options.simplify}};
   const auto spectrum = std::make_shared<const SpectrumErrors>(
       dataset.spectrum, isovalue, step.request.measure, step.request.topology_rule);
-  const auto model_of = [&](double error) {
+  const auto spec_of = [&](double error) {
     step.request.error = error;
-    return prepared_model(dataset, StepSpec(step, dataset.info), spectrum);
+    return StepSpec(step, dataset.info);
+  };
+  const auto model_of = [&](double error) {
+    return prepared_model(dataset, spec_of(error), spectrum);
   };
   const double least = *std::min_element(errors.begin(), errors.end());
-  const CubeSample sample = sample_cubes(model_of(least), cubes, isovalue);
+  const CubeSample sample = sample_cubes(model_of(least), options.cubes, isovalue);
   CubeMemoryPool::Lease lease(extractor.pool());
   std::vector<double> triangles;
   for (const double error : errors) {
@@ -41,18 +49,26 @@ std::vector<double> sampled_triangles(const SurfaceExtractor& extractor, double 
     const std::uint64_t coarse = sample_cubes(model, 0, isovalue).coarse_tetrahedra;
     triangles.push_back(kTrianglesATetrahedron * (static_cast<double>(coarse) +
                                                   sample.weight * static_cast<double>(crossed)));
+    if (!options.simplify) continue;
+    const auto blocks = sampled_blocks(extractor, model, sample, spec_of(error), kBlocks, {});
+    if (!blocks) continue;
+    triangles.back() *= share_left(blocks->triangles, blocks->a_border_edge, triangles.back());
   }
   return triangles;
 }
 
 // A grid that has no spectrum: a pass over it costs nothing.
 std::vector<double> exact_triangles(const PreparedVolume& dataset, double isovalue,
-                                    const std::vector<double>& errors) {
+                                    const std::vector<double>& errors, bool simplify) {
   std::vector<double> triangles;
   for (const double error : errors) {
-    const TiledSurface surface = ReferenceExtractor(dataset).extract(
-        step_spec({.request = {.isovalue = isovalue, .error = error}}, dataset.info));
-    triangles.push_back(kTrianglesATetrahedron * static_cast<double>(surface.active_tetrahedra));
+    const TiledSurface surface = ReferenceExtractor(dataset).extract(step_spec(
+        {.request = {.isovalue = isovalue, .error = error, .simplify = simplify}}, dataset.info));
+    double count = 0;
+    for (const TileMesh& tile : surface.tiles) {
+      count += static_cast<double>(tile.mesh.triangles.size());
+    }
+    triangles.push_back(count);
   }
   return triangles;
 }
@@ -85,9 +101,16 @@ SizeCurves size_curves(const SurfaceExtractor& extractor, std::vector<double> is
   in_parallel(count, [&](std::size_t i) {
     const std::vector<double> triangles =
         has_spectrum
-            ? sampled_triangles(extractor, curves.isovalues[i], curves.errors, options.cubes)
-            : exact_triangles(dataset, curves.isovalues[i], curves.errors);
-    for (std::size_t j = 0; j < triangles.size(); ++j) curves.triangles[j][i] = triangles[j];
+            ? sampled_triangles(extractor, curves.isovalues[i], curves.errors, options)
+            : exact_triangles(dataset, curves.isovalues[i], curves.errors, options.simplify);
+    for (std::size_t j = 0; j < triangles.size(); ++j) {
+      // What simplification leaves in a sample may be a little more for a larger error.
+      double least = triangles[j];
+      for (std::size_t k = 0; k < triangles.size(); ++k) {
+        if (curves.errors[k] <= curves.errors[j]) least = std::min(least, triangles[k]);
+      }
+      curves.triangles[j][i] = least;
+    }
     const std::lock_guard lock(mutex);
     if (options.progress) options.progress(++done, count);
   });

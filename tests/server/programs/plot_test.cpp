@@ -25,9 +25,11 @@ std::size_t occurrences(const std::string& text, const std::string& words) {
   return count;
 }
 
-double triangles_of(const SurfaceExtractor& extractor, double isovalue, double error) {
+double triangles_of(const SurfaceExtractor& extractor, double isovalue, double error,
+                    bool simplify = false) {
   double triangles = 0;
-  const StepRequest step = {.request = {.isovalue = isovalue, .error = error}};
+  const StepRequest step = {
+      .request = {.isovalue = isovalue, .error = error, .simplify = simplify}};
   for (const TileMesh& tile : extractor.extract(step).tiles) {
     triangles += static_cast<double>(tile.mesh.triangles.size());
   }
@@ -48,14 +50,30 @@ TEST(SizeCurves, AreNearTheRealSizes) {
   }
 }
 
+TEST(SizeCurves, OfSimplifiedSurfacesAreNearTheRealSizes) {
+  const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(60, 0.2, 8)});
+  const SurfaceExtractor extractor(dataset);
+  const std::vector<double> errors = {0.25, 1};
+  const SizeCurves curves =
+      size_curves(extractor, spread_isovalues(dataset->info, 3), errors, {.simplify = true});
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < errors.size(); ++j) {
+      const double real = triangles_of(extractor, curves.isovalues[i], errors[j], true);
+      EXPECT_NEAR(curves.triangles[j][i], real, 0.5 * real + 100);
+    }
+  }
+}
+
 TEST(SizeCurves, FallWithTheError) {
   const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(60, 0.2, 8)});
-  const SizeCurves curves =
-      size_curves(SurfaceExtractor(dataset), spread_isovalues(dataset->info, 5), {0, 0.5, 2, 8},
-                  {.cubes = 1'000'000});
-  for (std::size_t j = 1; j < curves.errors.size(); ++j) {
-    for (std::size_t i = 0; i < curves.isovalues.size(); ++i) {
-      EXPECT_LE(curves.triangles[j][i], curves.triangles[j - 1][i]);
+  for (const bool simplify : {false, true}) {
+    const SizeCurves curves =
+        size_curves(SurfaceExtractor(dataset), spread_isovalues(dataset->info, simplify ? 2 : 5),
+                    {0, 0.5, 2, 8}, {.cubes = 1'000'000, .simplify = simplify});
+    for (std::size_t j = 1; j < curves.errors.size(); ++j) {
+      for (std::size_t i = 0; i < curves.isovalues.size(); ++i) {
+        EXPECT_LE(curves.triangles[j][i], curves.triangles[j - 1][i]);
+      }
     }
   }
 }
