@@ -7,7 +7,7 @@
 //
 // Only what may pass is tried again: a server that cannot be reached, is silent, hangs up or says
 // that it goes away. Bytes that are no messages, refusals and failed checks would be the same
-// again.
+// again. A server that says when to come again is asked no sooner, for up to a minute.
 #pragma once
 
 #include <chrono>

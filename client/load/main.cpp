@@ -36,7 +36,7 @@ constexpr const char* kHelp =
     "Scripts of users: random-isovalues (a surface, looked at, then another), drag (the isovalue\n"
     "moves in small steps, 20 a second), roi (a ball of finer errors wanders over a surface),\n"
     "mixed. Clients that no server likes: stalled (reads nothing), slow (a byte a second),\n"
-    "leaving, garbage.\n"
+    "leaving, garbage, greedy (as much work as it may ask for), hoarding (what takes memory).\n"
     "Checks: light takes one stream of 16 as multitetra-client would, and of the others the\n"
     "manifests, counts, sums of digests and one tile of 16; full takes all. Every step is "
     "compared\n"
@@ -54,8 +54,8 @@ void add_options(Command& app, LoadArguments& a) {
   add_server_options(app, a.server);
   app.add_option("--dataset", a.dataset, "Ask for this dataset only");
   app.add_option("--script", a.script, "What the clients do")
-      ->one_of(
-          {"random-isovalues", "drag", "roi", "mixed", "stalled", "slow", "leaving", "garbage"})
+      ->one_of({"random-isovalues", "drag", "roi", "mixed", "stalled", "slow", "leaving", "garbage",
+                "greedy", "hoarding"})
       ->capture_default_str();
   app.add_option("--clients", a.clients, "How many there are")
       ->within(1, 100'000)

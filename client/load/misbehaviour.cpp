@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <memory>
 #include <utility>
+#include <vector>
 
 #include "common/wire/messages.hpp"
 
@@ -12,11 +15,25 @@ using Clock = std::chrono::steady_clock;
 
 namespace {
 
-constexpr std::array<std::pair<Misbehaviour, std::string_view>, 4> kNames = {
+constexpr std::array<std::pair<Misbehaviour, std::string_view>, 6> kNames = {
     {{Misbehaviour::kStalled, "stalled"},
      {Misbehaviour::kSlow, "slow"},
      {Misbehaviour::kLeaving, "leaving"},
-     {Misbehaviour::kGarbage, "garbage"}}};
+     {Misbehaviour::kGarbage, "garbage"},
+     {Misbehaviour::kGreedy, "greedy"},
+     {Misbehaviour::kHoarding, "hoarding"}}};
+
+// As many of both as a request may have.
+LocalThresholds largest_map() {
+  LocalThresholds map;
+  map.regions.resize(kMaxThresholdRegions, {.shape = BallShape{.radius = 1}, .threshold = 0.5});
+  auto grid = std::make_shared<ThresholdGrid>();
+  const auto side = static_cast<std::int32_t>(std::cbrt(kMaxGridThresholds));
+  grid->dims = {side, side, side};
+  grid->thresholds.assign(static_cast<std::size_t>(side) * side * side, 0.5F);
+  map.grid = std::move(grid);
+  return map;
+}
 
 std::string framed(const std::string& content) {
   return frame_header(static_cast<std::uint32_t>(content.size())) + content;
@@ -91,6 +108,12 @@ class Nuisance {
       case Misbehaviour::kGarbage:
         co_await babble(channel);
         break;
+      case Misbehaviour::kGreedy:
+        co_await devour(channel);
+        break;
+      case Misbehaviour::kHoarding:
+        co_await hoard(channel);
+        break;
     }
   }
 
@@ -101,18 +124,25 @@ class Nuisance {
     const bool greeted = co_await sent(channel, hello);
     if (!greeted) co_return "";
     const auto welcome = co_await channel->receive();
-    ListDatasets question;
-    question.request_id = 1;
-    const bool asked = co_await sent(channel, question);
-    if (!welcome || !asked) co_return "";
-    const auto content = co_await channel->receive();
-    if (!content) co_return "";
-    const auto message = parse_server_message(*content);
-    const auto* list = message ? std::get_if<DatasetList>(&*message) : nullptr;
-    if (list == nullptr) co_return "";
-    for (const DatasetInfo& info : list->datasets) {
+    if (!welcome) co_return "";
+    std::vector<DatasetInfo> datasets;
+    while (datasets.empty() && Clock::now() < options_.stop) {
+      ListDatasets question;
+      question.request_id = 1;
+      const bool asked = co_await sent(channel, question);
+      if (!asked) co_return "";
+      const auto content = co_await channel->receive();
+      if (!content) co_return "";
+      auto message = parse_server_message(*content);
+      auto* list = message ? std::get_if<DatasetList>(&*message) : nullptr;
+      if (list != nullptr) datasets = std::move(list->datasets);
+      // One that is asked too much is asked again.
+      if (list == nullptr) co_await sleep(std::chrono::milliseconds(200 + random_() % 200));
+    }
+    for (const DatasetInfo& info : datasets) {
       if (!options_.dataset.empty() && info.name != options_.dataset) continue;
       if (!info.suggested_isovalues.empty()) isovalue_ = info.suggested_isovalues.front();
+      range_ = info.max - info.min;
       co_return info.name;
     }
     co_return "";
@@ -185,6 +215,64 @@ class Nuisance {
     }
   }
 
+  // A simplified surface that nobody has asked for before, and estimates beside it.
+  asio::awaitable<void> devour(ChannelPtr channel) {
+    const std::string dataset = co_await enter(channel);
+    if (dataset.empty()) {
+      ++counts_.ended_by_server;
+      co_return;
+    }
+    for (std::uint64_t id = 1; Clock::now() < options_.stop;) {
+      OpenStream stream = request(dataset, id);
+      stream.request.simplify = true;
+      bool is_heard = true;
+      for (int i = 0; i <= kEstimates && is_heard; ++i, ++id) {
+        stream.request.isovalue =
+            isovalue_ + 1e-7 * range_ * static_cast<double>(random_() % 1'000'000);
+        const Estimate estimate = {.request_id = id, .dataset = dataset, .request = stream.request};
+        is_heard = i == 0 ? co_await sent(channel, stream) : co_await sent(channel, estimate);
+      }
+      for (int open = kEstimates + 1; is_heard && open > 0;) {
+        const auto content = co_await channel->receive();
+        is_heard = content.has_value();
+        if (!is_heard) break;
+        const auto message = parse_server_message(*content);
+        if (message && is_final_answer(*message)) --open;
+        if (message && std::holds_alternative<ErrorReply>(*message)) {
+          co_await sleep(std::chrono::milliseconds(200 + random_() % 200));
+        }
+      }
+      if (!is_heard) {
+        if (Clock::now() < options_.stop) ++counts_.ended_by_server;
+        co_return;
+      }
+    }
+  }
+
+  asio::awaitable<void> hoard(ChannelPtr channel) {
+    const std::string dataset = co_await enter(channel);
+    if (dataset.empty()) {
+      ++counts_.ended_by_server;
+      co_return;
+    }
+    OpenStream stream = request(dataset, 1);
+    stream.request.thresholds = largest_map();
+    const Estimate estimate = {.request_id = 2, .dataset = dataset, .request = stream.request};
+    bool is_heard = co_await sent(channel, stream);
+    for (int i = 0; i < kEstimates && is_heard; ++i) is_heard = co_await sent(channel, estimate);
+    for (std::uint64_t id = 3; is_heard && Clock::now() < options_.stop; ++id) {
+      is_heard = co_await sent(channel, ListDatasets{.request_id = id});
+      co_await sleep(std::chrono::milliseconds(100));
+    }
+    if (!is_heard && Clock::now() < options_.stop) ++counts_.ended_by_server;
+  }
+
+  [[nodiscard]] static bool is_final_answer(const ServerMessage& message) {
+    return std::holds_alternative<StreamEnd>(message) ||
+           std::holds_alternative<EstimateReply>(message) ||
+           std::holds_alternative<ErrorReply>(message);
+  }
+
   asio::awaitable<bool> sent(ChannelPtr channel, ClientMessage message) {
     return sent_content(std::move(channel), serialize(message));
   }
@@ -208,6 +296,8 @@ class Nuisance {
     co_await timer_.async_wait(use_error(ignored));
   }
 
+  static constexpr int kEstimates = 4;  // As many as a server makes for one connection.
+
   Misbehaviour kind_;
   const MisbehaviourOptions& options_;
   std::mt19937_64 random_;
@@ -215,6 +305,7 @@ class Nuisance {
   asio::any_io_executor executor_;
   asio::steady_timer timer_;
   double isovalue_ = 0;
+  double range_ = 0;
 };
 
 }  // namespace

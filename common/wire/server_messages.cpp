@@ -1,6 +1,7 @@
 // Messages from the server to the client.
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "common/base/utf8.hpp"
 #include "common/net/frame.hpp"
@@ -205,13 +206,17 @@ void write(const ErrorReply& reply, v1::ServerMessage& message) {
   wire.set_request_id(reply.request_id);
   wire.set_code(static_cast<v1::ErrorCode>(reply.error.code));
   wire.set_text(as_utf8(reply.error.text));
+  wire.set_retry_after(reply.error.retry_after);
 }
 
+// What a server says of a failure is taken as far as it makes sense: there is nothing to fall back on.
 ErrorReply read(const v1::ErrorReply& wire) {
   const bool known = v1::ErrorCode_IsValid(wire.code());
-  return {
-      .request_id = wire.request_id(),
-      .error = {known ? static_cast<ErrorCode>(wire.code()) : ErrorCode::kUnknown, wire.text()}};
+  const bool is_said = std::isfinite(wire.retry_after()) && wire.retry_after() > 0;
+  return {.request_id = wire.request_id(),
+          .error = {.code = known ? static_cast<ErrorCode>(wire.code()) : ErrorCode::kUnknown,
+                    .text = wire.text(),
+                    .retry_after = is_said ? wire.retry_after() : 0}};
 }
 
 void write(const Pong& pong, v1::ServerMessage& message) {

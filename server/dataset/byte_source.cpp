@@ -1,7 +1,6 @@
 #include "server/dataset/byte_source.hpp"
 
 #include <fcntl.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -61,18 +60,6 @@ void FileSource::read(std::uint64_t offset, std::span<std::byte> into) const {
     offset += static_cast<std::uint64_t>(count);
     into = into.subspan(static_cast<std::size_t>(count));
   }
-}
-
-MappedFile::MappedFile(const FileSource& file) {
-  if (file.size_ == 0) return;  // Nothing can be mapped of nothing.
-  void* const memory =
-      ::mmap(nullptr, file.size_, PROT_READ, MAP_SHARED, file.descriptor_, /*offset=*/0);
-  if (memory == MAP_FAILED) fail_with_reason(file.file_, "it cannot be mapped into memory");
-  bytes_ = {static_cast<const std::byte*>(memory), file.size_};
-}
-
-MappedFile::~MappedFile() {
-  if (!bytes_.empty()) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
 }
 
 }  // namespace multitetra

@@ -52,30 +52,11 @@ class FileSource : public ByteSource {
   void read(std::uint64_t offset, std::span<std::byte> into) const override;
 
  private:
-  friend class MappedFile;
+  friend class MappedFile;  // mapped_file.hpp
 
   std::filesystem::path file_;
   int descriptor_ = -1;
   std::uint64_t size_ = 0;
-};
-
-// A file as memory that cannot be written; what is looked at is fetched from the disk, and given
-// back when others need the memory. It outlives its FileSource.
-//
-// The file must not change meanwhile, since a place that it no longer has, and a disk that fails,
-// end the program (SIGBUS). Our files never change: a new one takes the name of the old one, which
-// stays as long as somebody maps it.
-class MappedFile {
- public:
-  explicit MappedFile(const FileSource& file);  // Throws DatasetFileError.
-  ~MappedFile();
-  MappedFile(const MappedFile&) = delete;
-  MappedFile& operator=(const MappedFile&) = delete;
-
-  [[nodiscard]] std::span<const std::byte> bytes() const { return bytes_; }
-
- private:
-  std::span<const std::byte> bytes_;
 };
 
 }  // namespace multitetra

@@ -62,7 +62,8 @@ DatasetPtr open_dataset(const std::filesystem::path& path) {
                                   .bins = bins_of(path, file->bins()),
                                   .voxel = static_cast<float>(voxel_length(info)),
                                   .bricks = file->spectrum()},
-                     .owner = file});
+                     .owner = file,
+                     .check = [file] { file->check(); }});
 }
 
 Volume whole_volume(const PreparedVolume& dataset) {

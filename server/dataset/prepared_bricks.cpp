@@ -7,16 +7,18 @@ namespace multitetra {
 
 PreparedBricks::PreparedBricks(std::filesystem::path file, std::span<const std::byte> bytes,
                                const Section& section, std::size_t size,
-                               std::optional<SampleType> type)
+                               std::optional<SampleType> type, const MappedFile* mapped)
     : file_(std::move(file)),
       section_(section.name),
       bytes_(bytes.subspan(section.offset, section.size)),
       size_(size),
       type_(type),
+      mapped_(mapped),
       verified_(size) {}
 
 std::span<const std::byte> PreparedBricks::brick(std::size_t index) const {
   assert(index < size_);
+  if (mapped_ != nullptr) mapped_->check();
   reads_.fetch_add(1, std::memory_order_relaxed);
   const BrickPlace at = place(index);
   if (at.size == 0) return {};
@@ -30,9 +32,10 @@ std::span<const std::byte> PreparedBricks::brick(std::size_t index) const {
 }
 
 SampleBricks::SampleBricks(std::filesystem::path file, std::span<const std::byte> bytes,
-                           std::shared_ptr<const PreparedStructure> structure)
+                           std::shared_ptr<const PreparedStructure> structure,
+                           const MappedFile* mapped)
     : PreparedBricks(std::move(file), bytes, structure->section(section_names::kSamples),
-                     structure->sample_checksums.size(), structure->metadata.info.type),
+                     structure->sample_checksums.size(), structure->metadata.info.type, mapped),
       structure_(std::move(structure)),
       layout_(structure_->metadata.info.dims) {}
 
@@ -41,9 +44,10 @@ BrickPlace SampleBricks::place(std::size_t index) const {
 }
 
 SpectrumBricks::SpectrumBricks(std::filesystem::path file, std::span<const std::byte> bytes,
-                               std::shared_ptr<const PreparedStructure> structure)
+                               std::shared_ptr<const PreparedStructure> structure,
+                               const MappedFile* mapped)
     : PreparedBricks(std::move(file), bytes, structure->section(section_names::kSpectrum),
-                     structure->spectrum_index.size(), std::nullopt),
+                     structure->spectrum_index.size(), std::nullopt, mapped),
       structure_(std::move(structure)) {}
 
 BrickPlace SpectrumBricks::place(std::size_t index) const {

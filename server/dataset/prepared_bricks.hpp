@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "server/core/spectrum/sample_bricks.hpp"
+#include "server/dataset/mapped_file.hpp"
 #include "server/dataset/prepared_format.hpp"
 
 namespace multitetra {
@@ -37,7 +38,8 @@ class ConcurrentSet {
   std::vector<std::atomic<std::uint64_t>> words_;
 };
 
-// Reads from memory that somebody else keeps, which must not change.
+// Reads from memory that somebody else keeps, which must not change; where it is a mapped file, one
+// that did is noticed.
 class PreparedBricks : public BrickSource {
  public:
   // Requires index < size(). Throws DatasetFileError, with the file, the section, the brick and
@@ -49,9 +51,11 @@ class PreparedBricks : public BrickSource {
   [[nodiscard]] std::uint64_t reads() const { return reads_.load(std::memory_order_relaxed); }
 
  protected:
-  // `file` is for errors. Requires the section to lie in `bytes`, those of the whole file.
+  // `file` is for errors. Requires the section to lie in `bytes`, those of the whole file, which
+  // lives as long as this. `mapped` is where they come from, if anywhere.
   PreparedBricks(std::filesystem::path file, std::span<const std::byte> bytes,
-                 const Section& section, std::size_t size, std::optional<SampleType> type);
+                 const Section& section, std::size_t size, std::optional<SampleType> type,
+                 const MappedFile* mapped);
 
  private:
   [[nodiscard]] virtual BrickPlace place(std::size_t index) const = 0;
@@ -61,6 +65,7 @@ class PreparedBricks : public BrickSource {
   const std::span<const std::byte> bytes_;  // Of the section.
   const std::size_t size_;
   const std::optional<SampleType> type_;
+  const MappedFile* const mapped_;
   // Below, what threads write: away from what they only read.
   alignas(64) mutable std::atomic<std::uint64_t> reads_ = 0;
   mutable ConcurrentSet verified_;
@@ -70,7 +75,8 @@ class PreparedBricks : public BrickSource {
 class SampleBricks final : public PreparedBricks {
  public:
   SampleBricks(std::filesystem::path file, std::span<const std::byte> bytes,
-               std::shared_ptr<const PreparedStructure> structure);
+               std::shared_ptr<const PreparedStructure> structure,
+               const MappedFile* mapped = nullptr);
 
  private:
   [[nodiscard]] BrickPlace place(std::size_t index) const override;
@@ -83,7 +89,8 @@ class SampleBricks final : public PreparedBricks {
 class SpectrumBricks final : public PreparedBricks {
  public:
   SpectrumBricks(std::filesystem::path file, std::span<const std::byte> bytes,
-                 std::shared_ptr<const PreparedStructure> structure);
+                 std::shared_ptr<const PreparedStructure> structure,
+                 const MappedFile* mapped = nullptr);
 
  private:
   [[nodiscard]] BrickPlace place(std::size_t index) const override;

@@ -7,6 +7,7 @@
 
 #include "server/dataset/byte_source.hpp"
 #include "server/dataset/checksum.hpp"
+#include "server/dataset/mapped_file.hpp"
 
 namespace multitetra {
 namespace {
@@ -28,8 +29,8 @@ struct PreparedFile::Content {
   Content(const std::filesystem::path& path, const FileSource& file)
       : structure(structure_of(path, file)),
         memory(file),
-        samples(path, memory.bytes(), structure),
-        spectrum(path, memory.bytes(), structure) {}
+        samples(path, memory.bytes(), structure, &memory),
+        spectrum(path, memory.bytes(), structure, &memory) {}
 
   [[nodiscard]] std::span<const std::byte> bytes_of(const char* section_name) const {
     const Section& section = structure->section(section_name);
@@ -63,6 +64,8 @@ std::shared_ptr<const PreparedBricks> PreparedFile::samples() const {
 std::shared_ptr<const PreparedBricks> PreparedFile::spectrum() const {
   return {content_, &content_->spectrum};
 }
+
+void PreparedFile::check() const { content_->memory.check(); }
 
 std::span<const std::byte> PreparedFile::coarse() const {
   return content_->bytes_of(section_names::kCoarse);

@@ -12,8 +12,9 @@
 // DatasetFileError, and a damaged file never makes the reader allocate more than in proportion to
 // the file's size.
 //
-// The file must stay as it is while it is open (MappedFile says why): replace it by renaming, as
-// our writer does, and never write into it.
+// The file must stay as it is while it is open: replace it by renaming, as our writer does, and
+// never write into it. One that was changed nevertheless is noticed, as damage: by brick(), and by
+// check().
 #pragma once
 
 #include <cstddef>
@@ -39,6 +40,10 @@ class PreparedFile {
 
   // DatasetInfo::content_id, from checksums: no sample is read.
   [[nodiscard]] std::uint64_t content_id() const;
+
+  // Throws DatasetFileError when the file was changed since it was opened: what was looked at since
+  // then may be anything.
+  void check() const;
 
   // As many bricks as BrickLayout(info().dims) and SpectrumLayout(info()) have.
   [[nodiscard]] std::shared_ptr<const PreparedBricks> samples() const;

@@ -92,6 +92,7 @@ TiledSurface SurfaceExtractor::extract(const StepSpec& spec, std::stop_token sto
                                              root_cube(Grid(info.grid_exponent)),
                                              cube_exponent(info.grid_exponent), stop);
   simplify(surface, spec, info.grid_exponent, stop);
+  if (dataset_->check) dataset_->check();
   return surface;
 }
 

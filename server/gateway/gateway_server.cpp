@@ -50,8 +50,11 @@ class GatewayServer::Running {
  private:
   HttpOptions hooked(HttpOptions http) {
     http.hooks.is_ready = [this] { return upstreams_->is_ready(); };
-    http.hooks.find_tile = [this](const ContentDigest& digest) {
-      return upstreams_->tiles().find_plain(digest);
+    http.hooks.find_tile = [this](const ContentDigest& digest, const TileCache::MaySee& may_see) {
+      return upstreams_->tiles().find_plain(digest, may_see);
+    };
+    http.hooks.catalogue_of = [this](std::string token) {
+      return upstreams_->catalogue(std::move(token));
     };
     return http;
   }

@@ -225,8 +225,9 @@ void UpstreamBackend::take(const StreamPtr& stream, ServerMessage message) {
     const StepBegin& step = stream->forwarded.step();
     if (step.request.normal_bits == 0 && tile->index < step.tiles.size()) {
       const TileSummary& summary = step.tiles[tile->index];
-      upstreams_->tiles().add({.digest = summary.digest, .cube = summary.cube},
-                              {.summary = summary, .payload = tile->payload});
+      upstreams_->tiles().add(
+          {.digest = summary.digest, .cube = summary.cube, .dataset = stream->dataset->info().name},
+          {.summary = summary, .payload = tile->payload});
     }
   }
   stream->put(std::move(message));

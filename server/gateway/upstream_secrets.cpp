@@ -1,21 +1,18 @@
 #include "server/gateway/upstream_secrets.hpp"
 
-#include <fstream>
-
 #include "common/base/exit_codes.hpp"
 #include "common/net/trust.hpp"
+#include "server/operations/secret_file.hpp"
 
 namespace multitetra {
 namespace {
 
 // Without the line's end that editors and `echo` leave.
 std::string first_line_of(const std::string& path) {
-  std::ifstream file(path);
-  std::string line;
-  if (!std::getline(file, line)) {
-    throw ExitError(kNoSecrets, "The token file " + path + " cannot be read, or is empty.");
-  }
+  const std::string content = read_secret_file("token file", path);
+  std::string line = content.substr(0, content.find('\n'));
   while (line.ends_with('\r') || line.ends_with(' ')) line.pop_back();
+  if (line.empty()) throw ExitError(kNoSecrets, "The token file " + path + " is empty.");
   return line;
 }
 
@@ -24,6 +21,7 @@ std::string first_line_of(const std::string& path) {
 UpstreamSecrets load_upstream_secrets(const UpstreamFiles& files) {
   UpstreamSecrets secrets;
   if (files.needs_tls) {
+    if (!files.ca.empty()) (void)read_secret_file("certificates file", files.ca);
     auto tls = client_tls({.ca_file = files.ca});
     if (!tls) throw ExitError(kNoSecrets, tls.error().text);
     secrets.tls = *std::move(tls);

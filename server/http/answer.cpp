@@ -1,6 +1,8 @@
 #include "server/http/answer.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <span>
@@ -92,12 +94,16 @@ Answer error_answer(int status, const Error& error, std::string_view request_id)
   Answer answer = json_answer(
       status, body.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   add_field(answer, "Cache-Control", "no-store");
+  if (status == 503 || status == 429) {
+    constexpr double kLongest = 3600;
+    const double seconds = std::clamp(std::ceil(error.retry_after), 1.0, kLongest);
+    add_field(answer, "Retry-After", std::to_string(static_cast<int>(seconds)));
+  }
   return answer;
 }
 
 Answer error_answer(const Error& error, std::string_view request_id) {
   Answer answer = error_answer(status_of(error.code), error, request_id);
-  if (answer.status == 503) add_field(answer, "Retry-After", "1");
   if (answer.status == 401) add_field(answer, "WWW-Authenticate", "Bearer");
   return answer;
 }

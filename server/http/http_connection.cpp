@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/net/coroutines.hpp"
+#include "server/http/slowest_reader.hpp"
 #include "server/operations/log.hpp"
 
 namespace multitetra {
@@ -71,8 +72,8 @@ asio::awaitable<void> HttpConnection::run() {
   deadline_.set(options_.handshake_timeout);
   const error_code error = co_await stream_->handshake_as_server();
   if (error) {
-    log_line(LogLevel::kInfo, "no TLS: " + error.message(),
-             {{"connection", client_->facts().connection}, {"peer", client_->facts().peer}});
+    log_line_about(client_->facts().peer, LogLevel::kInfo, "no TLS: " + error.message(),
+                   {{"connection", client_->facts().connection}, {"peer", client_->facts().peer}});
     co_return;
   }
   while (auto request = co_await read_request()) {
@@ -125,11 +126,19 @@ void HttpConnection::tell(const HttpRequest* request, const RequestContext& cont
 
 Result<void> HttpConnection::check_admission(const HttpRequest& request) {
   if (refusal_) return tl::unexpected(*refusal_);
-  return client_->forwarded_for(view_of(request["X-Forwarded-For"]));
+  std::string hops;  // Proxies add to the last line, or another line.
+  const auto lines = request.equal_range("X-Forwarded-For");
+  for (auto line = lines.first; line != lines.second; ++line) {
+    if (!hops.empty()) hops += ',';
+    hops += view_of(line->value());
+  }
+  return client_->forwarded_for(hops);
 }
 
 asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
-  deadline_.set(options_.keep_alive_timeout);
+  // Who has asked once may rest; who never did gets no longer than for the header itself.
+  deadline_.set(std::exchange(has_asked_, true) ? options_.keep_alive_timeout
+                                                : options_.handshake_timeout);
   std::array<char, 8 * 1024> buffer;  // NOLINT: it is read into before it is looked at.
   bool is_inside = false;
   for (;;) {
@@ -178,10 +187,15 @@ asio::awaitable<bool> HttpConnection::write_file(const ScratchFile& file, std::u
                                                  std::uint64_t length) {
   constexpr std::uint64_t kPiece = 256 * 1024;
   std::vector<std::byte> piece(std::min(length, kPiece));
+  const SlowestReader slowest(Clock::now(), options_.write_timeout,
+                              options_.min_mesh_bytes_per_second);
+  std::uint64_t taken = 0;
   while (length > 0) {
     piece.resize(std::min(length, kPiece));
     file.get(first, piece);
-    deadline_.set(options_.write_timeout);
+    taken += piece.size();
+    const Clock::time_point now = Clock::now();
+    deadline_.set(slowest.deadline(now, taken) - now);
     const Transfer sent = co_await stream_->write(asio::buffer(piece));
     client_->admission().observer().sent("http", sent.bytes);
     if (sent.error) co_return false;

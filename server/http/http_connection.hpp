@@ -61,6 +61,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
   std::shared_ptr<RequestContext> context_;  // While a request is answered.
   bool is_watching_ = false;
   bool is_answering_ = false;
+  bool has_asked_ = false;
   bool is_ending_ = false;
   Deadline deadline_;
 };

@@ -1,5 +1,6 @@
 #include "server/http/http_request.hpp"
 
+#include <iterator>
 #include <utility>
 
 namespace multitetra {
@@ -49,6 +50,16 @@ tl::expected<std::optional<HttpRequest>, BrokenRequest> RequestReader::next() {
   const auto length = parser_->content_length();
   if (parser_->chunked() || (length && *length > 0)) {
     return refuse(413, "A request here has no body.");
+  }
+  const HttpRequest& header = parser_->get();
+  // Whatever it is called: a proxy may see a body where we see the next request.
+  if (header.find(http::field::transfer_encoding) != header.end()) {
+    return refuse(501, "A request here has no body, and no Transfer-Encoding.");
+  }
+  const auto hosts = header.equal_range(http::field::host);
+  const auto host_lines = std::distance(hosts.first, hosts.second);
+  if (host_lines > 1 || (host_lines == 0 && header.version() >= 11)) {
+    return refuse(400, "A request names its Host once (RFC 9112).");
   }
   HttpRequest request = parser_->release();
   parser_.reset();

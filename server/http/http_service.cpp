@@ -28,6 +28,19 @@ std::string_view bearer_token(const HttpRequest& request) {
   return said.substr(kScheme.size());
 }
 
+// Memory that nobody else has, until the answer has left. Small ones are part of the connection.
+std::size_t waiting_bytes(const Answer& answer) {
+  constexpr std::size_t kSmall = 16 * 1024;
+  const auto* text = std::get_if<std::string>(&answer.body.whole);
+  return text != nullptr && text->size() > kSmall ? text->size() : 0;
+}
+
+Answer methods_answer() {
+  Answer answer{.status = 204};
+  add_field(answer, "Allow", kMethods);
+  return answer;
+}
+
 Answer not_offered(std::string_view what, std::string_view request_id) {
   return error_answer(
       404, {ErrorCode::kInvalidArgument, "This server offers no " + std::string(what) + "."},
@@ -70,6 +83,14 @@ std::string HttpService::new_request_id() {
 
 asio::awaitable<Outcome> HttpService::answer(const HttpRequest& request, RequestContext& context) {
   Outcome outcome = co_await routed(request, context);
+  if (const auto* answer = std::get_if<Answer>(&outcome)) {
+    auto room = context.client->take_room(waiting_bytes(*answer));
+    if (room) {
+      context.room = *std::move(room);
+    } else {
+      outcome = error_answer(room.error(), context.request_id);
+    }
+  }
   if (auto* answer = std::get_if<Answer>(&outcome)) {
     add_field(*answer, "X-Request-Id", context.request_id);
     answer->fields +=
@@ -80,20 +101,21 @@ asio::awaitable<Outcome> HttpService::answer(const HttpRequest& request, Request
 }
 
 asio::awaitable<Outcome> HttpService::routed(const HttpRequest& request, RequestContext& context) {
-  if (is_base_path(view_of(request.target()), options_.base_path)) {
+  if (request.method() == http::verb::options && request.target() == "*") {
+    co_return methods_answer();
+  }
+  const std::string_view path = without_authority(view_of(request.target()));
+  if (is_base_path(path, options_.base_path)) {
     Answer answer{.status = 308};
     add_field(answer, "Location", options_.base_path + "/");
     co_return answer;
   }
-  const auto target =
-      parse_target(without_base_path(view_of(request.target()), options_.base_path));
+  const auto target = parse_target(without_base_path(path, options_.base_path));
   const auto route = target ? route_of(*target) : Result<Route>(tl::unexpected(target.error()));
   if (!route) co_return error_answer(route.error(), context.request_id);
   context.kind = name(*route);
   if (request.method() == http::verb::options) {
-    Answer answer{.status = 204};
-    add_field(answer, "Allow", kMethods);
-    co_return answer;
+    co_return methods_answer();
   }
   if (request.method() != http::verb::get && request.method() != http::verb::head) {
     Answer answer = error_answer(
@@ -110,7 +132,9 @@ asio::awaitable<Outcome> HttpService::routed(const HttpRequest& request, Request
     if (objection) co_return *std::move(objection);
     co_return UpgradeToWebSocket{};
   }
-  if (const auto* tile = std::get_if<TileBytes>(&*route)) co_return answer_to(*tile, asked);
+  if (const auto* tile = std::get_if<TileBytes>(&*route)) {
+    co_return co_await answer_tile(tile->digest, asked);
+  }
   if (const auto* file = std::get_if<ViewerFile>(&*route)) co_return answer_to(*file, asked);
   if (std::holds_alternative<Liveness>(*route)) co_return answer_to(Liveness{}, asked);
   if (std::holds_alternative<Readiness>(*route)) co_return answer_to(Readiness{}, asked);
@@ -122,9 +146,7 @@ asio::awaitable<Outcome> HttpService::routed(const HttpRequest& request, Request
 asio::awaitable<Answer> HttpService::inquired(const Route& route, Question asked) {
   const std::string& id = asked.context.request_id;
   if (const auto allowed = asked.context.client->may_ask(); !allowed) {
-    Answer answer = error_answer(429, allowed.error(), id);
-    add_field(answer, "Retry-After", "1");
-    co_return answer;
+    co_return error_answer(429, allowed.error(), id);
   }
   OneShotSession one_shot(server_.new_session(asked.context.client), asked.context);
   const auto welcome = co_await one_shot.greet(std::string(bearer_token(asked.request)));
@@ -173,29 +195,45 @@ Answer HttpService::answer_to(const Description&, const Question& asked) const {
   return document(std::string(kOpenApi), asked.request);
 }
 
-Answer HttpService::answer_to(const TileBytes& tile, const Question& asked) const {
+// Whoever may see a dataset may have its tiles. Where tokens decide that, an answer is for their
+// bearer alone.
+asio::awaitable<Answer> HttpService::answer_tile(ContentDigest digest, Question asked) const {
   const HttpHooks& hooks = options_.hooks;
-  if (!hooks.find_tile) return not_offered("tiles by their digest", asked.context.request_id);
-  const AccessListPtr& access = server_.admission.access();
+  const std::string& id = asked.context.request_id;
+  if (!hooks.find_tile) co_return not_offered("tiles by their digest", id);
+  const std::string token(bearer_token(asked.request));
+  AccessRights rights;
+  const AccessListPtr access = server_.admission.access();
   if (access) {
-    const auto rights = access->rights_of(bearer_token(asked.request));
-    if (!rights) return error_answer(rights.error(), asked.context.request_id);
+    auto known = access->rights_of(token);
+    if (!known) co_return error_answer(known.error(), id);
+    rights = *std::move(known);
   }
-  const auto found = hooks.find_tile(tile.digest);
+  CataloguePtr offered;
+  if (hooks.catalogue_of) {
+    auto found = co_await hooks.catalogue_of(token);
+    if (!found) co_return error_answer(found.error(), id);
+    offered = *std::move(found);
+  }
+  const auto may_see = [&](const std::string& dataset) {
+    return rights.may_see(dataset) && (!offered || offered->find(dataset));
+  };
+  const auto found = hooks.find_tile(digest, may_see);
   if (!found) {
-    return error_answer(404,
-                        {ErrorCode::kInvalidArgument,
-                         "The server does not hold this tile any more, or never had it; a stream "
-                         "brings it."},
-                        asked.context.request_id);
+    co_return error_answer(404,
+                           {ErrorCode::kInvalidArgument,
+                            "The server does not hold this tile any more, or never had it; a "
+                            "stream brings it."},
+                           id);
   }
+  const bool is_for_all = !access && (!offered || token.empty());
   Answer answer{.body = body_of(found->payload)};
   add_field(answer, "Content-Type", media_type(MeshFormat::kDrc));
   add_field(
       answer, "Cache-Control",
-      access ? "private, max-age=31536000, immutable" : "public, max-age=31536000, immutable");
-  meet_conditions(answer, asked.request, '"' + tile.digest.hex() + '"');
-  return answer;
+      is_for_all ? "public, max-age=31536000, immutable" : "private, max-age=31536000, immutable");
+  meet_conditions(answer, asked.request, '"' + digest.hex() + '"');
+  co_return answer;
 }
 
 Answer HttpService::answer_to(const ViewerFile& file, const Question& asked) const {

@@ -50,7 +50,7 @@ class HttpService {
   Answer answer_to(const Readiness&, const Question& asked) const;
   Answer answer_to(const Metrics&, const Question& asked) const;
   Answer answer_to(const Description&, const Question& asked) const;
-  Answer answer_to(const TileBytes& tile, const Question& asked) const;
+  asio::awaitable<Answer> answer_tile(ContentDigest digest, Question asked) const;
   Answer answer_to(const ViewerFile& file, const Question& asked) const;
 
   const ServerContext& server_;

@@ -13,6 +13,14 @@
 namespace multitetra {
 namespace {
 
+// Whoever holds the file holds its room.
+struct FileInItsRoom {
+  FileInItsRoom(const std::filesystem::path& folder, ByteReservations::Reservation room_of_it)
+      : room(std::move(room_of_it)), file(folder) {}
+  ByteReservations::Reservation room;
+  ScratchFile file;
+};
+
 Result<LatticeMesh> decoded(const OneShotSession::Step& step, const std::stop_token& stop) {
   const IsosurfaceRequest& request = step.begin.request;
   std::vector<LatticeMesh> tiles;
@@ -73,7 +81,7 @@ std::string facts(const MeshTopology& mesh, const OneShotSession::Step& step,
 }  // namespace
 
 Result<StoredMesh> store_mesh(const OneShotSession::Step& step, const DatasetInfo& info,
-                              const MeshForm& form, const std::filesystem::path& folder,
+                              const MeshForm& form, const MeshPlace& place,
                               const std::stop_token& stop) {
   auto mesh = decoded(step, stop);
   if (!mesh) return tl::unexpected(mesh.error());
@@ -82,9 +90,13 @@ Result<StoredMesh> store_mesh(const OneShotSession::Step& step, const DatasetInf
   const std::string bytes = mesh_file(
       positioned(*mesh, form.is_in_world ? grid_to_world(info) : grid_to_index(info)), form.format);
   *mesh = {};
-  const auto file = std::make_shared<ScratchFile>(folder);
-  static_cast<void>(file->put(std::as_bytes(std::span(bytes))));
-  return StoredMesh{.file = file, .bytes = bytes.size(), .fields = facts(*found, step, info)};
+  auto room = place.room(bytes.size());
+  if (!room) return tl::unexpected(room.error());
+  const auto stored = std::make_shared<FileInItsRoom>(place.folder, *std::move(room));
+  static_cast<void>(stored->file.put(std::as_bytes(std::span(bytes))));
+  return StoredMesh{.file = SharedFile(stored, &stored->file),
+                    .bytes = bytes.size(),
+                    .fields = facts(*found, step, info)};
 }
 
 }  // namespace multitetra

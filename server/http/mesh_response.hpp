@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <stop_token>
 #include <string>
 
@@ -10,10 +11,11 @@
 #include "common/wire/mesh_files.hpp"
 #include "server/http/answer.hpp"
 #include "server/http/one_shot_session.hpp"
+#include "server/operations/byte_reservations.hpp"
 
 namespace multitetra {
 
-// A mesh in its file format, in a file without a name.
+// A mesh in its file format, in a file without a name, which has its room on the disk.
 struct StoredMesh {
   SharedFile file;
   std::uint64_t bytes = 0;
@@ -25,12 +27,18 @@ struct MeshForm {
   bool is_in_world = true;  // Else in sample indices.
 };
 
+// Where it is written, and what that takes.
+struct MeshPlace {
+  std::filesystem::path folder;
+  // Room for so many bytes, as long as the reservation lives.
+  std::function<Result<ByteReservations::Reservation>(std::uint64_t)> room;
+};
+
 // Takes about 120 bytes of memory a triangle while it works. kDamagedData when a check of tiles or
-// mesh fails: the same that a client makes. kCancelled soon after `stop` is triggered. Throws
-// DatasetFileError when `folder` cannot take it.
+// mesh fails: the same that a client makes; what place.room() says where there is none. kCancelled
+// soon after `stop` is triggered. Throws DatasetFileError when the folder cannot take it.
 [[nodiscard]] Result<StoredMesh> store_mesh(const OneShotSession::Step& step,
                                             const DatasetInfo& info, const MeshForm& form,
-                                            const std::filesystem::path& folder,
-                                            const std::stop_token& stop);
+                                            const MeshPlace& place, const std::stop_token& stop);
 
 }  // namespace multitetra

@@ -9,13 +9,13 @@ tl::unexpected<Error> out_of_place() {
   return fail(ErrorCode::kInternal, "The conversation took an unexpected turn.");
 }
 
+}  // namespace
+
 std::uint64_t triangles_of(const StepBegin& step) {
   std::uint64_t sum = 0;
   for (const TileSummary& tile : step.tiles) sum += tile.triangles;
   return sum;
 }
-
-}  // namespace
 
 OneShotSession::OneShotSession(StreamSessionPtr session, RequestContext& context)
     : session_(std::move(session)), context_(context) {

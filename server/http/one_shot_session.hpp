@@ -12,6 +12,9 @@
 
 namespace multitetra {
 
+// Of all its tiles together.
+[[nodiscard]] std::uint64_t triangles_of(const StepBegin& step);
+
 class OneShotSession {
  public:
   // Holds `session` in the context until its own end.

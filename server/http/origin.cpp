@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <regex>
 
 namespace multitetra {
 namespace {
@@ -36,6 +37,12 @@ bool is_allowed_origin(std::string_view origin, std::string_view host,
     }
   }
   return false;
+}
+
+bool is_origin(std::string_view text) {
+  static const std::regex kOrigin(
+      R"(\*|[a-z][a-z0-9+.-]*://(\[[0-9a-f:.]+\]|[a-z0-9._-]+)(:[0-9]{1,5})?)", std::regex::icase);
+  return std::regex_match(text.begin(), text.end(), kOrigin);
 }
 
 std::string cross_origin_fields(std::string_view origin, std::string_view host,

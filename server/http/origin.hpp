@@ -13,6 +13,10 @@ namespace multitetra {
 [[nodiscard]] bool is_allowed_origin(std::string_view origin, std::string_view host,
                                      const std::vector<std::string>& allowed);
 
+// Whether an allowed origin is written as browsers write theirs: scheme, host, and the port unless
+// it is the usual one; or "*".
+[[nodiscard]] bool is_origin(std::string_view text);
+
 // The header fields (CORS) by which the browser lets a page of `origin` read an answer; empty where
 // it may not, or where there is nothing to say. For "OPTIONS", also what such a page may send.
 [[nodiscard]] std::string cross_origin_fields(std::string_view origin, std::string_view host,

@@ -24,6 +24,8 @@ struct RequestContext {
   // What is told of it in the log and counted, and its outcome there; null for what is quick.
   std::unique_ptr<RequestRecord> record = nullptr;
   std::string_view outcome = "complete";
+  // For the answer's body, until it has left.
+  ByteReservations::Reservation room = {};
   // Called before what may take long: from then on the client is watched for hanging up.
   std::function<void()> watch = {};
 

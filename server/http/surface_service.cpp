@@ -17,6 +17,16 @@ namespace {
 // Of what this program makes of a request: to be raised when the same request gives other bytes.
 constexpr std::string_view kFormVersion = "2";
 
+// Of a mesh that takes its time.
+constexpr std::uint64_t kManyTriangles = 200'000;
+
+// Of all tiles together.
+std::uint64_t bytes_of(const StepBegin& step) {
+  std::uint64_t sum = 0;
+  for (const TileSummary& tile : step.tiles) sum += tile.bytes;
+  return sum;
+}
+
 // A mesh that is made on another thread.
 struct Assembly {
   explicit Assembly(asio::any_io_executor executor) : done(executor) {}
@@ -25,10 +35,10 @@ struct Assembly {
 };
 
 Result<StoredMesh> guarded_store(const OneShotSession::Step& step, const DatasetInfo& info,
-                                 const MeshForm& form, const std::filesystem::path& folder,
+                                 const MeshForm& form, const MeshPlace& place,
                                  const std::stop_token& stop) {
   try {
-    return store_mesh(step, info, form, folder, stop);
+    return store_mesh(step, info, form, place, stop);
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
                 "The server has not enough memory for this mesh in one response; allow a larger "
@@ -45,13 +55,6 @@ Result<StoredMesh> guarded_store(const OneShotSession::Step& step, const Dataset
 
 SurfaceService::SurfaceService(const HttpOptions& options)
     : options_(options), meshes_(options.mesh_cache_bytes) {}
-
-// Each is an open file, of which a process has not many: small ones weigh so much that there are
-// never more than kMostFiles.
-std::size_t SurfaceService::weight_of(const StoredMesh& mesh) const {
-  constexpr std::uint64_t kMostFiles = 128;
-  return std::max({mesh.bytes, options_.mesh_cache_bytes / kMostFiles, std::uint64_t{1}});
-}
 
 asio::awaitable<Result<SurfaceService::Wanted>> SurfaceService::wanted(const std::string& dataset,
                                                                        const Target& target,
@@ -97,25 +100,34 @@ asio::awaitable<Result<StoredMesh>> SurfaceService::make(const Wanted& wanted,
   auto step =
       co_await one_shot.final_step(wanted.info.name, wanted.request, options_.max_mesh_triangles);
   if (!step) co_return tl::unexpected(step.error());
+  const auto waiting = context.client->take_room(bytes_of(step->begin));
+  if (!waiting) co_return tl::unexpected(waiting.error());
+  const std::string share = context.client->share();
+  const MeshPlace place = {
+      .folder = options_.temporary_folder,
+      .room = [this, share](std::uint64_t bytes) { return meshes_.room(share, bytes); }};
   // The guard keeps the executor running until the mesh has come back.
   const auto executor = co_await asio::this_coro::executor;
   const auto assembly = std::make_shared<Assembly>(executor);
-  const FairQueue::Client client = assembling_.new_client();
+  const bool is_large = triangles_of(step->begin) > kManyTriangles;
   assembling_.post(
-      client,
-      {.run = [assembly, step = std::make_shared<const OneShotSession::Step>(*std::move(step)),
-               info = wanted.info, form = wanted.form, folder = options_.temporary_folder,
-               stop = context.stop.get_token(), executor, guard = asio::make_work_guard(executor)] {
-        auto mesh =
-            std::make_shared<Result<StoredMesh>>(guarded_store(*step, info, form, folder, stop));
-        post(executor, [assembly, mesh] {
-          assembly->mesh = std::move(*mesh);
-          assembly->done.notify_all();
-        });
-      }});
+      {.share = share, .number = assembling_.new_client()},
+      {.run =
+           [assembly, step = std::make_shared<const OneShotSession::Step>(*std::move(step)),
+            info = wanted.info, form = wanted.form, place, stop = context.stop.get_token(),
+            executor, guard = asio::make_work_guard(executor)] {
+             auto mesh = std::make_shared<Result<StoredMesh>>(
+                 guarded_store(*step, info, form, place, stop));
+             post(executor, [assembly, mesh] {
+               assembly->mesh = std::move(*mesh);
+               assembly->done.notify_all();
+             });
+           },
+       .kind = is_large ? "large mesh" : "small mesh",
+       .is_long = is_large});
   while (!assembly->mesh) co_await assembly->done.wait();
   auto stored = *std::move(assembly->mesh);
-  if (stored && !wanted.tag.empty()) meshes_.add(wanted.key, *stored, weight_of(*stored));
+  if (stored && !wanted.tag.empty()) meshes_.keep(wanted.key, *stored);
   co_return stored;
 }
 
@@ -132,7 +144,7 @@ asio::awaitable<Answer> SurfaceService::answer(const std::string& dataset, const
   add_field(answer, "Content-Type", media_type(wanted->form.format));
   add_field(answer, "Cache-Control", "no-cache");
   if (wanted->is_format_negotiated) add_field(answer, "Vary", "Accept");
-  const StoredMesh* const known = meshes_.find(wanted->key);
+  const std::optional<StoredMesh> known = meshes_.find(wanted->key);
   const bool needs_none = request.method() == http::verb::head ||
                           names_tag(field(request, http::field::if_none_match), wanted->tag);
   RequestFacts facts;

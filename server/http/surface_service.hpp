@@ -8,10 +8,10 @@
 #include "server/http/answer.hpp"
 #include "server/http/http_options.hpp"
 #include "server/http/mesh_response.hpp"
+#include "server/http/mesh_shelf.hpp"
 #include "server/http/request_context.hpp"
 #include "server/http/surface_query.hpp"
 #include "server/http/target.hpp"
-#include "server/stream/lru_map.hpp"
 #include "server/stream/workers.hpp"
 
 namespace multitetra {
@@ -27,6 +27,10 @@ class SurfaceService {
                                                RequestContext& context);
 
  private:
+  // Meshes that are made at the same time: each takes much memory. One of them is a small one, so
+  // that it does not wait for large ones, and no address or token has more than one large.
+  static constexpr std::size_t kAssembling = 3;
+
   // What was asked for, in all that the file is a function of.
   struct Wanted {
     DatasetInfo info;
@@ -43,12 +47,9 @@ class SurfaceService {
   [[nodiscard]] asio::awaitable<Result<StoredMesh>> make(const Wanted& wanted,
                                                          OneShotSession& one_shot,
                                                          RequestContext& context);
-  // Of a mesh among those that are kept.
-  [[nodiscard]] std::size_t weight_of(const StoredMesh& mesh) const;
-
   const HttpOptions& options_;
-  LruMap<std::string, StoredMesh> meshes_;
-  Workers assembling_{1};  // One mesh at a time: each takes much memory.
+  MeshShelf meshes_;
+  Workers assembling_{kAssembling};
 };
 
 }  // namespace multitetra

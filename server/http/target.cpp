@@ -53,7 +53,17 @@ std::optional<std::string> percent_decoded(std::string_view text) {
   return decoded;
 }
 
-Result<Target> parse_target(std::string_view target) {
+std::string_view without_authority(std::string_view target) {
+  for (const std::string_view scheme : {"http://", "https://"}) {
+    if (!target.starts_with(scheme)) continue;
+    const std::size_t end = target.find_first_of("/?", scheme.size());
+    return end == std::string_view::npos ? "/" : target.substr(end);
+  }
+  return target;
+}
+
+Result<Target> parse_target(std::string_view asked) {
+  const std::string_view target = without_authority(asked);
   if (!target.starts_with('/')) {
     return fail(ErrorCode::kInvalidArgument, "The request's target must begin with \"/\".");
   }

@@ -21,7 +21,10 @@ struct Target {
 // is itself: numbers have it.
 [[nodiscard]] std::optional<std::string> percent_decoded(std::string_view text);
 
-// kInvalidArgument unless it is a path that begins with "/", perhaps with a query, all of it well
+// What follows scheme, host and port of "http://example.org/path"; a path is itself.
+[[nodiscard]] std::string_view without_authority(std::string_view target);
+
+// kInvalidArgument unless it is a path, perhaps behind scheme, host and port, that begins with "/", perhaps with a query, all of it well
 // encoded.
 [[nodiscard]] Result<Target> parse_target(std::string_view target);
 

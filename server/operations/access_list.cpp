@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <ctime>
-#include <fstream>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -12,6 +11,7 @@
 #include <openssl/rand.h>
 
 #include "common/base/exit_codes.hpp"
+#include "server/operations/secret_file.hpp"
 
 namespace multitetra {
 namespace {
@@ -176,16 +176,7 @@ Result<AccessList> parse_access_list(std::string_view text) {
 }
 
 AccessListPtr load_access_list(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  if (!stream || std::filesystem::is_directory(file) || !(text << stream.rdbuf()).good()) {
-    // An empty file sets the fail bit as well, and is a list of nobody.
-    std::error_code error;
-    if (!stream || std::filesystem::file_size(file, error) != 0 || error) {
-      throw ExitError(kNoSecrets, "The tokens file " + file.string() + " cannot be read.");
-    }
-  }
-  auto list = parse_access_list(text.str());
+  auto list = parse_access_list(read_secret_file("tokens file", file));
   if (!list) {
     throw ExitError(kNoSecrets, "The tokens file " + file.string() + ": " + list.error().text);
   }

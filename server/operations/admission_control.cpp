@@ -1,5 +1,6 @@
 #include "server/operations/admission_control.hpp"
 
+#include <cmath>
 #include <exception>
 #include <utility>
 
@@ -28,8 +29,7 @@ ClientContext::ClientContext(AdmissionControl& admission, ClientFacts facts, std
     : admission_(admission),
       facts_(std::move(facts)),
       address_(std::move(address)),
-      limited_(is_among(address_, admission.options_.trusted_proxies) ? ""
-                                                                      : limited_name(address_)),
+      limited_(admission.options_.trusted_proxies.contains(address_) ? "" : limited_name(address_)),
       ticket_(std::move(ticket)) {}
 
 ClientContext::~ClientContext() {
@@ -46,10 +46,10 @@ void ClientContext::changes_to(ProtocolName protocol) {
 }
 
 Result<void> ClientContext::forwarded_for(std::string_view addresses) {
-  const std::vector<std::string>& trusted = admission_.options_.trusted_proxies;
-  if (!is_among(address_, trusted)) return {};
-  const std::string client = client_behind(address_, addresses, trusted);
-  std::string limited = is_among(client, trusted) ? "" : limited_name(client);
+  const AddressRanges& trusted = admission_.options_.trusted_proxies;
+  if (!trusted.contains(address_)) return {};
+  ClientBehind client = client_behind(address_, addresses, trusted);
+  std::string limited = client.is_trusted ? "" : limited_name(client.address);
   if (limited == limited_) return {};
   ticket_ = {};  // The same connection is not counted twice.
   auto ticket =
@@ -60,22 +60,49 @@ Result<void> ClientContext::forwarded_for(std::string_view addresses) {
   }
   ticket_ = *std::move(ticket);
   limited_ = std::move(limited);
-  facts_.peer = client;
+  facts_.peer = std::move(client.address);
   return {};
 }
 
-Result<void> ClientContext::may_ask() {
-  const double now = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
-  if (limited_.empty() || admission_.rates_.take(limited_, now)) return {};
-  admission_.observer().refused(facts_, "requests_per_second");
-  return fail(ErrorCode::kLimitExceeded,
-              "More than " + shortest_text(admission_.rates_.rate().per_second) +
-                  " requests a second came from your address; wait a second.");
+std::string ClientContext::share() const {
+  if (has_token_) return "token " + facts_.name;
+  if (!limited_.empty()) return "address " + limited_;
+  return "connection " + std::to_string(facts_.connection);
 }
 
-Result<void> ClientContext::may_ask_in_session() {
+Result<void> ClientContext::may_ask() { return may_ask(1); }
+
+Result<void> ClientContext::may_ask(double cost) {
+  const double now = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
+  if (limited_.empty()) return {};
+  const double wait = admission_.rates_.take(limited_, now, cost);
+  if (wait <= 0) return {};
+  admission_.observer().refused(facts_, "requests_per_second");
+  const double seconds = std::ceil(wait);
+  return tl::unexpected(
+      Error{.code = ErrorCode::kLimitExceeded,
+            .text = "More than " + shortest_text(admission_.rates_.rate().per_second) +
+                    " requests a second came from your address; wait for " +
+                    (seconds == 1 ? "a second." : shortest_text(seconds) + " seconds."),
+            .retry_after = wait});
+}
+
+Result<void> ClientContext::may_ask_in_session(std::size_t message_bytes) {
+  constexpr std::size_t kBytesOfARequest = 64 * 1024;
   if (std::string_view(facts_.protocol) == "http") return {};
-  return may_ask();
+  return may_ask(1 + static_cast<double>(message_bytes / kBytesOfARequest));
+}
+
+Result<ByteReservations::Reservation> ClientContext::take_room(std::size_t bytes) {
+  constexpr double kRetryAfter = 5;
+  auto room = admission_.queue_.take(share(), bytes);
+  if (room) return *std::move(room);
+  admission_.observer().refused(facts_, "queue_bytes");
+  return tl::unexpected(Error{
+      .code = ErrorCode::kUnavailable,
+      .text = "This server has no room for that now, because so much waits already; ask again in " +
+              shortest_text(kRetryAfter) + " s, or for a larger error.",
+      .retry_after = kRetryAfter});
 }
 
 // ---- the admission
@@ -88,14 +115,14 @@ AdmissionControl::AdmissionControl(AdmissionOptions options)
       connections_(options_.connections),
       refused_({.total = kMostRefusedAtOnce}),
       rates_(options_.requests),
-      queue_(options_.queue_bytes) {}
+      queue_(options_.queue_bytes, options_.queue_bytes / 2) {}
 
 AdmissionControl::Admitted AdmissionControl::admit(ProtocolName protocol,
                                                    const std::string& address,
                                                    const std::string& peer) {
   ClientFacts facts{.protocol = protocol, .connection = ++last_connection_, .peer = peer};
   // A trusted proxy brings many; who they are is known when they ask.
-  const bool is_proxy = is_among(address, options_.trusted_proxies);
+  const bool is_proxy = options_.trusted_proxies.contains(address);
   auto ticket = is_proxy ? connections_.enter() : connections_.enter(limited_name(address));
   std::optional<Error> refusal;
   if (!ticket) {
@@ -147,6 +174,7 @@ void AdmissionControl::request_over() {
 RequestRecord::RequestRecord(ClientContextPtr client, RequestFacts facts)
     : client_(std::move(client)), facts_(std::move(facts)) {
   ++client_->admission().running_requests_;
+  ++client_->admission().requests_;
   client_->admission().observer().request_began(client_->facts(), facts_.kind);
 }
 

@@ -20,10 +20,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "server/operations/access_list.hpp"
 #include "server/operations/byte_reservations.hpp"
+#include "server/operations/client_address.hpp"
 #include "server/operations/connection_limiter.hpp"
 #include "server/operations/request_rate.hpp"
 #include "server/operations/service_observer.hpp"
@@ -36,9 +36,11 @@ struct AdmissionOptions {
   std::optional<std::filesystem::path> tokens = {};  // None: everybody may see everything.
   ConnectionLimits connections = {.total = 1024, .per_name = 256};  // Names are addresses.
   RequestRate requests = {.per_second = 200, .burst = 600};         // Of an address.
-  std::size_t queue_bytes = std::size_t{1} << 30;  // Of steps that wait for their clients.
-  std::vector<std::string> trusted_proxies = {};   // Addresses whose X-Forwarded-For is believed.
-  ServiceObserverPtr observer = {};                // Null: nobody is told.
+  // Of all that waits: requests for workers, steps and lists for their clients. One share (an
+  // address, a token) has half of it at most.
+  std::size_t queue_bytes = std::size_t{1} << 30;
+  AddressRanges trusted_proxies = {};  // Whose X-Forwarded-For is believed.
+  ServiceObserverPtr observer = {};    // Null: nobody is told.
 };
 
 class AdmissionControl;
@@ -55,24 +57,38 @@ class ClientContext {
   [[nodiscard]] const ClientFacts& facts() const { return facts_; }
   [[nodiscard]] AdmissionControl& admission() const { return admission_; }
 
-  // The value of X-Forwarded-For of a request. If a trusted proxy says so, limits count for who is
-  // behind it from now on. An error when there are too many connections from there.
+  // The values of X-Forwarded-For of a request, joined by commas. If a trusted proxy says so,
+  // limits count for who is behind it from now on. An error when there are too many connections
+  // from there.
   [[nodiscard]] Result<void> forwarded_for(std::string_view addresses);
   // Its connection is of another kind from now on.
   void changes_to(ProtocolName protocol);
-  // After its token was accepted: the name for the log.
-  void is_named(std::string name) { facts_.name = std::move(name); }
-  // Counts a request. An error when there were too many within a short time.
+  // After its token was accepted: the name for the log, and whether it is that of its own token.
+  void is_named(std::string name, bool has_token) {
+    facts_.name = std::move(name);
+    has_token_ = has_token;
+  }
+  // Whose share of the server's time and memory this client has: that of its token, else that of
+  // its address (IPv6: its /64 network). Whom a trusted proxy brings, unnamed, has one of its own.
+  [[nodiscard]] std::string share() const;
+  // Counts a request. kLimitExceeded when there were too many within a short time; it says when to
+  // come again.
   [[nodiscard]] Result<void> may_ask();
-  // The same for a message of a conversation. Over HTTP it counts nothing: there the listener asks
+  // The same for a message of a conversation; long ones count for several, also where they are
+  // refused: to read them costs time. Over HTTP it counts nothing: there the listener asks
   // once for each request, however many messages that takes.
-  [[nodiscard]] Result<void> may_ask_in_session();
+  [[nodiscard]] Result<void> may_ask_in_session(std::size_t message_bytes);
+  // Room for what waits, as long as the reservation lives. kUnavailable when there is none.
+  [[nodiscard]] Result<ByteReservations::Reservation> take_room(std::size_t bytes);
 
  private:
+  [[nodiscard]] Result<void> may_ask(double cost);
+
   AdmissionControl& admission_;
   ClientFacts facts_;
   std::string address_;  // Without port, of the connection itself.
   std::string limited_;  // The name under which limits count.
+  bool has_token_ = false;
   ConnectionLimiter::Ticket ticket_;
   std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
 };
@@ -109,6 +125,8 @@ class AdmissionControl {
   [[nodiscard]] ByteReservations& queue() { return queue_; }
   [[nodiscard]] ServiceObserver& observer() { return *observer_; }
   [[nodiscard]] std::size_t connections() const { return connections_.inside(); }
+  [[nodiscard]] std::size_t running_requests() const { return running_requests_; }
+  [[nodiscard]] std::uint64_t requests() const { return requests_; }  // That began so far.
 
  private:
   friend class ClientContext;
@@ -125,6 +143,7 @@ class AdmissionControl {
   ByteReservations queue_;
   std::uint64_t last_connection_ = 0;
   std::size_t running_requests_ = 0;
+  std::uint64_t requests_ = 0;
   bool is_draining_ = false;
   std::function<void()> when_idle_;
 };

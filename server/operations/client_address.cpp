@@ -1,6 +1,7 @@
 #include "server/operations/client_address.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <optional>
 
 #include "common/base/text.hpp"
@@ -8,6 +9,8 @@
 
 namespace multitetra {
 namespace {
+
+using Bytes = std::array<unsigned char, 16>;
 
 // An IPv4 address in an IPv6 one is the former, as on sockets that speak both.
 std::optional<asio::ip::address> parsed(std::string_view text) {
@@ -18,6 +21,46 @@ std::optional<asio::ip::address> parsed(std::string_view text) {
     return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
   }
   return address;
+}
+
+Bytes bytes_of(const asio::ip::address& address) {
+  return address.is_v6()
+             ? address.to_v6().to_bytes()
+             : asio::ip::make_address_v6(asio::ip::v4_mapped, address.to_v4()).to_bytes();
+}
+
+std::optional<int> number(std::string_view text, int most) {
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value >= 0 && value <= most ? std::optional(value) : std::nullopt;
+}
+
+// As proxies write it: 192.0.2.7, 192.0.2.7:4711, 2001:db8::7, [2001:db8::7], [2001:db8::7]:4711.
+std::optional<asio::ip::address> parsed_hop(std::string_view text) {
+  constexpr int kMostPort = 65'535;
+  std::string_view port;
+  if (text.starts_with('[')) {
+    const std::size_t end = text.find(']');
+    if (end == std::string_view::npos) return std::nullopt;
+    port = text.substr(end + 1);
+    text = text.substr(1, end - 1);
+  } else if (std::count(text.begin(), text.end(), ':') == 1) {
+    port = text.substr(text.find(':'));
+    text = text.substr(0, text.find(':'));
+  }
+  if (!port.empty() && (!port.starts_with(':') || !number(port.substr(1), kMostPort))) {
+    return std::nullopt;
+  }
+  return parsed(text);
+}
+
+bool agree(const Bytes& a, const Bytes& b, int bits) {
+  for (int i = 0; i < bits; ++i) {
+    const auto byte = static_cast<std::size_t>(i / 8);
+    if (((a[byte] ^ b[byte]) >> (7 - i % 8) & 1) != 0) return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -31,24 +74,47 @@ std::string limited_name(std::string_view address) {
   return asio::ip::address_v6(bytes).to_string() + "/64";
 }
 
-bool is_among(std::string_view address, const std::vector<std::string>& trusted) {
-  const auto wanted = parsed(address);
-  return wanted && std::any_of(trusted.begin(), trusted.end(),
-                               [&](const std::string& proxy) { return parsed(proxy) == wanted; });
+Result<AddressRanges> AddressRanges::parse(const std::vector<std::string>& texts) {
+  AddressRanges ranges;
+  for (const std::string& text : texts) {
+    const std::size_t slash = text.find('/');
+    const auto address = parsed(text.substr(0, slash));
+    const int most = address && address->is_v4() ? 32 : 128;
+    const auto bits =
+        slash == std::string::npos ? std::optional(most) : number(text.substr(slash + 1), most);
+    if (!address || !bits) {
+      return fail(ErrorCode::kInvalidArgument,
+                  "\"" + text +
+                      "\" is neither an address nor a network; write for example 192.0.2.7, "
+                      "10.0.0.0/8 or 2001:db8::/32.");
+    }
+    ranges.ranges_.push_back({bytes_of(*address), 128 - most + *bits});
+  }
+  return ranges;
 }
 
-std::string client_behind(std::string_view peer, std::string_view forwarded_for,
-                          const std::vector<std::string>& trusted) {
+bool AddressRanges::contains(std::string_view address) const {
+  const auto wanted = parsed(address);
+  if (!wanted) return false;
+  const Bytes bytes = bytes_of(*wanted);
+  return std::any_of(ranges_.begin(), ranges_.end(),
+                     [&](const Range& range) { return agree(bytes, range.network, range.bits); });
+}
+
+ClientBehind client_behind(std::string_view peer, std::string_view forwarded_for,
+                           const AddressRanges& trusted) {
   std::string client(peer);
-  while (is_among(client, trusted)) {
+  bool is_more = !trimmed(forwarded_for).empty();
+  while (trusted.contains(client)) {
+    if (!is_more) return {.address = std::move(client), .is_trusted = true};
     const std::size_t comma = forwarded_for.find_last_of(',');
-    const std::string_view last =
-        trimmed(comma == std::string_view::npos ? forwarded_for : forwarded_for.substr(comma + 1));
-    if (!parsed(last)) break;
-    client = last;
-    forwarded_for = comma == std::string_view::npos ? "" : forwarded_for.substr(0, comma);
+    is_more = comma != std::string_view::npos;
+    const auto hop = parsed_hop(trimmed(is_more ? forwarded_for.substr(comma + 1) : forwarded_for));
+    if (!hop) break;
+    client = hop->to_string();
+    forwarded_for = forwarded_for.substr(0, is_more ? comma : 0);
   }
-  return client;
+  return {.address = std::move(client)};
 }
 
 }  // namespace multitetra

@@ -1,9 +1,12 @@
 // Whom limits are counted for: the address of a client, also behind a proxy.
 #pragma once
 
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "common/base/result.hpp"
 
 namespace multitetra {
 
@@ -11,13 +14,35 @@ namespace multitetra {
 // for one subscriber has all of that. What is no address is its own name.
 [[nodiscard]] std::string limited_name(std::string_view address);
 
-// Who asks, behind proxies that are trusted to say so: `peer` itself unless it is one of
-// `trusted`; else the last address of X-Forwarded-For (the header's value) that no trusted proxy
-// has. So nobody chooses an address for himself. Addresses are compared as addresses, not as text.
-[[nodiscard]] std::string client_behind(std::string_view peer, std::string_view forwarded_for,
-                                        const std::vector<std::string>& trusted);
+// Addresses and networks.
+class AddressRanges {
+ public:
+  // Each text is an address, or a network as "10.0.0.0/8" or "2001:db8::/32". kInvalidArgument that
+  // says which of them is neither.
+  [[nodiscard]] static Result<AddressRanges> parse(const std::vector<std::string>& texts);
 
-// Whether a proxy of that address is trusted.
-[[nodiscard]] bool is_among(std::string_view address, const std::vector<std::string>& trusted);
+  // Addresses are compared as addresses, not as text.
+  [[nodiscard]] bool contains(std::string_view address) const;
+
+ private:
+  // IPv4 as IPv6 has it.
+  struct Range {
+    std::array<unsigned char, 16> network = {};
+    int bits = 128;  // Of the network that count.
+  };
+  std::vector<Range> ranges_;
+};
+
+// Who asks, behind proxies that are trusted to say so.
+struct ClientBehind {
+  std::string address;
+  bool is_trusted = false;  // A proxy that speaks for nobody: limits of one address do not hold.
+};
+// `peer` itself unless it is one of `trusted`; else the last address of X-Forwarded-For (the lines'
+// values, joined by commas) that no trusted proxy has. So nobody chooses an address for himself. An
+// address may have a port, and brackets. Where the last word is none, the proxy that added it is
+// taken for the client, with a client's limits.
+[[nodiscard]] ClientBehind client_behind(std::string_view peer, std::string_view forwarded_for,
+                                         const AddressRanges& trusted);
 
 }  // namespace multitetra

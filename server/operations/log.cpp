@@ -2,13 +2,17 @@
 
 #include <atomic>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <memory>
+#include <mutex>
 
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 #include <nlohmann/json.hpp>
+
+#include "server/operations/log_sampling.hpp"
 
 namespace multitetra {
 namespace {
@@ -108,6 +112,35 @@ std::string json_value(const LogValue& value) {
   return text_value(value);
 }
 
+std::string in_format(std::initializer_list<LogField> fields) {
+  return format_now == LogFormat::kText ? text_fields(fields) : json_fields(fields);
+}
+
+void write(LogLevel level, std::string_view text, const std::string& fields) {
+  const std::string payload = format_now == LogFormat::kText
+                                  ? std::string(text) + fields
+                                  : kFieldsMark + fields + kFieldsMark + std::string(text);
+  spdlog::default_logger_raw()->log(level_of(level), spdlog::string_view_t(payload));
+}
+
+class SharedSampler {
+ public:
+  [[nodiscard]] std::optional<std::uint64_t> admit(std::string_view peer) {
+    const std::chrono::duration<double> now = std::chrono::steady_clock::now().time_since_epoch();
+    const std::lock_guard lock(mutex_);
+    return sampler_.admit(std::string(peer.substr(0, peer.rfind(':'))), now.count());
+  }
+
+ private:
+  std::mutex mutex_;  // Guards sampler_.
+  LogSampler sampler_;
+};
+
+SharedSampler& lines_about_clients() {
+  static SharedSampler sampler;
+  return sampler;
+}
+
 }  // namespace
 
 std::optional<LogFormat> log_format_from(std::string_view name) {
@@ -139,14 +172,16 @@ void set_log_level(LogLevel level) { spdlog::set_level(level_of(level)); }
 bool is_logged(LogLevel level) { return spdlog::default_logger_raw()->should_log(level_of(level)); }
 
 void log_line(LogLevel level, std::string_view text, std::initializer_list<LogField> fields) {
+  if (is_logged(level)) write(level, text, in_format(fields));
+}
+
+void log_line_about(std::string_view peer, LogLevel level, std::string_view text,
+                    std::initializer_list<LogField> fields) {
   if (!is_logged(level)) return;
-  std::string payload;
-  if (format_now == LogFormat::kText) {
-    payload = std::string(text) + text_fields(fields);
-  } else {
-    payload = kFieldsMark + json_fields(fields) + kFieldsMark + std::string(text);
-  }
-  spdlog::default_logger_raw()->log(level_of(level), spdlog::string_view_t(payload));
+  const auto left_out = lines_about_clients().admit(peer);
+  if (!left_out) return;
+  const std::string more = *left_out == 0 ? "" : in_format({{"left_out", *left_out}});
+  write(level, text, in_format(fields) + more);
 }
 
 std::string text_fields(std::initializer_list<LogField> fields) {

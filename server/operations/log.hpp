@@ -46,6 +46,12 @@ struct LogField {
 [[nodiscard]] bool is_logged(LogLevel level);
 void log_line(LogLevel level, std::string_view text, std::initializer_list<LogField> fields);
 
+// A line that a client may bring about as often as he likes: of each address, and of all together,
+// only so many a second are written, and the next one tells in its field `left_out` how many were
+// not. `peer` is an address, or one with a port.
+void log_line_about(std::string_view peer, LogLevel level, std::string_view text,
+                    std::initializer_list<LogField> fields);
+
 // What the formatters do, for tests: one line without its end.
 [[nodiscard]] std::string text_fields(std::initializer_list<LogField> fields);
 [[nodiscard]] std::string json_fields(std::initializer_list<LogField> fields);

@@ -1,5 +1,10 @@
 #include "server/operations/request_log.hpp"
 
+#include <algorithm>
+#include <cctype>
+#include <initializer_list>
+#include <string>
+
 #include "server/operations/log.hpp"
 
 namespace multitetra {
@@ -35,6 +40,33 @@ LogLevel level_of(int status) {
   return status >= 400 ? LogLevel::kInfo : LogLevel::kDebug;
 }
 
+bool looks_secret(std::string_view name, std::string_view value) {
+  std::string lower(name);
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const char* word : {"token", "key", "secret", "password", "auth"}) {
+    if (lower.find(word) != std::string::npos) return true;
+  }
+  return value.find("mt_") != std::string_view::npos;  // As our tokens begin.
+}
+
+// A token has no place in a target, but people put it there: it stays out of the log.
+std::string without_secrets(std::string_view target) {
+  const std::size_t mark = target.find('?');
+  if (mark == std::string_view::npos) return std::string(target);
+  std::string kept(target.substr(0, mark));
+  for (std::size_t at = mark; at < target.size();) {
+    const std::size_t end = std::min(target.find('&', at + 1), target.size());
+    const std::string_view parameter = target.substr(at, end - at);  // With what separates it.
+    const std::size_t equals = std::min(parameter.find('='), parameter.size());
+    const bool is_secret = looks_secret(parameter.substr(0, equals), parameter.substr(equals));
+    kept += is_secret ? parameter.substr(0, equals) : parameter;
+    if (is_secret) kept += "=***";
+    at = end;
+  }
+  return kept;
+}
+
 // The client's number, or over HTTP our word.
 LogValue request_of(const RequestFacts& facts) {
   if (facts.id.empty()) return facts.request;
@@ -44,69 +76,78 @@ LogValue request_of(const RequestFacts& facts) {
 }  // namespace
 
 void RequestLog::connected(const ClientFacts& client) {
-  log_line(level_of(client), "connected",
-           {{"connection", client.connection}, {"door", client.protocol}, {"peer", client.peer}});
+  log_line_about(
+      client.peer, level_of(client), "connected",
+      {{"connection", client.connection}, {"door", client.protocol}, {"peer", client.peer}});
 }
 
 void RequestLog::disconnected(const ClientFacts& client, double seconds) {
-  log_line(level_of(client), "disconnected",
-           {{"connection", client.connection},
-            {"door", client.protocol},
-            {"peer", client.peer},
-            {"name", unless_empty(client.name)},
-            {"seconds", seconds}});
+  log_line_about(client.peer, level_of(client), "disconnected",
+                 {{"connection", client.connection},
+                  {"door", client.protocol},
+                  {"peer", client.peer},
+                  {"name", unless_empty(client.name)},
+                  {"seconds", seconds}});
 }
 
 void RequestLog::refused(const ClientFacts& client, const char* limit) {
-  log_line(LogLevel::kWarning, "refused",
-           {{"connection", client.connection},
-            {"door", client.protocol},
-            {"peer", client.peer},
-            {"limit", limit}});
+  log_line_about(client.peer, LogLevel::kWarning, "refused",
+                 {{"connection", client.connection},
+                  {"door", client.protocol},
+                  {"peer", client.peer},
+                  {"limit", limit}});
 }
 
 void RequestLog::request_ended(const ClientFacts& client, const RequestFacts& facts) {
-  log_line(level_of(facts.kind), facts.kind,
-           {{"connection", client.connection},
-            {"request", request_of(facts)},
-            {"peer", client.peer},
-            {"name", unless_empty(client.name)},
-            {"dataset", unless_empty(facts.dataset)},
-            {"isovalue", if_any(facts.isovalue)},
-            {"error", if_any(facts.error)},
-            {"unit", unless_empty(facts.unit)},
-            {"steps", unless_zero(facts.steps)},
-            {"tiles", unless_zero(facts.tiles)},
-            {"bytes", unless_zero(facts.bytes)},
-            {"first_tile_seconds", if_any(facts.seconds_to_first_tile)},
-            {"last_tile_seconds", if_any(facts.seconds_to_last_tile)},
-            {"seconds", facts.seconds},
-            {"outcome", facts.outcome}});
+  const auto write = [&](std::initializer_list<LogField> fields) {
+    // What was answered in full took its time; what was not may be a flood.
+    if (facts.outcome == "complete") {
+      log_line(level_of(facts.kind), facts.kind, fields);
+    } else {
+      log_line_about(client.peer, level_of(facts.kind), facts.kind, fields);
+    }
+  };
+  write({{"connection", client.connection},
+         {"request", request_of(facts)},
+         {"peer", client.peer},
+         {"name", unless_empty(client.name)},
+         {"dataset", unless_empty(facts.dataset)},
+         {"isovalue", if_any(facts.isovalue)},
+         {"error", if_any(facts.error)},
+         {"unit", unless_empty(facts.unit)},
+         {"steps", unless_zero(facts.steps)},
+         {"tiles", unless_zero(facts.tiles)},
+         {"bytes", unless_zero(facts.bytes)},
+         {"first_tile_seconds", if_any(facts.seconds_to_first_tile)},
+         {"last_tile_seconds", if_any(facts.seconds_to_last_tile)},
+         {"seconds", facts.seconds},
+         {"outcome", facts.outcome}});
 }
 
 void RequestLog::error_answered(const ClientFacts& client, const Error& error,
                                 std::uint64_t request) {
-  log_line(LogLevel::kInfo, error.text,
-           {{"connection", client.connection},
-            {"request", unless_zero(request)},
-            {"peer", client.peer},
-            {"name", unless_empty(client.name)},
-            {"code", name(error.code)}});
+  log_line_about(client.peer, LogLevel::kInfo, error.text,
+                 {{"connection", client.connection},
+                  {"request", unless_zero(request)},
+                  {"peer", client.peer},
+                  {"name", unless_empty(client.name)},
+                  {"code", name(error.code)}});
 }
 
 void RequestLog::http_answered(const ClientFacts& client, const HttpFacts& facts) {
   constexpr std::size_t kLongestTarget = 500;
-  log_line(level_of(facts.status), "http",
-           {{"connection", client.connection},
-            {"request", unless_empty(facts.id)},
-            {"peer", client.peer},
-            {"name", unless_empty(client.name)},
-            {"kind", facts.kind},
-            {"method", unless_empty(facts.method)},
-            {"target", unless_empty(facts.target.substr(0, kLongestTarget))},
-            {"status", static_cast<std::uint64_t>(facts.status)},
-            {"bytes", unless_zero(facts.bytes)},
-            {"seconds", facts.seconds}});
+  const std::string target = without_secrets(facts.target.substr(0, kLongestTarget));
+  log_line_about(client.peer, level_of(facts.status), "http",
+                 {{"connection", client.connection},
+                  {"request", unless_empty(facts.id)},
+                  {"peer", client.peer},
+                  {"name", unless_empty(client.name)},
+                  {"kind", facts.kind},
+                  {"method", unless_empty(facts.method)},
+                  {"target", unless_empty(target)},
+                  {"status", static_cast<std::uint64_t>(facts.status)},
+                  {"bytes", unless_zero(facts.bytes)},
+                  {"seconds", facts.seconds}});
 }
 
 }  // namespace multitetra

@@ -1,4 +1,5 @@
-// How often somebody may ask: so many times a second on average, and some more in one go.
+// How often somebody may ask: so many times a second on average, and some more in one go. What is
+// large counts for several requests, and is owed where so much is not left.
 //
 // Pure: the clock is the caller's, in seconds that never go back.
 #pragma once
@@ -20,13 +21,14 @@ class RateAllowance {
  public:
   RateAllowance(const RequestRate& rate, double now) : left_(rate.burst), since_(now) {}
 
-  // Whether one more may be asked now; it is counted then.
-  [[nodiscard]] bool take(const RequestRate& rate, double now) {
+  // 0 when another request may be asked now: it is counted then, for `cost` >= 1. Else the seconds
+  // until then; what it costs beyond 1, which is the work to look at it, is counted nevertheless.
+  [[nodiscard]] double take(const RequestRate& rate, double now, double cost) {
     left_ = left_at(rate, now);
     since_ = std::max(since_, now);
-    if (left_ < 1) return false;
-    left_ -= 1;
-    return true;
+    const bool may_ask = left_ >= 1;
+    left_ = std::max(left_ - (may_ask ? cost : cost - 1), -kLongestDebt * rate.per_second);
+    return may_ask ? 0 : (1 - left_) / rate.per_second;
   }
   // As if nobody had ever asked.
   [[nodiscard]] bool is_full(const RequestRate& rate, double now) const {
@@ -37,6 +39,8 @@ class RateAllowance {
   [[nodiscard]] double left_at(const RequestRate& rate, double now) const {
     return std::min(rate.burst, left_ + std::max(now - since_, 0.0) * rate.per_second);
   }
+
+  static constexpr double kLongestDebt = 30;  // Seconds.
 
   double left_;
   double since_;
@@ -49,14 +53,16 @@ class RatePerName {
   explicit RatePerName(RequestRate rate, std::size_t most_names = 65'536)
       : rate_(rate), most_names_(most_names), newcomers_(rate, 0) {}
 
-  [[nodiscard]] bool take(const std::string& name, double now) {
-    if (rate_.per_second <= 0) return true;
+  // As RateAllowance::take().
+  [[nodiscard]] double take(const std::string& name, double now, double cost = 1) {
+    if (rate_.per_second <= 0) return 0;
     if (const auto known = allowances_.find(name); known != allowances_.end()) {
-      return known->second.take(rate_, now);
+      return known->second.take(rate_, now, cost);
     }
     if (allowances_.size() >= next_sweep_) sweep(now);
-    if (allowances_.size() >= most_names_) return newcomers_.take(rate_, now);
-    return allowances_.emplace(name, RateAllowance(rate_, now)).first->second.take(rate_, now);
+    if (allowances_.size() >= most_names_) return newcomers_.take(rate_, now, cost);
+    return allowances_.emplace(name, RateAllowance(rate_, now))
+        .first->second.take(rate_, now, cost);
   }
   [[nodiscard]] std::size_t size() const { return allowances_.size(); }
   [[nodiscard]] const RequestRate& rate() const { return rate_; }

@@ -1,7 +1,6 @@
 #include "server/operations/tls_files.hpp"
 
 #include <array>
-#include <fstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -12,6 +11,7 @@
 
 #include "common/base/exit_codes.hpp"
 #include "common/net/stream_socket.hpp"
+#include "server/operations/secret_file.hpp"
 
 namespace multitetra {
 namespace {
@@ -30,14 +30,6 @@ std::string last_reason() {
   return reason == nullptr ? "" : std::string(" (") + reason + ")";
 }
 
-void require_readable(const std::string& what, const std::filesystem::path& file) {
-  std::error_code error;
-  if (!std::filesystem::exists(file, error)) throw trouble(what, file, "does not exist.");
-  if (std::filesystem::is_directory(file, error) || !std::ifstream(file)) {
-    throw trouble(what, file, "cannot be read; may this user read it?");
-  }
-}
-
 // "http/1.1" if the client offers it. Others go on without: no listener speaks anything else
 // anyway.
 int choose_protocol(SSL*, const unsigned char** chosen, unsigned char* size,
@@ -51,7 +43,7 @@ int choose_protocol(SSL*, const unsigned char** chosen, unsigned char* size,
 }
 
 void take_certificate(SSL_CTX* context, const std::filesystem::path& file) {
-  require_readable("certificate", file);
+  (void)read_secret_file("certificate", file);  // Which says what is wrong, and never waits.
   if (SSL_CTX_use_certificate_chain_file(context, file.c_str()) != 1) {
     throw trouble("certificate", file,
                   "is no certificate in PEM form" + last_reason() +
@@ -61,10 +53,14 @@ void take_certificate(SSL_CTX* context, const std::filesystem::path& file) {
   if (X509_cmp_current_time(X509_get0_notAfter(own)) < 0) {
     throw trouble("certificate", file, "has expired; renew it.");
   }
+  if (X509_cmp_current_time(X509_get0_notBefore(own)) > 0) {
+    throw trouble("certificate", file,
+                  "is not valid yet; wait for its time, or set this machine's clock.");
+  }
 }
 
 void take_key(SSL_CTX* context, const TlsFiles& files) {
-  require_readable("key", files.key);
+  (void)read_secret_file("key", files.key);
   // Without this OpenSSL would ask for a pass phrase on the terminal.
   SSL_CTX_set_default_passwd_cb(context, [](char*, int, int, void*) { return 0; });
   if (SSL_CTX_use_PrivateKey_file(context, files.key.c_str(), SSL_FILETYPE_PEM) != 1) {

@@ -8,6 +8,7 @@
 #include "common/cli/program.hpp"
 #include "server/http/viewer_files.hpp"
 #include "server/operations/log.hpp"
+#include "server/operations/memory_return.hpp"
 #include "server/operations/prometheus_metrics.hpp"
 #include "server/programs/gateway_options.hpp"
 
@@ -15,6 +16,7 @@ namespace multitetra {
 namespace {
 
 int serve(const GatewayOptions& options) {
+  let_memory_go_back();
   start_log(log_options(options.listeners));
   make_room_for(options.listeners);
   warn_of_open_doors(options.listeners);

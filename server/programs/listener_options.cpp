@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "server/http/origin.hpp"
 #include "server/http/target.hpp"
 #include "server/operations/open_files.hpp"
 #include "server/operations/request_log.hpp"
@@ -65,7 +66,8 @@ void add_security(Command& command, ListenerOptions& o) {
       ->group(group);
   command
       .add_option("--trusted-proxy", o.trusted_proxies,
-                  "Address of a proxy in front, whose X-Forwarded-For is believed, and of a "
+                  "Address (or network, as 10.0.0.0/8) of a proxy in front, whose X-Forwarded-For "
+                  "is believed, and of a "
                   "multitetra-gateway, for which limits of one address do not count (repeatable)")
       ->delimiter(',')
       ->group(group);
@@ -115,8 +117,13 @@ void add_limits_on_time_and_meshes(Command& command, ListenerOptions& o) {
                   "about 120 bytes of memory for each")
       ->capture_default_str()
       ->group(kLimitsGroup);
-  add_bytes(command, "--mesh-cache-bytes", o.mesh_cache_bytes,
-            "Disk for mesh files that are kept for the next HTTP request, in the temporary folder")
+  add_bytes(
+      command, "--mesh-cache-bytes", o.mesh_cache_bytes,
+      "Disk for mesh files of HTTP in the temporary folder: those that are being sent, and with "
+      "what they leave those that are kept for the next request; 0 keeps none")
+      ->group(kLimitsGroup);
+  add_bytes(command, "--min-mesh-bytes-per-second", o.min_mesh_bytes_per_second,
+            "Who takes a mesh file more slowly than that is given up")
       ->group(kLimitsGroup);
 }
 
@@ -185,9 +192,18 @@ std::optional<HttpOptions> http_options(const ListenerOptions& o) {
   http.max_header_bytes = static_cast<std::uint32_t>(o.max_header_bytes);
   http.max_message_bytes = static_cast<std::uint32_t>(o.max_message_bytes);
   http.max_hello_bytes = static_cast<std::uint32_t>(o.max_hello_bytes);
+  for (const std::string& origin : o.allowed_origins) {
+    if (!is_origin(origin)) {
+      throw UsageError("--allow-origin",
+                       "\"" + origin +
+                           "\" is no origin; write its scheme, host and port as a "
+                           "browser does, for example https://example.org, or *.");
+    }
+  }
   http.allowed_origins = o.allowed_origins;
   http.max_mesh_triangles = o.max_mesh_triangles;
   http.mesh_cache_bytes = o.mesh_cache_bytes;
+  http.min_mesh_bytes_per_second = o.min_mesh_bytes_per_second;
   return http;
 }
 
@@ -199,17 +215,20 @@ ServerRuntimeOptions runtime_options(const ListenerOptions& o) {
   if (o.tcp == "off" && o.http == "off") {
     throw UsageError("--tcp and --http", "both are off; one listener must be open.");
   }
+  auto trusted = AddressRanges::parse(o.trusted_proxies);
+  if (!trusted) throw UsageError("--trusted-proxy", trusted.error().text);
   AdmissionOptions admission = {
       .connections = {.total = o.max_connections, .per_name = o.max_connections_per_address},
       .requests = {.per_second = o.max_requests_per_second,
                    .burst = std::max(1.0, 3 * o.max_requests_per_second)},
-      .trusted_proxies = o.trusted_proxies,
+      .trusted_proxies = *std::move(trusted),
       .observer = std::make_shared<RequestLog>()};
   if (!o.tls_certificate.empty()) admission.tls = {o.tls_certificate, o.tls_key};
   if (!o.tokens.empty()) admission.tokens = o.tokens;
   return {.heed_signals = true,
           .drain_time = milliseconds(o.drain_seconds),
-          .admission = std::move(admission)};
+          .admission = std::move(admission),
+          .returns_memory = true};
 }
 
 SessionOptions session_options(const ListenerOptions& o) {

@@ -44,6 +44,7 @@ struct ListenerOptions {
   double idle_seconds = 600;
   std::uint64_t max_mesh_triangles = HttpOptions{}.max_mesh_triangles;
   std::size_t mesh_cache_bytes = HttpOptions{}.mesh_cache_bytes;
+  std::size_t min_mesh_bytes_per_second = HttpOptions{}.min_mesh_bytes_per_second;
 
   double drain_seconds = 30;
   std::string log_format = "text";

@@ -7,6 +7,7 @@
 #include "common/cli/option_sources.hpp"
 #include "server/http/http_options.hpp"
 #include "server/operations/log.hpp"
+#include "server/operations/memory_return.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/repeated_work.hpp"
 #include "server/programs/serve_options.hpp"
@@ -25,8 +26,8 @@ struct ServeArguments {
 std::vector<MakeListener> more_listeners(std::optional<HttpOptions> http,
                                          const std::shared_ptr<StepCache>& cache) {
   if (!http) return {};
-  http->hooks.find_tile = [cache](const ContentDigest& digest) {
-    return cache->tiles().find_plain(digest);
+  http->hooks.find_tile = [cache](const ContentDigest& digest, const TileCache::MaySee& may_see) {
+    return cache->tiles().find_plain(digest, may_see);
   };
   return {http_listener(*std::move(http))};
 }
@@ -44,6 +45,7 @@ void offer_again(Server& server, ServedDatasets& datasets) {
 }
 
 int serve(const ServeOptions& options) {
+  let_memory_go_back();
   const ThreadLimit limit(options.threads);
   start_log(log_options(options.listeners));
   make_room_for(options.listeners);

@@ -17,6 +17,11 @@ void add_serve_options(Command& command, ServeOptions& o) {
   add_seconds(command, "--max-request-seconds", o.max_request_seconds,
               "Of workers' time for one request")
       ->group(kLimitsGroup);
+  add_seconds(
+      command, "--max-waiting-seconds", o.max_waiting_seconds,
+      "Of workers' time, as far as can be foreseen, for all that one address or token waits "
+      "for; the refusal tells when to come again")
+      ->group(kLimitsGroup);
   add_bytes(command, "--cache-bytes", o.cache_bytes,
             "Memory for encoded tiles that are kept for the next request, for example 512MiB; 0 "
             "keeps none")
@@ -32,17 +37,19 @@ ServerOptions server_options(const ServeOptions& o) {
   const auto tcp = tcp_options(o.listeners);
   return {.listen = tcp.value_or(TcpListenerOptions{}).listen,
           .has_tcp_listener = tcp.has_value(),
-          // Each step uses all threads; a second one at the same time fills what the first leaves
-          // idle.
-          .workers = o.threads == 1 ? std::size_t{1} : std::size_t{2},
+          // Each step uses all threads. One address has two of the workers at most; the others are
+          // there so that nobody else waits for them.
+          .workers = o.threads == 1 ? std::size_t{1} : std::size_t{4},
           .heed_signals = runtime.heed_signals,
           .drain_time = runtime.drain_time,
           .admission = std::move(runtime.admission),
           .session = session_options(o.listeners),
           .limits = {.request_time = milliseconds(o.max_request_seconds),
                      .idle_time = milliseconds(o.listeners.idle_seconds),
-                     .max_triangles = o.max_triangles},
-          .connection = tcp.value_or(TcpListenerOptions{}).connection};
+                     .max_triangles = o.max_triangles,
+                     .waiting_time = milliseconds(o.max_waiting_seconds)},
+          .connection = tcp.value_or(TcpListenerOptions{}).connection,
+          .returns_memory = runtime.returns_memory};
 }
 
 }  // namespace multitetra

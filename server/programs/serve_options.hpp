@@ -19,6 +19,7 @@ struct ServeOptions {
   int threads = 0;
   std::uint64_t max_triangles = 0;
   double max_request_seconds = 300;
+  double max_waiting_seconds = 600;
   std::size_t cache_bytes = std::size_t{512} << 20;
   std::size_t queue_bytes = std::size_t{1} << 30;
 };

@@ -98,6 +98,8 @@ class Session {
   [[nodiscard]] bool is_closed() const { return is_closed_; }
   [[nodiscard]] const AccessListPtr& access() const { return access_; }
   [[nodiscard]] const AccessRights& rights() const { return rights_; }  // Of a welcomed client.
+  // Whether those are the rights of a token that it showed.
+  [[nodiscard]] bool has_token() const { return access_ && !token_.empty(); }
 
  private:
   Actions answer(const Hello& hello);

@@ -29,6 +29,9 @@ class LruMap {
     return &found->second->value;
   }
 
+  // Does not count as a use.
+  [[nodiscard]] bool contains(const Key& key) const { return entries_.contains(key); }
+
   // The entry of the least key that is not less than `key` and that is
   // wanted(key), looked for as long as goes_on(key). Null when there is none. Counts as a use.
   template <typename GoesOn, typename Wanted>
@@ -48,6 +51,13 @@ class LruMap {
     by_use_.push_front({key, std::move(value), weight});
     entries_.emplace(key, by_use_.begin());
     weight_ += weight;
+  }
+
+  // Whether there was one.
+  bool drop_oldest() {
+    if (by_use_.empty()) return false;
+    remove(std::prev(by_use_.end()));
+    return true;
   }
 
   [[nodiscard]] std::size_t size() const { return entries_.size(); }

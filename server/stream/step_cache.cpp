@@ -13,6 +13,12 @@ EncodedStep StepCache::get(const std::string& key, const std::stop_token& stop, 
   });
 }
 
+bool StepCache::remembers(const std::string& key) {
+  const std::lock_guard lock(mutex_);
+  const Outline* const found = outlines_.find(key);
+  return found != nullptr && tiles_.has_all(found->tiles);
+}
+
 std::optional<EncodedStep> StepCache::remembered(const std::string& key) {
   Outline outline;
   {
@@ -24,7 +30,8 @@ std::optional<EncodedStep> StepCache::remembered(const std::string& key) {
   EncodedStep step{.tetrahedra = outline.tetrahedra,
                    .active_tetrahedra = outline.active_tetrahedra,
                    .tiles = {},
-                   .appearance = outline.appearance};
+                   .appearance = outline.appearance,
+                   .dataset = outline.dataset};
   step.tiles.reserve(outline.tiles.size());
   for (const TileKey& tile : outline.tiles) {
     auto found = tiles_.find(tile);
@@ -38,10 +45,11 @@ void StepCache::remember(const std::string& key, const EncodedStep& step) {
   Outline outline{.tetrahedra = step.tetrahedra,
                   .active_tetrahedra = step.active_tetrahedra,
                   .appearance = step.appearance,
+                  .dataset = step.dataset,
                   .tiles = {}};
   for (const EncodedTile& tile : step.tiles) {
     const TileKey of = {tile.summary.digest, tile.summary.cube, step.appearance,
-                        tile.summary.simplification_bound};
+                        tile.summary.simplification_bound, step.dataset};
     tiles_.add(of, tile);
     outline.tiles.push_back(of);
   }

@@ -23,7 +23,8 @@ struct EncodedStep {
   std::uint64_t tetrahedra = 0;         // Of the model.
   std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface.
   std::vector<EncodedTile> tiles;       // In the order they are sent.
-  std::uint64_t appearance = 0;         // As in TileKey.
+  std::uint64_t appearance = 0;         // As in TileKey,
+  std::string dataset = {};             // and this as well.
 };
 
 // Safe to use from several threads at once.
@@ -41,6 +42,9 @@ class StepCache {
   [[nodiscard]] EncodedStep get(const std::string& key, const std::stop_token& stop,
                                 const Make& make);
 
+  // Whether get() would have it at once.
+  [[nodiscard]] bool remembers(const std::string& key);
+
   [[nodiscard]] TileCache& tiles() { return tiles_; }
 
  private:
@@ -48,6 +52,7 @@ class StepCache {
     std::uint64_t tetrahedra = 0;
     std::uint64_t active_tetrahedra = 0;
     std::uint64_t appearance = 0;
+    std::string dataset;
     std::vector<TileKey> tiles;
   };
   [[nodiscard]] std::optional<EncodedStep> remembered(const std::string& key);

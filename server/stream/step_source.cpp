@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 #include <string>
 #include <utility>
 
@@ -30,14 +31,16 @@ void sort_by_importance(std::vector<EncodedTile>& tiles, const StepSpec& spec) {
 
 // On all threads; tiles that the cache has are not encoded again.
 std::vector<EncodedTile> encode(const TiledSurface& surface, const Shading& shading,
-                                TileCache& cache, const std::stop_token& stop) {
+                                const std::string& dataset, TileCache& cache,
+                                const std::stop_token& stop) {
   std::vector<EncodedTile> encoded(surface.tiles.size());
   in_parallel(
       encoded.size(),
       [&](std::size_t i) {
         const TileMesh& tile = surface.tiles[i];
         const ContentDigest content = digest(tile.mesh);
-        const TileKey key = {content, tile.cube, shading.appearance(), tile.simplification_bound};
+        const TileKey key = {content, tile.cube, shading.appearance(), tile.simplification_bound,
+                             dataset};
         if (auto known = cache.find(key)) {
           encoded[i] = *std::move(known);
         } else {
@@ -74,6 +77,10 @@ EncodedStep ExtractedSteps::make(const StepRequest& step, std::stop_token stop) 
                      [&](const std::stop_token& all_stop) { return extract(step, all_stop); });
 }
 
+bool ExtractedSteps::remembers(const StepRequest& step) const {
+  return cache_->remembers(key_of(step, info()));
+}
+
 EncodedStep ExtractedSteps::extract(const StepRequest& step, const std::stop_token& stop) const {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
@@ -82,8 +89,10 @@ EncodedStep ExtractedSteps::extract(const StepRequest& step, const std::stop_tok
   const Shading shading(extractor_->dataset(), step);
   EncodedStep made{.tetrahedra = surface.tetrahedra,
                    .active_tetrahedra = surface.active_tetrahedra,
-                   .tiles = encode(surface, shading, cache_->tiles(), stop),
-                   .appearance = shading.appearance()};
+                   .tiles = encode(surface, shading, info().name, cache_->tiles(), stop),
+                   .appearance = shading.appearance(),
+                   .dataset = info().name};
+  if (extractor_->dataset().check) extractor_->dataset().check();
   sort_by_importance(made.tiles, spec);
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   const std::lock_guard lock(costs_mutex_);
@@ -97,7 +106,21 @@ StepCosts ExtractedSteps::costs() const {
 }
 
 StepSizes ExtractedSteps::sizes(std::stop_token stop, SizeAccuracy accuracy) const {
-  return surface_sizes(*extractor_, std::move(stop), accuracy);
+  StepSizes sizes = surface_sizes(*extractor_, std::move(stop), accuracy);
+  const std::function<void()> check = extractor_->dataset().check;
+  if (!check) return sizes;
+  return {.of =
+              [of = std::move(sizes.of), check](const StepRequest& step) {
+                const SurfaceSize size = of(step);
+                check();
+                return size;
+              },
+          .rough =
+              [rough = std::move(sizes.rough), check](const IsosurfaceRequest& request) {
+                const SurfaceSize size = rough(request);
+                check();
+                return size;
+              }};
 }
 
 }  // namespace multitetra

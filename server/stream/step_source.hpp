@@ -30,6 +30,8 @@ class StepSource {
 
   // Requires a validated request. The same step gives the same tiles, on any thread.
   [[nodiscard]] virtual EncodedStep make(const StepRequest& step, std::stop_token stop) const = 0;
+  // Whether make() would have this step without making it, as far as can be told now.
+  [[nodiscard]] virtual bool remembers(const StepRequest&) const { return false; }
   // How large steps would be; valid while the source lives.
   [[nodiscard]] virtual StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const = 0;
   // What steps cost here, without the link.
@@ -45,6 +47,7 @@ class ExtractedSteps : public StepSource {
 
   [[nodiscard]] const DatasetInfo& info() const override;
   [[nodiscard]] EncodedStep make(const StepRequest& step, std::stop_token stop) const override;
+  [[nodiscard]] bool remembers(const StepRequest& step) const override;
   [[nodiscard]] StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
   [[nodiscard]] StepCosts costs() const override;
 

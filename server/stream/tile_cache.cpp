@@ -1,4 +1,6 @@
 #include "server/stream/tile_cache.hpp"
+
+#include <algorithm>
 #include <limits>
 
 namespace multitetra {
@@ -17,13 +19,20 @@ std::optional<EncodedTile> TileCache::find(const TileKey& key) {
   return *found;
 }
 
-std::optional<EncodedTile> TileCache::find_plain(const ContentDigest& digest) {
+bool TileCache::has_all(std::span<const TileKey> keys) const {
+  const std::lock_guard lock(mutex_);
+  return std::all_of(keys.begin(), keys.end(),
+                     [this](const TileKey& key) { return tiles_.contains(key); });
+}
+
+std::optional<EncodedTile> TileCache::find_plain(const ContentDigest& digest,
+                                                 const MaySee& may_see) {
   constexpr std::int32_t kLeast = std::numeric_limits<std::int32_t>::min();
-  const TileKey first = {.digest = digest, .cube = {kLeast, kLeast, kLeast, kLeast}};
+  const TileKey first = {.digest = digest, .cube = {kLeast, kLeast, kLeast, kLeast}, .dataset = {}};
   const std::lock_guard lock(mutex_);
   const EncodedTile* const found = tiles_.find_from(
       first, [&](const TileKey& key) { return key.digest == digest; },
-      [](const TileKey& key) { return key.appearance == 0; });
+      [&](const TileKey& key) { return key.appearance == 0 && may_see(key.dataset); });
   ++(found != nullptr ? hits_ : misses_);
   if (found == nullptr) return std::nullopt;
   return *found;

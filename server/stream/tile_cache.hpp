@@ -5,8 +5,11 @@
 #include <compare>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <optional>
+#include <span>
+#include <string>
 
 #include "common/wire/tile.hpp"
 #include "server/stream/lru_map.hpp"
@@ -20,6 +23,8 @@ struct TileKey {
   std::uint64_t appearance = 0;  // Of what is not geometry (normals); 0 without.
   // The same triangles may be what is left of different ones.
   double simplification_bound = 0;
+  // Whose it is: not everybody may see every dataset.
+  std::string dataset = {};
 
   friend auto operator<=>(const TileKey&, const TileKey&) = default;
 };
@@ -38,8 +43,12 @@ class TileCache {
   explicit TileCache(std::size_t capacity) : tiles_(capacity) {}
 
   [[nodiscard]] std::optional<EncodedTile> find(const TileKey& key);
-  // Any tile of those triangles, without normals.
-  [[nodiscard]] std::optional<EncodedTile> find_plain(const ContentDigest& digest);
+  // Without counting as a use.
+  [[nodiscard]] bool has_all(std::span<const TileKey> keys) const;
+  // Any tile of those triangles, without normals, of a dataset that may be seen.
+  using MaySee = std::function<bool(const std::string& dataset)>;
+  [[nodiscard]] std::optional<EncodedTile> find_plain(const ContentDigest& digest,
+                                                      const MaySee& may_see);
   void add(const TileKey& key, const EncodedTile& tile);
   [[nodiscard]] Counts counts() const;
 

@@ -7,6 +7,14 @@
 
 namespace multitetra {
 
+namespace {
+
+// Of what is not known, and from when on it counts as long.
+constexpr double kShortSeconds = 0.1;
+constexpr double kLongSeconds = 0.5;
+
+}  // namespace
+
 Workers::Workers(std::size_t threads) : queue_(threads > 1 ? threads - 1 : 1) {
   for (std::size_t i = 0; i < std::max<std::size_t>(threads, 1); ++i) {
     threads_.emplace_back([this] { work(); });
@@ -15,15 +23,21 @@ Workers::Workers(std::size_t threads) : queue_(threads > 1 ? threads - 1 : 1) {
 
 Workers::~Workers() { join(); }
 
-FairQueue::Client Workers::new_client() {
+std::uint64_t Workers::new_client() {
   const std::lock_guard lock(mutex_);
   return next_client_++;
 }
 
-void Workers::post(FairQueue::Client client, FairQueue::Job job) {
+void Workers::post(const FairQueue::Client& client, Work work) {
   {
     const std::lock_guard lock(mutex_);
-    queue_.add(client, std::move(job));
+    const double expected =
+        costs_.expected(work.kind, work.is_long ? kLongSeconds : kShortSeconds);
+    queue_.add(client, {.run = std::move(work.run),
+                        .is_long = work.is_long || expected > kLongSeconds,
+                        .is_background = work.is_background,
+                        .kind = std::move(work.kind),
+                        .expected_seconds = expected});
   }
   something_to_do_.notify_one();
 }
@@ -42,6 +56,13 @@ std::size_t Workers::waiting() const {
   return queue_.waiting();
 }
 
+Backlog Workers::backlog(const std::string& share) const {
+  const std::lock_guard lock(mutex_);
+  const double seconds = queue_.expected_seconds(share);
+  const auto shares = static_cast<double>(std::max<std::size_t>(queue_.busy_shares(), 1));
+  return {.seconds = seconds, .seconds_until_done = seconds * shares};
+}
+
 void Workers::work() {
   using Clock = std::chrono::steady_clock;
   std::unique_lock lock(mutex_);
@@ -58,7 +79,8 @@ void Workers::work() {
     taken->job.run = nullptr;  // What it holds is let go before anybody waits for it.
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
     lock.lock();
-    queue_.done(taken->client, taken->job.is_long, seconds);
+    queue_.done(*taken, seconds);
+    costs_.note(taken->job.kind, seconds);
     // A long job that had to wait for this one may run now, on any thread.
     something_to_do_.notify_all();
   }

@@ -137,8 +137,8 @@ void MessageConnection::coroutine_done(const std::exception_ptr& trouble) {
 }
 
 void MessageConnection::log(LogLevel level, const std::string& text) const {
-  log_line(level, text,
-           {{"connection", client_->facts().connection}, {"peer", client_->facts().peer}});
+  log_line_about(client_->facts().peer, level, text,
+                 {{"connection", client_->facts().connection}, {"peer", client_->facts().peer}});
 }
 
 }  // namespace multitetra

@@ -18,7 +18,8 @@ class Server::Running {
         runtime_({.heed_signals = options_.heed_signals,
                   .drain_time = options_.drain_time,
                   .admission = options_.admission,
-                  .metrics = options_.metrics}),
+                  .metrics = options_.metrics,
+                  .returns_memory = options_.returns_memory}),
         workers_(options_.workers) {
     options_.connection.max_message_bytes = options_.session.max_message_bytes;
     std::vector<MakeListener> listeners;

@@ -41,6 +41,7 @@ struct ServerOptions {
   // Kept, and given to whoever asks at a listener. The caller adds what it knows of the state.
   std::shared_ptr<PrometheusMetrics> metrics = {};
   std::function<ServiceState()> state = {};
+  bool returns_memory = false;  // As in server_runtime.hpp.
 };
 
 class Server {

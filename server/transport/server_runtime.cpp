@@ -8,6 +8,7 @@
 #include "common/net/coroutines.hpp"
 #include "common/net/net.hpp"
 #include "server/operations/log.hpp"
+#include "server/operations/memory_return.hpp"
 
 namespace multitetra {
 
@@ -34,7 +35,8 @@ class ServerRuntime::Running {
         admission_(observed(options_)),
         io_(/*concurrency_hint=*/1),
         signals_(io_),
-        drain_timer_(io_) {}
+        drain_timer_(io_),
+        memory_timer_(io_) {}
 
   [[nodiscard]] asio::io_context& io() { return io_; }
   [[nodiscard]] AdmissionControl& admission() { return admission_; }
@@ -58,6 +60,9 @@ class ServerRuntime::Running {
       await_signal();
     }
     for (const auto& listener : listeners_) listener->open();
+    if (options_.returns_memory) {
+      spawn(io_.get_executor(), [this] { return return_memory(); });
+    }
     io_.run();
   }
 
@@ -77,6 +82,18 @@ class ServerRuntime::Running {
     state.waiting_bytes = admission_.queue().used();
     state.is_draining = admission_.is_draining();
     return options_.metrics->text(state);
+  }
+
+  asio::awaitable<void> return_memory() {
+    MemoryReturn memory;
+    while (!is_stopping_) {
+      const bool is_busy = admission_.running_requests() > 0;
+      if (memory.is_due(MemoryReturn::Clock::now(), admission_.requests(), is_busy)) {
+        return_free_memory();
+      }
+      memory_timer_.expires_after(std::chrono::seconds(1));
+      co_await wait_on(memory_timer_);
+    }
   }
 
   void await_signal() {
@@ -116,6 +133,7 @@ class ServerRuntime::Running {
     error_code ignored;
     signals_.cancel(ignored);
     drain_timer_.cancel();
+    memory_timer_.cancel();
     if (hooks_.when_stopping) hooks_.when_stopping();
     for (const auto& listener : listeners_) {
       listener->close({ErrorCode::kUnavailable, "The server stops; connect again later."});
@@ -127,6 +145,7 @@ class ServerRuntime::Running {
   asio::io_context io_;
   asio::signal_set signals_;
   asio::steady_timer drain_timer_;
+  asio::steady_timer memory_timer_;
   bool is_stopping_ = false;
   ServerHooks hooks_;
   std::vector<std::unique_ptr<Listener>> listeners_;

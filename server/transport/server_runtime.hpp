@@ -28,6 +28,7 @@ struct ServerRuntimeOptions {
   AdmissionOptions admission = {};
   // Kept, and given to whoever asks at a listener. Null: none are.
   std::shared_ptr<PrometheusMetrics> metrics = {};
+  bool returns_memory = false;  // Memory that is free goes back to the system now and then.
 };
 
 // What a server or a gateway does when its listeners ask. Called on the thread of run().

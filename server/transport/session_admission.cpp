@@ -3,6 +3,8 @@
 #include <optional>
 #include <utility>
 
+#include "server/session/waiting_memory.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -14,13 +16,24 @@ std::optional<std::uint64_t> counted_request(const ClientMessage& message) {
   return std::nullopt;
 }
 
-std::optional<ErrorReply> refusal(ClientContext& client, const Session& session,
-                                  const ClientMessage& message) {
+// Room for what waits, or why there shall be nothing to wait for.
+tl::expected<ByteReservations::Reservation, ErrorReply> admit(ClientContext& client,
+                                                              const Session& session,
+                                                              const ClientMessage& message,
+                                                              std::size_t message_bytes) {
   const auto request = counted_request(message);
-  if (!request || !session.is_welcomed() || session.is_closed()) return std::nullopt;
-  const auto asked = client.may_ask_in_session();
-  if (asked) return std::nullopt;
-  return ErrorReply{.request_id = *request, .error = asked.error()};
+  if (!request || !session.is_welcomed() || session.is_closed()) {
+    return ByteReservations::Reservation();
+  }
+  const auto refuse = [&](const Error& why) {
+    return tl::unexpected(ErrorReply{.request_id = *request, .error = why});
+  };
+  if (const auto asked = client.may_ask_in_session(message_bytes); !asked) {
+    return refuse(asked.error());
+  }
+  auto room = client.take_room(waiting_bytes(message));
+  if (!room) return refuse(room.error());
+  return *std::move(room);
 }
 
 void append(Actions& actions, Actions more) {
@@ -29,10 +42,12 @@ void append(Actions& actions, Actions more) {
 
 }  // namespace
 
-Actions receive_from(ClientContext& client, Session& session,
-                     const tl::expected<ClientMessage, ParseError>& message) {
+Received receive_from(ClientContext& client, Session& session,
+                      const tl::expected<ClientMessage, ParseError>& message,
+                      std::size_t message_bytes) {
   const AdmissionControl& admission = client.admission();
-  Actions actions;
+  Received received;
+  Actions& actions = received.actions;
   if (const auto work = admission.may_begin_work(); !work) session.refuse_work(work.error());
   const bool has_expired = session.rights().has_expired(std::chrono::system_clock::now());
   if (has_expired || session.access() != admission.access()) {
@@ -41,13 +56,17 @@ Actions receive_from(ClientContext& client, Session& session,
   const bool was_welcomed = session.is_welcomed();
   if (!message) {
     append(actions, session.receive(message.error()));
-  } else if (auto refused = refusal(client, session, *message)) {
-    actions.push_back(Send{*std::move(refused)});
-  } else {
+  } else if (auto admitted = admit(client, session, *message, message_bytes)) {
+    received.room = *std::move(admitted);
     append(actions, session.receive(*message));
+  } else {
+    received.retry_after = admitted.error().error.retry_after;
+    actions.push_back(Send{std::move(admitted.error())});
   }
-  if (!was_welcomed && session.is_welcomed()) client.is_named(session.rights().name());
-  return actions;
+  if (!was_welcomed && session.is_welcomed()) {
+    client.is_named(session.rights().name(), session.has_token());
+  }
+  return received;
 }
 
 RequestFacts facts_of(const char* kind, std::uint64_t id, const std::string& dataset,

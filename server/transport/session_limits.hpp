@@ -14,6 +14,7 @@ struct SessionLimits {
   std::chrono::milliseconds request_time{0};  // Of workers, for one stream or estimate.
   std::chrono::milliseconds idle_time{0};     // Without a message from the client or a stream.
   std::uint64_t max_triangles = 0;            // Of a final step.
+  std::chrono::milliseconds waiting_time{0};  // Expected of all that one share asked for.
 };
 
 }  // namespace multitetra

@@ -6,11 +6,13 @@
 #include "common/net/coroutines.hpp"
 #include "common/net/frame.hpp"
 #include "server/session/answers.hpp"
+#include "server/session/waiting_memory.hpp"
 #include "server/transport/session_admission.hpp"
 
 namespace multitetra {
 
 using Clock = std::chrono::steady_clock;
+using Room = ByteReservations::Reservation;
 
 StreamSession::StreamSession(asio::any_io_executor executor, SessionBackendPtr backend,
                              Session session, ClientContextPtr client,
@@ -30,7 +32,7 @@ void StreamSession::receive(std::string_view content) {
   const auto message = parse_client_message(content);
   const auto* hello = message ? std::get_if<Hello>(&*message) : nullptr;
   if (!hello || session_.is_welcomed() || session_.is_closed() || is_greeting_) {
-    take(message);
+    take(message, content.size());
     return;
   }
   // A token that is not known here is refused, and shown to no other server.
@@ -38,18 +40,18 @@ void StreamSession::receive(std::string_view content) {
   const bool is_known = !access || access->rights_of(hello->token);
   auto finding = is_known ? backend_->find_catalogue(hello->token) : std::nullopt;
   if (!finding) {
-    take(message);
+    take(message, content.size());
     return;
   }
   is_greeting_ = true;
   // std::function copies what it is given, and this cannot be copied.
   auto shared = std::make_shared<asio::awaitable<SessionBackend::Found>>(*std::move(finding));
-  spawn(executor_, [self = shared_from_this(), hello = *hello, shared] {
-    return self->greet(hello, std::move(*shared));
+  spawn(executor_, [self = shared_from_this(), hello = *hello, bytes = content.size(), shared] {
+    return self->greet(hello, bytes, std::move(*shared));
   });
 }
 
-asio::awaitable<void> StreamSession::greet(Hello hello,
+asio::awaitable<void> StreamSession::greet(Hello hello, std::size_t message_bytes,
                                            asio::awaitable<SessionBackend::Found> finding) {
   const auto self = shared_from_this();
   const SessionBackend::Found found = co_await std::move(finding);
@@ -57,15 +59,25 @@ asio::awaitable<void> StreamSession::greet(Hello hello,
   if (is_over_) co_return;
   if (found) {
     session_.offer(*found);
-    take(ClientMessage(std::move(hello)));
+    take(ClientMessage(std::move(hello)), message_bytes);
   } else {
     perform(session_.end(found.error()));
   }
   replies_taken_.notify_all();
 }
 
-void StreamSession::take(const tl::expected<ClientMessage, ParseError>& message) {
-  perform(receive_from(*client_, session_, message));
+void StreamSession::take(const tl::expected<ClientMessage, ParseError>& message,
+                         std::size_t message_bytes) {
+  constexpr std::size_t kLong = 64 * 1024;
+  constexpr double kLongestQuiet = 5;
+  Received received = receive_from(*client_, session_, message, message_bytes);
+  if (received.retry_after > 0 && message_bytes >= kLong) {
+    const std::chrono::duration<double> quiet(std::min(received.retry_after, kLongestQuiet));
+    quiet_until_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(quiet);
+  }
+  new_room_ = std::move(received.room);
+  perform(std::move(received.actions));
+  new_room_ = {};
 }
 
 void StreamSession::end(const Error& error) { perform(session_.end(error)); }
@@ -84,6 +96,10 @@ void StreamSession::leave() {
 
 void StreamSession::keep_time(Clock::time_point now) {
   if (is_over_) return;
+  if (quiet_until_ != Clock::time_point() && now >= quiet_until_) {
+    quiet_until_ = {};
+    replies_taken_.notify_all();
+  }
   backend_->keep_time(now);
   const bool is_busy = stream_ || !estimates_.empty() || is_greeting_;
   if (session_.is_closed() || !idleness_.is_exceeded(now, is_busy)) return;
@@ -97,12 +113,14 @@ void StreamSession::keep_time(Clock::time_point now) {
 asio::awaitable<std::optional<ServerMessage>> StreamSession::next_message() {
   const auto self = shared_from_this();
   leaving_.reset();  // Whoever asks for another message has sent the one before.
+  leaving_room_ = {};
   for (;;) {
     if (!replies_.empty()) {
-      ServerMessage reply = std::move(replies_.front());
+      Reply reply = std::move(replies_.front());
       replies_.pop_front();
+      leaving_room_ = std::move(reply.room);
       replies_taken_.notify_all();
-      co_return told(std::move(reply));
+      co_return told(std::move(reply.message));
     }
     if (is_over_) co_return std::nullopt;
     if (auto message = take_stream_message()) co_return message;
@@ -141,7 +159,7 @@ void StreamSession::give_up(const ServerMessage& message) {
   if (const auto* list = std::get_if<DatasetList>(&message)) {
     const Error error = {ErrorCode::kLimitExceeded,
                          "The list of datasets" + beyond + "; this server offers too many."};
-    replies_.push_front(ErrorReply{.request_id = list->request_id, .error = error});
+    replies_.push_front({ErrorReply{.request_id = list->request_id, .error = error}});
   } else if (stream_) {
     stream_->messages->fail(
         {ErrorCode::kLimitExceeded, "The answer" + beyond + "; ask for a larger error."});
@@ -156,15 +174,16 @@ asio::awaitable<void> StreamSession::room() {
 // All replies are short but one: a list may have megabytes.
 bool StreamSession::has_room() const {
   if (is_over_) return true;
-  const auto is_list = [](const ServerMessage& m) {
-    return std::holds_alternative<DatasetList>(m);
+  if (quiet_until_ != Clock::time_point()) return false;
+  const auto is_list = [](const Reply& reply) {
+    return std::holds_alternative<DatasetList>(reply.message);
   };
   return !is_greeting_ && replies_.size() < kMaxWaitingReplies &&
          std::none_of(replies_.begin(), replies_.end(), is_list);
 }
 
 void StreamSession::reply(ServerMessage message) {
-  replies_.push_back(std::move(message));
+  replies_.push_back({std::move(message)});
   something_to_send_.notify_all();
 }
 
@@ -178,10 +197,13 @@ void StreamSession::perform(Actions actions) {
 }
 
 void StreamSession::perform(Send action) {
+  auto room = client_->take_room(waiting_bytes(action.message));
   if (const auto* list = std::get_if<DatasetList>(&action.message)) {
-    RequestRecord(client_, {.kind = "list", .request = list->request_id}).end("complete");
+    RequestRecord record(client_, {.kind = "list", .request = list->request_id});
+    record.end(room ? "complete" : name(room.error().code));
+    if (!room) action.message = ErrorReply{list->request_id, room.error()};
   }
-  replies_.push_back(std::move(action.message));
+  replies_.push_back({std::move(action.message), room ? *std::move(room) : Room()});
 }
 
 void StreamSession::perform(StartStream action) {
@@ -189,7 +211,8 @@ void StreamSession::perform(StartStream action) {
   stream_ = {.request_id = open.request_id,
              .messages = nullptr,
              .record = std::make_unique<RequestRecord>(
-                 client_, facts_of("stream", open.request_id, open.dataset, open.request))};
+                 client_, facts_of("stream", open.request_id, open.dataset, open.request)),
+             .room = std::move(new_room_)};
   stream_->messages = backend_->start(std::move(action), [weak = weak_from_this()] {
     if (const auto self = weak.lock()) self->something_to_send_.notify_all();
   });
@@ -200,6 +223,7 @@ void StreamSession::perform(MakeEstimate action) {
   const std::uint64_t number = ++last_estimate_;
   RunningEstimate& running = estimates_[number];
   running.request_id = asked.request_id;
+  running.room = std::move(new_room_);
   running.record = std::make_unique<RequestRecord>(
       client_, facts_of("estimate", asked.request_id, asked.dataset, asked.request));
   backend_->estimate(std::move(action), running.stop.get_token(),
@@ -229,7 +253,7 @@ void StreamSession::perform(StopStream action) {
   stream_->messages->end(action.outcome);
   ServerMessage last = stream_->messages->take().value();
   stream_->record->end(outcome_of(last));
-  replies_.push_back(std::move(last));
+  replies_.push_back({std::move(last)});
   drop_stream();
 }
 

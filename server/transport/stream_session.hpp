@@ -7,7 +7,8 @@
 //
 // Memory is bounded whatever the client does: replies wait in a short queue, of which one may be a
 // list of datasets, and reading pauses while it is full; stream messages are made when the writing
-// loop asks for them.
+// loop asks for them. What waits has room in the admission's queue, or is refused; who sends long
+// messages too often is not read from for a while.
 //
 // Not thread-safe: everything runs on the executor, of which one thread runs at a time.
 #pragma once
@@ -63,15 +64,22 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
     std::uint64_t request_id = 0;
     BackendStreamPtr messages;
     std::unique_ptr<RequestRecord> record;
+    ByteReservations::Reservation room = {};
   };
   struct RunningEstimate {
     std::uint64_t request_id = 0;
     std::unique_ptr<RequestRecord> record;
     std::stop_source stop = {};
+    ByteReservations::Reservation room = {};
+  };
+  struct Reply {
+    ServerMessage message;
+    ByteReservations::Reservation room = {};
   };
 
-  void take(const tl::expected<ClientMessage, ParseError>& message);
-  asio::awaitable<void> greet(Hello hello, asio::awaitable<SessionBackend::Found> finding);
+  void take(const tl::expected<ClientMessage, ParseError>& message, std::size_t message_bytes);
+  asio::awaitable<void> greet(Hello hello, std::size_t message_bytes,
+                              asio::awaitable<SessionBackend::Found> finding);
   void perform(Actions actions);
   void perform(Send action);
   void perform(StartStream action);
@@ -91,8 +99,12 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   Session session_;
   ClientContextPtr client_;
   bool is_over_ = false;
-  bool is_greeting_ = false;  // What there is for this client is being found out.
-  std::deque<ServerMessage> replies_;
+  bool is_greeting_ = false;                // What there is for this client is being found out.
+  ByteReservations::Reservation new_room_;  // Of the request that is about to begin.
+  std::deque<Reply> replies_;
+  ByteReservations::Reservation leaving_room_;  // Of the reply that was taken last.
+  // Until then nothing is read.
+  std::chrono::steady_clock::time_point quiet_until_ = {};
   std::optional<Stream> stream_;
   // Of the stream that has ended last, until its last message has left.
   std::unique_ptr<RequestRecord> leaving_;

@@ -1,6 +1,7 @@
 #include "server/transport/worker_backend.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <new>
 #include <utility>
 
@@ -50,6 +51,8 @@ class WorkerBackend::Stream : public BackendStream {
     const auto backend = backend_.lock();
     if (backend && backend->stream_.get() == this) backend->stream_.reset();
   }
+  // Before anybody was told of it.
+  void refuse(Error error) { messages.fail(std::move(error)); }
   void supply(MadeStep step, double seconds) {
     messages.supply(std::move(step), seconds);
     changed_();
@@ -138,6 +141,41 @@ Result<EstimateReply> make_estimate(const StepSource& source, const Estimate& as
   });
 }
 
+// What was made before is quickly found, and so is a first preview; what follows may take as long
+// as the whole.
+struct StepWork {
+  std::string kind;
+  bool is_long = false;
+};
+StepWork work_for(const StepSource& source, const StreamState& state) {
+  const std::string& dataset = source.info().name;
+  const IsosurfaceRequest& request = state.request;
+  const bool is_settled = state.is_within_budget || !has_budget(request);
+  if (is_settled && source.remembers({.request = request})) {
+    return {.kind = dataset + " remembered", .is_long = false};
+  }
+  if (state.previews && state.shown.empty()) {
+    return {.kind = dataset + " first preview", .is_long = false};
+  }
+  return {.kind = dataset + (request.simplify ? " simplified step" : " step"), .is_long = true};
+}
+
+// What takes longer with every place that is to be looked at.
+bool has_large_map(const IsosurfaceRequest& request) {
+  constexpr std::size_t kMany = 64;
+  return request.thresholds.regions.size() > kMany || request.thresholds.grid;
+}
+
+Error come_again(const Backlog& backlog, double limit) {
+  const double share_of_time = backlog.seconds_until_done / backlog.seconds;
+  const double seconds = std::ceil(std::max(1.0, (backlog.seconds - limit) * share_of_time));
+  return {.code = ErrorCode::kUnavailable,
+          .text = "What you asked for already takes this server about " +
+                  shortest_text(std::ceil(backlog.seconds)) + " s; ask again in " +
+                  shortest_text(seconds) + " s.",
+          .retry_after = seconds};
+}
+
 Error too_long(std::chrono::milliseconds limit) {
   return {ErrorCode::kLimitExceeded,
           "The answer takes this server longer than the " +
@@ -151,7 +189,7 @@ WorkerBackend::WorkerBackend(asio::any_io_executor executor, Workers& workers,
                              ClientContextPtr client, const SessionLimits& limits)
     : executor_(executor),
       workers_(workers),
-      queue_client_(workers.new_client()),
+      queue_number_(workers.new_client()),
       client_(std::move(client)),
       limits_(limits) {}
 WorkerBackend::~WorkerBackend() = default;
@@ -170,11 +208,26 @@ void WorkerBackend::keep_time(Clock::time_point now) {
   }
 }
 
+FairQueue::Client WorkerBackend::queue_client() const { return {client_->share(), queue_number_}; }
+
+std::optional<Error> WorkerBackend::check_backlog() {
+  const Backlog backlog = workers_.backlog(client_->share());
+  const double limit = std::chrono::duration<double>(limits_.waiting_time).count();
+  if (limit <= 0 || backlog.seconds <= limit) return std::nullopt;
+  client_->admission().observer().refused(client_->facts(), "waiting_seconds");
+  return come_again(backlog, limit);
+}
+
 // ---- streams
 
 BackendStreamPtr WorkerBackend::start(StartStream action, std::function<void()> changed) {
+  const auto refusal = check_backlog();
   stream_ = std::make_shared<Stream>(weak_from_this(), std::move(action), std::move(changed));
-  make_next_step();
+  if (refusal) {
+    stream_->refuse(*refusal);
+  } else {
+    make_next_step();
+  }
   return stream_;
 }
 
@@ -198,11 +251,11 @@ void WorkerBackend::make_next_step() {
           made = std::make_shared<Result<MadeStep>>(std::move(made)),
           seconds = seconds_since(start)] { self->step_made(stream, std::move(*made), seconds); });
   };
-  // A first preview is short; what follows may take as long as the whole.
-  const bool is_long = !state->previews || !state->shown.empty();
-  workers_.post(queue_client_, {.run = std::move(make),
-                                .is_long = is_long,
-                                .is_background = stream_->priority == Priority::kBackground});
+  StepWork work = work_for(*stream_->source, *state);
+  workers_.post(queue_client(), {.run = std::move(make),
+                                 .kind = std::move(work.kind),
+                                 .is_long = work.is_long,
+                                 .is_background = stream_->priority == Priority::kBackground});
   is_making_ = true;
 }
 
@@ -227,12 +280,9 @@ void WorkerBackend::step_made(const StreamPtr& stream, Result<MadeStep> step, do
     return;
   }
   const auto bytes = static_cast<std::size_t>(size_of(step->encoded).bytes);
-  auto reservation = client_->admission().queue().take(bytes);
+  auto reservation = client_->take_room(bytes);
   if (!reservation) {
-    client_->admission().observer().refused(client_->facts(), "queue_bytes");
-    stream->fail({ErrorCode::kUnavailable,
-                  "This server has no room for another step of that size, because others wait for "
-                  "slow clients; try again later, or ask for a larger error."});
+    stream->fail(reservation.error());
     return;
   }
   stream->queue_reservation = *std::move(reservation);
@@ -243,9 +293,15 @@ void WorkerBackend::step_made(const StreamPtr& stream, Result<MadeStep> step, do
 
 void WorkerBackend::estimate(MakeEstimate action, std::stop_token stop,
                              std::function<void(Result<EstimateReply>)> done) {
+  if (const auto refusal = check_backlog()) {
+    post(executor_, [done = std::move(done), refusal] { done(tl::unexpected(*refusal)); });
+    return;
+  }
   // To find what a budget allows takes as long as some steps, and so does simplifying a sample.
   const IsosurfaceRequest& request = action.estimate.request;
   const bool is_long = has_budget(request) || request.simplify;
+  std::string kind = action.source->info().name + (is_long ? " long" : " short") +
+                     (has_large_map(request) ? " estimate of a map" : " estimate");
   const auto job =
       std::make_shared<EstimateJob>(std::move(action), std::move(stop), std::move(done));
   estimates_.insert(job);
@@ -260,9 +316,10 @@ void WorkerBackend::estimate(MakeEstimate action, std::stop_token stop,
       self->estimate_made(job, made);
     });
   };
-  workers_.post(queue_client_, {.run = std::move(make),
-                                .is_long = is_long,
-                                .is_background = job->asked.priority == Priority::kBackground});
+  workers_.post(queue_client(), {.run = std::move(make),
+                                 .kind = std::move(kind),
+                                 .is_long = is_long,
+                                 .is_background = job->asked.priority == Priority::kBackground});
 }
 
 void WorkerBackend::estimate_made(const EstimatePtr& job, Result<EstimateReply> made) {

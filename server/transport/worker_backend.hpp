@@ -6,7 +6,9 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <set>
 
 #include "server/operations/admission_control.hpp"
@@ -44,6 +46,9 @@ class WorkerBackend : public SessionBackend, public std::enable_shared_from_this
 
   // Unless one is being made: step_made() calls it again then.
   void make_next_step();
+  [[nodiscard]] FairQueue::Client queue_client() const;
+  // Why no more may wait, if so.
+  [[nodiscard]] std::optional<Error> check_backlog();
   // A worker begins with it: from now on its time counts.
   void step_begins(const StreamPtr& stream);
   void step_made(const StreamPtr& stream, Result<MadeStep> step, double seconds);
@@ -51,7 +56,7 @@ class WorkerBackend : public SessionBackend, public std::enable_shared_from_this
 
   asio::any_io_executor executor_;
   Workers& workers_;
-  FairQueue::Client queue_client_;
+  std::uint64_t queue_number_;
   ClientContextPtr client_;
   SessionLimits limits_;
   double bytes_per_second_ = kUsualBytesPerSecond;  // Of the way to the client.

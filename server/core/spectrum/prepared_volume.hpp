@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <span>
@@ -43,7 +44,7 @@ namespace multitetra {
   return info.outside ? static_cast<float>(*info.outside) : std::numeric_limits<float>::quiet_NaN();
 }
 
-// Immutable. The spans live as long as `owner`.
+// Immutable. The spans live as long as `owner`, and show what they did as long as check() returns.
 struct PreparedVolume {
   DatasetInfo info;
   std::shared_ptr<const BrickSource> samples;  // BrickLayout(info.dims), x fastest in a brick.
@@ -53,6 +54,8 @@ struct PreparedVolume {
                                       // all are void the least is larger than the largest.
   ErrorSpectrum spectrum;
   std::shared_ptr<const void> owner;
+  // Throws where the volume was taken away while it was looked at. Empty: nobody can do that.
+  std::function<void()> check = {};
 };
 
 // Calls `visitor` with a null pointer to the sample type: one dispatch for a whole pass.

@@ -248,5 +248,41 @@ TEST(VerifyDataset, TellsHowFarItIs) {
   EXPECT_THROW(verify_dataset(path, [](double) { throw Enough(); }), Enough);
 }
 
+// ---- a file that is changed while it is open
+
+fs::path written_head(const TemporaryFolder& folder) {
+  const fs::path path = folder.path() / "head.mtd";
+  write_prepared(path, prepared_example(generate(GeneratorKind::kHead, {.size = 40, .noise = 10})));
+  return path;
+}
+
+TEST(PreparedFile, ThatIsCutWhileItIsOpenIsDamagedAndEndsNothing) {
+  const TemporaryFolder folder;
+  const fs::path path = written_head(folder);
+  const PreparedFile file(path);
+  const auto samples = file.samples();
+  const std::byte first = samples->brick(0)[0];
+  fs::resize_file(path, 4096);
+  EXPECT_NE(error_of([&] { (void)samples->brick(0); }), "none") << static_cast<int>(first);
+  EXPECT_NE(error_of([&] { file.check(); }), "none");
+  std::size_t sum = 0;  // What is not there any more can be looked at.
+  for (const std::byte byte : file.coarse()) sum += static_cast<std::size_t>(byte);
+  for (const std::byte byte : file.ranges()) sum += static_cast<std::size_t>(byte);
+  EXPECT_EQ(sum, 0U);
+  expect_contains(error_of([&] { file.check(); }), "head.mtd': a part of it is gone");
+  const TemporaryFolder another;
+  EXPECT_EQ(error_of_opening(written_head(another)), "none") << "Others are as they were.";
+}
+
+TEST(PreparedFile, ThatIsWrittenIntoWhileItIsOpenIsDamaged) {
+  const TemporaryFolder folder;
+  const fs::path path = written_head(folder);
+  const PreparedFile file(path);
+  (void)file.samples()->brick(0);
+  damage_file(path, section_names::kSamples, 0);
+  expect_contains(error_of([&] { (void)file.samples()->brick(0); }), "somebody wrote into it");
+  expect_contains(error_of([&] { (void)file.spectrum()->brick(0); }), "somebody wrote into it");
+}
+
 }  // namespace
 }  // namespace multitetra

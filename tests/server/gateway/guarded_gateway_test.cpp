@@ -52,6 +52,26 @@ TEST(GuardedGateway, ShowsServersTheTokensOfItsClients) {
   EXPECT_EQ(http.get("/v1/datasets", "Authorization: Bearer right\r\n").result_int(), 200U);
 }
 
+// It has no tokens file, so what the servers say holds.
+TEST(GuardedGateway, GivesTilesToThoseToWhomAServerShowsTheirDataset) {
+  const TemporaryFolder folder;
+  const TokensFile tokens(folder.path(), {{"alice", "right", "*"}, {"bob", "few", "none-*"}});
+  Upstream upstream(octahedron(), {.admission = {.tokens = tokens.path()}});
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
+  WebSocketClient alice(gateway.http());
+  EXPECT_TRUE(is_welcome(greeted(alice, "right")));
+  open(alice, 1);
+  EXPECT_TRUE(is_complete(end_of_stream(alice)));
+  const std::string path = "/v1/tiles/" + testing::fine_tiles().front().summary.digest.hex();
+  HttpClient http(gateway.http());
+  const auto hers = http.get(path, "Authorization: Bearer right\r\n");
+  EXPECT_EQ(hers.result_int(), 200U);
+  EXPECT_TRUE(hers["Cache-Control"].starts_with("private"));
+  EXPECT_EQ(http.get(path).result_int(), 401U);
+  EXPECT_EQ(http.get(path, "Authorization: Bearer wrong\r\n").result_int(), 401U);
+  EXPECT_EQ(http.get(path, "Authorization: Bearer few\r\n").result_int(), 404U);
+}
+
 TEST(GuardedGateway, KnowsItsOwnTokensAndShowsServersItsOwn) {
   const TemporaryFolder folder;
   const TokensFile of_server(folder.path(), {{"gateway", "inner", "*"}});

@@ -42,9 +42,10 @@ TEST(GuardedHttp, BeyondItsConnectionsTheFirstRequestIsAnsweredWith503) {
 }
 
 TEST(GuardedHttp, BehindATrustedProxyLimitsCountForItsClients) {
-  RunningHttpServer server(fake_catalogue("octahedron"), {},
-                           {.admission = {.connections = {.total = 10, .per_name = 1},
-                                          .trusted_proxies = {"127.0.0.1"}}});
+  RunningHttpServer server(
+      fake_catalogue("octahedron"), {},
+      {.admission = {.connections = {.total = 10, .per_name = 1},
+                     .trusted_proxies = *AddressRanges::parse({"127.0.0.0/8"})}});
   HttpClient first(server.http());
   HttpClient second(server.http());
   HttpClient third(server.http());

@@ -102,6 +102,24 @@ TEST(HttpListener, WaitsForAHeaderOnlySoLong) {
   EXPECT_EQ(client.rest(), "");
 }
 
+// Who rests after a request may rest for longer than who never made one.
+TEST(HttpListener, WaitsForTheFirstRequestNoLongerThanForItsHeader) {
+  RunningHttpServer server(fake_catalogue("octahedron"),
+                           {.handshake_timeout = 80ms, .keep_alive_timeout = 1h});
+  HttpClient silent(server.http());
+  EXPECT_EQ(silent.rest(), "");
+}
+
+TEST(HttpListener, KnowsTheFormsOfATarget) {
+  RunningHttpServer server(fake_catalogue("octahedron"));
+  HttpClient client(server.http());
+  EXPECT_EQ(client.get("http://localhost/v1/datasets/octahedron").result_int(), 200U);
+  const auto all = client.ask("OPTIONS", "*");
+  EXPECT_EQ(all.result_int(), 204U);
+  EXPECT_EQ(all[http::field::allow], "GET, HEAD, OPTIONS");
+  EXPECT_EQ(client.get("*").result_int(), 400U);
+}
+
 TEST(HttpListener, WaitsForTheNextRequestOnlySoLong) {
   RunningHttpServer server(fake_catalogue("octahedron"), {.keep_alive_timeout = 80ms});
   HttpClient client(server.http());
@@ -151,7 +169,7 @@ TEST(HttpListener, AnswersSoManyRequestsOfAnAddress) {
   for (const std::string& target : {mesh + "3", std::string("/v1/datasets")}) {
     const auto refused = client.get(target);
     EXPECT_EQ(refused.result_int(), 429U) << target;
-    EXPECT_EQ(refused[http::field::retry_after], "1");
+    EXPECT_EQ(refused[http::field::retry_after], "1000");
   }
   EXPECT_EQ(client.get("/livez").result_int(), 200U);
 }
@@ -193,7 +211,7 @@ TEST(HttpListener, TellsAboutDatasetsAsInfoDoes) {
 TEST(HttpListener, ServesTilesThatAreAtHandToBeKeptForEver) {
   const auto tile = testing::fine_tiles().front();
   RunningHttpServer server(fake_catalogue("octahedron"),
-                           {.hooks = {.find_tile = [&](const ContentDigest& digest) {
+                           {.hooks = {.find_tile = [&](const ContentDigest& digest, const auto&) {
                               return digest == tile.summary.digest ? std::optional(tile)
                                                                    : std::nullopt;
                             }}});
@@ -220,9 +238,10 @@ TEST(HttpListener, WantsAGoodTokenWhereTokensAreNeeded) {
   const TemporaryFolder folder;
   const testing::TokensFile tokens(folder.path(), {{"alice", "good", "octahedron"}});
   const auto tile = testing::fine_tiles().front();
-  RunningHttpServer server(fake_catalogue("octahedron"),
-                           {.hooks = {.find_tile = [&](const ContentDigest&) { return tile; }}},
-                           {.admission = {.tokens = tokens.path()}});
+  RunningHttpServer server(
+      fake_catalogue("octahedron"),
+      {.hooks = {.find_tile = [&](const ContentDigest&, const auto&) { return tile; }}},
+      {.admission = {.tokens = tokens.path()}});
   HttpClient client(server.http());
   for (const std::string& path :
        {"/v1/tiles/" + tile.summary.digest.hex(), std::string("/v1/datasets"),
@@ -239,6 +258,26 @@ TEST(HttpListener, WantsAGoodTokenWhereTokensAreNeeded) {
     EXPECT_EQ(response[http::field::cache_control].find("public"), boost::beast::string_view::npos);
   }
   EXPECT_EQ(client.get("/livez").result_int(), 200U);
+}
+
+TEST(HttpListener, GivesTilesToThoseWhoMaySeeTheirDataset) {
+  const TemporaryFolder folder;
+  const testing::TokensFile tokens(
+      folder.path(), {{"alice", "good", "octahedron"}, {"bob", "other", "another-*"}});
+  const auto tile = testing::fine_tiles().front();
+  TileCache tiles(1 << 20);
+  tiles.add({.digest = tile.summary.digest, .cube = tile.summary.cube, .dataset = "octahedron"},
+            tile);
+  RunningHttpServer server(fake_catalogue("octahedron"),
+                           {.hooks = {.find_tile =
+                                          [&](const ContentDigest& digest, const auto& may_see) {
+                                            return tiles.find_plain(digest, may_see);
+                                          }}},
+                           {.admission = {.tokens = tokens.path()}});
+  HttpClient client(server.http());
+  const std::string path = "/v1/tiles/" + tile.summary.digest.hex();
+  EXPECT_EQ(client.get(path, "Authorization: Bearer good\r\n").result_int(), 200U);
+  EXPECT_EQ(client.get(path, "Authorization: Bearer other\r\n").result_int(), 404U);
 }
 
 // ---- the viewer's files

@@ -52,7 +52,23 @@ TEST(RequestReader, RefusesWhatItCannotFollow) {
   EXPECT_EQ(status_of("GET / HTTP/1.1\r\nA: " + std::string(300, 'a') + "\r\n\r\n"), 431);
   EXPECT_EQ(status_of("POST / HTTP/1.1\r\nContent-Length: 5\r\n\r\nhello"), 413);
   EXPECT_EQ(status_of("POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n"), 413);
-  EXPECT_EQ(status_of("POST / HTTP/1.1\r\nContent-Length: 0\r\n\r\n"), 200);
+  EXPECT_EQ(status_of("POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 0\r\n\r\n"), 200);
+}
+
+// A proxy in front might see a body where this sees the next request.
+TEST(RequestReader, RefusesEveryTransferEncoding) {
+  for (const char* coding : {"xchunked", "identity", "gzip", "chunked, identity", ""}) {
+    const int status = status_of(
+        "GET / HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: " + std::string(coding) + "\r\n\r\n");
+    EXPECT_GE(status, 400) << coding;
+  }
+}
+
+TEST(RequestReader, WantsTheHostOnce) {
+  EXPECT_EQ(status_of("GET / HTTP/1.1\r\n\r\n"), 400);
+  EXPECT_EQ(status_of("GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n"), 400);
+  EXPECT_EQ(status_of("GET / HTTP/1.0\r\n\r\n"), 200) << "did not know it";
+  EXPECT_EQ(status_of("GET / HTTP/1.0\r\nHost: a\r\nHost: a\r\n\r\n"), 400);
 }
 
 TEST(RequestReader, NeverHoldsMuchMoreThanItsLimit) {
@@ -73,6 +89,8 @@ TEST(Target, IsTakenApartBeforeItIsDecoded) {
   EXPECT_EQ(target.query, (std::vector<std::pair<std::string, std::string>>{
                               {"x", "&"}, {"y", ""}, {"region", "ball:1,2,3,4=0.5"}}));
   EXPECT_TRUE(parse_target("/").value().path.empty());
+  EXPECT_EQ(parse_target("http://example.org:80/v1/a?b").value().raw_path, "/v1/a");
+  EXPECT_TRUE(parse_target("https://example.org").value().path.empty());
 }
 
 TEST(Target, IsTheSameBelowTheBasePathAndWithoutIt) {
@@ -101,7 +119,7 @@ TEST(Target, ABasePathBeginsWithASlashAndEndsWithoutOne) {
 }
 
 TEST(Target, IsRefusedWhereItIsNotWellEncoded) {
-  for (const auto* bad : {"", "*", "http://x/", "a", "/%", "/%4", "/%zz", "/?a=%", "/?%=a"}) {
+  for (const auto* bad : {"", "*", "ftp://x/", "a", "/%", "/%4", "/%zz", "/?a=%", "/?%=a"}) {
     EXPECT_FALSE(parse_target(bad)) << bad;
   }
   EXPECT_EQ(percent_decoded("%41%4a+").value(), "AJ+");
@@ -253,6 +271,17 @@ TEST(Origin, IsAllowedWhereItIsOursOrListed) {
   EXPECT_FALSE(is_allowed_origin("http://", "", {}));
   EXPECT_TRUE(is_allowed_origin("https://a.example", "h", {"https://a.example"}));
   EXPECT_TRUE(is_allowed_origin("null", "h", {"*"}));
+}
+
+TEST(Origin, IsWrittenAsBrowsersWriteIt) {
+  for (const char* good : {"*", "https://a.example", "http://localhost:8080", "http://[::1]:80",
+                           "moz-extension://1b2c-3d"}) {
+    EXPECT_TRUE(is_origin(good)) << good;
+  }
+  for (const char* bad : {"", "a.example", "https://", "https://a.example/", "https://a b", "*.a",
+                          "https://a:port", "https://a.example/x", "//a", "https:/a"}) {
+    EXPECT_FALSE(is_origin(bad)) << bad;
+  }
 }
 
 TEST(Origin, MayReadAnswersWhereItIsAllowedOnly) {

@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "common/cli/json_report.hpp"
+#include "server/http/mesh_shelf.hpp"
+#include "server/http/slowest_reader.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/running_http_server.hpp"
 
@@ -172,6 +174,80 @@ TEST(Isosurface, IsAnsweredWith503WhenTheServerStops) {
   EXPECT_EQ(client.receive().result_int(), 503U);
   EXPECT_EQ(client.rest(), "");
   stopping.join();
+}
+
+// ---- files on the disk
+
+StoredMesh stored(ByteReservations::Reservation room) {
+  struct Holder {
+    explicit Holder(ByteReservations::Reservation of_it) : room(std::move(of_it)) {}
+    ByteReservations::Reservation room;
+    ScratchFile file{std::filesystem::temp_directory_path()};
+  };
+  const std::uint64_t bytes = room.bytes();
+  const auto held = std::make_shared<Holder>(std::move(room));
+  return {.file = SharedFile(held, &held->file), .bytes = bytes, .fields = ""};
+}
+
+TEST(MeshShelf, ForgetsWhatIsKeptForWhatIsWanted) {
+  MeshShelf shelf(1000);
+  shelf.keep("a", stored(shelf.room("one", 400).value()));
+  shelf.keep("b", stored(shelf.room("another", 400).value()));
+  EXPECT_TRUE(shelf.find("a"));
+  EXPECT_TRUE(shelf.room("a third", 400));
+  EXPECT_TRUE(shelf.find("a")) << "was asked for last";
+  EXPECT_FALSE(shelf.find("b"));
+}
+
+TEST(MeshShelf, WhatIsBeingSentCounts) {
+  MeshShelf shelf(1000);
+  std::vector<StoredMesh> sent;
+  for (const char* share : {"one", "another"}) {
+    sent.push_back(stored(shelf.room(share, 500).value()));
+    shelf.keep(share, sent.back());
+  }
+  const auto refused = shelf.room("a third", 1);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
+  EXPECT_GT(refused.error().retry_after, 0);
+  sent.pop_back();
+  EXPECT_TRUE(shelf.room("a third", 500));
+}
+
+TEST(MeshShelf, AShareHasHalfOfIt) {
+  MeshShelf shelf(1000);
+  const auto first = shelf.room("one", 300);
+  EXPECT_FALSE(shelf.room("one", 300));
+  EXPECT_TRUE(shelf.room("another", 300));
+  const auto never = shelf.room("one", 501);
+  ASSERT_FALSE(never);
+  EXPECT_EQ(never.error().code, ErrorCode::kLimitExceeded) << "It is no use to come again.";
+}
+
+TEST(MeshShelf, OfNoSizeKeepsNothingAndRefusesNothing) {
+  MeshShelf shelf(0);
+  shelf.keep("a", stored(shelf.room("one", 400).value()));
+  EXPECT_FALSE(shelf.find("a"));
+}
+
+TEST(SlowestReader, HasTimeForEachPieceAndForAllTogether) {
+  using Clock = SlowestReader::Clock;
+  const Clock::time_point began{1000s};
+  const SlowestReader slowest(began, 60s, 1000);
+  EXPECT_EQ(slowest.deadline(began, 1000), began + 60s);
+  EXPECT_EQ(slowest.deadline(began + 59s, 10'000), began + 70s) << "at 1000 bytes a second";
+  EXPECT_EQ(slowest.deadline(began + 5s, 1'000'000), began + 65s) << "this piece";
+  EXPECT_EQ(SlowestReader(began, 60s, 0).deadline(began + 1h, 10), began + 1h + 60s);
+}
+
+TEST_F(IsosurfaceTest, ThatFindsNoRoomOnTheDiskIsRefused) {
+  RunningHttpServer small(catalogue_of(std::make_shared<CountedSteps>(made_)),
+                          {.mesh_cache_bytes = 100});
+  HttpClient client(small.http());
+  const auto refused = client.get(kPath);
+  EXPECT_EQ(refused.result_int(), 422U);
+  EXPECT_NE(refused.body().find("this server holds at most 50 in one"), std::string::npos)
+      << refused.body();
 }
 
 }  // namespace

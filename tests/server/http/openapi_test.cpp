@@ -95,7 +95,7 @@ class OpenApiTest : public ::testing::Test {
     tile_path_ = "/v1/tiles/" + tile.summary.digest.hex();
     HttpOptions options{.max_mesh_triangles = 17};
     options.hooks = {.find_tile =
-                         [tile](const ContentDigest& digest) {
+                         [tile](const ContentDigest& digest, const auto&) {
                            return digest == tile.summary.digest ? std::optional(tile)
                                                                 : std::nullopt;
                          },

@@ -12,40 +12,55 @@ namespace {
 
 TEST(RequestRate, AllowsABurstThenSoManyASecond) {
   RatePerName rate({.per_second = 10, .burst = 3});
-  for (int i = 0; i < 3; ++i) EXPECT_TRUE(rate.take("a", 0));
-  EXPECT_FALSE(rate.take("a", 0));
-  EXPECT_FALSE(rate.take("a", 0.09));
-  EXPECT_TRUE(rate.take("a", 0.11));
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(rate.take("a", 0), 0);
+  EXPECT_GT(rate.take("a", 0), 0);
+  EXPECT_GT(rate.take("a", 0.09), 0);
+  EXPECT_EQ(rate.take("a", 0.11), 0);
   int allowed = 0;
-  for (int i = 0; i < 10'000; ++i) allowed += rate.take("a", 1 + 0.001 * i) ? 1 : 0;
+  for (int i = 0; i < 10'000; ++i) allowed += rate.take("a", 1 + 0.001 * i) <= 0 ? 1 : 0;
   EXPECT_NEAR(allowed, 103, 1);  // Ten seconds, and what was saved up before.
+}
+
+TEST(RequestRate, SaysWhenToComeAgain) {
+  RatePerName rate({.per_second = 2, .burst = 1});
+  EXPECT_EQ(rate.take("a", 0), 0);
+  EXPECT_DOUBLE_EQ(rate.take("a", 0.1), 0.4);
+  EXPECT_EQ(rate.take("a", 0.51), 0);
+}
+
+TEST(RequestRate, WhatIsLargeIsOwedAlsoWhereItIsRefused) {
+  RatePerName rate({.per_second = 10, .burst = 20});
+  EXPECT_EQ(rate.take("a", 0, 21), 0);
+  EXPECT_NEAR(rate.take("a", 0), 0.2, 1e-9);
+  EXPECT_NEAR(rate.take("a", 0, 21), 2.2, 1e-9) << "to look at it was work";
+  for (int i = 0; i < 1000; ++i) EXPECT_LE(rate.take("a", 0, 21), 31) << "but no debt is for ever";
 }
 
 TEST(RequestRate, OneNameTakesNothingFromAnother) {
   RatePerName rate({.per_second = 1, .burst = 1});
-  EXPECT_TRUE(rate.take("a", 0));
-  EXPECT_FALSE(rate.take("a", 0));
-  EXPECT_TRUE(rate.take("b", 0));
+  EXPECT_EQ(rate.take("a", 0), 0);
+  EXPECT_GT(rate.take("a", 0), 0);
+  EXPECT_EQ(rate.take("b", 0), 0);
 }
 
 TEST(RequestRate, ZeroIsNoLimit) {
   RatePerName rate({.per_second = 0, .burst = 1});
-  for (int i = 0; i < 1000; ++i) EXPECT_TRUE(rate.take("a", 0));
+  for (int i = 0; i < 1000; ++i) EXPECT_EQ(rate.take("a", 0), 0);
   EXPECT_EQ(rate.size(), 0U);
 }
 
 TEST(RequestRate, AClockThatStandsStillOrGoesBackGivesNothing) {
   RatePerName rate({.per_second = 1, .burst = 1});
-  EXPECT_TRUE(rate.take("a", 10));
-  EXPECT_FALSE(rate.take("a", 5));
-  EXPECT_FALSE(rate.take("a", 10.5));
-  EXPECT_TRUE(rate.take("a", 11));
+  EXPECT_EQ(rate.take("a", 10), 0);
+  EXPECT_GT(rate.take("a", 5), 0);
+  EXPECT_GT(rate.take("a", 10.5), 0);
+  EXPECT_EQ(rate.take("a", 11), 0);
 }
 
 TEST(RequestRate, ForgetsWhoHasRestedAndNeverKnowsMoreThanItMay) {
   RatePerName rate({.per_second = 10, .burst = 2}, /*most_names=*/1000);
-  for (int i = 0; i < 500; ++i) EXPECT_TRUE(rate.take("a" + std::to_string(i), 0));
-  for (int i = 0; i < 500; ++i) EXPECT_TRUE(rate.take("b" + std::to_string(i), 5));
+  for (int i = 0; i < 500; ++i) EXPECT_EQ(rate.take("a" + std::to_string(i), 0), 0);
+  for (int i = 0; i < 500; ++i) EXPECT_EQ(rate.take("b" + std::to_string(i), 5), 0);
   EXPECT_LE(rate.size(), 600U);
   for (int i = 0; i < 100'000; ++i) (void)rate.take("c" + std::to_string(i), 10);
   EXPECT_LE(rate.size(), 1000U);
@@ -53,11 +68,11 @@ TEST(RequestRate, ForgetsWhoHasRestedAndNeverKnowsMoreThanItMay) {
 
 TEST(RequestRate, WhenThereAreTooManyNamesNewcomersShareOneAllowance) {
   RatePerName rate({.per_second = 1, .burst = 1}, /*most_names=*/2);
-  EXPECT_TRUE(rate.take("a", 0));
-  EXPECT_TRUE(rate.take("b", 0));
-  EXPECT_TRUE(rate.take("c", 0));
-  EXPECT_FALSE(rate.take("d", 0));
-  EXPECT_TRUE(rate.take("a", 1.5)) << "Who is known keeps an allowance of its own.";
+  EXPECT_EQ(rate.take("a", 0), 0);
+  EXPECT_EQ(rate.take("b", 0), 0);
+  EXPECT_EQ(rate.take("c", 0), 0);
+  EXPECT_GT(rate.take("d", 0), 0);
+  EXPECT_EQ(rate.take("a", 1.5), 0) << "Who is known keeps an allowance of its own.";
 }
 
 // ---- connections
@@ -98,16 +113,28 @@ TEST(ConnectionLimiter, ZeroIsNoLimit) {
 
 TEST(ByteReservations, GivesBackWhatSharesHeld) {
   ByteReservations budget(100);
-  auto first = budget.take(60);
+  auto first = budget.take("a", 60);
   ASSERT_TRUE(first);
-  EXPECT_FALSE(budget.take(41));
-  auto second = budget.take(40);
+  EXPECT_FALSE(budget.take("b", 41));
+  auto second = budget.take("b", 40);
   ASSERT_TRUE(second);
   ByteReservations::Reservation moved = *std::move(first);
   first.reset();
   EXPECT_EQ(budget.used(), 100U);
   moved = {};
   EXPECT_EQ(budget.used(), 40U);
+}
+
+TEST(ByteReservations, AShareLeavesRoomForOthers) {
+  ByteReservations budget(100, /*most_of_a_share=*/50);
+  EXPECT_FALSE(budget.take("a", 51));
+  auto a = budget.take("a", 50);
+  ASSERT_TRUE(a);
+  EXPECT_FALSE(budget.take("a", 1));
+  EXPECT_TRUE(budget.take("b", 50));
+  a.reset();
+  EXPECT_TRUE(budget.take("a", 50));
+  EXPECT_EQ(budget.used(), 0U);
 }
 
 // ---- addresses
@@ -121,20 +148,66 @@ TEST(ClientAddress, LimitsHoldForAnIpv4AddressOrAnIpv6Network) {
   EXPECT_EQ(limited_name("unknown client"), "unknown client");
 }
 
+AddressRanges ranges(const std::vector<std::string>& texts) {
+  auto parsed = AddressRanges::parse(texts);
+  EXPECT_TRUE(parsed) << parsed.error().text;
+  return parsed ? *parsed : AddressRanges();
+}
+std::string client_of(std::string_view peer, std::string_view forwarded_for,
+                      const std::vector<std::string>& trusted) {
+  const ClientBehind client = client_behind(peer, forwarded_for, ranges(trusted));
+  return client.address + (client.is_trusted ? " trusted" : "");
+}
+
 TEST(ClientAddress, OnlyTrustedProxiesSayWhoIsBehindThem) {
-  EXPECT_EQ(client_behind("198.51.100.1", "203.0.113.5", {}), "198.51.100.1");
-  EXPECT_EQ(client_behind("10.0.0.1", "203.0.113.5", {"10.0.0.1"}), "203.0.113.5");
-  EXPECT_EQ(client_behind("::ffff:10.0.0.1", "203.0.113.5", {"10.0.0.1"}), "203.0.113.5");
+  EXPECT_EQ(client_of("198.51.100.1", "203.0.113.5", {}), "198.51.100.1");
+  EXPECT_EQ(client_of("10.0.0.1", "203.0.113.5", {"10.0.0.1"}), "203.0.113.5");
+  EXPECT_EQ(client_of("::ffff:10.0.0.1", "203.0.113.5", {"10.0.0.1"}), "203.0.113.5");
+  EXPECT_EQ(client_of("10.0.0.1", "", {"10.0.0.1"}), "10.0.0.1 trusted");
 }
 
 TEST(ClientAddress, WhatAClientSaysOfItselfDoesNotCount) {
   const std::vector<std::string> trusted = {"10.0.0.1", "10.0.0.2"};
-  EXPECT_EQ(client_behind("10.0.0.1", "1.1.1.1, 203.0.113.5", trusted), "203.0.113.5");
-  EXPECT_EQ(client_behind("10.0.0.1", "1.1.1.1,203.0.113.5 , 10.0.0.2", trusted), "203.0.113.5");
-  EXPECT_EQ(client_behind("10.0.0.1", "", trusted), "10.0.0.1");
-  EXPECT_EQ(client_behind("10.0.0.1", "1.1.1.1, nonsense", trusted), "10.0.0.1");
-  EXPECT_EQ(client_behind("10.0.0.1", "10.0.0.2", trusted), "10.0.0.2");
-  EXPECT_EQ(client_behind("10.0.0.1", std::string(100'000, ','), trusted), "10.0.0.1");
+  EXPECT_EQ(client_of("10.0.0.1", "1.1.1.1, 203.0.113.5", trusted), "203.0.113.5");
+  EXPECT_EQ(client_of("10.0.0.1", "1.1.1.1,203.0.113.5 , 10.0.0.2", trusted), "203.0.113.5");
+  EXPECT_EQ(client_of("10.0.0.1", "10.0.0.2", trusted), "10.0.0.2 trusted");
+}
+
+TEST(ClientAddress, WhatIsNoAddressCountsAsTheProxyWithItsLimits) {
+  for (const std::string& hop :
+       {std::string("garbage"), std::string("1.1.1.1, nonsense"), std::string(100'000, ','),
+        std::string("203.0.113.5:"), std::string("203.0.113.5:99999"), std::string("[2001:db8::1"),
+        std::string("203.0.113.5,")}) {
+    EXPECT_EQ(client_of("10.0.0.1", hop, {"10.0.0.1"}), "10.0.0.1") << hop.substr(0, 40);
+  }
+}
+
+TEST(ClientAddress, AHopMayHaveAPortAndBrackets) {
+  EXPECT_EQ(client_of("10.0.0.1", "203.0.113.5:4711", {"10.0.0.1"}), "203.0.113.5");
+  EXPECT_EQ(client_of("10.0.0.1", "[2001:db8::7]:4711", {"10.0.0.1"}), "2001:db8::7");
+  EXPECT_EQ(client_of("10.0.0.1", "[2001:db8::7]", {"10.0.0.1"}), "2001:db8::7");
+  EXPECT_EQ(client_of("10.0.0.1", "2001:db8::7", {"10.0.0.1"}), "2001:db8::7");
+}
+
+TEST(ClientAddress, NetworksAreTrustedAsAWhole) {
+  const AddressRanges trusted = ranges({"10.1.0.0/16", "2001:db8::/33", "192.0.2.7"});
+  for (const char* in : {"10.1.255.3", "::ffff:10.1.0.1", "2001:db8:7fff::1", "192.0.2.7"}) {
+    EXPECT_TRUE(trusted.contains(in)) << in;
+  }
+  for (const char* out : {"10.2.0.1", "2001:db8:8000::1", "192.0.2.8", "localhost", ""}) {
+    EXPECT_FALSE(trusted.contains(out)) << out;
+  }
+  EXPECT_TRUE(ranges({"0.0.0.0/0"}).contains("203.0.113.5"));
+  EXPECT_FALSE(ranges({"0.0.0.0/0"}).contains("2001:db8::1"));
+}
+
+TEST(ClientAddress, WhatIsNeitherAddressNorNetworkIsRefused) {
+  for (const char* text :
+       {"localhost", "", "10.0.0.0/33", "10.0.0.0/-1", "10.0.0.0/", "10.0.0.0/8x", "::/129"}) {
+    const auto refused = AddressRanges::parse({"10.0.0.1", text});
+    ASSERT_FALSE(refused) << text;
+    EXPECT_NE(refused.error().text.find('"' + std::string(text) + '"'), std::string::npos);
+  }
 }
 
 }  // namespace

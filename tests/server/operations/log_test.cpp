@@ -1,10 +1,14 @@
 #include "server/operations/log.hpp"
 
+#include <chrono>
 #include <limits>
 
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 #include <nlohmann/json.hpp>
+
+#include "server/operations/log_sampling.hpp"
+#include "server/operations/memory_return.hpp"
 
 namespace multitetra {
 namespace {
@@ -89,6 +93,50 @@ TEST(Log, NamesOfFormatsAndLevelsAreKnown) {
   EXPECT_EQ(log_format_from("xml"), std::nullopt);
   EXPECT_EQ(log_level_from("debug"), LogLevel::kDebug);
   EXPECT_EQ(log_level_from("loud"), std::nullopt);
+}
+
+// ---- what is left out
+
+TEST(LogSampler, OfANameAndOfAllTogetherSoManyLinesAreWritten) {
+  LogSampler lines(
+      {.of_a_name = {.per_second = 1, .burst = 2}, .of_all = {.per_second = 1, .burst = 5}});
+  EXPECT_EQ(lines.admit("a", 0), 0U);
+  EXPECT_EQ(lines.admit("a", 0), 0U);
+  EXPECT_EQ(lines.admit("a", 0), std::nullopt);
+  EXPECT_EQ(lines.admit("a", 0), std::nullopt);
+  EXPECT_EQ(lines.admit("b", 0), 0U);
+  EXPECT_EQ(lines.admit("a", 1.5), 2U) << "which were not written";
+  EXPECT_EQ(lines.admit("b", 1.5), 0U);
+  std::size_t written = 0;
+  for (int i = 0; i < 100; ++i) {
+    if (lines.admit(std::to_string(i), 1.5)) ++written;
+  }
+  EXPECT_EQ(written, 1U) << "of all together five, and one more after a second";
+}
+
+// ---- memory
+
+TEST(MemoryReturn, IsDueOnceAfterWorkHasEnded) {
+  using namespace std::chrono_literals;
+  MemoryReturn memory;
+  const MemoryReturn::Clock::time_point start{1000s};
+  EXPECT_FALSE(memory.is_due(start, 0, false)) << "Nothing was done.";
+  EXPECT_TRUE(memory.is_due(start + 1s, 1, true)) << "The first time for long.";
+  EXPECT_FALSE(memory.is_due(start + 2s, 2, true));
+  EXPECT_FALSE(memory.is_due(start + 3s, 2, false));
+  EXPECT_TRUE(memory.is_due(start + 4500ms, 2, false));
+  EXPECT_FALSE(memory.is_due(start + 10s, 2, false)) << "Nothing was done since.";
+}
+
+TEST(MemoryReturn, IsDueNowAndThenWhileWorkGoesOn) {
+  using namespace std::chrono_literals;
+  MemoryReturn memory;
+  int times = 0;
+  for (int second = 0; second < 300; ++second) {
+    const auto now = MemoryReturn::Clock::time_point{1000s + std::chrono::seconds(second)};
+    times += memory.is_due(now, static_cast<std::uint64_t>(second) + 1, true) ? 1 : 0;
+  }
+  EXPECT_EQ(times, 10);
 }
 
 }  // namespace

@@ -1,5 +1,8 @@
 #include "server/operations/request_log.hpp"
 
+#include <chrono>
+#include <thread>
+
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 #include <nlohmann/json.hpp>
@@ -96,5 +99,36 @@ TEST(RequestLog, RefusalsAndErrorsSayWhy) {
   EXPECT_EQ(lines[1].at("request"), 3);
 }
 
+TEST(RequestLog, TokensInATargetStayOutOfIt) {
+  const auto target = [](const char* asked) {
+    const auto lines = logged(LogLevel::kInfo, [asked](RequestLog& log) {
+      log.http_answered(kAlice, {.target = asked, .status = 400});
+    });
+    return lines.at(0).at("target").get<std::string>();
+  };
+  EXPECT_EQ(target("/v1/x?isovalue=1&token=mt_00ff&error=2"), "/v1/x?isovalue=1&token=***&error=2");
+  EXPECT_EQ(target("/v1/x?Access_Token=abc"), "/v1/x?Access_Token=***");
+  EXPECT_EQ(target("/v1/x?q=mt_00ff"), "/v1/x?q=***");
+  EXPECT_EQ(target("/v1/x?mt_00ff&a"), "/v1/x?mt_00ff&a");
+  EXPECT_EQ(target("/?"), "/?");
+}
+
+// One client's flood takes neither the disk nor the lines about others.
+TEST(RequestLog, OfAFloodOnlySoMuchIsWrittenAndHowMuchWasNotIsTold) {
+  const ClientFacts flooding{.peer = "192.0.2.66:1"};
+  const auto lines = logged(LogLevel::kInfo, [&](RequestLog& log) {
+    for (int i = 0; i < 10'000; ++i) {
+      log.http_answered(flooding, {.kind = "datasets", .target = "/", .status = 429});
+      log.refused(flooding, "requests_per_second");
+      log.error_answered(flooding, {ErrorCode::kLimitExceeded, "Too many."}, 1);
+    }
+    log.refused(kAlice, "connections");
+    std::this_thread::sleep_for(std::chrono::milliseconds(150));
+    log.refused(flooding, "requests_per_second");
+  });
+  EXPECT_LE(lines.size(), 200U);
+  EXPECT_EQ(lines.at(lines.size() - 2).at("limit"), "connections");
+  EXPECT_GT(lines.back().at("left_out"), 29'000);
+}
 }  // namespace
 }  // namespace multitetra

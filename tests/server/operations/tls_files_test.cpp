@@ -1,11 +1,15 @@
 #include "server/operations/tls_files.hpp"
 
+#include <sys/stat.h>
+
 #include <functional>
 #include <thread>
 
 #include <gtest/gtest.h>
 
+#include "common/base/exit_codes.hpp"
 #include "common/net/stream_socket.hpp"
+#include "server/operations/access_list.hpp"
 #include "tests/support/certificates.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -129,6 +133,26 @@ TEST_F(TlsFilesTest, ABadFileIsNamedWithWhatIsWrong) {
   EXPECT_TRUE(has(refusal(files(good_.certificate, "")), "is no private key in PEM form"));
   EXPECT_TRUE(has(refusal(files(good_.certificate, other.key)), "is not that of the certificate"));
   EXPECT_TRUE(has(refusal(files(old.certificate, old.key)), "has expired"));
+  const CertificateAndKey early = self_signed("DNS:localhost", 7200, /*from_seconds=*/3600);
+  EXPECT_TRUE(has(refusal(files(early.certificate, early.key)), "is not valid yet"));
+}
+
+// Reading one would wait for ever, or never come to an end.
+TEST_F(TlsFilesTest, WhatIsNoRegularFileIsRefusedAtOnce) {
+  const std::filesystem::path pipe = folder_.path() / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::filesystem::path& file : {pipe, std::filesystem::path("/dev/zero")}) {
+    TlsFiles odd = files(good_.certificate, good_.key);
+    odd.certificate = file;
+    EXPECT_NE(refusal(odd).find("it is no regular file"), std::string::npos) << refusal(odd);
+    odd = files(good_.certificate, good_.key);
+    odd.key = file;
+    EXPECT_NE(refusal(odd).find("it is no regular file"), std::string::npos) << refusal(odd);
+    EXPECT_THROW((void)load_access_list(file), ExitError);
+  }
+  EXPECT_NE(refusal(files(std::string((std::size_t{16} << 20) + 1, 'x'), good_.key))
+                .find("more than 16 MiB"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -314,9 +314,12 @@ TEST(Limits, WorkersTimeForOneRequest) {
   (void)receive<Pong>(socket);
 }
 
+// What a request takes besides its step. A share has half of what there is.
+constexpr std::size_t kOfARequest = 4096;
+
 TEST(Limits, BytesThatWaitForClients) {
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", heavy(4, 100'000))),
-                             {.admission = {.queue_bytes = 399'999}});
+                             {.admission = {.queue_bytes = 2 * (400'000 + kOfARequest) - 2}});
   MessageSocket socket = server.greet();
   ASSERT_TRUE(socket.send(open_fake(1)));
   const Error full = receive<ErrorReply>(socket).error;
@@ -326,7 +329,7 @@ TEST(Limits, BytesThatWaitForClients) {
 
 TEST(Limits, BytesOfStreamsThatHaveGoneAreFreeAgain) {
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", heavy(4, 100'000))),
-                             {.admission = {.queue_bytes = 400'000}});
+                             {.admission = {.queue_bytes = 2 * (400'000 + kOfARequest)}});
   for (int i = 0; i < 3; ++i) {
     MessageSocket socket = server.greet();
     for (std::uint64_t id = 1; id <= 3; ++id) {
@@ -556,6 +559,118 @@ TEST(Observer, AClientThatGoesLeavesItsStream) {
     ASSERT_TRUE(running.reaches(1));
   }
   EXPECT_TRUE(eventually([&] { return notes->has("stream left"); }));
+}
+
+// ---- one among many
+
+class SharesTest : public TokensTest {
+ protected:
+  SharesTest() {
+    write(access_line("alice", "good", {"*"}) + "\n" + access_line("eve", "greedy", {"*"}));
+  }
+  // Welcomed by that token.
+  static MessageSocket welcomed(const RunningServer& server, const std::string& token) {
+    MessageSocket socket = greet_with(server, token);
+    (void)receive<Welcome>(socket);
+    return socket;
+  }
+
+  testing::Count running_;
+};
+
+TEST_F(SharesTest, WhoComesByManyConnectionsLeavesWorkersToOthers) {
+  auto catalogue = fake_catalogue("quick");
+  catalogue->add(std::make_shared<FakeSteps>("slow", endless(running_)));
+  ServerOptions with = options();
+  with.workers = 3;
+  const RunningServer server(catalogue, with);
+  std::vector<MessageSocket> many;
+  for (int i = 0; i < 20; ++i) {
+    many.push_back(welcomed(server, "greedy"));
+    ASSERT_TRUE(many.back().send(open_fake(1, "slow")));
+  }
+  ASSERT_TRUE(running_.reaches_at_least(1));
+  MessageSocket alice = welcomed(server, "good");
+  ASSERT_TRUE(alice.send(open_fake(1, "quick")));
+  EXPECT_TRUE(std::holds_alternative<StreamEnd>(after_steps(alice)));
+  EXPECT_EQ(running_, 1);
+}
+
+TEST_F(SharesTest, WhoWaitsForMuchIsToldWhenToComeAgain) {
+  ServerOptions with = options();
+  with.workers = 1;
+  with.limits.waiting_time = 1'200ms;
+  const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running_))),
+                             with);
+  std::vector<MessageSocket> many;
+  for (int i = 0; i < 3; ++i) {  // Half a second is expected of each that was never made.
+    many.push_back(welcomed(server, "greedy"));
+    ASSERT_TRUE(many.back().send(open_fake(1)));
+    ASSERT_TRUE(many.back().send(Ping{1}));
+    (void)receive<Pong>(many.back());
+  }
+  MessageSocket one_more = welcomed(server, "greedy");
+  ASSERT_TRUE(one_more.send(open_fake(1)));
+  const Error refusal = receive<ErrorReply>(one_more).error;
+  EXPECT_EQ(refusal.code, ErrorCode::kUnavailable);
+  EXPECT_GE(refusal.retry_after, 1);
+  EXPECT_NE(refusal.text.find("ask again in"), std::string::npos) << refusal.text;
+  ASSERT_TRUE(one_more.send(Estimate{.request_id = 2, .dataset = "fake"}));
+  EXPECT_EQ(receive<ErrorReply>(one_more).error.code, ErrorCode::kUnavailable);
+  MessageSocket alice = welcomed(server, "good");
+  ASSERT_TRUE(alice.send(open_fake(1)));
+  ASSERT_TRUE(alice.send(Ping{1}));
+  (void)receive<Pong>(alice);  // Her stream is no refusal: it waits.
+}
+
+OpenStream with_a_large_map(std::uint64_t id) {
+  OpenStream open = open_fake(id);
+  open.request.thresholds.regions.resize(kMaxThresholdRegions, {.threshold = 0.5});
+  return open;
+}
+
+TEST_F(SharesTest, RequestsThatWaitTakeRoomOfTheQueue) {
+  constexpr std::size_t kOfOne = 2 * kMaxThresholdRegions * sizeof(ThresholdRegion) + kOfARequest;
+  ServerOptions with = options();
+  with.workers = 1;
+  with.admission.queue_bytes = 2 * (2 * kOfOne + kOfARequest);
+  const auto notes = std::make_shared<Notes>();
+  with.admission.observer = notes;
+  const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running_))),
+                             with);
+  std::optional<MessageSocket> first = welcomed(server, "greedy");
+  MessageSocket second = welcomed(server, "greedy");
+  ASSERT_TRUE(first->send(with_a_large_map(1)));
+  Estimate estimate{.request_id = 2, .dataset = "fake", .request = with_a_large_map(1).request};
+  ASSERT_TRUE(first->send(estimate));
+  ASSERT_TRUE(first->send(Ping{1}));
+  (void)receive<Pong>(*first);
+  ASSERT_TRUE(second.send(with_a_large_map(1)));
+  const Error full = receive<ErrorReply>(second).error;
+  EXPECT_EQ(full.code, ErrorCode::kUnavailable);
+  EXPECT_GT(full.retry_after, 0);
+  EXPECT_TRUE(notes->has("queue_bytes"));
+  MessageSocket alice = welcomed(server, "good");
+  ASSERT_TRUE(alice.send(with_a_large_map(1)));
+  ASSERT_TRUE(alice.send(Ping{1}));
+  (void)receive<Pong>(alice);  // A share has half of it.
+  first.reset();
+  EXPECT_TRUE(eventually([&, id = std::uint64_t{1}]() mutable {
+    if (!second.send(with_a_large_map(++id)) || !second.send(Ping{id})) return false;
+    const auto answer = second.receive();
+    return answer && std::holds_alternative<Pong>(*answer);
+  })) << "What a client has left is free.";
+}
+
+TEST_F(SharesTest, ListsThatWaitTakeRoomOfTheQueue) {
+  ServerOptions with = options();
+  with.admission.queue_bytes = 1000;
+  const RunningServer server(two_datasets(), with);
+  MessageSocket socket = welcomed(server, "good");
+  ASSERT_TRUE(socket.send(ListDatasets{7}));
+  const ErrorReply refusal = receive<ErrorReply>(socket);
+  EXPECT_EQ(refusal.error.code, ErrorCode::kUnavailable);
+  EXPECT_EQ(refusal.request_id, 7U);
 }
 
 }  // namespace

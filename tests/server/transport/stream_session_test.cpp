@@ -21,7 +21,7 @@ class StreamSessionTest : public ::testing::Test {
  protected:
   StreamSessionTest() {
     set_log_level(LogLevel::kOff);
-    workers_.post(workers_.new_client(),
+    workers_.post({.share = "another", .number = workers_.new_client()},
                   {.run = [freed = freed_.get_future().share()] { freed.wait(); }});
     receive(Hello{});
     EXPECT_TRUE(std::holds_alternative<Welcome>(next()));
@@ -100,6 +100,25 @@ TEST_F(StreamSessionTest, ReceivesNothingMoreWhileAListOfDatasetsWaits) {
   EXPECT_TRUE(std::holds_alternative<Pong>(next()));
   EXPECT_FALSE(has_room());
   EXPECT_TRUE(std::holds_alternative<DatasetList>(next()));
+  EXPECT_TRUE(has_room());
+}
+
+TEST_F(StreamSessionTest, WhoSendsLongMessagesTooOftenIsNotReadFromForAWhile) {
+  OpenStream open{.request_id = 1, .dataset = "fake", .steps = StepPolicy::kFinalOnly, .held = {}};
+  for (std::uint64_t i = 0; i < kMaxHeldDigests; ++i) open.held.push_back({i, i});
+  receive(open);
+  std::optional<ServerMessage> reply;
+  do {
+    EXPECT_TRUE(has_room());
+    ++open.request_id;
+    receive(open);
+    reply = next();
+  } while (std::holds_alternative<StreamEnd>(*reply) && open.request_id < 1000);
+  const auto* refusal = std::get_if<ErrorReply>(&*reply);
+  ASSERT_NE(refusal, nullptr);
+  EXPECT_EQ(refusal->error.code, ErrorCode::kLimitExceeded);
+  EXPECT_FALSE(has_room());
+  session_->keep_time(std::chrono::steady_clock::now() + std::chrono::seconds(6));
   EXPECT_TRUE(has_room());
 }
 
