@@ -14,6 +14,7 @@ namespace {
 using namespace wire;
 
 constexpr std::size_t kMaxTokenBytes = 4096;
+constexpr std::size_t kMaxBehalfBytes = 512;
 constexpr std::size_t kDigestBytes = 16;
 
 // Digests, 16 bytes each: high then low, little-endian.
@@ -66,6 +67,7 @@ void write(const Hello& hello, v1::ClientMessage& message) {
   for (const PayloadCodec codec : hello.codecs) wire.add_codecs(to_wire<v1::PayloadCodec>(codec));
   wire.set_token(hello.token);
   wire.set_agent(hello.agent);
+  wire.set_on_behalf_of(hello.on_behalf_of);
 }
 
 Hello read(const v1::Hello& wire, FieldChecks& checks) {
@@ -84,8 +86,10 @@ Hello read(const v1::Hello& wire, FieldChecks& checks) {
   }
   checks.at_most("Hello.token", wire.token().size(), kMaxTokenBytes, "bytes");
   checks.at_most("Hello.agent", wire.agent().size(), kMaxNameBytes, "bytes");
+  checks.at_most("Hello.on_behalf_of", wire.on_behalf_of().size(), kMaxBehalfBytes, "bytes");
   hello.token = wire.token();
   hello.agent = wire.agent();
+  hello.on_behalf_of = wire.on_behalf_of();
   return hello;
 }
 

@@ -45,6 +45,8 @@ struct Hello {
   std::vector<PayloadCodec> codecs = {PayloadCodec::kDracoLattice};
   std::string token = {};  // Bearer token, empty without; at most 4096 bytes.
   std::string agent = {};  // Program and version, for logs; at most 255 bytes.
+  // Of a gateway: who its client is, for servers that trust it; at most 512 bytes.
+  std::string on_behalf_of = {};
 };
 
 struct ListDatasets {

@@ -61,8 +61,7 @@ class GatewayServer::Running {
 
   StreamSessionPtr new_session(ClientContextPtr client) {
     const asio::any_io_executor executor = runtime_.io().get_executor();
-    auto backend =
-        std::make_shared<UpstreamBackend>(executor, upstreams_, client->facts().connection);
+    auto backend = std::make_shared<UpstreamBackend>(executor, upstreams_, client);
     return std::make_shared<StreamSession>(executor, std::move(backend),
                                            Session(std::make_shared<const DatasetCatalogue>(),
                                                    options_.session, runtime_.admission().access()),

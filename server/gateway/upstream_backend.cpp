@@ -86,11 +86,11 @@ class UpstreamBackend::Stream : public BackendStream {
 };
 
 UpstreamBackend::UpstreamBackend(asio::any_io_executor executor,
-                                 std::shared_ptr<UpstreamPool> upstreams, std::uint64_t connection)
+                                 std::shared_ptr<UpstreamPool> upstreams, ClientContextPtr client)
     : executor_(executor),
       upstreams_(std::move(upstreams)),
       estimates_(upstreams_),
-      connection_(connection),
+      client_(std::move(client)),
       change_(executor) {}
 UpstreamBackend::~UpstreamBackend() = default;
 
@@ -98,6 +98,11 @@ std::optional<asio::awaitable<SessionBackend::Found>> UpstreamBackend::find_cata
     std::string token) {
   token_ = token;
   return upstreams_->catalogue(std::move(token));
+}
+
+UpstreamClient UpstreamBackend::upstream_client() const {
+  constexpr std::size_t kMostOfAName = 256;  // Names of tokens may be long.
+  return {.token = token_, .share = client_->share().substr(0, kMostOfAName)};
 }
 
 void UpstreamBackend::close() {
@@ -147,7 +152,8 @@ asio::awaitable<bool> UpstreamBackend::reach_holder(StreamPtr stream) {
   if (reached_) reached_->link->close();
   reached_.reset();
   std::function<bool()> is_wanted = [this, stream] { return !stream->is_stopped && !is_closed_; };
-  auto reached = co_await upstreams_->reach(stream->dataset, token_, is_wanted);
+  UpstreamClient client = upstream_client();  // Not in the awaiting expression: see upstream_pool.
+  auto reached = co_await upstreams_->reach(stream->dataset, std::move(client), is_wanted);
   if (!is_wanted()) {
     if (reached) (*reached).link->close();
     co_return false;
@@ -171,7 +177,7 @@ asio::awaitable<void> UpstreamBackend::bring(StreamPtr stream) {
     stream->is_asked = false;
     if (may_be_stale) continue;
     log_line(LogLevel::kWarning, "a server was lost in a stream; another one is asked",
-             {{"connection", connection_}, {"request", stream->id()}});
+             {{"connection", client_->facts().connection}, {"request", stream->id()}});
     upstreams_->lost(reached_->upstream);
     const Stream::Clock::time_point now = Stream::Clock::now();
     if (!stream->lost_at) stream->lost_at = now;
@@ -247,7 +253,8 @@ asio::awaitable<void> UpstreamBackend::bring_estimate(
     MakeEstimate action, std::function<void(Result<EstimateReply>)> done) {
   const auto self = shared_from_this();
   auto dataset = std::dynamic_pointer_cast<const UpstreamDataset>(action.source);
-  auto answer = co_await estimates_.ask(std::move(dataset), token_, action.estimate);
+  UpstreamClient client = upstream_client();
+  auto answer = co_await estimates_.ask(std::move(dataset), std::move(client), action.estimate);
   if (!answer) {
     done(tl::unexpected(answer.error()));
   } else if (auto* reply = std::get_if<EstimateReply>(&*answer)) {

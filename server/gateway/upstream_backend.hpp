@@ -13,6 +13,7 @@
 #include "common/net/async_event.hpp"
 #include "server/gateway/upstream_estimates.hpp"
 #include "server/gateway/upstream_pool.hpp"
+#include "server/operations/admission_control.hpp"
 #include "server/transport/session_backend.hpp"
 
 namespace multitetra {
@@ -20,9 +21,8 @@ namespace multitetra {
 class UpstreamBackend : public SessionBackend,
                         public std::enable_shared_from_this<UpstreamBackend> {
  public:
-  // `connection` names the client in the log.
   UpstreamBackend(asio::any_io_executor executor, std::shared_ptr<UpstreamPool> upstreams,
-                  std::uint64_t connection);
+                  ClientContextPtr client);
   ~UpstreamBackend() override;
 
   [[nodiscard]] std::optional<asio::awaitable<Found>> find_catalogue(std::string token) override;
@@ -45,13 +45,14 @@ class UpstreamBackend : public SessionBackend,
   asio::awaitable<bool> forward(StreamPtr stream);
   void take(const StreamPtr& stream, ServerMessage message);
   void cancel(Stream& stream);
+  [[nodiscard]] UpstreamClient upstream_client() const;
   asio::awaitable<void> bring_estimate(MakeEstimate action,
                                        std::function<void(Result<EstimateReply>)> done);
 
   asio::any_io_executor executor_;
   std::shared_ptr<UpstreamPool> upstreams_;
   UpstreamEstimates estimates_;
-  std::uint64_t connection_;
+  ClientContextPtr client_;
   std::string token_;
   bool is_closed_ = false;
   bool is_bringing_ = false;

@@ -12,19 +12,19 @@ constexpr int kAttempts = 3;
 }  // namespace
 
 asio::awaitable<Result<ServerMessage>> UpstreamEstimates::ask(
-    std::shared_ptr<const UpstreamDataset> dataset, std::string token, Estimate estimate) {
+    std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, Estimate estimate) {
   ++running_;
-  auto answer = co_await ask_some(std::move(dataset), std::move(token), std::move(estimate));
+  auto answer = co_await ask_some(std::move(dataset), std::move(client), std::move(estimate));
   --running_;
   co_return answer;
 }
 
 asio::awaitable<Result<ServerMessage>> UpstreamEstimates::ask_some(
-    std::shared_ptr<const UpstreamDataset> dataset, std::string token, Estimate estimate) {
+    std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, Estimate estimate) {
   Result<ServerMessage> answer = fail(ErrorCode::kUnavailable, "The client has gone.");
   for (int attempt = 0; attempt < kAttempts && !is_closed_; ++attempt) {
     std::function<bool()> is_wanted = [this] { return !is_closed_; };
-    const auto reached = co_await upstreams_->reach(dataset, token, is_wanted);
+    const auto reached = co_await upstreams_->reach(dataset, client, is_wanted);
     if (!reached) co_return tl::unexpected(reached.error());
     answer = co_await ask_one(reached->link, estimate);
     if (answer || is_closed_) break;

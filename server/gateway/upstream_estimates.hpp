@@ -18,7 +18,7 @@ class UpstreamEstimates {
   // What a server that has the dataset answers, or another one when it is lost; kUnavailable when
   // none does, and for all that are waited for after close(). This must outlive the call.
   [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask(
-      std::shared_ptr<const UpstreamDataset> dataset, std::string token, Estimate estimate);
+      std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, Estimate estimate);
   void close();
 
   [[nodiscard]] bool are_running() const { return running_ > 0; }
@@ -26,7 +26,7 @@ class UpstreamEstimates {
  private:
   [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask_one(LinkPtr link, Estimate estimate);
   [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask_some(
-      std::shared_ptr<const UpstreamDataset> dataset, std::string token, Estimate estimate);
+      std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, Estimate estimate);
 
   std::shared_ptr<UpstreamPool> upstreams_;
   std::set<LinkPtr> links_;  // An answer is waited for on each.

@@ -75,8 +75,11 @@ std::string UpstreamPool::shown(const std::string& token) const {
 }
 
 // A server that refuses us is there all the same.
-asio::awaitable<Result<LinkPtr>> UpstreamPool::link_to(std::size_t upstream, std::string token) {
-  Hello hello{.token = shown(token), .agent = "multitetra-gateway/" MULTITETRA_VERSION};
+asio::awaitable<Result<LinkPtr>> UpstreamPool::link_to(std::size_t upstream,
+                                                       UpstreamClient client) {
+  Hello hello{.token = shown(client.token),
+              .agent = "multitetra-gateway/" MULTITETRA_VERSION,
+              .on_behalf_of = client.share};
   LinkOptions options{.tls = options_.secrets.tls,
                       .connect_timeout = options_.connect_timeout,
                       .silence = options_.silence};
@@ -104,7 +107,8 @@ void UpstreamPool::look_after_upstreams() {
 asio::awaitable<void> UpstreamPool::look_after(std::size_t upstream) {
   Upstream& one = upstreams_[upstream];
   while (!is_stopped_) {
-    const auto link = co_await link_to(upstream, {});
+    const UpstreamClient nobody;  // Named for the same reason as below.
+    const auto link = co_await link_to(upstream, nobody);
     const Clock::time_point since = Clock::now();
     Clock::time_point next = since + options_.silence;
     if (link) {
@@ -138,7 +142,9 @@ void UpstreamPool::use(UpstreamSecrets secrets) {
 
 asio::awaitable<Result<std::vector<DatasetInfo>>> UpstreamPool::list_of(std::size_t upstream,
                                                                         std::string token) {
-  const auto link = co_await link_to(upstream, std::move(token));
+  // Made before it is awaited: GCC 12 destroys an aggregate of an awaiting expression twice.
+  UpstreamClient client{.token = std::move(token)};
+  const auto link = co_await link_to(upstream, std::move(client));
   if (!link) co_return tl::unexpected(link.error());
   (*link)->send(ListDatasets{.request_id = 1});
   auto answer = co_await (*link)->receive();
@@ -241,7 +247,7 @@ std::vector<std::size_t> UpstreamPool::in_the_order_to_ask(std::vector<std::size
 }
 
 asio::awaitable<Result<UpstreamPool::Reached>> UpstreamPool::reach(
-    std::shared_ptr<const UpstreamDataset> dataset, std::string token,
+    std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client,
     std::function<bool()> is_wanted) {
   const Clock::time_point deadline = Clock::now() + options_.patience;
   std::vector<std::size_t> holders = dataset->holders;
@@ -249,7 +255,7 @@ asio::awaitable<Result<UpstreamPool::Reached>> UpstreamPool::reach(
     Error trouble = {ErrorCode::kUnavailable, kNobody};
     for (const std::size_t holder : in_the_order_to_ask(holders)) {
       if (!upstreams_[holder].health.may_be_asked(Clock::now())) continue;
-      auto link = co_await link_to(holder, token);
+      auto link = co_await link_to(holder, client);
       if (link) co_return Reached{.link = *std::move(link), .upstream = holder};
       trouble = link.error();
     }
@@ -258,7 +264,7 @@ asio::awaitable<Result<UpstreamPool::Reached>> UpstreamPool::reach(
       co_return tl::unexpected(trouble);
     }
     co_await pause(executor_, options_.least_backoff);
-    holders = co_await holders_now(dataset, token);
+    holders = co_await holders_now(dataset, client.token);
   }
 }
 

@@ -39,6 +39,12 @@ class UpstreamDataset : public StepSource {
   DatasetInfo info_;
 };
 
+// For whom a server is asked.
+struct UpstreamClient {
+  std::string token = {};
+  std::string share = {};  // As ClientContext::share(); empty: for the gateway itself.
+};
+
 class UpstreamPool {
  public:
   UpstreamPool(asio::any_io_executor executor, UpstreamOptions options);
@@ -57,7 +63,7 @@ class UpstreamPool {
     bool was_used = false;  // For a stream before: it may have ended since without anybody seeing.
   };
   [[nodiscard]] asio::awaitable<Result<Reached>> reach(
-      std::shared_ptr<const UpstreamDataset> dataset, std::string token,
+      std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client,
       std::function<bool()> is_wanted);
   // The link to it was lost: others are preferred for a moment.
   void lost(std::size_t upstream);
@@ -96,7 +102,8 @@ class UpstreamPool {
   };
 
   [[nodiscard]] std::string shown(const std::string& token) const;
-  [[nodiscard]] asio::awaitable<Result<LinkPtr>> link_to(std::size_t upstream, std::string token);
+  [[nodiscard]] asio::awaitable<Result<LinkPtr>> link_to(std::size_t upstream,
+                                                         UpstreamClient client);
   [[nodiscard]] asio::awaitable<Result<std::vector<DatasetInfo>>> list_of(std::size_t upstream,
                                                                           std::string token);
   [[nodiscard]] std::vector<std::size_t> in_the_order_to_ask(

@@ -64,7 +64,12 @@ Result<void> ClientContext::forwarded_for(std::string_view addresses) {
   return {};
 }
 
+void ClientContext::asks_for(std::string name) {
+  if (admission_.options_.trusted_proxies.contains(address_)) asks_for_ = std::move(name);
+}
+
 std::string ClientContext::share() const {
+  if (!asks_for_.empty()) return "gateway " + address_ + " " + asks_for_;
   if (has_token_) return "token " + facts_.name;
   if (!limited_.empty()) return "address " + limited_;
   return "connection " + std::to_string(facts_.connection);

@@ -68,8 +68,11 @@ class ClientContext {
     facts_.name = std::move(name);
     has_token_ = has_token;
   }
+  // A gateway says for whom it asks: believed of trusted ones.
+  void asks_for(std::string name);
   // Whose share of the server's time and memory this client has: that of its token, else that of
-  // its address (IPv6: its /64 network). Whom a trusted proxy brings, unnamed, has one of its own.
+  // its address (IPv6: its /64 network). Whom a trusted proxy or gateway brings has the share
+  // that it names, or else one of its own.
   [[nodiscard]] std::string share() const;
   // Counts a request. kLimitExceeded when there were too many within a short time; it says when to
   // come again.
@@ -89,6 +92,7 @@ class ClientContext {
   std::string address_;  // Without port, of the connection itself.
   std::string limited_;  // The name under which limits count.
   bool has_token_ = false;
+  std::string asks_for_;
   ConnectionLimiter::Ticket ticket_;
   std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
 };

@@ -65,6 +65,7 @@ Received receive_from(ClientContext& client, Session& session,
   }
   if (!was_welcomed && session.is_welcomed()) {
     client.is_named(session.rights().name(), session.has_token());
+    if (const auto* hello = std::get_if<Hello>(&*message)) client.asks_for(hello->on_behalf_of);
   }
   return received;
 }

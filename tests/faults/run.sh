@@ -3,13 +3,18 @@
 # when a promise is broken. Run it with nothing else on the machine; all of it takes about ten minutes.
 #
 #   bash tests/faults/run.sh                     all trials
-#   bash tests/faults/run.sh many nuisances      some: many nginx nuisances cuts lost-server
+#   bash tests/faults/run.sh many nuisances      some: many nginx nuisances greedy hoarding changed-file cuts lost-server
 #   bash tests/faults/run.sh --quick             seconds of each, with a small volume: whether it works, not how fast
 #   --programs DIR                               takes the programs in DIR instead of building the release preset
 #
 # many         1000 WebSocket clients, 60 s: no error, memory flat after the first half
 # nginx        cached tiles over HTTP beside nginx with the same bytes: at least half of its throughput
 # nuisances    50 good clients among 800 that stall, dawdle, leave or babble: at most twice their times alone
+# greedy       a good client beside 250 connections that ask for all the work they may: its first preview in 0.5 s, its final
+#              step in at most three times its time alone, and what is remembered at once
+# hoarding     a good client beside 250 connections that ask for what takes memory, and read nothing: no more memory than the
+#              documented bound, and it comes back
+# changed-file a served file is overwritten, another one cut: errors of those datasets, and a third one is served
 # cuts         the connection cut 200 times at random places: the right mesh, and no tile twice
 # lost-server  kill -9 of one of two servers behind the gateway: no client loses its result
 set -euo pipefail
@@ -23,13 +28,13 @@ while [ $# -gt 0 ]; do
   case "$1" in
     --quick) quick=true ;;
     --programs) programs=$(realpath "${2:?--programs needs a folder}"); shift ;;
-    -h | --help) sed -n '2,15s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
-    many | nginx | nuisances | cuts | lost-server) trials+=("$1") ;;
+    -h | --help) sed -n '2,20s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    many | nginx | nuisances | greedy | hoarding | changed-file | cuts | lost-server) trials+=("$1") ;;
     *) echo "Unknown word $1; see --help." >&2; exit 2 ;;
   esac
   shift
 done
-[ ${#trials[@]} -gt 0 ] || trials=(many nginx nuisances cuts lost-server)
+[ ${#trials[@]} -gt 0 ] || trials=(many nginx nuisances greedy hoarding changed-file cuts lost-server)
 if [ -z "$programs" ]; then
   cmake --preset release -S "$project" >/dev/null
   cmake --build "$project/build/release" --target multitetra_server_program multitetra_client_program \
@@ -81,6 +86,8 @@ largest() {
   awk -v from="$2" -v to="$3" '{ a[NR] = $1 } END { for (i = 1; i <= NR; ++i) if (i > from * NR && i <= to * NR && a[i] > m) m = a[i];
     printf "%.0f", m / 1024 }' "$1"
 }
+# MiB of a process now.
+resident() { awk '/^VmRSS/ { printf "%.0f", $2 / 1024 }' "/proc/$1/status"; }
 # The median of wrk's runs.
 requests_a_second() {
   sed -n 's/^Requests\/sec: *//p' "$1" | sort -n | awk '{ a[NR] = $1 } END { print NR ? a[int((NR + 1) / 2)] : 0 }'
@@ -146,6 +153,111 @@ trial_nuisances() {
   row "$good good clients among $each stalled, slow, leaving and garbage each" \
     "whole surface p50 $before s alone, $after s among them; p90 $(value alone.json seconds whole p90) s and $(value among.json seconds whole p90) s" \
     "memory $(largest alone.memory 0 1) MiB alone, $memory MiB among them; $(value leaving.json connections made) visits left, $(value garbage.json connections made) of garbage"
+}
+
+# Alice's and Eve's tokens: a share of the server each, as two addresses would have.
+make_tokens() {
+  rm -f tokens
+  "$programs/multitetra-server" token alice --append tokens >alice.token
+  "$programs/multitetra-server" token eve --append tokens >eve.token
+}
+# one_good_client FILE SECONDS ISOVALUES: what Alice sees of surfaces of so many isovalues.
+one_good_client() {
+  load --server "$tcp" --token-file alice.token --clients 1 --threads 1 --duration "$2" --grace 120 --pause 0.1 \
+    --script random-isovalues --isovalues "$3" --errors 0.5 --simplify on --seed 7 >"$1" ||
+    { fail "a good client ended badly"; cat "$1" >&2; }
+}
+
+trial_greedy() {
+  local many duration phase others remembered=3
+  many=$(choose 20 250)
+  duration=$(choose 4 30)
+  make_tokens
+  for phase in alone among; do
+    begin "greedy_$phase" "$programs/multitetra-server" serve head.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0 --tokens tokens \
+      --max-connections 5000 --max-connections-per-address 5000
+    one_good_client "remembered_$phase.json" "$remembered" 1
+    if [ "$phase" = among ]; then
+      load --server "$tcp" --token-file eve.token --script greedy --clients "$many" --ramp 1 --threads 1 \
+        --duration $((duration + remembered + 120)) >greedy.json &
+      others=$!
+      sleep 3
+      one_good_client "remembered_$phase.json" "$remembered" 1
+    fi
+    one_good_client "$phase.json" "$duration" 100000
+    if [ "$phase" = among ]; then
+      kill "$others" 2>/dev/null || fail "greedy: the others had gone"
+      wait "$others" || true
+    fi
+    kill -0 "$pid" 2>/dev/null || fail "greedy: the server is gone"
+    stop "$pid"
+  done
+  expect "greedy: surfaces came" "$(value among.json streams complete) > 0 && $(value among.json streams failed) == 0"
+  expect "greedy: what is remembered came" "$(value remembered_among.json streams complete) > 0"
+  if [ "$quick" = false ]; then
+    expect "greedy: the first preview" "$(value among.json seconds first_tile p50) <= 0.5"
+    expect "greedy: the final step" "$(value among.json seconds whole p50) <= 3 * $(value alone.json seconds whole p50)"
+    expect "greedy: what is remembered" "$(value remembered_among.json seconds whole p50) <= 0.5"
+  fi
+  row "one good client beside $many connections of another that ask for all they may" \
+    "first tile p50 $(value alone.json seconds first_tile p50) s alone, $(value among.json seconds first_tile p50) s among them; whole surface $(value alone.json seconds whole p50) s and $(value among.json seconds whole p50) s" \
+    "remembered surface p50 $(value remembered_alone.json seconds whole p50) s alone, $(value remembered_among.json seconds whole p50) s among them, at most $(value remembered_among.json seconds whole max) s"
+}
+
+trial_hoarding() {
+  local many duration before peak after bound
+  many=$(choose 40 250)
+  duration=$(choose 4 20)
+  make_tokens
+  begin hoarding "$programs/multitetra-server" serve head.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0 --tokens tokens \
+    --max-connections 5000 --max-connections-per-address 5000 --queue-bytes 256MiB --cache-bytes 64MiB
+  one_good_client before.json "$(choose 2 5)" 4
+  sleep 4  # In which what is free goes back.
+  before=$(resident "$pid")
+  watch_memory "$pid" hoarding.memory &
+  local watcher=$!
+  load --server "$tcp" --token-file eve.token --script hoarding --clients "$many" --ramp 1 --threads 1 \
+    --duration "$duration" >hoarding.json || fail "hoarding: they did not come in"
+  one_good_client among.json "$(choose 2 5)" 4
+  kill -0 "$pid" 2>/dev/null || fail "hoarding: the server is gone"
+  # Work that is under way ends at its next tile, and a moment later memory goes back.
+  local seconds=0
+  after=$(resident "$pid")
+  while [ "$seconds" -lt 60 ] && awk "BEGIN { exit !($after > 1.5 * $before + 64) }"; do
+    sleep 1
+    seconds=$((seconds + 1))
+    after=$(resident "$pid")
+  done
+  stop "$pid"
+  stop "$watcher"
+  peak=$(largest hoarding.memory 0 1)
+  # Queue and cache, a message of 2 MiB and 64 KiB of buffers for each connection, and what it had before.
+  bound=$(awk "BEGIN { printf \"%.0f\", 256 + 64 + $many * 2.1 + $before }")
+  expect "hoarding: memory is within the documented bound" "$peak <= $bound"
+  expect "hoarding: memory comes back" "$after <= 1.5 * $before + 64"
+  row "$many connections that ask for what takes memory and read nothing" \
+    "at most $peak MiB, where $bound MiB are documented; $before MiB before, $after MiB $seconds s after" \
+    "a good client meanwhile: whole surface p50 $(value among.json seconds whole p50) s"
+}
+
+trial_changed_file() {
+  local name
+  for name in overwritten cut whole; do
+    "$programs/multitetra-server" prepare head.nrrd -o $name.mtd --name $name --quiet
+  done
+  begin changed "$programs/multitetra-server" serve overwritten.mtd cut.mtd whole.mtd --tcp 127.0.0.1:0 --http off
+  fetch_one() { "$programs/multitetra-client" fetch --server "$tcp" --dataset "$1" --isovalue "$2" --error 0.5 --retries 0 --quiet -o mesh.ply; }
+  for name in overwritten cut whole; do fetch_one $name 500 || fail "changed-file: $name cannot be fetched before"; done
+  dd if=/dev/urandom of=overwritten.mtd bs=4096 seek=1 count=16 conv=notrunc status=none
+  truncate -s 5000 cut.mtd
+  for name in overwritten cut; do
+    ends 1 'damaged' fetch_one $name 600
+    ends 1 'damaged' fetch_one $name 700
+  done
+  fetch_one whole 600 || fail "changed-file: the good one cannot be fetched after"
+  grep -q 'overwritten.mtd.*wrote into it' changed.log || fail "changed-file: the log does not say what happened"
+  ends_well changed "$pid"
+  row "a served file overwritten, another one cut" "errors of these datasets, which the log explains" "a third one is served on"
 }
 
 trial_cuts() {

@@ -1,19 +1,24 @@
 #!/usr/bin/env bash
-# Builds all libFuzzer harnesses and runs each for SECONDS (60 by default); stops at the first
-# finding. What was learnt stays in build/fuzz/corpus for the next run. A finding is kept in
-# build/fuzz/findings: mend it, and keep it as a golden file with a named test.
-#   bash tests/fuzz/run.sh [SECONDS]
+# Builds all libFuzzer harnesses and runs each for SECONDS (60 by default), or all of them together for
+# MINUTES; stops at the first finding. What was learnt stays in build/fuzz/corpus for the next run: no
+# more inputs than are needed for what they reach. A finding is kept in build/fuzz/findings: mend it, and
+# keep it as a golden file with a named test.
+#   bash tests/fuzz/run.sh [SECONDS | --all-for MINUTES]
 set -euo pipefail
 cd "$(dirname "$0")/../.."
+harnesses=(fuzz_dataset_file fuzz_frame fuzz_client_message fuzz_server_message fuzz_tile
+  fuzz_tile_round_trip fuzz_http_request)
 seconds=${1:-60}
+if [ "$seconds" = --all-for ]; then
+  seconds=$(awk "BEGIN { printf \"%d\", 60 * ${2:?--all-for needs minutes} / ${#harnesses[@]} + 1 }")
+fi
 build=${MULTITETRA_FUZZ_BUILD:-build/fuzz}
 
 cmake --preset fuzz -B "$build" >/dev/null
 cmake --build "$build"
 "$build/bin/write_seeds" "$build/seeds"
 mkdir -p "$build/findings"
-for harness in fuzz_dataset_file fuzz_frame fuzz_client_message fuzz_server_message fuzz_tile \
-  fuzz_tile_round_trip fuzz_http_request; do
+for harness in "${harnesses[@]}"; do
   mkdir -p "$build/corpus/$harness"
   echo "== $harness, $seconds s"
   if ! "$build/bin/$harness" -max_total_time="$seconds" -max_len=16384 -timeout=10 \
@@ -25,5 +30,13 @@ for harness in fuzz_dataset_file fuzz_frame fuzz_client_message fuzz_server_mess
     exit 1
   fi
   grep -E 'number_of_executed_units|peak_rss_mb' "$build/findings/$harness.log"
+  # The least that reaches as much.
+  rm -rf "$build/corpus/$harness.least"
+  mkdir "$build/corpus/$harness.least"
+  "$build/bin/$harness" -merge=1 -max_len=16384 -verbosity=0 "$build/corpus/$harness.least" \
+    "$build/corpus/$harness" "$build/seeds/$harness" 2>>"$build/findings/$harness.log"
+  rm -rf "$build/corpus/$harness"
+  mv "$build/corpus/$harness.least" "$build/corpus/$harness"
+  echo "corpus: $(find "$build/corpus/$harness" -type f | wc -l) inputs, $(du -sh "$build/corpus/$harness" | cut -f1)"
 done
 echo "No finding."

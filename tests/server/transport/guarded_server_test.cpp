@@ -596,6 +596,35 @@ TEST_F(SharesTest, WhoComesByManyConnectionsLeavesWorkersToOthers) {
   EXPECT_EQ(running_, 1);
 }
 
+// A gateway brings many, and says who they are; nobody else does.
+TEST_F(SharesTest, AGatewaysClientsHaveSharesOfTheirOwn) {
+  for (const bool is_trusted : {true, false}) {
+    testing::Count running;
+    auto catalogue = fake_catalogue("quick");
+    catalogue->add(std::make_shared<FakeSteps>("slow", endless(running)));
+    ServerOptions with;
+    with.workers = 4;
+    if (is_trusted) with.admission.trusted_proxies = *AddressRanges::parse({"127.0.0.1"});
+    const RunningServer server(catalogue, with);
+    const auto asking_for = [&](const std::string& name, const std::string& dataset) {
+      MessageSocket socket = server.connect();
+      EXPECT_TRUE(socket.send(Hello{.on_behalf_of = name}));
+      (void)receive<Welcome>(socket);
+      EXPECT_TRUE(socket.send(open_fake(1, dataset)));
+      return socket;
+    };
+    std::vector<MessageSocket> many;
+    for (int i = 0; i < 10; ++i) many.push_back(asking_for("address 192.0.2.66", "slow"));
+    many.push_back(asking_for("address 192.0.2.67", "slow"));
+    ASSERT_TRUE(running.reaches(is_trusted ? 2 : 1));
+    MessageSocket alice = asking_for("address 192.0.2.7", "quick");
+    if (is_trusted) {
+      EXPECT_TRUE(std::holds_alternative<StreamEnd>(after_steps(alice)));
+    }
+    EXPECT_EQ(running, is_trusted ? 2 : 1);
+  }
+}
+
 TEST_F(SharesTest, WhoWaitsForMuchIsToldWhenToComeAgain) {
   ServerOptions with = options();
   with.workers = 1;

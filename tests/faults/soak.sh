@@ -1,0 +1,153 @@
+#!/usr/bin/env bash
+# A mixed soak: good clients, whose every mesh is checked, on a server, and on a gateway before two servers, beside all
+# misbehaviours, while tokens are revoked, certificates and tokens read again, datasets replaced, and servers killed and
+# started. Fails when a good client fails, when a process ends by itself, and when memory, open files or threads are more at
+# the end than after the first round. Run it with nothing else on the machine.
+#
+#   bash tests/faults/soak.sh MINUTES            with the programs of the release preset
+#   --programs DIR                               with those in DIR: of the asan and tsan presets, too
+set -euo pipefail
+
+project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+minutes=
+programs=
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --programs) programs=$(realpath "${2:?--programs needs a folder}"); shift ;;
+    -h | --help) sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    *[!0-9.]*) echo "Unknown word $1; see --help." >&2; exit 2 ;;
+    *) minutes=$1 ;;
+  esac
+  shift
+done
+[ -n "$minutes" ] || { echo "For how many minutes? See --help." >&2; exit 2; }
+if [ -z "$programs" ]; then
+  cmake --preset release -S "$project" >/dev/null
+  cmake --build "$project/build/release" --target multitetra_server_program multitetra_client_program \
+    multitetra_load_program multitetra_gateway_program
+  programs=$project/build/release/bin
+fi
+source "$project/tests/support/programs.sh"
+value() { python3 "$project/tests/faults/json_value.py" "$@"; }
+
+server=$programs/multitetra-server
+end=$(awk "BEGIN { printf \"%d\", $(date +%s) + 60 * $minutes }")
+round_seconds=20
+
+# --- what is served: two datasets, of which one is replaced now and then, each time by the same
+
+"$server" generate head --size 64 --noise 20 -o head.nrrd --quiet
+mkdir served
+for name in head other; do "$server" prepare head.nrrd -o served/$name.mtd --name $name --quiet; done
+"$server" token alice --append tokens >alice.token
+"$server" token eve --append tokens >eve.token
+grep -v '^eve ' tokens >tokens.without
+
+limits=(--max-connections 400 --max-connections-per-address 350 --queue-bytes 128MiB --cache-bytes 64MiB
+  --mesh-cache-bytes 16MiB --handshake-seconds 3 --write-seconds 5 --max-waiting-seconds 120 --log-level warning)
+a_port=$(free_port) b_port=$(free_port) gateway_port=$(free_port) http_port=$(free_port)
+serve() { start "$1" "$server" serve served --tcp "127.0.0.1:$2" --http "$3" --tokens tokens "${limits[@]}" --trusted-proxy 127.0.0.2; }
+serve steady "$(free_port)" "127.0.0.1:$http_port"; steady=$pid
+serve a "$a_port" off; a=$pid
+serve b "$b_port" off; b=$pid
+start gateway "$programs/multitetra-gateway" --upstream "tcp://127.0.0.1:$a_port" --upstream "tcp://127.0.0.1:$b_port" \
+  --tcp off --http "127.0.0.1:$gateway_port" "${limits[@]}"
+gateway=$pid
+is_there() {
+  for _ in $(seq 600); do curl -sf "http://127.0.0.1:$1/readyz" >/dev/null && return; sleep 0.1; done
+  fail "nobody is ready at port $1"
+}
+is_there "$http_port"; is_there "$gateway_port"
+
+# --- one round
+
+# good NAME PORT: conversations whose every mesh is checked.
+good() {
+  "$programs/multitetra-load" --json --server "ws://127.0.0.1:$2" --token-file alice.token --clients 4 --threads 1 \
+    --duration "$round_seconds" --grace 240 --script mixed --isovalues 16 --errors 0.5,2 --check full --pause 0.3 \
+    --seed "$RANDOM" >"$1.json" 2>"$1.errors"
+}
+bad() {
+  "$programs/multitetra-load" --json --server "ws://127.0.0.1:$2" --token-file eve.token --clients "$3" --threads 1 \
+    --duration $((round_seconds - 2)) --ramp 1 --script "$1" --seed "$RANDOM" >"$1.json" 2>/dev/null
+}
+meshes() {
+  local i
+  for i in $(seq 8); do
+    curl -s -m "$round_seconds" -H "Authorization: Bearer $(cat eve.token)" --limit-rate 20k -o /dev/null \
+      "http://127.0.0.1:$http_port/v1/datasets/head/isosurface?isovalue=$((300 + RANDOM % 600))&error=1&format=obj" || true
+  done
+}
+shake() {
+  sleep 2
+  kill -HUP "$steady" "$a" "$b" "$gateway"
+  sleep 2
+  cp tokens tokens.all && cp tokens.without tokens.new && mv tokens.new tokens && kill -HUP "$steady"  # Eve is sent away.
+  "$server" prepare head.nrrd -o served/other.mtd --name other --quiet
+  sleep 2
+  mv tokens.all tokens && kill -HUP "$steady"
+  sleep 2
+}
+# restart NAME: kill -9 of one of the servers behind the gateway, and another one in its place.
+restart() {
+  local -n process=$1
+  local port=$1_port
+  kill -9 "$process" && { wait "$process" 2>/dev/null || true; }
+  sleep 1
+  serve "$1" "${!port}" off
+  process=$pid
+}
+
+# MiB, open files, threads.
+state_of() {
+  echo "$(awk '/^VmRSS/ { printf "%d", $2 / 1024 }' "/proc/$1/status") $(ls "/proc/$1/fd" | wc -l) $(awk '/^Threads/ { print $2 }' "/proc/$1/status")"
+}
+rest() { sleep 8; }  # Connections linger, and free memory goes back.
+
+round=0
+streams=0
+declare -A first
+while [ "$(date +%s)" -lt "$end" ] || [ "$round" -lt 2 ]; do
+  round=$((round + 1))
+  jobs_of_round=()
+  good good_steady "$http_port" & steady_good=$!
+  good good_gateway "$gateway_port" & gateway_good=$!
+  for kind in stalled slow leaving garbage; do bad $kind "$http_port" 10 & jobs_of_round+=($!); done
+  bad greedy "$http_port" 20 & jobs_of_round+=($!)
+  bad hoarding "$http_port" 20 & jobs_of_round+=($!)
+  meshes & jobs_of_round+=($!)
+  shake & shaking=$!
+  if [ $((round % 2)) = 0 ]; then sleep 5; restart "$([ $((round % 4)) = 0 ] && echo a || echo b)"; fi
+  wait "$shaking" || fail "round $round: tokens or datasets could not be replaced"
+  wait "$steady_good" || { fail "round $round: a client of the server failed"; cat good_steady.json good_steady.errors >&2; }
+  wait "$gateway_good" || { fail "round $round: a client of the gateway failed"; cat good_gateway.json good_gateway.errors >&2; }
+  for job in "${jobs_of_round[@]}"; do wait "$job" || true; done  # How they fared is their business.
+  for name in steady a b gateway; do
+    kill -0 "${!name}" 2>/dev/null || { fail "round $round: $name ended"; tail -50 $name.log >&2; }
+  done
+  [ "$failed" = 0 ] || exit 1
+  streams=$((streams + $(value good_steady.json streams complete) + $(value good_gateway.json streams complete)))
+  rest
+  for name in steady gateway; do
+    now=$(state_of "${!name}")
+    [ -n "${first[$name]:-}" ] || first[$name]=$now
+    echo "round $round, $name: $now (MiB, open files, threads); $streams surfaces so far"
+  done
+done
+
+# --- what is left of it
+
+for name in steady gateway; do
+  read -r memory files threads <<<"$(state_of "${!name}")"
+  read -r memory_first files_first threads_first <<<"${first[$name]}"
+  # Sanitizers keep what was freed for a while.
+  awk "BEGIN { exit !($memory <= 1.5 * $memory_first + 64) }" || fail "$name: $memory MiB, $memory_first after the first round"
+  [ "$files" -le $((files_first + 16)) ] || fail "$name: $files open files, $files_first after the first round"
+  [ "$threads" -le $((threads_first + 2)) ] || fail "$name: $threads threads, $threads_first after the first round"
+done
+for name in steady a b gateway; do
+  grep -qE 'ERROR: AddressSanitizer|runtime error:|WARNING: ThreadSanitizer' $name.log &&
+    { fail "$name: a sanitizer complains"; grep -A30 -E 'Sanitizer|runtime error:' $name.log | head -60 >&2; }
+  ends_well $name "${!name}"
+done
+echo "$round rounds, $streams surfaces of good clients, every one checked."
