@@ -42,7 +42,7 @@ enum class ErrorCode {
 
 struct Error {
   ErrorCode code = ErrorCode::kUnknown;
-  std::string text;  // One sentence: what was wrong, where, and what would be right.
+  std::string text;        // One sentence: what was wrong, where, and what would be right.
   double retry_after = 0;  // Seconds after which the same may be asked again; 0: nothing is said.
 
   friend bool operator==(const Error&, const Error&) = default;

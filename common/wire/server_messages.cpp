@@ -209,7 +209,8 @@ void write(const ErrorReply& reply, v1::ServerMessage& message) {
   wire.set_retry_after(reply.error.retry_after);
 }
 
-// What a server says of a failure is taken as far as it makes sense: there is nothing to fall back on.
+// What a server says of a failure is taken as far as it makes sense: there is nothing to fall back
+// on.
 ErrorReply read(const v1::ErrorReply& wire) {
   const bool known = v1::ErrorCode_IsValid(wire.code());
   const bool is_said = std::isfinite(wire.retry_after()) && wire.retry_after() > 0;

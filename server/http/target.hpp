@@ -24,8 +24,8 @@ struct Target {
 // What follows scheme, host and port of "http://example.org/path"; a path is itself.
 [[nodiscard]] std::string_view without_authority(std::string_view target);
 
-// kInvalidArgument unless it is a path, perhaps behind scheme, host and port, that begins with "/", perhaps with a query, all of it well
-// encoded.
+// kInvalidArgument unless it is a path, perhaps behind scheme, host and port, that begins with "/",
+// perhaps with a query, all of it well encoded.
 [[nodiscard]] Result<Target> parse_target(std::string_view target);
 
 // What `target` is without the path under which a proxy shows the listener, as "/volumes", if it

@@ -4,12 +4,12 @@
 // A share is what somebody can have who comes by many connections: an address, or a token. So a
 // hundred connections from one address get no more than a single one from another, and share that
 // among themselves. Times count from when a share or a client has something to do again, so that
-// whoever was idle saves up no claim. What a job is expected to take counts from its beginning, what
-// it has taken at its end.
+// whoever was idle saves up no claim. What a job is expected to take counts from its beginning,
+// what it has taken at its end.
 //
-// Long jobs never take all workers, a share has one of them at a time and one job beside it: so what
-// is short finds a worker, and who comes new does not wait for all that runs. Nobody waits for what
-// runs in the background: it comes when nothing else could run.
+// Long jobs never take all workers, a share has one of them at a time and one job beside it: so
+// what is short finds a worker, and who comes new does not wait for all that runs. Nobody waits for
+// what runs in the background: it comes when nothing else could run.
 //
 // Pure: no thread, no clock.
 #pragma once

@@ -31,8 +31,7 @@ std::uint64_t Workers::new_client() {
 void Workers::post(const FairQueue::Client& client, Work work) {
   {
     const std::lock_guard lock(mutex_);
-    const double expected =
-        costs_.expected(work.kind, work.is_long ? kLongSeconds : kShortSeconds);
+    const double expected = costs_.expected(work.kind, work.is_long ? kLongSeconds : kShortSeconds);
     queue_.add(client, {.run = std::move(work.run),
                         .is_long = work.is_long || expected > kLongSeconds,
                         .is_background = work.is_background,

@@ -150,8 +150,8 @@ struct StepWork {
 StepWork work_for(const StepSource& source, const StreamState& state) {
   const std::string& dataset = source.info().name;
   const IsosurfaceRequest& request = state.request;
-  const bool is_settled = state.is_within_budget || !has_budget(request);
-  if (is_settled && source.remembers({.request = request})) {
+  // What a budget gives is only known when it was made.
+  if (!has_budget(request) && source.remembers({.request = request})) {
     return {.kind = dataset + " remembered", .is_long = false};
   }
   if (state.previews && state.shown.empty()) {

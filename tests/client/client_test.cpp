@@ -1,6 +1,9 @@
 // What the client makes of servers that are wrong.
 #include "client/client.hpp"
 
+#include <chrono>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include "tests/client/scripted_server.hpp"
@@ -75,6 +78,19 @@ TEST(Client, LeavesAServerThatSpeaksAnotherVersion) {
     EXPECT_EQ(client.error().error.code, ErrorCode::kUnsupportedVersion);
     EXPECT_TRUE(server.client_leaves());
   }
+}
+
+TEST(Retries, AskNoSoonerThanTheServerSays) {
+  std::vector<std::chrono::milliseconds> waits;
+  Retries retries({.most = 2,
+                   .first_wait = std::chrono::milliseconds(1),
+                   .on_retry = [&](const Retry& retry) { waits.push_back(retry.wait); }});
+  EXPECT_TRUE(retries.wait_after({ErrorCode::kUnavailable, "It is busy."}));
+  EXPECT_TRUE(retries.wait_after(
+      {.code = ErrorCode::kUnavailable, .text = "It is busy.", .retry_after = 0.03}));
+  ASSERT_EQ(waits.size(), 2U);
+  EXPECT_LT(waits[0], waits[1]);
+  EXPECT_EQ(waits[1], std::chrono::milliseconds(30));
 }
 
 }  // namespace

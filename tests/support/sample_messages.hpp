@@ -169,6 +169,7 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
       hello.max_version = hello.min_version + static_cast<std::uint32_t>(up_to(3, random));
       hello.token = text(up_to(60, random), random);
       hello.agent = text(up_to(60, random), random);
+      hello.on_behalf_of = text(up_to(60, random), random);
       return hello;
     }
     case 1:
@@ -249,7 +250,9 @@ inline ServerMessage server_message(std::size_t kind, Random& random) {
                        .steps = u32(random)};
     case 6:
       return ErrorReply{.request_id = random(),
-                        .error = {one_of<ErrorCode>(0, 12, random), text(80, random)}};
+                        .error = {.code = one_of<ErrorCode>(0, 12, random),
+                                  .text = text(80, random),
+                                  .retry_after = std::abs(number(random))}};
     case 7:
       return Pong{random()};
     default:
@@ -263,8 +266,8 @@ inline ServerMessage server_message(std::size_t kind, Random& random) {
 // ---- equality of every field
 
 inline bool same(const Hello& a, const Hello& b) {
-  return std::tie(a.min_version, a.max_version, a.codecs, a.token, a.agent) ==
-         std::tie(b.min_version, b.max_version, b.codecs, b.token, b.agent);
+  return std::tie(a.min_version, a.max_version, a.codecs, a.token, a.agent, a.on_behalf_of) ==
+         std::tie(b.min_version, b.max_version, b.codecs, b.token, b.agent, b.on_behalf_of);
 }
 inline bool same(const ListDatasets& a, const ListDatasets& b) {
   return a.request_id == b.request_id;

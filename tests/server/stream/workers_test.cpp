@@ -19,7 +19,9 @@ FairQueue::Job long_job() {
 }
 
 // One who has a share for himself, and one of several who have a share together.
-FairQueue::Client alone(std::uint64_t number) { return {"share " + std::to_string(number), number}; }
+FairQueue::Client alone(std::uint64_t number) {
+  return {"share " + std::to_string(number), number};
+}
 FairQueue::Client together(std::uint64_t number) { return {"one share", number}; }
 
 // Takes and finishes jobs one after another; a job of client c takes seconds[c].
@@ -201,7 +203,8 @@ TEST(Workers, AShortJobRunsBesideALongOne) {
   std::promise<void> release;
   const auto released = release.get_future().share();
   for (int i = 0; i < 3; ++i) {
-    workers.post(alone(workers.new_client()), {.run = [released] { released.wait(); }, .is_long = true});
+    workers.post(alone(workers.new_client()),
+                 {.run = [released] { released.wait(); }, .is_long = true});
   }
   std::promise<void> ran;
   workers.post(alone(workers.new_client()), {.run = [&ran] { ran.set_value(); }});
