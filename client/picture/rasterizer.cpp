@@ -24,6 +24,8 @@ constexpr int kBandRows = 32;  // A band of the picture is drawn by one thread.
 constexpr std::array<std::array<int, 2>, kSamples> kSamplePlaces = {
     {{144, 80}, {112, 176}, {208, 144}, {80, 48}, {48, 208}, {16, 112}, {176, 240}, {240, 16}}};
 
+constexpr double kFarthest = 1 << 26;  // Subpixels that a corner may lie beside the picture.
+
 // Wires are so wide on each side of an edge; both triangles draw their half.
 constexpr double kHalfWire = 0.5 * kSubpixels;
 // The least height of a triangle whose wires are drawn in full.
@@ -34,7 +36,7 @@ constexpr float kWireLight = 0.2F;  // What is left of the surface's light under
 struct Corner {
   std::int32_t x = 0;   // Subpixels from the left.
   std::int32_t y = 0;   // Subpixels from above.
-  double nearness = 0;  // One by the distance along the view: linear in the picture.
+  double nearness = 0;  // One by the distance along the view, linear in the picture; 0: not seen.
 };
 
 // Twice the area of a, b and the place; positive when the place is to the right of a -> b, as rows
@@ -56,11 +58,13 @@ std::vector<Corner> corners_of(const PositionedMesh& mesh, const Camera& camera)
     const Vec3 seen = camera.seen(vec3(position));
     const double nearness = -1 / seen[2];
     const double scale = camera.pixels_at_one * nearness;
-    corners.push_back({.x = static_cast<std::int32_t>(
-                           std::lround(kSubpixels * (camera.width / 2.0 + scale * seen[0]))),
-                       .y = static_cast<std::int32_t>(
-                           std::lround(kSubpixels * (camera.height / 2.0 - scale * seen[1]))),
-                       .nearness = nearness});
+    const double x = kSubpixels * (camera.width / 2.0 + scale * seen[0]);
+    const double y = kSubpixels * (camera.height / 2.0 - scale * seen[1]);
+    const bool is_seen = seen[2] < 0 && std::abs(x) < kFarthest && std::abs(y) < kFarthest;
+    corners.push_back(is_seen ? Corner{.x = static_cast<std::int32_t>(std::lround(x)),
+                                       .y = static_cast<std::int32_t>(std::lround(y)),
+                                       .nearness = nearness}
+                              : Corner{});
   }
   return corners;
 }
@@ -104,6 +108,7 @@ std::vector<std::vector<std::uint32_t>> bands_of(const PositionedMesh& mesh, con
   };
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& [a, b, c] = mesh.triangles[t];
+    if (corners[a].nearness == 0 || corners[b].nearness == 0 || corners[c].nearness == 0) continue;
     const auto [low, high] = std::minmax({corners[a].y, corners[b].y, corners[c].y});
     for (std::size_t band = band_at(low); band <= band_at(high); ++band) bands[band].push_back(t);
   }

@@ -34,8 +34,8 @@ struct DrawOptions {
   int threads = 0;  // 0: one for each processor.
 };
 
-// Requires that every position is in front of the eye and inside the picture, as framing()
-// makes sure.
+// Triangles may lie beside the picture; those that reach behind the eye are left out. framing()
+// sees to it that all are in front of it and in the picture.
 [[nodiscard]] Picture drawn(const PositionedMesh& mesh, const Camera& camera,
                             const DrawOptions& options);
 

@@ -127,6 +127,20 @@ TEST(Picture, ShowsWhatIsNearerWhateverTheOrderOfTriangles) {
   }
 }
 
+TEST(Picture, LeavesOutWhatIsBehindTheEyeOrBesideIt) {
+  const PositionedMesh middle = ball({0, 0, 0});
+  const Camera camera = framing(middle.positions, 0, 0, 160, 120);  // The eye is at -y.
+  const Picture alone = drawn(middle, camera, {});
+  const auto eye = static_cast<float>(camera.eye[1]);
+  for (const std::array<float, 3> place : {std::array<float, 3>{0, eye - 5, 0},
+                                           {0, eye, 50},
+                                           {1e30F, 0, 0},
+                                           {-1e5F, 5, -1e5F},
+                                           {0, 0, 1e4F}}) {
+    EXPECT_EQ(drawn(joined(middle, ball(place, 8)), camera, {}).pixels, alone.pixels);
+  }
+}
+
 TEST(Picture, IsLitFromTheEye) {
   const Picture picture = picture_of(ball({0, 0, 0}), 200, -30);
   EXPECT_GT(brightness(picture.at(80, 60)), 400);
