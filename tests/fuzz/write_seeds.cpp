@@ -45,11 +45,55 @@ std::string promised_tile(const LatticeMesh& mesh, int speed, int normal_bits = 
   return bytes + *tile.payload;
 }
 
+// As fuzz_volume_metadata.cpp reads them.
+void write_volume_metadata(const std::filesystem::path& folder) {
+  const std::string vti =
+      R"(<?xml version="1.0"?><VTKFile type="ImageData" byte_order="LittleEndian" header_type="UInt32")"
+      R"( compressor="vtkZLibDataCompressor"><ImageData WholeExtent="0 3 0 2 0 1" Origin="1 2 3")"
+      R"( Spacing="1 1 2" Direction="1 0 0 0 1 0 0 0 1"><Piece Extent="0 3 0 2 0 1">)"
+      R"(<PointData Scalars="a"><DataArray type="Int16" Name="a" NumberOfComponents="1" format="ascii">)"
+      R"(1 2 3</DataArray><DataArray type="Float64" Name="b" format="appended" offset="0"/></PointData>)"
+      R"(</Piece></ImageData><AppendedData encoding="raw">_xxxx</AppendedData></VTKFile>)";
+  write(folder, 1, std::string(1, '\0') + vti);
+  write(folder, 2, std::string(1, '\1') + vti);
+  const std::string numbers(16, '\7');
+  write(folder, 3,
+        std::string(1, '\2') +
+            R"({"zarr_format":2,"shape":[5,6],"chunks":[2,4],"dtype":"<i2","compressor":null,)"
+            R"("fill_value":-1,"filters":null,"order":"F","dimension_separator":"/"})" +
+            '\0' + numbers);
+  write(folder, 4,
+        std::string(1, '\2') +
+            R"({"zarr_format":2,"shape":[5],"chunks":[2],"dtype":">f8","compressor":{"id":"zlib"},)"
+            R"("fill_value":"NaN","filters":[],"order":"C"})" +
+            '\0' + numbers);
+  const std::string three =
+      R"({"zarr_format":3,"node_type":"array","shape":[8,8],"data_type":"uint16","fill_value":0,)"
+      R"("chunk_grid":{"name":"regular","configuration":{"chunk_shape":[4,2]}},)"
+      R"("chunk_key_encoding":{"name":"default"},"dimension_names":["y","x"],"codecs":[)";
+  write(folder, 5,
+        std::string(1, '\3') + three +
+            R"({"name":"transpose","configuration":{"order":[1,0]}},{"name":"bytes"}]})" + '\0' +
+            numbers);
+  write(
+      folder, 6,
+      std::string(1, '\3') + three +
+          R"({"name":"sharding_indexed","configuration":{"chunk_shape":[2,2],"codecs":[{"name":"bytes"},)"
+          R"({"name":"gzip"}],"index_codecs":[{"name":"bytes"},{"name":"crc32c"}]}}]})" +
+          '\0' + numbers);
+  write(
+      folder, 7,
+      std::string(1, '\4') +
+          R"({"dimensions":[5,6],"blockSize":[2,4],"dataType":"int16","compression":{"type":"raw"}})" +
+          '\0' + std::string("\0\0\0\2\0\0\0\2\0\0\0\4", 12) + numbers);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
   const std::filesystem::path root = argv[1];
+  write_volume_metadata(root / "fuzz_volume_metadata");
   std::mt19937_64 random(1);
   int number = 0;
   for (int i = 0; i < 4; ++i) {
