@@ -43,10 +43,12 @@ for name in head other; do "$server" prepare head.nrrd -o served/$name.mtd --nam
 "$server" token eve --append tokens >eve.token
 grep -v '^eve ' tokens >tokens.without
 
-limits=(--max-connections 400 --max-connections-per-address 350 --queue-bytes 128MiB --cache-bytes 64MiB
-  --mesh-cache-bytes 16MiB --handshake-seconds 3 --write-seconds 5 --max-waiting-seconds 120 --log-level warning)
+limits=(--max-connections 400 --max-connections-per-address 350 --mesh-cache-bytes 16MiB --handshake-seconds 3
+  --write-seconds 5 --log-level warning)
+limits_of_workers=(--queue-bytes 128MiB --cache-bytes 64MiB --max-waiting-seconds 120)
 a_port=$(free_port) b_port=$(free_port) gateway_port=$(free_port) http_port=$(free_port)
-serve() { start "$1" "$server" serve served --tcp "127.0.0.1:$2" --http "$3" --tokens tokens "${limits[@]}" --trusted-proxy 127.0.0.2; }
+serve() { start "$1" "$server" serve served --tcp "127.0.0.1:$2" --http "$3" --tokens tokens "${limits[@]}" \
+  "${limits_of_workers[@]}"; }
 serve steady "$(free_port)" "127.0.0.1:$http_port"; steady=$pid
 serve a "$a_port" off; a=$pid
 serve b "$b_port" off; b=$pid
