@@ -121,7 +121,11 @@ void add_surface_options(Command& command, SurfaceArguments& a) {
                   "Largest allowed error where nothing else is said; 0 is the full resolution")
       ->capture_default_str()
       ->group(kSurface);
-  command.add_option("--unit", a.unit, "Unit of all errors; 1 voxel is the smallest spacing")
+  command
+      .add_option(
+          "--unit", a.unit,
+          "Unit of all errors: voxel, the smallest spacing, or world, the unit of the dataset's "
+          "world coordinates, as mm (`info` and `list --json` tell it)")
       ->one_of({"voxel", "world"})
       ->capture_default_str()
       ->group(kSurface);
@@ -248,13 +252,13 @@ Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info) {
 OutputSurface output_surface(const LatticeMesh& mesh, const SurfaceArguments& arguments,
                              const DatasetInfo& info) {
   const MeshComponents components = components_of(mesh);
-  const bool has_dust = arguments.min_component > 0;
-  OutputSurface output{
-      .mesh =
-          positioned(has_dust ? with_components(mesh, components, arguments.min_component) : mesh,
-                     output_map(arguments, info)),
-      .components = components.count_from(arguments.min_component),
-      .components_of = components.diagonals.size()};
+  const Affine map = output_map(arguments, info);
+  OutputSurface output{.mesh = {},
+                       .components = components.count_from(arguments.min_component),
+                       .components_of = components.diagonals.size()};
+  output.mesh = output.components == output.components_of
+                    ? positioned(mesh, map)
+                    : positioned(with_components(mesh, components, arguments.min_component), map);
   const std::uint32_t largest = components.largest();
   std::uint32_t number = 0;
   for (const std::uint32_t component : components.of_vertex) {
