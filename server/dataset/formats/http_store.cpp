@@ -103,7 +103,12 @@ class HttpStore : public ObjectStore {
                          (range.empty() ? "" : ", or the server does not serve ranges"),
                      "Check that it belongs to this array");
       }
-      if (code == CURLE_OK && (status == 200 || status == 206)) return std::move(transfer.bytes);
+      const long whole = range.empty() ? 200 : 206;
+      if (code == CURLE_OK && status == whole) return std::move(transfer.bytes);
+      if (code == CURLE_OK && status == 200) {
+        fail_reading(address, "the server does not serve ranges",
+                     "Use one that does, or a copy on this machine");
+      }
       // What buckets say of objects that are not there, with and without the right to list them.
       const bool missing = status == 404 || status == 410 || status == 403;
       if (code == CURLE_OK && missing) return std::nullopt;

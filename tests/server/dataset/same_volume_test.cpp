@@ -177,5 +177,27 @@ TEST(SameVolume, IsReadOverHttpAndFromBucketsWithSignedRequests) {
   }
 }
 
+// What comes instead of a range would be taken for its bytes.
+TEST(SameVolume, IsNotReadFromServersWithoutRanges) {
+  const TemporaryFolder folder;
+  const std::vector<WrittenFormat> formats = written_formats(folder.path());
+  if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
+  const FolderServer server(folder.path());
+  ASSERT_FALSE(server.address().empty());
+  int refused = 0;
+  for (const auto& [name, path] : formats) {
+    if (name.find("sharded") == std::string::npos) continue;
+    const std::string address = server.address() + "/whole/" + path.filename().string();
+    try {
+      (void)read_volume(address, {.choice = choice_for(name)});
+      ADD_FAILURE() << name;
+    } catch (const VolumeFileError& problem) {
+      EXPECT_NE(std::string(problem.what()).find("ranges"), std::string::npos) << problem.what();
+    }
+    ++refused;
+  }
+  EXPECT_GE(refused, 1);
+}
+
 }  // namespace
 }  // namespace multitetra

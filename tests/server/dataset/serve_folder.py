@@ -1,4 +1,5 @@
-"""Serves a folder on a free port, with ranges; below /s3/volumes/ only to requests signed as S3 wants it.
+"""Serves a folder on a free port, with ranges; below /s3/volumes/ only to requests signed as S3 wants it, below /whole/
+without ranges.
 
     python3 serve_folder.py FOLDER
 
@@ -14,6 +15,7 @@ import sys
 
 folder = pathlib.Path(sys.argv[1]).resolve()
 BUCKET = "/s3/volumes/"
+WHOLE = "/whole/"
 
 
 def signed(secret, *texts):
@@ -55,12 +57,13 @@ class Handler(http.server.BaseHTTPRequestHandler):
             if not is_signed(self):
                 return self.answer(403)
             path = path[len(BUCKET):]
-        file = (folder / path.lstrip("/")).resolve()
+        serves_ranges = not path.startswith(WHOLE)
+        file = (folder / path.removeprefix(WHOLE).lstrip("/")).resolve()
         if folder not in file.parents or not file.is_file():
             return self.answer(404)
         data = file.read_bytes()
         span = re.fullmatch(r"bytes=(\d*)-(\d*)", self.headers.get("Range", ""))
-        if not span:
+        if not span or not serves_ranges:
             return self.answer(200, data)
         first, last = span.groups()
         self.answer(206, data[int(first):int(last) + 1] if first else data[-int(last):])
