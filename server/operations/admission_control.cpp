@@ -80,16 +80,16 @@ Result<void> ClientContext::may_ask() { return may_ask(1); }
 Result<void> ClientContext::may_ask(double cost) {
   const double now = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
   if (limited_.empty()) return {};
-  const double wait = admission_.rates_.take(limited_, now, cost);
+  const double wait = admission_.rates_.take(has_token_ ? share() : limited_, now, cost);
   if (wait <= 0) return {};
   admission_.observer().refused(facts_, "requests_per_second");
   const double seconds = std::ceil(wait);
-  return tl::unexpected(
-      Error{.code = ErrorCode::kLimitExceeded,
-            .text = "More than " + shortest_text(admission_.rates_.rate().per_second) +
-                    " requests a second came from your address; wait for " +
-                    (seconds == 1 ? "a second." : shortest_text(seconds) + " seconds."),
-            .retry_after = wait});
+  return tl::unexpected(Error{
+      .code = ErrorCode::kLimitExceeded,
+      .text = "More than " + shortest_text(admission_.rates_.rate().per_second) +
+              " requests a second came " + (has_token_ ? "with your token" : "from your address") +
+              "; wait for " + (seconds == 1 ? "a second." : shortest_text(seconds) + " seconds."),
+      .retry_after = wait});
 }
 
 Result<void> ClientContext::may_ask_in_session(std::size_t message_bytes) {

@@ -35,7 +35,7 @@ struct AdmissionOptions {
   std::optional<TlsFiles> tls = {};                  // None: plain TCP.
   std::optional<std::filesystem::path> tokens = {};  // None: everybody may see everything.
   ConnectionLimits connections = {.total = 1024, .per_name = 256};  // Names are addresses.
-  RequestRate requests = {.per_second = 200, .burst = 600};         // Of an address.
+  RequestRate requests = {.per_second = 200, .burst = 600};         // Of a token, else an address.
   // Of all that waits: requests for workers, steps and lists for their clients. One share (an
   // address, a token) has half of it at most.
   std::size_t queue_bytes = std::size_t{1} << 30;

@@ -80,7 +80,7 @@ void add_limits_on_clients(Command& command, ListenerOptions& o) {
       ->group(kLimitsGroup);
   command
       .add_option("--max-requests-per-second", o.max_requests_per_second,
-                  "From one address, on average; three seconds' worth in one go")
+                  "With one token, else from one address, on average; three seconds' worth in one go")
       ->within(0.0, 1e9)
       ->capture_default_str()
       ->group(kLimitsGroup);

@@ -165,7 +165,7 @@ TEST_F(SurfaceStreamTest, ARefusedRequestLeavesTheSurfaceAndTheConnection) {
 
 // A knob that is turned: a hundred isovalues, about thirty a second.
 TEST_F(SurfaceStreamTest, ADragThroughAHundredIsovaluesEndsWithTheLastAndInBoundedMemory) {
-  constexpr TileMemoryLimits kLimits = {.tiles = 64, .triangles = 100'000};
+  constexpr TileMemoryLimits kLimits = {.tiles = 24, .triangles = 100'000};
   Client client = connected();
   TileMemory tiles(kLimits);
   SurfaceStream stream(client, tiles);
