@@ -43,12 +43,11 @@ double triangles_a_cube(double voxels) { return 600 / (1 + 0.6 * voxels); }
 
 // The fewer, the more there is to simplify in each.
 BlockCounts careful_blocks(double triangles_a_cube) {
-  const auto within = [&](double cubes, double least, double most) {
-    constexpr double kTrianglesToSimplify = 60'000;  // In either kind of blocks.
-    return static_cast<std::size_t>(
-        std::clamp(kTrianglesToSimplify / (cubes * triangles_a_cube), least, most));
-  };
-  return {.blocks = within(5, 12, 24), .joined = within(25, 1, 3)};
+  constexpr double kTrianglesToSimplify = 120'000;
+  constexpr double kCubesABlock = 5;  // That hold any of the surface, on average.
+  return {.blocks = static_cast<std::size_t>(
+              std::clamp(kTrianglesToSimplify / (kCubesABlock * triangles_a_cube), 12.0, 24.0)),
+          .joined = 3};
 }
 
 SurfaceSize size_with(double triangles, double extracted, const StepRequest& step) {
