@@ -60,6 +60,16 @@ Result<IsosurfaceRequest> validated(const IsosurfaceRequest& request) {
                   " bits; they must have " + std::to_string(kMinNormalBits) + " to " +
                   std::to_string(kMaxNormalBits) + ", or 0 for none.");
   }
+  if (request.cell) {
+    if (const auto checked = check_cell(*request.cell); !checked) {
+      return tl::unexpected(checked.error());
+    }
+    if (request.max_triangles > 0 || request.max_bytes > 0) {
+      return reject(
+          "A request for a cell has a budget; what fits a budget is found for whole surfaces only. "
+          "Leave out max_triangles and max_bytes.");
+    }
+  }
   if (const auto checked = check_thresholds(request.thresholds); !checked) {
     return tl::unexpected(checked.error());
   }

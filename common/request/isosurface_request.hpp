@@ -9,6 +9,7 @@
 #include "common/base/result.hpp"
 #include "common/mesh/lattice.hpp"
 #include "common/request/local_thresholds.hpp"
+#include "common/request/surface_cell.hpp"
 
 namespace multitetra {
 
@@ -60,6 +61,8 @@ struct IsosurfaceRequest {
   // server/core/simplification.
   bool simplify = false;
   int normal_bits = 0;  // Of each of a normal's two octahedral coordinates, 8 to 10; 0: no normals.
+  // Only what lies in this cell; it comes in one step. None: everything. Goes with no budget.
+  std::optional<SurfaceCell> cell = std::nullopt;
 
   friend bool operator==(const IsosurfaceRequest&, const IsosurfaceRequest&) = default;
 };

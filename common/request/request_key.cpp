@@ -59,6 +59,12 @@ class Key {
     add(view.tolerance_pixels);
     add_if(view.frustum ? &*view.frustum : nullptr);
   }
+  void add(const SurfaceCell& cell) {
+    for (const std::int32_t number :
+         {cell.cube.exponent, cell.cube.x, cell.cube.y, cell.cube.z, cell.finest_spacing}) {
+      add(number);
+    }
+  }
   template <typename Part>
   void add_if(const Part* part) {
     add(part != nullptr);
@@ -95,6 +101,7 @@ std::string key_of(const IsosurfaceRequest& request) {
   key.add(request.max_bytes);
   key.add(request.simplify);
   key.add(request.normal_bits);
+  key.add_if(request.cell ? &*request.cell : nullptr);
   key.add(request.thresholds);
   return key.take();
 }

@@ -129,6 +129,9 @@ struct StepBegin {
   // All tiles of the step, those that the client holds included.
   std::vector<TileSummary> tiles = {};
   bool is_unsimplified = false;  // No tile is simplified, though the request allows it.
+  // Of a request with a cell: bit i is set where OctreeCube::child(i) of its cube may have a
+  // surface at any error.
+  std::uint32_t crossed_octants = 0;
 };
 
 // The request of a stream of which that much has come: it goes on where it was, on any server.

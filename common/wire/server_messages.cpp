@@ -116,6 +116,7 @@ void write(const StepBegin& begin, v1::ServerMessage& message) {
   wire.set_finest_spacing(static_cast<std::uint32_t>(begin.finest_spacing));
   wire.set_codec(to_wire<v1::PayloadCodec>(begin.codec));
   wire.set_is_unsimplified(begin.is_unsimplified);
+  wire.set_crossed_octants(begin.crossed_octants);
   wire.set_tetrahedra(begin.tetrahedra);
   wire.set_active_tetrahedra(begin.active_tetrahedra);
   wire.mutable_tiles()->Reserve(static_cast<int>(begin.tiles.size()));
@@ -140,6 +141,8 @@ StepBegin read(const v1::StepBegin& wire, FieldChecks& checks) {
   checks.require(!wire.is_unsimplified() || !wire.is_final(), "StepBegin.is_unsimplified",
                  "must not be said of a final step, which is as the request says.");
   begin.is_unsimplified = wire.is_unsimplified();
+  checks.integer("StepBegin.crossed_octants", wire.crossed_octants(), 0, 0xFF);
+  begin.crossed_octants = wire.crossed_octants();
   begin.tetrahedra = wire.tetrahedra();
   begin.active_tetrahedra = wire.active_tetrahedra();
   begin.tiles.reserve(static_cast<std::size_t>(wire.tiles_size()));

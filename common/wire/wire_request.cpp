@@ -162,9 +162,29 @@ LocalThresholds read(const v1::ThresholdMap& wire, FieldChecks& checks) {
   return thresholds;
 }
 
+void write(const SurfaceCell& cell, v1::SurfaceCell& wire) {
+  wire.set_exponent(static_cast<std::uint32_t>(cell.cube.exponent));
+  wire.set_x(static_cast<std::uint32_t>(cell.cube.x));
+  wire.set_y(static_cast<std::uint32_t>(cell.cube.y));
+  wire.set_z(static_cast<std::uint32_t>(cell.cube.z));
+  wire.set_finest_spacing(static_cast<std::uint32_t>(cell.finest_spacing));
+}
+
 // An unsigned number of the wire as one of ours; what does not fit an int is out of range anyway.
 int to_int(std::uint32_t number) {
   return static_cast<int>(std::min<std::uint32_t>(number, 1000000));
+}
+
+SurfaceCell read(const v1::SurfaceCell& wire) {
+  // What is larger is out of range anyway.
+  const auto within = [most = std::uint32_t{1} << kMaxLatticeBits](std::uint32_t number) {
+    return static_cast<std::int32_t>(std::min(number, most));
+  };
+  return {.cube = {.exponent = within(wire.exponent()),
+                   .x = within(wire.x()),
+                   .y = within(wire.y()),
+                   .z = within(wire.z())},
+          .finest_spacing = std::max(within(wire.finest_spacing()), 1)};
 }
 
 }  // namespace
@@ -182,6 +202,7 @@ void write_request(const IsosurfaceRequest& request, v1::IsosurfaceRequest& wire
   wire.set_max_bytes(request.max_bytes);
   wire.set_simplify(request.simplify);
   wire.set_normal_bits(static_cast<std::uint32_t>(request.normal_bits));
+  if (request.cell) write(*request.cell, *wire.mutable_cell());
 }
 
 IsosurfaceRequest read_request(const v1::IsosurfaceRequest& wire, FieldChecks& checks) {
@@ -205,6 +226,7 @@ IsosurfaceRequest read_request(const v1::IsosurfaceRequest& wire, FieldChecks& c
   request.max_bytes = wire.max_bytes();
   request.simplify = wire.simplify();
   request.normal_bits = to_int(wire.normal_bits());
+  if (wire.has_cell()) request.cell = read(wire.cell());
   const Result<IsosurfaceRequest> valid = validated(request);
   if (!valid) checks.fail(valid.error().code, valid.error().text);
   return request;

@@ -61,21 +61,21 @@ std::vector<SimplifiedCube> join_all(CubesOfOneSize cubes, std::vector<Simplifie
 
 }  // namespace
 
-void simplify(TiledSurface& surface, int grid_exponent, const SimplificationOfCubes& how,
+void simplify(TiledSurface& surface, int root_exponent, const SimplificationOfCubes& how,
               const std::stop_token& stop, const SimplifiedTileLimits& limits) {
   if (surface.tiles.empty()) return;
   std::vector<SimplifiedCube> joined;
-  for (CubesOfOneSize& cubes : cubes_around(std::move(surface.tiles), grid_exponent)) {
+  for (CubesOfOneSize& cubes : cubes_around(std::move(surface.tiles), root_exponent)) {
     joined = join_all(std::move(cubes), std::move(joined), how, limits, stop);
   }
   surface.tiles = finished_tiles(std::move(joined.front()));
 }
 
-void simplify(TiledSurface& surface, const StepSpec& spec, int grid_exponent,
+void simplify(TiledSurface& surface, const StepSpec& spec, int root_exponent,
               const std::stop_token& stop) {
   if (!spec.request().simplify) return;
   simplify(
-      surface, grid_exponent, [&](const OctreeCube& cube) { return spec.simplification(cube); },
+      surface, root_exponent, [&](const OctreeCube& cube) { return spec.simplification(cube); },
       stop);
 }
 

@@ -13,13 +13,14 @@ namespace multitetra {
 // How the surface in a cube is simplified. A cube inside of it must not have a smaller distance.
 using SimplificationOfCubes = std::function<SimplificationOptions(const OctreeCube&)>;
 
-// Simplifies the surface in a grid of 2^exponent steps a side, and cuts it into tiles anew. The
-// same for any number of threads. Throws Cancelled soon after `stop` is triggered.
-void simplify(TiledSurface& surface, int grid_exponent, const SimplificationOfCubes& how,
+// Simplifies the surface in one cube of 2^exponent steps a side, such as the whole grid, and cuts
+// it into tiles anew. The same for any number of threads. Throws Cancelled soon after `stop` is
+// triggered.
+void simplify(TiledSurface& surface, int root_exponent, const SimplificationOfCubes& how,
               const std::stop_token& stop, const SimplifiedTileLimits& limits = {});
 
 // The same as far as the step says so.
-void simplify(TiledSurface& surface, const StepSpec& spec, int grid_exponent,
+void simplify(TiledSurface& surface, const StepSpec& spec, int root_exponent,
               const std::stop_token& stop);
 
 }  // namespace multitetra

@@ -1,6 +1,7 @@
 #include "server/extraction/surface_extractor.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "server/core/fine_errors/prepared_model.hpp"
@@ -88,10 +89,11 @@ TiledSurface SurfaceExtractor::extract(const StepSpec& spec, std::stop_token sto
   const PreparedModel model = prepared_model(*dataset_, spec);
   const SurfaceOptions options{.isovalue = spec.request().isovalue,
                                .lattice_resolution = spec.request().lattice_resolution};
-  TiledSurface surface = extract_in_parallel(PreparedCubes(model, options, *pool_),
-                                             root_cube(Grid(info.grid_exponent)),
+  const std::optional<SurfaceCell>& cell = spec.request().cell;
+  const OctreeCube root = cell ? cell->cube : root_cube(Grid(info.grid_exponent));
+  TiledSurface surface = extract_in_parallel(PreparedCubes(model, options, *pool_), root,
                                              cube_exponent(info.grid_exponent), stop);
-  simplify(surface, spec, info.grid_exponent, stop);
+  simplify(surface, spec, root.exponent, stop);
   if (dataset_->check) dataset_->check();
   return surface;
 }

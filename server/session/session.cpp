@@ -151,6 +151,11 @@ Result<std::shared_ptr<const StepSource>> Session::source_of(
   if (const auto checked = check_lattice(request, source->info()); !checked) {
     return tl::unexpected(checked.error());
   }
+  if (request.cell) {
+    if (const auto checked = check_cell(*request.cell, source->info()); !checked) {
+      return tl::unexpected(checked.error());
+    }
+  }
   return source;
 }
 

@@ -31,7 +31,8 @@ std::optional<EncodedStep> StepCache::remembered(const std::string& key) {
                    .active_tetrahedra = outline.active_tetrahedra,
                    .tiles = {},
                    .appearance = outline.appearance,
-                   .dataset = outline.dataset};
+                   .dataset = outline.dataset,
+                   .crossed_octants = outline.crossed_octants};
   step.tiles.reserve(outline.tiles.size());
   for (const TileKey& tile : outline.tiles) {
     auto found = tiles_.find(tile);
@@ -46,6 +47,7 @@ void StepCache::remember(const std::string& key, const EncodedStep& step) {
                   .active_tetrahedra = step.active_tetrahedra,
                   .appearance = step.appearance,
                   .dataset = step.dataset,
+                  .crossed_octants = step.crossed_octants,
                   .tiles = {}};
   for (const EncodedTile& tile : step.tiles) {
     const TileKey of = {tile.summary.digest, tile.summary.cube, step.appearance,

@@ -25,6 +25,7 @@ struct EncodedStep {
   std::vector<EncodedTile> tiles;       // In the order they are sent.
   std::uint64_t appearance = 0;         // As in TileKey,
   std::string dataset = {};             // and this as well.
+  std::uint32_t crossed_octants = 0;    // As in StepBegin.
 };
 
 // Safe to use from several threads at once.
@@ -53,6 +54,7 @@ class StepCache {
     std::uint64_t active_tetrahedra = 0;
     std::uint64_t appearance = 0;
     std::string dataset;
+    std::uint32_t crossed_octants = 0;
     std::vector<TileKey> tiles;
   };
   [[nodiscard]] std::optional<EncodedStep> remembered(const std::string& key);

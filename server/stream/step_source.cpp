@@ -8,6 +8,7 @@
 
 #include "server/core/planning/step_spec.hpp"
 #include "server/core/planning/surface_size.hpp"
+#include "server/core/spectrum/crossed_octants.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/shading.hpp"
@@ -92,6 +93,10 @@ EncodedStep ExtractedSteps::extract(const StepRequest& step, const std::stop_tok
                    .tiles = encode(surface, shading, info().name, cache_->tiles(), stop),
                    .appearance = shading.appearance(),
                    .dataset = info().name};
+  if (const auto& cell = step.request.cell) {
+    made.crossed_octants =
+        crossed_octants(extractor_->dataset(), cell->cube, step.request.isovalue);
+  }
   if (extractor_->dataset().check) extractor_->dataset().check();
   sort_by_importance(made.tiles, spec);
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();

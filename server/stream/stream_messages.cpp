@@ -68,6 +68,7 @@ StepBegin StreamMessages::step_begin() const {
   // Clients find the request as they made it; what the preview leaves out of it is told beside.
   begin.is_unsimplified = state_.request.simplify && !step.request.simplify;
   begin.request.simplify = state_.request.simplify;
+  begin.crossed_octants = current_.encoded.crossed_octants;
   begin.tiles.reserve(current_.encoded.tiles.size());
   for (const EncodedTile& tile : current_.encoded.tiles) begin.tiles.push_back(tile.summary);
   return begin;

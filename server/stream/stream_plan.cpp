@@ -154,6 +154,13 @@ class TriangleLimit {
                                         const EncodedStep& step) const {
     const double triangles = size_of(step).triangles;
     if (most_ == 0 || triangles <= most()) return {};
+    if (request.cell) {
+      return fail(ErrorCode::kLimitExceeded,
+                  "The surface in the cell has " +
+                      std::to_string(static_cast<std::uint64_t>(triangles)) +
+                      " triangles, and this server gives at most " + std::to_string(most_) +
+                      "; ask for its octants, or allow a larger error.");
+    }
     const double expected = careful()({.request = request}).triangles;
     return fail(
         ErrorCode::kLimitExceeded,
@@ -189,10 +196,22 @@ class TriangleLimit {
   std::stop_token stop_;
 };
 
+// A cell is made as it was asked for: it is too small for previews, and has no budget.
+Result<MadeStep> make_cell(const StepSource& source, const StreamState& state,
+                           const std::stop_token& stop, const StepLimits& limits) {
+  MadeStep made{.step = final_step(state.request), .is_final = true, .encoded = {}, .after = state};
+  made.encoded = source.make(made.step, stop);
+  const auto allowed =
+      TriangleLimit(source, limits.max_triangles, stop).check_made(made.step.request, made.encoded);
+  if (!allowed) return tl::unexpected(allowed.error());
+  return made;
+}
+
 }  // namespace
 
 Result<MadeStep> make_next_step(const StepSource& source, const StreamState& state,
                                 std::stop_token stop, const StepLimits& limits) {
+  if (state.request.cell) return make_cell(source, state, stop, limits);
   const DatasetInfo& info = source.info();
   const StepSizes sizes = source.sizes(stop, SizeAccuracy::kQuick);
   const TriangleLimit limit(source, limits.max_triangles, stop);
@@ -236,6 +255,10 @@ Result<MadeStep> make_next_step(const StepSource& source, const StreamState& sta
 
 Result<EstimatedAnswer> estimate(const StepSource& source, const IsosurfaceRequest& request,
                                  std::stop_token stop) {
+  if (request.cell) {
+    return fail(ErrorCode::kInvalidArgument,
+                "An estimate is of a whole surface; leave the cell out.");
+  }
   const StepSizes sizes = source.sizes(std::move(stop), SizeAccuracy::kCareful);
   const BudgetLadder ladder(request, source.info());
   const int rung = ladder.lowest_fitting(sizes.of);

@@ -8,6 +8,7 @@
 #include "common/base/number_text.hpp"
 #include "common/net/coroutines.hpp"
 #include "server/core/planning/budget.hpp"
+#include "server/core/spectrum/spectrum_layout.hpp"
 #include "server/core/thresholds/threshold_map.hpp"
 #include "server/dataset/byte_source.hpp"
 #include "server/dataset/in_parallel.hpp"
@@ -151,8 +152,11 @@ StepWork work_for(const StepSource& source, const StreamState& state) {
   const std::string& dataset = source.info().name;
   const IsosurfaceRequest& request = state.request;
   // What a budget gives is only known when it was made.
-  if (!has_budget(request) && source.remembers({.request = request})) {
+  if (!has_budget(request) && source.remembers(final_step(request))) {
     return {.kind = dataset + " remembered", .is_long = false};
+  }
+  if (request.cell) {
+    return {.kind = dataset + " cell", .is_long = request.cell->finest_spacing < kSpectrumSpacing};
   }
   if (state.previews && state.shown.empty()) {
     return {.kind = dataset + " first preview", .is_long = false};

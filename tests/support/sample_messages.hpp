@@ -99,19 +99,29 @@ inline LocalThresholds local_thresholds(Random& random) {
   return thresholds;
 }
 
+inline SurfaceCell surface_cell(Random& random) {
+  const std::int32_t exponent = int_in(1, kMaxLatticeBits, random);
+  return {.cube = {exponent, int_in(0, 1 << 20, random), int_in(0, 1 << 20, random),
+                   int_in(0, 1 << 20, random)},
+          .finest_spacing = 1 << int_in(0, exponent - 1, random)};
+}
+
 inline IsosurfaceRequest request(Random& random) {
-  return {.isovalue = number(random),
-          .error = std::abs(number(random)),
-          .unit = one_of<LengthUnit>(0, 1, random),
-          .measure = one_of<ErrorMeasure>(0, 1, random),
-          .topology_rule = one_of<TopologyRule>(0, 1, random),
-          .topology_tolerance = std::abs(number(random)),
-          .lattice_resolution = int_in(kMinLatticeResolution, kMaxLatticeResolution, random),
-          .thresholds = random() % 2 == 0 ? local_thresholds(random) : LocalThresholds{},
-          .max_triangles = random() % 2 == 0 ? random() : 0,
-          .max_bytes = random() % 2 == 0 ? random() : 0,
-          .simplify = random() % 2 == 0,
-          .normal_bits = random() % 2 == 0 ? int_in(kMinNormalBits, kMaxNormalBits, random) : 0};
+  IsosurfaceRequest request = {
+      .isovalue = number(random),
+      .error = std::abs(number(random)),
+      .unit = one_of<LengthUnit>(0, 1, random),
+      .measure = one_of<ErrorMeasure>(0, 1, random),
+      .topology_rule = one_of<TopologyRule>(0, 1, random),
+      .topology_tolerance = std::abs(number(random)),
+      .lattice_resolution = int_in(kMinLatticeResolution, kMaxLatticeResolution, random),
+      .thresholds = random() % 2 == 0 ? local_thresholds(random) : LocalThresholds{},
+      .max_triangles = random() % 2 == 0 ? random() : 0,
+      .max_bytes = random() % 2 == 0 ? random() : 0,
+      .simplify = random() % 2 == 0,
+      .normal_bits = random() % 2 == 0 ? int_in(kMinNormalBits, kMaxNormalBits, random) : 0};
+  if (request.max_triangles == 0 && request.max_bytes == 0) request.cell = surface_cell(random);
+  return request;
 }
 
 inline TileSummary tile_summary(Random& random) {
@@ -210,6 +220,7 @@ inline StepBegin step_begin(Random& random) {
   begin.error_bound_world = std::abs(number(random));
   begin.finest_spacing = 1 << int_in(0, 19, random);
   begin.is_unsimplified = !begin.is_final && (random() & 1) != 0;
+  begin.crossed_octants = static_cast<std::uint32_t>(up_to(0xFF, random));
   begin.tetrahedra = random();
   begin.active_tetrahedra = up_to(begin.tetrahedra, random);
   for (std::uint64_t i = up_to(20, random); i > 0; --i) begin.tiles.push_back(tile_summary(random));
@@ -288,10 +299,10 @@ inline bool same(const DatasetList& a, const DatasetList& b) {
 inline bool same(const StepBegin& a, const StepBegin& b) {
   return std::tie(a.request_id, a.step, a.is_final, a.request, a.error_bound_world,
                   a.finest_spacing, a.codec, a.tetrahedra, a.active_tetrahedra, a.tiles,
-                  a.is_unsimplified) == std::tie(b.request_id, b.step, b.is_final, b.request,
-                                                 b.error_bound_world, b.finest_spacing, b.codec,
-                                                 b.tetrahedra, b.active_tetrahedra, b.tiles,
-                                                 b.is_unsimplified);
+                  a.is_unsimplified, a.crossed_octants) ==
+         std::tie(b.request_id, b.step, b.is_final, b.request, b.error_bound_world,
+                  b.finest_spacing, b.codec, b.tetrahedra, b.active_tetrahedra, b.tiles,
+                  b.is_unsimplified, b.crossed_octants);
 }
 inline bool same(const Tile& a, const Tile& b) {
   return std::tie(a.request_id, a.step, a.index, *a.payload) ==

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <utility>
 
@@ -45,6 +46,10 @@ struct ModelOptions {
   ThresholdMap thresholds = ThresholdMap::everywhere(0);
   double topology_tolerance = 0;  // Grid steps; flips of at most this spacing do not keep a point.
   std::int32_t finest_spacing = 1;  // No point of a smaller spacing is kept.
+  // Every point of this spacing or a larger one is kept: then all tetrahedra lie in one octree cube
+  // of twice that side each. A point's spacing is at most its parents', so the model still
+  // conforms.
+  std::int32_t refined_to = std::numeric_limits<std::int32_t>::max();
 
   // Here a threshold meets an error: whether that of a point is above the least threshold in its
   // region, which `region_of_point()` gives if it matters. `>` is strict: at threshold 0 all points
@@ -57,6 +62,7 @@ struct ModelOptions {
   }
   [[nodiscard]] bool keeps(const DividingPoint& point, const ErrorBound& bound) const {
     if (point.spacing() < finest_spacing) return false;
+    if (point.spacing() >= refined_to) return true;
     return bound.flip_spacing > topology_tolerance ||
            is_exceeded_by(bound.error, [&] { return region(point); });
   }

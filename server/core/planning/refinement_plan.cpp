@@ -171,7 +171,7 @@ NextStep next_step(const IsosurfaceRequest& request, bool previews,
         shown.empty() ? first_preview(candidates, info) : further_preview(candidates, shown, costs);
   }
   if (preview) return {.step = *preview, .is_final = false};
-  return {.step = {.request = request, .finest_spacing = 1}, .is_final = true};
+  return {.step = final_step(request), .is_final = true};
 }
 
 double estimated_bytes(double triangles, const StepRequest& step) {

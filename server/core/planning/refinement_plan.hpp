@@ -41,6 +41,11 @@ struct StepRequest {
   friend bool operator==(const StepRequest&, const StepRequest&) = default;
 };
 
+// The request itself as a step.
+[[nodiscard]] inline StepRequest final_step(const IsosurfaceRequest& request) {
+  return {.request = request, .finest_spacing = request.cell ? request.cell->finest_spacing : 1};
+}
+
 // Where the plan learns how large a step would be. Both may be estimates.
 struct StepSizes {
   // Of any step; costs a small part of making it.

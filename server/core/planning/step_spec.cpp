@@ -19,9 +19,11 @@ StepSpec::StepSpec(const StepRequest& step, const DatasetInfo& info,
 }
 
 ModelOptions StepSpec::model() const {
-  return {.thresholds = model_thresholds_,
-          .topology_tolerance = step_.request.topology_tolerance,
-          .finest_spacing = step_.finest_spacing};
+  ModelOptions options{.thresholds = model_thresholds_,
+                       .topology_tolerance = step_.request.topology_tolerance,
+                       .finest_spacing = step_.finest_spacing};
+  if (step_.request.cell) options.refined_to = step_.request.cell->cube.side() / 2;
+  return options;
 }
 
 SimplificationOptions StepSpec::simplification(const OctreeCube& cube) const {

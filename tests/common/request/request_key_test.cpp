@@ -46,6 +46,16 @@ TEST(RequestKey, DiffersWhereverRequestsDiffer) {
       [](auto& r) { r.max_bytes = 5; },
       [](auto& r) { r.simplify = true; },
       [](auto& r) { r.normal_bits = 8; },
+      [](auto& r) { r.cell = SurfaceCell{}; },
+      [](auto& r) {
+        r.cell = SurfaceCell{.cube = {4, 0, 0, 0}};
+      },
+      [](auto& r) {
+        r.cell = SurfaceCell{.cube = {4, 0, 0, 1}};
+      },
+      [](auto& r) {
+        r.cell = SurfaceCell{.cube = {4, 0, 0, 0}, .finest_spacing = 2};
+      },
       [](auto& r) { r.thresholds.coordinates = CoordinateSystem::kIndex; },
       [](auto& r) { r.thresholds.combination = Combination::kMinimum; },
       [](auto& r) { r.thresholds.at_least = 0.1; },

@@ -239,6 +239,19 @@ TEST(OpenStream, OutOfRangeIsRefused) {
   refuse([](OpenStream& o) { o.request.normal_bits = 7; }, "normals have 7 bits");
   refuse([](OpenStream& o) { o.request.normal_bits = 11; }, "normals have 11 bits");
   refuse([](OpenStream& o) { o.request.normal_bits = -1; }, "normals have");
+  const auto refuse_cell = [&](const SurfaceCell& cell, const char* text) {
+    refuse([&](OpenStream& o) { o.request.cell = cell; }, text);
+  };
+  refuse_cell({.cube = {0, 0, 0, 0}}, "exponent is 0");
+  refuse_cell({.cube = {21, 0, 0, 0}}, "exponent is 21");
+  refuse_cell({.cube = {5, 0, 0, 0}, .finest_spacing = 3}, "finest spacing of the cell is 3");
+  refuse_cell({.cube = {5, 0, 0, 0}, .finest_spacing = 32}, "half the cell's side, 16");
+  refuse(
+      [](OpenStream& o) {
+        o.request.cell = SurfaceCell{.cube = {5, 0, 0, 0}};
+        o.request.max_triangles = 5;
+      },
+      "cell has a budget");
   refuse([](OpenStream& o) { o.steps = static_cast<StepPolicy>(2); }, "OpenStream.steps");
   refuse([](OpenStream& o) { o.held.resize(kMaxHeldDigests + 1); }, "OpenStream.held",
          ErrorCode::kLimitExceeded);

@@ -234,6 +234,32 @@ TEST(Session, RefusesALatticeTooFineForALargeDataset) {
   EXPECT_EQ(words(session.receive(request)), Words{"start 2"});
 }
 
+TEST(Session, ACellMustLieInTheDatasetsGrid) {
+  class Of64Steps : public FakeSteps {
+   public:
+    Of64Steps() : FakeSteps("grid") {
+      info_ = testing::octahedra_info("grid"), info_.grid_exponent = 6;
+    }
+    const DatasetInfo& info() const override { return info_; }
+
+   private:
+    DatasetInfo info_;
+  };
+  Session session(testing::catalogue_of(std::make_shared<Of64Steps>()), {});
+  (void)session.receive(Hello{});
+  std::uint64_t id = 0;
+  const auto answer_to = [&](const OctreeCube& cube) {
+    OpenStream request = open(++id, "grid");
+    request.request.cell = SurfaceCell{.cube = cube};
+    return words(session.receive(request)).back();
+  };
+  EXPECT_EQ(answer_to({6, 0, 0, 0}), "start 1");
+  EXPECT_EQ(answer_to({4, 3, 3, 3}), "start 2");
+  EXPECT_EQ(answer_to({4, 3, 4, 3}), "error invalid_argument 3");
+  EXPECT_EQ(answer_to({7, 0, 0, 0}), "error invalid_argument 4");
+  EXPECT_EQ(answer_to({3, 0, 0, 0}), "error invalid_argument 5");
+}
+
 TEST(Session, AFieldOutsideItsRangeIsAnsweredWithTheRequestsId) {
   Session session = welcomed_session();
   const ParseError error{{ErrorCode::kInvalidArgument, "..."}, 9};

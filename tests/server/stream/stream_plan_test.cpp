@@ -117,6 +117,22 @@ TEST(StreamPlan, AServersLimitRefusesOnlyWhatIsSurelyMore) {
   EXPECT_TRUE(make(4, {.error = 1, .max_bytes = 1000})->is_final) << "a budget makes it small";
 }
 
+TEST(StreamPlan, ACellComesInOneStepThatEndsWhereItSays) {
+  int made = 0;
+  const Misjudged source(1e6, 1, made);
+  StreamState state = {.request = {.error = 1}, .previews = true};
+  state.request.cell = SurfaceCell{.cube = {5, 0, 0, 0}, .finest_spacing = 8};
+  const MadeStep step = make_next_step(source, state, {}).value();
+  EXPECT_TRUE(step.is_final);
+  EXPECT_EQ(step.step.request, state.request);
+  EXPECT_EQ(step.step.finest_spacing, 8);
+  EXPECT_EQ(made, 1);
+  const auto refused = make_next_step(source, state, {}, {.max_triangles = 999'999});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kLimitExceeded);
+  EXPECT_FALSE(estimate(source, state.request, {}));
+}
+
 TEST(StreamPlan, ABudgetThatNothingMeetsIsRefused) {
   int made = 0;
   const Misjudged source(1e6, 1e-4, made);
