@@ -96,6 +96,28 @@ ClientResult<EstimateReply> Client::estimate(const std::string& dataset,
   return receive<EstimateReply>(socket_, "EstimateReply");
 }
 
+ClientResult<SliceReply> Client::slice(const std::string& dataset, const SliceRequest& request) {
+  const Slice asked{.request_id = next_request_id(), .dataset = dataset, .slice = request};
+  if (auto sent = send(asked); !sent) return tl::unexpected(sent.error());
+  auto reply = receive<SliceReply>(socket_, "SliceReply");
+  if (reply && (reply->width != request.width || reply->height != request.height)) {
+    return trouble(Trouble::kCheck, {ErrorCode::kDamagedData,
+                                     "The slice that came has other pixels than were asked for."});
+  }
+  return reply;
+}
+
+ClientResult<ProbeReply> Client::probe(const std::string& dataset, const ProbeRequest& request) {
+  const Probe asked{.request_id = next_request_id(), .dataset = dataset, .probe = request};
+  if (auto sent = send(asked); !sent) return tl::unexpected(sent.error());
+  auto reply = receive<ProbeReply>(socket_, "ProbeReply");
+  if (reply && reply->places.size() != request.places.size()) {
+    return trouble(Trouble::kCheck,
+                   {ErrorCode::kDamagedData, "The answer has other places than were asked for."});
+  }
+  return reply;
+}
+
 ClientResult<void> Client::send(const ClientMessage& message) {
   if (auto sent = socket_.send(message); !sent) return trouble(Trouble::kNetwork, sent.error());
   ask_for_life_at_ = Clock::now() + options_.timeout / 2;

@@ -79,6 +79,13 @@ class Client {
   [[nodiscard]] ClientResult<EstimateReply> estimate(const std::string& dataset,
                                                      const IsosurfaceRequest& request);
 
+  // The field on a plane. The reply has as many pixels as were asked for.
+  [[nodiscard]] ClientResult<SliceReply> slice(const std::string& dataset,
+                                               const SliceRequest& request);
+  // What the field is at some places. The reply has as many as were asked for.
+  [[nodiscard]] ClientResult<ProbeReply> probe(const std::string& dataset,
+                                               const ProbeRequest& request);
+
   // Runs one stream to its end and calls `on_step` with each step that passed all checks, once.
   // When the connection is lost it connects anew and repeats the request, naming the tiles that it
   // has: no tile is sent twice (as long as no more than kMaxHeldDigests are held, see

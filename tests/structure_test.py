@@ -23,13 +23,14 @@ ROOMS = {
     "server/core/thresholds": ["server/core/framework"],
     "server/core/errors": ["server/core/thresholds"],
     "server/core/spectrum": ["server/core/errors"],
+    "server/core/sampling": ["server/core/spectrum"],
     "server/core/fine_errors": ["server/core/spectrum"],
     "server/core/surface": ["server/core/fine_errors"],
     "server/core/simplification": ["server/core/surface"],
     "server/core/planning": ["server/core/simplification"],
     "server/dataset/formats": ["common/request"],
     "server/dataset": ["server/core/spectrum", "server/dataset/formats"],
-    "server/extraction": ["server/dataset", "server/core/planning", "common/wire"],
+    "server/extraction": ["server/dataset", "server/core/planning", "server/core/sampling", "common/wire"],
     "server/stream": ["server/extraction"],
     "server/operations": ["common/net"],
     "server/session": ["server/stream", "server/operations"],
@@ -48,7 +49,7 @@ ROOMS = {
 PRIVATE = {
     "common/mesh": ["disjoint_sets"],
     "common/net": ["stream_socket"],
-    "common/wire": ["wire_bytes", "wire_checks", "wire_dataset", "wire_request"],
+    "common/wire": ["wire_bytes", "wire_checks", "wire_dataset", "wire_request", "wire_samples", "wire_vectors"],
     "common/cli": ["threshold_image", "option_words"],
     "server/core/thresholds": ["threshold_bound", "region_set", "region_octree", "threshold_pyramid", "view_threshold"],
     "server/core/spectrum": ["coarse_level", "curve_tiles", "level_wavefront", "own_error_curve", "own_error_rows",
@@ -60,7 +61,7 @@ PRIVATE = {
                        "sample_conversion", "numbered_files", "source_apart"],
     "server/dataset/formats": ["vti_header", "header_bytes", "chunked_slices"],
     "server/transport": ["session_admission", "idle_watch"],
-    "server/gateway": ["upstream_estimates", "forwarded_stream", "rendezvous"],
+    "server/gateway": ["upstream_questions", "forwarded_stream", "rendezvous"],
 }
 # A folder that needs what is private of another, and why.
 ALLOWED = {

@@ -6,6 +6,7 @@
 #include "common/wire/messages.hpp"
 #include "common/wire/wire_bytes.hpp"
 #include "common/wire/wire_request.hpp"
+#include "common/wire/wire_samples.hpp"
 #include "multitetra/v1/conversation.pb.h"
 
 namespace multitetra {
@@ -161,6 +162,14 @@ Estimate read(const v1::Estimate& wire, FieldChecks& checks) {
                                                   Priority::kBackground, Priority::kNormal)};
 }
 
+void write(const Slice& slice, v1::ClientMessage& message) {
+  wire::write(slice, *message.mutable_slice());
+}
+
+void write(const Probe& probe, v1::ClientMessage& message) {
+  wire::write(probe, *message.mutable_probe());
+}
+
 // Regions are counted before the parser spends memory on them; the refusal names the request all
 // the same, so that the conversation goes on.
 std::optional<ParseError> too_many_regions(std::string_view bytes) {
@@ -222,12 +231,16 @@ tl::expected<ClientMessage, ParseError> parse_client_message(std::string_view by
       return Ping{wire.ping().value()};
     case v1::ClientMessage::kEstimate:
       return checked(read(wire.estimate(), checks), wire.estimate().request_id());
+    case v1::ClientMessage::kSlice:
+      return checked(wire::read(wire.slice(), checks), wire.slice().request_id());
+    case v1::ClientMessage::kProbe:
+      return checked(wire::read(wire.probe(), checks), wire.probe().request_id());
     case v1::ClientMessage::KIND_NOT_SET:
       break;
   }
   return refuse(ErrorCode::kMalformedMessage,
                 "A ClientMessage has none of the kinds known here: hello, list_datasets, "
-                "open_stream, cancel, ping, estimate.");
+                "open_stream, cancel, ping, estimate, slice, probe.");
 }
 
 }  // namespace multitetra

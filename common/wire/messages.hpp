@@ -9,8 +9,10 @@
 //   OpenStream                  ->
 //                               <-       StepBegin, Tile..., StepEnd      once for each step
 //                               <-       StreamEnd (or Error with the request's id)
-//   Cancel, Ping, Estimate      ->
-//                               <-       StreamEnd(cancelled), Pong, EstimateReply
+//   Cancel, Ping                ->
+//                               <-       StreamEnd(cancelled), Pong
+//   Estimate, Slice, Probe      ->
+//                               <-       EstimateReply, SliceReply, ProbeReply
 //
 // parse_* are the listener for untrusted bytes: every field is checked for its documented range,
 // and what they return is safe to use. Unknown fields are ignored, so that old peers keep working.
@@ -27,6 +29,8 @@
 #include "common/request/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
 #include "common/request/preview.hpp"
+#include "common/request/probe_request.hpp"
+#include "common/request/slice_request.hpp"
 #include "common/wire/tile.hpp"
 
 namespace multitetra {
@@ -95,7 +99,23 @@ struct Estimate {
   Priority priority = Priority::kNormal;
 };
 
-using ClientMessage = std::variant<Hello, ListDatasets, OpenStream, Cancel, Ping, Estimate>;
+// Asks for the field on a plane.
+struct Slice {
+  std::uint64_t request_id = 0;
+  std::string dataset = {};
+  SliceRequest slice = {};
+  Priority priority = Priority::kNormal;
+};
+
+// Asks what the field is at some places.
+struct Probe {
+  std::uint64_t request_id = 0;
+  std::string dataset = {};
+  ProbeRequest probe = {};
+};
+
+using ClientMessage =
+    std::variant<Hello, ListDatasets, OpenStream, Cancel, Ping, Estimate, Slice, Probe>;
 
 // ---- server to client
 
@@ -177,8 +197,22 @@ struct EstimateReply {
   double threshold_world = 0;   // The largest threshold anywhere, world units.
 };
 
+struct SliceReply {
+  std::uint64_t request_id = 0;
+  std::uint32_t width = 0;  // As asked for.
+  std::uint32_t height = 0;
+  std::uint32_t sample_spacing = 1;  // 1, or 8 where every eighth sample was used.
+  // A float for each pixel, row by row, NaN where there is no field: 4 bytes each, little-endian.
+  std::shared_ptr<const std::string> values = {};
+};
+
+struct ProbeReply {
+  std::uint64_t request_id = 0;
+  std::vector<ProbedPlace> places = {};  // In the order asked for.
+};
+
 using ServerMessage = std::variant<Welcome, DatasetList, StepBegin, Tile, StepEnd, StreamEnd,
-                                   ErrorReply, Pong, EstimateReply>;
+                                   ErrorReply, Pong, EstimateReply, SliceReply, ProbeReply>;
 
 // The content of one frame or one WebSocket message.
 [[nodiscard]] std::string serialize(const ClientMessage& message);

@@ -9,6 +9,7 @@
 #include "common/wire/wire_bytes.hpp"
 #include "common/wire/wire_dataset.hpp"
 #include "common/wire/wire_request.hpp"
+#include "common/wire/wire_samples.hpp"
 #include "multitetra/v1/conversation.pb.h"
 
 namespace multitetra {
@@ -243,6 +244,14 @@ EstimateReply read(const v1::EstimateReply& wire, FieldChecks& checks) {
           .threshold_world = wire.threshold_world()};
 }
 
+void write(const SliceReply& reply, v1::ServerMessage& message) {
+  wire::write(reply, *message.mutable_slice_reply());
+}
+
+void write(const ProbeReply& reply, v1::ServerMessage& message) {
+  wire::write(reply, *message.mutable_probe_reply());
+}
+
 }  // namespace
 
 std::string serialize(const ServerMessage& message) {
@@ -267,6 +276,10 @@ tl::expected<ServerMessage, ParseError> parse_server_message(std::string_view by
                  count_entries(bytes, {v1::ServerMessage::kDatasetListFieldNumber,
                                        v1::DatasetList::kDatasetsFieldNumber}),
                  kMaxDatasets, "datasets");
+  checks.at_most("ProbeReply.places",
+                 count_entries(bytes, {v1::ServerMessage::kProbeReplyFieldNumber,
+                                       v1::ProbeReply::kPlacesFieldNumber}),
+                 kMaxProbedPlaces, "places");
   if (checks.first()) return refuse(checks.first()->code, checks.first()->text);
   v1::ServerMessage wire;
   if (!parse(bytes, wire)) {
@@ -294,12 +307,18 @@ tl::expected<ServerMessage, ParseError> parse_server_message(std::string_view by
       return Pong{wire.pong().value()};
     case v1::ServerMessage::kEstimateReply:
       return checked(read(wire.estimate_reply(), checks), wire.estimate_reply().request_id());
+    case v1::ServerMessage::kSliceReply:
+      return checked(wire::read(*wire.mutable_slice_reply(), checks),
+                     wire.slice_reply().request_id());
+    case v1::ServerMessage::kProbeReply:
+      return checked(wire::read(wire.probe_reply(), checks), wire.probe_reply().request_id());
     case v1::ServerMessage::KIND_NOT_SET:
       break;
   }
   return refuse(ErrorCode::kMalformedMessage,
                 "A ServerMessage has none of the kinds known here: welcome, dataset_list, "
-                "step_begin, tile, step_end, stream_end, error, pong, estimate_reply.");
+                "step_begin, tile, step_end, stream_end, error, pong, estimate_reply, slice_reply, "
+                "probe_reply.");
 }
 
 }  // namespace multitetra

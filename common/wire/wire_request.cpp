@@ -4,34 +4,23 @@
 #include <memory>
 #include <string>
 
+#include "common/wire/wire_vectors.hpp"
+
 namespace multitetra::wire {
 namespace {
-
-using Numbers = google::protobuf::RepeatedField<double>;
-
-// ---- places
-
-void write(const Vec3& place, Numbers& wire) { wire.Assign(place.begin(), place.end()); }
-
-Vec3 read_vec3(std::string_view field, const Numbers& wire, FieldChecks& checks) {
-  checks.exactly(field, wire.size(), 3);
-  Vec3 place = {};
-  std::copy_n(wire.begin(), std::min(wire.size(), 3), place.begin());
-  return place;
-}
 
 // ---- regions
 
 void write(const BoxShape& box, v1::ThresholdRegion& wire) {
-  write(box.low, *wire.mutable_box()->mutable_low());
-  write(box.high, *wire.mutable_box()->mutable_high());
+  write_vec3(box.low, *wire.mutable_box()->mutable_low());
+  write_vec3(box.high, *wire.mutable_box()->mutable_high());
 }
 void write(const BallShape& ball, v1::ThresholdRegion& wire) {
-  write(ball.centre, *wire.mutable_ball()->mutable_centre());
+  write_vec3(ball.centre, *wire.mutable_ball()->mutable_centre());
   wire.mutable_ball()->set_radius(ball.radius);
 }
 void write(const HalfSpaceShape& half_space, v1::ThresholdRegion& wire) {
-  write(half_space.normal, *wire.mutable_half_space()->mutable_normal());
+  write_vec3(half_space.normal, *wire.mutable_half_space()->mutable_normal());
   wire.mutable_half_space()->set_offset(half_space.offset);
 }
 
@@ -93,14 +82,14 @@ ThresholdGrid read(const v1::ThresholdGrid& wire, FieldChecks& checks) {
 // ---- the view
 
 void write(const ThresholdView& view, v1::ThresholdView& wire) {
-  write(view.eye, *wire.mutable_eye());
+  write_vec3(view.eye, *wire.mutable_eye());
   wire.set_field_of_view(view.field_of_view);
   wire.set_height_pixels(view.height_pixels);
   wire.set_tolerance_pixels(view.tolerance_pixels);
   if (!view.frustum) return;
   v1::Frustum& frustum = *wire.mutable_frustum();
-  write(view.frustum->look_at, *frustum.mutable_look_at());
-  write(view.frustum->up, *frustum.mutable_up());
+  write_vec3(view.frustum->look_at, *frustum.mutable_look_at());
+  write_vec3(view.frustum->up, *frustum.mutable_up());
   frustum.set_aspect(view.frustum->aspect);
   frustum.set_outside(view.frustum->outside);
 }

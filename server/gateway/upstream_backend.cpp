@@ -14,6 +14,18 @@ namespace {
 
 constexpr std::size_t kMaxWaiting = 4;  // Beyond that nothing is read from a server.
 
+// What a server said, if it is of the kind that answers the question.
+std::optional<QuestionReply> reply_to(const Question& question, ServerMessage message) {
+  if (std::holds_alternative<Estimate>(question)) {
+    if (auto* reply = std::get_if<EstimateReply>(&message)) return *reply;
+  } else if (std::holds_alternative<Slice>(question)) {
+    if (auto* reply = std::get_if<SliceReply>(&message)) return std::move(*reply);
+  } else if (auto* reply = std::get_if<ProbeReply>(&message)) {
+    return std::move(*reply);
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 class UpstreamBackend::Stream : public BackendStream {
@@ -89,7 +101,7 @@ UpstreamBackend::UpstreamBackend(asio::any_io_executor executor,
                                  std::shared_ptr<UpstreamPool> upstreams, ClientContextPtr client)
     : executor_(executor),
       upstreams_(std::move(upstreams)),
-      estimates_(upstreams_),
+      questions_(upstreams_),
       client_(std::move(client)),
       change_(executor) {}
 UpstreamBackend::~UpstreamBackend() = default;
@@ -108,7 +120,7 @@ UpstreamClient UpstreamBackend::upstream_client() const {
 void UpstreamBackend::close() {
   is_closed_ = true;
   if (reached_) reached_->link->close();
-  estimates_.close();
+  questions_.close();
   change_.notify_all();
 }
 
@@ -239,30 +251,31 @@ void UpstreamBackend::take(const StreamPtr& stream, ServerMessage message) {
   stream->put(std::move(message));
 }
 
-// ---- estimates
+// ---- questions
 
-void UpstreamBackend::estimate(MakeEstimate action, std::stop_token,
-                               std::function<void(Result<EstimateReply>)> done) {
+void UpstreamBackend::answer(AnswerQuestion action, std::stop_token,
+                             std::function<void(Result<QuestionReply>)> done) {
   spawn(executor_,
         [self = shared_from_this(), action = std::move(action), done = std::move(done)]() mutable {
-          return self->bring_estimate(std::move(action), std::move(done));
+          return self->bring_answer(std::move(action), std::move(done));
         });
 }
 
-asio::awaitable<void> UpstreamBackend::bring_estimate(
-    MakeEstimate action, std::function<void(Result<EstimateReply>)> done) {
+asio::awaitable<void> UpstreamBackend::bring_answer(
+    AnswerQuestion action, std::function<void(Result<QuestionReply>)> done) {
   const auto self = shared_from_this();
   auto dataset = std::dynamic_pointer_cast<const UpstreamDataset>(action.source);
   UpstreamClient client = upstream_client();
-  auto answer = co_await estimates_.ask(std::move(dataset), std::move(client), action.estimate);
+  auto answer = co_await questions_.ask(std::move(dataset), std::move(client), action.question);
   if (!answer) {
     done(tl::unexpected(answer.error()));
-  } else if (auto* reply = std::get_if<EstimateReply>(&*answer)) {
-    done(*reply);
   } else if (auto* refusal = std::get_if<ErrorReply>(&*answer)) {
     done(tl::unexpected(refusal->error));
+  } else if (auto reply = reply_to(action.question, *std::move(answer))) {
+    done(*std::move(reply));
   } else {
-    done(fail(ErrorCode::kInternal, "A server did not answer with an estimate."));
+    done(fail(ErrorCode::kInternal, std::string("A server answered something else than a ") +
+                                        kind_of(action.question) + " asks for."));
   }
 }
 

@@ -1,5 +1,5 @@
 // Answers that other servers make. What there is for a client is what they offer together; streams
-// and estimates are passed on. When a server is lost in the middle of a stream, another one that
+// and questions are passed on. When a server is lost in the middle of a stream, another one that
 // has the same dataset is asked the same, and the client notices nothing but a pause.
 //
 // Memory is bounded: a few messages wait for the client, and what comes behind them waits in the
@@ -11,8 +11,8 @@
 #include <string>
 
 #include "common/net/async_event.hpp"
-#include "server/gateway/upstream_estimates.hpp"
 #include "server/gateway/upstream_pool.hpp"
+#include "server/gateway/upstream_questions.hpp"
 #include "server/operations/admission_control.hpp"
 #include "server/transport/session_backend.hpp"
 
@@ -27,8 +27,8 @@ class UpstreamBackend : public SessionBackend,
 
   [[nodiscard]] std::optional<asio::awaitable<Found>> find_catalogue(std::string token) override;
   [[nodiscard]] BackendStreamPtr start(StartStream action, std::function<void()> changed) override;
-  void estimate(MakeEstimate action, std::stop_token stop,
-                std::function<void(Result<EstimateReply>)> done) override;
+  void answer(AnswerQuestion action, std::stop_token stop,
+              std::function<void(Result<QuestionReply>)> done) override;
   void keep_time(std::chrono::steady_clock::time_point) override {}
   void close() override;
 
@@ -46,12 +46,12 @@ class UpstreamBackend : public SessionBackend,
   void take(const StreamPtr& stream, ServerMessage message);
   void cancel(Stream& stream);
   [[nodiscard]] UpstreamClient upstream_client() const;
-  asio::awaitable<void> bring_estimate(MakeEstimate action,
-                                       std::function<void(Result<EstimateReply>)> done);
+  asio::awaitable<void> bring_answer(AnswerQuestion action,
+                                     std::function<void(Result<QuestionReply>)> done);
 
   asio::any_io_executor executor_;
   std::shared_ptr<UpstreamPool> upstreams_;
-  UpstreamEstimates estimates_;
+  UpstreamQuestions questions_;
   ClientContextPtr client_;
   std::string token_;
   bool is_closed_ = false;

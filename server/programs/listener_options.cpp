@@ -79,13 +79,14 @@ void add_limits_on_clients(Command& command, ListenerOptions& o) {
             "From one address (IPv6: one /64 network)")
       ->group(kLimitsGroup);
   command
-      .add_option("--max-requests-per-second", o.max_requests_per_second,
-                  "With one token, else from one address, on average; three seconds' worth in one go")
+      .add_option(
+          "--max-requests-per-second", o.max_requests_per_second,
+          "With one token, else from one address, on average; three seconds' worth in one go")
       ->within(0.0, 1e9)
       ->capture_default_str()
       ->group(kLimitsGroup);
   add_count(command, "--max-estimates", o.max_estimates,
-            "Under way on one connection, beside its one stream")
+            "Estimates, slices and probes under way on one connection, beside its one stream")
       ->within(1, 64)
       ->group(kLimitsGroup);
   add_count(command, "--max-regions", o.max_regions, "Of one threshold map")
@@ -233,7 +234,7 @@ ServerRuntimeOptions runtime_options(const ListenerOptions& o) {
 
 SessionOptions session_options(const ListenerOptions& o) {
   return {.max_message_bytes = static_cast<std::uint32_t>(o.max_message_bytes),
-          .max_estimates = o.max_estimates,
+          .max_questions = o.max_estimates,
           .max_regions = o.max_regions};
 }
 

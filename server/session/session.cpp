@@ -1,6 +1,7 @@
 #include "server/session/session.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/request/lattice_limit.hpp"
 
@@ -135,12 +136,8 @@ Actions Session::answer(const ListDatasets& list) {
   return {Send{DatasetList{.request_id = list.request_id, .datasets = std::move(infos)}}};
 }
 
-Result<std::shared_ptr<const StepSource>> Session::source_of(
-    const std::string& dataset, const IsosurfaceRequest& request) const {
+Result<std::shared_ptr<const StepSource>> Session::source_of(const std::string& dataset) const {
   if (no_work_) return tl::unexpected(*no_work_);
-  if (const auto checked = check_limits(options_, request); !checked) {
-    return tl::unexpected(checked.error());
-  }
   // What a client may not see does not exist for it.
   std::shared_ptr<const StepSource> source =
       rights_.may_see(dataset) ? catalogue_->find(dataset) : nullptr;
@@ -148,11 +145,21 @@ Result<std::shared_ptr<const StepSource>> Session::source_of(
     return fail(ErrorCode::kUnknownDataset,
                 "No dataset is named \"" + dataset + "\"; ListDatasets tells those that are.");
   }
-  if (const auto checked = check_lattice(request, source->info()); !checked) {
+  return source;
+}
+
+Result<std::shared_ptr<const StepSource>> Session::source_of(
+    const std::string& dataset, const IsosurfaceRequest& request) const {
+  if (const auto checked = check_limits(options_, request); !checked) {
+    return tl::unexpected(checked.error());
+  }
+  auto source = source_of(dataset);
+  if (!source) return source;
+  if (const auto checked = check_lattice(request, (*source)->info()); !checked) {
     return tl::unexpected(checked.error());
   }
   if (request.cell) {
-    if (const auto checked = check_cell(*request.cell, source->info()); !checked) {
+    if (const auto checked = check_cell(*request.cell, (*source)->info()); !checked) {
       return tl::unexpected(checked.error());
     }
   }
@@ -190,16 +197,35 @@ Actions Session::answer(const Estimate& estimate) {
   if (const auto request = validated(estimate.request); !request) {
     return {reply(request.error(), estimate.request_id)};
   }
-  auto found = source_of(estimate.dataset, estimate.request);
-  if (!found) return {reply(found.error(), estimate.request_id)};
-  if (estimates_ >= options_.max_estimates) {
-    return {reply({ErrorCode::kLimitExceeded,
-                   "There are " + std::to_string(estimates_) +
-                       " estimates under way on this connection; wait for one of them."},
-                  estimate.request_id)};
+  return ask(estimate, source_of(estimate.dataset, estimate.request));
+}
+
+Actions Session::answer(const Slice& slice) {
+  if (const auto plane = validated(slice.slice); !plane) {
+    return {reply(plane.error(), slice.request_id)};
   }
-  ++estimates_;
-  return {MakeEstimate{estimate, *std::move(found)}};
+  return ask(slice, source_of(slice.dataset));
+}
+
+Actions Session::answer(const Probe& probe) {
+  if (const auto places = validated(probe.probe); !places) {
+    return {reply(places.error(), probe.request_id)};
+  }
+  return ask(probe, source_of(probe.dataset));
+}
+
+Actions Session::ask(Question question, Result<std::shared_ptr<const StepSource>> source) {
+  const std::uint64_t request_id = request_id_of(question);
+  if (!source) return {reply(source.error(), request_id)};
+  if (questions_ >= options_.max_questions) {
+    return {reply({ErrorCode::kLimitExceeded,
+                   "There are " + std::to_string(questions_) +
+                       " questions (estimates, slices, probes) under way on this connection; wait "
+                       "for one of their answers."},
+                  request_id)};
+  }
+  ++questions_;
+  return {AnswerQuestion{std::move(question), *std::move(source)}};
 }
 
 }  // namespace multitetra

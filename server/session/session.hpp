@@ -21,6 +21,7 @@
 #include "common/wire/messages.hpp"
 #include "server/operations/access_list.hpp"
 #include "server/stream/dataset_catalogue.hpp"
+#include "server/stream/questions.hpp"
 
 namespace multitetra {
 
@@ -32,9 +33,9 @@ struct StartStream {
   OpenStream open;
   std::shared_ptr<const StepSource> source;
 };
-// Find out how large the answer to a request that was found good would be, and send it.
-struct MakeEstimate {
-  Estimate estimate;
+// Find the answer to a question that was found good, and send it.
+struct AnswerQuestion {
+  Question question;
   std::shared_ptr<const StepSource> source;
 };
 // Drop what is left of the running stream; its last message is StreamEnd with this outcome.
@@ -46,14 +47,14 @@ struct StopStream {
 struct Close {
   std::string reason;  // For the log.
 };
-using Action = std::variant<Send, StartStream, MakeEstimate, StopStream, Close>;
+using Action = std::variant<Send, StartStream, AnswerQuestion, StopStream, Close>;
 using Actions = std::vector<Action>;
 
 struct SessionOptions {
   std::string agent = "multitetra-server/" MULTITETRA_VERSION;  // Told in Welcome.
   std::uint32_t max_message_bytes = kMaxClientFrameBytes;       // Told in Welcome.
   std::size_t max_held_digests = kMaxHeldDigests;               // In one OpenStream.
-  std::size_t max_estimates = 4;                                // That are made at the same time.
+  std::size_t max_questions = 4;                                // Answered at the same time.
   std::size_t max_regions = kMaxThresholdRegions;               // Of one threshold map.
 };
 
@@ -86,13 +87,13 @@ class Session {
   // What there is for this client, where that is found out when it says Hello: before that is
   // received.
   void offer(CataloguePtr catalogue) { catalogue_ = std::move(catalogue); }
-  // From now on every stream and estimate is refused with this error.
+  // From now on every stream and question is refused with this error.
   void refuse_work(Error why) { no_work_ = std::move(why); }
 
   // The running stream has sent its last message.
   void stream_ended(std::uint64_t request_id);
-  // An estimate was answered.
-  void estimate_ended() { --estimates_; }
+  // A question was answered.
+  void question_ended() { --questions_; }
 
   [[nodiscard]] bool is_welcomed() const { return is_welcomed_; }
   [[nodiscard]] bool is_closed() const { return is_closed_; }
@@ -108,7 +109,14 @@ class Session {
   Actions answer(const Cancel& cancel);
   Actions answer(const Ping& ping);
   Actions answer(const Estimate& estimate);
-  // Where a valid request for that dataset is met, or why it cannot be.
+  Actions answer(const Slice& slice);
+  Actions answer(const Probe& probe);
+  // `source` is where the question finds its answer, or why it cannot.
+  Actions ask(Question question, Result<std::shared_ptr<const StepSource>> source);
+  // A dataset that there is for this client, or why there is none.
+  [[nodiscard]] Result<std::shared_ptr<const StepSource>> source_of(
+      const std::string& dataset) const;
+  // The same where a valid request for it can be met.
   [[nodiscard]] Result<std::shared_ptr<const StepSource>> source_of(
       const std::string& dataset, const IsosurfaceRequest& request) const;
 
@@ -123,7 +131,7 @@ class Session {
   bool is_closed_ = false;
   std::uint64_t last_request_id_ = 0;     // Of all streams ever started.
   std::optional<std::uint64_t> running_;  // The stream that runs.
-  std::size_t estimates_ = 0;             // That are being made.
+  std::size_t questions_ = 0;             // That are being answered.
 };
 
 }  // namespace multitetra

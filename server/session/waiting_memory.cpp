@@ -33,6 +33,10 @@ std::size_t waiting_bytes(const ClientMessage& message) {
   if (const auto* estimate = std::get_if<Estimate>(&message)) {
     return kOfAnyRequest + bytes_of(estimate->request);
   }
+  if (std::holds_alternative<Slice>(message)) return kOfAnyRequest;
+  if (const auto* probe = std::get_if<Probe>(&message)) {
+    return kOfAnyRequest + probe->probe.places.size() * (sizeof(Vec3) + sizeof(ProbedPlace));
+  }
   return 0;
 }
 

@@ -110,6 +110,8 @@ StepCosts ExtractedSteps::costs() const {
   return costs_.costs();
 }
 
+const PreparedVolume* ExtractedSteps::volume() const { return &extractor_->dataset(); }
+
 StepSizes ExtractedSteps::sizes(std::stop_token stop, SizeAccuracy accuracy) const {
   StepSizes sizes = surface_sizes(*extractor_, std::move(stop), accuracy);
   const std::function<void()> check = extractor_->dataset().check;

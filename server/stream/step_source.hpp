@@ -10,6 +10,7 @@
 #include "common/request/dataset_info.hpp"
 #include "common/wire/tile.hpp"
 #include "server/core/planning/refinement_plan.hpp"
+#include "server/core/spectrum/prepared_volume.hpp"
 #include "server/extraction/surface_sizes.hpp"
 #include "server/stream/step_cache.hpp"
 
@@ -36,6 +37,8 @@ class StepSource {
   [[nodiscard]] virtual StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const = 0;
   // What steps cost here, without the link.
   [[nodiscard]] virtual StepCosts costs() const { return {}; }
+  // The samples, while the source lives; null where they are not here.
+  [[nodiscard]] virtual const PreparedVolume* volume() const { return nullptr; }
 };
 
 // Steps that are extracted from the volume and encoded, unless the cache has them.
@@ -50,6 +53,7 @@ class ExtractedSteps : public StepSource {
   [[nodiscard]] bool remembers(const StepRequest& step) const override;
   [[nodiscard]] StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
   [[nodiscard]] StepCosts costs() const override;
+  [[nodiscard]] const PreparedVolume* volume() const override;
 
  private:
   [[nodiscard]] EncodedStep extract(const StepRequest& step, const std::stop_token& stop) const;

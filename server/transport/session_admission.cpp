@@ -12,6 +12,8 @@ namespace {
 std::optional<std::uint64_t> counted_request(const ClientMessage& message) {
   if (const auto* open = std::get_if<OpenStream>(&message)) return open->request_id;
   if (const auto* estimate = std::get_if<Estimate>(&message)) return estimate->request_id;
+  if (const auto* slice = std::get_if<Slice>(&message)) return slice->request_id;
+  if (const auto* probe = std::get_if<Probe>(&message)) return probe->request_id;
   if (const auto* list = std::get_if<ListDatasets>(&message)) return list->request_id;
   return std::nullopt;
 }
@@ -68,6 +70,18 @@ Received receive_from(ClientContext& client, Session& session,
     if (const auto* hello = std::get_if<Hello>(&*message)) client.asks_for(hello->on_behalf_of);
   }
   return received;
+}
+
+RequestFacts facts_of(const Question& question) {
+  const std::uint64_t id = request_id_of(question);
+  if (const IsosurfaceRequest* request = request_of(question)) {
+    return facts_of(kind_of(question), id, dataset_of(question), *request);
+  }
+  RequestFacts facts;
+  facts.kind = kind_of(question);
+  facts.request = id;
+  facts.dataset = dataset_of(question);
+  return facts;
 }
 
 RequestFacts facts_of(const char* kind, std::uint64_t id, const std::string& dataset,

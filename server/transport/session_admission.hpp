@@ -27,5 +27,6 @@ struct Received {
 
 [[nodiscard]] RequestFacts facts_of(const char* kind, std::uint64_t id, const std::string& dataset,
                                     const IsosurfaceRequest& request);
+[[nodiscard]] RequestFacts facts_of(const Question& question);
 
 }  // namespace multitetra

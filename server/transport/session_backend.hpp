@@ -46,8 +46,8 @@ class SessionBackend {
   [[nodiscard]] virtual BackendStreamPtr start(StartStream action,
                                                std::function<void()> changed) = 0;
   // `done` is told once, whatever happens; soon after `stop` is triggered.
-  virtual void estimate(MakeEstimate action, std::stop_token stop,
-                        std::function<void(Result<EstimateReply>)> done) = 0;
+  virtual void answer(AnswerQuestion action, std::stop_token stop,
+                      std::function<void(Result<QuestionReply>)> done) = 0;
   // What the way to the client was found to carry; streams are planned by it from now on.
   virtual void link_carries(double /*bytes_per_second*/) {}
   // Ends what takes longer than it may.

@@ -85,8 +85,8 @@ void StreamSession::end(const Error& error) { perform(session_.end(error)); }
 void StreamSession::leave() {
   is_over_ = true;
   replies_.clear();
-  for (auto& [number, estimate] : estimates_) estimate.stop.request_stop();
-  estimates_.clear();
+  for (auto& [number, question] : questions_) question.stop.request_stop();
+  questions_.clear();
   drop_stream();
   leaving_.reset();
   backend_->close();
@@ -101,7 +101,7 @@ void StreamSession::keep_time(Clock::time_point now) {
     replies_taken_.notify_all();
   }
   backend_->keep_time(now);
-  const bool is_busy = stream_ || !estimates_.empty() || is_greeting_;
+  const bool is_busy = stream_ || !questions_.empty() || is_greeting_;
   if (session_.is_closed() || !idleness_.is_exceeded(now, is_busy)) return;
   client_->admission().observer().refused(client_->facts(), "idle_seconds");
   end({ErrorCode::kUnavailable,
@@ -171,19 +171,20 @@ asio::awaitable<void> StreamSession::room() {
   while (!has_room()) co_await replies_taken_.wait();
 }
 
-// All replies are short but one: a list may have megabytes.
+// Replies are short, but a list or a slice may have megabytes.
 bool StreamSession::has_room() const {
   if (is_over_) return true;
   if (quiet_until_ != Clock::time_point()) return false;
-  const auto is_list = [](const Reply& reply) {
-    return std::holds_alternative<DatasetList>(reply.message);
+  const auto is_large = [](const Reply& reply) {
+    return std::holds_alternative<DatasetList>(reply.message) ||
+           std::holds_alternative<SliceReply>(reply.message);
   };
   return !is_greeting_ && replies_.size() < kMaxWaitingReplies &&
-         std::none_of(replies_.begin(), replies_.end(), is_list);
+         std::none_of(replies_.begin(), replies_.end(), is_large);
 }
 
-void StreamSession::reply(ServerMessage message) {
-  replies_.push_back({std::move(message)});
+void StreamSession::reply(ServerMessage message, Room room) {
+  replies_.push_back({std::move(message), std::move(room)});
   something_to_send_.notify_all();
 }
 
@@ -218,33 +219,33 @@ void StreamSession::perform(StartStream action) {
   });
 }
 
-void StreamSession::perform(MakeEstimate action) {
-  const Estimate& asked = action.estimate;
-  const std::uint64_t number = ++last_estimate_;
-  RunningEstimate& running = estimates_[number];
-  running.request_id = asked.request_id;
+void StreamSession::perform(AnswerQuestion action) {
+  const std::uint64_t number = ++last_question_;
+  RunningQuestion& running = questions_[number];
+  running.request_id = request_id_of(action.question);
   running.room = std::move(new_room_);
-  running.record = std::make_unique<RequestRecord>(
-      client_, facts_of("estimate", asked.request_id, asked.dataset, asked.request));
-  backend_->estimate(std::move(action), running.stop.get_token(),
-                     [self = shared_from_this(), number](Result<EstimateReply> made) {
-                       self->estimate_made(number, std::move(made));
-                     });
+  running.record = std::make_unique<RequestRecord>(client_, facts_of(action.question));
+  backend_->answer(std::move(action), running.stop.get_token(),
+                   [self = shared_from_this(), number](Result<QuestionReply> made) {
+                     self->answer_made(number, std::move(made));
+                   });
 }
 
-void StreamSession::estimate_made(std::uint64_t number, Result<EstimateReply> made) {
-  session_.estimate_ended();
-  const auto found = estimates_.find(number);
-  if (found == estimates_.end()) return;  // The client has left.
-  const RunningEstimate estimate = std::move(found->second);
-  estimates_.erase(found);
+void StreamSession::answer_made(std::uint64_t number, Result<QuestionReply> made) {
+  session_.question_ended();
+  const auto found = questions_.find(number);
+  if (found == questions_.end()) return;  // The client has left.
+  const RunningQuestion question = std::move(found->second);
+  questions_.erase(found);
   if (is_over_) return;
   idleness_.note(Clock::now());
-  estimate.record->end(made ? "complete" : name(made.error().code));
+  auto room = client_->take_room(made ? waiting_bytes(*made) : 0);
+  if (!room) made = tl::unexpected(room.error());
+  question.record->end(made ? "complete" : name(made.error().code));
   if (made) {
-    reply(*std::move(made));
+    std::visit([&](auto& answer) { reply(std::move(answer), *std::move(room)); }, *made);
   } else {
-    reply(ErrorReply{.request_id = estimate.request_id, .error = made.error()});
+    reply(ErrorReply{.request_id = question.request_id, .error = made.error()});
   }
 }
 

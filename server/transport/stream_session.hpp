@@ -6,9 +6,9 @@
 //   and, as time goes by, keep_time(now)
 //
 // Memory is bounded whatever the client does: replies wait in a short queue, of which one may be a
-// list of datasets, and reading pauses while it is full; stream messages are made when the writing
-// loop asks for them. What waits has room in the admission's queue, or is refused; who sends long
-// messages too often is not read from for a while.
+// list of datasets and some are slices, and reading pauses while it is full or has one of those;
+// stream messages are made when the writing loop asks for them. What waits has room in the
+// admission's queue, or is refused; who sends long messages too often is not read from for a while.
 //
 // Not thread-safe: everything runs on the executor, of which one thread runs at a time.
 #pragma once
@@ -66,7 +66,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
     std::unique_ptr<RequestRecord> record;
     ByteReservations::Reservation room = {};
   };
-  struct RunningEstimate {
+  struct RunningQuestion {
     std::uint64_t request_id = 0;
     std::unique_ptr<RequestRecord> record;
     std::stop_source stop = {};
@@ -83,14 +83,14 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   void perform(Actions actions);
   void perform(Send action);
   void perform(StartStream action);
-  void perform(MakeEstimate action);
+  void perform(AnswerQuestion action);
   void perform(StopStream action);
   void perform(Close action);
 
-  void estimate_made(std::uint64_t number, Result<EstimateReply> made);
+  void answer_made(std::uint64_t number, Result<QuestionReply> made);
   [[nodiscard]] std::optional<ServerMessage> take_stream_message();
   [[nodiscard]] ServerMessage told(ServerMessage message);
-  void reply(ServerMessage message);
+  void reply(ServerMessage message, ByteReservations::Reservation room = {});
   void drop_stream();
   [[nodiscard]] bool has_room() const;
 
@@ -108,8 +108,8 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   std::optional<Stream> stream_;
   // Of the stream that has ended last, until its last message has left.
   std::unique_ptr<RequestRecord> leaving_;
-  std::map<std::uint64_t, RunningEstimate> estimates_;  // By a number of their own.
-  std::uint64_t last_estimate_ = 0;
+  std::map<std::uint64_t, RunningQuestion> questions_;  // By a number of their own.
+  std::uint64_t last_question_ = 0;
   IdleWatch idleness_;
   AsyncEvent something_to_send_;
   AsyncEvent replies_taken_;

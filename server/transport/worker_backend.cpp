@@ -9,7 +9,6 @@
 #include "common/net/coroutines.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
-#include "server/core/thresholds/threshold_map.hpp"
 #include "server/dataset/byte_source.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/operations/log.hpp"
@@ -72,17 +71,17 @@ class WorkerBackend::Stream : public BackendStream {
   std::weak_ptr<WorkerBackend> backend_;
 };
 
-struct WorkerBackend::EstimateJob {
-  EstimateJob(MakeEstimate action, std::stop_token left,
-              std::function<void(Result<EstimateReply>)> done_in)
-      : asked(std::move(action.estimate)),
+struct WorkerBackend::QuestionJob {
+  QuestionJob(AnswerQuestion action, std::stop_token left,
+              std::function<void(Result<QuestionReply>)> done_in)
+      : asked(std::move(action.question)),
         source(std::move(action.source)),
         done(std::move(done_in)),
         leave(std::move(left), [this] { stop.request_stop(); }) {}
 
-  Estimate asked;
+  Question asked;
   std::shared_ptr<const StepSource> source;
-  std::function<void(Result<EstimateReply>)> done;
+  std::function<void(Result<QuestionReply>)> done;
   std::stop_source stop;
   Deadline worker;
   bool is_late = false;
@@ -125,23 +124,6 @@ Result<MadeStep> make_step(const StepSource& source, const StreamState& state,
   return guarded(source, "step", stop, [&] { return make_next_step(source, state, stop, limits); });
 }
 
-// What a client can hold of a number that is only about right.
-std::uint64_t rounded(double value) {
-  return static_cast<std::uint64_t>(std::min(value, 1e18) + 0.5);
-}
-
-Result<EstimateReply> make_estimate(const StepSource& source, const Estimate& asked,
-                                    const std::stop_token& stop) {
-  return guarded(source, "estimate", stop, [&]() -> Result<EstimateReply> {
-    const auto found = estimate(source, asked.request, stop);
-    if (!found) return tl::unexpected(found.error());
-    return EstimateReply{.request_id = asked.request_id,
-                         .triangles = rounded(found->size.triangles),
-                         .bytes = rounded(found->size.bytes),
-                         .threshold_world = largest_threshold(found->request, source.info())};
-  });
-}
-
 // What was made before is quickly found, and so is a first preview; what follows may take as long
 // as the whole.
 struct StepWork {
@@ -165,9 +147,16 @@ StepWork work_for(const StepSource& source, const StreamState& state) {
 }
 
 // What takes longer with every place that is to be looked at.
-bool has_large_map(const IsosurfaceRequest& request) {
+bool has_large_map(const IsosurfaceRequest* request) {
   constexpr std::size_t kMany = 64;
-  return request.thresholds.regions.size() > kMany || request.thresholds.grid;
+  return request && (request->thresholds.regions.size() > kMany || request->thresholds.grid);
+}
+
+// What takes about as long as others of its kind.
+StepWork work_for(const StepSource& source, const Question& question) {
+  return {.kind = source.info().name + (is_long(question) ? " long " : " short ") +
+                  kind_of(question) + (has_large_map(request_of(question)) ? " of a map" : ""),
+          .is_long = is_long(question)};
 }
 
 Error come_again(const Backlog& backlog, double limit) {
@@ -204,7 +193,7 @@ void WorkerBackend::keep_time(Clock::time_point now) {
     client_->admission().observer().refused(client_->facts(), "request_seconds");
     stream_->fail(too_long(limits_.request_time));
   }
-  for (const EstimatePtr& job : estimates_) {
+  for (const QuestionPtr& job : questions_) {
     if (!job->worker.is_past(now)) continue;
     job->worker.clear();
     job->is_late = true;
@@ -293,41 +282,40 @@ void WorkerBackend::step_made(const StreamPtr& stream, Result<MadeStep> step, do
   stream->supply(*std::move(step), seconds);
 }
 
-// ---- estimates
+// ---- questions
 
-void WorkerBackend::estimate(MakeEstimate action, std::stop_token stop,
-                             std::function<void(Result<EstimateReply>)> done) {
+void WorkerBackend::answer(AnswerQuestion action, std::stop_token stop,
+                           std::function<void(Result<QuestionReply>)> done) {
   if (const auto refusal = check_backlog()) {
     post(executor_, [done = std::move(done), refusal] { done(tl::unexpected(*refusal)); });
     return;
   }
-  // To find what a budget allows takes as long as some steps, and so does simplifying a sample.
-  const IsosurfaceRequest& request = action.estimate.request;
-  const bool is_long = has_budget(request) || request.simplify;
-  std::string kind = action.source->info().name + (is_long ? " long" : " short") +
-                     (has_large_map(request) ? " estimate of a map" : " estimate");
+  StepWork work = work_for(*action.source, action.question);
   const auto job =
-      std::make_shared<EstimateJob>(std::move(action), std::move(stop), std::move(done));
-  estimates_.insert(job);
+      std::make_shared<QuestionJob>(std::move(action), std::move(stop), std::move(done));
+  questions_.insert(job);
   // What belongs to the executor's thread is given back to it, and let go there.
   auto make = [self = shared_from_this(), job, guard = asio::make_work_guard(executor_)]() mutable {
     const asio::any_io_executor executor = self->executor_;
     post(executor, [limit = self->limits_.request_time, job] {
       if (limit.count() > 0) job->worker.set(limit);
     });
-    auto made = make_estimate(*job->source, job->asked, job->stop.get_token());
+    const std::stop_token of_job = job->stop.get_token();
+    auto made = guarded(*job->source, kind_of(job->asked), of_job,
+                        [&] { return answered(*job->source, job->asked, of_job); });
     post(executor, [self = std::move(self), job = std::move(job), made = std::move(made)] {
-      self->estimate_made(job, made);
+      self->answer_made(job, made);
     });
   };
-  workers_.post(queue_client(), {.run = std::move(make),
-                                 .kind = std::move(kind),
-                                 .is_long = is_long,
-                                 .is_background = job->asked.priority == Priority::kBackground});
+  workers_.post(queue_client(),
+                {.run = std::move(make),
+                 .kind = std::move(work.kind),
+                 .is_long = work.is_long,
+                 .is_background = priority_of(job->asked) == Priority::kBackground});
 }
 
-void WorkerBackend::estimate_made(const EstimatePtr& job, Result<EstimateReply> made) {
-  estimates_.erase(job);
+void WorkerBackend::answer_made(const QuestionPtr& job, Result<QuestionReply> made) {
+  questions_.erase(job);
   if (!made && job->is_late) {
     client_->admission().observer().refused(client_->facts(), "request_seconds");
     made = tl::unexpected(too_long(limits_.request_time));

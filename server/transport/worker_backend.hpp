@@ -32,8 +32,8 @@ class WorkerBackend : public SessionBackend, public std::enable_shared_from_this
     return std::nullopt;
   }
   [[nodiscard]] BackendStreamPtr start(StartStream action, std::function<void()> changed) override;
-  void estimate(MakeEstimate action, std::stop_token stop,
-                std::function<void(Result<EstimateReply>)> done) override;
+  void answer(AnswerQuestion action, std::stop_token stop,
+              std::function<void(Result<QuestionReply>)> done) override;
   void link_carries(double bytes_per_second) override { bytes_per_second_ = bytes_per_second; }
   void keep_time(Clock::time_point now) override;
   void close() override {}
@@ -41,8 +41,8 @@ class WorkerBackend : public SessionBackend, public std::enable_shared_from_this
  private:
   class Stream;
   using StreamPtr = std::shared_ptr<Stream>;
-  struct EstimateJob;
-  using EstimatePtr = std::shared_ptr<EstimateJob>;
+  struct QuestionJob;
+  using QuestionPtr = std::shared_ptr<QuestionJob>;
 
   // Unless one is being made: step_made() calls it again then.
   void make_next_step();
@@ -52,7 +52,7 @@ class WorkerBackend : public SessionBackend, public std::enable_shared_from_this
   // A worker begins with it: from now on its time counts.
   void step_begins(const StreamPtr& stream);
   void step_made(const StreamPtr& stream, Result<MadeStep> step, double seconds);
-  void estimate_made(const EstimatePtr& job, Result<EstimateReply> made);
+  void answer_made(const QuestionPtr& job, Result<QuestionReply> made);
 
   asio::any_io_executor executor_;
   Workers& workers_;
@@ -61,7 +61,7 @@ class WorkerBackend : public SessionBackend, public std::enable_shared_from_this
   SessionLimits limits_;
   double bytes_per_second_ = kUsualBytesPerSecond;  // Of the way to the client.
   StreamPtr stream_;                                // Null when none runs.
-  std::set<EstimatePtr> estimates_;
+  std::set<QuestionPtr> questions_;
   bool is_making_ = false;  // A step is with the workers: of stream_, or of one that was stopped.
 };
 

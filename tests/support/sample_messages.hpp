@@ -203,6 +203,28 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
       return Cancel{random()};
     case 4:
       return Ping{random()};
+    case 6: {
+      Slice slice{.request_id = random(),
+                  .dataset = dataset_info(random).name,
+                  .priority = one_of<Priority>(0, 1, random)};
+      slice.slice = {.coordinates = one_of<CoordinateSystem>(0, 1, random),
+                     .origin = place(random),
+                     .right = place(random),
+                     .down = place(random),
+                     .width = static_cast<std::uint32_t>(1 + up_to(1000, random)),
+                     .height = static_cast<std::uint32_t>(1 + up_to(1000, random)),
+                     .interpolation = one_of<Interpolation>(0, 1, random),
+                     .detail = one_of<SliceDetail>(0, 2, random)};
+      return slice;
+    }
+    case 7: {
+      Probe probe{.request_id = random(), .dataset = dataset_info(random).name};
+      probe.probe.coordinates = one_of<CoordinateSystem>(0, 1, random);
+      for (std::uint64_t i = up_to(5, random) + 1; i > 0; --i) {
+        probe.probe.places.push_back(place(random));
+      }
+      return probe;
+    }
     default:
       return Estimate{.request_id = random(),
                       .dataset = dataset_info(random).name,
@@ -266,6 +288,27 @@ inline ServerMessage server_message(std::size_t kind, Random& random) {
                                   .retry_after = std::abs(number(random))}};
     case 7:
       return Pong{random()};
+    case 9: {
+      const auto width = static_cast<std::uint32_t>(1 + up_to(9, random));
+      const auto height = static_cast<std::uint32_t>(1 + up_to(9, random));
+      return SliceReply{.request_id = random(),
+                        .width = width,
+                        .height = height,
+                        .sample_spacing = random() % 2 == 0 ? 1U : 8U,
+                        .values = std::make_shared<const std::string>(4 * width * height, '\xC0')};
+    }
+    case 10: {
+      ProbeReply reply{.request_id = random(), .places = {}};
+      for (std::uint64_t i = up_to(5, random); i > 0; --i) {
+        ProbedPlace probed{.world = place(random), .index = place(random)};
+        if (random() % 2 == 0) {
+          probed.value = number(random);
+          probed.gradient = place(random);
+        }
+        reply.places.push_back(probed);
+      }
+      return reply;
+    }
     default:
       return EstimateReply{.request_id = random(),
                            .triangles = random(),
@@ -322,6 +365,20 @@ inline bool same(const Pong& a, const Pong& b) { return a.value == b.value; }
 inline bool same(const Estimate& a, const Estimate& b) {
   return std::tie(a.request_id, a.dataset, a.request, a.priority) ==
          std::tie(b.request_id, b.dataset, b.request, b.priority);
+}
+inline bool same(const Slice& a, const Slice& b) {
+  return std::tie(a.request_id, a.dataset, a.slice, a.priority) ==
+         std::tie(b.request_id, b.dataset, b.slice, b.priority);
+}
+inline bool same(const Probe& a, const Probe& b) {
+  return std::tie(a.request_id, a.dataset, a.probe) == std::tie(b.request_id, b.dataset, b.probe);
+}
+inline bool same(const SliceReply& a, const SliceReply& b) {
+  return std::tie(a.request_id, a.width, a.height, a.sample_spacing, *a.values) ==
+         std::tie(b.request_id, b.width, b.height, b.sample_spacing, *b.values);
+}
+inline bool same(const ProbeReply& a, const ProbeReply& b) {
+  return std::tie(a.request_id, a.places) == std::tie(b.request_id, b.places);
 }
 inline bool same(const EstimateReply& a, const EstimateReply& b) {
   return std::tie(a.request_id, a.triangles, a.bytes, a.threshold_world) ==

@@ -525,6 +525,58 @@ TEST(ServerMessages, OutOfRangeAreRefused) {
   }
 }
 
+TEST(Slice, OutOfRangeIsRefused) {
+  const auto refuse = [](auto spoil, const char* text,
+                         ErrorCode code = ErrorCode::kInvalidArgument) {
+    expect_refused<Slice>({.request_id = 9, .dataset = "fuel"}, spoil, text, code);
+  };
+  refuse([](Slice& s) { s.dataset = "a/b"; }, "Slice.dataset");
+  refuse([](Slice& s) { s.slice.origin[1] = kNaN; }, "Slice.origin");
+  refuse([](Slice& s) { s.slice.right[2] = 1e101; }, "Slice.right");
+  refuse([](Slice& s) { s.slice.down[0] = -kInfinity; }, "Slice.down");
+  refuse([](Slice& s) { s.slice.width = 0; }, "Slice.width");
+  refuse([](Slice& s) { s.slice.width = s.slice.height = 0xFFFFFFFF; }, "pixels",
+         ErrorCode::kLimitExceeded);
+  refuse([](Slice& s) { s.slice.width = kMaxSlicePixels, s.slice.height = 2; }, "pixels",
+         ErrorCode::kLimitExceeded);
+  refuse([](Slice& s) { s.slice.interpolation = static_cast<Interpolation>(2); },
+         "Slice.interpolation");
+  refuse([](Slice& s) { s.slice.detail = static_cast<SliceDetail>(3); }, "Slice.detail");
+  refuse([](Slice& s) { s.slice.coordinates = static_cast<CoordinateSystem>(2); },
+         "Slice.coordinates");
+}
+
+TEST(Probe, OutOfRangeIsRefused) {
+  const auto refuse = [](auto spoil, const char* text,
+                         ErrorCode code = ErrorCode::kInvalidArgument) {
+    expect_refused<Probe>({.request_id = 9, .dataset = "fuel", .probe = {.places = {{1, 2, 3}}}},
+                          spoil, text, code);
+  };
+  refuse([](Probe& p) { p.dataset = ""; }, "Probe.dataset");
+  refuse([](Probe& p) { p.probe.places.clear(); }, "Probe.places");
+  refuse([](Probe& p) { p.probe.places[0][2] = kNaN; }, "Place 0");
+  refuse(
+      [](Probe& p) {
+        p.probe.places.resize(1025, {0, 0, 0});
+      },
+      "1025 places", ErrorCode::kLimitExceeded);
+}
+
+TEST(SliceReply, OfOtherBytesThanItsPixelsIsRefused) {
+  const auto bytes = [](std::size_t count) {
+    return std::make_shared<const std::string>(count, '\0');
+  };
+  const SliceReply good{.request_id = 9, .width = 2, .height = 3, .values = bytes(24)};
+  expect_refused<SliceReply>(
+      good, [&](SliceReply& r) { r.values = bytes(23); }, "values");
+  expect_refused<SliceReply>(
+      good, [](SliceReply& r) { r.width = 0; }, "width");
+  expect_refused<SliceReply>(
+      good, [](SliceReply& r) { r.width = r.height = 1U << 31; }, "width");
+  expect_refused<SliceReply>(
+      good, [](SliceReply& r) { r.sample_spacing = 0; }, "sample_spacing");
+}
+
 TEST(EstimateReply, OutOfRangeIsRefused) {
   for (const double wrong : {-1.0, kNaN, kInfinity}) {
     expect_refused<EstimateReply>(
@@ -556,6 +608,7 @@ TEST(ServerMessages, OfMillionsOfEmptyEntriesAreRefusedBeforeTheyAreParsed) {
     return parsed ? ErrorCode::kUnknown : parsed.error().error.code;
   };
   EXPECT_EQ(code(many_entries(3, 10, 4000000)), ErrorCode::kLimitExceeded) << "tiles";
+  EXPECT_EQ(code(many_entries(11, 2, 1025)), ErrorCode::kLimitExceeded) << "places";
   EXPECT_EQ(code(many_entries(2, 2, 4097)), ErrorCode::kLimitExceeded) << "datasets";
   EXPECT_EQ(code(many_entries(2, 2, 4096)), ErrorCode::kInvalidArgument) << "nameless datasets";
   // Said in many portions, which protobuf merges.

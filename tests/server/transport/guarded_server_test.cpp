@@ -371,7 +371,7 @@ class EndlessSizes : public FakeSteps {
 TEST(Limits, EstimatesUnderWayOnOneConnection) {
   testing::Count running;
   const RunningServer server(catalogue_of(std::make_shared<EndlessSizes>("fake", running)),
-                             {.session = {.max_estimates = 2}, .connection = {.linger = 10ms}});
+                             {.session = {.max_questions = 2}, .connection = {.linger = 10ms}});
   MessageSocket socket = server.greet();
   for (std::uint64_t id = 1; id <= 3; ++id) {
     ASSERT_TRUE(socket.send(Estimate{.request_id = id, .dataset = "fake"}));

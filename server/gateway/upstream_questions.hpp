@@ -1,4 +1,4 @@
-// Estimates that servers make for one client of a gateway.
+// Questions (estimates, slices, probes) that servers answer for one client of a gateway.
 #pragma once
 
 #include <cstddef>
@@ -10,23 +10,23 @@
 
 namespace multitetra {
 
-class UpstreamEstimates {
+class UpstreamQuestions {
  public:
-  explicit UpstreamEstimates(std::shared_ptr<UpstreamPool> upstreams)
+  explicit UpstreamQuestions(std::shared_ptr<UpstreamPool> upstreams)
       : upstreams_(std::move(upstreams)) {}
 
   // What a server that has the dataset answers, or another one when it is lost; kUnavailable when
   // none does, and for all that are waited for after close(). This must outlive the call.
   [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask(
-      std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, Estimate estimate);
+      std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, Question question);
   void close();
 
   [[nodiscard]] bool are_running() const { return running_ > 0; }
 
  private:
-  [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask_one(LinkPtr link, Estimate estimate);
+  [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask_one(LinkPtr link, Question question);
   [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask_some(
-      std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, Estimate estimate);
+      std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, Question question);
 
   std::shared_ptr<UpstreamPool> upstreams_;
   std::set<LinkPtr> links_;  // An answer is waited for on each.

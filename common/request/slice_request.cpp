@@ -1,0 +1,83 @@
+#include "common/request/slice_request.hpp"
+
+#include <cmath>
+#include <string>
+
+namespace multitetra {
+namespace {
+
+constexpr std::string_view kNearest = "nearest";
+constexpr std::string_view kLinear = "linear";
+
+bool is_place(const Vec3& vector) {
+  for (const double coordinate : vector) {
+    if (!(std::abs(coordinate) <= kMaxCoordinate)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::string_view name(Interpolation interpolation) {
+  return interpolation == Interpolation::kNearest ? kNearest : kLinear;
+}
+
+std::string_view name(SliceDetail detail) {
+  switch (detail) {
+    case SliceDetail::kFull:
+      return "full";
+    case SliceDetail::kCoarse:
+      return "coarse";
+    case SliceDetail::kAuto:
+      break;
+  }
+  return "auto";
+}
+
+std::optional<Interpolation> interpolation_from(std::string_view text) {
+  if (text == kNearest) return Interpolation::kNearest;
+  if (text == kLinear) return Interpolation::kLinear;
+  return std::nullopt;
+}
+
+std::optional<SliceDetail> slice_detail_from(std::string_view text) {
+  for (const SliceDetail detail : {SliceDetail::kAuto, SliceDetail::kFull, SliceDetail::kCoarse}) {
+    if (text == name(detail)) return detail;
+  }
+  return std::nullopt;
+}
+
+Result<SliceRequest> validated(const SliceRequest& slice) {
+  for (const auto& [field, vector] :
+       {std::pair("origin", slice.origin), {"right", slice.right}, {"down", slice.down}}) {
+    if (is_place(vector)) continue;
+    return fail(ErrorCode::kInvalidArgument,
+                std::string("Slice.") + field +
+                    " has a coordinate that is no number from -1e100 to 1e100.");
+  }
+  if (slice.width < 1 || slice.height < 1) {
+    return fail(ErrorCode::kInvalidArgument,
+                "Slice.width and Slice.height are " + std::to_string(slice.width) + " and " +
+                    std::to_string(slice.height) + "; they must be 1 or greater.");
+  }
+  if (slice.pixels() > kMaxSlicePixels) {
+    return fail(ErrorCode::kLimitExceeded, "The slice has " + std::to_string(slice.width) + " x " +
+                                               std::to_string(slice.height) + " pixels; at most " +
+                                               std::to_string(kMaxSlicePixels) + " are allowed.");
+  }
+  return slice;
+}
+
+SliceRequest in_indices(const SliceRequest& slice, const DatasetInfo& info) {
+  if (slice.coordinates == CoordinateSystem::kIndex) return slice;
+  const Affine to_index = inverse(info.index_to_world);
+  const auto step = [&](const Vec3& v) { return difference(to_index(v), to_index.translation); };
+  SliceRequest inside = slice;
+  inside.coordinates = CoordinateSystem::kIndex;
+  inside.origin = to_index(slice.origin);
+  inside.right = step(slice.right);
+  inside.down = step(slice.down);
+  return inside;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,57 @@
+// A plane through a dataset on which the field is asked for, pixel by pixel.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "common/base/result.hpp"
+#include "common/base/vec3.hpp"
+#include "common/request/dataset_info.hpp"
+#include "common/request/local_thresholds.hpp"
+
+namespace multitetra {
+
+// Of one slice; 4 bytes each.
+inline constexpr std::uint32_t kMaxSlicePixels = std::uint32_t{1} << 21;
+
+enum class Interpolation {
+  kNearest,  // The sample that is nearest, exactly as it is stored.
+  kLinear,   // Trilinear between the eight samples around a place.
+};
+
+// Which samples a slice is made of.
+enum class SliceDetail {
+  kAuto,    // All of them, or every eighth where that is as good or all would cost too much.
+  kFull,    // All of them.
+  kCoarse,  // Every eighth along each axis, where there are some.
+};
+
+[[nodiscard]] std::string_view name(Interpolation interpolation);  // "nearest", "linear"
+[[nodiscard]] std::string_view name(SliceDetail detail);           // "auto", "full", "coarse"
+[[nodiscard]] std::optional<Interpolation> interpolation_from(std::string_view name);
+[[nodiscard]] std::optional<SliceDetail> slice_detail_from(std::string_view name);
+
+// Pixel (i, j), from the left and from above, is the field at origin + i right + j down.
+struct SliceRequest {
+  CoordinateSystem coordinates = CoordinateSystem::kWorld;  // Of the three vectors.
+  Vec3 origin = {0, 0, 0};  // Coordinates from -kMaxCoordinate to kMaxCoordinate, as of the others.
+  Vec3 right = {1, 0, 0};
+  Vec3 down = {0, 1, 0};
+  std::uint32_t width = 1;   // Pixels, at least 1,
+  std::uint32_t height = 1;  // and at most kMaxSlicePixels together.
+  Interpolation interpolation = Interpolation::kLinear;
+  SliceDetail detail = SliceDetail::kAuto;
+
+  [[nodiscard]] std::size_t pixels() const { return std::size_t{width} * height; }
+  friend bool operator==(const SliceRequest&, const SliceRequest&) = default;
+};
+
+// kInvalidArgument or kLimitExceeded, naming the field and its range, unless every field is within
+// it.
+[[nodiscard]] Result<SliceRequest> validated(const SliceRequest& slice);
+
+// The same slice in sample indices. Requires a dataset whose map to the world can be inverted.
+[[nodiscard]] SliceRequest in_indices(const SliceRequest& slice, const DatasetInfo& info);
+
+}  // namespace multitetra

@@ -1,0 +1,163 @@
+// Samples one at a time, from the bricks of a prepared dataset: for looks along planes and
+// surfaces, which touch few of them.
+//
+// Two kinds of samples look alike here: all of them, and every eighth along each axis, which lie
+// together and cost no brick. Places are sample indices for both.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+#include "common/base/vec3.hpp"
+#include "server/core/spectrum/prepared_volume.hpp"
+#include "server/core/spectrum/spectrum_layout.hpp"
+
+namespace multitetra {
+
+// The value of places where there is no field.
+inline constexpr float kNoField = std::numeric_limits<float>::quiet_NaN();
+
+// A place this near to a plane of samples lies on it: so the way from world coordinates and back
+// loses no sample, and what is asked for at a sample is that sample.
+inline constexpr double kOnSample = 1e-6;
+
+[[nodiscard]] inline double onto_sample(double coordinate) {
+  const double nearest = std::nearbyint(coordinate);
+  return std::abs(coordinate - nearest) <= kOnSample ? nearest : coordinate;
+}
+
+// Whether there are samples on both sides of the place, or at it: the data's box, closed.
+[[nodiscard]] inline bool is_in_data(const Vec3& index, const DatasetInfo& info) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double at = onto_sample(index[axis]);
+    if (!(at >= 0 && at <= info.dims[axis] - 1)) return false;
+  }
+  return true;
+}
+
+// All samples. Remembers which bricks it has looked at last; one for each thread. The volume must
+// outlive it. Throws what reading a brick throws.
+template <typename Sample>
+class BrickReader {
+ public:
+  explicit BrickReader(const PreparedVolume& volume)
+      : source_(*volume.samples), layout_(volume.info.dims) {
+    known_.fill({kNone, nullptr});
+  }
+
+  // In units of the samples that there are here. Requires a place in the data.
+  [[nodiscard]] Vec3 unit_place(const Vec3& index) const {
+    return {onto_sample(index[0]), onto_sample(index[1]), onto_sample(index[2])};
+  }
+  // Requires 0 <= p < dims.
+  [[nodiscard]] float at(GridPoint p) {
+    const GridCounts brick = {p.x / kSide, p.y / kSide, p.z / kSide};
+    const GridCounts extent = layout_.extent(brick);
+    const Sample* const samples = brick_at(layout_.index(brick));
+    return static_cast<float>(
+        samples[p.x % kSide + extent[0] * (p.y % kSide + extent[1] * (p.z % kSide))]);
+  }
+
+ private:
+  static constexpr std::int32_t kSide = BrickLayout::kSampleSide;
+  static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+
+  const Sample* brick_at(std::size_t index) {
+    Known& known = known_[index % known_.size()];
+    if (known.index != index) {
+      known = {index, reinterpret_cast<const Sample*>(source_.brick(index).data())};
+    }
+    return known.samples;
+  }
+
+  struct Known {
+    std::size_t index = kNone;
+    const Sample* samples = nullptr;
+  };
+  const BrickSource& source_;
+  BrickLayout layout_;
+  std::array<Known, 61> known_;
+};
+
+// Whether every eighth sample says anything about a volume.
+[[nodiscard]] inline bool has_coarse_samples(const DatasetInfo& info) {
+  const GridPoint extent = coarse_extent(info).extent;
+  return std::min({extent.x, extent.y, extent.z}) > 0;
+}
+
+// Every eighth sample along each axis: those at multiples of kSpectrumSpacing in the grid. Between
+// the outermost of them and the end of the data the outermost count. The volume must outlive it;
+// requires has_coarse_samples().
+template <typename Sample>
+class CoarseReader {
+ public:
+  explicit CoarseReader(const PreparedVolume& volume)
+      : samples_(volume.coarse), extent_(coarse_extent(volume.info)), margin_(volume.info.margin) {
+    assert(has_coarse_samples(volume.info));
+  }
+
+  [[nodiscard]] Vec3 unit_place(const Vec3& index) const {
+    Vec3 place{};
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto i = static_cast<std::size_t>(axis);
+      const double unit = (onto_sample(index[i]) + margin_) / kSpectrumSpacing - extent_.low[axis];
+      place[i] = std::clamp(unit, 0.0, static_cast<double>(extent_.extent[axis] - 1));
+    }
+    return place;
+  }
+  [[nodiscard]] float at(GridPoint p) const {
+    Sample sample;
+    std::memcpy(&sample, samples_.data() + sizeof(Sample) * extent_.index(p + extent_.low),
+                sizeof(Sample));
+    return static_cast<float>(sample);
+  }
+
+ private:
+  std::span<const std::byte> samples_;
+  LevelExtent extent_;
+  std::int32_t margin_;
+};
+
+// The sample nearest to a place in units of the reader.
+template <typename Reader>
+[[nodiscard]] float nearest_value(Reader& reader, const Vec3& unit_place) {
+  const auto rounded = [](double v) { return static_cast<std::int32_t>(std::floor(v + 0.5)); };
+  return reader.at({rounded(unit_place[0]), rounded(unit_place[1]), rounded(unit_place[2])});
+}
+
+// Trilinear between the samples around a place in units of the reader. Samples without weight do
+// not count, so at a sample it is that sample; NaN where one that counts is void.
+template <typename Reader>
+[[nodiscard]] double linear_value(Reader& reader, const Vec3& unit_place) {
+  std::array<std::int32_t, 3> low{};
+  std::array<double, 3> beyond{};
+  std::array<int, 3> corners{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double floor = std::floor(unit_place[axis]);
+    low[axis] = static_cast<std::int32_t>(floor);
+    beyond[axis] = unit_place[axis] - floor;
+    corners[axis] = beyond[axis] > 0 ? 2 : 1;
+  }
+  const auto weight = [&](std::size_t axis, int corner) {
+    return corner == 0 ? 1 - beyond[axis] : beyond[axis];
+  };
+  double value = 0;
+  for (int z = 0; z < corners[2]; ++z) {
+    for (int y = 0; y < corners[1]; ++y) {
+      const double weight_yz = weight(1, y) * weight(2, z);
+      for (int x = 0; x < corners[0]; ++x) {
+        const float sample = reader.at({low[0] + x, low[1] + y, low[2] + z});
+        value += weight(0, x) * weight_yz * static_cast<double>(sample);
+      }
+    }
+  }
+  return value;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,70 @@
+#include "server/core/sampling/slice_pixels.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "server/core/sampling/sample_reader.hpp"
+
+namespace multitetra {
+namespace {
+
+template <typename Reader>
+void fill_rows(Reader reader, const DatasetInfo& info, const SliceRequest& plane,
+               std::uint32_t first_row, std::uint32_t rows, std::span<float> values) {
+  std::size_t pixel = 0;
+  for (std::uint32_t row = first_row; row < first_row + rows; ++row) {
+    const Vec3 left = moved(plane.origin, row, plane.down);
+    for (std::uint32_t column = 0; column < plane.width; ++column, ++pixel) {
+      const Vec3 index = moved(left, column, plane.right);
+      if (!is_in_data(index, info)) {
+        values[pixel] = kNoField;
+        continue;
+      }
+      const Vec3 place = reader.unit_place(index);
+      values[pixel] = plane.interpolation == Interpolation::kNearest
+                          ? nearest_value(reader, place)
+                          : static_cast<float>(linear_value(reader, place));
+    }
+  }
+}
+
+}  // namespace
+
+double bricks_crossed(const SliceRequest& plane, const DatasetInfo& info) {
+  constexpr double kBrickFace = BrickLayout::kSampleSide * BrickLayout::kSampleSide;
+  // A plane crosses a layer of bricks for each axis that its normal has a part along; and no more
+  // of them than the data has.
+  const Vec3 area = scaled(cross(plane.right, plane.down), static_cast<double>(plane.pixels()));
+  double faces = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double widest = static_cast<double>(info.dims[(axis + 1) % 3]) *
+                          static_cast<double>(info.dims[(axis + 2) % 3]);
+    faces += std::min(std::abs(area[axis]), widest) / kBrickFace;
+  }
+  // A pixel lies between eight bricks at most.
+  return std::min(faces, 8.0 * static_cast<double>(plane.pixels()));
+}
+
+std::int32_t slice_spacing(const SliceRequest& plane, const DatasetInfo& info) {
+  if (plane.detail == SliceDetail::kFull || !has_coarse_samples(info)) return 1;
+  if (plane.detail == SliceDetail::kCoarse) return kSpectrumSpacing;
+  const double apart = std::min(length(plane.right), length(plane.down));
+  const bool is_as_good = apart >= 0.5 * kSpectrumSpacing;
+  return is_as_good || bricks_crossed(plane, info) > kMostSliceBricks ? kSpectrumSpacing : 1;
+}
+
+void slice_rows(const PreparedVolume& volume, const SliceRequest& plane, std::int32_t spacing,
+                std::uint32_t first_row, std::uint32_t rows, std::span<float> values) {
+  assert(plane.coordinates == CoordinateSystem::kIndex);
+  assert(values.size() == std::size_t{rows} * plane.width);
+  visit_type(volume.info.type, [&]<typename Sample>(const Sample*) {
+    if (spacing == 1) {
+      fill_rows(BrickReader<Sample>(volume), volume.info, plane, first_row, rows, values);
+    } else {
+      fill_rows(CoarseReader<Sample>(volume), volume.info, plane, first_row, rows, values);
+    }
+  });
+}
+
+}  // namespace multitetra

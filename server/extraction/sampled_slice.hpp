@@ -1,0 +1,24 @@
+// The field on a plane, made on all threads.
+#pragma once
+
+#include <cstdint>
+#include <stop_token>
+#include <vector>
+
+#include "common/base/result.hpp"
+#include "server/core/sampling/slice_pixels.hpp"
+
+namespace multitetra {
+
+struct SampledSlice {
+  std::int32_t spacing = 1;   // Of the samples that it is made of: 1 or kSpectrumSpacing.
+  std::vector<float> values;  // Row by row; NaN where there is no field.
+};
+
+// Requires a validated slice. kLimitExceeded when it asks for all samples where they are more than
+// kMostSliceBricks. Throws Cancelled soon after `stop` is triggered, and DatasetFileError when the
+// dataset turns out to be damaged.
+[[nodiscard]] Result<SampledSlice> sampled_slice(const PreparedVolume& volume,
+                                                 const SliceRequest& slice, std::stop_token stop);
+
+}  // namespace multitetra

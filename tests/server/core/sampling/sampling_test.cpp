@@ -1,0 +1,239 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "server/core/sampling/field_probe.hpp"
+#include "server/core/sampling/slice_pixels.hpp"
+#include "server/dataset/prepare.hpp"
+#include "tests/support/fields.hpp"
+
+namespace multitetra::testing {
+namespace {
+
+// Sheared, stretched, turned: the world is nowhere near the samples.
+Affine oblique() {
+  return {.columns = {Vec3{0.4, 0.3, 0}, Vec3{-0.6, 0.8, 0.1}, Vec3{0.2, 0.5, 2}},
+          .translation = {10, -20, 30}};
+}
+
+// Requires whole numbers.
+double sample(const Volume& volume, const Vec3& p) {
+  const std::size_t at =
+      volume.index(static_cast<std::int32_t>(p[0]), static_cast<std::int32_t>(p[1]),
+                   static_cast<std::int32_t>(p[2]));
+  return std::visit([at](const auto& samples) { return static_cast<double>(samples[at]); },
+                    volume.samples);
+}
+
+std::vector<float> pixels(const PreparedVolume& volume, const SliceRequest& slice) {
+  const SliceRequest plane = in_indices(slice, volume.info);
+  std::vector<float> values(plane.pixels());
+  slice_rows(volume, plane, slice_spacing(plane, volume.info), 0, plane.height, values);
+  return values;
+}
+
+// The samples with that index along an axis, a pixel each.
+SliceRequest layer(const DatasetInfo& info, std::size_t axis, int index) {
+  const std::size_t right = axis == 0 ? 1 : 0;
+  const std::size_t down = axis == 2 ? 1 : 2;
+  SliceRequest slice{.coordinates = CoordinateSystem::kIndex,
+                     .right = {0, 0, 0},
+                     .down = {0, 0, 0},
+                     .width = static_cast<std::uint32_t>(info.dims[right]),
+                     .height = static_cast<std::uint32_t>(info.dims[down])};
+  slice.origin[axis] = index;
+  slice.right[right] = 1;
+  slice.down[down] = 1;
+  return slice;
+}
+
+SliceRequest in_world(SliceRequest slice, const DatasetInfo& info) {
+  const Affine& map = info.index_to_world;
+  const auto step = [&](const Vec3& v) { return difference(map(v), map.translation); };
+  slice.coordinates = CoordinateSystem::kWorld;
+  slice.origin = map(slice.origin);
+  slice.right = step(slice.right);
+  slice.down = step(slice.down);
+  return slice;
+}
+
+template <typename Sample>
+Volume random_volume() {
+  std::mt19937_64 random(7);
+  Volume volume = fields::sampled<Sample>({37, 18, 33}, [&](int, int, int) {
+    constexpr double kLow = std::is_signed_v<Sample> ? -127 : 0;
+    return std::floor(kLow + 255 * fields::uniform(random)) * (sizeof(Sample) > 1 ? 127.0 : 1.0);
+  });
+  volume.index_to_world = oblique();
+  return volume;
+}
+
+template <typename Sample>
+void expect_layers_are_the_samples() {
+  const Volume volume = random_volume<Sample>();
+  const DatasetPtr dataset = make_dataset(volume, "noise", std::nullopt, 3);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const std::int32_t at : {0, 7, 16, dataset->info.dims[axis] - 1}) {
+      for (const Interpolation how : {Interpolation::kNearest, Interpolation::kLinear}) {
+        SliceRequest slice = layer(dataset->info, axis, at);
+        slice.interpolation = how;
+        const std::vector<float> by_index = pixels(*dataset, slice);
+        std::size_t wrong = 0;
+        for (std::size_t i = 0; i < by_index.size(); ++i) {
+          const auto column = static_cast<double>(i % slice.width);
+          const auto row = static_cast<double>(i / slice.width);
+          const Vec3 p = moved(moved(slice.origin, column, slice.right), row, slice.down);
+          const double is = sample(volume, p);
+          if (static_cast<double>(by_index[i]) != is) ++wrong;
+        }
+        EXPECT_EQ(wrong, 0U) << "axis " << axis << " at " << at;
+        EXPECT_EQ(pixels(*dataset, in_world(slice, dataset->info)), by_index)
+            << "axis " << axis << " at " << at << " from the world";
+      }
+    }
+  }
+}
+
+TEST(Slice, AlongAnAxisIsTheSamplesThemselves) {
+  expect_layers_are_the_samples<std::uint8_t>();
+  expect_layers_are_the_samples<std::int8_t>();
+  expect_layers_are_the_samples<std::uint16_t>();
+  expect_layers_are_the_samples<std::int16_t>();
+  expect_layers_are_the_samples<float>();
+}
+
+Volume slope() {
+  Volume volume = fields::sampled<float>(
+      {37, 29, 42}, [](int x, int y, int z) { return 3.0 * x + 2.0 * y - z + 100; });
+  volume.index_to_world = oblique();
+  return volume;
+}
+
+TEST(Slice, ThroughALinearFieldIsExactInAnyDirectionAndEndsWithTheData) {
+  const DatasetPtr dataset = make_dataset(slope(), "slope", std::nullopt, 0);
+  const SliceRequest slice{.coordinates = CoordinateSystem::kIndex,
+                           .origin = {-5.3, 2.2, 30.1},
+                           .right = {0.71, 0.13, -0.2},
+                           .down = {0.05, 0.4, 0.33},
+                           .width = 70,
+                           .height = 60};
+  std::size_t inside = 0;
+  const std::vector<float> values = pixels(*dataset, slice);
+  for (std::uint32_t row = 0; row < slice.height; ++row) {
+    for (std::uint32_t column = 0; column < slice.width; ++column) {
+      const Vec3 p = moved(moved(slice.origin, column, slice.right), row, slice.down);
+      const bool is_inside =
+          p[0] >= 0 && p[0] <= 36 && p[1] >= 0 && p[1] <= 28 && p[2] >= 0 && p[2] <= 41;
+      const float value = values[std::size_t{row} * slice.width + column];
+      EXPECT_EQ(!std::isnan(value), is_inside);
+      if (!is_inside) continue;
+      ++inside;
+      EXPECT_NEAR(static_cast<double>(value), 3 * p[0] + 2 * p[1] - p[2] + 100, 1e-4);
+    }
+  }
+  EXPECT_GT(inside, 1000U);
+}
+
+TEST(Slice, IsTheSameInPieces) {
+  const DatasetPtr dataset = make_dataset(random_volume<std::uint8_t>(), "noise", std::nullopt, 0);
+  const SliceRequest slice{.coordinates = CoordinateSystem::kIndex,
+                           .origin = {0, 0, 5},
+                           .right = {0.3, 0.01, 0.1},
+                           .down = {0, 0.2, 0.1},
+                           .width = 90,
+                           .height = 50};
+  const std::vector<float> whole = pixels(*dataset, slice);
+  std::vector<float> pieces(whole.size());
+  for (std::uint32_t row = 0; row < slice.height; row += 7) {
+    const std::uint32_t rows = std::min(7U, slice.height - row);
+    slice_rows(
+        *dataset, slice, 1, row, rows,
+        std::span(pieces).subspan(std::size_t{row} * slice.width, std::size_t{rows} * slice.width));
+  }
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    EXPECT_TRUE(whole[i] == pieces[i] || (std::isnan(whole[i]) && std::isnan(pieces[i])));
+  }
+}
+
+TEST(Slice, AVoidSampleCountsOnlyWhereItHasWeight) {
+  Volume volume = fields::sampled<float>({9, 9, 9}, [](int x, int, int) { return x; });
+  std::get<std::vector<float>>(volume.samples)[volume.index(4, 4, 4)] = std::nanf("");
+  const DatasetPtr dataset = make_dataset(std::move(volume), "hole", std::nullopt, 0);
+  const auto value_at = [&](Vec3 place) {
+    return pixels(*dataset, {.coordinates = CoordinateSystem::kIndex, .origin = place}).front();
+  };
+  EXPECT_TRUE(std::isnan(value_at({4, 4, 4})));
+  EXPECT_TRUE(std::isnan(value_at({3.5, 4, 4})));
+  EXPECT_EQ(value_at({3, 4, 4}), 3);
+  EXPECT_EQ(value_at({3.5, 3, 4}), 3.5F);
+}
+
+TEST(Slice, WithPixelsFarApartIsMadeOfEveryEighthSample) {
+  const Volume volume = random_volume<std::uint16_t>();
+  const DatasetPtr dataset = make_dataset(volume, "noise", std::nullopt, 3);
+  SliceRequest slice{.coordinates = CoordinateSystem::kIndex,
+                     .origin = {5, 5, 13},
+                     .right = {8, 0, 0},
+                     .down = {0, 8, 0},
+                     .width = 4,
+                     .height = 2};
+  EXPECT_EQ(slice_spacing(slice, dataset->info), 8);
+  const std::vector<float> values = pixels(*dataset, slice);
+  for (int row = 0; row < 2; ++row) {
+    for (int column = 0; column < 4; ++column) {
+      EXPECT_EQ(static_cast<double>(values[static_cast<std::size_t>(4 * row + column)]),
+                sample(volume, {5.0 + 8 * column, 5.0 + 8 * row, 13}));
+    }
+  }
+  // Between the outermost of them and the end of the data there is a field too.
+  slice.origin = {0, 0, 0};
+  EXPECT_EQ(static_cast<double>(pixels(*dataset, slice).front()), sample(volume, {5, 5, 5}));
+  slice.detail = SliceDetail::kFull;
+  EXPECT_EQ(slice_spacing(slice, dataset->info), 1);
+  slice.detail = SliceDetail::kAuto;
+  slice.right = {3.9, 0, 0};
+  EXPECT_EQ(slice_spacing(slice, dataset->info), 1);
+}
+
+TEST(Slice, OfAHugeVolumeNeverCostsMoreThanItsLimit) {
+  DatasetInfo info;
+  info.dims = {16385, 16385, 16385};
+  info.grid_exponent = 14;
+  std::mt19937_64 random(3);
+  for (int i = 0; i < 200; ++i) {
+    SliceRequest plane{.coordinates = CoordinateSystem::kIndex, .width = 2048, .height = 1024};
+    for (Vec3* step : {&plane.right, &plane.down}) {
+      for (double& part : *step) part = 20 * fields::uniform(random) - 10;
+    }
+    const bool is_coarse = slice_spacing(plane, info) == 8;
+    EXPECT_TRUE(is_coarse || bricks_crossed(plane, info) <= kMostSliceBricks);
+  }
+  SliceRequest whole = layer(info, 2, 100);
+  EXPECT_EQ(slice_spacing(whole, info), 8);
+}
+
+TEST(Probe, OfALinearFieldHasItsValueAndItsGradientInTheWorld) {
+  const DatasetPtr dataset = make_dataset(slope(), "slope", std::nullopt, 0);
+  const Affine map = dataset->info.index_to_world;
+  for (const Vec3& index : {Vec3{3.25, 4.5, 5.125}, Vec3{0, 28, 41}, Vec3{36, 0, 0}}) {
+    const ProbedPlace by_index = probed(*dataset, CoordinateSystem::kIndex, index);
+    const ProbedPlace by_world = probed(*dataset, CoordinateSystem::kWorld, map(index));
+    for (const ProbedPlace& place : {by_index, by_world}) {
+      ASSERT_TRUE(place.value && place.gradient);
+      EXPECT_NEAR(*place.value, 3 * index[0] + 2 * index[1] - index[2] + 100, 1e-9);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        EXPECT_NEAR(place.index[axis], index[axis], 1e-12);
+        EXPECT_NEAR(place.world[axis], map(index)[axis], 1e-12);
+        // A step along a column of the map is a step to the next sample.
+        const double by_a_sample = dot(*place.gradient, map.columns[axis]);
+        EXPECT_NEAR(by_a_sample, (Vec3{3, 2, -1})[axis], 1e-9);
+      }
+    }
+  }
+  const ProbedPlace beyond = probed(*dataset, CoordinateSystem::kIndex, {-0.1, 0, 0});
+  EXPECT_FALSE(beyond.value || beyond.gradient);
+}
+
+}  // namespace
+}  // namespace multitetra::testing
