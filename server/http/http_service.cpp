@@ -237,7 +237,8 @@ asio::awaitable<Answer> HttpService::answer_tile(ContentDigest digest, Question 
 }
 
 Answer HttpService::answer_to(const ViewerFile& file, const Question& asked) const {
-  return viewer_answer(*options_.viewer, file.path, asked.request, asked.context.request_id);
+  return viewer_answer(*options_.viewer, file.path, asked.request, options_.allowed_origins,
+                       asked.context.request_id);
 }
 
 }  // namespace multitetra

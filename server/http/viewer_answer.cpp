@@ -2,6 +2,7 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace multitetra {
 namespace {
@@ -13,7 +14,7 @@ constexpr std::string_view kPolicy =
     "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; "
     "connect-src 'self'; img-src 'self' blob: data:; "
     "style-src 'self' 'unsafe-inline'; object-src 'none'; base-uri 'none'; form-action 'none'; "
-    "frame-ancestors 'self'";
+    "frame-ancestors 'self'";  // The last of them: those who may besides come after it.
 
 constexpr std::string_view kPage =
     "<!doctype html>\n"
@@ -38,15 +39,21 @@ bool accepts(const HttpRequest& request, std::string_view coding) {
   return !accepted.starts_with(";q=0,") && accepted != ";q=0";
 }
 
-void say_policy(Answer& answer) {
-  add_field(answer, "Content-Security-Policy", kPolicy);
+// Who may use the listener by name may show the page as well. "*" lets programs in, not frames: a
+// page that nobody has named could lay itself over the viewer and read what it shows.
+void say_policy(Answer& answer, const std::vector<std::string>& allowed_origins) {
+  std::string policy(kPolicy);
+  for (const std::string& origin : allowed_origins) {
+    if (origin != "*") policy += ' ' + origin;
+  }
+  add_field(answer, "Content-Security-Policy", policy);
   add_field(answer, "X-Content-Type-Options", "nosniff");
 }
 
 }  // namespace
 
 Answer viewer_answer(const ViewerFiles& files, std::string_view path, const HttpRequest& request,
-                     std::string_view request_id) {
+                     const std::vector<std::string>& allowed_origins, std::string_view request_id) {
   Answer answer;
   const ViewerFileContent* const file = files.find(path);
   if (!file && (path != "/" || !files.is_empty())) {
@@ -56,7 +63,7 @@ Answer viewer_answer(const ViewerFiles& files, std::string_view path, const Http
                                           "\"; /v1/openapi.json tells what there is."},
         request_id);
   }
-  say_policy(answer);
+  say_policy(answer, allowed_origins);
   if (!file) {
     add_field(answer, "Content-Type", "text/html; charset=utf-8");
     add_field(answer, "Cache-Control", "no-cache");

@@ -59,9 +59,11 @@ void add_security(Command& command, ListenerOptions& o) {
                   "them. Read again on SIGHUP. Without it everybody may see everything")
       ->group(group);
   command
-      .add_option("--allow-origin", o.allowed_origins,
-                  "Web pages of this origin, for example https://example.org, may use the HTTP "
-                  "listener besides its own; * allows all (repeatable)")
+      .add_option(
+          "--allow-origin", o.allowed_origins,
+          "Web pages of this origin, for example https://example.org, may use the HTTP "
+          "listener besides its own, and show the viewer in a frame; * allows all to use it, "
+          "but none to frame it (repeatable)")
       ->delimiter(',')
       ->group(group);
   command

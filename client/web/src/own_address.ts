@@ -1,13 +1,23 @@
 // Where the page's server is, and the token that it is told.
 import { session } from "./state/remembered";
 
-// `?server=` names another one than the page's own, for those who work on the page. A page that a
-// server has sent may not talk with another one (viewer_files.cpp); one from elsewhere may. Its own
-// is beside the page, which may be below a path of a site (https://example.org/volumes/).
-export function serverAddress(): string {
-  const own = new URL("v1/stream", location.href);
-  own.protocol = own.protocol === "https:" ? "wss:" : "ws:";
-  return new URLSearchParams(location.search).get("server") ?? own.href;
+// Where the stream of a server is. A page's own server is beside the page, which may be below a path of
+// a site (https://example.org/volumes/); so is that of any other address of a page. `?server=` names
+// another one than the page's own, for those who work on the page: a page that a server has sent may
+// not talk with another one (viewer_answer.cpp); one from elsewhere may.
+export function serverAddress(said?: string): string {
+  const named = said ?? new URLSearchParams(location.search).get("server");
+  if (named !== null && !/^https?:\/\//.test(named)) return named;
+  const stream = new URL("v1/stream", named ?? location.href);
+  stream.protocol = stream.protocol === "https:" ? "wss:" : "ws:";
+  return stream.href;
+}
+
+// Where the same server answers single questions: the folder of its stream.
+export function questionsAddress(stream: string): string {
+  const folder = new URL(".", stream);
+  folder.protocol = folder.protocol === "wss:" ? "https:" : "http:";
+  return folder.href;
 }
 
 // The token for one server. It comes with the page's address once (#token=...), or from the user,

@@ -26,14 +26,19 @@ export function isStepBack(before: ShownSurface | null, order: Wanted, facts: St
   return facts.errorWorld > errorWorld || facts.tolerance > tolerance;
 }
 
-// Tiles of one memory can stand in for one another.
-export function memoryOf(order: Wanted): string {
+// Tiles of one memory can stand in for one another. Each surface of a view, by its number, has its own:
+// what one of them drops the other may show.
+export function memoryOf(surface: number, order: Wanted): string {
   const { info, request } = order;
-  return `${info.name}/${request.normalBits}/`;
+  return `${memoriesOf(surface)}${info.name}/${request.normalBits}/`;
 }
 
-export function idsOf(order: Wanted, step: StepOfTiles): string[] {
-  const prefix = memoryOf(order);
+export function memoriesOf(surface: number): string {
+  return `${surface}:`;
+}
+
+export function idsOf(surface: number, order: Wanted, step: StepOfTiles): string[] {
+  const prefix = memoryOf(surface, order);
   return step.tiles.map(({ key }) => prefix + key);
 }
 

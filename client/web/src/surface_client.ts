@@ -21,6 +21,7 @@ import {
   factsOf,
   idsOf,
   isStepBack,
+  memoriesOf,
   memoryOf,
   type ShownSurface,
 } from "./shown_surface";
@@ -46,8 +47,11 @@ export class SurfaceClient {
   private isDragging = false;
   private dragTimer = 0;
   private readonly inUse = new Set<string>();
+  private isClosed = false;
 
+  // `number` tells the surfaces of a view apart; each has a client of its own.
   constructor(
+    readonly number: number,
     private readonly address: string,
     token: () => string,
     private readonly pool: TilePool,
@@ -58,7 +62,7 @@ export class SurfaceClient {
       agent: "multitetra-viewer/0.1",
       token,
       held: (order) => {
-        const prefix = memoryOf(order);
+        const prefix = memoryOf(number, order);
         return this.surface.ids(prefix).map((id) => id.slice(prefix.length));
       },
     });
@@ -77,6 +81,15 @@ export class SurfaceClient {
     this.perform(this.conversation.connecting());
     this.progress.set({ trouble: null, isStreaming: false });
     this.link.connect();
+  }
+
+  // For good: nothing is asked or shown any more.
+  close(): void {
+    this.isClosed = true;
+    ++this.stream; // What is under way elsewhere belongs to nobody.
+    clearTimeout(this.dragTimer);
+    this.pool.forget(memoriesOf(this.number));
+    this.link.leave();
   }
 
   // Another surface. With `isDragging` more will follow soon.
@@ -192,7 +205,7 @@ export class SurfaceClient {
   }
 
   private begin(stream: number): void {
-    this.pool.forget();
+    this.pool.forget(memoriesOf(this.number));
     this.stream = stream;
     this.started = performance.now();
     this.inUse.clear();
@@ -204,7 +217,7 @@ export class SurfaceClient {
     const { progress } = this;
     switch (effect.kind) {
       case "begun": {
-        const ids = effect.tiles.map(({ key }) => memoryOf(order) + key);
+        const ids = effect.tiles.map(({ key }) => memoryOf(this.number, order) + key);
         for (const id of ids) this.inUse.add(id);
         this.surface.use(ids);
         progress.set({
@@ -251,13 +264,14 @@ export class SurfaceClient {
     try {
       const tile = await this.pool.decode({
         kind: "decode",
-        id: memoryOf(order) + promised.key,
+        id: memoryOf(this.number, order) + promised.key,
         payload,
         promised,
         resolution,
         hasNormals: order.request.normalBits > 0,
         linear: toWorld.slice(0, 9),
       });
+      if (this.isClosed) return this.pool.drop([tile.id]);
       this.surface.add(tile, toWorld, begin.step);
       this.perform(this.conversation.decoded(stream, promised.key));
     } catch (error) {
@@ -270,7 +284,7 @@ export class SurfaceClient {
   private async certify(order: Wanted, step: StepOfTiles): Promise<void> {
     const { stream } = this;
     const { begin } = step;
-    const ids = idsOf(order, step);
+    const ids = idsOf(this.number, order, step);
     const { latticeResolution: resolution, topologyTolerance } = begin.request!;
     const border = dataBorder(order.info, resolution, topologyTolerance, begin.finestSpacing || 1);
     const [result] = await Promise.all([
@@ -292,7 +306,7 @@ export class SurfaceClient {
       this.surface.setNormals(id, normals);
     }
     if (isNews && !isStepBack(before, order, facts)) {
-      this.surface.show(idsOf(order, step));
+      this.surface.show(idsOf(this.number, order, step));
       this.shown = {
         info: order.info,
         resolution: step.begin.request!.latticeResolution,

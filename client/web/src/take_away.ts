@@ -1,59 +1,81 @@
-// A picture, a file or a link of what is shown.
+// A picture, a film, a file or a link of what is shown.
 import { h } from "./panel/dom";
-import type { Notices } from "./panel/notices";
-import type { Stage } from "./scene/stage";
-import type { Surface } from "./scene/surface";
-import type { ShownSurface } from "./shown_surface";
+import { film, pictures } from "./scene/turntable";
 import type { Settings } from "./state/settings";
 import { toAddress } from "./state/url_state";
 import { latticeToWorld, type Vec3 } from "./stream/dataset";
-import type { TilePool } from "./workers/tile_pool";
+import type { Viewer } from "./viewer";
 import type { MeshFormat } from "./workers/worker_messages";
 
 export class TakeAway {
-  constructor(
-    private readonly stage: Stage,
-    private readonly surface: Surface,
-    private readonly pool: TilePool,
-    private readonly notices: Notices,
-    private readonly shown: () => ShownSurface | null,
-  ) {}
+  private isTurning = false;
+
+  constructor(private readonly viewer: Viewer) {}
+
+  // Of exactly this view, with all settings.
+  addressOf(settings: Settings): string {
+    const { eye, target } = this.viewer.stage.view();
+    return toAddress({ ...settings, eye: eye as Vec3, target: target as Vec3 });
+  }
 
   async copyLink(settings: Settings): Promise<void> {
-    const { eye, target } = this.stage.view();
-    const now = { ...settings, eye: eye as Vec3, target: target as Vec3 };
-    history.replaceState(null, "", `#${toAddress(now)}`);
-    try {
-      await navigator.clipboard.writeText(location.href);
-      this.notices.tell("The link is in the clipboard.", true);
-    } catch {
-      this.notices.tell("The link is in the address line; this browser does not let pages copy.", true);
-    }
+    history.replaceState(null, "", `#${this.addressOf(settings)}`);
+    await this.copy(location.href, "The link");
+  }
+
+  async copyEmbedding(settings: Settings): Promise<void> {
+    const address = new URL(`#${this.addressOf(settings)}`, location.href);
+    address.searchParams.set("embed", "");
+    const frame = h("iframe", { src: address.href, width: "800", height: "600", allow: "fullscreen", title: "Multi-Tetra viewer" });
+    await this.copy(frame.outerHTML, "The HTML");
   }
 
   async screenshot(): Promise<void> {
+    this.save(await this.viewer.picture(), "png");
+  }
+
+  async turntable(form: "video" | "pictures"): Promise<void> {
+    if (this.isTurning) return;
+    this.isTurning = true;
+    const tell = (share: number) => this.viewer.notices.tell(`Turning: ${Math.round(100 * share)} %`);
     const background = getComputedStyle(document.body).backgroundColor;
-    this.save(await this.stage.picture(background), "png");
+    try {
+      const make = form === "video" ? film : pictures;
+      this.save(await make(this.viewer.stage, background, tell), form === "video" ? "webm" : "zip");
+      this.viewer.notices.clear();
+    } catch (error) {
+      this.viewer.notices.tell(`There is no film: ${(error as Error).message}`, true);
+    }
+    this.isTurning = false;
   }
 
   async download(format: MeshFormat): Promise<void> {
-    const shown = this.shown();
-    if (!shown || this.surface.shownIds.length === 0) {
-      this.notices.tell("There is no surface to save.", true);
+    const [first] = this.viewer.surfaces.shownTiles(this.viewer.get());
+    if (!first) {
+      this.viewer.notices.tell("There is no surface to save.", true);
       return;
     }
-    const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
+    const toWorld = [...latticeToWorld(first.shown.info, first.shown.resolution)];
     try {
-      const bytes = await this.pool.file([...this.surface.shownIds], format, toWorld);
+      const bytes = await this.viewer.pool.file([...first.ids], format, toWorld);
       this.save(new Blob([bytes as Uint8Array<ArrayBuffer>]), format);
     } catch {
-      this.notices.tell("The surface has changed meanwhile; try again.", true);
+      this.viewer.notices.tell("The surface has changed meanwhile; try again.", true);
+    }
+  }
+
+  private async copy(text: string, what: string): Promise<void> {
+    try {
+      await navigator.clipboard.writeText(text);
+      this.viewer.notices.tell(`${what} is in the clipboard.`, true);
+    } catch {
+      this.viewer.notices.tell("The link is in the address line; this browser does not let pages copy.", true);
     }
   }
 
   private save(blob: Blob, ending: string): void {
-    const shown = this.shown();
-    const name = shown ? `${shown.info.name}_${shown.facts.isovalue}` : "multitetra";
+    const { lead } = this.viewer.surfaces;
+    const name = lead ? `${lead.info.name}_${lead.facts.isovalue}` : "multitetra";
     const link = h("a", { href: URL.createObjectURL(blob), download: `${name}.${ending}` });
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 10_000);

@@ -12,13 +12,20 @@ describe("Address", () => {
       dataset: "a head & more", isovalue: -300.5, error: 0.5, bound: "paper", rule: "paper", tolerance: 2,
       region: { kind: "box", low: [1, 2, 3], high: [4, 5, 6.5], error: 0 }, followView: true, pixels: 2,
       maxTriangles: 100000, simplify: false, shading: "facets", wireframe: true, colouring: "steps", clip: "y", clipAt: 0.25,
-      clipFlipped: true, axes: false, logScale: false, theme: "light", eye: [1, -2, 3.25], target: [0, 0, 1],
+      clipFlipped: true, axes: false, logScale: false, theme: "light",
+      surfaces: [
+        { isovalue: 400.5, error: null, colour: "#f0e6d2", opacity: 1, visible: true },
+        { isovalue: -1e-7, error: 0.5, colour: "#00ff7f", opacity: 0.25, visible: false },
+      ],
+      colour: "#123456", opacity: 0.5, visible: false, projection: "orthographic", occlusion: false, eye: [1, -2, 3.25], target: [0, 0, 1],
     };
     expect(fromAddress(`#${toAddress(settings)}`)).toEqual(settings);
     const ball = { kind: "ball", centre: [1, 2, 3], radius: 4, error: 0.5 } as const;
     const said = toAddress({ ...defaults, region: { ...ball, centre: [1, 2, 3] } });
     expect(said).toBe("region=ball:1,2,3,4=0.5");
     expect(fromAddress(said).region).toEqual(ball);
+    const surfaces = [{ isovalue: 3, error: null, colour: "#d9775f", opacity: 0.5, visible: true }];
+    expect(toAddress({ ...defaults, surfaces })).toBe("surfaces=3,d9775f,0.5");
   });
 
   test("PassesOverWhatItCannotRead", () => {
@@ -26,6 +33,8 @@ describe("Address", () => {
       "#error=-1", "#error=NaN", "#isovalue=", "#isovalue=much", "#bound=guess", "#region=box:1,2=3",
       "#region=ball:1,2,3,-4=1", "#region=box:5,0,0,1,1,1=1", "#eye=1,2", "#clip=w", "#%%%", "#=&&=",
       "#wireframe=perhaps", "#maxTriangles=1e99", "#theme=__proto__",
+      "#colour=red", "#opacity=1.5", "#surfaces=much", "#surfaces=1,ff0000,2", "#surfaces=1,ff0000,1,-1",
+      "#surfaces=1,ff0000,1,,seen", "#surfaces=1,ff0000;2", `#surfaces=${Array(9).fill("1,ff0000").join(";")}`,
     ]) {
       expect(fromAddress(text)).toEqual({});
     }

@@ -21,6 +21,9 @@ await test("SaysThatThereIsNoSurface", saysNoSurface);
 await test("GoesBackToTheIsovalueBefore", goesBack);
 await test("KeepsAPlaceWhenOneClicksBesideTheSurface", keepsAPlace);
 await test("AnnouncesWhatItsSlidersMean", announcesSliders);
+await test("ShowsSeveralSurfacesAndDragsEach", showsSeveral);
+await test("MeasuresThePartThatWasPicked", measuresAPart);
+await test("TakesBackAndComesBack", takesBack);
 await finish();
 
 // ----
@@ -132,7 +135,7 @@ async function cutsOpen(page) {
   await click(0.58);
   await page.waitForSelector(".picked:not([hidden])");
   assert.match(await page.textContent(".picked"), /A (LPS|world) .*Click another point/s);
-  await page.focus(".picked button");
+  await page.focus(".picked .close");
   await page.keyboard.press("Enter");
   await page.waitForSelector(".picked", { state: "hidden" });
   assert.equal(await atKeyboard(page), "canvas");
@@ -141,17 +144,18 @@ async function cutsOpen(page) {
 async function givesFiles(page) {
   await open(page, "#dataset=gyroid&error=1");
   const { triangles } = await complete(page);
-  await page.click('summary:has-text("Take it with you")');
-  const bytesOf = async (word) => {
-    const coming = page.waitForEvent("download");
-    await page.click(`.action:has-text("${word}")`);
-    return readFileSync(await (await coming).path());
-  };
-  const stl = await bytesOf("STL");
-  assert.equal(stl.readUInt32LE(80), triangles);
-  assert.equal((await bytesOf("GLB")).toString("latin1", 0, 4), "glTF");
-  assert.match((await bytesOf("PLY")).toString("latin1", 0, 400), new RegExp(`element face ${triangles}`));
-  assert.equal((await bytesOf("Picture")).toString("latin1", 1, 4), "PNG");
+  assert.equal((await downloaded(page, "STL")).readUInt32LE(80), triangles);
+  assert.equal((await downloaded(page, "GLB")).toString("latin1", 0, 4), "glTF");
+  assert.match((await downloaded(page, "PLY")).toString("latin1", 0, 400), new RegExp(`element face ${triangles}`));
+  assert.equal((await downloaded(page, "Picture")).toString("latin1", 1, 4), "PNG");
+}
+
+async function downloaded(page, word) {
+  const isFolded = await page.locator(".actions").isHidden();
+  if (isFolded) await page.click('summary:has-text("Take it with you")');
+  const coming = page.waitForEvent("download");
+  await page.click(`.action:has-text("${word}")`);
+  return readFileSync(await (await coming).path());
 }
 
 async function survivesARestart(page) {
@@ -226,4 +230,85 @@ async function announcesSliders(page) {
   await complete(page);
   const slider = page.getByRole("slider", { name: "Allowed error" });
   assert.match(await slider.getAttribute("aria-valuetext"), /^0\.5 voxels/);
+}
+
+async function showsSeveral(page) {
+  await open(page, "#dataset=head&isovalue=300.5&opacity=0.3&surfaces=900.5,3060ff,1&axes=false");
+  const first = await complete(page);
+  const told = (row) => page.waitForFunction((at) => {
+    const text = document.querySelectorAll(".surface-state")[at]?.textContent ?? "";
+    return /triangles/.test(text) && !text.endsWith("…") && text;
+  }, row, { timeout: patience }).then((handle) => handle.jsonValue());
+  const before = await told(1);
+  const plot = await page.locator(".histogram-plot").boundingBox();
+  const line = await page.locator(".isoline").nth(1).boundingBox();
+  await page.mouse.move(line.x + 1, plot.y + 20);
+  await page.mouse.down();
+  await page.mouse.move(line.x - 12, plot.y + 20, { steps: 3 });
+  await page.mouse.up();
+  await page.waitForFunction(() => !location.hash.includes("900.5"), null, { timeout: patience });
+  assert.match(await page.evaluate(() => location.hash), /isovalue=300.5/, "the first one's line stays");
+  await page.waitForFunction((words) => {
+    const text = document.querySelectorAll(".surface-state")[1].textContent;
+    return text !== words && /triangles/.test(text) && !text.endsWith("…");
+  }, before, { timeout: patience });
+  await page.click('button[aria-label="Remove surface 1"]');
+  await page.waitForFunction(() => document.querySelectorAll(".surface-row").length === 1);
+  const alone = await complete(page, (shown) => shown.digest !== first.digest);
+  assert.notEqual(alone.triangles, first.triangles, "the second one is the first now");
+}
+
+async function measuresAPart(page) {
+  await open(page, "#dataset=head&isovalue=500.5&eye=32,-120,32&target=32,32,32");
+  await complete(page);
+  const canvas = await page.locator(".stage canvas").boundingBox();
+  for (const [x, y] of [[0.5, 0.5], [0.54, 0.5], [0.5, 0.45]]) {
+    const count = await page.locator(".dot").count();
+    await page.mouse.click(canvas.x + x * canvas.width, canvas.y + y * canvas.height);
+    await page.waitForFunction((n) => document.querySelectorAll(".dot").length === n + 1, count, { timeout: patience });
+  }
+  assert.match(await page.textContent(".picked"), /B to C: .*Angle at B: [\d.]+°/s);
+  await page.click(".measure-part");
+  await page.waitForSelector(".part", { timeout: patience });
+  const [, area, volume] = (await page.textContent(".part")).match(/Area ([\d.]+) \S+², volume ([\d.]+) /);
+  // The same from the file that one takes along, of all parts.
+  const whole = massOf(await downloaded(page, "STL"));
+  const parts = Number((await page.textContent(".certificate")).match(/Connected parts(\d+)/)[1]);
+  const share = parts === 1 ? 0.999 : 0.5;
+  assert(Number(area) > share * whole.area && Number(area) < 1.001 * whole.area, `${area} of ${whole.area}`);
+  if (parts === 1) assert(Math.abs(Number(volume) - whole.volume) < 1e-3 * whole.volume, `${volume}, ${whole.volume}`);
+}
+
+function massOf(stl) {
+  let area = 0;
+  let volume = 0;
+  for (let t = 0; t < stl.readUInt32LE(80); ++t) {
+    const [a, b, c] = [12, 24, 36].map((from) => [0, 4, 8].map((at) => stl.readFloatLE(84 + 50 * t + from + at)));
+    const cross = (u, v) => [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    const n = cross(b.map((v, i) => v - a[i]), c.map((v, i) => v - a[i]));
+    area += Math.hypot(...n) / 2;
+    volume += cross(b, c).reduce((sum, v, i) => sum + v * a[i], 0) / 6;
+  }
+  return { area, volume: Math.abs(volume) };
+}
+
+async function takesBack(page) {
+  await open(page, "#dataset=gyroid&error=1");
+  await complete(page);
+  await page.focus(".stage canvas");
+  await page.keyboard.press("p");
+  await page.waitForFunction(() => /projection=orthographic/.test(location.hash));
+  assert((await surfacePixels(page)).share > 0.03, "the surface is there without perspective, too");
+  await page.click('summary:has-text("Bookmarks")');
+  await page.fill(".bookmark-name", "flat");
+  await page.keyboard.press("Enter");
+  await page.focus(".stage canvas");
+  await page.keyboard.press("Control+z");
+  await page.waitForFunction(() => !/projection/.test(location.hash));
+  await page.keyboard.press("Control+y");
+  await page.waitForFunction(() => /projection=orthographic/.test(location.hash));
+  await page.keyboard.press("p");
+  await page.waitForFunction(() => !/projection/.test(location.hash));
+  await page.click('.bookmark:has-text("flat")');
+  await page.waitForFunction(() => /projection=orthographic/.test(location.hash));
 }

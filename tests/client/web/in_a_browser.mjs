@@ -44,6 +44,7 @@ const reader = await browser.newPage(); // Reads pictures.
 let failures = 0;
 
 export async function test(name, act) {
+  if (process.env.ONLY && !new RegExp(process.env.ONLY).test(name)) return; // While one works on it.
   const page = await browser.newPage({ viewport: { width: 900, height: 640 } });
   page.setDefaultTimeout(patience);
   const trouble = [];

@@ -28,7 +28,7 @@ vi.mock("../../../client/web/src/stream/link", () => ({
 function clientOf(token = "") {
   const surface = { ids: () => [], dropUnused: () => {}, use: () => {} } as unknown as Surface;
   const pool = { forget: () => {} } as unknown as TilePool;
-  return new SurfaceClient("ws://server/v1/stream", () => token, pool, surface, () => {});
+  return new SurfaceClient(1, "ws://server/v1/stream", () => token, pool, surface, () => {});
 }
 
 // The server takes the connection and tells what it has; what the client then says.

@@ -309,6 +309,17 @@ TEST_F(ViewerTest, MayTalkWithItsOwnHostAlone) {
   EXPECT_EQ(policy["form-action"], "'none'");
   EXPECT_EQ(policy["base-uri"], "'none'");
   EXPECT_EQ(policy["script-src"].find("unsafe-inline"), std::string::npos);
+  EXPECT_EQ(policy["frame-ancestors"], "'self'");
+}
+
+TEST_F(ViewerTest, IsInFramesOfNamedOriginsAlone) {
+  write("index.html", "<p>viewer");
+  RunningHttpServer server(fake_catalogue("octahedron"),
+                           {.allowed_origins = {"https://journal.example", "*", "http://a:8888"},
+                            .viewer = std::make_shared<ViewerFiles>(folder_.path() / "viewer")});
+  const std::string policy(HttpClient(server.http()).get("/")["Content-Security-Policy"]);
+  EXPECT_TRUE(policy.ends_with("; frame-ancestors 'self' https://journal.example http://a:8888"))
+      << policy;
 }
 
 TEST_F(ViewerTest, IsServedFromOneFolderOnly) {

@@ -20,9 +20,10 @@ export function nearestHit(
   origin: readonly number[],
   direction: readonly number[],
   kept: HalfSpace | null = null,
-): { id: string; point: [number, number, number] } | null {
+): { id: string; triangle: number; point: [number, number, number] } | null {
   let nearest = Infinity;
   let id = "";
+  let triangle = 0; // Of that tile.
   const isKept = (at: number) =>
     !kept ||
     kept.normal.reduce((sum, n, axis) => sum + n * (origin[axis] + at * direction[axis]), kept.constant) >= 0;
@@ -37,12 +38,13 @@ export function nearestHit(
       if (at > 0 && at < nearest && isKept(at)) {
         nearest = at;
         id = tile.id;
+        triangle = t / 3;
       }
     }
   }
   if (nearest === Infinity) return null;
   const along = (axis: number) => origin[axis] + nearest * direction[axis];
-  return { id, point: [along(0), along(1), along(2)] };
+  return { id, triangle, point: [along(0), along(1), along(2)] };
 }
 
 function boxOf(p: Float32Array): Float64Array {

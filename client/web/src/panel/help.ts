@@ -6,7 +6,7 @@ const hands = [
   ["Come closer", "scroll", "pinch"],
   ["Move", "right button, or Shift and drag", "two fingers"],
   ["A place's coordinates", "click on the surface", "tap"],
-  ["A distance", "click on a second place", "tap"],
+  ["A length, an angle", "click on a second and a third place", "tap"],
 ] as const;
 
 const keys = [
@@ -17,6 +17,11 @@ const keys = [
   ["W", "wireframe: the triangles"],
   ["C", "colours: plain, tiles, steps"],
   ["A", "axes, box and scale"],
+  ["P", "perspective or parallel projection"],
+  ["O", "shade in hollows"],
+  ["X", "cut along x, y, z, not at all"],
+  ["Z", "the picture fills the screen"],
+  ["Ctrl Z, Ctrl Y", "take back, do again"],
   ["Esc", "forget picked places"],
   ["← → on the histogram", "move the isovalue"],
   ["?", "this page"],

@@ -1,47 +1,54 @@
-// How often values occur, with a line at the isovalue that one drags. Arrow keys move it as well.
+// How often values occur, with a line at each isovalue that one drags. Arrow keys move them as well.
 import type { DatasetInfo } from "../protocol/messages";
 import { h, inDigits } from "./dom";
 
 export interface HistogramEvents {
-  // While dragging, and once more with `isDragging` false when it ends.
-  moved: (isovalue: number, isDragging: boolean) => void;
+  // The line of a surface, 0 for the first. While dragging, and once more with `isDragging` false when
+  // it ends.
+  moved: (surface: number, isovalue: number, isDragging: boolean) => void;
+}
+
+export interface Isoline {
+  isovalue: number;
+  colour: string; // Of its surface.
 }
 
 const integerTypes = 4; // U8, I8, U16, I16 come before the floats.
+const steps: Record<string, number> = {
+  ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -10, PageUp: 10,
+};
 
 export class HistogramView {
   readonly element: HTMLElement;
   private readonly canvas = h("canvas", { "aria-hidden": "true" });
-  private readonly line = h("div", { class: "isoline" }, h("span", { class: "isoline-grip" }));
   private readonly marks = h("div", { class: "isomarks", "aria-hidden": "true" });
+  private readonly plot = h("div", {
+    class: "histogram-plot",
+    "data-tip":
+      "How often each value occurs in the data. Drag a line: its surface runs through all " +
+      "places that have this value.",
+  });
+  private readonly handles: HTMLElement[] = []; // One a line.
   private readonly low = h("span");
   private readonly high = h("span");
   private info: DatasetInfo | null = null;
-  private isovalue = 0;
+  private lines: readonly Isoline[] = [];
+  private dragged = 0; // The line that moved last.
   private isLog = true;
   private settle = 0;
 
   constructor(private readonly events: HistogramEvents) {
-    const plot = h("div", {
-      class: "histogram-plot",
-      tabindex: "0",
-      role: "slider",
-      "aria-label": "Isovalue",
-      "data-tip":
-        "How often each value occurs in the data. Drag the line: the surface runs through all " +
-        "places that have this value.",
-    });
-    plot.append(this.canvas, this.marks, this.line);
-    this.element = h("div", { class: "histogram" }, plot,
+    this.plot.append(this.canvas, this.marks);
+    this.element = h("div", { class: "histogram" }, this.plot,
       h("div", { class: "histogram-ends" }, this.low, this.high));
-    this.listen(plot);
-    new ResizeObserver(() => this.draw()).observe(plot);
+    this.listen();
+    new ResizeObserver(() => this.draw()).observe(this.plot);
   }
 
-  show(info: DatasetInfo, isovalue: number, isLog: boolean): void {
+  show(info: DatasetInfo, lines: readonly Isoline[], isLog: boolean): void {
     const isNew = info !== this.info || isLog !== this.isLog;
     this.info = info;
-    this.isovalue = isovalue;
+    this.lines = lines;
     this.isLog = isLog;
     if (isNew) {
       this.draw();
@@ -50,65 +57,90 @@ export class HistogramView {
     }
     this.low.textContent = inDigits(info.min);
     this.high.textContent = inDigits(info.max);
-    this.line.style.left = this.percent(isovalue);
-    const plot = this.element.firstElementChild!;
-    plot.setAttribute("aria-valuemin", String(info.min));
-    plot.setAttribute("aria-valuemax", String(info.max));
-    plot.setAttribute("aria-valuenow", String(isovalue));
+    for (const handle of this.handles.splice(lines.length)) handle.remove();
+    lines.forEach((line, at) => this.showLine(line, at));
   }
 
   redraw(): void {
     this.draw();
   }
 
-  // Draws the eye to the line until it was dragged once.
+  // Draws the eye to the first line until one was dragged once.
   invite(isInviting: boolean): void {
-    this.line.classList.toggle("is-inviting", isInviting);
+    this.handles[0]?.classList.toggle("is-inviting", isInviting);
   }
 
-  private percent(value: number): string {
+  private showLine({ isovalue, colour }: Isoline, at: number): void {
     const { min, max } = this.info!;
-    return `${100 * Math.min(1, Math.max(0, (value - min) / (max - min || 1)))}%`;
+    const handle = (this.handles[at] ??= this.handle(at));
+    handle.style.left = this.percent(isovalue);
+    // The page's own colour says "this is what one turns" as long as there is one.
+    handle.style.setProperty("--line-colour", this.lines.length > 1 ? colour : "");
+    handle.setAttribute("aria-label", this.lines.length > 1 ? `Isovalue of surface ${at + 1}` : "Isovalue");
+    handle.setAttribute("aria-valuemin", String(min));
+    handle.setAttribute("aria-valuemax", String(max));
+    handle.setAttribute("aria-valuenow", String(isovalue));
   }
 
-  private listen(plot: HTMLElement): void {
-    const valueAt = (event: PointerEvent) => {
-      const box = plot.getBoundingClientRect();
-      const at = Math.min(1, Math.max(0, (event.clientX - box.left) / box.width));
-      const { min, max } = this.info!;
-      return rounded(min + at * (max - min), this.info!);
-    };
-    plot.addEventListener("pointerdown", (event) => {
-      if (!this.info || event.button !== 0) return;
-      plot.setPointerCapture(event.pointerId);
-      plot.classList.add("is-dragging");
-      this.events.moved(valueAt(event), true);
-    });
-    plot.addEventListener("pointermove", (event) => {
-      if (plot.hasPointerCapture(event.pointerId)) this.events.moved(valueAt(event), true);
-    });
-    const end = (event: PointerEvent) => {
-      if (!plot.classList.contains("is-dragging")) return;
-      plot.classList.remove("is-dragging");
-      this.events.moved(valueAt(event), false);
-    };
-    plot.addEventListener("pointerup", end);
-    plot.addEventListener("pointercancel", end);
-    plot.addEventListener("keydown", (event) => {
-      const steps: Record<string, number> = {
-        ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -10, PageUp: 10,
-      };
+  private handle(at: number): HTMLElement {
+    const handle = h("div", { class: "isoline", role: "slider", tabindex: "0" }, h("span", { class: "isoline-grip" }));
+    handle.addEventListener("keydown", (event) => {
       if (!this.info || !steps[event.key]) return;
       event.preventDefault();
       event.stopPropagation();
       const { min, max } = this.info;
       const step = Math.max((max - min) / 200, isInteger(this.info) ? 1 : 0);
-      const moved = this.isovalue + steps[event.key] * step;
+      const moved = this.lines[at].isovalue + steps[event.key] * step;
       const isovalue = rounded(Math.min(max, Math.max(min, moved)), this.info);
-      this.events.moved(isovalue, true);
+      this.events.moved(at, isovalue, true);
       clearTimeout(this.settle);
-      this.settle = window.setTimeout(() => this.events.moved(isovalue, false), 250);
+      this.settle = window.setTimeout(() => this.events.moved(at, isovalue, false), 250);
     });
+    this.plot.append(handle);
+    return handle;
+  }
+
+  private percent(value: number): string {
+    return `${100 * this.share(value)}%`;
+  }
+
+  private share(value: number): number {
+    const { min, max } = this.info!;
+    return Math.min(1, Math.max(0, (value - min) / (max - min || 1)));
+  }
+
+  private listen(): void {
+    const { plot } = this;
+    const shareAt = (event: PointerEvent) => {
+      const box = plot.getBoundingClientRect();
+      return Math.min(1, Math.max(0, (event.clientX - box.left) / box.width));
+    };
+    const valueAt = (event: PointerEvent) => {
+      const { min, max } = this.info!;
+      return rounded(min + shareAt(event) * (max - min), this.info!);
+    };
+    plot.addEventListener("pointerdown", (event) => {
+      if (!this.info || event.button !== 0) return;
+      plot.setPointerCapture(event.pointerId);
+      plot.classList.add("is-dragging");
+      this.dragged = this.nearest(shareAt(event));
+      this.events.moved(this.dragged, valueAt(event), true);
+    });
+    plot.addEventListener("pointermove", (event) => {
+      if (plot.hasPointerCapture(event.pointerId)) this.events.moved(this.dragged, valueAt(event), true);
+    });
+    const end = (event: PointerEvent) => {
+      if (!plot.classList.contains("is-dragging")) return;
+      plot.classList.remove("is-dragging");
+      this.events.moved(this.dragged, valueAt(event), false);
+    };
+    plot.addEventListener("pointerup", end);
+    plot.addEventListener("pointercancel", end);
+  }
+
+  private nearest(share: number): number {
+    const far = this.lines.map(({ isovalue }) => Math.abs(this.share(isovalue) - share));
+    return far.indexOf(Math.min(...far));
   }
 
   private draw(): void {

@@ -1,38 +1,35 @@
-// The isovalue: a line in the histogram that one drags, a number, and values worth a look.
+// The isovalues: lines in the histogram that one drags, the first one's number, and values worth a look.
 import type { DatasetInfo } from "../protocol/messages";
 import { forever } from "../state/remembered";
+import type { Settings } from "../state/settings";
+import { surfacesOf, withSurface } from "../state/surfaces";
 import { suggestedIsovalue } from "../stream/request";
 import { h, inDigits } from "./dom";
 import { HistogramView } from "./histogram";
 import { toggle } from "./inputs";
+import { numberInput } from "./number_input";
 import type { Change, Part } from "./part";
 
 export function isovaluePart(change: Change): Part & { histogram: HistogramView } {
   const hasDragged = forever.get("hasDragged") !== null; // Once is enough.
   const hint = h("p", { class: "hint", hidden: hasDragged },
     "Drag the line: the surface runs where the data has this value.");
+  let info: DatasetInfo | null = null;
+  let settings: Settings;
   const histogram = new HistogramView({
-    moved: (isovalue, isDragging) => {
+    moved: (surface, isovalue, isDragging) => {
       hint.classList.add("is-read");
       histogram.invite(false);
       forever.set("hasDragged", "yes");
-      change({ isovalue }, isDragging);
+      change(withSurface(settings, surface, { isovalue }), isDragging);
     },
   });
-  histogram.invite(!hasDragged);
-  const input = h("input", { type: "number", step: "any", "aria-label": "Isovalue", class: "number" });
-  let isTyping = false; // What is half written is left alone.
-  input.addEventListener("input", () => (isTyping = true));
-  input.addEventListener("change", () => {
-    isTyping = false;
-    if (Number.isFinite(input.valueAsNumber)) change({ isovalue: input.valueAsNumber });
-  });
+  const input = numberInput("Isovalue", (isovalue) => change({ isovalue }));
   const log = toggle({
     label: "log", tip: "Logarithmic heights: rare values become visible.",
     turned: (logScale) => change({ logScale }),
   });
   const chips = h("div", { class: "chips", role: "group", "aria-label": "Isovalues worth a look" });
-  let info: DatasetInfo | null = null;
   const chip = (value: number) => {
     const button = h("button", { type: "button", "data-tip": "A value that parts the data well." },
       inDigits(value));
@@ -43,24 +40,26 @@ export function isovaluePart(change: Change): Part & { histogram: HistogramView 
   return {
     histogram,
     elements: [
-      h("div", { class: "section-head" }, h("h2", {}, "Isovalue"), input, log.element),
+      h("div", { class: "section-head" }, h("h2", {}, "Isovalue"), input.element, log.element),
       histogram.element, chips, hint,
     ],
-    show: (settings, shown) => {
-      log.show(settings.logScale);
+    show: (now, shown) => {
+      settings = now;
+      log.show(now.logScale);
       if (!shown) return;
+      const suggested = suggestedIsovalue(shown);
+      histogram.show(shown, surfacesOf(now).map(({ isovalue, colour }) => ({ isovalue: isovalue ?? suggested, colour })), now.logScale);
       if (shown !== info) {
         const values = shown.suggestedIsovalues.slice(0, 5).sort((a, b) => a - b);
         chips.replaceChildren(...(values.length > 1 ? values.map(chip) : []));
+        if (!info) histogram.invite(!hasDragged);
       }
       info = shown;
-      const isovalue = settings.isovalue ?? suggestedIsovalue(shown);
-      histogram.show(shown, isovalue, settings.logScale);
+      const isovalue = now.isovalue ?? suggested;
       for (const button of chips.querySelectorAll("button")) {
         button.setAttribute("aria-pressed", String(Number(button.dataset.value) === isovalue));
       }
-      if (document.activeElement !== input) isTyping = false;
-      if (!isTyping) input.value = String(isovalue);
+      input.show(isovalue);
     },
   };
 }

@@ -1,13 +1,19 @@
 // Keys that work wherever nothing is being typed. panel/help.ts tells them to the user.
 import type { Stage } from "../scene/stage";
-import type { Colouring, Settings } from "../state/settings";
+import type { Settings } from "../state/settings";
 import type { Store } from "../state/store";
 
-export function installKeyboard(
-  stage: Stage,
-  settings: Store<Settings>,
-  acts: { fit: () => void; reset: () => void; forget: () => void; help: () => void },
-): void {
+export interface KeyActs {
+  fit: () => void;
+  reset: () => void;
+  forget: () => void;
+  help: () => void;
+  fullScreen: () => void;
+  undo: () => void;
+  redo: () => void;
+}
+
+export function installKeyboard(stage: Stage, settings: Store<Settings>, acts: KeyActs): void {
   const turn = 0.09;
   const keys: Record<string, () => void> = {
     ArrowLeft: () => stage.turn(-turn, 0),
@@ -20,15 +26,21 @@ export function installKeyboard(
     r: acts.reset,
     Escape: acts.forget,
     "?": acts.help,
+    z: acts.fullScreen,
+    p: () => settings.set({ projection: settings.get().projection === "perspective" ? "orthographic" : "perspective" }),
+    o: () => settings.set({ occlusion: !settings.get().occlusion }),
+    x: () => settings.set({ clip: nextOf(["off", "x", "y", "z"], settings.get().clip) }),
     w: () => settings.set({ wireframe: !settings.get().wireframe }),
     a: () => settings.set({ axes: !settings.get().axes }),
-    c: () => settings.set({ colouring: nextColouring(settings.get().colouring) }),
+    c: () => settings.set({ colouring: nextOf(["plain", "tiles", "steps"], settings.get().colouring) }),
   };
   window.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
     const target = event.target as Element;
     if (target.closest("dialog")) return;
-    if (target.closest("input, select, textarea, [role=slider], [role=radio]")) return;
+    if (target.closest("input:not([type=range]):not([type=checkbox]), textarea")) return;
+    if ((event.ctrlKey || event.metaKey) && !event.altKey) return takeBack(event, acts);
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (target.closest("input, select, [role=slider], [role=radio]")) return;
     const act = keys[event.key] ?? keys[event.key.toLowerCase()];
     if (!act) return;
     event.preventDefault();
@@ -36,7 +48,14 @@ export function installKeyboard(
   });
 }
 
-function nextColouring(now: Colouring): Colouring {
-  const all: Colouring[] = ["plain", "tiles", "steps"];
+function takeBack(event: KeyboardEvent, acts: KeyActs): void {
+  const key = event.key.toLowerCase();
+  if (key !== "z" && key !== "y") return;
+  event.preventDefault();
+  if (key === "y" || event.shiftKey) acts.redo();
+  else acts.undo();
+}
+
+function nextOf<T>(all: readonly T[], now: T): T {
   return all[(all.indexOf(now) + 1) % all.length];
 }

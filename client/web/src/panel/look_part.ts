@@ -39,12 +39,22 @@ export function lookPart(change: Change): Part {
   const axes = controls.toggle("axes", {
     label: "Axes and box", tip: "The data's extent, with its axes: x red, y green, z blue.",
   });
+  const projection = controls.choice("projection", {
+    label: "Projection", tip: "How what is far becomes small.",
+    words: [
+      ["perspective", "Perspective", "As one sees it."],
+      ["orthographic", "Parallel", "Lengths are alike near and far: the scale holds everywhere."],
+    ],
+  });
+  const occlusion = controls.toggle("occlusion", {
+    label: "Shade in hollows", tip: "Makes hollows darker; where it takes long, when nothing moves.",
+  });
   const theme = controls.choice("theme", {
     label: "Theme", tip: "Light or dark, or as your system has it.",
     words: [["auto", "System"], ["dark", "Dark"], ["light", "Light"]],
   });
   return {
-    elements: [colouring, wireframe, shading, clip, clipAt, flip, axes, theme],
+    elements: [colouring, wireframe, shading, clip, clipAt, flip, axes, projection, occlusion, theme],
     show: (settings) => {
       controls.show(settings);
       clipAt.hidden = flip.hidden = settings.clip === "off";

@@ -1,9 +1,10 @@
 // The side panel: everything one can turn, in the order in which one needs it.
 import type { DatasetInfo } from "../protocol/messages";
-import type { SurfaceSize } from "../state/progress";
+import type { Progress, SurfaceSize } from "../state/progress";
 import { defaults, type Settings } from "../state/settings";
 import type { Store } from "../state/store";
 import { accuracyPart } from "./accuracy_part";
+import { bookmarksPart, type BookmarksEvents } from "./bookmarks_part";
 import { h, inBytes, inTriangles } from "./dom";
 import type { HistogramView } from "./histogram";
 import { folded, section } from "./inputs";
@@ -11,11 +12,10 @@ import { isovaluePart } from "./isovalue_part";
 import { lookPart } from "./look_part";
 import type { Change, Part } from "./part";
 import { regionPart } from "./region_part";
+import { type SurfacesPart, surfacesPart } from "./surfaces_part";
 import { takeAwayPart, type TakeAwayEvents } from "./take_away_part";
 
-export interface PanelEvents extends Omit<TakeAwayEvents, "startOver"> {
-  // The isovalue or the error moves and will move on.
-  dragging: (isDragging: boolean) => void;
+export interface PanelEvents extends Omit<TakeAwayEvents, "startOver">, BookmarksEvents {
   reset: () => void;
 }
 
@@ -23,20 +23,17 @@ export class Panel {
   readonly element: HTMLElement;
   readonly histogram: HistogramView;
   private readonly parts: Part[];
+  private readonly surfaces: SurfacesPart;
   private readonly expected = h("p", { class: "expected", "data-tip":
     "How large the surface with these settings is, as the server estimates it before making it." });
   private info: DatasetInfo | null = null;
 
   constructor(
     private readonly settings: Store<Settings>,
+    change: Change,
     events: PanelEvents,
     datasets: HTMLElement,
   ) {
-    const change: Change = (said, isDragging = false) => {
-      if (isDragging) events.dragging(true);
-      settings.set(said);
-      if (!isDragging) events.dragging(false);
-    };
     const startOver = () => {
       const { dataset, theme } = settings.get();
       change({ ...defaults, dataset, theme });
@@ -44,17 +41,20 @@ export class Panel {
     };
     const isovalue = isovaluePart(change);
     const accuracy = accuracyPart(change, this.expected);
+    const surfaces = (this.surfaces = surfacesPart(change));
     const region = regionPart(change);
     const look = lookPart(change);
     this.histogram = isovalue.histogram;
-    this.parts = [isovalue, accuracy, region, look];
+    this.parts = [isovalue, surfaces, accuracy, region, look];
     this.element = h("aside", { class: "panel", "aria-label": "Controls" },
       h("header", {}, h("h1", {}, "Multi-Tetra"), h("p", {}, "surfaces of volume data, streamed")),
       section("Dataset", datasets),
       h("section", {}, ...isovalue.elements),
+      folded("Surfaces", settings.get().surfaces.length > 0, ...surfaces.elements),
       section("Accuracy", ...accuracy.elements),
       folded("Finer in one place", false, ...region.elements),
       folded("Appearance", false, ...look.elements),
+      folded("Bookmarks", false, ...bookmarksPart(events)),
       folded("Take it with you", false, takeAwayPart({ ...events, startOver })),
     );
     settings.watch(() => this.show());
@@ -69,6 +69,10 @@ export class Panel {
     this.expected.textContent = size
       ? `about ${inTriangles(size.triangles)}, ${inBytes(size.bytes)}`
       : "\u00a0"; // The line stays.
+  }
+
+  showSurface(surface: number, progress: Progress): void {
+    this.surfaces.showProgress(surface, progress);
   }
 
   private show(): void {

@@ -4,6 +4,8 @@ import { h } from "./dom";
 
 export interface TakeAwayEvents {
   copyLink: () => void;
+  copyEmbedding: () => void;
+  turntable: (form: "video" | "pictures") => void;
   screenshot: () => void;
   download: (format: MeshFormat) => void;
   startOver: () => void;
@@ -17,9 +19,13 @@ export function takeAwayPart(events: TakeAwayEvents): HTMLElement {
   };
   return h("div", { class: "actions" },
     button("Copy link", "The address of exactly this view, with all settings.", events.copyLink),
+    button("Embed", "HTML that shows this view in another page; what it may ask of it is in the documentation.",
+      events.copyEmbedding),
     button("Picture", "What you see, as PNG.", events.screenshot),
     button("GLB", "The shown surface for Blender, web and office programs.", () => events.download("glb")),
     button("PLY", "The shown surface for ParaView, MeshLab, CloudCompare.", () => events.download("ply")),
     button("STL", "The shown surface for 3D printing.", () => events.download("stl")),
+    button("Turn: video", "The surface turned once around, as a film (WebM).", () => events.turntable("video")),
+    button("Turn: PNGs", "The same as 120 pictures in a ZIP file.", () => events.turntable("pictures")),
     button("Start over", "All settings as they were in the beginning.", events.startOver));
 }

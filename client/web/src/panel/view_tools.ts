@@ -1,17 +1,20 @@
 // Buttons over the picture: where one looks from.
+import * as THREE from "three";
+
 import { h } from "./dom";
 
 export interface ViewActs {
   fit: () => void;
   reset: () => void;
-  lookFrom: (x: number, y: number, z: number) => void;
+  lookFrom: (direction: THREE.Vector3) => void;
+  fullScreen: () => void;
   help: () => void;
 }
 
 const directions = [
   ["Front", 0, -1, 0],
   ["Side", 1, 0, 0],
-  ["Top", 0, -0.0001, 1],
+  ["Top", 0, 0, 1],
 ] as const;
 
 export function viewTools(acts: ViewActs): HTMLElement {
@@ -24,6 +27,7 @@ export function viewTools(acts: ViewActs): HTMLElement {
     button("Fit", "Fit the surface", "The whole surface in the picture (F).", acts.fit),
     button("Reset", "Reset the view", "The view of the beginning (R).", acts.reset),
     ...directions.map(([word, x, y, z]) =>
-      button(word, `${word} view`, "Look along an axis of the world.", () => acts.lookFrom(x, y, z))),
+      button(word, `${word} view`, "Look along an axis of the world.", () => acts.lookFrom(new THREE.Vector3(x, y, z)))),
+    button("Full", "Fill the screen", "The picture alone, on the whole screen (Z).", acts.fullScreen),
     button("?", "How to use it", "Mouse, fingers and keys (?).", acts.help));
 }

@@ -5,6 +5,7 @@ import * as THREE from "three";
 import type { Region } from "../state/settings";
 import type { Vec3 } from "../stream/dataset";
 import { discard } from "./discard";
+import { layers } from "./layers";
 import type { Stage } from "./stage";
 
 interface Handle {
@@ -78,6 +79,8 @@ export class RegionHandles {
         ? new THREE.LineSegments(new THREE.EdgesGeometry(shape), lineMaterial())
         : rings();
     edges.renderOrder = 3;
+    glass.layers.set(layers.marks);
+    edges.layers.set(layers.marks);
     this.group.add(glass, edges);
     this.handles = this.region.kind === "box" ? boxHandles() : ballHandles();
     this.group.add(...this.handles.map(({ mesh }) => mesh));
@@ -222,6 +225,7 @@ function handleMesh(isMiddle = false): THREE.Mesh {
     new THREE.MeshBasicMaterial({ color: isMiddle ? 0xffffff : colour, depthTest: false, transparent: true }),
   );
   mesh.renderOrder = 4;
+  mesh.layers.set(layers.overlay);
   return mesh;
 }
 

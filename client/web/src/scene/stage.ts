@@ -1,22 +1,47 @@
 // The picture: camera, lights, background, and a frame whenever something has changed. Nothing is
 // drawn while nothing moves.
+//
+// A frame while something moves has to be quick; when all rests, one more is drawn with all that makes
+// it better. What the graphics card needs little time for is in both.
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 import type { Vec3 } from "../stream/dataset";
 import type { View } from "../stream/request";
+import { hasDrawn } from "./card";
+import { Lights } from "./lights";
+import type { Lens } from "./occlusion";
+import { Painter } from "./painter";
+
+export interface StageLook {
+  isOrthographic: boolean;
+  hasOcclusion: boolean;
+  hasTranslucent: boolean; // Something in the scene is seen through.
+  clip: THREE.Plane[]; // That cut the surfaces.
+}
+
+const restAfter = 180; // Milliseconds without a change.
+const quick = 20; // Milliseconds of the graphics card: a frame that may be drawn while things move.
+const tooSlow = 4000; // And one that is not drawn at all.
+const peels = { moving: 3, resting: 6 };
 
 export class Stage {
   readonly scene = new THREE.Scene();
   readonly camera = new THREE.PerspectiveCamera(35, 1, 0.1, 1000);
   readonly renderer: THREE.WebGLRenderer;
   readonly controls: OrbitControls;
-  private readonly headlight = new THREE.DirectionalLight(0xfff6ea, 2.5);
+  private readonly flat = new THREE.OrthographicCamera(); // Follows `camera`.
+  private readonly lights = new Lights();
+  private readonly painter: Painter;
+  private look: StageLook = { isOrthographic: false, hasOcclusion: false, hasTranslucent: false, clip: [] };
+  private occlusionCost: number | null = null; // Milliseconds of the frame that had it; null: not known.
+  private restTimer = 0;
   private readonly sphere = new THREE.Sphere(new THREE.Vector3(), 1);
   private isDue = false;
   // Work to do in small parts, one part a frame: true when there is more.
   private readonly chores: (() => boolean)[] = [];
   private readonly afterFrame: (() => void)[] = [];
+  private readonly resizing = new ResizeObserver(() => this.resize());
 
   constructor(private readonly canvas: HTMLCanvasElement) {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
@@ -24,15 +49,14 @@ export class Stage {
     this.renderer.setClearColor(0x000000, 0);
     this.renderer.localClippingEnabled = true; // Materials have planes that cut the surface open.
     this.camera.up.set(0, 0, 1);
-    this.scene.add(new THREE.HemisphereLight(0xdfe8f5, 0x2a2622, 0.85), this.camera);
-    this.headlight.position.set(-0.6, 0.9, 1);
-    this.camera.add(this.headlight, this.headlight.target);
-    this.headlight.target.position.set(0, 0, -1);
+    this.flat.up.copy(this.camera.up);
+    this.painter = new Painter(this.renderer);
+    this.scene.add(this.lights.group);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.dampingFactor = 0.12;
     this.controls.enableDamping = !matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.controls.addEventListener("change", () => this.invalidate());
-    new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
+    this.resizing.observe(canvas.parentElement!);
     this.resize();
   }
 
@@ -40,6 +64,16 @@ export class Stage {
     if (this.isDue) return;
     this.isDue = true;
     requestAnimationFrame(() => this.frame());
+  }
+
+  setLook(look: StageLook): void {
+    this.look = look;
+    this.invalidate();
+  }
+
+  // What rays and places are seen through.
+  get lens(): Lens {
+    return this.look.isOrthographic ? this.flat : this.camera;
   }
 
   everyFrame(chore: () => boolean): void {
@@ -149,13 +183,13 @@ export class Stage {
       1 - (2 * y) / this.canvas.clientHeight,
     );
     const caster = new THREE.Raycaster();
-    caster.setFromCamera(ndc, this.camera);
+    caster.setFromCamera(ndc, this.lens);
     return caster.ray;
   }
 
   // Where a place in the world is on the canvas; null behind the camera.
   project(place: THREE.Vector3): { x: number; y: number } | null {
-    const p = place.clone().project(this.camera);
+    const p = place.clone().project(this.lens);
     if (p.z > 1) return null;
     return {
       x: ((p.x + 1) / 2) * this.canvas.clientWidth,
@@ -163,9 +197,9 @@ export class Stage {
     };
   }
 
-  // A picture of what is shown, as PNG, on the page's background.
-  async picture(background: string): Promise<Blob> {
-    this.draw();
+  // What is shown as it is at rest, drawn into a canvas of its own on the page's background.
+  picture(background: string): HTMLCanvasElement {
+    this.draw(true);
     const copy = document.createElement("canvas");
     copy.width = this.canvas.width;
     copy.height = this.canvas.height;
@@ -173,25 +207,74 @@ export class Stage {
     context.fillStyle = background;
     context.fillRect(0, 0, copy.width, copy.height);
     context.drawImage(this.canvas, 0, 0);
-    return new Promise((resolve) => copy.toBlob((blob) => resolve(blob!), "image/png"));
+    return copy;
+  }
+
+  // Gives the graphics card back.
+  dispose(): void {
+    clearTimeout(this.restTimer);
+    this.isDue = true; // No frame follows.
+    this.controls.dispose();
+    this.resizing.disconnect();
+    this.renderer.dispose();
+    this.renderer.forceContextLoss();
   }
 
   private frame(): void {
     this.isDue = false;
     const isMoving = this.controls.update();
     const isBusy = this.chores.map((chore) => chore()).some(Boolean);
-    this.draw();
+    this.draw(false);
     for (const listener of this.afterFrame) listener();
+    clearTimeout(this.restTimer);
     if (isMoving || isBusy) this.invalidate();
+    else if (!this.isQuick()) this.restTimer = window.setTimeout(() => void this.drawAtRest(), restAfter);
   }
 
-  private draw(): void {
+  // Whether frames while things move are as good as those at rest.
+  private isQuick(): boolean {
+    const { hasOcclusion, hasTranslucent } = this.look;
+    return !hasTranslucent && (!hasOcclusion || (this.occlusionCost ?? Infinity) <= quick);
+  }
+
+  private async drawAtRest(): Promise<void> {
+    await hasDrawn(this.renderer);
+    if (this.isDue) return;
+    const begin = performance.now();
+    this.draw(true);
+    if (!this.look.hasOcclusion) return;
+    await hasDrawn(this.renderer, 4);
+    this.occlusionCost = performance.now() - begin;
+  }
+
+  private draw(isAtRest: boolean): void {
     const distance = this.camera.position.distanceTo(this.sphere.center);
     const { radius } = this.sphere;
     this.camera.near = Math.max(distance - 2.5 * radius, 0.0015 * radius);
     this.camera.far = distance + 2.5 * radius;
     this.camera.updateProjectionMatrix();
-    this.renderer.render(this.scene, this.camera);
+    this.camera.updateMatrixWorld();
+    this.followFlat(distance, radius);
+    this.lights.follow(this.camera);
+    const cost = this.occlusionCost ?? 0;
+    const isOccluded = this.look.hasOcclusion && (isAtRest ? cost < tooSlow : this.isQuick());
+    this.painter.draw(this.scene, this.lens, {
+      occlusion: isOccluded ? { radius: Math.min(0.12 * radius, this.unitsOf(90)), clip: this.look.clip } : null,
+      peels: !this.look.hasTranslucent ? 0 : isAtRest ? peels.resting : peels.moving,
+    });
+  }
+
+  // The same picture at the distance of the target, without perspective.
+  private followFlat(distance: number, radius: number): void {
+    const half = this.unitsOf(this.canvas.clientHeight) / 2;
+    const { flat, camera } = this;
+    [flat.left, flat.right, flat.top, flat.bottom] = [-half * camera.aspect, half * camera.aspect, half, -half];
+    flat.near = distance - 2.5 * radius; // What is beside or behind the eye is there, too.
+    flat.far = distance + 2.5 * radius;
+    flat.position.copy(camera.position);
+    flat.quaternion.copy(camera.quaternion);
+    flat.updateProjectionMatrix();
+    flat.updateMatrixWorld();
   }
 
   private resize(): void {
@@ -200,7 +283,7 @@ export class Stage {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    this.draw();
+    this.draw(false);
     this.invalidate();
   }
 }

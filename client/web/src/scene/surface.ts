@@ -7,8 +7,10 @@
 import * as THREE from "three";
 
 import type { Affine } from "../stream/dataset";
-import type { Colouring, Settings, Shading } from "../state/settings";
+import type { Colouring, Settings } from "../state/settings";
 import type { DecodedTile } from "../workers/worker_messages";
+import { layers } from "./layers";
+import { surfaceMaterial } from "./surface_material";
 
 interface KeptTile {
   mesh: THREE.Mesh;
@@ -19,13 +21,15 @@ interface KeptTile {
 }
 
 const bytesAFrame = 3_000_000; // Uploaded while the page stays fluid.
-const mostTriangles = 12_000_000; // Kept, those shown included.
+const mostTriangles = 12_000_000; // Kept of one surface, those shown included.
 const palette = [
   "#d8b48f", "#7fb3d5", "#8fc9a3", "#e3a6a1", "#b7a3d9", "#e6cf7c",
   "#79c7c5", "#d99bc4", "#a9bf6f", "#c7a17a", "#8fa8d8", "#d6d0c4",
 ];
 const stepPalette = ["#c75146", "#dd8a4a", "#e3c567", "#a7c17a", "#5ea58b", "#4d87b0", "#7b6fb3"];
-const plainColour = "#e0cdb4";
+
+// What of the settings is one surface's look.
+export type SurfaceLook = Pick<Settings, "wireframe" | "shading" | "colour" | "opacity" | "visible"> & { colouring: Colouring };
 
 export class Surface {
   private readonly tiles = new Map<string, KeptTile>();
@@ -39,10 +43,9 @@ export class Surface {
     wireframe: true,
     transparent: true,
     opacity: 0.24,
+    depthWrite: false,
   });
-  private colouring: Colouring = "plain";
-  private isWireframe = false;
-  private shading: Shading = "field";
+  private look: SurfaceLook = { colouring: "plain", wireframe: false, shading: "field", colour: "#e0cdb4", opacity: 1, visible: true };
   private clip: THREE.Plane[] = [];
 
   constructor(
@@ -59,7 +62,7 @@ export class Surface {
     geometry.setIndex(new THREE.BufferAttribute(tile.triangles, 1));
     geometry.computeBoundingSphere();
     geometry.setDrawRange(0, 0);
-    const mesh = new THREE.Mesh(geometry, this.material(tile.id, stepNumber));
+    const mesh = new THREE.Mesh(geometry);
     mesh.matrixAutoUpdate = false;
     mesh.matrix.set(
       toWorld[0], toWorld[3], toWorld[6], toWorld[9],
@@ -69,13 +72,15 @@ export class Surface {
     );
     mesh.frustumCulled = false; // Until it is uploaded.
     mesh.userData.triangles = tile.triangles.length / 3;
-    this.tiles.set(tile.id, {
+    const kept: KeptTile = {
       mesh,
       triangles: tile.triangles.length / 3,
       lastUse: ++this.uses,
       isUploaded: false,
       stepNumber,
-    });
+    };
+    this.setMaterial(tile.id, kept);
+    this.tiles.set(tile.id, kept);
     this.uploads.push(tile.id);
     this.invalidate();
   }
@@ -172,17 +177,35 @@ export class Surface {
     }
   }
 
-  applyLook(settings: Settings, clip: THREE.Plane | null): void {
-    this.colouring = settings.colouring;
-    this.isWireframe = settings.wireframe;
-    this.shading = settings.shading;
+  // Whether one sees through it now.
+  get isTranslucent(): boolean {
+    return this.look.visible && this.look.opacity < 1;
+  }
+
+  applyLook(look: SurfaceLook, clip: THREE.Plane | null): void {
+    const { isTranslucent: wasTranslucent, look: before } = this;
+    this.look = look;
     this.clip = clip ? [clip] : [];
+    if (wasTranslucent !== this.isTranslucent) this.forgetMaterials();
+    if (before.colour !== look.colour) this.recolour(before.colour);
     for (const material of this.materials.values()) this.refresh(material);
     this.lines.clippingPlanes = this.clip;
+    const shown = new Set(this.shown);
     for (const [id, tile] of this.tiles) {
-      tile.mesh.material = this.material(id, tile.stepNumber);
+      this.setMaterial(id, tile);
+      if (tile.isUploaded) tile.mesh.visible = look.visible && shown.has(id);
       this.setLines(tile);
     }
+    this.invalidate();
+  }
+
+  // Everything goes from the graphics card, and nobody is told.
+  dispose(): void {
+    for (const [id, tile] of [...this.tiles]) this.remove(id, tile);
+    this.shown = [];
+    this.forgetMaterials();
+    this.lines.dispose();
+    this.resolveWaiting();
     this.invalidate();
   }
 
@@ -209,17 +232,18 @@ export class Surface {
   private setVisible(id: string, isVisible: boolean): void {
     const tile = this.tiles.get(id);
     if (!tile) return;
-    tile.mesh.visible = isVisible;
+    tile.mesh.visible = isVisible && this.look.visible;
     tile.lastUse = ++this.uses;
     if (isVisible) this.setLines(tile);
   }
 
   private setLines(tile: KeptTile): void {
     const child = tile.mesh.children[0];
-    if (child) child.visible = this.isWireframe;
-    if (child || !this.isWireframe || !tile.mesh.visible) return;
+    if (child) child.visible = this.look.wireframe;
+    if (child || !this.look.wireframe || !tile.mesh.visible) return;
     const lines = new THREE.Mesh(tile.mesh.geometry, this.lines);
     lines.matrixAutoUpdate = false;
+    lines.layers.set(layers.marks);
     tile.mesh.add(lines);
   }
 
@@ -229,44 +253,45 @@ export class Surface {
     this.tiles.delete(id);
   }
 
+  private setMaterial(id: string, { mesh, stepNumber }: KeptTile): void {
+    mesh.material = this.material(id, stepNumber);
+    mesh.layers.set(this.isTranslucent ? layers.translucent : layers.solid);
+  }
+
   private material(id: string, stepNumber: number): THREE.MeshStandardMaterial {
-    let colour = plainColour;
-    if (this.colouring === "tiles") colour = palette[parseInt(id.slice(-6), 16) % palette.length];
-    if (this.colouring === "steps") colour = stepPalette[stepNumber % stepPalette.length];
+    let { colour } = this.look;
+    if (this.look.colouring === "tiles") colour = palette[parseInt(id.slice(-6), 16) % palette.length];
+    if (this.look.colouring === "steps") colour = stepPalette[stepNumber % stepPalette.length];
     let material = this.materials.get(colour);
     if (!material) {
-      material = surfaceMaterial(colour);
+      material = surfaceMaterial(colour, this.isTranslucent);
       this.refresh(material);
       this.materials.set(colour, material);
     }
     return material;
   }
 
+  // A colour that is being chosen is no new material each time.
+  private recolour(before: string): void {
+    const material = this.materials.get(before);
+    if (!material || palette.includes(before) || stepPalette.includes(before)) return;
+    this.materials.delete(before);
+    if (this.materials.has(this.look.colour)) return material.dispose();
+    material.color.set(this.look.colour);
+    this.materials.set(this.look.colour, material);
+  }
+
+  private forgetMaterials(): void {
+    for (const material of this.materials.values()) material.dispose();
+    this.materials.clear();
+  }
+
   private refresh(material: THREE.MeshStandardMaterial): void {
     material.clippingPlanes = this.clip;
-    if (material.flatShading === (this.shading === "facets")) return;
-    material.flatShading = this.shading === "facets";
+    if (this.isTranslucent) material.opacity = this.look.opacity;
+    const isFlat = this.look.shading === "facets";
+    if (material.flatShading === isFlat) return;
+    material.flatShading = isFlat;
     material.needsUpdate = true;
   }
-}
-
-export function surfaceMaterial(colour: string): THREE.MeshStandardMaterial {
-  const material = new THREE.MeshStandardMaterial({
-    color: colour,
-    roughness: 0.62,
-    metalness: 0,
-    side: THREE.DoubleSide,
-    polygonOffset: true,
-    polygonOffsetFactor: 1,
-    polygonOffsetUnits: 1,
-  });
-  // The inside, seen where the surface ends or is cut, is told apart by its colour.
-  material.onBeforeCompile = (shader) => {
-    shader.fragmentShader = shader.fragmentShader.replace(
-      "#include <color_fragment>",
-      "#include <color_fragment>\n" +
-        "if (!gl_FrontFacing) diffuseColor.rgb = diffuseColor.rgb * vec3(0.62, 0.50, 0.47);",
-    );
-  };
-  return material;
 }

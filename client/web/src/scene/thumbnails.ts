@@ -11,7 +11,8 @@ import { Link } from "../stream/link";
 import { isosurfaceRequest } from "../stream/request";
 import type { TilePool } from "../workers/tile_pool";
 import type { DecodedTile } from "../workers/worker_messages";
-import { surfaceMaterial } from "./surface";
+import { hasDrawn } from "./card";
+import { surfaceMaterial } from "./surface_material";
 
 const width = 128;
 const height = 96;
@@ -218,17 +219,10 @@ export class Thumbnails {
 
 // Resolves when all frames are drawn, and none has begun meanwhile.
 async function idle(renderer: THREE.WebGLRenderer): Promise<void> {
-  const gl = renderer.getContext() as WebGL2RenderingContext;
   const { render } = renderer.info;
   for (let frame = -1; frame !== render.frame; ) {
     frame = render.frame;
-    const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
-    if (!fence) return; // The card was taken away.
-    gl.flush();
-    while (!gl.isContextLost() && gl.getSyncParameter(fence, gl.SYNC_STATUS) !== gl.SIGNALED) {
-      await new Promise((resolve) => setTimeout(resolve, 30));
-    }
-    gl.deleteSync(fence);
+    await hasDrawn(renderer);
   }
 }
 

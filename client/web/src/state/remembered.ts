@@ -1,6 +1,6 @@
 // What is remembered beyond a reload. A browser that forbids pages to store anything loses nothing
 // but that.
-class Memory {
+export class Memory {
   constructor(private readonly storage: () => Storage) {}
 
   get(name: string): string | null {

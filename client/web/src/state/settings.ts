@@ -16,7 +16,17 @@ export type Region = BoxRegion | BallRegion;
 
 export type Shading = "field" | "smooth" | "facets";
 export type Colouring = "plain" | "tiles" | "steps";
+export type Projection = "perspective" | "orthographic";
 export type Theme = "auto" | "dark" | "light";
+
+// A surface beside the first one, of the same dataset.
+export interface FurtherSurface {
+  isovalue: number;
+  error: number | null; // Voxels; null: as the first one.
+  colour: string; // "#rrggbb"
+  opacity: number; // 0 to 1: nothing to see through.
+  visible: boolean;
+}
 
 export interface Settings {
   // What is asked for.
@@ -31,7 +41,11 @@ export interface Settings {
   pixels: number; // Allowed error on the screen when the view is followed.
   maxTriangles: number; // 0: no limit.
   simplify: boolean; // Without the triangles that the error does not need.
+  surfaces: readonly FurtherSurface[]; // All but the first: state/surfaces.ts has all as one list.
   // How it is shown.
+  colour: string; // Of the first surface, as are the next two.
+  opacity: number;
+  visible: boolean;
   shading: Shading;
   wireframe: boolean;
   colouring: Colouring;
@@ -39,6 +53,8 @@ export interface Settings {
   clipAt: number; // 0 to 1 along the axis.
   clipFlipped: boolean;
   axes: boolean;
+  projection: Projection;
+  occlusion: boolean; // Hollows are darker.
   logScale: boolean;
   theme: Theme;
   eye: [number, number, number] | null; // World coordinates; null: the default view.
@@ -57,6 +73,10 @@ export const defaults: Settings = {
   pixels: 1,
   maxTriangles: 0,
   simplify: true,
+  surfaces: [],
+  colour: "#e0cdb4",
+  opacity: 1,
+  visible: true,
   shading: "field",
   wireframe: false,
   colouring: "plain",
@@ -64,6 +84,8 @@ export const defaults: Settings = {
   clipAt: 0.5,
   clipFlipped: false,
   axes: true,
+  projection: "perspective",
+  occlusion: true,
   logScale: true,
   theme: "auto",
   eye: null,
@@ -76,8 +98,9 @@ export function isOtherRequest(now: Settings, before: Settings): boolean {
   if (now.dataset !== before.dataset) return false;
   const hasNormals = (s: Settings) => s.shading === "field";
   const isOther = (name: keyof Settings) => now[name] !== before[name];
+  const further = ({ surfaces }: Settings) => surfaces.map(({ isovalue, error }) => `${isovalue} ${error}`).join();
   return (
-    asking.some(isOther) || (now.followView && isOther("pixels")) || hasNormals(now) !== hasNormals(before)
+    further(now) !== further(before) || asking.some(isOther) || (now.followView && isOther("pixels")) || hasNormals(now) !== hasNormals(before)
   );
 }
 

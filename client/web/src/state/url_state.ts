@@ -5,7 +5,8 @@
 //
 // Whatever cannot be read is passed over and can be told: an address from elsewhere never breaks the
 // page.
-import { defaults, type Region, type Settings } from "./settings";
+import { defaults, type FurtherSurface, type Region, type Settings } from "./settings";
+import { mostSurfaces } from "./surfaces";
 
 export function toAddress(settings: Settings): string {
   const said = new URLSearchParams();
@@ -13,10 +14,12 @@ export function toAddress(settings: Settings): string {
     if (value !== usual && value !== null) said.set(name, String(value));
   };
   for (const name of plainNames) add(name, settings[name], defaults[name]);
+  if (settings.colour !== defaults.colour) said.set("colour", settings.colour.slice(1));
+  if (settings.surfaces.length > 0) said.set("surfaces", settings.surfaces.map(surfaceText).join(";"));
   if (settings.region) said.set("region", regionText(settings.region));
   if (settings.eye) said.set("eye", settings.eye.map(short).join(","));
   if (settings.target) said.set("target", settings.target.map(short).join(","));
-  return said.toString().replace(/%(2C|3A|3D)/g, decodeURIComponent);
+  return said.toString().replace(/%(2C|3A|3B|3D)/g, decodeURIComponent);
 }
 
 export function fromAddress(text: string): Partial<Settings> {
@@ -50,6 +53,12 @@ export function fromAddress(text: string): Partial<Settings> {
   set("clipAt", number("clipAt", 0, 1));
   set("clipFlipped", yes("clipFlipped"));
   set("axes", yes("axes"));
+  set("projection", word("projection", "perspective", "orthographic"));
+  set("occlusion", yes("occlusion"));
+  set("colour", colourFrom(said.get("colour")));
+  set("opacity", number("opacity", 0, 1));
+  set("visible", yes("visible"));
+  set("surfaces", surfacesFrom(said.get("surfaces")));
   set("logScale", yes("logScale"));
   set("theme", word("theme", "auto", "dark", "light"));
   set("region", regionFrom(said.get("region")));
@@ -80,11 +89,37 @@ export function edited(now: Settings, text: string): Settings {
 const plainNames = [
   "dataset", "isovalue", "error", "bound", "rule", "tolerance", "followView", "pixels",
   "maxTriangles", "simplify", "shading", "wireframe", "colouring", "clip", "clipAt", "clipFlipped", "axes",
-  "logScale", "theme",
+  "projection", "occlusion", "opacity", "visible", "logScale", "theme",
 ] as const;
 
 function short(value: number): string {
   return String(Number(value.toPrecision(6)));
+}
+
+// "300.5,d9775f,0.4": isovalue, colour and opacity; an error of its own as fourth (empty: none), and
+// "hidden" as fifth.
+function surfaceText({ isovalue, error, colour, opacity, visible }: FurtherSurface): string {
+  const words = [isovalue, colour.slice(1), short(opacity), error === null ? "" : short(error), visible ? "" : "hidden"];
+  return words.join(",").replace(/,+$/, "");
+}
+
+function surfacesFrom(text: string | null): FurtherSurface[] | undefined {
+  if (!text) return undefined;
+  const surfaces = text.split(";").map((one): FurtherSurface | null => {
+    const [value, colourText, opacityText, errorText, hidden] = one.split(",");
+    const [isovalue] = numbersFrom(value, 1) ?? [];
+    const [opacity] = numbersFrom(opacityText ?? "1", 1) ?? [];
+    const [error] = errorText ? (numbersFrom(errorText, 1) ?? [NaN]) : [null];
+    const colour = colourFrom(colourText);
+    if (isovalue === undefined || opacity === undefined || !colour || (hidden && hidden !== "hidden")) return null;
+    if (!(opacity >= 0 && opacity <= 1) || (error !== null && !(error >= 0))) return null;
+    return { isovalue, error, colour, opacity, visible: hidden !== "hidden" };
+  });
+  return surfaces.length < mostSurfaces && surfaces.every((one) => one !== null) ? surfaces : undefined;
+}
+
+function colourFrom(text: string | null | undefined): string | undefined {
+  return text && /^[0-9a-f]{6}$/i.test(text) ? `#${text.toLowerCase()}` : undefined;
 }
 
 // As the programs' --region option says it.

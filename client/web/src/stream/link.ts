@@ -20,7 +20,6 @@ export class Link {
   ) {}
 
   connect(): void {
-    clearTimeout(this.timer);
     this.leave();
     let socket: WebSocket;
     try {
@@ -65,6 +64,7 @@ export class Link {
   }
 
   leave(): void {
+    clearTimeout(this.timer);
     const socket = this.socket;
     this.socket = null;
     this.forbidden.abort();
@@ -77,7 +77,6 @@ export class Link {
     const { signal } = this.forbidden;
     document.addEventListener("securitypolicyviolation", ({ effectiveDirective }) => {
       if (effectiveDirective !== "connect-src") return;
-      clearTimeout(this.timer);
       this.leave();
       this.events.impossible();
     }, { signal });

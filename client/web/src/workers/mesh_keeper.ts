@@ -1,6 +1,8 @@
 // Keeps a copy of every tile, away from the page: what needs whole surfaces happens here. Checks a
-// step before it is shown, makes normals agree where tiles meet, finds what a ray hits, and writes
-// files.
+// step before it is shown, makes normals agree where tiles meet, finds what a ray hits and a plane
+// cuts, measures parts, and writes files.
+import { cutLine } from "../mesh/cut";
+import { massProperties } from "../mesh/mass_properties";
 import { meshFile } from "../mesh/mesh_files";
 import { pack } from "../mesh/normals";
 import { nearestHit } from "../mesh/ray";
@@ -83,6 +85,10 @@ async function answer(request: KeeperRequest): Promise<KeeperReply["result"]> {
       return certified(request.ids, request.border);
     case "pick":
       return pick(await all(request.ids), request.ray);
+    case "measure":
+      return massProperties(await all(request.ids), request.toWorld, request.at);
+    case "cut":
+      return cutLine(await all(request.ids), request.plane);
     case "file":
       return meshFile(await all(request.ids), request.format, request.toWorld);
     default:
@@ -91,7 +97,7 @@ async function answer(request: KeeperRequest): Promise<KeeperReply["result"]> {
 }
 
 function transfers(result: KeeperReply["result"]): ArrayBufferLike[] {
-  if (result instanceof Uint8Array) return [result.buffer];
+  if (result instanceof Uint8Array || result instanceof Float32Array) return [result.buffer];
   if (result && "topology" in result) return result.normals.map(({ normals }) => normals.buffer);
   return [];
 }

@@ -1,4 +1,6 @@
 // The page's side of the workers: tiles are decoded by several, whole steps are kept by one.
+import type { CutPlane } from "../mesh/cut";
+import type { MassProperties } from "../mesh/mass_properties";
 import type { DataBorder } from "../mesh/seams";
 import type {
   Certified,
@@ -44,9 +46,12 @@ export class TilePool {
     });
   }
 
-  // Drops jobs that no worker has begun; they are rejected.
-  forget(): void {
-    for (const { done } of this.queue.splice(0)) done.reject(new Error("Nobody waits for it."));
+  // Drops jobs that no worker has begun, of tiles whose ids begin so; they are rejected.
+  forget(prefix: string): void {
+    const isGone = ({ job }: { job: TileJob }) => job.id.startsWith(prefix);
+    const gone = this.queue.filter(isGone);
+    this.queue.splice(0, Infinity, ...this.queue.filter((one) => !isGone(one)));
+    for (const { done } of gone) done.reject(new Error("Nobody waits for it."));
   }
 
   drop(ids: string[]): void {
@@ -61,8 +66,23 @@ export class TilePool {
     return this.ask((request) => ({ kind: "pick", request, ids, ray }));
   }
 
+  // Of the connected part that the triangle belongs to.
+  measure(ids: string[], toWorld: number[], at: { id: string; triangle: number }): Promise<MassProperties | null> {
+    return this.ask((request) => ({ kind: "measure", request, ids, toWorld, at }));
+  }
+
+  // Segments in lattice coordinates, as the plane is.
+  cut(ids: string[], plane: CutPlane): Promise<Float32Array> {
+    return this.ask((request) => ({ kind: "cut", request, ids, plane }));
+  }
+
   file(ids: string[], format: MeshFormat, toWorld: number[]): Promise<Uint8Array> {
     return this.ask((request) => ({ kind: "file", request, ids, format, toWorld }));
+  }
+
+  // All workers end; what was asked is never answered.
+  dispose(): void {
+    for (const worker of [this.keeper, ...this.idle, ...this.jobs.keys()]) worker.terminate();
   }
 
   private ask<T>(make: (request: number) => KeeperRequest): Promise<T> {

@@ -1,5 +1,7 @@
 // What travels between the page, the tile workers and the mesh keeper. A tile's id is its key
 // within one tile memory: the same content with and without normals are two tiles.
+import type { CutPlane } from "../mesh/cut";
+import type { MassProperties } from "../mesh/mass_properties";
 import type { HalfSpace } from "../mesh/ray";
 import type { DataBorder, MeshTopology } from "../mesh/seams";
 import type { TilePromise } from "../mesh/tile_mesh";
@@ -51,6 +53,8 @@ export type KeeperRequest =
   | { kind: "drop"; ids: string[] }
   | { kind: "certify"; request: number; ids: string[]; border: DataBorder }
   | { kind: "pick"; request: number; ids: string[]; ray: PickRay }
+  | { kind: "measure"; request: number; ids: string[]; toWorld: number[]; at: { id: string; triangle: number } }
+  | { kind: "cut"; request: number; ids: string[]; plane: CutPlane }
   | { kind: "file"; request: number; ids: string[]; format: MeshFormat; toWorld: number[] };
 
 // In lattice coordinates.
@@ -72,9 +76,10 @@ export interface Certified {
 export interface Hit {
   point: [number, number, number]; // Lattice coordinates.
   id: string;
+  triangle: number; // Of that tile.
 }
 export interface KeeperReply {
   request: number;
-  result?: Certified | Hit | null | Uint8Array;
+  result?: Certified | Hit | MassProperties | Float32Array | Uint8Array | null;
   error?: string;
 }

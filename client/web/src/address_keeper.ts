@@ -1,0 +1,79 @@
+// Settings and the page's address agree: what is turned is in the address, what is edited there is
+// done, and the browser's "Back" takes back another dataset or isovalue.
+import type { Token } from "./own_address";
+import type { Settings } from "./state/settings";
+import { edited, misread, toAddress } from "./state/url_state";
+import type { Viewer } from "./viewer";
+
+export class AddressKeeper {
+  private saidAtFirst: string;
+  private timer = 0;
+  private remembered: string | null = null; // What "Back" would leave: dataset and isovalue of the address.
+  private isDragging = false;
+
+  constructor(
+    private readonly viewer: Viewer,
+    private readonly token: Token,
+    hash: string,
+  ) {
+    this.saidAtFirst = hash;
+    viewer.on("settings", () => this.rememberSoon());
+    viewer.on("dataset", () => {
+      this.tellMisread(this.saidAtFirst);
+      this.saidAtFirst = "";
+    });
+    // What was edited is in the event: the address itself may be written anew before it is heard of.
+    window.addEventListener("hashchange", ({ newURL }) => this.useEdited(new URL(newURL).hash));
+    this.rememberSoon();
+  }
+
+  // While something is dragged nothing is remembered.
+  drags(isDragging: boolean): void {
+    this.isDragging = isDragging;
+  }
+
+  // The settings as the address has them: with the dataset's name, also of the one shown unasked.
+  addressed(): Settings {
+    const now = this.viewer.get();
+    const { info } = this.viewer;
+    return now.dataset || !info ? now : { ...now, dataset: info.name };
+  }
+
+  // Somebody has edited the address, or followed a link to this page.
+  useEdited(hash: string): void {
+    this.rememberSoon(); // As it is understood, without a token.
+    if (this.token.takeFrom(hash)) this.viewer.surfaces.connect();
+    this.remembered = null; // Where the browser is by now.
+    if (hash.slice(1) === toAddress(this.addressed())) return;
+    const { dataset, ...now } = edited(this.viewer.get(), hash);
+    const { list } = this.viewer.surfaces.datasets.get();
+    const isUnknown = dataset !== "" && list !== null && !list.some(({ name }) => name === dataset);
+    this.viewer.set({ ...now, dataset: dataset && !isUnknown ? dataset : this.addressed().dataset });
+    if (isUnknown) this.viewer.tellUnknown(dataset);
+    else this.tellMisread(hash);
+  }
+
+  private tellMisread(hash: string): void {
+    const said = misread(hash);
+    if (said.length === 0) return;
+    const words = said.slice(0, 3).map((word) => (word.length > 40 ? `${word.slice(0, 39)}…` : word));
+    const rest = said.length > words.length ? " and more" : "";
+    this.viewer.notices.tell(`Passed over in the address, as it means nothing here: ${words.join(", ")}${rest}.`, true);
+  }
+
+  private rememberSoon(): void {
+    clearTimeout(this.timer);
+    this.timer = window.setTimeout(() => (this.isDragging ? this.rememberSoon() : this.remember()), 300);
+  }
+
+  // Another dataset or isovalue is a step that the browser's "Back" takes back; all else is not.
+  private remember(): void {
+    const now = this.addressed();
+    const step = `${now.dataset} ${now.isovalue}`;
+    const isStep = this.remembered !== null && this.remembered !== step;
+    this.remembered = step;
+    const address = `#${toAddress(now)}`;
+    if (isStep) history.pushState(null, "", address);
+    else history.replaceState(null, "", address);
+  }
+}

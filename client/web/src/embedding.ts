@@ -1,0 +1,76 @@
+// A page around this one may set and read what is shown, and hears of what happens, by messages of
+// windows: client/web/EMBEDDING.md says which. Only the page around this one is heard; it is told things
+// only after it has spoken, and only at the origin that it then had.
+import type { Viewer } from "./viewer";
+import type { Picked } from "./scene/picking";
+import { settingsFrom } from "./state/said";
+
+const version = 1;
+const together = 100; // Milliseconds: settings that change faster are told once.
+
+interface Question {
+  multitetra?: unknown;
+  id?: unknown;
+  state?: unknown;
+}
+
+export class Embedding {
+  private origin: string | null = null; // Of the page around, once it has spoken.
+  private timer = 0;
+
+  constructor(
+    private readonly viewer: Viewer,
+    private readonly around: Window,
+    private readonly self: Window = window,
+  ) {
+    self.addEventListener("message", (event) => {
+      if (event.source === this.around) void this.hear(event.data as Question, event.origin);
+    });
+    viewer.on("settings", () => this.tellStateSoon());
+    viewer.on("dataset", (info) => this.tell("dataset", {
+      name: info.name, dims: [...info.dims], spacing: [...info.spacing], min: info.min, max: info.max,
+      lengthUnit: info.lengthUnit, valueUnit: info.valueUnit, suggestedIsovalues: [...info.suggestedIsovalues],
+    }));
+    viewer.on("shown", (facts) => this.tell("shown", { ...facts }));
+    viewer.on("picked", (place) => this.tell("picked", told(place)));
+    around.postMessage({ multitetra: "ready", version }, "*"); // Says nothing but that.
+  }
+
+  private async hear(question: Question | null, origin: string): Promise<void> {
+    const { multitetra: kind, id, state } = question ?? {};
+    if (typeof kind !== "string") return; // Somebody else's message.
+    this.origin = origin;
+    switch (kind) {
+      case "set": {
+        const { settings, passedOver } = settingsFrom(state);
+        this.viewer.set(settings);
+        return this.tell("state", { id, state: this.viewer.get(), passedOver });
+      }
+      case "get":
+        return this.tell("state", { id, state: this.viewer.get(), passedOver: [] });
+      case "fit":
+        return this.viewer.fit();
+      case "reset":
+        return this.viewer.reset();
+      case "picture":
+        return this.tell("picture", { id, png: await this.viewer.picture() });
+      default:
+        return this.tell("error", { id, text: `There is no message "${kind}"; there are set, get, fit, reset and picture.` });
+    }
+  }
+
+  private tellStateSoon(): void {
+    clearTimeout(this.timer);
+    this.timer = this.self.setTimeout(() => this.tell("state", { state: this.viewer.get(), passedOver: [] }), together);
+  }
+
+  private tell(kind: string, words: object): void {
+    if (this.origin === null) return;
+    // Of a page from a file there is no origin to be told; it is still the one page around this one.
+    this.around.postMessage({ multitetra: kind, ...words }, this.origin === "null" ? "*" : this.origin);
+  }
+}
+
+function told({ world, index, tiles }: Picked): object {
+  return { world, index, isovalue: tiles.shown.facts.isovalue };
+}

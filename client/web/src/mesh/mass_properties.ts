@@ -1,0 +1,92 @@
+// Area of a part of a surface, and the volume that it encloses: sums over its triangles, by the
+// divergence theorem. Exact but for the rounding of double precision, for the surface as it is shown.
+import { Components } from "./components";
+import { countEdges } from "./edge_uses";
+import { PointNumbers } from "./point_numbers";
+
+interface Tile {
+  id: string;
+  positions: Float32Array; // Lattice coordinates.
+  triangles: Uint16Array | Uint32Array;
+}
+
+export interface MassProperties {
+  triangles: number;
+  area: number; // World units squared.
+  volume: number | null; // World units cubed; null: the part is not closed and encloses nothing.
+}
+
+// `at` says which connected part: that of a triangle of a tile. `toWorld`: lattice -> world, the columns
+// of x, y, z and the translation. Null: there is no such triangle.
+export function massProperties(
+  tiles: readonly Tile[],
+  toWorld: readonly number[],
+  at: { id: string; triangle: number },
+): MassProperties | null {
+  const total = tiles.reduce((n, tile) => n + tile.triangles.length, 0);
+  const numbers = new PointNumbers(Math.max(16, total / 5));
+  const corners = new Uint32Array(total);
+  let used = 0;
+  let wanted = -1;
+  for (const { id, positions: p, triangles } of tiles) {
+    const own = new Uint32Array(p.length / 3);
+    for (let v = 0; v < own.length; ++v) own[v] = numbers.numberOf(p[3 * v], p[3 * v + 1], p[3 * v + 2]);
+    if (id === at.id && 3 * at.triangle < triangles.length) wanted = used + 3 * at.triangle;
+    for (const corner of triangles) corners[used++] = own[corner];
+  }
+  if (wanted < 0) return null;
+  const part = partAt(corners, wanted, numbers.size);
+  return measured(part, numbers.coordinates(), toWorld);
+}
+
+// The triangles that hang together with one of them.
+function partAt(corners: Uint32Array, wanted: number, points: number): Uint32Array {
+  const parts = new Components(points);
+  for (let t = 0; t < corners.length; t += 3) {
+    parts.join(corners[t], corners[t + 1]);
+    parts.join(corners[t + 1], corners[t + 2]);
+  }
+  const root = parts.root(corners[wanted]);
+  const part = new Uint32Array(corners.length);
+  let used = 0;
+  for (let t = 0; t < corners.length; t += 3) {
+    if (parts.root(corners[t]) !== root) continue;
+    part.set(corners.subarray(t, t + 3), used);
+    used += 3;
+  }
+  return part.slice(0, used);
+}
+
+function measured(part: Uint32Array, lattice: Int32Array, m: readonly number[]): MassProperties {
+  let area = 0;
+  let six = 0; // Times the volume, as lattice boxes: integers stay integers.
+  const origin = 3 * part[0];
+  const at = (vertex: number) => [0, 1, 2].map((axis) => lattice[3 * vertex + axis] - lattice[origin + axis]);
+  const inWorld = (v: number[]) => [0, 1, 2].map((row) => m[row] * v[0] + m[3 + row] * v[1] + m[6 + row] * v[2]);
+  for (let t = 0; t < part.length; t += 3) {
+    const [a, b, c] = [at(part[t]), at(part[t + 1]), at(part[t + 2])];
+    const along = (to: number[]) => inWorld(to.map((value, axis) => value - a[axis]));
+    area += Math.hypot(...cross(along(b), along(c))) / 2;
+    six += dot(a, cross(b, c));
+  }
+  const scale = Math.abs(dot([m[0], m[1], m[2]], cross([m[3], m[4], m[5]], [m[6], m[7], m[8]])));
+  const volume = isClosed(part, lattice.length / 3) ? (Math.abs(six) * scale) / 6 : null;
+  return { triangles: part.length / 3, area, volume };
+}
+
+function isClosed(part: Uint32Array, points: number): boolean {
+  const directed = new Uint32Array(2 * part.length);
+  for (let t = 0; t < part.length; t += 3) {
+    directed.set([part[t], part[t + 1], part[t + 1], part[t + 2], part[t + 2], part[t]], 2 * t);
+  }
+  const { open, nonmanifold } = countEdges(directed, points);
+  return open.length === 0 && nonmanifold === 0;
+}
+
+function cross(u: readonly number[], v: readonly number[]): number[] {
+  return [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+}
+
+function dot(u: readonly number[], v: readonly number[]): number {
+  return u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+}

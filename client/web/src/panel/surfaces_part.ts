@@ -1,0 +1,111 @@
+// The list of surfaces: of each its colour, isovalue, opacity, error, whether it is shown, and what has
+// come of it. Their lines are in the histogram.
+import type { DatasetInfo } from "../protocol/messages";
+import type { Progress } from "../state/progress";
+import type { Settings } from "../state/settings";
+import {
+  mostSurfaces, type SurfaceSettings, surfacesOf, withNewSurface, withoutSurface, withSurface,
+} from "../state/surfaces";
+import { suggestedIsovalue } from "../stream/request";
+import { grouped, h, inDigits } from "./dom";
+import type { Control } from "./inputs";
+import { numberInput } from "./number_input";
+import type { Change, Part } from "./part";
+
+export interface SurfacesPart extends Part {
+  showProgress: (surface: number, progress: Progress) => void;
+}
+
+export function surfacesPart(change: Change): SurfacesPart {
+  let settings: Settings;
+  let info: DatasetInfo | null = null;
+  const rows: Row[] = [];
+  const list = h("ul", { class: "surfaces" });
+  const add = h("button", {
+    type: "button", class: "action", "data-tip": "Another surface of the same data: skin around bone, for example.",
+  }, "Add a surface");
+  add.addEventListener("click", () => {
+    if (info) change(withNewSurface(settings, nextIsovalue(settings, info)));
+  });
+  const rowAt = (at: number) => {
+    const row = surfaceRow(at, (said, isDragging) => change(withSurface(settings, at, said), isDragging), () => {
+      change(withoutSurface(settings, at));
+      add.focus(); // What had the keyboard is gone.
+    });
+    list.append(row.element);
+    return row;
+  };
+  return {
+    elements: [list, add],
+    show: (now, shown) => {
+      settings = now;
+      info = shown;
+      const surfaces = surfacesOf(now);
+      for (const row of rows.splice(surfaces.length)) row.element.remove();
+      surfaces.forEach((surface, at) => {
+        rows[at] ??= rowAt(at);
+        const isovalue = surface.isovalue ?? (shown && suggestedIsovalue(shown));
+        rows[at].show({ ...surface, isovalue }, surfaces.length > 1);
+      });
+      add.hidden = surfaces.length >= mostSurfaces;
+    },
+    showProgress: (surface, progress) => rows[surface]?.showProgress(progress),
+  };
+}
+
+// A value worth a look that has no surface yet; else one between the last and the largest.
+function nextIsovalue(settings: Settings, info: DatasetInfo): number {
+  const used = surfacesOf(settings).map(({ isovalue }) => isovalue ?? suggestedIsovalue(info));
+  const fresh = info.suggestedIsovalues.find((value) => !used.includes(value));
+  return fresh ?? Number(((Math.max(...used) + info.max) / 2).toPrecision(5));
+}
+
+interface Row extends Pick<Control<SurfaceSettings>, "element"> {
+  show: (surface: SurfaceSettings, isOneOfSeveral: boolean) => void;
+  showProgress: (progress: Progress) => void;
+}
+
+function surfaceRow(
+  at: number,
+  change: (said: Partial<SurfaceSettings>, isDragging?: boolean) => void,
+  remove: () => void,
+): Row {
+  const name = `surface ${at + 1}`;
+  const colour = h("input", { type: "color", "aria-label": `Colour of ${name}` });
+  colour.addEventListener("input", () => change({ colour: colour.value }));
+  const isovalue = numberInput(`Isovalue of ${name}`, (value) => change({ isovalue: value }));
+  const error = numberInput(`Allowed error of ${name}, in voxels`,
+    (value) => change({ error: Math.max(0, value) }), () => change({ error: null }));
+  error.element.setAttribute("data-tip", "The error allowed, in voxels; empty: as the first surface has it.");
+  error.element.setAttribute("placeholder", "error");
+  const opacity = h("input", { type: "range", min: "0", max: "1", step: "0.01", "aria-label": `Opacity of ${name}` });
+  opacity.setAttribute("data-tip", "How much of what lies behind it is hidden.");
+  opacity.addEventListener("input", () => change({ opacity: Number(opacity.value) }));
+  const eye = h("button", { type: "button", class: "eye", "aria-label": `Show ${name}`, "data-tip": "Shown or hidden." }, "◉");
+  let isVisible = true;
+  eye.addEventListener("click", () => change({ visible: !isVisible }));
+  const cross = h("button", { type: "button", class: "cross", "aria-label": `Remove ${name}` }, "×");
+  cross.addEventListener("click", remove);
+  const state = h("span", { class: "surface-state" });
+  const element = h("li", { class: "surface-row" }, colour, isovalue.element, opacity, eye, cross, state, error.element);
+  return {
+    element,
+    show: (surface, isOneOfSeveral) => {
+      isVisible = surface.visible;
+      colour.value = surface.colour;
+      isovalue.show(surface.isovalue);
+      error.show(surface.error);
+      opacity.value = String(surface.opacity);
+      opacity.setAttribute("aria-valuetext", `${Math.round(100 * surface.opacity)} %`);
+      opacity.style.setProperty("--share", `${100 * surface.opacity}%`);
+      eye.setAttribute("aria-pressed", String(isVisible));
+      eye.textContent = isVisible ? "◉" : "○";
+      cross.hidden = !isOneOfSeveral;
+    },
+    showProgress: ({ shown, isStreaming, trouble }) => {
+      const triangles = shown ? `${grouped(shown.triangles)} triangles, ≤ ${inDigits(shown.errorVoxels, 2)} voxels` : "";
+      const text = trouble?.text ?? (isStreaming ? `${triangles || "asking"}…` : triangles);
+      if (state.textContent !== text) state.textContent = text;
+    },
+  };
+}

@@ -1,0 +1,14 @@
+// What the graphics card has done, found out without the page waiting for it.
+import type * as THREE from "three";
+
+// Resolves when all that was told to it is drawn, and at once when the card was taken away.
+export async function hasDrawn(renderer: THREE.WebGLRenderer, pause = 30): Promise<void> {
+  const gl = renderer.getContext() as WebGL2RenderingContext;
+  const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+  if (!fence) return;
+  gl.flush();
+  while (!gl.isContextLost() && gl.getSyncParameter(fence, gl.SYNC_STATUS) !== gl.SIGNALED) {
+    await new Promise((resolve) => setTimeout(resolve, pause));
+  }
+  gl.deleteSync(fence);
+}

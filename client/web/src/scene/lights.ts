@@ -1,0 +1,33 @@
+// Key, fill and rim light. They turn with the camera, so that a surface is lit alike from everywhere:
+// the key from above the left shoulder, a weaker and cooler fill from the right, and a rim from behind
+// that parts a surface from a dark background.
+import * as THREE from "three";
+
+export class Lights {
+  readonly group = new THREE.Group();
+
+  constructor() {
+    this.group.add(
+      light(0xfff4e6, 2.3, [-0.6, 0.85, 1]),
+      light(0xdbe7ff, 0.75, [0.95, 0.05, 0.7]),
+      light(0xffffff, 0.55, [0.3, 0.7, -1]),
+    );
+    const sky = new THREE.HemisphereLight(0xdfe8f5, 0x2a2622, 0.8);
+    sky.position.set(0, 0, 1); // World coordinates: z is up.
+    this.group.add(sky);
+    this.group.traverse((part) => part.layers.enableAll());
+  }
+
+  follow(camera: THREE.Camera): void {
+    this.group.quaternion.copy(camera.quaternion);
+    this.group.updateMatrixWorld();
+  }
+}
+
+function light(colour: number, intensity: number, from: [number, number, number]): THREE.DirectionalLight {
+  const one = new THREE.DirectionalLight(colour, intensity);
+  one.position.set(...from);
+  one.add(one.target); // Its target lies at the origin of the group.
+  one.target.position.set(...from).negate();
+  return one;
+}

@@ -1,0 +1,77 @@
+// Ambient occlusion of what is solid, from its depths and normals: three's ground-truth ambient occlusion.
+// The pattern of its noise is 5 by 5 pixels; whoever uses the texture takes the mean of as many.
+import * as THREE from "three";
+import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
+import { generateMagicSquareNoise, GTAOShader } from "three/examples/jsm/shaders/GTAOShader.js";
+
+import { exactDepths } from "./depths";
+import { layers } from "./layers";
+
+export class Occlusion {
+  // Normals of the field, as surfaces are shaded with: depths alone would show every triangle.
+  private readonly shape = new THREE.WebGLRenderTarget(1, 1, {
+    minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter, depthTexture: exactDepths(),
+  });
+  private readonly normals = new THREE.MeshNormalMaterial({ side: THREE.DoubleSide });
+  private readonly target = new THREE.WebGLRenderTarget(1, 1, {
+    depthBuffer: false, minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter,
+  });
+  private readonly material = new THREE.ShaderMaterial({
+    defines: { ...GTAOShader.defines, NORMAL_VECTOR_TYPE: 1, SAMPLES: 16 },
+    uniforms: THREE.UniformsUtils.clone(GTAOShader.uniforms),
+    vertexShader: GTAOShader.vertexShader,
+    fragmentShader: GTAOShader.fragmentShader,
+    blending: THREE.NoBlending,
+    depthTest: false,
+    depthWrite: false,
+  });
+  private readonly quad = new FullScreenQuad(this.material);
+
+  constructor() {
+    this.material.uniforms.tNoise.value = generateMagicSquareNoise();
+  }
+
+  // 1 where light comes from everywhere, less in hollows narrower than `radius`, in world units.
+  texture(
+    renderer: THREE.WebGLRenderer, scene: THREE.Scene, camera: Lens, { radius, clip }: OcclusionWish,
+    { width, height }: { width: number; height: number },
+  ): THREE.Texture {
+    this.shape.setSize(width, height);
+    this.target.setSize(width, height);
+    this.normals.clippingPlanes = clip;
+    camera.layers.set(layers.solid);
+    scene.overrideMaterial = this.normals;
+    renderer.setRenderTarget(this.shape);
+    renderer.clear();
+    renderer.render(scene, camera);
+    scene.overrideMaterial = null;
+    const { uniforms, defines } = this.material;
+    const isPerspective = camera instanceof THREE.PerspectiveCamera ? 1 : 0;
+    if (defines.PERSPECTIVE_CAMERA !== isPerspective) {
+      defines.PERSPECTIVE_CAMERA = isPerspective;
+      this.material.needsUpdate = true;
+    }
+    uniforms.tDepth.value = this.shape.depthTexture;
+    uniforms.tNormal.value = this.shape.texture;
+    uniforms.resolution.value.set(width, height);
+    uniforms.cameraNear.value = camera.near;
+    uniforms.cameraFar.value = camera.far;
+    uniforms.cameraProjectionMatrix.value.copy(camera.projectionMatrix);
+    uniforms.cameraProjectionMatrixInverse.value.copy(camera.projectionMatrixInverse);
+    uniforms.cameraWorldMatrix.value.copy(camera.matrixWorld);
+    uniforms.radius.value = radius;
+    uniforms.thickness.value = radius;
+    uniforms.distanceExponent.value = 1.5;
+    uniforms.scale.value = 1.35;
+    renderer.setRenderTarget(this.target);
+    this.quad.render(renderer);
+    return this.target.texture;
+  }
+}
+
+export interface OcclusionWish {
+  radius: number;
+  clip: THREE.Plane[]; // What materials of solid things have.
+}
+
+export type Lens = THREE.PerspectiveCamera | THREE.OrthographicCamera;

@@ -1,0 +1,54 @@
+// A small picture of the world's axes as one sees them now, with the patient's letters where the space
+// is known. Each end is a button: one then looks from there.
+import * as THREE from "three";
+
+import { h } from "../panel/dom";
+import type { DatasetInfo } from "../protocol/messages";
+import { axisNames } from "./axis_names";
+import type { Stage } from "./stage";
+
+const radius = 30; // CSS pixels, from the middle to a letter.
+
+export class Orientation {
+  readonly element = h("div", { class: "orientation", role: "group", "aria-label": "Look from a side", hidden: true });
+  private ends: { button: HTMLElement; arm: HTMLElement; direction: THREE.Vector3 }[] = [];
+
+  constructor(
+    private readonly stage: Stage,
+    private readonly lookFrom: (direction: THREE.Vector3) => void,
+  ) {
+    stage.whenDrawn(() => this.follow());
+  }
+
+  setDataset(info: DatasetInfo): void {
+    this.ends = axisNames(info).map(({ letter, word, direction }, i) => {
+      const button = h("button", {
+        type: "button", class: `end axis-${"xyz"[i >> 1]}`, "aria-label": `Look from ${word}`, "data-tip": `Look from ${word}.`,
+      }, letter);
+      const towards = new THREE.Vector3(...direction);
+      button.addEventListener("click", () => this.lookFrom(towards));
+      return { button, arm: h("span", { class: `arm axis-${"xyz"[i >> 1]}` }), direction: towards };
+    });
+    this.element.replaceChildren(...this.ends.map(({ arm }) => arm), ...this.ends.map(({ button }) => button));
+    this.element.hidden = false;
+    this.follow();
+  }
+
+  show(isVisible: boolean): void {
+    this.element.hidden = !isVisible || this.ends.length === 0;
+  }
+
+  private follow(): void {
+    if (this.element.hidden) return;
+    const toEye = this.stage.lens.quaternion.clone().invert();
+    for (const { button, arm, direction } of this.ends) {
+      const p = direction.clone().applyQuaternion(toEye);
+      const [x, y] = [radius * p.x, -radius * p.y];
+      button.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
+      button.style.zIndex = String(Math.round(10 + 9 * p.z));
+      button.classList.toggle("is-behind", p.z < -0.05);
+      arm.style.width = `${Math.hypot(x, y).toFixed(1)}px`;
+      arm.style.transform = `rotate(${Math.atan2(y, x).toFixed(4)}rad)`;
+    }
+  }
+}

@@ -1,0 +1,123 @@
+// Draws a frame. The plain way is one pass straight to the canvas. Where surfaces are translucent, or
+// hollows are to be darker, there are passes between:
+//
+//   solid things, marks -> colours, depths ------------->+
+//   solid things -> normals, depths -> occlusion ------->+-> canvas -> overlay
+//   translucent surfaces, layer by layer --------------->+
+import * as THREE from "three";
+import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
+
+import { exactDepths } from "./depths";
+import { layers } from "./layers";
+import { type Lens, Occlusion, type OcclusionWish } from "./occlusion";
+import { Translucency } from "./translucency";
+
+export interface FrameWish {
+  occlusion: OcclusionWish | null; // Null: none.
+  peels: number; // Passes for translucent surfaces; 0: there are none.
+}
+
+const joining = /* glsl */ `
+  uniform sampler2D solid;
+  uniform sampler2D occlusion;
+  uniform sampler2D translucent;
+  uniform highp sampler2D depths;
+  uniform bool hasOcclusion;
+  uniform bool hasTranslucent;
+  varying vec2 vUv;
+
+  // The mean over the noise's 5 by 5 pixels, of those that lie about as deep.
+  float light() {
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    ivec2 end = textureSize(depths, 0) - 1;
+    float here = texelFetch(depths, at, 0).r;
+    if (here >= 1.0) return 1.0;
+    float slope = fwidth(here) * 3.0 + 1e-5;
+    float sum = 0.0;
+    float weights = 0.0;
+    for (int y = -2; y <= 2; ++y) {
+      for (int x = -2; x <= 2; ++x) {
+        ivec2 p = clamp(at + ivec2(x, y), ivec2(0), end);
+        float near = abs(texelFetch(depths, p, 0).r - here) <= slope ? 1.0 : 0.02;
+        sum += near * texelFetch(occlusion, p, 0).r;
+        weights += near;
+      }
+    }
+    return sum / weights;
+  }
+
+  void main() {
+    vec4 colour = texture2D(solid, vUv);
+    if (hasOcclusion) colour.rgb *= light();
+    if (hasTranslucent) {
+      vec4 front = texture2D(translucent, vUv);
+      colour = front + (1.0 - front.a) * colour;
+    }
+    vec3 plain = colour.a > 0.0 ? colour.rgb / colour.a : vec3(0.0);
+    gl_FragColor = vec4(sRGBTransferOETF(vec4(min(plain, 1.0), 1.0)).rgb * colour.a, colour.a);
+  }`;
+
+export class Painter {
+  private readonly solid = new THREE.WebGLRenderTarget(1, 1, {
+    samples: 4, type: THREE.HalfFloatType, depthTexture: exactDepths(),
+  });
+  private readonly occlusion = new Occlusion();
+  private readonly translucency = new Translucency();
+  private readonly join = new FullScreenQuad(
+    new THREE.ShaderMaterial({
+      uniforms: {
+        solid: { value: null }, occlusion: { value: null }, translucent: { value: null }, depths: { value: null },
+        hasOcclusion: { value: false }, hasTranslucent: { value: false },
+      },
+      vertexShader: "varying vec2 vUv; void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }",
+      fragmentShader: joining,
+      blending: THREE.NoBlending,
+      depthTest: false,
+      depthWrite: false,
+    }),
+  );
+
+  constructor(private readonly renderer: THREE.WebGLRenderer) {}
+
+  draw(scene: THREE.Scene, camera: Lens, wish: FrameWish): void {
+    const { renderer } = this;
+    if (wish.occlusion === null && wish.peels === 0) {
+      camera.layers.enableAll();
+      renderer.setRenderTarget(null);
+      renderer.render(scene, camera);
+      return;
+    }
+    const size = renderer.getDrawingBufferSize(new THREE.Vector2());
+    this.solid.setSize(size.x, size.y);
+    camera.layers.set(layers.solid);
+    camera.layers.enable(layers.marks);
+    renderer.setRenderTarget(this.solid);
+    renderer.clear();
+    renderer.render(scene, camera);
+    const depths = this.solid.depthTexture!;
+    const { uniforms } = this.join.material as THREE.ShaderMaterial;
+    uniforms.solid.value = this.solid.texture;
+    uniforms.depths.value = depths;
+    uniforms.hasOcclusion.value = wish.occlusion !== null;
+    uniforms.hasTranslucent.value = wish.peels > 0;
+    if (wish.occlusion !== null) {
+      uniforms.occlusion.value = this.occlusion.texture(renderer, scene, camera, wish.occlusion, this.solid);
+    }
+    if (wish.peels > 0) {
+      uniforms.translucent.value = this.translucency.texture(renderer, scene, camera, depths, wish.peels);
+    }
+    renderer.setRenderTarget(null);
+    renderer.clear();
+    this.join.render(renderer);
+    this.drawOverlay(scene, camera);
+  }
+
+  private drawOverlay(scene: THREE.Scene, camera: Lens): void {
+    const { renderer } = this;
+    renderer.autoClear = false;
+    camera.layers.set(layers.overlay);
+    renderer.render(scene, camera);
+    camera.layers.enableAll();
+    renderer.autoClear = true;
+  }
+}

@@ -1,0 +1,28 @@
+// How surfaces take the light. The inside, seen where a surface ends or is cut, is told apart by its colour.
+import * as THREE from "three";
+
+import { peeled } from "./translucency";
+
+export function surfaceMaterial(colour: string, isTranslucent = false): THREE.MeshStandardMaterial {
+  const material = new THREE.MeshStandardMaterial({
+    color: colour,
+    roughness: 0.62,
+    metalness: 0,
+    side: THREE.DoubleSide,
+    blending: isTranslucent ? THREE.NoBlending : THREE.NormalBlending,
+    // Wireframes lie before their triangles; what is peeled is compared with its own depth.
+    polygonOffset: !isTranslucent,
+    polygonOffsetFactor: 1,
+    polygonOffsetUnits: 1,
+  });
+  material.onBeforeCompile = (shader) => {
+    shader.fragmentShader = shader.fragmentShader.replace(
+      "#include <color_fragment>",
+      "#include <color_fragment>\n" +
+        "if (!gl_FrontFacing) diffuseColor.rgb = diffuseColor.rgb * vec3(0.62, 0.50, 0.47);",
+    );
+    if (isTranslucent) peeled(shader);
+  };
+  material.customProgramCacheKey = () => (isTranslucent ? "peeled surface" : "surface");
+  return material;
+}

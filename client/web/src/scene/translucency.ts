@@ -1,0 +1,92 @@
+// Surfaces that one sees through, in the right order whatever lies before what: depth peeling. Each
+// pass draws the nearest of what lies behind the pass before, and adds it behind what is there.
+//
+// Weighted blending would need one pass, but gives a skin around a bone the weight of its depth
+// instead of its order, which looks milky exactly where surfaces nest.
+import * as THREE from "three";
+import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
+
+import { exactDepths } from "./depths";
+import { layers } from "./layers";
+import type { Lens } from "./occlusion";
+
+const passthrough = "varying vec2 vUv; void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }";
+
+// What peeled materials share: the depths between which a fragment has to lie.
+export const peel = {
+  before: { value: null as THREE.Texture | null }, // The pass before; what is not behind it is done.
+  solid: { value: null as THREE.Texture | null }, // What is not in front of it is hidden.
+  isFirst: { value: true },
+};
+
+// Makes a material one of those; call it in onBeforeCompile.
+export function peeled(shader: THREE.WebGLProgramParametersWithUniforms): void {
+  Object.assign(shader.uniforms, { peelBefore: peel.before, peelSolid: peel.solid, peelIsFirst: peel.isFirst });
+  shader.fragmentShader = shader.fragmentShader
+    .replace("#include <common>",
+      "#include <common>\nuniform highp sampler2D peelBefore;\nuniform highp sampler2D peelSolid;\nuniform bool peelIsFirst;")
+    .replace("#include <clipping_planes_fragment>",
+      "#include <clipping_planes_fragment>\n" +
+        "ivec2 peelAt = ivec2(gl_FragCoord.xy);\n" +
+        "if (gl_FragCoord.z >= texelFetch(peelSolid, peelAt, 0).r) discard;\n" +
+        "if (!peelIsFirst && gl_FragCoord.z <= texelFetch(peelBefore, peelAt, 0).r) discard;")
+    // Seen along its skin, there is more of it to look through.
+    .replace("#include <premultiplied_alpha_fragment>",
+      "float peelRim = 1.0 - abs(dot(normal, geometryViewDir));\n" +
+        "gl_FragColor.a += (1.0 - gl_FragColor.a) * gl_FragColor.a * peelRim * peelRim * peelRim;\n" +
+        "gl_FragColor.rgb *= gl_FragColor.a;");
+}
+
+export class Translucency {
+  private readonly targets = [layerTarget(), layerTarget()];
+  private readonly sum = new THREE.WebGLRenderTarget(1, 1, { type: THREE.HalfFloatType, depthBuffer: false });
+  private readonly under = new FullScreenQuad(
+    new THREE.ShaderMaterial({
+      uniforms: { layer: { value: null } },
+      vertexShader: passthrough,
+      fragmentShader:
+        "uniform sampler2D layer; varying vec2 vUv; void main() { gl_FragColor = texture2D(layer, vUv); }",
+      depthTest: false,
+      depthWrite: false,
+      transparent: true,
+      blending: THREE.CustomBlending,
+      blendSrc: THREE.OneMinusDstAlphaFactor,
+      blendDst: THREE.OneFactor,
+    }),
+  );
+
+  // All translucent surfaces of the scene in front of `solid`: premultiplied, linear.
+  texture(
+    renderer: THREE.WebGLRenderer, scene: THREE.Scene, camera: Lens, solid: THREE.DepthTexture, passes: number,
+  ): THREE.Texture {
+    const { width, height } = solid.image as { width: number; height: number };
+    for (const target of [...this.targets, this.sum]) target.setSize(width, height);
+    renderer.setRenderTarget(this.sum);
+    renderer.clear();
+    renderer.autoClear = false; // Passes add up.
+    peel.solid.value = solid;
+    camera.layers.set(layers.translucent);
+    for (let pass = 0; pass < passes; ++pass) {
+      const now = this.targets[pass % 2];
+      peel.isFirst.value = pass === 0;
+      peel.before.value = pass === 0 ? solid : this.targets[(pass + 1) % 2].depthTexture;
+      renderer.setRenderTarget(now);
+      renderer.clear();
+      renderer.render(scene, camera);
+      (this.under.material as THREE.ShaderMaterial).uniforms.layer.value = now.texture;
+      renderer.setRenderTarget(this.sum);
+      this.under.render(renderer);
+    }
+    renderer.autoClear = true;
+    return this.sum.texture;
+  }
+}
+
+function layerTarget(): THREE.WebGLRenderTarget {
+  return new THREE.WebGLRenderTarget(1, 1, {
+    type: THREE.HalfFloatType,
+    minFilter: THREE.NearestFilter,
+    magFilter: THREE.NearestFilter,
+    depthTexture: exactDepths(),
+  });
+}

@@ -1,0 +1,51 @@
+// The surfaces of one view as a list. The first one's isovalue and error are the settings' own: a page
+// with one surface says no more in its address than it has to. All others have what is theirs.
+import { defaults, type FurtherSurface, type Settings } from "./settings";
+
+export interface SurfaceSettings extends Omit<FurtherSurface, "isovalue"> {
+  isovalue: number | null; // Null, of the first alone: the dataset's own suggestion.
+}
+
+export const mostSurfaces = 8;
+
+// Told apart by people who see few colours as well; the first two are bone and skin.
+const colours = ["#e0cdb4", "#d9775f", "#7fb3d5", "#e6c65c", "#8fc9a3", "#b7a3d9", "#d99bc4", "#9aa5b3"];
+
+export function surfacesOf(settings: Settings): SurfaceSettings[] {
+  const { isovalue, error, colour, opacity, visible } = settings;
+  return [{ isovalue, error, colour, opacity, visible }, ...settings.surfaces];
+}
+
+// As if this surface were the only one: what the server is asked for it. Null: there is none.
+export function settingsOf(settings: Settings, at: number): Settings | null {
+  const own = surfacesOf(settings)[at];
+  return own ? { ...settings, ...own, error: own.error ?? settings.error, surfaces: defaults.surfaces } : null;
+}
+
+export function withSurface(settings: Settings, at: number, change: Partial<SurfaceSettings>): Partial<Settings> {
+  if (at === 0) {
+    const { error, ...rest } = change;
+    return error === undefined || error === null ? rest : { ...rest, error };
+  }
+  const { isovalue, ...rest } = change;
+  const own = isovalue === undefined || isovalue === null ? rest : { ...rest, isovalue };
+  return { surfaces: settings.surfaces.map((surface, i) => (i === at - 1 ? { ...surface, ...own } : surface)) };
+}
+
+// Nothing more than `mostSurfaces`.
+export function withNewSurface(settings: Settings, isovalue: number): Partial<Settings> {
+  const used = surfacesOf(settings);
+  if (used.length >= mostSurfaces) return {};
+  const colour = colours.find((one) => used.every((surface) => surface.colour !== one)) ?? colours[0];
+  const surface = { isovalue, error: null, colour, opacity: 1, visible: true };
+  return { surfaces: [...settings.surfaces, surface] };
+}
+
+// The first leaves its place to the second; the last one stays.
+export function withoutSurface(settings: Settings, at: number): Partial<Settings> {
+  const surfaces = settings.surfaces.filter((_, i) => i !== at - 1);
+  if (at > 0) return { surfaces };
+  const [next, ...rest] = settings.surfaces;
+  if (!next) return {};
+  return { ...next, error: next.error ?? settings.error, surfaces: rest };
+}

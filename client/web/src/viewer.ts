@@ -1,0 +1,289 @@
+// Surfaces of one dataset in an element of a page: the picture with all that lies over it, without a
+// panel. This is the module `multitetra-viewer`; the page (main.ts) is built on it.
+//
+//   import { Viewer } from "multitetra-viewer";
+//   const viewer = new Viewer(element, { server: "https://example.org/", dataset: "head", isovalue: 500.5 });
+//   viewer.on("shown", ({ isovalue, triangles }) => ...);
+//   viewer.set({ error: 1, surfaces: [{ isovalue: 1200.5, error: null, colour: "#ffffff", opacity: 1, visible: true }] });
+import "./style/colours.css";
+import "./style/picture.css";
+
+import * as THREE from "three";
+
+import { serverAddress } from "./own_address";
+import { isEmpty } from "./panel/certificate";
+import { h, inDigits } from "./panel/dom";
+import { Notices } from "./panel/notices";
+import type { DatasetInfo } from "./protocol/messages";
+import { Measuring } from "./scene/measuring";
+import { Orientation } from "./scene/orientation";
+import { type Picked, Picking } from "./scene/picking";
+import { RegionHandles } from "./scene/region_handles";
+import { Stage } from "./scene/stage";
+import { Surroundings } from "./scene/surroundings";
+import type { ShownSurface } from "./shown_surface";
+import { Events } from "./state/events";
+import type { StepFacts } from "./state/progress";
+import { defaults, isOtherRequest, type Settings } from "./state/settings";
+import { Store } from "./state/store";
+import { type Vec3, worldBox } from "./stream/dataset";
+import { SurfaceSet } from "./surface_set";
+import { TilePool } from "./workers/tile_pool";
+
+export type { Settings } from "./state/settings";
+
+export interface ViewerOptions extends Partial<Settings> {
+  // The server's address: "https://example.org/volumes/", or that of its WebSocket. The page's own if not said.
+  server?: string;
+  token?: string | TokenPlace;
+}
+
+// Where a token is, and where one goes that the user has typed.
+export interface TokenPlace {
+  get: () => string;
+  set: (token: string) => void;
+}
+
+export interface ViewerEvents {
+  settings: Settings; // All of them, after any change.
+  dataset: DatasetInfo; // Another one is looked at, or the same one was prepared anew.
+  shown: StepFacts & { surface: number }; // A step of the surface of that number, 0 for the first.
+  progress: { surface: number };
+  picked: Picked;
+}
+
+export class Viewer {
+  readonly settings: Store<Settings>;
+  readonly canvas = h("canvas", { tabindex: "0", role: "application", "aria-label":
+    "The surface. Drag to turn, scroll to come closer, right button or shift to move. Arrow keys turn, plus and minus zoom." });
+  readonly stage: Stage;
+  readonly pool = new TilePool(Math.min(6, Math.max(2, (navigator.hardwareConcurrency || 4) - 1)));
+  readonly surfaces: SurfaceSet;
+  readonly notices: Notices;
+  readonly measuring: Measuring;
+  info: DatasetInfo | null = null; // Of the dataset that is looked at.
+  private readonly events = new Events<ViewerEvents>();
+  private readonly surroundings: Surroundings;
+  private readonly orientation: Orientation;
+  private readonly regionHandles: RegionHandles;
+  private readonly token: TokenPlace;
+  private isDragging = false;
+  private rest = 0; // The timer behind the camera's rest.
+
+  // Throws where the browser cannot draw in three dimensions.
+  constructor(readonly element: HTMLElement, { server, token = "", ...said }: ViewerOptions = {}) {
+    this.settings = new Store<Settings>({ ...defaults, ...said });
+    this.token = typeof token === "string" ? placeOf(token) : token;
+    element.classList.add("multitetra", "stage");
+    element.append(this.canvas);
+    this.stage = new Stage(this.canvas);
+    this.surfaces = new SurfaceSet(serverAddress(server), () => this.token.get(), this.pool, this.stage, {
+      shown: (at, shown, isFirst) => this.tellShown(at, shown, isFirst),
+      progress: (surface) => this.events.tell("progress", { surface }),
+    });
+    this.notices = new Notices({
+      connectNow: () => this.surfaces.connect(),
+      useToken: (typed) => this.useToken(typed),
+      insist: () => this.surfaces.insist(),
+      leave: () => this.canvas.focus(),
+    });
+    this.surroundings = new Surroundings(this.stage);
+    this.orientation = new Orientation(this.stage, (direction) => this.lookFrom(direction));
+    this.regionHandles = new RegionHandles(this.stage, this.canvas, (region, isDragging) => this.set({ region }, isDragging));
+    this.measuring = new Measuring(this.stage, this.pool, () => this.canvas.focus());
+    new Picking(this.stage, this.canvas, this.pool,
+      () => ({ tiles: this.surfaces.shownTiles(this.settings.get()), clip: this.clipPlane() }),
+      () => this.regionHandles.isGrabbed,
+      (place) => this.take(place));
+    element.append(this.surroundings.numbers, this.surroundings.scaleBar, this.orientation.element,
+      this.measuring.labels, this.measuring.element, this.notices.element);
+    this.listen();
+    this.surfaces.connect();
+  }
+
+  // ---- for all who use it
+
+  // Some other settings; `isDragging`: more will follow at once. A view is where one looks from now.
+  set(change: Partial<Settings>, isDragging = false): void {
+    const hasEnded = this.isDragging && !isDragging;
+    this.isDragging = isDragging;
+    if (change.eye && change.target) this.stage.setView(change.eye, change.target);
+    const before = this.settings.get().dataset;
+    this.settings.set(change);
+    const { dataset } = this.settings.get();
+    if (dataset !== before && dataset !== this.info?.name) this.findDataset();
+    if (hasEnded) this.ask();
+  }
+
+  get(): Settings {
+    return this.settings.get();
+  }
+
+  // Another dataset, seen as it is seen first.
+  choose(info: DatasetInfo): void {
+    if (info === this.info) return;
+    this.settings.set({
+      dataset: info.name, isovalue: null, surfaces: [], region: null, eye: null, target: null, clip: "off",
+    });
+    this.use(info);
+  }
+
+  // Calls back on every such event, until what is returned is called.
+  on<K extends keyof ViewerEvents>(kind: K, listener: (what: ViewerEvents[K]) => void): () => void {
+    return this.events.on(kind, listener);
+  }
+
+  fit(): void {
+    this.stage.frameBox(this.surfaces.worldBox());
+  }
+
+  reset(): void {
+    this.settings.set({ eye: null, target: null });
+    this.stage.defaultView();
+    this.fit();
+  }
+
+  lookFrom(direction: THREE.Vector3): void {
+    // Straight down there is no up: a hair beside it there is.
+    const isAlongUp = Math.hypot(direction.x, direction.y) < 1e-6;
+    this.stage.lookFrom(isAlongUp ? direction.clone().add(new THREE.Vector3(0, -1e-4, 0)) : direction);
+    this.fit();
+  }
+
+  // What is shown, as PNG, on the page's background.
+  picture(): Promise<Blob> {
+    const background = getComputedStyle(this.element).backgroundColor;
+    const isNone = background === "transparent" || background === "rgba(0, 0, 0, 0)";
+    const canvas = this.stage.picture(isNone ? getComputedStyle(document.body).backgroundColor : background);
+    return new Promise((resolve) => canvas.toBlob((blob) => resolve(blob!), "image/png"));
+  }
+
+  // Nothing is drawn or asked any more; the element is empty.
+  dispose(): void {
+    clearTimeout(this.rest);
+    this.surfaces.close();
+    this.pool.dispose();
+    this.stage.dispose();
+    this.element.replaceChildren();
+    this.element.classList.remove("multitetra", "stage");
+  }
+
+  useToken(token: string): void {
+    this.token.set(token);
+    this.surfaces.connect();
+  }
+
+  tellUnknown(dataset: string): void {
+    this.notices.tell(`No dataset named "${dataset}" is served here. Choose one from the list.`);
+  }
+
+  // The half-space that the cut leaves; null: nothing is cut.
+  clipPlane(): THREE.Plane | null {
+    const { clip, clipAt, clipFlipped } = this.settings.get();
+    if (clip === "off" || !this.info) return null;
+    const axis = "xyz".indexOf(clip);
+    const { low, high } = worldBox(this.info);
+    const at = low[axis] + clipAt * (high[axis] - low[axis]);
+    const sign = clipFlipped ? -1 : 1;
+    return new THREE.Plane(new THREE.Vector3().setComponent(axis, sign), -sign * at);
+  }
+
+  // ---- what changes lead to
+
+  private listen(): void {
+    this.settings.watch((now, before) => {
+      this.surroundings.show(now.axes);
+      this.orientation.show(now.axes);
+      this.regionHandles.show(now.region);
+      this.applyLook();
+      if (now !== before && isOtherRequest(now, before)) this.ask();
+      this.events.tell("settings", now);
+    });
+    this.surfaces.progress.watch((progress) => {
+      const { lead } = this.surfaces;
+      const isEmptyNow = progress.shown && !progress.isStreaming && isEmpty(progress.shown);
+      this.notices.show(progress, isEmptyNow && lead ? emptyWords(lead) : null);
+      this.events.tell("progress", { surface: 0 });
+    });
+    this.surfaces.datasets.watch(({ list }) => list && this.findDataset());
+    this.stage.controls.addEventListener("change", () => {
+      clearTimeout(this.rest);
+      this.rest = window.setTimeout(() => this.cameraRests(), 250);
+    });
+    this.canvas.addEventListener("pointermove", (event) => {
+      const isOver = event.buttons === 0 && this.regionHandles.isOver(event.offsetX, event.offsetY);
+      this.canvas.style.cursor = isOver ? "grab" : "";
+    });
+  }
+
+  private cameraRests(): void {
+    if (this.settings.get().followView) this.ask();
+    if (!this.surfaces.lead) return;
+    const { eye, target } = this.stage.view();
+    this.settings.set({ eye: eye as Vec3, target: target as Vec3 });
+  }
+
+  private findDataset(): void {
+    const { list } = this.surfaces.datasets.get();
+    if (!list) return;
+    const wanted = this.settings.get().dataset;
+    const found = wanted ? list.find(({ name }) => name === wanted) : list[0];
+    if (found) this.use(found);
+    else if (wanted) this.tellUnknown(wanted);
+  }
+
+  private use(now: DatasetInfo): void {
+    const isOther = this.info?.name !== now.name || this.info.contentId !== now.contentId;
+    this.info = now;
+    this.notices.clear();
+    this.surroundings.setDataset(now);
+    this.orientation.setDataset(now);
+    this.orientation.show(this.settings.get().axes);
+    this.events.tell("dataset", now);
+    if (!isOther) return; // After a lost connection: the stream goes on by itself.
+    this.measuring.forget();
+    const { low, high } = worldBox(now);
+    this.stage.setBounds(low, high);
+    const { eye, target } = this.settings.get();
+    if (eye && target) this.stage.setView(eye, target);
+    else if (!this.surfaces.lead) this.stage.defaultView();
+    this.applyLook();
+    this.ask();
+  }
+
+  private ask(): void {
+    if (this.info) this.surfaces.want(this.info, this.settings.get(), this.stage.view(), this.isDragging);
+  }
+
+  private applyLook(): void {
+    const now = this.settings.get();
+    const clip = this.clipPlane();
+    this.surfaces.applyLook(now, clip);
+    this.stage.setLook({
+      isOrthographic: now.projection === "orthographic",
+      hasOcclusion: now.occlusion,
+      hasTranslucent: this.surfaces.hasTranslucent,
+      clip: clip ? [clip] : [],
+    });
+  }
+
+  private tellShown(at: number, shown: ShownSurface, isFirst: boolean): void {
+    if (at === 0 && isFirst && !this.settings.get().eye) this.fit();
+    this.events.tell("shown", { ...shown.facts, surface: at });
+  }
+
+  private take(place: Picked): void {
+    this.measuring.add(place);
+    this.events.tell("picked", place);
+  }
+}
+
+function emptyWords({ info: of, facts }: ShownSurface): string {
+  return `There is no surface at isovalue ${inDigits(facts.isovalue, 6)}: the values of "${of.name}" go from ` +
+    `${inDigits(of.min, 6)} to ${inDigits(of.max, 6)}.`;
+}
+
+function placeOf(token: string): TokenPlace {
+  let value = token;
+  return { get: () => value, set: (typed) => (value = typed) };
+}

@@ -1,0 +1,106 @@
+import { cutLine } from "../../../client/web/src/mesh/cut";
+import { massProperties } from "../../../client/web/src/mesh/mass_properties";
+import { axisNames } from "../../../client/web/src/scene/axis_names";
+import { angleAt, areaText, distanceOf, volumeText } from "../../../client/web/src/scene/measures";
+import { ticks } from "../../../client/web/src/scene/ticks";
+import { WorldSpace } from "../../../client/web/src/protocol/messages";
+
+const identity = [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0];
+
+// The closed surface of a box, outside counterclockwise, in two tiles that share an edge loop.
+function box(low: number[], high: number[], name: string) {
+  const corner = (bits: number) => [0, 1, 2].map((axis) => (bits & (1 << axis) ? high : low)[axis]);
+  const positions = Float32Array.from([0, 1, 2, 3, 4, 5, 6, 7].flatMap(corner));
+  const sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+  const triangles = sides.map(([a, b, c, d]) => [a, b, c, a, c, d]);
+  const tile = (id: string, from: number, to: number) =>
+    ({ id, positions, triangles: Uint16Array.from(triangles.slice(from, to).flat()) });
+  return [tile(`${name}/left`, 0, 3), tile(`${name}/right`, 3, 6)];
+}
+
+describe("MassProperties", () => {
+  const tiles = [...box([0, 0, 0], [2, 3, 4], "a"), ...box([10, 10, 10], [11, 11, 11], "b")];
+
+  test("AreThoseOfThePartThatIsAskedFor", () => {
+    expect(massProperties(tiles, identity, { id: "a/right", triangle: 5 })).toEqual({ triangles: 12, area: 52, volume: 24 });
+    expect(massProperties(tiles, identity, { id: "b/left", triangle: 0 })).toEqual({ triangles: 12, area: 6, volume: 1 });
+    expect(massProperties(tiles, identity, { id: "b/left", triangle: 6 })).toBeNull();
+    expect(massProperties(tiles, identity, { id: "c", triangle: 0 })).toBeNull();
+  });
+
+  test("AreInWorldUnitsAlsoWhereTheWorldIsAMirrorImage", () => {
+    const toWorld = [-0.5, 0, 0, 0, 2, 0, 0, 0, 1, 100, -7, 3];
+    const found = massProperties(tiles, toWorld, { id: "a/left", triangle: 0 })!;
+    expect(found.volume).toBeCloseTo(24, 12);
+    expect(found.area).toBeCloseTo(2 * (1 * 6 + 6 * 4 + 1 * 4), 12);
+  });
+
+  test("TellNoVolumeOfWhatIsOpen", () => {
+    expect(massProperties(tiles.slice(0, 1), identity, { id: "a/left", triangle: 0 })).toMatchObject({ volume: null });
+  });
+});
+
+describe("CutLine", () => {
+  const tiles = box([0, 0, 0], [2, 3, 4], "a");
+
+  test("OfAClosedSurfaceIsClosed", () => {
+    for (const constant of [-1, -0.5, -3.75]) {
+      const line = cutLine(tiles, { normal: [0.3, 0.4, 1], constant });
+      const ends = new Map<string, number>();
+      for (let i = 0; i < line.length; i += 3) {
+        const end = [...line.subarray(i, i + 3)].join();
+        ends.set(end, (ends.get(end) ?? 0) + 1);
+      }
+      expect(ends.size).toBeGreaterThan(3);
+      expect([...ends.values()].every((uses) => uses === 2)).toBe(true);
+    }
+  });
+
+  test("LiesInThePlaneAndIsAsLongAsTheBoxIsAround", () => {
+    const line = cutLine(tiles, { normal: [0, 0, 1], constant: -1 });
+    let length = 0;
+    for (let i = 0; i < line.length; i += 6) {
+      expect(line[i + 2]).toBe(1);
+      length += Math.hypot(line[i + 3] - line[i], line[i + 4] - line[i + 1]);
+    }
+    expect(length).toBeCloseTo(10, 6);
+  });
+
+  test("IsEmptyWhereThePlanePassesBy", () => {
+    expect(cutLine(tiles, { normal: [0, 0, 1], constant: -5 })).toHaveLength(0);
+    expect(cutLine(tiles, { normal: [0, 0, 1], constant: 1 })).toHaveLength(0);
+  });
+});
+
+describe("Measures", () => {
+  test("OfThreePlacesAreLengthsAndAnAngle", () => {
+    expect(distanceOf([1, 2, 3], [1, 5, 7])).toBe(5);
+    expect(angleAt([0, 0, 0], [2, 0, 0], [0, 3, 0])).toBeCloseTo(90, 12);
+    expect(angleAt([1, 1, 1], [2, 1, 1], [-3, 1, 1])).toBeCloseTo(180, 12);
+    expect(angleAt([1, 1, 1], [1, 1, 1], [2, 1, 1])).toBeNull();
+  });
+
+  test("AreToldInTheDatasetsUnit", () => {
+    expect(areaText(12.3456789, { lengthUnit: "mm" })).toBe("12.346 mm²");
+    expect(volumeText(123456, { lengthUnit: "mm" })).toBe("123460 mm³ = 123.46 ml");
+    expect(volumeText(2, { lengthUnit: "" })).toBe("2 unit³");
+  });
+});
+
+describe("Axes", () => {
+  test("HaveRoundNumbers", () => {
+    expect(ticks(0, 128, 4)).toEqual([0, 50, 100]);
+    expect(ticks(-0.1, 0.3, 4)).toEqual([-0.1, 0, 0.1, 0.2, 0.3]);
+    expect(ticks(1500, 1733, 5)).toEqual([1500, 1550, 1600, 1650, 1700]);
+    expect(ticks(3, 3, 5)).toEqual([]);
+    expect(ticks(0, Infinity, 5)).toEqual([]);
+  });
+
+  test("AreNamedByThePatientsSides", () => {
+    const letters = (space: WorldSpace) => axisNames({ space }).map(({ letter }) => letter).join(" ");
+    expect(letters(WorldSpace.LPS)).toBe("L R P A S I");
+    expect(letters(WorldSpace.RAS)).toBe("R L A P S I");
+    expect(letters(WorldSpace.UNSPECIFIED)).toBe("x −x y −y z −z");
+    expect(axisNames({ space: WorldSpace.RAS })[3].direction).toEqual([0, -1, 0]);
+  });
+});

@@ -1,0 +1,49 @@
+import { defaults, type Settings } from "../../../client/web/src/state/settings";
+import {
+  mostSurfaces, settingsOf, surfacesOf, withNewSurface, withoutSurface, withSurface,
+} from "../../../client/web/src/state/surfaces";
+import { arrangement } from "../../../client/web/src/surface_set";
+
+const further = { isovalue: 7, error: null, colour: "#112233", opacity: 0.5, visible: true };
+const two: Settings = { ...defaults, isovalue: 3, error: 2, surfaces: [further] };
+const isovalues = (settings: Settings) => surfacesOf(settings).map(({ isovalue }) => isovalue);
+
+describe("Surfaces", () => {
+  test("AreOneListWhoseFirstIsTheSettingsOwn", () => {
+    expect(isovalues(two)).toEqual([3, 7]);
+    expect(withSurface(two, 0, { isovalue: 4, opacity: 0.1 })).toEqual({ isovalue: 4, opacity: 0.1 });
+    expect(withSurface(two, 1, { isovalue: 8 })).toEqual({ surfaces: [{ ...further, isovalue: 8 }] });
+  });
+
+  test("AreAskedForAsIfEachWereAlone", () => {
+    expect(settingsOf(two, 1)).toMatchObject({ isovalue: 7, error: 2, opacity: 0.5, surfaces: [] });
+    expect(settingsOf({ ...two, surfaces: [{ ...further, error: 0.5 }] }, 1)).toMatchObject({ error: 0.5 });
+    expect(settingsOf(two, 2)).toBeNull();
+  });
+
+  test("LeaveTheirPlaceToTheNextAndTheLastOneStays", () => {
+    const one = { ...two, ...withoutSurface(two, 0) };
+    expect(isovalues(one)).toEqual([7]);
+    expect(one.error).toBe(2);
+    expect(one.colour).toBe("#112233");
+    expect(withoutSurface(one, 0)).toEqual({});
+    expect(isovalues({ ...two, ...withoutSurface(two, 1) })).toEqual([3]);
+  });
+
+  test("HaveColoursOfTheirOwnAndABound", () => {
+    let all: Settings = defaults;
+    for (let i = 0; i < 20; ++i) all = { ...all, ...withNewSurface(all, i) };
+    const list = surfacesOf(all);
+    expect(list).toHaveLength(mostSurfaces);
+    expect(new Set(list.map(({ colour }) => colour)).size).toBe(mostSurfaces);
+  });
+
+  test("KeepWhatTheyHaveWhenOthersGoOrCome", () => {
+    expect(arrangement([], ["a"])).toEqual([null]);
+    expect(arrangement(["a", "b", "c"], ["a", "c"])).toEqual([0, 2]);
+    expect(arrangement(["a", "b", "c"], ["b", "c"])).toEqual([1, 2]);
+    expect(arrangement(["a", "b"], ["a", "x", "b"])).toEqual([0, null, 1]);
+    expect(arrangement(["a", "b"], ["x", "b"])).toEqual([0, 1]); // Dragged.
+    expect(arrangement(["a", "a"], ["a", "a", "a"])).toEqual([0, 1, null]);
+  });
+});
