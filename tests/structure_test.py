@@ -14,6 +14,7 @@ PROJECT = pathlib.Path(__file__).resolve().parent.parent
 # Folder -> the folders that it may include besides itself; all that those may include, too.
 ROOMS = {
     "common/base": [],
+    "common/image": ["common/base"],
     "common/mesh": ["common/base"],
     "common/request": ["common/mesh"],
     "common/net": ["common/base"],
@@ -35,11 +36,11 @@ ROOMS = {
     "server/operations": ["common/net"],
     "server/session": ["server/stream", "server/operations"],
     "server/transport": ["server/session"],
-    "server/http": ["server/transport", "common/cli"],
+    "server/http": ["server/transport", "common/cli", "common/image"],
     "server/gateway": ["server/http"],
     "server/programs": ["server/gateway"],
     "client": ["common/wire", "common/cli"],
-    "client/picture": ["common/mesh"],
+    "client/picture": ["common/mesh", "common/image"],
     "client/commands": ["client", "client/picture"],
     "client/load": ["client/commands"],
     "client/python": ["common/wire"],

@@ -7,11 +7,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "client/picture/png_file.hpp"
 #include "client/picture/rasterizer.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
+#include "common/image/png_file.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/wire/mesh_files.hpp"
 

@@ -13,8 +13,8 @@
 #pragma once
 
 #include "client/picture/camera.hpp"
-#include "client/picture/picture.hpp"
 #include "client/picture/shading.hpp"
+#include "common/image/picture.hpp"
 #include "common/mesh/mesh.hpp"
 
 namespace multitetra {

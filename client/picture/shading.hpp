@@ -4,8 +4,8 @@
 #include <array>
 #include <cstdint>
 
-#include "client/picture/picture.hpp"
 #include "common/base/vec3.hpp"
+#include "common/image/picture.hpp"
 
 namespace multitetra {
 

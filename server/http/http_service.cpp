@@ -155,17 +155,21 @@ asio::awaitable<Answer> HttpService::inquired(const Route& route, Question asked
     co_return co_await surfaces_.answer(surface->dataset, asked.target, asked.request, one_shot,
                                         asked.context);
   }
+  if (const auto* slice = std::get_if<SliceOfSamples>(&route)) {
+    co_return co_await slices_.slice(slice->dataset, asked.target, asked.request, one_shot,
+                                     asked.context);
+  }
+  if (const auto* value = std::get_if<ValueAtPlaces>(&route)) {
+    co_return co_await slices_.value(value->dataset, asked.target, one_shot, asked.context);
+  }
+  if (const auto* one = std::get_if<DatasetDescription>(&route)) {
+    const auto info = co_await one_shot.dataset(one->dataset);
+    if (!info) co_return error_answer(info.error(), id);
+    co_return document(text_of(json_of(*info)), asked.request);
+  }
   const auto infos = co_await one_shot.datasets();
   if (!infos) co_return error_answer(infos.error(), id);
-  const auto* one = std::get_if<DatasetDescription>(&route);
-  if (!one) co_return document(listing(*infos), asked.request);
-  const auto info = std::find_if(infos->begin(), infos->end(), [&](const DatasetInfo& candidate) {
-    return candidate.name == one->dataset;
-  });
-  if (info != infos->end()) co_return document(text_of(json_of(*info)), asked.request);
-  co_return error_answer({ErrorCode::kUnknownDataset, "No dataset is named \"" + one->dataset +
-                                                          "\"; /v1/datasets tells those that are."},
-                         id);
+  co_return document(listing(*infos), asked.request);
 }
 
 Answer HttpService::answer_to(const Liveness&, const Question&) const {

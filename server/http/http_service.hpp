@@ -13,6 +13,7 @@
 #include "server/http/one_shot_session.hpp"
 #include "server/http/request_context.hpp"
 #include "server/http/route.hpp"
+#include "server/http/slice_service.hpp"
 #include "server/http/surface_service.hpp"
 #include "server/transport/listener.hpp"
 
@@ -56,6 +57,7 @@ class HttpService {
   const ServerContext& server_;
   const HttpOptions& options_;
   SurfaceService surfaces_;
+  SliceService slices_;
   std::uint64_t next_request_;  // Begins anywhere, so that ids of two runs do not meet.
 };
 

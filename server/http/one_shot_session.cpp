@@ -1,5 +1,6 @@
 #include "server/http/one_shot_session.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace multitetra {
@@ -62,6 +63,26 @@ asio::awaitable<Result<std::vector<DatasetInfo>>> OneShotSession::datasets() {
   auto list = co_await next_a<DatasetList>();
   if (!list) co_return tl::unexpected(list.error());
   co_return std::move(list->datasets);
+}
+
+asio::awaitable<Result<DatasetInfo>> OneShotSession::dataset(std::string name) {
+  auto infos = co_await datasets();
+  if (!infos) co_return tl::unexpected(infos.error());
+  const auto info = std::find_if(infos->begin(), infos->end(),
+                                 [&](const DatasetInfo& one) { return one.name == name; });
+  if (info != infos->end()) co_return std::move(*info);
+  co_return fail(ErrorCode::kUnknownDataset,
+                 "No dataset is named \"" + name + "\"; /v1/datasets tells those that are.");
+}
+
+asio::awaitable<Result<SliceReply>> OneShotSession::slice(std::string dataset, SliceRequest slice) {
+  say(Slice{.request_id = 2, .dataset = std::move(dataset), .slice = slice});
+  co_return co_await next_a<SliceReply>();
+}
+
+asio::awaitable<Result<ProbeReply>> OneShotSession::probe(std::string dataset, ProbeRequest probe) {
+  say(Probe{.request_id = 2, .dataset = std::move(dataset), .probe = std::move(probe)});
+  co_return co_await next_a<ProbeReply>();
 }
 
 asio::awaitable<Result<OneShotSession::Step>> OneShotSession::final_step(

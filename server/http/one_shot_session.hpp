@@ -27,6 +27,11 @@ class OneShotSession {
   [[nodiscard]] asio::awaitable<Result<void>> greet(std::string token);
   [[nodiscard]] asio::awaitable<Result<std::vector<DatasetInfo>>> datasets();
 
+  // One of them; kUnknownDataset where there is none of that name.
+  [[nodiscard]] asio::awaitable<Result<DatasetInfo>> dataset(std::string name);
+  [[nodiscard]] asio::awaitable<Result<SliceReply>> slice(std::string dataset, SliceRequest slice);
+  [[nodiscard]] asio::awaitable<Result<ProbeReply>> probe(std::string dataset, ProbeRequest probe);
+
   // A final step, encoded.
   struct Step {
     StepBegin begin;

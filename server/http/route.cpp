@@ -12,6 +12,8 @@ const char* name(const Route& route) {
     const char* operator()(const DatasetListing&) const { return "datasets"; }
     const char* operator()(const DatasetDescription&) const { return "dataset"; }
     const char* operator()(const SurfaceFile&) const { return "isosurface"; }
+    const char* operator()(const SliceOfSamples&) const { return "slice"; }
+    const char* operator()(const ValueAtPlaces&) const { return "probe"; }
     const char* operator()(const TileBytes&) const { return "tile"; }
     const char* operator()(const ViewerFile&) const { return "viewer"; }
   };
@@ -32,6 +34,8 @@ Result<Route> route_of(const Target& target) {
       if (path.size() == 2) return DatasetListing{};
       if (path.size() == 3) return DatasetDescription{path[2]};
       if (path.size() == 4 && path[3] == "isosurface") return SurfaceFile{path[2]};
+      if (path.size() == 4 && path[3] == "slice") return SliceOfSamples{path[2]};
+      if (path.size() == 4 && path[3] == "value") return ValueAtPlaces{path[2]};
     }
     if (path[1] == "tiles" && path.size() == 3) {
       const auto digest = ContentDigest::from_hex(path[2]);

@@ -22,6 +22,12 @@ struct DatasetDescription {  // /v1/datasets/{name}
 struct SurfaceFile {  // /v1/datasets/{name}/isosurface
   std::string dataset;
 };
+struct SliceOfSamples {  // /v1/datasets/{name}/slice
+  std::string dataset;
+};
+struct ValueAtPlaces {  // /v1/datasets/{name}/value
+  std::string dataset;
+};
 struct TileBytes {  // /v1/tiles/{hash}
   ContentDigest digest;
 };
@@ -30,7 +36,8 @@ struct ViewerFile {  // Whatever else: a file of the viewer, or nothing.
 };
 
 using Route = std::variant<Liveness, Readiness, Metrics, Description, WebSocketStream,
-                           DatasetListing, DatasetDescription, SurfaceFile, TileBytes, ViewerFile>;
+                           DatasetListing, DatasetDescription, SurfaceFile, SliceOfSamples,
+                           ValueAtPlaces, TileBytes, ViewerFile>;
 
 // What is asked for, in a word for counting: "isosurface", "tile" and so on.
 [[nodiscard]] const char* name(const Route& route);

@@ -1,14 +1,12 @@
 #include "server/http/surface_service.hpp"
 
-#include <algorithm>
 #include <new>
 #include <utility>
 
-#include "common/net/async_event.hpp"
-#include "common/net/coroutines.hpp"
 #include "common/request/request_key.hpp"
 #include "server/http/conditions.hpp"
 #include "server/http/media.hpp"
+#include "server/http/on_workers.hpp"
 #include "server/operations/log.hpp"
 
 namespace multitetra {
@@ -26,13 +24,6 @@ std::uint64_t bytes_of(const StepBegin& step) {
   for (const TileSummary& tile : step.tiles) sum += tile.bytes;
   return sum;
 }
-
-// A mesh that is made on another thread.
-struct Assembly {
-  explicit Assembly(asio::any_io_executor executor) : done(executor) {}
-  std::optional<Result<StoredMesh>> mesh;
-  AsyncEvent done;
-};
 
 Result<StoredMesh> guarded_store(const OneShotSession::Step& step, const DatasetInfo& info,
                                  const MeshForm& form, const MeshPlace& place,
@@ -62,14 +53,8 @@ asio::awaitable<Result<SurfaceService::Wanted>> SurfaceService::wanted(const std
                                                                        OneShotSession& one_shot) {
   const auto query = parse_surface_query(target.query);
   if (!query) co_return tl::unexpected(query.error());
-  auto infos = co_await one_shot.datasets();
-  if (!infos) co_return tl::unexpected(infos.error());
-  const auto info = std::find_if(infos->begin(), infos->end(),
-                                 [&](const DatasetInfo& one) { return one.name == dataset; });
-  if (info == infos->end()) {
-    co_return fail(ErrorCode::kUnknownDataset,
-                   "No dataset is named \"" + dataset + "\"; /v1/datasets tells those that are.");
-  }
+  auto info = co_await one_shot.dataset(dataset);
+  if (!info) co_return tl::unexpected(info.error());
   const auto surface = request_for(*query, *info);
   if (!surface) co_return tl::unexpected(surface.error());
   const auto format =
@@ -106,27 +91,13 @@ asio::awaitable<Result<StoredMesh>> SurfaceService::make(const Wanted& wanted,
   const MeshPlace place = {
       .folder = options_.temporary_folder,
       .room = [this, share](std::uint64_t bytes) { return meshes_.room(share, bytes); }};
-  // The guard keeps the executor running until the mesh has come back.
-  const auto executor = co_await asio::this_coro::executor;
-  const auto assembly = std::make_shared<Assembly>(executor);
   const bool is_large = triangles_of(step->begin) > kManyTriangles;
-  assembling_.post(
-      {.share = share, .number = assembling_.new_client()},
-      {.run =
-           [assembly, step = std::make_shared<const OneShotSession::Step>(*std::move(step)),
-            info = wanted.info, form = wanted.form, place, stop = context.stop.get_token(),
-            executor, guard = asio::make_work_guard(executor)] {
-             auto mesh = std::make_shared<Result<StoredMesh>>(
-                 guarded_store(*step, info, form, place, stop));
-             post(executor, [assembly, mesh] {
-               assembly->mesh = std::move(*mesh);
-               assembly->done.notify_all();
-             });
-           },
-       .kind = is_large ? "large mesh" : "small mesh",
-       .is_long = is_large});
-  while (!assembly->mesh) co_await assembly->done.wait();
-  auto stored = *std::move(assembly->mesh);
+  std::function<Result<StoredMesh>()> store =
+      [step = std::make_shared<const OneShotSession::Step>(*std::move(step)), info = wanted.info,
+       form = wanted.form, place,
+       stop = context.stop.get_token()] { return guarded_store(*step, info, form, place, stop); };
+  auto stored = co_await on_workers<StoredMesh>(
+      assembling_, share, is_large ? "large mesh" : "small mesh", is_large, std::move(store));
   if (stored && !wanted.tag.empty()) meshes_.keep(wanted.key, *stored);
   co_return stored;
 }

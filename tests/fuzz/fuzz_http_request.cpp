@@ -11,6 +11,7 @@
 #include "server/http/media.hpp"
 #include "server/http/origin.hpp"
 #include "server/http/route.hpp"
+#include "server/http/slice_query.hpp"
 #include "server/http/surface_query.hpp"
 #include "server/http/target.hpp"
 #include "tests/fuzz/require.hpp"
@@ -53,11 +54,17 @@ void follow(const HttpRequest& request) {
   const auto target = parse_target(view_of(request.target()));
   if (!target) return;
   static_cast<void>(route_of(*target));
-  const auto query = parse_surface_query(target->query);
-  if (!query) return;
   DatasetInfo info;
   info.name = "a";
+  info.dims = {9, 10, 11};
   info.suggested_isovalues = {1};
+  if (const auto slice = parse_slice_query(target->query)) {
+    if (const auto plane = slice_for(slice->slice, info)) require(validated(*plane).has_value());
+    require(scale_for(*slice, info).no_value == ColorScale{}.no_value);
+  }
+  if (const auto probe = parse_probe_query(target->query)) require(validated(*probe).has_value());
+  const auto query = parse_surface_query(target->query);
+  if (!query) return;
   if (const auto surface = request_for(*query, info)) require(validated(*surface).has_value());
 }
 

@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "client/picture/camera.hpp"
-#include "client/picture/png_file.hpp"
 #include "client/picture/rasterizer.hpp"
+#include "common/image/png_file.hpp"
 
 namespace multitetra {
 namespace {

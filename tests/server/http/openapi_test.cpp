@@ -7,7 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "common/cli/json_report.hpp"
+#include "server/dataset/prepare.hpp"
 #include "tests/support/fake_steps.hpp"
+#include "tests/support/fields.hpp"
 #include "tests/support/running_http_server.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -82,6 +84,22 @@ class TellingSteps : public FakeSteps {
   DatasetInfo info_;
 };
 
+// Noise that is there to be looked at.
+class SampledSteps : public FakeSteps {
+ public:
+  explicit SampledSteps(std::string name)
+      : FakeSteps(name), dataset_(make_dataset(testing::fields::noise({17, 17, 17}, 1), name)) {
+    info_ = dataset_->info;
+    info_.content_id = 2;
+  }
+  [[nodiscard]] const DatasetInfo& info() const override { return info_; }
+  [[nodiscard]] const PreparedVolume* volume() const override { return dataset_.get(); }
+
+ private:
+  DatasetPtr dataset_;
+  DatasetInfo info_;
+};
+
 class OpenApiTest : public ::testing::Test {
  protected:
   OpenApiTest() {
@@ -91,6 +109,7 @@ class OpenApiTest : public ::testing::Test {
       return testing::octahedron_step(step);
     };
     const auto catalogue = catalogue_of(std::make_shared<TellingSteps>("a b", make));
+    catalogue->add(std::make_shared<SampledSteps>("noise"));
     const auto tile = testing::fine_tiles().front();
     tile_path_ = "/v1/tiles/" + tile.summary.digest.hex();
     HttpOptions options{.max_mesh_triangles = 17};
@@ -134,6 +153,26 @@ class OpenApiTest : public ::testing::Test {
       schemas.expect(Json::parse(response.body()), described.at("content").at(type).at("schema"),
                      path);
     }
+  }
+
+  void expect_parameters_are_described(const std::string& what) {
+    HttpClient client(server_->http());
+    const auto refusal = client.get("/v1/datasets/noise/" + what + "?nonsense=1").body();
+    std::set<std::string> known;
+    const std::string text = Json::parse(refusal).at("error").at("text");
+    std::string list = text.substr(text.rfind(": ") + 2);
+    list.pop_back();
+    for (std::size_t at = 0; at != std::string::npos;) {
+      const std::size_t comma = list.find(", ", at);
+      known.insert(list.substr(at, comma == std::string::npos ? comma : comma - at));
+      at = comma == std::string::npos ? comma : comma + 2;
+    }
+    std::set<std::string> described;
+    const Json& operation = document_.at("paths").at("/v1/datasets/{name}/" + what).at("get");
+    for (const auto& parameter : operation.at("parameters")) {
+      if (parameter.at("in") == "query") described.insert(parameter.at("name"));
+    }
+    EXPECT_EQ(described, known) << what;
   }
 
   // Who shows no token may see all; tokens that nobody has are refused.
@@ -191,6 +230,28 @@ TEST_F(OpenApiTest, IsWhatTheServerDoes) {
   ask(surface, at + "13", 500);
   ask(surface, at + "1", 401, kBad);
 
+  const std::string slice = "/v1/datasets/{name}/slice";
+  const std::string of_noise = "/v1/datasets/noise/slice";
+  ask(slice, of_noise, 200);
+  ask(slice, of_noise + "?format=raw&normal=1,1,0", 200);
+  ask(slice, of_noise, 206, "Range: bytes=0-1\r\n");
+  ask(slice, of_noise, 304, kAny);
+  ask(slice, of_noise + "?axis=w", 400);
+  ask(slice, of_noise, 401, kBad);
+  ask(slice, "/v1/datasets/none/slice", 404);
+  ask(slice, of_noise, 416, "Range: bytes=9999999-\r\n");
+  ask(slice, of_noise + "?width=2000000", 422);
+  ask(slice, "/v1/datasets/a%20b/slice", 500);
+  const std::string value = "/v1/datasets/{name}/value";
+  ask(value, "/v1/datasets/noise/value?at=1,2,3&at=-1,0,0", 200);
+  ask(value, "/v1/datasets/noise/value?at=1,2", 400);
+  ask(value, "/v1/datasets/noise/value?at=1,2,3", 401, kBad);
+  ask(value, "/v1/datasets/none/value?at=1,2,3", 404);
+  ask(value, "/v1/datasets/a%20b/value?at=1,2,3", 500);
+  std::string many = "/v1/datasets/noise/value?at=0,0,0";
+  for (int i = 0; i < 1024; ++i) many += "&at=0,0,0";
+  ask(value, many, 422);
+
   ask("/v1/stream", "/v1/stream", 426);
   ask("/v1/stream", "/v1/stream", 400, kUpgradeFields);
   const std::string good =
@@ -199,9 +260,17 @@ TEST_F(OpenApiTest, IsWhatTheServerDoes) {
   ask("/v1/stream", "/v1/stream", 101, good);
 
   // What other tests provoke: servers that stop, many requests, meshes above the limit.
-  const std::set<std::string> elsewhere = {
-      "/v1/datasets 429",        "/v1/datasets/{name} 429", surface + " 429", "/v1/datasets 503",
-      "/v1/datasets/{name} 503", surface + " 422",          surface + " 503"};
+  const std::set<std::string> elsewhere = {"/v1/datasets 429",
+                                           "/v1/datasets/{name} 429",
+                                           surface + " 429",
+                                           "/v1/datasets 503",
+                                           "/v1/datasets/{name} 503",
+                                           surface + " 422",
+                                           surface + " 503",
+                                           slice + " 429",
+                                           slice + " 503",
+                                           value + " 429",
+                                           value + " 503"};
   for (const auto& [path, item] : document_.at("paths").items()) {
     for (const auto& [status, unused] : item.at("get").at("responses").items()) {
       const std::string one = path + " " + status;
@@ -212,23 +281,9 @@ TEST_F(OpenApiTest, IsWhatTheServerDoes) {
 
 // The parameters that it names are those that are understood.
 TEST_F(OpenApiTest, NamesTheParametersThatThereAre) {
-  HttpClient client(server_->http());
-  const auto refusal = client.get("/v1/datasets/a%20b/isosurface?nonsense=1").body();
-  std::set<std::string> known;
-  const std::string text = Json::parse(refusal).at("error").at("text");
-  std::string list = text.substr(text.rfind(": ") + 2);
-  list.pop_back();
-  for (std::size_t at = 0; at != std::string::npos;) {
-    const std::size_t comma = list.find(", ", at);
-    known.insert(list.substr(at, comma == std::string::npos ? comma : comma - at));
-    at = comma == std::string::npos ? comma : comma + 2;
+  for (const std::string what : {"isosurface", "slice", "value"}) {
+    expect_parameters_are_described(what);
   }
-  std::set<std::string> described;
-  const Json& operation = document_.at("paths").at("/v1/datasets/{name}/isosurface").at("get");
-  for (const auto& parameter : operation.at("parameters")) {
-    if (parameter.at("in") == "query") described.insert(parameter.at("name"));
-  }
-  EXPECT_EQ(described, known);
 }
 
 }  // namespace

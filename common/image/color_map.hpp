@@ -1,0 +1,41 @@
+// Colours for values: maps in which equal steps of the value look like equal steps, and a range
+// that says where they begin and end.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace multitetra {
+
+using Rgb = std::array<std::uint8_t, 3>;  // Red, green, blue in sRGB.
+
+enum class ColorMap {
+  kGray,      // Black to white.
+  kViridis,   // Blue, green, yellow; lightness grows evenly.
+  kCividis,   // Blue to yellow, alike for people who see no difference between red and green.
+  kCoolwarm,  // Blue, grey, red: for values around a middle.
+};
+
+// Every map, in words: "gray, viridis, cividis or coolwarm".
+inline constexpr std::string_view kColorMapNames = "gray, viridis, cividis or coolwarm";
+[[nodiscard]] std::string_view name(ColorMap map);
+[[nodiscard]] std::optional<ColorMap> color_map_from(std::string_view name);
+
+// The colour at `part` of the way, 0 to 1; what is beyond has the colour of the end.
+[[nodiscard]] Rgb color_at(ColorMap map, double part);
+
+// Which values have which colours.
+struct ColorScale {
+  ColorMap map = ColorMap::kGray;
+  double low = 0;   // Has the map's first colour.
+  double high = 1;  // Has its last one; where it is not above `low`, values above low have it.
+  bool is_logarithmic =
+      false;  // Requires 0 < low < high; what is not positive has the first colour.
+  Rgb no_value = {128, 128, 128};  // Of NaN.
+
+  [[nodiscard]] Rgb operator()(double value) const;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,45 @@
+// A query as a slice, or as places to be probed. Pure.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/base/result.hpp"
+#include "common/image/color_map.hpp"
+#include "common/request/probe_request.hpp"
+#include "common/request/slice_plane.hpp"
+
+namespace multitetra {
+
+enum class SliceFormat {
+  kPng,  // Colours, for people.
+  kRaw,  // Floats, for programs.
+};
+
+struct SliceQuery {
+  NamedSlice slice = {};
+  SliceFormat format = SliceFormat::kPng;
+  std::optional<double> window = {}, level = {};  // How wide the shown values reach, around which.
+  ColorMap colors = ColorMap::kGray;
+};
+
+// axis, at, centre, normal, up, extent, origin, right, down, coordinates, width, height,
+// interpolation, detail, format, window, level, colors. kInvalidArgument, naming the parameter,
+// when one is unknown, said twice or not understood.
+[[nodiscard]] Result<SliceQuery> parse_slice_query(
+    const std::vector<std::pair<std::string, std::string>>& query);
+
+// The slice of a dataset, checked as one that came over the wire. Without any plane it is the
+// middle layer along the third axis.
+[[nodiscard]] Result<SliceRequest> slice_for(const SliceQuery& query, const DatasetInfo& info);
+
+// Which values have which colours: the window, or all that there are.
+[[nodiscard]] ColorScale scale_for(const SliceQuery& query, const DatasetInfo& info);
+
+// at=X,Y,Z once for each place, coordinates.
+[[nodiscard]] Result<ProbeRequest> parse_probe_query(
+    const std::vector<std::pair<std::string, std::string>>& query);
+
+}  // namespace multitetra

@@ -1,0 +1,154 @@
+#include "server/http/slice_service.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <new>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/number_text.hpp"
+#include "common/cli/json_report.hpp"
+#include "common/image/png_file.hpp"
+#include "common/request/request_key.hpp"
+#include "server/http/conditions.hpp"
+#include "server/http/on_workers.hpp"
+#include "server/operations/log.hpp"
+
+namespace multitetra {
+namespace {
+
+// Of what this program makes of a slice: to be raised when the same query gives other bytes.
+constexpr std::string_view kSliceForm = "1";
+
+std::string text_of(const Vec3& v) {
+  return shortest_text(v[0]) + ',' + shortest_text(v[1]) + ',' + shortest_text(v[2]);
+}
+
+// The same exactly for the same bytes.
+std::string key_of(const DatasetInfo& info, const SliceRequest& slice, const SliceQuery& query) {
+  const ColorScale scale = scale_for(query, info);
+  const std::string plane = serialize(ClientMessage(Slice{.dataset = info.name, .slice = slice}));
+  if (query.format == SliceFormat::kRaw)
+    return std::string(kSliceForm) + " raw " + key_of(info) + plane;
+  return std::string(kSliceForm) + " png " + std::string(name(scale.map)) + ' ' +
+         shortest_text(scale.low) + ' ' + shortest_text(scale.high) + ' ' + key_of(info) + plane;
+}
+
+// What has no value is transparent.
+std::string picture_of(const SliceReply& slice, const ColorScale& scale) {
+  Picture picture{.width = static_cast<int>(slice.width), .height = static_cast<int>(slice.height)};
+  picture.pixels.resize(slice.values->size() / sizeof(float));
+  for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
+    float value = 0;
+    std::memcpy(&value, slice.values->data() + i * sizeof value, sizeof value);
+    if (std::isnan(value)) continue;
+    const Rgb color = scale(static_cast<double>(value));
+    picture.pixels[i] = {color[0], color[1], color[2], 255};
+  }
+  return png_file(picture, PngEffort::kQuick);
+}
+
+Result<std::string> guarded_picture(const SliceReply& slice, const ColorScale& scale) {
+  try {
+    return picture_of(slice, scale);
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::kLimitExceeded,
+                "The server has not enough memory for this picture; ask for fewer pixels.");
+  } catch (const std::exception& trouble) {
+    log_line(LogLevel::kError, std::string("drawing a slice failed: ") + trouble.what(), {});
+    return fail(ErrorCode::kInternal, "The server failed to draw this slice; its log says why.");
+  }
+}
+
+void add_plane(Answer& answer, const SliceRequest& plane) {
+  add_field(answer, "Multitetra-Width", std::to_string(plane.width));
+  add_field(answer, "Multitetra-Height", std::to_string(plane.height));
+  add_field(answer, "Multitetra-Origin", text_of(plane.origin));
+  add_field(answer, "Multitetra-Right", text_of(plane.right));
+  add_field(answer, "Multitetra-Down", text_of(plane.down));
+}
+
+Json json_of(const ProbedPlace& place) {
+  Json json = {
+      {"world", place.world}, {"index", place.index}, {"value", nullptr}, {"gradient", nullptr}};
+  if (place.value) json["value"] = *place.value;
+  if (place.gradient) json["gradient"] = *place.gradient;
+  return json;
+}
+
+RequestFacts facts_of(const char* kind, const std::string& dataset, const RequestContext& context) {
+  RequestFacts facts;
+  facts.kind = kind;
+  facts.id = context.request_id;
+  facts.dataset = dataset;
+  return facts;
+}
+
+Answer refused(const Error& error, RequestContext& context) {
+  context.outcome = name(error.code);
+  return error_answer(error, context.request_id);
+}
+
+}  // namespace
+
+asio::awaitable<Answer> SliceService::slice(const std::string& dataset, const Target& target,
+                                            const HttpRequest& request, OneShotSession& one_shot,
+                                            RequestContext& context) {
+  const auto query = parse_slice_query(target.query);
+  if (!query) co_return error_answer(query.error(), context.request_id);
+  const auto info = co_await one_shot.dataset(dataset);
+  if (!info) co_return error_answer(info.error(), context.request_id);
+  const auto slice = slice_for(query->slice, *info);
+  if (!slice) co_return error_answer(slice.error(), context.request_id);
+  Answer answer;
+  const bool is_raw = query->format == SliceFormat::kRaw;
+  add_field(answer, "Content-Type", is_raw ? "application/octet-stream" : "image/png");
+  add_field(answer, "Cache-Control", "no-cache");
+  add_plane(answer, in_indices(*slice, *info));
+  const std::string tag = info->content_id == 0 ? "" : tag_of(key_of(*info, *slice, *query));
+  if (request.method() == http::verb::head ||
+      (!tag.empty() && names_tag(field(request, http::field::if_none_match), tag))) {
+    answer.is_length_known = false;
+  } else {
+    context.record =
+        std::make_unique<RequestRecord>(context.client, facts_of("slice", dataset, context));
+    if (context.watch) context.watch();
+    const auto reply = co_await one_shot.slice(dataset, *slice);
+    if (!reply) co_return refused(reply.error(), context);
+    add_field(answer, "Multitetra-Sample-Spacing", std::to_string(reply->sample_spacing));
+    if (is_raw) {
+      answer.body = body_of(reply->values);
+    } else {
+      const auto room = context.client->take_room(2 * reply->values->size());
+      if (!room) co_return refused(room.error(), context);
+      std::function<Result<std::string>()> draw = [slice = *reply,
+                                                   scale = scale_for(*query, *info)] {
+        return guarded_picture(slice, scale);
+      };
+      auto picture = co_await on_workers<std::string>(drawing_, context.client->share(),
+                                                      "picture of a slice", false, std::move(draw));
+      if (!picture) co_return refused(picture.error(), context);
+      answer.body = body_of(*std::move(picture));
+    }
+  }
+  if (!tag.empty()) meet_conditions(answer, request, tag);
+  co_return answer;
+}
+
+asio::awaitable<Answer> SliceService::value(const std::string& dataset, const Target& target,
+                                            OneShotSession& one_shot, RequestContext& context) {
+  const auto probe = parse_probe_query(target.query);
+  if (!probe) co_return error_answer(probe.error(), context.request_id);
+  context.record =
+      std::make_unique<RequestRecord>(context.client, facts_of("probe", dataset, context));
+  const auto reply = co_await one_shot.probe(dataset, *probe);
+  if (!reply) co_return refused(reply.error(), context);
+  Json places = Json::array();
+  for (const ProbedPlace& place : reply->places) places.push_back(json_of(place));
+  Answer answer = json_answer(200, multitetra::text_of({{"places", std::move(places)}}));
+  add_field(answer, "Cache-Control", "no-cache");
+  co_return answer;
+}
+
+}  // namespace multitetra
