@@ -78,7 +78,8 @@ Volume whole_volume(const PreparedVolume& dataset) {
     for (std::size_t i = 0; i < layout.size(); ++i) {
       const GridCounts brick = layout.at(i);
       const GridCounts extent = layout.extent(brick);
-      const std::byte* from = dataset.samples->brick(i).data();
+      const KeptBytes bytes = dataset.samples->brick(i);
+      const std::byte* from = bytes.data();
       const std::size_t row_bytes = static_cast<std::size_t>(extent[0]) * sizeof(Sample);
       for (std::int32_t z = 0; z < extent[2]; ++z) {
         for (std::int32_t y = 0; y < extent[1]; ++y, from += row_bytes) {

@@ -175,8 +175,8 @@ DatasetPtr prepare_in_memory(VolumeSource& source, const PrepareOptions& options
   return std::make_shared<const PreparedVolume>(
       PreparedVolume{.info = parts.info,
                      .samples = sink.samples(),
-                     .coarse = kept->coarse,
-                     .ranges = kept->ranges,
+                     .coarse = std::span(kept->coarse),
+                     .ranges = std::span(kept->ranges),
                      .spectrum = {.layout = SpectrumLayout(parts.info),
                                   .bins = *parts.bins,
                                   .voxel = static_cast<float>(voxel_length(parts.info)),

@@ -16,7 +16,7 @@ PreparedBricks::PreparedBricks(std::filesystem::path file, std::span<const std::
       mapped_(mapped),
       verified_(size) {}
 
-std::span<const std::byte> PreparedBricks::brick(std::size_t index) const {
+KeptBytes PreparedBricks::brick(std::size_t index) const {
   assert(index < size_);
   if (mapped_ != nullptr) mapped_->check();
   reads_.fetch_add(1, std::memory_order_relaxed);

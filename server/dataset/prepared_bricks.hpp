@@ -44,7 +44,7 @@ class PreparedBricks : public BrickSource {
  public:
   // Requires index < size(). Throws DatasetFileError, with the file, the section, the brick and
   // what to do, when the brick is damaged.
-  [[nodiscard]] std::span<const std::byte> brick(std::size_t index) const final;
+  [[nodiscard]] KeptBytes brick(std::size_t index) const final;
 
   [[nodiscard]] std::size_t size() const { return size_; }
   // How often brick() was called so far.

@@ -14,14 +14,13 @@
 #include "server/dataset/formats/described_raw.hpp"
 #include "server/dataset/formats/dicom_series.hpp"
 #include "server/dataset/formats/hdf5_file.hpp"
-#include "server/dataset/formats/http_store.hpp"
 #include "server/dataset/formats/input_file.hpp"
 #include "server/dataset/formats/mrc_file.hpp"
 #include "server/dataset/formats/nifti_file.hpp"
-#include "server/dataset/formats/object_store.hpp"
 #include "server/dataset/formats/plain_slices.hpp"
 #include "server/dataset/formats/recognition.hpp"
 #include "server/dataset/formats/unpacking.hpp"
+#include "server/dataset/formats/volume_objects.hpp"
 #include "server/dataset/formats/vti_file.hpp"
 #include "server/dataset/formats/zarr_volume.hpp"
 #include "server/dataset/image_file.hpp"
@@ -29,6 +28,7 @@
 #include "server/dataset/plain_payload.hpp"
 #include "server/dataset/source_apart.hpp"
 #include "server/dataset/streamed_volume.hpp"
+#include "server/store/http_store.hpp"
 
 namespace multitetra {
 namespace {
@@ -235,7 +235,7 @@ StoredVolume open_format(const fs::path& path, VolumeFormat format, const Volume
       return open_dicom(path, fs::is_directory(path) ? dicom_files(path) : std::vector{path},
                         choice);
     case VolumeFormat::kZarr:
-      return open_zarr(folder_store(path), choice);
+      return open_zarr(volume_objects(path.string()), choice);
     case VolumeFormat::kHdf5:
       return open_hdf5(path, choice);
     case VolumeFormat::kMrc:
@@ -264,7 +264,7 @@ std::string known_files() {
 }
 
 StoredVolume open_address(const std::string& address, const VolumeChoice& choice) {
-  std::shared_ptr<ObjectStore> store = http_store(address);
+  std::shared_ptr<ObjectStore> store = volume_objects(address);
   if (!is_zarr(*store)) {
     fail_reading(address,
                  "there is no zarr.json, .zattrs, .zgroup, .zarray or attributes.json below it",

@@ -4,10 +4,10 @@
 #include <set>
 #include <system_error>
 
-#include "server/dataset/formats/http_store.hpp"
 #include "server/dataset/formats/recognition.hpp"
 #include "server/dataset/prepared_file.hpp"
 #include "server/dataset/volume_folder.hpp"
+#include "server/store/http_store.hpp"
 
 namespace multitetra {
 namespace {

@@ -49,8 +49,8 @@ void load_cell(const PreparedVolume& volume, GridPoint low, float* into, std::pt
     for (std::int32_t bz = box.begin.z / kBrick; bz * kBrick < box.end.z; ++bz) {
       for (std::int32_t by = box.begin.y / kBrick; by * kBrick < box.end.y; ++by) {
         for (std::int32_t bx = box.begin.x / kBrick; bx * kBrick < box.end.x; ++bx) {
-          const auto* const brick = reinterpret_cast<const Sample*>(
-              volume.samples->brick(layout.index({bx, by, bz})).data());
+          const KeptBytes bytes = volume.samples->brick(layout.index({bx, by, bz}));
+          const auto* const brick = reinterpret_cast<const Sample*>(bytes.data());
           const GridCounts extent = layout.extent({bx, by, bz});
           const GridPoint first = {kBrick * bx, kBrick * by, kBrick * bz};
           const SampleBox part = box.within(first, first + GridPoint{kBrick, kBrick, kBrick});

@@ -43,8 +43,7 @@ bool FineCells::may_cross(GridPoint cell) const {
   if (!in_data_.contains(cell)) return false;
   return visit_type(volume_.info.type, [&]<typename Sample>(const Sample*) {
     std::array<Sample, 2> range;
-    std::memcpy(range.data(), volume_.ranges.data() + sizeof(range) * in_data_.index(cell),
-                sizeof(range));
+    std::memcpy(range.data(), ranges_.data() + sizeof(range) * in_data_.index(cell), sizeof(range));
     if (range[0] > range[1]) return false;  // All void, or nothing but what lies outside.
     auto low = static_cast<float>(range[0]);
     auto high = static_cast<float>(range[1]);
@@ -98,6 +97,7 @@ void FineCells::find(const OctreeCube& cube,
   is_crossed_.assign(size, 0);
   support_.clear();
   if (!mark_wanted(is_wanted)) return;
+  ranges_ = volume_.ranges.bytes();
   mark_crossed();
   visit_cells(0, cells_, [&](GridPoint cell) {
     if (is_support_[index(cell)] == 0) return;

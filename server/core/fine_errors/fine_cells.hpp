@@ -62,7 +62,8 @@ class FineCells {
   const float isovalue_below_;  // A float is above the isovalue exactly when it is above this one.
   GridPoint first_;             // The cell below the cube.
   std::int32_t cells_ = 0;      // Along an axis: the cube's and one on either side.
-  std::vector<bool> wanted_;    // By cell.
+  std::span<const std::byte> ranges_;  // The volume's.
+  std::vector<bool> wanted_;           // By cell.
   std::vector<std::uint8_t> is_support_;
   std::vector<std::uint8_t> is_crossed_;
   std::vector<FineCell> support_;

@@ -48,10 +48,10 @@ namespace multitetra {
 struct PreparedVolume {
   DatasetInfo info;
   std::shared_ptr<const BrickSource> samples;  // BrickLayout(info.dims), x fastest in a brick.
-  std::span<const std::byte> coarse;           // The samples of coarse_extent(info).
-  std::span<const std::byte> ranges;  // Of every closed cell of cell_extent(info): the least and
-                                      // the largest sample in it; void ones do not count, and where
-                                      // all are void the least is larger than the largest.
+  BytesOnDemand coarse;                        // The samples of coarse_extent(info).
+  BytesOnDemand ranges;  // Of every closed cell of cell_extent(info): the least and the largest
+                         // sample in it; void ones do not count, and where all are void the least
+                         // is larger than the largest.
   ErrorSpectrum spectrum;
   std::shared_ptr<const void> owner;
   // Throws where the volume was taken away while it was looked at. Empty: nobody can do that.

@@ -10,17 +10,64 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <span>
+#include <utility>
 
 namespace multitetra {
+
+// Bytes that stay where they are as long as this, or a copy of it, lives; its span does not keep
+// them.
+class KeptBytes {
+ public:
+  KeptBytes() = default;
+  // Without an owner they stay as long as the source that gave them away.
+  KeptBytes(std::span<const std::byte> bytes,
+            std::shared_ptr<const void> owner = nullptr)  // NOLINT
+      : bytes_(bytes), owner_(std::move(owner)) {}
+
+  [[nodiscard]] const std::byte* data() const { return bytes_.data(); }
+  [[nodiscard]] std::size_t size() const { return bytes_.size(); }
+  [[nodiscard]] bool empty() const { return bytes_.empty(); }
+  [[nodiscard]] auto begin() const { return bytes_.begin(); }
+  [[nodiscard]] auto end() const { return bytes_.end(); }
+  [[nodiscard]] std::byte operator[](std::size_t index) const { return bytes_[index]; }
+
+ private:
+  std::span<const std::byte> bytes_;
+  std::shared_ptr<const void> owner_;
+};
 
 // Parts that are read one at a time. Safe to use from several threads at once.
 class BrickSource {
  public:
   virtual ~BrickSource() = default;
-  // The bytes of brick `index`; they stay where they are as long as the source lives. Throws what
-  // the source throws when they are damaged.
-  [[nodiscard]] virtual std::span<const std::byte> brick(std::size_t index) const = 0;
+  // The bytes of brick `index`. Throws what the source throws when they are damaged, or cannot be
+  // had.
+  [[nodiscard]] virtual KeptBytes brick(std::size_t index) const = 0;
+  // Says that these bricks will be asked for soon, in this order; a source that is far away begins
+  // to fetch them. Returns at once, and never throws.
+  virtual void will_need(std::span<const std::size_t> bricks) const { (void)bricks; }
+  // Whether will_need() does anything, so that it is worth to find out what will be needed.
+  [[nodiscard]] virtual bool is_far() const { return false; }
+};
+
+// Bytes that are fetched as a whole when they are first asked for, and stay from then on.
+class BytesOnDemand {
+ public:
+  using Fetch = std::function<std::span<const std::byte>()>;
+
+  BytesOnDemand() = default;
+  BytesOnDemand(std::span<const std::byte> bytes) : bytes_(bytes) {}  // NOLINT: they are there.
+  // `fetch` returns the same bytes each time, from any threads, and throws when they cannot be had.
+  explicit BytesOnDemand(Fetch fetch) : fetch_(std::move(fetch)) {}
+
+  [[nodiscard]] std::span<const std::byte> bytes() const { return fetch_ ? fetch_() : bytes_; }
+
+ private:
+  std::span<const std::byte> bytes_;
+  Fetch fetch_;
 };
 
 using GridCounts = std::array<std::int32_t, 3>;  // Along x, y, z.

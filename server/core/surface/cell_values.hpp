@@ -71,6 +71,7 @@ class BrickValues {
   static constexpr std::int32_t kSide = BrickLayout::kSampleSide;
 
   struct Brick {
+    KeptBytes bytes;
     const Sample* samples = nullptr;
     std::int32_t row = 0;
     std::int32_t slice = 0;
@@ -100,9 +101,10 @@ class BrickValues {
             ((at[1] - first_brick_[1]) + std::ptrdiff_t{bricks_[1]} * (at[2] - first_brick_[2])))];
     if (brick.samples == nullptr) {
       const GridCounts extent = layout_.extent(at);
-      brick = {.samples = reinterpret_cast<const Sample*>(source_.brick(layout_.index(at)).data()),
+      brick = {.bytes = source_.brick(layout_.index(at)),
                .row = extent[0],
                .slice = extent[0] * extent[1]};
+      brick.samples = reinterpret_cast<const Sample*>(brick.bytes.data());
     }
     return brick;
   }
@@ -128,7 +130,7 @@ template <typename Sample>
 class CoarseValues {
  public:
   explicit CoarseValues(const PreparedVolume& volume)
-      : samples_(volume.coarse),
+      : samples_(volume.coarse.bytes()),
         extent_(coarse_extent(volume.info)),
         surroundings_{.last = (1 << volume.info.grid_exponent) >> kSpectrumExponent,
                       .outside = outside_value(volume.info)} {}

@@ -66,6 +66,7 @@ class PreparedSource {
       : model_(model),
         info_(model.volume().info),
         coarse_(coarse_extent(info_)),
+        coarse_samples_(model_.volume().coarse.bytes()),
         fine_(model.volume(), model.fine_options(), memory.fine),
         surface_(options.isovalue, options.lattice_resolution),
         vertices_(memory.vertices) {}
@@ -146,7 +147,7 @@ class PreparedSource {
     if (!coarse_.contains(at)) return outside_value(info_);
     return visit_type(info_.type, [&]<typename Sample>(const Sample*) {
       Sample sample;
-      std::memcpy(&sample, model_.volume().coarse.data() + sizeof(Sample) * coarse_.index(at),
+      std::memcpy(&sample, coarse_samples_.data() + sizeof(Sample) * coarse_.index(at),
                   sizeof(Sample));
       return static_cast<float>(sample);
     });
@@ -155,6 +156,7 @@ class PreparedSource {
   const PreparedModel& model_;
   const DatasetInfo& info_;
   LevelExtent coarse_;
+  std::span<const std::byte> coarse_samples_;
   FineErrors fine_;
   OctreeCubeSurface surface_;
   EdgeVertices& vertices_;

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "server/dataset/formats/chunked_array.hpp"
-#include "server/dataset/formats/object_store.hpp"
 #include "server/dataset/formats/stored_volume.hpp"
+#include "server/store/object_store.hpp"
 
 namespace multitetra {
 

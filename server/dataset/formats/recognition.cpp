@@ -13,7 +13,7 @@
 #include "server/dataset/formats/input_file.hpp"
 #include "server/dataset/formats/mrc_file.hpp"
 #include "server/dataset/formats/nifti_file.hpp"
-#include "server/dataset/formats/object_store.hpp"
+#include "server/dataset/formats/volume_objects.hpp"
 #include "server/dataset/formats/zarr_volume.hpp"
 
 namespace multitetra {
@@ -104,7 +104,7 @@ std::optional<VolumeFormat> by_name(const std::string& name) {
 }
 
 std::optional<VolumeFormat> format_of_folder(const fs::path& folder) {
-  if (is_zarr(*folder_store(folder))) return VolumeFormat::kZarr;
+  if (is_zarr(*volume_objects(folder.string()))) return VolumeFormat::kZarr;
   std::error_code error;
   bool has_tiff = false;
   bool has_dicom = false;  // In this folder: those below may be of several volumes.

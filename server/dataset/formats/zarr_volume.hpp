@@ -3,8 +3,8 @@
 
 #include <memory>
 
-#include "server/dataset/formats/object_store.hpp"
 #include "server/dataset/formats/stored_volume.hpp"
+#include "server/store/object_store.hpp"
 
 namespace multitetra {
 

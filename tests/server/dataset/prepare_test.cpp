@@ -47,8 +47,8 @@ TEST(Prepare, WritesWhatItKeepsInMemory) {
     DatasetInfo info = memory->info;
     info.content_id = file->info.content_id;
     EXPECT_EQ(file->info, info);
-    EXPECT_TRUE(equal(file->coarse, memory->coarse));
-    EXPECT_TRUE(equal(file->ranges, memory->ranges));
+    EXPECT_TRUE(equal(file->coarse.bytes(), memory->coarse.bytes()));
+    EXPECT_TRUE(equal(file->ranges.bytes(), memory->ranges.bytes()));
     EXPECT_EQ(file->spectrum.bins, memory->spectrum.bins);
     EXPECT_EQ(file->spectrum.voxel, memory->spectrum.voxel);
     for (std::size_t i = 0; i < file->spectrum.layout.size(); ++i) {
@@ -165,7 +165,9 @@ TEST(OpenDataset, RefusesSmallSectionsOfAWrongSizeAndWrongBins) {
     return path;
   };
   const std::vector<float> edges = good->spectrum.bins.edges();
-  EXPECT_NO_THROW((void)open_dataset(write(good->coarse, good->ranges, edges)));
+  const std::span<const std::byte> coarse = good->coarse.bytes();
+  const std::span<const std::byte> ranges = good->ranges.bytes();
+  EXPECT_NO_THROW((void)open_dataset(write(coarse, ranges, edges)));
   const auto complaint = [](const std::filesystem::path& path) -> std::string {
     try {
       (void)open_dataset(path);
@@ -174,15 +176,13 @@ TEST(OpenDataset, RefusesSmallSectionsOfAWrongSizeAndWrongBins) {
     }
     return "";
   };
-  EXPECT_NE(complaint(write(good->coarse.first(8), good->ranges, edges)).find("\"coarse\""),
-            std::string::npos);
-  EXPECT_NE(complaint(write(good->coarse, {}, edges)).find("\"ranges\""), std::string::npos);
+  EXPECT_NE(complaint(write(coarse.first(8), ranges, edges)).find("\"coarse\""), std::string::npos);
+  EXPECT_NE(complaint(write(coarse, {}, edges)).find("\"ranges\""), std::string::npos);
   for (const std::vector<float>& bad :
        {std::vector<float>{1}, std::vector<float>{2, 1}, std::vector<float>{0, 0},
         std::vector<float>{0, std::numeric_limits<float>::quiet_NaN()},
         std::vector<float>(258, 0.0F)}) {
-    EXPECT_NE(complaint(write(good->coarse, good->ranges, bad)).find("\"bins\""),
-              std::string::npos);
+    EXPECT_NE(complaint(write(coarse, ranges, bad)).find("\"bins\""), std::string::npos);
   }
 }
 

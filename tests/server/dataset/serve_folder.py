@@ -45,8 +45,10 @@ class Handler(http.server.BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
     wbufsize = 1 << 16  # Head and body in one packet.
 
-    def answer(self, status, body=b""):
+    def answer(self, status, body=b"", content_range=None):
         self.send_response(status)
+        if content_range:
+            self.send_header("Content-Range", content_range)
         self.send_header("Content-Length", str(len(body)))
         self.end_headers()
         self.wfile.write(body)
@@ -66,7 +68,9 @@ class Handler(http.server.BaseHTTPRequestHandler):
         if not span or not serves_ranges:
             return self.answer(200, data)
         first, last = span.groups()
-        self.answer(206, data[int(first):int(last) + 1] if first else data[-int(last):])
+        begin = int(first) if first else max(0, len(data) - int(last))
+        end = min(len(data), int(last) + 1) if first else len(data)
+        self.answer(206, data[begin:end], f"bytes {begin}-{end - 1}/{len(data)}")
 
     def log_message(self, *arguments):
         pass

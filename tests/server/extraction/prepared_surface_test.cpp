@@ -172,7 +172,7 @@ class CountedBricks : public BrickSource {
  public:
   CountedBricks(std::shared_ptr<const BrickSource> source, std::size_t size)
       : source_(std::move(source)), is_read_(size) {}
-  [[nodiscard]] std::span<const std::byte> brick(std::size_t index) const override {
+  [[nodiscard]] KeptBytes brick(std::size_t index) const override {
     is_read_[index] = true;
     return source_->brick(index);
   }

@@ -208,7 +208,7 @@ TEST(VertexNormals, OfTheLargestFloatsAreUnitVectorsToo) {
 }
 
 struct Unreadable : BrickSource {
-  [[nodiscard]] std::span<const std::byte> brick(std::size_t) const override {
+  [[nodiscard]] KeptBytes brick(std::size_t) const override {
     throw std::runtime_error("a brick was read");
   }
 };

@@ -1,5 +1,6 @@
-// Named objects, as Zarr and N5 keep their metadata and chunks: the files of a folder, or what an
-// HTTP server or an S3 bucket has under an address.
+// Named objects: the files of a folder, or what an HTTP server or an S3 bucket has under an
+// address. Chunks of Zarr and N5 lie in such stores, and prepared datasets that are made of
+// objects.
 #pragma once
 
 #include <cstddef>
@@ -10,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "server/store/store_error.hpp"
+
 namespace multitetra {
 
 // Several threads may ask at once.
@@ -17,8 +20,8 @@ class ObjectStore {
  public:
   virtual ~ObjectStore() = default;
 
-  // The whole object; nullopt when there is none. Throws VolumeFileError when it has more than
-  // `most` bytes or the store fails.
+  // The whole object; nullopt when there is none. Throws StoreError when it has more than `most`
+  // bytes or the store fails.
   [[nodiscard]] virtual std::optional<std::vector<std::byte>> get(const std::string& key,
                                                                   std::uint64_t most) = 0;
   // `length` bytes from `offset` on, or the object's last ones when offset is kFromEnd; fewer where

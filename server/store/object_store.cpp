@@ -1,0 +1,131 @@
+#include "server/store/object_store.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <span>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+// An open regular file.
+class ObjectFile {
+ public:
+  explicit ObjectFile(fs::path path)
+      // Without O_NONBLOCK a named pipe would be waited for.
+      : path_(std::move(path)),
+        descriptor_(::open(path_.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
+    if (descriptor_ < 0) fail_with_reason();
+    struct stat status = {};
+    if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode)) {
+      ::close(descriptor_);
+      fail("it is no regular file");
+    }
+    size_ = static_cast<std::uint64_t>(status.st_size);
+  }
+  ~ObjectFile() { ::close(descriptor_); }
+  ObjectFile(const ObjectFile&) = delete;
+  ObjectFile& operator=(const ObjectFile&) = delete;
+
+  [[nodiscard]] std::uint64_t size() const { return size_; }
+
+  void read(std::uint64_t offset, std::span<std::byte> into) const {
+    while (!into.empty()) {
+      const ssize_t count =
+          ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
+      if (count < 0 && errno == EINTR) continue;
+      if (count < 0) fail_with_reason();
+      if (count == 0) fail("it became shorter while it was read");
+      offset += static_cast<std::uint64_t>(count);
+      into = into.subspan(static_cast<std::size_t>(count));
+    }
+  }
+
+  [[noreturn]] void fail(const std::string& problem) const {
+    throw StoreError(path_.string(), problem, "Check the file and its disk");
+  }
+
+ private:
+  [[noreturn]] void fail_with_reason() const {
+    const int reason = errno;
+    fail(std::generic_category().message(reason));
+  }
+
+  fs::path path_;
+  int descriptor_ = -1;
+  std::uint64_t size_ = 0;
+};
+
+class FolderStore : public ObjectStore {
+ public:
+  explicit FolderStore(fs::path folder) : folder_(std::move(folder)) {}
+
+  std::optional<std::vector<std::byte>> get(const std::string& key, std::uint64_t most) override {
+    const std::optional<fs::path> path = path_of(key);
+    if (!path) return std::nullopt;
+    const ObjectFile file(*path);
+    if (file.size() > most) {
+      file.fail("it has " + std::to_string(file.size()) + " bytes and may have " +
+                std::to_string(most));
+    }
+    std::vector<std::byte> bytes(file.size());
+    file.read(0, bytes);
+    return bytes;
+  }
+
+  std::optional<std::vector<std::byte>> get_range(const std::string& key, std::uint64_t offset,
+                                                  std::uint64_t length) override {
+    const std::optional<fs::path> path = path_of(key);
+    if (!path) return std::nullopt;
+    const ObjectFile file(*path);
+    length = std::min(length, file.size());
+    if (offset == kFromEnd) offset = file.size() - length;
+    length = offset > file.size() ? 0 : std::min(length, file.size() - offset);
+    std::vector<std::byte> bytes(length);
+    file.read(offset, bytes);
+    return bytes;
+  }
+
+  [[nodiscard]] fs::path place(const std::string& key) const override { return folder_ / key; }
+  [[nodiscard]] std::size_t parallel_requests() const override {
+    return std::clamp(std::thread::hardware_concurrency(), 1u, 32u);
+  }
+
+ private:
+  // Keys come from metadata: they stay below the folder. None when nothing is there.
+  [[nodiscard]] std::optional<fs::path> path_of(const std::string& key) const {
+    const fs::path inside(key);
+    if (inside.is_absolute() || std::find(inside.begin(), inside.end(), "..") != inside.end()) {
+      throw StoreError(folder_.string(), "it names '" + key + "', which leads out of the folder",
+                       "Correct its metadata");
+    }
+    std::error_code error;
+    if (!fs::exists(folder_ / inside, error)) return std::nullopt;
+    return folder_ / inside;
+  }
+
+  fs::path folder_;
+};
+
+}  // namespace
+
+std::unique_ptr<ObjectStore> folder_store(fs::path folder) {
+  return std::make_unique<FolderStore>(std::move(folder));
+}
+
+std::optional<std::string> text_of(ObjectStore& store, const std::string& key) {
+  constexpr std::uint64_t kMostTextBytes = std::uint64_t{1} << 24;
+  const auto bytes = store.get(key, kMostTextBytes);
+  if (!bytes) return std::nullopt;
+  return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+}
+
+}  // namespace multitetra
