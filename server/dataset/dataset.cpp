@@ -1,58 +1,19 @@
 #include "server/dataset/dataset.hpp"
 
-#include <cmath>
 #include <cstring>
-#include <optional>
-#include <string>
 #include <utility>
 #include <vector>
 
-#include "server/dataset/byte_source.hpp"
 #include "server/dataset/prepared_file.hpp"
+#include "server/dataset/small_sections.hpp"
 
 namespace multitetra {
-namespace {
-
-[[noreturn]] void fail_on(const std::filesystem::path& file, const char* section,
-                          const std::string& what) {
-  throw DatasetFileError("'" + file.string() + "': Section \"" + section + "\": " + what +
-                         " Prepare the dataset again.");
-}
-
-void check_size(const std::filesystem::path& file, const char* section,
-                std::span<const std::byte> bytes, std::size_t needed) {
-  if (bytes.size() == needed) return;
-  fail_on(file, section,
-          "it has " + std::to_string(bytes.size()) +
-              " bytes, and the metadata's dims and type need " + std::to_string(needed) + ".");
-}
-
-IsovalueBins bins_of(const std::filesystem::path& file, std::span<const std::byte> bytes) {
-  std::vector<float> edges(bytes.size() / sizeof(float));
-  if (bytes.size() % sizeof(float) != 0 || edges.size() > IsovalueBins::kMaxCount + 1 ||
-      edges.size() == 1) {
-    fail_on(file, "bins",
-            "it has " + std::to_string(bytes.size()) + " bytes; it must have none, or 8 to " +
-                std::to_string(sizeof(float) * (IsovalueBins::kMaxCount + 1)) + " in fours.");
-  }
-  std::memcpy(edges.data(), bytes.data(), bytes.size());
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    if (!std::isfinite(edges[i]) || (i > 0 && edges[i] <= edges[i - 1])) {
-      fail_on(file, "bins", "its edges are not finite numbers that increase.");
-    }
-  }
-  return IsovalueBins(std::move(edges));
-}
-
-}  // namespace
 
 DatasetPtr open_dataset(const std::filesystem::path& path) {
   const auto file = std::make_shared<const PreparedFile>(path);
   DatasetInfo info = file->info();
   info.content_id = file->content_id();
-  const auto width = static_cast<std::size_t>(bytes_per_sample(info.type));
-  check_size(path, "coarse", file->coarse(), width * coarse_extent(info).size());
-  check_size(path, "ranges", file->ranges(), 2 * width * cell_extent(info).size());
+  check_small_sections(path, info, file->coarse().size(), file->ranges().size());
   return std::make_shared<const PreparedVolume>(
       PreparedVolume{.info = info,
                      .samples = file->samples(),

@@ -1,12 +1,10 @@
 #include "server/dataset/prepared_file.hpp"
 
-#include <array>
 #include <new>
 #include <span>
 #include <utility>
 
 #include "server/dataset/byte_source.hpp"
-#include "server/dataset/checksum.hpp"
 #include "server/dataset/mapped_file.hpp"
 
 namespace multitetra {
@@ -49,11 +47,7 @@ PreparedFile::PreparedFile(const std::filesystem::path& path)
 const DatasetMetadata& PreparedFile::metadata() const { return content_->structure->metadata; }
 
 std::uint64_t PreparedFile::content_id() const {
-  const PreparedStructure& structure = *content_->structure;
-  const std::array<std::uint64_t, 3> identity = {
-      kPreparedFormatVersion, structure.section(section_names::kSampleChecksums).checksum,
-      structure.section(section_names::kBins).checksum};
-  return checksum(std::as_bytes(std::span(identity)));
+  return content_id_of(content_->structure->sections);
 }
 
 // The sources share the ownership of the whole content.

@@ -139,6 +139,29 @@ Result<PreparedStructure> decode_structure(const ByteSource& source) {
   return structure;
 }
 
+std::uint64_t content_id_of(const SectionTable& sections) {
+  const std::array<std::uint64_t, 3> identity = {kPreparedFormatVersion,
+                                                 find_section(sections, kSampleChecksums)->checksum,
+                                                 find_section(sections, kBins)->checksum};
+  return checksum(std::as_bytes(std::span(identity)));
+}
+
+Result<std::vector<BrickPlace>> decode_spectrum_index(std::span<const std::byte> bytes,
+                                                      std::size_t bricks,
+                                                      std::uint64_t spectrum_bytes) {
+  if (bytes.size() != bricks * sizeof(BrickPlace)) {
+    return damaged(kSpectrumIndex, "it has " + std::to_string(bytes.size()) +
+                                       " bytes, and what the metadata says needs " +
+                                       std::to_string(bricks * sizeof(BrickPlace)) + ".");
+  }
+  std::vector<BrickPlace> index(bricks);
+  if (!bytes.empty()) std::memcpy(index.data(), bytes.data(), bytes.size());
+  if (const auto checked = check_index(index, spectrum_bytes); !checked) {
+    return tl::unexpected(checked.error());
+  }
+  return index;
+}
+
 BrickPlace sample_brick_place(const PreparedStructure& structure, const BrickLayout& layout,
                               std::size_t index) {
   const auto width = static_cast<std::uint32_t>(bytes_per_sample(structure.metadata.info.type));

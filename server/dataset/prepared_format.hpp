@@ -69,6 +69,14 @@ struct PreparedStructure {
 // to the size of the source at most: 8 bytes for a brick of samples, 24 for one of the spectrum.
 [[nodiscard]] Result<PreparedStructure> decode_structure(const ByteSource& source);
 
+// DatasetInfo::content_id of what has these sections.
+[[nodiscard]] std::uint64_t content_id_of(const SectionTable& sections);
+
+// The section "specidx" from its bytes: kDamagedData when an entry is not what it must be, or the
+// bricks do not fill the section "spectrum".
+[[nodiscard]] Result<std::vector<BrickPlace>> decode_spectrum_index(
+    std::span<const std::byte> bytes, std::size_t bricks, std::uint64_t spectrum_bytes);
+
 // Where brick `index` of the samples is in their section.
 [[nodiscard]] BrickPlace sample_brick_place(const PreparedStructure& structure,
                                             const BrickLayout& layout, std::size_t index);

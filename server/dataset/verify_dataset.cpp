@@ -1,10 +1,7 @@
 #include "server/dataset/verify_dataset.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
-#include <cstring>
-#include <limits>
 #include <new>
 #include <numeric>
 #include <string>
@@ -13,6 +10,7 @@
 
 #include "server/dataset/checksum.hpp"
 #include "server/dataset/prepared_format.hpp"
+#include "server/dataset/sample_facts.hpp"
 
 namespace multitetra {
 namespace {
@@ -38,55 +36,6 @@ class Ticker {
   std::uint64_t told_percent_ = 0;
   const VerificationProgress& progress_;
 };
-
-// What the metadata says about the samples.
-struct SampleFacts {
-  double min = std::numeric_limits<double>::infinity();
-  double max = -std::numeric_limits<double>::infinity();
-  std::uint64_t void_samples = 0;
-};
-
-template <typename Sample>
-void add_samples(SampleFacts& facts, std::span<const std::byte> bytes) {
-  for (; bytes.size() >= sizeof(Sample); bytes = bytes.subspan(sizeof(Sample))) {
-    Sample sample{};
-    std::memcpy(&sample, bytes.data(), sizeof(Sample));
-    const auto value = static_cast<double>(sample);
-    if (std::isnan(value)) {
-      ++facts.void_samples;
-      continue;
-    }
-    facts.min = std::min(facts.min, value);
-    facts.max = std::max(facts.max, value);
-  }
-}
-
-void add_samples(SampleFacts& facts, SampleType type, std::span<const std::byte> bytes) {
-  switch (type) {
-    case SampleType::kU8:
-      return add_samples<std::uint8_t>(facts, bytes);
-    case SampleType::kI8:
-      return add_samples<std::int8_t>(facts, bytes);
-    case SampleType::kU16:
-      return add_samples<std::uint16_t>(facts, bytes);
-    case SampleType::kI16:
-      return add_samples<std::int16_t>(facts, bytes);
-    case SampleType::kF32:
-      return add_samples<float>(facts, bytes);
-  }
-}
-
-Result<void> check_facts(const DatasetInfo& info, SampleFacts facts) {
-  if (facts.min > facts.max) facts.min = facts.max = 0;  // All are void.
-  if (facts.min == info.min && facts.max == info.max && facts.void_samples == info.void_samples) {
-    return {};
-  }
-  return damaged(kMetadata, "it says that the samples range from " + std::to_string(info.min) +
-                                " to " + std::to_string(info.max) + " and " +
-                                std::to_string(info.void_samples) + " are void; they range from " +
-                                std::to_string(facts.min) + " to " + std::to_string(facts.max) +
-                                " and " + std::to_string(facts.void_samples) + " are void.");
-}
 
 // A brick's own checksum comes first, since it says where the damage is.
 class LargeSection {
@@ -133,7 +82,7 @@ Result<void> verify_samples(const ByteSource& source, const PreparedStructure& s
   for (std::size_t i = 0; i < layout.size(); ++i) {
     if (auto checked = samples.add(i, sample_brick_place(structure, layout, i)); !checked)
       return checked;
-    add_samples(facts, info.type, samples.brick());
+    facts.add(info.type, samples.brick());
   }
   if (auto checked = samples.whole(); !checked) return checked;
   return check_facts(info, facts);

@@ -37,6 +37,7 @@ TiledSurface extract_in_parallel(const CubeExtractor& extractor, const OctreeCub
   exponent = std::min(exponent, root.exponent);
   std::vector<OctreeCube> cubes;
   append_refined_cubes(extractor, root, exponent, cubes);
+  extractor.will_extract(cubes);
   std::vector<CubeSurface> parts(cubes.size());
   in_parallel(
       cubes.size(), [&](std::size_t i) { parts[i] = extractor.surface_in(cubes[i]); }, stop);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <iterator>
+#include <span>
 #include <stop_token>
 #include <utility>
 #include <vector>
@@ -18,6 +19,8 @@ namespace multitetra {
 class CubeExtractor {
  public:
   virtual ~CubeExtractor() = default;
+  // The surfaces in these cubes are taken next.
+  virtual void will_extract(std::span<const OctreeCube> cubes) const { (void)cubes; }
   [[nodiscard]] virtual bool is_refined(const OctreeCube& cube) const = 0;
   // Is called by several threads at once.
   [[nodiscard]] virtual CubeSurface surface_in(const OctreeCube& cube) const = 0;

@@ -6,6 +6,7 @@
 
 #include "server/core/fine_errors/prepared_model.hpp"
 #include "server/extraction/parallel_surface.hpp"
+#include "server/extraction/read_ahead.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/simplified_surface.hpp"
 
@@ -17,6 +18,9 @@ class PreparedCubes : public CubeExtractor {
   PreparedCubes(const PreparedModel& model, const SurfaceOptions& options, CubeMemoryPool& pool)
       : model_(model), options_(options), pool_(pool) {}
 
+  void will_extract(std::span<const OctreeCube> cubes) const override {
+    read_ahead(model_.volume(), cubes, model_.fine_options().finest_spacing);
+  }
   [[nodiscard]] bool is_refined(const OctreeCube& cube) const override {
     return multitetra::is_refined(model_, cube);
   }

@@ -10,6 +10,8 @@
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "server/core/spectrum/isovalue_bins.hpp"
+#include "server/dataset/objects/object_dataset.hpp"
+#include "server/dataset/objects/object_structure.hpp"
 #include "server/dataset/prepared_file.hpp"
 #include "server/dataset/prepared_format.hpp"
 #include "server/programs/commands.hpp"
@@ -53,14 +55,44 @@ std::uint64_t sample_bytes(const DatasetInfo& info) {
   return bytes;
 }
 
-std::size_t bin_count(const PreparedFile& dataset) {
-  const std::size_t edges = dataset.bins().size() / sizeof(float);
+// What is told of a file and of a dataset made of objects alike.
+struct KnownFacts {
+  DatasetMetadata metadata;
+  std::size_t bins = 0;
+  std::uint64_t bytes = 0;
+  std::string format;
+};
+
+std::size_t bins_between(std::size_t edge_bytes) {
+  const std::size_t edges = edge_bytes / sizeof(float);
   return edges == 0 ? 0 : edges - 1;
 }
 
-void print_facts(const std::string& file, const PreparedFile& dataset) {
-  const DatasetInfo& info = dataset.info();
-  const SourceNote& source = dataset.metadata().source;
+KnownFacts facts_of(const std::string& place) {
+  if (!is_object_dataset(place)) {
+    const PreparedFile file(place);
+    return {.metadata = file.metadata(),
+            .bins = bins_between(file.bins().size()),
+            .bytes = std::filesystem::file_size(place),
+            .format = std::to_string(kPreparedFormatVersion)};
+  }
+  const auto cache = std::make_shared<ObjectCache>();
+  const ObjectReader reader(cache->place(place), cache);
+  const ObjectStructure structure = reader.structure();
+  std::uint64_t bytes = structure.manifest.first.bytes + structure.manifest.later.bytes;
+  for (const char* const large : {section_names::kSamples, section_names::kSpectrum}) {
+    bytes += find_section(structure.manifest.sections, large)->size;
+  }
+  return {.metadata = structure.metadata,
+          .bins = bins_between(structure.bins.size()),
+          .bytes = bytes,
+          .format = std::to_string(kPreparedFormatVersion) + " in objects of version " +
+                    std::to_string(kObjectsVersion)};
+}
+
+void print_facts(const std::string& file, const KnownFacts& facts) {
+  const DatasetInfo& info = facts.metadata.info;
+  const SourceNote& source = facts.metadata.source;
   const auto line = [](const char* what, const std::string& value) {
     std::cout << "  " << what << std::string(20 - std::string(what).size(), ' ') << value << "\n";
   };
@@ -85,24 +117,25 @@ void print_facts(const std::string& file, const PreparedFile& dataset) {
   std::string isovalues;
   for (const double isovalue : info.suggested_isovalues) isovalues += human_number(isovalue) + "  ";
   line("suggested isovalues", isovalues.empty() ? "none" : isovalues);
-  line("size", human_bytes(std::filesystem::file_size(file)) + ", " +
-                   human_bytes(sample_bytes(info)) + " of it samples");
-  line("error spectrum", std::to_string(bin_count(dataset)) + " bins of isovalues");
-  line("format version", std::to_string(kPreparedFormatVersion));
+  line("size",
+       human_bytes(facts.bytes) + ", " + human_bytes(sample_bytes(info)) + " of it samples");
+  line("error spectrum", std::to_string(facts.bins) + " bins of isovalues");
+  line("format version", facts.format);
   line("source", source.file + (source.digest.empty() ? "" : " (XXH3-128 " + source.digest + ")"));
 }
 
 int info(const InfoArguments& arguments) {
-  const PreparedFile dataset(arguments.file);
+  const KnownFacts facts = facts_of(arguments.file);
   if (!arguments.json) {
-    print_facts(arguments.file, dataset);
+    print_facts(arguments.file, facts);
     return 0;
   }
-  const SourceNote& source = dataset.metadata().source;
-  Json report = json_of(dataset.info());
-  report["file_bytes"] = std::filesystem::file_size(arguments.file);
-  report["sample_bytes"] = sample_bytes(dataset.info());
-  report["spectrum_bins"] = bin_count(dataset);
+  const DatasetInfo& info = facts.metadata.info;
+  const SourceNote& source = facts.metadata.source;
+  Json report = json_of(info);
+  report["file_bytes"] = facts.bytes;
+  report["sample_bytes"] = sample_bytes(info);
+  report["spectrum_bins"] = facts.bins;
   report["format_version"] = kPreparedFormatVersion;
   report["source"] = {{"file", source.file}, {"digest", source.digest}};
   std::cout << text_of(report);
@@ -113,10 +146,12 @@ int info(const InfoArguments& arguments) {
 
 void add_info_command(Command& program, Run& run) {
   const auto arguments = std::make_shared<InfoArguments>();
-  Command* command = program.add_subcommand("info", "Tell what a dataset file holds");
-  command->add_option("file", arguments->file, "Dataset file (.mtd)")
+  Command* command = program.add_subcommand("info", "Tell what a dataset holds");
+  command
+      ->add_option("file", arguments->file,
+                   "Dataset: a file (.mtd), a folder of objects, or an address of one")
       ->required()
-      ->type_name("FILE");
+      ->type_name("DATASET");
   command->add_flag("--json", arguments->json, "Print JSON, with the histogram");
   command->footer(
       "Examples:\n"

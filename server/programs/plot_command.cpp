@@ -11,6 +11,7 @@
 #include "common/cli/output_files.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "server/dataset/dataset.hpp"
+#include "server/dataset/objects/object_dataset.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/plot/dataset_plot.hpp"
@@ -56,7 +57,7 @@ int plot(const PlotArguments& arguments) {
   require_outputs({{"--output", arguments.output}}, {{"file", arguments.file}});
   Progress progress("plot", 2, arguments.quiet || arguments.json);
   progress.begin("open");
-  const DatasetPtr dataset = open_dataset(arguments.file);
+  const DatasetPtr dataset = open_any_dataset(arguments.file);
   const SurfaceExtractor extractor(dataset);
   progress.begin("sizes");
   const SizeCurves curves = size_curves(
@@ -81,7 +82,11 @@ void add_plot_command(Command& program, Run& run) {
   const auto a = std::make_shared<PlotArguments>();
   Command* command = program.add_subcommand(
       "plot", "Draw a dataset's histogram and the sizes of its surfaces (SVG)");
-  command->add_option("file", a->file, "Dataset file (.mtd)")->required()->type_name("FILE");
+  command
+      ->add_option("file", a->file,
+                   "Dataset: a file (.mtd), a folder of objects, or an address of one")
+      ->required()
+      ->type_name("DATASET");
   command->add_option("-o,--output", a->output, "Drawing to write (.svg)")
       ->required()
       ->type_name("FILE");

@@ -54,7 +54,8 @@ int serve(const ServeOptions& options) {
   std::optional<HttpOptions> http = http_options(options.listeners);
   if (http) http->viewer = find_viewer(options.listeners.viewer);
   const auto cache = std::make_shared<StepCache>(options.cache_bytes);
-  ServedDatasets datasets(options.datasets, cache);
+  ServedDatasets datasets(options.datasets, cache,
+                          std::make_shared<ObjectCache>(object_options(options)));
   const CataloguePtr catalogue = datasets.read();
   if (catalogue->size() == 0) {
     throw ExitError(kNoDataset,
@@ -94,6 +95,8 @@ void add_serve_command(Command& program, Run& run) {
       "  multitetra-server serve head.mtd\n"
       "  multitetra-server serve datasets/ --tcp 0.0.0.0:7410 --tls-cert server.pem --tls-key "
       "server.key --tokens tokens\n"
+      "  multitetra-server serve https://store.example/volumes/head --cache-dir "
+      "/var/cache/multitetra\n"
       "Signals: SIGTERM and SIGINT drain, then stop; SIGHUP reads certificate, tokens\n"
       "and folders of datasets again; streams under way go on.\n"
       "Exit codes: 0 stopped as asked, 1 failed, 2 wrong options, 3 an address cannot be listened "

@@ -1,12 +1,21 @@
 #include "server/programs/serve_options.hpp"
 
+#include <algorithm>
+#include <chrono>
+
 #include "server/programs/thread_options.hpp"
 
 namespace multitetra {
+namespace {
+
+constexpr const char* kStoresGroup = "Datasets of objects";
+
+}  // namespace
 
 void add_serve_options(Command& command, ServeOptions& o) {
   command.add_option("datasets", o.datasets,
-                     "Dataset files, or directories of them (.mtd); read again on SIGHUP");
+                     "Dataset files (.mtd), folders of objects, directories of such, and addresses "
+                     "of objects (https://, s3://bucket/path); read again on SIGHUP");
   add_threads_option(command, o.threads);
   add_listener_options(command, o.listeners);
   command
@@ -29,6 +38,42 @@ void add_serve_options(Command& command, ServeOptions& o) {
   add_bytes(command, "--queue-bytes", o.queue_bytes,
             "Memory for steps that wait for their clients, all together")
       ->group(kLimitsGroup);
+  add_bytes(command, "--object-bytes", o.object_bytes,
+            "Memory for objects of datasets in folders of objects and behind addresses")
+      ->group(kStoresGroup);
+  command
+      .add_option(
+          "--cache-dir", o.cache_dir,
+          "Folder of this machine that keeps objects from behind addresses; several servers "
+          "may share it")
+      ->group(kStoresGroup);
+  add_bytes(command, "--cache-dir-bytes", o.cache_dir_bytes,
+            "Of that folder; the objects that were not used for longest go first")
+      ->group(kStoresGroup);
+  command
+      .add_option("--store-connections", o.store_connections,
+                  "To one store at the same time, and objects that are fetched ahead")
+      ->within(1, 256)
+      ->capture_default_str()
+      ->group(kStoresGroup);
+  add_seconds(command, "--store-seconds", o.store_seconds,
+              "For one object from a store, with all that is tried again")
+      ->group(kStoresGroup);
+}
+
+ObjectCacheOptions object_options(const ServeOptions& o) {
+  HttpStoreOptions far;
+  const auto connections = static_cast<std::size_t>(o.store_connections);
+  far.connections = connections;
+  if (o.store_seconds > 0) far.deadline = milliseconds(o.store_seconds);
+  far.stalled = std::min(far.stalled, std::chrono::ceil<std::chrono::seconds>(far.deadline));
+  far.connecting = std::min(far.connecting, far.stalled);
+  far.rest_after_failure = std::chrono::seconds(2);
+  return {.memory_bytes = o.object_bytes,
+          .folder = o.cache_dir,
+          .folder_bytes = o.cache_dir_bytes,
+          .fetchers = connections,
+          .far = far};
 }
 
 ServerOptions server_options(const ServeOptions& o) {

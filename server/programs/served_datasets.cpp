@@ -6,7 +6,8 @@
 #include <set>
 #include <utility>
 
-#include "server/dataset/dataset.hpp"
+#include "server/dataset/objects/manifest.hpp"
+#include "server/dataset/objects/object_dataset.hpp"
 #include "server/operations/log.hpp"
 #include "server/stream/step_source.hpp"
 
@@ -23,14 +24,28 @@ std::string size_text(const DatasetInfo& info) {
 }  // namespace
 
 ServedDatasets::ServedDatasets(const std::vector<std::string>& inputs,
-                               std::shared_ptr<StepCache> cache)
-    : cache_(std::move(cache)), pool_(std::make_shared<CubeMemoryPool>()) {
-  for (const fs::path input : inputs) inputs_.push_back({input, fs::is_directory(input)});
+                               std::shared_ptr<StepCache> cache,
+                               std::shared_ptr<ObjectCache> objects)
+    : cache_(std::move(cache)),
+      objects_(std::move(objects)),
+      pool_(std::make_shared<CubeMemoryPool>()) {
+  for (const std::string& input : inputs) {
+    inputs_.push_back({input, !is_object_dataset(input) && fs::is_directory(input)});
+  }
 }
 
-ServedDatasets::Identity ServedDatasets::identity_of(const fs::path& file) {
+ServedDatasets::Identity ServedDatasets::identity_of(const fs::path& file) const {
+  if (is_address(file.string())) {
+    try {
+      const auto text = text_of(*objects_->place(file.string()).store, kManifestName);
+      return {.manifest = text.value_or("")};
+    } catch (const StoreError&) {
+      return {};  // Opening it will tell.
+    }
+  }
+  const fs::path told = is_object_dataset(file.string()) ? file / kManifestName : file;
   struct stat status {};
-  if (::stat(file.c_str(), &status) != 0) return {};
+  if (::stat(told.c_str(), &status) != 0) return {};
   return {.device = status.st_dev,
           .inode = status.st_ino,
           .size = status.st_size,
@@ -47,7 +62,8 @@ std::vector<fs::path> ServedDatasets::files() const {
     }
     std::vector<fs::path> found;
     for (const auto& entry : fs::directory_iterator(input)) {
-      if (entry.path().extension() == ".mtd") found.push_back(entry.path());
+      const bool is_file = entry.path().extension() == ".mtd";
+      if (is_file || is_object_dataset(entry.path().string())) found.push_back(entry.path());
     }
     std::sort(found.begin(), found.end());
     files.insert(files.end(), found.begin(), found.end());
@@ -60,7 +76,7 @@ std::shared_ptr<const StepSource> ServedDatasets::source_of(const fs::path& file
   const Identity identity = identity_of(file);
   if (before != opened_.end() && before->second.identity == identity) return before->second.source;
   try {
-    const DatasetPtr dataset = open_dataset(file);
+    const DatasetPtr dataset = open_any_dataset(file.string(), objects_);
     const auto source = std::make_shared<ExtractedSteps>(
         std::make_shared<SurfaceExtractor>(dataset, pool_), cache_);
     opened_.insert_or_assign(file, Opened{identity, source});

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "server/dataset/objects/object_cache.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/stream/dataset_catalogue.hpp"
 
@@ -22,8 +23,10 @@ namespace multitetra {
 // To be used by one thread at a time.
 class ServedDatasets {
  public:
-  // Files, and folders whose files named *.mtd are meant.
-  ServedDatasets(const std::vector<std::string>& inputs, std::shared_ptr<StepCache> cache);
+  // Files, addresses and folders of objects, and folders whose files named *.mtd and whose folders
+  // of objects are meant.
+  ServedDatasets(const std::vector<std::string>& inputs, std::shared_ptr<StepCache> cache,
+                 std::shared_ptr<ObjectCache> objects);
 
   // All that can be served now. A file that is the same as before stays open; one that cannot be
   // used is told in the log and left out, but what was served from under its name goes on being
@@ -34,7 +37,8 @@ class ServedDatasets {
  private:
   struct Input {
     std::filesystem::path path;
-    bool is_folder = false;  // As it was in the beginning: one that is gone for a while is no file.
+    bool is_folder =
+        false;  // Of datasets. As it was in the beginning: one that is gone for a while is no file.
   };
   // Another one under the same name is another file.
   struct Identity {
@@ -42,6 +46,7 @@ class ServedDatasets {
     ino_t inode = 0;
     off_t size = 0;
     std::int64_t modified = 0;  // Nanoseconds.
+    std::string manifest = {};  // Of a dataset behind an address: all that can be known of it.
 
     friend bool operator==(const Identity&, const Identity&) = default;
   };
@@ -49,13 +54,14 @@ class ServedDatasets {
     Identity identity;
     std::shared_ptr<const StepSource> source;
   };
-  static Identity identity_of(const std::filesystem::path& file);
+  [[nodiscard]] Identity identity_of(const std::filesystem::path& file) const;
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
   // Null when it cannot be used, and nothing was served from under its name.
   [[nodiscard]] std::shared_ptr<const StepSource> source_of(const std::filesystem::path& file);
 
   std::vector<Input> inputs_;
   std::shared_ptr<StepCache> cache_;
+  std::shared_ptr<ObjectCache> objects_;
   std::shared_ptr<CubeMemoryPool> pool_;
   std::map<std::filesystem::path, Opened> opened_;
 };

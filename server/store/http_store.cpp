@@ -146,6 +146,7 @@ class HttpStore : public ObjectStore {
   std::optional<std::vector<std::byte>> fetched(const std::string& key, const Wanted& wanted,
                                                 std::uint64_t most) {
     const std::string address = base_ + key;
+    fail_while_resting(address);
     const Clock::time_point deadline = Clock::now() + options_.deadline;
     milliseconds pause = options_.first_pause;
     Outcome outcome;
@@ -163,7 +164,20 @@ class HttpStore : public ObjectStore {
       if (outcome.kind == Outcome::Kind::kMissing) return std::nullopt;
       if (outcome.kind == Outcome::Kind::kFailed) break;
     }
+    if (outcome.kind == Outcome::Kind::kTryAgain) rest(outcome.problem);
     throw StoreError(address, outcome.problem, outcome.remedy);
+  }
+
+  void fail_while_resting(const std::string& address) {
+    const std::lock_guard lock(mutex_);
+    if (Clock::now() >= rests_until_) return;
+    throw StoreError(address, "its store failed a moment ago: " + rests_since_,
+                     "It is tried again soon");
+  }
+  void rest(const std::string& problem) {
+    const std::lock_guard lock(mutex_);
+    rests_until_ = Clock::now() + options_.rest_after_failure;
+    rests_since_ = problem;
   }
 
   Outcome attempted(const std::string& address, const Wanted& wanted, Clock::time_point deadline,
@@ -287,6 +301,8 @@ class HttpStore : public ObjectStore {
   std::condition_variable is_free_;
   std::size_t free_;  // Connections that may be used besides.
   std::vector<std::unique_ptr<Handle>> idle_;
+  Clock::time_point rests_until_;
+  std::string rests_since_;  // What was wrong then.
 };
 
 }  // namespace

@@ -26,8 +26,11 @@ struct HttpStoreOptions {
   std::chrono::milliseconds first_pause{100};     // Before the second try.
   std::chrono::milliseconds longest_pause{5000};  // Also of what Retry-After asks for.
   std::chrono::seconds connecting{20};
-  std::chrono::seconds stalled{60};    // Less than a byte a second for so long ends a try.
-  std::chrono::seconds deadline{600};  // Of a request with all its tries.
+  std::chrono::seconds stalled{60};            // Less than a byte a second for so long ends a try.
+  std::chrono::milliseconds deadline{600000};  // Of a request with all its tries.
+  // After a request that failed for good nobody else waits for this store: so long all fail at
+  // once.
+  std::chrono::milliseconds rest_after_failure{0};
 };
 
 [[nodiscard]] bool is_address(std::string_view text);

@@ -12,6 +12,7 @@
 #include "server/dataset/byte_source.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/operations/log.hpp"
+#include "server/store/store_error.hpp"
 #include "server/stream/stream_messages.hpp"
 #include "server/transport/connection.hpp"
 
@@ -94,6 +95,8 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+constexpr double kStoreRetrySeconds = 5;
+
 // Runs on a worker. The client learns that something went wrong here; the log says what.
 template <typename Make>
 auto guarded(const StepSource& source, const char* what, const std::stop_token& stop,
@@ -111,6 +114,14 @@ auto guarded(const StepSource& source, const char* what, const std::stop_token& 
     log_line(LogLevel::kError, damage.what(), {{"dataset", source.info().name}});
     return fail(ErrorCode::kDamagedData, std::string("The dataset's file is damaged where this ") +
                                              what + " needs it; the server's log says where.");
+  } catch (const StoreError& trouble) {
+    log_line(LogLevel::kError, trouble.what(), {{"dataset", source.info().name}});
+    return tl::unexpected(
+        Error{.code = ErrorCode::kUnavailable,
+              .text = std::string("The store of this dataset does not answer, or not "
+                                  "as it should, and this ") +
+                      what + " needs it; the server's log says more. Try again.",
+              .retry_after = kStoreRetrySeconds});
   } catch (const std::exception& trouble) {
     log_line(LogLevel::kError, std::string("making the ") + what + " failed: " + trouble.what(),
              {{"dataset", source.info().name}});

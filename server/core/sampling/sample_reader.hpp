@@ -48,7 +48,7 @@ class BrickReader {
  public:
   explicit BrickReader(const PreparedVolume& volume)
       : source_(*volume.samples), layout_(volume.info.dims) {
-    known_.fill({kNone, nullptr});
+    known_.fill({kNone, {}});
   }
 
   // In units of the samples that there are here. Requires a place in the data.
@@ -71,14 +71,14 @@ class BrickReader {
   const Sample* brick_at(std::size_t index) {
     Known& known = known_[index % known_.size()];
     if (known.index != index) {
-      known = {index, reinterpret_cast<const Sample*>(source_.brick(index).data())};
+      known = {index, source_.brick(index)};
     }
-    return known.samples;
+    return reinterpret_cast<const Sample*>(known.bytes.data());
   }
 
   struct Known {
     std::size_t index = kNone;
-    const Sample* samples = nullptr;
+    KeptBytes bytes;
   };
   const BrickSource& source_;
   BrickLayout layout_;
@@ -98,7 +98,9 @@ template <typename Sample>
 class CoarseReader {
  public:
   explicit CoarseReader(const PreparedVolume& volume)
-      : samples_(volume.coarse), extent_(coarse_extent(volume.info)), margin_(volume.info.margin) {
+      : samples_(volume.coarse.bytes()),
+        extent_(coarse_extent(volume.info)),
+        margin_(volume.info.margin) {
     assert(has_coarse_samples(volume.info));
   }
 

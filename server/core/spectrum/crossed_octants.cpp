@@ -33,6 +33,7 @@ template <typename Sample>
 void look_at_cells(const PreparedVolume& volume, const OctreeCube& cube, double isovalue,
                    Sides& sides) {
   const LevelExtent cells = cell_extent(volume.info);
+  const std::span<const std::byte> ranges = volume.ranges.bytes();
   const std::int32_t side = cube.side() >> kSpectrumExponent;
   const Span x = cells_of(cube.x, side, cells.low.x, cells.extent.x);
   const Span y = cells_of(cube.y, side, cells.low.y, cells.extent.y);
@@ -41,7 +42,7 @@ void look_at_cells(const PreparedVolume& volume, const OctreeCube& cube, double 
     for (std::int32_t j = y.first; j <= y.last; ++j) {
       for (std::int32_t i = x.first; i <= x.last; ++i) {
         std::array<Sample, 2> range;
-        std::memcpy(range.data(), volume.ranges.data() + sizeof(range) * cells.index({i, j, k}),
+        std::memcpy(range.data(), ranges.data() + sizeof(range) * cells.index({i, j, k}),
                     sizeof(range));
         const auto low = static_cast<double>(range[0]);
         const auto high = static_cast<double>(range[1]);

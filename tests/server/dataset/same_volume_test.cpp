@@ -1,9 +1,6 @@
 // One volume in every format, written by write_volumes.py, is one dataset.
 #include <gtest/gtest.h>
 
-#include <signal.h>
-
-#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
@@ -15,6 +12,7 @@
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/dataset/volume_files.hpp"
+#include "tests/support/folder_server.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace multitetra {
@@ -122,31 +120,6 @@ TEST(SameVolume, IsReadBackwardsAsWell) {
 }
 
 // ---- over the network
-
-// serve_folder.py for as long as it lives.
-class FolderServer {
- public:
-  explicit FolderServer(const fs::path& folder) {
-    const std::string command = std::string("exec ") + MULTITETRA_PYTHON + " " +
-                                MULTITETRA_SERVE_FOLDER + " " + folder.string();
-    output_ = popen(command.c_str(), "r");
-    char line[64] = {};
-    if (output_ == nullptr || std::fgets(line, sizeof(line), output_) == nullptr) return;
-    std::istringstream(line) >> address_ >> process_;
-  }
-  ~FolderServer() {
-    if (process_ > 0) kill(process_, SIGTERM);
-    if (output_ != nullptr) pclose(output_);
-  }
-  FolderServer(const FolderServer&) = delete;
-  FolderServer& operator=(const FolderServer&) = delete;
-  [[nodiscard]] const std::string& address() const { return address_; }
-
- private:
-  std::FILE* output_ = nullptr;
-  std::string address_;
-  int process_ = 0;
-};
 
 TEST(SameVolume, IsReadOverHttpAndFromBucketsWithSignedRequests) {
   const TemporaryFolder folder;

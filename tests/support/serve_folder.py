@@ -1,10 +1,13 @@
 """Serves a folder on a free port, with ranges; below /s3/volumes/ only to requests signed as S3 wants it, below /whole/
-without ranges.
+without ranges; below /lies/KIND/N/ with a lie to the first N requests of each path:
+
+    503  truncated  wrong-bytes  wrong-range  lost (the connection ends)  stalled (nothing comes)
 
     python3 serve_folder.py FOLDER
 
 Prints its address and its process.
 """
+import collections
 import hashlib
 import hmac
 import http.server
@@ -12,10 +15,13 @@ import os
 import pathlib
 import re
 import sys
+import time
 
 folder = pathlib.Path(sys.argv[1]).resolve()
 BUCKET = "/s3/volumes/"
 WHOLE = "/whole/"
+LIES = re.compile(r"/lies/([\w-]+)/(\d+)/")
+asked = collections.Counter()
 
 
 def signed(secret, *texts):
@@ -46,15 +52,44 @@ class Handler(http.server.BaseHTTPRequestHandler):
     wbufsize = 1 << 16  # Head and body in one packet.
 
     def answer(self, status, body=b"", content_range=None):
+        if self.kind == "wrong-bytes" and body:
+            body = body[:-1] + bytes([body[-1] ^ 1])
         self.send_response(status)
         if content_range:
             self.send_header("Content-Range", content_range)
         self.send_header("Content-Length", str(len(body)))
         self.end_headers()
+        if self.kind == "truncated":
+            body = body[:len(body) // 2]
+            self.close_connection = True
         self.wfile.write(body)
+
+    def lie(self, kind):
+        """Whether that is the whole answer."""
+        if kind == "503":
+            self.send_response(503)
+            self.send_header("Retry-After", "0")
+            self.send_header("Content-Length", "0")
+            self.end_headers()
+        elif kind == "lost":
+            self.close_connection = True
+        elif kind == "stalled":
+            time.sleep(30)
+            self.close_connection = True
+        else:
+            return False
+        return True
 
     def do_GET(self):
         path = self.path
+        self.kind = None
+        if lies := LIES.match(path):
+            asked[path] += 1
+            path = path[lies.end() - 1:]
+            if asked[self.path] <= int(lies[2]):
+                self.kind = lies[1]
+                if self.lie(self.kind):
+                    return
         if path.startswith(BUCKET):
             if not is_signed(self):
                 return self.answer(403)
@@ -70,6 +105,8 @@ class Handler(http.server.BaseHTTPRequestHandler):
         first, last = span.groups()
         begin = int(first) if first else max(0, len(data) - int(last))
         end = min(len(data), int(last) + 1) if first else len(data)
+        if self.kind == "wrong-range":
+            begin, end = begin // 2, begin // 2 + end - begin
         self.answer(206, data[begin:end], f"bytes {begin}-{end - 1}/{len(data)}")
 
     def log_message(self, *arguments):

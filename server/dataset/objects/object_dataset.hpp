@@ -1,0 +1,30 @@
+// A prepared dataset that is made of objects, opened: from a folder, or from a store far away.
+//
+//   const auto cache = std::make_shared<ObjectCache>(ObjectCacheOptions{});
+//   const DatasetPtr head = open_objects("https://store.example/volumes/head", cache);
+//
+// Opening fetches the manifest and one object more (a few, where the volume is large). What is
+// looked at later is fetched then, object by object; whoever knows what that will be tells the
+// source of bricks (will_need). Bytes are what their names say, and bricks have their checksums.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "server/dataset/dataset.hpp"
+#include "server/dataset/objects/object_cache.hpp"
+
+namespace multitetra {
+
+// Whether a dataset made of objects is meant: an address, or a folder with a manifest.
+[[nodiscard]] bool is_object_dataset(const std::string& place);
+
+// Throws StoreError when the store fails, DatasetFileError when what it has is no whole dataset;
+// later, whoever reads a brick gets these out of it.
+[[nodiscard]] DatasetPtr open_objects(const std::string& place, std::shared_ptr<ObjectCache> cache);
+
+// A file, or a dataset made of objects; with a small cache of its own where none is given.
+[[nodiscard]] DatasetPtr open_any_dataset(const std::string& place,
+                                          std::shared_ptr<ObjectCache> cache = nullptr);
+
+}  // namespace multitetra

@@ -1,0 +1,26 @@
+// What the metadata of a dataset says about its samples, found out from the samples.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+
+#include "common/base/result.hpp"
+#include "common/request/dataset_info.hpp"
+
+namespace multitetra {
+
+struct SampleFacts {
+  double min = std::numeric_limits<double>::infinity();
+  double max = -std::numeric_limits<double>::infinity();
+  std::uint64_t void_samples = 0;
+
+  // Adds samples of that type.
+  void add(SampleType type, std::span<const std::byte> bytes);
+};
+
+// kDamagedData when these are not the facts in the metadata.
+[[nodiscard]] Result<void> check_facts(const DatasetInfo& info, SampleFacts facts);
+
+}  // namespace multitetra
