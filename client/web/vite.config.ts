@@ -3,6 +3,8 @@ import { join } from "node:path";
 import { brotliCompressSync, gzipSync } from "node:zlib";
 import { defineConfig, type Plugin } from "vite";
 
+import { withoutNode } from "./vite.without_node";
+
 // The licences of the packages whose code is shipped, beside it.
 function thirdParty(packages: string[]): Plugin {
   const text = packages.map((name) => {
@@ -41,16 +43,6 @@ function compressed(): Plugin {
         writeFileSync(join(dir!, `${name}.br`), brotliCompressSync(bytes));
       }
     },
-  };
-}
-
-// Draco's loader names modules of node that it does not use in a browser.
-function withoutNode(): Plugin {
-  return {
-    name: "without-node",
-    enforce: "pre",
-    resolveId: (id) => (id === "fs" || id === "path" ? "\0none" : null),
-    load: (id) => (id === "\0none" ? "export default {};" : null),
   };
 }
 

@@ -71,6 +71,6 @@ export class Embedding {
   }
 }
 
-function told({ world, index, tiles }: Picked): object {
-  return { world, index, isovalue: tiles.shown.facts.isovalue };
+function told({ world, index, surface }: Picked): object {
+  return { world, index, isovalue: surface ? surface.tiles.shown.facts.isovalue : null };
 }

@@ -25,6 +25,7 @@ interface Member {
 export interface ShownTiles {
   shown: ShownSurface;
   ids: readonly string[];
+  colour: string;
 }
 
 export interface SurfaceSetEvents {
@@ -92,7 +93,8 @@ export class SurfaceSet {
   shownTiles(settings: Settings): ShownTiles[] {
     const list = surfacesOf(settings);
     return this.members.flatMap(({ client: { shown }, surface }, at) =>
-      shown && list[at]?.visible && surface.shownIds.length > 0 ? [{ shown, ids: surface.shownIds }] : []);
+      shown && list[at]?.visible && surface.shownIds.length > 0 
+        ? [{ shown, ids: surface.shownIds, colour: list[at].colour }] : []);
   }
 
   worldBox(): THREE.Box3 {

@@ -18,6 +18,7 @@ import type { DatasetInfo } from "./protocol/messages";
 import { Measuring } from "./scene/measuring";
 import { Orientation } from "./scene/orientation";
 import { type Picked, Picking } from "./scene/picking";
+import { Legend } from "./panel/legend";
 import { RegionHandles } from "./scene/region_handles";
 import { Stage } from "./scene/stage";
 import { Surroundings } from "./scene/surroundings";
@@ -27,6 +28,8 @@ import type { StepFacts } from "./state/progress";
 import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { type Vec3, worldBox } from "./stream/dataset";
+import { Questions } from "./stream/questions";
+import { slicePlace, Slices } from "./slices";
 import { SurfaceSet } from "./surface_set";
 import { TilePool } from "./workers/tile_pool";
 
@@ -66,6 +69,9 @@ export class Viewer {
   private readonly surroundings: Surroundings;
   private readonly orientation: Orientation;
   private readonly regionHandles: RegionHandles;
+  private readonly questions: Questions;
+  private readonly slices: Slices;
+  private readonly legend: Legend;
   private readonly token: TokenPlace;
   private isDragging = false;
   private rest = 0; // The timer behind the camera's rest.
@@ -77,7 +83,9 @@ export class Viewer {
     element.classList.add("multitetra", "stage");
     element.append(this.canvas);
     this.stage = new Stage(this.canvas);
-    this.surfaces = new SurfaceSet(serverAddress(server), () => this.token.get(), this.pool, this.stage, {
+    const address = serverAddress(server);
+    this.questions = new Questions(address, () => this.token.get());
+    this.surfaces = new SurfaceSet(address, () => this.token.get(), this.pool, this.stage, {
       shown: (at, shown, isFirst) => this.tellShown(at, shown, isFirst),
       progress: (surface) => this.events.tell("progress", { surface }),
     });
@@ -90,12 +98,19 @@ export class Viewer {
     this.surroundings = new Surroundings(this.stage);
     this.orientation = new Orientation(this.stage, (direction) => this.lookFrom(direction));
     this.regionHandles = new RegionHandles(this.stage, this.canvas, (region, isDragging) => this.set({ region }, isDragging));
-    this.measuring = new Measuring(this.stage, this.pool, () => this.canvas.focus());
+    this.measuring = new Measuring(this.stage, this.pool,
+      ({ info, world }) => this.questions.probe(info.name, world), () => this.canvas.focus());
+    this.slices = new Slices(this.stage, this.pool, this.surfaces, this.questions,
+      () => ({ info: this.info, settings: this.get() }), (text) => this.notices.tell(text, true));
+    this.legend = new Legend((said, isDragging) => this.set(said, isDragging));
     new Picking(this.stage, this.canvas, this.pool,
-      () => ({ tiles: this.surfaces.shownTiles(this.settings.get()), clip: this.clipPlane() }),
+      () => ({
+        info: this.info, tiles: this.surfaces.shownTiles(this.get()), clip: this.clipPlane(),
+        slice: (ray) => this.slices.plane.hit(ray),
+      }),
       () => this.regionHandles.isGrabbed,
       (place) => this.take(place));
-    element.append(this.surroundings.numbers, this.surroundings.scaleBar, this.orientation.element,
+    element.append(this.surroundings.numbers, this.surroundings.scaleBar, this.orientation.element, this.legend.element,
       this.measuring.labels, this.measuring.element, this.notices.element);
     this.listen();
     this.surfaces.connect();
@@ -162,6 +177,7 @@ export class Viewer {
   dispose(): void {
     clearTimeout(this.rest);
     this.surfaces.close();
+    this.questions.close();
     this.pool.dispose();
     this.stage.dispose();
     this.element.replaceChildren();
@@ -259,6 +275,8 @@ export class Viewer {
     const now = this.settings.get();
     const clip = this.clipPlane();
     this.surfaces.applyLook(now, clip);
+    this.slices.update();
+    this.legend.show(now, slicePlace(now) ? this.info : null);
     this.stage.setLook({
       isOrthographic: now.projection === "orthographic",
       hasOcclusion: now.occlusion,
@@ -269,6 +287,7 @@ export class Viewer {
 
   private tellShown(at: number, shown: ShownSurface, isFirst: boolean): void {
     if (at === 0 && isFirst && !this.settings.get().eye) this.fit();
+    this.slices.update();
     this.events.tell("shown", { ...shown.facts, surface: at });
   }
 

@@ -24,6 +24,7 @@ await test("AnnouncesWhatItsSlidersMean", announcesSliders);
 await test("ShowsSeveralSurfacesAndDragsEach", showsSeveral);
 await test("MeasuresThePartThatWasPicked", measuresAPart);
 await test("TakesBackAndComesBack", takesBack);
+await test("ShowsSamplesOnAPlaneAndTellsTheirValues", showsASlice);
 await finish();
 
 // ----
@@ -290,6 +291,34 @@ function massOf(stl) {
     volume += cross(b, c).reduce((sum, v, i) => sum + v * a[i], 0) / 6;
   }
   return { area, volume: Math.abs(volume) };
+}
+
+async function showsASlice(page) {
+  const view = "eye=16,-60,16&target=16,16,16";
+  await open(page, `#dataset=gyroid&isovalue=0.5&visible=false&axes=false&occlusion=false&${view}&slice=y&colours=coolwarm`);
+  await complete(page);
+  const canvas = await page.locator(".stage canvas").boundingBox();
+  const coloured = async (hash) => {
+    await page.evaluate((text) => (location.hash += text), hash);
+    await page.waitForTimeout(1500);
+    return (await surfacePixels(page)).share; // Red of the map's upper end.
+  };
+  const all = await coloured("&axes=false");
+  assert(all > 0.05, `samples are shown: ${all}`);
+  assert((await coloured("&level=5&windowWidth=1")) < 0.2 * all, "above all values nothing is red");
+  const value = async (share) => {
+    await page.mouse.click(canvas.x + share * canvas.width, canvas.y + canvas.height / 2);
+    await page.waitForFunction(() => /Value/.test(document.querySelector(".picked .field")?.textContent ?? ""), null, { timeout: patience });
+    const said = await page.textContent(".picked");
+    await page.keyboard.press("Escape");
+    return { value: Number(said.match(/Value (-?[\d.e-]+)/)[1]), y: Number(said.match(/sample [\d.]+, ([\d.]+)/)[1]) };
+  };
+  const [here, there] = [await value(0.5), await value(0.56)];
+  assert.equal(here.y, 16, "the place lies on the plane");
+  assert.notEqual(here.value, there.value);
+  await page.focus(".legend");
+  await page.keyboard.press("ArrowUp");
+  await page.waitForFunction(() => !/windowWidth=1(&|$)/.test(location.hash));
 }
 
 async function takesBack(page) {

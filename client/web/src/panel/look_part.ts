@@ -36,6 +36,9 @@ export function lookPart(change: Change): Part {
   const flip = controls.toggle("clipFlipped", {
     label: "Keep the other side", tip: "Turns the plane over.",
   });
+  const filled = controls.toggle("filled", {
+    label: "Fill the cut", tip: "Shows the samples inside of the surfaces where they are cut.",
+  });
   const axes = controls.toggle("axes", {
     label: "Axes and box", tip: "The data's extent, with its axes: x red, y green, z blue.",
   });
@@ -54,10 +57,10 @@ export function lookPart(change: Change): Part {
     words: [["auto", "System"], ["dark", "Dark"], ["light", "Light"]],
   });
   return {
-    elements: [colouring, wireframe, shading, clip, clipAt, flip, axes, projection, occlusion, theme],
+    elements: [colouring, wireframe, shading, clip, clipAt, flip, filled, axes, projection, occlusion, theme],
     show: (settings) => {
       controls.show(settings);
-      clipAt.hidden = flip.hidden = settings.clip === "off";
+      clipAt.hidden = flip.hidden = filled.hidden = settings.clip === "off";
     },
   };
 }

@@ -12,6 +12,7 @@ import { isovaluePart } from "./isovalue_part";
 import { lookPart } from "./look_part";
 import type { Change, Part } from "./part";
 import { regionPart } from "./region_part";
+import { slicePart } from "./slice_part";
 import { type SurfacesPart, surfacesPart } from "./surfaces_part";
 import { takeAwayPart, type TakeAwayEvents } from "./take_away_part";
 
@@ -43,9 +44,10 @@ export class Panel {
     const accuracy = accuracyPart(change, this.expected);
     const surfaces = (this.surfaces = surfacesPart(change));
     const region = regionPart(change);
+    const slice = slicePart(change);
     const look = lookPart(change);
     this.histogram = isovalue.histogram;
-    this.parts = [isovalue, surfaces, accuracy, region, look];
+    this.parts = [isovalue, surfaces, accuracy, region, slice, look];
     this.element = h("aside", { class: "panel", "aria-label": "Controls" },
       h("header", {}, h("h1", {}, "Multi-Tetra"), h("p", {}, "surfaces of volume data, streamed")),
       section("Dataset", datasets),
@@ -53,6 +55,7 @@ export class Panel {
       folded("Surfaces", settings.get().surfaces.length > 0, ...surfaces.elements),
       section("Accuracy", ...accuracy.elements),
       folded("Finer in one place", false, ...region.elements),
+      folded("Slice of the samples", settings.get().slice !== "off", ...slice.elements),
       folded("Appearance", false, ...look.elements),
       folded("Bookmarks", false, ...bookmarksPart(events)),
       folded("Take it with you", false, takeAwayPart({ ...events, startOver })),

@@ -1,10 +1,11 @@
-// What is told of picked places: where they are, the length between two, the angle at the second of
+// What is told of picked places: where they are, what the field is there, the length between two, the angle at the second of
 // three, and the area and volume of the part that was picked last. A fourth place begins anew.
 import * as THREE from "three";
 
 import { angleAt, areaText, distanceOf, volumeText } from "./measures";
 import { counted, grouped, h, inDigits } from "../panel/dom";
 import type { MassProperties } from "../mesh/mass_properties";
+import type { DatasetInfo, ProbedPlace } from "../protocol/messages";
 import { latticeToWorld, lengthText, voxelLength, worldName } from "../stream/dataset";
 import type { TilePool } from "../workers/tile_pool";
 import { layers } from "./layers";
@@ -23,6 +24,7 @@ export class Measuring {
   constructor(
     private readonly stage: Stage,
     private readonly pool: TilePool,
+    private readonly probe: (place: Picked) => Promise<ProbedPlace>,
     private readonly leave: () => void, // The keyboard goes to what is shown.
   ) {
     this.line = new THREE.Line(
@@ -64,7 +66,7 @@ export class Measuring {
 
   private write(): void {
     const { picks } = this;
-    const { info } = picks[0].tiles.shown;
+    const { info } = picks[0];
     const close = h("button", { type: "button", class: "close", "aria-label": "Forget the picked points" }, "×");
     close.addEventListener("click", () => {
       this.forget();
@@ -72,7 +74,7 @@ export class Measuring {
     });
     this.element.replaceChildren(close, ...picks.map(({ world, index }, i) =>
       h("p", {}, h("b", {}, names[i]), ` ${worldName(info)} ${world.map((v) => inDigits(v, 5)).join(", ")}`,
-        h("span", {}, ` sample ${index.map((v) => v.toFixed(1)).join(", ")}`))));
+        h("span", {}, ` sample ${index.map((v) => v.toFixed(1)).join(", ")}`))), this.fieldAt(picks[picks.length - 1]));
     for (let i = 1; i < picks.length; ++i) {
       const length = distanceOf(picks[i - 1].world, picks[i].world);
       this.element.append(h("p", { class: "distance" }, `${names[i - 1]} to ${names[i]}: ${lengthText(length, info, 4)}`,
@@ -85,15 +87,26 @@ export class Measuring {
       const next = b ? "Click a third point for the angle." : "Click another point to measure.";
       this.element.append(h("p", { class: "hint" }, next));
     }
-    this.element.append(this.partButton(picks[picks.length - 1]));
+    const { surface } = picks[picks.length - 1];
+    if (surface) this.element.append(this.partButton(surface));
   }
 
-  private partButton(place: Picked): HTMLElement {
+  // The place stays where what is there is not told.
+  private fieldAt(place: Picked): HTMLElement {
+    const line = h("p", { class: "field" }, "\u00a0");
+    this.probe(place).then(
+      (found) => line.replaceChildren(...fieldWords(found, place.info)),
+      () => (line.hidden = true),
+    );
+    return line;
+  }
+
+  private partButton({ tiles, hit }: NonNullable<Picked["surface"]>): HTMLElement {
     const button = h("button", { type: "button", class: "measure-part" }, "Area and volume of this part");
     button.addEventListener("click", async () => {
-      const { shown, ids } = place.tiles;
+      const { shown, ids } = tiles;
       const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
-      const found = await this.pool.measure([...ids], toWorld, place.hit).catch(() => null);
+      const found = await this.pool.measure([...ids], toWorld, hit).catch(() => null);
       if (button.isConnected) button.replaceWith(h("p", { class: "part" }, ...partWords(found, shown.info)));
     });
     return button;
@@ -106,6 +119,14 @@ export class Measuring {
       if (at) this.dots[i].style.transform = `translate(${at.x}px, ${at.y}px)`;
     });
   }
+}
+
+function fieldWords({ value, gradient }: ProbedPlace, info: DatasetInfo): (Node | string)[] {
+  if (value === undefined) return ["No field here."];
+  const unit = info.valueUnit ? ` ${info.valueUnit}` : "";
+  const slope = gradient.length === 3 ? Math.hypot(...gradient) : null;
+  const words = slope === null ? "" : `, gradient ${inDigits(slope, 4)}${unit} per ${info.lengthUnit || "unit"}`;
+  return [h("b", {}, `Value ${inDigits(value, 6)}${unit}`), h("span", {}, words)];
 }
 
 function partWords(found: MassProperties | null, info: { lengthUnit: string }): (Node | string)[] {

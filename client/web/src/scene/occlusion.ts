@@ -31,6 +31,11 @@ export class Occlusion {
     this.material.uniforms.tNoise.value = generateMagicSquareNoise();
   }
 
+  // Of the shape that the texture is about.
+  get depths(): THREE.DepthTexture {
+    return this.shape.depthTexture!;
+  }
+
   // 1 where light comes from everywhere, less in hollows narrower than `radius`, in world units.
   texture(
     renderer: THREE.WebGLRenderer, scene: THREE.Scene, camera: Lens, { radius, clip }: OcclusionWish,

@@ -22,6 +22,7 @@ const joining = /* glsl */ `
   uniform sampler2D occlusion;
   uniform sampler2D translucent;
   uniform highp sampler2D depths;
+  uniform highp sampler2D shape; // Depths of what the occlusion is about.
   uniform bool hasOcclusion;
   uniform bool hasTranslucent;
   varying vec2 vUv;
@@ -33,6 +34,7 @@ const joining = /* glsl */ `
     float here = texelFetch(depths, at, 0).r;
     if (here >= 1.0) return 1.0;
     float slope = fwidth(here) * 3.0 + 1e-5;
+    if (here < texelFetch(shape, at, 0).r - slope) return 1.0; // A mark before the surface.
     float sum = 0.0;
     float weights = 0.0;
     for (int y = -2; y <= 2; ++y) {
@@ -67,6 +69,7 @@ export class Painter {
     new THREE.ShaderMaterial({
       uniforms: {
         solid: { value: null }, occlusion: { value: null }, translucent: { value: null }, depths: { value: null },
+        shape: { value: null },
         hasOcclusion: { value: false }, hasTranslucent: { value: false },
       },
       vertexShader: "varying vec2 vUv; void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }",
@@ -101,6 +104,7 @@ export class Painter {
     uniforms.hasOcclusion.value = wish.occlusion !== null;
     uniforms.hasTranslucent.value = wish.peels > 0;
     if (wish.occlusion !== null) {
+      uniforms.shape.value = this.occlusion.depths;
       uniforms.occlusion.value = this.occlusion.texture(renderer, scene, camera, wish.occlusion, this.solid);
     }
     if (wish.peels > 0) {

@@ -1,8 +1,9 @@
-// Clicks on the surfaces: the nearest place that a click meets and that is not cut away. A click beside
-// them means nothing.
+// Clicks on the surfaces, and on a slice: the nearest place that a click meets and that is not cut away. A
+// click beside them means nothing.
 import type * as THREE from "three";
 
 import type { HalfSpace } from "../mesh/ray";
+import type { DatasetInfo } from "../protocol/messages";
 import type { ShownTiles } from "../surface_set";
 import {
   type Affine, applied, inverse, latticeToIndex, latticeToWorld, type Vec3,
@@ -14,8 +15,15 @@ import type { Stage } from "./stage";
 export interface Picked {
   world: Vec3;
   index: Vec3; // In samples.
-  tiles: ShownTiles; // Of the surface.
-  hit: Hit;
+  info: DatasetInfo;
+  surface: { tiles: ShownTiles; hit: Hit } | null; // Null: on the slice.
+}
+
+export interface Pickable {
+  info: DatasetInfo | null;
+  tiles: ShownTiles[];
+  clip: THREE.Plane | null;
+  slice: (ray: THREE.Ray) => Vec3 | null;
 }
 
 export class Picking {
@@ -25,7 +33,7 @@ export class Picking {
     private readonly stage: Stage,
     canvas: HTMLCanvasElement,
     private readonly pool: TilePool,
-    private readonly shown: () => { tiles: ShownTiles[]; clip: THREE.Plane | null },
+    private readonly shown: () => Pickable,
     private readonly isBusy: () => boolean,
     private readonly picked: (place: Picked) => void,
   ) {
@@ -43,10 +51,12 @@ export class Picking {
 
   // At a place of the canvas, in CSS pixels from its corner.
   async pick(x: number, y: number): Promise<void> {
-    const { tiles, clip } = this.shown();
+    const { tiles, clip, info, slice } = this.shown();
     const ray = this.stage.rayAt(x, y);
+    const onSlice = info && slice(ray);
     const found = await Promise.all(tiles.map((one) => this.hitOf(one, ray, clip)));
     const hits = found.filter((one) => one !== null);
+    if (onSlice) hits.push({ world: onSlice, index: applied(inverse(info.indexToWorld), onSlice), info, surface: null });
     const distance = ({ world }: Picked) => Math.hypot(...world.map((v, i) => v - ray.origin.toArray()[i]));
     hits.sort((a, b) => distance(a) - distance(b));
     if (hits[0]) this.picked(hits[0]);
@@ -62,7 +72,7 @@ export class Picking {
     const kept = clip && inLattice(clip, toWorld);
     const hit = await this.pool.pick([...tiles.ids], { origin, direction, kept }).catch(() => null);
     return hit && {
-      world: applied(toWorld, hit.point), index: applied(latticeToIndex(info, resolution), hit.point), tiles, hit,
+      world: applied(toWorld, hit.point), index: applied(latticeToIndex(info, resolution), hit.point), info, surface: { tiles, hit },
     };
   }
 }

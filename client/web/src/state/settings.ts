@@ -1,5 +1,7 @@
 // Everything that a user can turn, as one plain value: what is asked of the server, and how it is
 // shown. The whole of it is in the page's address.
+import type { ColourMap } from "../scene/colour_maps";
+
 export interface BoxRegion {
   kind: "box";
   low: [number, number, number]; // World coordinates.
@@ -16,6 +18,7 @@ export type Region = BoxRegion | BallRegion;
 
 export type Shading = "field" | "smooth" | "facets";
 export type Colouring = "plain" | "tiles" | "steps";
+export type Axis = "off" | "x" | "y" | "z";
 export type Projection = "perspective" | "orthographic";
 export type Theme = "auto" | "dark" | "light";
 
@@ -49,9 +52,15 @@ export interface Settings {
   shading: Shading;
   wireframe: boolean;
   colouring: Colouring;
-  clip: "off" | "x" | "y" | "z";
+  clip: Axis;
   clipAt: number; // 0 to 1 along the axis.
   clipFlipped: boolean;
+  filled: boolean; // The cut shows the samples inside of the surfaces.
+  slice: Axis; // A plane of samples in the picture.
+  sliceAt: number; // 0 to 1 along the axis.
+  colours: ColourMap; // Of samples.
+  level: number | null; // The sample value in the middle of the colours, and how many they span: null
+  windowWidth: number | null; // for all that the data has.
   axes: boolean;
   projection: Projection;
   occlusion: boolean; // Hollows are darker.
@@ -83,6 +92,12 @@ export const defaults: Settings = {
   clip: "off",
   clipAt: 0.5,
   clipFlipped: false,
+  filled: true,
+  slice: "off",
+  sliceAt: 0.5,
+  colours: "grey",
+  level: null,
+  windowWidth: null,
   axes: true,
   projection: "perspective",
   occlusion: true,

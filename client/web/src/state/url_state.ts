@@ -5,6 +5,7 @@
 //
 // Whatever cannot be read is passed over and can be told: an address from elsewhere never breaks the
 // page.
+import { colourMaps } from "../scene/colour_maps";
 import { defaults, type FurtherSurface, type Region, type Settings } from "./settings";
 import { mostSurfaces } from "./surfaces";
 
@@ -52,6 +53,12 @@ export function fromAddress(text: string): Partial<Settings> {
   set("clip", word("clip", "off", "x", "y", "z"));
   set("clipAt", number("clipAt", 0, 1));
   set("clipFlipped", yes("clipFlipped"));
+  set("filled", yes("filled"));
+  set("slice", word("slice", "off", "x", "y", "z"));
+  set("sliceAt", number("sliceAt", 0, 1));
+  set("colours", word("colours", ...colourMaps));
+  set("level", number("level", -Number.MAX_VALUE, Number.MAX_VALUE));
+  set("windowWidth", number("windowWidth", 0, Number.MAX_VALUE));
   set("axes", yes("axes"));
   set("projection", word("projection", "perspective", "orthographic"));
   set("occlusion", yes("occlusion"));
@@ -88,7 +95,8 @@ export function edited(now: Settings, text: string): Settings {
 
 const plainNames = [
   "dataset", "isovalue", "error", "bound", "rule", "tolerance", "followView", "pixels",
-  "maxTriangles", "simplify", "shading", "wireframe", "colouring", "clip", "clipAt", "clipFlipped", "axes",
+  "maxTriangles", "simplify", "shading", "wireframe", "colouring", "clip", "clipAt", "clipFlipped", "filled",
+  "slice", "sliceAt", "colours", "level", "windowWidth", "axes",
   "projection", "occlusion", "opacity", "visible", "logScale", "theme",
 ] as const;
 

@@ -1,0 +1,86 @@
+// The colours of samples and what they mean, over the picture. Dragged sideways it turns the level, up and
+// down the window, as readers of medical pictures do; arrow keys do the same, a double click resets.
+import type { DatasetInfo } from "../protocol/messages";
+import { gradientOf } from "../scene/colour_maps";
+import { windowOf } from "../slices";
+import type { Settings } from "../state/settings";
+import { h, inDigits } from "./dom";
+
+type Turned = Pick<Settings, "level" | "windowWidth">;
+
+const keys: Record<string, [number, number]> = {
+  ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1],
+};
+
+export class Legend {
+  readonly element = h("div", {
+    class: "legend", hidden: true, tabindex: "0", role: "slider", "aria-label": "Window and level of samples",
+    "data-tip": "Drag sideways for the level, up and down for the window; a double click shows all values.",
+  });
+  private readonly bar = h("div", { class: "legend-bar" });
+  private readonly low = h("span");
+  private readonly high = h("span");
+  private info: DatasetInfo | null = null;
+  private settings: Settings | null = null;
+
+  constructor(private readonly turn: (said: Turned, isDragging: boolean) => void) {
+    this.element.append(this.bar, h("div", { class: "legend-ends" }, this.low, this.high));
+    this.listen();
+  }
+
+  // Null: no samples are shown.
+  show(settings: Settings, info: DatasetInfo | null): void {
+    this.settings = settings;
+    this.info = info;
+    this.element.hidden = !info;
+    if (!info) return;
+    const { low, high } = windowOf(settings, info);
+    this.bar.style.background = gradientOf(settings.colours);
+    this.low.textContent = inDigits(low, 4);
+    this.high.textContent = `${inDigits(high, 4)}${info.valueUnit ? ` ${info.valueUnit}` : ""}`;
+    this.element.setAttribute("aria-valuemin", String(info.min));
+    this.element.setAttribute("aria-valuemax", String(info.max));
+    this.element.setAttribute("aria-valuenow", String((low + high) / 2));
+    this.element.setAttribute("aria-valuetext", `level ${inDigits((low + high) / 2)}, window ${inDigits(high - low)}`);
+  }
+
+  private listen(): void {
+    const { element } = this;
+    let last: { x: number; y: number } | null = null;
+    element.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0) return;
+      element.setPointerCapture(event.pointerId);
+      last = { x: event.clientX, y: event.clientY };
+    });
+    element.addEventListener("pointermove", (event) => {
+      if (!last) return;
+      this.move((event.clientX - last.x) / 250, (last.y - event.clientY) / 150, true);
+      last = { x: event.clientX, y: event.clientY };
+    });
+    const end = () => {
+      if (last) this.move(0, 0, false);
+      last = null;
+    };
+    element.addEventListener("pointerup", end);
+    element.addEventListener("pointercancel", end);
+    element.addEventListener("dblclick", () => this.turn({ level: null, windowWidth: null }, false));
+    element.addEventListener("keydown", (event) => {
+      const step = keys[event.key];
+      if (!step) return;
+      event.preventDefault();
+      event.stopPropagation();
+      this.move(0.02 * step[0], 0.05 * step[1], false);
+    });
+  }
+
+  // By shares of all the values; the window grows and shrinks by factors.
+  private move(sideways: number, upwards: number, isDragging: boolean): void {
+    const { info, settings } = this;
+    if (!info || !settings) return;
+    const { low, high } = windowOf(settings, info);
+    const all = info.max - info.min || 1;
+    const level = Math.min(info.max, Math.max(info.min, (low + high) / 2 + sideways * all));
+    const windowWidth = Math.min(2 * all, Math.max(all / 2000, (high - low) * Math.exp(2 * upwards)));
+    this.turn({ level: Number(level.toPrecision(6)), windowWidth: Number(windowWidth.toPrecision(6)) }, isDragging);
+  }
+}

@@ -1,0 +1,152 @@
+// A slice of the samples in the picture: a rectangle with the field's colours, and on it the lines in
+// which it cuts the surfaces. As a filled cut it is there only where the field is above an isovalue.
+import * as THREE from "three";
+
+import type { Affine, Vec3 } from "../stream/dataset";
+import type { SliceValues } from "../stream/questions";
+import { type ColourMap, colourRow } from "./colour_maps";
+import { layers } from "./layers";
+import { valueAt } from "./slice_grid";
+
+export interface SliceLook {
+  colours: ColourMap;
+  low: number; // The sample values of the first and of the last colour.
+  high: number;
+  above: number; // Nothing is drawn below this value; -Infinity: all.
+}
+
+export interface CutLines {
+  segments: Float32Array; // Lattice coordinates.
+  toWorld: Affine;
+  colour: string;
+}
+
+const fragment = /* glsl */ `
+  uniform highp sampler2D values;
+  uniform sampler2D colours;
+  uniform float low;
+  uniform float high;
+  uniform float above;
+  varying vec2 place;
+
+  // Between the middles of pixels; a pixel without field has a hard border.
+  float valueHere() {
+    ivec2 size = textureSize(values, 0);
+    vec2 at = place * vec2(size) - 0.5;
+    ivec2 first = clamp(ivec2(floor(at)), ivec2(0), size - 1);
+    ivec2 last = min(first + 1, size - 1);
+    vec2 part = clamp(at - vec2(first), 0.0, 1.0);
+    float a = texelFetch(values, first, 0).r;
+    float b = texelFetch(values, ivec2(last.x, first.y), 0).r;
+    float c = texelFetch(values, ivec2(first.x, last.y), 0).r;
+    float d = texelFetch(values, last, 0).r;
+    float near = texelFetch(values, clamp(ivec2(at + 0.5), ivec2(0), size - 1), 0).r;
+    float mean = mix(mix(a, b, part.x), mix(c, d, part.x), part.y);
+    return isnan(mean) ? near : mean;
+  }
+
+  void main() {
+    float value = valueHere();
+    if (isnan(value) || value < above) discard;
+    float share = clamp((value - low) / (high - low), 0.0, 1.0);
+    gl_FragColor = vec4(texture2D(colours, vec2((share * 255.0 + 0.5) / 256.0, 0.5)).rgb, 1.0);
+    #include <colorspace_fragment>
+  }`;
+
+export class SlicePlane {
+  private readonly material = new THREE.ShaderMaterial({
+    uniforms: {
+      values: { value: null }, colours: { value: null }, low: { value: 0 }, high: { value: 1 }, above: { value: 0 },
+    },
+    vertexShader:
+      "varying vec2 place; void main() { place = uv; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }",
+    fragmentShader: fragment,
+    side: THREE.DoubleSide,
+    polygonOffset: true, // The lines lie before it.
+    polygonOffsetFactor: 1,
+    polygonOffsetUnits: 2,
+  });
+  private readonly quad = new THREE.Mesh(new THREE.BufferGeometry(), this.material);
+  private readonly lines = new THREE.Group();
+  private shown: SliceValues | null = null;
+  private look: SliceLook = { colours: "grey", low: 0, high: 1, above: -Infinity };
+  private map: ColourMap | null = null;
+
+  constructor(scene: THREE.Scene, private readonly invalidate: () => void) {
+    this.quad.visible = false;
+    this.quad.layers.set(layers.marks);
+    this.quad.geometry.setAttribute("position", new THREE.Float32BufferAttribute(new Float32Array(12), 3));
+    this.quad.geometry.setAttribute("uv", new THREE.Float32BufferAttribute([0, 0, 1, 0, 0, 1, 1, 1], 2));
+    this.quad.geometry.setIndex([0, 1, 2, 2, 1, 3]);
+    this.quad.frustumCulled = false;
+    scene.add(this.quad, this.lines);
+  }
+
+  // Null: none.
+  show(slice: SliceValues | null): void {
+    this.quad.visible = slice !== null;
+    if (slice && slice !== this.shown) this.place(slice);
+    this.shown = slice;
+    if (!slice) this.showLines([]);
+    this.invalidate();
+  }
+
+  setLook(look: SliceLook): void {
+    this.look = look;
+    const { uniforms } = this.material;
+    uniforms.low.value = look.low;
+    uniforms.high.value = look.high > look.low ? look.high : look.low + 1e-6 * Math.max(1, Math.abs(look.low));
+    uniforms.above.value = Math.max(look.above, -3e38); // Shaders know no infinity.
+    if (look.colours !== this.map) {
+      uniforms.colours.value?.dispose();
+      const row = new THREE.DataTexture(colourRow(look.colours, 256), 256, 1);
+      row.colorSpace = THREE.SRGBColorSpace;
+      row.needsUpdate = true;
+      uniforms.colours.value = row;
+      this.map = look.colours;
+    }
+    this.invalidate();
+  }
+
+  showLines(all: readonly CutLines[]): void {
+    for (const one of this.lines.children as THREE.LineSegments[]) {
+      one.geometry.dispose();
+      (one.material as THREE.Material).dispose();
+    }
+    this.lines.clear();
+    for (const { segments, toWorld: m, colour } of all) {
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute("position", new THREE.BufferAttribute(segments, 3));
+      const line = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: colour }));
+      line.matrixAutoUpdate = false;
+      line.matrix.set(m[0], m[3], m[6], m[9], m[1], m[4], m[7], m[10], m[2], m[5], m[8], m[11], 0, 0, 0, 1);
+      line.layers.set(layers.marks);
+      this.lines.add(line);
+    }
+    this.invalidate();
+  }
+
+  // Where a ray meets what is drawn of it.
+  hit(ray: THREE.Ray): Vec3 | null {
+    if (!this.quad.visible || !this.shown) return null;
+    const { origin, right, down } = this.shown.grid;
+    const normal = new THREE.Vector3(...right).cross(new THREE.Vector3(...down)).normalize();
+    const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(normal, new THREE.Vector3(...origin));
+    const place = ray.intersectPlane(plane, new THREE.Vector3())?.toArray();
+    if (!place) return null;
+    const value = valueAt(this.shown, place);
+    return Number.isNaN(value) || value < this.look.above ? null : place;
+  }
+
+  private place({ grid, values }: SliceValues): void {
+    const { origin, right, down, width, height } = grid;
+    const corner = (x: number, y: number) => origin.map((part, i) => part + (x - 0.5) * right[i] + (y - 0.5) * down[i]);
+    const position = this.quad.geometry.getAttribute("position") as THREE.BufferAttribute;
+    position.array.set([corner(0, 0), corner(width, 0), corner(0, height), corner(width, height)].flat());
+    position.needsUpdate = true;
+    const texture = new THREE.DataTexture(values as Float32Array<ArrayBuffer>, width, height, THREE.RedFormat, THREE.FloatType);
+    texture.needsUpdate = true;
+    this.material.uniforms.values.value?.dispose();
+    this.material.uniforms.values.value = texture;
+  }
+}

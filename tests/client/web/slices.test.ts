@@ -1,0 +1,75 @@
+import { colourAt, colourMaps, colourRow } from "../../../client/web/src/scene/colour_maps";
+import { mostPixels, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
+import { slicePlace, windowOf } from "../../../client/web/src/slices";
+import { defaults } from "../../../client/web/src/state/settings";
+import type { Vec3 } from "../../../client/web/src/stream/dataset";
+
+const low: Vec3 = [0, 10, -4];
+const high: Vec3 = [100, 60, 4];
+
+describe("SliceGrid", () => {
+  test("CoversTheBoxOnAnyAxisWithPixelsNoFinerThanTheSamples", () => {
+    for (const axis of [0, 1, 2]) {
+      const { origin, right, down, width, height } = sliceGrid(low, high, axis, 0.25, 2);
+      const corner = (x: number, y: number) => origin.map((part, i) => part + (x - 0.5) * right[i] + (y - 0.5) * down[i]);
+      const [from, to] = [corner(0, 0), corner(width, height)];
+      for (let i = 0; i < 3; ++i) {
+        const expected = i === axis ? [0.75 * low[i] + 0.25 * high[i]] : [low[i], high[i]];
+        expect(from[i]).toBeCloseTo(expected[0], 9);
+        expect(to[i]).toBeCloseTo(expected.at(-1)!, 9);
+      }
+      expect(Math.hypot(...right)).toBeGreaterThan(1.9);
+    }
+  });
+
+  test("CostsAScreenfulOfAnyVolume", () => {
+    const { width, height } = sliceGrid([0, 0, 0], [16384, 16384, 9000], 2, 0.5, 1);
+    expect([width, height]).toEqual([mostPixels, mostPixels]);
+    expect(sliceGrid([0, 0, 0], [1, 0, 5], 2, 0.5, 1)).toMatchObject({ width: 1, height: 1 });
+  });
+
+  test("FindsTheValueAtAPlaceAndNoneBeyond", () => {
+    const grid = sliceGrid([0, 0, 0], [4, 2, 9], 2, 0, 1);
+    const slice = { grid, values: Float32Array.from([0, 1, 2, 3, 4, 5, 6, 7]), sampleSpacing: 1 };
+    expect(valueAt(slice, [0.2, 0.3, 0])).toBe(0);
+    expect(valueAt(slice, [3.9, 1.9, 0])).toBe(7);
+    expect(valueAt(slice, [2.2, 0.9, 0])).toBe(2);
+    expect(valueAt(slice, [4.2, 0.9, 0])).toBeNaN();
+    expect(valueAt(slice, [0.2, -0.1, 0])).toBeNaN();
+  });
+});
+
+describe("Slices", () => {
+  test("FillTheCutUnlessOneIsAskedFor", () => {
+    expect(slicePlace(defaults)).toBeNull();
+    expect(slicePlace({ ...defaults, clip: "y", clipAt: 0.3 })).toEqual({ axis: 1, at: 0.3, isFilling: true });
+    expect(slicePlace({ ...defaults, clip: "y", filled: false })).toBeNull();
+    expect(slicePlace({ ...defaults, clip: "y", slice: "z", sliceAt: 0.1 })).toEqual({ axis: 2, at: 0.1, isFilling: false });
+  });
+
+  test("HaveAllValuesUnlessAWindowIsSaid", () => {
+    const info = { min: -1000, max: 3000 };
+    expect(windowOf(defaults, info)).toEqual({ low: -1000, high: 3000 });
+    expect(windowOf({ ...defaults, level: 40, windowWidth: 400 }, info)).toEqual({ low: -160, high: 240 });
+  });
+});
+
+describe("ColourMaps", () => {
+  test("GoFromTheirFirstColourToTheirLastAndStayThere", () => {
+    expect(colourAt("viridis", -3)).toEqual([0x44, 0x01, 0x54]);
+    expect(colourAt("viridis", 7)).toEqual([0xfd, 0xe7, 0x25]);
+    expect(colourAt("grey", 0.5)).toEqual([128, 128, 128]);
+    expect([...colourRow("grey", 3)]).toEqual([0, 0, 0, 255, 128, 128, 128, 255, 255, 255, 255, 255]);
+  });
+
+  // Except where there is a middle, more is lighter: in print, and to who sees few colours.
+  test("TellMoreFromLessByTheirLightness", () => {
+    for (const map of colourMaps.filter((one) => one !== "coolwarm")) {
+      const lightness = (share: number) => {
+        const [r, g, b] = colourAt(map, share);
+        return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+      };
+      for (let i = 1; i <= 20; ++i) expect(lightness(i / 20)).toBeGreaterThan(lightness((i - 1) / 20));
+    }
+  });
+});
