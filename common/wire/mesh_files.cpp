@@ -17,6 +17,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/atomic_file.hpp"
+#include "common/wire/glb.hpp"
 #include "common/wire/tile.hpp"
 
 namespace multitetra {
@@ -176,10 +177,7 @@ std::pair<Position, Position> bounds(const std::vector<Position>& positions) {
 
 // The numbers are glTF's: 5125 unsigned int, 5126 float, 34962 and 34963 vertex and index buffers.
 nlohmann::json gltf(const PositionedMesh& mesh) {
-  nlohmann::json json = {
-      {"asset", {{"version", "2.0"}, {"generator", "Multi-Tetra " MULTITETRA_VERSION}}},
-      {"scene", 0},
-      {"scenes", {{{"nodes", nlohmann::json::array()}}}}};
+  nlohmann::json json = empty_gltf();
   if (mesh.triangles.empty()) return json;
   const auto view = [](std::size_t offset, std::size_t bytes, int target) {
     return nlohmann::json{
@@ -203,11 +201,7 @@ nlohmann::json gltf(const PositionedMesh& mesh) {
                        accessor(2, 5125, 3 * mesh.triangles.size(), "SCALAR")};
   json["accessors"][0]["min"] = low;
   json["accessors"][0]["max"] = high;
-  json["materials"] = {{{"doubleSided", true},
-                        {"pbrMetallicRoughness",
-                         {{"baseColorFactor", {0.8, 0.76, 0.7, 1.0}},
-                          {"metallicFactor", 0.0},
-                          {"roughnessFactor", 0.6}}}}};
+  json["materials"] = {surface_material()};
   json["meshes"] = {
       {{"primitives",
         {{{"attributes", {{"POSITION", 0}, {"NORMAL", 1}}}, {"indices", 2}, {"material", 0}}}}}};
@@ -217,31 +211,11 @@ nlohmann::json gltf(const PositionedMesh& mesh) {
   return json;
 }
 
-// A 12-byte header, a JSON chunk padded with spaces, and a binary chunk of positions, normals,
-// indices. All lengths are multiples of 4.
+// The binary chunk has positions, normals, indices.
 std::string glb(const PositionedMesh& mesh) {
-  constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
-  constexpr std::uint32_t kBinaryChunk = 0x004E4942;
-  std::string json = gltf(mesh).dump();
-  json.resize((json.size() + 3) / 4 * 4, ' ');
-  const bool empty = mesh.triangles.empty();
-  const std::size_t binary = empty ? 0 : 24 * mesh.positions.size() + 12 * mesh.triangles.size();
-  const std::size_t total = 20 + json.size() + (empty ? 0 : 8 + binary);
-  if (total > std::numeric_limits<std::uint32_t>::max()) {
-    throw std::system_error(std::make_error_code(std::errc::file_too_large),
-                            "A GLB file has at most 4 GiB; this mesh needs " +
-                                std::to_string(total) + " bytes. PLY has no such limit");
-  }
-  std::string file = "glTF";
-  file.reserve(total);
-  append(file, std::uint32_t{2});
-  append(file, static_cast<std::uint32_t>(total));
-  append(file, static_cast<std::uint32_t>(json.size()));
-  append(file, kJsonChunk);
-  file += json;
-  if (empty) return file;
-  append(file, static_cast<std::uint32_t>(binary));
-  append(file, kBinaryChunk);
+  if (mesh.triangles.empty()) return glb_beginning(gltf(mesh), 0);
+  std::string file =
+      glb_beginning(gltf(mesh), 24 * mesh.positions.size() + 12 * mesh.triangles.size());
   append_all(file, mesh.positions);
   append_all(file, mesh.normals.empty() ? smooth_normals(mesh) : mesh.normals);
   append_all(file, mesh.triangles);

@@ -14,6 +14,7 @@
 #include <draco/compression/mesh/mesh_edgebreaker_decoder.h>
 #include <draco/mesh/mesh.h>
 
+#include "common/wire/draco_primitive.hpp"
 #include "common/wire/tile_payload.hpp"
 
 namespace multitetra {
@@ -318,6 +319,33 @@ Result<LatticeMesh> decode_tile(std::string_view payload, const TileSummary& pro
                                  "; the manifest promises " + promised.digest.hex() + ".");
   }
   return mesh;
+}
+
+DracoPrimitive encode_draco_primitive(const LatticeMesh& mesh, const OctreeCube& cube) {
+  assert(is_encodable(mesh));
+  std::vector<std::array<float, 3>> positions;
+  positions.reserve(mesh.vertices.size());
+  for (const LatticePoint& p : mesh.vertices) {  // Below 2^24, so exact.
+    positions.push_back(
+        {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
+  }
+  draco::Encoder encoder = edgebreaker(mesh.triangles.size(), kSimplifiedEncodingSpeed);
+  // Both are integers, so Draco's six decimals say them exactly, and the step is one.
+  const int bits = cube.exponent + mesh.resolution + 1;
+  const auto side = static_cast<float>(std::int64_t{cube.side()} << mesh.resolution);
+  const std::array<float, 3> origin = {static_cast<float>(cube.x) * side,
+                                       static_cast<float>(cube.y) * side,
+                                       static_cast<float>(cube.z) * side};
+  encoder.SetAttributeExplicitQuantization(draco::GeometryAttribute::POSITION, bits, 3,
+                                           origin.data(), 2 * side - 1);
+  if (!mesh.normals.empty()) add_normals(encoder, kMaxNormalBits);
+  encoder.SetTrackEncodedProperties(true);
+  DracoPrimitive primitive;
+  primitive.bytes =
+      encoded(encoder, *draco_mesh(positions, draco::DT_FLOAT32, mesh.triangles, mesh.normals));
+  primitive.points = static_cast<std::uint32_t>(encoder.num_encoded_points());
+  primitive.triangles = static_cast<std::uint32_t>(encoder.num_encoded_faces());
+  return primitive;
 }
 
 std::string encode_draco_file(const PositionedMesh& mesh, int position_bits) {

@@ -114,11 +114,12 @@ asio::awaitable<void> HttpConnection::run() {
 void HttpConnection::tell(const HttpRequest* request, const RequestContext& context,
                           const Answer& answer, bool with_body) {
   const std::chrono::duration<double> taken = Clock::now() - context.began;
+  const std::string target = request ? without_token(view_of(request->target())) : std::string();
   client_->admission().observer().http_answered(
       client_->facts(), {.id = context.request_id,
                          .kind = context.kind,
                          .method = request ? view_of(request->method_string()) : std::string_view(),
-                         .target = request ? view_of(request->target()) : std::string_view(),
+                         .target = target,
                          .status = answer.status,
                          .bytes = with_body ? answer.body.length : 0,
                          .seconds = taken.count()});

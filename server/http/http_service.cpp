@@ -72,6 +72,7 @@ HttpService::HttpService(const ServerContext& server, const HttpOptions& options
     : server_(server),
       options_(options),
       surfaces_(options),
+      trees_(options),
       next_request_((std::uint64_t{std::random_device{}()} << 32) | 1) {}
 
 std::string HttpService::new_request_id() {
@@ -148,9 +149,17 @@ asio::awaitable<Answer> HttpService::inquired(const Route& route, Question asked
   if (const auto allowed = asked.context.client->may_ask(); !allowed) {
     co_return error_answer(429, allowed.error(), id);
   }
+  const auto* tree = std::get_if<TreeFile>(&route);
+  const std::string token = tree != nullptr && !tree->token.empty()
+                                ? tree->token
+                                : std::string(bearer_token(asked.request));
   OneShotSession one_shot(server_.new_session(asked.context.client), asked.context);
-  const auto welcome = co_await one_shot.greet(std::string(bearer_token(asked.request)));
+  const auto welcome = co_await one_shot.greet(token);
   if (!welcome) co_return error_answer(welcome.error(), id);
+  if (tree != nullptr) {
+    const bool is_for_all = token.empty() && !server_.admission.access();
+    co_return co_await trees_.answer(*tree, asked.request, one_shot, asked.context, is_for_all);
+  }
   if (const auto* surface = std::get_if<SurfaceFile>(&route)) {
     co_return co_await surfaces_.answer(surface->dataset, asked.target, asked.request, one_shot,
                                         asked.context);

@@ -15,6 +15,7 @@
 #include "server/http/route.hpp"
 #include "server/http/slice_service.hpp"
 #include "server/http/surface_service.hpp"
+#include "server/http/tree_service.hpp"
 #include "server/transport/listener.hpp"
 
 namespace multitetra {
@@ -58,6 +59,7 @@ class HttpService {
   const HttpOptions& options_;
   SurfaceService surfaces_;
   SliceService slices_;
+  TreeService trees_;
   std::uint64_t next_request_;  // Begins anywhere, so that ids of two runs do not meet.
 };
 

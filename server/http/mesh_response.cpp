@@ -8,7 +8,7 @@
 #include "common/base/number_text.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/request/request_notices.hpp"
-#include "common/wire/tile.hpp"
+#include "server/http/step_mesh.hpp"
 
 namespace multitetra {
 namespace {
@@ -20,25 +20,6 @@ struct FileInItsRoom {
   ByteReservations::Reservation room;
   ScratchFile file;
 };
-
-Result<LatticeMesh> decoded(const OneShotSession::Step& step, const std::stop_token& stop) {
-  const IsosurfaceRequest& request = step.begin.request;
-  std::vector<LatticeMesh> tiles;
-  tiles.reserve(step.payloads.size());
-  for (std::size_t i = 0; i < step.payloads.size(); ++i) {
-    if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client is gone.");
-    if (!step.payloads[i]) {
-      return fail(ErrorCode::kDamagedData, "Tile " + std::to_string(i) + " did not come.");
-    }
-    auto tile = decode_tile(*step.payloads[i], step.begin.tiles[i], request.lattice_resolution,
-                            request.normal_bits);
-    if (!tile) return tl::unexpected(tile.error());
-    tiles.push_back(*std::move(tile));
-  }
-  std::vector<const LatticeMesh*> pointers;
-  for (const LatticeMesh& tile : tiles) pointers.push_back(&tile);
-  return weld(pointers, request.lattice_resolution);
-}
 
 Result<MeshTopology> checked(const LatticeMesh& mesh, const OneShotSession::Step& step,
                              const DatasetInfo& info) {
@@ -83,7 +64,7 @@ std::string facts(const MeshTopology& mesh, const OneShotSession::Step& step,
 Result<StoredMesh> store_mesh(const OneShotSession::Step& step, const DatasetInfo& info,
                               const MeshForm& form, const MeshPlace& place,
                               const std::stop_token& stop) {
-  auto mesh = decoded(step, stop);
+  auto mesh = welded_mesh(step, stop);
   if (!mesh) return tl::unexpected(mesh.error());
   const auto found = checked(*mesh, step, info);
   if (!found) return tl::unexpected(found.error());

@@ -1,5 +1,9 @@
 #include "server/http/route.hpp"
 
+#include <algorithm>
+#include <span>
+#include <string_view>
+
 namespace multitetra {
 
 const char* name(const Route& route) {
@@ -15,13 +19,64 @@ const char* name(const Route& route) {
     const char* operator()(const SliceOfSamples&) const { return "slice"; }
     const char* operator()(const ValueAtPlaces&) const { return "probe"; }
     const char* operator()(const TileBytes&) const { return "tile"; }
+    const char* operator()(const TreeFile&) const { return "3dtiles"; }
     const char* operator()(const ViewerFile&) const { return "viewer"; }
   };
   return std::visit(Names{}, route);
 }
 
+namespace {
+
+constexpr std::string_view kTokens = "/v1/token/";
+
+// What follows the version, and the token that may come first.
+struct VersionedPath {
+  std::span<const std::string> path;
+  std::string token = {};
+};
+VersionedPath versioned(const Target& target) {
+  const std::span<const std::string> path = target.path;
+  if (path.empty() || path[0] != "v1") return {};
+  // As it was sent: without_token() finds what is taken for a token.
+  if (path.size() > 3 && target.raw_path.starts_with(kTokens)) {
+    return {.path = path.subspan(3), .token = path[2]};
+  }
+  return {.path = path.subspan(1)};
+}
+
+constexpr std::size_t kTreeSegments = 5;  // 3dtiles NAME iso SETTINGS tileset.json
+
+Result<Route> tree_file(const VersionedPath& versioned) {
+  const auto path = versioned.path;
+  const bool is_first = path.size() == kTreeSegments && path.back() == "tileset.json";
+  if (path.size() < kTreeSegments || path.size() > kTreeSegments + 1 || path[2] != "iso" ||
+      (path.size() == kTreeSegments && !is_first)) {
+    return fail(ErrorCode::kInvalidArgument,
+                "3D Tiles are at /v1/3dtiles/DATASET/iso/ISOVALUE/tileset.json, or with the "
+                "error of the finest level in voxels at "
+                "/v1/3dtiles/DATASET/iso/ISOVALUE,error=ERROR/tileset.json, and below.");
+  }
+  return TreeFile{.dataset = path[1],
+                  .settings = path[3],
+                  .id = is_first ? std::string() : path[4],
+                  .file = path.back(),
+                  .token = versioned.token};
+}
+
+}  // namespace
+
+std::string without_token(std::string_view target) {
+  const std::size_t at = target.find(kTokens);
+  if (at == std::string_view::npos) return std::string(target);
+  const std::size_t token = at + kTokens.size();
+  const std::size_t end = std::min(target.find_first_of("/?", token), target.size());
+  return std::string(target.substr(0, token)) + "..." + std::string(target.substr(end));
+}
+
 Result<Route> route_of(const Target& target) {
   const auto& path = target.path;
+  const VersionedPath below = versioned(target);
+  if (!below.path.empty() && below.path[0] == "3dtiles") return tree_file(below);
   if (path.size() == 1) {
     if (path[0] == "livez") return Liveness{};
     if (path[0] == "readyz") return Readiness{};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <variant>
 
 #include "common/base/result.hpp"
@@ -31,13 +32,25 @@ struct ValueAtPlaces {  // /v1/datasets/{name}/value
 struct TileBytes {  // /v1/tiles/{hash}
   ContentDigest digest;
 };
+// /v1/3dtiles/{name}/iso/{settings}/tileset.json, and below it {id}/{file}; the same behind
+// /v1/token/{token} for viewers that send no header.
+struct TreeFile {
+  std::string dataset;
+  std::string settings;  // As tree_settings_from() reads them.
+  std::string id;        // Empty: of the dataset as it is now.
+  std::string file;
+  std::string token;
+};
 struct ViewerFile {  // Whatever else: a file of the viewer, or nothing.
   std::string path;  // As it was sent: names of files are never decoded.
 };
 
 using Route = std::variant<Liveness, Readiness, Metrics, Description, WebSocketStream,
                            DatasetListing, DatasetDescription, SurfaceFile, SliceOfSamples,
-                           ValueAtPlaces, TileBytes, ViewerFile>;
+                           ValueAtPlaces, TileBytes, TreeFile, ViewerFile>;
+
+// A request's target as a log may have it: a token in its path becomes "...".
+[[nodiscard]] std::string without_token(std::string_view target);
 
 // What is asked for, in a word for counting: "isosurface", "tile" and so on.
 [[nodiscard]] const char* name(const Route& route);

@@ -67,6 +67,7 @@ class Schemas {
     if (type == "string") return value.is_string();
     if (type == "integer") return value.is_number_integer();
     if (type == "number") return value.is_number();
+    if (type == "boolean") return value.is_boolean();
     return type == "null" && value.is_null();
   }
   const Json& document_;
@@ -100,13 +101,25 @@ class SampledSteps : public FakeSteps {
   DatasetInfo info_;
 };
 
+// With the normals that the step asks for.
+EncodedStep shaded(EncodedStep step, const IsosurfaceRequest& request) {
+  if (request.normal_bits == 0) return step;
+  for (EncodedTile& tile : step.tiles) {
+    const auto mesh = decode_tile(*tile.payload, tile.summary, request.lattice_resolution);
+    const std::vector<UnitVector> up(mesh.value().vertices.size(), UnitVector{0, 0, 1});
+    tile = encode_tile(*mesh, tile.summary.cube, kDefaultEncodingSpeed,
+                       {.directions = up, .bits = request.normal_bits});
+  }
+  return step;
+}
+
 class OpenApiTest : public ::testing::Test {
  protected:
   OpenApiTest() {
     const auto make = [](const StepRequest& step, const std::stop_token&) -> EncodedStep {
       if (step.request.isovalue == 13) throw std::runtime_error("trouble");
       if (step.request.isovalue == 12) return {};
-      return testing::octahedron_step(step);
+      return shaded(testing::octahedron_step(step), step.request);
     };
     const auto catalogue = catalogue_of(std::make_shared<TellingSteps>("a b", make));
     catalogue->add(std::make_shared<SampledSteps>("noise"));
@@ -252,6 +265,32 @@ TEST_F(OpenApiTest, IsWhatTheServerDoes) {
   for (int i = 0; i < 1024; ++i) many += "&at=0,0,0";
   ask(value, many, 422);
 
+  const std::string tileset = "/v1/3dtiles/{name}/iso/{settings}/tileset.json";
+  const std::string tree = "/v1/3dtiles/a%20b/iso/";
+  ask(tileset, tree + "1/tileset.json", 200);
+  ask(tileset, tree + "1/tileset.json", 304, kAny);
+  ask(tileset, tree + "x/tileset.json", 400);
+  ask(tileset, tree + "1/tileset.json", 401, kBad);
+  ask(tileset, "/v1/3dtiles/none/iso/1/tileset.json", 404);
+  ask(tileset, tree + "13/tileset.json", 500);
+  const std::string cell = "/v1/3dtiles/{name}/iso/{settings}/{id}/{file}";
+  const std::string uri =
+      Json::parse(HttpClient(server_->http()).get(tree + "1/tileset.json").body())
+          .at("root")
+          .at("content")
+          .at("uri");
+  const std::string id = uri.substr(0, uri.find('/'));
+  const std::string root = uri.substr(0, uri.rfind('.'));
+  ask(cell, tree + "1/" + root + ".json", 200);
+  ask(cell, tree + "1/" + uri, 200);
+  ask(cell, tree + "1/" + uri, 206, "Range: bytes=0-1\r\n");
+  ask(cell, tree + "1/" + uri, 304, kAny);
+  ask(cell, tree + "x/" + uri, 400);
+  ask(cell, tree + "1/" + uri, 401, kBad);
+  ask(cell, tree + "1/" + id + "/none.glb", 404);
+  ask(cell, tree + "1/" + uri, 416, "Range: bytes=9999999-\r\n");
+  ask(cell, tree + "13/" + uri, 500);
+
   ask("/v1/stream", "/v1/stream", 426);
   ask("/v1/stream", "/v1/stream", 400, kUpgradeFields);
   const std::string good =
@@ -270,7 +309,13 @@ TEST_F(OpenApiTest, IsWhatTheServerDoes) {
                                            slice + " 429",
                                            slice + " 503",
                                            value + " 429",
-                                           value + " 503"};
+                                           value + " 503",
+                                           tileset + " 422",
+                                           tileset + " 429",
+                                           tileset + " 503",
+                                           cell + " 422",
+                                           cell + " 429",
+                                           cell + " 503"};
   for (const auto& [path, item] : document_.at("paths").items()) {
     for (const auto& [status, unused] : item.at("get").at("responses").items()) {
       const std::string one = path + " " + status;

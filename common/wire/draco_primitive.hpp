@@ -1,0 +1,28 @@
+// Meshes on integers as Draco bytes for the formats of others.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "common/mesh/mesh.hpp"
+#include "common/mesh/octree_cube.hpp"
+
+namespace multitetra {
+
+// What a glTF primitive tells of its Draco bytes.
+struct DracoPrimitive {
+  std::string bytes;
+  // As a decoder finds them: vertices that Draco splits count as several.
+  std::uint32_t points = 0;
+  std::uint32_t triangles = 0;
+  std::uint32_t position_id = 0;
+  std::uint32_t normal_id = 1;  // Where the mesh has normals.
+};
+
+// With positions as floats that are the lattice coordinates exactly: quantized with a step of one,
+// so that the same vertex is the same in every cell. Requires what encode_tile() requires of a mesh
+// in that cube.
+[[nodiscard]] DracoPrimitive encode_draco_primitive(const LatticeMesh& mesh,
+                                                    const OctreeCube& cube);
+
+}  // namespace multitetra

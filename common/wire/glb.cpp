@@ -1,0 +1,58 @@
+#include "common/wire/glb.hpp"
+
+#include <cassert>
+#include <cstdint>
+#include <limits>
+#include <system_error>
+
+namespace multitetra {
+namespace {
+
+void append_u32(std::string& bytes, std::uint64_t value) {
+  for (int byte = 0; byte < 4; ++byte) {
+    bytes.push_back(static_cast<char>(value >> (8 * byte) & 0xFF));
+  }
+}
+
+}  // namespace
+
+nlohmann::json empty_gltf() {
+  return {{"asset", {{"version", "2.0"}, {"generator", "Multi-Tetra " MULTITETRA_VERSION}}},
+          {"scene", 0},
+          {"scenes", {{{"nodes", nlohmann::json::array()}}}}};
+}
+
+nlohmann::json surface_material() {
+  return {{"doubleSided", true},
+          {"pbrMetallicRoughness",
+           {{"baseColorFactor", {0.8, 0.76, 0.7, 1.0}},
+            {"metallicFactor", 0.0},
+            {"roughnessFactor", 0.6}}}};
+}
+
+std::string glb_beginning(const nlohmann::json& json, std::size_t binary) {
+  constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
+  constexpr std::uint32_t kBinaryChunk = 0x004E4942;
+  assert(binary % 4 == 0);
+  std::string text = json.dump();
+  text.resize((text.size() + 3) / 4 * 4, ' ');
+  const std::size_t total = 20 + text.size() + (binary == 0 ? 0 : 8 + binary);
+  if (total > std::numeric_limits<std::uint32_t>::max()) {
+    throw std::system_error(std::make_error_code(std::errc::file_too_large),
+                            "A GLB file has at most 4 GiB; this mesh needs " +
+                                std::to_string(total) + " bytes. PLY has no such limit");
+  }
+  std::string file = "glTF";
+  file.reserve(total);
+  append_u32(file, 2);
+  append_u32(file, total);
+  append_u32(file, text.size());
+  append_u32(file, kJsonChunk);
+  file += text;
+  if (binary == 0) return file;
+  append_u32(file, binary);
+  append_u32(file, kBinaryChunk);
+  return file;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,110 @@
+#include "server/trees/tileset.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+#include "server/core/framework/box.hpp"
+#include "server/core/framework/level_extent.hpp"
+#include "server/trees/metres.hpp"
+
+namespace multitetra {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+double metres_a_unit(const DatasetInfo& info) {
+  return metres_of(info.meaning.length_unit).value_or(1);
+}
+
+// Where a surface can be, in grid coordinates.
+Box surface_box(const DatasetInfo& info) {
+  if (info.outside) return box_of(OctreeCube{info.grid_exponent, 0, 0, 0});
+  const auto place = [](GridPoint p) {
+    return Vec3{static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)};
+  };
+  return {place(first_sample(info)), place(last_sample(info))};
+}
+
+// Centre and half axes. A slice of samples has a thickness all the same: viewers divide by it.
+Json box_json(const Box& box) {
+  constexpr double kThinnest = 1.0 / 64;
+  Json numbers = Json::array();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    numbers.push_back((box.low[axis] + box.high[axis]) / 2);
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t row = 0; row < 3; ++row) {
+      const double half = std::max((box.high[axis] - box.low[axis]) / 2, kThinnest);
+      numbers.push_back(row == axis ? half : 0);
+    }
+  }
+  return {{"box", std::move(numbers)}};
+}
+
+Json transform_json(const DatasetInfo& info) {
+  const Affine map = grid_to_world(info);
+  const double metres = metres_a_unit(info);
+  Json numbers = Json::array();
+  for (const Vec3& column : map.columns) {
+    for (const double number : column) numbers.push_back(metres * number);
+    numbers.push_back(0);
+  }
+  for (const double number : map.translation) numbers.push_back(metres * number);
+  numbers.push_back(1);
+  return numbers;
+}
+
+double diagonal(const Box& box, const DatasetInfo& info) {
+  Vec3 side{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    side[axis] = info.spacing[axis] * (box.high[axis] - box.low[axis]);
+  }
+  return metres_a_unit(info) * std::hypot(side[0], side[1], side[2]);
+}
+
+}  // namespace
+
+std::string tileset_json(const CellTree& tree, const OctreeCube& cell, const CellFacts& facts,
+                         std::string_view folder) {
+  const DatasetInfo& info = tree.info();
+  const auto box = [&](const OctreeCube& of) {
+    return box_json(clamped(box_of(of), surface_box(info)));
+  };
+  const auto error = [&](const OctreeCube& of) {
+    return metres_a_unit(info) * tree.error_bound(of.exponent);
+  };
+  const auto uri = [&](const OctreeCube& of, const char* suffix) {
+    return std::string(folder) + cell_name(of) + suffix;
+  };
+  // Nothing is shown until the tileset is: as wrong as it is large. The same where the first
+  // preview is too coarse for anything to be in it.
+  const double nothing_shown =
+      std::max(diagonal(clamped(box_of(tree.root()), surface_box(info)), info), error(tree.root()));
+  const bool is_root = cell == tree.root();
+  Json tile;
+  if (is_root) tile["transform"] = transform_json(info);
+  tile["boundingVolume"] = box(cell);
+  tile["geometricError"] = is_root && facts.is_empty ? nothing_shown : error(cell);
+  tile["refine"] = "REPLACE";
+  if (!facts.is_empty) tile["content"] = {{"uri", uri(cell, ".glb")}};
+  Json children = Json::array();
+  for (int i = 0; i < 8 && !tree.is_leaf(cell); ++i) {
+    if ((facts.crossed_octants >> i & 1U) == 0) continue;
+    const OctreeCube child = cell.child(i);
+    children.push_back({{"boundingVolume", box(child)},
+                        {"geometricError", error(child)},
+                        {"content", {{"uri", uri(child, ".json")}}}});
+  }
+  if (!children.empty()) tile["children"] = std::move(children);
+  tile["extras"] = {{"cell", cell_name(cell)},
+                    {"isCertified", !tree.is_preview(cell.exponent)},
+                    {"errorBound", tree.error_bound(cell.exponent)}};
+  const Json tileset = {{"asset", {{"version", "1.1"}, {"tilesetVersion", tree.id()}}},
+                        {"geometricError", is_root ? nothing_shown : error(cell)},
+                        {"root", std::move(tile)}};
+  return tileset.dump() + "\n";
+}
+
+}  // namespace multitetra

@@ -1,0 +1,30 @@
+// A tree of cells as tilesets of 3D Tiles 1.1.
+//
+// Every cell has a tileset of its own, whose root is the cell: its surface is the content, and its
+// children lead to the tilesets of its octants, those where no surface can be left out. So a tree
+// grows only where one looks. Coordinates of tiles are the grid's, and so are those of their
+// contents (common/wire/lattice_glb.hpp): the transform of the first tileset's root makes metres of
+// them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "server/trees/cell_tree.hpp"
+
+namespace multitetra {
+
+// What making a cell's surface tells.
+struct CellFacts {
+  bool is_empty = false;
+  std::uint32_t crossed_octants = 0;  // As in StepBegin.
+};
+
+// The file's text. Cells are at `folder` + cell_name() + ".json" and ".glb", seen from it. A tile's
+// geometricError is the error_bound() of its level in metres: what is wrong as long as its children
+// are not shown. Requires that the tree has the cell.
+[[nodiscard]] std::string tileset_json(const CellTree& tree, const OctreeCube& cell,
+                                       const CellFacts& facts, std::string_view folder);
+
+}  // namespace multitetra

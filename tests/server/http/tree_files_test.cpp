@@ -1,0 +1,161 @@
+// Trees of cells as they come over HTTP.
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/mesh/mesh_checks.hpp"
+#include "server/extraction/surface_extractor.hpp"
+#include "server/http/route.hpp"
+#include "server/stream/step_source.hpp"
+#include "tests/support/fake_steps.hpp"
+#include "tests/support/glb_reader.hpp"
+#include "tests/support/prepared_fields.hpp"
+#include "tests/support/running_http_server.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+using testing::error_code_of;
+using testing::HttpClient;
+using testing::RunningHttpServer;
+
+constexpr double kIsovalue = 0.1;
+const std::string kFolder = "/v1/3dtiles/gyroid/iso/0.1/";
+
+DatasetPtr gyroid() {
+  static const DatasetPtr dataset = [] {
+    auto told = std::make_shared<PreparedVolume>(
+        *testing::prepared({"gyroid", testing::fields::gyroid(90, 0.1, 8)}));
+    told->info.content_id = 7;
+    return told;
+  }();
+  return dataset;
+}
+CataloguePtr gyroid_catalogue() {
+  const auto extractor = std::make_shared<const SurfaceExtractor>(gyroid());
+  return testing::catalogue_of(std::make_shared<ExtractedSteps>(extractor));
+}
+
+class TreeFiles : public ::testing::Test {
+ protected:
+  nlohmann::json tileset(const std::string& path) {
+    const auto response = client_.get(path);
+    EXPECT_EQ(response.result_int(), 200U) << path << response.body();
+    EXPECT_EQ(response[http::field::content_type], "application/json");
+    return nlohmann::json::parse(response.body());
+  }
+  static std::string beside(const std::string& path, const nlohmann::json& uri) {
+    return path.substr(0, path.rfind('/') + 1) + uri.get<std::string>();
+  }
+
+  RunningHttpServer server_{gyroid_catalogue()};
+  HttpClient client_{server_.http()};
+};
+
+TEST_F(TreeFiles, LeavesAreTogetherTheSurfaceWithItsTopologyAndWithoutACrack) {
+  const std::string first = kFolder + "tileset.json";
+  const auto json = tileset(first);
+  std::vector<LatticeMesh> leaves;
+  for (const auto& child : json["root"]["children"]) {
+    const std::string path = beside(first, child["content"]["uri"]);
+    const auto leaf = tileset(path)["root"];
+    EXPECT_LT(leaf["geometricError"], json["root"]["geometricError"]);
+    if (!leaf.contains("content")) continue;
+    EXPECT_FALSE(leaf.contains("children"));
+    const auto surface = client_.get(beside(path, leaf["content"]["uri"]));
+    EXPECT_EQ(surface[http::field::content_type], "model/gltf-binary");
+    leaves.push_back(testing::mesh_in(testing::read_glb(surface.body())));
+    const std::vector<double> box = leaf["boundingVolume"]["box"];
+    for (const LatticePoint& p : leaves.back().vertices) {
+      const Vec3 at = grid_coordinates(p, kDefaultLatticeResolution);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        ASSERT_LE(std::abs(at[axis] - box[axis]), box[3 + 4 * axis]);
+      }
+    }
+  }
+  ASSERT_EQ(leaves.size(), 8U);
+  const auto topology_of = [](std::vector<const LatticeMesh*> meshes) {
+    return topology(weld(meshes, kDefaultLatticeResolution),
+                    data_border(gyroid()->info, kDefaultLatticeResolution, 0));
+  };
+  std::vector<const LatticeMesh*> pointers;
+  for (const LatticeMesh& leaf : leaves) pointers.push_back(&leaf);
+  const MeshTopology found = topology_of(pointers);
+  const TiledSurface full =
+      SurfaceExtractor(gyroid()).extract({.request = {.isovalue = kIsovalue, .error = 0}});
+  pointers.clear();
+  for (const TileMesh& tile : full.tiles) pointers.push_back(&tile.mesh);
+  const MeshTopology expected = topology_of(pointers);
+  EXPECT_TRUE(found.is_sound());
+  EXPECT_EQ(found.euler_characteristic, expected.euler_characteristic);
+  EXPECT_EQ(found.components, expected.components);
+  EXPECT_LT(found.triangles, expected.triangles);
+}
+
+TEST_F(TreeFiles, BelowTheContentsNameLastForever) {
+  const std::string first = kFolder + "tileset.json";
+  const auto response = client_.get(first);
+  EXPECT_EQ(response[http::field::cache_control], "public, no-cache");
+  const std::string path =
+      beside(first, nlohmann::json::parse(response.body())["root"]["content"]["uri"]);
+  const auto surface = client_.get(path);
+  EXPECT_EQ(surface[http::field::cache_control], "public, max-age=31536000, immutable");
+  const std::string tag(surface[http::field::etag]);
+  EXPECT_EQ(client_.get(path, "If-None-Match: " + tag + "\r\n").result_int(), 304U);
+  EXPECT_EQ(client_.get(path).body(), surface.body());
+  RunningHttpServer other{gyroid_catalogue()};
+  EXPECT_EQ(HttpClient(other.http()).get(path).body(), surface.body());
+}
+
+TEST_F(TreeFiles, ThatAreNoneAreRefusedWithAReason) {
+  const std::string id = tileset(kFolder + "tileset.json")["asset"]["tilesetVersion"];
+  const std::map<std::string, std::pair<unsigned, std::string>> answers = {
+      {"/v1/3dtiles", {400, "invalid_argument"}},
+      {"/v1/3dtiles/gyroid/tileset.json", {400, "invalid_argument"}},
+      {"/v1/3dtiles/gyroid/iso/x/tileset.json", {400, "invalid_argument"}},
+      {"/v1/3dtiles/gyroid/iso/1,error=-1/tileset.json", {400, "invalid_argument"}},
+      {"/v1/3dtiles/nothing/iso/1/tileset.json", {404, "unknown_dataset"}},
+      {kFolder + "0123456789abcdef/7-0-0-0.glb", {404, "unknown_dataset"}},
+      {kFolder + id + "/7-0-0-0.png", {404, "unknown_dataset"}},
+      {kFolder + id + "/7-0-0-1.glb", {404, "unknown_dataset"}},
+      {kFolder + id + "/5-0-0-0.glb", {404, "unknown_dataset"}},
+      {kFolder + id + "/../7-0-0-0.glb", {400, "invalid_argument"}}};
+  for (const auto& [path, expected] : answers) {
+    const auto response = client_.get(path);
+    EXPECT_EQ(response.result_int(), expected.first) << path << response.body();
+    EXPECT_EQ(error_code_of(response), expected.second) << path;
+  }
+  // No surface is an answer, and no error.
+  const auto nothing = tileset("/v1/3dtiles/gyroid/iso/1e9/tileset.json")["root"];
+  EXPECT_FALSE(nothing.contains("content"));
+  EXPECT_FALSE(nothing.contains("children"));
+}
+
+TEST(GuardedTreeFiles, AreForWhoHasTheTokenInAFieldOrInThePath) {
+  const TemporaryFolder folder;
+  const testing::TokensFile tokens(folder.path(), {{"reader", "secret", "gyroid"}});
+  RunningHttpServer server(gyroid_catalogue(), {}, {.admission = {.tokens = tokens.path()}});
+  HttpClient client(server.http());
+  const std::string path = "/3dtiles/gyroid/iso/0.1/tileset.json";
+  EXPECT_EQ(client.get("/v1" + path).result_int(), 401U);
+  EXPECT_EQ(client.get("/v1/token/wrong" + path).result_int(), 401U);
+  const auto by_field = client.get("/v1" + path, "Authorization: Bearer secret\r\n");
+  const auto by_path = client.get("/v1/token/secret" + path);
+  EXPECT_EQ(by_path.result_int(), 200U);
+  EXPECT_EQ(by_path.body(), by_field.body());
+  EXPECT_EQ(by_path[http::field::cache_control], "private, no-cache");
+}
+
+TEST(WithoutToken, NothingOfATokenIsLeft) {
+  EXPECT_EQ(without_token("/v1/token/secret/3dtiles/a"), "/v1/token/.../3dtiles/a");
+  EXPECT_EQ(without_token("/base/v1/token/secret"), "/base/v1/token/...");
+  EXPECT_EQ(without_token("/v1/token/secret?x=1"), "/v1/token/...?x=1");
+  EXPECT_EQ(without_token("/v1/datasets"), "/v1/datasets");
+}
+
+}  // namespace
+}  // namespace multitetra

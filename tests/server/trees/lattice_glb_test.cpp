@@ -1,0 +1,54 @@
+#include "common/wire/lattice_glb.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "common/mesh/content_digest.hpp"
+#include "server/extraction/surface_extractor.hpp"
+#include "tests/support/glb_reader.hpp"
+#include "tests/support/prepared_fields.hpp"
+
+namespace multitetra::testing {
+namespace {
+
+TEST(LatticeGlb, HasEveryVertexExactlyWhereItLies) {
+  const DatasetPtr dataset = prepared({"gyroid", fields::gyroid(65, 0.3, 8)});
+  const SurfaceExtractor extractor(dataset);
+  for (int i = 0; i < 8; ++i) {
+    const OctreeCube cube = OctreeCube{6, 0, 0, 0}.child(i);
+    IsosurfaceRequest request{.isovalue = 0.1, .error = 0.2};
+    request.cell = SurfaceCell{.cube = cube};
+    const TiledSurface surface = extractor.extract(final_step(request));
+    std::vector<const LatticeMesh*> tiles;
+    for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
+    LatticeMesh mesh = weld(tiles, kDefaultLatticeResolution);
+    mesh.normals.assign(mesh.vertices.size(), {0, 0.6F, 0.8F});
+    const ReadGlb glb = read_glb(lattice_glb(mesh, cube));
+    EXPECT_EQ(digest(mesh_in(glb)).hex(), digest(mesh).hex());
+    EXPECT_TRUE(glb.json["meshes"][0]["primitives"][0]["attributes"].contains("NORMAL"));
+    // Lattice steps to grid steps, z up to y up: the point (0, 0, 32) is at y = 1.
+    const auto& matrix = glb.json["nodes"][0]["matrix"];
+    EXPECT_EQ(matrix[9], 1.0 / 32);
+    EXPECT_EQ(matrix[6], -1.0 / 32);
+  }
+}
+
+TEST(LatticeGlb, OfTheLargestGridIsExactToo) {
+  const OctreeCube cube{12, 3, 0, 3};  // Of a grid of 2^14 steps, whose lattice has 2^20.
+  const std::int32_t low = 3 * (1 << 18);
+  const LatticeMesh mesh{
+      .resolution = 6,
+      .vertices = {{low, 0, low}, {1 << 20, 1, low}, {low + 1, 1 << 18, 1 << 20}},
+      .triangles = {{0, 1, 2}}};
+  EXPECT_EQ(digest(mesh_in(read_glb(lattice_glb(mesh, cube)), 6)).hex(), digest(mesh).hex());
+}
+
+TEST(LatticeGlb, WithoutTrianglesIsAnEmptyScene) {
+  const ReadGlb glb = read_glb(lattice_glb({}, {5, 0, 0, 0}));
+  EXPECT_TRUE(glb.binary.empty());
+  EXPECT_TRUE(glb.json["scenes"][0]["nodes"].empty());
+}
+
+}  // namespace
+}  // namespace multitetra::testing
