@@ -23,7 +23,7 @@ std::array<LatticePoint, 2> lattice_bounds(const LatticeMesh& mesh) {
 
 }  // namespace
 
-std::string lattice_glb(const LatticeMesh& mesh, const OctreeCube& cube) {
+std::string lattice_glb(const LatticeMesh& mesh, const OctreeCube& cube, const Vec3& grid_step) {
   nlohmann::json json = empty_gltf();
   if (mesh.triangles.empty()) return glb_beginning(json, 0);
   const DracoPrimitive draco = encode_draco_primitive(mesh, cube);
@@ -55,10 +55,12 @@ std::string lattice_glb(const LatticeMesh& mesh, const OctreeCube& cube) {
                         {"indices", 0},
                         {"material", 0},
                         {"extensions", {{kDraco, {{"bufferView", 0}, {"attributes", ids}}}}}}}}}};
-  // Column-major: lattice steps to grid steps, and z up to y up.
+  // Column-major: lattice steps to lengths, and z up to y up.
   const double delta = 1.0 / static_cast<double>(1 << mesh.resolution);
-  json["nodes"] = {
-      {{"mesh", 0}, {"matrix", {delta, 0, 0, 0, 0, 0, -delta, 0, 0, delta, 0, 0, 0, 0, 0, 1}}}};
+  const double x = delta * grid_step[0];
+  const double y = delta * grid_step[1];
+  const double z = delta * grid_step[2];
+  json["nodes"] = {{{"mesh", 0}, {"matrix", {x, 0, 0, 0, 0, 0, -y, 0, 0, z, 0, 0, 0, 0, 0, 1}}}};
   json["scenes"][0]["nodes"] = {0};
   const std::size_t padded = (draco.bytes.size() + 3) / 4 * 4;
   std::string file = glb_beginning(json, padded);

@@ -50,7 +50,7 @@ Result<SharedBytes> surface_file(const OneShotSession::Step& step, const Dataset
                 "mistake.");
   }
   turn_to_grid(mesh->normals, grid_to_world(info));
-  return std::make_shared<const std::string>(lattice_glb(*mesh, cell));
+  return std::make_shared<const std::string>(lattice_glb(*mesh, cell, grid_step_metres(info)));
 }
 
 Result<SharedBytes> guarded_surface_file(const OneShotSession::Step& step, const DatasetInfo& info,

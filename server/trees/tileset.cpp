@@ -18,6 +18,8 @@ double metres_a_unit(const DatasetInfo& info) {
   return metres_of(info.meaning.length_unit).value_or(1);
 }
 
+double length_of(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
+
 // Where a surface can be, in grid coordinates.
 Box surface_box(const DatasetInfo& info) {
   if (info.outside) return box_of(OctreeCube{info.grid_exponent, 0, 0, 0});
@@ -27,51 +29,62 @@ Box surface_box(const DatasetInfo& info) {
   return {place(first_sample(info)), place(last_sample(info))};
 }
 
-// Centre and half axes. A slice of samples has a thickness all the same: viewers divide by it.
-Json box_json(const Box& box) {
+// In metres along the axes: what a tile's surface lies in.
+struct TileBox {
+  Vec3 centre;
+  Vec3 half;
+};
+
+TileBox tile_box(const OctreeCube& cell, const DatasetInfo& info) {
+  // A slice of samples has a thickness all the same: viewers divide by it.
   constexpr double kThinnest = 1.0 / 64;
-  Json numbers = Json::array();
+  const Box box = clamped(box_of(cell), surface_box(info));
+  const Vec3 step = grid_step_metres(info);
+  TileBox tile{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    numbers.push_back((box.low[axis] + box.high[axis]) / 2);
+    tile.centre[axis] = step[axis] * (box.low[axis] + box.high[axis]) / 2;
+    tile.half[axis] = step[axis] * std::max((box.high[axis] - box.low[axis]) / 2, kThinnest);
   }
+  return tile;
+}
+
+// Centre and half axes.
+Json box_json(const TileBox& box) {
+  Json numbers = Json::array();
+  for (const double number : box.centre) numbers.push_back(number);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    for (std::size_t row = 0; row < 3; ++row) {
-      const double half = std::max((box.high[axis] - box.low[axis]) / 2, kThinnest);
-      numbers.push_back(row == axis ? half : 0);
-    }
+    for (std::size_t row = 0; row < 3; ++row) numbers.push_back(row == axis ? box.half[row] : 0);
   }
   return {{"box", std::move(numbers)}};
 }
 
 Json transform_json(const DatasetInfo& info) {
   const Affine map = grid_to_world(info);
-  const double metres = metres_a_unit(info);
   Json numbers = Json::array();
   for (const Vec3& column : map.columns) {
-    for (const double number : column) numbers.push_back(metres * number);
+    for (const double number : column) numbers.push_back(number / length_of(column));
     numbers.push_back(0);
   }
-  for (const double number : map.translation) numbers.push_back(metres * number);
+  for (const double number : map.translation) numbers.push_back(metres_a_unit(info) * number);
   numbers.push_back(1);
   return numbers;
 }
 
-double diagonal(const Box& box, const DatasetInfo& info) {
-  Vec3 side{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    side[axis] = info.spacing[axis] * (box.high[axis] - box.low[axis]);
-  }
-  return metres_a_unit(info) * std::hypot(side[0], side[1], side[2]);
-}
-
 }  // namespace
+
+Vec3 grid_step_metres(const DatasetInfo& info) {
+  const Affine map = grid_to_world(info);
+  Vec3 step{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    step[axis] = metres_a_unit(info) * length_of(map.columns[axis]);
+  }
+  return step;
+}
 
 std::string tileset_json(const CellTree& tree, const OctreeCube& cell, const CellFacts& facts,
                          std::string_view folder) {
   const DatasetInfo& info = tree.info();
-  const auto box = [&](const OctreeCube& of) {
-    return box_json(clamped(box_of(of), surface_box(info)));
-  };
+  const auto box = [&](const OctreeCube& of) { return box_json(tile_box(of, info)); };
   const auto error = [&](const OctreeCube& of) {
     return metres_a_unit(info) * tree.error_bound(of.exponent);
   };
@@ -81,7 +94,7 @@ std::string tileset_json(const CellTree& tree, const OctreeCube& cell, const Cel
   // Nothing is shown until the tileset is: as wrong as it is large. The same where the first
   // preview is too coarse for anything to be in it.
   const double nothing_shown =
-      std::max(diagonal(clamped(box_of(tree.root()), surface_box(info)), info), error(tree.root()));
+      std::max(2 * length_of(tile_box(tree.root(), info).half), error(tree.root()));
   const bool is_root = cell == tree.root();
   Json tile;
   if (is_root) tile["transform"] = transform_json(info);

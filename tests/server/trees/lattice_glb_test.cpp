@@ -24,13 +24,13 @@ TEST(LatticeGlb, HasEveryVertexExactlyWhereItLies) {
     for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
     LatticeMesh mesh = weld(tiles, kDefaultLatticeResolution);
     mesh.normals.assign(mesh.vertices.size(), {0, 0.6F, 0.8F});
-    const ReadGlb glb = read_glb(lattice_glb(mesh, cube));
+    const ReadGlb glb = read_glb(lattice_glb(mesh, cube, {1, 2, 3}));
     EXPECT_EQ(digest(mesh_in(glb)).hex(), digest(mesh).hex());
     EXPECT_TRUE(glb.json["meshes"][0]["primitives"][0]["attributes"].contains("NORMAL"));
-    // Lattice steps to grid steps, z up to y up: the point (0, 0, 32) is at y = 1.
+    // Lattice steps to lengths, z up to y up: the point (0, 0, 32) is at y = 3.
     const auto& matrix = glb.json["nodes"][0]["matrix"];
-    EXPECT_EQ(matrix[9], 1.0 / 32);
-    EXPECT_EQ(matrix[6], -1.0 / 32);
+    EXPECT_EQ(matrix[9], 3.0 / 32);
+    EXPECT_EQ(matrix[6], -2.0 / 32);
   }
 }
 
@@ -41,11 +41,12 @@ TEST(LatticeGlb, OfTheLargestGridIsExactToo) {
       .resolution = 6,
       .vertices = {{low, 0, low}, {1 << 20, 1, low}, {low + 1, 1 << 18, 1 << 20}},
       .triangles = {{0, 1, 2}}};
-  EXPECT_EQ(digest(mesh_in(read_glb(lattice_glb(mesh, cube)), 6)).hex(), digest(mesh).hex());
+  EXPECT_EQ(digest(mesh_in(read_glb(lattice_glb(mesh, cube, {1, 1, 1})), 6)).hex(),
+            digest(mesh).hex());
 }
 
 TEST(LatticeGlb, WithoutTrianglesIsAnEmptyScene) {
-  const ReadGlb glb = read_glb(lattice_glb({}, {5, 0, 0, 0}));
+  const ReadGlb glb = read_glb(lattice_glb({}, {5, 0, 0, 0}, {1, 1, 1}));
   EXPECT_TRUE(glb.binary.empty());
   EXPECT_TRUE(glb.json["scenes"][0]["nodes"].empty());
 }

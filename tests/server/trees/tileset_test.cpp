@@ -47,12 +47,11 @@ TEST(Tileset, LeadsFromTheWholeToTheOctantsThatAreCrossed) {
   EXPECT_FALSE(tileset(tree, {6, 1, 0, 0}, {.crossed_octants = 0xFF})["root"].contains("children"));
 }
 
-TEST(Tileset, MakesMetresOfGridCoordinates) {
+TEST(Tileset, TurnsAndMovesMetresAlongTheGridAndScalesNothing) {
   const CellTree tree(head(), {.isovalue = 3});
   const auto root = tileset(tree, tree.root(), {})["root"];
   const std::vector<double> transform = root["transform"];
-  const std::vector<double> expected = {0, 1e-3, 0,      0, -1e-3, 0,    0,    0,
-                                        0, 0,    1.5e-3, 0, 1e-2,  2e-2, 3e-2, 1};
+  const std::vector<double> expected = {0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 1e-2, 2e-2, 3e-2, 1};
   ASSERT_EQ(transform.size(), 16U);
   for (std::size_t i = 0; i < 16; ++i) EXPECT_NEAR(transform[i], expected[i], 1e-15) << i;
   EXPECT_NEAR(root["geometricError"].get<double>(), 1e-3 * tree.error_bound(8), 1e-12);
@@ -65,15 +64,17 @@ TEST(Tileset, BoxesHoldTheCellsPartOfTheDataAndThoseOfChildrenLieInThem) {
     return tile["boundingVolume"]["box"].get<std::vector<double>>();
   };
   const auto root = tileset(tree, tree.root(), {.crossed_octants = 0xFF})["root"];
-  EXPECT_EQ(box(root), (std::vector<double>{99.5, 49.5, 24.5, 99.5, 0, 0, 0, 49.5, 0, 0, 0, 24.5}));
+  constexpr double mm = 1e-3;
+  EXPECT_EQ(box(root), (std::vector<double>{99.5 * mm, 49.5 * mm, 1.5 * mm * 24.5, 99.5 * mm, 0, 0,
+                                            0, 49.5 * mm, 0, 0, 0, 1.5 * mm * 24.5}));
   const auto outer = box(root);
   for (const auto& child : root["children"]) {
     const auto inner = box(child);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double half = inner[3 + 4 * axis];
       EXPECT_GT(half, 0);
-      if (half < 0.1) continue;  // Beyond the data: never said to be crossed.
-      EXPECT_LE(std::abs(inner[axis] - outer[axis]) + half, outer[3 + 4 * axis]);
+      if (half < 0.1 * mm) continue;  // Beyond the data: never said to be crossed.
+      EXPECT_LE(std::abs(inner[axis] - outer[axis]) + half, outer[3 + 4 * axis] + 1e-12);
     }
   }
 }
