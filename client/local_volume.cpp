@@ -24,6 +24,7 @@
 
 #include "common/base/child_process.hpp"
 #include "common/base/itk_words.hpp"
+#include "common/base/text.hpp"
 
 namespace multitetra {
 namespace {
@@ -37,9 +38,7 @@ constexpr std::chrono::minutes kMostReadingTime{20};
 }
 
 itk::ImageIOBase::Pointer reader_for(const fs::path& file) {
-  std::string name = file.filename().string();
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string name = lower_case(file.filename().string());
   const auto ends_with = [&](auto... suffixes) { return (name.ends_with(suffixes) || ...); };
   if (ends_with(".nrrd", ".nhdr")) return itk::NrrdImageIO::New().GetPointer();
   if (ends_with(".mha", ".mhd")) return itk::MetaImageIO::New().GetPointer();

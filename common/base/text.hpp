@@ -1,6 +1,8 @@
 // Text as people and other programs write it.
 #pragma once
 
+#include <algorithm>
+#include <string>
 #include <string_view>
 
 namespace multitetra {
@@ -10,6 +12,15 @@ namespace multitetra {
   const std::size_t first = text.find_first_not_of(" \t");
   if (first == std::string_view::npos) return {};
   return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+// With A to Z as a to z; other bytes stay, whatever the locale.
+[[nodiscard]] inline std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return lower;
 }
 
 }  // namespace multitetra

@@ -17,6 +17,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/atomic_file.hpp"
+#include "common/base/text.hpp"
 #include "common/wire/glb.hpp"
 #include "common/wire/tile.hpp"
 
@@ -226,9 +227,7 @@ std::string glb(const PositionedMesh& mesh) {
 
 std::optional<MeshFormat> mesh_format_from(std::string_view suffix) {
   if (suffix.starts_with('.')) suffix.remove_prefix(1);
-  std::string lower(suffix);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string lower = lower_case(suffix);
   for (std::size_t format = 0; format < kSuffixAndMediaType.size(); ++format) {
     if (lower == kSuffixAndMediaType[format].first) return static_cast<MeshFormat>(format);
   }

@@ -64,22 +64,6 @@ StoredType stored_type(const fs::path& file, Component component) {
   }
 }
 
-Component component_of(SampleType type) {
-  switch (type) {
-    case SampleType::kU8:
-      return Component::UCHAR;
-    case SampleType::kI8:
-      return Component::CHAR;
-    case SampleType::kU16:
-      return Component::USHORT;
-    case SampleType::kI16:
-      return Component::SHORT;
-    case SampleType::kF32:
-      return Component::FLOAT;
-  }
-  return Component::UNKNOWNCOMPONENTTYPE;
-}
-
 // ITK turns the patients' axes that NRRD and MetaImage know into LPS. Without them axes are the
 // file's own.
 PhysicalMeaning meaning_of(const itk::ImageIOBase& io) {
@@ -234,37 +218,6 @@ void ImageFile::read(void* memory) const {
   } catch (const itk::ExceptionObject& problem) {
     fail_reading(file_, itk_words(problem.GetDescription()),
                  "Check that the file and the data files it names are whole");
-  }
-}
-
-void write_nrrd_image(const fs::path& file, const Volume& volume) {
-  try {
-    const auto io = itk::NrrdImageIO::New();
-    io->SetFileName(file.string());
-    io->SetNumberOfDimensions(3);
-    io->SetNumberOfComponents(1);
-    io->SetPixelType(itk::IOPixelEnum::SCALAR);
-    io->SetComponentType(component_of(volume.type()));
-    itk::ImageIORegion region(3);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto index = static_cast<unsigned>(axis);
-      std::vector<double> direction(3);
-      for (std::size_t row = 0; row < 3; ++row) {
-        direction[row] = volume.index_to_world.columns[axis][row] / volume.spacing[axis];
-      }
-      io->SetDimensions(index, static_cast<itk::SizeValueType>(volume.dims[axis]));
-      io->SetSpacing(index, volume.spacing[axis]);
-      io->SetOrigin(index, volume.index_to_world.translation[axis]);
-      io->SetDirection(index, direction);
-      region.SetIndex(index, 0);
-      region.SetSize(index, static_cast<itk::SizeValueType>(volume.dims[axis]));
-    }
-    io->SetIORegion(region);
-    std::visit([&](const auto& samples) { io->Write(samples.data()); }, volume.samples);
-  } catch (const itk::ExceptionObject& problem) {
-    throw VolumeFileError("Cannot write '" + file.string() +
-                          "': " + itk_words(problem.GetDescription()) +
-                          ". Check the folder, its permissions and the free space.");
   }
 }
 

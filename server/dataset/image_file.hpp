@@ -44,7 +44,4 @@ class ImageFile {
   std::unique_ptr<Reader> reader_;
 };
 
-// Writes a NRRD under exactly this name. Throws VolumeFileError.
-void write_nrrd_image(const std::filesystem::path& file, const Volume& volume);
-
 }  // namespace multitetra

@@ -1,4 +1,5 @@
 #include "server/dataset/image_stack.hpp"
+#include "common/base/text.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -49,12 +50,6 @@ bool matches(std::string_view pattern, std::string_view name) {
   }
   return !name.empty() && (pattern[0] == '?' || pattern[0] == name[0]) &&
          matches(pattern.substr(1), name.substr(1));
-}
-
-std::string lower_case(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
 }
 
 bool has_tiff_suffix(const fs::path& file) {

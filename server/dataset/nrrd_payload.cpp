@@ -43,13 +43,6 @@ std::optional<std::string_view> take_line(std::string_view& text) {
   return line;
 }
 
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return lower;
-}
-
 // ---- fields
 
 struct NrrdField {

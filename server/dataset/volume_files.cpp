@@ -345,24 +345,4 @@ std::unique_ptr<VolumeSource> open_volume(const fs::path& path, const VolumeFile
   return opened_apart(path, options, Use::kSlabs);
 }
 
-void write_nrrd(const fs::path& path, const Volume& volume) {
-  if (path.extension() != ".nrrd") {
-    throw VolumeFileError("Cannot write '" + path.string() + "': its name must end in .nrrd.");
-  }
-  const fs::path temporary =
-      path.parent_path() / ("." + path.stem().string() + "." + std::to_string(getpid()) + ".nrrd");
-  std::error_code error;
-  try {
-    write_nrrd_image(temporary, volume);
-    fs::rename(temporary, path);
-  } catch (const VolumeFileError&) {
-    fs::remove(temporary, error);
-    throw;
-  } catch (const fs::filesystem_error& problem) {
-    fs::remove(temporary, error);
-    throw VolumeFileError("Cannot write '" + path.string() + "': " + problem.code().message() +
-                          ". Check the folder and its permissions.");
-  }
-}
-
 }  // namespace multitetra

@@ -60,8 +60,4 @@ struct VolumeFileOptions {
 [[nodiscard]] std::unique_ptr<VolumeSource> open_volume(const std::filesystem::path& path,
                                                         const VolumeFileOptions& options = {});
 
-// Writes a NRRD (.nrrd) that read_volume reads back bit for bit. The file appears whole or not at
-// all: it is written under a temporary name beside `path` and then renamed. Throws VolumeFileError.
-void write_nrrd(const std::filesystem::path& path, const Volume& volume);
-
 }  // namespace multitetra

@@ -56,6 +56,8 @@ struct HttpOptions {
   // "https://example.org": pages from there may read answers and open WebSockets, besides those
   // of this listener itself. "*" allows all.
   std::vector<std::string> allowed_origins = {};
+  // Names by which the listener may be asked, as is_allowed_host takes them; "*" allows all.
+  std::vector<std::string> allowed_hosts = {"*"};
   // Of /v1/datasets/NAME/isosurface: the most triangles of one response, which take about 120 bytes
   // of memory each while one is made; and how many bytes of files are being sent or kept for the
   // next requests, and where: they have no names. 0: none are kept.

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/cli/json_report.hpp"
+#include "server/http/host.hpp"
 #include "server/http/openapi.hpp"
 #include "server/http/origin.hpp"
 #include "server/http/upgrade.hpp"
@@ -102,6 +103,14 @@ asio::awaitable<Outcome> HttpService::answer(const HttpRequest& request, Request
 }
 
 asio::awaitable<Outcome> HttpService::routed(const HttpRequest& request, RequestContext& context) {
+  const std::string_view host = field(request, http::field::host);
+  if (!is_allowed_host(host, options_.allowed_hosts)) {
+    co_return error_answer(
+        421,
+        {ErrorCode::kInvalidArgument, "This server is not asked as \"" + std::string(host) +
+                                          "\"; whoever runs it can allow that with --allow-host."},
+        context.request_id);
+  }
   if (request.method() == http::verb::options && request.target() == "*") {
     co_return methods_answer();
   }

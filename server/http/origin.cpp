@@ -1,4 +1,5 @@
 #include "server/http/origin.hpp"
+#include "common/base/text.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -6,13 +7,6 @@
 
 namespace multitetra {
 namespace {
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return result;
-}
 
 // Browsers leave out the port that a scheme implies.
 std::string without_port(std::string text, std::string_view port) {
@@ -25,10 +19,10 @@ std::string without_port(std::string text, std::string_view port) {
 bool is_allowed_origin(std::string_view origin, std::string_view host,
                        const std::vector<std::string>& allowed) {
   if (origin.empty()) return true;
-  const std::string from = lower(origin);
-  const auto is_it = [&](const std::string& one) { return one == "*" || lower(one) == from; };
+  const std::string from = lower_case(origin);
+  const auto is_it = [&](const std::string& one) { return one == "*" || lower_case(one) == from; };
   if (std::any_of(allowed.begin(), allowed.end(), is_it)) return true;
-  const std::string at = lower(host);
+  const std::string at = lower_case(host);
   for (const auto& [scheme, port] :
        {std::pair<std::string_view, std::string_view>{"http://", ":80"}, {"https://", ":443"}}) {
     if (from.starts_with(scheme)) {

@@ -5,6 +5,7 @@
 #include <initializer_list>
 #include <string>
 
+#include "common/base/text.hpp"
 #include "server/operations/log.hpp"
 
 namespace multitetra {
@@ -41,9 +42,7 @@ LogLevel level_of(int status) {
 }
 
 bool looks_secret(std::string_view name, std::string_view value) {
-  std::string lower(name);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string lower = lower_case(name);
   for (const char* word : {"token", "key", "secret", "password", "auth"}) {
     if (lower.find(word) != std::string::npos) return true;
   }

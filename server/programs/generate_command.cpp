@@ -8,7 +8,7 @@
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "server/dataset/generators.hpp"
-#include "server/dataset/volume_files.hpp"
+#include "server/dataset/written_nrrd.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/progress.hpp"
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "server/http/host.hpp"
 #include "server/http/origin.hpp"
 #include "server/http/target.hpp"
 #include "server/operations/open_files.hpp"
@@ -64,6 +65,14 @@ void add_security(Command& command, ListenerOptions& o) {
           "Web pages of this origin, for example https://example.org, may use the HTTP "
           "listener besides its own, and show the viewer in a frame; * allows all to use it, "
           "but none to frame it (repeatable)")
+      ->delimiter(',')
+      ->group(group);
+  command
+      .add_option(
+          "--allow-host", o.allowed_hosts,
+          "The HTTP listener may be asked by this name, as example.org, or .example.org for "
+          "all below it; * allows all (repeatable; default: *, but on loopback without TLS, tokens "
+          "and proxies localhost alone)")
       ->delimiter(',')
       ->group(group);
   command
@@ -145,6 +154,24 @@ void add_operations(Command& command, ListenerOptions& o) {
       ->group(group);
 }
 
+// A page of another site could otherwise give this machine a name of its own, and read what is
+// meant for those on this machine alone: nothing else keeps it out there.
+std::vector<std::string> allowed_hosts(const ListenerOptions& o, const Endpoint& listen) {
+  for (const std::string& host : o.allowed_hosts) {
+    if (!is_host_pattern(host)) {
+      throw UsageError("--allow-host",
+                       "\"" + host +
+                           "\" is no name of a host; write it without scheme and port, for example "
+                           "example.org, .example.org for all below it, or *.");
+    }
+  }
+  if (!o.allowed_hosts.empty()) return o.allowed_hosts;
+  const bool is_guarded =
+      !o.tls_certificate.empty() || !o.tokens.empty() || !o.trusted_proxies.empty();
+  if (is_guarded || !is_this_machine(listen.host)) return {"*"};
+  return {"localhost"};
+}
+
 }  // namespace
 
 Option* add_bytes(Command& command, const std::string& name, std::size_t& value,
@@ -204,6 +231,7 @@ std::optional<HttpOptions> http_options(const ListenerOptions& o) {
     }
   }
   http.allowed_origins = o.allowed_origins;
+  http.allowed_hosts = allowed_hosts(o, *listen);
   http.max_mesh_triangles = o.max_mesh_triangles;
   http.mesh_cache_bytes = o.mesh_cache_bytes;
   http.min_mesh_bytes_per_second = o.min_mesh_bytes_per_second;

@@ -29,6 +29,7 @@ struct ListenerOptions {
   std::string tls_key = {};
   std::string tokens = {};
   std::vector<std::string> allowed_origins = {};
+  std::vector<std::string> allowed_hosts = {};
   std::vector<std::string> trusted_proxies = {};
 
   std::size_t max_connections = 1024;

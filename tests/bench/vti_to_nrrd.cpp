@@ -21,7 +21,7 @@
 #include <vtkPointData.h>
 #include <vtkXMLImageDataReader.h>
 
-#include "server/dataset/volume_files.hpp"
+#include "server/dataset/written_nrrd.hpp"
 
 namespace multitetra {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "client/local_volume.hpp"
 #include "server/dataset/prepare.hpp"
-#include "server/dataset/volume_files.hpp"
+#include "server/dataset/written_nrrd.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"

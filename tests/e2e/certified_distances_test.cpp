@@ -12,6 +12,7 @@
 #include "client/distance_check.hpp"
 #include "client/local_volume.hpp"
 #include "server/dataset/prepare.hpp"
+#include "server/dataset/written_nrrd.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/support/public_volume_list.hpp"
 #include "tests/support/running_server.hpp"

@@ -74,6 +74,10 @@ grep -q 'everybody may see everything' open.log || fail "an open server is not t
 grep -q 'can be read on its way' open.log || fail "a server without TLS is not told"
 grep -q 'everybody on this machine can read the TLS key' guarded.log || fail "a key for all is not told: $(cat guarded.log)"
 ! grep -q 'everybody may\|on its way' guarded.log || fail "a guarded server is told to be open"
+# A page of another site cannot give this machine a name of its own and read what is for those on it alone.
+status_as() { curl -s -o /dev/null -w '%{http_code}' -H "Host: $1" "$alone_http/v1/datasets"; }
+[ "$(status_as localhost) $(status_as evil.example)" = "200 421" ] || fail "a server for this machine is asked by any name"
+ends 2 'no name of a host' "$server" serve v.mtd --allow-host https://example.org
 ! grep -q 'warning' alone.log || fail "a server for this machine is told to be open: $(cat alone.log)"
 
 # Which port is which, and which name is whose, is told.

@@ -20,13 +20,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostDescriptionBytes = std::size_t{1} << 16;
 
-std::string lower_case_of(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return lower;
-}
-
 // The words that files and names use for types.
 std::optional<StoredType> type_word(std::string_view word) {
   constexpr std::array<std::pair<std::string_view, StoredType>, 16> kWords = {
@@ -46,7 +39,7 @@ std::optional<StoredType> type_word(std::string_view word) {
        {"int32", StoredType::kI32},
        {"uint32", StoredType::kU32},
        {"ushort_12", StoredType::kU16}}};
-  const std::string lower = lower_case_of(word);
+  const std::string lower = lower_case(word);
   for (const auto& [name, type] : kWords) {
     if (name == lower) return type;
   }
@@ -78,7 +71,7 @@ Description description_in(const std::string& text) {
     const std::size_t colon = line.find(':');
     if (colon == std::string::npos) continue;
     if (line.ends_with('\r')) line.pop_back();
-    const std::string key = lower_case_of(trimmed(line.substr(0, colon)));
+    const std::string key = lower_case(trimmed(line.substr(0, colon)));
     const std::string value(trimmed(std::string_view(line).substr(colon + 1)));
     const std::vector<double> numbers = leading_numbers(value);
     const bool three = numbers.size() == 3;
@@ -96,7 +89,7 @@ Description description_in(const std::string& text) {
     }
     if (key == "format" || key == "type") result.type = type_word(value);
     if (key == "byte order" || key == "endianness") {
-      result.endian = lower_case_of(value).starts_with("big") ? Endian::kBig : Endian::kLittle;
+      result.endian = lower_case(value).starts_with("big") ? Endian::kBig : Endian::kLittle;
     }
   }
   return result;

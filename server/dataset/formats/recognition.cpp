@@ -5,6 +5,7 @@
 #include <cctype>
 #include <string>
 
+#include "common/base/text.hpp"
 #include "server/dataset/formats/cube_file.hpp"
 #include "server/dataset/formats/described_raw.hpp"
 #include "server/dataset/formats/dicom_series.hpp"
@@ -50,10 +51,7 @@ constexpr std::array kFormats = {
 };
 
 std::string lower_case_name_of(const fs::path& file) {
-  std::string text = file.filename().string();
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
+  return lower_case(file.filename().string());
 }
 
 bool starts_tiff(std::string_view bytes) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "server/dataset/written_nrrd.hpp"
 #include "tests/server/dataset/written_volumes.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/texts.hpp"

@@ -14,6 +14,7 @@
 #include "server/dataset/plain_payload.hpp"
 #include "server/dataset/streamed_volume.hpp"
 #include "server/dataset/volume_files.hpp"
+#include "server/dataset/written_nrrd.hpp"
 #include "tests/server/dataset/written_volumes.hpp"
 #include "tests/support/temporary_folder.hpp"
 

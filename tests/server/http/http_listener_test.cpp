@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/cli/json_report.hpp"
+#include "server/http/host.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/running_http_server.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -189,6 +190,48 @@ TEST(HttpListener, LetsPagesOfAllowedOriginsReadItsAnswers) {
                                     "Access-Control-Request-Method: GET\r\n");
   EXPECT_EQ(preflight.result_int(), 204U);
   EXPECT_EQ(preflight["Access-Control-Allow-Methods"], "GET, HEAD, OPTIONS");
+}
+
+TEST(HttpListener, IsAskedByItsOwnNamesAlone) {
+  RunningHttpServer server(fake_catalogue("octahedron"), {.allowed_hosts = {"volumes.example"}});
+  const auto status_as = [&](const std::string& host) {
+    HttpClient client(server.http());
+    client.send("GET /v1/datasets HTTP/1.1\r\nHost: " + host + "\r\n\r\n");
+    return client.receive().result_int();
+  };
+  for (const char* own : {"volumes.example", "Volumes.Example:7480", "127.0.0.1:7480", "[::1]:7480",
+                          "localhost:7480"}) {
+    EXPECT_EQ(status_as(own), 200U) << own;
+  }
+  for (const char* other :
+       {"evil.example", "volumes.example.evil.example", "127.0.0.1.evil.example"}) {
+    EXPECT_EQ(status_as(other), 421U) << other;
+  }
+  // A WebSocket is refused as well, though the page's origin is that host.
+  HttpClient client(server.http());
+  client.send("GET /v1/stream HTTP/1.1\r\nHost: evil.example\r\nOrigin: http://evil.example\r\n" +
+              std::string(testing::kUpgradeFields) + "\r\n");
+  EXPECT_EQ(client.receive().result_int(), 421U);
+}
+
+TEST(Hosts, AreAddressesLocalhostAndWhatIsAllowed) {
+  const std::vector<std::string> allowed = {".site.example", "one.example"};
+  for (const char* host : {"site.example", "a.site.example:80", "a.b.SITE.example.", "one.example",
+                           "", "10.1.2.3:99", "[fe80::1]", "app.localhost"}) {
+    EXPECT_TRUE(is_allowed_host(host, allowed)) << host;
+  }
+  for (const char* host : {"a.one.example", "othersite.example", "one.example.org", "[",
+                           "[evil.example]", "1.2.3.4.example"}) {
+    EXPECT_FALSE(is_allowed_host(host, allowed)) << host;
+  }
+  EXPECT_TRUE(is_allowed_host("anything.example", {"*"}));
+  for (const char* pattern : {"*", "example.org", ".example.org", "my_host-1"}) {
+    EXPECT_TRUE(is_host_pattern(pattern)) << pattern;
+  }
+  for (const char* pattern :
+       {"", ".", "https://example.org", "example.org:80", "*.example.org", "a/b"}) {
+    EXPECT_FALSE(is_host_pattern(pattern)) << pattern;
+  }
 }
 
 TEST(HttpListener, TellsAboutDatasetsAsInfoDoes) {

@@ -63,7 +63,8 @@ class StreamSessionTest : public ::testing::Test {
   }
 
   std::shared_ptr<FakeSteps> source_ = std::make_shared<FakeSteps>("fake");
-  AdmissionControl admission_{{}};
+  // So seldom that even a slow machine sends more often.
+  AdmissionControl admission_{{.requests = {.per_second = 5, .burst = 300}}};
   asio::io_context io_{1};
   Workers workers_{1};
   std::promise<void> freed_;

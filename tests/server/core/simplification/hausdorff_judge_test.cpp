@@ -1,0 +1,73 @@
+// An independent judge of the bound: CGAL's Hausdorff distance, which leaves no point out, where
+// our own checks look at samples.
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/distance.h>
+#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Surface_mesh.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string_view>
+#include <vector>
+
+#include "server/core/simplification/simplification.hpp"
+#include "tests/support/simplifying.hpp"
+
+namespace multitetra::testing {
+namespace {
+
+namespace pmp = CGAL::Polygon_mesh_processing;
+using CgalPoint = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
+using CgalMesh = CGAL::Surface_mesh<CgalPoint>;
+
+CgalMesh cgal_mesh_of(const LatticeMesh& mesh, const Vec3& step) {
+  std::vector<CgalPoint> points;
+  for (const LatticePoint& p : mesh.vertices) {
+    points.emplace_back(step[0] * p.x, step[1] * p.y, step[2] * p.z);
+  }
+  std::vector<std::vector<std::size_t>> triangles;
+  for (const TriangleIndices& t : mesh.triangles) triangles.push_back({t[0], t[1], t[2]});
+  // Where void samples are, surfaces may touch themselves: there vertices are doubled, in place.
+  if (!pmp::is_polygon_soup_a_polygon_mesh(triangles)) pmp::orient_polygon_soup(points, triangles);
+  CgalMesh result;
+  pmp::polygon_soup_to_polygon_mesh(points, triangles, result);
+  return result;
+}
+
+class HausdorffJudge : public Simplifying {};
+// Those on which the judge is quick: it takes a thousand times as long as what it judges.
+std::vector<Setting> judged_settings() {
+  std::vector<Setting> some = settings();
+  std::erase_if(some, [](const Setting& setting) {
+    const std::string_view name = setting.name;
+    return name != "closed_noise" && name != "flat_noise" && name != "ball" &&
+           name != "masked_gyroid";
+  });
+  return some;
+}
+INSTANTIATE_TEST_SUITE_P(Fields, HausdorffJudge, ::testing::ValuesIn(judged_settings()),
+                         [](const auto& parameter) { return parameter.param.name; });
+
+TEST_P(HausdorffJudge, FindsNoPointFartherThanTheBound) {
+  const CgalMesh full = cgal_mesh_of(surface_.mesh, step_);
+  for (const double max_distance : {0.25, 1.0}) {
+    SCOPED_TRACE(max_distance);
+    const Simplified small =
+        simplified(surface_.mesh, {.lattice_step = step_, .max_distance = max_distance});
+    const CgalMesh coarse = cgal_mesh_of(small.mesh, step_);
+    const double exactness = 0.01 * max_distance;
+    const auto distance = [&](const CgalMesh& from, const CgalMesh& to) {
+      return pmp::bounded_error_Hausdorff_distance<CGAL::Sequential_tag>(from, to, exactness);
+    };
+    const double away = distance(coarse, full);
+    const double back = distance(full, coarse);
+    EXPECT_LE(away, small.bound + exactness);
+    EXPECT_LE(back, small.bound + exactness);
+    // The judge sees what there is to be seen: something moved.
+    EXPECT_GT(std::max(away, back), exactness);
+  }
+}
+
+}  // namespace
+}  // namespace multitetra::testing
