@@ -84,6 +84,19 @@ std::vector<std::byte> bytes_of(std::uint64_t size, const Scratch& scratch) {
   return bytes;
 }
 
+// From a builder that has seen every sample once.
+VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
+                      SampleStatisticsBuilder& builder) {
+  if (builder.needs_second_pass()) {
+    for_each_slab(source, options, "histogram",
+                  [&](const Samples& slab, std::int32_t) { builder.add_again(slab); });
+  }
+  DatasetInfo info =
+      describe(source.header(), builder.finish(), options.name, options.outside, options.margin);
+  IsovalueBins bins = IsovalueBins::for_values(info, builder.distinct_values(), options.bins);
+  return {.info = std::move(info), .bins = std::move(bins)};
+}
+
 // The samples: into the sink, their facts and what is small of them into `parts`.
 void first_pass(VolumeSource& source, const PrepareOptions& options, PreparedSink& sink,
                 SmallParts& parts) {
@@ -95,13 +108,9 @@ void first_pass(VolumeSource& source, const PrepareOptions& options, PreparedSin
     parts.ranges.add(slab, slices, on_all_threads);
     parts.coarse.add(slab, slices);
   });
-  if (builder.needs_second_pass()) {
-    for_each_slab(source, options, "histogram",
-                  [&](const Samples& slab, std::int32_t) { builder.add_again(slab); });
-  }
-  parts.info =
-      describe(source.header(), builder.finish(), options.name, options.outside, options.margin);
-  parts.bins = IsovalueBins::for_values(parts.info, builder.distinct_values(), options.bins);
+  VolumeSurvey found = surveyed(source, options, builder);
+  parts.info = std::move(found.info);
+  parts.bins = std::move(found.bins);
 }
 
 // The errors, from the samples in the sink.
@@ -144,6 +153,14 @@ DatasetInfo checked_geometry(const VolumeSource& source, const PrepareOptions& o
 }
 
 }  // namespace
+
+VolumeSurvey survey(VolumeSource& source, const PrepareOptions& options) {
+  (void)checked_geometry(source, options);
+  SampleStatisticsBuilder builder(source.header().type);
+  for_each_slab(source, options, "range",
+                [&](const Samples& slab, std::int32_t) { builder.add(slab); });
+  return surveyed(source, options, builder);
+}
 
 DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
                     const std::filesystem::path& output, const SourceNote& note) {

@@ -35,6 +35,15 @@ struct PrepareOptions {
   std::function<void(const char* pass, std::uint64_t done, std::uint64_t all)> progress = nullptr;
 };
 
+// What must be known of all samples before the errors of any part are computed.
+struct VolumeSurvey {
+  DatasetInfo info;
+  IsovalueBins bins;
+};
+
+// Reads the volume once (floating-point ones twice). Throws as prepare().
+[[nodiscard]] VolumeSurvey survey(VolumeSource& source, const PrepareOptions& options);
+
 // Writes the dataset file; it appears whole or not at all. The same bytes for any number of
 // threads. Throws std::invalid_argument when an option is outside its range or the volume does not
 // fit the largest grid, VolumeFileError when the source fails, DatasetFileError when the disk does.

@@ -12,12 +12,14 @@
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
+#include "server/dataset/parts/part_plan.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/dataset/section_table.hpp"
 #include "server/dataset/source_note.hpp"
 #include "server/dataset/volume_files.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/prepare_jobs.hpp"
+#include "server/programs/prepare_parts_command.hpp"
 #include "server/programs/progress.hpp"
 #include "server/programs/thread_options.hpp"
 #include "server/programs/volume_options.hpp"
@@ -32,6 +34,7 @@ struct PrepareArguments {
   std::string outside = "void";
   std::int32_t margin = 0;
   VolumeOptions volume;
+  PartsArguments parts;
   int bins = IsovalueBins::kDefaultCount;
   int threads = 0;
   bool force = false;
@@ -205,8 +208,48 @@ int prepare_many(const PrepareArguments& arguments) {
   return failed == 0 ? kOk : kFailed;
 }
 
+// --plan, --part, --merge: into a folder of objects.
+int prepare_in_parts(const PrepareArguments& arguments) {
+  const PartsReport report{.json = arguments.json, .quiet = arguments.quiet};
+  const PartsArguments& parts = arguments.parts;
+  if ((parts.plan > 0) + !parts.part.empty() + parts.merge != 1) {
+    throw ExitError(kUsage, "--plan, --part and --merge are three commands; give one of them.");
+  }
+  if (std::filesystem::path(arguments.output).extension() == ".mtd") {
+    throw ExitError(kUsage,
+                    "--output: parts become a folder of objects, whose name does not end in .mtd.");
+  }
+  if (arguments.inputs.size() != (parts.merge ? 0U : 1U)) {
+    throw ExitError(kUsage, "--plan and --part take one volume, --merge takes none; " +
+                                std::to_string(arguments.inputs.size()) + " are given.");
+  }
+  if (parts.merge) return merge(arguments.output, report);
+  const std::string& input = arguments.inputs.front();
+  try {
+    VolumeFileOptions options = arguments.volume.parsed();
+    options.notice = [&](const std::string& text) {
+      if (!arguments.quiet) std::cerr << text << "\n";
+    };
+    const auto source = open_volume(input, options);
+    if (!parts.part.empty()) return make_part(*source, arguments.output, parts.part, report);
+    SourceNote note = source_note(input);
+    note.options = options_text(arguments);
+    return plan_parts(
+        *source,
+        {.name = arguments.name.empty() ? default_dataset_name(input) : arguments.name,
+         .outside = outside_value(arguments.outside),
+         .margin = arguments.margin,
+         .bins = arguments.bins},
+        std::move(note), input, arguments.output, static_cast<std::size_t>(parts.plan), report);
+  } catch (const VolumeFileError& problem) {
+    throw ExitError(kUsage, problem.what());
+  }
+}
+
 int prepare(const PrepareArguments& arguments) {
   const ThreadLimit limit(arguments.threads);
+  if (arguments.parts.are_given()) return prepare_in_parts(arguments);
+  if (arguments.inputs.empty()) throw ExitError(kUsage, "Name a volume to prepare.");
   (void)arguments.volume.parsed();
   (void)outside_value(arguments.outside);
   const bool into_folder = std::filesystem::is_directory(arguments.output);
@@ -227,11 +270,11 @@ void add_prepare_command(Command& program, Run& run) {
           "raw samples with --dims, an address of an OME-Zarr; several of them, or a folder of "
           "many. "
           "`multitetra-server formats` lists what is read")
-      ->required()
       ->type_name("SOURCE");
   command
       ->add_option("-o,--output", a->output,
-                   "Dataset file to write (.mtd); for several volumes, a folder")
+                   "Dataset file to write (.mtd); for several volumes, a folder; with parts, a "
+                   "folder of objects")
       ->required()
       ->type_name("FILE");
   command->add_option("--name", a->name,
@@ -252,6 +295,13 @@ void add_prepare_command(Command& program, Run& run) {
                    "Bins of isovalues that errors are stored for; more bins, a larger file")
       ->within(1, IsovalueBins::kMaxCount)
       ->capture_default_str();
+  command
+      ->add_option("--plan", a->parts.plan,
+                   "Plan to prepare in so many parts, on as many machines as there are: reads the "
+                   "volume once and prints a command for each part")
+      ->within(1, static_cast<int>(kMostParts));
+  command->add_option("--part", a->parts.part, "Prepare this part of the plan, for example 3/8");
+  command->add_flag("--merge", a->parts.merge, "Make the dataset from all parts of the plan");
   command->add_flag(
       "--force", a->force,
       "Write to a name without .mtd, too, over a file that is no dataset, and what is up "
@@ -268,7 +318,10 @@ void add_prepare_command(Command& program, Run& run) {
       "  multitetra-server prepare scans/ -o datasets/\n"
       "  multitetra-server prepare dicom_folder -o scan.mtd --series 2\n"
       "  multitetra-server prepare image.zarr -o cells.mtd --channel 1 --time 0\n"
-      "  multitetra-server prepare run.h5:/fields/density -o density.mtd");
+      "  multitetra-server prepare run.h5:/fields/density -o density.mtd\n"
+      "On several machines, into a folder that all of them see:\n"
+      "  multitetra-server prepare big.nrrd -o big --plan 8 | xargs -P 8 -d '\\n' -n 1 sh -c\n"
+      "  multitetra-server prepare --merge -o big");
   command->callback([a, &run] { run = [a] { return prepare(*a); }; });
 }
 

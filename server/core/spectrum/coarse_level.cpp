@@ -82,7 +82,7 @@ LevelWindow window_of(const LevelExtent& level, GridPoint begin, GridPoint end) 
 template <typename Real>
 CoarseLevel<Real>::CoarseLevel(const DatasetInfo& info, const IsovalueBins& bins,
                                const SpectrumLayout::Level& level, const CoarseVolume& samples,
-                               const CurveTiles& finer, Scratch& scratch)
+                               const CurveSource& finer, Scratch& scratch)
     : info_(info),
       bins_(bins),
       level_(level),

@@ -28,7 +28,7 @@ class CoarseLevel {
 
   // All references must outlive the level.
   CoarseLevel(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumLayout::Level& level,
-              const CoarseVolume& samples, const CurveTiles& finer, Scratch& scratch);
+              const CoarseVolume& samples, const CurveSource& finer, Scratch& scratch);
 
   // The most memory that a block takes, in bytes: three layers of its own curves and four of the
   // finer level's, with a quarter to spare, and a byte for each of three codes of all points, one
@@ -58,7 +58,7 @@ class CoarseLevel {
   const IsovalueBins& bins_;
   const SpectrumLayout::Level& level_;
   const CoarseVolume& samples_;
-  const CurveTiles& finer_;
+  const CurveSource& finer_;
   BrickLayout blocks_;
   CurveTiles cubes_;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cstring>
+#include <stdexcept>
 
 namespace multitetra {
 namespace {
@@ -34,6 +35,16 @@ const std::byte* decode(const std::byte* from, CurveBlock& block) {
     block.flips[2 * i + 1] = two >> 4;
   }
   return from + kBlockBytes;
+}
+
+// Whether a whole curve begins at `from`, of bins that can be.
+bool holds_curve(const std::byte* from, const std::byte* end) {
+  const auto left = static_cast<std::size_t>(end - from);
+  if (left < kCurveHead) return false;
+  const auto first = static_cast<std::size_t>(from[4]);
+  const auto count = static_cast<std::size_t>(from[5]);
+  return count > 0 && 4 * (first + count) <= IsovalueBins::kMaxCount + 3 &&
+         left >= kCurveHead + kBlockBytes * count;
 }
 
 void encode(GridPoint place, CurveLayer::Curve curve, const CurveBlock* blocks,
@@ -68,6 +79,18 @@ std::size_t CurveTiles::index(std::int32_t tile_x, std::int32_t tile_y, std::int
               static_cast<std::size_t>(counts_.y) * static_cast<std::size_t>(k - begin_.z));
 }
 
+std::vector<std::byte> CurveTiles::places() const {
+  const auto bytes = std::as_bytes(std::span(places_));
+  return {bytes.begin(), bytes.end()};
+}
+
+void CurveTiles::set_places(std::span<const std::byte> places) {
+  if (places.size() != places_.size() * sizeof(Place)) {
+    throw std::runtime_error("The places of curves are not as many as there are tiles.");
+  }
+  if (!places.empty()) std::memcpy(places_.data(), places.data(), places.size());
+}
+
 void CurveTiles::put(GridPoint first, const CurveLayer& points) {
   const GridPoint at = first - begin_;
   assert(at.x % side_.x == 0 && at.y % side_.y == 0);
@@ -97,7 +120,10 @@ void CurveTiles::get(std::int32_t k, CurveLayer& into) const {
       bytes.resize(place.size);
       if (place.size > 0) scratch_.get(place.offset, bytes);
       const std::byte* from = bytes.data();
-      while (from != bytes.data() + bytes.size()) {
+      const std::byte* const end = from + bytes.size();
+      while (from != end) {
+        if (!holds_curve(from, end))
+          throw std::runtime_error("Curves that were put aside are damaged.");
         std::uint16_t x = 0;
         std::uint16_t y = 0;
         std::memcpy(&x, from, 2);
@@ -119,7 +145,7 @@ void CurveTiles::get(std::int32_t k, CurveLayer& into) const {
   }
 }
 
-FinerLayers::FinerLayers(const CurveTiles& tiles, const LevelWindow& window)
+FinerLayers::FinerLayers(const CurveSource& tiles, const LevelWindow& window)
     : tiles_(tiles),
       low_(window.low - GridPoint{1, 1, 0}),
       extent_(window.extent + GridPoint{1, 1, 0}) {}

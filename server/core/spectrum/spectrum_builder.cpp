@@ -44,29 +44,24 @@ bool is_exact_in_float(const DatasetInfo& info) {
          std::abs(outside) <= 65536;
 }
 
-// The cells whose centres the coarser levels ask for.
+// A box of cells that are handed to coarser levels.
 struct Cells {
   GridPoint begin;
   GridPoint end;
   [[nodiscard]] GridPoint extent() const { return end - begin; }
 };
-Cells cells_of(const DatasetInfo& info) {
-  const LevelExtent fine =
-      level_extent(grid_of(info), first_sample(info), last_sample(info), kSpectrumExponent - 1);
-  const GridPoint last = fine.low + fine.extent - GridPoint{1, 1, 1};
-  return {.begin = {fine.low.x >> 1, fine.low.y >> 1, fine.low.z >> 1},
-          .end = {(last.x + 1) >> 1, (last.y + 1) >> 1, (last.z + 1) >> 1}};
-}
 
 template <typename Real>
 class FineLevels {
  public:
-  FineLevels(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumWork& work)
+  FineLevels(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumWork& work,
+             const CellBox& cells)
       : info_(info),
         grid_(grid_of(info)),
         bins_(bins),
         work_(work),
-        cells_(cells_of(info)),
+        cells_{cells.begin, cells.end},
+        data_end_(spectrum_cells(info).end),
         size_(column_size()),
         columns_({parts(cells_.extent().x, size_.x), parts(cells_.extent().y, size_.y),
                   parts(cells_.extent().z, size_.z)},
@@ -83,6 +78,7 @@ class FineLevels {
     }
   }
   [[nodiscard]] const CurveTiles& curves() const { return curves_; }
+  [[nodiscard]] GridPoint tile() const { return {size_.x, size_.y, 1}; }
 
  private:
   // The largest columns that keep the threads busy within the memory.
@@ -153,8 +149,8 @@ class FineLevels {
           to == last ? info_.dims[axis] : std::min(info_.dims[axis], kCell * to - info_.margin);
       return static_cast<std::uint64_t>(std::max(0, high - low));
     };
-    return along(begin.x, end.x, cells_.end.x, 0) * along(begin.y, end.y, cells_.end.y, 1) *
-           along(begin.z, end.z, cells_.end.z, 2);
+    return along(begin.x, end.x, data_end_.x, 0) * along(begin.y, end.y, data_end_.y, 1) *
+           along(begin.z, end.z, data_end_.z, 2);
   }
 
   const DatasetInfo& info_;
@@ -162,7 +158,8 @@ class FineLevels {
   const IsovalueBins& bins_;
   const SpectrumWork& work_;
   const Cells cells_;
-  const GridPoint size_;  // Of a column, in cells.
+  const GridPoint data_end_;  // Of all cells of the data.
+  const GridPoint size_;      // Of a column, in cells.
   BrickLayout columns_;
   CurveTiles curves_;
 };
@@ -182,25 +179,96 @@ void make_bricks(CoarseLevel<Real>& level, int bins, const SpectrumWork& work) {
   }
 }
 
+// From the curves of the cells.
 template <typename Real>
-void build(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumWork& work) {
+void build_coarse_levels(const DatasetInfo& info, const IsovalueBins& bins,
+                         const CurveSource& cells, const SpectrumWork& work) {
   const SpectrumLayout layout(info);
-  if (layout.size() == 0 || bins.count() == 0) return;
-  FineLevels<Real> fine(info, bins, work);
-  fine.make();
   std::unique_ptr<CoarseLevel<Real>> finer;
   for (const SpectrumLayout::Level& level : layout.levels()) {
-    auto coarser = std::make_unique<CoarseLevel<Real>>(
-        info, bins, level, work.coarse, finer ? finer->cubes() : fine.curves(), work.scratch);
+    const CurveSource& below = finer ? static_cast<const CurveSource&>(finer->cubes()) : cells;
+    auto coarser =
+        std::make_unique<CoarseLevel<Real>>(info, bins, level, work.coarse, below, work.scratch);
     make_bricks(*coarser, bins.count(), work);
     finer = std::move(coarser);
   }
 }
 
+bool is_empty(const DatasetInfo& info, const IsovalueBins& bins) {
+  return SpectrumLayout(info).size() == 0 || bins.count() == 0;
+}
+
+template <typename Real>
+void build(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumWork& work) {
+  FineLevels<Real> fine(info, bins, work, spectrum_cells(info));
+  fine.make();
+  build_coarse_levels<Real>(info, bins, fine.curves(), work);
+}
+
+template <typename Real>
+CellCurves make_curves(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumWork& work,
+                       const CellBox& cells) {
+  FineLevels<Real> fine(info, bins, work, cells);
+  fine.make();
+  return {.cells = cells, .tile = fine.tile(), .places = fine.curves().places()};
+}
+
+// The curves of several boxes.
+class JoinedCurves : public CurveSource {
+ public:
+  explicit JoinedCurves(std::span<const KeptCurves> parts) {
+    for (const KeptCurves& part : parts) {
+      const CellBox& cells = part.curves.cells;
+      parts_.push_back(
+          {cells, CurveTiles(cells.begin, cells.end, part.curves.tile, *part.scratch)});
+      parts_.back().tiles.set_places(part.curves.places);
+    }
+  }
+  void get(std::int32_t k, CurveLayer& into) const override {
+    for (const Part& part : parts_) part.tiles.get(k, into);
+  }
+
+ private:
+  struct Part {
+    CellBox cells;
+    CurveTiles tiles;
+  };
+  std::vector<Part> parts_;
+};
+
 }  // namespace
 
+CellBox spectrum_cells(const DatasetInfo& info) {
+  const LevelExtent fine =
+      level_extent(grid_of(info), first_sample(info), last_sample(info), kSpectrumExponent - 1);
+  const GridPoint last = fine.low + fine.extent - GridPoint{1, 1, 1};
+  return {.begin = {fine.low.x >> 1, fine.low.y >> 1, fine.low.z >> 1},
+          .end = {(last.x + 1) >> 1, (last.y + 1) >> 1, (last.z + 1) >> 1}};
+}
+
 void build_spectrum(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumWork& work) {
+  if (is_empty(info, bins)) return;
   is_exact_in_float(info) ? build<float>(info, bins, work) : build<double>(info, bins, work);
+}
+
+CellCurves make_cell_curves(const DatasetInfo& info, const IsovalueBins& bins,
+                            const SpectrumWork& work, const CellBox& cells) {
+  const GridPoint extent = cells.end - cells.begin;
+  if (is_empty(info, bins) || std::min({extent.x, extent.y, extent.z}) <= 0) return {};
+  return is_exact_in_float(info) ? make_curves<float>(info, bins, work, cells)
+                                 : make_curves<double>(info, bins, work, cells);
+}
+
+void build_spectrum_from(const DatasetInfo& info, const IsovalueBins& bins,
+                         std::span<const KeptCurves> parts, const SpectrumWork& work) {
+  if (is_empty(info, bins)) return;
+  std::vector<KeptCurves> filled;
+  for (const KeptCurves& part : parts) {
+    if (!part.curves.places.empty()) filled.push_back(part);
+  }
+  const JoinedCurves cells(filled);
+  is_exact_in_float(info) ? build_coarse_levels<float>(info, bins, cells, work)
+                          : build_coarse_levels<double>(info, bins, cells, work);
 }
 
 }  // namespace multitetra

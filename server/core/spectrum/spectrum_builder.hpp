@@ -20,6 +20,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <vector>
 
 #include "common/request/dataset_info.hpp"
 #include "server/core/framework/for_each.hpp"
@@ -47,5 +48,44 @@ struct SpectrumWork {
 
 // The same for any threads and memory.
 void build_spectrum(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumWork& work);
+
+// ---- in parts
+//
+// The curves of the cells in a box need the samples of the box and kSpectrumReach around it, and
+// nothing of other boxes. So machines can make them apart; the coarser levels need them all.
+
+// Cells of kSpectrumSpacing grid steps, numbered from the grid's origin; the end is exclusive.
+struct CellBox {
+  GridPoint begin;
+  GridPoint end;
+
+  friend bool operator==(const CellBox&, const CellBox&) = default;
+};
+
+// The cells whose curves a spectrum is made from.
+[[nodiscard]] CellBox spectrum_cells(const DatasetInfo& info);
+
+// The curves of a box of cells; the bytes of each tile of cells are in a scratch.
+struct CellCurves {
+  CellBox cells;
+  GridPoint tile;                 // Cells along a tile.
+  std::vector<std::byte> places;  // Of tiles in the scratch.
+};
+
+// Puts the curves of these cells into work.scratch. The curves are the same for any threads,
+// memory and boxes; their places are not.
+[[nodiscard]] CellCurves make_cell_curves(const DatasetInfo& info, const IsovalueBins& bins,
+                                          const SpectrumWork& work, const CellBox& cells);
+
+struct KeptCurves {
+  CellCurves curves;
+  Scratch* scratch = nullptr;
+};
+
+// What build_spectrum() does after the curves of the cells are made: here boxes of them, which
+// together are spectrum_cells(). No sample is read. Throws std::runtime_error when curves are
+// damaged.
+void build_spectrum_from(const DatasetInfo& info, const IsovalueBins& bins,
+                         std::span<const KeptCurves> parts, const SpectrumWork& work);
 
 }  // namespace multitetra

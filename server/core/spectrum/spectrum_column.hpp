@@ -17,7 +17,7 @@ template <typename Real>
 class SpectrumColumn {
  public:
   // Grid steps around the cells within which values count: six, and a diamond.
-  static constexpr std::int32_t kReach = 7;
+  static constexpr std::int32_t kReach = kSpectrumReach;
 
   // The most memory that a column over cells_x * cells_y cells takes, in bytes. Every position
   // along x and y needs at most 3.5 curves of spacing 1 (the points of an even layer but every

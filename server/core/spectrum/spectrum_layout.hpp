@@ -12,6 +12,8 @@ namespace multitetra {
 // Points with at least this spacing have stored errors; those of the others come from the samples.
 inline constexpr int kSpectrumExponent = 3;
 inline constexpr std::int32_t kSpectrumSpacing = 1 << kSpectrumExponent;
+// Grid steps around a cell of that spacing within which values count for the errors in it.
+inline constexpr std::int32_t kSpectrumReach = 7;
 
 // The bricks of all levels, from spacing kSpectrumSpacing on; those of one level follow each other.
 // A brick is a cube of 8 x 8 x 8 points of one level. Also the places of points that belong to

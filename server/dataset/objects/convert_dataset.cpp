@@ -10,6 +10,7 @@
 
 #include "common/base/atomic_file.hpp"
 #include "server/dataset/byte_source.hpp"
+#include "server/dataset/checksum.hpp"
 #include "server/dataset/objects/object_folder.hpp"
 #include "server/dataset/objects/object_structure.hpp"
 #include "server/dataset/sample_facts.hpp"
@@ -36,13 +37,6 @@ class Share {
   std::uint64_t done_ = 0;
   const VerificationProgress& progress_;
 };
-
-std::string content_id_text(const SectionTable& sections) {
-  std::uint64_t id = content_id_of(sections);
-  std::string text(16, '0');
-  for (std::size_t i = text.size(); i-- > 0; id >>= 4) text[i] = "0123456789abcdef"[id & 15];
-  return text;
-}
 
 // ---- from a file
 
@@ -76,6 +70,9 @@ class FileToObjects {
       if (!is_known_section(section.name)) add_section(section.name.c_str(), later);
     }
     manifest.later = later.finish();
+    for (Section& section : manifest.sections) {
+      if (is_large_section(section.name)) section.checksum = 0;
+    }
     folder_.finish(manifest);
 
     std::set<ObjectName> all(spectrum.begin(), spectrum.end());
@@ -241,6 +238,17 @@ class UnfinishedFile : public ByteSource {
   std::uint64_t size_;
 };
 
+std::uint64_t checksum_of(const ByteSource& source, const Section& section) {
+  RunningChecksum sum;
+  std::vector<std::byte> portion;
+  for (std::uint64_t done = 0; done < section.size; done += portion.size()) {
+    portion.resize(std::min<std::uint64_t>(kRunObjectBytes, section.size - done));
+    source.read(section.offset + done, portion);
+    sum.add(portion);
+  }
+  return sum.value();
+}
+
 }  // namespace
 
 ConvertedObjects file_to_objects(const std::filesystem::path& file,
@@ -272,10 +280,14 @@ void objects_to_file(const std::string& place, const std::shared_ptr<ObjectCache
                            [&](const Section& section, std::span<const std::byte> bytes) {
                              file.write_at(section.offset, bytes);
                            });
-    const std::string head = encode_head(sections);
+    const UnfinishedFile written(file, file_bytes(sections));
+    SectionTable table = sections;
+    for (Section& section : table) {
+      if (is_large_section(section.name)) section.checksum = checksum_of(written, section);
+    }
+    const std::string head = encode_head(table);
     file.write_at(0, std::as_bytes(std::span(head)));
-    // The checksums of whole sections, and the facts, are those of the file as it is now.
-    const auto verified = verify_bytes(UnfinishedFile(file, file_bytes(sections)));
+    const auto verified = verify_bytes(written);
     if (!verified) reader.fail(verified.error().text);
     file.commit(Durability::kMachineStop);
   } catch (const std::system_error& error) {

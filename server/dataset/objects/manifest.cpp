@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "server/dataset/checksum.hpp"
+#include "server/dataset/prepared_format.hpp"
 
 namespace multitetra {
 namespace {
@@ -113,7 +114,9 @@ class ManifestReader {
     }
     std::uint64_t end = kHeadBytes;
     for (const ManifestJson& object : manifest.at("sections")) {
-      const auto sum = number_from_hex(text(object, "checksum"));
+      const bool is_large = is_large_section(text(object, "name"));
+      const auto sum =
+          is_large ? std::optional<std::uint64_t>(0) : number_from_hex(text(object, "checksum"));
       Section section{.name = text(object, "name"),
                       .required = true,
                       .offset = section_begin(end),
@@ -140,13 +143,21 @@ class ManifestReader {
 
 }  // namespace
 
+bool is_large_section(std::string_view name) {
+  return name == section_names::kSamples || name == section_names::kSpectrum;
+}
+
+std::string content_id_text(const SectionTable& sections) {
+  return hex_of(content_id_of(sections));
+}
+
 std::string manifest_text(const Manifest& manifest) {
   ManifestJson sections = ManifestJson::array();
   for (const Section& section : manifest.sections) {
-    sections.push_back({{"name", section.name},
-                        {"bytes", section.size},
-                        {"checksum", hex_of(section.checksum)},
-                        {"required", section.required}});
+    ManifestJson one = {
+        {"name", section.name}, {"bytes", section.size}, {"required", section.required}};
+    if (!is_large_section(section.name)) one["checksum"] = hex_of(section.checksum);
+    sections.push_back(std::move(one));
   }
   ManifestJson json = {{"format", kFormat},
                        {"version", kObjectsVersion},

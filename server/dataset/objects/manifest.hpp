@@ -14,6 +14,8 @@
 namespace multitetra {
 
 inline constexpr std::uint32_t kObjectsVersion = 1;
+[[nodiscard]] bool is_large_section(std::string_view name);
+
 inline constexpr const char* kManifestName = "manifest.json";
 
 // Bytes that are longer than an object are cut after so many.
@@ -39,12 +41,16 @@ struct ObjectRun {
 // A name is 36 bytes: the digest, then the size, little-endian.
 struct Manifest {
   std::string content_id;  // 16 hexadecimal digits, as of the single file.
-  SectionTable sections;   // Of the single file, with their places in it.
+  SectionTable sections;   // Of the single file, with their places in it. The two large ones have
+                           // no checksum (0): their bricks have, and parts of them are made apart.
   ObjectRun first;
   ObjectRun later;
 
   friend bool operator==(const Manifest&, const Manifest&) = default;
 };
+
+// What content_id must be.
+[[nodiscard]] std::string content_id_text(const SectionTable& sections);
 
 // The same text for the same manifest; its last field is the checksum of all others.
 [[nodiscard]] std::string manifest_text(const Manifest& manifest);

@@ -14,7 +14,7 @@ Manifest some_manifest() {
   ObjectName rest = full;
   rest.size = 5;
   return {.content_id = "0123456789abcdef",
-          .sections = {{.name = "samples", .offset = kHeadBytes, .size = 1000, .checksum = 1},
+          .sections = {{.name = "samples", .offset = kHeadBytes, .size = 1000},
                        {.name = "notes",
                         .required = false,
                         .offset = section_begin(kHeadBytes + 1000),

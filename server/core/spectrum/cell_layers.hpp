@@ -1,0 +1,28 @@
+// What a prepared volume keeps of every cell, made out of boxes of samples: for whoever has a part
+// of the volume only. CellRanges and CoarseVolume make the same of a volume that passes by.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "common/request/dataset_info.hpp"
+#include "server/core/framework/for_each.hpp"
+#include "server/core/spectrum/spectrum_builder.hpp"
+#include "server/core/spectrum/spectrum_inputs.hpp"
+
+namespace multitetra {
+
+// One layer of the cells of cell_extent(info), z = `layer`, from cells.begin to cells.end along x
+// and y, as in PreparedVolume::ranges.
+[[nodiscard]] std::vector<std::byte> ranges_of_layer(const DatasetInfo& info,
+                                                     const SampleBoxes& samples,
+                                                     const CellBox& cells, std::int32_t layer,
+                                                     const ForEach& for_each);
+
+// The same of the samples of coarse_extent(info), as in PreparedVolume::coarse.
+[[nodiscard]] std::vector<std::byte> coarse_of_layer(const DatasetInfo& info,
+                                                     const SampleBoxes& samples,
+                                                     const CellBox& points, std::int32_t layer,
+                                                     const ForEach& for_each);
+
+}  // namespace multitetra

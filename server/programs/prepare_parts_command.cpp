@@ -1,0 +1,125 @@
+#include "server/programs/prepare_parts_command.hpp"
+
+#include <charconv>
+#include <filesystem>
+#include <iostream>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/exit_codes.hpp"
+#include "common/cli/human_units.hpp"
+#include "common/cli/json_report.hpp"
+#include "server/dataset/parts/part_plan.hpp"
+#include "server/dataset/parts/prepare_parts.hpp"
+#include "server/programs/progress.hpp"
+
+namespace multitetra {
+namespace {
+
+// As a shell takes it.
+std::string quoted(const std::string& word) {
+  constexpr const char* kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./:-";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+// Part 3 of 8 is "3/8"; from 0 on here.
+std::size_t part_number(std::string_view text, std::size_t parts) {
+  const std::size_t slash = text.find('/');
+  std::size_t part = 0;
+  std::size_t of = 0;
+  const auto read = [](std::string_view digits, std::size_t& into) {
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), into);
+    return error == std::errc() && end == digits.data() + digits.size();
+  };
+  const bool is_part = slash != std::string_view::npos && read(text.substr(0, slash), part) &&
+                       read(text.substr(slash + 1), of);
+  if (is_part && part >= 1 && part <= of && of == parts) return part - 1;
+  throw ExitError(kUsage, "--part is \"" + std::string(text) + "\"; the plan has parts 1/" +
+                              std::to_string(parts) + " to " + std::to_string(parts) + "/" +
+                              std::to_string(parts) + ".");
+}
+
+PartOptions telling(Progress& progress, std::string& pass) {
+  return {.progress = [&progress, &pass](const char* name, std::uint64_t done, std::uint64_t all) {
+    if (pass != name) progress.begin(pass = name);
+    progress.update(static_cast<double>(done), static_cast<double>(all), "steps");
+  }};
+}
+
+std::string costs_text(const PartCosts& costs) {
+  if (costs.samples == 0) return "nothing to do";
+  return human_count(costs.samples) + " samples, at most " + human_bytes(costs.memory_bytes) +
+         " of memory, " + human_bytes(costs.disk_bytes) + " of disk, about " +
+         human_number(costs.core_seconds) + " s of one core";
+}
+
+}  // namespace
+
+int plan_parts(VolumeSource& source, const PrepareOptions& options, SourceNote note,
+               const std::string& input, const std::string& output, std::size_t parts,
+               const PartsReport& report) {
+  VolumeSurvey found = survey(source, options);
+  const PartPlan plan{.metadata = {.info = std::move(found.info),
+                                   .source = std::move(note),
+                                   .program_version = MULTITETRA_VERSION},
+                      .bins = std::move(found.bins),
+                      .parts = parts};
+  write_plan(output, plan);
+  const DatasetInfo& info = plan.metadata.info;
+  Json lines = Json::array();
+  std::size_t number = 0;
+  for (const PartBox& box : part_boxes(info.dims, parts)) {
+    const PartCosts costs = costs_of(info, box);
+    const std::string part = std::to_string(++number) + "/" + std::to_string(parts);
+    lines.push_back({{"part", part},
+                     {"samples", costs.samples},
+                     {"memory_bytes", costs.memory_bytes},
+                     {"disk_bytes", costs.disk_bytes},
+                     {"core_seconds", costs.core_seconds}});
+    if (report.json) continue;
+    std::cout << "multitetra-server prepare " << quoted(input) << " -o " << quoted(output)
+              << " --part " << part << "  # " << costs_text(costs) << "\n";
+  }
+  if (report.json) std::cout << text_of({{"parts", lines}, {"dataset", json_of(info)}});
+  return kOk;
+}
+
+int make_part(VolumeSource& source, const std::string& output, const std::string& part,
+              const PartsReport& report) {
+  const std::size_t number = part_number(part, plan_in(output).plan.parts);
+  Progress progress("part " + part, 4, report.quiet || report.json);
+  std::string pass;
+  prepare_part(source, output, number, telling(progress, pass));
+  progress.finish();
+  if (report.json) {
+    std::cout << text_of({{"part", part}, {"seconds", progress.seconds()}});
+  } else if (!report.quiet) {
+    std::cout << output << ": part " << part << "\n";
+  }
+  return kOk;
+}
+
+int merge(const std::string& output, const PartsReport& report) {
+  Progress progress("merge", 2, report.quiet || report.json);
+  std::string pass;
+  const ConvertedObjects merged = merge_parts(output, telling(progress, pass));
+  progress.finish();
+  if (report.json) {
+    std::cout << text_of({{"output", output},
+                          {"objects", merged.objects},
+                          {"object_bytes", merged.bytes},
+                          {"seconds", progress.seconds()}});
+  } else if (!report.quiet) {
+    std::cout << output << ": " << human_count(merged.objects) << " objects, "
+              << human_bytes(merged.bytes) << "\n"
+              << "Next: multitetra-server serve " << output << "\n";
+  }
+  return kOk;
+}
+
+}  // namespace multitetra

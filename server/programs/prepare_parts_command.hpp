@@ -1,0 +1,40 @@
+// `prepare` over several machines: --plan, --part and --merge.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "server/dataset/prepare.hpp"
+#include "server/dataset/source_note.hpp"
+#include "server/dataset/volume_source.hpp"
+
+namespace multitetra {
+
+struct PartsArguments {
+  int plan = 0;      // Parts; 0: no plan is asked for.
+  std::string part;  // "3/8"; empty: none is asked for.
+  bool merge = false;
+
+  [[nodiscard]] bool are_given() const { return plan > 0 || !part.empty() || merge; }
+};
+
+// How all three answer.
+struct PartsReport {
+  bool json = false;
+  bool quiet = false;
+};
+
+// Reads the volume once, writes the plan, and prints one line for each part: a command, and what
+// the part is expected to take.
+int plan_parts(VolumeSource& source, const PrepareOptions& options, SourceNote note,
+               const std::string& input, const std::string& output, std::size_t parts,
+               const PartsReport& report);
+
+// Makes one part, "3/8" as it is written. Throws ExitError when it is none of the plan.
+int make_part(VolumeSource& source, const std::string& output, const std::string& part,
+              const PartsReport& report);
+
+// Makes the dataset. Throws DatasetFileError, with their numbers, when parts are missing.
+int merge(const std::string& output, const PartsReport& report);
+
+}  // namespace multitetra
