@@ -4,6 +4,7 @@
 #include <set>
 
 #include "client/manifest_checks.hpp"
+#include "common/wire/scalar_codes.hpp"
 
 namespace multitetra {
 
@@ -161,6 +162,62 @@ Result<Progress> Assembler::take(const Tile& tile) {
   return Progress{};
 }
 
+Result<Progress> Assembler::take(const TileScalars& scalars) {
+  switch (belongs(scalars.request_id, open_.request_id)) {
+    case Belongs::kToAnEarlierStream:
+      return Progress{};
+    case Belongs::kNowhere:
+      return fault(scalars.step, "scalars belong to a request that was never made");
+    case Belongs::kHere:
+      break;
+  }
+  if (!pending_ || scalars.step != pending_->begin.step) {
+    return fault(scalars.step, "scalars come outside of their step");
+  }
+  const StepBegin& begin = pending_->begin;
+  if (!begin.scalars) return fault(scalars.step, "scalars come that nobody asked for");
+  if (scalars.index >= begin.tiles.size() || !pending_->tiles[scalars.index]) {
+    return fault(scalars.step,
+                 "scalars come for tile " + std::to_string(scalars.index) + ", which is not there");
+  }
+  const std::string name = tile_name(begin, scalars.index);
+  auto values =
+      decode_scalars(*scalars.codes, pending_->tiles[scalars.index]->vertices, *begin.scalars);
+  if (!values) return fault(scalars.step, name + ": " + values.error().text);
+  const bool is_new = scalars_
+                          .try_emplace(begin.tiles[scalars.index].digest,
+                                       TileValues{*std::move(values), scalars.largest_deviation})
+                          .second;
+  if (!is_new) return fault(scalars.step, "scalars of " + name + " come twice");
+  return Progress{};
+}
+
+Result<LatticeMesh> Assembler::welded_step() const {
+  const StepBegin& begin = pending_->begin;
+  const int resolution = begin.request.lattice_resolution;
+  if (!begin.scalars) return welded(pending_->tiles, resolution);
+  std::vector<std::shared_ptr<const LatticeMesh>> tiles;
+  for (std::size_t i = 0; i < pending_->tiles.size(); ++i) {
+    const auto values = scalars_.find(begin.tiles[i].digest);
+    if (values == scalars_.end()) {
+      return fault(begin.step, "it ends without the scalars of " + tile_name(begin, i));
+    }
+    auto tile = std::make_shared<LatticeMesh>(*pending_->tiles[i]);
+    tile->scalars = values->second.values;
+    tiles.push_back(std::move(tile));
+  }
+  return welded(tiles, resolution);
+}
+
+double Assembler::largest_deviation() const {
+  double largest = 0;
+  for (const TileSummary& tile : pending_->begin.tiles) {
+    const auto values = scalars_.find(tile.digest);
+    if (values != scalars_.end()) largest = std::max(largest, values->second.largest_deviation);
+  }
+  return largest;
+}
+
 Result<Progress> Assembler::take(const StepEnd& end) {
   switch (belongs(end.request_id, open_.request_id)) {
     case Belongs::kToAnEarlierStream:
@@ -188,7 +245,10 @@ Result<Progress> Assembler::take(const StepEnd& end) {
   auto step = std::make_shared<CommittedStep>();
   step->begin = begin;
   step->end = end;
-  step->mesh = welded(pending_->tiles, begin.request.lattice_resolution);
+  auto mesh = welded_step();
+  if (!mesh) return tl::unexpected(mesh.error());
+  step->mesh = *std::move(mesh);
+  step->largest_scalar_deviation = largest_deviation();
   const ContentDigest found = digest(step->mesh);
   if (found != end.digest) {
     return fault(end.step,
@@ -241,7 +301,9 @@ Result<Progress> Assembler::take(const StreamEnd& end) {
     return reject("the server counts " + std::to_string(end.steps) + " steps; " +
                   std::to_string(steps_committed_) + " came");
   }
-  const bool is_complete = !pending_ && shown_ && shown_->begin.is_final;
+  const bool is_enough =
+      shown_ && (shown_->begin.is_final || open_.steps == StepPolicy::kPreviewsOnly);
+  const bool is_complete = !pending_ && is_enough;
   if (end.outcome == StreamOutcome::kComplete && !is_complete) {
     return reject("it says complete, but the final step is missing");
   }

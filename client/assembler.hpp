@@ -57,6 +57,8 @@ struct CommittedStep {
   LatticeMesh mesh;  // Welded, of all tiles.
   MeshTopology topology;
   std::vector<std::string> checks;  // Names of the checks that it passed.
+  // Of its scalars, as TileScalars tells it, without rounding to codes; 0 without scalars.
+  double largest_scalar_deviation = 0;
 };
 // Whether the step promises the topology of the full-resolution surface.
 [[nodiscard]] bool preserves_topology(const StepBegin& begin);
@@ -94,19 +96,28 @@ class Assembler {
 
   Result<Progress> take(const StepBegin& begin);
   Result<Progress> take(const Tile& tile);
+  Result<Progress> take(const TileScalars& scalars);
   Result<Progress> take(const StepEnd& end);
   Result<Progress> take(const StreamEnd& end);
   Result<Progress> take(const ErrorReply& reply);
   template <typename Other>
   Result<Progress> take(const Other&);
 
+  // The tiles of the pending step as one mesh, with their scalars if it has some.
+  [[nodiscard]] Result<LatticeMesh> welded_step() const;
+  [[nodiscard]] double largest_deviation() const;  // Of the scalars of the pending step.
   [[nodiscard]] std::optional<std::string> topology_fault(const StepBegin& begin,
                                                           const MeshTopology& topology);
 
   DatasetInfo info_;
   OpenStream open_;
   AssemblerLimits limits_;
+  struct TileValues {
+    std::vector<float> values;
+    double largest_deviation = 0;
+  };
   HeldTiles held_;
+  std::map<ContentDigest, TileValues> scalars_;  // That came in this stream.
   CommittedStepPtr shown_;
   std::shared_ptr<PendingStep> pending_;
   std::uint32_t steps_committed_ = 0;

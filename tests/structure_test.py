@@ -54,7 +54,8 @@ ROOMS = {
 PRIVATE = {
     "common/mesh": ["disjoint_sets"],
     "common/net": ["stream_socket"],
-    "common/wire": ["glb", "wire_bytes", "wire_checks", "wire_dataset", "wire_request", "wire_samples", "wire_vectors"],
+    "common/wire": ["glb", "wire_bytes", "wire_checks", "wire_dataset", "wire_request", "wire_samples", "wire_scalars",
+                    "wire_vectors"],
     "common/cli": ["threshold_image", "option_words"],
     "server/core/thresholds": ["threshold_bound", "region_set", "region_octree", "threshold_pyramid", "view_threshold"],
     "server/core/spectrum": ["coarse_level", "curve_tiles", "level_wavefront", "own_error_curve", "own_error_rows",

@@ -81,6 +81,7 @@ LatticeMesh with_components(const LatticeMesh& mesh, const MeshComponents& compo
     number[v] = static_cast<std::uint32_t>(kept.vertices.size());
     kept.vertices.push_back(mesh.vertices[v]);
     if (!mesh.normals.empty()) kept.normals.push_back(mesh.normals[v]);
+    if (!mesh.scalars.empty()) kept.scalars.push_back(mesh.scalars[v]);
   }
   for (const TriangleIndices& t : mesh.triangles) {
     if (is_kept(t[0])) kept.triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});

@@ -8,6 +8,19 @@
 #include "common/mesh/vertex_numbers.hpp"
 
 namespace multitetra {
+namespace {
+
+// Whether each of them has something for each of its vertices.
+template <typename Values>
+bool all_have(std::span<const LatticeMesh* const> meshes, Values LatticeMesh::*member) {
+  return std::all_of(meshes.begin(), meshes.end(), [member](const LatticeMesh* mesh) {
+    const std::size_t values = (mesh->*member).size();
+    assert(values == 0 || values == mesh->vertices.size());
+    return values == mesh->vertices.size();
+  });
+}
+
+}  // namespace
 
 LatticeMesh index_triangles(std::span<const LatticeTriangle> triangles, int resolution) {
   LatticeMesh mesh{.resolution = resolution, .vertices = {}, .triangles = {}};
@@ -30,13 +43,12 @@ LatticeMesh weld(std::span<const LatticeMesh* const> meshes, int resolution) {
     vertices += mesh->vertices.size();
     triangles += mesh->triangles.size();
   }
-  const bool has_normals = std::all_of(meshes.begin(), meshes.end(), [](const LatticeMesh* mesh) {
-    assert(mesh->normals.empty() || mesh->normals.size() == mesh->vertices.size());
-    return mesh->normals.size() == mesh->vertices.size();
-  });
+  const bool has_normals = all_have(meshes, &LatticeMesh::normals);
+  const bool has_scalars = all_have(meshes, &LatticeMesh::scalars);
   LatticeMesh whole{.resolution = resolution, .vertices = {}, .triangles = {}};
   whole.vertices.reserve(vertices);
   if (has_normals) whole.normals.reserve(vertices);
+  if (has_scalars) whole.scalars.reserve(vertices);
   whole.triangles.reserve(triangles);
   VertexNumbers numbers(vertices);
   std::vector<std::uint32_t> number_of;
@@ -46,6 +58,9 @@ LatticeMesh weld(std::span<const LatticeMesh* const> meshes, int resolution) {
       number_of.push_back(numbers.number(mesh->vertices[i], whole.vertices));
       if (has_normals && whole.normals.size() < whole.vertices.size()) {
         whole.normals.push_back(mesh->normals[i]);
+      }
+      if (has_scalars && whole.scalars.size() < whole.vertices.size()) {
+        whole.scalars.push_back(mesh->scalars[i]);
       }
     }
     for (const TriangleIndices& t : mesh->triangles) {
@@ -65,6 +80,7 @@ PositionedMesh positioned(const LatticeMesh& mesh, const Affine& grid_to_world) 
   }
   result.triangles = mesh.triangles;
   result.normals = mesh.normals;
+  result.scalars = mesh.scalars;
   if (grid_to_world.determinant() < 0) {
     for (TriangleIndices& t : result.triangles) std::swap(t[1], t[2]);
   }

@@ -25,6 +25,8 @@ struct LatticeMesh {
   std::vector<TriangleIndices> triangles;
   // Either none, or one a vertex: the directions in which the field falls, in world coordinates.
   std::vector<UnitVector> normals = {};
+  // Either none, or one a vertex: values of a field that colours the surface; NaN for none.
+  std::vector<float> scalars = {};
 };
 
 // The triangles with shared vertices; vertices are numbered in the order they first appear.
@@ -33,7 +35,8 @@ struct LatticeMesh {
                                           int resolution);
 
 // One mesh of several, of one resolution, welded by comparing integers. Vertices and triangles keep
-// their order. It has normals when all meshes have; a vertex has that of the first mesh it is in.
+// their order. It has normals or scalars when all meshes have; a vertex has those of the first mesh
+// it is in.
 [[nodiscard]] LatticeMesh weld(std::span<const LatticeMesh* const> meshes, int resolution);
 
 // A mesh in world (or sample index) coordinates, for files and screens.
@@ -41,11 +44,14 @@ struct PositionedMesh {
   std::vector<std::array<float, 3>> positions;
   std::vector<TriangleIndices> triangles;
   std::vector<UnitVector> normals = {};  // Either none, or one a position.
+  std::vector<float> scalars = {};       // The same; NaN for no value.
+  // The same: red, green, blue in sRGB.
+  std::vector<std::array<std::uint8_t, 3>> colors = {};
 };
 
 // Applies `grid_to_world`. Where that map mirrors, triangles are turned over so that they still
 // face low values. Positions are rounded to float after the map was applied in double. Normals are
-// copied: they are in world coordinates before and after.
+// copied: they are in world coordinates before and after. So are scalars.
 [[nodiscard]] PositionedMesh positioned(const LatticeMesh& mesh, const Affine& grid_to_world);
 
 // Whether the vector has length 1 up to rounding. False for NaN.

@@ -7,6 +7,7 @@
 #include "common/wire/wire_bytes.hpp"
 #include "common/wire/wire_request.hpp"
 #include "common/wire/wire_samples.hpp"
+#include "common/wire/wire_scalars.hpp"
 #include "multitetra/v1/conversation.pb.h"
 
 namespace multitetra {
@@ -117,6 +118,7 @@ void write(const OpenStream& open, v1::ClientMessage& message) {
   if (open.priority != Priority::kNormal) {
     wire.set_priority(to_wire<v1::Priority>(open.priority));
   }
+  if (open.scalars) wire::write(*open.scalars, *wire.mutable_scalars());
 }
 
 OpenStream read(const v1::OpenStream& wire, FieldChecks& checks) {
@@ -127,11 +129,12 @@ OpenStream read(const v1::OpenStream& wire, FieldChecks& checks) {
   open.dataset = wire.dataset();
   open.request = read_request(wire.request(), checks);
   open.steps = checks.enumerator<StepPolicy>("OpenStream.steps", wire.steps(),
-                                             StepPolicy::kFinalOnly, StepPolicy::kProgressive);
+                                             StepPolicy::kPreviewsOnly, StepPolicy::kProgressive);
   open.held = read_held(wire.held(), checks);
   open.begun = read_begun(wire.begun(), checks);
   open.priority = checks.enumerator<Priority>("OpenStream.priority", wire.priority(),
                                               Priority::kBackground, Priority::kNormal);
+  if (wire.has_scalars()) open.scalars = wire::read(wire.scalars(), checks);
   return open;
 }
 

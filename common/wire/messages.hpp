@@ -20,6 +20,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -30,6 +31,7 @@
 #include "common/request/isosurface_request.hpp"
 #include "common/request/preview.hpp"
 #include "common/request/probe_request.hpp"
+#include "common/request/scalar_request.hpp"
 #include "common/request/slice_request.hpp"
 #include "common/wire/tile.hpp"
 
@@ -61,6 +63,7 @@ struct ListDatasets {
 enum class StepPolicy {
   kProgressive,  // Previews chosen by the server, then the request itself.
   kFinalOnly,
+  kPreviewsOnly,  // The request itself only where it is there as soon as a preview.
 };
 
 enum class Priority {
@@ -80,6 +83,7 @@ struct OpenStream {
   // exactly these previews come again, and then what `steps` says.
   std::vector<Preview> begun = {};
   Priority priority = Priority::kNormal;
+  std::optional<ScalarRequest> scalars = {};
 };
 inline constexpr std::size_t kMaxHeldDigests = 8192;
 
@@ -152,6 +156,7 @@ struct StepBegin {
   // Of a request with a cell: bit i is set where OctreeCube::child(i) of its cube may have a
   // surface at any error.
   std::uint32_t crossed_octants = 0;
+  std::optional<ScalarRange> scalars = {};  // Of the tiles' vertices; none: there are none.
 };
 
 // The request of a stream of which that much has come: it goes on where it was, on any server.
@@ -162,6 +167,17 @@ struct Tile {
   std::uint32_t step = 0;
   std::uint32_t index = 0;  // Into StepBegin::tiles.
   std::shared_ptr<const std::string> payload = {};
+};
+
+// The values of a field at the vertices of a tile, see scalar_codes.hpp.
+struct TileScalars {
+  std::uint64_t request_id = 0;
+  std::uint32_t step = 0;
+  std::uint32_t index = 0;  // Into StepBegin::tiles.
+  std::shared_ptr<const std::string> codes = {};
+  // The largest difference that was found between the field and what is interpolated between the
+  // corners of a triangle, without rounding to codes. In sample values.
+  double largest_deviation = 0;
 };
 
 struct StepEnd {
@@ -211,8 +227,9 @@ struct ProbeReply {
   std::vector<ProbedPlace> places = {};  // In the order asked for.
 };
 
-using ServerMessage = std::variant<Welcome, DatasetList, StepBegin, Tile, StepEnd, StreamEnd,
-                                   ErrorReply, Pong, EstimateReply, SliceReply, ProbeReply>;
+using ServerMessage =
+    std::variant<Welcome, DatasetList, StepBegin, Tile, StepEnd, StreamEnd, ErrorReply, Pong,
+                 EstimateReply, SliceReply, ProbeReply, TileScalars>;
 
 // The content of one frame or one WebSocket message.
 [[nodiscard]] std::string serialize(const ClientMessage& message);

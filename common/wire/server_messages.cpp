@@ -10,6 +10,7 @@
 #include "common/wire/wire_dataset.hpp"
 #include "common/wire/wire_request.hpp"
 #include "common/wire/wire_samples.hpp"
+#include "common/wire/wire_scalars.hpp"
 #include "multitetra/v1/conversation.pb.h"
 
 namespace multitetra {
@@ -118,6 +119,7 @@ void write(const StepBegin& begin, v1::ServerMessage& message) {
   wire.set_codec(to_wire<v1::PayloadCodec>(begin.codec));
   wire.set_is_unsimplified(begin.is_unsimplified);
   wire.set_crossed_octants(begin.crossed_octants);
+  if (begin.scalars) wire::write(*begin.scalars, *wire.mutable_scalars());
   wire.set_tetrahedra(begin.tetrahedra);
   wire.set_active_tetrahedra(begin.active_tetrahedra);
   wire.mutable_tiles()->Reserve(static_cast<int>(begin.tiles.size()));
@@ -144,6 +146,7 @@ StepBegin read(const v1::StepBegin& wire, FieldChecks& checks) {
   begin.is_unsimplified = wire.is_unsimplified();
   checks.integer("StepBegin.crossed_octants", wire.crossed_octants(), 0, 0xFF);
   begin.crossed_octants = wire.crossed_octants();
+  if (wire.has_scalars()) begin.scalars = wire::read(wire.scalars(), checks);
   begin.tetrahedra = wire.tetrahedra();
   begin.active_tetrahedra = wire.active_tetrahedra();
   begin.tiles.reserve(static_cast<std::size_t>(wire.tiles_size()));
@@ -248,6 +251,10 @@ void write(const SliceReply& reply, v1::ServerMessage& message) {
   wire::write(reply, *message.mutable_slice_reply());
 }
 
+void write(const TileScalars& scalars, v1::ServerMessage& message) {
+  wire::write(scalars, *message.mutable_tile_scalars());
+}
+
 void write(const ProbeReply& reply, v1::ServerMessage& message) {
   wire::write(reply, *message.mutable_probe_reply());
 }
@@ -312,13 +319,16 @@ tl::expected<ServerMessage, ParseError> parse_server_message(std::string_view by
                      wire.slice_reply().request_id());
     case v1::ServerMessage::kProbeReply:
       return checked(wire::read(wire.probe_reply(), checks), wire.probe_reply().request_id());
+    case v1::ServerMessage::kTileScalars:
+      return checked(wire::read(*wire.mutable_tile_scalars(), checks),
+                     wire.tile_scalars().request_id());
     case v1::ServerMessage::KIND_NOT_SET:
       break;
   }
   return refuse(ErrorCode::kMalformedMessage,
                 "A ServerMessage has none of the kinds known here: welcome, dataset_list, "
                 "step_begin, tile, step_end, stream_end, error, pong, estimate_reply, slice_reply, "
-                "probe_reply.");
+                "probe_reply, tile_scalars.");
 }
 
 }  // namespace multitetra

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <iterator>
 #include <utility>
 
 #include "common/net/coroutines.hpp"
@@ -24,6 +25,22 @@ std::optional<QuestionReply> reply_to(const Question& question, ServerMessage me
     return std::move(*reply);
   }
   return std::nullopt;
+}
+
+// A server must have what colours a surface as well. False where none has both.
+bool keep_holders_of_scalars(StartStream& action) {
+  if (!action.scalars) return true;
+  const auto surface = std::dynamic_pointer_cast<const UpstreamDataset>(action.source);
+  const auto field = std::dynamic_pointer_cast<const UpstreamDataset>(action.scalars);
+  auto both = std::make_shared<UpstreamDataset>(surface->info());
+  std::copy_if(surface->holders.begin(), surface->holders.end(), std::back_inserter(both->holders),
+               [&](std::size_t holder) {
+                 return std::find(field->holders.begin(), field->holders.end(), holder) !=
+                        field->holders.end();
+               });
+  const bool is_held = !both->holders.empty();
+  action.source = std::move(both);
+  return is_held;
 }
 
 }  // namespace
@@ -58,6 +75,11 @@ class UpstreamBackend::Stream : public BackendStream {
     stop();
   }
 
+  // Before anybody was told of it.
+  void refuse(Error error) {
+    waiting_.push_back(ErrorReply{.request_id = id(), .error = std::move(error)});
+    is_finished_ = is_stopped = true;
+  }
   // A message of the server; the last one ends the stream behind those that wait.
   void put(ServerMessage message) {
     const bool is_end = is_last(message);
@@ -127,12 +149,20 @@ void UpstreamBackend::close() {
 // ---- streams
 
 BackendStreamPtr UpstreamBackend::start(StartStream action, std::function<void()> changed) {
+  const bool is_held = keep_holders_of_scalars(action);
   stream_ = std::make_shared<Stream>(weak_from_this(), std::move(action), std::move(changed));
+  const BackendStreamPtr started = stream_;
+  if (!is_held) {
+    stream_->refuse(
+        {ErrorCode::kUnavailable,
+         "No server behind this gateway has both the surface's dataset and the one that "
+         "shall colour it."});
+  }
   change_.notify_all();
   if (!std::exchange(is_bringing_, true)) {
     spawn(executor_, [self = shared_from_this()] { return self->bring_streams(); });
   }
-  return stream_;
+  return started;
 }
 
 void UpstreamBackend::cancel(Stream& stream) {

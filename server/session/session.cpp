@@ -166,6 +166,17 @@ Result<std::shared_ptr<const StepSource>> Session::source_of(
   return source;
 }
 
+Result<std::shared_ptr<const StepSource>> Session::field_for(const ScalarRequest& scalars,
+                                                             const DatasetInfo& surface) const {
+  if (const auto valid = validated(scalars); !valid) return tl::unexpected(valid.error());
+  auto field = source_of(scalars.dataset);
+  if (!field) return field;
+  if (const auto checked = check_same_world(surface, (*field)->info()); !checked) {
+    return tl::unexpected(checked.error());
+  }
+  return field;
+}
+
 Actions Session::answer(const OpenStream& open) {
   if (const auto checked = check_stream(open, last_request_id_, options_.max_held_digests);
       !checked) {
@@ -176,11 +187,17 @@ Actions Session::answer(const OpenStream& open) {
   if (const auto checked = check_begun(open.begun, (*found)->info()); !checked) {
     return {reply(checked.error(), open.request_id)};
   }
+  std::shared_ptr<const StepSource> scalars;
+  if (open.scalars) {
+    auto field = field_for(*open.scalars, (*found)->info());
+    if (!field) return {reply(field.error(), open.request_id)};
+    scalars = *std::move(field);
+  }
   Actions actions;
   if (running_) actions.push_back(StopStream{*running_, StreamOutcome::kSuperseded});
   last_request_id_ = open.request_id;
   running_ = open.request_id;
-  actions.push_back(StartStream{open, *std::move(found)});
+  actions.push_back(StartStream{open, *std::move(found), std::move(scalars)});
   return actions;
 }
 

@@ -32,6 +32,7 @@ struct Send {
 struct StartStream {
   OpenStream open;
   std::shared_ptr<const StepSource> source;
+  std::shared_ptr<const StepSource> scalars = nullptr;  // Of open.scalars; null without.
 };
 // Find the answer to a question that was found good, and send it.
 struct AnswerQuestion {
@@ -116,7 +117,10 @@ class Session {
   // A dataset that there is for this client, or why there is none.
   [[nodiscard]] Result<std::shared_ptr<const StepSource>> source_of(
       const std::string& dataset) const;
-  // The same where a valid request for it can be met.
+  // The field that shall colour a surface.
+  [[nodiscard]] Result<std::shared_ptr<const StepSource>> field_for(
+      const ScalarRequest& scalars, const DatasetInfo& surface) const;
+  // The same as source_of where a valid request for it can be met.
   [[nodiscard]] Result<std::shared_ptr<const StepSource>> source_of(
       const std::string& dataset, const IsosurfaceRequest& request) const;
 

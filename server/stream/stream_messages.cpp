@@ -7,12 +7,12 @@
 
 namespace multitetra {
 
-StreamMessages::StreamMessages(const OpenStream& open, const DatasetInfo& info)
+StreamMessages::StreamMessages(const OpenStream& open, const DatasetInfo& info,
+                               std::optional<ScalarRange> scalars)
     : request_id_(open.request_id),
       info_(info),
-      state_{.request = open.request,
-             .previews = open.steps == StepPolicy::kProgressive,
-             .begun = open.begun},
+      state_{.request = open.request, .steps = open.steps, .begun = open.begun},
+      scalars_(scalars),
       known_(open.held.begin(), open.held.end()) {}
 
 std::optional<StreamState> StreamMessages::wanted() {
@@ -23,6 +23,10 @@ std::optional<StreamState> StreamMessages::wanted() {
 
 void StreamMessages::supply(MadeStep step, double seconds) {
   if (phase_ != Phase::kMaking) return;
+  if (step.is_over) {
+    end(StreamOutcome::kComplete);
+    return;
+  }
   current_ = std::move(step);
   next_tile_ = 0;
   totals_ = {.request_id = request_id_, .step = step_, .digest = {}, .seconds = seconds};
@@ -69,22 +73,39 @@ StepBegin StreamMessages::step_begin() const {
   begin.is_unsimplified = state_.request.simplify && !step.request.simplify;
   begin.request.simplify = state_.request.simplify;
   begin.crossed_octants = current_.encoded.crossed_octants;
+  begin.scalars = scalars_;
   begin.tiles.reserve(current_.encoded.tiles.size());
   for (const EncodedTile& tile : current_.encoded.tiles) begin.tiles.push_back(tile.summary);
   return begin;
 }
 
+std::optional<Tile> StreamMessages::tile_to_send() {
+  const EncodedTile& tile = current_.encoded.tiles[next_tile_];
+  if (!known_.insert(tile.summary.digest).second) return std::nullopt;
+  ++totals_.tiles_sent;
+  totals_.payload_bytes += tile.payload->size();
+  return Tile{.request_id = request_id_,
+              .step = step_,
+              .index = static_cast<std::uint32_t>(next_tile_),
+              .payload = tile.payload};
+}
+
+std::optional<TileScalars> StreamMessages::scalars_to_send() {
+  if (!scalars_) return std::nullopt;
+  const TileSummary& tile = current_.encoded.tiles[next_tile_].summary;
+  if (!known_scalars_.insert(tile.digest).second) return std::nullopt;
+  const ScalarsOfTile& scalars = current_.scalars[next_tile_];
+  return TileScalars{.request_id = request_id_,
+                     .step = step_,
+                     .index = static_cast<std::uint32_t>(next_tile_),
+                     .codes = scalars.codes,
+                     .largest_deviation = scalars.largest_deviation};
+}
+
 ServerMessage StreamMessages::take_tile_or_end() {
-  const std::vector<EncodedTile>& tiles = current_.encoded.tiles;
-  for (; next_tile_ < tiles.size(); ++next_tile_) {
-    const EncodedTile& tile = tiles[next_tile_];
-    if (!known_.insert(tile.summary.digest).second) continue;
-    ++totals_.tiles_sent;
-    totals_.payload_bytes += tile.payload->size();
-    return Tile{.request_id = request_id_,
-                .step = step_,
-                .index = static_cast<std::uint32_t>(next_tile_++),
-                .payload = tile.payload};
+  for (; next_tile_ < current_.encoded.tiles.size(); ++next_tile_) {
+    if (auto tile = tile_to_send()) return *std::move(tile);
+    if (auto scalars = scalars_to_send()) return *std::move(scalars);
   }
   state_ = std::move(current_.after);
   state_.shown.push_back(

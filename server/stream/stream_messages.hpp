@@ -1,6 +1,6 @@
 // The messages of one stream, one at a time, as the client takes them:
 //
-//   StepBegin, Tile..., StepEnd      once for each step of the plan
+//   StepBegin, Tile and TileScalars..., StepEnd      once for each step of the plan
 //   StreamEnd or ErrorReply
 //
 // Pure: it tells what was shown, somebody makes the step that follows, and nothing is made before
@@ -21,7 +21,9 @@ namespace multitetra {
 
 class StreamMessages {
  public:
-  StreamMessages(const OpenStream& open, const DatasetInfo& info);
+  // `scalars` is what the codes of its tiles mean, if it has any.
+  StreamMessages(const OpenStream& open, const DatasetInfo& info,
+                 std::optional<ScalarRange> scalars = {});
 
   [[nodiscard]] std::uint64_t request_id() const { return request_id_; }
 
@@ -37,7 +39,8 @@ class StreamMessages {
   void fail(Error error);
 
   [[nodiscard]] bool has_message() const;
-  // Requires has_message(). Tiles that the client holds, or was sent in this stream, are left out.
+  // Requires has_message(). Tiles that the client holds, or was sent in this stream, are left out,
+  // and so are scalars of tiles that it was sent in this stream.
   [[nodiscard]] ServerMessage take();
   [[nodiscard]] bool is_finished() const { return phase_ == Phase::kFinished; }
 
@@ -46,12 +49,16 @@ class StreamMessages {
 
   [[nodiscard]] StepBegin step_begin() const;
   [[nodiscard]] ServerMessage take_tile_or_end();
+  [[nodiscard]] std::optional<Tile> tile_to_send();
+  [[nodiscard]] std::optional<TileScalars> scalars_to_send();
   void finish_with(ServerMessage last);
 
   std::uint64_t request_id_;
   DatasetInfo info_;
   StreamState state_;
+  std::optional<ScalarRange> scalars_;
   std::set<ContentDigest> known_;  // Tiles that the client has, or will have read by then.
+  std::set<ContentDigest> known_scalars_;
 
   Phase phase_ = Phase::kWanted;
   std::uint32_t step_ = 0;  // Being made or sent.

@@ -224,7 +224,8 @@ Result<MadeStep> make_next_step(const StepSource& source, const StreamState& sta
   const BudgetLadder ladder(state.request, info);
   // Finding the threshold of a budget reads samples; a first preview must not wait for that.
   const bool is_repeated = state.shown.size() < state.begun.size();
-  const bool is_first_preview = state.shown.empty() && (state.previews || is_repeated);
+  const bool has_previews = state.steps != StepPolicy::kFinalOnly;
+  const bool is_first_preview = state.shown.empty() && (has_previews || is_repeated);
   const auto affordable = [&] {
     std::optional<int>& rung = made.after.rung;
     if (!rung) rung = ladder.lowest_fitting(source.sizes(stop, SizeAccuracy::kCareful).of);
@@ -236,9 +237,11 @@ Result<MadeStep> make_next_step(const StepSource& source, const StreamState& sta
   const NextStep next =
       is_repeated
           ? NextStep{.step = preview_step(request, state.begun[state.shown.size()], info)}
-          : next_step(request, state.previews, state.shown, info, within(sizes, request), costs);
+          : next_step(request, has_previews, state.shown, info, within(sizes, request), costs);
   made.step = next.step;
   made.is_final = next.is_final;
+  made.is_over = next.is_final && state.steps == StepPolicy::kPreviewsOnly && !state.shown.empty();
+  if (made.is_over) return made;
   if (!next.is_final) {
     made.encoded = source.make(next.step, stop);
     return made;

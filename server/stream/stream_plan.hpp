@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "common/request/isosurface_request.hpp"
+#include "common/wire/messages.hpp"
 #include "server/core/planning/refinement_plan.hpp"
+#include "server/stream/step_scalars.hpp"
 #include "server/stream/step_source.hpp"
 
 namespace multitetra {
@@ -15,7 +17,7 @@ namespace multitetra {
 // Where a stream stands: all that its next step depends on.
 struct StreamState {
   IsosurfaceRequest request = {};  // As it was made.
-  bool previews = true;
+  StepPolicy steps = StepPolicy::kProgressive;
   std::vector<Preview> begun = {};  // With these it begins, whatever the plan would be.
   std::vector<ShownStep> shown = {};
   std::optional<int> rung = {};  // Of its budget's ladder, once it is known what fits.
@@ -24,8 +26,11 @@ struct StreamState {
 struct MadeStep {
   StepRequest step = {};
   bool is_final = false;
+  // Nothing was made: of previews alone there are no more.
+  bool is_over = false;
   EncodedStep encoded = {};
-  StreamState after = {};  // Without this step among those that were shown.
+  StreamState after = {};                   // Without this step among those that were shown.
+  std::vector<ScalarsOfTile> scalars = {};  // Of the tiles, where the stream wants them.
 };
 
 struct StepLimits {

@@ -22,8 +22,10 @@ namespace multitetra {
 class WorkerBackend::Stream : public BackendStream {
  public:
   Stream(std::weak_ptr<WorkerBackend> backend, StartStream action, std::function<void()> changed)
-      : messages(action.open, action.source->info()),
+      : scalar_range(range_of(action)),
+        messages(action.open, action.source->info(), scalar_range),
         source(std::move(action.source)),
+        scalars(std::move(action.scalars)),
         priority(action.open.priority),
         changed_(std::move(changed)),
         backend_(std::move(backend)) {}
@@ -52,6 +54,8 @@ class WorkerBackend::Stream : public BackendStream {
     const auto backend = backend_.lock();
     if (backend && backend->stream_.get() == this) backend->stream_.reset();
   }
+  // Its next step; runs on a worker.
+  [[nodiscard]] Result<MadeStep> make(const StreamState& state, const StepLimits& limits) const;
   // Before anybody was told of it.
   void refuse(Error error) { messages.fail(std::move(error)); }
   void supply(MadeStep step, double seconds) {
@@ -59,8 +63,10 @@ class WorkerBackend::Stream : public BackendStream {
     changed_();
   }
 
+  std::optional<ScalarRange> scalar_range;
   StreamMessages messages;
   std::shared_ptr<const StepSource> source;
+  std::shared_ptr<const StepSource> scalars;  // Null without.
   Priority priority;
   std::stop_source stop;
   double worker_seconds = 0;                             // Of the steps that were made.
@@ -68,6 +74,11 @@ class WorkerBackend::Stream : public BackendStream {
   ByteReservations::Reservation queue_reservation = {};  // Of the step that is being sent.
 
  private:
+  static std::optional<ScalarRange> range_of(const StartStream& action) {
+    if (!action.scalars) return std::nullopt;
+    return range_for(*action.open.scalars, action.scalars->info());
+  }
+
   std::function<void()> changed_;
   std::weak_ptr<WorkerBackend> backend_;
 };
@@ -130,9 +141,19 @@ auto guarded(const StepSource& source, const char* what, const std::stop_token& 
   }
 }
 
-Result<MadeStep> make_step(const StepSource& source, const StreamState& state,
-                           const StepLimits& limits, const std::stop_token& stop) {
-  return guarded(source, "step", stop, [&] { return make_next_step(source, state, stop, limits); });
+// The scalars of a step that was made.
+Result<MadeStep> with_scalars(MadeStep made, const DatasetInfo& surface, const StepSource& field,
+                              const ScalarRange& range, const std::stop_token& stop) {
+  return guarded(field, "step", stop, [&]() -> Result<MadeStep> {
+    const PreparedVolume* volume = field.volume();
+    if (volume == nullptr) {
+      return fail(ErrorCode::kInternal, "This server has no samples of the colouring dataset.");
+    }
+    auto scalars = step_scalars(made.encoded, made.step.request, surface, *volume, range, stop);
+    if (!scalars) return tl::unexpected(scalars.error());
+    made.scalars = *std::move(scalars);
+    return std::move(made);
+  });
 }
 
 // What was made before is quickly found, and so is a first preview; what follows may take as long
@@ -151,7 +172,7 @@ StepWork work_for(const StepSource& source, const StreamState& state) {
   if (request.cell) {
     return {.kind = dataset + " cell", .is_long = request.cell->finest_spacing < kSpectrumSpacing};
   }
-  if (state.previews && state.shown.empty()) {
+  if (state.steps != StepPolicy::kFinalOnly && state.shown.empty()) {
     return {.kind = dataset + " first preview", .is_long = false};
   }
   return {.kind = dataset + (request.simplify ? " simplified step" : " step"), .is_long = true};
@@ -188,6 +209,16 @@ Error too_long(std::chrono::milliseconds limit) {
 }
 
 }  // namespace
+
+Result<MadeStep> WorkerBackend::Stream::make(const StreamState& state,
+                                             const StepLimits& limits) const {
+  const std::stop_token of_stream = stop.get_token();
+  auto made = guarded(*source, "step", of_stream, [&] {
+    return multitetra::make_next_step(*source, state, of_stream, limits);
+  });
+  if (!made || made->is_over || !scalars) return made;
+  return with_scalars(*std::move(made), source->info(), *scalars, *scalar_range, of_stream);
+}
 
 WorkerBackend::WorkerBackend(asio::any_io_executor executor, Workers& workers,
                              ClientContextPtr client, const SessionLimits& limits)
@@ -249,7 +280,7 @@ void WorkerBackend::make_next_step() {
     const asio::any_io_executor executor = self->executor_;
     post(executor, [self, stream] { self->step_begins(stream); });
     const Clock::time_point start = Clock::now();
-    auto made = make_step(*stream->source, state, limits, stream->stop.get_token());
+    auto made = stream->make(state, limits);
     post(executor,
          [self = std::move(self), stream = std::move(stream),
           made = std::make_shared<Result<MadeStep>>(std::move(made)),
@@ -283,7 +314,8 @@ void WorkerBackend::step_made(const StreamPtr& stream, Result<MadeStep> step, do
     stream->fail(step.error());
     return;
   }
-  const auto bytes = static_cast<std::size_t>(size_of(step->encoded).bytes);
+  const std::size_t bytes =
+      static_cast<std::size_t>(size_of(step->encoded).bytes) + bytes_of(step->scalars);
   auto reservation = client_->take_room(bytes);
   if (!reservation) {
     stream->fail(reservation.error());

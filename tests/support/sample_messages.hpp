@@ -189,7 +189,7 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
       open.request_id = random() | 1;
       open.dataset = dataset_info(random).name;
       open.request = request(random);
-      open.steps = one_of<StepPolicy>(0, 1, random);
+      open.steps = one_of<StepPolicy>(0, 2, random);
       for (std::uint64_t i = up_to(20, random); i > 0; --i) {
         open.held.push_back({random(), random()});
       }
@@ -197,6 +197,14 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
         open.begun.push_back({.finest_spacing = 1 << e, .is_unsimplified = (random() & 1) != 0});
       }
       open.priority = one_of<Priority>(0, 1, random);
+      if (random() % 2 == 0) {
+        open.scalars =
+            ScalarRequest{.dataset = dataset_info(random).name, .bits = random() % 2 == 0 ? 8 : 16};
+        const double low = number(random);
+        if (random() % 2 == 0) {
+          open.scalars->limits = ScalarRequest::Limits{low, low + 1 + std::abs(low)};
+        }
+      }
       return open;
     }
     case 3:
@@ -245,6 +253,11 @@ inline StepBegin step_begin(Random& random) {
   begin.crossed_octants = static_cast<std::uint32_t>(up_to(0xFF, random));
   begin.tetrahedra = random();
   begin.active_tetrahedra = up_to(begin.tetrahedra, random);
+  if (random() % 2 == 0) {
+    const double low = number(random);
+    begin.scalars =
+        ScalarRange{.low = low, .high = low + std::abs(low), .bits = random() % 2 == 0 ? 8 : 16};
+  }
   for (std::uint64_t i = up_to(20, random); i > 0; --i) begin.tiles.push_back(tile_summary(random));
   return begin;
 }
@@ -297,6 +310,13 @@ inline ServerMessage server_message(std::size_t kind, Random& random) {
                         .sample_spacing = random() % 2 == 0 ? 1U : 8U,
                         .values = std::make_shared<const std::string>(4 * width * height, '\xC0')};
     }
+    case 11:
+      return TileScalars{
+          .request_id = random() | 1,
+          .step = u32(random),
+          .index = u32(random),
+          .codes = std::make_shared<const std::string>(1 + up_to(99, random), '\xA1'),
+          .largest_deviation = std::abs(number(random))};
     case 10: {
       ProbeReply reply{.request_id = random(), .places = {}};
       for (std::uint64_t i = up_to(5, random); i > 0; --i) {
@@ -327,8 +347,9 @@ inline bool same(const ListDatasets& a, const ListDatasets& b) {
   return a.request_id == b.request_id;
 }
 inline bool same(const OpenStream& a, const OpenStream& b) {
-  return std::tie(a.request_id, a.dataset, a.request, a.steps, a.held, a.begun, a.priority) ==
-         std::tie(b.request_id, b.dataset, b.request, b.steps, b.held, b.begun, b.priority);
+  return std::tie(a.request_id, a.dataset, a.request, a.steps, a.held, a.begun, a.priority,
+                  a.scalars) == std::tie(b.request_id, b.dataset, b.request, b.steps, b.held,
+                                         b.begun, b.priority, b.scalars);
 }
 inline bool same(const Cancel& a, const Cancel& b) { return a.request_id == b.request_id; }
 inline bool same(const Ping& a, const Ping& b) { return a.value == b.value; }
@@ -342,10 +363,14 @@ inline bool same(const DatasetList& a, const DatasetList& b) {
 inline bool same(const StepBegin& a, const StepBegin& b) {
   return std::tie(a.request_id, a.step, a.is_final, a.request, a.error_bound_world,
                   a.finest_spacing, a.codec, a.tetrahedra, a.active_tetrahedra, a.tiles,
-                  a.is_unsimplified, a.crossed_octants) ==
+                  a.is_unsimplified, a.scalars, a.crossed_octants) ==
          std::tie(b.request_id, b.step, b.is_final, b.request, b.error_bound_world,
                   b.finest_spacing, b.codec, b.tetrahedra, b.active_tetrahedra, b.tiles,
-                  b.is_unsimplified, b.crossed_octants);
+                  b.is_unsimplified, b.scalars, b.crossed_octants);
+}
+inline bool same(const TileScalars& a, const TileScalars& b) {
+  return std::tie(a.request_id, a.step, a.index, *a.codes, a.largest_deviation) ==
+         std::tie(b.request_id, b.step, b.index, *b.codes, b.largest_deviation);
 }
 inline bool same(const Tile& a, const Tile& b) {
   return std::tie(a.request_id, a.step, a.index, *a.payload) ==

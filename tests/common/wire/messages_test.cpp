@@ -252,7 +252,19 @@ TEST(OpenStream, OutOfRangeIsRefused) {
         o.request.max_triangles = 5;
       },
       "cell has a budget");
-  refuse([](OpenStream& o) { o.steps = static_cast<StepPolicy>(2); }, "OpenStream.steps");
+  refuse([](OpenStream& o) { o.steps = static_cast<StepPolicy>(3); }, "OpenStream.steps");
+  const auto scalars = [&](auto spoil, const char* text) {
+    refuse(
+        [=](OpenStream& o) {
+          o.scalars = ScalarRequest{.dataset = "heat"};
+          spoil(*o.scalars);
+        },
+        text);
+  };
+  scalars([](ScalarRequest& s) { s.dataset = ""; }, "ScalarRequest.dataset");
+  scalars([](ScalarRequest& s) { s.bits = 12; }, "8 or 16");
+  scalars([](ScalarRequest& s) { s.limits = {1, 1}; }, "range of scalars");
+  scalars([](ScalarRequest& s) { s.limits = {0, kInfinity}; }, "range of scalars");
   refuse([](OpenStream& o) { o.held.resize(kMaxHeldDigests + 1); }, "OpenStream.held",
          ErrorCode::kLimitExceeded);
 }

@@ -47,13 +47,29 @@ class Misjudged : public FakeSteps {
   double part_;
 };
 
+TEST(StreamPlan, OfPreviewsAloneEndsBeforeTheFinalStepUnlessThatIsThereAtOnce) {
+  const FakeSteps source("large");
+  StreamState state = {.request = {.error = 1}, .steps = StepPolicy::kPreviewsOnly};
+  std::size_t previews = 0;
+  for (;; ++previews) {
+    const auto made = make_next_step(source, state, {});
+    ASSERT_TRUE(made);
+    if (made->is_over) break;
+    EXPECT_FALSE(made->is_final);
+    state = made->after;
+    state.shown.push_back({.step = made->step, .size = size_of(made->encoded), .seconds = 0.01});
+    ASSERT_LT(previews, 20U);
+  }
+  EXPECT_GT(previews, 0U);
+}
+
 TEST(StreamPlan, ABudgetIsMetByTheSecondSurfaceHoweverWrongTheEstimate) {
   for (const double part : {1.0, 0.9, 0.7, 0.3, 0.05}) {
     SCOPED_TRACE(part);
     int made = 0;
     const Misjudged source(1e6, part, made);
     const StreamState state = {.request = {.error = 0.25, .max_triangles = 100'000},
-                               .previews = false};
+                               .steps = StepPolicy::kFinalOnly};
     const MadeStep step = make_next_step(source, state, {}).value();
     EXPECT_TRUE(step.is_final);
     EXPECT_LE(made, 2);
@@ -68,10 +84,11 @@ TEST(StreamPlan, AnEstimateThatIsTooLargeCostsASurfaceAndNoDetail) {
   for (const double part : {1.5, 2.0, 5.0, 100.0}) {
     int made = 0;
     const Misjudged source(1e6, part, made);
-    const MadeStep step =
-        make_next_step(
-            source, {.request = {.error = 0.25, .max_triangles = 100'000}, .previews = false}, {})
-            .value();
+    const MadeStep step = make_next_step(source,
+                                         {.request = {.error = 0.25, .max_triangles = 100'000},
+                                          .steps = StepPolicy::kFinalOnly},
+                                         {})
+                              .value();
     EXPECT_EQ(made, 2) << part;
     EXPECT_LE(size_of(step.encoded).triangles, 100'000);
     EXPECT_GE(size_of(step.encoded).triangles, 70'000) << part;
@@ -92,7 +109,8 @@ TEST(StreamPlan, ABudgetIsMetByEstimatesThatAreAllTheSame) {
     int made = 0;
     const Constant source(1e6, 1, made);
     const auto step = make_next_step(
-        source, {.request = {.error = 0.25, .max_triangles = budget}, .previews = false}, {});
+        source,
+        {.request = {.error = 0.25, .max_triangles = budget}, .steps = StepPolicy::kFinalOnly}, {});
     ASSERT_TRUE(step) << budget;
     EXPECT_LE(size_of(step->encoded).triangles, budget);
     EXPECT_LE(made, 10) << budget;
@@ -104,7 +122,7 @@ TEST(StreamPlan, AServersLimitRefusesOnlyWhatIsSurelyMore) {
   const auto make = [&made](double estimated_part, const IsosurfaceRequest& request) {
     made = 0;
     const Misjudged source(1e6, estimated_part, made);
-    return make_next_step(source, {.request = request, .previews = false}, {},
+    return make_next_step(source, {.request = request, .steps = StepPolicy::kFinalOnly}, {},
                           {.max_triangles = 1'200'000});
   };
   EXPECT_TRUE(make(1.5, {.error = 1})->is_final) << "estimates are up to a half too large";
@@ -120,7 +138,7 @@ TEST(StreamPlan, AServersLimitRefusesOnlyWhatIsSurelyMore) {
 TEST(StreamPlan, ACellComesInOneStepThatEndsWhereItSays) {
   int made = 0;
   const Misjudged source(1e6, 1, made);
-  StreamState state = {.request = {.error = 1}, .previews = true};
+  StreamState state = {.request = {.error = 1}, .steps = StepPolicy::kProgressive};
   state.request.cell = SurfaceCell{.cube = {5, 0, 0, 0}, .finest_spacing = 8};
   const MadeStep step = make_next_step(source, state, {}).value();
   EXPECT_TRUE(step.is_final);
@@ -137,7 +155,8 @@ TEST(StreamPlan, ABudgetThatNothingMeetsIsRefused) {
   int made = 0;
   const Misjudged source(1e6, 1e-4, made);
   const auto refused = make_next_step(
-      source, {.request = {.error = 0.25, .max_triangles = 5}, .previews = false}, {});
+      source, {.request = {.error = 0.25, .max_triangles = 5}, .steps = StepPolicy::kFinalOnly},
+      {});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kLimitExceeded);
   EXPECT_EQ(
@@ -155,7 +174,7 @@ TEST(StreamPlan, BeginsWithWhatItBeganWithElsewhere) {
     StreamState state;
     state.request.error = 0.5;
     state.request.simplify = true;
-    state.previews = previews;
+    state.steps = previews ? StepPolicy::kProgressive : StepPolicy::kFinalOnly;
     state.begun = {{.finest_spacing = 16}, {.finest_spacing = 4, .is_unsimplified = true}};
     for (const Preview& preview : state.begun) {
       const MadeStep made = make_next_step(source, state, {}).value();

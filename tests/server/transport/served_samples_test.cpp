@@ -70,5 +70,117 @@ TEST(ServedSamples, OfNoDatasetOrFromASourceWithoutSamplesAreRefused) {
   EXPECT_EQ(fake.error().error.code, ErrorCode::kInternal);
 }
 
+// ---- scalars
+
+// x + 10 y + 100 z of the world, in samples that lie elsewhere than those of the surface.
+DatasetPtr heat(WorldSpace space = WorldSpace::kUnnamed) {
+  Volume volume = testing::fields::sampled<float>({20, 21, 22}, [](int x, int y, int z) {
+    return (2.0 * x - 2) + 10 * (2.0 * y - 2) + 100 * (2.0 * z - 2);
+  });
+  volume.index_to_world = {.columns = {Vec3{2, 0, 0}, Vec3{0, 2, 0}, Vec3{0, 0, 2}},
+                           .translation = {-2, -2, -2}};
+  volume.spacing = {2, 2, 2};
+  volume.meaning.space = space;
+  return make_dataset(std::move(volume), "heat");
+}
+
+CataloguePtr coloured(DatasetPtr field) {
+  Volume surface = gyroid();
+  surface.meaning.space = WorldSpace::kLps;
+  auto catalogue = std::make_shared<DatasetCatalogue>();
+  for (const DatasetPtr& dataset : {make_dataset(std::move(surface), "gyroid"), std::move(field)}) {
+    catalogue->add(
+        std::make_shared<ExtractedSteps>(std::make_shared<const SurfaceExtractor>(dataset)));
+  }
+  return catalogue;
+}
+
+OpenStream coloured_gyroid(int bits = 16) {
+  return {.dataset = "gyroid",
+          .request = {.isovalue = 0.1, .error = 0.5, .simplify = true, .normal_bits = 8},
+          .scalars = ScalarRequest{.dataset = "heat", .bits = bits}};
+}
+
+TEST(ServedSamples, ScalarsAreTheFieldAtTheVerticesOfEveryStep) {
+  const RunningServer server(coloured(heat()));
+  Client client = client_of(server);
+  const auto infos = client.list_datasets();
+  ASSERT_TRUE(infos);
+  for (const int bits : {8, 16}) {
+    std::size_t steps = 0;
+    const auto fetched =
+        client.fetch(infos->at(0), coloured_gyroid(bits), [&](const FetchedStep& f) {
+          ++steps;
+          const CommittedStep& step = *f.step;
+          ASSERT_TRUE(step.begin.scalars);
+          EXPECT_EQ(step.begin.scalars->low, infos->at(1).min);
+          ASSERT_EQ(step.mesh.scalars.size(), step.mesh.vertices.size());
+          ASSERT_EQ(step.mesh.normals.size(), step.mesh.vertices.size());
+          const double allowed = 0.51 * step.begin.scalars->step() + 1e-3;
+          for (std::size_t i = 0; i < step.mesh.vertices.size(); ++i) {
+            const Vec3 p = grid_coordinates(step.mesh.vertices[i], step.mesh.resolution);
+            ASSERT_NEAR(static_cast<double>(step.mesh.scalars[i]), p[0] + 10 * p[1] + 100 * p[2],
+                        allowed);
+          }
+          EXPECT_LT(step.largest_scalar_deviation, 1e-3) << "the field is linear";
+        });
+    ASSERT_TRUE(fetched) << fetched.error().error.text;
+    EXPECT_GT(steps, 0U);
+  }
+}
+
+TEST(ServedSamples, TilesThatAreHeldAreColouredAllTheSame) {
+  const RunningServer server(coloured(heat()));
+  Client client = client_of(server);
+  const auto infos = client.list_datasets();
+  ASSERT_TRUE(infos);
+  TileMemory memory({.tiles = 1000, .triangles = 10'000'000});
+  OpenStream plain = coloured_gyroid();
+  plain.scalars.reset();
+  ASSERT_TRUE(client.fetch(infos->at(0), plain, [](const FetchedStep&) {}, {.tiles = &memory}));
+  const auto again =
+      client.fetch(infos->at(0), coloured_gyroid(), [](const FetchedStep&) {}, {.tiles = &memory});
+  ASSERT_TRUE(again) << again.error().error.text;
+  EXPECT_EQ(again->step->end.tiles_sent, 0U);
+  EXPECT_EQ(again->step->mesh.scalars.size(), again->step->mesh.vertices.size());
+}
+
+TEST(ServedSamples, AFieldOfAnotherWorldOrOfNoNameColoursNothing) {
+  const RunningServer server(coloured(heat(WorldSpace::kRas)));
+  Client client = client_of(server);
+  const auto infos = client.list_datasets();
+  ASSERT_TRUE(infos);
+  const auto other = client.fetch(infos->at(0), coloured_gyroid(), [](const FetchedStep&) {});
+  ASSERT_FALSE(other);
+  EXPECT_NE(other.error().error.text.find("the axes"), std::string::npos);
+  OpenStream none = coloured_gyroid();
+  none.scalars->dataset = "cold";
+  const auto unknown = client.fetch(infos->at(0), none, [](const FetchedStep&) {});
+  ASSERT_FALSE(unknown);
+  EXPECT_EQ(unknown.error().error.code, ErrorCode::kUnknownDataset);
+}
+
+// ---- several surfaces
+
+TEST(ServedSamples, PreviewsAloneLeaveTheFinalStepForLater) {
+  const RunningServer server(one_dataset());
+  Client client = client_of(server);
+  const auto infos = client.list_datasets();
+  ASSERT_TRUE(infos);
+  // With this preview it begins, however quick the machine is.
+  OpenStream open{.dataset = "gyroid",
+                  .request = {.isovalue = 0.1, .error = 0},
+                  .steps = StepPolicy::kPreviewsOnly,
+                  .begun = {{.finest_spacing = 8}}};
+  const auto preview = client.fetch(
+      infos->at(0), open, [](const FetchedStep& f) { EXPECT_FALSE(f.step->begin.is_final); });
+  ASSERT_TRUE(preview) << preview.error().error.text;
+  open.steps = StepPolicy::kFinalOnly;
+  open.begun.clear();
+  const auto last = client.fetch(infos->at(0), open,
+                                 [](const FetchedStep& f) { EXPECT_TRUE(f.step->begin.is_final); });
+  ASSERT_TRUE(last) << last.error().error.text;
+}
+
 }  // namespace
 }  // namespace multitetra

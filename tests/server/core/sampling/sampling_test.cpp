@@ -5,6 +5,7 @@
 
 #include "server/core/sampling/field_probe.hpp"
 #include "server/core/sampling/slice_pixels.hpp"
+#include "server/core/sampling/vertex_scalars.hpp"
 #include "server/dataset/prepare.hpp"
 #include "tests/support/fields.hpp"
 
@@ -233,6 +234,40 @@ TEST(Probe, OfALinearFieldHasItsValueAndItsGradientInTheWorld) {
   }
   const ProbedPlace beyond = probed(*dataset, CoordinateSystem::kIndex, {-0.1, 0, 0});
   EXPECT_FALSE(beyond.value || beyond.gradient);
+}
+
+// A square of side 4 grid steps in the plane z = 3, as two triangles.
+LatticeMesh square() {
+  return {.resolution = 5,
+          .vertices = {{64, 64, 96}, {192, 64, 96}, {192, 192, 96}, {64, 192, 96}},
+          .triangles = {{0, 1, 2}, {0, 2, 3}}};
+}
+
+TEST(VertexScalars, OfALinearFieldHaveNoDeviationWhereverItsSamplesLie) {
+  const DatasetPtr dataset = make_dataset(slope(), "slope", std::nullopt, 0);
+  // Grid coordinates of the surface are half sample indices of the field.
+  const Affine halves = {.columns = {Vec3{0.5, 0, 0}, Vec3{0, 0.5, 0}, Vec3{0, 0, 0.5}},
+                         .translation = {1, 2, 3}};
+  const Affine map = composed(dataset->info.index_to_world, halves);
+  const VertexScalars scalars = vertex_scalars(*dataset, square(), map);
+  EXPECT_LT(scalars.largest_deviation, 1e-9);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Vec3 at = halves(grid_coordinates(square().vertices[i], 5));
+    EXPECT_NEAR(scalars.values[i], 3 * at[0] + 2 * at[1] - at[2] + 100, 1e-9);
+  }
+}
+
+TEST(VertexScalars, TellHowFarTheFieldIsFromWhatIsInterpolated) {
+  const Volume parabola = fields::sampled<float>({9, 9, 9}, [](int x, int, int) { return x * x; });
+  const DatasetPtr dataset = make_dataset(parabola, "parabola", std::nullopt, 0);
+  const VertexScalars scalars = vertex_scalars(*dataset, square(), {});
+  EXPECT_EQ(scalars.values, (std::vector<double>{4, 36, 36, 4}));
+  // The diagonal's middle, at x = 4: 16 instead of 20. Border edges have no neighbour to tell.
+  EXPECT_EQ(scalars.largest_deviation, 4);
+  const Affine beside = {.columns = Affine{}.columns, .translation = {5, 0, 0}};
+  const VertexScalars half = vertex_scalars(*dataset, square(), beside);
+  EXPECT_EQ(half.values[0], 49);
+  EXPECT_TRUE(std::isnan(half.values[1]));
 }
 
 }  // namespace

@@ -1,0 +1,20 @@
+// Scalars as wire messages and back.
+#pragma once
+
+#include "common/wire/messages.hpp"
+#include "common/wire/wire_checks.hpp"
+#include "multitetra/v1/conversation.pb.h"
+
+namespace multitetra::wire {
+
+void write(const ScalarRequest& request, v1::ScalarRequest& wire);
+[[nodiscard]] ScalarRequest read(const v1::ScalarRequest& wire, FieldChecks& checks);
+
+void write(const ScalarRange& range, v1::ScalarRange& wire);
+[[nodiscard]] ScalarRange read(const v1::ScalarRange& wire, FieldChecks& checks);
+
+void write(const TileScalars& scalars, v1::TileScalars& wire);
+// Takes the codes out of the message.
+[[nodiscard]] TileScalars read(v1::TileScalars& wire, FieldChecks& checks);
+
+}  // namespace multitetra::wire

@@ -1,0 +1,31 @@
+// The scalars of a step's tiles, for streams that colour their surface by a field.
+#pragma once
+
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "common/request/scalar_request.hpp"
+#include "server/core/spectrum/prepared_volume.hpp"
+#include "server/stream/step_cache.hpp"
+
+namespace multitetra {
+
+struct ScalarsOfTile {
+  std::shared_ptr<const std::string> codes;  // As in TileScalars.
+  double largest_deviation = 0;
+};
+
+// Of all tiles, in their order, on all threads. `request` is that of the step, `surface` its
+// dataset. kDamagedData where a tile cannot be decoded, which would be our mistake. Throws
+// Cancelled soon after `stop` is triggered, and what the field throws when it turns out to be
+// damaged.
+[[nodiscard]] Result<std::vector<ScalarsOfTile>> step_scalars(
+    const EncodedStep& step, const IsosurfaceRequest& request, const DatasetInfo& surface,
+    const PreparedVolume& field, const ScalarRange& range, std::stop_token stop);
+
+// Of all of them together.
+[[nodiscard]] std::size_t bytes_of(const std::vector<ScalarsOfTile>& scalars);
+
+}  // namespace multitetra
