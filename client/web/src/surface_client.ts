@@ -48,6 +48,7 @@ export class SurfaceClient {
   private dragTimer = 0;
   private readonly inUse = new Set<string>();
   private isClosed = false;
+  private postponed = 0; // The timer of a stream that is asked for later.
 
   // `number` tells the surfaces of a view apart; each has a client of its own.
   constructor(
@@ -86,6 +87,7 @@ export class SurfaceClient {
   // For good: nothing is asked or shown any more.
   close(): void {
     this.isClosed = true;
+    clearTimeout(this.postponed);
     ++this.stream; // What is under way elsewhere belongs to nobody.
     clearTimeout(this.dragTimer);
     this.pool.forget(memoriesOf(this.number));
@@ -183,6 +185,14 @@ export class SurfaceClient {
       case "size":
         this.learnSize(effect);
         break;
+      case "postponed":
+        clearTimeout(this.postponed);
+        this.postponed = window.setTimeout(() => this.perform(this.conversation.again()), effect.inMilliseconds);
+        this.progress.set({
+          isStreaming: false,
+          postponed: { text: effect.text, until: performance.now() + effect.inMilliseconds },
+        });
+        break;
       case "trouble":
         this.progress.set({
           trouble: {
@@ -201,10 +211,12 @@ export class SurfaceClient {
   // What was under way is gone; the conversation repeats it when there is a connection again.
   private loseStream(): void {
     this.sizes.forget();
-    this.progress.set({ isStreaming: false });
+    clearTimeout(this.postponed);
+    this.progress.set({ isStreaming: false, postponed: null });
   }
 
   private begin(stream: number): void {
+    clearTimeout(this.postponed);
     this.pool.forget(memoriesOf(this.number));
     this.stream = stream;
     this.started = performance.now();

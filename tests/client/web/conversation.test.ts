@@ -142,6 +142,29 @@ describe("Conversation", () => {
     ]);
   });
 
+  test("AsksAgainForWhatTheServerWantsAskedLater", () => {
+    const conversation = connected();
+    conversation.want({ info: dataset(), request: request() });
+    const reply = { case: "error", value: { requestId: 1n, code: 8, text: "Too many streams.", retryAfter: 2.5 } };
+    expect(conversation.received(reply as ServerKind)).toEqual([
+      { kind: "postponed", text: "Too many streams.", inMilliseconds: 2500 },
+    ]);
+    expect(opened(conversation.again())).toMatchObject({ requestId: 2n, dataset: dataset().name });
+    expect(conversation.again()).toEqual([]); // It runs.
+    conversation.cancel();
+    expect(conversation.again()).toEqual([]); // Nobody wants it any more.
+  });
+
+  test("ComesBackNoSoonerThanTheServerWants", () => {
+    const conversation = connected();
+    const error = (retryAfter: number) => ({ case: "error", value: { requestId: 0n, code: 12, text: "Draining.", retryAfter } });
+    conversation.received(error(20) as ServerKind);
+    expect(conversation.closed()).toEqual([{ kind: "phase", phase: "lost", retryInMilliseconds: 20_000 }]);
+    conversation.received(error(1e300) as ServerKind);
+    expect(conversation.closed()).toEqual([{ kind: "phase", phase: "lost", retryInMilliseconds: 600_000 }]);
+    expect(conversation.closed()).toEqual([{ kind: "phase", phase: "lost", retryInMilliseconds: 2000 }]);
+  });
+
   test("DoesNotInsistWhereTheServerWillNeverAgree", () => {
     const conversation = connected();
     const reply = { case: "error", value: { requestId: 0n, code: 4, text: "No version." } };

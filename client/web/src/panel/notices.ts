@@ -14,8 +14,7 @@ export interface NoticeActs {
   leave: () => void; // The keyboard goes to what is shown.
 }
 
-type Kind = "lost" | "token" | "words" | "size" | "nothing";
-
+type Kind = "lost" | "later" | "token" | "words" | "size" | "nothing";
 
 export class Notices {
   readonly element = h("div", { class: "notice", role: "alert", hidden: true });
@@ -68,6 +67,8 @@ export class Notices {
     } else if (trouble || this.own || this.empty) {
       this.words.textContent = trouble?.text ?? this.own ?? this.empty;
       this.hold("words", () => [this.words]);
+    } else if (progress?.postponed) {
+      this.drawPostponed(progress.postponed);
     } else if (progress?.heldBack) {
       const { triangles, bytes } = progress.heldBack;
       this.words.textContent =
@@ -85,9 +86,20 @@ export class Notices {
     return form;
   }
 
+  private drawPostponed({ text, until }: NonNullable<Progress["postponed"]>): void {
+    this.countDown("Asking again", until);
+    this.words.textContent = `${text} `;
+    this.hold("later", () => [h("b", {}, "The server is busy. "), this.words, this.seconds]);
+  }
+
+  private countDown(doing: string, until: number): void {
+    const seconds = Math.max(0, Math.ceil((until - performance.now()) / 1000));
+    this.seconds.textContent = seconds > 0 ? `${doing} in ${seconds} s… ` : `${doing}… `;
+    this.countdown = window.setTimeout(() => this.draw(), 500);
+  }
+
   private drawLost(progress: Progress): void {
-    const seconds = Math.max(0, Math.ceil((progress.retryAt - performance.now()) / 1000));
-    this.seconds.textContent = seconds > 0 ? `Trying again in ${seconds} s… ` : "Trying again… ";
+    this.countDown("Trying again", progress.retryAt);
     this.words.textContent = progress.shown
       ? "What you see stays; the rest follows. "
       : "Is the server running? ";
@@ -97,7 +109,6 @@ export class Notices {
       this.seconds,
       button("Try now", this.acts.connectNow),
     ]);
-    this.countdown = window.setTimeout(() => this.draw(), 500);
   }
 
   private hold(kind: Kind, parts: () => Node[]): void {

@@ -45,6 +45,8 @@ export interface Progress {
   firstSurface: number | null;
   complete: number | null;
   shown: StepFacts | null;
+  // The server is busy: why, and performance.now() of the next attempt.
+  postponed: { text: string; until: number } | null;
   heldBack: SurfaceSize | null; // What was asked for is this large: less of it was sent.
   // One sentence for the user, and how bad it is.
   trouble: { text: string; isFatal: boolean; needsToken: boolean } | null;
@@ -62,6 +64,7 @@ export const noProgress: Progress = {
   firstSurface: null,
   complete: null,
   shown: null,
+  postponed: null,
   heldBack: null,
   trouble: null,
 };

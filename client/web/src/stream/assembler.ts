@@ -39,7 +39,7 @@ export type AssemblerEffect =
   // `sameAs`: an earlier step that was found to have the same topology, if one had to.
   | { kind: "committed"; step: StepOfTiles; topology: MeshTopology; sameAs: number | null }
   | { kind: "ended"; outcome: StreamOutcome }
-  | { kind: "refused"; code: number; text: string }
+  | { kind: "refused"; code: number; text: string; retryAfter: number } // Seconds; 0: not said.
   | { kind: "failed"; text: string };
 
 interface Pending {
@@ -94,10 +94,10 @@ export class Assembler {
           return this.endOfStream(outcome, steps);
         });
       case "error": {
-        const { requestId, code, text } = message.value;
+        const { requestId, code, text, retryAfter } = message.value;
         if (requestId !== this.order.requestId && requestId !== 0n) return [];
         this.isOver = true;
-        return [{ kind: "refused", code, text }];
+        return [{ kind: "refused", code, text, retryAfter }];
       }
       default:
         return [];

@@ -10,6 +10,7 @@ import {
   type ClientKind,
   type DatasetInfo,
   ErrorCode,
+  type ErrorReply,
   EstimateSchema,
   type EstimateReply,
   HelloSchema,
@@ -37,6 +38,8 @@ export type Effect =
   | { kind: "opened"; order: Wanted; stream: number }
   // How large the surface of an order would be; answers a question of askSize().
   | { kind: "size"; order: Wanted; triangles: number; bytes: number; errorWorld: number }
+  // The server wants the stream asked for later; again() does that.
+  | { kind: "postponed"; text: string; inMilliseconds: number }
   // Of a stream; `stream` tells which, as answers from elsewhere may come late.
   | { kind: "stream"; stream: number; order: Wanted; effect: AssemblerEffect; isNews: boolean }
   | { kind: "trouble"; text: string; isFatal: boolean; code: ErrorCode };
@@ -58,6 +61,7 @@ export interface ConversationOptions {
 const maxHeld = 8192;
 const firstRetry = 500;
 const longestRetry = 15_000;
+const longestWait = 600_000; // That a server may ask for.
 
 export class Conversation {
   private phase: Phase = "connecting";
@@ -72,6 +76,7 @@ export class Conversation {
   private order: Wanted | null = null; // Of the assembler.
   private stream = 0;
   private isGivenUp = false;
+  private wait = 0; // Milliseconds until the next connection, as the server has said.
   // Steps of `wanted` that were committed already, on this connection or one before.
   private given = 0;
   // What its stream began with: exactly these steps come again after a lost connection.
@@ -114,6 +119,12 @@ export class Conversation {
     return this.turn("connecting");
   }
 
+  // What was postponed is asked for again, unless something else is wanted by now.
+  again(): Effect[] {
+    const isRunning = this.assembler !== null && !this.assembler.hasEnded;
+    return this.phase === "ready" && this.wanted && !isRunning ? this.openStream() : [];
+  }
+
   cancel(): Effect[] {
     this.wanted = null;
     if (!this.assembler || this.assembler.hasEnded || this.phase !== "ready") return [];
@@ -140,7 +151,8 @@ export class Conversation {
   // How long to wait before the next attempt grows from time to time; it is told with the phase.
   closed(): Effect[] {
     this.assembler = null;
-    const wait = this.retry;
+    const wait = Math.max(this.retry, this.wait);
+    this.wait = 0;
     this.retry = Math.min(longestRetry, this.retry * 2);
     this.phase = "lost";
     if (this.isGivenUp) return [{ kind: "phase", phase: "lost" }];
@@ -252,7 +264,8 @@ export class Conversation {
     ];
   }
 
-  private refusedAltogether({ code, text }: { code: ErrorCode; text: string }): Effect[] {
+  private refusedAltogether({ code, text, retryAfter }: ErrorReply): Effect[] {
+    this.wait = waitOf(retryAfter);
     // The connection ends; some reasons will not go away by themselves.
     const isFatal = code !== ErrorCode.UNAVAILABLE && code !== ErrorCode.LIMIT_EXCEEDED;
     this.isGivenUp = isFatal;
@@ -260,7 +273,10 @@ export class Conversation {
   }
 
   private told(effects: AssemblerEffect[]): Effect[] {
-    return effects.map((effect) => {
+    return effects.map((effect): Effect => {
+      if (effect.kind === "refused" && waitOf(effect.retryAfter) > 0) {
+        return { kind: "postponed", text: effect.text, inMilliseconds: waitOf(effect.retryAfter) };
+      }
       let isNews = true;
       if (effect.kind === "committed") {
         // Steps that were given before the connection was lost come again.
@@ -273,4 +289,9 @@ export class Conversation {
       return { kind: "stream", stream: this.stream, order: this.order!, effect, isNews };
     });
   }
+}
+
+// Of seconds from the wire.
+function waitOf(seconds: number): number {
+  return seconds > 0 ? Math.min(longestWait, Math.max(firstRetry, 1000 * seconds)) : 0;
 }
