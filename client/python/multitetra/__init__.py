@@ -17,6 +17,17 @@ from .conversation import CheckError, EmptySurfaceWarning, Estimate, ServerError
 from .mesh import Mesh
 from .request import ball, box, grid, half_space, view
 
+
+
+def __getattr__(name):
+    """`Viewer` alone needs ipywidgets, so that it is no part of `from multitetra import *`."""
+    if name == "Viewer":
+        from .viewer import Viewer
+
+        return Viewer
+    raise AttributeError(f"module 'multitetra' has no attribute '{name}'")
+
+
 __all__ = [
     "CheckError",
     "EmptySurfaceWarning",

@@ -1,0 +1,163 @@
+"""The viewer in a notebook's cell, with settings that go both ways.
+
+    viewer = multitetra.Viewer("http://127.0.0.1:7480", dataset="head", isovalue=500.5)
+    viewer                                   # Shows it.
+    viewer.set(isovalue=300.5, error=1.0)    # Turns what is shown.
+    viewer.isovalue                          # As it is now, also after somebody has dragged it.
+    viewer.picks                             # Places that were clicked.
+    viewer.observe(lambda change: ..., "picks")
+
+It is the server's own page in a frame, so that the notebook's address has to be allowed there: multitetra-server serve
+--allow-origin http://localhost:8888. It needs ipywidgets (6 or later). Where a front end has no widgets (an exported
+page), it is shown with what was set before, and nothing comes back.
+"""
+
+import html
+import json
+import pathlib
+from urllib.parse import quote, urlencode, urlsplit, urlunsplit
+
+import ipywidgets
+import traitlets
+from IPython.display import Javascript, display
+
+# Of client/web/src/state/settings.ts, which says what they mean.
+SETTINGS = frozenset(
+    "dataset isovalue error bound rule tolerance region followView pixels maxTriangles simplify surfaces colour opacity "
+    "visible shading wireframe colouring clip clipAt clipFlipped filled slice sliceAt colours level windowWidth axes "
+    "projection occlusion logScale theme eye target".split()
+)
+MODULE = "multitetra_viewer"
+
+
+class Viewer(ipywidgets.DOMWidget):
+    """One dataset of a server: `server` is the address of its page, other names are settings."""
+
+    _view_name = traitlets.Unicode("ViewerView").tag(sync=True)
+    _view_module = traitlets.Unicode(MODULE).tag(sync=True)
+    page = traitlets.Unicode(help="The address of the frame.").tag(sync=True)
+    height = traitlets.Int(480, help="Of the cell, in pixels.").tag(sync=True)
+    wanted = traitlets.Dict(help="Settings that Python has said.").tag(sync=True)
+    settings = traitlets.Dict(help="All settings, as the viewer has them; empty before it is shown.").tag(sync=True)
+    shown = traitlets.Dict(help="Facts of the step that was shown last: triangles, errorWorld, topology, ...").tag(sync=True)
+    picks = traitlets.List(help="Places that were clicked: world, index, isovalue.").tag(sync=True)
+    passed_over = traitlets.List(help="Names of settings whose last values meant nothing to the viewer.").tag(sync=True)
+
+    def __init__(self, server="http://127.0.0.1:7480", *, height=480, **settings):
+        checked(settings)
+        super().__init__(page=page_of(server, settings), height=height, wanted=settings)
+
+    def set(self, **settings):
+        """Changes some settings of what is shown; the others stay as they are, whoever has turned them last."""
+        checked(settings)
+        self.wanted = {**self.wanted, **self.settings, **settings}
+
+    def get(self, name):
+        """A setting as it is now; None while nobody has said anything of it."""
+        checked({name: None})
+        return self.settings.get(name, self.wanted.get(name))
+
+    @property
+    def isovalue(self):
+        return self.get("isovalue")
+
+    @isovalue.setter
+    def isovalue(self, isovalue):
+        self.set(isovalue=isovalue)
+
+    @property
+    def error(self):
+        """How far the surface may be from the one at full resolution, in voxels."""
+        return self.get("error")
+
+    @error.setter
+    def error(self, error):
+        self.set(error=error)
+
+    @property
+    def surfaces(self):
+        """Those beside the first, each a dict of isovalue, error, colour, opacity and visible."""
+        return self.get("surfaces") or []
+
+    @surfaces.setter
+    def surfaces(self, surfaces):
+        usual = {"error": None, "colour": "#d9775f", "opacity": 1, "visible": True}
+        self.set(surfaces=[{**usual, **surface} for surface in surfaces])
+
+    @property
+    def camera(self):
+        """The eye and what it looks at, in world coordinates; None before anybody has turned it."""
+        eye, target = self.get("eye"), self.get("target")
+        return (eye, target) if eye and target else None
+
+    @camera.setter
+    def camera(self, eye_and_target):
+        eye, target = eye_and_target
+        self.set(eye=[float(x) for x in eye], target=[float(x) for x in target])
+
+    def forget_picks(self):
+        self.picks = []
+
+    def _ipython_display_(self, **options):
+        display(Javascript(module_of_notebook()))
+        view = {"model_id": self.model_id}
+        kinds = {"application/vnd.jupyter.widget-view+json": view, "text/html": self._repr_html_(), "text/plain": f"The viewer: {self.page}"}
+        display(kinds, raw=True)
+        self._handle_displayed(**options)
+
+    def _repr_html_(self):
+        """For front ends without widgets."""
+        return frame_of(self.page, self.height)
+
+
+def checked(settings):
+    unknown = sorted(set(settings) - SETTINGS)
+    if unknown:
+        raise ValueError(f"The viewer has no setting named {', '.join(unknown)}; there are {', '.join(sorted(SETTINGS))}.")
+    json.dumps(settings, allow_nan=False)  # What is no plain value says so here, where it was written.
+
+
+def page_of(server, settings):
+    """The address of the page without its panel. What the address can say of the settings is in it."""
+    parts = urlsplit(server)
+    if parts.scheme not in ("http", "https") or not parts.netloc:
+        raise ValueError(f"'{server}' is not the address of a server's page, such as http://127.0.0.1:7480/.")
+    simple = {name: in_address(value) for name, value in settings.items() if isinstance(value, (bool, int, float, str))}
+    said = urlencode(simple, quote_via=quote)
+    path = parts.path if parts.path.endswith("/") else parts.path + "/"
+    return urlunsplit((parts.scheme, parts.netloc, path, "embed", said))
+
+
+def in_address(value):
+    if isinstance(value, bool):
+        return str(value).lower()
+    return value.removeprefix("#") if isinstance(value, str) else value
+
+
+def frame_of(page, height):
+    return f'<iframe src="{html.escape(page)}" title="Multi-Tetra viewer" width="100%" height="{height}" style="border: 0" allow="fullscreen"></iframe>'
+
+
+def module_of_notebook():
+    """The view as the classic notebook's loader wants it. Elsewhere it does nothing."""
+    base = "jupyter-js-widgets" if ipywidgets.version_info[0] < 7 else "@jupyter-widgets/base"
+    render = pathlib.Path(__file__).with_name("viewer_widget.js").read_text()
+    return f"""
+if (typeof define === "function" && define.amd) {{
+  require.undef("{MODULE}");
+  define("{MODULE}", ["{base}"], (widgets) => {{
+    {render}
+    return {{
+      ViewerView: widgets.DOMWidgetView.extend({{
+        render() {{
+          this.end = render({{ model: this.model, el: this.el }});
+        }},
+        remove() {{
+          this.end();
+          return widgets.DOMWidgetView.prototype.remove.apply(this, arguments);
+        }},
+      }}),
+    }};
+  }});
+}}
+"""

@@ -1,0 +1,53 @@
+// The viewer in a notebook: a frame of the server's page, and its messages (client/web/EMBEDDING.md) as
+// the state of a widget. viewer.py has the other side.
+//
+// render() has the form of anywidget's: `model` has get, set, save_changes and on; what it returns ends it.
+function render({ model, el }) {
+  const frame = document.createElement("iframe");
+  frame.src = model.get("page");
+  frame.title = "Multi-Tetra viewer";
+  frame.allow = "fullscreen";
+  frame.style.cssText = `width: 100%; height: ${model.get("height")}px; border: 0;`;
+  el.appendChild(frame);
+  const origin = new URL(frame.src, location.href).origin;
+  let isListening = false; // The frame.
+
+  const tell = (name, value) => {
+    model.set(name, value);
+    model.save_changes();
+  };
+  // What is wanted from Python and not so yet.
+  const ask = () => {
+    const now = model.get("settings");
+    const other = Object.entries(model.get("wanted")).filter(
+      ([name, value]) => JSON.stringify(value) !== JSON.stringify(now[name]),
+    );
+    if (isListening && other.length > 0) {
+      frame.contentWindow.postMessage({ multitetra: "set", state: Object.fromEntries(other) }, origin);
+    }
+  };
+  const hear = ({ source, origin: from, data }) => {
+    if (source !== frame.contentWindow || from !== origin || !data) return;
+    switch (data.multitetra) {
+      case "ready":
+        isListening = true;
+        frame.contentWindow.postMessage({ multitetra: "get" }, origin); // From now on it tells what happens.
+        ask();
+        break;
+      case "state":
+        tell("settings", data.state);
+        if (data.passedOver.length > 0) tell("passed_over", data.passedOver);
+        break;
+      case "shown":
+        tell("shown", plain(data));
+        break;
+      case "picked":
+        tell("picks", [...model.get("picks"), plain(data)]);
+        break;
+    }
+  };
+  const plain = ({ multitetra, ...rest }) => rest;
+  window.addEventListener("message", hear);
+  model.on("change:wanted", ask);
+  return () => window.removeEventListener("message", hear);
+}

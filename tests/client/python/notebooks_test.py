@@ -1,0 +1,143 @@
+"""The viewer of notebooks, and the example notebooks against a running server.
+
+Usage: notebooks_test.py DIRECTORY_OF_PROGRAMS [--write]     (with PYTHONPATH set)
+
+With --write the examples are stored as they were executed: the gallery.
+"""
+
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+try:
+    import ipykernel  # noqa: F401
+    import ipywidgets  # noqa: F401
+    import matplotlib  # noqa: F401
+    import nbclient
+    import nbformat
+
+    import multitetra  # Needs numpy and protobuf.
+except ImportError as missing:
+    print(f"!! SKIPPED: notebooks are not tested: {missing}")
+    sys.exit(77)
+
+PROJECT = pathlib.Path(__file__).resolve().parents[3]
+EXAMPLES = PROJECT / "client" / "python" / "examples"
+IS_WRITING = "--write" in sys.argv
+sys.argv = [word for word in sys.argv if word != "--write"]
+PROGRAMS = pathlib.Path(sys.argv.pop(1))
+
+
+class ViewerOfNotebooks(unittest.TestCase):
+    def test_knows_the_settings_of_the_page(self):
+        from multitetra.viewer import SETTINGS
+
+        text = (PROJECT / "client" / "web" / "src" / "state" / "settings.ts").read_text()
+        defaults = re.search(r"export const defaults: Settings = \{(.*?)\n\};", text, re.S)[1]
+        self.assertEqual(SETTINGS, set(re.findall(r"^  (\w+):", defaults, re.M)))
+
+    def test_says_only_what_it_was_told_and_keeps_what_the_user_has_turned(self):
+        viewer = multitetra.Viewer("https://volumes.example/path", dataset="a head", isovalue=1.5, simplify=False, colour="#aabbcc")
+        self.assertEqual(
+            viewer.page, "https://volumes.example/path/?embed#dataset=a%20head&isovalue=1.5&simplify=false&colour=aabbcc"
+        )
+        viewer.settings = {"dataset": "a head", "isovalue": 7.5, "error": 0.25}  # As the page tells.
+        viewer.error = 2.0
+        self.assertEqual(viewer.wanted["isovalue"], 7.5)
+        self.assertEqual(viewer.wanted["error"], 2.0)
+        viewer.surfaces = [{"isovalue": 3}]
+        self.assertEqual(viewer.wanted["surfaces"][0]["opacity"], 1)
+        self.assertEqual(viewer.isovalue, 7.5)
+        self.assertIsNone(viewer.camera)
+
+    def test_tells_mistakes_where_they_are_made(self):
+        viewer = multitetra.Viewer()
+        for mistake in ({"isovlaue": 3}, {"isovalue": float("nan")}):
+            with self.assertRaises(ValueError):
+                viewer.set(**mistake)
+        for address in ("ws://127.0.0.1:1", "nonsense", "javascript:alert(1)"):
+            with self.assertRaisesRegex(ValueError, "not the address of a server's page"):
+                multitetra.Viewer(address)
+
+    def test_is_a_frame_where_there_are_no_widgets(self):
+        viewer = multitetra.Viewer(dataset='"><script>')
+        self.assertNotIn("<script", viewer._repr_html_())
+        self.assertIn('src="http://127.0.0.1:7480/?embed#dataset=%22%3E%3Cscript%3E"', viewer._repr_html_())
+
+
+class Examples(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        path = pathlib.Path(cls.folder.name)
+        server = PROGRAMS / "multitetra-server"
+        for words in (
+            ["generate", "head", "--size", "65", "-o", path / "head.nrrd", "--quiet"],
+            ["prepare", path / "head.nrrd", "-o", path / "head.mtd", "--quiet"],
+        ):
+            subprocess.run([server, *words], check=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        log = path / "log"
+        with open(log, "w") as stderr:
+            words = ["serve", path / "head.mtd", "--tcp", "127.0.0.1:0", "--http", "127.0.0.1:0"]
+            cls.server = subprocess.Popen([server, *words], stdout=subprocess.DEVNULL, stderr=stderr)
+        for _ in range(600):
+            found = re.search(r"listening on (http://[0-9.]+:[0-9]+)", log.read_text())
+            if found:
+                break
+            time.sleep(0.05)
+        os.environ["MULTITETRA_SERVER"] = found[1] + "/"
+        os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"
+        # A kernel's folder of its own: nothing of the user's is read or written.
+        for name in ("JUPYTER_CONFIG_DIR", "JUPYTER_RUNTIME_DIR", "IPYTHONDIR", "MPLCONFIGDIR"):
+            os.environ[name] = str(path / name)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.server.terminate()
+        cls.server.wait()
+        cls.folder.cleanup()
+
+    def test_surfaces_as_arrays(self):
+        self.run_example("surfaces_as_arrays")
+
+    def test_samples_and_surfaces(self):
+        self.run_example("samples_and_surfaces")
+
+    def test_viewer_both_ways(self):
+        self.run_example("viewer_both_ways")
+
+    # What is printed is what the gallery says; pictures are there.
+    def run_example(self, name):
+        path = EXAMPLES / f"{name}.ipynb"
+        notebook = nbformat.read(path, as_version=4)
+        stored = [said(cell) for cell in notebook.cells]
+        client = nbclient.NotebookClient(
+            notebook, timeout=120, kernel_name="python3", record_timing=False, store_widget_state=False
+        )
+        client.comm_open_handlers = {}  # It takes widgets for those of ipywidgets 7; nobody shows them here.
+        client.execute()
+        if IS_WRITING:
+            for cell in notebook.cells:  # What a machine grumbles is not the gallery's.
+                cell["outputs"] = [output for output in cell.get("outputs", []) if output.get("name") != "stderr"]
+                if cell.cell_type != "code":
+                    del cell["outputs"]
+            text = nbformat.writes(notebook).replace(os.environ["MULTITETRA_SERVER"], "http://127.0.0.1:7480/")
+            path.write_text(text + "\n")
+            return
+        self.assertEqual([said(cell) for cell in notebook.cells], stored)
+
+
+def said(cell):
+    """What a code cell has printed, and which other kinds of output it has."""
+    outputs = cell.get("outputs", [])
+    text = "".join(output["text"] for output in outputs if output.get("name") == "stdout")
+    return text, sorted(kind for output in outputs for kind in output.get("data", {}))
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
