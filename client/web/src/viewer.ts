@@ -208,6 +208,7 @@ export class Viewer {
 
   private listen(): void {
     this.settings.watch((now, before) => {
+      this.element.dataset.theme = now.theme;
       this.surroundings.show(now.axes);
       this.orientation.show(now.axes);
       this.regionHandles.show(now.region);

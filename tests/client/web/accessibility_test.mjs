@@ -19,10 +19,10 @@ for (const theme of ["dark", "light"]) {
       await open(page, `${everything}&theme=${theme}`);
       await complete(page);
       await page.evaluate(() => document.querySelectorAll("details").forEach((one) => (one.open = true)));
-      await page.click(".seal");
       const canvas = await page.locator(".stage canvas").boundingBox();
       await page.mouse.click(canvas.x + 0.5 * canvas.width, canvas.y + 0.42 * canvas.height); // Beside the handles.
       await page.waitForSelector(".picked:not([hidden])", { timeout: patience });
+      await page.click(".seal");
       await page.evaluate(() => (document.getElementById("tooltip").style.display = "none"));
       await examine(page);
       await page.keyboard.press("Escape");

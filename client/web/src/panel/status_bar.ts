@@ -59,7 +59,7 @@ export class StatusBar {
     });
     const facts = [this.state, this.triangles, this.error, this.bytes, this.firstTile, this.complete];
     this.element = h("footer", { class: "bar" }, this.meter, this.certificate,
-      h("div", { class: "facts" }, ...facts.map(({ element }) => element)),
+      h("div", { class: "facts", role: "group", "aria-label": "The surface in numbers", tabindex: "0" }, ...facts.map(({ element }) => element)),
       this.spoken, this.certificateButton);
   }
 
