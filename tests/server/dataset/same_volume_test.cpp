@@ -1,6 +1,7 @@
 // One volume in every format, written by write_volumes.py, is one dataset.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
@@ -67,7 +68,7 @@ std::string unit_told_by(const std::string& name) {
   if (name.starts_with("zarr") || name.starts_with("n5") || name.starts_with("nifti")) return "µm";
   if (name.starts_with("mrc")) return "Å";
   if (name == "hdf5") return "m";
-  return name == "dicom" ? "mm" : "";
+  return name.starts_with("dicom") ? "mm" : "";
 }
 
 TEST(SameVolume, InEveryFormatHasTheSameSamplesPlaceAndContent) {
@@ -116,6 +117,28 @@ TEST(SameVolume, IsReadBackwardsAsWell) {
       EXPECT_EQ(slab, Samples(std::vector<std::int16_t>(all.begin() + 480 * first,
                                                         all.begin() + 480 * (first + 2))));
     }
+  }
+}
+
+TEST(SameVolume, LiesObliquelyWhereItsSlicesSayAndIsRefusedWhereTheyAreSheared) {
+  const TemporaryFolder folder;
+  (void)written_formats(folder.path());
+  if (!fs::exists(folder.path() / "oblique")) {
+    GTEST_SKIP() << "NOT TESTED: there is no Python with pydicom";
+  }
+  const Affine place = read_volume(folder.path() / "oblique").index_to_world;
+  const std::array<Vec3, 3> steps = {{{0.18, -0.4, 0.24}, {0.36, 0.45, 0.48}, {-1.6, 0, 1.2}}};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t row = 0; row < 3; ++row) {
+      EXPECT_NEAR(place.columns[axis][row], steps[axis][row], 1e-6);
+    }
+  }
+  EXPECT_NEAR(place.translation[2], 30, 1e-6);
+  try {
+    (void)read_volume(folder.path() / "tilted");
+    ADD_FAILURE() << "a tilted gantry is taken for a rectangular grid";
+  } catch (const VolumeFileError& problem) {
+    EXPECT_NE(std::string(problem.what()).find("tilted gantry"), std::string::npos);
   }
 }
 

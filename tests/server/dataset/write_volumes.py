@@ -166,6 +166,16 @@ def hdf5():
     told("hdf5", f"{folder}/v.h5:/fields/density")
 
 
+def vti_file(name, compressor, attributes, inside, appended=b"", byte_order="LittleEndian", header="UInt32"):
+    return write(f"{name}.vti", (
+        f'<?xml version="1.0"?>\n<VTKFile type="ImageData" version="1.0" byte_order="{byte_order}" '
+        f'header_type="{header}"{compressor}>\n<ImageData WholeExtent="2 25 0 19 0 11" '
+        'Origin="9 -20 30" Spacing="0.5 0.75 2" Direction="1 0 0 0 1 0 0 0 1">\n'
+        '<Piece Extent="2 25 0 19 0 11">\n<PointData Scalars="field">\n'
+        f'<DataArray type="Int16" Name="field" {attributes}>').encode() + inside + (
+            b"</DataArray>\n</PointData>\n<CellData/>\n</Piece>\n</ImageData>\n" + appended + b"</VTKFile>\n"))
+
+
 def vti():
     def packed(data):
         parts = [data[i:i + 4096] for i in range(0, len(data), 4096)]
@@ -173,14 +183,8 @@ def vti():
         last = len(parts[-1]) % 4096
         return struct.pack(f"<{3 + len(parts)}I", len(parts), 4096, last, *map(len, small)), b"".join(small)
 
-    def file(name, compressor, attributes, inside, appended=b"", byte_order="LittleEndian", header="UInt32"):
-        told(f"vti-{name}", write(f"{name}.vti", (
-            f'<?xml version="1.0"?>\n<VTKFile type="ImageData" version="1.0" byte_order="{byte_order}" '
-            f'header_type="{header}"{compressor}>\n<ImageData WholeExtent="2 25 0 19 0 11" '
-            'Origin="9 -20 30" Spacing="0.5 0.75 2" Direction="1 0 0 0 1 0 0 0 1">\n'
-            '<Piece Extent="2 25 0 19 0 11">\n<PointData Scalars="field">\n'
-            f'<DataArray type="Int16" Name="field" {attributes}>').encode() + inside + (
-                b"</DataArray>\n</PointData>\n<CellData/>\n</Piece>\n</ImageData>\n" + appended + b"</VTKFile>\n")))
+    def file(name, *arguments, **more):
+        told(f"vti-{name}", vti_file(name, *arguments, **more))
 
     data = volume.tobytes()
     zipped = ' compressor="vtkZLibDataCompressor"'
@@ -199,31 +203,84 @@ def vti():
          b"\n</AppendedData>\n")
 
 
+def vti_lz4():
+    import numcodecs
+    data = volume.tobytes()
+    parts = [data[i:i + 4096] for i in range(0, len(data), 4096)]
+    small = [numcodecs.LZ4().encode(part)[4:] for part in parts]  # Without numcodecs' count in front.
+    head = struct.pack(f"<{3 + len(parts)}I", len(parts), 4096, len(parts[-1]) % 4096, *map(len, small))
+    told("vti-lz4", vti_file("lz4", ' compressor="vtkLZ4DataCompressor"', 'format="binary"',
+                             base64.b64encode(head) + base64.b64encode(b"".join(small))))
+
+
 def dicom():
     import pydicom
-    from pydicom.dataset import FileDataset, FileMetaDataset
-    for i in range(SHAPE[0]):
+    from pydicom.dataset import Dataset, FileDataset, FileMetaDataset
+    from pydicom.sequence import Sequence
+
+    def image(kind, number, syntax=pydicom.uid.ExplicitVRLittleEndian):
         meta = FileMetaDataset()
-        meta.MediaStorageSOPClassUID = "1.2.840.10008.5.1.4.1.1.2"
-        meta.MediaStorageSOPInstanceUID = f"1.2.3.{i + 1}"
-        meta.TransferSyntaxUID = pydicom.uid.ExplicitVRLittleEndian
-        image = FileDataset(None, {}, file_meta=meta, preamble=b"\0" * 128)
-        image.is_little_endian, image.is_implicit_VR = True, False
-        image.SOPClassUID, image.SOPInstanceUID = meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID
-        image.SeriesInstanceUID, image.StudyInstanceUID = "1.2.3.100", "1.2.3.200"
-        image.Modality, image.InstanceNumber = "CT", 100 - i
-        image.Rows, image.Columns = SHAPE[1], SHAPE[2]
-        image.PixelSpacing, image.SliceThickness = [0.75, 0.5], 2
-        image.ImagePositionPatient = [10, -20, 30 + 2 * i]
-        image.ImageOrientationPatient = [1, 0, 0, 0, 1, 0]
-        image.SamplesPerPixel, image.PhotometricInterpretation = 1, "MONOCHROME2"
-        image.BitsAllocated, image.BitsStored, image.HighBit, image.PixelRepresentation = 16, 16, 15, 1
-        image.RescaleSlope, image.RescaleIntercept, image.RescaleType = 1, -1000, "HU"
-        image.PixelData = (volume[i] + 1000).astype("<i2").tobytes()
-        path = folder / "dicom" / f"slice{(7 * i) % SHAPE[0]}"
+        meta.MediaStorageSOPClassUID = kind
+        meta.MediaStorageSOPInstanceUID = f"1.2.3.{number}"
+        meta.TransferSyntaxUID = syntax
+        data = FileDataset(None, {}, file_meta=meta, preamble=b"\0" * 128)
+        data.is_little_endian, data.is_implicit_VR = True, False
+        data.SOPClassUID, data.SOPInstanceUID = kind, meta.MediaStorageSOPInstanceUID
+        data.SeriesInstanceUID, data.StudyInstanceUID = "1.2.3.100", "1.2.3.200"
+        data.Modality, data.InstanceNumber = "CT", 100 - number
+        data.Rows, data.Columns = SHAPE[1], SHAPE[2]
+        data.SamplesPerPixel, data.PhotometricInterpretation = 1, "MONOCHROME2"
+        data.BitsAllocated, data.BitsStored, data.HighBit, data.PixelRepresentation = 16, 16, 15, 1
+        return data
+
+    def save(data, *path):
+        path = folder.joinpath(*path)
         path.parent.mkdir(exist_ok=True)
-        image.save_as(path, write_like_original=False)
+        data.save_as(path, write_like_original=False)
+
+    def pixels(samples):
+        return (samples + 1000).astype("<i2").tobytes()
+
+    def series(name, row=(1, 0, 0), column=(0, 1, 0), step=(0, 0, 2), syntax=pydicom.uid.ExplicitVRLittleEndian, pack=None):
+        for i in range(SHAPE[0]):
+            data = image("1.2.840.10008.5.1.4.1.1.2", i + 1, syntax)
+            data.PixelSpacing, data.SliceThickness = [0.75, 0.5], 2
+            data.ImagePositionPatient = [round(ORIGIN[k] + i * step[k], 9) for k in range(3)]
+            data.ImageOrientationPatient = [*row, *column]
+            data.RescaleSlope, data.RescaleIntercept, data.RescaleType = 1, -1000, "HU"
+            data.PixelData = pixels(volume[i])
+            if pack:
+                data.compress(pack)
+            save(data, name, f"slice{(7 * i) % SHAPE[0]}")
+
+    series("dicom")
     told("dicom", folder / "dicom")
+    series("dicom-rle", pack=pydicom.uid.RLELossless)
+    told("dicom-rle", folder / "dicom-rle")
+    series("dicom-deflated", syntax=pydicom.uid.DeflatedExplicitVRLittleEndian)
+    told("dicom-deflated", folder / "dicom-deflated")
+    # Not the volume's place: the tests know these by name.
+    series("oblique", (0.36, -0.8, 0.48), (0.48, 0.6, 0.64), (-1.6, 0, 1.2))
+    series("tilted", step=(0, 0.5, 2))
+
+    # All slices in one file, each told apart (Enhanced CT).
+    def items(**elements):
+        item = Dataset()
+        for key, value in elements.items():
+            setattr(item, key, value)
+        return Sequence([item])
+
+    data = image("1.2.840.10008.5.1.4.1.1.2.1", 1)
+    data.NumberOfFrames = SHAPE[0]
+    data.SharedFunctionalGroupsSequence = items(
+        PixelMeasuresSequence=items(PixelSpacing=[0.75, 0.5], SliceThickness=2, SpacingBetweenSlices=2),
+        PlaneOrientationSequence=items(ImageOrientationPatient=[1, 0, 0, 0, 1, 0]),
+        PixelValueTransformationSequence=items(RescaleIntercept=-1000, RescaleSlope=1, RescaleType="HU"))
+    data.PerFrameFunctionalGroupsSequence = Sequence([
+        items(PlanePositionSequence=items(ImagePositionPatient=[10, -20, 30 + 2 * i]))[0] for i in range(SHAPE[0])])
+    data.PixelData = pixels(volume)
+    save(data, "frames", "all")
+    told("dicom-frames", folder / "frames")
 
 
 def mrc():
@@ -268,7 +325,7 @@ vti()
 mrc()
 nifti()
 raw()
-for writer in (zarr_2, hdf5, dicom):  # With packages of others.
+for writer in (zarr_2, vti_lz4, hdf5, dicom):  # With packages of others.
     try:
         writer()
     except ImportError as problem:
