@@ -1,8 +1,10 @@
 // Meshes on integers as Draco bytes for the formats of others.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "common/mesh/mesh.hpp"
 #include "common/mesh/octree_cube.hpp"
@@ -24,5 +26,11 @@ struct DracoPrimitive {
 // in that cube.
 [[nodiscard]] DracoPrimitive encode_draco_primitive(const LatticeMesh& mesh,
                                                     const OctreeCube& cube);
+
+// With positions as integers, not quantized, and nothing else: none of them negative. Requires 1 to
+// kMaxTileTriangles triangles of three different vertices each.
+[[nodiscard]] std::string encode_draco_integers(
+    const std::vector<std::array<std::int32_t, 3>>& positions,
+    const std::vector<TriangleIndices>& triangles);
 
 }  // namespace multitetra

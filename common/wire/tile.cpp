@@ -348,6 +348,13 @@ DracoPrimitive encode_draco_primitive(const LatticeMesh& mesh, const OctreeCube&
   return primitive;
 }
 
+std::string encode_draco_integers(const std::vector<std::array<std::int32_t, 3>>& positions,
+                                  const std::vector<TriangleIndices>& triangles) {
+  assert(!triangles.empty() && triangles.size() <= kMaxTileTriangles);
+  draco::Encoder encoder = edgebreaker(triangles.size(), kSimplifiedEncodingSpeed);
+  return encoded(encoder, *draco_mesh(positions, draco::DT_INT32, triangles, {}));
+}
+
 std::string encode_draco_file(const PositionedMesh& mesh, int position_bits) {
   assert(position_bits >= 1 && position_bits <= 30);
   draco::Encoder encoder = edgebreaker(mesh.triangles.size(), kDefaultEncodingSpeed);

@@ -74,6 +74,7 @@ HttpService::HttpService(const ServerContext& server, const HttpOptions& options
       options_(options),
       surfaces_(options),
       trees_(options),
+      neuroglancer_(options),
       next_request_((std::uint64_t{std::random_device{}()} << 32) | 1) {}
 
 std::string HttpService::new_request_id() {
@@ -159,15 +160,21 @@ asio::awaitable<Answer> HttpService::inquired(const Route& route, Question asked
     co_return error_answer(429, allowed.error(), id);
   }
   const auto* tree = std::get_if<TreeFile>(&route);
-  const std::string token = tree != nullptr && !tree->token.empty()
-                                ? tree->token
-                                : std::string(bearer_token(asked.request));
+  const auto* neuroglancer = std::get_if<NeuroglancerFile>(&route);
+  std::string token = tree != nullptr           ? tree->token
+                      : neuroglancer != nullptr ? neuroglancer->token
+                                                : std::string();
+  if (token.empty()) token = bearer_token(asked.request);
   OneShotSession one_shot(server_.new_session(asked.context.client), asked.context);
   const auto welcome = co_await one_shot.greet(token);
   if (!welcome) co_return error_answer(welcome.error(), id);
+  const bool is_for_all = token.empty() && !server_.admission.access();
   if (tree != nullptr) {
-    const bool is_for_all = token.empty() && !server_.admission.access();
     co_return co_await trees_.answer(*tree, asked.request, one_shot, asked.context, is_for_all);
+  }
+  if (neuroglancer != nullptr) {
+    co_return co_await neuroglancer_.answer(*neuroglancer, asked.request, one_shot, asked.context,
+                                            is_for_all);
   }
   if (const auto* surface = std::get_if<SurfaceFile>(&route)) {
     co_return co_await surfaces_.answer(surface->dataset, asked.target, asked.request, one_shot,

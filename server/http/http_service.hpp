@@ -10,6 +10,7 @@
 #include "server/http/answer.hpp"
 #include "server/http/http_options.hpp"
 #include "server/http/http_request.hpp"
+#include "server/http/neuroglancer_service.hpp"
 #include "server/http/one_shot_session.hpp"
 #include "server/http/request_context.hpp"
 #include "server/http/route.hpp"
@@ -60,6 +61,7 @@ class HttpService {
   SurfaceService surfaces_;
   SliceService slices_;
   TreeService trees_;
+  NeuroglancerService neuroglancer_;
   std::uint64_t next_request_;  // Begins anywhere, so that ids of two runs do not meet.
 };
 

@@ -87,7 +87,7 @@ asio::awaitable<Result<ProbeReply>> OneShotSession::probe(std::string dataset, P
 
 asio::awaitable<Result<OneShotSession::Step>> OneShotSession::final_step(
     std::string dataset, IsosurfaceRequest request, std::uint64_t max_triangles) {
-  say(OpenStream{.request_id = 1,
+  say(OpenStream{.request_id = ++last_stream_,
                  .dataset = std::move(dataset),
                  .request = std::move(request),
                  .steps = StepPolicy::kFinalOnly,

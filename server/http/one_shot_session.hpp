@@ -53,6 +53,7 @@ class OneShotSession {
 
   StreamSessionPtr session_;
   RequestContext& context_;
+  std::uint64_t last_stream_ = 0;  // The id of the stream that was opened last.
 };
 
 }  // namespace multitetra

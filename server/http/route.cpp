@@ -1,6 +1,8 @@
 #include "server/http/route.hpp"
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <span>
 #include <string_view>
 
@@ -20,6 +22,7 @@ const char* name(const Route& route) {
     const char* operator()(const ValueAtPlaces&) const { return "probe"; }
     const char* operator()(const TileBytes&) const { return "tile"; }
     const char* operator()(const TreeFile&) const { return "3dtiles"; }
+    const char* operator()(const NeuroglancerFile&) const { return "neuroglancer"; }
     const char* operator()(const ViewerFile&) const { return "viewer"; }
   };
   return std::visit(Names{}, route);
@@ -63,6 +66,37 @@ Result<Route> tree_file(const VersionedPath& versioned) {
                   .token = versioned.token};
 }
 
+Result<Route> neuroglancer_file(const VersionedPath& versioned) {
+  constexpr std::string_view kSurfaces = "surfaces";
+  constexpr std::string_view kError = ",error=";
+  const auto path = versioned.path;
+  NeuroglancerFile file{.dataset = {}, .path = {}, .token = versioned.token};
+  std::string_view what = path.size() > 2 ? std::string_view(path[2]) : std::string_view();
+  file.is_image = what == "image";
+  bool is_known = file.is_image;
+  if (what.starts_with(kSurfaces)) {
+    what.remove_prefix(kSurfaces.size());
+    is_known = what.empty();
+    if (what.starts_with(kError)) {
+      what.remove_prefix(kError.size());
+      const auto [end, code] = std::from_chars(what.data(), what.data() + what.size(), file.error);
+      is_known = code == std::errc{} && end == what.data() + what.size() &&
+                 std::isfinite(file.error) && file.error >= 0;
+    }
+  }
+  if (!is_known || path.size() < 4) {
+    return fail(ErrorCode::kInvalidArgument,
+                "Neuroglancer's sources are /v1/neuroglancer/DATASET/image and "
+                "/v1/neuroglancer/DATASET/surfaces, or with the error of the finest level in "
+                "voxels /v1/neuroglancer/DATASET/surfaces,error=ERROR, and what is below.");
+  }
+  file.dataset = path[1];
+  for (const std::string& segment : path.subspan(3)) {
+    file.path.append(file.path.empty() ? "" : "/").append(segment);
+  }
+  return file;
+}
+
 }  // namespace
 
 std::string without_token(std::string_view target) {
@@ -77,6 +111,7 @@ Result<Route> route_of(const Target& target) {
   const auto& path = target.path;
   const VersionedPath below = versioned(target);
   if (!below.path.empty() && below.path[0] == "3dtiles") return tree_file(below);
+  if (!below.path.empty() && below.path[0] == "neuroglancer") return neuroglancer_file(below);
   if (path.size() == 1) {
     if (path[0] == "livez") return Liveness{};
     if (path[0] == "readyz") return Readiness{};

@@ -41,13 +41,22 @@ struct TreeFile {
   std::string file;
   std::string token;
 };
+// /v1/neuroglancer/{name}/surfaces/{path}, or surfaces,error=0.5;
+// /v1/neuroglancer/{name}/image/{path}. Behind a token as trees are.
+struct NeuroglancerFile {
+  std::string dataset;
+  bool is_image = false;
+  double error = 0.25;  // Of the finest level, voxels.
+  std::string path;
+  std::string token;
+};
 struct ViewerFile {  // Whatever else: a file of the viewer, or nothing.
   std::string path;  // As it was sent: names of files are never decoded.
 };
 
 using Route = std::variant<Liveness, Readiness, Metrics, Description, WebSocketStream,
                            DatasetListing, DatasetDescription, SurfaceFile, SliceOfSamples,
-                           ValueAtPlaces, TileBytes, TreeFile, ViewerFile>;
+                           ValueAtPlaces, TileBytes, TreeFile, NeuroglancerFile, ViewerFile>;
 
 // A request's target as a log may have it: a token in its path becomes "...".
 [[nodiscard]] std::string without_token(std::string_view target);

@@ -115,8 +115,7 @@ asio::awaitable<Result<SharedBytes>> TreeService::make(const Wanted& wanted,
   context.stop = std::stop_source();
   if (context.watch) context.watch();
   const DatasetInfo& info = wanted.tree.info();
-  auto made = co_await one_shot.final_step(info.name,
-                                           wanted.tree.request(wanted.cell, /*with_normals=*/true),
+  auto made = co_await one_shot.final_step(info.name, wanted.tree.request(wanted.cell),
                                            options_.max_mesh_triangles);
   if (!made) co_return tl::unexpected(made.error());
   const auto step = std::make_shared<const OneShotSession::Step>(*std::move(made));

@@ -135,16 +135,24 @@ double CellTree::error_bound(int exponent) const {
   return threshold(exponent) * voxel_length(info_) + step * longest;
 }
 
-IsosurfaceRequest CellTree::request(const OctreeCube& cell, bool with_normals) const {
-  const int exponent = cell.exponent;
-  const std::int32_t finest = finest_spacing(exponent);
+IsosurfaceRequest CellTree::request(const OctreeCube& cube, int level) const {
+  const std::int32_t finest = finest_spacing(level);
   return {.isovalue = settings_.isovalue,
-          .error = threshold(exponent),
-          .topology_tolerance = is_preview(exponent) ? finest / 2.0 : 0,
-          .lattice_resolution = lattice_resolution(exponent),
+          .error = threshold(level),
+          .topology_tolerance = is_preview(level) ? finest / 2.0 : 0,
+          .lattice_resolution = lattice_resolution(level),
           .simplify = true,
-          .normal_bits = with_normals ? kTreeNormalBits : 0,
-          .cell = SurfaceCell{.cube = cell, .finest_spacing = finest}};
+          .cell = SurfaceCell{.cube = cube, .finest_spacing = finest}};
+}
+
+IsosurfaceRequest CellTree::request(const OctreeCube& cell) const {
+  IsosurfaceRequest request = this->request(cell, cell.exponent);
+  request.normal_bits = kTreeNormalBits;
+  return request;
+}
+
+IsosurfaceRequest CellTree::octant_request(const OctreeCube& octant) const {
+  return request(octant, octant.exponent + 1);
 }
 
 }  // namespace multitetra

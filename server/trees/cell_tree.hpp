@@ -62,10 +62,14 @@ class CellTree {
   // World units: no point of such a level is farther from the surface of the samples, nor the other
   // way round. Of a preview: the size of what may be missing in it. Falls from level to level.
   [[nodiscard]] double error_bound(int exponent) const;
-  // Requires contains(cell); with normals for shading if they are wanted.
-  [[nodiscard]] IsosurfaceRequest request(const OctreeCube& cell, bool with_normals) const;
+  // For the surface in a cell of the tree, with normals for shading.
+  [[nodiscard]] IsosurfaceRequest request(const OctreeCube& cell) const;
+  // For a level's surface in an octant of one of its cells, without normals. The octants of a cell
+  // fit together; they meet other cells of the level only where those are cut up as well.
+  [[nodiscard]] IsosurfaceRequest octant_request(const OctreeCube& octant) const;
 
  private:
+  [[nodiscard]] IsosurfaceRequest request(const OctreeCube& cube, int level) const;
   [[nodiscard]] std::int32_t finest_spacing(int exponent) const;
   [[nodiscard]] int lattice_resolution(int exponent) const;
   [[nodiscard]] double threshold(int exponent) const;  // Voxels.

@@ -8,6 +8,7 @@
 
 #include "common/cli/json_report.hpp"
 #include "server/dataset/prepare.hpp"
+#include "server/trees/neuroglancer.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
 #include "tests/support/running_http_server.hpp"
@@ -291,6 +292,31 @@ TEST_F(OpenApiTest, IsWhatTheServerDoes) {
   ask(cell, tree + "1/" + uri, 416, "Range: bytes=9999999-\r\n");
   ask(cell, tree + "13/" + uri, 500);
 
+  const std::string mesh = "/v1/neuroglancer/{name}/{surfaces}/{path}";
+  const std::string image = "/v1/neuroglancer/{name}/image/{path}";
+  const auto index = [](double isovalue) {
+    return "/v1/neuroglancer/a%20b/surfaces/" + std::to_string(segment_of(isovalue)) + ".index";
+  };
+  ask(mesh, "/v1/neuroglancer/a%20b/surfaces/info", 200);
+  ask(mesh, index(1), 200);
+  ask(mesh, index(1), 206, "Range: bytes=0-1\r\n");
+  ask(mesh, index(1), 304, kAny);
+  ask(mesh, "/v1/neuroglancer/a%20b/surfaces,error=x/info", 400);
+  ask(mesh, index(1), 401, kBad);
+  ask(mesh, index(12), 404);
+  ask(mesh, index(1), 416, "Range: bytes=9999999-\r\n");
+  ask(mesh, index(13), 500);
+  const std::string voxels = "/v1/neuroglancer/noise/image/1_1_1/0_17-0_17-0_16";
+  ask(image, "/v1/neuroglancer/noise/image/info", 200);
+  ask(image, voxels, 200);
+  ask(image, voxels, 206, "Range: bytes=0-1\r\n");
+  ask(image, voxels, 304, kAny);
+  ask(image, "/v1/neuroglancer/noise/image", 400);
+  ask(image, voxels, 401, kBad);
+  ask(image, voxels + "x", 404);
+  ask(image, voxels, 416, "Range: bytes=9999999-\r\n");
+  ask(image, "/v1/neuroglancer/a%20b/image/1_1_1/0_64-0_64-0_16", 500);
+
   ask("/v1/stream", "/v1/stream", 426);
   ask("/v1/stream", "/v1/stream", 400, kUpgradeFields);
   const std::string good =
@@ -315,7 +341,13 @@ TEST_F(OpenApiTest, IsWhatTheServerDoes) {
                                            tileset + " 503",
                                            cell + " 422",
                                            cell + " 429",
-                                           cell + " 503"};
+                                           cell + " 503",
+                                           mesh + " 422",
+                                           mesh + " 429",
+                                           mesh + " 503",
+                                           image + " 422",
+                                           image + " 429",
+                                           image + " 503"};
   for (const auto& [path, item] : document_.at("paths").items()) {
     for (const auto& [status, unused] : item.at("get").at("responses").items()) {
       const std::string one = path + " " + status;

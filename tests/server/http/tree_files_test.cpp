@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <cstring>
 #include <map>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "server/extraction/surface_extractor.hpp"
 #include "server/http/route.hpp"
 #include "server/stream/step_source.hpp"
+#include "server/trees/neuroglancer.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/glb_reader.hpp"
 #include "tests/support/prepared_fields.hpp"
@@ -133,6 +135,71 @@ TEST_F(TreeFiles, ThatAreNoneAreRefusedWithAReason) {
   const auto nothing = tileset("/v1/3dtiles/gyroid/iso/1e9/tileset.json")["root"];
   EXPECT_FALSE(nothing.contains("content"));
   EXPECT_FALSE(nothing.contains("children"));
+}
+
+class NeuroglancerFiles : public TreeFiles {
+ protected:
+  static std::string at(const std::string& path) { return "/v1/neuroglancer/gyroid/" + path; }
+};
+
+TEST_F(NeuroglancerFiles, TellOfAMeshWhoseFragmentsAreAllThere) {
+  const std::string segment = std::to_string(segment_of(kIsovalue));
+  const auto index = client_.get(at("surfaces,error=1/" + segment + ".index"));
+  ASSERT_EQ(index.result_int(), 200U) << index.body();
+  const auto u32 = [&](std::size_t at) {
+    std::uint32_t value = 0;
+    std::memcpy(&value, index.body().data() + at, 4);
+    return value;
+  };
+  // A grid of 2^7 steps: eight leaves, and the root that they are in.
+  ASSERT_EQ(u32(24), 2U);
+  EXPECT_EQ(u32(28 + 4 * 2 + 12 * 2), 8U);
+  EXPECT_EQ(u32(28 + 4 * 2 + 12 * 2 + 4), 1U);
+  const auto data = client_.get(at("surfaces,error=1/" + segment), "Range: bytes=0-4\r\n");
+  EXPECT_EQ(data.result_int(), 206U);
+  EXPECT_EQ(data.body(), "DRACO");
+  std::uint64_t sum = 0;
+  const std::size_t sizes = 28 + 4 * 2 + 12 * 2 + 4 * 2;
+  for (std::size_t i = 0; i < 8; ++i) sum += u32(sizes + 4 * (3 * 8 + i));
+  sum += u32(sizes + 4 * (4 * 8 + 3));
+  EXPECT_EQ(client_.get(at("surfaces,error=1/" + segment)).body().size(), sum);
+  EXPECT_EQ(sizes + 4 * (4 * 8 + 4), index.body().size());
+}
+
+TEST_F(NeuroglancerFiles, HaveTheSamplesThemselvesAsAnImage) {
+  const auto info = tileset(at("image/info"));
+  EXPECT_EQ(info["data_type"], "float32");
+  const auto chunk = client_.get(at("image/1_1_1/64_90-0_64-16_32"));
+  ASSERT_EQ(chunk.result_int(), 200U) << chunk.body();
+  ASSERT_EQ(chunk.body().size(), 4U * 26 * 64 * 16);
+  const Volume volume = testing::fields::gyroid(90, 0.1, 8);
+  const auto& samples = std::get<std::vector<float>>(volume.samples);
+  std::size_t at_byte = 0;
+  for (int z = 16; z < 32; ++z) {
+    for (int y = 0; y < 64; ++y) {
+      for (int x = 64; x < 90; ++x, at_byte += 4) {
+        float value = 0;
+        std::memcpy(&value, chunk.body().data() + at_byte, 4);
+        ASSERT_EQ(value, samples[volume.index(x, y, z)]);
+      }
+    }
+  }
+}
+
+TEST_F(NeuroglancerFiles, ThatAreNoneAreRefusedWithAReason) {
+  const std::map<std::string, std::pair<unsigned, std::string>> answers = {
+      {"/v1/neuroglancer/gyroid/info", {400, "invalid_argument"}},
+      {at("surfaces,error=x/info"), {400, "invalid_argument"}},
+      {at("surfaces,error=-1/info"), {400, "invalid_argument"}},
+      {"/v1/neuroglancer/nothing/surfaces/info", {404, "unknown_dataset"}},
+      {at("surfaces/x.index"), {404, "unknown_dataset"}},
+      {at("image/1_1_1/0_65-0_64-0_16"), {404, "unknown_dataset"}},
+      {at("surfaces/" + std::to_string(segment_of(1e9)) + ".index"), {404, "unknown_dataset"}}};
+  for (const auto& [path, expected] : answers) {
+    const auto response = client_.get(path);
+    EXPECT_EQ(response.result_int(), expected.first) << path << response.body();
+    EXPECT_EQ(error_code_of(response), expected.second) << path;
+  }
 }
 
 TEST(GuardedTreeFiles, AreForWhoHasTheTokenInAFieldOrInThePath) {

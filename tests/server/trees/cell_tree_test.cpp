@@ -58,7 +58,7 @@ TEST(CellTree, ErrorsFallFromLevelToLevelAndEveryRequestIsValid) {
       for (int level = exponent; level >= tree.leaf_exponent(); --level) {
         EXPECT_LT(tree.error_bound(level), above);
         above = tree.error_bound(level);
-        const IsosurfaceRequest request = tree.request({level, 0, 0, 0}, true);
+        const IsosurfaceRequest request = tree.request({level, 0, 0, 0});
         EXPECT_TRUE(validated(request));
         EXPECT_TRUE(check_cell(*request.cell, tree.info()));
         EXPECT_TRUE(check_lattice(request, tree.info()));
@@ -68,7 +68,7 @@ TEST(CellTree, ErrorsFallFromLevelToLevelAndEveryRequestIsValid) {
         EXPECT_LE(request.cell->cube.side() / request.cell->finest_spacing, 256);
       }
       EXPECT_FALSE(tree.is_preview(tree.leaf_exponent()));
-      EXPECT_EQ(tree.request({tree.leaf_exponent(), 0, 0, 0}, true).error, error);
+      EXPECT_EQ(tree.request({tree.leaf_exponent(), 0, 0, 0}).error, error);
     }
   }
 }

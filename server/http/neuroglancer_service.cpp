@@ -1,0 +1,226 @@
+#include "server/http/neuroglancer_service.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <new>
+#include <utility>
+
+#include "common/request/request_key.hpp"
+#include "server/http/conditions.hpp"
+#include "server/http/on_workers.hpp"
+#include "server/http/step_mesh.hpp"
+#include "server/operations/log.hpp"
+
+namespace multitetra {
+namespace {
+
+// Of what this program makes of a path: to be raised when the same path gives other bytes.
+constexpr std::string_view kNeuroglancerForm = "1 ";
+constexpr std::string_view kIndexSuffix = ".index";
+
+SharedBytes shared(std::string bytes) {
+  return std::make_shared<const std::string>(std::move(bytes));
+}
+
+tl::unexpected<Error> nothing_there(const NeuroglancerFile& file) {
+  return fail(ErrorCode::kUnknownDataset,
+              "Nothing is at \"" + file.path +
+                  "\" of this dataset; there are surfaces/info, surfaces/SEGMENT.index and "
+                  "image/info, and what those tell of.");
+}
+
+using Steps = std::vector<OneShotSession::Step>;
+
+Result<SharedBytes> fragment_of(const Steps& steps, const OctreeCube& cell, int resolution,
+                                const std::stop_token& stop) {
+  try {
+    std::vector<LatticeMesh> pieces;
+    for (const OneShotSession::Step& step : steps) {
+      auto piece = welded_mesh(step, stop);
+      if (!piece) return tl::unexpected(piece.error());
+      pieces.push_back(*std::move(piece));
+    }
+    std::vector<const LatticeMesh*> pointers;
+    for (const LatticeMesh& piece : pieces) pointers.push_back(&piece);
+    return shared(mesh_fragment(weld(pointers, resolution), cell));
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::kLimitExceeded,
+                "The server has not enough memory for this mesh; allow a larger error.");
+  } catch (const std::exception& trouble) {
+    log_line(LogLevel::kError, std::string("making a fragment failed: ") + trouble.what(), {});
+    return fail(ErrorCode::kInternal, "The server failed to make this mesh; its log says why.");
+  }
+}
+
+// Values as the image's type has them; what has no value is 0 where the type has no NaN.
+void append_voxels(std::string& bytes, const std::string& values, SampleType type) {
+  const auto append_as = [&]<typename Voxel>(Voxel) {
+    for (std::size_t at = 0; at < values.size(); at += sizeof(float)) {
+      float value = 0;
+      std::memcpy(&value, values.data() + at, sizeof value);
+      if constexpr (!std::is_floating_point_v<Voxel>) {
+        if (std::isnan(value)) value = 0;
+      }
+      const auto voxel = static_cast<Voxel>(value);
+      bytes.append(reinterpret_cast<const char*>(&voxel), sizeof voxel);
+    }
+  };
+  switch (type) {
+    case SampleType::kU8:
+      return append_as(std::uint8_t{});
+    case SampleType::kI8:
+      return append_as(std::int8_t{});
+    case SampleType::kU16:
+      return append_as(std::uint16_t{});
+    case SampleType::kI16:
+      return append_as(std::int16_t{});
+    case SampleType::kF32:
+      return append_as(float{});
+  }
+}
+
+}  // namespace
+
+// The root's octants are all looked at; below, a cell is where a surface can be.
+asio::awaitable<Result<void>> NeuroglancerService::make_fragment(const CellTree& tree, MeshPtr mesh,
+                                                                 OneShotSession& one_shot,
+                                                                 RequestContext& context) {
+  const OctreeCube cell = mesh->left.front();
+  const std::string& dataset = tree.info().name;
+  const auto steps = std::make_shared<Steps>();
+  std::vector<OctreeCube> below;
+  int resolution = kDefaultLatticeResolution;
+  for (int i = 0; i < (tree.is_leaf(cell) ? 1 : 8); ++i) {
+    const bool is_leaf = tree.is_leaf(cell);
+    IsosurfaceRequest request = is_leaf ? tree.request(cell) : tree.octant_request(cell.child(i));
+    request.normal_bits = 0;
+    resolution = request.lattice_resolution;
+    auto step = co_await one_shot.final_step(dataset, request, options_.max_mesh_triangles);
+    if (!step) co_return tl::unexpected(step.error());
+    if (!is_leaf && step->begin.crossed_octants != 0) below.push_back(cell.child(i));
+    if (!step->begin.tiles.empty()) steps->push_back(*std::move(step));
+  }
+  std::function<Result<SharedBytes>()> write = [steps, cell, resolution,
+                                                stop = context.stop.get_token()] {
+    return fragment_of(*steps, cell, resolution, stop);
+  };
+  auto made = co_await on_workers<SharedBytes>(writing_, context.client->share(), "fragment",
+                                               /*is_long=*/false, std::move(write));
+  if (!made) co_return tl::unexpected(made.error());
+  // Somebody else who waits for the same may have been first.
+  const auto at = std::find(mesh->left.begin(), mesh->left.end(), cell);
+  if (at == mesh->left.end()) co_return Result<void>();
+  mesh->left.erase(at);
+  mesh->left.insert(mesh->left.end(), below.begin(), below.end());
+  mesh->bytes += (*made)->size();
+  mesh->fragments.emplace(cell, *std::move(made));
+  if (mesh->left.empty()) {
+    mesh->files = mesh_files_of(tree, mesh->fragments);
+    mesh->fragments.clear();
+  }
+  co_return Result<void>();
+}
+
+asio::awaitable<Result<NeuroglancerService::MeshPtr>> NeuroglancerService::mesh(
+    const CellTree& tree, OneShotSession& one_shot, RequestContext& context) {
+  const std::string key = tree.id() + ' ' + text_of(tree.settings());
+  const MeshPtr* const known = meshes_.find(key);
+  MeshPtr mesh = known != nullptr ? *known : std::make_shared<Mesh>(Mesh{.left = {tree.root()}});
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  while (!mesh->left.empty()) {
+    if (std::chrono::steady_clock::now() > until) {
+      co_return tl::unexpected(Error{.code = ErrorCode::kUnavailable,
+                                     .text = "The mesh is being made; ask again in 1 s.",
+                                     .retry_after = 1});
+    }
+    const auto made = co_await make_fragment(tree, mesh, one_shot, context);
+    if (!made) co_return tl::unexpected(made.error());
+    if (mesh->bytes > kMostBytes) {
+      co_return fail(ErrorCode::kLimitExceeded,
+                     "The mesh has more than " + std::to_string(kMostBytes) +
+                         " bytes; allow a larger error with surfaces,error=ERROR.");
+    }
+    meshes_.add(key, mesh, mesh->bytes + 1024 * (1 + mesh->fragments.size()));
+  }
+  co_return mesh;
+}
+
+// Planes of samples, one after the other.
+asio::awaitable<Result<SharedBytes>> NeuroglancerService::image(const ImageChunk& chunk,
+                                                                const DatasetInfo& info,
+                                                                OneShotSession& one_shot,
+                                                                RequestContext& context) {
+  std::string bytes;
+  const auto step = static_cast<double>(chunk.step);
+  for (std::int32_t z = 0; z < chunk.size[2]; ++z) {
+    SliceRequest plane{.coordinates = CoordinateSystem::kIndex,
+                       .right = {step, 0, 0},
+                       .down = {0, step, 0},
+                       .width = static_cast<std::uint32_t>(chunk.size[0]),
+                       .height = static_cast<std::uint32_t>(chunk.size[1]),
+                       .interpolation = Interpolation::kNearest,
+                       .detail = SliceDetail::kFull};
+    plane.origin = {step * chunk.first[0], step * chunk.first[1], step * (chunk.first[2] + z)};
+    auto slice = co_await one_shot.slice(info.name, plane);
+    if (!slice) co_return tl::unexpected(slice.error());
+    append_voxels(bytes, *slice->values, info.type);
+  }
+  static_cast<void>(context);
+  co_return shared(std::move(bytes));
+}
+
+asio::awaitable<Result<SharedBytes>> NeuroglancerService::content(const NeuroglancerFile& file,
+                                                                  OneShotSession& one_shot,
+                                                                  RequestContext& context) {
+  auto info = co_await one_shot.dataset(file.dataset);
+  if (!info) co_return tl::unexpected(info.error());
+  context.stop = std::stop_source();
+  if (context.watch) context.watch();
+  if (file.is_image) {
+    if (file.path == "info") co_return shared(image_info_json(*info));
+    const std::size_t slash = file.path.find('/');
+    if (slash == std::string::npos) co_return nothing_there(file);
+    const auto chunk = image_chunk_from(*info, std::string_view(file.path).substr(0, slash),
+                                        std::string_view(file.path).substr(slash + 1));
+    if (!chunk) co_return nothing_there(file);
+    co_return co_await image(*chunk, *info, one_shot, context);
+  }
+  if (file.path == "info") co_return shared(mesh_info_json());
+  if (file.path == "segment_properties/info") co_return shared(segment_properties_json(*info));
+  std::string_view segment = file.path;
+  const bool is_index = segment.ends_with(kIndexSuffix);
+  if (is_index) segment.remove_suffix(kIndexSuffix.size());
+  const auto isovalue = isovalue_of_segment(segment);
+  if (!isovalue) co_return nothing_there(file);
+  const CellTree tree(*std::move(info), {.isovalue = *isovalue, .error = file.error});
+  auto made = co_await mesh(tree, one_shot, context);
+  if (!made) co_return tl::unexpected(made.error());
+  const MeshPtr mesh = *std::move(made);
+  if (mesh->files.data.empty()) {
+    co_return fail(ErrorCode::kUnknownDataset, "There is no surface at this isovalue.");
+  }
+  // As long as it is sent the mesh is there.
+  co_return SharedBytes(mesh, is_index ? &mesh->files.manifest : &mesh->files.data);
+}
+
+asio::awaitable<Answer> NeuroglancerService::answer(const NeuroglancerFile& file,
+                                                    const HttpRequest& request,
+                                                    OneShotSession& one_shot,
+                                                    RequestContext& context, bool is_for_all) {
+  auto bytes = co_await content(file, one_shot, context);
+  if (!bytes) {
+    context.outcome = multitetra::name(bytes.error().code);
+    co_return error_answer(bytes.error(), context.request_id);
+  }
+  const SharedBytes known = *std::move(bytes);
+  Answer answer{.body = body_of(known)};
+  const bool is_info = file.path.ends_with("info");
+  add_field(answer, "Content-Type", is_info ? "application/json" : "application/octet-stream");
+  add_field(answer, "Cache-Control", is_for_all ? "public, no-cache" : "private, no-cache");
+  meet_conditions(answer, request, tag_of(std::string(kNeuroglancerForm) + *known));
+  co_return answer;
+}
+
+}  // namespace multitetra

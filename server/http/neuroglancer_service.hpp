@@ -1,0 +1,69 @@
+// Neuroglancer's precomputed formats over HTTP: surfaces as multi-resolution meshes, the volume as
+// an image.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "server/http/answer.hpp"
+#include "server/http/http_options.hpp"
+#include "server/http/one_shot_session.hpp"
+#include "server/http/request_context.hpp"
+#include "server/http/route.hpp"
+#include "server/stream/lru_map.hpp"
+#include "server/stream/workers.hpp"
+#include "server/trees/neuroglancer.hpp"
+
+namespace multitetra {
+
+// On the executor's thread alone.
+class NeuroglancerService {
+ public:
+  // The options outlive the service.
+  explicit NeuroglancerService(const HttpOptions& options) : options_(options) {}
+
+  // `one_shot` is greeted. A mesh's manifest tells the sizes of all its fragments, so the first who
+  // asks for it, or for what it tells of, waits until all are made; who has waited for a few
+  // seconds is asked to come again, and what was made until then is kept. All of it is asked of the
+  // session cell by cell, so a mesh has the limits of as many requests.
+  [[nodiscard]] asio::awaitable<Answer> answer(const NeuroglancerFile& file,
+                                               const HttpRequest& request, OneShotSession& one_shot,
+                                               RequestContext& context, bool is_for_all);
+
+ private:
+  // Of one segment.
+  struct Mesh {
+    // What is left to be looked at: the cells of the tree that are crossed and not yet made.
+    std::vector<OctreeCube> left;
+    MeshFragments fragments = {};
+    std::size_t bytes = 0;
+    MeshFiles files = {};  // When nothing is left.
+  };
+  using MeshPtr = std::shared_ptr<Mesh>;
+
+  [[nodiscard]] asio::awaitable<Result<SharedBytes>> content(const NeuroglancerFile& file,
+                                                             OneShotSession& one_shot,
+                                                             RequestContext& context);
+  [[nodiscard]] asio::awaitable<Result<SharedBytes>> image(const ImageChunk& chunk,
+                                                           const DatasetInfo& info,
+                                                           OneShotSession& one_shot,
+                                                           RequestContext& context);
+  [[nodiscard]] asio::awaitable<Result<MeshPtr>> mesh(const CellTree& tree,
+                                                      OneShotSession& one_shot,
+                                                      RequestContext& context);
+  // Makes the first of the cells that are left.
+  [[nodiscard]] asio::awaitable<Result<void>> make_fragment(const CellTree& tree, MeshPtr mesh,
+                                                            OneShotSession& one_shot,
+                                                            RequestContext& context);
+
+  static constexpr std::size_t kKeptBytes = std::size_t{256} << 20;
+  static constexpr std::size_t kMostBytes = kKeptBytes / 2;  // Of one mesh.
+  static constexpr std::chrono::seconds kPatience{8};
+
+  const HttpOptions& options_;
+  LruMap<std::string, MeshPtr> meshes_{kKeptBytes};
+  Workers writing_{2};
+};
+
+}  // namespace multitetra
