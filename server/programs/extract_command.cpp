@@ -160,7 +160,7 @@ IsosurfaceRequest affordable(const std::shared_ptr<const SurfaceExtractor>& extr
                              const IsosurfaceRequest& asked) {
   if (!has_budget(asked)) return asked;
   const auto made =
-      make_next_step(ExtractedSteps(extractor), {.request = asked, .previews = false}, {});
+      make_next_step(ExtractedSteps(extractor), {.request = asked, .steps = StepPolicy::kFinalOnly}, {});
   if (!made) throw std::invalid_argument(made.error().text);
   return made->step.request;
 }
