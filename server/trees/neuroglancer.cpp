@@ -149,8 +149,8 @@ std::optional<ImageChunk> image_chunk_from(const DatasetInfo& info, std::string_
     return value;
   };
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto first = number(axis == 0 ? '\0' : '-');
-    const auto last = first ? number('_') : std::nullopt;
+    const auto first = number(axis == 0 ? '\0' : '_');
+    const auto last = first ? number('-') : std::nullopt;
     const std::int32_t all = voxels(info, axis, found.step);
     if (!last || *first < 0 || *first >= all || *first % kChunk[axis] != 0 ||
         *last != std::min(all, *first + kChunk[axis])) {

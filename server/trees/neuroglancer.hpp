@@ -34,7 +34,7 @@ namespace multitetra {
 [[nodiscard]] std::string segment_properties_json(const DatasetInfo& info);
 [[nodiscard]] std::string image_info_json(const DatasetInfo& info);
 
-// A piece of the image: "0_64-64_128-0_16" of the scale "4_4_4" is every fourth sample.
+// A piece of the image: "0-64_64-128_0-16" of the scale "4_4_4" is every fourth sample.
 struct ImageChunk {
   std::int32_t step = 1;                // Samples between two voxels of the scale.
   std::array<std::int32_t, 3> first{};  // Voxels of the scale.

@@ -306,7 +306,7 @@ TEST_F(OpenApiTest, IsWhatTheServerDoes) {
   ask(mesh, index(12), 404);
   ask(mesh, index(1), 416, "Range: bytes=9999999-\r\n");
   ask(mesh, index(13), 500);
-  const std::string voxels = "/v1/neuroglancer/noise/image/1_1_1/0_17-0_17-0_16";
+  const std::string voxels = "/v1/neuroglancer/noise/image/1_1_1/0-17_0-17_0-16";
   ask(image, "/v1/neuroglancer/noise/image/info", 200);
   ask(image, voxels, 200);
   ask(image, voxels, 206, "Range: bytes=0-1\r\n");
@@ -315,7 +315,7 @@ TEST_F(OpenApiTest, IsWhatTheServerDoes) {
   ask(image, voxels, 401, kBad);
   ask(image, voxels + "x", 404);
   ask(image, voxels, 416, "Range: bytes=9999999-\r\n");
-  ask(image, "/v1/neuroglancer/a%20b/image/1_1_1/0_64-0_64-0_16", 500);
+  ask(image, "/v1/neuroglancer/a%20b/image/1_1_1/0-64_0-64_0-16", 500);
 
   ask("/v1/stream", "/v1/stream", 426);
   ask("/v1/stream", "/v1/stream", 400, kUpgradeFields);

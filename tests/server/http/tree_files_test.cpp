@@ -169,7 +169,7 @@ TEST_F(NeuroglancerFiles, TellOfAMeshWhoseFragmentsAreAllThere) {
 TEST_F(NeuroglancerFiles, HaveTheSamplesThemselvesAsAnImage) {
   const auto info = tileset(at("image/info"));
   EXPECT_EQ(info["data_type"], "float32");
-  const auto chunk = client_.get(at("image/1_1_1/64_90-0_64-16_32"));
+  const auto chunk = client_.get(at("image/1_1_1/64-90_0-64_16-32"));
   ASSERT_EQ(chunk.result_int(), 200U) << chunk.body();
   ASSERT_EQ(chunk.body().size(), 4U * 26 * 64 * 16);
   const Volume volume = testing::fields::gyroid(90, 0.1, 8);
@@ -193,7 +193,7 @@ TEST_F(NeuroglancerFiles, ThatAreNoneAreRefusedWithAReason) {
       {at("surfaces,error=-1/info"), {400, "invalid_argument"}},
       {"/v1/neuroglancer/nothing/surfaces/info", {404, "unknown_dataset"}},
       {at("surfaces/x.index"), {404, "unknown_dataset"}},
-      {at("image/1_1_1/0_65-0_64-0_16"), {404, "unknown_dataset"}},
+      {at("image/1_1_1/0-65_0-64_0-16"), {404, "unknown_dataset"}},
       {at("surfaces/" + std::to_string(segment_of(1e9)) + ".index"), {404, "unknown_dataset"}}};
   for (const auto& [path, expected] : answers) {
     const auto response = client_.get(path);

@@ -48,19 +48,19 @@ TEST(NeuroglancerImage, OffersScalesAndTheirChunksAndNothingElse) {
   ASSERT_EQ(json["scales"].size(), 3U);  // 300, 150 and 75 voxels along the longest side.
   EXPECT_EQ(json["scales"][1]["size"], (std::vector<int>{150, 65, 33}));
   EXPECT_EQ(json["scales"][1]["resolution"], (std::vector<double>{2e6, 4e6, 6e6}));
-  const auto chunk = image_chunk_from(scan(), "2_2_2", "128_150-64_65-16_32");
+  const auto chunk = image_chunk_from(scan(), "2_2_2", "128-150_64-65_16-32");
   ASSERT_TRUE(chunk);
   EXPECT_EQ(chunk->step, 2);
   EXPECT_EQ(chunk->first, (std::array{128, 64, 16}));
   EXPECT_EQ(chunk->size, (std::array{22, 1, 16}));
-  for (const auto& [scale, text] : {std::pair{"8_8_8", "0_64-0_64-0_16"},
-                                    {"2_2_2", "0_63-0_64-0_16"},
-                                    {"2_2_2", "1_65-0_64-0_16"},
-                                    {"2_2_2", "192_256-0_64-0_16"},
-                                    {"2_2_2", "0_64-0_64-0_16x"},
-                                    {"2_2_2", "0_64-0_64"},
+  for (const auto& [scale, text] : {std::pair{"8_8_8", "0-64_0-64_0-16"},
+                                    {"2_2_2", "0-63_0-64_0-16"},
+                                    {"2_2_2", "1-65_0-64_0-16"},
+                                    {"2_2_2", "192-256_0-64_0-16"},
+                                    {"2_2_2", "0-64_0-64_0-16x"},
+                                    {"2_2_2", "0-64_0-64"},
                                     {"2_2_2", ""},
-                                    {"", "0_64-0_64-0_16"}}) {
+                                    {"", "0-64_0-64_0-16"}}) {
     EXPECT_FALSE(image_chunk_from(scan(), scale, text)) << scale << " " << text;
   }
 }
