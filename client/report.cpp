@@ -84,20 +84,24 @@ std::string allowed_error(const StepBegin& begin, const DatasetInfo& info) {
 std::string json_report(const FetchReport& report) {
   Json steps = Json::array();
   for (const FetchedStep& step : report.steps) steps.push_back(step_json(step));
-  Json json = {{"server", to_string(report.server)},
-               {"dataset", report.open.dataset},
-               {"parameters", json_of(report.open.request)},
-               {"notices", report.notices},
-               {"final_only", report.open.steps == StepPolicy::kFinalOnly},
-               {"coordinates", report.coordinates},
-               {"mesh_file", report.mesh_file.empty() ? Json(nullptr) : Json(report.mesh_file)},
-               {"components_written",
-                report.components_written ? Json(*report.components_written) : Json(nullptr)},
-               {"tiles_held", report.tiles_held},
-               {"tiles_received", report.received.tiles},
-               {"bytes_received", report.received.payload_bytes},
-               {"reconnections", report.reconnections},
-               {"steps", std::move(steps)}};
+  Json json = {
+      {"server", to_string(report.server)},
+      {"dataset", report.open.dataset},
+      {"parameters", json_of(report.open.request)},
+      {"notices", report.notices},
+      {"final_only", report.open.steps == StepPolicy::kFinalOnly},
+      {"coordinates", report.coordinates},
+      {"mesh_file", report.mesh_file.empty() ? Json(nullptr) : Json(report.mesh_file)},
+      {"components_written",
+       report.components_written ? Json(*report.components_written) : Json(nullptr)},
+      {"area", report.measures ? Json(report.measures->area) : Json(nullptr)},
+      {"volume",
+       report.measures && report.measures->volume ? Json(*report.measures->volume) : Json(nullptr)},
+      {"tiles_held", report.tiles_held},
+      {"tiles_received", report.received.tiles},
+      {"bytes_received", report.received.payload_bytes},
+      {"reconnections", report.reconnections},
+      {"steps", std::move(steps)}};
   if (report.distances) {
     json["distances"] = distances_json(*report.distances, report.checked_against);
   }

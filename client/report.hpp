@@ -7,6 +7,7 @@
 
 #include "client/client.hpp"
 #include "client/distance_check.hpp"
+#include "common/mesh/mesh_measures.hpp"
 
 namespace multitetra {
 
@@ -19,6 +20,7 @@ struct FetchReport {
   std::string mesh_file;                  // Empty when none was written.
   std::vector<FetchedStep> steps;         // Meshes may be left out of all but the last.
   std::optional<std::uint64_t> components_written = {};  // In the mesh file.
+  std::optional<SurfaceMeasures> measures = {};          // Of the final step, all components.
   std::uint64_t tiles_held = 0;                          // Before the fetch, from earlier ones.
   ReceivedTiles received = {};                           // Over all connections.
   int reconnections = 0;             // How often a lost connection was tried again.
@@ -28,7 +30,8 @@ struct FetchReport {
 };
 
 // Indented JSON with a newline at its end: server, dataset, parameters, notices, final_only,
-// coordinates, mesh_file and components_written (null: none was written), tiles_held,
+// coordinates, mesh_file and components_written (null: none was written), area and volume (of the
+// final step in the world; null: there is none, or it has a border), tiles_held,
 // tiles_received, bytes_received, reconnections, steps, after a full check `distances`, and, of a
 // fetch that failed, error: {code, text}. A step's keys are those of json_report.hpp and: step,
 // final, parameters, error_bound_world, finest_spacing, tetrahedra, active_tetrahedra, tiles,

@@ -54,7 +54,7 @@ ROOMS = {
 PRIVATE = {
     "common/mesh": ["disjoint_sets"],
     "common/net": ["stream_socket"],
-    "common/wire": ["glb", "wire_bytes", "wire_checks", "wire_dataset", "wire_request", "wire_samples", "wire_scalars",
+    "common/wire": ["glb", "triangle_normals", "vtp_file", "wire_bytes", "wire_checks", "wire_dataset", "wire_request", "wire_samples", "wire_scalars",
                     "wire_vectors"],
     "common/cli": ["threshold_image", "option_words"],
     "server/core/thresholds": ["threshold_bound", "region_set", "region_octree", "threshold_pyramid", "view_threshold"],

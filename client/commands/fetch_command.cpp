@@ -41,7 +41,9 @@ class Output {
   }
   // A step as it is written.
   [[nodiscard]] OutputSurface surface_of(const FetchedStep& fetched) const {
-    return output_surface(fetched.step->mesh, arguments_.order.surface, info_);
+    OutputSurface surface = output_surface(fetched.step->mesh, arguments_.order.surface, info_);
+    paint(surface.mesh, fetched.step->begin, arguments_.colors);
+    return surface;
   }
   void final_step(const OutputSurface& surface) const {
     write_file(arguments_.mesh, mesh_file(surface.mesh, format_));
@@ -151,10 +153,12 @@ int fetch(const FetchArguments& arguments) {
   const auto format = mesh_format_from(std::filesystem::path(arguments.mesh).extension().string());
   if (!format) {
     return complain(kUsage, "\"" + arguments.mesh +
-                                "\" has no suffix of a mesh format; use .ply, .stl, .obj, .glb or "
-                                ".drc.");
+                                "\" has no suffix of a mesh format; use .ply, .stl, .obj, .glb, "
+                                ".drc or .vtp.");
   }
 
+  const auto scalars = scalars_of(arguments.colors);
+  if (!scalars) return complain(kUsage, scalars.error().text);
   require_outputs({{"--output", arguments.mesh}, {"--report", arguments.report}},
                   {{"--against", arguments.against},
                    {"--threshold-grid", arguments.order.surface.threshold_grid},
@@ -169,7 +173,8 @@ int fetch(const FetchArguments& arguments) {
       .open = {.dataset = info.name,
                .request = surface->request,
                .steps = arguments.final_only ? StepPolicy::kFinalOnly : StepPolicy::kProgressive,
-               .held = {}},
+               .held = {},
+               .scalars = *scalars},
       .notices = surface->notices.told(),
       .coordinates = arguments.order.surface.coordinates,
       .mesh_file = {},
@@ -204,9 +209,13 @@ int fetch(const FetchArguments& arguments) {
   if (final_step->step->topology.triangles == 0) {
     surface->notices.tell(empty_surface_text(surface->request, info));
   }
+  const LatticeMesh& mesh = final_step->step->mesh;
+  report.measures = sum_of(measures_of(mesh, components_of(mesh), grid_to_world(info)));
   const OutputSurface written = output.surface_of(*final_step);
   const std::string left_out = left_out_text(written, arguments.order.surface);
   if (!left_out.empty()) surface->notices.tell("The file has " + left_out + ".");
+  const std::string accuracy = accuracy_text(*final_step->step);
+  if (!accuracy.empty() && !arguments.quiet) std::cerr << accuracy << std::endl;
   report.notices = surface->notices.told();
   if (written.components == 0 && !arguments.order.surface.allow_empty) {
     output.report(report);
@@ -224,6 +233,7 @@ void add_fetch(Command& app, FetchArguments& a) {
       "fetch", "Fetch an isosurface, coarse first, check it and write it as a mesh file");
   add_order_options(*command, a.order);
   add_output_options(*command, a.order.surface);
+  add_color_options(*command, a.colors);
   command->add_flag("--final-only", a.final_only, "No previews");
   command
       ->add_option("--retries", a.retries,
@@ -250,7 +260,7 @@ void add_fetch(Command& app, FetchArguments& a) {
   command->add_option("--samples", a.samples, "For --check full: sampled points each way")
       ->within(1, 100'000'000)
       ->capture_default_str();
-  command->add_option("-o,--output", a.mesh, "Mesh file: .ply, .stl, .obj, .glb or .drc")
+  command->add_option("-o,--output", a.mesh, "Mesh file: .ply, .stl, .obj, .glb, .drc or .vtp")
       ->required()
       ->type_name("FILE");
   command
@@ -270,6 +280,8 @@ void add_fetch(Command& app, FetchArguments& a) {
                   "-o bone.glb --report bone.json\n"
                   "  multitetra-client fetch --dataset head --error 0.5 --check full "
                   "--against head.nrrd -o head.ply\n"
+                  "  multitetra-client fetch --dataset density --color-by temperature --colors "
+                  "coolwarm -o density.glb\n"
                   "  multitetra-client fetch --server wss://example.org --token-file token "
                   "--dataset head -o head.ply\n"
                   "  multitetra-client fetch --server tcp://example.org:7410 --dataset head "

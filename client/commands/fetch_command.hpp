@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "client/commands/color_options.hpp"
 #include "client/commands/ordered_surface.hpp"
 #include "common/cli/command.hpp"
 
@@ -11,6 +12,7 @@ namespace multitetra {
 
 struct FetchArguments {
   SurfaceOrder order;
+  ColorArguments colors;
   bool final_only = false;
   int retries = 5;
   std::string resume_directory;

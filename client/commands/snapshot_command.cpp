@@ -94,6 +94,8 @@ int snapshot(const SnapshotArguments& arguments) {
   }
   const auto size = parse_picture_size(arguments.size);
   if (!size) return complain(kUsage, size.error().text);
+  const auto scalars = scalars_of(arguments.colors);
+  if (!scalars) return complain(kUsage, scalars.error().text);
   require_outputs({{"--output", arguments.picture}},
                   {{"--threshold-grid", arguments.order.surface.threshold_grid}});
   auto surface = ordered(arguments.order);
@@ -104,7 +106,8 @@ int snapshot(const SnapshotArguments& arguments) {
                                              {.dataset = surface->info.name,
                                               .request = surface->request,
                                               .steps = StepPolicy::kFinalOnly,
-                                              .held = {}},
+                                              .held = {},
+                                              .scalars = *scalars},
                                              [](const FetchedStep&) {});
   if (!fetched) return complain(fetched.error());
   taken.fetch_seconds = seconds_since(asked);
@@ -121,8 +124,10 @@ int snapshot(const SnapshotArguments& arguments) {
     }
   }
   const auto came = Clock::now();
-  const OutputSurface drawn_surface =
-      output_surface(step.mesh, arguments.order.surface, surface->info);
+  OutputSurface drawn_surface = output_surface(step.mesh, arguments.order.surface, surface->info);
+  paint(drawn_surface.mesh, step.begin, arguments.colors);
+  const std::string accuracy = accuracy_text(step);
+  if (!accuracy.empty() && !arguments.quiet) std::cerr << accuracy << std::endl;
   const std::string left_out = left_out_text(drawn_surface, arguments.order.surface);
   if (!left_out.empty()) surface->notices.tell("The picture has " + left_out + ".");
   // Dust around the largest component would push it out of the middle.
@@ -189,6 +194,7 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
   a.order.surface.normal_bits = kMinNormalBits;
   add_order_options(*command, a.order);
   add_output_options(*command, a.order.surface);
+  add_color_options(*command, a.colors);
   command->add_flag("--json", a.json, "Print a JSON report");
   command->add_flag("--quiet", a.quiet, "Say nothing unless something is wrong");
   command->footer(

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "client/commands/color_options.hpp"
 #include "client/commands/ordered_surface.hpp"
 #include "client/picture/camera.hpp"
 #include "common/cli/command.hpp"
@@ -13,6 +14,7 @@ struct SnapshotArguments {
   SnapshotArguments() { order.surface.normal_bits = 8; }
 
   SurfaceOrder order;
+  ColorArguments colors;
   std::string picture;
   std::string size = "1280x960";  // WIDTHxHEIGHT in pixels.
   double azimuth = kDefaultAzimuth;

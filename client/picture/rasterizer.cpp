@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -89,12 +90,22 @@ std::vector<UnitVector> averaged_normals(const PositionedMesh& mesh) {
   return normals;
 }
 
+std::vector<Light> lights_of(const PositionedMesh& mesh) {
+  std::vector<Light> lights;
+  lights.reserve(mesh.colors.size());
+  for (const auto& color : mesh.colors) {
+    lights.push_back({light_of(color[0]), light_of(color[1]), light_of(color[2])});
+  }
+  return lights;
+}
+
 // What all bands read.
 struct Scene {
   const PositionedMesh& mesh;
   const std::vector<UnitVector>& normals;
   const Camera& camera;
   const DrawOptions& options;
+  std::vector<Light> colors;  // Of the vertices; none: the surface has one of its own.
   std::vector<Corner> corners;
   std::vector<std::vector<std::uint32_t>> bands;  // Triangles that may show in each, in order.
 };
@@ -259,13 +270,22 @@ class Band {
         if (!is_flat) normal[axis] += weights[i] * scene_.normals[t.indices[i]][axis];
       }
     }
+    std::optional<Light> color;
+    if (!scene_.colors.empty()) {
+      color.emplace(Light{0, 0, 0});
+      for (std::size_t i = 0; i < 3; ++i) {
+        const Light& corner_color = scene_.colors[t.indices[i]];
+        const auto weight = static_cast<float>(weights[i] / sum);
+        for (std::size_t j = 0; j < 3; ++j) (*color)[j] += weight * corner_color[j];
+      }
+    }
     const Camera& camera = scene_.camera;
     const double sign = t.is_inside ? -1 : 1;
     const Vec3 seen = camera.seen(place);
     return lit(normalized({sign * dot(normal, camera.right), sign * dot(normal, camera.up),
                            sign * dot(normal, camera.back)}),
                normalized({-seen[0], -seen[1], -seen[2]}),
-               {camera.right[2], camera.up[2], camera.back[2]}, t.is_inside);
+               {camera.right[2], camera.up[2], camera.back[2]}, t.is_inside, color);
   }
 
   [[nodiscard]] Pixel pixel(int x, int y) const {
@@ -306,6 +326,7 @@ Picture drawn(const PositionedMesh& mesh, const Camera& camera, const DrawOption
               .normals = mesh.normals.empty() ? own : mesh.normals,
               .camera = camera,
               .options = options,
+              .colors = lights_of(mesh),
               .corners = corners_of(mesh, camera),
               .bands = {}};
   scene.bands = bands_of(mesh, camera, scene.corners);

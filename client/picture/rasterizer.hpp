@@ -1,5 +1,5 @@
-// Draws a mesh: perspective, hidden surfaces, smooth or flat shading, edges without steps, the
-// triangles' wires if asked for.
+// Draws a mesh, in the colours of its vertices if it has some: perspective, hidden surfaces, smooth
+// or flat shading, edges without steps, the triangles' wires if asked for.
 //
 //   const Camera camera = framing(mesh.positions, azimuth, elevation, 1280, 960);
 //   write_file("head.png", png_file(drawn(mesh, camera, {})));

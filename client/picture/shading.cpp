@@ -6,14 +6,8 @@
 namespace multitetra {
 namespace {
 
-// The inverse of srgb(), for colours that are written down as an image has them.
-float light_of(int value) {
-  const double v = value / 255.0;
-  return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
-}
-
 Light light_of(int red, int green, int blue) {
-  return {light_of(red), light_of(green), light_of(blue)};
+  return {multitetra::light_of(red), multitetra::light_of(green), multitetra::light_of(blue)};
 }
 
 Light mixed(const Light& a, const Light& b, double share) {
@@ -23,7 +17,13 @@ Light mixed(const Light& a, const Light& b, double share) {
 
 }  // namespace
 
-Light lit(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards, bool is_inside) {
+float light_of(int value) {
+  const double v = value / 255.0;
+  return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
+}
+
+Light lit(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards, bool is_inside,
+          const std::optional<Light>& own_color) {
   static const Light kOutside = light_of(0xe0, 0xcd, 0xb4);
   static const Light kInside = light_of(0x8f, 0x6c, 0x5c);
   // A lamp beside the eye, above its left shoulder, shows more of the shape than one in the eye.
@@ -33,7 +33,12 @@ Light lit(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards, bool is_i
   const Vec3 half = normalized({lamp[0] + to_eye[0], lamp[1] + to_eye[1], lamp[2] + to_eye[2]});
   double shine = std::max(0.0, dot(normal, half));
   for (int doubling = 0; doubling < 5; ++doubling) shine *= shine;  // To the power of 32.
-  const Light& colour = is_inside ? kInside : kOutside;
+  constexpr float kDarkerInside = 0.5F;
+  Light colour = is_inside ? kInside : kOutside;
+  if (own_color) {
+    const float part = is_inside ? kDarkerInside : 1;
+    colour = {part * (*own_color)[0], part * (*own_color)[1], part * (*own_color)[2]};
+  }
   const double light = 0.08 + 0.10 * from_above + 0.86 * facing;
   Light result;
   for (std::size_t i = 0; i < 3; ++i) {

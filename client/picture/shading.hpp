@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "common/base/vec3.hpp"
 #include "common/image/picture.hpp"
@@ -27,9 +28,12 @@ enum class Background { kDark, kLight, kTransparent };
 // upwards       The world's z axis: what faces it is a little brighter.
 //
 // Where the eye looks at the inside, which it sees where the surface ends, the colour is darker and
-// redder, as in the browser viewer.
-[[nodiscard]] Light lit(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards,
-                        bool is_inside);
+// redder, as in the browser viewer; a surface of a colour of its own is darker there.
+[[nodiscard]] Light lit(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards, bool is_inside,
+                        const std::optional<Light>& own_color = {});
+
+// What a number of an image means, 0 to 255.
+[[nodiscard]] float light_of(int srgb);
 
 // What is seen beside the surface: brighter in the middle. `x` and `y` are from -1 to 1.
 [[nodiscard]] Light background_at(Background background, double x, double y);

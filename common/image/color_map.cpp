@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 namespace multitetra {
 namespace {
@@ -91,6 +90,13 @@ Rgb ColorScale::operator()(double value) const {
   if (!is_logarithmic) return color_at(map, (value - low) / (high - low));
   if (!(value > 0)) return color_at(map, 0);
   return color_at(map, std::log(value / low) / std::log(high / low));
+}
+
+std::vector<Rgb> colors_of(std::span<const float> values, const ColorScale& scale) {
+  std::vector<Rgb> colors;
+  colors.reserve(values.size());
+  for (const float value : values) colors.push_back(scale(static_cast<double>(value)));
+  return colors;
 }
 
 }  // namespace multitetra

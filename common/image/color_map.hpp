@@ -5,7 +5,9 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string_view>
+#include <vector>
 
 namespace multitetra {
 
@@ -37,5 +39,7 @@ struct ColorScale {
 
   [[nodiscard]] Rgb operator()(double value) const;
 };
+
+[[nodiscard]] std::vector<Rgb> colors_of(std::span<const float> values, const ColorScale& scale);
 
 }  // namespace multitetra

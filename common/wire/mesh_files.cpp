@@ -14,27 +14,28 @@
 #include <utility>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "common/base/atomic_file.hpp"
 #include "common/base/text.hpp"
-#include "common/wire/glb.hpp"
+#include "common/wire/scene_file.hpp"
 #include "common/wire/tile.hpp"
+#include "common/wire/triangle_normals.hpp"
+#include "common/wire/vtp_file.hpp"
 
 namespace multitetra {
 namespace {
 
 static_assert(std::endian::native == std::endian::little,
-              "PLY, STL and GLB files are written as the bytes lie in memory: little-endian.");
+              "PLY and STL files are written as the bytes lie in memory: little-endian.");
 
 using Position = std::array<float, 3>;
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kSuffixAndMediaType = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kSuffixAndMediaType = {{
     {"ply", "application/ply"},
     {"stl", "model/stl"},
     {"obj", "model/obj"},
     {"glb", "model/gltf-binary"},
     {"drc", "application/vnd.draco"},
+    {"vtp", "application/vnd.vtk.polydata+xml"},
 }};
 
 // A millionth of the longest side: finer than any lattice step that we send.
@@ -46,30 +47,6 @@ void append(std::string& bytes, const T& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof(T));
 }
 
-template <typename T>
-void append_all(std::string& bytes, const std::vector<T>& values) {
-  static_assert(std::is_trivially_copyable_v<T> && sizeof(T) == 12);
-  bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
-}
-
-// Twice the area times the normal by the right-hand rule.
-Vec3 area_vector(const Position& a, const Position& b, const Position& c) {
-  const auto edge = [&a](const Position& to, std::size_t axis) {
-    return static_cast<double>(to[axis]) - static_cast<double>(a[axis]);
-  };
-  const Vec3 u = {edge(b, 0), edge(b, 1), edge(b, 2)};
-  const Vec3 v = {edge(c, 0), edge(c, 1), edge(c, 2)};
-  return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-}
-
-// Of length 1; the z axis where there is no direction.
-Position unit(const Vec3& v) {
-  const double length = std::hypot(v[0], v[1], v[2]);
-  if (!(length > 0)) return {0, 0, 1};
-  return {static_cast<float>(v[0] / length), static_cast<float>(v[1] / length),
-          static_cast<float>(v[2] / length)};
-}
-
 // ---- the formats
 
 std::string ply(const PositionedMesh& mesh) {
@@ -77,14 +54,19 @@ std::string ply(const PositionedMesh& mesh) {
   file += "element vertex " + std::to_string(mesh.positions.size()) +
           "\nproperty float x\nproperty float y\nproperty float z\n";
   if (!mesh.normals.empty()) file += "property float nx\nproperty float ny\nproperty float nz\n";
+  if (!mesh.scalars.empty()) file += "property float scalar\n";
+  if (!mesh.colors.empty()) {
+    file += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  }
   file += "element face " + std::to_string(mesh.triangles.size()) +
           "\nproperty list uchar uint vertex_indices\nend_header\n";
   file.reserve(file.size() + 12 * (mesh.positions.size() + mesh.normals.size()) +
-               13 * mesh.triangles.size());
-  if (mesh.normals.empty()) append_all(file, mesh.positions);
-  for (std::size_t i = 0; i < mesh.normals.size(); ++i) {
+               4 * mesh.scalars.size() + 3 * mesh.colors.size() + 13 * mesh.triangles.size());
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     append(file, mesh.positions[i]);
-    append(file, mesh.normals[i]);
+    if (!mesh.normals.empty()) append(file, mesh.normals[i]);
+    if (!mesh.scalars.empty()) append(file, mesh.scalars[i]);
+    if (!mesh.colors.empty()) append(file, mesh.colors[i]);
   }
   for (const TriangleIndices& t : mesh.triangles) {
     file.push_back(3);
@@ -104,7 +86,7 @@ std::string stl(const PositionedMesh& mesh) {
     const Position& a = mesh.positions[t[0]];
     const Position& b = mesh.positions[t[1]];
     const Position& c = mesh.positions[t[2]];
-    append(file, unit(area_vector(a, b, c)));
+    append(file, unit_or_upwards(area_vector(a, b, c)));
     for (const Position* corner : {&a, &b, &c}) append(file, *corner);
     append(file, std::uint16_t{0});
   }
@@ -151,78 +133,6 @@ std::string obj(const PositionedMesh& mesh) {
   return file;
 }
 
-// Normals at the vertices, weighted by the areas of the triangles around them.
-std::vector<Position> smooth_normals(const PositionedMesh& mesh) {
-  std::vector<Vec3> sums(mesh.positions.size(), Vec3{0, 0, 0});
-  for (const TriangleIndices& t : mesh.triangles) {
-    const Vec3 area = area_vector(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]);
-    for (const std::uint32_t corner : t) {
-      for (std::size_t axis = 0; axis < 3; ++axis) sums[corner][axis] += area[axis];
-    }
-  }
-  std::vector<Position> normals(sums.size());
-  std::transform(sums.begin(), sums.end(), normals.begin(), unit);
-  return normals;
-}
-
-std::pair<Position, Position> bounds(const std::vector<Position>& positions) {
-  std::pair<Position, Position> box(positions.front(), positions.front());
-  for (const Position& position : positions) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      box.first[axis] = std::min(box.first[axis], position[axis]);
-      box.second[axis] = std::max(box.second[axis], position[axis]);
-    }
-  }
-  return box;
-}
-
-// The numbers are glTF's: 5125 unsigned int, 5126 float, 34962 and 34963 vertex and index buffers.
-nlohmann::json gltf(const PositionedMesh& mesh) {
-  nlohmann::json json = empty_gltf();
-  if (mesh.triangles.empty()) return json;
-  const auto view = [](std::size_t offset, std::size_t bytes, int target) {
-    return nlohmann::json{
-        {"buffer", 0}, {"byteOffset", offset}, {"byteLength", bytes}, {"target", target}};
-  };
-  const auto accessor = [](int buffer_view, int component, std::size_t count, const char* type) {
-    return nlohmann::json{{"bufferView", buffer_view},
-                          {"componentType", component},
-                          {"count", count},
-                          {"type", type}};
-  };
-  const std::size_t vertex_bytes = 12 * mesh.positions.size();
-  const std::size_t index_bytes = 12 * mesh.triangles.size();
-  const auto [low, high] = bounds(mesh.positions);
-
-  json["buffers"] = {{{"byteLength", 2 * vertex_bytes + index_bytes}}};
-  json["bufferViews"] = {view(0, vertex_bytes, 34962), view(vertex_bytes, vertex_bytes, 34962),
-                         view(2 * vertex_bytes, index_bytes, 34963)};
-  json["accessors"] = {accessor(0, 5126, mesh.positions.size(), "VEC3"),
-                       accessor(1, 5126, mesh.positions.size(), "VEC3"),
-                       accessor(2, 5125, 3 * mesh.triangles.size(), "SCALAR")};
-  json["accessors"][0]["min"] = low;
-  json["accessors"][0]["max"] = high;
-  json["materials"] = {surface_material()};
-  json["meshes"] = {
-      {{"primitives",
-        {{{"attributes", {{"POSITION", 0}, {"NORMAL", 1}}}, {"indices", 2}, {"material", 0}}}}}};
-  // Column-major: (x, y, z) -> (x, z, -y), z up to y up.
-  json["nodes"] = {{{"mesh", 0}, {"matrix", {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1}}}};
-  json["scenes"][0]["nodes"] = {0};
-  return json;
-}
-
-// The binary chunk has positions, normals, indices.
-std::string glb(const PositionedMesh& mesh) {
-  if (mesh.triangles.empty()) return glb_beginning(gltf(mesh), 0);
-  std::string file =
-      glb_beginning(gltf(mesh), 24 * mesh.positions.size() + 12 * mesh.triangles.size());
-  append_all(file, mesh.positions);
-  append_all(file, mesh.normals.empty() ? smooth_normals(mesh) : mesh.normals);
-  append_all(file, mesh.triangles);
-  return file;
-}
-
 }  // namespace
 
 std::optional<MeshFormat> mesh_format_from(std::string_view suffix) {
@@ -247,7 +157,9 @@ std::string mesh_file(const PositionedMesh& mesh, MeshFormat format) {
     case MeshFormat::kObj:
       return obj(mesh);
     case MeshFormat::kGlb:
-      return glb(mesh);
+      return scene_glb(std::array{ScenePart{.mesh = &mesh}});
+    case MeshFormat::kVtp:
+      return vtp_file(mesh);
     case MeshFormat::kDrc:
       return mesh.triangles.empty() ? std::string() : encode_draco_file(mesh, kDracoFileBits);
   }

@@ -1,4 +1,5 @@
-// Meshes as files other programs read: binary PLY and STL, OBJ, GLB (binary glTF 2.0) and Draco.
+// Meshes as files other programs read: binary PLY and STL, OBJ, GLB (binary glTF 2.0), Draco, and
+// VTK's VTP.
 //
 // All formats hold float positions in the coordinates of the mesh. GLB files carry a node matrix
 // that turns z-up into glTF's y-up; the positions themselves stay as they are.
@@ -13,10 +14,10 @@
 
 namespace multitetra {
 
-enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc };
+enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc, kVtp };
 
-// By suffix, letters of either case: "ply", "stl", "obj", "glb", "drc", with or without the leading
-// dot.
+// By suffix, letters of either case: "ply", "stl", "obj", "glb", "drc", "vtp", with or without the
+// leading dot.
 [[nodiscard]] std::optional<MeshFormat> mesh_format_from(std::string_view suffix);
 // "model/stl" and so on, for HTTP.
 [[nodiscard]] std::string_view media_type(MeshFormat format);
@@ -24,9 +25,9 @@ enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc };
 // The whole file's bytes. An empty mesh gives a valid file without triangles wherever the format
 // has one: GLB then has a scene without mesh; DRC has none, and no bytes are returned. The
 // mesh's normals are in all files but STL, which has those of its triangles; GLB has smooth ones of
-// the triangles around a vertex if the mesh has none, and a double-sided material. DRC is quantized
-// to 20 bits over the bounding box.
-// Throws std::system_error when the mesh exceeds a limit of the format (GLB: 4 GiB).
+// the triangles around a vertex if the mesh has none, and a double-sided material. Scalars and
+// colours are in PLY, GLB (see scene_file.hpp) and VTP. DRC is quantized to 20 bits over the
+// bounding box. Throws std::system_error when the mesh exceeds a limit of the format (GLB: 4 GiB).
 [[nodiscard]] std::string mesh_file(const PositionedMesh& mesh, MeshFormat format);
 
 // The file appears whole or not at all, see atomic_file.hpp. Throws std::system_error naming the

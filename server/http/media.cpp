@@ -91,8 +91,8 @@ std::optional<MeshFormat> accepted_format(std::string_view accept) {
   if (trimmed(accept).empty()) return MeshFormat::kGlb;
   std::optional<MeshFormat> best;
   double best_weight = 0;
-  for (const MeshFormat format :
-       {MeshFormat::kGlb, MeshFormat::kPly, MeshFormat::kStl, MeshFormat::kObj, MeshFormat::kDrc}) {
+  for (const MeshFormat format : {MeshFormat::kGlb, MeshFormat::kPly, MeshFormat::kStl,
+                                  MeshFormat::kObj, MeshFormat::kDrc, MeshFormat::kVtp}) {
     const double weight = liking(accept, media_type(format));
     if (weight > best_weight) {
       best = format;

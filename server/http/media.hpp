@@ -12,7 +12,7 @@ namespace multitetra {
 [[nodiscard]] std::string_view media_type_of_file(std::string_view name);
 
 // The format that an Accept field (RFC 9110) likes best, of equally good ones the first of glb,
-// ply, stl, obj, drc; glb for an empty field; nullopt if none is accepted.
+// ply, stl, obj, drc, vtp; glb for an empty field; nullopt if none is accepted.
 [[nodiscard]] std::optional<MeshFormat> accepted_format(std::string_view accept);
 
 }  // namespace multitetra

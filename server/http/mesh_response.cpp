@@ -1,6 +1,7 @@
 #include "server/http/mesh_response.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <span>
 #include <utility>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "common/base/number_text.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/request/request_notices.hpp"
+#include "common/wire/scene_file.hpp"
 #include "server/http/step_mesh.hpp"
 
 namespace multitetra {
@@ -46,38 +48,82 @@ void add_notices(Answer& answer, const MeshTopology& mesh, const IsosurfaceReque
   for (const std::string& notice : notices) add_field(answer, "Multitetra-Notice", notice);
 }
 
-std::string facts(const MeshTopology& mesh, const OneShotSession::Step& step,
-                  const DatasetInfo& info) {
-  Answer answer;
-  add_notices(answer, mesh, step.begin.request, info);
+// What all surfaces of a file are together.
+struct Totals {
+  MeshTopology topology;
+  double error_bound = 0;
+  ContentDigest digest;
+
+  void add(const MeshTopology& mesh, const OneShotSession::Step& step) {
+    topology.triangles += mesh.triangles;
+    topology.vertices += mesh.vertices;
+    topology.euler_characteristic += mesh.euler_characteristic;
+    topology.components += mesh.components;
+    error_bound = std::max(error_bound, step.begin.error_bound_world);
+    digest += step.end.digest;
+  }
+};
+
+void add_facts(Answer& answer, const Totals& all) {
+  const MeshTopology& mesh = all.topology;
   add_field(answer, "Multitetra-Triangles", std::to_string(mesh.triangles));
   add_field(answer, "Multitetra-Vertices", std::to_string(mesh.vertices));
   add_field(answer, "Multitetra-Euler-Characteristic", std::to_string(mesh.euler_characteristic));
   add_field(answer, "Multitetra-Components", std::to_string(mesh.components));
-  add_field(answer, "Multitetra-Error-Bound", shortest_text(step.begin.error_bound_world));
-  add_field(answer, "Multitetra-Content-Digest", step.end.digest.hex());
-  return answer.fields;
+  add_field(answer, "Multitetra-Error-Bound", shortest_text(all.error_bound));
+  add_field(answer, "Multitetra-Content-Digest", all.digest.hex());
+}
+
+PositionedMesh painted(const LatticeMesh& mesh, const StepBegin& step, const DatasetInfo& info,
+                       const MeshForm& form) {
+  PositionedMesh placed =
+      positioned(mesh, form.is_in_world ? grid_to_world(info) : grid_to_index(info));
+  if (step.scalars) {
+    placed.colors = colors_of(
+        placed.scalars, {.map = form.colors, .low = step.scalars->low, .high = step.scalars->high});
+  }
+  return placed;
+}
+
+std::string file_of(const std::vector<PositionedMesh>& meshes,
+                    const std::vector<OneShotSession::Step>& steps, MeshFormat format) {
+  if (meshes.size() == 1) return mesh_file(meshes.front(), format);
+  assert(format == MeshFormat::kGlb);
+  std::vector<ScenePart> parts;
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    parts.push_back(
+        {.name = "isovalue " + shortest_text(steps[i].begin.request.isovalue), .mesh = &meshes[i]});
+  }
+  return scene_glb(parts);
 }
 
 }  // namespace
 
-Result<StoredMesh> store_mesh(const OneShotSession::Step& step, const DatasetInfo& info,
-                              const MeshForm& form, const MeshPlace& place,
+Result<StoredMesh> store_mesh(const std::vector<OneShotSession::Step>& steps,
+                              const DatasetInfo& info, const MeshForm& form, const MeshPlace& place,
                               const std::stop_token& stop) {
-  auto mesh = welded_mesh(step, stop);
-  if (!mesh) return tl::unexpected(mesh.error());
-  const auto found = checked(*mesh, step, info);
-  if (!found) return tl::unexpected(found.error());
-  const std::string bytes = mesh_file(
-      positioned(*mesh, form.is_in_world ? grid_to_world(info) : grid_to_index(info)), form.format);
-  *mesh = {};
+  Answer told;
+  Totals all;
+  std::vector<PositionedMesh> meshes;
+  for (const OneShotSession::Step& step : steps) {
+    const auto mesh = welded_mesh(step, stop);
+    if (!mesh) return tl::unexpected(mesh.error());
+    const auto found = checked(*mesh, step, info);
+    if (!found) return tl::unexpected(found.error());
+    add_notices(told, *found, step.begin.request, info);
+    all.add(*found, step);
+    meshes.push_back(painted(*mesh, step.begin, info, form));
+  }
+  add_facts(told, all);
+  const std::string bytes = file_of(meshes, steps, form.format);
+  meshes.clear();
   auto room = place.room(bytes.size());
   if (!room) return tl::unexpected(room.error());
   const auto stored = std::make_shared<FileInItsRoom>(place.folder, *std::move(room));
   static_cast<void>(stored->file.put(std::as_bytes(std::span(bytes))));
   return StoredMesh{.file = SharedFile(stored, &stored->file),
                     .bytes = bytes.size(),
-                    .fields = facts(*found, step, info)};
+                    .fields = std::move(told.fields)};
 }
 
 }  // namespace multitetra

@@ -6,7 +6,9 @@
 #include <functional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
+#include "common/image/color_map.hpp"
 #include "common/request/dataset_info.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "server/http/answer.hpp"
@@ -24,7 +26,8 @@ struct StoredMesh {
 
 struct MeshForm {
   MeshFormat format = MeshFormat::kGlb;
-  bool is_in_world = true;  // Else in sample indices.
+  bool is_in_world = true;               // Else in sample indices.
+  ColorMap colors = ColorMap::kViridis;  // Of scalars, where there are some.
 };
 
 // Where it is written, and what that takes.
@@ -37,7 +40,9 @@ struct MeshPlace {
 // Takes about 120 bytes of memory a triangle while it works. kDamagedData when a check of tiles or
 // mesh fails: the same that a client makes; what place.room() says where there is none. kCancelled
 // soon after `stop` is triggered. Throws DatasetFileError when the folder cannot take it.
-[[nodiscard]] Result<StoredMesh> store_mesh(const OneShotSession::Step& step,
+// Several steps, of one dataset, become one GLB with a part for each, named by its isovalue;
+// requires that format for them.
+[[nodiscard]] Result<StoredMesh> store_mesh(const std::vector<OneShotSession::Step>& steps,
                                             const DatasetInfo& info, const MeshForm& form,
                                             const MeshPlace& place, const std::stop_token& stop);
 

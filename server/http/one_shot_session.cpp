@@ -75,6 +75,12 @@ asio::awaitable<Result<DatasetInfo>> OneShotSession::dataset(std::string name) {
                  "No dataset is named \"" + name + "\"; /v1/datasets tells those that are.");
 }
 
+asio::awaitable<Result<EstimateReply>> OneShotSession::estimate(std::string dataset,
+                                                                IsosurfaceRequest request) {
+  say(Estimate{.request_id = 2, .dataset = std::move(dataset), .request = std::move(request)});
+  co_return co_await next_a<EstimateReply>();
+}
+
 asio::awaitable<Result<SliceReply>> OneShotSession::slice(std::string dataset, SliceRequest slice) {
   say(Slice{.request_id = 2, .dataset = std::move(dataset), .slice = slice});
   co_return co_await next_a<SliceReply>();
@@ -86,12 +92,14 @@ asio::awaitable<Result<ProbeReply>> OneShotSession::probe(std::string dataset, P
 }
 
 asio::awaitable<Result<OneShotSession::Step>> OneShotSession::final_step(
-    std::string dataset, IsosurfaceRequest request, std::uint64_t max_triangles) {
+    std::string dataset, IsosurfaceRequest request, std::uint64_t max_triangles,
+    std::optional<ScalarRequest> scalars) {
   say(OpenStream{.request_id = ++last_stream_,
                  .dataset = std::move(dataset),
                  .request = std::move(request),
                  .steps = StepPolicy::kFinalOnly,
-                 .held = {}});
+                 .held = {},
+                 .scalars = std::move(scalars)});
   auto begin = co_await next_a<StepBegin>();
   if (!begin) co_return tl::unexpected(begin.error());
   if (const std::uint64_t triangles = triangles_of(*begin); triangles > max_triangles) {
@@ -101,14 +109,18 @@ asio::awaitable<Result<OneShotSession::Step>> OneShotSession::final_step(
                        std::to_string(max_triangles) +
                        "; allow a larger error, name max_triangles, or take it as a stream.");
   }
-  Step step{.begin = *std::move(begin), .payloads = {}, .end = {}};
+  Step step{.begin = *std::move(begin), .payloads = {}, .scalars = {}, .end = {}};
   step.payloads.resize(step.begin.tiles.size());
+  if (step.begin.scalars) step.scalars.resize(step.begin.tiles.size());
   for (;;) {
     auto message = co_await next();
     if (!message) co_return tl::unexpected(message.error());
     if (auto* tile = std::get_if<Tile>(&*message)) {
       if (tile->index >= step.payloads.size()) co_return out_of_place();
       step.payloads[tile->index] = std::move(tile->payload);
+    } else if (auto* scalars_of_tile = std::get_if<TileScalars>(&*message)) {
+      if (scalars_of_tile->index >= step.scalars.size()) co_return out_of_place();
+      step.scalars[scalars_of_tile->index] = std::move(scalars_of_tile->codes);
     } else if (const auto* end = std::get_if<StepEnd>(&*message)) {
       step.end = *end;
       const auto last = co_await next_a<StreamEnd>();

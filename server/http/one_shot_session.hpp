@@ -35,13 +35,17 @@ class OneShotSession {
   // A final step, encoded.
   struct Step {
     StepBegin begin;
-    std::vector<std::shared_ptr<const std::string>> payloads;  // As in begin.tiles.
+    std::vector<std::shared_ptr<const std::string>> payloads;  // As in begin.tiles,
+    std::vector<std::shared_ptr<const std::string>> scalars;   // and their codes, if asked for.
     StepEnd end;
   };
   // kLimitExceeded for a step of more than `max_triangles`, as soon as it is known.
   [[nodiscard]] asio::awaitable<Result<Step>> final_step(std::string dataset,
                                                          IsosurfaceRequest request,
-                                                         std::uint64_t max_triangles);
+                                                         std::uint64_t max_triangles,
+                                                         std::optional<ScalarRequest> scalars = {});
+  [[nodiscard]] asio::awaitable<Result<EstimateReply>> estimate(std::string dataset,
+                                                                IsosurfaceRequest request);
 
  private:
   // The next message; what ends the conversation is an error.

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/wire/scalar_codes.hpp"
 #include "common/wire/tile.hpp"
 
 namespace multitetra {
@@ -20,6 +21,15 @@ Result<LatticeMesh> welded_mesh(const OneShotSession::Step& step, const std::sto
     auto tile = decode_tile(*step.payloads[i], step.begin.tiles[i], request.lattice_resolution,
                             request.normal_bits);
     if (!tile) return tl::unexpected(tile.error());
+    if (step.begin.scalars) {
+      if (!step.scalars[i]) {
+        return fail(ErrorCode::kDamagedData,
+                    "The scalars of tile " + std::to_string(i) + " did not come.");
+      }
+      auto values = decode_scalars(*step.scalars[i], tile->vertices, *step.begin.scalars);
+      if (!values) return tl::unexpected(values.error());
+      tile->scalars = *std::move(values);
+    }
     tiles.push_back(*std::move(tile));
   }
   std::vector<const LatticeMesh*> pointers;

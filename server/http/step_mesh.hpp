@@ -9,8 +9,8 @@
 
 namespace multitetra {
 
-// Decoded and welded. kDamagedData when a tile is missing or not what it should be; kCancelled soon
-// after `stop` is triggered.
+// Decoded and welded, with its scalars where it was asked for some. kDamagedData when a tile is
+// missing or not what it should be; kCancelled soon after `stop` is triggered.
 [[nodiscard]] Result<LatticeMesh> welded_mesh(const OneShotSession::Step& step,
                                               const std::stop_token& stop);
 

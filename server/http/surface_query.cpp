@@ -36,15 +36,34 @@ Objection set_view(std::string_view text, SurfaceQuery& query) {
   return std::nullopt;
 }
 
-Objection set_isovalue(std::string_view text, SurfaceQuery& query) {
-  query.isovalue = number_from<double>(text);
-  if (!query.isovalue) return "is no number";
+Objection set_isovalues(std::string_view text, SurfaceQuery& query) {
+  const auto values = numbers_from(text, 1, kMaxSurfaces);
+  if (!values) return "must be a number, or up to " + std::to_string(kMaxSurfaces) + " as A,B,C";
+  query.isovalues = *values;
+  return std::nullopt;
+}
+
+Objection set_color_range(std::string_view text, SurfaceQuery& query) {
+  const auto ends = numbers_from(text, 2, 2);
+  if (!ends) return "must be two numbers, LOW,HIGH";
+  query.color_range = {ends->front(), ends->back()};
+  return std::nullopt;
+}
+
+Objection set_color_by(std::string_view text, SurfaceQuery& query) {
+  query.color_by = text;
+  if (text.empty()) return "must be the name of a dataset";
   return std::nullopt;
 }
 
 const Setters<Q>& setters() {
   static const Setters<Q> kSetters = {
-      {"isovalue", set_isovalue},
+      {"isovalue", set_isovalues},
+      {"color_by", set_color_by},
+      {"color_range", set_color_range},
+      {"colors",
+       word<Q>(
+           [](Q & q) -> auto& { return q.colors; }, color_map_from, std::string(kColorMapNames))},
       {"error", number<Q>([](Q & q) -> auto& { return q.request.error; })},
       {"unit",
        word<Q>(
@@ -77,7 +96,7 @@ const Setters<Q>& setters() {
       {"format", word<Q>(
                      [](Q & q) -> auto& { return q.format; },
                      [](std::string_view text) { return mesh_format_from(text); },
-                     "glb, ply, stl, obj or drc")}};
+                     "glb, ply, stl, obj, drc or vtp")}};
   return kSetters;
 }
 
@@ -88,14 +107,39 @@ Result<SurfaceQuery> parse_surface_query(
   return parse_query<SurfaceQuery>(query, setters(), "region");
 }
 
-Result<IsosurfaceRequest> request_for(const SurfaceQuery& query, const DatasetInfo& info) {
-  if (!query.isovalue && info.suggested_isovalues.empty()) {
+Result<std::vector<IsosurfaceRequest>> requests_for(const SurfaceQuery& query,
+                                                    const DatasetInfo& info) {
+  if (query.isovalues.empty() && info.suggested_isovalues.empty()) {
     return fail(ErrorCode::kInvalidArgument,
                 "Dataset \"" + info.name + "\" suggests no isovalue; name one with isovalue=.");
   }
-  IsosurfaceRequest request = query.request;
-  request.isovalue = query.isovalue ? *query.isovalue : info.suggested_isovalues.front();
-  return validated(request);
+  std::vector<double> isovalues = query.isovalues;
+  if (isovalues.empty()) isovalues.push_back(info.suggested_isovalues.front());
+  std::vector<IsosurfaceRequest> requests;
+  for (const double isovalue : isovalues) {
+    IsosurfaceRequest request = query.request;
+    request.isovalue = isovalue;
+    auto valid = validated(request);
+    if (!valid) return tl::unexpected(valid.error());
+    requests.push_back(*std::move(valid));
+  }
+  for (const std::uint64_t budget : {query.request.max_triangles, query.request.max_bytes}) {
+    if (budget == 0 || budget >= requests.size()) continue;
+    return fail(ErrorCode::kInvalidArgument, "A budget of " + std::to_string(budget) +
+                                                 " cannot be shared by " +
+                                                 std::to_string(requests.size()) + " surfaces.");
+  }
+  return requests;
+}
+
+Result<std::optional<ScalarRequest>> scalars_for(const SurfaceQuery& query) {
+  if (query.color_by.empty()) {
+    if (!query.color_range) return std::nullopt;
+    return fail(ErrorCode::kInvalidArgument, "color_range needs color_by, whose values it is of.");
+  }
+  auto valid = validated(ScalarRequest{.dataset = query.color_by, .limits = query.color_range});
+  if (!valid) return tl::unexpected(valid.error());
+  return *std::move(valid);
 }
 
 }  // namespace multitetra

@@ -3,7 +3,9 @@
 #include <new>
 #include <utility>
 
+#include "common/base/number_text.hpp"
 #include "common/request/request_key.hpp"
+#include "common/request/shared_budget.hpp"
 #include "server/http/conditions.hpp"
 #include "server/http/media.hpp"
 #include "server/http/on_workers.hpp"
@@ -13,7 +15,7 @@ namespace multitetra {
 namespace {
 
 // Of what this program makes of a request: to be raised when the same request gives other bytes.
-constexpr std::string_view kFormVersion = "2";
+constexpr std::string_view kFormVersion = "3";
 
 // Of a mesh that takes its time.
 constexpr std::uint64_t kManyTriangles = 200'000;
@@ -25,11 +27,11 @@ std::uint64_t bytes_of(const StepBegin& step) {
   return sum;
 }
 
-Result<StoredMesh> guarded_store(const OneShotSession::Step& step, const DatasetInfo& info,
-                                 const MeshForm& form, const MeshPlace& place,
-                                 const std::stop_token& stop) {
+Result<StoredMesh> guarded_store(const std::vector<OneShotSession::Step>& steps,
+                                 const DatasetInfo& info, const MeshForm& form,
+                                 const MeshPlace& place, const std::stop_token& stop) {
   try {
-    return store_mesh(step, info, form, place, stop);
+    return store_mesh(steps, info, form, place, stop);
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
                 "The server has not enough memory for this mesh in one response; allow a larger "
@@ -55,26 +57,76 @@ asio::awaitable<Result<SurfaceService::Wanted>> SurfaceService::wanted(const std
   if (!query) co_return tl::unexpected(query.error());
   auto info = co_await one_shot.dataset(dataset);
   if (!info) co_return tl::unexpected(info.error());
-  const auto surface = request_for(*query, *info);
-  if (!surface) co_return tl::unexpected(surface.error());
+  auto surfaces = requests_for(*query, *info);
+  if (!surfaces) co_return tl::unexpected(surfaces.error());
+  auto scalars = scalars_for(*query);
+  if (!scalars) co_return tl::unexpected(scalars.error());
   const auto format =
       query->format ? query->format : accepted_format(field(request, http::field::accept));
   if (!format) {
     co_return fail(ErrorCode::kUnsupportedVersion,
-                   "A mesh comes as model/gltf-binary, application/ply, model/stl, model/obj or "
-                   "application/vnd.draco, and the request accepts none of them.");
+                   "A mesh comes as model/gltf-binary, application/ply, model/stl, model/obj, "
+                   "application/vnd.draco or application/vnd.vtk.polydata+xml, and the request "
+                   "accepts none of them.");
   }
-  Wanted wanted{.info = std::move(*info),
-                .request = *surface,
-                .form = {.format = *format, .is_in_world = query->is_in_world},
-                .is_format_negotiated = !query->format,
-                .key = {},
-                .tag = {}};
+  if (surfaces->size() > 1 && *format != MeshFormat::kGlb) {
+    co_return fail(ErrorCode::kInvalidArgument,
+                   "Several surfaces come in one file as format=glb alone; ask for one at a time.");
+  }
+  Wanted wanted{
+      .info = std::move(*info),
+      .requests = *std::move(surfaces),
+      .scalars = *std::move(scalars),
+      .form = {.format = *format, .is_in_world = query->is_in_world, .colors = query->colors},
+      .is_format_negotiated = !query->format,
+      .key = {},
+      .tag = {}};
   wanted.key = std::string(kFormVersion) + ' ' + std::string(media_type(*format)) +
-               (query->is_in_world ? " w " : " i ") + key_of(wanted.info) + ' ' +
-               key_of(wanted.request);
-  if (wanted.info.content_id != 0) wanted.tag = tag_of(wanted.key);
+               (query->is_in_world ? " w " : " i ") + key_of(wanted.info);
+  for (const IsosurfaceRequest& one : wanted.requests) wanted.key += ' ' + key_of(one);
+  bool is_told = wanted.info.content_id != 0;
+  if (wanted.scalars) {
+    const auto field = co_await one_shot.dataset(wanted.scalars->dataset);
+    if (!field) co_return tl::unexpected(field.error());
+    const ScalarRange range = range_for(*wanted.scalars, *field);
+    wanted.key += " colours " + std::string(name(wanted.form.colors)) + ' ' +
+                  shortest_text(range.low) + ' ' + shortest_text(range.high) + ' ' + key_of(*field);
+    is_told = is_told && field->content_id != 0;
+  }
+  if (is_told) wanted.tag = tag_of(wanted.key);
   co_return wanted;
+}
+
+asio::awaitable<Result<std::vector<OneShotSession::Step>>> SurfaceService::steps_of(
+    const Wanted& wanted, OneShotSession& one_shot) {
+  std::vector<IsosurfaceRequest> requests = wanted.requests;
+  if (requests.size() > 1 && (requests[0].max_triangles > 0 || requests[0].max_bytes > 0)) {
+    std::vector<std::uint64_t> triangles;
+    std::vector<std::uint64_t> bytes;
+    for (IsosurfaceRequest request : requests) {
+      request.max_triangles = request.max_bytes = 0;
+      const auto size = co_await one_shot.estimate(wanted.info.name, std::move(request));
+      if (!size) co_return tl::unexpected(size.error());
+      triangles.push_back(size->triangles);
+      bytes.push_back(size->bytes);
+    }
+    const auto of_triangles = shares_of(requests[0].max_triangles, triangles);
+    const auto of_bytes = shares_of(requests[0].max_bytes, bytes);
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+      requests[i].max_triangles = of_triangles[i];
+      requests[i].max_bytes = of_bytes[i];
+    }
+  }
+  std::vector<OneShotSession::Step> steps;
+  std::uint64_t left = options_.max_mesh_triangles;
+  for (IsosurfaceRequest& request : requests) {
+    auto step =
+        co_await one_shot.final_step(wanted.info.name, std::move(request), left, wanted.scalars);
+    if (!step) co_return tl::unexpected(step.error());
+    left -= triangles_of(step->begin);
+    steps.push_back(*std::move(step));
+  }
+  co_return steps;
 }
 
 asio::awaitable<Result<StoredMesh>> SurfaceService::make(const Wanted& wanted,
@@ -82,20 +134,25 @@ asio::awaitable<Result<StoredMesh>> SurfaceService::make(const Wanted& wanted,
                                                          RequestContext& context) {
   context.stop = std::stop_source();
   if (context.watch) context.watch();
-  auto step =
-      co_await one_shot.final_step(wanted.info.name, wanted.request, options_.max_mesh_triangles);
-  if (!step) co_return tl::unexpected(step.error());
-  const auto waiting = context.client->take_room(bytes_of(step->begin));
+  auto steps = co_await steps_of(wanted, one_shot);
+  if (!steps) co_return tl::unexpected(steps.error());
+  std::uint64_t payload_bytes = 0;
+  std::uint64_t triangles = 0;
+  for (const OneShotSession::Step& step : *steps) {
+    payload_bytes += bytes_of(step.begin);
+    triangles += triangles_of(step.begin);
+  }
+  const auto waiting = context.client->take_room(payload_bytes);
   if (!waiting) co_return tl::unexpected(waiting.error());
   const std::string share = context.client->share();
   const MeshPlace place = {
       .folder = options_.temporary_folder,
       .room = [this, share](std::uint64_t bytes) { return meshes_.room(share, bytes); }};
-  const bool is_large = triangles_of(step->begin) > kManyTriangles;
+  const bool is_large = triangles > kManyTriangles;
   std::function<Result<StoredMesh>()> store =
-      [step = std::make_shared<const OneShotSession::Step>(*std::move(step)), info = wanted.info,
-       form = wanted.form, place,
-       stop = context.stop.get_token()] { return guarded_store(*step, info, form, place, stop); };
+      [steps = std::make_shared<const std::vector<OneShotSession::Step>>(*std::move(steps)),
+       info = wanted.info, form = wanted.form, place,
+       stop = context.stop.get_token()] { return guarded_store(*steps, info, form, place, stop); };
   auto stored = co_await on_workers<StoredMesh>(
       assembling_, share, is_large ? "large mesh" : "small mesh", is_large, std::move(store));
   if (stored && !wanted.tag.empty()) meshes_.keep(wanted.key, *stored);
@@ -122,9 +179,9 @@ asio::awaitable<Answer> SurfaceService::answer(const std::string& dataset, const
   facts.kind = "isosurface";
   facts.id = context.request_id;
   facts.dataset = dataset;
-  facts.isovalue = wanted->request.isovalue;
-  facts.error = wanted->request.error;
-  facts.unit = multitetra::name(wanted->request.unit);
+  facts.isovalue = wanted->requests.front().isovalue;
+  facts.error = wanted->requests.front().error;
+  facts.unit = multitetra::name(wanted->requests.front().unit);
   context.record = std::make_unique<RequestRecord>(context.client, std::move(facts));
   StoredMesh mesh;
   if (known) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,7 +35,8 @@ class SurfaceService {
   // What was asked for, in all that the file is a function of.
   struct Wanted {
     DatasetInfo info;
-    IsosurfaceRequest request;
+    std::vector<IsosurfaceRequest> requests;  // A surface each.
+    std::optional<ScalarRequest> scalars;
     MeshForm form;
     bool is_format_negotiated = false;
     std::string key;  // The same exactly for the same file.
@@ -44,6 +46,9 @@ class SurfaceService {
                                                        const Target& target,
                                                        const HttpRequest& request,
                                                        OneShotSession& one_shot);
+  // The final steps of all surfaces. A budget is shared in proportion to what estimates say.
+  [[nodiscard]] asio::awaitable<Result<std::vector<OneShotSession::Step>>> steps_of(
+      const Wanted& wanted, OneShotSession& one_shot);
   [[nodiscard]] asio::awaitable<Result<StoredMesh>> make(const Wanted& wanted,
                                                          OneShotSession& one_shot,
                                                          RequestContext& context);

@@ -52,7 +52,8 @@ MeshFormat format_of(const std::string& output) {
   const auto format = mesh_format_from(std::filesystem::path(output).extension().string());
   if (!format) {
     throw std::invalid_argument(
-        "\"" + output + "\" has no suffix of a mesh format; use .ply, .stl, .obj, .glb or .drc.");
+        "\"" + output +
+        "\" has no suffix of a mesh format; use .ply, .stl, .obj, .glb, .drc or .vtp.");
   }
   return *format;
 }
@@ -159,8 +160,8 @@ WrittenModel write_model(const ExtractArguments& arguments, const ReferenceModel
 IsosurfaceRequest affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
                              const IsosurfaceRequest& asked) {
   if (!has_budget(asked)) return asked;
-  const auto made =
-      make_next_step(ExtractedSteps(extractor), {.request = asked, .steps = StepPolicy::kFinalOnly}, {});
+  const auto made = make_next_step(ExtractedSteps(extractor),
+                                   {.request = asked, .steps = StepPolicy::kFinalOnly}, {});
   if (!made) throw std::invalid_argument(made.error().text);
   return made->step.request;
 }
@@ -262,7 +263,7 @@ void add_extract_command(Command& program, Run& run) {
                    "Dataset: a file (.mtd), a folder of objects, or an address of one")
       ->required()
       ->type_name("DATASET");
-  command->add_option("-o,--output", a->output, "Mesh file: .ply, .stl, .obj, .glb or .drc")
+  command->add_option("-o,--output", a->output, "Mesh file: .ply, .stl, .obj, .glb, .drc or .vtp")
       ->required()
       ->type_name("FILE");
   add_surface_options(*command, a->surface);

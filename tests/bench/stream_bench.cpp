@@ -41,7 +41,8 @@ double seconds_since(Clock::time_point start) {
 Row measure(const ExtractedSteps& source, const IsosurfaceRequest& request) {
   Row row;
   Clock::time_point start = Clock::now();
-  (void)make_next_step(source, {.request = request, .previews = false, .shown = {}}, {});
+  (void)make_next_step(source, {.request = request, .steps = StepPolicy::kFinalOnly, .shown = {}},
+                       {});
   row.alone_seconds = seconds_since(start);
   const auto estimate = [&](SizeAccuracy accuracy) {
     start = Clock::now();

@@ -65,7 +65,10 @@ void follow(const HttpRequest& request) {
   if (const auto probe = parse_probe_query(target->query)) require(validated(*probe).has_value());
   const auto query = parse_surface_query(target->query);
   if (!query) return;
-  if (const auto surface = request_for(*query, info)) require(validated(*surface).has_value());
+  if (const auto surfaces = requests_for(*query, info)) {
+    for (const IsosurfaceRequest& one : *surfaces) require(validated(one).has_value());
+  }
+  static_cast<void>(scalars_for(*query));
 }
 
 }  // namespace

@@ -7,6 +7,9 @@
         print(server.estimate("head", 500.5, error=0.25).triangles)
         for step in server.steps("head", 500.5, error=0.25):
             show(step.mesh)
+        skin, bone = server.isosurfaces("head", [500.5, 1200.5], max_triangles=500_000)
+        print(bone.components()[0].area, server.slice("head", "z", 40).values.mean())
+        hot = server.isosurface("density", 1.0, color_by="temperature").scalars
 
 What comes is checked before it is given: every tile against its counts and its digest, every step against its
 manifest and its digest, that it has no crack, and that all steps which promise the topology of the full surface have

@@ -1,13 +1,15 @@
 """A conversation with a server: lists, and surfaces step by step."""
 
+import inspect
 import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
 from .border import data_border, edges_inside
-from .mesh import DamagedTile, Mesh, count_edges, decode_tile, positioned, weld
-from .request import isosurface_request, takes_a_request
+from .mesh import DamagedTile, Mesh, count_edges, decode_tile, positioned, weld, with_scalars
+from .request import isosurface_request, scalar_request, takes_a_request
+from .samples import ProbedPlace, SampledSlice, probe_message, slice_message
 from .transport import open_transport
 from .v1 import conversation_pb2 as pb
 
@@ -42,6 +44,7 @@ class Step:
     preserves_topology: bool  # Of the full-resolution surface.
     tiles_received: int
     payload_bytes: int
+    scalar_deviation: float = 0.0  # How far colours between vertices may be off, in values of color_by.
 
 
 @dataclass
@@ -53,6 +56,8 @@ class Estimate:
     error_world: float  # The largest that is allowed anywhere.
 
 
+# What an estimate is asked with; colours do not count.
+ESTIMATED = inspect.signature(isosurface_request).parameters
 MAX_HELD_TILES = 4096
 MAX_HELD_TRIANGLES = 20_000_000
 
@@ -113,31 +118,68 @@ class Connection:
     def estimate(self, dataset, isovalue, **request):
         """How large the surface would be, without making it: an Estimate."""
         self._info(dataset)
-        self._last_id += 1
         asked = isosurface_request(isovalue, **request)
-        self._send(estimate=pb.Estimate(request_id=self._last_id, dataset=dataset, request=asked))
-        while True:
-            kind, message = self._next()
-            if getattr(message, "request_id", None) not in (0, self._last_id):
-                continue  # Of a stream that was left.
-            if kind == "error":
-                raise ServerError(message)
-            if kind == "estimate_reply":
-                return Estimate(message.triangles, message.bytes, message.threshold_world)
+        reply = self._answer("estimate", pb.Estimate(dataset=dataset, request=asked))
+        return Estimate(reply.triangles, reply.bytes, reply.threshold_world)
+
+    def slice(self, dataset, axis=None, at=None, **plane):
+        """The samples on a plane: a SampledSlice, whose `values` are an array (height, width), NaN without a field.
+
+        axis, at: the layer of samples across x, y or z with that index (default: the middle one across z), a pixel each
+        or origin, right, down, width, height: the middle of the first pixel, the steps to the next one of its row and
+            column, and how many there are; coordinates: world or index
+        interpolation: nearest or linear; detail: auto, full (all samples) or coarse (every eighth)
+        """
+        message = slice_message(self._info(dataset), axis, at, **plane)
+        reply = self._answer("slice", message)
+        if (reply.width, reply.height) != (message.width, message.height):
+            raise CheckError("The slice that came has other pixels than were asked for.")
+        return SampledSlice(reply)
+
+    def probe(self, dataset, places, coordinates="world"):
+        """What the field is at places (n, 3): a ProbedPlace each, with value and gradient or None."""
+        self._info(dataset)
+        message = probe_message(dataset, places, coordinates)
+        reply = self._answer("probe", message)
+        if 3 * len(reply.places) != len(message.places):
+            raise CheckError("The answer has other places than were asked for.")
+        return [ProbedPlace(place) for place in reply.places]
 
     @takes_a_request
-    def steps(self, dataset, isovalue, final_only=False, **request):
-        """Yields Steps, coarse first; the last one is the surface as it was asked for."""
+    def isosurfaces(self, dataset, isovalues, **request):
+        """Several surfaces of a dataset: a Mesh for each isovalue. A budget is shared by all of them."""
+        budgets = [dict(request) for _ in isovalues]
+        for limit, size in (("max_triangles", "triangles"), ("max_bytes", "bytes")):
+            budget = request.get(limit, 0)
+            if budget == 0:
+                continue
+            if budget < len(isovalues):
+                raise ValueError(f"{limit} is {budget}; {len(isovalues)} surfaces cannot share that.")
+            alone = {name: value for name, value in request.items() if not name.startswith("max_") and name in ESTIMATED}
+            sizes = [max(getattr(self.estimate(dataset, one, **alone), size), 1) for one in isovalues]
+            for own, one in zip(budgets, sizes):
+                own[limit] = 1 + (budget - len(isovalues)) * one // sum(sizes)
+        return [self.isosurface(dataset, one, **own) for one, own in zip(isovalues, budgets)]
+
+    @takes_a_request
+    def steps(self, dataset, isovalue, final_only=False, color_by=None, color_range=None, **request):
+        """Yields Steps, coarse first; the last one is the surface as it was asked for.
+
+        color_by: a dataset in the same world, whose values at the vertices are `scalars` of the mesh; color_range:
+            (low, high), which values they span, those of that dataset if None
+        """
         info = self._info(dataset)
         self._last_id += 1
         asked = isosurface_request(isovalue, **request)
         held = self._held_for(asked)
         policy = pb.STEP_POLICY_FINAL_ONLY if final_only else pb.STEP_POLICY_PROGRESSIVE
         open_stream = pb.OpenStream(
-            request_id=self._last_id, dataset=dataset, request=asked, steps=policy, held=b"".join(held)
-        )
+            request_id=self._last_id, dataset=dataset, request=asked, steps=policy, held=b"".join(held),
+            scalars=scalar_request(color_by, color_range),
+        )  # fmt: skip
         self._send(open_stream=open_stream)
         tiles = {digest: self._held[digest] for digest in held}
+        codes = {}  # Of tiles that are coloured.
         number = 0
         euler_characteristic = None  # Of all steps that preserve the topology.
         try:
@@ -149,7 +191,7 @@ class Connection:
                     return
                 if kind != "step_begin" or message.step != number:
                     raise CheckError(f"Step {number} was due.")
-                step = self._step(info, message, tiles)
+                step = self._step(info, message, tiles, codes, color_by is not None)
                 if step.preserves_topology:
                     if euler_characteristic not in (None, step.euler_characteristic):
                         raise CheckError(f"Step {number} has another topology than a step before.")
@@ -162,8 +204,10 @@ class Connection:
             self._send(cancel=pb.Cancel(request_id=self._last_id))
             raise
 
-    def _step(self, info, begin, tiles):
-        """Receives the tiles of a step up to its end."""
+    def _step(self, info, begin, tiles, codes, is_coloured):
+        """Receives the tiles of a step, and their codes, up to its end."""
+        if begin.HasField("scalars") != is_coloured:
+            raise CheckError(f"Step {begin.step}: its scalars are not those that were asked for.")
         request = begin.request
         names = [_digest_bytes(tile) for tile in begin.tiles]
         came = payload_bytes = 0
@@ -171,6 +215,9 @@ class Connection:
             kind, message = self._next_of_stream()
             if kind == "step_end":
                 break
+            if kind == "tile_scalars" and is_coloured and message.step == begin.step and message.index < len(names):
+                codes[names[message.index]] = message
+                continue
             if kind != "tile" or message.step != begin.step or message.index >= len(names):
                 raise CheckError(f"Step {begin.step}: a message that has no place there.")
             summary, name = begin.tiles[message.index], names[message.index]
@@ -193,7 +240,7 @@ class Connection:
         low = sum(tile.digest_low for tile in begin.tiles) % 2**64
         if (high, low) != (message.digest_high, message.digest_low):
             raise CheckError(f"Step {begin.step}: its digest is not that of its tiles.")
-        welded = weld([tiles[name] for name in names])
+        welded = weld([self._coloured(tiles[name], codes.get(name), begin) for name in names])
         resolution = request.lattice_resolution or 5
         edges = count_edges(welded.faces, len(welded.vertices))
         if edges.nonmanifold:
@@ -212,7 +259,33 @@ class Connection:
             preserves_topology=request.topology_tolerance == 0 and begin.finest_spacing in (0, 1),
             tiles_received=came,
             payload_bytes=payload_bytes,
+            scalar_deviation=max((codes[name].largest_deviation for name in names if name in codes), default=0.0),
         )
+
+    @staticmethod
+    def _coloured(tile, scalars, begin):
+        if not begin.HasField("scalars"):
+            return tile
+        if scalars is None:
+            raise CheckError(f"Step {begin.step} ends without all its scalars.")
+        try:
+            return with_scalars(tile, scalars.codes, begin.scalars)
+        except DamagedTile as damage:
+            raise CheckError(f"Step {begin.step}: {damage}") from None
+
+    def _answer(self, kind, question):
+        """Asks what is answered with one message."""
+        self._last_id += 1
+        question.request_id = self._last_id
+        self._send(**{kind: question})
+        while True:
+            came, message = self._next()
+            if getattr(message, "request_id", None) not in (0, self._last_id):
+                continue  # Of a stream that was left.
+            if came == "error":
+                raise ServerError(message)
+            if came == kind + "_reply":
+                return message
 
     def _info(self, dataset):
         if dataset not in self._infos:
@@ -261,6 +334,7 @@ class Connection:
             if getattr(message, "request_id", None) == self._last_id and kind in (
                 "step_begin",
                 "tile",
+                "tile_scalars",
                 "step_end",
                 "stream_end",
             ):

@@ -52,6 +52,7 @@ class LatticeTile:
     vertices: np.ndarray  # (n, 3) int32, lattice coordinates.
     faces: np.ndarray  # (m, 3) uint32
     normals: Optional[np.ndarray]  # (n, 3) float32, of length 1; None: not asked for.
+    scalars: Optional[np.ndarray] = None  # (n,) float32, of the field that colours it; NaN for no value.
 
 
 def decode_tile(payload, summary, resolution, normal_bits):
@@ -93,7 +94,24 @@ def weld(tiles):
     normals = None
     if all(tile.normals is not None for tile in tiles):
         normals = np.concatenate([tile.normals for tile in tiles])[first]
-    return LatticeTile(corners[first], places[faces].astype(np.uint32), normals)
+    scalars = None
+    if all(tile.scalars is not None for tile in tiles):
+        scalars = np.concatenate([tile.scalars for tile in tiles])[first]
+    return LatticeTile(corners[first], places[faces].astype(np.uint32), normals, scalars)
+
+
+def with_scalars(tile, codes, scale):
+    """The tile with its values: a code for each vertex, in the order of their lattice coordinates (z, y, x)."""
+    width = scale.bits // 8
+    if len(codes) != width * len(tile.vertices):
+        raise DamagedTile(f"it has {len(codes)} bytes of scalars for {len(tile.vertices)} vertices")
+    numbers = np.frombuffer(codes, "<u1" if width == 1 else "<u2")
+    x, y, z = tile.vertices.T
+    values = np.empty(len(numbers), np.float32)
+    none = 2**scale.bits - 1
+    step = (scale.high - scale.low) / (none - 1)
+    values[np.lexsort((x, y, z))] = np.where(numbers == none, np.nan, scale.low + numbers * step)
+    return LatticeTile(tile.vertices, tile.faces, tile.normals, values)
 
 
 @dataclass
@@ -120,6 +138,7 @@ class Mesh:
     vertices: np.ndarray  # (n, 3) float64
     faces: np.ndarray  # (m, 3) uint32
     normals: Optional[np.ndarray] = None
+    scalars: Optional[np.ndarray] = None  # (n,) float32, of the dataset of color_by; NaN where it has no value.
 
     def __iter__(self):
         """For `vertices, faces = mesh`."""
@@ -130,12 +149,56 @@ class Mesh:
         edges = count_edges(self.faces, len(self.vertices)).distinct
         return len(self.vertices) - edges + len(self.faces)
 
+    @property
+    def area(self):
+        """In square units of the world."""
+        a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
+        return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
+
+    @property
+    def volume(self):
+        """Of what the surface encloses, in cubic units of the world: where values are high, it is positive.
+
+        ValueError where the surface has a border, as where it ends with the data: it encloses nothing then.
+        """
+        if len(count_edges(self.faces, len(self.vertices)).open):
+            raise ValueError("The surface ends somewhere (where the data does), so it encloses no volume.")
+        if len(self.faces) == 0:
+            return 0.0
+        # Near the origin the products lose least.
+        a, b, c = (self.vertices[self.faces[:, i]] - self.vertices.mean(axis=0) for i in range(3))
+        return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
+
+    def components(self):
+        """A Mesh for each connected component, the one with the most triangles first."""
+        parents = np.arange(len(self.vertices))
+        edges = np.concatenate([self.faces[:, [0, 1]], self.faces[:, [1, 2]]]).astype(np.int64)
+        while True:  # Each vertex takes the least number around it, then that one's.
+            least = parents.copy()
+            np.minimum.at(least, edges[:, 0], parents[edges[:, 1]])
+            np.minimum.at(least, edges[:, 1], parents[edges[:, 0]])
+            least = least[least]
+            if np.array_equal(least, parents):
+                break
+            parents = least
+        of_face = parents[self.faces[:, 0]]
+        names, counts = np.unique(of_face, return_counts=True)
+        return [self._part(of_face == name) for name in names[np.argsort(-counts, kind="stable")]]
+
+    def _part(self, is_in):
+        kept, faces = np.unique(self.faces[is_in], return_inverse=True)
+        values = [None if one is None else one[kept] for one in (self.normals, self.scalars)]
+        return Mesh(self.vertices[kept], faces.reshape(-1, 3).astype(np.uint32), *values)
+
     def to_pyvista(self):
         """A pyvista.PolyData, where pyvista is installed."""
         import pyvista
 
         cells = np.column_stack([np.full(len(self.faces), 3), self.faces]).ravel()
-        return pyvista.PolyData(self.vertices, cells)
+        mesh = pyvista.PolyData(self.vertices, cells)
+        if self.scalars is not None:
+            mesh["scalars"] = self.scalars
+        return mesh
 
 
 def positioned(tile, info, resolution):
@@ -145,4 +208,4 @@ def positioned(tile, info, resolution):
     faces = tile.faces
     if np.linalg.det(columns[:3]) < 0:  # A map that mirrors turns triangles over.
         faces = faces[:, [0, 2, 1]]
-    return Mesh(index @ columns[:3] + columns[3], faces, tile.normals)
+    return Mesh(index @ columns[:3] + columns[3], faces, tile.normals, tile.scalars)

@@ -4,6 +4,7 @@ import inspect
 
 import numpy as np
 
+from .v1 import conversation_pb2 as conversation_pb
 from .v1 import request_pb2 as pb
 
 
@@ -88,6 +89,16 @@ def isosurface_request(
         normal_bits=normals,
         simplify=simplify,
     )
+
+
+def scalar_request(dataset, limits):
+    """What colours a surface: the values of a dataset; None: nothing."""
+    if dataset is None:
+        if limits is not None:
+            raise ValueError("color_range needs color_by, whose values it is of.")
+        return None
+    low, high = limits if limits is not None else (None, None)
+    return conversation_pb.ScalarRequest(dataset=dataset, low=low, high=high)
 
 
 def takes_a_request(method):

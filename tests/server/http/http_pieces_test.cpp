@@ -157,7 +157,7 @@ TEST(SurfaceQuery, SaysAllThatTheCommandLineSays) {
       "combine=minimum&max_triangles=1000&max_bytes=2000&simplify=off&normals=8&coordinates=index&"
       "format=stl&"
       "view=eye=1,2,3,fov=40,height=1080,pixels=1");
-  EXPECT_EQ(query.isovalue, -300.0);
+  EXPECT_EQ(query.isovalues, std::vector<double>{-300.0});
   EXPECT_EQ(query.request.error, 0.25);
   EXPECT_EQ(query.request.unit, LengthUnit::kWorld);
   EXPECT_EQ(query.request.measure, ErrorMeasure::kPaper);
@@ -179,7 +179,7 @@ TEST(SurfaceQuery, SaysAllThatTheCommandLineSays) {
 TEST(SurfaceQuery, SaysTheSameDefaultsWhenItSaysNothing) {
   const SurfaceQuery query = query_of("");
   EXPECT_EQ(query.request, (IsosurfaceRequest{.error = 0.25, .simplify = true}));
-  EXPECT_FALSE(query.isovalue);
+  EXPECT_TRUE(query.isovalues.empty());
   EXPECT_TRUE(query.is_in_world);
   EXPECT_FALSE(query.format);
 }
@@ -206,12 +206,12 @@ TEST(SurfaceQuery, NamesTheParameterThatIsWrong) {
 TEST(SurfaceQuery, IsCheckedAsARequestOverTheWireIs) {
   DatasetInfo info;
   info.name = "a";
-  EXPECT_FALSE(request_for(query_of(""), info));
+  EXPECT_FALSE(requests_for(query_of(""), info));
   info.suggested_isovalues = {7};
-  EXPECT_EQ(request_for(query_of(""), info).value().isovalue, 7);
-  EXPECT_FALSE(request_for(query_of("error=-1"), info));
-  EXPECT_FALSE(request_for(query_of("isovalue=nan"), info));
-  EXPECT_FALSE(request_for(query_of("lattice=9"), info));
+  EXPECT_EQ(requests_for(query_of(""), info).value().front().isovalue, 7);
+  EXPECT_FALSE(requests_for(query_of("error=-1"), info));
+  EXPECT_FALSE(requests_for(query_of("isovalue=nan"), info));
+  EXPECT_FALSE(requests_for(query_of("lattice=9"), info));
 }
 
 // ---- conditions and ranges

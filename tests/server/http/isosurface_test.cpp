@@ -55,6 +55,7 @@ TEST_F(IsosurfaceTest, ComesAsAFileInEveryFormat) {
                                             {"glb", "model/gltf-binary", "glTF"},
                                             {"stl", "model/stl", ""},
                                             {"obj", "model/obj", ""},
+                                            {"vtp", "application/vnd.vtk.polydata+xml", "<?xml"},
                                             {"drc", "application/vnd.draco", "DRACO"}}) {
     const auto response = client_.get("/v1/datasets/octahedron/isosurface?isovalue=0.5&format=" +
                                       std::string(format));

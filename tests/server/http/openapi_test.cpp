@@ -231,7 +231,7 @@ TEST_F(OpenApiTest, IsWhatTheServerDoes) {
 
   const std::string surface = "/v1/datasets/{name}/isosurface";
   const std::string at = "/v1/datasets/a%20b/isosurface?isovalue=";
-  for (const auto* format : {"glb", "ply", "stl", "obj", "drc"}) {
+  for (const auto* format : {"glb", "ply", "stl", "obj", "drc", "vtp"}) {
     ask(surface, at + "1&format=" + format, 200);
   }
   ask(surface, at + "12&format=drc", 204);

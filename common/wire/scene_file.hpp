@@ -1,0 +1,23 @@
+// Several surfaces in one file: binary glTF 2.0 with a node, a mesh and a material for each.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "common/mesh/mesh.hpp"
+
+namespace multitetra {
+
+struct ScenePart {
+  std::string name = {};                 // Of its node, mesh and material; empty: without.
+  const PositionedMesh* mesh = nullptr;  // Not null; one without triangles has no node.
+};
+
+// The whole file's bytes. Each node has a matrix that turns z-up into glTF's y-up; the positions
+// themselves stay as they are. A mesh has smooth normals of its triangles if it has none; its
+// colours as COLOR_0, in linear light as glTF wants it; and its scalars as _SCALAR where every
+// vertex has one, as glTF has no NaN. Materials are seen from both sides, those of several parts of
+// different colours. Throws std::system_error beyond glTF's 4 GiB.
+[[nodiscard]] std::string scene_glb(std::span<const ScenePart> parts);
+
+}  // namespace multitetra

@@ -1,0 +1,25 @@
+// Normals of triangles in float positions, for mesh files.
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "common/base/vec3.hpp"
+
+namespace multitetra {
+
+// Twice the area times the normal by the right-hand rule.
+[[nodiscard]] inline Vec3 area_vector(const std::array<float, 3>& a, const std::array<float, 3>& b,
+                                      const std::array<float, 3>& c) {
+  return cross(difference(vec3(b), vec3(a)), difference(vec3(c), vec3(a)));
+}
+
+// Of length 1; the z axis where there is no direction.
+[[nodiscard]] inline std::array<float, 3> unit_or_upwards(const Vec3& v) {
+  const double length = std::hypot(v[0], v[1], v[2]);
+  if (!(length > 0)) return {0, 0, 1};
+  return {static_cast<float>(v[0] / length), static_cast<float>(v[1] / length),
+          static_cast<float>(v[2] / length)};
+}
+
+}  // namespace multitetra

@@ -1,0 +1,68 @@
+#include "common/mesh/mesh_measures.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace multitetra {
+namespace {
+
+// Around a place, with its corners `radius` lattice steps from it.
+LatticeMesh octahedron(const LatticePoint& at, std::int32_t radius) {
+  const auto corner = [&](std::int32_t x, std::int32_t y, std::int32_t z) {
+    return LatticePoint{at.x + radius * x, at.y + radius * y, at.z + radius * z};
+  };
+  return {
+      .resolution = 5,
+      .vertices = {corner(1, 0, 0), corner(-1, 0, 0), corner(0, 1, 0), corner(0, -1, 0),
+                   corner(0, 0, 1), corner(0, 0, -1)},
+      .triangles = {
+          {0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}}};
+}
+
+Affine stretched(double x, double y, double z) {
+  return {.columns = {Vec3{x, 0, 0}, Vec3{0, y, 0}, Vec3{0, 0, z}}, .translation = {7, -8, 1e6}};
+}
+
+SurfaceMeasures measured(const LatticeMesh& mesh, const Affine& map) {
+  return sum_of(measures_of(mesh, components_of(mesh), map));
+}
+
+TEST(MeshMeasures, OfAnOctahedronAreThoseOfTheFormula) {
+  for (const LatticePoint at : {LatticePoint{64, 64, 64}, LatticePoint{1000000, 900000, 64}}) {
+    const SurfaceMeasures whole = measured(octahedron(at, 32), {});
+    EXPECT_NEAR(whole.area, 4 * std::sqrt(3.0), 1e-12);
+    EXPECT_EQ(whole.volume, 4.0 / 3) << "exact, wherever it is";
+  }
+  EXPECT_EQ(measured(octahedron({64, 64, 64}, 32), stretched(2, 3, 4)).volume, 32);
+  EXPECT_EQ(measured(octahedron({64, 64, 64}, 32), stretched(-2, 3, 4)).volume, 32);
+}
+
+TEST(MeshMeasures, OfAHoleIsItsVolumeTakenAway) {
+  LatticeMesh hole = octahedron({64, 64, 64}, 32);
+  for (TriangleIndices& t : hole.triangles) std::swap(t[1], t[2]);
+  EXPECT_EQ(measured(hole, {}).volume, -4.0 / 3);
+  const LatticeMesh outer = octahedron({64, 64, 64}, 64);
+  const LatticeMesh* const both[] = {&outer, &hole};
+  const LatticeMesh shell = weld(both, 5);
+  EXPECT_EQ(components_of(shell).diagonals.size(), 2U);
+  EXPECT_NEAR(*measured(shell, {}).volume, 32.0 / 3 - 4.0 / 3, 1e-12);
+}
+
+TEST(MeshMeasures, ASurfaceWithABorderEnclosesNothing) {
+  LatticeMesh open = octahedron({64, 64, 64}, 32);
+  open.triangles.pop_back();
+  const SurfaceMeasures measures = measured(open, {});
+  EXPECT_FALSE(measures.volume);
+  EXPECT_NEAR(measures.area, 3.5 * std::sqrt(3.0), 1e-12);
+  const LatticeMesh closed = octahedron({640, 64, 64}, 32);
+  const LatticeMesh* const both[] = {&open, &closed};
+  const LatticeMesh two = weld(both, 5);
+  const auto each = measures_of(two, components_of(two), {});
+  ASSERT_EQ(each.size(), 2U);
+  EXPECT_FALSE(each[0].volume);
+  EXPECT_EQ(each[1].volume, 4.0 / 3);
+}
+
+}  // namespace
+}  // namespace multitetra
