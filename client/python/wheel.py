@@ -1,0 +1,63 @@
+"""Makes a wheel of the package that a build has put together.
+
+    python3 client/python/wheel.py build/release [FOLDER]      -> multitetra-0.1.0-py3-none-linux_x86_64.whl
+
+The tile library is inside. It is linked with Debian's libdraco and libxxhash, so the wheel is for Debian 12 and what is like it.
+"""
+import base64
+import hashlib
+import pathlib
+import platform
+import re
+import sys
+import zipfile
+
+HERE = pathlib.Path(__file__).resolve().parent
+PROJECT = HERE.parent.parent
+REQUIRES = ["numpy", "protobuf>=3.20", "websockets"]
+BEGINNING = (1980, 1, 1, 0, 0, 0)  # The same wheel for the same build.
+
+
+def version():
+    return re.search(r"project\(multitetra VERSION (\S+)", (PROJECT / "CMakeLists.txt").read_text())[1]
+
+
+def files_of(package):
+    for file in sorted(package.rglob("*")):
+        if file.is_file() and file.suffix != ".pyc":
+            yield f"multitetra/{file.relative_to(package)}", file.read_bytes()
+
+
+def record_line(name, data):
+    digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+    return f"{name},sha256={digest},{len(data)}\n"
+
+
+def main():
+    package = pathlib.Path(sys.argv[1]) / "python" / "multitetra"
+    if not list(package.glob("libmultitetra_tile*")):
+        sys.exit(f"There is no tile library in {package}: build the target multitetra_python first.")
+    folder = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else pathlib.Path(".")
+    tag = f"py3-none-linux_{platform.machine()}"
+    info = f"multitetra-{version()}.dist-info"
+    files = dict(files_of(package))
+    files[f"{info}/METADATA"] = "".join([
+        "Metadata-Version: 2.1\n", "Name: multitetra\n", f"Version: {version()}\n",
+        "Summary: Isosurfaces of remote volumes, with a certified error\n", "License: Apache-2.0\n",
+        "Requires-Python: >=3.9\n", *(f"Requires-Dist: {name}\n" for name in REQUIRES),
+        "Description-Content-Type: text/markdown\n", "\n", (HERE / "README.md").read_text()]).encode()
+    files[f"{info}/WHEEL"] = (f"Wheel-Version: 1.0\nGenerator: wheel.py\nRoot-Is-Purelib: false\nTag: {tag}\n").encode()
+    record = f"{info}/RECORD"
+    files[record] = ("".join(record_line(*file) for file in files.items()) + f"{record},,\n").encode()
+    wheel = folder / f"multitetra-{version()}-{tag}.whl"
+    with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in files.items():
+            entry = zipfile.ZipInfo(name, BEGINNING)
+            entry.external_attr = 0o100644 << 16
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(entry, data)
+    print(wheel)
+
+
+if __name__ == "__main__":
+    main()

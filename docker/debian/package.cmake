@@ -1,0 +1,53 @@
+# A Debian package of a finished build: cpack --config build/release/CPackConfig.cmake -G DEB
+# Programs, viewer, man pages, completion, the systemd unit, its user, and /etc/multitetra.
+include(GNUInstallDirs)
+
+set(DEBIAN_FOLDER ${CMAKE_CURRENT_LIST_DIR})
+set(PACKAGED ${PROJECT_BINARY_DIR}/packaged)
+file(MAKE_DIRECTORY ${PACKAGED})
+set(doc usr/share/doc/multitetra)
+
+foreach(program multitetra_server_program multitetra_gateway_program multitetra_client_program multitetra_load_program)
+  install(TARGETS ${program} RUNTIME DESTINATION usr/bin)
+  # A binary that is moved finds its viewer beside itself: bin/../share.
+endforeach()
+install(DIRECTORY ${PROJECT_BINARY_DIR}/share/multitetra DESTINATION usr/share PATTERN "*.sources" EXCLUDE)
+install(DIRECTORY ${PROJECT_BINARY_DIR}/share/bash-completion DESTINATION usr/share)
+# What Debian wants packed is packed the same way each time.
+install(CODE "
+  file(GLOB pages ${PROJECT_BINARY_DIR}/share/man/man1/*.1)
+  set(man \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/usr/share/man/man1)
+  set(doc \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${doc})
+  file(MAKE_DIRECTORY \${man} \${doc})
+  foreach(page \${pages})
+    get_filename_component(name \${page} NAME)
+    execute_process(COMMAND gzip -9nc \${page} OUTPUT_FILE \${man}/\${name}.gz COMMAND_ERROR_IS_FATAL ANY)
+  endforeach()
+  execute_process(COMMAND gzip -9nc ${PROJECT_SOURCE_DIR}/CHANGELOG.md OUTPUT_FILE \${doc}/changelog.gz COMMAND_ERROR_IS_FATAL ANY)
+")
+install(FILES ${DEBIAN_FOLDER}/copyright DESTINATION ${doc})
+install(FILES ${DEBIAN_FOLDER}/server.toml DESTINATION etc/multitetra PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ)
+file(READ ${PROJECT_SOURCE_DIR}/docker/multitetra.service unit)
+string(REPLACE /usr/local/bin /usr/bin unit "${unit}")
+file(WRITE ${PACKAGED}/multitetra.service "${unit}")
+install(FILES ${PACKAGED}/multitetra.service DESTINATION lib/systemd/system)
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME multitetra)
+set(CPACK_PACKAGING_INSTALL_PREFIX /)
+set(CPACK_SET_DESTDIR OFF)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_PACKAGE_CONTACT "Multi-Tetra maintainers <maintainers@multitetra.example>")
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "adduser, ca-certificates")
+set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "remote visualization of regular volume data
+ A server of isosurfaces of very large volumes: crack-free, with topology kept and a certified error, coarse first and
+ refined step by step. With a gateway, a client for the command line and a viewer for browsers.")
+set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA
+  "${DEBIAN_FOLDER}/conffiles;${DEBIAN_FOLDER}/postinst;${DEBIAN_FOLDER}/prerm;${DEBIAN_FOLDER}/postrm")
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+include(CPack)
