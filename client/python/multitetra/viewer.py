@@ -8,8 +8,8 @@
     viewer.observe(lambda change: ..., "picks")
 
 It is the server's own page in a frame, so that the notebook's address has to be allowed there: multitetra-server serve
---allow-origin http://localhost:8888. It needs ipywidgets (6 or later). Where a front end has no widgets (an exported
-page), it is shown with what was set before, and nothing comes back.
+--allow-origin http://localhost:8888. It needs ipywidgets (6 or later). Where a front end has no widgets, viewer.frame() shows
+the same page with what was set before, and nothing comes back.
 """
 
 import html
@@ -19,13 +19,13 @@ from urllib.parse import quote, urlencode, urlsplit, urlunsplit
 
 import ipywidgets
 import traitlets
-from IPython.display import Javascript, display
+from IPython.display import HTML, Javascript, display
 
 # Of client/web/src/state/settings.ts, which says what they mean.
 SETTINGS = frozenset(
     "dataset isovalue error bound rule tolerance region followView pixels maxTriangles simplify surfaces colour opacity "
     "visible shading wireframe colouring clip clipAt clipFlipped filled slice sliceAt colours level windowWidth axes "
-    "projection occlusion logScale theme eye target".split()
+    "projection occlusion colourBy fieldColours fieldLevel fieldWindow logScale theme eye target".split()
 )
 MODULE = "multitetra_viewer"
 
@@ -98,16 +98,13 @@ class Viewer(ipywidgets.DOMWidget):
     def forget_picks(self):
         self.picks = []
 
+    def frame(self):
+        """The same without widgets, for front ends that have none and for exported pages: nothing comes back."""
+        return HTML(frame_of(self.page, self.height))
+
     def _ipython_display_(self, **options):
         display(Javascript(module_of_notebook()))
-        view = {"model_id": self.model_id}
-        kinds = {"application/vnd.jupyter.widget-view+json": view, "text/html": self._repr_html_(), "text/plain": f"The viewer: {self.page}"}
-        display(kinds, raw=True)
-        self._handle_displayed(**options)
-
-    def _repr_html_(self):
-        """For front ends without widgets."""
-        return frame_of(self.page, self.height)
+        super()._ipython_display_(**options)
 
 
 def checked(settings):

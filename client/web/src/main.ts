@@ -97,6 +97,7 @@ surfaces.sizes.watch(({ expected }) => {
 surfaces.datasets.watch(({ list }) => {
   if (!list) return;
   datasets.show(list);
+  panel.showDatasets(list);
   if (viewer.info) datasets.choose(viewer.info.name);
 });
 viewer.on("dataset", (info) => {

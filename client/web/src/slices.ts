@@ -44,7 +44,7 @@ export class Slices {
       this.plane.show(null);
       return;
     }
-    const { low, high } = windowOf(settings, info);
+    const { low, high } = windowOf(settings.level, settings.windowWidth, info);
     this.plane.setLook({ colours: settings.colours, low, high, above: where.isFilling ? leastIsovalue(settings, info) : -Infinity });
     const wanted = `${info.name} ${info.contentId} ${where.axis} ${where.at}`;
     if (wanted !== this.wanted) {
@@ -110,7 +110,9 @@ export function slicePlace({ slice, sliceAt, clip, clipAt, filled }: Settings): 
 }
 
 // The values of the first and the last colour: as said, or all that the data has.
-export function windowOf({ level, windowWidth }: Settings, { min, max }: Pick<DatasetInfo, "min" | "max">): { low: number; high: number } {
+export function windowOf(
+  level: number | null, windowWidth: number | null, { min, max }: Pick<DatasetInfo, "min" | "max">,
+): { low: number; high: number } {
   const width = windowWidth ?? max - min;
   const middle = level ?? (min + max) / 2;
   return { low: middle - width / 2, high: middle + width / 2 };

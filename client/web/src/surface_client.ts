@@ -96,10 +96,12 @@ export class SurfaceClient {
 
   // Another surface. With `isDragging` more will follow soon.
   want(info: DatasetInfo, settings: Settings, view: View | null, isDragging = false): void {
-    const order: Wanted = { info, request: isosurfaceRequest(info, settings, view) };
+    const scalars = settings.colourBy || undefined;
+    const order: Wanted = { info, request: isosurfaceRequest(info, settings, view), scalars };
     this.isDragging = isDragging;
     this.askSize(order, isDragging);
-    const isAsked = this.asked?.info === info && isSameRequest(this.asked.request, order.request);
+    const isAsked =
+      this.asked?.info === info && this.asked.scalars === scalars && isSameRequest(this.asked.request, order.request);
     if (isAsked && !this.progress.get().trouble) {
       this.next = null;
       return;
@@ -185,6 +187,9 @@ export class SurfaceClient {
       case "size":
         this.learnSize(effect);
         break;
+      case "scalars":
+        if (effect.stream === this.stream) this.colour(effect);
+        break;
       case "postponed":
         clearTimeout(this.postponed);
         this.postponed = window.setTimeout(() => this.perform(this.conversation.again()), effect.inMilliseconds);
@@ -221,6 +226,7 @@ export class SurfaceClient {
     this.stream = stream;
     this.started = performance.now();
     this.inUse.clear();
+    this.colouring = [];
     const { phase, shown, heldBack } = this.progress.get();
     this.progress.set({ ...noProgress, phase, shown, heldBack, isStreaming: true });
   }
@@ -266,6 +272,16 @@ export class SurfaceClient {
     }
   }
 
+  // A step is shown when the values of its tiles are there, too.
+  private colour({ order, values: { key, codes, range, deviation } }: Effect & { kind: "scalars" }): void {
+    const { scalars } = this.progress.get();
+    const largest = Math.max(deviation, scalars?.deviation ?? 0);
+    this.progress.set({ scalars: { low: range.low, high: range.high, deviation: largest } });
+    const id = memoryOf(this.number, order) + key;
+    const done = this.pool.scalars(id, codes, range.bits).then((attribute) => this.surface.setScalars(id, attribute), () => {});
+    this.colouring.push(done);
+  }
+
   private async decode(
     order: Wanted,
     { tile: promised, payload, begin }: AssemblerEffect & { kind: "decode" },
@@ -291,6 +307,7 @@ export class SurfaceClient {
     }
   }
 
+  private colouring: Promise<void>[] = []; // Of the stream that runs.
   private certified: { step: StepOfTiles; result: Certified } | null = null;
 
   private async certify(order: Wanted, step: StepOfTiles): Promise<void> {
@@ -302,6 +319,7 @@ export class SurfaceClient {
     const [result] = await Promise.all([
       this.pool.certify(ids, border).catch(() => null),
       this.surface.uploaded(ids),
+      ...this.colouring,
     ]);
     // Of a stream that was replaced, tiles may be gone.
     if (stream !== this.stream || !result) return;

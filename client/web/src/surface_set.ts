@@ -4,6 +4,7 @@
 import * as THREE from "three";
 
 import type { DatasetInfo } from "./protocol/messages";
+import { FieldColours } from "./scene/field_colours";
 import type { Stage } from "./scene/stage";
 import { Surface } from "./scene/surface";
 import type { ShownSurface } from "./shown_surface";
@@ -38,6 +39,7 @@ export class SurfaceSet {
   readonly progress = new Store<Progress>(noProgress);
   readonly datasets = new Store<{ list: DatasetInfo[] | null }>({ list: null });
   readonly sizes = new Store<{ expected: SurfaceSize | null }>({ expected: null });
+  readonly field = new FieldColours();
   private members: Member[] = [];
   private lastNumber = 0;
   private isConnected = false;
@@ -115,7 +117,7 @@ export class SurfaceSet {
 
   private member(): Member {
     const { scene } = this.stage;
-    const surface = new Surface(scene, () => this.stage.invalidate(), (ids) => this.pool.drop(ids));
+    const surface = new Surface(scene, () => this.stage.invalidate(), (ids) => this.pool.drop(ids), this.field);
     const number = ++this.lastNumber;
     const client = new SurfaceClient(number, this.server, this.token, this.pool, surface, (shown, isFirst) =>
       this.events.shown(this.members.indexOf(member), shown, isFirst));

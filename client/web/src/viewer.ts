@@ -29,7 +29,7 @@ import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { type Vec3, worldBox } from "./stream/dataset";
 import { Questions } from "./stream/questions";
-import { slicePlace, Slices } from "./slices";
+import { slicePlace, Slices, windowOf } from "./slices";
 import { SurfaceSet } from "./surface_set";
 import { TilePool } from "./workers/tile_pool";
 
@@ -71,7 +71,7 @@ export class Viewer {
   private readonly regionHandles: RegionHandles;
   private readonly questions: Questions;
   private readonly slices: Slices;
-  private readonly legend: Legend;
+  private readonly legends: { samples: Legend; field: Legend };
   private readonly token: TokenPlace;
   private isDragging = false;
   private rest = 0; // The timer behind the camera's rest.
@@ -102,7 +102,11 @@ export class Viewer {
       ({ info, world }) => this.questions.probe(info.name, world), () => this.canvas.focus());
     this.slices = new Slices(this.stage, this.pool, this.surfaces, this.questions,
       () => ({ info: this.info, settings: this.get() }), (text) => this.notices.tell(text, true));
-    this.legend = new Legend((said, isDragging) => this.set(said, isDragging));
+    const turn = (said: Partial<Settings>, isDragging: boolean) => this.set(said, isDragging);
+    this.legends = {
+      samples: new Legend({ label: "samples", colours: "colours", level: "level", width: "windowWidth" }, turn),
+      field: new Legend({ label: "the surface's colours", colours: "fieldColours", level: "fieldLevel", width: "fieldWindow" }, turn),
+    };
     new Picking(this.stage, this.canvas, this.pool,
       () => ({
         info: this.info, tiles: this.surfaces.shownTiles(this.get()), clip: this.clipPlane(),
@@ -110,7 +114,8 @@ export class Viewer {
       }),
       () => this.regionHandles.isGrabbed,
       (place) => this.take(place));
-    element.append(this.surroundings.numbers, this.surroundings.scaleBar, this.orientation.element, this.legend.element,
+    element.append(this.surroundings.numbers, this.surroundings.scaleBar, this.orientation.element,
+      h("div", { class: "legends" }, this.legends.field.element, this.legends.samples.element),
       this.measuring.labels, this.measuring.element, this.notices.element);
     this.listen();
     this.surfaces.connect();
@@ -222,7 +227,11 @@ export class Viewer {
       this.notices.show(progress, isEmptyNow && lead ? emptyWords(lead) : null);
       this.events.tell("progress", { surface: 0 });
     });
-    this.surfaces.datasets.watch(({ list }) => list && this.findDataset());
+    this.surfaces.datasets.watch(({ list }) => {
+      if (!list) return;
+      this.findDataset();
+      this.applyLook();
+    });
     this.stage.controls.addEventListener("change", () => {
       clearTimeout(this.rest);
       this.rest = window.setTimeout(() => this.cameraRests(), 250);
@@ -277,13 +286,24 @@ export class Viewer {
     const clip = this.clipPlane();
     this.surfaces.applyLook(now, clip);
     this.slices.update();
-    this.legend.show(now, slicePlace(now) ? this.info : null);
+    this.showLegends(now);
     this.stage.setLook({
       isOrthographic: now.projection === "orthographic",
       hasOcclusion: now.occlusion,
       hasTranslucent: this.surfaces.hasTranslucent,
       clip: clip ? [clip] : [],
     });
+  }
+
+  private showLegends(now: Settings): void {
+    this.legends.samples.show(now, slicePlace(now) ? this.info : null, now.colourBy ? "samples" : "");
+    const { list } = this.surfaces.datasets.get();
+    const by = (now.colourBy && list?.find(({ name }) => name === now.colourBy)) || null;
+    this.legends.field.show(now, by, now.colourBy);
+    if (!by) return;
+    const { low, high } = windowOf(now.fieldLevel, now.fieldWindow, by);
+    this.surfaces.field.setRange(by.min, by.max);
+    this.surfaces.field.setLook(now.fieldColours, low, high);
   }
 
   private tellShown(at: number, shown: ShownSurface, isFirst: boolean): void {

@@ -66,8 +66,9 @@ class ViewerOfNotebooks(unittest.TestCase):
 
     def test_is_a_frame_where_there_are_no_widgets(self):
         viewer = multitetra.Viewer(dataset='"><script>')
-        self.assertNotIn("<script", viewer._repr_html_())
-        self.assertIn('src="http://127.0.0.1:7480/?embed#dataset=%22%3E%3Cscript%3E"', viewer._repr_html_())
+        frame = viewer.frame().data
+        self.assertNotIn("<script", frame)
+        self.assertIn('src="http://127.0.0.1:7480/?embed#dataset=%22%3E%3Cscript%3E"', frame)
 
 
 class Examples(unittest.TestCase):

@@ -12,7 +12,7 @@ describe("Address", () => {
       dataset: "a head & more", isovalue: -300.5, error: 0.5, bound: "paper", rule: "paper", tolerance: 2,
       region: { kind: "box", low: [1, 2, 3], high: [4, 5, 6.5], error: 0 }, followView: true, pixels: 2,
       maxTriangles: 100000, simplify: false, shading: "facets", wireframe: true, colouring: "steps", clip: "y", clipAt: 0.25,
-      clipFlipped: true, filled: false, slice: "z", sliceAt: 0.75, colours: "viridis", level: 40, windowWidth: 400, axes: false, logScale: false, theme: "light",
+      clipFlipped: true, filled: false, slice: "z", sliceAt: 0.75, colours: "viridis", level: 40, colourBy: "a dose", fieldColours: "coolwarm", fieldLevel: -1, fieldWindow: 2.5, windowWidth: 400, axes: false, logScale: false, theme: "light",
       surfaces: [
         { isovalue: 400.5, error: null, colour: "#f0e6d2", opacity: 1, visible: true },
         { isovalue: -1e-7, error: 0.5, colour: "#00ff7f", opacity: 0.25, visible: false },

@@ -24,6 +24,7 @@ await test("AnnouncesWhatItsSlidersMean", announcesSliders);
 await test("ShowsSeveralSurfacesAndDragsEach", showsSeveral);
 await test("MeasuresThePartThatWasPicked", measuresAPart);
 await test("TakesBackAndComesBack", takesBack);
+await test("ColoursASurfaceByAnotherField", coloursByAField);
 await test("ShowsSamplesOnAPlaneAndTellsTheirValues", showsASlice);
 await finish();
 
@@ -340,4 +341,19 @@ async function takesBack(page) {
   await page.waitForFunction(() => !/projection/.test(location.hash));
   await page.click('.bookmark:has-text("flat")');
   await page.waitForFunction(() => /projection=orthographic/.test(location.hash));
+}
+
+async function coloursByAField(page) {
+  // Grey where the other field does not reach; else blue or red.
+  await open(page, "#dataset=head&isovalue=300.5&error=2&axes=false&colour=808080&fieldColours=coolwarm");
+  await complete(page);
+  const plain = (await surfacePixels(page)).share;
+  await page.click('summary:has-text("Colour by a field")');
+  await page.selectOption('[aria-label="Colour the surfaces by"]', "gyroid");
+  await page.waitForFunction(() => /colourBy=gyroid/.test(location.hash));
+  await page.waitForFunction(() => /Between vertices/.test(document.querySelector("details[open] .hint:not([hidden])")?.textContent ?? ""), null, { timeout: patience });
+  await complete(page);
+  const coloured = (await surfacePixels(page)).share;
+  assert(coloured > plain + 0.002, `${coloured} is red, ${plain} was`);
+  assert.match(await page.textContent(".legend:not([hidden])"), /gyroid/);
 }

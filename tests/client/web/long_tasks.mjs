@@ -27,15 +27,16 @@ await page.addInitScript(() => {
 const devtools = await page.context().newCDPSession(page);
 await devtools.send("Performance.enable");
 await page.goto(address);
-await page.waitForFunction(() => document.querySelector(".state b")?.textContent === "Complete", null, {
-  timeout: 600_000,
-  polling: 500,
-});
+await page.waitForFunction(() => {
+  const others = [...document.querySelectorAll(".surface-state")].map(({ textContent }) => textContent);
+  const isComing = (text) => text === "" || text.endsWith("…");
+  return document.querySelector(".state b")?.textContent === "Complete" && !others.slice(1).some(isComing);
+}, null, { timeout: 600_000, polling: 500 });
 await page.waitForSelector('.dataset img[src^="data:image/png"]', { timeout: 600_000 });
 const { metrics } = await devtools.send("Performance.getMetrics");
 const metric = (name) => metrics.find((m) => m.name === name)?.value;
 const tasks = await page.evaluate(() => window.longTasks);
-console.log(await page.textContent(".facts"));
+console.log(await page.textContent(".facts"), await page.locator(".surface-state").allTextContents());
 console.log(`script ${metric("ScriptDuration").toFixed(2)} s, all tasks of the main thread ${metric("TaskDuration").toFixed(2)} s`);
 console.log(`${tasks.length} tasks above 50 ms (start, duration in ms): ${JSON.stringify(tasks)}`);
 await browser.close();

@@ -49,8 +49,8 @@ describe("Slices", () => {
 
   test("HaveAllValuesUnlessAWindowIsSaid", () => {
     const info = { min: -1000, max: 3000 };
-    expect(windowOf(defaults, info)).toEqual({ low: -1000, high: 3000 });
-    expect(windowOf({ ...defaults, level: 40, windowWidth: 400 }, info)).toEqual({ low: -160, high: 240 });
+    expect(windowOf(null, null, info)).toEqual({ low: -1000, high: 3000 });
+    expect(windowOf(40, 400, info)).toEqual({ low: -160, high: 240 });
   });
 });
 

@@ -1,12 +1,24 @@
-// The colours of samples and what they mean, over the picture. Dragged sideways it turns the level, up and
+// Colours and the values that they mean, over the picture: of a slice, of a field on the surfaces. Dragged sideways it turns the level, up and
 // down the window, as readers of medical pictures do; arrow keys do the same, a double click resets.
-import type { DatasetInfo } from "../protocol/messages";
 import { gradientOf } from "../scene/colour_maps";
 import { windowOf } from "../slices";
 import type { Settings } from "../state/settings";
 import { h, inDigits } from "./dom";
 
-type Turned = Pick<Settings, "level" | "windowWidth">;
+// The names of the settings that a legend shows and turns.
+export interface LegendNames {
+  label: string;
+  colours: "colours" | "fieldColours";
+  level: "level" | "fieldLevel";
+  width: "windowWidth" | "fieldWindow";
+}
+
+// The values that it is about.
+export interface LegendValues {
+  min: number;
+  max: number;
+  valueUnit: string;
+}
 
 const keys: Record<string, [number, number]> = {
   ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1],
@@ -14,34 +26,44 @@ const keys: Record<string, [number, number]> = {
 
 export class Legend {
   readonly element = h("div", {
-    class: "legend", hidden: true, tabindex: "0", role: "slider", "aria-label": "Window and level of samples",
+    class: "legend", hidden: true, tabindex: "0", role: "slider",
     "data-tip": "Drag sideways for the level, up and down for the window; a double click shows all values.",
   });
+  private readonly name = h("span", { class: "legend-name" });
   private readonly bar = h("div", { class: "legend-bar" });
   private readonly low = h("span");
   private readonly high = h("span");
-  private info: DatasetInfo | null = null;
+  private info: LegendValues | null = null;
   private settings: Settings | null = null;
 
-  constructor(private readonly turn: (said: Turned, isDragging: boolean) => void) {
-    this.element.append(this.bar, h("div", { class: "legend-ends" }, this.low, this.high));
+  constructor(
+    private readonly names: LegendNames,
+    private readonly turn: (said: Partial<Settings>, isDragging: boolean) => void,
+  ) {
+    this.element.setAttribute("aria-label", `Window and level of ${names.label}`);
+    this.element.append(this.name, this.bar, h("div", { class: "legend-ends" }, this.low, this.high));
     this.listen();
   }
 
-  // Null: no samples are shown.
-  show(settings: Settings, info: DatasetInfo | null): void {
+  // Null: no such values are shown. `name`: what they are.
+  show(settings: Settings, info: LegendValues | null, name = ""): void {
     this.settings = settings;
     this.info = info;
     this.element.hidden = !info;
     if (!info) return;
-    const { low, high } = windowOf(settings, info);
-    this.bar.style.background = gradientOf(settings.colours);
+    const { low, high } = this.window(settings, info);
+    this.name.textContent = name;
+    this.bar.style.background = gradientOf(settings[this.names.colours]);
     this.low.textContent = inDigits(low, 4);
     this.high.textContent = `${inDigits(high, 4)}${info.valueUnit ? ` ${info.valueUnit}` : ""}`;
     this.element.setAttribute("aria-valuemin", String(info.min));
     this.element.setAttribute("aria-valuemax", String(info.max));
     this.element.setAttribute("aria-valuenow", String((low + high) / 2));
     this.element.setAttribute("aria-valuetext", `level ${inDigits((low + high) / 2)}, window ${inDigits(high - low)}`);
+  }
+
+  private window(settings: Settings, info: LegendValues): { low: number; high: number } {
+    return windowOf(settings[this.names.level], settings[this.names.width], info);
   }
 
   private listen(): void {
@@ -63,7 +85,7 @@ export class Legend {
     };
     element.addEventListener("pointerup", end);
     element.addEventListener("pointercancel", end);
-    element.addEventListener("dblclick", () => this.turn({ level: null, windowWidth: null }, false));
+    element.addEventListener("dblclick", () => this.turn({ [this.names.level]: null, [this.names.width]: null }, false));
     element.addEventListener("keydown", (event) => {
       const step = keys[event.key];
       if (!step) return;
@@ -77,10 +99,11 @@ export class Legend {
   private move(sideways: number, upwards: number, isDragging: boolean): void {
     const { info, settings } = this;
     if (!info || !settings) return;
-    const { low, high } = windowOf(settings, info);
+    const { low, high } = this.window(settings, info);
     const all = info.max - info.min || 1;
     const level = Math.min(info.max, Math.max(info.min, (low + high) / 2 + sideways * all));
     const windowWidth = Math.min(2 * all, Math.max(all / 2000, (high - low) * Math.exp(2 * upwards)));
-    this.turn({ level: Number(level.toPrecision(6)), windowWidth: Number(windowWidth.toPrecision(6)) }, isDragging);
+    const turned = { [this.names.level]: Number(level.toPrecision(6)), [this.names.width]: Number(windowWidth.toPrecision(6)) };
+    this.turn(turned, isDragging);
   }
 }

@@ -7,6 +7,7 @@ import { accuracyPart } from "./accuracy_part";
 import { bookmarksPart, type BookmarksEvents } from "./bookmarks_part";
 import { h, inBytes, inTriangles } from "./dom";
 import type { HistogramView } from "./histogram";
+import { type FieldPart, fieldPart } from "./field_part";
 import { folded, section } from "./inputs";
 import { isovaluePart } from "./isovalue_part";
 import { lookPart } from "./look_part";
@@ -25,6 +26,7 @@ export class Panel {
   readonly histogram: HistogramView;
   private readonly parts: Part[];
   private readonly surfaces: SurfacesPart;
+  private readonly field: FieldPart;
   private readonly expected = h("p", { class: "expected", "data-tip":
     "How large the surface with these settings is, as the server estimates it before making it." });
   private info: DatasetInfo | null = null;
@@ -44,10 +46,11 @@ export class Panel {
     const accuracy = accuracyPart(change, this.expected);
     const surfaces = (this.surfaces = surfacesPart(change));
     const region = regionPart(change);
+    const field = (this.field = fieldPart(change));
     const slice = slicePart(change);
     const look = lookPart(change);
     this.histogram = isovalue.histogram;
-    this.parts = [isovalue, surfaces, accuracy, region, slice, look];
+    this.parts = [isovalue, surfaces, accuracy, region, field, slice, look];
     this.element = h("aside", { class: "panel", "aria-label": "Controls" },
       h("header", {}, h("h1", {}, "Multi-Tetra"), h("p", {}, "surfaces of volume data, streamed")),
       section("Dataset", datasets),
@@ -55,6 +58,7 @@ export class Panel {
       folded("Surfaces", settings.get().surfaces.length > 0, ...surfaces.elements),
       section("Accuracy", ...accuracy.elements),
       folded("Finer in one place", false, ...region.elements),
+      folded("Colour by a field", settings.get().colourBy !== "", ...field.elements),
       folded("Slice of the samples", settings.get().slice !== "off", ...slice.elements),
       folded("Appearance", false, ...look.elements),
       folded("Bookmarks", false, ...bookmarksPart(events)),
@@ -74,8 +78,13 @@ export class Panel {
       : "\u00a0"; // The line stays.
   }
 
+  showDatasets(list: readonly DatasetInfo[]): void {
+    this.field.showDatasets(list);
+  }
+
   showSurface(surface: number, progress: Progress): void {
     this.surfaces.showProgress(surface, progress);
+    if (surface === 0) this.field.showProgress(progress);
   }
 
   private show(): void {

@@ -9,6 +9,7 @@ import * as THREE from "three";
 import type { Affine } from "../stream/dataset";
 import type { Colouring, Settings } from "../state/settings";
 import type { DecodedTile } from "../workers/worker_messages";
+import type { FieldColours } from "./field_colours";
 import { layers } from "./layers";
 import { surfaceMaterial } from "./surface_material";
 
@@ -29,7 +30,8 @@ const palette = [
 const stepPalette = ["#c75146", "#dd8a4a", "#e3c567", "#a7c17a", "#5ea58b", "#4d87b0", "#7b6fb3"];
 
 // What of the settings is one surface's look.
-export type SurfaceLook = Pick<Settings, "wireframe" | "shading" | "colour" | "opacity" | "visible"> & { colouring: Colouring };
+export type SurfaceLook =
+  Pick<Settings, "wireframe" | "shading" | "colour" | "opacity" | "visible" | "colourBy"> & { colouring: Colouring };
 
 export class Surface {
   private readonly tiles = new Map<string, KeptTile>();
@@ -45,13 +47,14 @@ export class Surface {
     opacity: 0.24,
     depthWrite: false,
   });
-  private look: SurfaceLook = { colouring: "plain", wireframe: false, shading: "field", colour: "#e0cdb4", opacity: 1, visible: true };
+  private look: SurfaceLook = { colouring: "plain", wireframe: false, shading: "field", colour: "#e0cdb4", opacity: 1, visible: true, colourBy: "" };
   private clip: THREE.Plane[] = [];
 
   constructor(
     private readonly scene: THREE.Scene,
     private readonly invalidate: () => void,
     private readonly onDropped: (ids: string[]) => void,
+    private readonly field: FieldColours,
   ) {}
 
   add(tile: DecodedTile, toWorld: Affine, stepNumber: number): void {
@@ -152,6 +155,11 @@ export class Surface {
     attribute.needsUpdate = true;
   }
 
+  // Of a second field, as scalarAttribute() gives them.
+  setScalars(id: string, scalars: Float32Array): void {
+    this.tiles.get(id)?.mesh.geometry.setAttribute("scalar", new THREE.BufferAttribute(scalars, 1));
+  }
+
   // Tiles that were unused for longest go, until the rest fits; never those shown or `inUse`.
   dropUnused(inUse: ReadonlySet<string>): void {
     let kept = [...this.tiles.values()].reduce((n, tile) => n + tile.triangles, 0);
@@ -186,7 +194,7 @@ export class Surface {
     const { isTranslucent: wasTranslucent, look: before } = this;
     this.look = look;
     this.clip = clip ? [clip] : [];
-    if (wasTranslucent !== this.isTranslucent) this.forgetMaterials();
+    if (wasTranslucent !== this.isTranslucent || before.colourBy !== look.colourBy) this.forgetMaterials();
     if (before.colour !== look.colour) this.recolour(before.colour);
     for (const material of this.materials.values()) this.refresh(material);
     this.lines.clippingPlanes = this.clip;
@@ -264,7 +272,7 @@ export class Surface {
     if (this.look.colouring === "steps") colour = stepPalette[stepNumber % stepPalette.length];
     let material = this.materials.get(colour);
     if (!material) {
-      material = surfaceMaterial(colour, this.isTranslucent);
+      material = surfaceMaterial(colour, this.isTranslucent, this.look.colourBy === "" ? null : this.field);
       this.refresh(material);
       this.materials.set(colour, material);
     }

@@ -1,9 +1,13 @@
 // How surfaces take the light. The inside, seen where a surface ends or is cut, is told apart by its colour.
 import * as THREE from "three";
 
+import type { FieldColours } from "./field_colours";
 import { peeled } from "./translucency";
 
-export function surfaceMaterial(colour: string, isTranslucent = false): THREE.MeshStandardMaterial {
+// With `field` its colours are those of a second field, where vertices have its values.
+export function surfaceMaterial(
+  colour: string, isTranslucent = false, field: FieldColours | null = null,
+): THREE.MeshStandardMaterial {
   const material = new THREE.MeshStandardMaterial({
     color: colour,
     roughness: 0.62,
@@ -21,8 +25,9 @@ export function surfaceMaterial(colour: string, isTranslucent = false): THREE.Me
       "#include <color_fragment>\n" +
         "if (!gl_FrontFacing) diffuseColor.rgb = diffuseColor.rgb * vec3(0.62, 0.50, 0.47);",
     );
+    field?.enter(shader);
     if (isTranslucent) peeled(shader);
   };
-  material.customProgramCacheKey = () => (isTranslucent ? "peeled surface" : "surface");
+  material.customProgramCacheKey = () => `surface ${isTranslucent} ${field !== null}`;
   return material;
 }

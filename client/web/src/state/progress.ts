@@ -48,6 +48,9 @@ export interface Progress {
   // The server is busy: why, and performance.now() of the next attempt.
   postponed: { text: string; until: number } | null;
   heldBack: SurfaceSize | null; // What was asked for is this large: less of it was sent.
+  // Of a second field on the surface: what its values span, and the largest difference that was found
+  // between the field and the colours between vertices.
+  scalars: { low: number; high: number; deviation: number } | null;
   // One sentence for the user, and how bad it is.
   trouble: { text: string; isFatal: boolean; needsToken: boolean } | null;
 }
@@ -66,6 +69,7 @@ export const noProgress: Progress = {
   shown: null,
   postponed: null,
   heldBack: null,
+  scalars: null,
   trouble: null,
 };
 

@@ -49,6 +49,10 @@ export interface Settings {
   colour: string; // Of the first surface, as are the next two.
   opacity: number;
   visible: boolean;
+  colourBy: string; // A dataset whose values colour the surfaces; empty: none.
+  fieldColours: ColourMap; // Of those values, as are the next two.
+  fieldLevel: number | null;
+  fieldWindow: number | null;
   shading: Shading;
   wireframe: boolean;
   colouring: Colouring;
@@ -86,6 +90,10 @@ export const defaults: Settings = {
   colour: "#e0cdb4",
   opacity: 1,
   visible: true,
+  colourBy: "",
+  fieldColours: "viridis",
+  fieldLevel: null,
+  fieldWindow: null,
   shading: "field",
   wireframe: false,
   colouring: "plain",
@@ -121,4 +129,5 @@ export function isOtherRequest(now: Settings, before: Settings): boolean {
 
 const asking = [
   "isovalue", "error", "bound", "rule", "tolerance", "region", "followView", "maxTriangles", "simplify",
+  "colourBy",
 ] as const;

@@ -54,6 +54,10 @@ export function fromAddress(text: string): Partial<Settings> {
   set("clipAt", number("clipAt", 0, 1));
   set("clipFlipped", yes("clipFlipped"));
   set("filled", yes("filled"));
+  set("colourBy", said.get("colourBy") ?? undefined);
+  set("fieldColours", word("fieldColours", ...colourMaps));
+  set("fieldLevel", number("fieldLevel", -Number.MAX_VALUE, Number.MAX_VALUE));
+  set("fieldWindow", number("fieldWindow", 0, Number.MAX_VALUE));
   set("slice", word("slice", "off", "x", "y", "z"));
   set("sliceAt", number("sliceAt", 0, 1));
   set("colours", word("colours", ...colourMaps));
@@ -96,7 +100,8 @@ export function edited(now: Settings, text: string): Settings {
 const plainNames = [
   "dataset", "isovalue", "error", "bound", "rule", "tolerance", "followView", "pixels",
   "maxTriangles", "simplify", "shading", "wireframe", "colouring", "clip", "clipAt", "clipFlipped", "filled",
-  "slice", "sliceAt", "colours", "level", "windowWidth", "axes",
+  "slice", "sliceAt", "colours", "level", "windowWidth", "colourBy", "fieldColours", "fieldLevel",
+  "fieldWindow", "axes",
   "projection", "occlusion", "opacity", "visible", "logScale", "theme",
 ] as const;
 

@@ -20,12 +20,16 @@ import {
   type Preview,
   PreviewSchema,
   Priority,
+  type ScalarRange,
+  ScalarRequestSchema,
+  type TileScalars,
   CancelSchema,
   PayloadCodec,
   type ServerKind,
   type StepBegin,
   StepPolicy,
 } from "../protocol/messages";
+import { promiseOf } from "./step_checks";
 import { Assembler, type AssemblerEffect, type StepOfTiles } from "./assembler";
 import type { MeshTopology } from "../mesh/seams";
 
@@ -38,6 +42,7 @@ export type Effect =
   | { kind: "opened"; order: Wanted; stream: number }
   // How large the surface of an order would be; answers a question of askSize().
   | { kind: "size"; order: Wanted; triangles: number; bytes: number; errorWorld: number }
+  | { kind: "scalars"; stream: number; order: Wanted; values: TileValues }
   // The server wants the stream asked for later; again() does that.
   | { kind: "postponed"; text: string; inMilliseconds: number }
   // Of a stream; `stream` tells which, as answers from elsewhere may come late.
@@ -48,6 +53,15 @@ export interface Wanted {
   info: DatasetInfo;
   request: IsosurfaceRequest;
   finalOnly?: boolean;
+  scalars?: string; // A dataset whose values are wanted at the vertices, too.
+}
+
+// The scalars of a tile; a step's come before its end.
+export interface TileValues {
+  key: string; // Of the tile.
+  codes: Uint8Array;
+  range: ScalarRange;
+  deviation: number; // Found between the field and what is interpolated from vertices.
 }
 
 export interface ConversationOptions {
@@ -82,6 +96,7 @@ export class Conversation {
   // What its stream began with: exactly these steps come again after a lost connection.
   private begun: Preview[] = [];
   private hasFinalBegun = false;
+  private lastStep: StepBegin | null = null; // Of the stream that runs.
 
   constructor(private readonly options: ConversationOptions) {}
 
@@ -181,6 +196,7 @@ export class Conversation {
     }
     if (!this.assembler) return [];
     if (message.case === "stepBegin") this.noteBegun(message.value);
+    if (message.case === "tileScalars") return this.valued(message.value);
     return this.told(this.assembler.receive(message));
   }
 
@@ -237,7 +253,25 @@ export class Conversation {
     return [...effects, ...this.openStream()];
   }
 
-  private noteBegun({ requestId, step, isFinal, finestSpacing, isUnsimplified }: StepBegin): void {
+  // Values of an earlier stream's tiles may still be under way.
+  private valued({ requestId, step, index, codes, largestDeviation }: TileScalars): Effect[] {
+    if (requestId !== this.streamId || this.assembler?.hasEnded !== false) return [];
+    const tile = this.lastStep?.tiles[index];
+    const range = this.lastStep?.scalars;
+    if (this.lastStep?.step !== step || !tile || !range) {
+      return this.told(this.assembler.damaged(`Step ${step}: values come of tile ${index}, which it does not have.`));
+    }
+    if (![8, 16].includes(range.bits) || codes.length !== (tile.vertices * range.bits) / 8) {
+      const text = `Step ${step}: ${codes.length} bytes of values come for the ${tile.vertices} vertices of tile ${index}.`;
+      return this.told(this.assembler.damaged(text));
+    }
+    const values = { key: promiseOf(tile).key, codes, range, deviation: largestDeviation };
+    return [{ kind: "scalars", stream: this.stream, order: this.order!, values }];
+  }
+
+  private noteBegun(begin: StepBegin): void {
+    const { requestId, step, isFinal, finestSpacing, isUnsimplified } = begin;
+    if (requestId === this.streamId) this.lastStep = begin;
     if (requestId !== this.streamId || step < this.begun.length) return;
     if (isFinal) this.hasFinalBegun = true;
     else this.begun.push(create(PreviewSchema, { finestSpacing, isUnsimplified }));
@@ -247,6 +281,7 @@ export class Conversation {
     const order = (this.order = this.wanted!);
     const held = this.options.held(order).slice(0, maxHeld);
     this.streamId = ++this.lastRequestId;
+    this.lastStep = null;
     ++this.stream;
     this.assembler = new Assembler({ ...order, requestId: this.streamId }, held);
     const value = create(OpenStreamSchema, {
@@ -257,6 +292,7 @@ export class Conversation {
       held: packed(held),
       begun: this.begun,
       priority: this.options.priority ?? Priority.UNSPECIFIED,
+      scalars: order.scalars ? create(ScalarRequestSchema, { dataset: order.scalars }) : undefined,
     });
     return [
       { kind: "opened", order, stream: this.stream },

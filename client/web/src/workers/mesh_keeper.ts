@@ -6,6 +6,7 @@ import { massProperties } from "../mesh/mass_properties";
 import { meshFile } from "../mesh/mesh_files";
 import { pack } from "../mesh/normals";
 import { nearestHit } from "../mesh/ray";
+import { scalarAttribute } from "../mesh/scalars";
 import { type DataBorder, joined } from "../mesh/seams";
 import type { Certified, Hit, KeeperReply, KeeperRequest, KeptTile, PickRay } from "./worker_messages";
 
@@ -87,6 +88,10 @@ async function answer(request: KeeperRequest): Promise<KeeperReply["result"]> {
       return pick(await all(request.ids), request.ray);
     case "measure":
       return massProperties(await all(request.ids), request.toWorld, request.at);
+    case "scalars": {
+      const [tile] = await all([request.id]);
+      return scalarAttribute(tile.positions, request.codes, request.bits);
+    }
     case "cut":
       return cutLine(await all(request.ids), request.plane);
     case "file":

@@ -71,6 +71,11 @@ export class TilePool {
     return this.ask((request) => ({ kind: "measure", request, ids, toWorld, at }));
   }
 
+  // Of a second field at the tile's vertices, for the graphics card.
+  scalars(id: string, codes: Uint8Array, bits: number): Promise<Float32Array> {
+    return this.ask((request) => ({ kind: "scalars", request, id, codes, bits }));
+  }
+
   // Segments in lattice coordinates, as the plane is.
   cut(ids: string[], plane: CutPlane): Promise<Float32Array> {
     return this.ask((request) => ({ kind: "cut", request, ids, plane }));

@@ -54,6 +54,7 @@ export type KeeperRequest =
   | { kind: "certify"; request: number; ids: string[]; border: DataBorder }
   | { kind: "pick"; request: number; ids: string[]; ray: PickRay }
   | { kind: "measure"; request: number; ids: string[]; toWorld: number[]; at: { id: string; triangle: number } }
+  | { kind: "scalars"; request: number; id: string; codes: Uint8Array; bits: number }
   | { kind: "cut"; request: number; ids: string[]; plane: CutPlane }
   | { kind: "file"; request: number; ids: string[]; format: MeshFormat; toWorld: number[] };
 

@@ -1,0 +1,56 @@
+import { scalarAttribute } from "../../../client/web/src/mesh/scalars";
+import type { ServerKind, StepBegin } from "../../../client/web/src/protocol/messages";
+import { Conversation, type Effect } from "../../../client/web/src/stream/conversation";
+import { dataset, messages, request } from "./golden_stream";
+
+describe("ScalarAttribute", () => {
+  // By z, then y, then x: vertices 3, 1, 0, 2.
+  const positions = Float32Array.from([5, 5, 1, 2, 5, 1, 0, 0, 9, 7, 3, 1]);
+
+  test("GivesCodesToTheVerticesThatTheyAreOf", () => {
+    const attribute = scalarAttribute(positions, Uint8Array.from([0, 127, 254, 255]), 8);
+    expect([...attribute]).toEqual([2, 1.5, -1, 1]);
+  });
+
+  test("ReadsTwoBytesFromTheLesserOn", () => {
+    const codes = Uint8Array.from([0xff, 0xff, 0xfe, 0xff, 0, 0, 0xff, 0x7f]);
+    const [second, first, third, none] = [...scalarAttribute(positions, codes, 16)];
+    expect([none, first, second]).toEqual([-1, 2, 1]);
+    expect(third).toBeCloseTo(1.5, 5);
+  });
+});
+
+describe("ScalarsOfAStream", () => {
+  const [welcome, list, begin] = messages();
+  const step = begin.value as StepBegin;
+
+  function coloured() {
+    const conversation = new Conversation({ agent: "test", token: () => "", held: () => [] });
+    conversation.opened();
+    conversation.received(welcome);
+    conversation.received(list);
+    const effects = conversation.want({ info: dataset(), request: request(), scalars: "dose" });
+    const opened = effects.find((e) => e.kind === "send" && e.message.case === "openStream");
+    expect(opened).toMatchObject({ message: { value: { scalars: { dataset: "dose" } } } });
+    const range = { low: -1, high: 3, bits: 16 };
+    conversation.received({ case: "stepBegin", value: { ...step, requestId: 1n, scalars: range } } as ServerKind);
+    return (change: object): Effect[] => {
+      const codes = new Uint8Array(2 * step.tiles[1].vertices);
+      const value = { requestId: 1n, step: 0, index: 1, codes, largestDeviation: 0.25, ...change };
+      return conversation.received({ case: "tileScalars", value } as ServerKind);
+    };
+  }
+
+  test("AreToldWithTheTileThatTheyAreOf", () => {
+    const [effect] = coloured()({});
+    expect(effect).toMatchObject({ kind: "scalars", values: { deviation: 0.25, range: { low: -1, high: 3 } } });
+    expect((effect as { values: { key: string } }).values.key).toMatch(/^[0-9a-f]{32}$/);
+  });
+
+  test("AreNoneWhereTheyContradictTheManifest", () => {
+    for (const change of [{ index: 99 }, { step: 1 }, { codes: new Uint8Array(3) }]) {
+      expect(coloured()(change)).toMatchObject([{ kind: "stream", effect: { kind: "failed" } }]);
+    }
+    expect(coloured()({ requestId: 0n })).toEqual([]);
+  });
+});
