@@ -25,6 +25,7 @@ await test("ShowsSeveralSurfacesAndDragsEach", showsSeveral);
 await test("MeasuresThePartThatWasPicked", measuresAPart);
 await test("TakesBackAndComesBack", takesBack);
 await test("ColoursASurfaceByAnotherField", coloursByAField);
+await test("SpeaksWithThePageAroundIt", speaksAround);
 await test("ShowsSamplesOnAPlaneAndTellsTheirValues", showsASlice);
 await finish();
 
@@ -356,4 +357,38 @@ async function coloursByAField(page) {
   const coloured = (await surfacePixels(page)).share;
   assert(coloured > plain + 0.002, `${coloured} is red, ${plain} was`);
   assert.match(await page.textContent(".legend:not([hidden])"), /gyroid/);
+}
+
+async function speaksAround(page) {
+  // A page of the server's own host, in which the viewer is a frame.
+  const around = `${server.page}around.html`;
+  await page.route(around, (route) => route.fulfill({ contentType: "text/html", body:
+    '<title>around</title><iframe src="/?embed#dataset=gyroid&error=2" width="700" height="500"></iframe>' }));
+  await page.goto(around);
+  const frame = page.frameLocator("iframe");
+  await frame.locator(".stage canvas").waitFor();
+  assert(await frame.locator(".panel").isHidden(), "the picture is alone");
+  const said = await page.evaluate(() => new Promise((resolve) => {
+    const heard = [];
+    const viewer = document.querySelector("iframe").contentWindow;
+    const say = (message) => viewer.postMessage(message, location.origin);
+    const asking = setInterval(() => say({ multitetra: "get", id: "first" }), 300);
+    window.addEventListener("message", ({ data }) => {
+      heard.push(data);
+      if (data.id === "first" && heard.filter(({ id }) => id === "first").length === 1) {
+        clearInterval(asking);
+        say({ multitetra: "set", id: "second", state: { isovalue: 0.25, error: 1, nonsense: 1, opacity: 7 } });
+        say({ multitetra: "dance", id: "third" });
+      }
+      if (data.multitetra === "shown" && data.isovalue === 0.25 && data.isFinal) say({ multitetra: "picture", id: "fourth" });
+      if (data.multitetra === "picture") resolve(heard.map((one) => (one.png ? { ...one, png: one.png.type } : one)));
+    });
+  }));
+  const answer = (id) => said.find((one) => one.id === id);
+  assert.equal(answer("first").state.dataset, "gyroid");
+  assert.equal(answer("second").state.isovalue, 0.25);
+  assert.deepEqual(answer("second").passedOver, ["nonsense", "opacity"]);
+  assert.match(answer("third").text, /no message "dance"; there are set, get/);
+  assert.equal(answer("fourth").png, "image/png");
+  assert(!JSON.stringify(said).includes("token"), "nothing of a token is told");
 }

@@ -13,6 +13,11 @@ const [program, viewer, datasets, output] = process.argv.slice(2);
 const patience = 300_000;
 const pictures = {
   viewer: ["#dataset=visible-female-head&isovalue=-300.5", 1120, 720],
+  viewer_scene: [
+    "#dataset=visible-female-head&isovalue=-300.5&error=1&opacity=0.35&colour=e8b89a&surfaces=400.5,f0e6d2" +
+      "&slice=x&sliceAt=0.5&level=40&windowWidth=500&eye=560,-260,1750&target=256,250,1620", 1120, 720,
+  ],
+  viewer_cut: ["#dataset=head-phantom&isovalue=-369.5&surfaces=548.5,e0e0e0&clip=y&colours=viridis&theme=light", 1120, 720],
   viewer_narrow: ["#dataset=visible-female-head&isovalue=300.5&error=2", 360, 740],
   viewer_light: ["#dataset=gyroid&theme=light&colouring=tiles&error=2&region=ball:32,20,40,16=0", 1120, 720],
 };
@@ -32,6 +37,7 @@ for (const [name, [hash, width, height]] of Object.entries(pictures)) {
   await page.waitForFunction(
     () =>
       document.querySelector(".state b")?.textContent === "Complete" &&
+      ![...document.querySelectorAll(".surface-state")].slice(1).some(({ textContent }) => textContent === "" || textContent.endsWith("…")) &&
       document.querySelectorAll('.dataset img[src^="data:image/png"]').length >= Math.min(2, innerWidth / 300),
     null, { polling: 500 },
   );
