@@ -219,7 +219,7 @@ async function keepsAPlace(page) {
   await complete(page);
   const canvas = await page.locator(".stage canvas").boundingBox();
   await page.mouse.click(canvas.x + canvas.width / 2, canvas.y + canvas.height / 2);
-  await page.waitForSelector(".picked:not([hidden])");
+  await page.waitForFunction(() => /Value/.test(document.querySelector(".picked").textContent), null, { timeout: patience });
   const said = await page.textContent(".picked");
   await page.mouse.click(canvas.x + canvas.width - 30, canvas.y + canvas.height - 60);
   await page.waitForTimeout(700);
@@ -318,7 +318,7 @@ async function showsASlice(page) {
   const [here, there] = [await value(0.5), await value(0.56)];
   assert.equal(here.y, 16, "the place lies on the plane");
   assert.notEqual(here.value, there.value);
-  await page.focus(".legend");
+  await page.focus(".legend:not([hidden])");
   await page.keyboard.press("ArrowUp");
   await page.waitForFunction(() => !/windowWidth=1(&|$)/.test(location.hash));
 }

@@ -14,10 +14,9 @@ const patience = 300_000;
 const pictures = {
   viewer: ["#dataset=visible-female-head&isovalue=-300.5", 1120, 720],
   viewer_scene: [
-    "#dataset=visible-female-head&isovalue=-300.5&error=1&opacity=0.35&colour=e8b89a&surfaces=400.5,f0e6d2" +
-      "&slice=x&sliceAt=0.5&level=40&windowWidth=500&eye=560,-260,1750&target=256,250,1620", 1120, 720,
+    "#dataset=visible-female-head&isovalue=-300.5&error=2&opacity=0.35&colour=e8b89a&surfaces=400.5,f0e6d2&clip=z" +
+      "&clipAt=0.66&clipFlipped=true&level=40&windowWidth=400&axes=false&eye=470,-110,1960&target=256,235,1610", 1120, 720,
   ],
-  viewer_cut: ["#dataset=head-phantom&isovalue=-369.5&surfaces=548.5,e0e0e0&clip=y&colours=viridis&theme=light", 1120, 720],
   viewer_narrow: ["#dataset=visible-female-head&isovalue=300.5&error=2", 360, 740],
   viewer_light: ["#dataset=gyroid&theme=light&colouring=tiles&error=2&region=ball:32,20,40,16=0", 1120, 720],
 };
@@ -46,7 +45,7 @@ for (const [name, [hash, width, height]] of Object.entries(pictures)) {
     await page.click('summary:has-text("Finer")');
   }
   await page.mouse.move(width / 2, 4);
-  await page.waitForTimeout(1000);
+  await page.waitForTimeout(name === "viewer_scene" ? 30_000 : 1000); // What is drawn at rest is drawn on the processor.
   await page.screenshot({ path: path.join(output, `${name}.png`), timeout: patience });
   console.log(name, await page.innerText(".facts"));
   await page.close();

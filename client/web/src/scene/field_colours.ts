@@ -41,6 +41,6 @@ export class FieldColours {
           "  float fieldValue = mix(fieldRange.x, fieldRange.y, vScalar - 1.0);\n" +
           "  float fieldShare = clamp((fieldValue - fieldWindow.x) / (fieldWindow.y - fieldWindow.x), 0.0, 1.0);\n" +
           "  diffuseColor.rgb = texture2D(fieldColours, vec2((fieldShare * 255.0 + 0.5) / 256.0, 0.5)).rgb;\n" +
-          "} else if (vScalar < 0.0) diffuseColor.rgb = vec3(0.35);");
+          "} else if (vScalar != 0.0) diffuseColor.rgb = vec3(0.35);");
   }
 }
