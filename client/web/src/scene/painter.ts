@@ -45,7 +45,7 @@ const joining = /* glsl */ `
         weights += near;
       }
     }
-    return sum / weights;
+    return 0.3 + 0.7 * sum / weights; // Where no light comes straight, some comes around.
   }
 
   void main() {
