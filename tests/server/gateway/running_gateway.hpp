@@ -48,7 +48,9 @@ class RunningGateway {
 class Upstream {
  public:
   explicit Upstream(std::shared_ptr<const StepSource> source, ServerOptions options = {})
-      : source_(std::move(source)), options_(std::move(options)) {
+      : Upstream(catalogue_of(std::move(source)), std::move(options)) {}
+  explicit Upstream(CataloguePtr catalogue, ServerOptions options = {})
+      : catalogue_(std::move(catalogue)), options_(std::move(options)) {
     options_.listen = {.host = "127.0.0.1", .port = 0};
     options_.connection.linger = std::chrono::milliseconds(5);
     start();
@@ -72,11 +74,11 @@ class Upstream {
 
  private:
   void start() {
-    server_ = std::make_unique<Server>(catalogue_of(source_), options_);
+    server_ = std::make_unique<Server>(catalogue_, options_);
     endpoint_ = server_->endpoint();
     thread_ = std::thread([this] { server_->run(); });
   }
-  std::shared_ptr<const StepSource> source_;
+  CataloguePtr catalogue_;
   ServerOptions options_;
   std::unique_ptr<Server> server_;
   Endpoint endpoint_;
