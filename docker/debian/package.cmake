@@ -6,6 +6,7 @@ set(DEBIAN_FOLDER ${CMAKE_CURRENT_LIST_DIR})
 set(PACKAGED ${PROJECT_BINARY_DIR}/packaged)
 file(MAKE_DIRECTORY ${PACKAGED})
 set(doc usr/share/doc/multitetra)
+configure_file(${DEBIAN_FOLDER}/changelog.in ${PACKAGED}/changelog.Debian @ONLY)
 
 foreach(program multitetra_server_program multitetra_gateway_program multitetra_client_program multitetra_load_program)
   install(TARGETS ${program} RUNTIME DESTINATION usr/bin)
@@ -24,6 +25,7 @@ install(CODE "
     execute_process(COMMAND gzip -9nc \${page} OUTPUT_FILE \${man}/\${name}.gz COMMAND_ERROR_IS_FATAL ANY)
   endforeach()
   execute_process(COMMAND gzip -9nc ${PROJECT_SOURCE_DIR}/CHANGELOG.md OUTPUT_FILE \${doc}/changelog.gz COMMAND_ERROR_IS_FATAL ANY)
+  execute_process(COMMAND gzip -9nc ${PACKAGED}/changelog.Debian OUTPUT_FILE \${doc}/changelog.Debian.gz COMMAND_ERROR_IS_FATAL ANY)
 ")
 install(FILES ${DEBIAN_FOLDER}/copyright DESTINATION ${doc})
 install(FILES ${DEBIAN_FOLDER}/server.toml DESTINATION etc/multitetra PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ)
@@ -45,8 +47,9 @@ set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "adduser, ca-certificates")
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "remote visualization of regular volume data
- A server of isosurfaces of very large volumes: crack-free, with topology kept and a certified error, coarse first and
- refined step by step. With a gateway, a client for the command line and a viewer for browsers.")
+ A server of isosurfaces of very large volumes: crack-free, with topology kept
+ and a certified error, coarse first and refined step by step. With a gateway,
+ a client for the command line and a viewer for browsers.")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA
   "${DEBIAN_FOLDER}/conffiles;${DEBIAN_FOLDER}/postinst;${DEBIAN_FOLDER}/prerm;${DEBIAN_FOLDER}/postrm")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)

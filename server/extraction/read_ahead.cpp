@@ -67,6 +67,17 @@ std::vector<std::size_t> sample_bricks(const DatasetInfo& info, std::span<const 
 
 }  // namespace
 
+std::uint64_t spectrum_bytes_to_fetch(const PreparedVolume& volume, std::int32_t finest_spacing) {
+  const BrickSource& spectrum = *volume.spectrum.bricks;
+  if (!spectrum.is_far()) return 0;
+  std::vector<std::size_t> bricks;
+  for (const SpectrumLayout::Level& level : volume.spectrum.layout.levels()) {
+    if (level.extent.exponent < exponent_of(finest_spacing)) continue;
+    for (std::size_t i = 0; i < level.bricks.size(); ++i) bricks.push_back(level.first_brick + i);
+  }
+  return spectrum.bytes_to_fetch(bricks);
+}
+
 void read_ahead(const PreparedVolume& volume, std::span<const OctreeCube> cubes,
                 std::int32_t finest_spacing) {
   if (volume.spectrum.bricks->is_far()) {

@@ -15,6 +15,7 @@
 #include "server/core/simplification/threshold_shares.hpp"
 #include "server/core/surface/tiling.hpp"
 #include "server/dataset/in_parallel.hpp"
+#include "server/extraction/read_ahead.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/sampled_blocks.hpp"
 #include "server/extraction/shading.hpp"
@@ -200,7 +201,9 @@ StepSizes surface_sizes(const SurfaceExtractor& extractor, std::stop_token stop,
                 if (!has_spectrum) return on_small_grid(step);
                 const StepSpec spec = step_spec(step, dataset.info, stop);
                 return rough_size(spectrum->model(spec), step, stop);
-              }};
+              },
+          .to_fetch =
+              [&dataset](std::int32_t finest) { return spectrum_bytes_to_fetch(dataset, finest); }};
 }
 
 }  // namespace multitetra

@@ -27,12 +27,15 @@ StepSizes within(const StepSizes& sizes, const IsosurfaceRequest& budget) {
   }
   if (budget.max_bytes > 0)
     most.bytes = std::min(most.bytes, static_cast<double>(budget.max_bytes));
-  return {.of = sizes.of, .rough = [rough = sizes.rough, most](const IsosurfaceRequest& request) {
-            const SurfaceSize size = rough(request);
-            return SurfaceSize{.triangles = std::min(size.triangles, most.triangles),
-                               .bytes = std::min(size.bytes, most.bytes),
-                               .extracted = size.extracted};
-          }};
+  return {.of = sizes.of,
+          .rough =
+              [rough = sizes.rough, most](const IsosurfaceRequest& request) {
+                const SurfaceSize size = rough(request);
+                return SurfaceSize{.triangles = std::min(size.triangles, most.triangles),
+                                   .bytes = std::min(size.bytes, most.bytes),
+                                   .extracted = size.extracted};
+              },
+          .to_fetch = sizes.to_fetch};
 }
 
 std::string counted(double triangles, double bytes) {

@@ -112,10 +112,17 @@ class Candidates {
 };
 
 // nullopt: the final step comes as soon.
-std::optional<StepRequest> first_preview(const Candidates& candidates, const DatasetInfo& info) {
-  if (candidates.final_step().is_quick()) return std::nullopt;
+std::optional<StepRequest> first_preview(const Candidates& candidates, const DatasetInfo& info,
+                                         const StepSizes& sizes) {
+  std::int32_t finest = kSpectrumSpacing;
+  // Nobody looks at what is far away to find out that it is: sizes are found out by looking.
+  while (sizes.to_fetch && is_worth_showing(2 * finest, info) &&
+         sizes.to_fetch(finest) > kFirstFetchedBytes) {
+    finest *= 2;
+  }
+  if (finest == kSpectrumSpacing && candidates.final_step().is_quick()) return std::nullopt;
   std::optional<StepRequest> coarsest;
-  for (std::int32_t finest = kSpectrumSpacing; is_worth_showing(finest, info); finest *= 2) {
+  for (; is_worth_showing(finest, info); finest *= 2) {
     const Candidate preview = candidates.measured(finest);
     coarsest = preview.step;
     if (preview.is_quick()) break;
@@ -167,8 +174,8 @@ NextStep next_step(const IsosurfaceRequest& request, bool previews,
   std::optional<StepRequest> preview;
   if (previews) {
     const Candidates candidates(request, info, sizes, costs);
-    preview =
-        shown.empty() ? first_preview(candidates, info) : further_preview(candidates, shown, costs);
+    preview = shown.empty() ? first_preview(candidates, info, sizes)
+                            : further_preview(candidates, shown, costs);
   }
   if (preview) return {.step = *preview, .is_final = false};
   return {.step = final_step(request), .is_final = true};

@@ -9,7 +9,8 @@
 // What is shown is planned by time, of the server and on the link (StepCosts):
 //
 //     first      f = 8, 16, 32, ...    the finest that is there within kFirstServerSeconds and
-//                                      kFirstLinkSeconds
+//                                      kFirstLinkSeconds, and needs at most kFirstFetchedBytes of
+//                                      what the server must fetch from a store itself
 //     next       at most half of f     the finest that takes no longer than all before, else the
 //                                      next one if it takes at most kPatience times as long
 //     final      f = 1                 the request itself, when another preview would delay it by
@@ -52,6 +53,9 @@ struct StepSizes {
   std::function<SurfaceSize(const StepRequest&)> of;
   // Of the request itself, from the spectrum alone; rather too small than too large.
   std::function<SurfaceSize(const IsosurfaceRequest&)> rough;
+  // How many bytes must come from far away before the spectrum of that spacing and of coarser ones
+  // can be looked at. Empty: none.
+  std::function<std::uint64_t(std::int32_t finest)> to_fetch = {};
 };
 
 struct ShownStep {
@@ -67,6 +71,7 @@ struct NextStep {
 
 inline constexpr double kFirstServerSeconds = 0.05;
 inline constexpr double kFirstLinkSeconds = 0.1;
+inline constexpr std::uint64_t kFirstFetchedBytes = std::uint64_t{2} << 20;
 inline constexpr double kPatience = 5;
 inline constexpr double kPreviewShare = 0.2;
 

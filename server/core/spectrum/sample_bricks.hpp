@@ -49,6 +49,11 @@ class BrickSource {
   // Says that these bricks will be asked for soon, in this order; a source that is far away begins
   // to fetch them. Returns at once, and never throws.
   virtual void will_need(std::span<const std::size_t> bricks) const { (void)bricks; }
+  // How many bytes must come from far away before these bricks can be looked at; 0 when none must.
+  [[nodiscard]] virtual std::uint64_t bytes_to_fetch(std::span<const std::size_t> bricks) const {
+    (void)bricks;
+    return 0;
+  }
   // Whether will_need() does anything, so that it is worth to find out what will be needed.
   [[nodiscard]] virtual bool is_far() const { return false; }
 };

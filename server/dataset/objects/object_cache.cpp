@@ -139,6 +139,15 @@ void ObjectCache::will_need(const ObjectPlace& place, std::span<const ObjectName
   has_jobs_.notify_all();
 }
 
+std::uint64_t ObjectCache::missing_bytes(std::span<const ObjectName> names) const {
+  const std::lock_guard lock(mutex_);
+  std::uint64_t bytes = 0;
+  for (const ObjectName& name : names) {
+    if (!index_.contains(name) && !under_way_.contains(name)) bytes += name.size;
+  }
+  return bytes;
+}
+
 void ObjectCache::work(const std::stop_token& stop) {
   while (true) {
     std::unique_lock lock(mutex_);

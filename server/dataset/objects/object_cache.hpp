@@ -67,6 +67,9 @@ class ObjectCache {
   // memory. Does not wait, and never fails.
   void will_need(const ObjectPlace& place, std::span<const ObjectName> names);
 
+  // How many bytes the objects have that are not in memory and not under way.
+  [[nodiscard]] std::uint64_t missing_bytes(std::span<const ObjectName> names) const;
+
   struct Counts {
     std::uint64_t memory_hits = 0;
     std::uint64_t disk_hits = 0;

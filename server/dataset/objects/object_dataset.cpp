@@ -79,6 +79,7 @@ class ObjectBricks : public BrickSource {
     const BrickPlace expected = expected_place(index);
     if (expected.size == 0) return {};
     const BrickInObject at = in_object(index);
+    if (!verified_.contains(index)) look_ahead(at.object);
     ObjectBytes object = opened_->reader.cache().get(opened_->reader.place(), name(at.object));
     const auto bytes = std::span<const std::byte>(*object).subspan(at.offset, at.size);
     if (!verified_.contains(index)) {
@@ -95,23 +96,12 @@ class ObjectBricks : public BrickSource {
 
   void will_need(std::span<const std::size_t> bricks) const final {
     try {
-      std::vector<std::size_t> objects;
-      for (const std::size_t brick : bricks) {
-        if (expected_place(brick).size == 0) continue;
-        const std::size_t object = in_object(brick).object;
-        if (objects.empty() || objects.back() != object) objects.push_back(object);
-      }
-      // Each once, in the order in which they are needed first.
-      std::vector<bool> is_named(objects_);
-      std::vector<ObjectName> names;
-      for (const std::size_t object : objects) {
-        if (is_named[object]) continue;
-        is_named[object] = true;
-        names.push_back(name(object));
-      }
-      opened_->reader.cache().will_need(opened_->reader.place(), names);
+      opened_->reader.cache().will_need(opened_->reader.place(), names_of(bricks));
     } catch (const std::exception&) {  // NOLINT: told to whoever asks for the bricks.
     }
+  }
+  [[nodiscard]] std::uint64_t bytes_to_fetch(std::span<const std::size_t> bricks) const final {
+    return is_far() ? opened_->reader.cache().missing_bytes(names_of(bricks)) : 0;
   }
 
  protected:
@@ -129,6 +119,22 @@ class ObjectBricks : public BrickSource {
   [[nodiscard]] virtual BrickPlace expected_place(std::size_t brick) const = 0;
   [[nodiscard]] virtual BrickInObject in_object(std::size_t brick) const = 0;
   [[nodiscard]] virtual const ObjectName& name(std::size_t object) const = 0;
+  // Called when an object is looked at that may not be here.
+  virtual void look_ahead(std::size_t object) const { (void)object; }
+
+  // The objects of the bricks, each once, in the order in which they are needed first.
+  [[nodiscard]] std::vector<ObjectName> names_of(std::span<const std::size_t> bricks) const {
+    std::vector<bool> is_named(objects_);
+    std::vector<ObjectName> names;
+    for (const std::size_t brick : bricks) {
+      if (expected_place(brick).size == 0) continue;
+      const std::size_t object = in_object(brick).object;
+      if (is_named[object]) continue;
+      is_named[object] = true;
+      names.push_back(name(object));
+    }
+    return names;
+  }
 
   const std::shared_ptr<const OpenedObjects> opened_;
   const std::string section_;
@@ -160,7 +166,8 @@ class SpectrumInObjects final : public ObjectBricks {
  public:
   explicit SpectrumInObjects(const std::shared_ptr<const OpenedObjects>& opened)
       : ObjectBricks(opened, section_names::kSpectrum, opened->structure.spectrum_index.size(),
-                     opened->structure.spectrum_objects.size(), std::nullopt) {}
+                     opened->structure.spectrum_objects.size(), std::nullopt),
+        is_ahead_(opened->structure.spectrum_objects.size()) {}
 
  private:
   [[nodiscard]] BrickPlace expected_place(std::size_t brick) const override {
@@ -172,6 +179,17 @@ class SpectrumInObjects final : public ObjectBricks {
   [[nodiscard]] const ObjectName& name(std::size_t object) const override {
     return opened().structure.spectrum_names[object];
   }
+  // Behind the first object, which has the coarsest levels, whoever wants one wants those near it.
+  void look_ahead(std::size_t object) const override {
+    constexpr std::size_t kAhead = 8;
+    const auto& names = opened().structure.spectrum_names;
+    if (!is_far() || object == 0 || is_ahead_[object].exchange(true)) return;
+    const std::size_t count = std::min(kAhead, names.size() - object);
+    opened().reader.cache().will_need(opened().reader.place(),
+                                      std::span(names).subspan(object, count));
+  }
+
+  mutable std::vector<std::atomic<bool>> is_ahead_;  // By object: those behind it were asked for.
 };
 
 }  // namespace

@@ -174,6 +174,26 @@ TEST(RefinementPlan, TheFirstNeedsNothingThatIsFinerThanTheSpectrum) {
   }
 }
 
+TEST(RefinementPlan, TheFirstOfADatasetThatIsFarAwayLooksAtLittleOfIt) {
+  StepSizes sizes = Surface{.triangles = 1000}.sizes();  // Which would come at once.
+  sizes.to_fetch = [](std::int32_t finest) {
+    return (std::uint64_t{400} << 20) / static_cast<std::uint64_t>(finest * finest);
+  };
+  sizes.of = [of = sizes.of](const StepRequest& step) {
+    EXPECT_GE(step.finest_spacing, 16);
+    return of(step);
+  };
+  sizes.rough = [rough = sizes.rough](const IsosurfaceRequest& request) {
+    ADD_FAILURE() << "the size of the whole is looked for";
+    return rough(request);
+  };
+  const NextStep first = next_step(kSimplified, true, {}, dataset(1025), sizes, kFast);
+  EXPECT_FALSE(first.is_final);
+  EXPECT_EQ(first.step.finest_spacing, 16);
+  sizes.to_fetch = [](std::int32_t finest) { return finest < 32 ? ~std::uint64_t{0} : 0; };
+  EXPECT_EQ(next_step(kSimplified, true, {}, dataset(1025), sizes, kFast).step.finest_spacing, 32);
+}
+
 TEST(RefinementPlan, IsCoarserForALargerSurface) {
   const auto small = stream(kSimplified, dataset(513), {.triangles = 1e6});
   const auto large = stream(kSimplified, dataset(513), {.triangles = 1e8});
