@@ -7,8 +7,6 @@ import type { DatasetInfo } from "../protocol/messages";
 import { axisNames } from "./axis_names";
 import type { Stage } from "./stage";
 
-const radius = 30; // CSS pixels, from the middle to a letter.
-
 export class Orientation {
   readonly element = h("div", { class: "orientation", role: "group", "aria-label": "Look from a side", hidden: true });
   private ends: { button: HTMLElement; arm: HTMLElement; direction: THREE.Vector3 }[] = [];
@@ -43,12 +41,12 @@ export class Orientation {
     const toEye = this.stage.lens.quaternion.clone().invert();
     for (const { button, arm, direction } of this.ends) {
       const p = direction.clone().applyQuaternion(toEye);
-      const [x, y] = [radius * p.x, -radius * p.y];
-      button.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
+      const arms = (count: number) => `calc(${count.toFixed(4)} * var(--arm))`; // As long as letters are large.
+      button.style.transform = `translate(${arms(p.x)}, ${arms(-p.y)})`;
       button.style.zIndex = String(Math.round(10 + 9 * p.z));
       button.classList.toggle("is-behind", p.z < -0.05);
-      arm.style.width = `${Math.hypot(x, y).toFixed(1)}px`;
-      arm.style.transform = `rotate(${Math.atan2(y, x).toFixed(4)}rad)`;
+      arm.style.width = arms(Math.hypot(p.x, p.y));
+      arm.style.transform = `rotate(${Math.atan2(-p.y, p.x).toFixed(4)}rad)`;
     }
   }
 }
