@@ -1,6 +1,7 @@
 // A dataset behind HTTP gives the surfaces of the file, or says why it cannot.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -59,6 +60,18 @@ TEST_F(FarObjects, GiveTheSurfacesOfTheFile) {
   ASSERT_FALSE(expected_.empty());
   EXPECT_EQ(digests(open_objects(address(), cache())), expected_);
   EXPECT_NO_THROW(verify_objects(address(), cache()));
+}
+
+TEST_F(FarObjects, AreReadFromBucketsWithSignedRequests) {
+  setenv("AWS_ENDPOINT_URL", (server_.address() + "/s3").c_str(), 1);
+  EXPECT_ANY_THROW((void)open_objects("s3://volumes/noise", cache()));  // Nobody signs yet.
+  setenv("AWS_ACCESS_KEY_ID", "reader", 1);
+  setenv("AWS_SECRET_ACCESS_KEY", "a secret", 1);
+  EXPECT_EQ(digests(open_objects("s3://volumes/noise", cache())), expected_);
+  for (const char* const name :
+       {"AWS_ENDPOINT_URL", "AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"}) {
+    unsetenv(name);
+  }
 }
 
 TEST_F(FarObjects, GiveThemThroughTroubleThatPasses) {
