@@ -16,9 +16,9 @@
 
 namespace multitetra {
 
-// About as many bricks of samples as a slice of all samples may read: 1 GiB of floats, which is a
-// plane of 5792 x 5792 samples along the axes.
-inline constexpr double kMostSliceBricks = 65536 * 2;
+// About as many bricks of samples as a slice of all samples may read: those of a plane of 5792 x
+// 5792 samples along the axes, 1 GiB of samples of 16 bits.
+inline constexpr double kMostSliceBricks = 131072;
 
 // About how many bricks of samples the plane crosses. Requires a plane in sample indices.
 [[nodiscard]] double bricks_crossed(const SliceRequest& plane, const DatasetInfo& info);
