@@ -1,19 +1,17 @@
 #include "server/http/tree_service.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <functional>
 #include <memory>
 #include <new>
 #include <utility>
 
-#include "common/wire/lattice_glb.hpp"
 #include "server/http/conditions.hpp"
 #include "server/http/media.hpp"
 #include "server/http/on_workers.hpp"
 #include "server/http/step_mesh.hpp"
 #include "server/operations/log.hpp"
+#include "server/trees/cell_glb.hpp"
 #include "server/trees/tileset.hpp"
 
 namespace multitetra {
@@ -21,24 +19,6 @@ namespace {
 
 constexpr std::string_view kSurfaceSuffix = ".glb";
 constexpr std::string_view kTilesetSuffix = ".json";
-
-// Directions in which the field falls, of the world, as normals of the surface in grid coordinates.
-void turn_to_grid(std::vector<UnitVector>& normals, const Affine& grid_to_world) {
-  for (UnitVector& normal : normals) {
-    Vec3 turned{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const Vec3& column = grid_to_world.columns[axis];
-      for (std::size_t row = 0; row < 3; ++row) {
-        turned[axis] += column[row] * static_cast<double>(normal[row]);
-      }
-    }
-    const double length = std::hypot(turned[0], turned[1], turned[2]);
-    if (!(length > 0)) continue;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      normal[axis] = static_cast<float>(turned[axis] / length);
-    }
-  }
-}
 
 Result<SharedBytes> surface_file(const OneShotSession::Step& step, const DatasetInfo& info,
                                  const OctreeCube& cell, const std::stop_token& stop) {
@@ -49,8 +29,7 @@ Result<SharedBytes> surface_file(const OneShotSession::Step& step, const Dataset
                 "The cell's surface is not the one that was announced: this is the server's "
                 "mistake.");
   }
-  turn_to_grid(mesh->normals, grid_to_world(info));
-  return std::make_shared<const std::string>(lattice_glb(*mesh, cell, grid_step_metres(info)));
+  return std::make_shared<const std::string>(cell_glb(*std::move(mesh), info, cell));
 }
 
 Result<SharedBytes> guarded_surface_file(const OneShotSession::Step& step, const DatasetInfo& info,

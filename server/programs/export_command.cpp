@@ -1,0 +1,231 @@
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/cli/json_report.hpp"
+#include "common/wire/mesh_files.hpp"
+#include "server/core/spectrum/crossed_octants.hpp"
+#include "server/core/surface/vertex_normals.hpp"
+#include "server/dataset/objects/object_dataset.hpp"
+#include "server/extraction/surface_extractor.hpp"
+#include "server/programs/commands.hpp"
+#include "server/programs/progress.hpp"
+#include "server/programs/thread_options.hpp"
+#include "server/trees/cell_glb.hpp"
+#include "server/trees/neuroglancer.hpp"
+#include "server/trees/tileset.hpp"
+
+namespace multitetra {
+namespace {
+
+struct ExportArguments {
+  std::string file;
+  std::string folder;
+  std::string format = "3dtiles";
+  std::optional<double> isovalue;
+  double error = TreeSettings{}.error;
+  int threads = 0;
+  bool json = false;
+  bool quiet = false;
+};
+
+// What was written so far.
+struct Exported {
+  std::uint64_t files = 0;
+  std::uint64_t bytes = 0;
+  std::uint64_t triangles = 0;
+};
+
+class Exporter {
+ public:
+  Exporter(DatasetPtr dataset, const CellTree& tree, std::filesystem::path folder,
+           Progress& progress)
+      : extractor_(std::move(dataset)),
+        tree_(tree),
+        folder_(std::move(folder)),
+        progress_(progress) {}
+
+  [[nodiscard]] const Exported& exported() const { return exported_; }
+
+  // As a server has them below /v1/3dtiles/NAME/iso/ISOVALUE.
+  void write_tilesets() {
+    const std::string id = tree_.id();
+    std::vector<OctreeCube> left = {tree_.root()};
+    while (!left.empty()) {
+      const OctreeCube cell = left.back();
+      left.pop_back();
+      const LatticeMesh mesh = surface(tree_.request(cell));
+      const CellFacts facts{.is_empty = mesh.triangles.empty(), .crossed_octants = crossed(cell)};
+      if (cell == tree_.root()) write("tileset.json", tileset_json(tree_, cell, facts, id + "/"));
+      write(id + "/" + cell_name(cell) + ".json", tileset_json(tree_, cell, facts, ""));
+      if (!facts.is_empty)
+        write(id + "/" + cell_name(cell) + ".glb", cell_glb(mesh, tree_.info(), cell));
+      go_on(cell, left);
+    }
+  }
+
+  // As below /v1/neuroglancer/NAME/surfaces, with one segment.
+  void write_segment() {
+    MeshFragments fragments;
+    std::vector<OctreeCube> left = {tree_.root()};
+    while (!left.empty()) {
+      const OctreeCube cell = left.back();
+      left.pop_back();
+      fragments[cell] = std::make_shared<const std::string>(fragment(cell));
+      go_on(cell, left);
+    }
+    const MeshFiles files = mesh_files_of(tree_, fragments);
+    const std::string segment = std::to_string(segment_of(tree_.settings().isovalue));
+    DatasetInfo info = tree_.info();
+    info.suggested_isovalues = {tree_.settings().isovalue};
+    write("info", mesh_info_json());
+    write("segment_properties/info", segment_properties_json(info));
+    write(segment, files.data);
+    write(segment + ".index", files.manifest);
+  }
+
+ private:
+  [[nodiscard]] std::uint32_t crossed(const OctreeCube& cell) const {
+    return crossed_octants(extractor_.dataset(), cell, tree_.settings().isovalue);
+  }
+
+  // The cell is done, and its octants are left where a surface can be in them.
+  void go_on(const OctreeCube& cell, std::vector<OctreeCube>& left) {
+    const std::uint32_t octants = tree_.is_leaf(cell) ? 0 : crossed(cell);
+    const double octant = std::ldexp(12.5, -3 * (tree_.root().exponent - cell.exponent));
+    for (int i = 0; i < 8; ++i) {
+      if ((octants >> i & 1U) != 0) {
+        left.push_back(cell.child(i));
+      } else {
+        percent_ += octant;
+      }
+    }
+    progress_.update(percent_, 100, "%");
+  }
+
+  LatticeMesh surface(const IsosurfaceRequest& request) {
+    const StepRequest step = final_step(request);
+    const TiledSurface tiled = extractor_.extract(step);
+    std::vector<const LatticeMesh*> tiles;
+    for (const TileMesh& tile : tiled.tiles) tiles.push_back(&tile.mesh);
+    LatticeMesh mesh = weld(tiles, request.lattice_resolution);
+    if (request.normal_bits != 0) {
+      const bool is_coarse = step.finest_spacing >= kSpectrumSpacing;
+      mesh.normals =
+          vertex_normals(extractor_.dataset(), mesh.vertices, mesh.resolution,
+                         is_coarse ? NormalSource::kCoarseSamples : NormalSource::kSamples);
+    }
+    exported_.triangles += mesh.triangles.size();
+    return mesh;
+  }
+
+  std::string fragment(const OctreeCube& cell) {
+    if (tree_.is_leaf(cell)) {
+      IsosurfaceRequest request = tree_.request(cell);
+      request.normal_bits = 0;
+      return mesh_fragment(surface(request), cell);
+    }
+    std::vector<LatticeMesh> pieces;
+    for (int i = 0; i < 8; ++i) pieces.push_back(surface(tree_.octant_request(cell.child(i))));
+    std::vector<const LatticeMesh*> pointers;
+    for (const LatticeMesh& piece : pieces) pointers.push_back(&piece);
+    return mesh_fragment(weld(pointers, pieces.front().resolution), cell);
+  }
+
+  void write(const std::filesystem::path& name, const std::string& bytes) {
+    const std::filesystem::path path = folder_ / name;
+    std::filesystem::create_directories(path.parent_path());
+    write_file(path, bytes);
+    ++exported_.files;
+    exported_.bytes += bytes.size();
+  }
+
+  SurfaceExtractor extractor_;
+  const CellTree& tree_;
+  std::filesystem::path folder_;
+  Progress& progress_;
+  Exported exported_;
+  double percent_ = 0;  // Of the grid.
+};
+
+int export_tree(const ExportArguments& arguments) {
+  const ThreadLimit limit(arguments.threads);
+  Progress progress("export", 1, arguments.quiet || arguments.json);
+  const DatasetPtr dataset = open_any_dataset(arguments.file);
+  const std::vector<double>& suggested = dataset->info.suggested_isovalues;
+  if (!arguments.isovalue && suggested.empty()) {
+    throw UsageError("--isovalue", "the dataset suggests none; name one.");
+  }
+  // What the path of a server would take.
+  const TreeSettings asked{.isovalue = arguments.isovalue ? *arguments.isovalue : suggested.front(),
+                           .error = arguments.error};
+  const auto settings = tree_settings_from(text_of(asked));
+  if (!settings) throw std::invalid_argument(settings.error().text);
+  const CellTree tree(dataset->info, *settings);
+  progress.begin("cells");
+  Exporter exporter(dataset, tree, arguments.folder, progress);
+  if (arguments.format == "3dtiles") {
+    exporter.write_tilesets();
+  } else {
+    exporter.write_segment();
+  }
+  progress.finish();
+  const Exported& exported = exporter.exported();
+  if (arguments.json) {
+    std::cout << text_of(Json{{"folder", arguments.folder},
+                              {"format", arguments.format},
+                              {"isovalue", settings->isovalue},
+                              {"error", settings->error},
+                              {"files", exported.files},
+                              {"bytes", exported.bytes},
+                              {"triangles", exported.triangles},
+                              {"seconds", progress.seconds()}});
+  } else if (!arguments.quiet) {
+    std::cout << arguments.folder << ": " << exported.files << " files, " << exported.triangles
+              << " triangles on all levels\n";
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_export_command(Command& program, Run& run) {
+  const auto arguments = std::make_shared<ExportArguments>();
+  Command* command = program.add_subcommand(
+      "export", "Write a surface with its levels of detail as files for a web server");
+  command
+      ->add_option("file", arguments->file,
+                   "Dataset: a file (.mtd), a folder of objects, or an address of one")
+      ->required()
+      ->type_name("DATASET");
+  command->add_option("-o,--output", arguments->folder, "Folder to write to; it is made")
+      ->required()
+      ->type_name("FOLDER");
+  command
+      ->add_option("--format", arguments->format,
+                   "3dtiles (tileset.json, for CesiumJS and others) or neuroglancer (a precomputed "
+                   "multi-resolution mesh with one segment)")
+      ->one_of({"3dtiles", "neuroglancer"})
+      ->capture_default_str();
+  command->add_option("--isovalue", arguments->isovalue,
+                      "The value (default: the first that is suggested)");
+  command->add_option("--error", arguments->error, "Largest error of the finest level, in voxels")
+      ->within(0.0, 1e9)
+      ->capture_default_str();
+  add_threads_option(*command, arguments->threads);
+  command->add_flag("--json", arguments->json, "Print a JSON report");
+  command->add_flag("--quiet", arguments->quiet, "Say nothing unless something is wrong");
+  command->footer(
+      "Examples:\n"
+      "  multitetra-server export head.mtd --isovalue 500.5 -o site/head\n"
+      "  multitetra-server export head.mtd --format neuroglancer -o site/head_mesh");
+  command->callback([arguments, &run] { run = [arguments] { return export_tree(*arguments); }; });
+}
+
+}  // namespace multitetra
