@@ -136,6 +136,12 @@ int main(int argc, char** argv) {
         "GET / HTTP/1.0\r\n\r\n"}) {
     write(root / "fuzz_http_request", ++number, request);
   }
+  write(root / "fuzz_manifest", ++number,
+        R"({"content_id":"0123456789abcdef","file_version":2,"first":{"bytes":3,"objects":[")" +
+            std::string(64, 'a') +
+            R"("]},"format":"multitetra-objects","later":{"bytes":0,"objects":[]},"sections":[)"
+            R"({"bytes":9,"name":"samples","required":true},{"bytes":1,"checksum":)"
+            R"("0000000000000001","name":"bins","required":false}],"version":1})");
   std::string triangles(1 + 3 * 60, '\0');
   for (char& byte : triangles) byte = static_cast<char>(random());
   write(root / "fuzz_tile_round_trip", ++number, triangles);

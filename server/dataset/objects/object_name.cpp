@@ -33,7 +33,7 @@ std::optional<ObjectName> ObjectName::from(std::string_view hex, std::uint64_t s
   for (std::size_t i = 0; i < hex.size(); ++i) {
     const std::size_t digit = kHexDigits.find(hex[i]);
     if (digit == std::string_view::npos) return std::nullopt;
-    name.digest[i / 2] = static_cast<std::uint8_t>(name.digest[i / 2] << 4 | digit);
+    name.digest[i / 2] = static_cast<std::uint8_t>(16U * name.digest[i / 2] + digit);
   }
   return name;
 }
