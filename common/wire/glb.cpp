@@ -19,7 +19,7 @@ void append_u32(std::string& bytes, std::uint64_t value) {
 nlohmann::json empty_gltf() {
   return {{"asset", {{"version", "2.0"}, {"generator", "Multi-Tetra " MULTITETRA_VERSION}}},
           {"scene", 0},
-          {"scenes", {{{"nodes", nlohmann::json::array()}}}}};
+          {"scenes", nlohmann::json::array({nlohmann::json::object()})}};
 }
 
 nlohmann::json surface_material() {

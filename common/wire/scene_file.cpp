@@ -75,7 +75,8 @@ std::pair<Triple, Triple> bounds(const std::vector<Triple>& positions) {
 // The JSON and the binary chunk, array by array.
 class SceneWriter {
  public:
-  void add(const ScenePart& part, std::size_t color) {
+  // `unit` is the length of 1.
+  void add(const ScenePart& part, std::size_t color, double unit = 1) {
     const PositionedMesh& mesh = *part.mesh;
     if (mesh.triangles.empty()) return;
     nlohmann::json attributes;
@@ -102,9 +103,26 @@ class SceneWriter {
         part, {{"primitives",
                 {{{"attributes", attributes}, {"indices", indices}, {"material", number}}}}}));
     // Column-major: (x, y, z) -> (x, z, -y), z up to y up.
-    json_["nodes"].push_back(named(
-        part, {{"mesh", number}, {"matrix", {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1}}}));
+    json_["nodes"].push_back(
+        named(part, {{"mesh", number},
+                     {"matrix", {unit, 0, 0, 0, 0, 0, -unit, 0, 0, unit, 0, 0, 0, 0, 0, 1}}}));
     json_["scenes"][0]["nodes"].push_back(number);
+  }
+
+  // All parts so far are one surface at several levels of detail.
+  void make_levels(std::span<const LevelOfDetail> levels) {
+    nlohmann::json coarser = nlohmann::json::array();
+    nlohmann::json coverage = nlohmann::json::array();
+    for (std::size_t i = 0; i < levels.size(); ++i) {
+      if (i > 0) coarser.push_back(i);
+      coverage.push_back(levels[i].screen_coverage);
+      json_["nodes"][i]["extras"]["error"] = levels[i].error;
+    }
+    json_["scenes"][0]["nodes"] = {0};
+    if (coarser.empty()) return;
+    json_["extensionsUsed"] = {"MSFT_lod"};
+    json_["nodes"][0]["extensions"]["MSFT_lod"]["ids"] = std::move(coarser);
+    json_["nodes"][0]["extras"]["MSFT_screencoverage"] = std::move(coverage);
   }
 
   [[nodiscard]] std::string file() && {
@@ -152,6 +170,16 @@ class SceneWriter {
 std::string scene_glb(std::span<const ScenePart> parts) {
   SceneWriter scene;
   for (std::size_t i = 0; i < parts.size(); ++i) scene.add(parts[i], i);
+  return std::move(scene).file();
+}
+
+std::string levels_glb(std::span<const LevelOfDetail> levels, double unit_metres) {
+  SceneWriter scene;
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    assert(!levels[i].mesh->triangles.empty());
+    scene.add({.name = "level_" + std::to_string(i), .mesh = levels[i].mesh}, 0, unit_metres);
+  }
+  if (!levels.empty()) scene.make_levels(levels);
   return std::move(scene).file();
 }
 

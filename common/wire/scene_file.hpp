@@ -20,4 +20,16 @@ struct ScenePart {
 // different colours. Throws std::system_error beyond glTF's 4 GiB.
 [[nodiscard]] std::string scene_glb(std::span<const ScenePart> parts);
 
+struct LevelOfDetail {
+  const PositionedMesh* mesh = nullptr;  // Not null, with triangles.
+  double error = 0;                      // Metres.
+  double screen_coverage = 0;            // Of the screen's area, 0 to 1: not shown where smaller.
+};
+
+// One surface at falling detail, the finest level first, each a node "level_0" and so on
+// (MSFT_lod): who does not know of levels shows the finest. Otherwise as scene_glb(), and
+// `unit_metres` metres are what 1 is in the meshes. Every node tells its error in metres in its
+// extras ("error").
+[[nodiscard]] std::string levels_glb(std::span<const LevelOfDetail> levels, double unit_metres);
+
 }  // namespace multitetra

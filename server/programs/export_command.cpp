@@ -20,6 +20,7 @@
 #include "server/trees/cell_glb.hpp"
 #include "server/trees/neuroglancer.hpp"
 #include "server/trees/tileset.hpp"
+#include "server/trees/whole_levels.hpp"
 
 namespace multitetra {
 namespace {
@@ -30,6 +31,7 @@ struct ExportArguments {
   std::string format = "3dtiles";
   std::optional<double> isovalue;
   double error = TreeSettings{}.error;
+  bool sharded = false;
   int threads = 0;
   bool json = false;
   bool quiet = false;
@@ -61,6 +63,7 @@ class Exporter {
       const OctreeCube cell = left.back();
       left.pop_back();
       const LatticeMesh mesh = surface(tree_.request(cell));
+      exported_.triangles += mesh.triangles.size();
       const CellFacts facts{.is_empty = mesh.triangles.empty(), .crossed_octants = crossed(cell)};
       if (cell == tree_.root()) write("tileset.json", tileset_json(tree_, cell, facts, id + "/"));
       write(id + "/" + cell_name(cell) + ".json", tileset_json(tree_, cell, facts, ""));
@@ -71,7 +74,7 @@ class Exporter {
   }
 
   // As below /v1/neuroglancer/NAME/surfaces, with one segment.
-  void write_segment() {
+  void write_segment(MeshLayout layout) {
     MeshFragments fragments;
     std::vector<OctreeCube> left = {tree_.root()};
     while (!left.empty()) {
@@ -81,13 +84,37 @@ class Exporter {
       go_on(cell, left);
     }
     const MeshFiles files = mesh_files_of(tree_, fragments);
-    const std::string segment = std::to_string(segment_of(tree_.settings().isovalue));
+    const std::uint64_t segment = segment_of(tree_.settings().isovalue);
     DatasetInfo info = tree_.info();
     info.suggested_isovalues = {tree_.settings().isovalue};
-    write("info", mesh_info_json());
+    write("info", mesh_info_json(layout));
     write("segment_properties/info", segment_properties_json(info));
-    write(segment, files.data);
-    write(segment + ".index", files.manifest);
+    if (layout == MeshLayout::kShards) {
+      write("0.shard", mesh_shard(segment, files));
+      return;
+    }
+    write(std::to_string(segment), files.data);
+    write(std::to_string(segment) + ".index", files.manifest);
+  }
+
+  // One file. A level with nearly as many triangles as the one before is left out.
+  void write_levels() {
+    constexpr double kFewer = 0.75;
+    const std::vector<WholeLevel> asked = whole_levels(tree_.info(), tree_.settings());
+    std::vector<LevelMesh> levels;
+    for (std::size_t i = 0; i < asked.size(); ++i) {
+      LatticeMesh mesh = surface(asked[i].request);
+      progress_.update(100.0 * static_cast<double>(i + 1) / static_cast<double>(asked.size()), 100,
+                       "%");
+      if (mesh.triangles.empty()) break;
+      const auto triangles = static_cast<double>(mesh.triangles.size());
+      if (levels.empty() ||
+          triangles <= kFewer * static_cast<double>(levels.back().mesh.triangles.size())) {
+        exported_.triangles += mesh.triangles.size();
+        levels.push_back({.mesh = std::move(mesh), .error_bound = asked[i].error_bound});
+      }
+    }
+    write("surface.glb", whole_levels_glb(levels, tree_.info()));
   }
 
  private:
@@ -121,7 +148,6 @@ class Exporter {
           vertex_normals(extractor_.dataset(), mesh.vertices, mesh.resolution,
                          is_coarse ? NormalSource::kCoarseSamples : NormalSource::kSamples);
     }
-    exported_.triangles += mesh.triangles.size();
     return mesh;
   }
 
@@ -129,12 +155,17 @@ class Exporter {
     if (tree_.is_leaf(cell)) {
       IsosurfaceRequest request = tree_.request(cell);
       request.normal_bits = 0;
-      return mesh_fragment(surface(request), cell);
+      const LatticeMesh mesh = surface(request);
+      exported_.triangles += mesh.triangles.size();
+      return mesh_fragment(mesh, cell);
     }
     std::vector<LatticeMesh> pieces;
     for (int i = 0; i < 8; ++i) pieces.push_back(surface(tree_.octant_request(cell.child(i))));
     std::vector<const LatticeMesh*> pointers;
-    for (const LatticeMesh& piece : pieces) pointers.push_back(&piece);
+    for (const LatticeMesh& piece : pieces) {
+      exported_.triangles += piece.triangles.size();
+      pointers.push_back(&piece);
+    }
     return mesh_fragment(weld(pointers, pieces.front().resolution), cell);
   }
 
@@ -155,6 +186,9 @@ class Exporter {
 };
 
 int export_tree(const ExportArguments& arguments) {
+  if (arguments.sharded && arguments.format != "neuroglancer") {
+    throw UsageError("--sharded", "only --format neuroglancer has shards.");
+  }
   const ThreadLimit limit(arguments.threads);
   Progress progress("export", 1, arguments.quiet || arguments.json);
   const DatasetPtr dataset = open_any_dataset(arguments.file);
@@ -172,8 +206,10 @@ int export_tree(const ExportArguments& arguments) {
   Exporter exporter(dataset, tree, arguments.folder, progress);
   if (arguments.format == "3dtiles") {
     exporter.write_tilesets();
+  } else if (arguments.format == "glb-lods") {
+    exporter.write_levels();
   } else {
-    exporter.write_segment();
+    exporter.write_segment(arguments.sharded ? MeshLayout::kShards : MeshLayout::kFiles);
   }
   progress.finish();
   const Exported& exported = exporter.exported();
@@ -209,22 +245,26 @@ void add_export_command(Command& program, Run& run) {
       ->type_name("FOLDER");
   command
       ->add_option("--format", arguments->format,
-                   "3dtiles (tileset.json, for CesiumJS and others) or neuroglancer (a precomputed "
-                   "multi-resolution mesh with one segment)")
-      ->one_of({"3dtiles", "neuroglancer"})
+                   "3dtiles (tileset.json, for CesiumJS and others), neuroglancer (a precomputed "
+                   "multi-resolution mesh with one segment) or glb-lods (surface.glb, whole "
+                   "surfaces as levels of MSFT_lod)")
+      ->one_of({"3dtiles", "neuroglancer", "glb-lods"})
       ->capture_default_str();
   command->add_option("--isovalue", arguments->isovalue,
                       "The value (default: the first that is suggested)");
   command->add_option("--error", arguments->error, "Largest error of the finest level, in voxels")
       ->within(0.0, 1e9)
       ->capture_default_str();
+  command->add_flag("--sharded", arguments->sharded,
+                    "For neuroglancer: manifest and fragments in one shard");
   add_threads_option(*command, arguments->threads);
   command->add_flag("--json", arguments->json, "Print a JSON report");
   command->add_flag("--quiet", arguments->quiet, "Say nothing unless something is wrong");
   command->footer(
       "Examples:\n"
       "  multitetra-server export head.mtd --isovalue 500.5 -o site/head\n"
-      "  multitetra-server export head.mtd --format neuroglancer -o site/head_mesh");
+      "  multitetra-server export head.mtd --format neuroglancer -o site/head_mesh\n"
+      "  multitetra-server export head.mtd --format glb-lods -o site/head");
   command->callback([arguments, &run] { run = [arguments] { return export_tree(*arguments); }; });
 }
 

@@ -47,6 +47,10 @@ void append_u32(std::string& bytes, std::uint32_t value) {
     bytes.push_back(static_cast<char>(value >> (8 * byte) & 0xFF));
   }
 }
+void append_u64(std::string& bytes, std::uint64_t value) {
+  append_u32(bytes, static_cast<std::uint32_t>(value));
+  append_u32(bytes, static_cast<std::uint32_t>(value >> 32));
+}
 void append_f32(std::string& bytes, double value) {
   append_u32(bytes, std::bit_cast<std::uint32_t>(static_cast<float>(value)));
 }
@@ -80,12 +84,21 @@ std::optional<double> isovalue_of_segment(std::string_view segment) {
   return isovalue == 0 ? 0.0 : isovalue;
 }
 
-std::string mesh_info_json() {
-  const Json info = {{"@type", "neuroglancer_multilod_draco"},
-                     {"vertex_quantization_bits", kVertexBits},
-                     {"transform", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}},
-                     {"lod_scale_multiplier", 1},
-                     {"segment_properties", "segment_properties"}};
+std::string mesh_info_json(MeshLayout layout) {
+  Json info = {{"@type", "neuroglancer_multilod_draco"},
+               {"vertex_quantization_bits", kVertexBits},
+               {"transform", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}},
+               {"lod_scale_multiplier", 1},
+               {"segment_properties", "segment_properties"}};
+  if (layout == MeshLayout::kShards) {
+    info["sharding"] = {{"@type", "neuroglancer_uint64_sharded_v1"},
+                        {"preshift_bits", 0},
+                        {"hash", "identity"},
+                        {"minishard_bits", 0},
+                        {"shard_bits", 0},
+                        {"minishard_index_encoding", "raw"},
+                        {"data_encoding", "raw"}};
+  }
   return info.dump() + "\n";
 }
 
@@ -222,6 +235,22 @@ MeshFiles mesh_files_of(const CellTree& tree, const MeshFragments& fragments) {
     }
   }
   return files;
+}
+
+std::string mesh_shard(std::uint64_t segment, const MeshFiles& files) {
+  constexpr std::uint64_t kMinishardIndex = 3 * 8;
+  // Places count from the end of the shard's index. Fragments lie right before their manifest.
+  const std::uint64_t manifest = files.data.size();
+  const std::uint64_t index = manifest + files.manifest.size();
+  std::string shard;
+  append_u64(shard, index);
+  append_u64(shard, index + kMinishardIndex);
+  shard += files.data;
+  shard += files.manifest;
+  for (const std::uint64_t entry : {segment, manifest, std::uint64_t{files.manifest.size()}}) {
+    append_u64(shard, entry);
+  }
+  return shard;
 }
 
 }  // namespace multitetra

@@ -1,5 +1,5 @@
-// A tree of cells as neuroglancer's precomputed formats: multi-resolution meshes (unsharded) with a
-// segment for every isovalue, and the volume itself as an image.
+// A tree of cells as neuroglancer's precomputed formats: multi-resolution meshes with a segment for
+// every isovalue, and the volume itself as an image.
 //
 // Neuroglancer's volumes have no directions: image and surfaces lie along the grid's axes, in
 // nanometres, with sample (i, j, k) in the middle of voxel (i, j, k). A mesh has the cells of a
@@ -29,7 +29,9 @@ namespace multitetra {
 // None for what is no finite number, or is written otherwise than in decimal digits.
 [[nodiscard]] std::optional<double> isovalue_of_segment(std::string_view segment);
 
-[[nodiscard]] std::string mesh_info_json();
+// What holds the segments' manifests and fragments: two files each, or shards (mesh_shard()).
+enum class MeshLayout { kFiles, kShards };
+[[nodiscard]] std::string mesh_info_json(MeshLayout layout = MeshLayout::kFiles);
 // The suggested isovalues as segments, with their values as labels.
 [[nodiscard]] std::string segment_properties_json(const DatasetInfo& info);
 [[nodiscard]] std::string image_info_json(const DatasetInfo& info);
@@ -58,5 +60,9 @@ struct MeshFiles {
   std::string data;      // SEGMENT: the fragments one after the other, as the manifest has them.
 };
 [[nodiscard]] MeshFiles mesh_files_of(const CellTree& tree, const MeshFragments& fragments);
+
+// The one shard of a mesh with one segment, "0.shard": neuroglancer_uint64_sharded_v1, nothing in
+// it compressed.
+[[nodiscard]] std::string mesh_shard(std::uint64_t segment, const MeshFiles& files);
 
 }  // namespace multitetra

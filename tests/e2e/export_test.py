@@ -1,4 +1,4 @@
-"""Trees that are written as files against those of a server. Usage: export_test.py DIRECTORY_OF_PROGRAMS"""
+"""What export writes against what a server and extract give. Usage: export_test.py DIRECTORY_OF_PROGRAMS"""
 
 import json
 import pathlib
@@ -48,6 +48,84 @@ def cells_of(index):
     return index[: 28 + 16 * levels], positions, size
 
 
+def from_shards(folder, segment):
+    """Manifest and fragments of a segment as a reader of neuroglancer_uint64_sharded_v1 finds them."""
+    info = json.loads((folder / "info").read_text())["sharding"]
+    assert info["@type"] == "neuroglancer_uint64_sharded_v1"
+    assert (info["hash"], info["minishard_index_encoding"], info["data_encoding"]) == ("identity", "raw", "raw")
+    hashed = segment >> info["preshift_bits"]
+    minishard = hashed & (1 << info["minishard_bits"]) - 1
+    number = hashed >> info["minishard_bits"] & (1 << info["shard_bits"]) - 1
+    digits = (info["shard_bits"] + 3) // 4
+    shard = (folder / f"{number:0{digits}x}.shard").read_bytes()
+    base = 16 << info["minishard_bits"]
+    start, end = struct.unpack_from("<2Q", shard, 16 * minishard)
+    count = (end - start) // 24
+    numbers = struct.unpack_from(f"<{3 * count}Q", shard, base + start)
+    key, offset = 0, 0
+    for step, gap, size in zip(numbers[:count], numbers[count : 2 * count], numbers[2 * count :]):
+        key, offset = key + step, offset + gap
+        if key == segment:
+            manifest = shard[base + offset : base + offset + size]
+            data = cells_of(manifest)[2]
+            return manifest, shard[base + offset - data : base + offset]
+        offset += size
+    raise AssertionError(f"no segment {segment} in the shard")
+
+
+def compare_shards(folder):
+    segment = struct.unpack("<Q", struct.pack("<d", ISOVALUE))[0]
+    manifest, data = from_shards(folder / "shards", segment)
+    assert manifest == (folder / "mesh" / f"{segment}.index").read_bytes()
+    assert data == (folder / "mesh" / str(segment)).read_bytes()
+    alone, sharded = (json.loads((folder / name / "info").read_text()) for name in ("mesh", "shards"))
+    del sharded["sharding"]
+    assert alone == sharded
+
+
+def gltf_of(glb):
+    """JSON, and what is in the binary chunk by accessor: tuples of a vertex or triangle each."""
+    length = struct.unpack_from("<I", glb, 12)[0]
+    gltf = json.loads(glb[20 : 20 + length])
+    binary = glb[28 + length :]
+
+    def values(accessor):
+        told = gltf["accessors"][accessor]
+        letter = {5126: "f", 5125: "I"}[told["componentType"]]
+        count = told["count"] * {"VEC3": 3, "SCALAR": 1}[told["type"]]
+        at = gltf["bufferViews"][told["bufferView"]]["byteOffset"]
+        return list(struct.iter_unpack(f"<3{letter}", binary[at : at + 4 * count]))
+
+    return gltf, values
+
+
+def check_levels(folder, program):
+    """Every level is the surface that extract writes for its error."""
+    gltf, values = gltf_of((folder / "levels/surface.glb").read_bytes())
+    errors = [0.25, 1, 4]
+    nodes = gltf["nodes"]
+    assert [node["name"] for node in nodes] == ["level_0", "level_1", "level_2"]
+    assert gltf["scenes"][0]["nodes"] == [0] and nodes[0]["extensions"]["MSFT_lod"]["ids"] == [1, 2]
+    coverage = nodes[0]["extras"]["MSFT_screencoverage"]
+    assert 1 >= coverage[0] > coverage[1] > coverage[2] == 0, coverage
+    counts = []
+    for node, error in zip(nodes, errors):
+        lattice = 3**0.5 / 32
+        assert abs(node["extras"]["error"] - (error + lattice) * 1e-3) < 1e-12, node
+        assert abs(node["matrix"][0] - 1e-3) < 1e-12, "a volume in millimetres, a file in metres"
+        words = ["--isovalue", str(ISOVALUE), "--error", str(error), "--normals", "8", "--quiet"]
+        run(program, "extract", "gyroid.mtd", *words, "-o", "level.glb", cwd=folder)
+        alone, alone_values = gltf_of((folder / "level.glb").read_bytes())
+        told = gltf["meshes"][node["mesh"]]["primitives"][0]
+        expected = alone["meshes"][0]["primitives"][0]
+        for name in ("POSITION", "NORMAL"):
+            assert values(told["attributes"][name]) == alone_values(expected["attributes"][name]), name
+        triangles = values(told["indices"])
+        assert triangles == alone_values(expected["indices"])
+        counts.append(len(triangles))
+    assert counts[0] > counts[1] > counts[2] > 0, counts
+
+
 def compare(folder, server):
     address = f"{server}/v1/3dtiles/gyroid/iso/{ISOVALUE},error=1/"
     files = [path for path in (folder / "site").rglob("*") if path.is_file()]
@@ -82,6 +160,12 @@ def main():
         asked = ["--isovalue", str(ISOVALUE), "--error", "1", "--quiet"]
         run(program, "export", "gyroid.mtd", *asked, "-o", "site", cwd=folder)
         run(program, "export", "gyroid.mtd", *asked, "--format", "neuroglancer", "-o", "mesh", cwd=folder)
+        sharded = ["--format", "neuroglancer", "--sharded"]
+        run(program, "export", "gyroid.mtd", *asked, *sharded, "-o", "shards", cwd=folder)
+        compare_shards(folder)
+        levels = ["--isovalue", str(ISOVALUE), "--quiet", "--format", "glb-lods"]
+        run(program, "export", "gyroid.mtd", *levels, "-o", "levels", cwd=folder)
+        check_levels(folder, program)
         with open(folder / "log", "w") as log:
             server = subprocess.Popen(
                 [program, "serve", "gyroid.mtd", "--tcp", "off", "--http", "127.0.0.1:0"], cwd=folder, stderr=log
