@@ -84,7 +84,7 @@ cat <<EOF
    The mesh            $out/demo.ply (ParaView, MeshLab, Blender); its previews: $out/steps/
    A picture           $out/demo.png; all isovalues, and how large their surfaces are: $out/demo.svg
    What was checked    $out/report.json
-   A volume of yours   bash server/demo.sh FILE.nrrd       (also .nhdr .mha .mhd .nii.gz .vtk, TIFF stacks)
+   A volume of yours   bash server/demo.sh FILE.nrrd       (or NIfTI, DICOM, OME-Zarr, VTK, HDF5 ...: multitetra-server formats)
    Other isovalues     $server info $out/demo.mtd
                        $server extract $out/demo.mtd --isovalue V --error 0.5 -o mesh.glb
    Every command       $server --help, $client --help
