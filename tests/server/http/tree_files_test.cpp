@@ -217,6 +217,25 @@ TEST(GuardedTreeFiles, AreForWhoHasTheTokenInAFieldOrInThePath) {
   EXPECT_EQ(by_path[http::field::cache_control], "private, no-cache");
 }
 
+TEST(CrawledTreeFiles, MeetTheLimitsOfAnyClient) {
+  RunningHttpServer server(gyroid_catalogue(), {},
+                           {.admission = {.requests = {.per_second = 0.001, .burst = 4}}});
+  HttpClient client(server.http());
+  for (const char* isovalue : {"0.1", "0.2", "0.3", "0.1"}) {
+    EXPECT_EQ(client.get("/v1/3dtiles/gyroid/iso/" + std::string(isovalue) + "/tileset.json")
+                  .result_int(),
+              200U)
+        << isovalue;
+  }
+  for (const std::string& file :
+       {kFolder + "tileset.json", std::string("/v1/neuroglancer/gyroid/surfaces/info"),
+        std::string("/v1/neuroglancer/gyroid/image/info")}) {
+    const auto refused = client.get(file);
+    EXPECT_EQ(refused.result_int(), 429U) << file;
+    EXPECT_NE(refused[http::field::retry_after], "") << file;
+  }
+}
+
 TEST(WithoutToken, NothingOfATokenIsLeft) {
   EXPECT_EQ(without_token("/v1/token/secret/3dtiles/a"), "/v1/token/.../3dtiles/a");
   EXPECT_EQ(without_token("/base/v1/token/secret"), "/base/v1/token/...");
