@@ -10,7 +10,6 @@
 
 #include "server/core/framework/axes.hpp"
 #include "server/dataset/checksum.hpp"
-#include "server/dataset/objects/object_layout.hpp"
 #include "server/dataset/parts/part_files.hpp"
 
 namespace multitetra {
@@ -97,6 +96,24 @@ CellBox cells_of_part(const DatasetInfo& info, const PartBox& part, const CellBo
     });
   };
   return {.begin = first_from(part.begin), .end = first_from(part.end)};
+}
+
+CellBox box_of(const LevelExtent& extent) {
+  return {.begin = extent.low, .end = extent.low + extent.extent};
+}
+
+std::vector<std::size_t> objects_in(const SampleObjects& objects, const PartBox& part) {
+  std::vector<std::size_t> found;
+  for (std::size_t object = 0; object < objects.size(); ++object) {
+    const GridCounts box = objects.box_of(object);
+    bool is_inside = true;
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::int32_t at = SampleObjects::kSamples * box[static_cast<std::size_t>(axis)];
+      is_inside = is_inside && at >= part.begin[axis] && at < part.end[axis];
+    }
+    if (is_inside) found.push_back(object);
+  }
+  return found;
 }
 
 PartBox with_halo(const DatasetInfo& info, const PartBox& part) {

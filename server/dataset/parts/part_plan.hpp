@@ -1,11 +1,6 @@
 // How a volume is prepared in parts, by machines that know nothing of each other: the plan that all
 // of them read.
 //
-//   const PartPlan plan = ...;                          // From a survey of the volume, once.
-//   for (std::size_t i = 0; i < plan.parts; ++i) ...    // prepare_part.hpp, anywhere, in any
-//   order. merge_parts(...)                                    // merge_parts.hpp, when all are
-//   there.
-//
 // A part is a box of whole objects of samples, 128^3 each, so that parts have no object in common.
 #pragma once
 
@@ -20,6 +15,7 @@
 #include "server/core/spectrum/isovalue_bins.hpp"
 #include "server/core/spectrum/spectrum_builder.hpp"
 #include "server/dataset/dataset_metadata.hpp"
+#include "server/dataset/objects/object_layout.hpp"
 
 namespace multitetra {
 
@@ -53,6 +49,13 @@ struct PartBox {
 // lies beyond the data next to it.
 [[nodiscard]] CellBox cells_of_part(const DatasetInfo& info, const PartBox& part,
                                     const CellBox& all);
+
+// All that there are of a level.
+[[nodiscard]] CellBox box_of(const LevelExtent& extent);
+
+// The objects of samples that lie in a part, in Morton order.
+[[nodiscard]] std::vector<std::size_t> objects_in(const SampleObjects& objects,
+                                                  const PartBox& part);
 
 // The samples that a part reads: its own and those around it that count for its errors.
 [[nodiscard]] PartBox with_halo(const DatasetInfo& info, const PartBox& part);
