@@ -1,9 +1,6 @@
 #include "server/dataset/formats/dicom_series.hpp"
 
-#include <gdcmAttribute.h>
-#include <gdcmImageHelper.h>
 #include <gdcmImageReader.h>
-#include <gdcmReader.h>
 #include <gdcmTrace.h>
 
 #include <algorithm>
@@ -17,6 +14,7 @@
 #include <utility>
 
 #include "common/base/vec3.hpp"
+#include "server/dataset/formats/dicom_image.hpp"
 #include "server/dataset/formats/input_file.hpp"
 
 namespace multitetra {
@@ -26,136 +24,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostFiles = 100'000;
 constexpr double kEvenly = 0.01;  // Of the distance of slices: how far one may be from its place.
-
-// One file of images, without its pixels.
-struct DicomImage {
-  fs::path file;
-  std::string series;
-  std::string description;
-  std::string modality;
-  std::string value_unit = {};
-  std::array<std::int64_t, 3> dims = {1, 1, 1};
-  StoredType type = StoredType::kU8;
-  int components = 1;
-  int stored_bits = 0;
-  Vec3 row{};  // Of the image plane: the direction in which columns are counted.
-  Vec3 column{};
-  Vec3 position{};  // Of the first sample.
-  bool has_position = false;
-  Vec3 spacing = {1, 1, 1};
-  double slope = 1;
-  double intercept = 0;
-  std::int64_t number = 0;  // In the series.
-  double along = 0;         // Its place along the normal of the plane.
-};
-
-std::string text_at(const gdcm::DataSet& data, const gdcm::Tag& tag) {
-  if (!data.FindDataElement(tag)) return {};
-  const gdcm::ByteValue* bytes = data.GetDataElement(tag).GetByteValue();
-  if (bytes == nullptr || bytes->GetLength() > 1024) return {};
-  std::string text(bytes->GetPointer(), bytes->GetLength());
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.pop_back();
-  return text;
-}
-
-// The values of a text element, which are separated by backslashes.
-std::vector<double> numbers_at(const gdcm::DataSet& data, const gdcm::Tag& tag) {
-  std::vector<double> numbers;
-  std::string text = text_at(data, tag);
-  std::replace(text.begin(), text.end(), '\\', ' ');
-  const char* at = text.c_str();
-  for (char* end = nullptr; numbers.size() < 64; at = end) {
-    const double number = std::strtod(at, &end);
-    if (end == at || !std::isfinite(number)) break;
-    numbers.push_back(number);
-  }
-  return numbers;
-}
-
-std::optional<StoredType> type_of(const gdcm::PixelFormat& format) {
-  switch (format.GetScalarType()) {
-    case gdcm::PixelFormat::UINT8:
-      return StoredType::kU8;
-    case gdcm::PixelFormat::INT8:
-      return StoredType::kI8;
-    case gdcm::PixelFormat::UINT12:
-    case gdcm::PixelFormat::UINT16:
-      return StoredType::kU16;
-    case gdcm::PixelFormat::INT12:
-    case gdcm::PixelFormat::INT16:
-      return StoredType::kI16;
-    case gdcm::PixelFormat::UINT32:
-      return StoredType::kU32;
-    case gdcm::PixelFormat::INT32:
-      return StoredType::kI32;
-    case gdcm::PixelFormat::FLOAT32:
-      return StoredType::kF32;
-    case gdcm::PixelFormat::FLOAT64:
-      return StoredType::kF64;
-    default:
-      return std::nullopt;
-  }
-}
-
-std::string value_unit_of(const gdcm::DataSet& data, const std::string& modality) {
-  const std::string rescale_type = text_at(data, gdcm::Tag(0x0028, 0x1054));
-  if (rescale_type == "US") return {};  // Unspecified, by the standard's own word.
-  if (!rescale_type.empty()) return unit_from(rescale_type);
-  if (modality == "CT") return "HU";
-  return modality == "PT" ? unit_from(text_at(data, gdcm::Tag(0x0054, 0x1001))) : std::string();
-}
-
-// nullopt for DICOM files without an image, such as reports and DICOMDIR.
-std::optional<DicomImage> image_in(const fs::path& path) {
-  gdcm::Reader reader;
-  reader.SetFileName(path.c_str());
-  if (!reader.ReadUpToTag(gdcm::Tag(0x7FE0, 0x0010))) return std::nullopt;
-  const gdcm::File& file = reader.GetFile();
-  const gdcm::DataSet& data = file.GetDataSet();
-  if (!data.FindDataElement(gdcm::Tag(0x0028, 0x0010))) return std::nullopt;  // No rows.
-  DicomImage image{.file = path,
-                   .series = text_at(data, gdcm::Tag(0x0020, 0x000E)),
-                   .description = text_at(data, gdcm::Tag(0x0008, 0x103E)),
-                   .modality = text_at(data, gdcm::Tag(0x0008, 0x0060))};
-  const std::vector<unsigned> dims = gdcm::ImageHelper::GetDimensionsValue(file);
-  for (std::size_t axis = 0; axis < std::min<std::size_t>(dims.size(), 3); ++axis)
-    image.dims[axis] = dims[axis];
-  const gdcm::PixelFormat format = gdcm::ImageHelper::GetPixelFormatValue(file);
-  const std::optional<StoredType> type = type_of(format);
-  if (!type) {
-    fail_reading(path, "its pixels are of the type " + std::string(format.GetScalarTypeAsString()),
-                 "Give integers of 8 to 32 bits or floats");
-  }
-  image.type = *type;
-  image.components = format.GetSamplesPerPixel();
-  image.stored_bits = format.GetBitsStored();
-  const auto photometric = gdcm::ImageHelper::GetPhotometricInterpretationValue(file);
-  if (photometric == gdcm::PhotometricInterpretation::PALETTE_COLOR) {
-    fail_reading(path, "its pixels are numbers of a palette", "Convert it to grey values or RGB");
-  }
-  const std::vector<double> rescale = gdcm::ImageHelper::GetRescaleInterceptSlopeValue(file);
-  if (rescale.size() == 2) {
-    image.intercept = rescale[0];
-    image.slope = rescale[1];
-  }
-  image.value_unit = value_unit_of(data, image.modality);
-  const std::vector<double> cosines = gdcm::ImageHelper::GetDirectionCosinesValue(file);
-  const std::vector<double> origin = gdcm::ImageHelper::GetOriginValue(file);
-  const std::vector<double> spacing = gdcm::ImageHelper::GetSpacingValue(file);
-  if (cosines.size() != 6 || origin.size() < 3) return std::nullopt;
-  image.row = {cosines[0], cosines[1], cosines[2]};
-  image.column = {cosines[3], cosines[4], cosines[5]};
-  image.position = {origin[0], origin[1], origin[2]};
-  image.has_position = data.FindDataElement(gdcm::Tag(0x0020, 0x0032)) || image.dims[2] > 1;
-  for (std::size_t axis = 0; axis < std::min<std::size_t>(spacing.size(), 3); ++axis) {
-    image.spacing[axis] = std::abs(spacing[axis]);
-  }
-  const std::vector<double> number = numbers_at(data, gdcm::Tag(0x0020, 0x0013));
-  if (!number.empty() && std::abs(number[0]) < 1e15)
-    image.number = static_cast<std::int64_t>(number[0]);
-  image.along = dot(image.position, cross(image.row, image.column));
-  return image;
-}
 
 using Series = std::map<std::string, std::vector<DicomImage>>;
 
@@ -336,7 +204,7 @@ class DicomSlices : public StoredSlices {
     const std::size_t needed =
         static_cast<std::size_t>(image.dims[0] * image.dims[1] * image.dims[2] * image.components) *
         bytes_of(image.type);
-    if (pixels.GetBufferLength() != needed || type_of(pixels.GetPixelFormat()) != image.type) {
+    if (pixels.GetBufferLength() != needed || dicom_type(pixels.GetPixelFormat()) != image.type) {
       fail_reading(image.file,
                    "its image has " + std::to_string(pixels.GetBufferLength()) +
                        " bytes and its header promises " + std::to_string(needed),
@@ -421,7 +289,7 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
   gdcm::Trace::ErrorOff();
   Series all;
   for (const fs::path& file : files) {
-    if (auto image = image_in(file)) all[image->series].push_back(*std::move(image));
+    if (auto image = dicom_image(file)) all[image->series].push_back(*std::move(image));
   }
   StoredVolume volume;
   std::vector<DicomImage> images = chosen_series(place, all, choice.series);

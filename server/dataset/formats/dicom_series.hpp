@@ -1,5 +1,5 @@
-// DICOM images through GDCM, which is seen by dicom_series.cpp alone: the slices of a series in a
-// folder, one file with one or many frames; packed as GDCM has it.
+// DICOM images through GDCM: the slices of a series in a folder, one file with one or many frames;
+// packed as GDCM has it.
 #pragma once
 
 #include <filesystem>
