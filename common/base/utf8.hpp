@@ -1,4 +1,4 @@
-// Text from outside: is it UTF-8?
+// Text from outside: is it UTF-8, and may it be shown?
 #pragma once
 
 #include <cstddef>
@@ -20,6 +20,17 @@ namespace multitetra {
   const bool is_overlong = (lead == 0xE0 && byte(1) < 0xA0) || (lead == 0xF0 && byte(1) < 0x90);
   const bool is_beyond = (lead == 0xED && byte(1) > 0x9F) || (lead == 0xF4 && byte(1) > 0x8F);
   return is_overlong || is_beyond ? 0 : length;
+}
+
+// Whether `text` is UTF-8 without control characters.
+[[nodiscard]] inline bool is_plain_text(std::string_view text) {
+  while (!text.empty()) {
+    const auto byte = static_cast<unsigned char>(text[0]);
+    const std::size_t length = utf8_sequence(text);
+    if (length == 0 || byte < 0x20 || byte == 0x7F) return false;
+    text.remove_prefix(length);
+  }
+  return true;
 }
 
 }  // namespace multitetra

@@ -103,6 +103,20 @@ Json json_of(const MeshTopology& topology) {
           {"degenerate_triangles", topology.degenerate_triangles}};
 }
 
+Json json_of(const FamilyMember& member) {
+  Json label;
+  if (member.label) {
+    label = {{"value", member.label->value},
+             {"name", member.label->name},
+             {"color", member.label->color ? Json(color_text(*member.label->color)) : Json()}};
+  }
+  return {{"family", member.family},
+          {"field", member.field},
+          {"time", member.time ? Json(*member.time) : Json()},
+          {"time_unit", member.time_unit},
+          {"label", label}};
+}
+
 Json json_of(const DatasetInfo& info) {
   return {{"name", info.name},
           {"dims", info.dims},
@@ -119,6 +133,7 @@ Json json_of(const DatasetInfo& info) {
           {"length_unit", text_or_null(info.meaning.length_unit)},
           {"value_unit", text_or_null(info.meaning.value_unit)},
           {"suggested_isovalues", info.suggested_isovalues},
+          {"member", info.member ? json_of(*info.member) : Json()},
           {"histogram",
            {{"low", info.histogram.low},
             {"high", info.histogram.high},

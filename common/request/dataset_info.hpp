@@ -10,6 +10,7 @@
 
 #include "common/base/affine.hpp"
 #include "common/mesh/mesh_checks.hpp"
+#include "common/request/family_member.hpp"
 #include "common/request/physical_meaning.hpp"
 
 namespace multitetra {
@@ -46,6 +47,7 @@ struct DatasetInfo {
   // The same exactly if samples and bins of errors are the same, so that equal requests have equal
   // answers; 0: not told.
   std::uint64_t content_id = 0;
+  std::optional<FamilyMember> member = std::nullopt;  // None: a dataset of its own.
 
   friend bool operator==(const DatasetInfo&, const DatasetInfo&) = default;
 };

@@ -21,14 +21,7 @@ std::optional<WorldSpace> world_space_from(std::string_view name) {
 }
 
 bool is_unit_text(std::string_view text) {
-  if (text.size() > kMaxUnitBytes) return false;
-  while (!text.empty()) {
-    const auto byte = static_cast<unsigned char>(text[0]);
-    const std::size_t length = utf8_sequence(text);
-    if (length == 0 || byte < 0x20 || byte == 0x7F) return false;
-    text.remove_prefix(length);
-  }
-  return true;
+  return text.size() <= kMaxUnitBytes && is_plain_text(text);
 }
 
 }  // namespace multitetra

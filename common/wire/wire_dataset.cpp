@@ -54,6 +54,31 @@ void read_places(const v1::DatasetInfo& wire, DatasetInfo& info, FieldChecks& ch
                  "DatasetInfo.grid_exponent", "is too small for the samples and the margin.");
 }
 
+void write(const FamilyMember& member, v1::FamilyMember& wire) {
+  wire.set_family(member.family);
+  wire.set_field(member.field);
+  if (member.time) wire.set_time(*member.time);
+  wire.set_time_unit(member.time_unit);
+  if (!member.label) return;
+  wire.mutable_label()->set_value(member.label->value);
+  wire.mutable_label()->set_name(member.label->name);
+  if (member.label->color) wire.mutable_label()->set_color(*member.label->color);
+}
+
+FamilyMember read(const v1::FamilyMember& wire, FieldChecks& checks) {
+  FamilyMember member{
+      .family = wire.family(), .field = wire.field(), .time_unit = wire.time_unit()};
+  if (wire.has_time()) member.time = wire.time();
+  if (wire.has_label()) {
+    member.label = {.value = wire.label().value(), .name = wire.label().name()};
+    if (wire.label().has_color()) member.label->color = wire.label().color();
+  }
+  if (const auto checked = check_member(member); !checked) {
+    checks.fail(checked.error().code, "DatasetInfo." + checked.error().text);
+  }
+  return member;
+}
+
 }  // namespace
 
 void write_dataset(const DatasetInfo& info, v1::DatasetInfo& wire) {
@@ -81,6 +106,7 @@ void write_dataset(const DatasetInfo& info, v1::DatasetInfo& wire) {
   wire.set_space(to_wire<v1::WorldSpace>(info.meaning.space));
   wire.set_length_unit(info.meaning.length_unit);
   wire.set_value_unit(info.meaning.value_unit);
+  if (info.member) write(*info.member, *wire.mutable_member());
 }
 
 DatasetInfo read_dataset(const v1::DatasetInfo& wire, FieldChecks& checks) {
@@ -114,6 +140,7 @@ DatasetInfo read_dataset(const v1::DatasetInfo& wire, FieldChecks& checks) {
                                                          WorldSpace::kRas, WorldSpace::kUnnamed),
                   .length_unit = wire.length_unit(),
                   .value_unit = wire.value_unit()};
+  if (wire.has_member()) info.member = read(wire.member(), checks);
   return info;
 }
 

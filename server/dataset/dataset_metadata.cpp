@@ -38,8 +38,12 @@ class Fields {
     return {};
   }
   // Of a field that is there only when something is known; empty without it.
-  std::string later_text(const char* key) {
-    return object_.is_object() && object_.contains(key) ? text(key) : std::string();
+  std::string later_text(const char* key) { return has(key) ? text(key) : std::string(); }
+  std::optional<double> later_number(const char* key) {
+    return has(key) ? std::optional(number(key)) : std::nullopt;
+  }
+  [[nodiscard]] bool has(const char* key) const {
+    return object_.is_object() && object_.contains(key);
   }
   double number(const char* key) { return number(key, at(key)); }
   std::uint64_t count(const char* key) { return count(key, at(key)); }
@@ -116,6 +120,35 @@ Json to_json(const Affine& map) {
   return {map.columns[0], map.columns[1], map.columns[2], map.translation};
 }
 
+// Fields that say nothing are left out.
+Json to_json(const FamilyMember& member) {
+  Json json = {{"family", member.family}};
+  if (!member.field.empty()) json["field"] = member.field;
+  if (member.time) json["time"] = *member.time;
+  if (!member.time_unit.empty()) json["time_unit"] = member.time_unit;
+  if (!member.label) return json;
+  json["label"] = {{"value", member.label->value}};
+  if (!member.label->name.empty()) json["label"]["name"] = member.label->name;
+  if (member.label->color) json["label"]["color"] = color_text(*member.label->color);
+  return json;
+}
+
+FamilyMember member_from(const Json& json, std::string& trouble) {
+  Fields fields(json, trouble);
+  FamilyMember member{.family = fields.text("family"),
+                      .field = fields.later_text("field"),
+                      .time = fields.later_number("time"),
+                      .time_unit = fields.later_text("time_unit")};
+  if (!fields.has("label")) return member;
+  Fields label(fields.at("label"), trouble);
+  member.label = {.value = label.number("value"), .name = label.later_text("name")};
+  if (label.has("color")) {
+    member.label->color = color_from(label.text("color"));
+    if (!member.label->color) label.complain("color", "is no color such as \"#dd8265\"");
+  }
+  return member;
+}
+
 }  // namespace
 
 std::string metadata_text(const DatasetMetadata& metadata) {
@@ -147,6 +180,7 @@ std::string metadata_text(const DatasetMetadata& metadata) {
   tell("space", name(info.meaning.space));
   tell("length_unit", info.meaning.length_unit);
   tell("value_unit", info.meaning.value_unit);
+  if (info.member) json["member"] = to_json(*info.member);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -191,6 +225,7 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
   info.histogram.high = histogram.number("high");
   info.histogram.counts = histogram.counts("counts");
   info.suggested_isovalues = fields.numbers("suggested_isovalues");
+  if (fields.has("member")) info.member = member_from(fields.at("member"), trouble);
   metadata.source = {.file = source.text("file"),
                      .digest = source.text("digest"),
                      .options = source.later_text("options")};

@@ -136,6 +136,9 @@ Result<void> check_info(const DatasetInfo& info) {
                                                  " bytes without control characters.");
   }
   if (auto checked = check_name(info.name); !checked) return checked;
+  if (info.member) {
+    if (auto checked = check_member(*info.member); !checked) return checked;
+  }
   if (auto checked = check_grid(info); !checked) return checked;
   return check_values(info);
 }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "server/gateway/upstream_pool.hpp"
+#include "server/stream/questions.hpp"
 
 namespace multitetra {
 

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "common/cli/json_report.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "server/core/spectrum/crossed_octants.hpp"

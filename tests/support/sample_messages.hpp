@@ -139,6 +139,21 @@ inline TileSummary tile_summary(Random& random) {
   return tile;
 }
 
+inline std::optional<FamilyMember> family_member(Random& random) {
+  if (random() % 2 == 0) return std::nullopt;
+  FamilyMember member{.family = "family " + std::to_string(up_to(9, random)),
+                      .field = text(up_to(kMaxMemberTextBytes, random), random),
+                      .time_unit = text(up_to(64, random), random)};
+  if (random() % 2 == 0) member.time = number(random);
+  if (random() % 2 == 0) {
+    member.label = {.value = static_cast<double>(int_in(-1000, 1000, random)),
+                    .name = text(up_to(kMaxMemberTextBytes, random), random)};
+    if (random() % 2 == 0)
+      member.label->color = static_cast<std::uint32_t>(up_to(0xFFFFFF, random));
+  }
+  return member;
+}
+
 inline DatasetInfo dataset_info(Random& random) {
   DatasetInfo info;
   do {
@@ -167,6 +182,7 @@ inline DatasetInfo dataset_info(Random& random) {
   info.meaning = {.space = one_of<WorldSpace>(0, 2, random),
                   .length_unit = text(up_to(64, random), random),
                   .value_unit = text(up_to(64, random), random)};
+  info.member = family_member(random);
   return info;
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <optional>
 #include <string>
 
@@ -41,6 +42,34 @@ TEST(DatasetMetadata, SpaceAndUnitsComeBackAndMayBeMissing) {
 
   metadata.info.meaning.length_unit = std::string(65, 'm');
   EXPECT_FALSE(parse_metadata(metadata_text(metadata)));
+}
+
+TEST(DatasetMetadata, FamilyMembersComeBackAndDamagedOnesAreNamed) {
+  DatasetMetadata metadata = small_prepared().metadata;
+  for (const FamilyMember& member :
+       {FamilyMember{.family = "heart"},
+        FamilyMember{.family = "heart", .field = "p", .time = 0.1, .time_unit = "s"},
+        FamilyMember{.family = "heart",
+        .label = Label{.value = 3, .name = "liver", .color = 0x00dd65}}}) {
+    metadata.info.member = member;
+    const auto result = parse_metadata(metadata_text(metadata));
+    ASSERT_TRUE(result) << result.error().text;
+    EXPECT_EQ(result->info.member, member);
+  }
+  const std::string whole = metadata_text(metadata);
+  for (const auto& [from, to, told] :
+       {std::array{"\"#00dd65\"", "\"red\"", "color"}, std::array{"\"heart\"", "7", "family"},
+        std::array{"\"heart\"", "\"\"", "member.family"}, std::array{":3.0", ":3.5", "whole"}}) {
+    std::string spoilt = whole;
+    const std::size_t at = spoilt.find("\"member\":");
+    ASSERT_NE(at, std::string::npos);
+    const std::size_t value = spoilt.find(from, at);
+    ASSERT_NE(value, std::string::npos) << from;
+    spoilt.replace(value, std::string(from).size(), to);
+    const auto result = parse_metadata(spoilt);
+    ASSERT_FALSE(result) << to;
+    expect_contains(result.error().text, told);
+  }
 }
 
 TEST(DatasetMetadata, EveryFieldThatIsMissingOrOfAnotherTypeIsNamed) {

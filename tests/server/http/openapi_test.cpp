@@ -41,8 +41,10 @@ class Schemas {
       const auto& words = schema.at("enum");
       EXPECT_NE(std::find(words.begin(), words.end(), value), words.end()) << where;
     }
-    for (const auto& name : schema.value("required", Json::array())) {
-      EXPECT_TRUE(value.contains(name.get<std::string>())) << where << " has no " << name;
+    if (value.is_object()) {
+      for (const auto& name : schema.value("required", Json::array())) {
+        EXPECT_TRUE(value.contains(name.get<std::string>())) << where << " has no " << name;
+      }
     }
     if (value.is_object() && schema.contains("properties")) {
       for (const auto& [name, part] : value.items()) {

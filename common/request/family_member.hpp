@@ -1,0 +1,47 @@
+// What a dataset is in its family: several datasets on the same places, such as the times of a
+// series, the fields of a simulation, the labels of a segmentation. Each is a dataset of its own;
+// dims, spacing, index_to_world, margin, outside and space are common to all of them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "common/base/result.hpp"
+
+namespace multitetra {
+
+// One label of a label map.
+struct Label {
+  double value = 0;       // In the label map: whole, of at most kMaxLabelValue.
+  std::string name = {};  // May be empty.
+  std::optional<std::uint32_t> color = std::nullopt;  // 0xRRGGBB; none: the file has none.
+
+  friend bool operator==(const Label&, const Label&) = default;
+};
+
+struct FamilyMember {
+  std::string family;      // As a dataset's name.
+  std::string field = {};  // As its file calls it; empty: the only one.
+  std::optional<double> time =
+      std::nullopt;            // In time_unit; finite. None: not one of several times.
+  std::string time_unit = {};  // Such as "s"; empty: not told, then times are numbers of frames.
+  std::optional<Label> label =
+      std::nullopt;  // Whose smooth field the dataset is; the boundary is at 0.5.
+
+  friend bool operator==(const FamilyMember&, const FamilyMember&) = default;
+};
+
+inline constexpr std::size_t kMaxMemberTextBytes = 255;       // Of names of fields and labels.
+inline constexpr double kMaxLabelValue = 9007199254740992.0;  // 2^53; either sign.
+
+// kInvalidArgument, with the field and what is allowed, unless every field is within its range.
+[[nodiscard]] Result<void> check_member(const FamilyMember& member);
+
+// "#dd8265" for 0xdd8265, and back; none for other texts.
+[[nodiscard]] std::string color_text(std::uint32_t color);
+[[nodiscard]] std::optional<std::uint32_t> color_from(std::string_view text);
+
+}  // namespace multitetra
