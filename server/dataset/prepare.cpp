@@ -84,6 +84,20 @@ std::vector<std::byte> bytes_of(std::uint64_t size, const Scratch& scratch) {
   return bytes;
 }
 
+// These edges, cut off where the values of `info` end.
+IsovalueBins bins_with_edges(const DatasetInfo& info, std::span<const float> inner) {
+  const auto outside = static_cast<float>(info.outside.value_or(info.min));
+  const float low = std::min(static_cast<float>(info.min), outside);
+  const float high = std::max(static_cast<float>(info.max), outside);
+  if (low == high) return IsovalueBins({});
+  std::vector<float> edges = {low};
+  for (const float edge : inner) {
+    if (edge > edges.back() && edge < high) edges.push_back(edge);
+  }
+  edges.push_back(high);
+  return IsovalueBins(std::move(edges));
+}
+
 // From a builder that has seen every sample once.
 VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
                       SampleStatisticsBuilder& builder) {
@@ -93,7 +107,12 @@ VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
   }
   DatasetInfo info =
       describe(source.header(), builder.finish(), options.name, options.outside, options.margin);
-  IsovalueBins bins = IsovalueBins::for_values(info, builder.distinct_values(), options.bins);
+  info.member = options.member;
+  if (!options.suggested_isovalues.empty()) info.suggested_isovalues = options.suggested_isovalues;
+  IsovalueBins bins =
+      options.bin_edges.empty()
+          ? IsovalueBins::for_values(info, builder.distinct_values(), options.bins)
+          : bins_with_edges(info, options.bin_edges);
   return {.info = std::move(info), .bins = std::move(bins)};
 }
 

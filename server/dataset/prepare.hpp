@@ -13,6 +13,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "server/core/spectrum/isovalue_bins.hpp"
 #include "server/core/spectrum/spectrum_builder.hpp"
@@ -27,6 +28,11 @@ struct PrepareOptions {
   std::optional<double> outside = std::nullopt;  // The value beyond the data; none means void.
   std::int32_t margin = 0;                       // Grid steps around the data.
   int bins = IsovalueBins::kDefaultCount;        // Of the error spectrum, 1 to kMaxCount.
+  std::optional<FamilyMember> member = std::nullopt;
+  // Where these are given: instead of those that the histogram suggests, and of even bins. Edges
+  // increase strictly; those beyond the values are left out.
+  std::vector<double> suggested_isovalues = {};
+  std::vector<float> bin_edges = {};
   // Bounds of memory; the result is the same for any.
   std::size_t slab_bytes = std::size_t{64} << 20;  // Read at a time; a slice may be larger.
   std::size_t column_bytes = kMostColumnBytes;     // See spectrum_builder.hpp.

@@ -16,9 +16,10 @@
 namespace multitetra {
 namespace {
 
-// Kinds of messages. From the child: its header is known; the opened volume's header; a notice; why
-// it failed; the samples that were asked for. From the parent: which slices it wants.
+// Kinds of messages. From the child: its header is known; what the source holds besides; the opened
+// volume's header; a notice; why it failed; the samples that were asked for. From the parent: which slices it wants.
 constexpr char kHeaderKnown = 'k';
+constexpr char kMembers = 'm';
 constexpr char kOpened = 'o';
 constexpr char kNotice = 'n';
 constexpr char kFailed = 'f';
@@ -77,6 +78,7 @@ void serve_source(const OpenSource& open, ChildChannel& parent) {
   try {
     const std::unique_ptr<VolumeSource> source = open(notice, header_is_known);
     set_memory_limit(machine_memory());
+    parent.send(kMembers, members_text(source->members()));
     if (!parent.send(kOpened, message_of(*source))) return;
     ChildMessage message;
     Samples samples;
@@ -131,6 +133,7 @@ class SourceApart : public VolumeSource {
   }
 
   [[nodiscard]] const VolumeHeader& header() const override { return header_; }
+  [[nodiscard]] const SourceMembers& members() const override { return members_; }
   [[nodiscard]] bool streams() const override { return streams_; }
 
   void read(std::int32_t first_slice, std::int32_t slices, Samples& into) override {
@@ -150,6 +153,7 @@ class SourceApart : public VolumeSource {
  private:
   // A message that is no answer. Throws what the child says of its failure.
   void handle(const ChildMessage& message) {
+    if (message.kind == kMembers) members_ = members_from(message.bytes);
     if (message.kind == kNotice && notice_) notice_(message.bytes);
     if (message.kind != kFailed) return;
     if (!message.bytes.empty()) throw VolumeFileError(message.bytes);
@@ -169,6 +173,7 @@ class SourceApart : public VolumeSource {
   Notice notice_;
   ChildProcess child_;
   VolumeHeader header_;
+  SourceMembers members_;
   bool streams_ = false;
 };
 

@@ -48,6 +48,7 @@ class StreamedVolume : public VolumeSource {
         stored_slice_bytes_(stored.header.slice_bytes()),
         slices_(std::move(stored.slices)),
         notice_(std::move(notice)),
+        members_(std::move(stored.members)),
         searched_(static_cast<std::size_t>(header_.dims[2])) {
     if (!notice_) return;
     for (const std::string& text : stored.notices) notice_(text);
@@ -76,6 +77,7 @@ class StreamedVolume : public VolumeSource {
     }
   }
 
+  [[nodiscard]] const SourceMembers& members() const override { return members_; }
   [[nodiscard]] bool streams() const override { return true; }
 
  private:
@@ -94,6 +96,7 @@ class StreamedVolume : public VolumeSource {
   std::size_t stored_slice_bytes_;
   std::unique_ptr<StoredSlices> slices_;
   Notice notice_;
+  SourceMembers members_;
   std::vector<std::byte> buffer_;  // One slice before its conversion.
   std::vector<bool> searched_;     // The slices whose infinite samples are counted.
   std::size_t slices_searched_ = 0;

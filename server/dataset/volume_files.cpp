@@ -25,7 +25,9 @@
 #include "server/dataset/formats/zarr_volume.hpp"
 #include "server/dataset/image_file.hpp"
 #include "server/dataset/image_stack.hpp"
+#include "server/dataset/nrrd_header.hpp"
 #include "server/dataset/plain_payload.hpp"
+#include "server/dataset/segment_names.hpp"
 #include "server/dataset/source_apart.hpp"
 #include "server/dataset/streamed_volume.hpp"
 #include "server/store/http_store.hpp"
@@ -63,6 +65,11 @@ struct Opening {
   const std::function<void()>& header_is_known;
 };
 
+ComponentChoice component_of(const VolumeChoice& choice) {
+  const bool takes_first = choice.first && choice.component == ComponentChoice();
+  return takes_first ? ComponentChoice{.kind = ComponentChoice::Kind::kIndex} : choice.component;
+}
+
 // ---- one file through ITK
 
 // The samples of a file that ITK reads as a whole.
@@ -91,6 +98,7 @@ class WholeVolume : public VolumeSource {
   void read(std::int32_t first_slice, std::int32_t slices, Samples& into) override {
     source_->read(first_slice, slices, into);
   }
+  [[nodiscard]] const SourceMembers& members() const override { return source_->members(); }
   [[nodiscard]] bool streams() const override { return false; }
 
  private:
@@ -108,8 +116,11 @@ std::unique_ptr<VolumeSource> open_image(const fs::path& path, VolumeFormat form
   if (!payload || opening.use == Use::kWhole) check_memory(path, header);
   auto slices =
       payload ? slices_of(*payload, header) : std::make_unique<SlicesInMemory>(file, header);
-  auto source = streamed_volume(path, {.header = header, .slices = std::move(slices)},
-                                choice.component, opening.notice);
+  SourceMembers members;
+  if (format == VolumeFormat::kNrrd) members.labels = segments_in(read_nrrd_header(path));
+  auto source = streamed_volume(
+      path, {.header = header, .slices = std::move(slices), .members = std::move(members)},
+      component_of(choice), opening.notice);
   if (payload) return source;
   return std::make_unique<WholeVolume>(std::move(source));
 }
@@ -282,7 +293,7 @@ std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Openin
   const auto as_source = [&](StoredVolume stored) {
     opening.header_is_known();
     if (opening.use == Use::kWhole) check_memory(whole_path, stored.header);
-    return streamed_volume(whole_path, std::move(stored), choice.component, opening.notice);
+    return streamed_volume(whole_path, std::move(stored), component_of(choice), opening.notice);
   };
   if (is_address(whole_path.string())) {
     return as_source(open_address(whole_path.string(), opening.options.choice));

@@ -47,6 +47,11 @@ VolumeHeader header_of(const Volume& volume) {
           .meaning = volume.meaning};
 }
 
+const SourceMembers& VolumeSource::members() const {
+  static const SourceMembers kNone;
+  return kNone;
+}
+
 Samples VolumeSource::take_all() {
   Samples all;
   read(0, header().dims[2], all);

@@ -50,6 +50,9 @@ class VolumeSource {
   // All slices. A source that holds them gives them away, so this is the last call to it.
   [[nodiscard]] virtual Samples take_all();
 
+  // What else the source holds, where it is a file that tells.
+  [[nodiscard]] virtual const SourceMembers& members() const;
+
   // Whether the source needs memory for a slice or two only, whatever the size of the volume. One
   // that does not holds all samples.
   [[nodiscard]] virtual bool streams() const = 0;

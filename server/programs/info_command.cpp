@@ -49,6 +49,20 @@ std::string with_unit(const std::string& numbers, const std::string& unit) {
   return unit.empty() ? numbers : numbers + " " + unit;
 }
 
+// "heart", field p, time 0.25 s, label 3 (liver, #dd8265)
+std::string member_text(const FamilyMember& member) {
+  std::string text = "\"" + member.family + "\"";
+  if (!member.field.empty()) text += ", field " + member.field;
+  if (member.time) text += ", time " + with_unit(human_number(*member.time), member.time_unit);
+  if (!member.label) return text;
+  const Label& label = *member.label;
+  text += ", label " + std::to_string(static_cast<std::int64_t>(label.value));
+  const std::string color = label.color ? color_text(*label.color) : std::string();
+  const std::string between = label.name.empty() || color.empty() ? "" : ", ";
+  const std::string known = label.name + between + color;
+  return known.empty() ? text : text + " (" + known + ")";
+}
+
 std::uint64_t sample_bytes(const DatasetInfo& info) {
   auto bytes = static_cast<std::uint64_t>(bytes_per_sample(info.type));
   for (const std::int32_t side : info.dims) bytes *= static_cast<std::uint64_t>(side);
@@ -99,6 +113,7 @@ void print_facts(const std::string& file, const KnownFacts& facts) {
   std::cout << "\"" << info.name << "\" in " << file << "\n";
   line("samples", std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) + " x " +
                       std::to_string(info.dims[2]) + " " + std::string(name(info.type)));
+  if (info.member) line("member of family", member_text(*info.member));
   line("spacing", with_unit(vector_text(info.spacing), info.meaning.length_unit));
   line("world axes", info.meaning.space == WorldSpace::kUnnamed
                          ? "the file's own"
@@ -121,7 +136,8 @@ void print_facts(const std::string& file, const KnownFacts& facts) {
        human_bytes(facts.bytes) + ", " + human_bytes(sample_bytes(info)) + " of it samples");
   line("error spectrum", std::to_string(facts.bins) + " bins of isovalues");
   line("format version", facts.format);
-  line("source", source.file + (source.digest.empty() ? "" : " (XXH3-128 " + source.digest + ")"));
+  line("source", source.file + (source.digest.empty() ? "" : " (XXH3-128 " + source.digest + ")") +
+                     (source.options.empty() ? "" : ", " + source.options));
 }
 
 int info(const InfoArguments& arguments) {
@@ -137,7 +153,8 @@ int info(const InfoArguments& arguments) {
   report["sample_bytes"] = sample_bytes(info);
   report["spectrum_bins"] = facts.bins;
   report["format_version"] = kPreparedFormatVersion;
-  report["source"] = {{"file", source.file}, {"digest", source.digest}};
+  report["source"] = {
+      {"file", source.file}, {"digest", source.digest}, {"options", source.options}};
   std::cout << text_of(report);
   return 0;
 }

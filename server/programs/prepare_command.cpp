@@ -1,212 +1,23 @@
-#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "common/base/exit_codes.hpp"
-#include "common/cli/human_units.hpp"
-#include "common/cli/json_report.hpp"
-#include "common/cli/output_files.hpp"
 #include "server/dataset/parts/part_plan.hpp"
 #include "server/dataset/prepare.hpp"
-#include "server/dataset/section_table.hpp"
 #include "server/dataset/source_note.hpp"
 #include "server/dataset/volume_files.hpp"
 #include "server/programs/commands.hpp"
+#include "server/programs/family_jobs.hpp"
 #include "server/programs/prepare_jobs.hpp"
 #include "server/programs/prepare_parts_command.hpp"
-#include "server/programs/progress.hpp"
+#include "server/programs/prepare_run.hpp"
 #include "server/programs/thread_options.hpp"
-#include "server/programs/volume_options.hpp"
 
 namespace multitetra {
 namespace {
-
-struct PrepareArguments {
-  std::vector<std::string> inputs;
-  std::string output;
-  std::string name;
-  std::string outside = "void";
-  std::int32_t margin = 0;
-  VolumeOptions volume;
-  PartsArguments parts;
-  int bins = IsovalueBins::kDefaultCount;
-  int threads = 0;
-  bool force = false;
-  bool json = false;
-  bool quiet = false;
-};
-
-// "void" or a number.
-std::optional<double> outside_value(const std::string& text) {
-  if (text == "void") return std::nullopt;
-  try {
-    std::size_t used = 0;
-    const double value = std::stod(text, &used);
-    if (used == text.size() && std::isfinite(value)) return value;
-  } catch (const std::exception&) {  // Told below.
-  }
-  throw std::invalid_argument("--outside is \"" + text + "\"; it must be void or a finite number.");
-}
-
-// Throws unless the dataset may take this name: what is there may be nobody's but an older
-// dataset's, and the input's in no case.
-void check_output(const PrepareJob& job, bool force) {
-  const std::filesystem::path& output = job.output;
-  require_outputs({{"--output", output}}, {{"input", job.input}});
-  if (force) return;
-  if (output.extension() != ".mtd") {
-    throw ExitError(kUsage, "--output: the name of a dataset ends in .mtd, and \"" +
-                                output.string() + "\" does not; --force takes it all the same.");
-  }
-  if (std::filesystem::exists(output) && std::filesystem::file_size(output) > 0 &&
-      !begins_as_dataset(output)) {
-    throw ExitError(kUsage, "--output: " + output.string() +
-                                " is there already and no dataset; --force replaces it.");
-  }
-}
-
-// What was asked for beyond the source, as text: another text, another dataset.
-std::string options_text(const PrepareArguments& arguments) {
-  std::string text = arguments.volume.told();
-  const auto tell = [&](const char* name, const std::string& value, const std::string& usual) {
-    if (value != usual) text += std::string(text.empty() ? "" : " ") + name + " " + value;
-  };
-  tell("--outside", arguments.outside, "void");
-  tell("--margin", std::to_string(arguments.margin), "0");
-  tell("--bins", std::to_string(arguments.bins), std::to_string(IsovalueBins::kDefaultCount));
-  return text;
-}
-
-struct Prepared {
-  DatasetInfo info;
-  std::uint64_t file_bytes = 0;
-  Json seconds;
-};
-
-Prepared prepare_one(const PrepareArguments& arguments, const PrepareJob& job, SourceNote note) {
-  const std::optional<double> outside = outside_value(arguments.outside);
-  Progress progress("prepare", 3, arguments.quiet || arguments.json);
-  progress.begin("open");
-  VolumeFileOptions options = arguments.volume.parsed();
-  options.notice = [&](const std::string& text) { progress.note(text); };
-  const auto source = open_volume(job.input, options);
-  std::string pass;
-  Prepared prepared;
-  prepared.info =
-      prepare(*source,
-              {.name = job.name,
-               .outside = outside,
-               .margin = arguments.margin,
-               .bins = arguments.bins,
-               .progress =
-                   [&](const char* name, std::uint64_t done, std::uint64_t all) {
-                     if (pass != name) progress.begin(pass = name);
-                     progress.update(static_cast<double>(done), static_cast<double>(all), "voxels");
-                   }},
-              job.output, note);
-  progress.finish();
-  prepared.file_bytes = std::filesystem::file_size(job.output);
-  prepared.seconds = progress.seconds();
-  return prepared;
-}
-
-Json json_of(const PrepareJob& job, const Prepared& prepared) {
-  return {{"dataset", json_of(prepared.info)},
-          {"input", job.input},
-          {"file", job.output.string()},
-          {"file_bytes", prepared.file_bytes},
-          {"seconds", prepared.seconds}};
-}
-
-std::string facts_of(const Prepared& prepared) {
-  const DatasetInfo& info = prepared.info;
-  const std::string& unit = info.meaning.value_unit;
-  return "\"" + info.name + "\", " + std::to_string(info.dims[0]) + " x " +
-         std::to_string(info.dims[1]) + " x " + std::to_string(info.dims[2]) + " " +
-         std::string(name(info.type)) + ", values " + human_number(info.min) + " to " +
-         human_number(info.max) + (unit.empty() ? "" : " " + unit) + ", " +
-         human_bytes(prepared.file_bytes);
-}
-
-int prepare_single(const PrepareArguments& arguments) {
-  PrepareJob job{
-      .input = arguments.inputs.front(), .output = arguments.output, .name = arguments.name};
-  if (job.name.empty()) job.name = default_dataset_name(job.input);
-  check_output(job, arguments.force);
-  SourceNote note = source_note(job.input);
-  note.options = options_text(arguments);
-  try {
-    const Prepared prepared = prepare_one(arguments, job, note);
-    if (arguments.json) {
-      std::cout << text_of(json_of(job, prepared));
-    } else if (!arguments.quiet) {
-      std::cout << job.output.string() << ": " << facts_of(prepared) << "\n"
-                << "Next: multitetra-server serve " << job.output.string() << "\n";
-    }
-  } catch (const VolumeFileError& problem) {
-    throw ExitError(kUsage, problem.what());
-  }
-  return kOk;
-}
-
-// Goes on after a failure; what is up to date is not made again. Ends with a table.
-int prepare_many(const PrepareArguments& arguments) {
-  if (!arguments.name.empty()) {
-    throw ExitError(kUsage, "--name is for one volume; several are named after their files.");
-  }
-  if (std::filesystem::path(arguments.output).extension() == ".mtd") {
-    throw ExitError(kUsage, "--output: " + arguments.output +
-                                " is a name for one dataset, and there are several volumes; give a "
-                                "folder.");
-  }
-  std::filesystem::create_directories(arguments.output);
-  const std::vector<PrepareJob> jobs = jobs_for(arguments.inputs, arguments.output);
-  if (jobs.empty())
-    throw ExitError(kUsage, "There is no volume in " + arguments.inputs.front() + ".");
-  Json reports = Json::array();
-  std::string table;
-  std::size_t failed = 0;
-  for (const PrepareJob& job : jobs) {
-    const auto tell = [&](const std::string& outcome) {
-      table += job.input + ": " + outcome + "\n";
-    };
-    try {
-      check_output(job, arguments.force);
-      SourceNote note = source_note(job.input);
-      note.options = options_text(arguments);
-      if (!arguments.force && is_up_to_date(job, note)) {
-        tell("up to date");
-        reports.push_back(
-            {{"input", job.input}, {"file", job.output.string()}, {"up_to_date", true}});
-        continue;
-      }
-      const Prepared prepared = prepare_one(arguments, job, note);
-      tell(facts_of(prepared) + ", " + human_number(prepared.seconds.at("total").get<double>()) +
-           " s");
-      reports.push_back(json_of(job, prepared));
-    } catch (const std::exception& problem) {
-      ++failed;
-      tell(std::string("FAILED: ") + problem.what());
-      reports.push_back({{"input", job.input}, {"error", problem.what()}});
-    }
-  }
-  if (arguments.json) {
-    std::cout << text_of({{"volumes", reports}, {"failed", failed}});
-  } else {
-    std::cout << table;
-    if (!arguments.quiet) {
-      std::cout << jobs.size() << " volumes, " << failed << " failed.\n"
-                << "Next: multitetra-server serve " << arguments.output << "\n";
-    }
-  }
-  return failed == 0 ? kOk : kFailed;
-}
 
 // --plan, --part, --merge: into a folder of objects.
 int prepare_in_parts(const PrepareArguments& arguments) {
@@ -233,11 +44,11 @@ int prepare_in_parts(const PrepareArguments& arguments) {
     const auto source = open_volume(input, options);
     if (!parts.part.empty()) return make_part(*source, arguments.output, parts.part, report);
     SourceNote note = source_note(input);
-    note.options = options_text(arguments);
+    note.options = arguments.told();
     return plan_parts(
         *source,
         {.name = arguments.name.empty() ? default_dataset_name(input) : arguments.name,
-         .outside = outside_value(arguments.outside),
+         .outside = arguments.outside_value(),
          .margin = arguments.margin,
          .bins = arguments.bins},
         std::move(note), input, arguments.output, static_cast<std::size_t>(parts.plan), report);
@@ -246,15 +57,92 @@ int prepare_in_parts(const PrepareArguments& arguments) {
   }
 }
 
-int prepare(const PrepareArguments& arguments) {
+// Several volumes, or members of families, become datasets in a folder.
+void require_folder(const PrepareArguments& arguments) {
+  if (std::filesystem::path(arguments.output).extension() == ".mtd") {
+    throw ExitError(kUsage, "--output: " + arguments.output +
+                                " is a name for one dataset, and there are several volumes; give a "
+                                "folder.");
+  }
+  std::filesystem::create_directories(arguments.output);
+}
+
+int prepare_many(const PrepareArguments& arguments) {
+  if (!arguments.name.empty()) {
+    throw ExitError(kUsage, "--name is for one volume; several are named after their files.");
+  }
+  require_folder(arguments);
+  std::vector<PrepareJob> jobs = jobs_for(arguments.inputs, arguments.output);
+  if (jobs.empty())
+    throw ExitError(kUsage, "There is no volume in " + arguments.inputs.front() + ".");
+  for (PrepareJob& job : jobs) job.choice = arguments.volume.parsed().choice;
+  LatestLabelMap maps(arguments.output);
+  return prepare_all(arguments, jobs, maps);
+}
+
+int prepare_one_volume(const PrepareArguments& arguments) {
+  PrepareJob job{.input = arguments.inputs.front(),
+                 .output = arguments.output,
+                 .name = arguments.name,
+                 .choice = arguments.volume.parsed().choice};
+  if (job.name.empty()) job.name = default_dataset_name(job.input);
+  return prepare_single(arguments, job);
+}
+
+void require_one_way(const PrepareArguments& arguments) {
+  const FamilyArguments& family = arguments.family;
+  const VolumeOptions& volume = arguments.volume;
+  const auto refuse = [](bool both, const char* a, const char* b) {
+    if (!both) return;
+    throw ExitError(kUsage, std::string(a) + " and " + b + " exclude each other.");
+  };
+  refuse(arguments.parts.are_given(), "Families (--label, --all-times, --field, --time-series)",
+         "--plan, --part, --merge");
+  refuse(family.all_times && volume.time.has_value(), "--all-times", "--time");
+  refuse(!family.fields.empty() && !volume.array.empty(), "--field", "--array");
+  refuse(!family.fields.empty() && volume.channel.has_value(), "--field", "--channel");
+  refuse(!family.time_series.empty() && !arguments.name.empty(), "--time-series", "--name");
+}
+
+int prepare_families(const PrepareArguments& arguments) {
+  require_one_way(arguments);
+  require_folder(arguments);
+  const auto notice = [&](const std::string& text) {
+    if (!arguments.quiet) std::cerr << "prepare: " << text << "\n";
+  };
+  LatestLabelMap maps(arguments.output);
+  try {
+    return prepare_all(arguments, family_jobs(arguments, maps, notice), maps);
+  } catch (const VolumeFileError& problem) {
+    throw ExitError(kUsage, problem.what());
+  }
+}
+
+// "0,1,magnitude" chooses several components, each a field of a family.
+void split_components(PrepareArguments& arguments) {
+  std::string& component = arguments.volume.component;
+  if (component.find(',') == std::string::npos) return;
+  for (std::size_t begin = 0; begin <= component.size();) {
+    const std::size_t end = std::min(component.find(',', begin), component.size());
+    arguments.family.components.push_back(component.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  component.clear();
+}
+
+int prepare(PrepareArguments& arguments) {
   const ThreadLimit limit(arguments.threads);
+  split_components(arguments);
+  arguments.family.check();
+  if (arguments.family.are_given() && arguments.parts.are_given()) require_one_way(arguments);
   if (arguments.parts.are_given()) return prepare_in_parts(arguments);
   if (arguments.inputs.empty()) throw ExitError(kUsage, "Name a volume to prepare.");
   (void)arguments.volume.parsed();
-  (void)outside_value(arguments.outside);
+  (void)arguments.outside_value();
+  if (arguments.family.are_given()) return prepare_families(arguments);
   const bool into_folder = std::filesystem::is_directory(arguments.output);
   return into_folder || are_many(arguments.inputs) ? prepare_many(arguments)
-                                                   : prepare_single(arguments);
+                                                   : prepare_one_volume(arguments);
 }
 
 }  // namespace
@@ -273,8 +161,8 @@ void add_prepare_command(Command& program, Run& run) {
       ->type_name("SOURCE");
   command
       ->add_option("-o,--output", a->output,
-                   "Dataset file to write (.mtd); for several volumes, a folder; with parts, a "
-                   "folder of objects")
+                   "Dataset file to write (.mtd); for several volumes and for families, a folder; "
+                   "with parts, a folder of objects")
       ->required()
       ->type_name("FILE");
   command->add_option("--name", a->name,
@@ -290,6 +178,7 @@ void add_prepare_command(Command& program, Run& run) {
       ->within(0, 4096)
       ->capture_default_str();
   a->volume.add_to(*command);
+  a->family.add_to(*command);
   command
       ->add_option("--bins", a->bins,
                    "Bins of isovalues that errors are stored for; more bins, a larger file")
@@ -319,6 +208,12 @@ void add_prepare_command(Command& program, Run& run) {
       "  multitetra-server prepare dicom_folder -o scan.mtd --series 2\n"
       "  multitetra-server prepare image.zarr -o cells.mtd --channel 1 --time 0\n"
       "  multitetra-server prepare run.h5:/fields/density -o density.mtd\n"
+      "Families, datasets on the same places:\n"
+      "  multitetra-server prepare seg.nii.gz --label all -o organs/\n"
+      "  multitetra-server prepare heart4d.nii.gz --all-times -o heart/\n"
+      "  multitetra-server prepare flow_*.vti --time-series flow --times 0:0.1 --time-unit s -o "
+      "flow/\n"
+      "  multitetra-server prepare run.vti --field pressure,temperature -o run/\n"
       "On several machines, into a folder that all of them see:\n"
       "  multitetra-server prepare big.nrrd -o big --plan 8 | xargs -P 8 -d '\\n' -n 1 sh -c\n"
       "  multitetra-server prepare --merge -o big");

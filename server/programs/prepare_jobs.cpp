@@ -1,5 +1,6 @@
 #include "server/programs/prepare_jobs.hpp"
 
+#include <cstdint>
 #include <exception>
 #include <set>
 #include <system_error>
@@ -37,6 +38,10 @@ std::string default_dataset_name(const fs::path& input) {
   return name.stem().string();
 }
 
+std::string label_text(const Label& label) {
+  return std::to_string(static_cast<std::int64_t>(label.value));
+}
+
 bool are_many(const std::vector<std::string>& inputs) {
   return inputs.size() > 1 || is_folder_of_many(inputs.front());
 }
@@ -63,7 +68,11 @@ bool is_up_to_date(const PrepareJob& job, const SourceNote& note) {
   try {
     std::error_code error;
     const fs::file_time_type made = fs::last_write_time(job.output, error);
-    if (error || PreparedFile(job.output).metadata().source != note) return false;
+    if (error) return false;
+    const DatasetMetadata found = PreparedFile(job.output).metadata();
+    if (found.source != note || found.info.name != job.name || found.info.member != job.member) {
+      return false;
+    }
     const fs::path folder =
         fs::path(job.input).has_parent_path() ? fs::path(job.input).parent_path() : ".";
     for (fs::directory_iterator entry(folder, error), end; !error && entry != end;

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "common/request/family_member.hpp"
+#include "server/dataset/formats/stored_volume.hpp"
 #include "server/dataset/source_note.hpp"
 
 namespace multitetra {
@@ -12,11 +15,17 @@ namespace multitetra {
 struct PrepareJob {
   std::string input;
   std::filesystem::path output;
-  std::string name;  // Of the dataset.
+  std::string name;          // Of the dataset.
+  VolumeChoice choice = {};  // Of what the input holds.
+  std::optional<FamilyMember> member = std::nullopt;
+  std::vector<std::string> told = {};  // What was chosen for a member: "--time 3".
 };
 
 // A source's name without its folder and suffixes: "chris_t1.nii.gz" is chris_t1.
 [[nodiscard]] std::string default_dataset_name(const std::filesystem::path& input);
+
+// The number of a label: "3".
+[[nodiscard]] std::string label_text(const Label& label);
 
 // Whether the inputs are more than one volume: several, or a folder that is none itself.
 [[nodiscard]] bool are_many(const std::vector<std::string>& inputs);
@@ -25,9 +34,9 @@ struct PrepareJob {
 [[nodiscard]] std::vector<PrepareJob> jobs_for(const std::vector<std::string>& inputs,
                                                const std::filesystem::path& folder);
 
-// Whether the job's dataset is there, whole, and made from a source and with options that `note`
-// tells. Data files that a header names are not in its digest, so the dataset must also be newer
-// than all files beside the source.
+// Whether the job's dataset is there, whole, under its name, what it is in its family, and made
+// from a source and with options that `note` tells. Data files that a header names are not in its
+// digest, so the dataset must also be newer than all files beside the source.
 [[nodiscard]] bool is_up_to_date(const PrepareJob& job, const SourceNote& note);
 
 }  // namespace multitetra

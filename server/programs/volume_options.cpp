@@ -7,6 +7,12 @@
 
 namespace multitetra {
 
+ComponentChoice component_from(const std::string& text) {
+  if (const auto chosen = ComponentChoice::from(text)) return *chosen;
+  throw ExitError(kUsage, "--component is \"" + text +
+                              "\"; it must be a number from 0 on, magnitude or luminance.");
+}
+
 void VolumeOptions::add_to(Command& command) {
   command.add_option("--array", array,
                      "Array inside the source: a path (Zarr, N5, HDF5) or a name (.vti)");
@@ -67,14 +73,7 @@ VolumeFileOptions VolumeOptions::parsed() const {
                     .series = series,
                     .component = {},
                     .follow = follow};
-  if (!component.empty()) {
-    const auto chosen = ComponentChoice::from(component);
-    if (!chosen) {
-      throw ExitError(kUsage, "--component is \"" + component +
-                                  "\"; it must be a number from 0 on, magnitude or luminance.");
-    }
-    options.choice.component = *chosen;
-  }
+  if (!component.empty()) options.choice.component = component_from(component);
   if (dims.empty()) return options;
   options.raw = RawLayout{.type = stored_type_from(type).value(),
                           .endian = endian == "big" ? Endian::kBig : Endian::kLittle,

@@ -11,6 +11,9 @@
 
 namespace multitetra {
 
+// Throws ExitError (kUsage) when `text` names no component.
+[[nodiscard]] ComponentChoice component_from(const std::string& text);
+
 struct VolumeOptions {
   std::string array;
   std::optional<int> level;

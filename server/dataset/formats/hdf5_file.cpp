@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -143,11 +144,52 @@ herr_t note_dataset(hid_t group, const char* name, const H5O_info_t* info, void*
   return 0;
 }
 
-std::string chosen_dataset(const fs::path& path, hid_t file, const std::string& wanted) {
-  if (!wanted.empty()) return wanted;
+FoundDatasets datasets_in(hid_t file) {
   FoundDatasets found;
   H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_NATIVE, &note_dataset, &found, H5O_INFO_BASIC);
+  return found;
+}
+
+std::vector<hsize_t> dims_of_dataset(hid_t file, const std::string& name) {
+  const Hdf5Id dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT), &H5Dclose);
+  return dataset ? dims_of(dataset.get()) : std::vector<hsize_t>();
+}
+
+// The one with the most samples, the first of several.
+std::string largest_dataset(hid_t file, const std::vector<std::string>& names) {
+  const auto samples = [&](const std::string& name) {
+    double product = 1;
+    for (const hsize_t length : dims_of_dataset(file, name)) product *= static_cast<double>(length);
+    return product;
+  };
+  return *std::max_element(names.begin(), names.end(),
+                           [&](const auto& a, const auto& b) { return samples(a) < samples(b); });
+}
+
+// Those of the chosen one's shape, called by what is behind the last slash where that is enough.
+std::vector<SourceField> fields_of_shape(hid_t file, const std::vector<hsize_t>& dims) {
+  std::vector<std::string> names;
+  std::map<std::string, int> uses;
+  for (const std::string& name : datasets_in(file).names) {
+    if (dims_of_dataset(file, name) != dims) continue;
+    names.push_back(name);
+    ++uses[name.substr(name.rfind('/') + 1)];
+  }
+  std::sort(names.begin(), names.end());
+  std::vector<SourceField> fields;
+  for (const std::string& name : names) {
+    const std::string last = name.substr(name.rfind('/') + 1);
+    const std::string told = member_name_from(uses[last] == 1 ? last : name.substr(1));
+    if (!told.empty()) fields.push_back({.name = told, .array = name});
+  }
+  return fields;
+}
+
+std::string chosen_dataset(const fs::path& path, hid_t file, const VolumeChoice& choice) {
+  if (!choice.array.empty()) return choice.array;
+  const FoundDatasets found = datasets_in(file);
   if (found.names.size() == 1) return found.names.front();
+  if (choice.first && !found.names.empty()) return largest_dataset(file, found.names);
   std::string list;
   for (const std::string& name : found.names) {
     if (list.size() < 600) list += (list.empty() ? "" : ", ") + name;
@@ -156,7 +198,9 @@ std::string chosen_dataset(const fs::path& path, hid_t file, const std::string& 
                found.names.empty()
                    ? "it has no dataset of numbers with two or more dimensions"
                    : "it has " + std::to_string(found.names.size()) + " datasets: " + list,
-               "Name one, as in '" + path.filename().string() + ":/path'");
+               "Name one, as in '" + path.filename().string() +
+                   ":/path', or prepare several of "
+                   "one shape with --field");
 }
 
 // ---- its place
@@ -225,9 +269,25 @@ void place_volume(const fs::path& path, hid_t dataset, std::size_t rank, ImageHe
   set_box_axes(header, origin, spacing);
 }
 
+// As the scale of the first dimension tells them.
+SourceTimes times_along(hid_t dataset, hsize_t count) {
+  SourceTimes times{.count = static_cast<std::int64_t>(std::min<hsize_t>(count, hsize_t{1} << 62))};
+  if (count < 2 || H5DSget_num_scales(dataset, 0) <= 0) return times;
+  DimensionScale scale;
+  H5DSiterate_scales(dataset, 0, nullptr, &read_scale, &scale);
+  const bool are_times =
+      scale.values.size() == count && std::all_of(scale.values.begin(), scale.values.end(),
+                                                  [](double t) { return std::isfinite(t); });
+  if (!are_times) return times;
+  times.at = std::move(scale.values);
+  times.unit = time_unit_from(scale.unit);
+  return times;
+}
+
 // Where the volume lies along the dimensions before z, y, x.
 std::vector<hsize_t> place_along_others(const fs::path& path, const std::vector<hsize_t>& dims,
-                                        const VolumeChoice& choice) {
+                                        const VolumeChoice& choice, hid_t dataset,
+                                        SourceTimes& times) {
   std::vector<hsize_t> at(dims.size(), 0);
   if (dims.size() <= 3) return at;
   const std::size_t others = dims.size() - 3;
@@ -236,12 +296,14 @@ std::vector<hsize_t> place_along_others(const fs::path& path, const std::vector<
     const bool is_channel = d > 0 || (others == 1 && choice.channel);
     std::optional<std::int64_t> chosen;
     if (d <= 1) chosen = is_channel ? choice.channel : choice.time;
-    if (dims[d] != 1 && !chosen) {
+    if (d == 0 && !is_channel) times = times_along(dataset, dims[d]);
+    if (dims[d] != 1 && !chosen && !(choice.first && d <= 1)) {
       fail_reading(
           path,
           "its dimension " + std::to_string(d + 1) + " has " + std::to_string(dims[d]) + " entries",
-          d > 1 ? "Give a dataset of at most five dimensions"
-                : "Choose one with --time or --channel, from 0 on");
+          d > 1
+              ? "Give a dataset of at most five dimensions"
+              : "Choose one with --time or --channel, from 0 on, or prepare all with --all-times");
     }
     const std::int64_t entry = chosen ? *chosen : 0;
     at[d] = static_cast<hsize_t>(std::max<std::int64_t>(entry, 0));
@@ -305,7 +367,7 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
   (void)InputFile(path);  // Tells what is wrong with the file itself.
   Hdf5Id file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), &H5Fclose);
   if (!file) fail_reading(path, "it is no whole HDF5 file", "Get a whole copy of it");
-  const std::string name = chosen_dataset(path, file.get(), choice.array);
+  const std::string name = chosen_dataset(path, file.get(), choice);
   Hdf5Id dataset(H5Dopen2(file.get(), name.c_str(), H5P_DEFAULT), &H5Dclose);
   if (!dataset)
     fail_reading(path, "it has no dataset '" + name + "'", "Check the path inside the file");
@@ -330,7 +392,9 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
   const std::vector<double> fill = attribute_numbers(dataset.get(), "_FillValue", 1);
   if (!fill.empty()) header.missing = fill[0];
   check_header(path, header);
-  std::vector<hsize_t> at = place_along_others(path, dims, choice);
+  std::vector<hsize_t> at =
+      place_along_others(path, dims, choice, dataset.get(), volume.members.times);
+  if (choice.first) volume.members.fields = fields_of_shape(file.get(), dims);
   volume.slices = std::make_unique<Hdf5Slices>(path, std::move(file), std::move(dataset),
                                                std::move(at), dims, *type);
   return volume;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "server/dataset/formats/header_bytes.hpp"
 #include "server/dataset/formats/input_file.hpp"
@@ -25,6 +26,7 @@ struct NiftiHeader {
   double offset = 0;
   double slope = 0;
   double intercept = 0;
+  double first_time = 0;
   int units = 0;
   int qform = 0;
   int sform = 0;
@@ -83,12 +85,14 @@ NiftiHeader header_in(const std::string& beginning) {
     read_fields<std::int16_t, float, std::int16_t>(
         bytes, {40, 76, 108, 112, 252, 254, 256, 280, 70}, header);
     header.units = bytes.at<std::uint8_t>(123);
+    header.first_time = static_cast<double>(bytes.at<float>(136));
     header.in_two_files = beginning[345] == 'i';
   } else {
     const HeaderBytes bytes(beginning, *endian_of(beginning, kVersion2Bytes));
     read_fields<std::int64_t, double, std::int32_t>(
         bytes, {16, 104, 168, 176, 344, 348, 352, 400, 12}, header);
     header.units = bytes.at<std::int32_t>(500);
+    header.first_time = bytes.at<double>(216);
     header.in_two_files = beginning[5] == 'i';
   }
   return header;
@@ -192,9 +196,22 @@ void place(const fs::path& file, const NiftiHeader& nifti, ImageHeader& header) 
   }
 }
 
+// The fourth axis may also be one of frequencies.
+SourceTimes times_of(const NiftiHeader& nifti, std::int64_t count) {
+  const int unit = nifti.units & 0x38;
+  return even_times(count, nifti.first_time, nifti.pixdim[4],
+                    unit == 8    ? "s"
+                    : unit == 16 ? "ms"
+                    : unit == 24 ? "µs"
+                    : unit == 32 ? "Hz"
+                    : unit == 40 ? "ppm"
+                    : unit == 48 ? "rad/s"
+                                 : "");
+}
+
 // Where the chosen time and component begin, in volumes from the first one on.
 std::int64_t chosen_volume(const fs::path& file, const NiftiHeader& nifti,
-                           const VolumeChoice& choice) {
+                           const VolumeChoice& choice, SourceMembers& members) {
   const std::int64_t rank = nifti.dim[0];
   const auto along = [&](std::int64_t dimension) {
     const std::int64_t length =
@@ -209,16 +226,17 @@ std::int64_t chosen_volume(const fs::path& file, const NiftiHeader& nifti,
   }
   if (times < 1 || components < 1)
     fail_reading(file, "its dimensions are negative", "Get a whole copy of it");
-  if (times > 1 && !choice.time) {
+  if (times > 1 && !choice.time && !choice.first) {
     fail_reading(file, "it has " + std::to_string(times) + " volumes, one for each time",
-                 "Choose one with --time, from 0 on");
+                 "Choose one with --time, from 0 on, or prepare them with --all-times");
   }
+  members.times = times_of(nifti, times);
   const std::int64_t time = choice.time.value_or(0);
   if (time < 0 || time >= times) {
     fail_reading(file, "it has no time " + std::to_string(time),
                  "Choose 0 to " + std::to_string(times - 1));
   }
-  if (components == 1) return time;
+  if (components == 1 || (choice.first && choice.component == ComponentChoice())) return time;
   if (choice.component.kind != ComponentChoice::Kind::kIndex ||
       choice.component.index >= components) {
     fail_reading(
@@ -263,7 +281,8 @@ StoredVolume open_nifti(const fs::path& path, const VolumeChoice& choice) {
   }
   place(path, nifti, header);
   check_header(path, header);
-  const std::int64_t volume = chosen_volume(path, nifti, choice);
+  SourceMembers members;
+  const std::int64_t volume = chosen_volume(path, nifti, choice, members);
   constexpr double kFarthest = 1e15;
   const double least = nifti.in_two_files        ? 0
                        : is_version_1(beginning) ? kVersion1Bytes
@@ -276,7 +295,9 @@ StoredVolume open_nifti(const fs::path& path, const VolumeChoice& choice) {
                                static_cast<std::uint64_t>(volume) * header.slice_bytes() *
                                    static_cast<std::uint64_t>(header.dims[2]);
   const fs::path data = nifti.in_two_files ? image_file(path, choice.follow) : path;
-  return {.header = header, .slices = slices_in_file(data, offset, endian, header)};
+  return {.header = header,
+          .slices = slices_in_file(data, offset, endian, header),
+          .members = std::move(members)};
 }
 
 }  // namespace multitetra

@@ -15,6 +15,7 @@
 
 #include "common/base/affine.hpp"
 #include "common/request/physical_meaning.hpp"
+#include "server/dataset/formats/source_members.hpp"
 
 namespace multitetra {
 
@@ -67,6 +68,7 @@ struct StoredVolume {
   ImageHeader header;
   std::unique_ptr<StoredSlices> slices;
   std::vector<std::string> notices = {};  // What a person should know of how it is read.
+  SourceMembers members = {};
 };
 
 // Which of the numbers of a sample becomes its value, where it has several.
@@ -78,6 +80,8 @@ struct ComponentChoice {
   // "magnitude", "luminance" (of red, green, blue as BT.709 weighs them) or a number from 0 on;
   // nullopt for anything else.
   [[nodiscard]] static std::optional<ComponentChoice> from(std::string_view text);
+
+  friend bool operator==(const ComponentChoice&, const ComponentChoice&) = default;
 };
 
 // Which volume, where a source holds several.
@@ -89,6 +93,10 @@ struct VolumeChoice {
   std::string series = {};  // DICOM: a series' UID, or its number from 1 on.
   ComponentChoice component = {};
   bool follow = false;  // Data files may lie outside the folder of the header that names them.
+  // Where there are several and none is chosen, take the first: for whoever asks what there is.
+  bool first = false;
+
+  friend bool operator==(const VolumeChoice&, const VolumeChoice&) = default;
 };
 
 // The largest number of samples along a side of a volume; what a larger grid would hold is refused.

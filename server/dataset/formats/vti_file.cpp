@@ -363,6 +363,19 @@ const VtiArray& chosen(const fs::path& file, const VtiHeader& header, const std:
   fail_reading(file, "it has no array '" + wanted + "'", "Its arrays are " + names);
 }
 
+// The arrays beside the chosen one that have as many samples.
+std::vector<SourceField> fields_beside(const VtiHeader& header, const VtiArray& chosen) {
+  std::vector<SourceField> fields;
+  for (const VtiArray& array : header.arrays) {
+    const std::string name = member_name_from(array.name);
+    if (array.of_cells != chosen.of_cells || name.empty() || fields.size() == kMostSourceMembers) {
+      continue;
+    }
+    fields.push_back({.name = name, .array = array.name, .components = array.components});
+  }
+  return fields;
+}
+
 // Where base64 or text between tags really begins: behind white space.
 std::uint64_t behind_white_space(const InputFile& file, const VtiArray& array) {
   std::array<std::byte, 256> first{};
@@ -423,7 +436,8 @@ StoredVolume open_vti(const fs::path& path, const VolumeChoice& choice) {
   auto bytes = sample_bytes(*file, vti, array, needed);
   const std::size_t slice_bytes = header.slice_bytes();
   return {.header = header,
-          .slices = std::make_unique<VtiSlices>(std::move(file), std::move(bytes), slice_bytes)};
+          .slices = std::make_unique<VtiSlices>(std::move(file), std::move(bytes), slice_bytes),
+          .members = {.fields = fields_beside(vti, array)}};
 }
 
 }  // namespace multitetra

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -164,9 +165,82 @@ Placement placement_of(const ArrayLayout& array, const Json& attributes) {
   return placement;
 }
 
+// ---- what it holds besides
+
+SourceTimes times_along(const Placement& placement, std::size_t d, std::int64_t count) {
+  if (d >= placement.scale.size() || d >= placement.units.size() || placement.units[d].empty()) {
+    return {.count = count};  // A scale of 1 without a unit is no time.
+  }
+  return even_times(count, placement.translation[d], placement.scale[d], placement.units[d]);
+}
+
+// Channels have the names that "omero" gives them for display.
+std::vector<SourceField> channels_of(const Json& attributes, std::int64_t count) {
+  const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
+  const Json omero = ome.is_object() ? ome.value("omero", Json()) : Json();
+  const Json told = omero.is_object() ? omero.value("channels", Json()) : Json();
+  std::vector<SourceField> fields;
+  for (std::int64_t i = 0; i < std::min<std::int64_t>(count, kMostSourceMembers); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const Json channel = told.is_array() && at < told.size() ? told[at] : Json();
+    const Json label = channel.is_object() ? channel.value("label", Json()) : Json();
+    std::string name = label.is_string() ? member_name_from(label.get<std::string>()) : "";
+    if (name.empty()) name = "channel" + std::to_string(i);
+    fields.push_back({.name = std::move(name), .channel = i});
+  }
+  return fields;
+}
+
+std::optional<double> label_value_of(const Json& entry) {
+  const Json value = entry.is_object() ? entry.value("label-value", Json()) : Json();
+  return value.is_number_integer() ? std::optional(value.get<double>()) : std::nullopt;
+}
+
+// Of an image of labels: names stand among its properties, under what key is up to their writer.
+std::vector<Label> labels_of(const Json& attributes) {
+  const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
+  const Json image = ome.is_object() ? ome.value("image-label", Json()) : Json();
+  std::map<double, Label> labels;
+  const auto visit = [&](const char* list, const auto& tell) {
+    const Json entries = image.is_object() ? image.value(list, Json()) : Json();
+    if (!entries.is_array()) return;
+    for (const Json& entry : entries) {
+      const auto value = label_value_of(entry);
+      if (!value || labels.size() >= kMostSourceMembers) continue;
+      Label& label = labels[*value];
+      label.value = *value;
+      tell(entry, label);
+    }
+  };
+  visit("colors", [](const Json& entry, Label& label) {
+    const Json rgba = entry.value("rgba", Json());
+    if (!rgba.is_array() || rgba.size() < 3) return;
+    std::uint32_t color = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const bool is_byte = rgba[i].is_number_unsigned() && rgba[i].get<std::uint64_t>() <= 255;
+      if (!is_byte) return;
+      color = color << 8 | rgba[i].get<std::uint32_t>();
+    }
+    label.color = color;
+  });
+  visit("properties", [](const Json& entry, Label& label) {
+    for (const char* key : {"name", "label", "label-name", "class"}) {
+      const Json text = entry.value(key, Json());
+      if (text.is_string() && label.name.empty())
+        label.name = member_name_from(text.get<std::string>());
+    }
+  });
+  std::vector<Label> list;
+  for (const auto& [value, label] : labels) {
+    if (check_member({.family = "labels", .label = label})) list.push_back(label);
+  }
+  return list;
+}
+
 // Decides which dimensions are x, y, z, and where the volume lies along the others.
 VolumeInArray volume_in(const ArrayLayout& array, const Placement& placement,
-                        const VolumeChoice& choice, const std::filesystem::path& place) {
+                        const VolumeChoice& choice, const std::filesystem::path& place,
+                        const Json& attributes, SourceMembers& members) {
   const std::size_t dimensions = array.shape.size();
   if (dimensions < 2) fail_reading(place, "it has one dimension", "Give an array of 2 or more");
   const std::vector<std::string>& names = placement.names;
@@ -192,14 +266,17 @@ VolumeInArray volume_in(const ArrayLayout& array, const Placement& placement,
     std::optional<std::int64_t> chosen;
     if (is_time) chosen = choice.time;
     if (is_channel) chosen = choice.channel;
-    if (array.shape[d] != 1 && !chosen) {
-      fail_reading(place,
-                   "its dimension " + std::to_string(d + 1) +
-                       (name.empty() ? "" : " (" + name + ")") + " has " +
-                       std::to_string(array.shape[d]) + " entries",
-                   is_time      ? "Choose one with --time, from 0 on"
-                   : is_channel ? "Choose one with --channel, from 0 on"
-                                : "Give an array of three dimensions");
+    if (is_time) members.times = times_along(placement, d, array.shape[d]);
+    if (is_channel && array.shape[d] > 1) members.fields = channels_of(attributes, array.shape[d]);
+    const bool takes_first = choice.first && (is_time || is_channel);
+    if (array.shape[d] != 1 && !chosen && !takes_first) {
+      fail_reading(
+          place,
+          "its dimension " + std::to_string(d + 1) + (name.empty() ? "" : " (" + name + ")") +
+              " has " + std::to_string(array.shape[d]) + " entries",
+          is_time      ? "Choose one with --time, from 0 on, or prepare them with --all-times"
+          : is_channel ? "Choose one with --channel, from 0 on, or prepare them with --field all"
+                       : "Give an array of three dimensions");
     }
     volume.at[d] = chosen ? *chosen : 0;
     if (volume.at[d] < 0 || volume.at[d] >= array.shape[d]) {
@@ -271,10 +348,12 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
                      " axes and the array " + std::to_string(array->shape.size()) + " dimensions",
                  "Correct its metadata");
   }
-  VolumeInArray volume = volume_in(*array, placement, choice, place);
+  SourceMembers members{.labels = labels_of(attributes)};
+  VolumeInArray volume = volume_in(*array, placement, choice, place, attributes, members);
   const ImageHeader header = header_of(*array, placement, volume, place);
   return {.header = header,
-          .slices = chunked_slices(std::move(store), path, *std::move(array), std::move(volume))};
+          .slices = chunked_slices(std::move(store), path, *std::move(array), std::move(volume)),
+          .members = std::move(members)};
 }
 
 }  // namespace

@@ -1,0 +1,61 @@
+// What a source holds beside one volume, all of it on the same places: times, fields, and the
+// names of labels. Readers tell what they know of it; who prepares a family asks.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/request/family_member.hpp"
+
+namespace multitetra {
+
+struct SourceTimes {
+  std::int64_t count = 1;       // That VolumeChoice::time chooses from; 1: no series.
+  std::vector<double> at = {};  // One for each, finite; empty: not told, then frames are counted.
+  std::string unit = {};        // Of these; empty: not told.
+
+  friend bool operator==(const SourceTimes&, const SourceTimes&) = default;
+};
+
+// One of several arrays or channels.
+struct SourceField {
+  std::string name;
+  std::string array = {};  // For VolumeChoice::array; empty: not by array.
+  std::optional<std::int64_t> channel = std::nullopt;  // For VolumeChoice::channel.
+  std::int64_t components = 1;                         // Numbers of a sample.
+
+  friend bool operator==(const SourceField&, const SourceField&) = default;
+};
+
+struct SourceMembers {
+  SourceTimes times = {};
+  std::vector<SourceField> fields = {};  // As the source orders them; none: it has one only.
+  std::vector<Label> labels = {};        // That the source names; others may occur.
+
+  friend bool operator==(const SourceMembers&, const SourceMembers&) = default;
+};
+
+inline constexpr std::size_t kMostSourceMembers = 32'768;  // Of each kind.
+
+// `count` times from `first` on, `step` apart, in `unit`; not told where these are no times, as of
+// programs that leave fields at 0.
+[[nodiscard]] SourceTimes even_times(std::int64_t count, double first, double step,
+                                     std::string_view unit);
+
+// Seconds and their parts under one name ("sec", "second", "seconds": "s"); others as they are,
+// empty when they are no units.
+[[nodiscard]] std::string time_unit_from(std::string_view text);
+
+// `text` as far as it can be a name: nothing, where it is no UTF-8 without control characters of at
+// most kMaxMemberTextBytes.
+[[nodiscard]] std::string member_name_from(std::string_view text);
+
+// For another process, and back. Requires what members_text returned.
+[[nodiscard]] std::string members_text(const SourceMembers& members);
+[[nodiscard]] SourceMembers members_from(std::string_view text);
+
+}  // namespace multitetra

@@ -1,0 +1,83 @@
+#include "server/dataset/segment_names.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "common/base/text.hpp"
+#include "server/dataset/formats/source_members.hpp"
+#include "server/dataset/numbered_files.hpp"
+
+namespace multitetra {
+namespace {
+
+struct Segment {
+  std::string name;
+  std::optional<std::int64_t> value;
+  std::optional<std::uint32_t> color;
+  std::int64_t layer = 0;
+};
+
+// Three numbers from 0 to 1.
+std::optional<std::uint32_t> color_of_shares(const std::string& text) {
+  const std::vector<std::string> words = words_of(text);
+  if (words.size() != 3) return std::nullopt;
+  std::uint32_t color = 0;
+  for (const std::string& word : words) {
+    double share = 0;
+    const char* const end = word.data() + word.size();
+    const auto [at, error] = std::from_chars(word.data(), end, share);
+    if (error != std::errc() || at != end || !(share >= 0 && share <= 1)) return std::nullopt;
+    color = color << 8 | static_cast<std::uint32_t>(std::lround(255 * share));
+  }
+  return color;
+}
+
+// "Segment12_Name:=liver": 12, "Name", "liver".
+void add_line(std::string_view line, std::map<std::int64_t, Segment>& segments) {
+  constexpr std::string_view kKey = "Segment";
+  const std::size_t value_at = line.find(":=");
+  if (!line.starts_with(kKey) || value_at == std::string_view::npos) return;
+  const std::string_view key = line.substr(kKey.size(), value_at - kKey.size());
+  const std::size_t under = key.find('_');
+  if (under == std::string_view::npos) return;
+  const std::optional<std::int64_t> number = integer(key.substr(0, under));
+  if (!number || *number < 0 || segments.size() >= kMostSourceMembers) return;
+  Segment& segment = segments[*number];
+  const std::string_view what = key.substr(under + 1);
+  const std::string value(trimmed(line.substr(value_at + 2)));
+  if (what == "Name") segment.name = member_name_from(value);
+  if (what == "LabelValue") segment.value = integer(value);
+  if (what == "Color") segment.color = color_of_shares(value);
+  if (what == "Layer") segment.layer = integer(value).value_or(0);
+}
+
+}  // namespace
+
+std::vector<Label> segments_in(std::string_view header) {
+  std::map<std::int64_t, Segment> segments;
+  while (!header.empty()) {
+    const std::size_t end = std::min(header.find('\n'), header.size());
+    std::string_view line = header.substr(0, end);
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    add_line(line, segments);
+    header.remove_prefix(std::min(end + 1, header.size()));
+  }
+  std::vector<Label> labels;
+  for (auto& [number, segment] : segments) {
+    if (!segment.value || segment.layer != 0) continue;
+    Label label{.value = static_cast<double>(*segment.value),
+                .name = std::move(segment.name),
+                .color = segment.color};
+    if (check_member({.family = "segments", .label = label})) labels.push_back(std::move(label));
+  }
+  return labels;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,139 @@
+#include "server/programs/family_arguments.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <set>
+
+#include "common/base/exit_codes.hpp"
+#include "common/request/physical_meaning.hpp"
+
+namespace multitetra {
+namespace {
+
+std::optional<double> finite_number(std::string_view text) {
+  double value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [at, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || at != end || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+[[noreturn]] void wrong_use(const std::string& text) { throw ExitError(kUsage, text); }
+
+[[noreturn]] void wrong_times(const std::string& times) {
+  wrong_use("--times is \"" + times +
+            "\"; it must be numbers that increase, such as 0,0.1,0.3, or the first and the step, "
+            "such as 0:0.1.");
+}
+
+void require_unique(const std::vector<std::string>& values, const char* option) {
+  std::set<std::string> seen;
+  for (const std::string& value : values) {
+    if (value == "all" && values.size() > 1)
+      wrong_use(std::string(option) + ": all is for itself; give names or all.");
+    if (!seen.insert(value).second)
+      wrong_use(std::string(option) + ": " + value + " is named twice.");
+  }
+}
+
+}  // namespace
+
+void FamilyArguments::add_to(Command& command) {
+  command
+      .add_option("--label", labels,
+                  "A dataset for each of these labels of a label map, a smooth field whose "
+                  "isosurface 0.5 is the label's boundary; all: every label but 0")
+      ->delimiter(',')
+      ->repeatable()
+      ->type_name("LABEL,...");
+  command
+      .add_option("--label-names", label_names,
+                  "Names and colors of labels: a label description of ITK-SNAP or a color table "
+                  "of 3D Slicer")
+      ->type_name("FILE");
+  command.add_flag("--all-times", all_times, "A dataset for each of the volume's times");
+  command
+      .add_option("--field", fields,
+                  "A dataset for each of these fields (arrays of one shape, channels); all: every "
+                  "one")
+      ->delimiter(',')
+      ->repeatable()
+      ->type_name("NAME,...");
+  command
+      .add_option("--time-series", time_series,
+                  "The volumes are times of one series of this name, in natural order")
+      ->type_name("NAME");
+  command
+      .add_option("--times", times,
+                  "Their times: one for each, or the first and the step (0:0.1); default: what the "
+                  "file tells, or 0, 1, 2, ...")
+      ->type_name("TIMES");
+  command.add_option("--time-unit", time_unit, "Unit of the times, such as s")->type_name("UNIT");
+}
+
+void FamilyArguments::check() const {
+  require_unique(labels, "--label");
+  require_unique(fields, "--field");
+  require_unique(components, "--component");
+  if (!label_names.empty() && labels.empty()) wrong_use("--label-names is for --label.");
+  if (all_times && !time_series.empty()) {
+    wrong_use(
+        "--all-times is for a volume that has several times, --time-series for volumes of one "
+        "time each; give one of them.");
+  }
+  const bool has_times = all_times || !time_series.empty();
+  if (!times.empty() && !has_times) wrong_use("--times is for --time-series and --all-times.");
+  if (!time_unit.empty() && !has_times)
+    wrong_use("--time-unit is for --time-series and --all-times.");
+  if (!is_unit_text(time_unit)) {
+    wrong_use("--time-unit must be UTF-8 of at most " + std::to_string(kMaxUnitBytes) +
+              " bytes without control characters.");
+  }
+  if (!wants_all_labels()) (void)label_values();
+}
+
+std::vector<double> FamilyArguments::label_values() const {
+  std::vector<double> values;
+  for (const std::string& label : labels) {
+    const std::optional<double> value = finite_number(label);
+    if (!value || std::trunc(*value) != *value || std::abs(*value) > 16'777'216) {
+      wrong_use("--label is \"" + label + "\"; it must be whole numbers such as 3,7, or all.");
+    }
+    values.push_back(*value + 0.0);  // No -0.
+  }
+  return values;
+}
+
+std::vector<double> FamilyArguments::time_values(std::size_t count) const {
+  std::vector<double> values;
+  if (times.empty()) return values;
+  const std::size_t colon = times.find(':');
+  if (colon != std::string::npos) {
+    const auto first = finite_number(std::string_view(times).substr(0, colon));
+    const auto step = finite_number(std::string_view(times).substr(colon + 1));
+    if (!first || !step || !(*step > 0)) wrong_times(times);
+    for (std::size_t i = 0; i < count; ++i) {
+      values.push_back(*first + *step * static_cast<double>(i));
+    }
+  } else {
+    for (std::string_view rest = times;;) {
+      const std::size_t comma = rest.find(',');
+      const auto value = finite_number(rest.substr(0, comma));
+      if (!value) wrong_times(times);
+      values.push_back(*value);
+      if (comma == std::string_view::npos) break;
+      rest.remove_prefix(comma + 1);
+    }
+  }
+  if (values.size() != count) {
+    wrong_use("--times has " + std::to_string(values.size()) + " numbers, and there are " +
+              std::to_string(count) + " times.");
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!std::isfinite(values[i]) || (i > 0 && !(values[i] > values[i - 1]))) wrong_times(times);
+  }
+  return values;
+}
+
+}  // namespace multitetra

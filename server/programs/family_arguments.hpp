@@ -1,0 +1,40 @@
+// What `prepare` can be told about families: which labels, times and fields become datasets.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/cli/command.hpp"
+
+namespace multitetra {
+
+struct FamilyArguments {
+  std::vector<std::string> labels;  // Numbers, or "all" alone.
+  std::string label_names;          // A file.
+  bool all_times = false;
+  std::vector<std::string> fields;  // Names, or "all" alone.
+  std::vector<std::string> components;
+  std::string time_series;  // The family's name.
+  std::string times;        // "0,0.1,0.3" or "0:0.1".
+  std::string time_unit;
+
+  void add_to(Command& command);
+  // Throws ExitError (kUsage) when what is given does not go together.
+  void check() const;
+
+  // Whether they make a family of a volume.
+  [[nodiscard]] bool are_given() const {
+    return !labels.empty() || all_times || !fields.empty() || !components.empty() ||
+           !time_series.empty();
+  }
+  [[nodiscard]] bool wants_all_labels() const { return labels == std::vector<std::string>{"all"}; }
+  [[nodiscard]] bool wants_all_fields() const { return fields == std::vector<std::string>{"all"}; }
+  // Requires that not all are wanted. Throws ExitError (kUsage) when one is no whole number.
+  [[nodiscard]] std::vector<double> label_values() const;
+  // `count` times; none without --times. Throws ExitError (kUsage) unless they are so many numbers
+  // that increase.
+  [[nodiscard]] std::vector<double> time_values(std::size_t count) const;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,339 @@
+#include "server/programs/family_jobs.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "common/base/exit_codes.hpp"
+#include "server/dataset/families/label_names.hpp"
+#include "server/dataset/image_stack.hpp"
+#include "server/dataset/volume_files.hpp"
+
+namespace multitetra {
+namespace {
+
+using Notice = std::function<void(const std::string&)>;
+
+// One time of a family: a volume, or one of those in it.
+struct Moment {
+  std::string input;
+  std::optional<std::int64_t> index = std::nullopt;  // In the input.
+  std::optional<double> time = std::nullopt;
+};
+
+struct Family {
+  std::string name;
+  std::vector<Moment> moments;
+  std::string time_unit = {};
+  SourceMembers members = {};  // Of the first volume.
+};
+
+// What a volume holds.
+SourceMembers members_of(const std::string& input, const PrepareArguments& arguments) {
+  VolumeFileOptions options = arguments.volume.parsed();
+  options.choice.first = true;
+  return open_volume(input, options)->members();
+}
+
+bool increase(const std::vector<double>& times) {
+  return std::adjacent_find(times.begin(), times.end(),
+                            [](double a, double b) { return !(a < b); }) == times.end();
+}
+
+std::vector<double> frame_numbers(std::size_t count) {
+  std::vector<double> numbers(count);
+  for (std::size_t i = 0; i < count; ++i) numbers[i] = static_cast<double>(i);
+  return numbers;
+}
+
+// ---- times
+
+Family family_of_volume(const std::string& input, const std::string& name,
+                        const PrepareArguments& arguments, const Notice& notice) {
+  Family family{
+      .name = name, .moments = {{.input = input}}, .members = members_of(input, arguments)};
+  const FamilyArguments& asked = arguments.family;
+  const SourceTimes& told = family.members.times;
+  if (!asked.all_times) return family;
+  if (told.count > std::int64_t{kMostFamilyJobs}) {
+    throw ExitError(kUsage, "'" + input + "' has " + std::to_string(told.count) +
+                                " times; --all-times makes a dataset of each, at most " +
+                                std::to_string(kMostFamilyJobs) + ".");
+  }
+  const auto count = static_cast<std::size_t>(told.count);
+  std::vector<double> times = asked.time_values(count);
+  if (times.empty() && !told.at.empty() && increase(told.at)) {
+    times = told.at;
+    family.time_unit = told.unit;
+  }
+  if (times.empty()) {
+    if (count > 1) notice("'" + input + "' does not tell its times: they are frames 0, 1, 2, ...");
+    times = frame_numbers(count);
+  }
+  if (!asked.time_unit.empty()) family.time_unit = asked.time_unit;
+  family.moments.clear();
+  for (std::size_t i = 0; i < count; ++i) {
+    family.moments.push_back(
+        {.input = input, .index = static_cast<std::int64_t>(i), .time = times[i]});
+  }
+  return family;
+}
+
+Family family_of_series(const PrepareArguments& arguments) {
+  std::vector<std::string> inputs;
+  for (const PrepareJob& job : jobs_for(arguments.inputs, arguments.output)) {
+    inputs.push_back(job.input);
+  }
+  if (inputs.empty())
+    throw ExitError(kUsage, "There is no volume in " + arguments.inputs.front() + ".");
+  std::sort(inputs.begin(), inputs.end(),
+            [](const std::string& a, const std::string& b) { return naturally_less(a, b); });
+  const FamilyArguments& asked = arguments.family;
+  std::vector<double> times = asked.time_values(inputs.size());
+  if (times.empty()) times = frame_numbers(inputs.size());
+  Family family{.name = asked.time_series,
+                .moments = {},
+                .time_unit = asked.time_unit,
+                .members = members_of(inputs.front(), arguments)};
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    family.moments.push_back({.input = inputs[i], .time = times[i]});
+  }
+  return family;
+}
+
+// ---- fields
+
+// A field, and how its samples are chosen.
+struct FieldChoice {
+  std::string name;  // Empty: the only one.
+  SourceField source = {};
+  std::optional<std::string> component = std::nullopt;
+};
+
+std::string list_of_names(const std::vector<SourceField>& fields) {
+  std::string names;
+  for (const SourceField& field : fields) {
+    if (names.size() > 600) return names + ", ...";
+    names += (names.empty() ? "" : ", ") + field.name;
+  }
+  return names;
+}
+
+std::vector<SourceField> asked_fields(const Family& family, const PrepareArguments& arguments,
+                                      const Notice& notice) {
+  const std::vector<SourceField>& there = family.members.fields;
+  const FamilyArguments& asked = arguments.family;
+  const std::string& input = family.moments.front().input;
+  if (asked.fields.empty()) return {SourceField{}};
+  std::vector<SourceField> fields;
+  if (asked.wants_all_fields()) {
+    const bool chooses = !arguments.volume.component.empty() || !asked.components.empty();
+    for (const SourceField& field : there) {
+      if (field.components == 1 || chooses) {
+        fields.push_back(field);
+      } else {
+        notice("'" + input + "': field " + field.name + " has " + std::to_string(field.components) +
+               " components and is left out; --component chooses.");
+      }
+    }
+    if (fields.empty()) fields.emplace_back();
+    return fields;
+  }
+  for (const std::string& name : asked.fields) {
+    const auto found = std::find_if(there.begin(), there.end(), [&](const SourceField& field) {
+      return field.name == name || (!field.array.empty() && field.array == name);
+    });
+    if (found == there.end()) {
+      throw ExitError(kUsage, "'" + input + "' has no field " + name + ". " +
+                                  (there.empty() ? "It has one field only"
+                                                 : "Its fields are " + list_of_names(there)) +
+                                  ".");
+    }
+    fields.push_back(*found);
+  }
+  return fields;
+}
+
+std::vector<FieldChoice> field_choices(const Family& family, const PrepareArguments& arguments,
+                                       const Notice& notice) {
+  std::vector<FieldChoice> choices;
+  for (const SourceField& field : asked_fields(family, arguments, notice)) {
+    if (arguments.family.components.empty())
+      choices.push_back({.name = field.name, .source = field});
+    for (const std::string& component : arguments.family.components) {
+      const bool is_number = component.find_first_not_of("0123456789") == std::string::npos;
+      const std::string told = is_number ? "component" + component : component;
+      choices.push_back({.name = field.name.empty() ? told : field.name + " " + told,
+                         .source = field,
+                         .component = component});
+    }
+  }
+  return choices;
+}
+
+// As part of a file's name: letters, digits and what is harmless stay.
+std::string name_part(const std::string& text) {
+  std::string part;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool stays = (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z') ||
+                       (byte >= '0' && byte <= '9') || byte >= 0x80 || c == '-' || c == '.' ||
+                       c == '_' || c == '+';
+    part += stays ? c : '_';
+  }
+  return part;
+}
+
+// A part of a name for each of the fields, no two the same.
+std::vector<std::string> field_parts(const std::vector<FieldChoice>& fields) {
+  std::set<std::string> taken;
+  std::vector<std::string> parts;
+  for (const FieldChoice& field : fields) {
+    const std::string base = name_part(field.name);
+    std::string part = base;
+    for (int i = 2; !taken.insert(part).second; ++i) part = base + "_" + std::to_string(i);
+    parts.push_back(part);
+  }
+  return parts;
+}
+
+// ---- labels
+
+class LabelChoices {
+ public:
+  LabelChoices(const PrepareArguments& arguments, LatestLabelMap& maps, const Family& family)
+      : arguments_(arguments), maps_(maps) {
+    for (const Label& label : family.members.labels) names_[label.value] = label;
+    if (arguments.family.label_names.empty()) return;
+    for (const Label& label : read_label_names(arguments.family.label_names)) {
+      names_[label.value] = label;
+    }
+  }
+
+  // Those that are wanted of a volume; nullopt alone: no labels are.
+  [[nodiscard]] std::vector<std::optional<Label>> of(const PrepareJob& volume) const {
+    const FamilyArguments& asked = arguments_.family;
+    if (asked.labels.empty()) return {std::nullopt};
+    std::vector<std::optional<Label>> labels;
+    for (const double value : asked.wants_all_labels() ? all_in(volume) : asked.label_values()) {
+      const auto named = names_.find(value);
+      labels.push_back(
+          named != names_.end()
+              ? named->second
+              : Label{.value = value, .name = "label " + label_text({.value = value})});
+    }
+    return labels;
+  }
+
+ private:
+  [[nodiscard]] std::vector<double> all_in(const PrepareJob& volume) const {
+    VolumeFileOptions options = arguments_.volume.parsed();
+    options.choice = volume.choice;
+    const LabelMap map = maps_.of(volume.input, options);
+    const std::size_t count = map.labels().size();
+    if (count > kMostLabelsAtOnce) {
+      throw ExitError(kUsage, "'" + volume.input + "' has " + std::to_string(count) +
+                                  " labels, and --label all makes a dataset of each, of at most " +
+                                  std::to_string(kMostLabelsAtOnce) +
+                                  ". Name those that you want, such as --label 3,7.");
+    }
+    if (count == 0) {
+      throw ExitError(kUsage, "'" + volume.input + "' has no label: all of its samples are 0.");
+    }
+    std::vector<double> values;
+    for (const FoundLabel& label : map.labels()) values.push_back(label.value);
+    return values;
+  }
+
+  const PrepareArguments& arguments_;
+  LatestLabelMap& maps_;
+  std::map<double, Label> names_;
+};
+
+// ---- all of them
+
+std::string time_part(std::size_t frame) {
+  char text[24];
+  std::snprintf(text, sizeof text, ".t%04zu", frame);
+  return text;
+}
+
+void add_jobs(const Family& family, const PrepareArguments& arguments, LatestLabelMap& maps,
+              const Notice& notice, std::vector<PrepareJob>& jobs) {
+  const std::vector<FieldChoice> fields = field_choices(family, arguments, notice);
+  const std::vector<std::string> parts = field_parts(fields);
+  const LabelChoices labels(arguments, maps, family);
+  for (std::size_t frame = 0; frame < family.moments.size(); ++frame) {
+    const Moment& moment = family.moments[frame];
+    for (std::size_t f = 0; f < fields.size(); ++f) {
+      const FieldChoice& field = fields[f];
+      PrepareJob volume{.input = moment.input,
+                        .output = {},
+                        .name = family.name,
+                        .choice = arguments.volume.parsed().choice,
+                        .member = FamilyMember{.family = family.name,
+                                               .field = field.name,
+                                               .time = moment.time,
+                                               .time_unit = family.time_unit}};
+      if (!field.name.empty()) volume.name += "." + parts[f];
+      if (moment.time) volume.name += time_part(frame);
+      if (moment.index) {
+        volume.choice.time = moment.index;
+        volume.told.push_back("--time " + std::to_string(*moment.index));
+      }
+      if (!field.source.array.empty()) {
+        volume.choice.array = field.source.array;
+        volume.told.push_back("--array " + field.source.array);
+      }
+      if (field.source.channel) {
+        volume.choice.channel = field.source.channel;
+        volume.told.push_back("--channel " + std::to_string(*field.source.channel));
+      }
+      if (field.component) {
+        volume.choice.component = component_from(*field.component);
+        volume.told.push_back("--component " + *field.component);
+      }
+      for (const std::optional<Label>& label : labels.of(volume)) {
+        PrepareJob job = volume;
+        if (label) {
+          job.member->label = label;
+          job.name += ".label" + label_text(*label);
+          job.told.push_back("--label " + label_text(*label));
+        }
+        job.output = std::filesystem::path(arguments.output) / (job.name + ".mtd");
+        jobs.push_back(std::move(job));
+      }
+      if (jobs.size() > kMostFamilyJobs) {
+        throw ExitError(kUsage, "There are more than " + std::to_string(kMostFamilyJobs) +
+                                    " members. Prepare fewer times, fields or labels at once.");
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<PrepareJob> family_jobs(const PrepareArguments& arguments, LatestLabelMap& maps,
+                                    const Notice& notice) {
+  std::vector<PrepareJob> jobs;
+  if (!arguments.family.time_series.empty()) {
+    add_jobs(family_of_series(arguments), arguments, maps, notice, jobs);
+    return jobs;
+  }
+  const std::vector<PrepareJob> volumes = jobs_for(arguments.inputs, arguments.output);
+  if (volumes.empty())
+    throw ExitError(kUsage, "There is no volume in " + arguments.inputs.front() + ".");
+  if (!arguments.name.empty() && volumes.size() > 1) {
+    throw ExitError(kUsage, "--name is for one volume; several are named after their files.");
+  }
+  for (const PrepareJob& volume : volumes) {
+    const std::string& name = arguments.name.empty() ? volume.name : arguments.name;
+    add_jobs(family_of_volume(volume.input, name, arguments, notice), arguments, maps, notice,
+             jobs);
+  }
+  return jobs;
+}
+
+}  // namespace multitetra

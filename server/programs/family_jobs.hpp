@@ -1,0 +1,22 @@
+// Which datasets the members of a family become: one for each time, field and label.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "server/programs/prepare_run.hpp"
+
+namespace multitetra {
+
+inline constexpr std::size_t kMostLabelsAtOnce = 1024;  // Of --label all.
+inline constexpr std::size_t kMostFamilyJobs = 16'384;
+
+// Requires arguments.family.are_given(). Looks into the volumes, and with --label all reads them.
+// Labels of one map follow each other. `notice` is told what a person should know. Throws ExitError
+// (kUsage) when what is asked for is not there, VolumeFileError when a volume cannot be read.
+[[nodiscard]] std::vector<PrepareJob> family_jobs(
+    const PrepareArguments& arguments, LatestLabelMap& maps,
+    const std::function<void(const std::string&)>& notice);
+
+}  // namespace multitetra

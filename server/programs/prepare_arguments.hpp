@@ -1,0 +1,37 @@
+// What `prepare` is told.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/core/spectrum/isovalue_bins.hpp"
+#include "server/programs/family_arguments.hpp"
+#include "server/programs/prepare_parts_command.hpp"
+#include "server/programs/volume_options.hpp"
+
+namespace multitetra {
+
+struct PrepareArguments {
+  std::vector<std::string> inputs;
+  std::string output;
+  std::string name;
+  std::string outside = "void";
+  std::int32_t margin = 0;
+  VolumeOptions volume;
+  FamilyArguments family;
+  PartsArguments parts;
+  int bins = IsovalueBins::kDefaultCount;
+  int threads = 0;
+  bool force = false;
+  bool json = false;
+  bool quiet = false;
+
+  // Throws std::invalid_argument unless `outside` is "void" (none) or a number.
+  [[nodiscard]] std::optional<double> outside_value() const;
+  // What was asked for beyond the source, as text: another text, another dataset.
+  [[nodiscard]] std::string told() const;
+};
+
+}  // namespace multitetra
