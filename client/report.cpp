@@ -79,9 +79,7 @@ std::string allowed_error(const StepBegin& begin, const DatasetInfo& info) {
   return "error " + human_number(error) + (error == 1 ? " voxel" : " voxels");
 }
 
-}  // namespace
-
-std::string json_report(const FetchReport& report) {
+Json json_of(const FetchReport& report) {
   Json steps = Json::array();
   for (const FetchedStep& step : report.steps) steps.push_back(step_json(step));
   Json json = {
@@ -108,7 +106,17 @@ std::string json_report(const FetchReport& report) {
   if (report.error) {
     json["error"] = {{"code", name(report.error->code)}, {"text", report.error->text}};
   }
-  return text_of(json);
+  return json;
+}
+
+}  // namespace
+
+std::string json_report(const FetchReport& report) { return text_of(json_of(report)); }
+
+std::string json_report(std::span<const FetchReport> reports) {
+  Json surfaces = Json::array();
+  for (const FetchReport& report : reports) surfaces.push_back(json_of(report));
+  return text_of({{"surfaces", std::move(surfaces)}});
 }
 
 std::string json_list(const Endpoint& server, const std::vector<DatasetInfo>& datasets) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,8 @@ struct FetchReport {
 // percentile_99, mean, above_limit, worst: {distance, limit, place}}. A place is in world
 // coordinates; an infinite number, where one of the surfaces is empty, is null.
 [[nodiscard]] std::string json_report(const FetchReport& report);
+// Of several surfaces: {"surfaces": [...]}, each as above.
+[[nodiscard]] std::string json_report(std::span<const FetchReport> reports);
 [[nodiscard]] std::string json_list(const Endpoint& server,
                                     const std::vector<DatasetInfo>& datasets);
 

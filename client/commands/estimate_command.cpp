@@ -37,19 +37,19 @@ void add_estimate(Command& app, EstimateArguments& a) {
 int estimate(const EstimateArguments& arguments) {
   auto surface = ordered(arguments.order);
   if (!surface) return surface.error();
-  const auto reply = surface->client.estimate(surface->info.name, surface->request);
+  const auto reply = surface->client.estimate(surface->info.name, surface->requests.front());
   if (!reply) return complain(reply.error());
   if (arguments.json) {
     const Json report = {{"server", to_string(surface->server)},
                          {"dataset", surface->info.name},
-                         {"parameters", json_of(surface->request)},
+                         {"parameters", json_of(surface->requests.front())},
                          {"notices", surface->notices.told()},
                          {"triangles", reply->triangles},
                          {"bytes", reply->bytes},
                          {"threshold_world", reply->threshold_world}};
     std::cout << text_of(report);
   } else {
-    print(*reply, surface->request, surface->info);
+    print(*reply, surface->requests.front(), surface->info);
   }
   return kOk;
 }

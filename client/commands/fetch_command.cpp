@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <iostream>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -12,32 +13,58 @@
 #include "client/local_volume.hpp"
 #include "client/report.hpp"
 #include "client/tile_folder.hpp"
+#include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/output_files.hpp"
 #include "common/cli/terminal.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/wire/mesh_files.hpp"
+#include "common/wire/scene_file.hpp"
 
 namespace multitetra {
 namespace {
+
+// One of the surfaces that are fetched, and where it goes.
+struct Part {
+  std::string name;       // Among several: "isovalue 500.5"; empty where there is only one.
+  std::string mesh_file;  // A GLB holds all parts.
+  std::filesystem::path steps_directory;  // Empty: steps are not kept.
+};
+
+// As many as isovalues are named; where there are several, files that hold one of them are called
+// after it.
+std::vector<Part> parts_of(const FetchArguments& arguments, MeshFormat format) {
+  const std::filesystem::path file = arguments.mesh;
+  const std::filesystem::path steps = arguments.steps_directory;
+  const std::vector<double>& isovalues = arguments.order.surface.isovalues;
+  if (isovalues.size() < 2) return {{.name = {}, .mesh_file = file, .steps_directory = steps}};
+  std::vector<Part> parts;
+  for (const double isovalue : isovalues) {
+    const std::string number = shortest_text(isovalue);
+    const std::string own = file.stem().string() + "_" + number + file.extension().string();
+    parts.push_back({.name = "isovalue " + number,
+                     .mesh_file = format == MeshFormat::kGlb ? file : file.parent_path() / own,
+                     .steps_directory = steps.empty() ? steps : steps / ("isovalue_" + number)});
+  }
+  return parts;
+}
 
 // Writes what a fetch gives as it comes.
 class Output {
  public:
   Output(const FetchArguments& arguments, MeshFormat format, const DatasetInfo& info)
-      : arguments_(arguments), info_(info), format_(format) {
-    if (!arguments_.steps_directory.empty()) {
-      std::filesystem::create_directories(arguments_.steps_directory);
-    }
-  }
+      : arguments_(arguments), info_(info), format_(format) {}
 
-  void step(const FetchedStep& fetched) const {
-    if (!arguments_.quiet) std::cerr << step_line(fetched, info_) << std::endl;
-    if (arguments_.steps_directory.empty()) return;
-    const std::string suffix = std::filesystem::path(arguments_.mesh).extension().string();
+  void step(const FetchedStep& fetched, const Part& part) const {
+    if (!arguments_.quiet) {
+      const std::string whose = part.name.empty() ? "" : part.name + ", ";
+      std::cerr << whose << step_line(fetched, info_) << std::endl;
+    }
+    if (part.steps_directory.empty()) return;
+    std::filesystem::create_directories(part.steps_directory);
+    const std::string suffix = std::filesystem::path(part.mesh_file).extension().string();
     const std::string name = "step_" + std::to_string(fetched.step->begin.step) + suffix;
-    write_file(std::filesystem::path(arguments_.steps_directory) / name,
-               mesh_file(surface_of(fetched).mesh, format_));
+    write_file(part.steps_directory / name, mesh_file(surface_of(fetched).mesh, format_));
   }
   // A step as it is written.
   [[nodiscard]] OutputSurface surface_of(const FetchedStep& fetched) const {
@@ -45,23 +72,38 @@ class Output {
     paint(surface.mesh, fetched.step->begin, arguments_.colors);
     return surface;
   }
-  void final_step(const OutputSurface& surface) const {
-    write_file(arguments_.mesh, mesh_file(surface.mesh, format_));
+  void final_steps(std::span<const Part> parts, std::span<const OutputSurface> surfaces) const {
+    if (parts.size() > 1 && format_ == MeshFormat::kGlb) {
+      std::vector<ScenePart> scene;
+      for (std::size_t i = 0; i < parts.size(); ++i) {
+        scene.push_back({.name = parts[i].name, .mesh = &surfaces[i].mesh});
+      }
+      return write_file(arguments_.mesh, scene_glb(scene));
+    }
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      write_file(parts[i].mesh_file, mesh_file(surfaces[i].mesh, format_));
+    }
   }
   // Also of a fetch that failed, with the steps that came.
-  void report(const FetchReport& report) const {
-    const std::string text = json_report(report);
+  void report(std::span<const FetchReport> reports) const {
+    const std::string text = arguments_.order.surface.isovalues.size() < 2 ? json_report(reports[0])
+                                                                           : json_report(reports);
     if (!arguments_.report.empty()) write_file(arguments_.report, text);
     if (arguments_.json) {
       std::cout << text;
-    } else if (!arguments_.quiet && (!report.error || report.distances)) {
-      std::cout << checks_table(report.steps);
-      if (report.distances) std::cout << distances_table(*report.distances);
-      if (!report.mesh_file.empty()) std::cout << report.mesh_file << " written\n";
+    } else if (!arguments_.quiet) {
+      for (const FetchReport& report : reports) print(report);
     }
   }
 
  private:
+  static void print(const FetchReport& report) {
+    if (report.error && !report.distances) return;
+    std::cout << checks_table(report.steps);
+    if (report.distances) std::cout << distances_table(*report.distances);
+    if (!report.mesh_file.empty()) std::cout << report.mesh_file << " written\n";
+  }
+
   const FetchArguments& arguments_;
   const DatasetInfo& info_;
   MeshFormat format_;
@@ -142,6 +184,42 @@ std::string distances_fault(const DistanceCheck& check) {
          "; allowed are " + human_number(worse.worst_limit) + ".";
 }
 
+// Fetches and checks one surface.
+ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Part& part,
+                                       OrderedSurface& surface, const Output& output,
+                                       const std::optional<std::vector<float>>& local,
+                                       KeptTiles& kept, FetchReport& report) {
+  const DatasetInfo& info = surface.info;
+  const auto final_step = surface.client.fetch(
+      info, report.open,
+      [&](const FetchedStep& step) {
+        output.step(step, part);
+        report.steps.push_back(for_report(step));
+      },
+      kept.fetch_options(report));
+  if (!final_step) return tl::unexpected(final_step.error());
+  if (local) {
+    report.checked_against = arguments.against;
+    report.distances = check_distances(*final_step->step, info, *local,
+                                       {.samples = static_cast<std::size_t>(arguments.samples)});
+    if (!report.distances->has_passed()) {
+      const Error fault{ErrorCode::kDamagedData, distances_fault(*report.distances)};
+      return tl::unexpected(ClientError{Trouble::kCheck, fault});
+    }
+  }
+  if (final_step->step->topology.triangles == 0) {
+    surface.notices.tell(empty_surface_text(report.open.request, info));
+  }
+  const LatticeMesh& mesh = final_step->step->mesh;
+  report.measures = sum_of(measures_of(mesh, components_of(mesh), grid_to_world(info)));
+  OutputSurface written = output.surface_of(*final_step);
+  const std::string left_out = left_out_text(written, arguments.order.surface);
+  if (!left_out.empty()) surface.notices.tell("The file has " + left_out + ".");
+  const std::string accuracy = accuracy_text(*final_step->step);
+  if (!accuracy.empty() && !arguments.quiet) std::cerr << accuracy << std::endl;
+  return written;
+}
+
 }  // namespace
 
 int fetch(const FetchArguments& arguments) {
@@ -159,79 +237,67 @@ int fetch(const FetchArguments& arguments) {
 
   const auto scalars = scalars_of(arguments.colors);
   if (!scalars) return complain(kUsage, scalars.error().text);
-  require_outputs({{"--output", arguments.mesh}, {"--report", arguments.report}},
-                  {{"--against", arguments.against},
-                   {"--threshold-grid", arguments.order.surface.threshold_grid},
-                   {"--token-file", arguments.order.server.token_file},
-                   {"--ca", arguments.order.server.ca_file}});
+  const std::vector<Part> parts = parts_of(arguments, *format);
+  std::vector<NamedFile> outputs = {{"--output", arguments.mesh}, {"--report", arguments.report}};
+  if (parts.front().mesh_file != arguments.mesh) {
+    outputs.erase(outputs.begin());
+    for (const Part& part : parts) outputs.push_back({"--output", part.mesh_file});
+  }
+  require_outputs(outputs, {{"--against", arguments.against},
+                            {"--threshold-grid", arguments.order.surface.threshold_grid},
+                            {"--token-file", arguments.order.server.token_file},
+                            {"--ca", arguments.order.server.ca_file}});
 
   auto surface = ordered(arguments.order, retry_options(arguments));
   if (!surface) return surface.error();
+  if (const auto shared = share_budget(*surface); !shared) return shared.error();
   const DatasetInfo& info = surface->info;
-  FetchReport report{
-      .server = surface->server,
-      .open = {.dataset = info.name,
-               .request = surface->request,
-               .steps = arguments.final_only ? StepPolicy::kFinalOnly : StepPolicy::kProgressive,
-               .held = {},
-               .scalars = *scalars},
-      .notices = surface->notices.told(),
-      .coordinates = arguments.order.surface.coordinates,
-      .mesh_file = {},
-      .steps = {}};
   const Output output(arguments, *format, info);
   // Read before anything is fetched: a file that does not fit is told at once.
   std::optional<std::vector<float>> local;
   if (!arguments.against.empty()) local = read_local_volume(arguments.against, info);
   KeptTiles kept(arguments);
-  const auto final_step = surface->client.fetch(
-      info, report.open,
-      [&](const FetchedStep& step) {
-        output.step(step);
-        report.steps.push_back(for_report(step));
-      },
-      kept.fetch_options(report));
-  if (!final_step) {
-    report.error = final_step.error().error;
-    output.report(report);
-    return complain(final_step.error());
-  }
-  if (local) {
-    report.checked_against = arguments.against;
-    report.distances = check_distances(*final_step->step, info, *local,
-                                       {.samples = static_cast<std::size_t>(arguments.samples)});
-    if (!report.distances->has_passed()) {
-      report.error = {ErrorCode::kDamagedData, distances_fault(*report.distances)};
-      output.report(report);
-      return complain({Trouble::kCheck, *report.error});
+  std::vector<FetchReport> reports;
+  std::vector<OutputSurface> surfaces;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    reports.push_back(
+        {.server = surface->server,
+         .open = {.dataset = info.name,
+                  .request = surface->requests[i],
+                  .steps = arguments.final_only ? StepPolicy::kFinalOnly : StepPolicy::kProgressive,
+                  .held = {},
+                  .scalars = *scalars},
+         .notices = surface->notices.told(),
+         .coordinates = arguments.order.surface.coordinates,
+         .mesh_file = {},
+         .steps = {}});
+    auto part = fetch_part(arguments, parts[i], *surface, output, local, kept, reports.back());
+    if (!part) {
+      reports.back().error = part.error().error;
+      output.report(reports);
+      return complain(part.error());
     }
+    surfaces.push_back(*std::move(part));
+    reports.back().notices = surface->notices.told();
   }
-  if (final_step->step->topology.triangles == 0) {
-    surface->notices.tell(empty_surface_text(surface->request, info));
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (surfaces[i].components > 0 || arguments.order.surface.allow_empty) continue;
+    output.report(reports);
+    return complain(kEmptySurface, not_written_text(parts[i].mesh_file));
   }
-  const LatticeMesh& mesh = final_step->step->mesh;
-  report.measures = sum_of(measures_of(mesh, components_of(mesh), grid_to_world(info)));
-  const OutputSurface written = output.surface_of(*final_step);
-  const std::string left_out = left_out_text(written, arguments.order.surface);
-  if (!left_out.empty()) surface->notices.tell("The file has " + left_out + ".");
-  const std::string accuracy = accuracy_text(*final_step->step);
-  if (!accuracy.empty() && !arguments.quiet) std::cerr << accuracy << std::endl;
-  report.notices = surface->notices.told();
-  if (written.components == 0 && !arguments.order.surface.allow_empty) {
-    output.report(report);
-    return complain(kEmptySurface, not_written_text(arguments.mesh));
+  output.final_steps(parts, surfaces);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    reports[i].components_written = surfaces[i].components;
+    reports[i].mesh_file = parts[i].mesh_file;
   }
-  output.final_step(written);
-  report.components_written = written.components;
-  report.mesh_file = arguments.mesh;
-  output.report(report);
+  output.report(reports);
   return kOk;
 }
 
 void add_fetch(Command& app, FetchArguments& a) {
   Command* command = app.add_subcommand(
       "fetch", "Fetch an isosurface, coarse first, check it and write it as a mesh file");
-  add_order_options(*command, a.order);
+  add_order_options(*command, a.order, Isovalues::kSeveral);
   add_output_options(*command, a.order.surface);
   add_color_options(*command, a.colors);
   command->add_flag("--final-only", a.final_only, "No previews");
@@ -260,7 +326,10 @@ void add_fetch(Command& app, FetchArguments& a) {
   command->add_option("--samples", a.samples, "For --check full: sampled points each way")
       ->within(1, 100'000'000)
       ->capture_default_str();
-  command->add_option("-o,--output", a.mesh, "Mesh file: .ply, .stl, .obj, .glb, .drc or .vtp")
+  command
+      ->add_option("-o,--output", a.mesh,
+                   "Mesh file: .ply, .stl, .obj, .glb, .drc or .vtp. Several surfaces are parts of "
+                   "one .glb, or one file each, with the isovalue in its name")
       ->required()
       ->type_name("FILE");
   command
@@ -278,6 +347,8 @@ void add_fetch(Command& app, FetchArguments& a) {
                   "-o head.ply\n"
                   "  multitetra-client fetch --dataset head --isovalue 1200.5 --error 0.5 "
                   "-o bone.glb --report bone.json\n"
+                  "  multitetra-client fetch --dataset head --isovalue 500.5,1200.5 "
+                  "-o skin_and_bone.glb\n"
                   "  multitetra-client fetch --dataset head --error 0.5 --check full "
                   "--against head.nrrd -o head.ply\n"
                   "  multitetra-client fetch --dataset density --color-by temperature --colors "

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/request/request_notices.hpp"
+#include "common/request/shared_budget.hpp"
 
 namespace multitetra {
 namespace {
@@ -73,13 +74,13 @@ OrExitCode<ConnectedServer> connected_to(const ServerArguments& arguments,
   return ConnectedServer{access->server, std::move(client), std::move(datasets)};
 }
 
-void add_order_options(Command& command, SurfaceOrder& order) {
+void add_order_options(Command& command, SurfaceOrder& order, Isovalues isovalues) {
   command
       .add_option("--dataset", order.dataset,
                   "Name of the dataset, as `multitetra-client list` tells; not needed where there "
                   "is only one")
       ->type_name("NAME");
-  add_surface_options(command, order.surface);
+  add_surface_options(command, order.surface, isovalues);
   add_server_options(command, order.server);
 }
 
@@ -91,12 +92,40 @@ OrExitCode<OrderedSurface> ordered(const SurfaceOrder& order, const RetryOptions
     const bool is_usage = info.error().code == ErrorCode::kInvalidArgument;
     return told(complain(is_usage ? kUsage : kFailed, info.error().text));
   }
-  const auto request = request_of(order.surface, *info);
-  if (!request) return told(complain(kUsage, request.error().text));
+  auto requests = requests_of(order.surface, *info);
+  if (!requests) return told(complain(kUsage, requests.error().text));
   Notices notices;
-  notices.tell(request_notices(*request, *info));
-  return OrderedSurface{connected->server, std::move(connected->client), *std::move(info), *request,
-                        std::move(notices)};
+  for (const IsosurfaceRequest& request : *requests) notices.tell(request_notices(request, *info));
+  return OrderedSurface{connected->server, std::move(connected->client), *std::move(info),
+                        *std::move(requests), std::move(notices)};
+}
+
+OrExitCode<void> share_budget(OrderedSurface& surface) {
+  std::vector<IsosurfaceRequest>& requests = surface.requests;
+  const std::uint64_t triangles = requests[0].max_triangles;
+  const std::uint64_t bytes = requests[0].max_bytes;
+  if (requests.size() == 1 || (triangles == 0 && bytes == 0)) return {};
+  for (const std::uint64_t budget : {triangles, bytes}) {
+    if (budget == 0 || budget >= requests.size()) continue;
+    return told(complain(kUsage, "A budget of " + std::to_string(budget) + " cannot be shared by " +
+                                     std::to_string(requests.size()) + " surfaces."));
+  }
+  std::vector<std::uint64_t> triangles_of;
+  std::vector<std::uint64_t> bytes_of;
+  for (IsosurfaceRequest request : requests) {
+    request.max_triangles = request.max_bytes = 0;
+    const auto size = surface.client.estimate(surface.info.name, request);
+    if (!size) return told(complain(size.error()));
+    triangles_of.push_back(size->triangles);
+    bytes_of.push_back(size->bytes);
+  }
+  const auto shares_of_triangles = shares_of(triangles, triangles_of);
+  const auto shares_of_bytes = shares_of(bytes, bytes_of);
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    requests[i].max_triangles = shares_of_triangles[i];
+    requests[i].max_bytes = shares_of_bytes[i];
+  }
+  return {};
 }
 
 }  // namespace multitetra

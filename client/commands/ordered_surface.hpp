@@ -36,17 +36,22 @@ struct SurfaceOrder {
 };
 
 // Adds all options of an order.
-void add_order_options(Command& command, SurfaceOrder& order);
+void add_order_options(Command& command, SurfaceOrder& order,
+                       Isovalues isovalues = Isovalues::kOne);
 
 struct OrderedSurface {
   Endpoint server;
   Client client;
   DatasetInfo info;
-  IsosurfaceRequest request;
-  Notices notices;  // What is odd about the request.
+  std::vector<IsosurfaceRequest> requests;  // At least one; without shares of a budget.
+  Notices notices;                          // What is odd about the requests.
 };
 
 [[nodiscard]] OrExitCode<OrderedSurface> ordered(const SurfaceOrder& order,
                                                  const RetryOptions& retries = {.most = 0});
+
+// Gives each of several requests its share of their budget, in proportion to the sizes that the
+// server estimates.
+[[nodiscard]] OrExitCode<void> share_budget(OrderedSurface& surface);
 
 }  // namespace multitetra

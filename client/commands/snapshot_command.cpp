@@ -1,9 +1,12 @@
 #include "client/commands/snapshot_command.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <iostream>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -14,6 +17,7 @@
 #include "common/image/png_file.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/wire/mesh_files.hpp"
+#include "common/wire/scene_file.hpp"
 
 namespace multitetra {
 namespace {
@@ -29,42 +33,158 @@ Background background_from(const std::string& word) {
   return word == "transparent" ? Background::kTransparent : Background::kDark;
 }
 
-// What came and how long it took.
-struct Taken {
+// What came of a surface.
+struct TakenSurface {
+  IsosurfaceRequest request;
   MeshTopology topology;
   std::uint64_t bytes = 0;
   double error_bound_world = 0;
+  OutputSurface drawn;
+};
+
+// All that came, and how long it took.
+struct Taken {
+  std::vector<TakenSurface> surfaces;
   double fetch_seconds = 0;
   double draw_seconds = 0;
+
+  [[nodiscard]] std::uint64_t triangles() const {
+    std::uint64_t sum = 0;
+    for (const TakenSurface& s : surfaces) sum += static_cast<std::uint64_t>(s.topology.triangles);
+    return sum;
+  }
+  [[nodiscard]] std::uint64_t bytes() const {
+    std::uint64_t sum = 0;
+    for (const TakenSurface& surface : surfaces) sum += surface.bytes;
+    return sum;
+  }
 };
+
+Json surface_json(const TakenSurface& surface) {
+  return {{"parameters", json_of(surface.request)},
+          {"error_bound_world", surface.error_bound_world},
+          {"is_empty", surface.topology.triangles == 0},
+          {"triangles", surface.topology.triangles},
+          {"bytes", surface.bytes}};
+}
 
 Json report_of(const SnapshotArguments& arguments, const OrderedSurface& surface,
                const PictureSize& size, const Taken& taken) {
-  return {{"server", to_string(surface.server)},
-          {"dataset", surface.info.name},
-          {"parameters", json_of(surface.request)},
-          {"error_bound_world", taken.error_bound_world},
-          {"notices", surface.notices.told()},
-          {"is_empty", taken.topology.triangles == 0},
-          {"triangles", taken.topology.triangles},
-          {"bytes", taken.bytes},
-          {"picture_file", arguments.picture},
-          {"width", size.width},
-          {"height", size.height},
-          {"azimuth", arguments.azimuth},
-          {"elevation", arguments.elevation},
-          {"background", arguments.background},
-          {"shading", arguments.shading},
-          {"wireframe", arguments.wireframe},
-          {"fetch_seconds", taken.fetch_seconds},
-          {"draw_seconds", taken.draw_seconds}};
+  Json json = {{"server", to_string(surface.server)}, {"dataset", surface.info.name}};
+  if (taken.surfaces.size() == 1) {
+    json.update(surface_json(taken.surfaces.front()));
+  } else {
+    json["surfaces"] = Json::array();
+    for (const TakenSurface& each : taken.surfaces) json["surfaces"].push_back(surface_json(each));
+  }
+  json.update({{"notices", surface.notices.told()},
+               {"picture_file", arguments.picture},
+               {"width", size.width},
+               {"height", size.height},
+               {"azimuth", arguments.azimuth},
+               {"elevation", arguments.elevation},
+               {"background", arguments.background},
+               {"shading", arguments.shading},
+               {"wireframe", arguments.wireframe},
+               {"fetch_seconds", taken.fetch_seconds},
+               {"draw_seconds", taken.draw_seconds}});
+  return json;
 }
 
 void print(const SnapshotArguments& arguments, const PictureSize& size, const Taken& taken) {
   std::cout << arguments.picture << ": " << size.width << " x " << size.height << " pixels, "
-            << human_count(static_cast<std::uint64_t>(taken.topology.triangles)) << " triangles, "
-            << human_bytes(taken.bytes) << " fetched in " << human_seconds(taken.fetch_seconds)
-            << ", drawn in " << human_seconds(taken.draw_seconds) << "\n";
+            << human_count(taken.triangles()) << " triangles, " << human_bytes(taken.bytes())
+            << " fetched in " << human_seconds(taken.fetch_seconds) << ", drawn in "
+            << human_seconds(taken.draw_seconds) << "\n";
+}
+
+// How the surfaces look: as many as isovalues, each with its opacity and colour. One alone has the
+// usual colour. kInvalidArgument, naming the option.
+Result<std::vector<DrawnSurface>> looks_of(const SnapshotArguments& arguments) {
+  const auto wrong = [](const std::string& text) {
+    return fail(ErrorCode::kInvalidArgument, text);
+  };
+  const std::size_t count = std::max<std::size_t>(1, arguments.order.surface.isovalues.size());
+  const auto fits = [&](std::size_t named) { return named == 0 || named == 1 || named == count; };
+  const std::string surfaces = std::to_string(count) + (count == 1 ? " surface" : " surfaces");
+  if (!fits(arguments.opacities.size())) {
+    return wrong("--opacity: one for all or one for each is needed, and there are " + surfaces +
+                 ".");
+  }
+  if (!fits(arguments.surface_colors.size())) {
+    return wrong("--surface-color: one for all or one for each is needed, and there are " +
+                 surfaces + ".");
+  }
+  std::vector<DrawnSurface> looks(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!arguments.opacities.empty()) {
+      looks[i].opacity = arguments.opacities[i % arguments.opacities.size()];
+      if (!(looks[i].opacity > 0 && looks[i].opacity <= 1)) {
+        return wrong("--opacity must be more than 0 and at most 1.");
+      }
+    }
+    if (!arguments.surface_colors.empty()) {
+      const std::string& text = arguments.surface_colors[i % arguments.surface_colors.size()];
+      const auto color = color_from(text);
+      if (!color) {
+        return wrong("--surface-color: \"" + text + "\" is no colour; one looks like #dd8265.");
+      }
+      const auto part = [&](int shift) {
+        return light_of(static_cast<int>(*color >> shift & 255));
+      };
+      looks[i].color = Light{part(16), part(8), part(0)};
+    } else if (count > 1) {
+      const auto color = part_color(i);
+      looks[i].color = Light{static_cast<float>(color[0]), static_cast<float>(color[1]),
+                             static_cast<float>(color[2])};
+    }
+  }
+  return looks;
+}
+
+// Fetches every surface that was ordered.
+ClientResult<Taken> taken_surfaces(const SnapshotArguments& arguments, OrderedSurface& surface,
+                                   const std::optional<ScalarRequest>& scalars) {
+  Taken taken;
+  const auto asked = Clock::now();
+  for (const IsosurfaceRequest& request : surface.requests) {
+    const auto fetched = surface.client.fetch(surface.info,
+                                              {.dataset = surface.info.name,
+                                               .request = request,
+                                               .steps = StepPolicy::kFinalOnly,
+                                               .held = {},
+                                               .scalars = scalars},
+                                              [](const FetchedStep&) {});
+    if (!fetched) return tl::unexpected(fetched.error());
+    const CommittedStep& step = *fetched->step;
+    TakenSurface each{.request = request,
+                      .topology = step.topology,
+                      .bytes = step.end.payload_bytes,
+                      .error_bound_world = step.begin.error_bound_world,
+                      .drawn = output_surface(step.mesh, arguments.order.surface, surface.info)};
+    paint(each.drawn.mesh, step.begin, arguments.colors);
+    const std::string accuracy = accuracy_text(step);
+    if (!accuracy.empty() && !arguments.quiet) std::cerr << accuracy << std::endl;
+    if (each.topology.triangles == 0) {
+      surface.notices.tell(empty_surface_text(request, surface.info));
+    }
+    const std::string left_out = left_out_text(each.drawn, arguments.order.surface);
+    if (!left_out.empty()) surface.notices.tell("The picture has " + left_out + ".");
+    taken.surfaces.push_back(std::move(each));
+  }
+  taken.fetch_seconds = seconds_since(asked);
+  return taken;
+}
+
+// Dust around the largest components would push them out of the middle.
+std::vector<std::array<float, 3>> middle_of(const Taken& taken) {
+  std::vector<std::array<float, 3>> places;
+  for (const TakenSurface& surface : taken.surfaces) {
+    for (const std::uint32_t vertex : surface.drawn.largest) {
+      places.push_back(surface.drawn.mesh.positions[vertex]);
+    }
+  }
+  return places;
 }
 
 }  // namespace
@@ -96,66 +216,45 @@ int snapshot(const SnapshotArguments& arguments) {
   if (!size) return complain(kUsage, size.error().text);
   const auto scalars = scalars_of(arguments.colors);
   if (!scalars) return complain(kUsage, scalars.error().text);
+  auto looks = looks_of(arguments);
+  if (!looks) return complain(kUsage, looks.error().text);
   require_outputs({{"--output", arguments.picture}},
                   {{"--threshold-grid", arguments.order.surface.threshold_grid}});
   auto surface = ordered(arguments.order);
   if (!surface) return surface.error();
-  Taken taken;
-  const auto asked = Clock::now();
-  const auto fetched = surface->client.fetch(surface->info,
-                                             {.dataset = surface->info.name,
-                                              .request = surface->request,
-                                              .steps = StepPolicy::kFinalOnly,
-                                              .held = {},
-                                              .scalars = *scalars},
-                                             [](const FetchedStep&) {});
-  if (!fetched) return complain(fetched.error());
-  taken.fetch_seconds = seconds_since(asked);
-  const CommittedStep& step = *fetched->step;
-  taken.topology = step.topology;
-  taken.bytes = step.end.payload_bytes;
-  taken.error_bound_world = step.begin.error_bound_world;
-
-  if (taken.topology.triangles == 0) {
-    surface->notices.tell(empty_surface_text(surface->request, surface->info));
-    if (!arguments.order.surface.allow_empty) {
-      if (arguments.json) std::cout << text_of(report_of(arguments, *surface, *size, taken));
-      return complain(kEmptySurface, not_written_text(arguments.picture));
-    }
+  if (const auto shared = share_budget(*surface); !shared) return shared.error();
+  auto taken = taken_surfaces(arguments, *surface, *scalars);
+  if (!taken) return complain(taken.error());
+  const bool is_any_empty =
+      std::any_of(taken->surfaces.begin(), taken->surfaces.end(),
+                  [](const TakenSurface& each) { return each.topology.triangles == 0; });
+  if (is_any_empty && !arguments.order.surface.allow_empty) {
+    if (arguments.json) std::cout << text_of(report_of(arguments, *surface, *size, *taken));
+    return complain(kEmptySurface, not_written_text(arguments.picture));
   }
   const auto came = Clock::now();
-  OutputSurface drawn_surface = output_surface(step.mesh, arguments.order.surface, surface->info);
-  paint(drawn_surface.mesh, step.begin, arguments.colors);
-  const std::string accuracy = accuracy_text(step);
-  if (!accuracy.empty() && !arguments.quiet) std::cerr << accuracy << std::endl;
-  const std::string left_out = left_out_text(drawn_surface, arguments.order.surface);
-  if (!left_out.empty()) surface->notices.tell("The picture has " + left_out + ".");
-  // Dust around the largest component would push it out of the middle.
-  std::vector<std::array<float, 3>> largest;
-  for (const std::uint32_t vertex : drawn_surface.largest) {
-    largest.push_back(drawn_surface.mesh.positions[vertex]);
-  }
   const Camera camera =
-      framing(largest, arguments.azimuth, arguments.elevation, size->width, size->height);
+      framing(middle_of(*taken), arguments.azimuth, arguments.elevation, size->width, size->height);
+  for (std::size_t i = 0; i < looks->size(); ++i) (*looks)[i].mesh = &taken->surfaces[i].drawn.mesh;
   const Picture picture =
-      drawn(drawn_surface.mesh, camera,
+      drawn(*looks, camera,
             {.background = background_from(arguments.background),
              .shading = arguments.shading == "flat" ? Shading::kFlat : Shading::kSmooth,
              .wireframe = arguments.wireframe,
              .threads = arguments.threads});
-  taken.draw_seconds = seconds_since(came);
+  taken->draw_seconds = seconds_since(came);
   write_file(arguments.picture, png_file(picture));
   if (arguments.json) {
-    std::cout << text_of(report_of(arguments, *surface, *size, taken));
+    std::cout << text_of(report_of(arguments, *surface, *size, *taken));
   } else if (!arguments.quiet) {
-    print(arguments, *size, taken);
+    print(arguments, *size, *taken);
   }
   return kOk;
 }
 
 void add_snapshot(Command& app, SnapshotArguments& a) {
   Command* command = app.add_subcommand(
-      "snapshot", "Fetch an isosurface and draw it into a PNG file, without a display");
+      "snapshot", "Fetch isosurfaces and draw them into a PNG file, without a display");
   command->add_option("-o,--output", a.picture, "Picture to write (.png)")
       ->required()
       ->type_name("FILE");
@@ -187,12 +286,28 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
       ->group(group);
   command->add_flag("--wireframe", a.wireframe, "Draw the edges of the triangles as well")
       ->group(group);
+  command
+      ->add_option("--opacity", a.opacities,
+                   "Of the surfaces, more than 0 and at most 1: one for all, or one for each with "
+                   "commas between them (default: 1)")
+      ->repeatable()
+      ->delimiter(',')
+      ->type_name("FLOAT,...")
+      ->group(group);
+  command
+      ->add_option("--surface-color", a.surface_colors,
+                   "Of the surfaces, as #dd8265: one for all, or one for each with commas between "
+                   "them")
+      ->repeatable()
+      ->delimiter(',')
+      ->type_name("COLOR,...")
+      ->group(group);
   command->add_option("--threads", a.threads, "For drawing (default: one per processor)")
       ->within(1, 1024)
       ->group(group);
   // A picture shows creases where the triangles' own normals are averaged: the field's are smooth.
   a.order.surface.normal_bits = kMinNormalBits;
-  add_order_options(*command, a.order);
+  add_order_options(*command, a.order, Isovalues::kSeveral);
   add_output_options(*command, a.order.surface);
   add_color_options(*command, a.colors);
   command->add_flag("--json", a.json, "Print a JSON report");
@@ -204,6 +319,8 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
           "  multitetra-client snapshot --dataset head --isovalue 500.5 -o head.png\n"
           "  multitetra-client snapshot --dataset head --isovalue 1200.5 --error 0.5 "
           "--size 3840x2160 --azimuth 90 --elevation 0 -o bone.png\n"
+          "  multitetra-client snapshot --dataset head --isovalue 500.5,1200.5 --opacity 0.4,1 "
+          "-o skin_and_bone.png\n"
           "  multitetra-client snapshot --dataset head --error 2 --wireframe --shading flat "
           "-o triangles.png\n"
           "  multitetra-client snapshot --server wss://example.org --token-file token "

@@ -1,7 +1,8 @@
-// `multitetra-client snapshot`: a picture of a surface, without a display.
+// `multitetra-client snapshot`: a picture of surfaces, without a display.
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "client/commands/color_options.hpp"
 #include "client/commands/ordered_surface.hpp"
@@ -22,6 +23,8 @@ struct SnapshotArguments {
   std::string background = "dark";
   std::string shading = "smooth";
   bool wireframe = false;
+  std::vector<double> opacities = {};  // Of the surfaces, in the order of their isovalues.
+  std::vector<std::string> surface_colors = {};  // "#rrggbb", likewise.
   int threads = 0;
   bool json = false;
   bool quiet = false;

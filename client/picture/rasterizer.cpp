@@ -99,15 +99,25 @@ std::vector<Light> lights_of(const PositionedMesh& mesh) {
   return lights;
 }
 
-// What all bands read.
-struct Scene {
+// One of the surfaces, as all bands read it.
+struct SeenSurface {
   const PositionedMesh& mesh;
-  const std::vector<UnitVector>& normals;
-  const Camera& camera;
-  const DrawOptions& options;
-  std::vector<Light> colors;  // Of the vertices; none: the surface has one of its own.
+  float opacity = 1;
+  std::optional<Light> color;           // None: the usual one.
+  std::vector<UnitVector> own_normals;  // Of a mesh that has none and needs them.
+  std::vector<Light> colors;            // Of the vertices, if they have some.
   std::vector<Corner> corners;
   std::vector<std::vector<std::uint32_t>> bands;  // Triangles that may show in each, in order.
+
+  [[nodiscard]] const std::vector<UnitVector>& normals() const {
+    return mesh.normals.empty() ? own_normals : mesh.normals;
+  }
+};
+
+struct Scene {
+  const Camera& camera;
+  const DrawOptions& options;
+  std::vector<SeenSurface> surfaces;
 };
 
 std::vector<std::vector<std::uint32_t>> bands_of(const PositionedMesh& mesh, const Camera& camera,
@@ -135,7 +145,10 @@ class Band {
         rows_(std::min(kBandRows, scene.camera.height - first_row_)),
         samples_(static_cast<std::size_t>(rows_) * static_cast<std::size_t>(scene.camera.width) *
                  kSamples) {
-    for (const std::uint32_t triangle : scene.bands[number]) draw(scene.mesh.triangles[triangle]);
+    const auto is_solid = [](const SeenSurface& surface) { return surface.opacity >= 1; };
+    draw_all(number, is_solid);
+    draw_all(number, [&](const SeenSurface& surface) { return !is_solid(surface); });
+    if (!fragments_.empty()) mix();
   }
 
   void write(Picture& picture) const {
@@ -153,6 +166,64 @@ class Band {
     double nearness = 0;  // Of nothing.
     Light light = {};
   };
+
+  // What a triangle that is seen through puts into a pixel.
+  struct Fragment {
+    std::uint32_t pixel = 0;   // In the band.
+    std::uint8_t covered = 0;  // A bit for each sample,
+    std::uint8_t wires = 0;    // and which of them lie on a wire.
+    float opacity = 1;
+    Light light = {};
+    Light wire = {};
+    std::array<float, kSamples> nearness = {};  // At the samples that are covered.
+  };
+
+  // What lies before a sample's solid surface and is seen through.
+  struct Mix {
+    Light light = {0, 0, 0};  // As much as reaches the eye.
+    float passing = 1;        // How much of what is behind does.
+  };
+
+  template <typename Choice>
+  void draw_all(std::size_t number, const Choice& is_chosen) {
+    for (const SeenSurface& surface : scene_.surfaces) {
+      if (!is_chosen(surface)) continue;
+      surface_ = &surface;
+      for (const std::uint32_t triangle : surface.bands[number]) {
+        draw(surface.mesh.triangles[triangle]);
+      }
+    }
+  }
+
+  // Mixes the fragments of every sample, the nearest first.
+  void mix() {
+    mixes_.resize(samples_.size());
+    std::stable_sort(fragments_.begin(), fragments_.end(),
+                     [](const Fragment& a, const Fragment& b) { return a.pixel < b.pixel; });
+    std::vector<const Fragment*> layers;
+    for (std::size_t first = 0, last = 0; first < fragments_.size(); first = last) {
+      const std::uint32_t pixel = fragments_[first].pixel;
+      while (last < fragments_.size() && fragments_[last].pixel == pixel) ++last;
+      for (std::size_t i = 0; i < kSamples; ++i) {
+        layers.clear();
+        for (std::size_t f = first; f < last; ++f) {
+          if ((fragments_[f].covered >> i & 1) != 0) layers.push_back(&fragments_[f]);
+        }
+        std::stable_sort(layers.begin(), layers.end(), [i](const Fragment* a, const Fragment* b) {
+          return a->nearness[i] > b->nearness[i];
+        });
+        Mix& mix = mixes_[pixel * kSamples + i];
+        for (const Fragment* layer : layers) {
+          const Light& light = (layer->wires >> i & 1) != 0 ? layer->wire : layer->light;
+          for (std::size_t j = 0; j < 3; ++j) {
+            mix.light[j] += mix.passing * layer->opacity * light[j];
+          }
+          mix.passing *= 1 - layer->opacity;
+        }
+      }
+    }
+    fragments_ = {};
+  }
 
   [[nodiscard]] std::size_t first_sample(int x, int y) const {
     return (static_cast<std::size_t>(y - first_row_) *
@@ -172,14 +243,14 @@ class Band {
   };
 
   [[nodiscard]] const Corner& corner(const Drawn& t, std::size_t i) const {
-    return scene_.corners[t.indices[i % 3]];
+    return surface_->corners[t.indices[i % 3]];
   }
 
   void draw(const TriangleIndices& indices) {
     Drawn t{.indices = indices};
     t.area = side(corner(t, 0), corner(t, 1), corner(t, 2).x, corner(t, 2).y);
     if (t.area == 0) return;
-    const auto& places = scene_.mesh.positions;
+    const auto& places = surface_->mesh.positions;
     const Vec3 a = vec3(places[indices[0]]);
     t.normal =
         cross(difference(vec3(places[indices[1]]), a), difference(vec3(places[indices[2]]), a));
@@ -220,6 +291,9 @@ class Band {
     const Corner& b = corner(t, 1);
     const Corner& c = corner(t, 2);
     Sample* const samples = &samples_[first_sample(x, y)];
+    const bool is_solid = surface_->opacity >= 1;
+    Fragment fragment{.pixel = static_cast<std::uint32_t>(first_sample(x, y) / kSamples),
+                      .opacity = surface_->opacity};
     struct Covered {
       std::size_t sample = 0;
       bool is_wire = false;
@@ -241,7 +315,8 @@ class Band {
       const double nearness =
           weights[0] * a.nearness + weights[1] * b.nearness + weights[2] * c.nearness;
       if (nearness <= samples[i].nearness) continue;
-      samples[i].nearness = nearness;
+      if (is_solid) samples[i].nearness = nearness;
+      fragment.nearness[i] = static_cast<float>(nearness);
       covered[count++] = {i,
                           sides[0] <= t.wire[0] || sides[1] <= t.wire[1] || sides[2] <= t.wire[2]};
       for (std::size_t j = 0; j < 3; ++j) middle[j] += weights[j];
@@ -250,8 +325,15 @@ class Band {
     const Light light = light_at(t, middle);
     const Light wire = {t.wire_light * light[0], t.wire_light * light[1], t.wire_light * light[2]};
     for (std::size_t i = 0; i < count; ++i) {
-      samples[covered[i].sample].light = covered[i].is_wire ? wire : light;
+      const auto [sample, is_wire] = covered[i];
+      if (is_solid) samples[sample].light = is_wire ? wire : light;
+      fragment.covered |= static_cast<std::uint8_t>(1U << sample);
+      if (is_wire) fragment.wires |= static_cast<std::uint8_t>(1U << sample);
     }
+    if (is_solid) return;
+    fragment.light = light;
+    fragment.wire = wire;
+    fragments_.push_back(fragment);
   }
 
   // `weights` are of the corners in the picture, of any sum.
@@ -266,15 +348,15 @@ class Band {
     }
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        place[axis] += weights[i] / sum * scene_.mesh.positions[t.indices[i]][axis];
-        if (!is_flat) normal[axis] += weights[i] * scene_.normals[t.indices[i]][axis];
+        place[axis] += weights[i] / sum * surface_->mesh.positions[t.indices[i]][axis];
+        if (!is_flat) normal[axis] += weights[i] * surface_->normals()[t.indices[i]][axis];
       }
     }
-    std::optional<Light> color;
-    if (!scene_.colors.empty()) {
+    std::optional<Light> color = surface_->color;
+    if (!surface_->colors.empty()) {
       color.emplace(Light{0, 0, 0});
       for (std::size_t i = 0; i < 3; ++i) {
-        const Light& corner_color = scene_.colors[t.indices[i]];
+        const Light& corner_color = surface_->colors[t.indices[i]];
         const auto weight = static_cast<float>(weights[i] / sum);
         for (std::size_t j = 0; j < 3; ++j) (*color)[j] += weight * corner_color[j];
       }
@@ -294,48 +376,62 @@ class Band {
     const Light behind = background_at(scene_.options.background, (2.0 * x + 1) / camera.width - 1,
                                        (2.0 * y + 1) / camera.height - 1);
     Light sum = {0, 0, 0};
-    std::size_t seen = 0;
-    for (std::size_t i = 0; i < kSamples; ++i) {
-      const Sample& sample = samples_[first_sample(x, y) + i];
-      const bool is_hit = sample.nearness > 0;
-      if (!is_hit && !has_background) continue;
-      ++seen;
-      for (std::size_t j = 0; j < 3; ++j) sum[j] += is_hit ? sample.light[j] : behind[j];
+    float seen = 0;  // Samples, those that are seen through in part.
+    for (std::size_t i = first_sample(x, y); i < first_sample(x, y) + kSamples; ++i) {
+      const bool is_hit = samples_[i].nearness > 0;
+      const Light& last = is_hit ? samples_[i].light : behind;
+      const Light mixed = mixes_.empty() ? Light{0, 0, 0} : mixes_[i].light;
+      const float passing = mixes_.empty() ? 1 : mixes_[i].passing;
+      const float of_last = is_hit || has_background ? passing : 0;
+      seen += 1 - passing + of_last;
+      for (std::size_t j = 0; j < 3; ++j) sum[j] += mixed[j] + of_last * last[j];
     }
     if (seen == 0) return {0, 0, 0, 0};
-    const auto count = static_cast<float>(seen);
-    return {srgb(sum[0] / count), srgb(sum[1] / count), srgb(sum[2] / count),
-            static_cast<std::uint8_t>((255 * seen + kSamples / 2) / kSamples)};
+    return {srgb(sum[0] / seen), srgb(sum[1] / seen), srgb(sum[2] / seen),
+            static_cast<std::uint8_t>(std::lround(255 * seen / kSamples))};
   }
 
   const Scene& scene_;
   int first_row_;
   int rows_;
   std::vector<Sample> samples_;
+  std::vector<Fragment> fragments_;       // In the order in which they were drawn.
+  std::vector<Mix> mixes_;                // None where nothing is seen through.
+  const SeenSurface* surface_ = nullptr;  // That is being drawn.
 };
 
 }  // namespace
 
 Picture drawn(const PositionedMesh& mesh, const Camera& camera, const DrawOptions& options) {
+  return drawn(std::array{DrawnSurface{.mesh = &mesh}}, camera, options);
+}
+
+Picture drawn(std::span<const DrawnSurface> surfaces, const Camera& camera,
+              const DrawOptions& options) {
   assert(camera.width > 0 && camera.width <= kMaxPictureSide);
   assert(camera.height > 0 && camera.height <= kMaxPictureSide);
-  const bool needs_own = mesh.normals.empty() && options.shading == Shading::kSmooth;
-  const std::vector<UnitVector> own =
-      needs_own ? averaged_normals(mesh) : std::vector<UnitVector>();
-  Scene scene{.mesh = mesh,
-              .normals = mesh.normals.empty() ? own : mesh.normals,
-              .camera = camera,
-              .options = options,
-              .colors = lights_of(mesh),
-              .corners = corners_of(mesh, camera),
-              .bands = {}};
-  scene.bands = bands_of(mesh, camera, scene.corners);
+  Scene scene{.camera = camera, .options = options, .surfaces = {}};
+  for (const DrawnSurface& surface : surfaces) {
+    assert(surface.opacity > 0 && surface.opacity <= 1);
+    const PositionedMesh& mesh = *surface.mesh;
+    const bool needs_own = mesh.normals.empty() && options.shading == Shading::kSmooth;
+    SeenSurface seen{.mesh = mesh,
+                     .opacity = static_cast<float>(surface.opacity),
+                     .color = surface.color,
+                     .own_normals = needs_own ? averaged_normals(mesh) : std::vector<UnitVector>(),
+                     .colors = lights_of(mesh),
+                     .corners = corners_of(mesh, camera),
+                     .bands = {}};
+    seen.bands = bands_of(mesh, camera, seen.corners);
+    scene.surfaces.push_back(std::move(seen));
+  }
+  const auto bands = static_cast<std::size_t>((camera.height + kBandRows - 1) / kBandRows);
   Picture picture{.width = camera.width, .height = camera.height};
   picture.pixels.resize(static_cast<std::size_t>(camera.width) *
                         static_cast<std::size_t>(camera.height));
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
-    for (std::size_t band = next++; band < scene.bands.size(); band = next++) {
+    for (std::size_t band = next++; band < bands; band = next++) {
       Band(scene, band).write(picture);
     }
   };
@@ -344,7 +440,7 @@ Picture drawn(const PositionedMesh& mesh, const Camera& camera, const DrawOption
       options.threads > 0 ? static_cast<std::size_t>(options.threads) : std::size_t{processors};
   {
     std::vector<std::jthread> helpers;  // Join at the end of this block.
-    for (std::size_t i = 1; i < std::min(threads, scene.bands.size()); ++i) {
+    for (std::size_t i = 1; i < std::min(threads, bands); ++i) {
       helpers.emplace_back(work);
     }
     work();

@@ -1,16 +1,23 @@
-// Draws a mesh, in the colours of its vertices if it has some: perspective, hidden surfaces, smooth
-// or flat shading, edges without steps, the triangles' wires if asked for.
+// Draws surfaces, in the colours of their vertices if they have some: perspective, hidden surfaces,
+// surfaces that others are seen through, smooth or flat shading, edges without steps, the
+// triangles' wires if asked for.
 //
-//   const Camera camera = framing(mesh.positions, azimuth, elevation, 1280, 960);
-//   write_file("head.png", png_file(drawn(mesh, camera, {})));
+//   const Camera camera = framing(skin.positions, azimuth, elevation, 1280, 960);
+//   write_file("head.png", png_file(drawn({{.mesh = &skin, .opacity = 0.4}, {.mesh = &bone}},
+//                                         camera, {})));
 //
 // Every pixel is sampled in eight places. A sample belongs to exactly one of the triangles that
 // meet at an edge, as their corners are rounded to 1/256 pixel first: a mesh without cracks is
-// drawn without any. The same mesh and camera give the same pixels with any number of threads.
+// drawn without any. Where surfaces are seen through, every sample is mixed of all that lie in its
+// line of sight, the nearest first, however they nest (an A-buffer; Carpenter 1984). The same
+// surfaces and camera give the same pixels with any number of threads.
 //
 // There are renderers enough, but none of them draws the same picture everywhere without a display
 // or a driver, and this is all that a picture of one surface needs.
 #pragma once
+
+#include <optional>
+#include <span>
 
 #include "client/picture/camera.hpp"
 #include "client/picture/shading.hpp"
@@ -25,6 +32,12 @@ enum class Shading {
   kFlat,    // By each triangle's own normal.
 };
 
+struct DrawnSurface {
+  const PositionedMesh* mesh = nullptr;       // Not null.
+  double opacity = 1;                         // More than 0, at most 1: nothing is seen through it.
+  std::optional<Light> color = std::nullopt;  // None: the usual one. Those of vertices come first.
+};
+
 struct DrawOptions {
   Background background = Background::kDark;
   Shading shading = Shading::kSmooth;
@@ -36,6 +49,9 @@ struct DrawOptions {
 
 // Triangles may lie beside the picture; those that reach behind the eye are left out. framing()
 // sees to it that all are in front of it and in the picture.
+[[nodiscard]] Picture drawn(std::span<const DrawnSurface> surfaces, const Camera& camera,
+                            const DrawOptions& options);
+// One surface that nothing is seen through.
 [[nodiscard]] Picture drawn(const PositionedMesh& mesh, const Camera& camera,
                             const DrawOptions& options);
 

@@ -110,12 +110,26 @@ Result<LocalThresholds> thresholds_of(const SurfaceArguments& arguments) {
 
 }  // namespace
 
-void add_surface_options(Command& command, SurfaceArguments& a) {
-  command
-      .add_option("--isovalue", a.isovalue,
-                  "Value of the surface, in units of the samples (default: the dataset's first "
-                  "suggestion)")
-      ->group(kSurface);
+void add_surface_options(Command& command, SurfaceArguments& a, Isovalues isovalues) {
+  const std::string first = "(default: the dataset's first suggestion)";
+  if (isovalues == Isovalues::kOne) {
+    command
+        .add_option("--isovalue", a.isovalues,
+                    "Value of the surface, in units of the samples " + first)
+        ->expected(1)
+        ->type_name("FLOAT")
+        ->group(kSurface);
+  } else {
+    command
+        .add_option("--isovalue", a.isovalues,
+                    "Value of the surface, in units of the samples; several with commas between "
+                    "them are as many surfaces, and a budget is one for all of them " +
+                        first)
+        ->repeatable()
+        ->delimiter(',')
+        ->type_name("FLOAT,...")
+        ->group(kSurface);
+  }
   command
       .add_option("--error", a.error,
                   "Largest allowed error where nothing else is said; 0 is the full resolution")
@@ -204,28 +218,44 @@ Result<void> check_space(const SurfaceArguments& arguments, const DatasetInfo& i
 }  // namespace
 
 Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments, const DatasetInfo& info) {
+  auto requests = requests_of(arguments, info);
+  if (!requests) return tl::unexpected(requests.error());
+  return requests->front();
+}
+
+Result<std::vector<IsosurfaceRequest>> requests_of(const SurfaceArguments& arguments,
+                                                   const DatasetInfo& info) {
   if (const auto checked = check_space(arguments, info); !checked) {
     return tl::unexpected(checked.error());
   }
-  if (!arguments.isovalue && info.suggested_isovalues.empty()) {
+  std::vector<double> isovalues = arguments.isovalues;
+  if (isovalues.empty() && info.suggested_isovalues.empty()) {
     return fail(ErrorCode::kInvalidArgument,
                 "Dataset \"" + info.name + "\" suggests no isovalue; name one with --isovalue.");
   }
+  if (isovalues.empty()) isovalues.push_back(info.suggested_isovalues.front());
   auto thresholds = thresholds_of(arguments);
   if (!thresholds) return tl::unexpected(thresholds.error());
-  return validated(
-      {.isovalue = arguments.isovalue ? *arguments.isovalue : info.suggested_isovalues.front(),
-       .error = arguments.error,
-       .unit = length_unit_from(arguments.unit).value_or(LengthUnit::kVoxel),
-       .measure = error_measure_from(arguments.bound).value_or(ErrorMeasure::kCertified),
-       .topology_rule = topology_rule_from(arguments.topology_rule).value_or(TopologyRule::kExact),
-       .topology_tolerance = arguments.topology_tolerance,
-       .lattice_resolution = arguments.lattice_resolution,
-       .thresholds = *std::move(thresholds),
-       .max_triangles = arguments.max_triangles,
-       .max_bytes = arguments.max_bytes,
-       .simplify = arguments.simplify == "on",
-       .normal_bits = arguments.normal_bits});
+  std::vector<IsosurfaceRequest> requests;
+  for (const double isovalue : isovalues) {
+    auto request = validated(
+        {.isovalue = isovalue,
+         .error = arguments.error,
+         .unit = length_unit_from(arguments.unit).value_or(LengthUnit::kVoxel),
+         .measure = error_measure_from(arguments.bound).value_or(ErrorMeasure::kCertified),
+         .topology_rule =
+             topology_rule_from(arguments.topology_rule).value_or(TopologyRule::kExact),
+         .topology_tolerance = arguments.topology_tolerance,
+         .lattice_resolution = arguments.lattice_resolution,
+         .thresholds = *thresholds,
+         .max_triangles = arguments.max_triangles,
+         .max_bytes = arguments.max_bytes,
+         .simplify = arguments.simplify == "on",
+         .normal_bits = arguments.normal_bits});
+    if (!request) return tl::unexpected(request.error());
+    requests.push_back(*std::move(request));
+  }
+  return requests;
 }
 
 namespace {

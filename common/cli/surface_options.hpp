@@ -16,7 +16,7 @@
 namespace multitetra {
 
 struct SurfaceArguments {
-  std::optional<double> isovalue = {};  // None: the dataset's first suggestion.
+  std::vector<double> isovalues = {};  // None: the dataset's first suggestion.
   double error = 0.25;
   std::string unit = "voxel";
   std::string bound = "certified";
@@ -38,7 +38,9 @@ struct SurfaceArguments {
   double min_component = 0;  // Samples of diagonal.
 };
 
-void add_surface_options(Command& command, SurfaceArguments& arguments);
+enum class Isovalues { kOne, kSeveral };
+void add_surface_options(Command& command, SurfaceArguments& arguments,
+                         Isovalues isovalues = Isovalues::kOne);
 // For commands that write a surface: --allow-empty, --min-component.
 void add_output_options(Command& command, SurfaceArguments& arguments);
 
@@ -47,6 +49,9 @@ void add_output_options(Command& command, SurfaceArguments& arguments);
 // cannot be read, or no isovalue is given and the dataset suggests none.
 [[nodiscard]] Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments,
                                                    const DatasetInfo& info);
+// One for every isovalue, at least one; a budget is that of each.
+[[nodiscard]] Result<std::vector<IsosurfaceRequest>> requests_of(const SurfaceArguments& arguments,
+                                                                 const DatasetInfo& info);
 
 // Grid coordinates -> the coordinates that were asked for. Requires arguments that request_of found
 // good for this dataset.

@@ -155,7 +155,7 @@ class SceneWriter {
   // Colours of vertices count as they are.
   static nlohmann::json material_of(const PositionedMesh& mesh, std::size_t color) {
     nlohmann::json material = surface_material();
-    auto base = kPartColors[color % kPartColors.size()];
+    auto base = part_color(color);
     if (!mesh.colors.empty()) base = {1, 1, 1};
     material["pbrMetallicRoughness"]["baseColorFactor"] = {base[0], base[1], base[2], 1.0};
     return material;
@@ -166,6 +166,10 @@ class SceneWriter {
 };
 
 }  // namespace
+
+std::array<double, 3> part_color(std::size_t number) {
+  return kPartColors[number % kPartColors.size()];
+}
 
 std::string scene_glb(std::span<const ScenePart> parts) {
   SceneWriter scene;

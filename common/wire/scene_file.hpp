@@ -1,12 +1,17 @@
 // Several surfaces in one file: binary glTF 2.0 with a node, a mesh and a material for each.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <span>
 #include <string>
 
 #include "common/mesh/mesh.hpp"
 
 namespace multitetra {
+
+// The colour of a surface among several: red, green and blue, 0 to 1 in linear light.
+[[nodiscard]] std::array<double, 3> part_color(std::size_t number);
 
 struct ScenePart {
   std::string name = {};                 // Of its node, mesh and material; empty: without.

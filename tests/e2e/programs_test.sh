@@ -136,6 +136,28 @@ cmp once.png twice.png || fail "the same picture has other bytes the second time
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 --azimuth 80 -o aside.png --quiet
 ! cmp -s once.png aside.png || fail "a picture from the side is that from the front"
 # What is empty is told, and not written unless that is meant.
+
+# --- several surfaces: parts of one GLB, or a file each; one picture; one budget
+two="--server $url --dataset gyroid --isovalue -0.5,0.5"
+"$client" fetch $two --error 1 -o both.glb --json --quiet >both.json
+[ "$(grep -c '"mesh_file": "both.glb"' both.json)" = 2 ] || fail "the report of two surfaces"
+grep -aq '"name":"isovalue -0.5"' both.glb && grep -aq '"name":"isovalue 0.5"' both.glb || fail "a GLB without both parts"
+"$client" fetch $two --error 1 -o both.ply --save-steps both_steps --quiet
+[ -s both_-0.5.ply ] && [ -s both_0.5.ply ] && [ ! -e both.ply ] || fail "a file for each surface"
+[ -s both_steps/isovalue_0.5/step_0.ply ] || fail "steps of each surface"
+cmp -s both_-0.5.ply both_0.5.ply && fail "two isovalues, one surface"
+"$client" fetch $two --error 0 --max-triangles 3000 -o budget.ply --json --quiet >budget.json
+[ "$(sed -n 's/^ *"triangles": \([0-9]*\),*$/\1/p' budget.json | sort -n | tail -n 1)" -le 3000 ] || fail "a budget is for all surfaces"
+ends 2 "cannot be shared" "$client" fetch $two --max-triangles 1 -o never.ply
+ends 6 "never_1e+09.ply is not written" "$client" fetch --server "$url" --dataset gyroid --isovalue 0.5,1e9 -o never.ply
+[ ! -e never_0.5.ply ] || fail "one of two surfaces was written"
+ends 2 "Could not convert" "$client" estimate $two
+"$client" snapshot $two --size 320x200 --opacity 0.4,1 --surface-color '#ff0000,#0000ff' -o both.png --json >both.json
+[ "$(grep -c '"is_empty": false' both.json)" = 2 ] || fail "two surfaces in a picture"
+ends 2 "opacity" "$client" snapshot $two --opacity 0.1,0.2,0.3 -o never.png
+ends 2 "opacity" "$client" snapshot $two --opacity 0 -o never.png
+ends 2 "#dd8265" "$client" snapshot $two --surface-color red -o never.png
+
 for command in "$client snapshot --server $url --dataset gyroid -o nothing.png" \
   "$client fetch --server $url --dataset gyroid -o nothing.ply" "$server extract gyroid.mtd -o nothing.obj"; do
   ends 6 'there is none at isovalue 1e+09; values of "gyroid" go from' $command --isovalue 1e9

@@ -3,11 +3,13 @@
 #include <cstdint>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "client/picture/camera.hpp"
 #include "client/picture/rasterizer.hpp"
+#include "client/picture/shading.hpp"
 #include "common/image/png_file.hpp"
 
 namespace multitetra {
@@ -242,6 +244,58 @@ TEST(Picture, FadesWiresWhereTrianglesAreSmall) {
   };
   EXPECT_GT(darkening(12), 200);
   EXPECT_LT(darkening(200), 60);
+}
+
+// A ball seen through another one around it.
+class NestedBalls : public ::testing::Test {
+ protected:
+  [[nodiscard]] Picture drawn_with(std::vector<DrawnSurface> surfaces,
+                                   DrawOptions options = {}) const {
+    return drawn(surfaces, camera_, options);
+  }
+  [[nodiscard]] static Light middle_of(const Picture& picture) {
+    const Pixel& pixel = picture.at(80, 60);
+    return {light_of(pixel[0]), light_of(pixel[1]), light_of(pixel[2])};
+  }
+
+  PositionedMesh inner_ = ball({0, 0, 0});
+  PositionedMesh outer_ = [this] {
+    PositionedMesh mesh = inner_;
+    for (auto& position : mesh.positions) {
+      for (float& coordinate : position) coordinate *= 2;
+    }
+    return mesh;
+  }();
+  Camera camera_ = framing(outer_.positions, 20, 30, 160, 120);
+  Light red_ = {0.8F, 0.2F, 0.1F};
+};
+
+TEST_F(NestedBalls, AreMixedAsTheirOpacitiesSay) {
+  const Light outer = middle_of(drawn_with({{.mesh = &outer_, .color = red_}}));
+  const Light inner = middle_of(drawn_with({{.mesh = &inner_}}));
+  const Light both =
+      middle_of(drawn_with({{.mesh = &outer_, .opacity = 0.25, .color = red_}, {.mesh = &inner_}}));
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(both[i], 0.25F * outer[i] + 0.75F * inner[i], 0.01F) << i;
+  }
+}
+
+TEST_F(NestedBalls, AreTheSameInWhateverOrderTheyAreNamed) {
+  const DrawnSurface outer{.mesh = &outer_, .opacity = 0.25, .color = red_};
+  const DrawnSurface inner{.mesh = &inner_, .opacity = 0.5};
+  const Picture picture = drawn_with({outer, inner});
+  EXPECT_EQ(picture.pixels, drawn_with({inner, outer}).pixels);
+  EXPECT_EQ(picture.pixels, drawn_with({inner, outer}, {.threads = 3}).pixels);
+}
+
+TEST_F(NestedBalls, LetTheirGroundThroughWhereNothingIsSolid) {
+  const DrawOptions options{.background = Background::kTransparent};
+  const Picture one = drawn_with({{.mesh = &outer_, .opacity = 0.5}}, options);
+  EXPECT_NEAR(one.at(80, 60)[3], 255 * (1 - 0.5 * 0.5), 1);  // Its front and its back.
+  const Picture two =
+      drawn_with({{.mesh = &outer_, .opacity = 0.5}, {.mesh = &inner_, .opacity = 0.5}}, options);
+  EXPECT_NEAR(two.at(80, 60)[3], 255 * (1 - 1 / 16.0), 1);
+  EXPECT_EQ(two.at(0, 0)[3], 0);
 }
 
 TEST(Picture, IsTheSameWithAnyNumberOfThreads) {

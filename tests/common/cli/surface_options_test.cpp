@@ -42,6 +42,29 @@ TEST(SurfaceOptions, WithoutAnyAskForASimplifiedSurface) {
             (IsosurfaceRequest{.isovalue = 60.5, .error = 0.25}));
 }
 
+TEST(SurfaceOptions, MayNameSeveralIsovaluesWhereSeveralSurfacesAreMeant) {
+  const auto isovalues_of = [](std::vector<std::string> words) {
+    Command command("", "test");
+    SurfaceArguments arguments;
+    add_surface_options(command, arguments, Isovalues::kSeveral);
+    std::reverse(words.begin(), words.end());
+    command.app().parse(words);
+    std::vector<double> isovalues;
+    const auto requests = requests_of(arguments, info());
+    for (const IsosurfaceRequest& each : *requests) {
+      EXPECT_EQ(each.error, arguments.error);
+      isovalues.push_back(each.isovalue);
+    }
+    return isovalues;
+  };
+  EXPECT_EQ(isovalues_of({}), std::vector{60.5});
+  EXPECT_EQ(isovalues_of({"--isovalue", "-7"}), std::vector{-7.0});
+  EXPECT_EQ(isovalues_of({"--isovalue", "-7,1e3", "--error", "2"}), (std::vector{-7.0, 1e3}));
+  EXPECT_EQ(isovalues_of({"--isovalue", "1", "--isovalue", "2"}), (std::vector{1.0, 2.0}));
+  EXPECT_EQ(request({"--isovalue", "-7"}).value().isovalue, -7);
+  EXPECT_THROW((void)request({"--isovalue", "1,2"}), CLI::ParseError);
+}
+
 TEST(SurfaceOptions, OfAThresholdMapAreItsParts) {
   const auto asked = request({"--error", "4", "--unit", "world", "--region", "ball:1,2,3,4=0.5",
                               "--region", "box:0,0,0,9,9,9=1", "--region-unit", "index", "--view",
