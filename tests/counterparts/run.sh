@@ -1,17 +1,18 @@
 #!/usr/bin/env bash
 # The doors as programs of others speak to them: see README.md.
-#   run.sh FOLDER-OF-PROGRAMS [COUNTERPART...]     client curl websockets browser gltf wrk locust
+#   run.sh FOLDER-OF-PROGRAMS [COUNTERPART...]     client curl websockets browser gltf wrk locust tiles neuroglancer paraview
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 project=$(cd "$here/../.." && pwd)
 bin=$(cd "$1" && pwd)
 shift
-all=(client curl websockets browser gltf wrk locust)
+all=(client curl websockets browser gltf wrk locust tiles neuroglancer paraview)
 [ $# -gt 0 ] || set -- "${all[@]}"
 
 source "$project/tests/support/programs.sh"
 tested=0
 leave_out() { echo "!! LEFT OUT: $1: NOT TESTED (docker/install.sh tests bench)." >&2; }
+source "$here/viewers/talk.sh"
 
 # ---- what they talk to
 
@@ -22,14 +23,19 @@ few=$("$bin/multitetra-server" token bob --datasets 'none-*' --append tokens)
 echo "$token" >token
 "$bin/multitetra-server" generate head --size 64 --noise 20 -o head.nrrd --quiet
 "$bin/multitetra-server" prepare head.nrrd -o head.mtd --quiet
+datasets=(head.mtd)
+if [[ " $* " =~ \ (tiles|neuroglancer|paraview)\  ]]; then
+  prepare_trees
+  datasets+=(tree.mtd lump.mtd)
+fi
 
 # The address with the name that the certificate has.
 named() { local url; url=$(url_of "$@"); echo "${url/127.0.0.1/localhost}"; }
 
-room=(--max-requests-per-second 100000)
-start server "$bin/multitetra-server" serve head.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0 --tls-cert tls.pem \
+room=(--max-requests-per-second 100000 --allow-origin "http://127.0.0.1:$pages_port")
+start server "$bin/multitetra-server" serve "${datasets[@]}" --tcp 127.0.0.1:0 --http 127.0.0.1:0 --tls-cert tls.pem \
   --tls-key tls.key --tokens tokens "${room[@]}"
-start plain "$bin/multitetra-server" serve head.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0 --tokens tokens \
+start plain "$bin/multitetra-server" serve "${datasets[@]}" --tcp 127.0.0.1:0 --http 127.0.0.1:0 --tokens tokens \
   --trusted-proxy 127.0.0.1 --log-level debug "${room[@]}"
 tls=$(named server tls)
 start gateway "$bin/multitetra-gateway" --upstream "$tls" --upstream-ca tls.pem --tcp 127.0.0.1:0 --http 127.0.0.1:0 \

@@ -1,0 +1,73 @@
+// Chromium with the pages of this folder. In the environment: CHROMIUM, the program; PAGES_PORT, where its pages come
+// from; CERTIFICATE_HASH, of the key that it believes; PICTURES, a folder for what it shows.
+import { readFile } from "node:fs/promises";
+import { createServer } from "node:http";
+import path from "node:path";
+import { fileURLToPath } from "node:url";
+
+import { chromium } from "playwright-core";
+
+const here = path.dirname(fileURLToPath(import.meta.url));
+const folders = {
+  cesium: "node_modules/cesium/Build/Cesium",
+  draco: "node_modules/three/examples/jsm/libs/draco",
+};
+const types = { ".css": "text/css", ".html": "text/html", ".js": "text/javascript", ".json": "application/json", ".wasm": "application/wasm" };
+
+const pages = createServer(async (request, response) => {
+  const [first, ...rest] = decodeURIComponent(new URL(request.url, "http://host").pathname).slice(1).split("/");
+  const file = first in folders ? path.join(here, folders[first], ...rest) : path.join(here, "built", first, ...rest);
+  try {
+    const bytes = await readFile(file);
+    response.setHeader("Content-Type", types[path.extname(file)] ?? "application/octet-stream").end(bytes);
+  } catch {
+    response.writeHead(404).end();
+  }
+});
+
+export const origin = `http://127.0.0.1:${process.env.PAGES_PORT}`;
+const patience = Number(process.env.PATIENCE ?? 120_000); // Of a loaded machine that draws in software.
+
+// `look` gets an empty page, and the list of what went wrong, which must be empty at its end. An answer that asks to
+// come again later is nothing wrong.
+export async function inChromium(look) {
+  await new Promise((ready) => pages.listen(Number(process.env.PAGES_PORT), "127.0.0.1", ready));
+  const browser = await chromium.launch({
+    executablePath: process.env.CHROMIUM,
+    args: [
+      "--no-sandbox",
+      "--use-gl=angle",
+      "--use-angle=swiftshader",
+      "--enable-unsafe-swiftshader",
+      `--ignore-certificate-errors-spki-list=${process.env.CERTIFICATE_HASH}`,
+    ],
+  });
+  try {
+    const page = await browser.newPage({ viewport: { width: 640, height: 480 } });
+    page.setDefaultTimeout(patience);
+    const trouble = [];
+    page.on("pageerror", (error) => trouble.push(error.message));
+    page.on("response", (answer) => {
+      if (answer.status() >= 400 && answer.status() !== 503) trouble.push(`${answer.status()} ${answer.url()}`);
+    });
+    await look(page, trouble);
+    if (trouble.length > 0) throw new Error(trouble.join("\n"));
+  } finally {
+    await browser.close();
+    pages.close();
+  }
+}
+
+// Until `isSo` holds for a second without a break.
+export async function settled(page, isSo) {
+  const until = Date.now() + patience;
+  for (let since = 0; since < 10; ) {
+    if (Date.now() > until) throw new Error(`Not settled after ${patience / 1000} s.`);
+    await page.waitForTimeout(100);
+    since = (await isSo()) ? since + 1 : 0;
+  }
+}
+
+export function picture(page, name) {
+  return page.screenshot({ path: path.join(process.env.PICTURES, `${name}.png`) });
+}

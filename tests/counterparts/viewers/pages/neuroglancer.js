@@ -1,0 +1,16 @@
+// Neuroglancer as its own site has it; the address behind "#!" says what is shown.
+import "neuroglancer/unstable/util/polyfills.js";
+import "neuroglancer/unstable/layer/enabled_frontend_modules.js";
+import "neuroglancer/unstable/datasource/enabled_frontend_modules.js";
+import "neuroglancer/unstable/kvstore/enabled_frontend_modules.js";
+import { setupDefaultViewer } from "neuroglancer/unstable/ui/default_viewer_setup.js";
+
+const viewer = setupDefaultViewer();
+
+// By layer: how many pieces a view of it needs, and how many are there.
+window.pieces = () =>
+  viewer.layerManager.managedLayers.map(({ name, layer }) => {
+    const told = (layer?.renderLayers ?? []).map((one) => one.layerChunkProgressInfo);
+    const sum = (key) => told.reduce((before, progress) => before + progress[key], 0);
+    return { name, needed: sum("numVisibleChunksNeeded"), there: sum("numVisibleChunksAvailable") };
+  });
