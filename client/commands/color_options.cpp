@@ -43,6 +43,12 @@ void add_color_options(Command& command, ColorArguments& arguments) {
       .add_flag("--color-log", arguments.is_logarithmic,
                 "Colours by the logarithm; the range must be above 0")
       ->group(group);
+  command
+      .add_option("--no-value-color", arguments.no_value,
+                  "The colour where the dataset has no value")
+      ->type_name("RRGGBB")
+      ->capture_default_str()
+      ->group(group);
 }
 
 Result<std::optional<ScalarRequest>> scalars_of(const ColorArguments& arguments) {
@@ -61,6 +67,10 @@ Result<std::optional<ScalarRequest>> scalars_of(const ColorArguments& arguments)
                    "\" is no range; one looks like -10,250.5.");
     }
   }
+  if (!rgb_from(arguments.no_value)) {
+    return wrong("--no-value-color: \"" + arguments.no_value +
+                 "\" is no colour; one looks like ff8000.");
+  }
   if (arguments.is_logarithmic && !(request.limits && request.limits->low > 0)) {
     return wrong("--color-log needs --color-range LOW,HIGH with both above 0.");
   }
@@ -74,7 +84,8 @@ void paint(PositionedMesh& mesh, const StepBegin& step, const ColorArguments& ar
   const ColorScale scale{.map = color_map_from(arguments.map).value_or(ColorMap::kViridis),
                          .low = step.scalars->low,
                          .high = step.scalars->high,
-                         .is_logarithmic = arguments.is_logarithmic};
+                         .is_logarithmic = arguments.is_logarithmic,
+                         .no_value = rgb_from(arguments.no_value).value_or(Rgb{})};
   mesh.colors = colors_of(mesh.scalars, scale);
 }
 

@@ -17,6 +17,7 @@ struct ColorArguments {
   std::string map = "viridis";
   std::string range = {};  // LOW,HIGH; empty: all values of that dataset.
   bool is_logarithmic = false;
+  std::string no_value = "808080";  // RRGGBB.
 };
 
 void add_color_options(Command& command, ColorArguments& arguments);

@@ -1,6 +1,7 @@
 #include "common/image/color_map.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 
 namespace multitetra {
@@ -90,6 +91,21 @@ Rgb ColorScale::operator()(double value) const {
   if (!is_logarithmic) return color_at(map, (value - low) / (high - low));
   if (!(value > 0)) return color_at(map, 0);
   return color_at(map, std::log(value / low) / std::log(high / low));
+}
+
+std::optional<bool> is_logarithmic_from(std::string_view name) {
+  if (name == "linear") return false;
+  if (name == "log") return true;
+  return std::nullopt;
+}
+
+std::optional<Rgb> rgb_from(std::string_view text) {
+  std::uint32_t value = 0;
+  const char* const end = text.data() + text.size();
+  const auto read = std::from_chars(text.data(), end, value, 16);
+  if (text.size() != 6 || read.ec != std::errc() || read.ptr != end) return std::nullopt;
+  return Rgb{static_cast<std::uint8_t>(value >> 16), static_cast<std::uint8_t>(value >> 8 & 0xff),
+             static_cast<std::uint8_t>(value & 0xff)};
 }
 
 std::vector<Rgb> colors_of(std::span<const float> values, const ColorScale& scale) {

@@ -40,6 +40,12 @@ struct ColorScale {
   [[nodiscard]] Rgb operator()(double value) const;
 };
 
+// Whether a scale of that name, "linear" or "log", is logarithmic.
+[[nodiscard]] std::optional<bool> is_logarithmic_from(std::string_view name);
+
+// "ff8000": red, green and blue in hexadecimal digits of either case; nullopt for anything else.
+[[nodiscard]] std::optional<Rgb> rgb_from(std::string_view text);
+
 [[nodiscard]] std::vector<Rgb> colors_of(std::span<const float> values, const ColorScale& scale);
 
 }  // namespace multitetra

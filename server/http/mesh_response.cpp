@@ -79,8 +79,10 @@ PositionedMesh painted(const LatticeMesh& mesh, const StepBegin& step, const Dat
   PositionedMesh placed =
       positioned(mesh, form.is_in_world ? grid_to_world(info) : grid_to_index(info));
   if (step.scalars) {
-    placed.colors = colors_of(
-        placed.scalars, {.map = form.colors, .low = step.scalars->low, .high = step.scalars->high});
+    ColorScale scale = form.colors;
+    scale.low = step.scalars->low;
+    scale.high = step.scalars->high;
+    placed.colors = colors_of(placed.scalars, scale);
   }
   return placed;
 }

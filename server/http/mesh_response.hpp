@@ -26,8 +26,9 @@ struct StoredMesh {
 
 struct MeshForm {
   MeshFormat format = MeshFormat::kGlb;
-  bool is_in_world = true;               // Else in sample indices.
-  ColorMap colors = ColorMap::kViridis;  // Of scalars, where there are some.
+  bool is_in_world = true;  // Else in sample indices.
+  // Of scalars, where there are some; its ends are those of the step's scalars.
+  ColorScale colors = {.map = ColorMap::kViridis};
 };
 
 // Where it is written, and what that takes.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/base/number_text.hpp"
 #include "server/http/query_words.hpp"
 
 namespace multitetra {
@@ -95,7 +96,15 @@ const Setters<S>& slice_setters() {
       {"level", number<S>([](S & q) -> auto& { return q.level; })},
       {"colors",
        word<S>(
-           [](S & q) -> auto& { return q.colors; }, color_map_from, std::string(kColorMapNames))}};
+           [](S & q) -> auto& { return q.colors; }, color_map_from, std::string(kColorMapNames))},
+      {"color_scale",
+       word<S>(
+           [](S & q) -> auto& { return q.is_logarithmic; }, is_logarithmic_from, "linear or log")},
+      {"no_value", [](std::string_view text, S& query) -> Objection {
+         query.no_value = rgb_from(text);
+         if (!query.no_value) return "must be a colour, RRGGBB";
+         return std::nullopt;
+       }}};
   return kSetters;
 }
 
@@ -106,10 +115,21 @@ Result<SliceQuery> parse_slice_query(
   return parse_query<SliceQuery>(query, slice_setters());
 }
 
-ColorScale scale_for(const SliceQuery& query, const DatasetInfo& info) {
+Result<ColorScale> scale_for(const SliceQuery& query, const DatasetInfo& info) {
   const double window = query.window.value_or(info.max - info.min);
   const double level = query.level.value_or(0.5 * (info.min + info.max));
-  return {.map = query.colors, .low = level - 0.5 * window, .high = level + 0.5 * window};
+  const ColorScale scale{.map = query.colors,
+                         .low = level - 0.5 * window,
+                         .high = level + 0.5 * window,
+                         .is_logarithmic = query.is_logarithmic,
+                         .no_value = query.no_value.value_or(Rgb{})};
+  if (scale.is_logarithmic && !(scale.low > 0)) {
+    return fail(ErrorCode::kInvalidArgument,
+                "color_scale=log needs values above 0; name them by window= and level=, here the "
+                "least would be " +
+                    shortest_text(scale.low) + ".");
+  }
+  return scale;
 }
 
 Result<ProbeRequest> parse_probe_query(

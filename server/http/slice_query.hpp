@@ -23,11 +23,13 @@ struct SliceQuery {
   SliceFormat format = SliceFormat::kPng;
   std::optional<double> window = {}, level = {};  // How wide the shown values reach, around which.
   ColorMap colors = ColorMap::kGray;
+  bool is_logarithmic = false;
+  std::optional<Rgb> no_value = {};  // Absent: transparent.
 };
 
 // axis, at, centre, normal, up, extent, origin, right, down, coordinates, width, height,
-// interpolation, detail, format, window, level, colors. kInvalidArgument, naming the parameter,
-// when one is unknown, said twice or not understood.
+// interpolation, detail, format, window, level, colors, color_scale, no_value. kInvalidArgument,
+// naming the parameter, when one is unknown, said twice or not understood.
 [[nodiscard]] Result<SliceQuery> parse_slice_query(
     const std::vector<std::pair<std::string, std::string>>& query);
 
@@ -35,8 +37,9 @@ struct SliceQuery {
 // middle layer along the third axis.
 [[nodiscard]] Result<SliceRequest> slice_for(const SliceQuery& query, const DatasetInfo& info);
 
-// Which values have which colours: the window, or all that there are.
-[[nodiscard]] ColorScale scale_for(const SliceQuery& query, const DatasetInfo& info);
+// Which values have which colours: the window, or all that there are. kInvalidArgument where a
+// logarithmic scale would begin at or below 0.
+[[nodiscard]] Result<ColorScale> scale_for(const SliceQuery& query, const DatasetInfo& info);
 
 // at=X,Y,Z once for each place, coordinates.
 [[nodiscard]] Result<ProbeRequest> parse_probe_query(

@@ -25,33 +25,45 @@ std::string text_of(const Vec3& v) {
   return shortest_text(v[0]) + ',' + shortest_text(v[1]) + ',' + shortest_text(v[2]);
 }
 
+std::string rgb_text(const Rgb& color) {
+  return std::to_string(color[0]) + ',' + std::to_string(color[1]) + ',' +
+         std::to_string(color[2]) + ' ';
+}
+
 // The same exactly for the same bytes.
-std::string key_of(const DatasetInfo& info, const SliceRequest& slice, const SliceQuery& query) {
-  const ColorScale scale = scale_for(query, info);
+std::string key_of(const DatasetInfo& info, const SliceRequest& slice, const SliceQuery& query,
+                   const ColorScale& scale) {
   const std::string plane = serialize(ClientMessage(Slice{.dataset = info.name, .slice = slice}));
   if (query.format == SliceFormat::kRaw)
     return std::string(kSliceForm) + " raw " + key_of(info) + plane;
   return std::string(kSliceForm) + " png " + std::string(name(scale.map)) + ' ' +
-         shortest_text(scale.low) + ' ' + shortest_text(scale.high) + ' ' + key_of(info) + plane;
+         shortest_text(scale.low) + ' ' + shortest_text(scale.high) + ' ' +
+         (scale.is_logarithmic ? "log " : "") + (query.no_value ? rgb_text(*query.no_value) : "") +
+         key_of(info) + plane;
 }
 
-// What has no value is transparent.
-std::string picture_of(const SliceReply& slice, const ColorScale& scale) {
+// Which values have which colours, and what those have that are none.
+struct PictureColors {
+  ColorScale scale;
+  bool has_no_value = false;  // The scale's own; else they are transparent.
+};
+
+std::string picture_of(const SliceReply& slice, const PictureColors& colors) {
   Picture picture{.width = static_cast<int>(slice.width), .height = static_cast<int>(slice.height)};
   picture.pixels.resize(slice.values->size() / sizeof(float));
   for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
     float value = 0;
     std::memcpy(&value, slice.values->data() + i * sizeof value, sizeof value);
-    if (std::isnan(value)) continue;
-    const Rgb color = scale(static_cast<double>(value));
+    if (std::isnan(value) && !colors.has_no_value) continue;
+    const Rgb color = colors.scale(static_cast<double>(value));
     picture.pixels[i] = {color[0], color[1], color[2], 255};
   }
   return png_file(picture, PngEffort::kQuick);
 }
 
-Result<std::string> guarded_picture(const SliceReply& slice, const ColorScale& scale) {
+Result<std::string> guarded_picture(const SliceReply& slice, const PictureColors& colors) {
   try {
-    return picture_of(slice, scale);
+    return picture_of(slice, colors);
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
                 "The server has not enough memory for this picture; ask for fewer pixels.");
@@ -101,12 +113,15 @@ asio::awaitable<Answer> SliceService::slice(const std::string& dataset, const Ta
   if (!info) co_return error_answer(info.error(), context.request_id);
   const auto slice = slice_for(query->slice, *info);
   if (!slice) co_return error_answer(slice.error(), context.request_id);
+  const auto scale = scale_for(*query, *info);
+  if (!scale) co_return error_answer(scale.error(), context.request_id);
   Answer answer;
   const bool is_raw = query->format == SliceFormat::kRaw;
   add_field(answer, "Content-Type", is_raw ? "application/octet-stream" : "image/png");
   add_field(answer, "Cache-Control", "no-cache");
   add_plane(answer, in_indices(*slice, *info));
-  const std::string tag = info->content_id == 0 ? "" : tag_of(key_of(*info, *slice, *query));
+  const std::string tag =
+      info->content_id == 0 ? "" : tag_of(key_of(*info, *slice, *query, *scale));
   if (request.method() == http::verb::head ||
       (!tag.empty() && names_tag(field(request, http::field::if_none_match), tag))) {
     answer.is_length_known = false;
@@ -122,10 +137,10 @@ asio::awaitable<Answer> SliceService::slice(const std::string& dataset, const Ta
     } else {
       const auto room = context.client->take_room(2 * reply->values->size());
       if (!room) co_return refused(room.error(), context);
-      std::function<Result<std::string>()> draw = [slice = *reply,
-                                                   scale = scale_for(*query, *info)] {
-        return guarded_picture(slice, scale);
-      };
+      std::function<Result<std::string>()> draw =
+          [slice = *reply, colors = PictureColors{*scale, query->no_value.has_value()}] {
+            return guarded_picture(slice, colors);
+          };
       auto picture = co_await on_workers<std::string>(drawing_, context.client->share(),
                                                       "picture of a slice", false, std::move(draw));
       if (!picture) co_return refused(picture.error(), context);

@@ -61,9 +61,15 @@ const Setters<Q>& setters() {
       {"isovalue", set_isovalues},
       {"color_by", set_color_by},
       {"color_range", set_color_range},
-      {"colors",
+      {"colors", word<Q>(
+                     [](Q & q) -> auto& { return q.colors.map; }, color_map_from,
+                     std::string(kColorMapNames))},
+      {"color_scale", word<Q>(
+                          [](Q & q) -> auto& { return q.colors.is_logarithmic; },
+                          is_logarithmic_from, "linear or log")},
+      {"no_value",
        word<Q>(
-           [](Q & q) -> auto& { return q.colors; }, color_map_from, std::string(kColorMapNames))},
+           [](Q & q) -> auto& { return q.colors.no_value; }, rgb_from, "a colour, RRGGBB")},
       {"error", number<Q>([](Q & q) -> auto& { return q.request.error; })},
       {"unit",
        word<Q>(
@@ -134,8 +140,13 @@ Result<std::vector<IsosurfaceRequest>> requests_for(const SurfaceQuery& query,
 
 Result<std::optional<ScalarRequest>> scalars_for(const SurfaceQuery& query) {
   if (query.color_by.empty()) {
-    if (!query.color_range) return std::nullopt;
-    return fail(ErrorCode::kInvalidArgument, "color_range needs color_by, whose values it is of.");
+    if (!query.color_range && !query.colors.is_logarithmic) return std::nullopt;
+    return fail(ErrorCode::kInvalidArgument,
+                "color_range and color_scale need color_by, whose values they are of.");
+  }
+  if (query.colors.is_logarithmic && !(query.color_range && query.color_range->low > 0)) {
+    return fail(ErrorCode::kInvalidArgument,
+                "color_scale=log needs color_range=LOW,HIGH with both above 0.");
   }
   auto valid = validated(ScalarRequest{.dataset = query.color_by, .limits = query.color_range});
   if (!valid) return tl::unexpected(valid.error());

@@ -25,13 +25,13 @@ struct SurfaceQuery {
   std::optional<MeshFormat> format;  // None: what the client accepts.
   // The dataset whose values colour the surface; empty: none.
   std::string color_by = {};
-  ColorMap colors = ColorMap::kViridis;
   std::optional<ScalarRequest::Limits> color_range = {};
+  ColorScale colors = {.map = ColorMap::kViridis};  // Without its ends, which the step tells.
 };
 
 // isovalue, error, unit, bound, topology_rule, topology_tolerance, lattice, region (repeatable),
 // region_unit, view, combine, max_triangles, max_bytes, simplify, normals, coordinates,
-// format, color_by, colors, color_range.
+// format, color_by, colors, color_range, color_scale, no_value.
 // kInvalidArgument, naming the parameter, when one is unknown, said twice or not understood.
 [[nodiscard]] Result<SurfaceQuery> parse_surface_query(
     const std::vector<std::pair<std::string, std::string>>& query);

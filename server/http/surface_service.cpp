@@ -89,8 +89,11 @@ asio::awaitable<Result<SurfaceService::Wanted>> SurfaceService::wanted(const std
     const auto field = co_await one_shot.dataset(wanted.scalars->dataset);
     if (!field) co_return tl::unexpected(field.error());
     const ScalarRange range = range_for(*wanted.scalars, *field);
-    wanted.key += " colours " + std::string(name(wanted.form.colors)) + ' ' +
-                  shortest_text(range.low) + ' ' + shortest_text(range.high) + ' ' + key_of(*field);
+    const ColorScale& colors = wanted.form.colors;
+    wanted.key += " colours " + std::string(name(colors.map)) + ' ' + shortest_text(range.low) +
+                  ' ' + shortest_text(range.high) + (colors.is_logarithmic ? " log" : "");
+    for (const std::uint8_t part : colors.no_value) wanted.key += ' ' + std::to_string(part);
+    wanted.key += ' ' + key_of(*field);
     is_told = is_told && field->content_id != 0;
   }
   if (is_told) wanted.tag = tag_of(wanted.key);

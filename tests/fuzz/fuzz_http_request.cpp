@@ -60,7 +60,8 @@ void follow(const HttpRequest& request) {
   info.suggested_isovalues = {1};
   if (const auto slice = parse_slice_query(target->query)) {
     if (const auto plane = slice_for(slice->slice, info)) require(validated(*plane).has_value());
-    require(scale_for(*slice, info).no_value == ColorScale{}.no_value);
+    const auto scale = scale_for(*slice, info);
+    require(!scale || !scale->is_logarithmic || scale->low > 0);
   }
   if (const auto probe = parse_probe_query(target->query)) require(validated(*probe).has_value());
   const auto query = parse_surface_query(target->query);

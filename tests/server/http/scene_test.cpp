@@ -88,6 +88,14 @@ TEST_F(SceneTest, ASurfaceHasTheColoursOfAField) {
   const Json gltf = json_of_glb(get("isovalue=0&error=0.5&color_by=height").body());
   const Json& attributes = gltf.at("meshes")[0].at("primitives")[0].at("attributes");
   EXPECT_TRUE(attributes.contains("COLOR_0") && attributes.contains("_SCALAR"));
+  const auto log =
+      get("isovalue=0&error=0.5&color_by=height&colors=gray&format=ply&color_range=1,100&"
+          "color_scale=log");
+  ASSERT_EQ(log.result_int(), 200U) << log.body();
+  const std::string logarithmic = log.body();
+  std::memcpy(&scalar, logarithmic.data() + logarithmic.find("end_header\n") + 23, sizeof scalar);
+  const auto gray = static_cast<unsigned char>(logarithmic[logarithmic.find("end_header\n") + 27]);
+  EXPECT_EQ(gray, color_at(ColorMap::kGray, std::log(scalar) / std::log(100.0))[0]);
   EXPECT_NE(get("isovalue=0&error=0.5&color_by=height&format=vtp").body().find("Scalars="),
             std::string::npos);
 }
@@ -96,7 +104,11 @@ TEST_F(SceneTest, TellsWhatIsWrongWithAQuery) {
   expect_refused("isovalue=1,2&format=ply", "format=glb alone");
   expect_refused("isovalue=1,,2", "A,B,C");
   expect_refused("isovalue=1&color_by=nothing", "No dataset", 404);
-  expect_refused("isovalue=1&color_range=1,2", "needs color_by");
+  expect_refused("isovalue=1&color_range=1,2", "need color_by");
+  expect_refused("isovalue=1&color_scale=log", "need color_by");
+  expect_refused("isovalue=1&color_by=height&color_scale=log", "both above 0");
+  expect_refused("isovalue=1&color_by=height&color_scale=square", "linear or log");
+  expect_refused("isovalue=1&color_by=height&no_value=red", "RRGGBB");
   expect_refused("isovalue=1&color_by=height&color_range=2,1", "the first is less");
   expect_refused("isovalue=1&color_by=height&colors=jet", "viridis");
 }

@@ -1,0 +1,67 @@
+#include "common/image/color_map.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <set>
+#include <sstream>
+#include <string>
+
+namespace multitetra {
+namespace {
+
+using ColorMapTest = ::testing::Test;
+
+std::string hex(const Rgb& color) {
+  std::string text;
+  for (const std::uint8_t part : color) {
+    text += "0123456789abcdef"[part >> 4];
+    text += "0123456789abcdef"[part & 15];
+  }
+  return text;
+}
+
+// The file is also what the viewer's colours are checked against.
+TEST_F(ColorMapTest, ColoursAreThoseOfAllPrograms) {
+  std::ifstream file(MULTITETRA_TEST_DATA "/colors.txt");
+  std::set<std::string> maps;
+  std::size_t count = 0;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with('#')) continue;
+    std::istringstream words(line);
+    std::string map;
+    std::string kind;
+    std::string color;
+    ColorScale scale;
+    double value = 0;
+    ASSERT_TRUE(words >> map >> kind >> scale.low >> scale.high >> value >> color) << line;
+    const auto known = color_map_from(map);
+    const auto is_logarithmic = is_logarithmic_from(kind == "lin" ? "linear" : kind);
+    ASSERT_TRUE(known && is_logarithmic) << line;
+    scale.map = *known;
+    scale.is_logarithmic = *is_logarithmic;
+    EXPECT_EQ(hex(scale(value)), color) << line;
+    maps.insert(map);
+    ++count;
+  }
+  EXPECT_GT(count, 400U);
+  EXPECT_EQ(maps.size(), 4U);
+}
+
+TEST_F(ColorMapTest, WhatIsNoNumberHasItsOwnColour) {
+  const ColorScale scale{.map = ColorMap::kViridis, .no_value = {1, 2, 3}};
+  EXPECT_EQ(scale(std::numeric_limits<double>::quiet_NaN()), (Rgb{1, 2, 3}));
+  EXPECT_EQ(scale(std::numeric_limits<double>::infinity()), scale(1));
+}
+
+TEST_F(ColorMapTest, AColourIsSixHexadecimalDigits) {
+  EXPECT_EQ(rgb_from("fF8000"), (Rgb{255, 128, 0}));
+  for (const char* const text : {"", "ff800", "ff80000", "-f8000", "0xff80", "ff80g0", " ff800"}) {
+    EXPECT_EQ(rgb_from(text), std::nullopt) << text;
+  }
+}
+
+}  // namespace
+}  // namespace multitetra
