@@ -25,7 +25,8 @@ from IPython.display import HTML, Javascript, display
 SETTINGS = frozenset(
     "dataset isovalue error bound rule tolerance region followView pixels maxTriangles simplify surfaces colour opacity "
     "visible shading wireframe colouring clip clipAt clipFlipped filled slice sliceAt colours level windowWidth axes "
-    "projection occlusion colourBy fieldColours fieldLevel fieldWindow logScale theme eye target".split()
+    "projection occlusion colourBy fieldColours fieldLevel fieldWindow fieldLog noValue samplesLog logScale theme eye target "
+    "t playing speed loop".split()
 )
 MODULE = "multitetra_viewer"
 
@@ -75,8 +76,17 @@ class Viewer(ipywidgets.DOMWidget):
         self.set(error=error)
 
     @property
+    def time(self):
+        """Which time of a series is shown, in its unit; None: that of the dataset that was named."""
+        return self.get("t")
+
+    @time.setter
+    def time(self, time):
+        self.set(t=None if time is None else float(time), playing=False)
+
+    @property
     def surfaces(self):
-        """Those beside the first, each a dict of isovalue, error, colour, opacity and visible."""
+        """Those beside the first, each a dict of isovalue, error, colour, opacity, visible and, for another one's, dataset."""
         return self.get("surfaces") or []
 
     @surfaces.setter

@@ -2,6 +2,7 @@
 // windows: client/web/EMBEDDING.md says which. Only the page around this one is heard; it is told things
 // only after it has spoken, and only at the origin that it then had.
 import type { Viewer } from "./viewer";
+import type { DatasetInfo } from "./protocol/messages";
 import type { Picked } from "./scene/picking";
 import { settingsFrom } from "./state/said";
 
@@ -30,6 +31,7 @@ export class Embedding {
     viewer.on("dataset", (info) => this.tell("dataset", {
       name: info.name, dims: [...info.dims], spacing: [...info.spacing], min: info.min, max: info.max,
       lengthUnit: info.lengthUnit, valueUnit: info.valueUnit, suggestedIsovalues: [...info.suggestedIsovalues],
+      member: memberOf(info), times: viewer.times?.all ?? [],
     }));
     viewer.on("shown", (facts) => this.tell("shown", { ...facts }));
     viewer.on("picked", (place) => this.tell("picked", told(place)));
@@ -69,6 +71,12 @@ export class Embedding {
     // Of a page from a file there is no origin to be told; it is still the one page around this one.
     this.around.postMessage({ multitetra: kind, ...words }, this.origin === "null" ? "*" : this.origin);
   }
+}
+
+function memberOf({ member }: DatasetInfo): object | null {
+  if (!member) return null;
+  const { family, field, time = null, timeUnit, label } = member;
+  return { family, field, time, timeUnit, label: label ? { value: label.value, name: label.name } : null };
 }
 
 function told({ world, index, surface }: Picked): object {

@@ -6,12 +6,13 @@ import type { Effect, Wanted } from "./stream/conversation";
 import { voxelLength } from "./stream/dataset";
 import { isSameRequest } from "./stream/request";
 
-const costly = 5_000_000; // Triangles that are not sent unasked,
+const costly = 5_000_000; // Triangles that are not sent unasked, for one of at most two surfaces,
 const modest = 2_000_000; // and what every machine takes.
 
 export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
   private last: { info: DatasetInfo; request: Wanted["request"] } | null = null; // Asked for.
-  private allowed = costly; // Triangles; more when the user has insisted.
+  among = 1; // So many surfaces there are in the view: they share what it can have.
+  private insisted = 0; // Triangles that the user wants to see.
 
   constructor() {
     super({ expected: null });
@@ -40,17 +41,21 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
   }
 
   isAllowed(size: SurfaceSize): boolean {
-    return size.triangles <= this.allowed;
+    return size.triangles <= Math.max(this.insisted, costly * this.share);
   }
 
   // The user wants a surface of this size; a little more is then no reason to ask again.
   allow(size: SurfaceSize): void {
-    this.allowed = Math.max(this.allowed, 1.5 * size.triangles);
+    this.insisted = Math.max(this.insisted, 1.5 * size.triangles);
   }
-}
 
-// The same with a budget.
-export function affordable(order: Wanted): Wanted {
-  const request = create(IsosurfaceRequestSchema, { ...order.request, maxTriangles: BigInt(modest) });
-  return { ...order, request };
+  // The same with a budget.
+  affordable(order: Wanted): Wanted {
+    const maxTriangles = BigInt(Math.ceil(modest * this.share));
+    return { ...order, request: create(IsosurfaceRequestSchema, { ...order.request, maxTriangles }) };
+  }
+
+  private get share(): number {
+    return 2 / Math.max(2, this.among);
+  }
 }

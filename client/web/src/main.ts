@@ -19,6 +19,7 @@ import { installTooltips } from "./panel/tooltip";
 import { viewTools } from "./panel/view_tools";
 import { Thumbnails } from "./scene/thumbnails";
 import { Bookmarks } from "./state/bookmarks";
+import { type Entry, entriesOf } from "./state/families";
 import { History } from "./state/history";
 import { forever } from "./state/remembered";
 import type { Settings } from "./state/settings";
@@ -39,12 +40,12 @@ const bookmarks = new Bookmarks(forever);
 const datasets = new DatasetList({
   chosen: (chosen) => viewer.choose(chosen),
   becameVisible: (name) => {
-    const found = surfaces.datasets.get().list?.find((candidate) => candidate.name === name);
-    if (found) whenIdle(() => thumbnails.want(found));
+    const found = entries().find((entry) => entry.name === name);
+    if (found) whenIdle(() => thumbnails.want(found.info));
   },
 });
 const thumbnails = new Thumbnails(server, () => token.get(), viewer.pool, viewer.stage.renderer, (name, picture) => {
-  datasets.setPicture(name, picture);
+  for (const entry of entries()) if (entry.info.name === name) datasets.setPicture(entry.name, picture);
   viewer.stage.invalidate();
 });
 const takeAway = new TakeAway(viewer);
@@ -59,6 +60,7 @@ const panel = new Panel(settings, change, {
   copyLink: () => void takeAway.copyLink(address.addressed()),
   copyEmbedding: () => void takeAway.copyEmbedding(address.addressed()),
   turntable: (form) => void takeAway.turntable(form),
+  times: (form) => void takeAway.times(form),
   bookmarks,
   currentAddress: () => takeAway.addressOf(address.addressed()),
   visit: (hash) => address.useEdited(`#${hash}`),
@@ -74,6 +76,7 @@ const acts = {
   fullScreen: () => void toggleFullScreen(),
   undo: () => changes.undo(settings.get(), (to) => viewer.set(to)),
   redo: () => changes.redo(settings.get(), (to) => viewer.set(to)),
+  stepTime: (steps: number) => viewer.stepTime(steps),
 };
 const hint = h("p", { class: "stage-hint", hidden: true },
   "drag to turn · scroll to come closer · click to measure");
@@ -96,12 +99,12 @@ surfaces.sizes.watch(({ expected }) => {
 });
 surfaces.datasets.watch(({ list }) => {
   if (!list) return;
-  datasets.show(list);
+  datasets.show(entries());
   panel.showDatasets(list);
-  if (viewer.info) datasets.choose(viewer.info.name);
+  if (viewer.info) datasets.choose(viewer.info);
 });
 viewer.on("dataset", (info) => {
-  datasets.choose(info.name);
+  datasets.choose(info);
   panel.setDataset(info);
 });
 viewer.on("progress", ({ surface }) => panel.showSurface(surface, surfaces.progressOf(surface)));
@@ -118,6 +121,10 @@ viewer.canvas.addEventListener("webglcontextrestored", () => location.reload());
 matchMedia("(prefers-color-scheme: light)").addEventListener("change", () => panel.histogram.redraw());
 
 // ----
+
+function entries(): Entry[] {
+  return entriesOf(surfaces.datasets.get().list ?? []);
+}
 
 function applyTheme(theme: Settings["theme"]): void {
   if (document.documentElement.dataset.theme === theme) return;

@@ -30,11 +30,7 @@ export function isStepBack(before: ShownSurface | null, order: Wanted, facts: St
 // what one of them drops the other may show.
 export function memoryOf(surface: number, order: Wanted): string {
   const { info, request } = order;
-  return `${memoriesOf(surface)}${info.name}/${request.normalBits}/`;
-}
-
-export function memoriesOf(surface: number): string {
-  return `${surface}:`;
+  return `${surface}:${info.name}/${request.normalBits}/`;
 }
 
 export function idsOf(surface: number, order: Wanted, step: StepOfTiles): string[] {

@@ -3,6 +3,7 @@
 import { Plane, Vector3 } from "three";
 
 import type { DatasetInfo } from "./protocol/messages";
+import type { ColourScale } from "./scene/colour_maps";
 import { inLattice } from "./scene/picking";
 import { sliceGrid } from "./scene/slice_grid";
 import { SlicePlane } from "./scene/slice_plane";
@@ -28,7 +29,7 @@ export class Slices {
     private readonly pool: TilePool,
     private readonly surfaces: SurfaceSet,
     private readonly questions: Questions,
-    private readonly current: () => { info: DatasetInfo | null; settings: Settings },
+    private readonly current: () => { info: DatasetInfo | null; settings: Settings; range: ValueRange | null },
     private readonly failed: (text: string) => void,
   ) {
     this.plane = new SlicePlane(stage.scene, () => stage.invalidate());
@@ -36,7 +37,7 @@ export class Slices {
 
   // The settings, the dataset or the surfaces may have changed.
   update(): void {
-    const { info, settings } = this.current();
+    const { info, settings, range } = this.current();
     const where = slicePlace(settings);
     if (!info || !where) {
       this.wanted = "";
@@ -44,8 +45,8 @@ export class Slices {
       this.plane.show(null);
       return;
     }
-    const { low, high } = windowOf(settings.level, settings.windowWidth, info);
-    this.plane.setLook({ colours: settings.colours, low, high, above: where.isFilling ? leastIsovalue(settings, info) : -Infinity });
+    const scale = scaleOf(settings.level, settings.windowWidth, settings.samplesLog, range ?? info);
+    this.plane.setLook({ map: settings.colours, ...scale, above: where.isFilling ? leastIsovalue(settings, info) : -Infinity });
     const wanted = `${info.name} ${info.contentId} ${where.axis} ${where.at}`;
     if (wanted !== this.wanted) {
       this.wanted = wanted;
@@ -96,6 +97,8 @@ export class Slices {
   }
 }
 
+export type ValueRange = Pick<DatasetInfo, "min" | "max">;
+
 interface Place {
   axis: number;
   at: number; // 0 to 1.
@@ -111,11 +114,22 @@ export function slicePlace({ slice, sliceAt, clip, clipAt, filled }: Settings): 
 
 // The values of the first and the last colour: as said, or all that the data has.
 export function windowOf(
-  level: number | null, windowWidth: number | null, { min, max }: Pick<DatasetInfo, "min" | "max">,
+  level: number | null, windowWidth: number | null, { min, max }: ValueRange,
 ): { low: number; high: number } {
   const width = windowWidth ?? max - min;
   const middle = level ?? (min + max) / 2;
   return { low: middle - width / 2, high: middle + width / 2 };
+}
+
+// The same for a scale that may be logarithmic. Where values are not positive, that begins at the thousandth
+// part of the last colour's value; where none is, it is linear.
+export function scaleOf(
+  level: number | null, windowWidth: number | null, wantsLog: boolean, range: ValueRange,
+): Omit<ColourScale, "map"> {
+  const { low, high } = windowOf(level, windowWidth, range);
+  if (!wantsLog || high <= 0) return { low, high, isLog: false };
+  const least = range.min > 0 && range.min < high ? range.min : high / 1000;
+  return { low: low > 0 && low < high ? low : least, high, isLog: true };
 }
 
 function leastIsovalue(settings: Settings, info: DatasetInfo): number {

@@ -8,23 +8,23 @@
 // How large a surface will be is asked beside its stream. One that is too large for most machines
 // is not sent unasked: the best one of a size that every machine takes comes in its place, and the
 // user is told and may insist.
-import { type Effect, Conversation, type Wanted } from "./stream/conversation";
+//
+// Where there are several surfaces the previews of all come before the final step of any: a client that
+// is one of several asks for previews first, and for the rest when it is told to. A client that
+// `isAhead` brings final steps that are wanted soon, and shows nothing.
+import { type Effect, Conversation, type ScalarWish, type Wanted } from "./stream/conversation";
 import { type AssemblerEffect, type StepOfTiles } from "./stream/assembler";
 import { dataBorder, latticeToWorld } from "./stream/dataset";
 import { Link } from "./stream/link";
 import { isosurfaceRequest, isSameRequest, type View } from "./stream/request";
-import { affordable, ExpectedSizes } from "./expected_sizes";
-import { type DatasetInfo, ErrorCode, type ServerKind } from "./protocol/messages";
+import type { SlotHolder, Slots } from "./stream/slots";
+import type { Moment } from "./curtain";
+import { ExpectedSizes } from "./expected_sizes";
+import type { Frame, Frames } from "./frames";
+import { type DatasetInfo, ErrorCode, Priority, type ServerKind } from "./protocol/messages";
 import type { Surface } from "./scene/surface";
-import {
-  type Committed,
-  factsOf,
-  idsOf,
-  isStepBack,
-  memoriesOf,
-  memoryOf,
-  type ShownSurface,
-} from "./shown_surface";
+import { type Committed, factsOf, idsOf, isStepBack, memoryOf, type ShownSurface } from "./shown_surface";
+import { isOfOneFamily } from "./state/families";
 import { noProgress, noTrouble, type Progress } from "./state/progress";
 import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
@@ -33,7 +33,34 @@ import type { Certified } from "./workers/worker_messages";
 
 const patience = 400; // Milliseconds that a drag waits for a preview.
 
-export class SurfaceClient {
+export interface SurfaceClientParts {
+  number: number; // Tells the surfaces of a view apart.
+  address: string;
+  token: () => string;
+  pool: TilePool;
+  surface: Surface;
+  frames: Frames;
+  slots: Slots; // For the connections of all but the lead.
+  isAhead?: boolean;
+}
+
+export interface SurfaceClientEvents {
+  // There is a step of this moment; `show` shows it, once, unless something else is offered or it is withdrawn.
+  offer: (moment: Moment, show: () => void) => void;
+  withdraw: () => void;
+  shown: (shown: ShownSurface, isFirstOfScene: boolean) => void;
+  settled: () => void; // Nothing is under way, or will not be soon.
+}
+
+// What a surface is wanted for.
+export interface Wish {
+  moment: Moment;
+  scalars?: ScalarWish;
+  isDragging?: boolean; // More will follow soon.
+  isOneOfSeveral?: boolean;
+}
+
+export class SurfaceClient implements SlotHolder {
   readonly progress = new Store<Progress>(noProgress);
   readonly datasets = new Store<{ list: DatasetInfo[] | null }>({ list: null });
   readonly sizes = new ExpectedSizes();
@@ -42,75 +69,112 @@ export class SurfaceClient {
   private readonly link: Link;
   private started = 0;
   private stream = 0;
-  private asked: Wanted | null = null; // Under way, or shown.
-  private next: Wanted | null = null; // Waits for the request under way.
+  private asked: Wanted | null = null; // Under way, or shown;
+  private current: Wanted | null = null; // the same, or as much of it as every machine takes.
+  private moment: Moment = { scene: "", time: null }; // Of what was asked.
+  private next: { order: Wanted; moment: Moment } | null = null; // Waits for the request under way.
   private isDragging = false;
   private dragTimer = 0;
-  private readonly inUse = new Set<string>();
-  private isClosed = false;
+  private isLead = false; // Always has a connection, and asks what is served.
+  private isLinked = false; // Has a connection, or makes one.
+  private isUnderWay = false; // A stream, or what leads to it.
+  private isFinishing = false; // It is the rest of a stream whose previews came.
+  private hasFinal = false; // The final step of the stream has begun.
   private postponed = 0; // The timer of a stream that is asked for later.
 
-  // `number` tells the surfaces of a view apart; each has a client of its own.
-  constructor(
-    readonly number: number,
-    private readonly address: string,
-    token: () => string,
-    private readonly pool: TilePool,
-    private readonly surface: Surface,
-    private readonly onShown: (shown: ShownSurface, isFirstOfDataset: boolean) => void,
-  ) {
+  constructor(private readonly parts: SurfaceClientParts, private readonly events: SurfaceClientEvents) {
+    const { number, address, token, surface, isAhead } = parts;
     this.conversation = new Conversation({
-      agent: "multitetra-viewer/0.1",
+      agent: `multitetra-viewer/0.1${isAhead ? " ahead" : ""}`,
       token,
       held: (order) => {
         const prefix = memoryOf(number, order);
-        return this.surface.ids(prefix).map((id) => id.slice(prefix.length));
+        return surface.ids(prefix).map((id) => id.slice(prefix.length));
       },
+      priority: isAhead ? Priority.BACKGROUND : undefined,
+      isListing: () => this.isLead,
     });
     this.link = new Link(address, {
       opened: () => this.perform(this.conversation.opened()),
       closed: () => this.perform(this.conversation.closed()),
       received: (message: ServerKind) => this.perform(this.conversation.received(message)),
       impossible: () => {
-        const text = `This page cannot connect to "${this.address}", or may not.`;
+        const text = `This page cannot connect to "${address}", or may not.`;
         this.progress.set({ phase: "lost", retryAt: 0, trouble: { ...noTrouble, text, isFatal: true } });
       },
     });
   }
 
+  // Anew, as somebody says. All but the lead wait until they have something to ask.
   connect(): void {
-    this.perform(this.conversation.connecting());
-    this.progress.set({ trouble: null, isStreaming: false });
-    this.link.connect();
+    if (this.isLinked) this.granted();
+    else if (this.isLead || this.isUnderWay) this.needLink();
+  }
+
+  // The first of a view.
+  lead(): void {
+    this.isLead = true;
+    this.parts.slots.leave(this);
   }
 
   // For good: nothing is asked or shown any more.
   close(): void {
-    this.isClosed = true;
     clearTimeout(this.postponed);
     ++this.stream; // What is under way elsewhere belongs to nobody.
     clearTimeout(this.dragTimer);
-    this.pool.forget(memoriesOf(this.number));
+    this.parts.pool.forget(this);
+    this.parts.surface.release(this);
     this.link.leave();
+    this.parts.slots.leave(this);
   }
 
-  // Another surface. With `isDragging` more will follow soon.
-  want(info: DatasetInfo, settings: Settings, view: View | null, isDragging = false): void {
-    const scalars = settings.colourBy || undefined;
-    const order: Wanted = { info, request: isosurfaceRequest(info, settings, view), scalars };
+  // Another surface.
+  want(info: DatasetInfo, settings: Settings, view: View | null, wish: Wish): void {
+    const { moment, scalars, isDragging = false, isOneOfSeveral } = wish;
+    const request = isosurfaceRequest(info, settings, view);
+    const steps = this.parts.isAhead ? "final" : isOneOfSeveral && !isDragging ? "previews" : "all";
+    const order: Wanted = { info, request, scalars, steps };
     this.isDragging = isDragging;
     this.askSize(order, isDragging);
-    const isAsked =
-      this.asked?.info === info && this.asked.scalars === scalars && isSameRequest(this.asked.request, order.request);
-    if (isAsked && !this.progress.get().trouble) {
+    if (this.asked && isSameOrder(this.asked, order) && !this.progress.get().trouble) {
       this.next = null;
       return;
     }
-    if (isDragging && this.dragTimer) {
-      this.next = order;
-      return;
-    }
-    this.open(order);
+    const frame = this.parts.frames.find(order);
+    if (frame) this.take(order, moment, frame);
+    else if (isDragging && this.dragTimer) this.next = { order, moment };
+    else this.open(order, moment);
+  }
+
+  // Whether previews have come, and the final step was not asked for.
+  get isPreviewed(): boolean {
+    return !this.isUnderWay && this.current?.steps === "previews" && !this.hasFinal;
+  }
+
+  // Whether previews are coming.
+  get isPreviewing(): boolean {
+    return this.isUnderWay && this.current?.steps === "previews" && !this.progress.get().postponed;
+  }
+
+  get isBusy(): boolean {
+    return this.isUnderWay;
+  }
+
+  // What was asked for ends here, and nothing follows.
+  stop(): void {
+    this.next = this.asked = this.current = null;
+    clearTimeout(this.postponed);
+    this.parts.pool.forget(this);
+    this.perform(this.conversation.cancel());
+    this.parts.surface.release(this);
+    this.isUnderWay = false;
+  }
+
+  // The final step of what was previewed.
+  finish(): void {
+    if (!this.isPreviewed) return;
+    this.isFinishing = this.isUnderWay = true;
+    this.wantNow({ ...this.current!, steps: "final" });
   }
 
   // The user wants the surface whose size was too large.
@@ -118,8 +182,31 @@ export class SurfaceClient {
     const { heldBack } = this.progress.get();
     if (!heldBack || !this.asked) return;
     this.sizes.allow(heldBack);
-    this.open(this.asked);
+    this.open(this.asked, this.moment);
   }
+
+  // ---- connections
+
+  granted(): void {
+    this.isLinked = true;
+    this.perform(this.conversation.connecting());
+    this.progress.set({ trouble: null, isStreaming: false });
+    this.link.connect();
+  }
+
+  revoked(): void {
+    this.isLinked = false;
+    this.link.leave();
+    this.perform(this.conversation.connecting());
+  }
+
+  private needLink(): void {
+    if (this.isLinked) return;
+    if (this.isLead || this.parts.isAhead) this.granted();
+    else this.parts.slots.want(this);
+  }
+
+  // ----
 
   private askSize(order: Wanted, isDragging: boolean): void {
     if (this.progress.get().phase !== "ready" || !this.sizes.isWanted(order, isDragging)) return;
@@ -137,24 +224,63 @@ export class SurfaceClient {
     const isCurrent = this.asked && isSameRequest(this.asked.request, effect.order.request);
     if (!isCurrent || this.isDragging || this.sizes.isAllowed(expected)) return;
     this.progress.set({ heldBack: expected });
-    this.perform(this.conversation.want(affordable(effect.order)));
+    this.isUnderWay = true;
+    this.wantNow(this.sizes.affordable(effect.order));
   }
 
-  private open(order: Wanted): void {
+  private open(order: Wanted, moment: Moment): void {
     this.next = null;
     this.asked = order;
+    this.moment = moment;
+    this.isUnderWay = true;
+    this.isFinishing = false;
     this.progress.set({ heldBack: null });
-    this.surface.dropUnused(new Set());
+    this.parts.frames.expect(order);
+    this.parts.surface.dropUnused();
     clearTimeout(this.dragTimer);
     this.dragTimer = this.isDragging ? window.setTimeout(() => this.goOn(), patience) : 0;
+    this.wantNow(order);
+  }
+
+  private wantNow(order: Wanted): void {
+    this.current = order;
+    this.hasFinal = false;
     this.perform(this.conversation.want(order));
+    this.needLink();
+  }
+
+  // The final step is here already.
+  private take(order: Wanted, moment: Moment, frame: Frame): void {
+    const { pool, surface, slots } = this.parts;
+    this.stop();
+    this.asked = this.current = order;
+    this.moment = moment;
+    this.hasFinal = true;
+    clearTimeout(this.dragTimer);
+    this.dragTimer = 0;
+    ++this.stream; // Of the one before, nothing that comes late is shown.
+    pool.forget(this);
+    surface.use(frame.ids, this);
+    const { phase, shown } = this.progress.get();
+    this.progress.set({ ...noProgress, phase, shown });
+    this.events.offer(moment, () => this.show(frame, null));
+    slots.deal();
+    this.events.settled();
   }
 
   // The surface that a drag waited for is there, or late.
   private goOn(): void {
     clearTimeout(this.dragTimer);
     this.dragTimer = 0;
-    if (this.next) this.open(this.next);
+    if (this.next) this.open(this.next.order, this.next.moment);
+  }
+
+  private settle(): void {
+    this.isUnderWay = this.isFinishing = false;
+    this.goOn();
+    if (this.isUnderWay) return;
+    this.parts.slots.deal();
+    this.events.settled();
   }
 
   private perform(effects: Effect[]): void {
@@ -197,6 +323,7 @@ export class SurfaceClient {
           isStreaming: false,
           postponed: { text: effect.text, until: performance.now() + effect.inMilliseconds },
         });
+        this.events.settled();
         break;
       case "trouble":
         this.progress.set({
@@ -222,11 +349,13 @@ export class SurfaceClient {
 
   private begin(stream: number): void {
     clearTimeout(this.postponed);
-    this.pool.forget(memoriesOf(this.number));
+    this.parts.pool.forget(this);
     this.stream = stream;
-    this.started = performance.now();
-    this.inUse.clear();
     this.colouring = [];
+    if (this.isFinishing) return this.progress.set({ isStreaming: true, tilesToCome: 0, tilesReceived: 0 });
+    this.started = performance.now();
+    this.events.withdraw();
+    this.parts.surface.release(this);
     const { phase, shown, heldBack } = this.progress.get();
     this.progress.set({ ...noProgress, phase, shown, heldBack, isStreaming: true });
   }
@@ -235,9 +364,9 @@ export class SurfaceClient {
     const { progress } = this;
     switch (effect.kind) {
       case "begun": {
-        const ids = effect.tiles.map(({ key }) => memoryOf(this.number, order) + key);
-        for (const id of ids) this.inUse.add(id);
-        this.surface.use(ids);
+        const ids = effect.tiles.map(({ key }) => memoryOf(this.parts.number, order) + key);
+        this.parts.surface.use(ids, this);
+        this.hasFinal ||= effect.begin.isFinal;
         progress.set({
           step: effect.begin.step,
           tilesToCome: effect.missing,
@@ -261,13 +390,15 @@ export class SurfaceClient {
         break;
       case "ended":
         progress.set({ isStreaming: false });
-        this.surface.dropUnused(this.inUse);
-        this.goOn();
+        this.parts.surface.dropUnused();
+        this.settle();
         break;
       case "refused":
       case "failed":
         progress.set({ isStreaming: false, trouble: { ...noTrouble, text: effect.text } });
-        this.goOn();
+        this.hasFinal = true; // Nothing is left to ask for.
+        this.offerNothing();
+        this.settle();
         break;
     }
   }
@@ -277,8 +408,9 @@ export class SurfaceClient {
     const { scalars } = this.progress.get();
     const largest = Math.max(deviation, scalars?.deviation ?? 0);
     this.progress.set({ scalars: { low: range.low, high: range.high, deviation: largest } });
-    const id = memoryOf(this.number, order) + key;
-    const done = this.pool.scalars(id, codes, range.bits).then((attribute) => this.surface.setScalars(id, attribute), () => {});
+    const { pool, surface } = this.parts;
+    const id = memoryOf(this.parts.number, order) + key;
+    const done = pool.scalars(id, codes, range.bits).then((attribute) => surface.setScalars(id, attribute), () => {});
     this.colouring.push(done);
   }
 
@@ -290,17 +422,16 @@ export class SurfaceClient {
     const resolution = begin.request!.latticeResolution; // A preview's may be less.
     const toWorld = latticeToWorld(order.info, resolution);
     try {
-      const tile = await this.pool.decode({
+      const tile = await this.parts.pool.decode({
         kind: "decode",
-        id: memoryOf(this.number, order) + promised.key,
+        id: memoryOf(this.parts.number, order) + promised.key,
         payload,
         promised,
         resolution,
         hasNormals: order.request.normalBits > 0,
         linear: toWorld.slice(0, 9),
-      });
-      if (this.isClosed) return this.pool.drop([tile.id]);
-      this.surface.add(tile, toWorld, begin.step);
+      }, this);
+      this.parts.surface.add(tile, toWorld, begin.step);
       this.perform(this.conversation.decoded(stream, promised.key));
     } catch (error) {
       this.perform(this.conversation.damaged(stream, (error as Error).message));
@@ -313,12 +444,12 @@ export class SurfaceClient {
   private async certify(order: Wanted, step: StepOfTiles): Promise<void> {
     const { stream } = this;
     const { begin } = step;
-    const ids = idsOf(this.number, order, step);
+    const ids = idsOf(this.parts.number, order, step);
     const { latticeResolution: resolution, topologyTolerance } = begin.request!;
     const border = dataBorder(order.info, resolution, topologyTolerance, begin.finestSpacing || 1);
     const [result] = await Promise.all([
-      this.pool.certify(ids, border).catch(() => null),
-      this.surface.uploaded(ids),
+      this.parts.pool.certify(ids, border).catch(() => null),
+      this.parts.surface.uploaded(ids),
       ...this.colouring,
     ]);
     // Of a stream that was replaced, tiles may be gone.
@@ -328,31 +459,49 @@ export class SurfaceClient {
   }
 
   private present(order: Wanted, committed: Committed, isNews: boolean): void {
-    const { step } = committed;
+    const { number, surface, frames, isAhead } = this.parts;
+    const { begin } = committed.step;
     const facts = factsOf(order, committed);
-    const before = this.shown;
     // Also of a step that is passed over: the keeper tells a change of normals once.
-    for (const { id, normals } of this.certified?.result.normals ?? []) {
-      this.surface.setNormals(id, normals);
-    }
-    if (isNews && !isStepBack(before, order, facts)) {
-      this.surface.show(idsOf(this.number, order, step));
-      this.shown = {
-        info: order.info,
-        resolution: step.begin.request!.latticeResolution,
-        request: step.begin.request!,
-        facts,
-      };
-      const isFirst = before?.info.name !== order.info.name;
+    for (const { id, normals } of this.certified?.result.normals ?? []) surface.setNormals(id, normals);
+    const frame: Frame = {
+      ids: idsOf(number, order, committed.step),
+      shown: { info: order.info, resolution: begin.request!.latticeResolution, request: begin.request!, facts },
+    };
+    if (facts.isFinal && this.asked) frames.keep({ ...this.asked, info: order.info }, frame);
+    if (isAhead) return;
+    if (isNews && !isStepBack(this.shown, order, facts)) {
       const elapsed = performance.now() - this.started;
-      const { firstSurface } = this.progress.get();
-      this.progress.set({
-        shown: facts,
-        firstSurface: firstSurface ?? elapsed,
-        complete: facts.isFinal ? elapsed : null,
-      });
-      this.onShown(this.shown, isFirst);
+      this.events.offer(this.moment, () => this.show(frame, elapsed));
     }
     this.goOn();
   }
+
+  // `elapsed`: milliseconds after the request; null: nothing was asked.
+  private show({ ids, shown }: Frame, elapsed: number | null): void {
+    const before = this.shown;
+    this.parts.surface.show(ids);
+    this.shown = shown;
+    const { firstSurface } = this.progress.get();
+    this.progress.set({
+      shown: shown.facts,
+      firstSurface: firstSurface ?? elapsed,
+      complete: shown.facts.isFinal ? elapsed : null,
+    });
+    this.events.shown(shown, !before || !isOfOneFamily(before.info, shown.info));
+  }
+
+  // Of the time that is wanted there is no surface; others do not have to wait for it, and that of another
+  // time does not stay beside them.
+  private offerNothing(): void {
+    const { asked, shown } = this;
+    if (!asked || !shown || !isOfOneFamily(shown.info, asked.info)) return;
+    this.events.offer(this.moment, () => shown.info !== asked.info && this.parts.surface.show([]));
+  }
+}
+
+function isSameOrder(a: Wanted, b: Wanted): boolean {
+  const [x, y] = [a.scalars, b.scalars];
+  const isSameColouring = x?.dataset === y?.dataset && x?.low === y?.low && x?.high === y?.high;
+  return a.info === b.info && isSameColouring && isSameRequest(a.request, b.request);
 }

@@ -1,25 +1,32 @@
-// The surfaces of one view. Each has a connection of its own, on which one stream runs at a time: the
-// server is fair between them, so that previews of all are there before the final step of any, and one
-// that is dragged waits for no other.
+// The surfaces of one view. Each has a connection of its own, on which one stream runs at a time, as long
+// as there are few; many share a few connections. The server is fair between connections, and who is one
+// of several asks for the final step when previews of all are there; one that is dragged waits for no other.
 import * as THREE from "three";
 
+import { Ahead } from "./ahead";
+import { Curtain, type Moment } from "./curtain";
+import { Frames } from "./frames";
 import type { DatasetInfo } from "./protocol/messages";
+import type { Scene } from "./scene_at";
 import { FieldColours } from "./scene/field_colours";
 import type { Stage } from "./scene/stage";
-import { Surface } from "./scene/surface";
+import { mostTriangles, Surface } from "./scene/surface";
 import type { ShownSurface } from "./shown_surface";
 import { noProgress, type Progress, type SurfaceSize } from "./state/progress";
 import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { settingsOf, surfacesOf } from "./state/surfaces";
 import type { View } from "./stream/request";
-import { SurfaceClient } from "./surface_client";
+import { Slots } from "./stream/slots";
+import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
 import type { TilePool } from "./workers/tile_pool";
 
 interface Member {
   client: SurfaceClient;
   surface: Surface;
-  asked: string; // What tells it from others: isovalue and error.
+  ahead: Ahead;
+  asked: string; // What tells it from others: dataset, isovalue and error.
+  moment: Moment | null; // Of what it shows.
 }
 
 // One that is shown, for who measures, cuts or saves it.
@@ -30,19 +37,23 @@ export interface ShownTiles {
 }
 
 export interface SurfaceSetEvents {
-  shown: (at: number, shown: ShownSurface, isFirstOfDataset: boolean) => void;
+  shown: (at: number, shown: ShownSurface, isFirstOfScene: boolean) => void;
   progress: (at: number) => void; // Of one beside the first.
 }
 
+const mostConnections = 5; // Of surfaces beside the first, at a time.
+
 export class SurfaceSet {
-  // Of the first surface, whichever that is.
-  readonly progress = new Store<Progress>(noProgress);
+  readonly progress = new Store<Progress>(noProgress); // Of the first surface,
   readonly datasets = new Store<{ list: DatasetInfo[] | null }>({ list: null });
   readonly sizes = new Store<{ expected: SurfaceSize | null }>({ expected: null });
   readonly field = new FieldColours();
   private members: Member[] = [];
   private lastNumber = 0;
   private isConnected = false;
+  private look: { settings: Settings; clip: THREE.Plane | null } | null = null;
+  private readonly slots = new Slots(mostConnections);
+  private readonly curtain = new Curtain<Member>(() => this.seen, () => this.redress());
 
   constructor(
     private readonly server: string,
@@ -52,6 +63,7 @@ export class SurfaceSet {
     private readonly events: SurfaceSetEvents,
   ) {
     this.members = [this.member()];
+    this.members[0].client.lead();
     stage.everyFrame(() => this.members.map(({ surface }) => surface.uploadSome()).some(Boolean));
   }
 
@@ -64,23 +76,50 @@ export class SurfaceSet {
     for (const member of this.members.splice(0)) this.part(member);
   }
 
-  want(info: DatasetInfo, settings: Settings, view: View, isDragging: boolean): void {
+  // Those that are hidden are asked for when they are seen; the first one always is.
+  want({ infos, moment, scalars }: Scene, settings: Settings, view: View, isDragging: boolean): void {
     this.arrange(settings);
-    this.members.forEach(({ client }, at) => client.want(info, settingsOf(settings, at)!, view, isDragging));
+    this.look = { settings, clip: this.look?.clip ?? null };
+    const wanted = this.members.filter((member, at) => infos[at] && (at === 0 || this.isSeen(member)));
+    this.share(wanted.length);
+    for (const member of wanted) {
+      const at = this.members.indexOf(member);
+      const wish = { moment, scalars, isDragging, isOneOfSeveral: wanted.length > 1 };
+      member.client.want(infos[at]!, settingsOf(settings, at)!, view, wish);
+    }
+    this.finishAll();
   }
 
   insist(): void {
     this.members[0].client.insist();
   }
 
-  applyLook(settings: Settings, clip: THREE.Plane | null): void {
-    this.arrange(settings);
-    const list = surfacesOf(settings);
-    this.members.forEach(({ surface }, at) => surface.applyLook({ ...settings, ...list[at] }, clip));
+  // Of several times that will be wanted soon, the first ones as far as memory allows. Nothing: none.
+  prepare(scenes: readonly Scene[], settings: Settings, view: View): void {
+    this.members.forEach((member, at) => {
+      const isWanted = at === 0 || this.isSeen(member);
+      const wanted = isWanted ? scenes.filter(({ infos }) => infos[at]) : [];
+      const own = settingsOf(settings, at);
+      member.ahead.prepare(own ? wanted.map(({ infos, moment, scalars }) => ({ info: infos[at]!, moment, scalars })) : [], own ?? settings, view);
+    });
   }
 
-  get hasTranslucent(): boolean {
-    return this.members.some(({ surface }) => surface.isTranslucent);
+  // Whether all that are seen have their final step, or will not get one.
+  isPrepared({ infos, scalars }: Scene, settings: Settings, view: View): boolean {
+    return this.members.every((member, at) =>
+      !infos[at] || (at > 0 && !this.isSeen(member)) || member.ahead.has(infos[at], settingsOf(settings, at)!, view, scalars));
+  }
+
+  applyLook(settings: Settings, clip: THREE.Plane | null): void {
+    this.arrange(settings);
+    this.look = { settings, clip };
+    this.curtain.look();
+    this.redress();
+  }
+
+  // Surfaces that one sees through.
+  get translucent(): number {
+    return this.members.filter(({ surface }) => surface.isTranslucent).length;
   }
 
   get lead(): ShownSurface | null {
@@ -94,8 +133,8 @@ export class SurfaceSet {
   // Those that are shown and not hidden, of the settings' surfaces.
   shownTiles(settings: Settings): ShownTiles[] {
     const list = surfacesOf(settings);
-    return this.members.flatMap(({ client: { shown }, surface }, at) =>
-      shown && list[at]?.visible && surface.shownIds.length > 0 
+    return this.members.flatMap(({ client: { shown }, surface, moment }, at) =>
+      shown && list[at]?.visible && this.curtain.isOpenTo(moment) && surface.shownIds.length > 0
         ? [{ shown, ids: surface.shownIds, colour: list[at].colour }] : []);
   }
 
@@ -103,10 +142,48 @@ export class SurfaceSet {
     return this.members.reduce((box, { surface }) => box.union(surface.worldBox()), new THREE.Box3());
   }
 
+  // Nothing comes any more of what is seen.
+  get isSettled(): boolean {
+    return this.seen.every(({ client }) => !client.isBusy && !client.isPreviewed);
+  }
+
+  private redress(): void {
+    if (!this.look) return;
+    const { settings, clip } = this.look;
+    const list = surfacesOf(settings);
+    this.members.forEach(({ surface, moment }, at) => {
+      if (!list[at]) return;
+      const visible = list[at].visible && this.curtain.isOpenTo(moment);
+      surface.applyLook({ ...settings, ...list[at], visible }, clip);
+    });
+  }
+
+  private get seen(): Member[] {
+    return this.members.filter((member) => this.isSeen(member));
+  }
+
+  private isSeen(member: Member): boolean {
+    return this.look !== null && (surfacesOf(this.look.settings)[this.members.indexOf(member)]?.visible ?? false);
+  }
+
+  // Memory and triangles that nobody has to be asked for.
+  private share(among: number): void {
+    for (const { surface, client } of this.members) {
+      surface.budget = mostTriangles / Math.max(1, among);
+      client.sizes.among = among;
+    }
+  }
+
+  // When previews of all are there.
+  private finishAll(): void {
+    if (this.members.some(({ client }) => client.isPreviewing)) return;
+    for (const { client } of this.members) client.finish();
+  }
+
   // As many members as surfaces. Who has what a surface wants becomes its member, also where others
   // before it have gone.
   private arrange(settings: Settings): void {
-    const wanted = surfacesOf(settings).map((one) => `${one.isovalue} ${one.error ?? settings.error}`);
+    const wanted = surfacesOf(settings).map(({ dataset, isovalue, error }) => `${dataset ?? ""} ${isovalue} ${error ?? settings.error}`);
     const before = this.members;
     const places = arrangement(before.map(({ asked }) => asked), wanted);
     this.members = places.map((place) => (place === null ? this.member() : before[place]));
@@ -117,11 +194,28 @@ export class SurfaceSet {
 
   private member(): Member {
     const { scene } = this.stage;
-    const surface = new Surface(scene, () => this.stage.invalidate(), (ids) => this.pool.drop(ids), this.field);
-    const number = ++this.lastNumber;
-    const client = new SurfaceClient(number, this.server, this.token, this.pool, surface, (shown, isFirst) =>
-      this.events.shown(this.members.indexOf(member), shown, isFirst));
-    const member: Member = { client, surface, asked: "" };
+    const surface = new Surface(scene, () => this.stage.invalidate(), (ids) => this.pool.drop(ids), this.field, this.stage.programs);
+    const parts: SurfaceClientParts = {
+      number: ++this.lastNumber,
+      address: this.server,
+      token: this.token,
+      pool: this.pool,
+      surface,
+      frames: new Frames((ids) => surface.hasAll(ids)),
+      slots: this.slots,
+    };
+    const client = new SurfaceClient(parts, {
+      offer: (moment, show) => this.curtain.offer(member, moment, () => {
+        const wasOpen = this.curtain.isOpenTo(member.moment);
+        member.moment = moment;
+        show();
+        if (!wasOpen) this.redress();
+      }),
+      withdraw: () => this.curtain.withdraw(member),
+      shown: (shown, isFirst) => this.events.shown(this.members.indexOf(member), shown, isFirst),
+      settled: () => this.finishAll(),
+    });
+    const member: Member = { client, surface, ahead: new Ahead(parts), asked: "", moment: null };
     const isLead = () => this.members[0] === member;
     client.progress.watch(() => {
       if (isLead()) this.progress.set(client.progress.get());
@@ -129,18 +223,22 @@ export class SurfaceSet {
     });
     client.datasets.watch(() => isLead() && this.datasets.set(client.datasets.get()));
     client.sizes.watch(() => isLead() && this.sizes.set(client.sizes.get()));
-    if (this.isConnected) client.connect();
     return member;
   }
 
   private followLead(): void {
     const { client } = this.members[0];
+    client.lead();
+    if (this.isConnected) client.connect();
     this.progress.set(client.progress.get());
     this.sizes.set(client.sizes.get());
   }
 
-  private part({ client, surface }: Member): void {
+  private part(member: Member): void {
+    const { client, surface, ahead } = member;
+    this.curtain.withdraw(member);
     client.close();
+    ahead.close();
     this.pool.drop(surface.ids(""));
     surface.dispose();
   }

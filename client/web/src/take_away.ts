@@ -1,6 +1,6 @@
 // A picture, a film, a file or a link of what is shown.
 import { h } from "./panel/dom";
-import { film, pictures } from "./scene/turntable";
+import { type Animation, film, pictures, turntable } from "./scene/animation";
 import type { Settings } from "./state/settings";
 import { toAddress } from "./state/url_state";
 import { latticeToWorld, type Vec3 } from "./stream/dataset";
@@ -8,7 +8,7 @@ import type { Viewer } from "./viewer";
 import type { MeshFormat } from "./workers/worker_messages";
 
 export class TakeAway {
-  private isTurning = false;
+  private isFilming = false;
 
   constructor(private readonly viewer: Viewer) {}
 
@@ -35,18 +35,34 @@ export class TakeAway {
   }
 
   async turntable(form: "video" | "pictures"): Promise<void> {
-    if (this.isTurning) return;
-    this.isTurning = true;
-    const tell = (share: number) => this.viewer.notices.tell(`Turning: ${Math.round(100 * share)} %`);
+    await this.animate(turntable(this.viewer.stage, form), form);
+  }
+
+  // Every time of a series, as long as it is shown while it plays; then that of now again.
+  async times(form: "video" | "pictures"): Promise<void> {
+    const { viewer } = this;
+    const { times } = viewer;
+    if (!times) return viewer.notices.tell("This dataset has no times.", true);
+    const show = async (at: number) => {
+      viewer.set({ t: times.all[at] ?? times.now, playing: false });
+      await viewer.settled();
+    };
+    await this.animate({ name: "time", frames: times.all.length, framesASecond: viewer.get().speed, show }, form);
+  }
+
+  private async animate(animation: Animation, form: "video" | "pictures"): Promise<void> {
+    if (this.isFilming) return;
+    this.isFilming = true;
+    const tell = (share: number) => this.viewer.notices.tell(`Filming: ${Math.round(100 * share)} %`);
     const background = getComputedStyle(document.body).backgroundColor;
     try {
       const make = form === "video" ? film : pictures;
-      this.save(await make(this.viewer.stage, background, tell), form === "video" ? "webm" : "zip");
+      this.save(await make(this.viewer.stage, animation, background, tell), form === "video" ? "webm" : "zip");
       this.viewer.notices.clear();
     } catch (error) {
       this.viewer.notices.tell(`There is no film: ${(error as Error).message}`, true);
     }
-    this.isTurning = false;
+    this.isFilming = false;
   }
 
   async download(format: MeshFormat): Promise<void> {

@@ -14,23 +14,30 @@ import { serverAddress } from "./own_address";
 import { isEmpty } from "./panel/certificate";
 import { h, inDigits } from "./panel/dom";
 import { Notices } from "./panel/notices";
+import { TimeBar } from "./panel/time_bar";
 import type { DatasetInfo } from "./protocol/messages";
 import { Measuring } from "./scene/measuring";
 import { Orientation } from "./scene/orientation";
 import { type Picked, Picking } from "./scene/picking";
-import { Legend } from "./panel/legend";
+import { Legend, type LegendValues } from "./panel/legend";
 import { RegionHandles } from "./scene/region_handles";
 import { Stage } from "./scene/stage";
 import { Surroundings } from "./scene/surroundings";
 import type { ShownSurface } from "./shown_surface";
 import { Events } from "./state/events";
 import type { StepFacts } from "./state/progress";
+import {
+  atTime, type Entry, entriesOf, isOfOneFamily, named, rangeOf, settingsOfEntry, timeOf, timesOf,
+} from "./state/families";
 import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { type Vec3, worldBox } from "./stream/dataset";
 import { Questions } from "./stream/questions";
-import { slicePlace, Slices, windowOf } from "./slices";
+import { scaleOf, slicePlace, Slices } from "./slices";
 import { SurfaceSet } from "./surface_set";
+import { type Scene, sceneOf } from "./scene_at";
+import { suggestedIsovalue } from "./stream/request";
+import { timeBeside, TimePlayer } from "./time_player";
 import { TilePool } from "./workers/tile_pool";
 
 export type { Settings } from "./state/settings";
@@ -71,6 +78,8 @@ export class Viewer {
   private readonly regionHandles: RegionHandles;
   private readonly questions: Questions;
   private readonly slices: Slices;
+  readonly player: TimePlayer;
+  private readonly timeBar: TimeBar;
   private readonly legends: { samples: Legend; field: Legend };
   private readonly token: TokenPlace;
   private isDragging = false;
@@ -101,12 +110,21 @@ export class Viewer {
     this.measuring = new Measuring(this.stage, this.pool,
       ({ info, world }) => this.questions.probe(info.name, world), () => this.canvas.focus());
     this.slices = new Slices(this.stage, this.pool, this.surfaces, this.questions,
-      () => ({ info: this.info, settings: this.get() }), (text) => this.notices.tell(text, true));
+      () => ({ info: this.info, settings: this.get(), range: this.rangeOf(this.info) }), (text) => this.notices.tell(text, true));
     const turn = (said: Partial<Settings>, isDragging: boolean) => this.set(said, isDragging);
     this.legends = {
-      samples: new Legend({ label: "samples", colours: "colours", level: "level", width: "windowWidth" }, turn),
-      field: new Legend({ label: "the surface's colours", colours: "fieldColours", level: "fieldLevel", width: "fieldWindow" }, turn),
+      samples: new Legend({ label: "samples", colours: "colours", level: "level", width: "windowWidth", isLog: "samplesLog" }, turn),
+      field: new Legend({
+        label: "the surface's colours", colours: "fieldColours", level: "fieldLevel", width: "fieldWindow", isLog: "fieldLog",
+      }, turn),
     };
+    this.player = new TimePlayer(() => this.played(), {
+      isReady: (time) => this.surfaces.isPrepared(this.sceneAt(time), this.get(), this.stage.view()),
+      prepare: (times) => this.surfaces.prepare(times.map((time) => this.sceneAt(time)), this.get(), this.stage.view()),
+      show: (time) => this.set({ t: time }),
+      stop: () => this.set({ playing: false }),
+    }, (pace) => this.timeBar.showPace(pace));
+    this.timeBar = new TimeBar(turn);
     new Picking(this.stage, this.canvas, this.pool,
       () => ({
         info: this.info, tiles: this.surfaces.shownTiles(this.get()), clip: this.clipPlane(),
@@ -116,7 +134,7 @@ export class Viewer {
       (place) => this.take(place));
     element.append(this.surroundings.numbers, this.surroundings.scaleBar, this.orientation.element,
       h("div", { class: "legends" }, this.legends.field.element, this.legends.samples.element),
-      this.measuring.labels, this.measuring.element, this.notices.element);
+      this.timeBar.element, this.measuring.labels, this.measuring.element, this.notices.element);
     this.listen();
     this.surfaces.connect();
   }
@@ -128,10 +146,12 @@ export class Viewer {
     const hasEnded = this.isDragging && !isDragging;
     this.isDragging = isDragging;
     if (change.eye && change.target) this.stage.setView(change.eye, change.target);
-    const before = this.settings.get().dataset;
-    this.settings.set(change);
-    const { dataset } = this.settings.get();
-    if (dataset !== before && dataset !== this.info?.name) this.findDataset();
+    const before = this.settings.get();
+    // The isovalue that one time suggests is not what another does: it stays from here.
+    const isStaying = change.t !== undefined && change.dataset === undefined && before.isovalue === null && this.info;
+    this.settings.set(isStaying ? { isovalue: suggestedIsovalue(isStaying), ...change } : change);
+    const { dataset, t } = this.settings.get();
+    if (t !== before.t || (dataset !== before.dataset && dataset !== this.info?.name)) this.findDataset();
     if (hasEnded) this.ask();
   }
 
@@ -140,12 +160,33 @@ export class Viewer {
   }
 
   // Another dataset, seen as it is seen first.
-  choose(info: DatasetInfo): void {
-    if (info === this.info) return;
+  choose(entry: Entry): void {
+    if (this.info && isOfOneFamily(entry.info, this.info)) return;
     this.settings.set({
-      dataset: info.name, isovalue: null, surfaces: [], region: null, eye: null, target: null, clip: "off",
+      ...settingsOfEntry(entry), t: null, playing: false, region: null, eye: null, target: null, clip: "off",
     });
-    this.use(info);
+    this.use(entry.info);
+  }
+
+  // At which time it is, of which ones; null: there is nothing to go through.
+  get times(): { all: readonly number[]; now: number; unit: string } | null {
+    const { list } = this.surfaces.datasets.get();
+    const all = list && this.info ? timesOf(list, this.info) : [];
+    return all.length > 1 ? { all, now: timeOf(this.info!)!, unit: this.info!.member!.timeUnit } : null;
+  }
+
+  // To a time before or after the one that is shown.
+  stepTime(steps: number): void {
+    const { times } = this;
+    if (times) this.set({ t: timeBeside({ times: times.all, now: times.now, loop: this.get().loop }, steps), playing: false });
+  }
+
+  // Resolves when all that is to be seen of the time that was set is on the screen, or will not be.
+  async settled(): Promise<void> {
+    const isThere = () => this.surfaces.lead?.info === this.info || this.surfaces.progress.get().trouble !== null;
+    while (!this.surfaces.isSettled || !isThere()) {
+      await new Promise((resolve) => setTimeout(resolve, 20));
+    }
   }
 
   // Calls back on every such event, until what is returned is called.
@@ -181,6 +222,7 @@ export class Viewer {
   // Nothing is drawn or asked any more; the element is empty.
   dispose(): void {
     clearTimeout(this.rest);
+    this.player.stop();
     this.surfaces.close();
     this.questions.close();
     this.pool.dispose();
@@ -219,6 +261,8 @@ export class Viewer {
       this.regionHandles.show(now.region);
       this.applyLook();
       if (now !== before && isOtherRequest(now, before)) this.ask();
+      this.timeBar.show(now, this.times);
+      this.player.update();
       this.events.tell("settings", now);
     });
     this.surfaces.progress.watch((progress) => {
@@ -252,16 +296,44 @@ export class Viewer {
   private findDataset(): void {
     const { list } = this.surfaces.datasets.get();
     if (!list) return;
-    const wanted = this.settings.get().dataset;
-    const found = wanted ? list.find(({ name }) => name === wanted) : list[0];
-    if (found) this.use(found);
-    else if (wanted) this.tellUnknown(wanted);
+    const { dataset, surfaces, t } = this.settings.get();
+    const found = dataset ? named(list, dataset) : list[0];
+    if (!found) return dataset ? this.tellUnknown(dataset) : undefined;
+    // All labels of a segmentation, where it alone is named.
+    const entry = entriesOf(list).find(({ family, name }) => family && (name === dataset || (!dataset && family.members.includes(found))));
+    if (entry && surfaces.length === 0 && entry.family!.labels.length > 0) this.settings.set(settingsOfEntry(entry));
+    this.use(atTime(list, found, t));
+  }
+
+  private played() {
+    const { times, settings } = this;
+    const { playing, speed, loop } = settings.get();
+    return times && { times: times.all, now: times.now, playing, speed, loop };
+  }
+
+  private sceneAt(time: number): Scene {
+    return this.sceneOf(atTime(this.list, this.info!, time));
+  }
+
+  private sceneOf(info: DatasetInfo): Scene {
+    return sceneOf(this.list, this.get(), info);
+  }
+
+  private get list(): readonly DatasetInfo[] {
+    return this.surfaces.datasets.get().list ?? [];
+  }
+
+  private rangeOf(info: DatasetInfo | null): LegendValues | null {
+    return info && { ...rangeOf(this.list, info), valueUnit: info.valueUnit };
   }
 
   private use(now: DatasetInfo): void {
-    const isOther = this.info?.name !== now.name || this.info.contentId !== now.contentId;
+    const { info: before } = this;
+    const isOther = before?.name !== now.name || before.contentId !== now.contentId;
+    const isMember = before !== null && before.name !== now.name && isOfOneFamily(before, now);
     this.info = now;
     this.notices.clear();
+    if (isMember) return this.changeMember(now);
     this.surroundings.setDataset(now);
     this.orientation.setDataset(now);
     this.orientation.show(this.settings.get().axes);
@@ -277,8 +349,16 @@ export class Viewer {
     this.ask();
   }
 
+  // Another time, field or label: the places are the same.
+  private changeMember(now: DatasetInfo): void {
+    this.events.tell("dataset", now);
+    this.timeBar.show(this.get(), this.times);
+    this.applyLook();
+    this.ask();
+  }
+
   private ask(): void {
-    if (this.info) this.surfaces.want(this.info, this.settings.get(), this.stage.view(), this.isDragging);
+    if (this.info) this.surfaces.want(this.sceneOf(this.info), this.settings.get(), this.stage.view(), this.isDragging);
   }
 
   private applyLook(): void {
@@ -290,26 +370,33 @@ export class Viewer {
     this.stage.setLook({
       isOrthographic: now.projection === "orthographic",
       hasOcclusion: now.occlusion,
-      hasTranslucent: this.surfaces.hasTranslucent,
+      translucent: this.surfaces.translucent,
       clip: clip ? [clip] : [],
     });
   }
 
   private showLegends(now: Settings): void {
-    this.legends.samples.show(now, slicePlace(now) ? this.info : null, now.colourBy ? "samples" : "");
-    const { list } = this.surfaces.datasets.get();
-    const by = (now.colourBy && list?.find(({ name }) => name === now.colourBy)) || null;
-    this.legends.field.show(now, by, now.colourBy);
+    this.legends.samples.show(now, slicePlace(now) ? this.rangeOf(this.info) : null, now.colourBy ? "samples" : "");
+    const field = now.colourBy ? named(this.list, now.colourBy) : null;
+    const by = this.rangeOf(field);
+    this.legends.field.show(now, by, field?.member?.field || now.colourBy);
     if (!by) return;
-    const { low, high } = windowOf(now.fieldLevel, now.fieldWindow, by);
     this.surfaces.field.setRange(by.min, by.max);
-    this.surfaces.field.setLook(now.fieldColours, low, high);
+    const scale = scaleOf(now.fieldLevel, now.fieldWindow, now.fieldLog, by);
+    this.surfaces.field.setLook({ map: now.fieldColours, ...scale }, now.noValue);
   }
 
   private tellShown(at: number, shown: ShownSurface, isFirst: boolean): void {
-    if (at === 0 && isFirst && !this.settings.get().eye) this.fit();
+    if (at === 0 && isFirst && !this.settings.get().eye) this.frameFirst(shown.info);
     this.slices.update();
     this.events.tell("shown", { ...shown.facts, surface: at });
+  }
+
+  // One surface as it is; of many, whose first one says little, the data.
+  private frameFirst(info: DatasetInfo): void {
+    const { low, high } = worldBox(info);
+    if (info.member?.label) this.stage.frameBox(new THREE.Box3(new THREE.Vector3(...low), new THREE.Vector3(...high)));
+    else this.fit();
   }
 
   private take(place: Picked): void {

@@ -54,6 +54,9 @@ class ViewerOfNotebooks(unittest.TestCase):
         self.assertEqual(viewer.wanted["surfaces"][0]["opacity"], 1)
         self.assertEqual(viewer.isovalue, 7.5)
         self.assertIsNone(viewer.camera)
+        self.assertIsNone(viewer.time)
+        viewer.time = 3
+        self.assertEqual((viewer.wanted["t"], viewer.wanted["playing"]), (3.0, False))
 
     def test_tells_mistakes_where_they_are_made(self):
         viewer = multitetra.Viewer()

@@ -9,13 +9,13 @@ describe("Address", () => {
 
   test("CarriesEverySetting", () => {
     const settings: Settings = {
-      dataset: "a head & more", isovalue: -300.5, error: 0.5, bound: "paper", rule: "paper", tolerance: 2,
+      dataset: "a head & more", t: 0.25, isovalue: -300.5, error: 0.5, bound: "paper", rule: "paper", tolerance: 2,
       region: { kind: "box", low: [1, 2, 3], high: [4, 5, 6.5], error: 0 }, followView: true, pixels: 2,
       maxTriangles: 100000, simplify: false, shading: "facets", wireframe: true, colouring: "steps", clip: "y", clipAt: 0.25,
-      clipFlipped: true, filled: false, slice: "z", sliceAt: 0.75, colours: "viridis", level: 40, colourBy: "a dose", fieldColours: "coolwarm", fieldLevel: -1, fieldWindow: 2.5, windowWidth: 400, axes: false, logScale: false, theme: "light",
+      clipFlipped: true, filled: false, slice: "z", sliceAt: 0.75, colours: "viridis", level: 40, colourBy: "a dose", fieldColours: "coolwarm", fieldLevel: -1, fieldWindow: 2.5, fieldLog: true, noValue: "#102030", samplesLog: true, windowWidth: 400, axes: false, logScale: false, theme: "light", playing: true, speed: 24, loop: false,
       surfaces: [
         { isovalue: 400.5, error: null, colour: "#f0e6d2", opacity: 1, visible: true },
-        { isovalue: -1e-7, error: 0.5, colour: "#00ff7f", opacity: 0.25, visible: false },
+        { dataset: "a, b; 100 %", isovalue: -1e-7, error: 0.5, colour: "#00ff7f", opacity: 0.25, visible: false },
       ],
       colour: "#123456", opacity: 0.5, visible: false, projection: "orthographic", occlusion: false, eye: [1, -2, 3.25], target: [0, 0, 1],
     };
@@ -34,7 +34,8 @@ describe("Address", () => {
       "#region=ball:1,2,3,-4=1", "#region=box:5,0,0,1,1,1=1", "#eye=1,2", "#clip=w", "#%%%", "#=&&=",
       "#wireframe=perhaps", "#maxTriangles=1e99", "#theme=__proto__",
       "#colour=red", "#opacity=1.5", "#surfaces=much", "#surfaces=1,ff0000,2", "#surfaces=1,ff0000,1,-1",
-      "#surfaces=1,ff0000,1,,seen", "#surfaces=1,ff0000;2", `#surfaces=${Array(9).fill("1,ff0000").join(";")}`,
+      "#surfaces=1,ff0000,1,,seen", "#surfaces=1,ff0000;2", `#surfaces=${Array(1024).fill("1,ff0000").join(";")}`,
+      "#surfaces=1,ff0000,1,,,%25E0", "#t=soon", "#speed=0", "#loop=2", "#noValue=grey",
     ]) {
       expect(fromAddress(text)).toEqual({});
     }

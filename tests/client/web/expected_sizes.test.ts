@@ -1,4 +1,4 @@
-import { affordable, ExpectedSizes } from "../../../client/web/src/expected_sizes";
+import { ExpectedSizes } from "../../../client/web/src/expected_sizes";
 import { dataset, request } from "./golden_stream";
 
 const info = dataset();
@@ -35,8 +35,16 @@ describe("ExpectedSizes", () => {
   });
 
   test("AreKeptSmallByABudget", () => {
-    const within = affordable(order(0.1));
+    const within = new ExpectedSizes().affordable(order(0.1));
     expect(within.request.maxTriangles).toBe(2_000_000n);
     expect(within.request.isovalue).toBe(0.1);
+  });
+
+  test("ShareWhatAViewCanHave", () => {
+    const sizes = new ExpectedSizes();
+    sizes.among = 20;
+    expect(sizes.isAllowed(size(500_000))).toBe(true);
+    expect(sizes.isAllowed(size(500_001))).toBe(false);
+    expect(sizes.affordable(order(0.1)).request.maxTriangles).toBe(200_000n);
   });
 });

@@ -73,8 +73,12 @@ export async function test(name, act) {
 }
 
 // Another server with the same datasets.
-export async function serve(...options) {
-  const other = new Server(program, path.join(scratch, "datasets"), viewer, options);
+export function serve(...options) {
+  return serveFolder(path.join(scratch, "datasets"), ...options);
+}
+
+export async function serveFolder(folder, ...options) {
+  const other = new Server(program, folder, viewer, options);
   await other.start();
   hosts.add(new URL(other.page).host);
   others.push(other);
@@ -152,11 +156,15 @@ export async function surfacePixels(page) {
   }, png);
 }
 
+// Runs the server program to its end, silently.
+export function run(...words) {
+  execFileSync(program, [...words, "--quiet"]);
+}
+
 function prepareDatasets() {
   const folder = path.join(scratch, "datasets");
   rmSync(folder, { recursive: true, force: true });
   mkdirSync(folder, { recursive: true });
-  const run = (...words) => execFileSync(program, [...words, "--quiet"]);
   for (const [kind, size] of [["head", "65"], ["gyroid", "33"]]) {
     const volume = path.join(scratch, `${kind}.nrrd`);
     run("generate", kind, "--size", size, "-o", volume);

@@ -29,9 +29,9 @@ describe("ScalarsOfAStream", () => {
     conversation.opened();
     conversation.received(welcome);
     conversation.received(list);
-    const effects = conversation.want({ info: dataset(), request: request(), scalars: "dose" });
+    const effects = conversation.want({ info: dataset(), request: request(), scalars: { dataset: "dose", low: -1, high: 3 } });
     const opened = effects.find((e) => e.kind === "send" && e.message.case === "openStream");
-    expect(opened).toMatchObject({ message: { value: { scalars: { dataset: "dose" } } } });
+    expect(opened).toMatchObject({ message: { value: { scalars: { dataset: "dose", low: -1, high: 3 } } } });
     const range = { low: -1, high: 3, bits: 16 };
     conversation.received({ case: "stepBegin", value: { ...step, requestId: 1n, scalars: range } } as ServerKind);
     return (change: object): Effect[] => {

@@ -1,6 +1,6 @@
 import { colourAt, colourMaps, colourRow } from "../../../client/web/src/scene/colour_maps";
 import { mostPixels, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
-import { slicePlace, windowOf } from "../../../client/web/src/slices";
+import { scaleOf, slicePlace, windowOf } from "../../../client/web/src/slices";
 import { defaults } from "../../../client/web/src/state/settings";
 import type { Vec3 } from "../../../client/web/src/stream/dataset";
 
@@ -51,6 +51,7 @@ describe("Slices", () => {
     const info = { min: -1000, max: 3000 };
     expect(windowOf(null, null, info)).toEqual({ low: -1000, high: 3000 });
     expect(windowOf(40, 400, info)).toEqual({ low: -160, high: 240 });
+    expect(scaleOf(40, 400, false, info)).toEqual({ low: -160, high: 240, isLog: false });
   });
 });
 

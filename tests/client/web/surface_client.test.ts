@@ -1,7 +1,9 @@
+import { Frames } from "../../../client/web/src/frames";
 import { SurfaceClient } from "../../../client/web/src/surface_client";
 import type { ClientKind, ServerKind } from "../../../client/web/src/protocol/messages";
 import { defaults } from "../../../client/web/src/state/settings";
 import type { Surface } from "../../../client/web/src/scene/surface";
+import { Slots } from "../../../client/web/src/stream/slots";
 import type { LinkEvents } from "../../../client/web/src/stream/link";
 import type { TilePool } from "../../../client/web/src/workers/tile_pool";
 import { dataset, messages } from "./golden_stream";
@@ -26,9 +28,14 @@ vi.mock("../../../client/web/src/stream/link", () => ({
 }));
 
 function clientOf(token = "") {
-  const surface = { ids: () => [], dropUnused: () => {}, use: () => {} } as unknown as Surface;
-  const pool = { forget: () => {} } as unknown as TilePool;
-  return new SurfaceClient(1, "ws://server/v1/stream", () => token, pool, surface, () => {});
+  const nothing = () => {};
+  const surface = { ids: () => [], dropUnused: nothing, use: nothing, release: nothing } as unknown as Surface;
+  const pool = { forget: nothing } as unknown as TilePool;
+  const frames = new Frames(() => true);
+  const parts = { number: 1, address: "ws://server/v1/stream", token: () => token, pool, surface, frames, slots: new Slots(2) };
+  const client = new SurfaceClient(parts, { offer: nothing, withdraw: nothing, shown: nothing, settled: nothing });
+  client.lead();
+  return client;
 }
 
 // The server takes the connection and tells what it has; what the client then says.
@@ -44,7 +51,7 @@ function streaming() {
   const client = clientOf();
   client.connect();
   accept();
-  client.want(dataset(), { ...defaults, isovalue: 0.1, error: 0.5 }, null);
+  client.want(dataset(), { ...defaults, isovalue: 0.1, error: 0.5 }, null, { moment: { scene: "gyroid", time: null } });
   link.events!.received(begin);
   return client;
 }

@@ -30,6 +30,13 @@ describe("Surfaces", () => {
     expect(isovalues({ ...two, ...withoutSurface(two, 1) })).toEqual([3]);
   });
 
+  test("StayOfTheDatasetThatTheyWereOf", () => {
+    const three: Settings = { ...two, dataset: "head", surfaces: [{ ...further, dataset: "dose" }, further] };
+    const left = { ...three, ...withoutSurface(three, 0) };
+    expect(left.dataset).toBe("dose");
+    expect(left.surfaces).toEqual([{ ...further, dataset: "head" }]);
+  });
+
   test("HaveColoursOfTheirOwnAndABound", () => {
     let all: Settings = defaults;
     for (let i = 0; i < 20; ++i) all = { ...all, ...withNewSurface(all, i) };

@@ -1,16 +1,18 @@
-// What the server has: a picture and the facts of each dataset; one of them is chosen.
+// What the server has: a picture and the facts of each dataset, or of a family of them; one is chosen.
 import type { DatasetInfo } from "../protocol/messages";
+import type { Entry, Family } from "../state/families";
 import { sampleTypeName } from "../stream/dataset";
 import { grouped, h, inDigits } from "./dom";
 
 export class DatasetList {
   readonly element = h("div", { class: "datasets" });
   private readonly cards = new Map<string, HTMLElement>();
+  private entries: readonly Entry[] = [];
   private readonly seen: IntersectionObserver;
 
   constructor(
     private readonly events: {
-      chosen: (info: DatasetInfo) => void;
+      chosen: (entry: Entry) => void;
       becameVisible: (name: string) => void; // Its picture is wanted.
     },
   ) {
@@ -21,11 +23,12 @@ export class DatasetList {
     });
   }
 
-  show(list: readonly DatasetInfo[]): void {
+  show(list: readonly Entry[]): void {
+    this.entries = list;
     const atKeyboard = this.element.querySelector<HTMLElement>(":focus")?.dataset.name;
     this.cards.clear();
     this.seen.disconnect();
-    const cards = list.map((info) => this.card(info));
+    const cards = list.map((entry) => this.card(entry));
     this.element.replaceChildren(...cards);
     if (list.length === 0) {
       this.element.append(
@@ -37,7 +40,8 @@ export class DatasetList {
     if (atKeyboard !== undefined) this.cards.get(atKeyboard)?.focus({ preventScroll: true });
   }
 
-  choose(name: string): void {
+  choose(info: DatasetInfo): void {
+    const name = this.entries.find(({ info: own, family }) => own === info || family?.members.includes(info))?.name;
     for (const [other, card] of this.cards) {
       card.setAttribute("aria-pressed", String(other === name));
       if (other === name) card.scrollIntoView({ block: "nearest" });
@@ -48,7 +52,8 @@ export class DatasetList {
     this.cards.get(name)?.querySelector("img")?.setAttribute("src", address);
   }
 
-  private card(info: DatasetInfo): HTMLElement {
+  private card(entry: Entry): HTMLElement {
+    const { info, name, family } = entry;
     const [x, y, z] = info.dims;
     const samples = x * y * z;
     const million = samples >= 1e6 ? `${inDigits(samples / 1e6, 3)} M` : grouped(samples);
@@ -64,15 +69,21 @@ export class DatasetList {
           `${inDigits(info.min)} to ${inDigits(info.max)}`,
       },
       h("img", { alt: "", src: blank, width: "64", height: "48" }),
-      h("span", { class: "dataset-name" }, info.name),
+      h("span", { class: "dataset-name" }, name),
       h("span", { class: "dataset-facts" },
-        `${x} × ${y} × ${z} · ${sampleTypeName(info.type)}`),
+        `${x} × ${y} × ${z} · ${family ? wordsOf(family) : sampleTypeName(info.type)}`),
     );
-    card.dataset.name = info.name;
-    card.addEventListener("click", () => this.events.chosen(info));
-    this.cards.set(info.name, card);
+    card.dataset.name = name;
+    card.addEventListener("click", () => this.events.chosen(entry));
+    this.cards.set(name, card);
     return card;
   }
+}
+
+// "12 times, 2 fields".
+function wordsOf({ times, fields, labels }: Family): string {
+  const counts = [[times.length, "times"], [fields.length, "fields"], [labels.length, "labels"]] as const;
+  return counts.filter(([count]) => count > 1).map(([count, noun]) => `${count} ${noun}`).join(", ");
 }
 
 // One transparent pixel, until the picture is there.

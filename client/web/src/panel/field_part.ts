@@ -1,6 +1,7 @@
-// A second field that colours the surfaces: any dataset in the same world.
+// A second field that colours the surfaces: another one of the same family, or any dataset in the same world.
 import type { DatasetInfo } from "../protocol/messages";
 import { colourMaps } from "../scene/colour_maps";
+import { entriesOf, familyOf, isOfOneFamily, named, ofField } from "../state/families";
 import type { Progress } from "../state/progress";
 import { h, inDigits } from "./dom";
 import type { Change, Part } from "./part";
@@ -11,6 +12,11 @@ export interface FieldPart extends Part {
   showProgress: (progress: Progress) => void;
 }
 
+interface Offer {
+  name: string; // Of the dataset, or of its family.
+  words: string;
+}
+
 export function fieldPart(change: Change): FieldPart {
   const controls = new SettingControls(change);
   const choice = h("select", { class: "select", "aria-label": "Colour the surfaces by" });
@@ -19,23 +25,38 @@ export function fieldPart(change: Change): FieldPart {
     label: "Colours", tip: "From small values to large ones; drag the legend in the picture to turn the range.",
     words: colourMaps.map((map) => [map, map] as const),
   });
+  const log = controls.toggle("fieldLog", {
+    label: "Logarithmic", tip: "Equal factors of the values have equal steps of colour.",
+  });
+  const none = h("input", { type: "color", "aria-label": "Colour where there is no value" });
+  none.addEventListener("input", () => change({ noValue: none.value }));
+  const noneRow = h("label", { class: "control toggle", "data-tip": "Of places where the field has no value." },
+    h("span", {}, "Where there is none"), none);
   const told = h("p", { class: "hint", "data-tip":
     "Colours are exact at vertices, to a 65534th of the range; between them they are interpolated." });
   let list: readonly DatasetInfo[] = [];
   let info: DatasetInfo | null = null;
   let wanted = "";
+  let offered = "";
   const offer = () => {
-    const fitting = list.filter((one) => info && isInSameWorld(one, info));
-    const names = fitting.map(({ name }) => name);
-    const all = ["", ...names, ...(wanted && !names.includes(wanted) ? [wanted] : [])];
-    choice.replaceChildren(...all.map((name) => h("option", { value: name }, name || "Nothing: one colour each")));
-    choice.value = wanted;
+    const { fields, others } = info ? offersFor(list, info) : { fields: [], others: [] };
+    const chosen = chosenOf(list, info, wanted);
+    const isUnknown = chosen !== "" && ![...fields, ...others].some(({ name }) => name === chosen);
+    const rest = isUnknown ? [...others, { name: chosen, words: chosen }] : others;
+    const key = JSON.stringify([fields, rest]);
+    if (key !== offered) {
+      offered = key;
+      choice.replaceChildren(h("option", { value: "" }, "Nothing: one colour each"),
+        ...group("Fields of the same family", fields), ...group(fields.length > 0 ? "Other datasets" : "Datasets", rest));
+    }
+    choice.value = chosen;
   };
   return {
-    elements: [choice, colours, told],
+    elements: [choice, colours, log, noneRow, told],
     show: (settings, shown) => {
       controls.show(settings);
-      colours.hidden = told.hidden = settings.colourBy === "";
+      none.value = settings.noValue;
+      colours.hidden = log.hidden = noneRow.hidden = told.hidden = settings.colourBy === "";
       if (info === shown && wanted === settings.colourBy) return;
       info = shown;
       wanted = settings.colourBy;
@@ -49,6 +70,37 @@ export function fieldPart(change: Change): FieldPart {
       told.textContent = scalars ? `Between vertices, colours are at most about ${inDigits(scalars.deviation, 2)} beside the field.` : "";
     },
   };
+}
+
+function group(label: string, offers: readonly Offer[]): HTMLElement[] {
+  if (offers.length === 0) return [];
+  return [h("optgroup", { label }, ...offers.map(({ name, words }) => h("option", { value: name }, words)))];
+}
+
+// A field is named by its first time, so that the names stay while the times go by.
+function offersFor(list: readonly DatasetInfo[], info: DatasetInfo): { fields: Offer[]; others: Offer[] } {
+  const family = familyOf(list, info);
+  const fields = family && family.fields.length > 1 ? family.fields : [];
+  return {
+    fields: fields.map((field) => ({ name: firstOf(list, info, field), words: field || "(no name)" })),
+    others: entriesOf(list)
+      .filter((one) => isInSameWorld(one.info, info) && !(fields.length > 0 && isOfOneFamily(one.info, info)))
+      .map(({ name }) => ({ name, words: name })),
+  };
+}
+
+function firstOf(list: readonly DatasetInfo[], info: DatasetInfo, field: string): string {
+  const family = familyOf(list, info)!;
+  const first = named(list, family.name)!;
+  return (ofField(family, first, field) ?? info).name;
+}
+
+// What of the offers the wanted one is.
+function chosenOf(list: readonly DatasetInfo[], info: DatasetInfo | null, wanted: string): string {
+  const by = named(list, wanted);
+  if (!wanted || !by || !info) return wanted;
+  if (isOfOneFamily(by, info) && by.member && (familyOf(list, by)?.fields.length ?? 0) > 1) return firstOf(list, info, by.member.field);
+  return familyOf(list, by)?.name ?? by.name;
 }
 
 // The server says no where worlds differ; what is known to differ is not offered.

@@ -21,6 +21,8 @@ const keys = [
   ["O", "shade in hollows"],
   ["X", "cut along x, y, z, not at all"],
   ["Z", "the picture fills the screen"],
+  ["Space", "plays the times of a series, or stops"],
+  [", .", "the time before, the next one"],
   ["Ctrl Z, Ctrl Y", "take back, do again"],
   ["Esc", "forget picked places"],
   ["← → on the histogram", "move the isovalue"],

@@ -151,7 +151,8 @@ export class HistogramView {
     const ratio = window.devicePixelRatio;
     canvas.width = Math.round(width * ratio);
     canvas.height = Math.round(height * ratio);
-    const context = canvas.getContext("2d")!;
+    // So it is drawn by the processor: the graphics card, busy with surfaces, would have the page wait.
+    const context = canvas.getContext("2d", { willReadFrequently: true })!;
     context.fillStyle = getComputedStyle(canvas).color;
     const heights = columns(info, canvas.width, this.isLog);
     context.beginPath();

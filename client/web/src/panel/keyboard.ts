@@ -11,6 +11,7 @@ export interface KeyActs {
   fullScreen: () => void;
   undo: () => void;
   redo: () => void;
+  stepTime: (steps: number) => void;
 }
 
 export function installKeyboard(stage: Stage, settings: Store<Settings>, acts: KeyActs): void {
@@ -30,6 +31,9 @@ export function installKeyboard(stage: Stage, settings: Store<Settings>, acts: K
     p: () => settings.set({ projection: settings.get().projection === "perspective" ? "orthographic" : "perspective" }),
     o: () => settings.set({ occlusion: !settings.get().occlusion }),
     x: () => settings.set({ clip: nextOf(["off", "x", "y", "z"], settings.get().clip) }),
+    " ": () => settings.set({ playing: !settings.get().playing }),
+    ",": () => acts.stepTime(-1),
+    ".": () => acts.stepTime(1),
     w: () => settings.set({ wireframe: !settings.get().wireframe }),
     a: () => settings.set({ axes: !settings.get().axes }),
     c: () => settings.set({ colouring: nextOf(["plain", "tiles", "steps"], settings.get().colouring) }),
@@ -41,6 +45,7 @@ export function installKeyboard(stage: Stage, settings: Store<Settings>, acts: K
     if ((event.ctrlKey || event.metaKey) && !event.altKey) return takeBack(event, acts);
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (target.closest("input, select, [role=slider], [role=radio]")) return;
+    if (event.key === " " && target.closest("button, summary, a")) return; // It presses them.
     const act = keys[event.key] ?? keys[event.key.toLowerCase()];
     if (!act) return;
     event.preventDefault();

@@ -1,7 +1,7 @@
 // Colours and the values that they mean, over the picture: of a slice, of a field on the surfaces. Dragged sideways it turns the level, up and
 // down the window, as readers of medical pictures do; arrow keys do the same, a double click resets.
 import { gradientOf } from "../scene/colour_maps";
-import { windowOf } from "../slices";
+import { scaleOf, windowOf } from "../slices";
 import type { Settings } from "../state/settings";
 import { h, inDigits } from "./dom";
 
@@ -11,6 +11,7 @@ export interface LegendNames {
   colours: "colours" | "fieldColours";
   level: "level" | "fieldLevel";
   width: "windowWidth" | "fieldWindow";
+  isLog: "samplesLog" | "fieldLog";
 }
 
 // The values that it is about.
@@ -51,8 +52,8 @@ export class Legend {
     this.info = info;
     this.element.hidden = !info;
     if (!info) return;
-    const { low, high } = this.window(settings, info);
-    this.name.textContent = name;
+    const { low, high, isLog } = scaleOf(settings[this.names.level], settings[this.names.width], settings[this.names.isLog], info);
+    this.name.textContent = isLog ? `${name || "samples"}, logarithmic` : name;
     this.bar.style.background = gradientOf(settings[this.names.colours]);
     this.low.textContent = inDigits(low, 4);
     this.high.textContent = `${inDigits(high, 4)}${info.valueUnit ? ` ${info.valueUnit}` : ""}`;

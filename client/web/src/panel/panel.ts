@@ -1,21 +1,24 @@
 // The side panel: everything one can turn, in the order in which one needs it.
 import type { DatasetInfo } from "../protocol/messages";
 import type { Progress, SurfaceSize } from "../state/progress";
+import { timesOf } from "../state/families";
 import { defaults, type Settings } from "../state/settings";
 import type { Store } from "../state/store";
 import { accuracyPart } from "./accuracy_part";
 import { bookmarksPart, type BookmarksEvents } from "./bookmarks_part";
 import { h, inBytes, inTriangles } from "./dom";
 import type { HistogramView } from "./histogram";
+import { type FamilyPart, familyPart } from "./family_part";
 import { type FieldPart, fieldPart } from "./field_part";
 import { folded, section } from "./inputs";
 import { isovaluePart } from "./isovalue_part";
+import { type LabelsPart, labelsPart } from "./labels_part";
 import { lookPart } from "./look_part";
 import type { Change, Part } from "./part";
 import { regionPart } from "./region_part";
 import { slicePart } from "./slice_part";
 import { type SurfacesPart, surfacesPart } from "./surfaces_part";
-import { takeAwayPart, type TakeAwayEvents } from "./take_away_part";
+import { type TakeAwayPart, takeAwayPart, type TakeAwayEvents } from "./take_away_part";
 
 export interface PanelEvents extends Omit<TakeAwayEvents, "startOver">, BookmarksEvents {
   reset: () => void;
@@ -27,6 +30,12 @@ export class Panel {
   private readonly parts: Part[];
   private readonly surfaces: SurfacesPart;
   private readonly field: FieldPart;
+  private readonly family: FamilyPart;
+  private readonly labels: LabelsPart;
+  private readonly takeAway: TakeAwayPart;
+  private list: readonly DatasetInfo[] = [];
+  private readonly ofValues: HTMLElement[]; // What means nothing of labels, which have one isovalue,
+  private readonly ofLabels: HTMLElement[]; // and of anything else.
   private readonly expected = h("p", { class: "expected", "data-tip":
     "How large the surface with these settings is, as the server estimates it before making it." });
   private info: DatasetInfo | null = null;
@@ -45,30 +54,39 @@ export class Panel {
     const isovalue = isovaluePart(change);
     const accuracy = accuracyPart(change, this.expected);
     const surfaces = (this.surfaces = surfacesPart(change));
+    const family = (this.family = familyPart(change));
+    const labels = (this.labels = labelsPart(change));
+    this.ofValues = [
+      h("section", {}, ...isovalue.elements),
+      folded("Surfaces", settings.get().surfaces.length > 0, ...surfaces.elements),
+    ];
+    this.ofLabels = [section("Labels", ...labels.elements)];
     const region = regionPart(change);
     const field = (this.field = fieldPart(change));
     const slice = slicePart(change);
     const look = lookPart(change);
+    this.takeAway = takeAwayPart({ ...events, startOver });
     this.histogram = isovalue.histogram;
-    this.parts = [isovalue, surfaces, accuracy, region, field, slice, look];
+    this.parts = [family, isovalue, surfaces, labels, accuracy, region, field, slice, look];
     this.element = h("aside", { class: "panel", "aria-label": "Controls" },
       h("header", {}, h("h1", {}, "Multi-Tetra"), h("p", {}, "surfaces of volume data, streamed")),
-      section("Dataset", datasets),
-      h("section", {}, ...isovalue.elements),
-      folded("Surfaces", settings.get().surfaces.length > 0, ...surfaces.elements),
+      section("Dataset", datasets, ...family.elements),
+      ...this.ofLabels,
+      ...this.ofValues,
       section("Accuracy", ...accuracy.elements),
       folded("Finer in one place", false, ...region.elements),
       folded("Colour by a field", settings.get().colourBy !== "", ...field.elements),
       folded("Slice of the samples", settings.get().slice !== "off", ...slice.elements),
       folded("Appearance", false, ...look.elements),
       folded("Bookmarks", false, ...bookmarksPart(events)),
-      folded("Take it with you", false, takeAwayPart({ ...events, startOver })),
+      folded("Take it with you", false, this.takeAway.element),
     );
     settings.watch(() => this.show());
   }
 
   setDataset(info: DatasetInfo): void {
     this.info = info;
+    this.takeAway.showTimes(timesOf(this.list, info).length > 1);
     this.show();
   }
 
@@ -79,15 +97,21 @@ export class Panel {
   }
 
   showDatasets(list: readonly DatasetInfo[]): void {
-    this.field.showDatasets(list);
+    this.list = list;
+    for (const part of [this.field, this.family, this.labels, this.surfaces]) part.showDatasets(list);
+    this.show();
   }
 
   showSurface(surface: number, progress: Progress): void {
     this.surfaces.showProgress(surface, progress);
+    this.labels.showProgress(surface, progress);
     if (surface === 0) this.field.showProgress(progress);
   }
 
   private show(): void {
+    const isLabel = !!this.info?.member?.label;
+    for (const element of this.ofValues) element.hidden = isLabel;
+    for (const element of this.ofLabels) element.hidden = !isLabel;
     for (const part of this.parts) part.show(this.settings.get(), this.info);
   }
 }

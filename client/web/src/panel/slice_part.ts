@@ -18,8 +18,11 @@ export function slicePart(change: Change): Part {
     label: "Colours of samples", tip: "From small values to large ones; drag the legend in the picture to turn window and level.",
     words: colourMaps.map((map) => [map, map] as const),
   });
+  const log = controls.toggle("samplesLog", {
+    label: "Logarithmic", tip: "Equal factors of the values have equal steps of colour.",
+  });
   return {
-    elements: [slice, at, colours],
+    elements: [slice, at, colours, log],
     show: (settings) => {
       controls.show(settings);
       at.hidden = settings.slice === "off";

@@ -2,6 +2,7 @@
 // come of it. Their lines are in the histogram.
 import type { DatasetInfo } from "../protocol/messages";
 import type { Progress } from "../state/progress";
+import { labelOf } from "../state/families";
 import type { Settings } from "../state/settings";
 import {
   mostSurfaces, type SurfaceSettings, surfacesOf, withNewSurface, withoutSurface, withSurface,
@@ -13,13 +14,15 @@ import { numberInput } from "./number_input";
 import type { Change, Part } from "./part";
 
 export interface SurfacesPart extends Part {
+  showDatasets: (list: readonly DatasetInfo[]) => void;
   showProgress: (surface: number, progress: Progress) => void;
 }
 
 export function surfacesPart(change: Change): SurfacesPart {
   let settings: Settings;
   let info: DatasetInfo | null = null;
-  const rows: Row[] = [];
+  let datasets: readonly DatasetInfo[] = [];
+  const rows = new Map<number, Row>(); // Labels have a list of their own.
   const list = h("ul", { class: "surfaces" });
   const add = h("button", {
     type: "button", class: "action", "data-tip": "Another surface of the same data: skin around bone, for example.",
@@ -33,6 +36,7 @@ export function surfacesPart(change: Change): SurfacesPart {
       add.focus(); // What had the keyboard is gone.
     });
     list.append(row.element);
+    rows.set(at, row);
     return row;
   };
   return {
@@ -41,15 +45,23 @@ export function surfacesPart(change: Change): SurfacesPart {
       settings = now;
       info = shown;
       const surfaces = surfacesOf(now);
-      for (const row of rows.splice(surfaces.length)) row.element.remove();
+      const isLabel = ({ dataset }: SurfaceSettings) => labelOf(datasets, dataset || now.dataset) !== null;
+      for (const [at, row] of rows) {
+        if (surfaces[at] && !isLabel(surfaces[at])) continue;
+        row.element.remove();
+        rows.delete(at);
+      }
       surfaces.forEach((surface, at) => {
-        rows[at] ??= rowAt(at);
+        if (isLabel(surface)) return;
         const isovalue = surface.isovalue ?? (shown && suggestedIsovalue(shown));
-        rows[at].show({ ...surface, isovalue }, surfaces.length > 1);
+        (rows.get(at) ?? rowAt(at)).show({ ...surface, isovalue }, surfaces.length > 1);
       });
-      add.hidden = surfaces.length >= mostSurfaces;
+      add.hidden = rows.size >= mostSurfaces;
     },
-    showProgress: (surface, progress) => rows[surface]?.showProgress(progress),
+    showProgress: (surface, progress) => rows.get(surface)?.showProgress(progress),
+    showDatasets: (now) => {
+      datasets = now;
+    },
   };
 }
 
@@ -87,11 +99,14 @@ function surfaceRow(
   const cross = h("button", { type: "button", class: "cross", "aria-label": `Remove ${name}` }, "×");
   cross.addEventListener("click", remove);
   const state = h("span", { class: "surface-state" });
-  const element = h("li", { class: "surface-row" }, colour, isovalue.element, opacity, eye, cross, state, error.element);
+  const dataset = h("span", { class: "surface-dataset", hidden: true });
+  const element = h("li", { class: "surface-row" }, dataset, colour, isovalue.element, opacity, eye, cross, state, error.element);
   return {
     element,
     show: (surface, isOneOfSeveral) => {
       isVisible = surface.visible;
+      dataset.hidden = !surface.dataset;
+      dataset.textContent = surface.dataset ?? "";
       colour.value = surface.colour;
       isovalue.show(surface.isovalue);
       error.show(surface.error);
@@ -102,8 +117,9 @@ function surfaceRow(
       eye.textContent = isVisible ? "◉" : "○";
       cross.hidden = !isOneOfSeveral;
     },
-    showProgress: ({ shown, isStreaming, trouble }) => {
-      const triangles = shown ? `${grouped(shown.triangles)} triangles, ≤ ${inDigits(shown.errorVoxels, 2)} voxels` : "";
+    showProgress: ({ shown, isStreaming, trouble, heldBack }) => {
+      const limit = heldBack ? ", the best of this size" : "";
+      const triangles = shown ? `${grouped(shown.triangles)} triangles, ≤ ${inDigits(shown.errorVoxels, 2)} voxels${limit}` : "";
       const text = trouble?.text ?? (isStreaming ? `${triangles || "asking"}…` : triangles);
       if (state.textContent !== text) state.textContent = text;
     },

@@ -1,23 +1,55 @@
 // Colours for numbers: maps whose lightness tells more from less also in print and to those who see few
-// colours (viridis, cividis), one with a middle (coolwarm), and grey. Given by colours at equal steps.
+// colours (viridis, cividis), one with a middle (coolwarm), and grey. The same as those of
+// common/image/color_map.cpp, to the byte, and a scale means here what it means there; where the maps
+// come from is told there.
 const maps = {
   grey: ["#000000", "#ffffff"],
   viridis: ["#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"],
-  cividis: ["#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838"],
-  coolwarm: ["#3b4cc0", "#6788ee", "#9abbff", "#c9d7f0", "#edd1c2", "#f7a889", "#e26952", "#b40426"],
+  cividis: [
+    "#00204d", "#00306f", "#2a406c", "#48526b", "#5e626e", "#727374", "#878479", "#9e9677", "#b6a971", "#d0be67", "#ead357", "#ffea46",
+  ],
+  coolwarm: ["#3b4cc0", "#6282ea", "#8db0fe", "#b8d0f9", "#dddddd", "#f5c4ad", "#f49a7b", "#de604d", "#b40426"],
 } as const;
 
 export type ColourMap = keyof typeof maps;
 export const colourMaps = Object.keys(maps) as ColourMap[];
 
+// Which values have which colours.
+export interface ColourScale {
+  map: ColourMap;
+  low: number; // Has the first colour of the map;
+  high: number; // the last one.
+  isLog: boolean; // Requires 0 < low < high; what is not positive has the first colour.
+}
+
 // Red, green and blue, 0 to 255 (sRGB), at a share of the map from 0 to 1; beyond, its ends.
 export function colourAt(map: ColourMap, share: number): [number, number, number] {
   const colours = maps[map];
-  const at = Math.min(1, Math.max(0, share)) * (colours.length - 1);
+  const at = (Number.isNaN(share) ? 0 : Math.min(1, Math.max(0, share))) * (colours.length - 1);
   const first = Math.min(colours.length - 2, Math.floor(at));
   const [a, b] = [rgb(colours[first]), rgb(colours[first + 1])];
   const part = at - first;
-  return [0, 1, 2].map((i) => Math.round(a[i] + part * (b[i] - a[i]))) as [number, number, number];
+  return [0, 1, 2].map((i) => Math.round((1 - part) * a[i] + part * b[i])) as [number, number, number];
+}
+
+// How far along the map a value is; not limited to 0 to 1.
+export function shareOf(value: number, { low, high, isLog }: Omit<ColourScale, "map">): number {
+  if (!(high > low)) return value > low ? 1 : 0;
+  if (!isLog) return (value - low) / (high - low);
+  return value > 0 ? Math.log(value / low) / Math.log(high / low) : 0;
+}
+
+// The same in GLSL. Takes the scale as (low, high), or, of a logarithmic one, their logarithms.
+export const shareInShader = /* glsl */ `
+  float shareOf(float value, vec2 ends, bool isLog) {
+    if (isLog) return value > 0.0 ? clamp((log(value) - ends.x) / (ends.y - ends.x), 0.0, 1.0) : 0.0;
+    return clamp((value - ends.x) / (ends.y - ends.x), 0.0, 1.0);
+  }`;
+
+// For shareInShader: ends that differ, for numbers of 32 bits.
+export function endsOf({ low, high, isLog }: Omit<ColourScale, "map">): [number, number] {
+  const [first, last] = isLog ? [Math.log(low), Math.log(high)] : [low, high];
+  return [first, last > first ? last : first + 1e-6 * Math.max(1, Math.abs(first))];
 }
 
 // A row of `count` colours as bytes: red, green, blue and 255.

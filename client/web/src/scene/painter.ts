@@ -82,6 +82,11 @@ export class Painter {
 
   constructor(private readonly renderer: THREE.WebGLRenderer) {}
 
+  // What a scene is drawn to: programs for one of them are not those for another.
+  get targets(): (THREE.WebGLRenderTarget | null)[] {
+    return [null, this.solid];
+  }
+
   draw(scene: THREE.Scene, camera: Lens, wish: FrameWish): void {
     const { renderer } = this;
     if (wish.occlusion === null && wish.peels === 0) {

@@ -4,14 +4,11 @@ import * as THREE from "three";
 
 import type { Affine, Vec3 } from "../stream/dataset";
 import type { SliceValues } from "../stream/questions";
-import { type ColourMap, colourRow } from "./colour_maps";
+import { type ColourMap, colourRow, type ColourScale, endsOf, shareInShader } from "./colour_maps";
 import { layers } from "./layers";
 import { valueAt } from "./slice_grid";
 
-export interface SliceLook {
-  colours: ColourMap;
-  low: number; // The sample values of the first and of the last colour.
-  high: number;
+export interface SliceLook extends ColourScale {
   above: number; // Nothing is drawn below this value; -Infinity: all.
 }
 
@@ -24,10 +21,11 @@ export interface CutLines {
 const fragment = /* glsl */ `
   uniform highp sampler2D values;
   uniform sampler2D colours;
-  uniform float low;
-  uniform float high;
+  uniform vec2 ends;
+  uniform bool isLog;
   uniform float above;
   varying vec2 place;
+  ${shareInShader}
 
   // Between the middles of pixels; a pixel without field has a hard border.
   float valueHere() {
@@ -48,7 +46,7 @@ const fragment = /* glsl */ `
   void main() {
     float value = valueHere();
     if (isnan(value) || value < above) discard;
-    float share = clamp((value - low) / (high - low), 0.0, 1.0);
+    float share = shareOf(value, ends, isLog);
     gl_FragColor = vec4(texture2D(colours, vec2((share * 255.0 + 0.5) / 256.0, 0.5)).rgb, 1.0);
     #include <colorspace_fragment>
   }`;
@@ -56,7 +54,8 @@ const fragment = /* glsl */ `
 export class SlicePlane {
   private readonly material = new THREE.ShaderMaterial({
     uniforms: {
-      values: { value: null }, colours: { value: null }, low: { value: 0 }, high: { value: 1 }, above: { value: 0 },
+      values: { value: null }, colours: { value: null }, above: { value: 0 },
+      ends: { value: new THREE.Vector2(0, 1) }, isLog: { value: false },
     },
     vertexShader:
       "varying vec2 place; void main() { place = uv; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }",
@@ -69,7 +68,7 @@ export class SlicePlane {
   private readonly quad = new THREE.Mesh(new THREE.BufferGeometry(), this.material);
   private readonly lines = new THREE.Group();
   private shown: SliceValues | null = null;
-  private look: SliceLook = { colours: "grey", low: 0, high: 1, above: -Infinity };
+  private look: SliceLook = { map: "grey", low: 0, high: 1, isLog: false, above: -Infinity };
   private map: ColourMap | null = null;
 
   constructor(scene: THREE.Scene, private readonly invalidate: () => void) {
@@ -94,16 +93,16 @@ export class SlicePlane {
   setLook(look: SliceLook): void {
     this.look = look;
     const { uniforms } = this.material;
-    uniforms.low.value = look.low;
-    uniforms.high.value = look.high > look.low ? look.high : look.low + 1e-6 * Math.max(1, Math.abs(look.low));
+    uniforms.ends.value.set(...endsOf(look));
+    uniforms.isLog.value = look.isLog;
     uniforms.above.value = Math.max(look.above, -3e38); // Shaders know no infinity.
-    if (look.colours !== this.map) {
+    if (look.map !== this.map) {
       uniforms.colours.value?.dispose();
-      const row = new THREE.DataTexture(colourRow(look.colours, 256), 256, 1);
+      const row = new THREE.DataTexture(colourRow(look.map, 256), 256, 1);
       row.colorSpace = THREE.SRGBColorSpace;
       row.needsUpdate = true;
       uniforms.colours.value = row;
-      this.map = look.colours;
+      this.map = look.map;
     }
     this.invalidate();
   }

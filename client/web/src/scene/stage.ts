@@ -12,18 +12,20 @@ import { hasDrawn } from "./card";
 import { Lights } from "./lights";
 import type { Lens } from "./occlusion";
 import { Painter } from "./painter";
+import { Programs } from "./programs";
 
 export interface StageLook {
   isOrthographic: boolean;
   hasOcclusion: boolean;
-  hasTranslucent: boolean; // Something in the scene is seen through.
+  translucent: number; // Surfaces that are seen through.
   clip: THREE.Plane[]; // That cut the surfaces.
 }
 
+const extensions = ["EXT_texture_filter_anisotropic", "EXT_color_buffer_float", "OES_texture_float_linear", "WEBGL_multisampled_render_to_texture"];
 const restAfter = 180; // Milliseconds without a change.
 const quick = 20; // Milliseconds of the graphics card: a frame that may be drawn while things move.
 const tooSlow = 4000; // And one that is not drawn at all.
-const peels = { moving: 3, resting: 6 };
+const peels = { moving: 3, resting: 6, most: 12 };
 
 export class Stage {
   readonly scene = new THREE.Scene();
@@ -33,7 +35,8 @@ export class Stage {
   private readonly flat = new THREE.OrthographicCamera(); // Follows `camera`.
   private readonly lights = new Lights();
   private readonly painter: Painter;
-  private look: StageLook = { isOrthographic: false, hasOcclusion: false, hasTranslucent: false, clip: [] };
+  readonly programs: Programs;
+  private look: StageLook = { isOrthographic: false, hasOcclusion: false, translucent: 0, clip: [] };
   private occlusionCost: number | null = null; // Milliseconds of the frame that had it; null: not known.
   private restTimer = 0;
   private readonly sphere = new THREE.Sphere(new THREE.Vector3(), 1);
@@ -51,6 +54,9 @@ export class Stage {
     this.camera.up.set(0, 0, 1);
     this.flat.up.copy(this.camera.up);
     this.painter = new Painter(this.renderer);
+    this.programs = new Programs(this.renderer, this.scene, this.camera, this.painter.targets, () => this.invalidate());
+    // Asked now, when nothing is being drawn: later the page would wait for all that is.
+    for (const name of extensions) this.renderer.extensions.has(name);
     this.scene.add(this.lights.group);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.dampingFactor = 0.12;
@@ -224,6 +230,7 @@ export class Stage {
     this.isDue = false;
     const isMoving = this.controls.update();
     const isBusy = this.chores.map((chore) => chore()).some(Boolean);
+    if (!this.programs.areReady("scene", this.scene)) return;
     this.draw(false);
     for (const listener of this.afterFrame) listener();
     clearTimeout(this.restTimer);
@@ -233,8 +240,8 @@ export class Stage {
 
   // Whether frames while things move are as good as those at rest.
   private isQuick(): boolean {
-    const { hasOcclusion, hasTranslucent } = this.look;
-    return !hasTranslucent && (!hasOcclusion || (this.occlusionCost ?? Infinity) <= quick);
+    const { hasOcclusion, translucent } = this.look;
+    return translucent === 0 && (!hasOcclusion || (this.occlusionCost ?? Infinity) <= quick);
   }
 
   private async drawAtRest(): Promise<void> {
@@ -260,8 +267,15 @@ export class Stage {
     const isOccluded = this.look.hasOcclusion && (isAtRest ? cost < tooSlow : this.isQuick());
     this.painter.draw(this.scene, this.lens, {
       occlusion: isOccluded ? { radius: Math.min(0.12 * radius, this.unitsOf(90)), clip: this.look.clip } : null,
-      peels: !this.look.hasTranslucent ? 0 : isAtRest ? peels.resting : peels.moving,
+      peels: this.peels(isAtRest),
     });
+  }
+
+  // Passes: most places have few surfaces one behind the other, however many there are.
+  private peels(isAtRest: boolean): number {
+    const { translucent } = this.look;
+    if (translucent === 0) return 0;
+    return isAtRest ? Math.min(peels.most, Math.max(peels.resting, 2 * translucent)) : peels.moving;
   }
 
   // The same picture at the distance of the target, without perspective.
@@ -283,7 +297,7 @@ export class Stage {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    this.draw(false);
+    if (this.programs.areReady("scene", this.scene)) this.draw(false);
     this.invalidate();
   }
 }

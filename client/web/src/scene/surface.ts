@@ -11,6 +11,7 @@ import type { Colouring, Settings } from "../state/settings";
 import type { DecodedTile } from "../workers/worker_messages";
 import type { FieldColours } from "./field_colours";
 import { layers } from "./layers";
+import type { Programs } from "./programs";
 import { surfaceMaterial } from "./surface_material";
 
 interface KeptTile {
@@ -22,7 +23,7 @@ interface KeptTile {
 }
 
 const bytesAFrame = 3_000_000; // Uploaded while the page stays fluid.
-const mostTriangles = 12_000_000; // Kept of one surface, those shown included.
+export const mostTriangles = 12_000_000; // Kept of all surfaces of a view, about, those shown included.
 const palette = [
   "#d8b48f", "#7fb3d5", "#8fc9a3", "#e3a6a1", "#b7a3d9", "#e6cf7c",
   "#79c7c5", "#d99bc4", "#a9bf6f", "#c7a17a", "#8fa8d8", "#d6d0c4",
@@ -34,7 +35,10 @@ export type SurfaceLook =
   Pick<Settings, "wireframe" | "shading" | "colour" | "opacity" | "visible" | "colourBy"> & { colouring: Colouring };
 
 export class Surface {
+  budget = mostTriangles; // Kept of this one.
   private readonly tiles = new Map<string, KeptTile>();
+  private readonly users = new Map<object, Set<string>>(); // Of tiles, which stay as long as one of them has them.
+  private isGone = false;
   private readonly uploads: string[] = [];
   private shown: string[] = [];
   private uses = 0;
@@ -55,9 +59,11 @@ export class Surface {
     private readonly invalidate: () => void,
     private readonly onDropped: (ids: string[]) => void,
     private readonly field: FieldColours,
+    private readonly programs: Programs,
   ) {}
 
   add(tile: DecodedTile, toWorld: Affine, stepNumber: number): void {
+    if (this.isGone) return this.onDropped([tile.id]);
     if (this.tiles.has(tile.id)) return;
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(tile.positions, 3));
@@ -96,6 +102,14 @@ export class Surface {
       .map(([id]) => id);
   }
 
+  hasAll(ids: readonly string[]): boolean {
+    return ids.every((id) => this.tiles.has(id));
+  }
+
+  trianglesOf(ids: readonly string[]): number {
+    return ids.reduce((sum, id) => sum + (this.tiles.get(id)?.triangles ?? 0), 0);
+  }
+
   get shownIds(): readonly string[] {
     return this.shown;
   }
@@ -113,6 +127,7 @@ export class Surface {
 
   // Once in a frame, before it is drawn: true when there is more to do.
   uploadSome(): boolean {
+    if (!this.isDrawable()) return false; // A frame follows when it is.
     let bytes = 0;
     const uploaded: string[] = [];
     while (this.uploads.length > 0 && bytes < bytesAFrame) {
@@ -127,6 +142,13 @@ export class Surface {
     return this.uploads.length > 0;
   }
 
+  private isDrawable(): boolean {
+    const first = this.uploads.find((id) => this.tiles.has(id));
+    if (!first) return true;
+    const kind = `surface ${this.isTranslucent} ${this.look.colourBy !== ""} ${this.look.shading === "facets"}`;
+    return this.programs.areReady(kind, this.tiles.get(first)!.mesh);
+  }
+
   // Resolves when all of them are on the graphics card.
   uploaded(ids: string[]): Promise<void> {
     return new Promise((resolve) => {
@@ -137,7 +159,7 @@ export class Surface {
   }
 
   // From the next frame on exactly these tiles are drawn. Requires that they are uploaded.
-  show(ids: string[]): void {
+  show(ids: readonly string[]): void {
     const next = new Set(ids);
     for (const id of this.shown) {
       if (!next.has(id)) this.setVisible(id, false);
@@ -160,17 +182,17 @@ export class Surface {
     this.tiles.get(id)?.mesh.geometry.setAttribute("scalar", new THREE.BufferAttribute(scalars, 1));
   }
 
-  // Tiles that were unused for longest go, until the rest fits; never those shown or `inUse`.
-  dropUnused(inUse: ReadonlySet<string>): void {
+  // Tiles that were unused for longest go, until the rest fits; never those shown or in use.
+  dropUnused(): void {
     let kept = [...this.tiles.values()].reduce((n, tile) => n + tile.triangles, 0);
-    if (kept <= mostTriangles) return;
-    const shown = new Set(this.shown);
+    if (kept <= this.budget) return;
+    const inUse = new Set([this.shown, ...this.users.values()].flatMap((ids) => [...ids]));
     const unused = [...this.tiles.entries()]
-      .filter(([id]) => !shown.has(id) && !inUse.has(id))
+      .filter(([id]) => !inUse.has(id))
       .sort(([, a], [, b]) => a.lastUse - b.lastUse);
     const dropped: string[] = [];
     for (const [id, tile] of unused) {
-      if (kept <= mostTriangles) break;
+      if (kept <= this.budget) break;
       kept -= tile.triangles;
       this.remove(id, tile);
       dropped.push(id);
@@ -178,11 +200,19 @@ export class Surface {
     if (dropped.length > 0) this.onDropped(dropped);
   }
 
-  use(ids: string[]): void {
+  // They stay until `user` releases what it uses.
+  use(ids: readonly string[], user: object): void {
+    const used = this.users.get(user) ?? new Set();
+    this.users.set(user, used);
     for (const id of ids) {
+      used.add(id);
       const tile = this.tiles.get(id);
       if (tile) tile.lastUse = ++this.uses;
     }
+  }
+
+  release(user: object): void {
+    this.users.delete(user);
   }
 
   // Whether one sees through it now.
@@ -209,6 +239,7 @@ export class Surface {
 
   // Everything goes from the graphics card, and nobody is told.
   dispose(): void {
+    this.isGone = true;
     for (const [id, tile] of [...this.tiles]) this.remove(id, tile);
     this.shown = [];
     this.forgetMaterials();

@@ -111,7 +111,7 @@ export class Thumbnails {
           resolution,
           hasNormals: true,
           linear: latticeToWorld(order.info, resolution).slice(0, 9),
-        });
+        }, this);
         this.pool.drop([id]);
         this.tiles.set(effect.tile.key, tile);
         this.resolutions.set(effect.tile.key, resolution);

@@ -22,8 +22,9 @@ export type Axis = "off" | "x" | "y" | "z";
 export type Projection = "perspective" | "orthographic";
 export type Theme = "auto" | "dark" | "light";
 
-// A surface beside the first one, of the same dataset.
+// A surface beside the first one, of the same dataset or of another one in the same world.
 export interface FurtherSurface {
+  dataset?: string; // Empty or not said: that of the first one.
   isovalue: number;
   error: number | null; // Voxels; null: as the first one.
   colour: string; // "#rrggbb"
@@ -33,7 +34,8 @@ export interface FurtherSurface {
 
 export interface Settings {
   // What is asked for.
-  dataset: string;
+  dataset: string; // Or a family of datasets: the first of it.
+  t: number | null; // The time that is shown, of a family that has times: the nearest. Null: the dataset's own.
   isovalue: number | null; // Null: the dataset's own suggestion.
   error: number; // Voxels, 0 to 8.
   bound: "certified" | "paper";
@@ -53,6 +55,8 @@ export interface Settings {
   fieldColours: ColourMap; // Of those values, as are the next two.
   fieldLevel: number | null;
   fieldWindow: number | null;
+  fieldLog: boolean; // Equal factors of the values have equal steps of colour.
+  noValue: string; // The colour where the field has no value.
   shading: Shading;
   wireframe: boolean;
   colouring: Colouring;
@@ -65,17 +69,22 @@ export interface Settings {
   colours: ColourMap; // Of samples.
   level: number | null; // The sample value in the middle of the colours, and how many they span: null
   windowWidth: number | null; // for all that the data has.
+  samplesLog: boolean;
   axes: boolean;
   projection: Projection;
   occlusion: boolean; // Hollows are darker.
   logScale: boolean;
   theme: Theme;
+  playing: boolean; // One time after the other.
+  speed: number; // Times a second, 0.1 to 60.
+  loop: boolean; // After the last time comes the first.
   eye: [number, number, number] | null; // World coordinates; null: the default view.
   target: [number, number, number] | null;
 }
 
 export const defaults: Settings = {
   dataset: "",
+  t: null,
   isovalue: null,
   error: 0.25,
   bound: "certified",
@@ -94,6 +103,8 @@ export const defaults: Settings = {
   fieldColours: "viridis",
   fieldLevel: null,
   fieldWindow: null,
+  fieldLog: false,
+  noValue: "#808080",
   shading: "field",
   wireframe: false,
   colouring: "plain",
@@ -106,22 +117,26 @@ export const defaults: Settings = {
   colours: "grey",
   level: null,
   windowWidth: null,
+  samplesLog: false,
   axes: true,
   projection: "perspective",
   occlusion: true,
   logScale: true,
   theme: "auto",
+  playing: false,
+  speed: 10,
+  loop: true,
   eye: null,
   target: null,
 };
 
-// Whether the server is asked for something else now. Not for another dataset: whoever changes that
-// asks when the dataset is there.
+// Whether the server is asked for something else now. Not for another dataset or time: whoever changes
+// that asks when the dataset is there. Surfaces beside the first are asked for when they are seen.
 export function isOtherRequest(now: Settings, before: Settings): boolean {
-  if (now.dataset !== before.dataset) return false;
+  if (now.dataset !== before.dataset || now.t !== before.t) return false;
   const hasNormals = (s: Settings) => s.shading === "field";
   const isOther = (name: keyof Settings) => now[name] !== before[name];
-  const further = ({ surfaces }: Settings) => surfaces.map(({ isovalue, error }) => `${isovalue} ${error}`).join();
+  const further = ({ surfaces }: Settings) => surfaces.map(({ dataset, isovalue, error, visible }) => `${dataset ?? ""} ${isovalue} ${error} ${visible}`).join();
   return (
     further(now) !== further(before) || asking.some(isOther) || (now.followView && isOther("pixels")) || hasNormals(now) !== hasNormals(before)
   );

@@ -6,7 +6,8 @@ export interface SurfaceSettings extends Omit<FurtherSurface, "isovalue"> {
   isovalue: number | null; // Null, of the first alone: the dataset's own suggestion.
 }
 
-export const mostSurfaces = 8;
+export const mostSurfaces = 8; // That one adds by hand,
+export const mostLabels = 1024; // and that a segmentation has.
 
 // Told apart by people who see few colours as well; the first two are bone and skin.
 const colours = ["#e0cdb4", "#d9775f", "#7fb3d5", "#e6c65c", "#8fc9a3", "#b7a3d9", "#d99bc4", "#9aa5b3"];
@@ -24,12 +25,21 @@ export function settingsOf(settings: Settings, at: number): Settings | null {
 
 export function withSurface(settings: Settings, at: number, change: Partial<SurfaceSettings>): Partial<Settings> {
   if (at === 0) {
-    const { error, ...rest } = change;
+    const { error, dataset: _own, ...rest } = change;
     return error === undefined || error === null ? rest : { ...rest, error };
   }
   const { isovalue, ...rest } = change;
   const own = isovalue === undefined || isovalue === null ? rest : { ...rest, isovalue };
   return { surfaces: settings.surfaces.map((surface, i) => (i === at - 1 ? { ...surface, ...own } : surface)) };
+}
+
+// What is changed of each; null: nothing.
+export function withAllSurfaces(
+  settings: Settings, change: (surface: SurfaceSettings, at: number) => Pick<SurfaceSettings, "visible"> | Pick<SurfaceSettings, "opacity"> | null,
+): Partial<Settings> {
+  const [first, ...others] = surfacesOf(settings);
+  const surfaces = others.map((one, i) => ({ ...settings.surfaces[i], ...change(one, i + 1) }));
+  return { ...change(first, 0), surfaces };
 }
 
 // Nothing more than `mostSurfaces`.
@@ -47,5 +57,9 @@ export function withoutSurface(settings: Settings, at: number): Partial<Settings
   if (at > 0) return { surfaces };
   const [next, ...rest] = settings.surfaces;
   if (!next) return {};
-  return { ...next, error: next.error ?? settings.error, surfaces: rest };
+  const { dataset, ...look } = next;
+  const own = dataset || settings.dataset;
+  // Those that were of the first one's dataset still are.
+  const kept = rest.map((one) => (own === settings.dataset || one.dataset ? one : { ...one, dataset: settings.dataset }));
+  return { ...look, dataset: own, error: next.error ?? settings.error, surfaces: kept };
 }

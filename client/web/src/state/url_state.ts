@@ -7,7 +7,7 @@
 // page.
 import { colourMaps } from "../scene/colour_maps";
 import { defaults, type FurtherSurface, type Region, type Settings } from "./settings";
-import { mostSurfaces } from "./surfaces";
+import { mostLabels } from "./surfaces";
 
 export function toAddress(settings: Settings): string {
   const said = new URLSearchParams();
@@ -15,7 +15,9 @@ export function toAddress(settings: Settings): string {
     if (value !== usual && value !== null) said.set(name, String(value));
   };
   for (const name of plainNames) add(name, settings[name], defaults[name]);
-  if (settings.colour !== defaults.colour) said.set("colour", settings.colour.slice(1));
+  for (const name of ["colour", "noValue"] as const) {
+    if (settings[name] !== defaults[name]) said.set(name, settings[name].slice(1));
+  }
   if (settings.surfaces.length > 0) said.set("surfaces", settings.surfaces.map(surfaceText).join(";"));
   if (settings.region) said.set("region", regionText(settings.region));
   if (settings.eye) said.set("eye", settings.eye.map(short).join(","));
@@ -38,6 +40,7 @@ export function fromAddress(text: string): Partial<Settings> {
   const yes = (name: string) =>
     said.get(name) === "true" ? true : said.get(name) === "false" ? false : undefined;
   set("dataset", said.get("dataset") ?? undefined);
+  set("t", number("t", -Number.MAX_VALUE, Number.MAX_VALUE));
   set("isovalue", number("isovalue", -Number.MAX_VALUE, Number.MAX_VALUE));
   set("error", number("error", 0, 1e6));
   set("bound", word("bound", "certified", "paper"));
@@ -58,11 +61,14 @@ export function fromAddress(text: string): Partial<Settings> {
   set("fieldColours", word("fieldColours", ...colourMaps));
   set("fieldLevel", number("fieldLevel", -Number.MAX_VALUE, Number.MAX_VALUE));
   set("fieldWindow", number("fieldWindow", 0, Number.MAX_VALUE));
+  set("fieldLog", yes("fieldLog"));
+  set("noValue", colourFrom(said.get("noValue")));
   set("slice", word("slice", "off", "x", "y", "z"));
   set("sliceAt", number("sliceAt", 0, 1));
   set("colours", word("colours", ...colourMaps));
   set("level", number("level", -Number.MAX_VALUE, Number.MAX_VALUE));
   set("windowWidth", number("windowWidth", 0, Number.MAX_VALUE));
+  set("samplesLog", yes("samplesLog"));
   set("axes", yes("axes"));
   set("projection", word("projection", "perspective", "orthographic"));
   set("occlusion", yes("occlusion"));
@@ -71,6 +77,9 @@ export function fromAddress(text: string): Partial<Settings> {
   set("visible", yes("visible"));
   set("surfaces", surfacesFrom(said.get("surfaces")));
   set("logScale", yes("logScale"));
+  set("playing", yes("playing"));
+  set("speed", number("speed", 0.1, 60));
+  set("loop", yes("loop"));
   set("theme", word("theme", "auto", "dark", "light"));
   set("region", regionFrom(said.get("region")));
   set("eye", numbersFrom(said.get("eye"), 3) as Settings["eye"] | undefined);
@@ -98,37 +107,51 @@ export function edited(now: Settings, text: string): Settings {
 }
 
 const plainNames = [
-  "dataset", "isovalue", "error", "bound", "rule", "tolerance", "followView", "pixels",
+  "dataset", "t", "isovalue", "error", "bound", "rule", "tolerance", "followView", "pixels",
   "maxTriangles", "simplify", "shading", "wireframe", "colouring", "clip", "clipAt", "clipFlipped", "filled",
   "slice", "sliceAt", "colours", "level", "windowWidth", "colourBy", "fieldColours", "fieldLevel",
-  "fieldWindow", "axes",
-  "projection", "occlusion", "opacity", "visible", "logScale", "theme",
+  "fieldWindow", "fieldLog", "samplesLog", "axes",
+  "projection", "occlusion", "opacity", "visible", "logScale", "playing", "speed", "loop", "theme",
 ] as const;
 
 function short(value: number): string {
   return String(Number(value.toPrecision(6)));
 }
 
-// "300.5,d9775f,0.4": isovalue, colour and opacity; an error of its own as fourth (empty: none), and
-// "hidden" as fifth.
-function surfaceText({ isovalue, error, colour, opacity, visible }: FurtherSurface): string {
-  const words = [isovalue, colour.slice(1), short(opacity), error === null ? "" : short(error), visible ? "" : "hidden"];
+// "300.5,d9775f,0.4": isovalue, colour and opacity; an error of its own as fourth (empty: none), "hidden"
+// as fifth, and a dataset of its own as sixth, in which what parts these words is written as in addresses.
+function surfaceText({ dataset = "", isovalue, error, colour, opacity, visible }: FurtherSurface): string {
+  const words = [
+    isovalue, colour.slice(1), opacity === 1 ? "" : short(opacity), error === null ? "" : short(error),
+    visible ? "" : "hidden", dataset.replace(/[,;%]/g, encodeURIComponent),
+  ];
   return words.join(",").replace(/,+$/, "");
 }
 
 function surfacesFrom(text: string | null): FurtherSurface[] | undefined {
   if (!text) return undefined;
   const surfaces = text.split(";").map((one): FurtherSurface | null => {
-    const [value, colourText, opacityText, errorText, hidden] = one.split(",");
+    const [value, colourText, opacityText, errorText, hidden, name] = one.split(",");
     const [isovalue] = numbersFrom(value, 1) ?? [];
-    const [opacity] = numbersFrom(opacityText ?? "1", 1) ?? [];
+    const [opacity] = numbersFrom(opacityText || "1", 1) ?? [];
     const [error] = errorText ? (numbersFrom(errorText, 1) ?? [NaN]) : [null];
     const colour = colourFrom(colourText);
     if (isovalue === undefined || opacity === undefined || !colour || (hidden && hidden !== "hidden")) return null;
     if (!(opacity >= 0 && opacity <= 1) || (error !== null && !(error >= 0))) return null;
-    return { isovalue, error, colour, opacity, visible: hidden !== "hidden" };
+    const dataset = nameFrom(name ?? "");
+    if (dataset === undefined) return null;
+    const surface = { isovalue, error, colour, opacity, visible: hidden !== "hidden" };
+    return dataset ? { dataset, ...surface } : surface;
   });
-  return surfaces.length < mostSurfaces && surfaces.every((one) => one !== null) ? surfaces : undefined;
+  return surfaces.length < mostLabels && surfaces.every((one) => one !== null) ? surfaces : undefined;
+}
+
+function nameFrom(text: string): string | undefined {
+  try {
+    return decodeURIComponent(text);
+  } catch {
+    return undefined;
+  }
 }
 
 function colourFrom(text: string | null | undefined): string | undefined {

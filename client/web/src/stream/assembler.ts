@@ -22,6 +22,7 @@ export interface StreamOrder {
   info: DatasetInfo;
   request: IsosurfaceRequest; // Every field said, none left to its default.
   requestId: bigint;
+  isPreviewsOnly?: boolean; // The stream may end before the final step.
 }
 
 export interface StepOfTiles {
@@ -210,7 +211,7 @@ export class Assembler {
     if (steps !== this.steps && outcome === StreamOutcome.COMPLETE) {
       return this.fail(`The server counts ${steps} steps; ${this.steps} came.`);
     }
-    if (outcome === StreamOutcome.COMPLETE && !this.finalHasBegun) {
+    if (outcome === StreamOutcome.COMPLETE && !this.finalHasBegun && !(this.order.isPreviewsOnly && this.steps > 0)) {
       return this.fail("The stream is said to be complete, but the final step is missing.");
     }
     this.streamEnd = { outcome };

@@ -52,8 +52,15 @@ export type Effect =
 export interface Wanted {
   info: DatasetInfo;
   request: IsosurfaceRequest;
-  finalOnly?: boolean;
-  scalars?: string; // A dataset whose values are wanted at the vertices, too.
+  steps?: "all" | "previews" | "final"; // All if nothing is said.
+  scalars?: ScalarWish;
+}
+
+// A dataset whose values are wanted at the vertices, too, and what they are to span.
+export interface ScalarWish {
+  dataset: string;
+  low?: number; // Both or none: what the dataset has.
+  high?: number;
 }
 
 // The scalars of a tile; a step's come before its end.
@@ -70,8 +77,10 @@ export interface ConversationOptions {
   // Keys of the tiles that are kept and fit this request; the most useful first.
   held: (order: Wanted) => string[];
   priority?: Priority; // Of all that is asked; normal if nothing is said.
+  isListing?: () => boolean; // Whether a new connection asks what is served; yes if nothing is said.
 }
 
+const policies = { all: StepPolicy.PROGRESSIVE, previews: StepPolicy.PREVIEWS_ONLY, final: StepPolicy.FINAL_ONLY };
 const maxHeld = 8192;
 const firstRetry = 500;
 const longestRetry = 15_000;
@@ -178,13 +187,7 @@ export class Conversation {
     switch (message.case) {
       case "welcome":
         this.retry = firstRetry;
-        return [
-          ...this.turn("ready"),
-          {
-            kind: "send",
-            message: { case: "listDatasets", value: create(ListDatasetsSchema, { requestId: 1n }) },
-          },
-        ];
+        return this.welcomed();
       case "datasetList":
         return this.listed(message.value.datasets);
       case "estimateReply":
@@ -213,6 +216,14 @@ export class Conversation {
   }
 
   // ----
+
+  private welcomed(): Effect[] {
+    const ready = this.turn("ready");
+    const isListing = this.options.isListing?.() ?? true;
+    if (!isListing) return this.wanted && !this.assembler ? [...ready, ...this.openStream()] : ready;
+    const value = create(ListDatasetsSchema, { requestId: 1n });
+    return [...ready, { kind: "send", message: { case: "listDatasets", value } }];
+  }
 
   private sized({ requestId, triangles, bytes, thresholdWorld }: EstimateReply): Effect[] {
     const { question } = this;
@@ -283,16 +294,17 @@ export class Conversation {
     this.streamId = ++this.lastRequestId;
     this.lastStep = null;
     ++this.stream;
-    this.assembler = new Assembler({ ...order, requestId: this.streamId }, held);
+    const steps = this.hasFinalBegun ? "final" : (order.steps ?? "all");
+    this.assembler = new Assembler({ ...order, requestId: this.streamId, isPreviewsOnly: steps === "previews" }, held);
     const value = create(OpenStreamSchema, {
       requestId: this.streamId,
       dataset: order.info.name,
       request: order.request,
-      steps: order.finalOnly || this.hasFinalBegun ? StepPolicy.FINAL_ONLY : StepPolicy.PROGRESSIVE,
+      steps: policies[steps],
       held: packed(held),
       begun: this.begun,
       priority: this.options.priority ?? Priority.UNSPECIFIED,
-      scalars: order.scalars ? create(ScalarRequestSchema, { dataset: order.scalars }) : undefined,
+      scalars: order.scalars && create(ScalarRequestSchema, order.scalars),
     });
     return [
       { kind: "opened", order, stream: this.stream },

@@ -21,7 +21,7 @@ interface Waiting<T> {
 
 export class TilePool {
   private readonly idle: Worker[] = [];
-  private readonly queue: { job: TileJob; done: Waiting<DecodedTile> }[] = [];
+  private readonly queue: { job: TileJob; owner: object; done: Waiting<DecodedTile> }[] = [];
   private readonly jobs = new Map<Worker, Waiting<DecodedTile>>();
   private readonly keeper: Worker;
   private readonly questions = new Map<number, Waiting<never>>();
@@ -39,18 +39,17 @@ export class TilePool {
   }
 
   // Rejects with one sentence when the tile is damaged, or was dropped by forget().
-  decode(job: TileJob): Promise<DecodedTile> {
+  decode(job: TileJob, owner: object): Promise<DecodedTile> {
     return new Promise((resolve, reject) => {
-      this.queue.push({ job, done: { resolve, reject } });
+      this.queue.push({ job, owner, done: { resolve, reject } });
       this.dispatch();
     });
   }
 
-  // Drops jobs that no worker has begun, of tiles whose ids begin so; they are rejected.
-  forget(prefix: string): void {
-    const isGone = ({ job }: { job: TileJob }) => job.id.startsWith(prefix);
-    const gone = this.queue.filter(isGone);
-    this.queue.splice(0, Infinity, ...this.queue.filter((one) => !isGone(one)));
+  // Drops the owner's jobs that no worker has begun; they are rejected.
+  forget(owner: object): void {
+    const gone = this.queue.filter((one) => one.owner === owner);
+    this.queue.splice(0, Infinity, ...this.queue.filter((one) => one.owner !== owner));
     for (const { done } of gone) done.reject(new Error("Nobody waits for it."));
   }
 

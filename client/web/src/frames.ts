@@ -1,0 +1,53 @@
+// Final steps that are kept: who wants one of them again, or one that was asked for ahead, needs no server
+// as long as all its tiles are here.
+import { toBinary } from "@bufbuild/protobuf";
+
+import { IsosurfaceRequestSchema } from "./protocol/messages";
+import type { ShownSurface } from "./shown_surface";
+import type { Wanted } from "./stream/conversation";
+
+export interface Frame {
+  ids: readonly string[]; // Of its tiles.
+  shown: ShownSurface;
+}
+
+export class Frames {
+  private readonly kept = new Map<string, Frame>();
+  private readonly colours = new Map<string, string>(); // What the vertices of a dataset's tiles were told last.
+
+  constructor(private readonly hasTiles: (ids: readonly string[]) => boolean) {}
+
+  find(order: Wanted): Frame | null {
+    const key = keyOf(order);
+    const frame = this.kept.get(key);
+    if (!frame) return null;
+    if (this.hasTiles(frame.ids)) return frame;
+    this.kept.delete(key);
+    return null;
+  }
+
+  keep(order: Wanted, frame: Frame): void {
+    for (const [key, { ids }] of this.kept) if (!this.hasTiles(ids)) this.kept.delete(key);
+    this.kept.set(keyOf(order), frame);
+  }
+
+  // A stream of this order begins: tiles have one colouring at a time, so steps that have another are no more.
+  expect(order: Wanted): void {
+    const { name } = order.info;
+    const colouring = colouringOf(order);
+    if ((this.colours.get(name) ?? colouring) !== colouring) {
+      for (const [key, { shown }] of this.kept) if (shown.info.name === name) this.kept.delete(key);
+    }
+    this.colours.set(name, colouring);
+  }
+}
+
+// Equal for orders with equal surfaces in equal colours.
+function keyOf(order: Wanted): string {
+  const { name, contentId } = order.info;
+  return [name, contentId, colouringOf(order), toBinary(IsosurfaceRequestSchema, order.request).join()].join("\n");
+}
+
+function colouringOf({ scalars }: Wanted): string {
+  return scalars ? `${scalars.dataset} ${scalars.low} ${scalars.high}` : "";
+}

@@ -1,0 +1,128 @@
+// The labels of a segmentation: of each its colour, name, opacity and whether it is shown. Those that are
+// hidden are not loaded.
+import type { DatasetInfo, Label } from "../protocol/messages";
+import { labelOf } from "../state/families";
+import type { Progress } from "../state/progress";
+import type { Settings } from "../state/settings";
+import { type SurfaceSettings, surfacesOf, withAllSurfaces, withSurface } from "../state/surfaces";
+import { h } from "./dom";
+import type { Change, Part } from "./part";
+
+export interface LabelsPart extends Part {
+  showProgress: (surface: number, progress: Progress) => void;
+  showDatasets: (list: readonly DatasetInfo[]) => void;
+}
+
+export function labelsPart(change: Change): LabelsPart {
+  let settings: Settings | null = null;
+  let datasets: readonly DatasetInfo[] = [];
+  const rows = new Map<number, LabelRow>();
+  const list = h("ul", { class: "labels" });
+  const count = h("span", { class: "labels-count" });
+  const isLabel = (one: SurfaceSettings, at: number) => labelOf(datasets, dataset(one, at)) !== null;
+  const dataset = (one: SurfaceSettings, at: number) => (at > 0 && one.dataset) || settings!.dataset;
+  const all = (word: string, tip: string, visible: boolean) => {
+    const button = h("button", { type: "button", "data-tip": tip }, word);
+    button.addEventListener("click", () => change(withAllSurfaces(settings!, (one, at) => (isLabel(one, at) ? { visible } : null))));
+    return button;
+  };
+  const opacity = opacityOf("all labels", (value) =>
+    change(withAllSurfaces(settings!, (one, at) => (isLabel(one, at) ? { opacity: value } : null))));
+  const head = h("div", { class: "chips labels-head" },
+    all("All", "Shows every label.", true), all("None", "Hides every label.", false), count, opacity);
+  const rowAt = (at: number) => {
+    const row = labelRow((said) => change(withSurface(settings!, at, said)));
+    rows.set(at, row);
+    return row;
+  };
+  return {
+    elements: [head, list],
+    show: (now) => {
+      settings = now;
+      const surfaces = surfacesOf(now);
+      const found = surfaces.flatMap((one, at) => {
+        const label = labelOf(datasets, dataset(one, at));
+        return label ? [{ at, one, label }] : [];
+      });
+      const places = new Set(found.map(({ at }) => at));
+      for (const [at, row] of rows) {
+        if (places.has(at)) continue;
+        row.element.remove();
+        rows.delete(at);
+      }
+      found.forEach(({ at, one, label }, place) => {
+        const row = rows.get(at) ?? rowAt(at);
+        if (list.children[place] !== row.element) list.insertBefore(row.element, list.children[place] ?? null);
+        row.show(one, label);
+      });
+      const shown = found.filter(({ one }) => one.visible);
+      count.textContent = `${shown.length} of ${found.length} shown`;
+      showOpacity(opacity, shown.length > 0 ? Math.max(...shown.map(({ one }) => one.opacity)) : 1);
+    },
+    showProgress: (surface, progress) => rows.get(surface)?.showProgress(progress),
+    showDatasets: (now) => {
+      datasets = now;
+    },
+  };
+}
+
+// "liver"; where the file names none, "label 3".
+export function labelName({ value, name }: Label): string {
+  return name || `label ${value}`;
+}
+
+interface LabelRow {
+  element: HTMLElement;
+  show: (surface: SurfaceSettings, label: Label) => void;
+  showProgress: (progress: Progress) => void;
+}
+
+function labelRow(change: (said: Partial<SurfaceSettings>) => void): LabelRow {
+  const colour = h("input", { type: "color" });
+  colour.addEventListener("input", () => change({ colour: colour.value }));
+  const name = h("span", { class: "label-name" });
+  const opacity = opacityOf("", (value) => change({ opacity: value }));
+  const eye = h("button", { type: "button", class: "eye" });
+  let isVisible = true;
+  eye.addEventListener("click", () => change({ visible: !isVisible }));
+  const element = h("li", { class: "label-row" }, eye, colour, name, opacity);
+  let hasFinal = false;
+  const showComing = () => element.classList.toggle("is-coming", isVisible && !hasFinal);
+  return {
+    element,
+    showProgress: ({ shown, isStreaming, trouble }) => {
+      hasFinal = trouble !== null || (!isStreaming && shown?.isFinal === true);
+      name.title = trouble?.text ?? name.textContent ?? "";
+      showComing();
+    },
+    show: (surface, label) => {
+      const word = labelName(label);
+      isVisible = surface.visible;
+      showComing();
+      if (name.textContent !== word) {
+        name.textContent = word;
+        name.title = word;
+        eye.setAttribute("aria-label", `Show ${word}`);
+        colour.setAttribute("aria-label", `Colour of ${word}`);
+        opacity.setAttribute("aria-label", `Opacity of ${word}`);
+      }
+      colour.value = surface.colour;
+      eye.setAttribute("aria-pressed", String(isVisible));
+      eye.textContent = isVisible ? "◉" : "○";
+      showOpacity(opacity, surface.opacity);
+    },
+  };
+}
+
+function opacityOf(what: string, turned: (value: number) => void): HTMLInputElement {
+  const input = h("input", { type: "range", min: "0", max: "1", step: "0.01", "aria-label": `Opacity of ${what}` });
+  input.setAttribute("data-tip", "How much of what lies behind is hidden.");
+  input.addEventListener("input", () => turned(Number(input.value)));
+  return input;
+}
+
+function showOpacity(input: HTMLInputElement, opacity: number): void {
+  input.value = String(opacity);
+  input.setAttribute("aria-valuetext", `${Math.round(100 * opacity)} %`);
+  input.style.setProperty("--share", `${100 * opacity}%`);
+}

@@ -1,0 +1,73 @@
+// Times over the picture: play, a slider, which time it is, how fast, and whether it begins again.
+import type { Settings } from "../state/settings";
+import { timeText } from "../state/families";
+import type { Pace } from "../time_player";
+import { h, inDigits } from "./dom";
+
+export interface ShownTimes {
+  all: readonly number[];
+  now: number;
+  unit: string;
+}
+
+const speeds = [1, 2, 5, 10, 20, 30];
+
+export class TimeBar {
+  readonly element = h("div", { class: "times", role: "group", "aria-label": "Time", hidden: true });
+  private readonly play = h("button", { type: "button", class: "play", "data-tip": "Plays the times (space)." });
+  private readonly slider = h("input", { type: "range", min: "0", step: "1", "aria-label": "Time" });
+  private readonly time = h("output", { class: "time" });
+  private readonly pace = h("span", { class: "pace", "data-tip": "Times a second that are shown, of those wished." });
+  private readonly speed = h("select", { "aria-label": "Times a second" });
+  private readonly loop = h("button", { type: "button", class: "loop", "aria-label": "Begin again", "data-tip": "After the last time comes the first." }, "↻");
+  private times: ShownTimes | null = null;
+  private settings: Settings | null = null;
+
+  constructor(turn: (said: Partial<Settings>, isDragging: boolean) => void) {
+    this.element.append(this.play, this.slider, this.time, this.pace, this.speed, this.loop);
+    this.play.addEventListener("click", () => turn({ playing: !this.settings?.playing }, false));
+    this.loop.addEventListener("click", () => turn({ loop: !this.settings?.loop }, false));
+    this.speed.addEventListener("change", () => turn({ speed: Number(this.speed.value) }, false));
+    const scrub = (isDragging: boolean) => {
+      const t = this.times?.all[Number(this.slider.value)];
+      if (t !== undefined) turn({ t, playing: false }, isDragging);
+    };
+    this.slider.addEventListener("input", () => scrub(true));
+    this.slider.addEventListener("change", () => scrub(false));
+  }
+
+  // Null: there are no times.
+  show(settings: Settings, times: ShownTimes | null): void {
+    this.settings = settings;
+    this.times = times;
+    this.element.hidden = times === null;
+    if (!times) return;
+    const { all, now, unit } = times;
+    const at = all.indexOf(now);
+    this.slider.max = String(all.length - 1);
+    this.slider.value = String(at);
+    this.slider.style.setProperty("--share", `${(100 * at) / (all.length - 1)}%`);
+    const text = timeText(now, unit);
+    this.slider.setAttribute("aria-valuetext", text);
+    this.time.textContent = text;
+    // As wide as the longest that may come: nothing jumps while it plays.
+    this.time.style.minWidth = `${Math.max(...all.map((time) => timeText(time, unit).length))}ch`;
+    this.play.textContent = settings.playing ? "❚❚" : "▶";
+    this.play.setAttribute("aria-label", settings.playing ? "Pause" : "Play");
+    this.loop.setAttribute("aria-pressed", String(settings.loop));
+    this.showSpeeds(settings.speed);
+  }
+
+  showPace({ rate, isWaiting }: Pace): void {
+    const text = isWaiting ? "loading…" : rate === null ? "" : `${inDigits(rate, rate < 10 ? 2 : 3)} /s`;
+    if (this.pace.textContent !== text) this.pace.textContent = text;
+  }
+
+  private showSpeeds(speed: number): void {
+    const all = [...new Set([...speeds, speed])].sort((a, b) => a - b);
+    if (this.speed.options.length !== all.length) {
+      this.speed.replaceChildren(...all.map((one) => h("option", { value: String(one) }, `${one} a second`)));
+    }
+    this.speed.value = String(speed);
+  }
+}

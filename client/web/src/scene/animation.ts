@@ -1,0 +1,89 @@
+// Pictures one after the other, as a film or in a ZIP file: the surface turned once around, or the times of
+// a series. Every picture is drawn as at rest; a film runs as fast as this machine draws them, but no
+// faster than it should.
+import { Zip, ZipPassThrough } from "three/examples/jsm/libs/fflate.module.js";
+
+import { hasDrawn } from "./card";
+import type { Stage } from "./stage";
+
+export interface Animation {
+  name: string; // Of the pictures' files.
+  frames: number;
+  framesASecond: number;
+  // Brings what picture `at` shows; before the first one, and after each.
+  show: (at: number) => Promise<void>;
+}
+
+type Told = (share: number) => void; // 0 to 1: what is done.
+
+// The first picture is what is shown; so is what follows the last.
+export function turntable(stage: Stage, form: "video" | "pictures"): Animation {
+  const frames = form === "video" ? 240 : 120;
+  let turned = 0;
+  const show = async (at: number) => {
+    stage.turn((2 * Math.PI * (at - turned)) / frames, 0);
+    turned = at;
+  };
+  return { name: "turn", frames, framesASecond: 30, show };
+}
+
+export async function pictures(stage: Stage, animation: Animation, background: string, told: Told): Promise<Blob> {
+  const parts: Uint8Array[] = [];
+  const zip = new Zip((error, bytes) => {
+    if (error) throw error;
+    parts.push(bytes);
+  });
+  await run(stage, animation, background, async (canvas, at) => {
+    const png = await new Promise<Blob | null>((resolve) => canvas.toBlob(resolve, "image/png"));
+    if (!png) throw new Error("the picture is too large for this browser.");
+    const file = new ZipPassThrough(`${animation.name}_${String(at).padStart(4, "0")}.png`); // PNG does not get smaller.
+    zip.add(file);
+    file.push(new Uint8Array(await png.arrayBuffer()), true);
+    told((at + 1) / animation.frames);
+  });
+  zip.end();
+  return new Blob(parts as Uint8Array<ArrayBuffer>[], { type: "application/zip" });
+}
+
+export async function film(stage: Stage, animation: Animation, background: string, told: Told): Promise<Blob> {
+  if (typeof MediaRecorder === "undefined") throw new Error("this browser records none.");
+  const screen = stage.picture(background);
+  const context = screen.getContext("2d")!;
+  const stream = screen.captureStream(30);
+  const recorder = new MediaRecorder(stream, { mimeType: "video/webm", videoBitsPerSecond: 12_000_000 });
+  const parts: Blob[] = [];
+  recorder.ondataavailable = ({ data }) => parts.push(data);
+  const ended = new Promise<void>((resolve) => (recorder.onstop = () => resolve()));
+  let begin: number | null = null;
+  try {
+    await run(stage, animation, background, async (canvas, at) => {
+      context.drawImage(canvas, 0, 0);
+      if (begin === null) recorder.start();
+      begin ??= performance.now();
+      told((at + 1) / animation.frames);
+      const due = begin + ((at + 1) * 1000) / animation.framesASecond;
+      await new Promise((resolve) => setTimeout(resolve, Math.max(0, due - performance.now())));
+    });
+  } finally {
+    if (begin !== null) {
+      recorder.stop();
+      await ended;
+    }
+    for (const track of stream.getTracks()) track.stop();
+  }
+  return new Blob(parts, { type: "video/webm" });
+}
+
+async function run(
+  stage: Stage,
+  { frames, show }: Animation,
+  background: string,
+  use: (canvas: HTMLCanvasElement, at: number) => Promise<void>,
+): Promise<void> {
+  for (let at = 0; at < frames; ++at) {
+    await show(at);
+    await hasDrawn(stage.renderer, 2);
+    await use(stage.picture(background), at);
+  }
+  await show(frames);
+}

@@ -1,0 +1,35 @@
+// What is to be seen at a time: settings and the list of datasets become the datasets of the surfaces and
+// of their colours.
+import type { Moment } from "./curtain";
+import type { DatasetInfo } from "./protocol/messages";
+import { atTime, isOfOneFamily, named, rangeOf, timeOf } from "./state/families";
+import type { Settings } from "./state/settings";
+import { surfacesOf } from "./state/surfaces";
+import type { ScalarWish } from "./stream/conversation";
+
+export interface Scene {
+  moment: Moment;
+  infos: readonly (DatasetInfo | null)[]; // Of each surface; null: nobody has it.
+  scalars?: ScalarWish;
+}
+
+// `info`: the dataset of the first surface, at that time.
+export function sceneOf(list: readonly DatasetInfo[], settings: Settings, info: DatasetInfo): Scene {
+  const time = timeOf(info);
+  const own = (name: string) => {
+    const one = named(list, name);
+    return one && (isOfOneFamily(one, info) ? atTime(list, one, time) : one);
+  };
+  return {
+    moment: { scene: info.member?.family || info.name, time },
+    infos: surfacesOf(settings).map(({ dataset }) => (dataset ? own(dataset) : info)),
+    scalars: settings.colourBy ? wishOf(list, own(settings.colourBy), settings.colourBy) : undefined,
+  };
+}
+
+// A name that nobody has is the server's to refuse.
+function wishOf(list: readonly DatasetInfo[], by: DatasetInfo | null, name: string): ScalarWish {
+  if (!by) return { dataset: name };
+  const { min, max } = rangeOf(list, by);
+  return min < max ? { dataset: by.name, low: min, high: max } : { dataset: by.name };
+}

@@ -1,0 +1,139 @@
+// Datasets that belong together, as the server tells it of each: times of a series, fields of a
+// simulation, labels of a segmentation. They lie at the same places, so that what is set for one of
+// them (view, errors, regions) holds for all.
+import type { DatasetInfo, Label } from "../protocol/messages";
+import { labelColour } from "./label_colours";
+import { defaults, type FurtherSurface, type Settings } from "./settings";
+
+export interface Family {
+  name: string;
+  members: readonly DatasetInfo[]; // As they are listed; two or more.
+  times: readonly number[]; // That differ, ascending; none: it has no times.
+  timeUnit: string; // Empty: times are numbers of frames.
+  fields: readonly string[]; // That differ, as they are listed.
+  labels: readonly DatasetInfo[]; // One member of each label, by its value.
+}
+
+// A line of a list of datasets: what is looked at first when it is chosen.
+export interface Entry {
+  name: string;
+  info: DatasetInfo;
+  family: Family | null;
+}
+
+export const labelIsovalue = 0.5; // Where the boundary of every label is.
+const mostLabelsAtFirst = 24; // That are shown before anybody has said which.
+
+// In the order of the list: a family is where its first member is.
+export function entriesOf(list: readonly DatasetInfo[]): Entry[] {
+  const seen = new Set<string>();
+  return list.flatMap((info): Entry[] => {
+    const family = familyOf(list, info);
+    if (!family) return [{ name: info.name, info, family }];
+    if (seen.has(family.name)) return [];
+    seen.add(family.name);
+    return [{ name: family.name, info: firstOf(family), family }];
+  });
+}
+
+// Null: it belongs to none, or to one of which there is nobody else.
+export function familyOf(list: readonly DatasetInfo[], info: DatasetInfo): Family | null {
+  const name = info.member?.family;
+  if (!name) return null;
+  const members = list.filter(({ member }) => member?.family === name);
+  if (members.length < 2) return null;
+  const times = members.map(timeOf).filter((time) => time !== null);
+  const byLabel = new Map([...members].reverse().map((one) => [one.member!.label?.value, one]));
+  byLabel.delete(undefined);
+  return {
+    name,
+    members,
+    times: [...new Set(times)].sort((a, b) => a - b),
+    timeUnit: info.member!.timeUnit,
+    fields: [...new Set(members.map(({ member }) => member!.field))],
+    labels: [...byLabel.values()].sort((a, b) => a.member!.label!.value - b.member!.label!.value),
+  };
+}
+
+export function timeOf({ member }: DatasetInfo): number | null {
+  const time = member?.time;
+  return time !== undefined && Number.isFinite(time) ? time : null;
+}
+
+// The dataset of that name; else the first of the family of that name.
+export function named(list: readonly DatasetInfo[], name: string): DatasetInfo | null {
+  const own = list.find((info) => info.name === name);
+  if (own) return own;
+  const member = list.find((info) => info.member?.family === name);
+  const family = member && familyOf(list, member);
+  return family ? firstOf(family) : null;
+}
+
+// The same field and label at the nearest time there is; itself where it has no other times.
+export function atTime(list: readonly DatasetInfo[], info: DatasetInfo, time: number | null): DatasetInfo {
+  if (time === null || timeOf(info) === null) return info;
+  const distance = (one: DatasetInfo) => Math.abs(timeOf(one)! - time);
+  return alike(list, info).reduce((best, one) => (distance(one) < distance(best) ? one : best), info);
+}
+
+// Of the same field and label, ascending; none or one: there is no time to go through.
+export function timesOf(list: readonly DatasetInfo[], info: DatasetInfo): number[] {
+  return [...new Set(alike(list, info).map((one) => timeOf(one)!))].sort((a, b) => a - b);
+}
+
+// The same label at the same time, of another field.
+export function ofField(family: Family, info: DatasetInfo, field: string): DatasetInfo | null {
+  const isIt = ({ member }: DatasetInfo) => member!.field === field && member!.label?.value === info.member!.label?.value;
+  const found = family.members.filter(isIt);
+  return found.find((one) => timeOf(one) === timeOf(info)) ?? found[0] ?? null;
+}
+
+// Which values the dataset has over all its times, so that a colour means the same at each.
+export function rangeOf(list: readonly DatasetInfo[], info: DatasetInfo): { min: number; max: number } {
+  const all = [info, ...alike(list, info)];
+  return { min: Math.min(...all.map(({ min }) => min)), max: Math.max(...all.map(({ max }) => max)) };
+}
+
+export function isOfOneFamily(a: DatasetInfo, b: DatasetInfo): boolean {
+  return a.name === b.name || (!!a.member && a.member.family === b.member?.family);
+}
+
+// "0.25 s"; "frame 3" where no unit is told.
+export function timeText(time: number, unit: string): string {
+  const number = String(Number(time.toPrecision(6)));
+  return unit ? `${number} ${unit}` : `frame ${number}`;
+}
+
+// Null: it is none of a label.
+export function labelOf(list: readonly DatasetInfo[], name: string): Label | null {
+  return named(list, name)?.member?.label ?? null;
+}
+
+// What is looked at when an entry is chosen: all labels of a segmentation, else one surface.
+export function settingsOfEntry({ info, family }: Entry): Partial<Settings> {
+  const labels = family?.labels ?? [];
+  const [first, ...others] = labels.map((one, at) => surfaceOfLabel(one, at < mostLabelsAtFirst));
+  if (!first) return { dataset: info.name, isovalue: null, surfaces: [] };
+  const { dataset, colour, opacity, visible } = first;
+  return { dataset, isovalue: labelIsovalue, colour, opacity, visible, surfaces: others };
+}
+
+function surfaceOfLabel({ name: dataset, member }: DatasetInfo, visible: boolean): FurtherSurface {
+  const { value, color } = member!.label!;
+  return { dataset, isovalue: labelIsovalue, error: null, colour: labelColour(value, color), opacity: defaults.opacity, visible };
+}
+
+function firstOf({ members, labels }: Family): DatasetInfo {
+  const first = labels[0] ?? members[0];
+  const like = members.filter(({ member }) =>
+    member!.field === first.member!.field && member!.label?.value === first.member!.label?.value);
+  return like.reduce((best, one) => ((timeOf(one) ?? 0) < (timeOf(best) ?? 0) ? one : best), first);
+}
+
+// Members that differ from it in time alone.
+function alike(list: readonly DatasetInfo[], { member }: DatasetInfo): DatasetInfo[] {
+  if (!member) return [];
+  return list.filter((one) =>
+    one.member?.family === member.family && one.member.field === member.field &&
+    one.member.label?.value === member.label?.value && timeOf(one) !== null);
+}

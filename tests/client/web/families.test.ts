@@ -1,0 +1,115 @@
+import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
+import { sceneOf } from "../../../client/web/src/scene_at";
+import {
+  atTime, entriesOf, familyOf, labelIsovalue, named, ofField, rangeOf, settingsOfEntry, timesOf, timeText,
+} from "../../../client/web/src/state/families";
+import { labelColour } from "../../../client/web/src/state/label_colours";
+import { defaults } from "../../../client/web/src/state/settings";
+import { member, plain } from "./made_datasets";
+
+const flow = [0.5, 0, 0.25].flatMap((time) =>
+  ["speed", "heat"].map((field) => member(`flow.${field}.t${time}`, "flow", { field, time, timeUnit: "s" })));
+const labels = [9, 1, 4].map((value) => member(`seg.label${value}`, "seg", { label: { value, name: "" } }));
+const list = [plain("head"), ...flow, plain("fuel"), ...labels];
+const names = (all: readonly DatasetInfo[]) => all.map(({ name }) => name);
+
+describe("Families", () => {
+  test("AreOneEntryEach", () => {
+    expect(entriesOf(list).map(({ name, info }) => [name, info.name])).toEqual([
+      ["head", "head"], ["flow", "flow.speed.t0"], ["fuel", "fuel"], ["seg", "seg.label1"],
+    ]);
+    expect(familyOf(list, flow[0])).toMatchObject({ times: [0, 0.25, 0.5], timeUnit: "s", fields: ["speed", "heat"], labels: [] });
+    expect(names(familyOf(list, labels[0])!.labels)).toEqual(["seg.label1", "seg.label4", "seg.label9"]);
+  });
+
+  test("OfOneAreADataset", () => {
+    const alone = member("a.t0", "a", { time: 0 });
+    expect(entriesOf([alone])).toEqual([{ name: "a.t0", info: alone, family: null }]);
+  });
+
+  test("HaveTheNearestTimeOfTheSameField", () => {
+    expect(atTime(list, flow[0], 0.3).name).toBe("flow.speed.t0.25");
+    expect(atTime(list, flow[1], -7).name).toBe("flow.heat.t0");
+    expect(atTime(list, flow[0], null)).toBe(flow[0]);
+    expect(atTime(list, list[0], 0.3)).toBe(list[0]);
+    expect(timesOf(list, flow[1])).toEqual([0, 0.25, 0.5]);
+    expect(timesOf(list, labels[0])).toEqual([]);
+  });
+
+  test("PassOverTimesThatAreNone", () => {
+    const broken = [NaN, 1, 2].map((time) => member(`b.t${time}`, "b", { time }));
+    expect(familyOf(broken, broken[0])!.times).toEqual([1, 2]);
+    expect(timesOf(broken, broken[1])).toEqual([1, 2]);
+    expect(atTime(broken, broken[0], 1)).toBe(broken[0]);
+  });
+
+  test("HaveAnotherFieldAtTheSameTime", () => {
+    const family = familyOf(list, flow[0])!;
+    expect(ofField(family, flow[4], "heat")!.name).toBe("flow.heat.t0.25");
+    expect(ofField(family, flow[4], "salt")).toBeNull();
+  });
+
+  test("AreNamedWhereNoDatasetIsCalledSo", () => {
+    expect(named(list, "flow")!.name).toBe("flow.speed.t0");
+    expect(named([...list, plain("flow")], "flow")!.member).toBeUndefined();
+    expect(named(list, "head.t0")).toBeNull();
+  });
+
+  test("HaveOneRangeOverAllTimes", () => {
+    const series = [0, 1, 2].map((time) => ({ ...member(`s.t${time}`, "s", { time }), min: -time, max: 10 * time }));
+    expect(rangeOf(series, series[1])).toEqual({ min: -2, max: 20 });
+  });
+
+  test("TellTimesWithTheirUnit", () => {
+    expect(timeText(0.1 + 0.2, "s")).toBe("0.3 s");
+    expect(timeText(12, "")).toBe("frame 12");
+  });
+});
+
+describe("Labels", () => {
+  test("AreSurfacesAtTheSameIsovalue", () => {
+    const entry = entriesOf(list).find(({ name }) => name === "seg")!;
+    const said = settingsOfEntry(entry);
+    expect(said).toMatchObject({ dataset: "seg.label1", isovalue: labelIsovalue, visible: true });
+    expect(said.surfaces!.map(({ dataset, isovalue }) => [dataset, isovalue])).toEqual([["seg.label4", 0.5], ["seg.label9", 0.5]]);
+  });
+
+  test("AreNotAllShownWhereTheyAreMany", () => {
+    const many = Array.from({ length: 100 }, (_, i) => member(`m.label${i + 1}`, "m", { label: { value: i + 1, name: "" } }));
+    const said = settingsOfEntry(entriesOf(many)[0]);
+    expect(said.surfaces).toHaveLength(99);
+    expect(said.surfaces!.filter(({ visible }) => visible)).toHaveLength(23);
+  });
+
+  test("HaveTheColourOfTheFileOrOneThatIsAlwaysTheSame", () => {
+    expect(labelColour(3, 0x0a8265)).toBe("#0a8265");
+    expect(labelColour(3)).toBe(labelColour(3));
+    expect(labelColour(3, 0x1000000)).toBe(labelColour(3));
+    const colours = Array.from({ length: 64 }, (_, i) => labelColour(i + 1));
+    expect(new Set(colours).size).toBe(64);
+    for (const colour of colours) expect(colour).toMatch(/^#[0-9a-f]{6}$/);
+  });
+
+  test("ThatFollowOneAnotherAreFarApart", () => {
+    const parts = (colour: string) => [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16));
+    for (let value = 1; value < 64; ++value) {
+      const [a, b] = [parts(labelColour(value)), parts(labelColour(value + 1))];
+      expect(Math.hypot(...a.map((v, i) => v - b[i]))).toBeGreaterThan(60);
+    }
+  });
+});
+
+describe("AScene", () => {
+  test("HasAllSurfacesAndColoursAtOneTime", () => {
+    const further = { isovalue: 1, error: null, colour: "#ffffff", opacity: 1, visible: true };
+    const settings = {
+      ...defaults, dataset: "flow", colourBy: "flow.heat.t0",
+      surfaces: [{ ...further, dataset: "" }, { ...further, dataset: "flow.heat.t0" }, { ...further, dataset: "head" }, { ...further, dataset: "gone" }],
+    };
+    const scene = sceneOf(list, settings, atTime(list, flow[0], 0.25));
+    expect(scene.infos.map((info) => info?.name)).toEqual(["flow.speed.t0.25", "flow.speed.t0.25", "flow.heat.t0.25", "head", undefined]);
+    expect(scene.moment).toEqual({ scene: "flow", time: 0.25 });
+    expect(scene.scalars).toEqual({ dataset: "flow.heat.t0.25", low: 0, high: 1 });
+    expect(sceneOf(list, { ...defaults, colourBy: "gone" }, list[0]).scalars).toEqual({ dataset: "gone" });
+  });
+});

@@ -1,0 +1,17 @@
+// Datasets as a server could tell of them.
+import { create, type DatasetInfo, DatasetInfoSchema, FamilyMemberSchema } from "../../../client/web/src/protocol/messages";
+
+export function plain(name: string): DatasetInfo {
+  return create(DatasetInfoSchema, { name, dims: [9, 9, 9], spacing: [1, 1, 1], min: 0, max: 1, gridExponent: 4 });
+}
+
+interface Said {
+  field?: string;
+  time?: number;
+  timeUnit?: string;
+  label?: { value: number; name: string; color?: number };
+}
+
+export function member(name: string, family: string, said: Said): DatasetInfo {
+  return { ...plain(name), member: create(FamilyMemberSchema, { family, ...said }) };
+}

@@ -1,0 +1,197 @@
+import { Curtain } from "../../../client/web/src/curtain";
+import { Slots } from "../../../client/web/src/stream/slots";
+import { type Pace, type Played, timeBeside, TimePlayer, timesAhead } from "../../../client/web/src/time_player";
+
+// A player whose clock and frames are the test's.
+class Playing {
+  state: Played = { times: [0, 1, 2, 3], now: 0, playing: true, speed: 10, loop: true };
+  ready = new Set([0, 1, 2, 3]);
+  now = 0;
+  pace: Pace = { rate: null, isWaiting: false };
+  prepared: readonly number[] = [];
+  readonly shown: number[] = [];
+  private next: (() => void) | null = null;
+  readonly player = new TimePlayer(
+    () => this.state,
+    {
+      isReady: (time) => this.ready.has(time),
+      prepare: (times) => (this.prepared = times),
+      show: (time) => {
+        this.shown.push(time);
+        this.state = { ...this.state, now: time };
+      },
+      stop: () => this.turn({ playing: false }),
+    },
+    (pace) => (this.pace = pace),
+    (act) => (this.next = act),
+    () => this.now,
+  );
+
+  turn(change: Partial<Played>): void {
+    this.state = { ...this.state, ...change };
+    this.player.update();
+  }
+
+  // Frames of 20 ms.
+  run(milliseconds: number): void {
+    for (const end = this.now + milliseconds; this.now < end; ) {
+      this.now += 20;
+      const act = this.next;
+      this.next = null;
+      act?.();
+    }
+  }
+}
+
+describe("TimePlayer", () => {
+  test("ShowsATimeWhenItIsDueAndBeginsAgain", () => {
+    const playing = new Playing();
+    playing.player.update();
+    playing.run(510);
+    expect(playing.shown).toEqual([1, 2, 3, 0, 1]);
+    expect(playing.pace.rate).toBeCloseTo(10, 1);
+  });
+
+  test("StopsAtTheEnd", () => {
+    const playing = new Playing();
+    playing.turn({ loop: false });
+    playing.run(1000);
+    expect(playing.shown).toEqual([1, 2, 3]);
+    expect(playing.state.playing).toBe(false);
+    expect(playing.prepared).toEqual([]);
+  });
+
+  test("WaitsForWhatIsNotHereAndMakesUpForNothing", () => {
+    const playing = new Playing();
+    playing.ready.delete(1);
+    playing.player.update();
+    playing.run(1000);
+    expect(playing.shown).toEqual([]);
+    expect(playing.pace.isWaiting).toBe(true);
+    playing.ready.add(1);
+    playing.run(110);
+    expect(playing.shown).toEqual([1, 2]);
+    expect(playing.pace.isWaiting).toBe(false);
+  });
+
+  test("AsksForWhatComesNextFirstAndForNothingWhenItStops", () => {
+    const playing = new Playing();
+    playing.turn({ now: 2 });
+    playing.run(20);
+    expect(playing.prepared).toEqual([3, 0, 1]);
+    playing.turn({ playing: false });
+    expect(playing.prepared).toEqual([]);
+    playing.run(500);
+    expect(playing.shown).toEqual([]);
+  });
+
+  test("KnowsTheTimesAheadAndBeside", () => {
+    const times = [0, 0.5, 2];
+    expect(timesAhead({ times, now: 0.5, loop: false })).toEqual([2]);
+    expect(timesAhead({ times, now: 2, loop: false })).toEqual([]);
+    expect(timesAhead({ times, now: 2, loop: true })).toEqual([0, 0.5]);
+    expect(timeBeside({ times, now: 0, loop: true }, -1)).toBe(2);
+    expect(timeBeside({ times, now: 0, loop: false }, -1)).toBe(0);
+    expect(timeBeside({ times, now: 2, loop: false }, 1)).toBe(2);
+  });
+});
+
+describe("Curtain", () => {
+  function stage() {
+    const seen = ["a", "b"];
+    const drawn: string[] = [];
+    const curtain = new Curtain<string>(() => seen, () => drawn.push("|"));
+    const at = (time: number, scene = "flow") => ({ scene, time });
+    const offer = (who: string, time: number, scene?: string) => curtain.offer(who, at(time, scene), () => drawn.push(`${who}${time}`));
+    return { seen, drawn, curtain, offer, at };
+  }
+
+  test("ShowsTheFirstSceneAsItComes", () => {
+    const { drawn, offer } = stage();
+    offer("a", 0);
+    offer("b", 0);
+    expect(drawn).toEqual(["a0", "|", "b0"]);
+  });
+
+  test("RisesWhenAllHaveTheNextTime", () => {
+    const { drawn, offer, curtain, at } = stage();
+    offer("a", 0);
+    offer("b", 0);
+    drawn.length = 0;
+    offer("b", 1);
+    expect(drawn).toEqual([]);
+    expect(curtain.isOpenTo(at(1))).toBe(false);
+    offer("a", 1);
+    expect(drawn).toEqual(["a1", "b1", "|"]);
+    expect(curtain.isOpenTo(at(1))).toBe(true);
+    expect(curtain.isOpenTo(at(0))).toBe(false);
+  });
+
+  test("TakesWhatIsOfferedLastAndNothingThatIsWithdrawn", () => {
+    const { drawn, offer, curtain } = stage();
+    offer("a", 0);
+    drawn.length = 0;
+    offer("a", 1);
+    offer("a", 2);
+    offer("b", 1);
+    expect(drawn).toEqual([]);
+    curtain.withdraw("a");
+    offer("b", 2);
+    expect(drawn).toEqual([]);
+    offer("a", 2);
+    expect(drawn).toEqual(["a2", "b2", "|"]);
+  });
+
+  test("DoesNotWaitForWhatIsHidden", () => {
+    const { seen, drawn, offer, curtain } = stage();
+    offer("a", 0);
+    drawn.length = 0;
+    offer("a", 1);
+    seen.pop();
+    curtain.look();
+    expect(drawn).toEqual(["a1", "|"]);
+    offer("b", 2); // Unseen: nothing of it is drawn.
+    expect(drawn).toEqual(["a1", "|", "b2"]);
+  });
+
+  test("IsOpenToAnotherSceneAtOnce", () => {
+    const { drawn, offer, curtain, at } = stage();
+    offer("a", 0);
+    offer("b", 1);
+    drawn.length = 0;
+    offer("a", 5, "head");
+    expect(drawn).toEqual(["a5", "|"]);
+    expect(curtain.isOpenTo(at(0))).toBe(false);
+  });
+});
+
+describe("Slots", () => {
+  function holder(name: string, told: string[]) {
+    return { isBusy: true, granted: () => told.push(`+${name}`), revoked: () => told.push(`-${name}`) };
+  }
+
+  test("GoToWhoNeedsThemWhenSomebodyIsIdle", () => {
+    const told: string[] = [];
+    const slots = new Slots(2);
+    const [a, b, c] = ["a", "b", "c"].map((name) => holder(name, told));
+    for (const one of [a, b, c, c]) slots.want(one);
+    expect(told).toEqual(["+a", "+b"]);
+    b.isBusy = false;
+    slots.deal();
+    expect(told).toEqual(["+a", "+b", "-b", "+c"]);
+    slots.want(b);
+    slots.leave(a);
+    expect(told.slice(4)).toEqual(["+b"]);
+  });
+
+  test("StayWithWhoIsIdleWhileNobodyElseWantsThem", () => {
+    const told: string[] = [];
+    const slots = new Slots(1);
+    const a = holder("a", told);
+    slots.want(a);
+    a.isBusy = false;
+    slots.deal();
+    slots.want(a);
+    expect(told).toEqual(["+a"]);
+  });
+});
