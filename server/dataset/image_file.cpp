@@ -22,7 +22,9 @@
 #include "server/dataset/image_payload.hpp"
 #include "server/dataset/nrrd_header.hpp"
 #include "server/dataset/nrrd_payload.hpp"
+#include "server/dataset/nrrd_series.hpp"
 #include "server/dataset/payload_size.hpp"
+#include "server/dataset/segment_names.hpp"
 #include "server/dataset/volume_source.hpp"
 
 namespace multitetra {
@@ -72,13 +74,13 @@ PhysicalMeaning meaning_of(const itk::ImageIOBase& io) {
   if (const auto* const meta = dynamic_cast<const itk::MetaImageIO*>(&io)) {
     space =
         const_cast<itk::MetaImageIO*>(meta)->GetMetaImagePointer()->AnatomicalOrientationAcronym();
-    if (space.find('?') != std::string::npos) space.clear();
+    if (space.substr(0, 3).find('?') != std::string::npos) space.clear();
   }
   if (space.empty()) return {};
   return {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = {}};
 }
 
-ImageHeader header_of(const fs::path& file, const itk::ImageIOBase& io) {
+ImageHeader header_of(const fs::path& file, const itk::ImageIOBase& io, bool is_series) {
   ImageHeader header;
   header.type = stored_type(file, io.GetComponentType());
   header.components = io.GetNumberOfComponents();
@@ -87,7 +89,7 @@ ImageHeader header_of(const fs::path& file, const itk::ImageIOBase& io) {
     const auto side = static_cast<std::int64_t>(io.GetDimensions(axis));
     if (axis < 3) {
       header.dims[axis] = side;
-    } else if (side != 1) {
+    } else if (side != 1 && !(axis == 3 && is_series)) {
       fail_reading(file,
                    "it has " + std::to_string(io.GetNumberOfDimensions()) + " dimensions and " +
                        std::to_string(side) + " volumes along dimension " +
@@ -179,20 +181,45 @@ void fill_from(const itk::ImageIOBase::Pointer& io, void* memory) {
 struct ImageFile::Reader {
   ImageIo io;
   std::optional<TemporaryHeader> rewritten;
+  bool is_of_series = false;  // The rewritten header: of one of its volumes.
 };
 
-ImageFile::ImageFile(const fs::path& file, VolumeFormat format, bool follow)
+std::optional<std::int64_t> ImageFile::chosen_time(const VolumeChoice& choice) const {
+  const std::int64_t count = members_.times.count;
+  if (count > 1 && !choice.time && !choice.first) {
+    fail_reading(file_, "it has " + std::to_string(count) + " volumes, one for each time",
+                 "Choose one with --time, from 0 on, or prepare them with --all-times");
+  }
+  const std::int64_t time = choice.time.value_or(0);
+  if (time < 0 || time >= count) {
+    fail_reading(file_, "it has no time " + std::to_string(time),
+                 "Choose 0 to " + std::to_string(count - 1));
+  }
+  return count > 1 ? std::optional(time) : std::nullopt;
+}
+
+ImageFile::ImageFile(const fs::path& file, VolumeFormat format, const VolumeChoice& choice)
     : file_(file), reader_(std::make_unique<Reader>()) {
   reader_->io = io_for(format);
-  if (format == VolumeFormat::kMetaImage) check_meta_image_header(file, follow);
+  if (format == VolumeFormat::kMetaImage) check_meta_image_header(file, choice.follow);
   if (format == VolumeFormat::kTiff && !tiff_directories_are_whole(file)) {
     fail_reading(file, "its chain of pages leads out of the file or in a circle",
                  "Get a whole copy of it");
   }
   if (format == VolumeFormat::kNrrd) {
-    const auto header = rewritten_nrrd_header(read_nrrd_header(file), file);
-    if (header) reader_->rewritten.emplace(*header);
-    check_nrrd_header(file, follow);
+    check_nrrd_header(file, choice.follow);
+    std::string header = read_nrrd_header(file);
+    members_.labels = segments_in(header);
+    const bool is_component = !choice.time && choice.component != ComponentChoice();
+    if (const auto series = nrrd_series(header, is_component)) {
+      members_.times = series->times;
+      const auto time = chosen_time(choice);
+      if (time && series->is_interleaved) component_of_time_ = static_cast<int>(*time);
+      reader_->is_of_series = time && !series->is_interleaved;
+      if (reader_->is_of_series) header = nrrd_header_at(header, file, *time);
+    }
+    const auto rewritten = rewritten_nrrd_header(header, file);
+    if (rewritten || reader_->is_of_series) reader_->rewritten.emplace(rewritten.value_or(header));
   }
   try {
     reader_->io->SetFileName((reader_->rewritten ? reader_->rewritten->path() : file).string());
@@ -201,14 +228,26 @@ ImageFile::ImageFile(const fs::path& file, VolumeFormat format, bool follow)
     fail_reading(file, itk_words(problem.GetDescription()),
                  "Check that it is a whole file of this format");
   }
-  header_ = header_of(file, *reader_->io);
+  const bool is_meta_series =
+      format == VolumeFormat::kMetaImage && reader_->io->GetNumberOfDimensions() == 4;
+  header_ = header_of(file, *reader_->io, is_meta_series);
+  if (!is_meta_series) return;
+  volume_.count = static_cast<std::int64_t>(reader_->io->GetDimensions(3));
+  members_.times = even_times(volume_.count, reader_->io->GetOrigin(3), reader_->io->GetSpacing(3),
+                              /*unit=*/"");
+  volume_.index = chosen_time(choice).value_or(0);
 }
 
 ImageFile::~ImageFile() = default;
 ImageFile::ImageFile(ImageFile&&) noexcept = default;
 
 std::optional<PlainPayload> ImageFile::plain_payload() const {
-  return multitetra::plain_payload(file_, header_, *reader_->io);
+  const fs::path& file = reader_->is_of_series ? reader_->rewritten->path() : file_;
+  const auto payload = multitetra::plain_payload(file, header_, volume_, *reader_->io);
+  if (!payload && volume_.count > 1) {
+    fail_reading(file_, "its samples are text and it has several volumes", "Save it as binary");
+  }
+  return payload;
 }
 
 void ImageFile::read(void* memory) const {

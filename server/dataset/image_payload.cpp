@@ -72,12 +72,15 @@ void check_meta_image(const fs::path& file, itk::MetaImageIO& io, std::uint64_t 
 }
 
 std::optional<PlainPayload> plain_meta_image(const fs::path& file, itk::MetaImageIO& io,
-                                             std::uint64_t bytes) {
+                                             std::uint64_t bytes, const VolumeInFile& volume) {
   const MetaImage& meta = *io.GetMetaImagePointer();
-  if (!meta.BinaryData() || meta.CompressedData()) return std::nullopt;
-  const PayloadPart data = meta_image_data(file, meta, bytes);
+  if (!meta.BinaryData()) return std::nullopt;
+  const std::uint64_t before = bytes * static_cast<std::uint64_t>(volume.index);
+  PayloadPart data = meta_image_data(file, meta, bytes * static_cast<std::uint64_t>(volume.count));
   if (data.file == file && data.offset == 0) return std::nullopt;  // Only ITK knows where.
   const Endian endian = meta.BinaryDataByteOrderMSB() ? Endian::kBig : Endian::kLittle;
+  if (meta.CompressedData()) return PlainPayload{{data}, bytes, endian, before};
+  data.offset += before;
   return PlainPayload{{data}, bytes, endian};
 }
 
@@ -148,11 +151,11 @@ void check_payload(const fs::path& file, itk::ImageIOBase& io) {
 }
 
 std::optional<PlainPayload> plain_payload(const fs::path& file, const ImageHeader& header,
-                                          itk::ImageIOBase& io) {
+                                          const VolumeInFile& volume, itk::ImageIOBase& io) {
   const std::uint64_t bytes = header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2]);
   if (dynamic_cast<itk::NrrdImageIO*>(&io) != nullptr) return plain_nrrd_payload(file, header);
   if (auto* const meta = dynamic_cast<itk::MetaImageIO*>(&io)) {
-    return plain_meta_image(file, *meta, bytes);
+    return plain_meta_image(file, *meta, bytes, volume);
   }
   if (auto* const vtk = dynamic_cast<itk::VTKImageIO*>(&io)) return plain_vtk(file, *vtk, bytes);
   return std::nullopt;

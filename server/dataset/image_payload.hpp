@@ -22,12 +22,13 @@ void check_meta_image_header(const std::filesystem::path& file, bool follow);
 // Throws VolumeFileError unless the file holds what the header that `io` has read promises.
 void check_payload(const std::filesystem::path& file, itk::ImageIOBase& io);
 
-// Where the samples lie when they can be read without ITK: NRRD of encoding raw, MetaImage and
-// legacy VTK that are binary and not compressed; nullopt otherwise. Requires dims within the
+// Where the samples of a volume lie when they can be read without ITK: NRRD that is raw or packed,
+// MetaImage that is binary, legacy VTK that is; nullopt otherwise. Requires dims within the
 // largest grid. Throws VolumeFileError for what check_payload refuses, except a file that ends too
 // early.
 [[nodiscard]] std::optional<PlainPayload> plain_payload(const std::filesystem::path& file,
                                                         const ImageHeader& header,
+                                                        const VolumeInFile& volume,
                                                         itk::ImageIOBase& io);
 
 }  // namespace multitetra

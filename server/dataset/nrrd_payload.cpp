@@ -150,8 +150,15 @@ std::optional<std::uint64_t> offset_in(const fs::path& file, std::size_t header_
   return size < part_bytes ? 0 : size - part_bytes;
 }
 
+bool is_packed(const Fields& fields) {
+  return fields.encoding == "gzip" || fields.encoding == "gz" || fields.encoding == "bzip2" ||
+         fields.encoding == "bz2";
+}
+
 bool is_plain(const Fields& fields, const ImageHeader& header) {
-  if (fields.encoding != "raw" || fields.line_skip < 0 || fields.byte_skip < -1) return false;
+  if (fields.encoding != "raw" && !is_packed(fields)) return false;
+  // Skipped bytes of what is packed are unpacked ones, which have no end to count from.
+  if (fields.line_skip < 0 || fields.byte_skip < (is_packed(fields) ? 0 : -1)) return false;
   const bool has_order = fields.endian == "little" || fields.endian == "big";
   if (bytes_of(header.type) > 1 && !has_order) return false;
   if (fields.sizes.size() < 2 || fields.sizes.size() > 3) return false;
@@ -202,14 +209,20 @@ std::optional<PlainPayload> plain_nrrd_payload(const fs::path& file, const Image
       attached ? std::vector{file.filename().string()} : data_files(*fields);
   const auto parts = static_cast<std::int64_t>(names.size());
   if (parts == 0 || header.dims[2] % parts != 0) return std::nullopt;
+  if (is_packed(*fields) && parts != 1) return std::nullopt;
 
   PlainPayload payload;
   payload.endian = fields->endian == "big" ? Endian::kBig : Endian::kLittle;
   payload.part_bytes = header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2] / parts);
+  Fields skipped = *fields;
+  if (is_packed(*fields)) {
+    payload.unpacked_offset = static_cast<std::uint64_t>(fields->byte_skip);
+    skipped.byte_skip = 0;
+  }
   for (const std::string& name : names) {
     const fs::path part = file.parent_path() / name;
     const std::optional<std::uint64_t> offset =
-        offset_in(part, attached ? fields->header_bytes : 0, *fields, payload.part_bytes);
+        offset_in(part, attached ? fields->header_bytes : 0, skipped, payload.part_bytes);
     if (!offset) return std::nullopt;
     payload.parts.push_back({part, *offset});
   }

@@ -18,7 +18,7 @@ namespace multitetra {
 void check_nrrd_header(const std::filesystem::path& file, bool follow);
 
 // The payload of the NRRD `file` (.nrrd or .nhdr) whose header ITK reads as `header`; nullopt when
-// its encoding is not raw, its parts are smaller than slices, or the header is unusual. Requires
+// its encoding is text, its parts are smaller than slices, or the header is unusual. Requires
 // dims within the largest grid.
 [[nodiscard]] std::optional<PlainPayload> plain_nrrd_payload(const std::filesystem::path& file,
                                                              const ImageHeader& header);

@@ -1,13 +1,12 @@
-// Samples that lie in files as they are: not compressed, not written as text, in one file or
-// several.
-//
-// Such samples can be read anywhere without reading what comes before them.
+// Samples that lie in files as they are, not written as text: in one file or several, where they
+// can be read anywhere without reading what comes before them; or in one file, packed as a whole.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "server/dataset/formats/endian.hpp"
@@ -26,9 +25,12 @@ struct PlainPayload {
   std::vector<PayloadPart> parts;
   std::uint64_t part_bytes = 0;
   Endian endian = Endian::kLittle;
+  // Given: the one part is the beginning of a stream (gzip, zlib, bzip2), and the samples begin so
+  // many unpacked bytes behind it.
+  std::optional<std::uint64_t> unpacked_offset = std::nullopt;
 };
 
-// Reads bytes anywhere in a payload. At most one of its files is open at a time.
+// Reads bytes anywhere in a payload that is not packed. At most one of its files is open at a time.
 class PayloadReader {
  public:
   // Throws VolumeFileError when a part is missing or its file ends before the part does.

@@ -109,10 +109,9 @@ VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
       describe(source.header(), builder.finish(), options.name, options.outside, options.margin);
   info.member = options.member;
   if (!options.suggested_isovalues.empty()) info.suggested_isovalues = options.suggested_isovalues;
-  IsovalueBins bins =
-      options.bin_edges.empty()
-          ? IsovalueBins::for_values(info, builder.distinct_values(), options.bins)
-          : bins_with_edges(info, options.bin_edges);
+  IsovalueBins bins = options.bin_edges.empty()
+                          ? IsovalueBins::for_values(info, builder.distinct_values(), options.bins)
+                          : bins_with_edges(info, options.bin_edges);
   return {.info = std::move(info), .bins = std::move(bins)};
 }
 

@@ -17,7 +17,8 @@ namespace multitetra {
 namespace {
 
 // Kinds of messages. From the child: its header is known; what the source holds besides; the opened
-// volume's header; a notice; why it failed; the samples that were asked for. From the parent: which slices it wants.
+// volume's header; a notice; why it failed; the samples that were asked for. From the parent: which
+// slices it wants.
 constexpr char kHeaderKnown = 'k';
 constexpr char kMembers = 'm';
 constexpr char kOpened = 'o';

@@ -7,6 +7,8 @@
 #include <variant>
 #include <vector>
 
+#include "server/dataset/formats/plain_slices.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -106,6 +108,10 @@ class StreamedVolume : public VolumeSource {
 }  // namespace
 
 std::unique_ptr<StoredSlices> slices_of(PlainPayload payload, const ImageHeader& header) {
+  if (payload.unpacked_offset) {
+    const PayloadPart& part = payload.parts.front();
+    return packed_slices(part.file, part.offset, *payload.unpacked_offset, payload.endian, header);
+  }
   return std::make_unique<PayloadSlices>(std::move(payload), header);
 }
 

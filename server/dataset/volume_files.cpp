@@ -25,9 +25,7 @@
 #include "server/dataset/formats/zarr_volume.hpp"
 #include "server/dataset/image_file.hpp"
 #include "server/dataset/image_stack.hpp"
-#include "server/dataset/nrrd_header.hpp"
 #include "server/dataset/plain_payload.hpp"
-#include "server/dataset/segment_names.hpp"
 #include "server/dataset/source_apart.hpp"
 #include "server/dataset/streamed_volume.hpp"
 #include "server/store/http_store.hpp"
@@ -108,19 +106,21 @@ class WholeVolume : public VolumeSource {
 std::unique_ptr<VolumeSource> open_image(const fs::path& path, VolumeFormat format,
                                          const Opening& opening) {
   const VolumeChoice& choice = opening.options.choice;
-  const ImageFile file(path, format, choice.follow);
+  const ImageFile file(path, format, choice);
   const ImageHeader header = file.header();
   check_header(path, header);
   opening.header_is_known();
   const std::optional<PlainPayload> payload = file.plain_payload();
   if (!payload || opening.use == Use::kWhole) check_memory(path, header);
+  ComponentChoice component = component_of(choice);
+  if (const auto time = file.component_of_time()) {
+    component = {.kind = ComponentChoice::Kind::kIndex, .index = *time};
+  }
   auto slices =
       payload ? slices_of(*payload, header) : std::make_unique<SlicesInMemory>(file, header);
-  SourceMembers members;
-  if (format == VolumeFormat::kNrrd) members.labels = segments_in(read_nrrd_header(path));
   auto source = streamed_volume(
-      path, {.header = header, .slices = std::move(slices), .members = std::move(members)},
-      component_of(choice), opening.notice);
+      path, {.header = header, .slices = std::move(slices), .members = file.members()}, component,
+      opening.notice);
   if (payload) return source;
   return std::make_unique<WholeVolume>(std::move(source));
 }

@@ -54,9 +54,10 @@ struct VolumeFileOptions {
                                  const VolumeFileOptions& options = {});
 
 // The same volume slab by slab. It streams, so that memory does not bound its size, unless it is
-// NRRD or MetaImage that is packed or text, legacy VTK as text, or TIFF with several pages; these
-// are read as a whole here and handed out in slabs. Throws VolumeFileError when the header is
-// damaged or, where that can be known without reading them, the samples are not all there.
+// NRRD, MetaImage or legacy VTK as text, or TIFF with several pages; these are read as a whole here
+// and handed out in slabs. Samples that are packed as a whole are unpacked as slabs are read.
+// Throws VolumeFileError when the header is damaged or, where that can be known without reading
+// them, the samples are not all there.
 [[nodiscard]] std::unique_ptr<VolumeSource> open_volume(const std::filesystem::path& path,
                                                         const VolumeFileOptions& options = {});
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Families of datasets as users make and serve them: the labels of a segmentation, the times of a series, the fields of a
-# simulation. Usage: families_test.sh DIRECTORY_OF_PROGRAMS
+# simulation. Usage: families_test.sh DIRECTORY_OF_PROGRAMS [PYTHON_WITH_H5PY]
 set -euo pipefail
 
 bin=$(cd "$1" && pwd)
@@ -73,3 +73,101 @@ EOPY
 [ "$(digest report.json)" = "$(digest inner.json)" ] || fail "a fetched label is not the extracted one"
 grep -aq "property float" coloured.ply || fail "no values of the other label at the vertices"
 ends_well server "$pid"
+
+# --- times: a NIfTI of four dimensions, and what solvers write: a file for each time, of two fields
+python3 - <<'EOPY'
+import json, math, pathlib, struct
+side, times = 12, 3
+points = [(x, y, z) for z in range(side) for y in range(side) for x in range(side)]
+ball = lambda t: [10 * (5 - t) - 10 * math.dist(p, (5.5, 5.5, 5.5)) for p in points]
+head = bytearray(352)
+put = lambda at, form, *values: struct.pack_into("<" + form, head, at, *values)
+put(0, "i", 348); put(40, "8h", 4, side, side, side, times, 1, 1, 1); put(70, "2h", 16, 32)
+put(76, "8f", 1, 1, 1, 1, 0.25, 0, 0, 0); put(108, "3f", 352, 1, 0); head[123] = 2 | 8; head[344:347] = b"n+1"
+pathlib.Path("in/beat.nii").write_bytes(bytes(head) + b"".join(struct.pack(f"<{len(points)}f", *ball(t)) for t in range(times)))
+# In natural order, 2 before 10.
+for name, t in (("run_2", 0), ("run_10", 1), ("run_9", 0.5)):
+    arrays = "".join(f'<DataArray type="Float32" Name="{field}" format="ascii">' +
+                     " ".join(f"{v * scale:.3f}" for v in ball(t)) + "</DataArray>"
+                     for field, scale in (("pressure", 1), ("hot/cold", -1)))
+    pathlib.Path(f"in/{name}.vti").write_text(
+        '<VTKFile type="ImageData"><ImageData WholeExtent="0 11 0 11 0 11"><Piece Extent="0 11 0 11 0 11"><PointData>' +
+        arrays + "</PointData></Piece></ImageData></VTKFile>")
+pathlib.Path("in/small.vti").write_text(
+    '<VTKFile type="ImageData"><ImageData WholeExtent="0 1 0 1 0 1"><Piece Extent="0 1 0 1 0 1"><PointData>'
+    '<DataArray type="Float32" Name="pressure" format="ascii">1 2 3 4 5 6 7 8</DataArray></PointData></Piece></ImageData></VTKFile>')
+# An OME-Zarr of two times and two channels, and one of labels.
+def zarr(name, axes, scale, shape, samples, more):
+    folder = pathlib.Path("in") / name
+    (folder / "0").mkdir(parents=True)
+    (folder / ".zgroup").write_text('{"zarr_format": 2}')
+    (folder / ".zattrs").write_text(json.dumps({"multiscales": [{"version": "0.4", "axes": axes, "datasets": [
+        {"path": "0", "coordinateTransformations": [{"type": "scale", "scale": scale}]}]}], **more}))
+    (folder / "0/.zarray").write_text(json.dumps({"zarr_format": 2, "shape": shape, "chunks": shape, "dtype": "|u1", "order": "C",
+                                                  "compressor": None, "fill_value": 0, "filters": None}))
+    (folder / "0" / ".".join("0" for _ in shape)).write_bytes(samples)
+space = [{"name": n, "type": "space", "unit": "micrometer"} for n in "zyx"]
+zarr("cells.zarr", [{"name": "t", "type": "time", "unit": "second"}, {"name": "c", "type": "channel"}] + space,
+     [0.5, 1, 1, 1, 1], [2, 2, 3, 4, 5], bytes(range(240)), {"omero": {"channels": [{"label": "DNA"}, {"label": "actin"}]}})
+zarr("nuclei.zarr", space, [1, 1, 1], [3, 4, 5], bytes(i % 3 for i in range(60)),
+     {"image-label": {"version": "0.4", "colors": [{"label-value": 1, "rgba": [255, 0, 16, 255]}],
+                      "properties": [{"label-value": 2, "class": "nucleus"}]}})
+EOPY
+ends 2 "--all-times" "$server" prepare in/beat.nii -o beat.mtd
+ends 0 "3 members, 0 failed" "$server" prepare in/beat.nii --all-times -o beat
+ends 0 "beat.t0002: up to date" "$server" prepare in/beat.nii --all-times -o beat
+says beat/beat.t0002.mtd '"beat", time 0.5 s'
+says beat/beat.t0002.mtd '--time 2'
+ends 0 "beat.t0001" "$server" prepare in/beat.nii --all-times --times 1,2,4 --time-unit h -o beat
+says beat/beat.t0002.mtd '"beat", time 4 h'
+ends 2 "--times has 2 numbers, and there are 3 times" "$server" prepare in/beat.nii --all-times --times 1,2 -o beat
+ends 2 "numbers that increase" "$server" prepare in/beat.nii --all-times --times 1,3,2 -o beat
+ends 2 "numbers that increase" "$server" prepare in/beat.nii --all-times --times 0:-1 -o beat
+ends 2 "exclude each other" "$server" prepare in/beat.nii --all-times --time 1 -o beat
+ends 2 "for --time-series and --all-times" "$server" prepare in/beat.nii --time 1 --times 0:1 -o one.mtd
+# The second time, prepared for itself, has the same surface.
+"$server" prepare in/beat.nii --time 1 -o second.mtd --quiet
+for dataset in second.mtd beat/beat.t0001.mtd; do
+  "$server" extract "$dataset" --isovalue 0.5 --error 0.2 -o x.ply --json --quiet >x.json
+  digest x.json
+done | uniq | wc -l | grep -qx 1 || fail "a member is not the time that it says"
+
+ends 0 "6 members, 0 failed" "$server" prepare in/run_*.vti --time-series run --times 0:0.1 --time-unit s --field pressure,hot/cold -o run
+says run/run.hot_cold.t0001.mtd '"run", field hot/cold, time 0.1 s'
+says run/run.pressure.t0001.mtd 'run_9.vti'
+ends 0 '"run.pressure.t0002", 12 x 12 x 12 f32' "$server" prepare in/run_*.vti --time-series run --field all -o frames
+says frames/run.pressure.t0002.mtd '"run", field pressure, time 2'
+ends 1 "members of a family lie on the same places" "$server" prepare in/run_9.vti in/small.vti --time-series mixed --field pressure -o mixed
+ends 2 "has no field density. Its fields are pressure, hot/cold" "$server" prepare in/run_2.vti --field density -o run
+ends 0 "2 members, 0 failed" "$server" prepare in/run_2.vti --field all -o one_time
+says one_time/run_2.pressure.mtd '"run_2", field pressure'
+
+ends 0 "4 members, 0 failed" "$server" prepare in/cells.zarr --all-times --field all -o cells
+says cells/cells.actin.t0001.mtd '"cells", field actin, time 0.5 s'
+ends 0 "2 members, 0 failed" "$server" prepare in/nuclei.zarr --label all -o nuclei
+says nuclei/nuclei.label1.mtd 'label 1 (#ff0010)'
+says nuclei/nuclei.label2.mtd 'label 2 (nucleus)'
+
+# --- HDF5 of two fields over times, as h5py writes it
+if [ -n "${2:-}" ]; then
+  "$2" - <<'EOPY'
+import h5py, numpy
+with h5py.File("in/flow.h5", "w") as file:
+    samples = numpy.arange(2 * 4 * 5 * 6, dtype="<i2").reshape(2, 4, 5, 6)
+    file["a/p"] = samples
+    file["a/q"] = -samples
+    file["b/q"] = samples + 7
+    file["mask"] = samples[0]
+    file["time"] = [0.0, 1.5]
+    file["time"].attrs["units"] = "milliseconds"
+    file["time"].make_scale("time")
+    file["a/p"].dims[0].attach_scale(file["time"])
+EOPY
+  ends 2 "prepare several of one shape with --field" "$server" prepare in/flow.h5 -o flow.mtd
+  ends 0 "6 members, 0 failed" "$server" prepare in/flow.h5 --all-times --field all -o flow
+  says flow/flow.p.t0001.mtd '"flow", field p, time 1.5 ms'
+  says flow/flow.b_q.t0001.mtd '"flow", field b/q, time 1.5 ms'
+  says flow/flow.b_q.t0001.mtd '127 to 246'
+  ends 0 "1 members" "$server" prepare in/flow.h5 --field p --time 1 -o flow_one
+  ends 2 "Its fields are p, a/q, b/q." "$server" prepare in/flow.h5 --field mask -o flow
+fi

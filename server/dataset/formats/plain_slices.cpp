@@ -70,9 +70,18 @@ class PackedSlices : public StoredSlices {
     take(bytes, first);
     to_host_order(bytes, bytes_of(header_.type), endian_);
     next_ = first + count;
+    if (next_ == static_cast<std::size_t>(header_.dims[2])) require_end();
   }
 
  private:
+  // Behind the last slice: where the stream ends there, it must end well, or its bytes are not
+  // known to be those that were packed.
+  void require_end() {
+    std::byte more{};
+    (void)stream_->read_some({&more, 1});
+    stream_.reset();
+  }
+
   void take(std::span<std::byte> bytes, std::size_t slice) {
     if (stream_->read_some(bytes) == bytes.size()) return;
     fail_reading(file_.path(),

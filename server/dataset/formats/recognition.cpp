@@ -26,8 +26,8 @@ constexpr std::size_t kLookedAt = 4096;
 
 constexpr std::array kFormats = {
     FormatDescription{"NRRD", ".nrrd, .nhdr",
-                      "raw, gzip, bzip2, text; one data file, a list or a pattern"},
-    FormatDescription{"MetaImage", ".mha, .mhd", "raw, zlib, text; one data file"},
+                      "raw, gzip, bzip2, text; one data file, a list or a pattern; --time"},
+    FormatDescription{"MetaImage", ".mha, .mhd", "raw, zlib, text; one data file; --time"},
     FormatDescription{"NIfTI 1 and 2", ".nii, .nii.gz, .hdr",
                       "all integers and floats, RGB; --time, --component"},
     FormatDescription{"DICOM", "a folder, .dcm",
