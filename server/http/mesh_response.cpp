@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/base/number_text.hpp"
+#include "common/mesh/components.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/wire/scene_file.hpp"
@@ -53,6 +54,7 @@ struct Totals {
   MeshTopology topology;
   double error_bound = 0;
   ContentDigest digest;
+  std::size_t components_written = 0;
 
   void add(const MeshTopology& mesh, const OneShotSession::Step& step) {
     topology.triangles += mesh.triangles;
@@ -70,6 +72,7 @@ void add_facts(Answer& answer, const Totals& all) {
   add_field(answer, "Multitetra-Vertices", std::to_string(mesh.vertices));
   add_field(answer, "Multitetra-Euler-Characteristic", std::to_string(mesh.euler_characteristic));
   add_field(answer, "Multitetra-Components", std::to_string(mesh.components));
+  add_field(answer, "Multitetra-Components-Written", std::to_string(all.components_written));
   add_field(answer, "Multitetra-Error-Bound", shortest_text(all.error_bound));
   add_field(answer, "Multitetra-Content-Digest", all.digest.hex());
 }
@@ -114,7 +117,13 @@ Result<StoredMesh> store_mesh(const std::vector<OneShotSession::Step>& steps,
     if (!found) return tl::unexpected(found.error());
     add_notices(told, *found, step.begin.request, info);
     all.add(*found, step);
-    meshes.push_back(painted(*mesh, step.begin, info, form));
+    const MeshComponents components = components_of(*mesh);
+    const std::size_t written = components.count_from(form.min_component);
+    all.components_written += written;
+    meshes.push_back(written == components.diagonals.size()
+                         ? painted(*mesh, step.begin, info, form)
+                         : painted(with_components(*mesh, components, form.min_component),
+                                   step.begin, info, form));
   }
   add_facts(told, all);
   const std::string bytes = file_of(meshes, steps, form.format);

@@ -29,6 +29,7 @@ struct MeshForm {
   bool is_in_world = true;  // Else in sample indices.
   // Of scalars, where there are some; its ends are those of the step's scalars.
   ColorScale colors = {.map = ColorMap::kViridis};
+  double min_component = 0;  // Components of a shorter diagonal, in samples, are left out.
 };
 
 // Where it is written, and what that takes.

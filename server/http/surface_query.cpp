@@ -43,6 +43,13 @@ Objection set_isovalues(std::string_view text, SurfaceQuery& query) {
   return std::nullopt;
 }
 
+Objection set_min_component(std::string_view text, SurfaceQuery& query) {
+  const auto diagonal = numbers_from(text, 1, 1);
+  if (!diagonal || !(diagonal->front() >= 0)) return "must be a number of samples of at least 0";
+  query.min_component = diagonal->front();
+  return std::nullopt;
+}
+
 Objection set_color_range(std::string_view text, SurfaceQuery& query) {
   const auto ends = numbers_from(text, 2, 2);
   if (!ends) return "must be two numbers, LOW,HIGH";
@@ -96,6 +103,7 @@ const Setters<Q>& setters() {
       {"simplify", word<Q>(
                        [](Q & q) -> auto& { return q.request.simplify; }, is_on, "on or off")},
       {"normals", number<Q>([](Q & q) -> auto& { return q.request.normal_bits; })},
+      {"min_component", set_min_component},
       {"coordinates",
        word<Q>(
            [](Q & q) -> auto& { return q.is_in_world; }, is_world, "world or index")},

@@ -21,6 +21,7 @@ struct SurfaceQuery {
   // A surface for each, at most kMaxSurfaces; none: the dataset's first suggestion.
   std::vector<double> isovalues = {};
   IsosurfaceRequest request = {.error = 0.25, .simplify = true};  // Without its isovalue.
+  double min_component = 0;          // Samples of diagonal: shorter components are left out.
   bool is_in_world = true;           // The mesh's coordinates; else sample indices.
   std::optional<MeshFormat> format;  // None: what the client accepts.
   // The dataset whose values colour the surface; empty: none.
@@ -30,8 +31,8 @@ struct SurfaceQuery {
 };
 
 // isovalue, error, unit, bound, topology_rule, topology_tolerance, lattice, region (repeatable),
-// region_unit, view, combine, max_triangles, max_bytes, simplify, normals, coordinates,
-// format, color_by, colors, color_range, color_scale, no_value.
+// region_unit, view, combine, max_triangles, max_bytes, simplify, normals, min_component,
+// coordinates, format, color_by, colors, color_range, color_scale, no_value.
 // kInvalidArgument, naming the parameter, when one is unknown, said twice or not understood.
 [[nodiscard]] Result<SurfaceQuery> parse_surface_query(
     const std::vector<std::pair<std::string, std::string>>& query);

@@ -73,16 +73,19 @@ asio::awaitable<Result<SurfaceService::Wanted>> SurfaceService::wanted(const std
     co_return fail(ErrorCode::kInvalidArgument,
                    "Several surfaces come in one file as format=glb alone; ask for one at a time.");
   }
-  Wanted wanted{
-      .info = std::move(*info),
-      .requests = *std::move(surfaces),
-      .scalars = *std::move(scalars),
-      .form = {.format = *format, .is_in_world = query->is_in_world, .colors = query->colors},
-      .is_format_negotiated = !query->format,
-      .key = {},
-      .tag = {}};
+  Wanted wanted{.info = std::move(*info),
+                .requests = *std::move(surfaces),
+                .scalars = *std::move(scalars),
+                .form = {.format = *format,
+                         .is_in_world = query->is_in_world,
+                         .colors = query->colors,
+                         .min_component = query->min_component},
+                .is_format_negotiated = !query->format,
+                .key = {},
+                .tag = {}};
   wanted.key = std::string(kFormVersion) + ' ' + std::string(media_type(*format)) +
                (query->is_in_world ? " w " : " i ") + key_of(wanted.info);
+  if (query->min_component > 0) wanted.key += " from " + shortest_text(query->min_component);
   for (const IsosurfaceRequest& one : wanted.requests) wanted.key += ' ' + key_of(one);
   bool is_told = wanted.info.content_id != 0;
   if (wanted.scalars) {

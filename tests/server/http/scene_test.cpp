@@ -63,6 +63,19 @@ TEST_F(SceneTest, SeveralIsovaluesAreNamedPartsOfOneFile) {
   EXPECT_EQ(gltf.at("scenes")[0].at("nodes"), (Json{0, 1, 2}));
 }
 
+TEST_F(SceneTest, SmallComponentsAreLeftOutWhereThatIsAskedFor) {
+  const auto whole = get("isovalue=-2,2.5&error=0");  // Balls of two sizes.
+  EXPECT_EQ(whole["Multitetra-Components-Written"], "2");
+  const auto large = get("isovalue=-2,2.5&error=0&min_component=40");
+  ASSERT_EQ(large.result_int(), 200U) << large.body();
+  EXPECT_EQ(large["Multitetra-Components"], "2");
+  EXPECT_EQ(large["Multitetra-Components-Written"], "1");
+  EXPECT_EQ(large["Multitetra-Content-Digest"], whole["Multitetra-Content-Digest"]);
+  EXPECT_EQ(json_of_glb(large.body()).at("nodes").size(), 1U);
+  expect_refused("min_component=-1", "at least 0");
+  expect_refused("min_component=x", "min_component");
+}
+
 TEST_F(SceneTest, SeveralSurfacesShareABudget) {
   const auto plain = get("isovalue=-2,2&error=0.05");
   const auto response = get("isovalue=-2,2&error=0.05&max_triangles=300");
