@@ -3,7 +3,7 @@
 import type { Moment } from "./curtain";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Settings } from "./state/settings";
-import type { ScalarWish, Wanted } from "./stream/conversation";
+import { isSameOrder, type ScalarWish, type Wanted } from "./stream/conversation";
 import { isosurfaceRequest, type View } from "./stream/request";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
 
@@ -20,35 +20,37 @@ export class Ahead {
   private soon: readonly WantedSoon[] = []; // The soonest first.
   private settings: Settings | null = null;
   private view: View | null = null;
-  private underWay = ""; // The dataset's name.
-  private readonly failed = new Set<string>(); // Names, until something else is asked of them.
+  private underWay: Wanted | null = null;
+  private failed: Wanted[] = []; // There will be none of these.
 
   constructor(private readonly parts: SurfaceClientParts) {}
 
-  // What was under way goes on only if it still is among them. None: the connection ends.
-  prepare(soon: readonly WantedSoon[], settings: Settings, view: View): void {
+  // What is under way goes on only if it still is among them. None: the connection ends.
+  prepare(soon: readonly WantedSoon[], settings: Settings, view: View | null): void {
     this.soon = soon;
     this.settings = settings;
     this.view = view;
     if (soon.length === 0) return this.close();
-    if (this.underWay && !soon.some(({ info }) => info.name === this.underWay)) {
+    const { underWay } = this;
+    if (underWay && !soon.some((one) => isSameOrder(orderOf(one, settings, view), underWay))) {
       this.client!.stop();
-      this.underWay = "";
+      this.underWay = null;
     }
     this.goOn();
   }
 
-  has(info: DatasetInfo, settings: Settings, view: View | null, scalars?: ScalarWish): boolean {
-    const order: Wanted = { info, request: isosurfaceRequest(info, settings, view), scalars };
-    return this.failed.has(info.name) || this.parts.frames.find(order) !== null;
+  // Whether it is here, or will not come.
+  has(one: Omit<WantedSoon, "moment">, settings: Settings, view: View | null): boolean {
+    const order = orderOf(one, settings, view);
+    return this.parts.frames.find(order) !== null || this.hasFailed(order);
   }
 
   close(): void {
     this.client?.close();
     this.client = null;
     this.parts.surface.release(this);
-    this.underWay = "";
-    this.failed.clear();
+    this.underWay = null;
+    this.failed = [];
   }
 
   // The next that is missing, unless those before it fill the memory. What is kept of them stays longer
@@ -59,17 +61,18 @@ export class Ahead {
     let triangles = 0;
     surface.release(this);
     for (const one of this.soon) {
-      if (this.failed.has(one.info.name)) continue;
-      const frame = frames.find({ ...one, request: isosurfaceRequest(one.info, this.settings, this.view) });
-      if (!frame) return this.bring(one);
+      const order = orderOf(one, this.settings, this.view);
+      const frame = frames.find(order);
+      if (!frame && this.hasFailed(order)) continue;
+      if (!frame) return this.bring(one, order);
       surface.use(frame.ids, this);
       triangles += surface.trianglesOf(frame.ids);
       if (triangles > shareOfMemory * surface.budget) return;
     }
   }
 
-  private bring(one: WantedSoon): void {
-    this.underWay = one.info.name;
+  private bring(one: WantedSoon, order: Wanted): void {
+    this.underWay = order;
     this.client ??= new SurfaceClient({ ...this.parts, isAhead: true }, {
       offer: () => {},
       withdraw: () => {},
@@ -82,9 +85,16 @@ export class Ahead {
   private settled(): void {
     const { client, underWay } = this;
     if (!underWay || client!.isBusy) return; // Busy: the server has it wait.
-    this.underWay = "";
-    const one = this.soon.find(({ info }) => info.name === underWay);
-    if (one && !this.has(one.info, this.settings!, this.view, one.scalars)) this.failed.add(underWay);
+    this.underWay = null;
+    if (!this.parts.frames.find(underWay)) this.failed.push(underWay);
     this.goOn();
   }
+
+  private hasFailed(order: Wanted): boolean {
+    return this.failed.some((one) => isSameOrder(one, order));
+  }
+}
+
+function orderOf({ info, scalars }: Omit<WantedSoon, "moment">, settings: Settings, view: View | null): Wanted {
+  return { info, request: isosurfaceRequest(info, settings, view), scalars };
 }

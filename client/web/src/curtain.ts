@@ -11,31 +11,31 @@ interface Waiting {
 }
 
 export class Curtain<Member> {
-  private shown: Moment | null = null;
+  private shown: Moment | null = null; // Nothing else is drawn.
   private readonly waiting = new Map<Member, Waiting>();
+  private readonly has = new Map<Member, Moment>(); // What each has shown last, drawn or not.
 
   // `seen`: those that are to be seen now; `risen`: another moment is shown from now.
   constructor(private readonly seen: () => readonly Member[], private readonly risen: () => void) {}
 
-  // Whether one of this moment may be drawn.
-  isOpenTo(moment: Moment | null): boolean {
+  // Whether what the member has may be drawn.
+  isOpenTo(member: Member): boolean {
+    const moment = this.has.get(member);
     return !moment || !this.shown || isSame(moment, this.shown);
   }
 
-  // The member has something to show: now, when all that are seen have, or never, if it has something else first.
-  // Another scene is shown as it comes, and what is left of the one before is not.
+  // The member has something to show: now, when all that are seen have, or never, if it offers something else
+  // before. Another scene is shown as it comes, and what is left of the one before is not.
   offer(member: Member, moment: Moment, show: () => void): void {
-    if (this.shown?.scene !== moment.scene) {
+    const isOtherScene = this.shown?.scene !== moment.scene;
+    if (isOtherScene) {
       this.shown = moment;
       this.waiting.clear();
-      show();
-      return this.risen();
     }
-    if (isSame(moment, this.shown) || !this.seen().includes(member)) {
-      this.waiting.delete(member);
-      return show();
-    }
-    this.waiting.set(member, { moment, show });
+    const isSeen = this.seen().includes(member);
+    if (isSeen && !isSame(moment, this.shown!)) this.waiting.set(member, { moment, show });
+    else this.show(member, { moment, show });
+    if (isOtherScene) this.risen();
     this.look();
   }
 
@@ -44,16 +44,41 @@ export class Curtain<Member> {
     this.waiting.delete(member);
   }
 
-  // There may be fewer to wait for.
+  leave(member: Member): void {
+    this.waiting.delete(member);
+    this.has.delete(member);
+  }
+
+  // Others may be seen than before.
   look(): void {
     const seen = this.seen();
-    const offers = seen.map((member) => this.waiting.get(member));
-    const [first] = offers;
-    if (!first || !offers.every((one) => one && isSame(one.moment, first.moment))) return;
-    this.shown = first.moment;
-    for (const member of seen) this.waiting.delete(member);
-    for (const one of offers) one!.show();
+    const next = seen.length > 0 ? this.commonOf(seen) : this.latest();
+    if (!next || isSame(next, this.shown!)) return;
+    this.shown = next;
+    for (const [member, one] of [...this.waiting]) if (isSame(one.moment, next)) this.show(member, one);
     this.risen();
+  }
+
+  private show(member: Member, { moment, show }: Waiting): void {
+    this.waiting.delete(member);
+    this.has.delete(member); // The latest is the last.
+    this.has.set(member, moment);
+    show();
+  }
+
+  // A moment of which all have something, and one of them waits.
+  private commonOf(seen: readonly Member[]): Moment | null {
+    const first = seen.map((member) => this.waiting.get(member)).find((one) => one !== undefined)?.moment;
+    const hasIt = (member: Member) => {
+      const moment = this.waiting.get(member)?.moment ?? this.has.get(member);
+      return moment !== undefined && isSame(moment, first!);
+    };
+    return first && seen.every(hasIt) ? first : null;
+  }
+
+  // Where nothing is seen, nothing has to wait.
+  private latest(): Moment | null {
+    return [...this.has.values()].at(-1) ?? null;
   }
 }
 

@@ -12,7 +12,7 @@
 // Where there are several surfaces the previews of all come before the final step of any: a client that
 // is one of several asks for previews first, and for the rest when it is told to. A client that
 // `isAhead` brings final steps that are wanted soon, and shows nothing.
-import { type Effect, Conversation, type ScalarWish, type Wanted } from "./stream/conversation";
+import { type Effect, Conversation, isSameOrder, type ScalarWish, type Wanted } from "./stream/conversation";
 import { type AssemblerEffect, type StepOfTiles } from "./stream/assembler";
 import { dataBorder, latticeToWorld } from "./stream/dataset";
 import { Link } from "./stream/link";
@@ -498,10 +498,4 @@ export class SurfaceClient implements SlotHolder {
     if (!asked || !shown || !isOfOneFamily(shown.info, asked.info)) return;
     this.events.offer(this.moment, () => shown.info !== asked.info && this.parts.surface.show([]));
   }
-}
-
-function isSameOrder(a: Wanted, b: Wanted): boolean {
-  const [x, y] = [a.scalars, b.scalars];
-  const isSameColouring = x?.dataset === y?.dataset && x?.low === y?.low && x?.high === y?.high;
-  return a.info === b.info && isSameColouring && isSameRequest(a.request, b.request);
 }

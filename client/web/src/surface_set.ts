@@ -26,7 +26,6 @@ interface Member {
   surface: Surface;
   ahead: Ahead;
   asked: string; // What tells it from others: dataset, isovalue and error.
-  moment: Moment | null; // Of what it shows.
 }
 
 // One that is shown, for who measures, cuts or saves it.
@@ -107,7 +106,7 @@ export class SurfaceSet {
   // Whether all that are seen have their final step, or will not get one.
   isPrepared({ infos, scalars }: Scene, settings: Settings, view: View): boolean {
     return this.members.every((member, at) =>
-      !infos[at] || (at > 0 && !this.isSeen(member)) || member.ahead.has(infos[at], settingsOf(settings, at)!, view, scalars));
+      !infos[at] || (at > 0 && !this.isSeen(member)) || member.ahead.has({ info: infos[at], scalars }, settingsOf(settings, at)!, view));
   }
 
   applyLook(settings: Settings, clip: THREE.Plane | null): void {
@@ -133,9 +132,11 @@ export class SurfaceSet {
   // Those that are shown and not hidden, of the settings' surfaces.
   shownTiles(settings: Settings): ShownTiles[] {
     const list = surfacesOf(settings);
-    return this.members.flatMap(({ client: { shown }, surface, moment }, at) =>
-      shown && list[at]?.visible && this.curtain.isOpenTo(moment) && surface.shownIds.length > 0
-        ? [{ shown, ids: surface.shownIds, colour: list[at].colour }] : []);
+    return this.members.flatMap((member, at) => {
+      const { client: { shown }, surface } = member;
+      const isDrawn = list[at]?.visible && this.curtain.isOpenTo(member) && surface.shownIds.length > 0;
+      return shown && isDrawn ? [{ shown, ids: surface.shownIds, colour: list[at].colour }] : [];
+    });
   }
 
   worldBox(): THREE.Box3 {
@@ -151,10 +152,10 @@ export class SurfaceSet {
     if (!this.look) return;
     const { settings, clip } = this.look;
     const list = surfacesOf(settings);
-    this.members.forEach(({ surface, moment }, at) => {
+    this.members.forEach((member, at) => {
       if (!list[at]) return;
-      const visible = list[at].visible && this.curtain.isOpenTo(moment);
-      surface.applyLook({ ...settings, ...list[at], visible }, clip);
+      const visible = list[at].visible && this.curtain.isOpenTo(member);
+      member.surface.applyLook({ ...settings, ...list[at], visible }, clip);
     });
   }
 
@@ -205,17 +206,12 @@ export class SurfaceSet {
       slots: this.slots,
     };
     const client = new SurfaceClient(parts, {
-      offer: (moment, show) => this.curtain.offer(member, moment, () => {
-        const wasOpen = this.curtain.isOpenTo(member.moment);
-        member.moment = moment;
-        show();
-        if (!wasOpen) this.redress();
-      }),
+      offer: (moment, show) => this.offer(member, moment, show),
       withdraw: () => this.curtain.withdraw(member),
       shown: (shown, isFirst) => this.events.shown(this.members.indexOf(member), shown, isFirst),
       settled: () => this.finishAll(),
     });
-    const member: Member = { client, surface, ahead: new Ahead(parts), asked: "", moment: null };
+    const member: Member = { client, surface, ahead: new Ahead(parts), asked: "" };
     const isLead = () => this.members[0] === member;
     client.progress.watch(() => {
       if (isLead()) this.progress.set(client.progress.get());
@@ -224,6 +220,12 @@ export class SurfaceSet {
     client.datasets.watch(() => isLead() && this.datasets.set(client.datasets.get()));
     client.sizes.watch(() => isLead() && this.sizes.set(client.sizes.get()));
     return member;
+  }
+
+  private offer(member: Member, moment: Moment, show: () => void): void {
+    const wasOpen = this.curtain.isOpenTo(member);
+    this.curtain.offer(member, moment, show);
+    if (wasOpen !== this.curtain.isOpenTo(member)) this.redress();
   }
 
   private followLead(): void {
@@ -236,7 +238,7 @@ export class SurfaceSet {
 
   private part(member: Member): void {
     const { client, surface, ahead } = member;
-    this.curtain.withdraw(member);
+    this.curtain.leave(member);
     client.close();
     ahead.close();
     this.pool.drop(surface.ids(""));

@@ -42,6 +42,7 @@ export class TimePlayer {
   update(): void {
     const played = this.played();
     if (!played?.playing) return this.stop();
+    this.prepared = ""; // What is wanted ahead may be something else now.
     if (this.isRunning) return;
     this.isRunning = true;
     this.shown = [];

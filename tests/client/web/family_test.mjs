@@ -2,7 +2,7 @@
 //
 //   node family_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
 import assert from "node:assert/strict";
-import { mkdirSync, rmSync, writeFileSync } from "node:fs";
+import { mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import path from "node:path";
 
 import { complete, finish, open, patience, run, scratch, serveFolder, surfacePixels, test } from "./in_a_browser.mjs";
@@ -12,19 +12,22 @@ const folder = path.join(scratch, "families");
 rmSync(folder, { recursive: true, force: true });
 mkdirSync(folder, { recursive: true });
 prepareLabels();
+prepareTimes();
 const families = await serveFolder(folder);
 
 await test("ShowsTheLabelsOfASegmentation", showsLabels);
 await test("LoadsNoLabelThatIsHidden", loadsWhatIsShown);
+await test("PlaysTheTimesOfASeriesAndColoursThemByAnotherField", playsTimes);
+await test("NeverShowsTwoTimesBesideOneAnother", showsOneTime);
+await test("SavesATimeAsAPictureEach", savesTimes);
 await finish();
 
 // ----
 
 async function showsLabels(page) {
-  await open(page, "", families);
+  await open(page, "#dataset=seg", families);
   await complete(page);
-  assert.equal(await page.locator(".dataset").count(), 1, "a family is one entry");
-  assert.match(await page.textContent(".dataset-facts"), /3 labels/);
+  assert.equal(await page.locator(".dataset").count(), 2, "a family is one entry");
   assert.deepEqual(await page.locator(".label-name").allTextContents(), ["label 2", "label 5", "label 9"]);
   await settled(page);
   const all = (await surfacePixels(page)).share;
@@ -50,6 +53,59 @@ async function loadsWhatIsShown(page) {
   assert.equal(streams, 3);
 }
 
+async function playsTimes(page) {
+  await open(page, "#dataset=flow&isovalue=0.5&error=1&occlusion=false&speed=20", families);
+  const first = await complete(page);
+  assert.equal(await page.textContent(".times .time"), "0 s");
+  assert.match(await page.textContent('.dataset[aria-pressed="true"]'), /4 times, 2 fields/);
+  await page.click('summary:has-text("Colour by a field")');
+  await page.selectOption('select[aria-label="Colour the surfaces by"]', { label: "heat" });
+  await page.waitForSelector(".legend:not([hidden])");
+  await complete(page);
+  await page.focus(".stage canvas");
+  await page.keyboard.press(" ");
+  for (const time of ["0.5 s", "1.5 s", "0 s"]) {
+    await page.waitForFunction((text) => document.querySelector(".times .time").textContent === text, time, { timeout: patience, polling: 10 });
+  }
+  await page.keyboard.press(" ");
+  await page.waitForFunction(() => location.hash.includes("&t=") && !location.hash.includes("playing"));
+  await page.keyboard.press(".");
+  await page.locator(".times input").fill("0");
+  const again = await complete(page, ({ digest }) => digest === first.digest);
+  assert.equal(again.triangles, first.triangles);
+  assert.match(await page.evaluate(() => location.hash), /isovalue=0\.5/);
+}
+
+// Two surfaces, of which one is larger with every time: what the picture's two rows of facts tell belongs together.
+async function showsOneTime(page) {
+  const state = "isovalue=0.5&error=1&simplify=false&occlusion=false&surfaces=0.8,7fb3d5&speed=30&playing=true";
+  await open(page, `#dataset=flow&${state}`, families);
+  await page.waitForFunction(() => document.querySelector(".times .pace")?.textContent.endsWith("/s"), null, { timeout: patience });
+  const together = await page.evaluate(async () => {
+    const seen = new Set();
+    for (let frame = 0; frame < 60; ++frame) {
+      await new Promise(requestAnimationFrame);
+      const [first, second] = [...document.querySelectorAll(".surface-state")].map(({ textContent }) => parseInt(textContent.replace(/\D/g, "")));
+      seen.add(`${first} ${second}`);
+    }
+    return seen.size;
+  });
+  assert(together >= 2 && together <= 4, `${together} pairs of surfaces were seen of 4 times`);
+}
+
+async function savesTimes(page) {
+  await open(page, "#dataset=flow&isovalue=0.5&error=2&occlusion=false", families);
+  await complete(page);
+  await page.click('summary:has-text("Take it with you")');
+  const [download] = await Promise.all([
+    page.waitForEvent("download", { timeout: patience }),
+    page.click('button:has-text("Times: PNGs")'),
+  ]);
+  const bytes = readFileSync(await download.path());
+  const names = bytes.toString("latin1").match(/time_\d{4}\.png/g);
+  assert.deepEqual([...new Set(names)], ["time_0000.png", "time_0001.png", "time_0002.png", "time_0003.png"]);
+}
+
 // Until nothing comes any more, of no surface.
 function settled(page) {
   return page.waitForFunction(() => document.querySelectorAll(".label-row.is-coming").length === 0 &&
@@ -71,6 +127,37 @@ function prepareLabels() {
   const file = path.join(scratch, "seg.nrrd");
   writeVolume(file, "uint8", Buffer.from(samples.buffer));
   run("prepare", file, "--label", "all", "--name", "seg", "-o", folder);
+}
+
+// A ball that grows, and something else in the same place, at four times.
+function prepareTimes() {
+  const files = [0, 1, 2, 3].map((time) => {
+    const file = path.join(scratch, `flow_${time}.vti`);
+    const ball = samplesOf((x, y, z) => 1.5 - Math.hypot(x - 16, y - 16, z - 16) / (7 + 2 * time));
+    const heat = samplesOf((x, y) => (x + y) * (1 + time));
+    writeFileSync(file, vtiOf({ ball, heat }));
+    return file;
+  });
+  run("prepare", ...files, "--time-series", "flow", "--field", "all", "--times", "0:0.5", "--time-unit", "s", "-o", folder);
+}
+
+function samplesOf(value) {
+  const samples = new Float32Array(size ** 3);
+  for (let i = 0; i < samples.length; ++i) samples[i] = value(i % size, Math.floor(i / size) % size, Math.floor(i / size ** 2));
+  return samples;
+}
+
+// A VTK image with its arrays in the XML, in Base64.
+function vtiOf(arrays) {
+  const words = Object.entries(arrays).map(([name, samples]) => {
+    const length = Buffer.alloc(4);
+    length.writeUInt32LE(samples.byteLength);
+    const data = Buffer.concat([length, Buffer.from(samples.buffer)]).toString("base64");
+    return `<DataArray type="Float32" Name="${name}" format="binary">${data}</DataArray>`;
+  });
+  const extent = `0 ${size - 1} 0 ${size - 1} 0 ${size - 1}`;
+  return `<VTKFile type="ImageData" version="0.1" byte_order="LittleEndian"><ImageData WholeExtent="${extent}" Origin="0 0 0" Spacing="1 1 1">` +
+    `<Piece Extent="${extent}"><PointData>${words.join("")}</PointData></Piece></ImageData></VTKFile>`;
 }
 
 function writeVolume(file, type, bytes) {

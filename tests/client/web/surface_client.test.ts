@@ -1,6 +1,9 @@
-import { Frames } from "../../../client/web/src/frames";
+import { Ahead } from "../../../client/web/src/ahead";
+import { type Frame, Frames } from "../../../client/web/src/frames";
 import { SurfaceClient } from "../../../client/web/src/surface_client";
-import type { ClientKind, ServerKind } from "../../../client/web/src/protocol/messages";
+import type { StepFacts } from "../../../client/web/src/state/progress";
+import { isosurfaceRequest } from "../../../client/web/src/stream/request";
+import { type ClientKind, type DatasetInfo, type OpenStream, Priority, type ServerKind, type StepBegin, StepPolicy, StreamOutcome } from "../../../client/web/src/protocol/messages";
 import { defaults } from "../../../client/web/src/state/settings";
 import type { Surface } from "../../../client/web/src/scene/surface";
 import { Slots } from "../../../client/web/src/stream/slots";
@@ -21,21 +24,38 @@ vi.mock("../../../client/web/src/stream/link", () => ({
       ++link.attempts;
     }
     connectIn() {}
+    leave() {}
     send(message: ClientKind) {
       link.sent.push(message);
     }
   },
 }));
 
-function clientOf(token = "") {
+vi.stubGlobal("window", globalThis); // For its timers.
+
+function partsOf(token = "") {
   const nothing = () => {};
-  const surface = { ids: () => [], dropUnused: nothing, use: nothing, release: nothing } as unknown as Surface;
+  const surface = {
+    budget: 100, ids: () => [], dropUnused: nothing, use: nothing, release: nothing, show: nothing, trianglesOf: () => 30,
+  } as unknown as Surface;
   const pool = { forget: nothing } as unknown as TilePool;
   const frames = new Frames(() => true);
-  const parts = { number: 1, address: "ws://server/v1/stream", token: () => token, pool, surface, frames, slots: new Slots(2) };
-  const client = new SurfaceClient(parts, { offer: nothing, withdraw: nothing, shown: nothing, settled: nothing });
+  return { number: 1, address: "ws://server/v1/stream", token: () => token, pool, surface, frames, slots: new Slots(2) };
+}
+
+function clientOf(token = "", parts = partsOf(token)) {
+  const nothing = () => {};
+  const client = new SurfaceClient(parts, { offer: (_, show) => show(), withdraw: nothing, shown: nothing, settled: nothing });
   client.lead();
   return client;
+}
+
+const moment = { scene: "gyroid", time: null };
+const settings = { ...defaults, isovalue: 0.1, error: 0.5 };
+
+// What was asked for last.
+function openStream(): OpenStream | undefined {
+  return link.sent.filter(({ case: kind }) => kind === "openStream").at(-1)?.value as OpenStream | undefined;
 }
 
 // The server takes the connection and tells what it has; what the client then says.
@@ -51,7 +71,7 @@ function streaming() {
   const client = clientOf();
   client.connect();
   accept();
-  client.want(dataset(), { ...defaults, isovalue: 0.1, error: 0.5 }, null, { moment: { scene: "gyroid", time: null } });
+  client.want(dataset(), settings, null, { moment });
   link.events!.received(begin);
   return client;
 }
@@ -94,4 +114,104 @@ describe("SurfaceClient", () => {
     expect(link.attempts).toBe(attempts + 1);
     expect(client.progress.get()).toMatchObject({ phase: "connecting", trouble: null });
   });
+
+  test("AsksForPreviewsFirstWhereThereAreOthersAndForTheRestWhenItIsTold", () => {
+    const client = clientOf();
+    client.connect();
+    accept();
+    client.want(dataset(), settings, null, { moment, isOneOfSeveral: true });
+    expect(openStream()?.steps).toBe(StepPolicy.PREVIEWS_ONLY);
+    expect(client.isPreviewing).toBe(true);
+    const { requestId, request } = openStream()!;
+    const preview = { ...(begin.value as StepBegin), requestId, request, isFinal: false };
+    link.events!.received({ case: "stepBegin", value: preview } as ServerKind);
+    link.events!.received({ case: "streamEnd", value: { requestId, outcome: StreamOutcome.COMPLETE, steps: 1 } } as ServerKind);
+    expect(client.progress.get().trouble).toBeNull();
+    expect([client.isPreviewed, client.isBusy]).toEqual([true, false]);
+    client.finish();
+    expect(openStream()?.steps).toBe(StepPolicy.FINAL_ONLY);
+    expect([client.isPreviewed, client.isBusy]).toEqual([false, true]);
+  });
+
+  test("GoesOnToTheEndWhileItIsDragged", () => {
+    const client = clientOf();
+    client.connect();
+    accept();
+    client.want(dataset(), settings, null, { moment, isOneOfSeveral: true, isDragging: true });
+    expect(openStream()?.steps).toBe(StepPolicy.PROGRESSIVE);
+    client.close();
+  });
+
+  test("ShowsAtOnceWhatIsKept", () => {
+    const parts = partsOf();
+    const client = clientOf("", parts);
+    client.connect();
+    accept();
+    parts.frames.keep(orderOf(dataset()), frameOf(dataset()));
+    client.want(dataset(), settings, null, { moment });
+    expect(openStream()).toBeUndefined();
+    expect(client.shown?.info.name).toBe(dataset().name);
+    client.want(dataset(), { ...settings, isovalue: 0.2 }, null, { moment });
+    expect(openStream()).toBeDefined();
+  });
 });
+
+describe("Ahead", () => {
+  const times = [1, 2, 3, 4].map((time) => ({ ...dataset(), name: `gyroid.t${time}` }));
+  const soon = times.map((info) => ({ info, moment }));
+
+  test("AsksForOneTimeAfterTheOtherWithTheLeastPriority", () => {
+    const ahead = new Ahead(partsOf());
+    ahead.prepare(soon, settings, null);
+    accept();
+    expect(openStream()).toMatchObject({ dataset: "gyroid.t1", steps: StepPolicy.FINAL_ONLY, priority: Priority.BACKGROUND });
+    expect(ahead.has({ info: times[0] }, settings, null)).toBe(false);
+    link.events!.received({ case: "error", value: { requestId: 1n, code: 3, text: "No." } } as ServerKind);
+    expect(ahead.has({ info: times[0] }, settings, null)).toBe(true); // There will be none.
+    expect(openStream()?.dataset).toBe("gyroid.t2");
+    ahead.close();
+  });
+
+  test("PassesOverWhatIsKeptAndStopsWhereMemoryEnds", () => {
+    const parts = partsOf();
+    const ahead = new Ahead(parts);
+    for (const info of times.slice(0, 3)) parts.frames.keep(orderOf(info), frameOf(info));
+    link.sent.length = 0;
+    const { attempts } = link;
+    ahead.prepare(soon, settings, null); // 30 of 100 triangles each.
+    expect(link.attempts).toBe(attempts);
+    ahead.prepare(soon.slice(2), settings, null);
+    accept();
+    expect(openStream()?.dataset).toBe("gyroid.t4");
+    ahead.close();
+  });
+
+  test("BeginsAnewWhereSomethingElseIsWantedOfTheSameTimes", () => {
+    const ahead = new Ahead(partsOf());
+    ahead.prepare(soon, settings, null);
+    accept();
+    ahead.prepare(soon, { ...settings, isovalue: 0.2 }, null);
+    expect(openStream()).toMatchObject({ dataset: "gyroid.t1", request: { isovalue: 0.2 } });
+    expect(ahead.has({ info: times[0] }, { ...settings, isovalue: 0.2 }, null)).toBe(false);
+    ahead.close();
+  });
+
+  test("GivesUpWhatNobodyWantsAnyMore", () => {
+    const ahead = new Ahead(partsOf());
+    ahead.prepare(soon, settings, null);
+    accept();
+    ahead.prepare(soon.slice(2), settings, null);
+    expect(link.sent.map(({ case: kind }) => kind)).toContain("cancel");
+    expect(openStream()?.dataset).toBe("gyroid.t3");
+    ahead.close();
+  });
+});
+
+function orderOf(info: DatasetInfo) {
+  return { info, request: isosurfaceRequest(info, settings, null) };
+}
+
+function frameOf(info: DatasetInfo): Frame {
+  const facts = { isFinal: true } as StepFacts;
+  return { ids: [`1:${info.name}/8/tile`], shown: { info, resolution: 5, request: orderOf(info).request, facts } };
+}

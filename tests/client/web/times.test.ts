@@ -101,9 +101,9 @@ describe("Curtain", () => {
     const seen = ["a", "b"];
     const drawn: string[] = [];
     const curtain = new Curtain<string>(() => seen, () => drawn.push("|"));
-    const at = (time: number, scene = "flow") => ({ scene, time });
-    const offer = (who: string, time: number, scene?: string) => curtain.offer(who, at(time, scene), () => drawn.push(`${who}${time}`));
-    return { seen, drawn, curtain, offer, at };
+    const offer = (who: string, time: number, scene = "flow") => curtain.offer(who, { scene, time }, () => drawn.push(`${who}${time}`));
+    const open = () => ["a", "b"].filter((who) => curtain.isOpenTo(who)).join("");
+    return { seen, drawn, curtain, offer, open };
   }
 
   test("ShowsTheFirstSceneAsItComes", () => {
@@ -114,22 +114,22 @@ describe("Curtain", () => {
   });
 
   test("RisesWhenAllHaveTheNextTime", () => {
-    const { drawn, offer, curtain, at } = stage();
+    const { drawn, offer, open } = stage();
     offer("a", 0);
     offer("b", 0);
     drawn.length = 0;
     offer("b", 1);
     expect(drawn).toEqual([]);
-    expect(curtain.isOpenTo(at(1))).toBe(false);
+    expect(open()).toBe("ab");
     offer("a", 1);
-    expect(drawn).toEqual(["a1", "b1", "|"]);
-    expect(curtain.isOpenTo(at(1))).toBe(true);
-    expect(curtain.isOpenTo(at(0))).toBe(false);
+    expect(drawn).toEqual(["b1", "a1", "|"]);
+    expect(open()).toBe("ab");
   });
 
   test("TakesWhatIsOfferedLastAndNothingThatIsWithdrawn", () => {
     const { drawn, offer, curtain } = stage();
     offer("a", 0);
+    offer("b", 0);
     drawn.length = 0;
     offer("a", 1);
     offer("a", 2);
@@ -139,29 +139,58 @@ describe("Curtain", () => {
     offer("b", 2);
     expect(drawn).toEqual([]);
     offer("a", 2);
-    expect(drawn).toEqual(["a2", "b2", "|"]);
+    expect(drawn).toEqual(["b2", "a2", "|"]);
   });
 
   test("DoesNotWaitForWhatIsHidden", () => {
-    const { seen, drawn, offer, curtain } = stage();
+    const { seen, drawn, offer, curtain, open } = stage();
     offer("a", 0);
+    offer("b", 0);
     drawn.length = 0;
     offer("a", 1);
     seen.pop();
     curtain.look();
     expect(drawn).toEqual(["a1", "|"]);
+    expect(open()).toBe("a");
     offer("b", 2); // Unseen: nothing of it is drawn.
-    expect(drawn).toEqual(["a1", "|", "b2"]);
+    expect(open()).toBe("a");
+    seen.push("b");
+    offer("a", 2);
+    expect(drawn.slice(2)).toEqual(["b2", "a2", "|"]);
+    expect(open()).toBe("ab");
+  });
+
+  test("ShowsAlsoWhatWasHiddenWhileItWaited", () => {
+    const { seen, offer, curtain, open } = stage();
+    offer("a", 0);
+    offer("b", 0);
+    offer("b", 1);
+    seen.pop();
+    offer("a", 1);
+    seen.push("b");
+    curtain.look();
+    expect(open()).toBe("ab");
+  });
+
+  test("GoesAlongWhereNothingIsSeen", () => {
+    const { seen, offer, curtain, open } = stage();
+    offer("a", 0);
+    offer("b", 0);
+    seen.length = 0;
+    offer("a", 1);
+    seen.push("a");
+    curtain.look();
+    expect(open()).toBe("a");
   });
 
   test("IsOpenToAnotherSceneAtOnce", () => {
-    const { drawn, offer, curtain, at } = stage();
+    const { drawn, offer, open } = stage();
     offer("a", 0);
-    offer("b", 1);
+    offer("b", 0);
     drawn.length = 0;
     offer("a", 5, "head");
     expect(drawn).toEqual(["a5", "|"]);
-    expect(curtain.isOpenTo(at(0))).toBe(false);
+    expect(open()).toBe("a");
   });
 });
 

@@ -86,7 +86,6 @@ export class Panel {
 
   setDataset(info: DatasetInfo): void {
     this.info = info;
-    this.takeAway.showTimes(timesOf(this.list, info).length > 1);
     this.show();
   }
 
@@ -109,6 +108,7 @@ export class Panel {
   }
 
   private show(): void {
+    this.takeAway.showTimes(this.info !== null && timesOf(this.list, this.info).length > 1);
     const isLabel = !!this.info?.member?.label;
     for (const element of this.ofValues) element.hidden = isLabel;
     for (const element of this.ofLabels) element.hidden = !isLabel;

@@ -2,6 +2,8 @@
 // not ready yet has the page wait for it, some tenths of a second where the card is the processor.
 import * as THREE from "three";
 
+import { hasDrawn } from "./card";
+
 const patience = 5000; // Milliseconds: a card that never tells may have the page wait.
 
 export class Programs {
@@ -28,13 +30,21 @@ export class Programs {
   private async make(kind: string, object: THREE.Object3D): Promise<void> {
     this.coming.add(kind);
     for (const target of this.targets) {
-      this.renderer.setRenderTarget(target);
-      const made = this.renderer.compileAsync(object, this.camera, this.scene);
-      this.renderer.setRenderTarget(null);
-      await Promise.race([made, new Promise((resolve) => setTimeout(resolve, patience))]);
+      await Promise.race([this.made(object, target), new Promise((resolve) => setTimeout(resolve, patience))]);
     }
     this.coming.delete(kind);
     this.ready.add(kind);
     this.changed();
+  }
+
+  // A card that cannot tell that a program is ready tells at least that it has got as far.
+  private async made(object: THREE.Object3D, target: THREE.WebGLRenderTarget | null): Promise<void> {
+    const { renderer, camera, scene } = this;
+    const canTell = renderer.extensions.has("KHR_parallel_shader_compile");
+    renderer.setRenderTarget(target);
+    const made = canTell ? renderer.compileAsync(object, camera, scene) : renderer.compile(object, camera, scene);
+    renderer.setRenderTarget(null);
+    await made;
+    if (!canTell) await hasDrawn(renderer, 10);
   }
 }

@@ -41,6 +41,7 @@ export class Stage {
   private restTimer = 0;
   private readonly sphere = new THREE.Sphere(new THREE.Vector3(), 1);
   private isDue = false;
+  private size = { width: 0, height: 0 }; // CSS pixels.
   // Work to do in small parts, one part a frame: true when there is more.
   private readonly chores: (() => boolean)[] = [];
   private readonly afterFrame: (() => void)[] = [];
@@ -293,7 +294,8 @@ export class Stage {
 
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement!;
-    if (width === 0 || height === 0) return;
+    if (width === 0 || height === 0 || (width === this.size.width && height === this.size.height)) return;
+    this.size = { width, height };
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();

@@ -29,6 +29,7 @@ import {
   type StepBegin,
   StepPolicy,
 } from "../protocol/messages";
+import { isSameRequest } from "./request";
 import { promiseOf } from "./step_checks";
 import { Assembler, type AssemblerEffect, type StepOfTiles } from "./assembler";
 import type { MeshTopology } from "../mesh/seams";
@@ -61,6 +62,13 @@ export interface ScalarWish {
   dataset: string;
   low?: number; // Both or none: what the dataset has.
   high?: number;
+}
+
+// Whether they are answered by the same surface in the same colours; how it comes does not matter.
+export function isSameOrder(a: Wanted, b: Wanted): boolean {
+  const [x, y] = [a.scalars, b.scalars];
+  const isSameColouring = x?.dataset === y?.dataset && x?.low === y?.low && x?.high === y?.high;
+  return a.info === b.info && isSameColouring && isSameRequest(a.request, b.request);
 }
 
 // The scalars of a tile; a step's come before its end.
