@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -14,6 +16,7 @@
 #include "server/dataset/section_table.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/progress.hpp"
+#include "server/store/http_store.hpp"
 
 namespace multitetra {
 namespace {
@@ -51,7 +54,75 @@ void check_file(const ConvertArguments& arguments) {
                               " is there already and no dataset; --force replaces it.");
 }
 
+// The dataset files of a folder, by name; empty: the input is none, or one of objects.
+std::vector<std::filesystem::path> files_in(const std::string& input) {
+  std::vector<std::filesystem::path> files;
+  if (is_address(input) || is_object_dataset(input) || !std::filesystem::is_directory(input)) {
+    return files;
+  }
+  for (const auto& entry : std::filesystem::directory_iterator(input)) {
+    if (entry.path().extension() == ".mtd") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  if (files.empty()) {
+    throw ExitError(kUsage, input + ": there is no dataset file (.mtd) in this folder.");
+  }
+  return files;
+}
+
+// A folder of files, such as a family, becomes a store: a folder of objects that all of them share,
+// and a folder for each with its manifest.
+int convert_to_store(const ConvertArguments& arguments,
+                     const std::vector<std::filesystem::path>& files) {
+  if (std::filesystem::path(arguments.output).extension() == ".mtd") {
+    throw ExitError(kUsage, "--output: files become a store, whose name does not end in .mtd.");
+  }
+  if (is_object_dataset(arguments.output)) {
+    throw ExitError(kUsage, "--output: " + arguments.output +
+                                " is a dataset; several become a store, a folder of its own.");
+  }
+  check_folder(arguments);
+  Progress progress("convert", files.size(), arguments.quiet || arguments.json);
+  const auto tell = [&](double fraction) { progress.update(100 * fraction, 100, "%"); };
+  Json datasets = Json::array();
+  std::uint64_t all = 0;
+  std::uint64_t added = 0;
+  for (const std::filesystem::path& file : files) {
+    const std::string name = file.stem().string();
+    progress.begin(name);
+    const ConvertedObjects converted =
+        file_to_shared_objects(file, std::filesystem::path(arguments.output) / name, tell);
+    all += converted.bytes;
+    added += converted.new_bytes;
+    datasets.push_back({{"name", name},
+                        {"objects", converted.objects},
+                        {"object_bytes", converted.bytes},
+                        {"new_bytes", converted.new_bytes}});
+  }
+  const std::uint64_t removed =
+      arguments.remove_others ? remove_unused_objects(arguments.output) : 0;
+  progress.finish();
+  if (arguments.json) {
+    std::cout << text_of({{"input", arguments.input},
+                          {"output", arguments.output},
+                          {"datasets", datasets},
+                          {"object_bytes", all},
+                          {"new_bytes", added},
+                          {"removed_bytes", removed},
+                          {"seconds", progress.seconds()}});
+  } else if (!arguments.quiet) {
+    std::cout << arguments.output << ": " << files.size() << " datasets of " << human_bytes(all)
+              << ", " << human_bytes(added) << " of them new in the store"
+              << (arguments.remove_others ? "; " + human_bytes(removed) + " removed" : "") << "\n"
+              << "Next: multitetra-server serve " << arguments.output << "\n";
+  }
+  return kOk;
+}
+
 int convert(const ConvertArguments& arguments) {
+  if (const auto files = files_in(arguments.input); !files.empty()) {
+    return convert_to_store(arguments, files);
+  }
   Progress progress("convert", 1, arguments.quiet || arguments.json);
   const auto tell = [&](double fraction) { progress.update(100 * fraction, 100, "%"); };
   Json report = {{"input", arguments.input}, {"output", arguments.output}};
@@ -99,11 +170,12 @@ int convert(const ConvertArguments& arguments) {
 void add_convert_command(Command& program, Run& run) {
   const auto a = std::make_shared<ConvertArguments>();
   Command* command = program.add_subcommand(
-      "convert", "Turn a dataset file into a folder of immutable objects, or back");
+      "convert", "Turn dataset files into folders of immutable objects, or back");
   command
       ->add_option("input", a->input,
-                   "Dataset file (.mtd), or a dataset made of objects: a folder, an address "
-                   "(https://, s3://bucket/path)")
+                   "Dataset file (.mtd); a folder of them, such as a family, which share their "
+                   "objects then; or a dataset made of objects: a folder, an address (https://, "
+                   "s3://bucket/path)")
       ->required()
       ->type_name("DATASET");
   command
@@ -123,6 +195,7 @@ void add_convert_command(Command& program, Run& run) {
       "  aws s3 sync head/objects s3://volumes/head/objects && aws s3 cp head/manifest.json "
       "s3://volumes/head/\n"
       "  multitetra-server convert s3://volumes/head -o head.mtd\n"
+      "  multitetra-server convert heart/ -o store/    # store/objects, store/heart.t0000, ...\n"
       "What is converted and converted back is the same file, bit for bit.");
   command->callback([a, &run] { run = [a] { return convert(*a); }; });
 }

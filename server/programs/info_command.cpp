@@ -101,7 +101,8 @@ KnownFacts facts_of(const std::string& place) {
           .bins = bins_between(structure.bins.size()),
           .bytes = bytes,
           .format = std::to_string(kPreparedFormatVersion) + " in objects of version " +
-                    std::to_string(kObjectsVersion)};
+                    std::to_string(structure.manifest.shares_objects ? kSharedObjectsVersion
+                                                                     : kObjectsVersion)};
 }
 
 void print_facts(const std::string& file, const KnownFacts& facts) {

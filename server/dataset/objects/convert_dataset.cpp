@@ -11,6 +11,7 @@
 #include "common/base/atomic_file.hpp"
 #include "server/dataset/byte_source.hpp"
 #include "server/dataset/checksum.hpp"
+#include "server/dataset/objects/object_dataset.hpp"
 #include "server/dataset/objects/object_folder.hpp"
 #include "server/dataset/objects/object_structure.hpp"
 #include "server/dataset/sample_facts.hpp"
@@ -43,19 +44,21 @@ class Share {
 class FileToObjects {
  public:
   FileToObjects(const std::filesystem::path& path, const std::filesystem::path& folder,
-                const VerificationProgress& progress)
+                bool shares_objects, const VerificationProgress& progress)
       : path_(path),
         file_(path),
         structure_(structure()),
         layout_(structure_.metadata.info.dims),
-        folder_(folder),
+        shares_objects_(shares_objects),
+        folder_(folder, shares_objects),
         share_(file_.size(), progress) {}
 
   ConvertedObjects convert(bool remove_others) {
     Manifest manifest{.content_id = content_id_text(structure_.sections),
                       .sections = structure_.sections,
                       .first = {},
-                      .later = {}};
+                      .later = {},
+                      .shares_objects = shares_objects_};
     const std::vector<ObjectName> spectrum = put_spectrum();
     const std::vector<ObjectName> samples = put_samples();
     RunWriter first(folder_);
@@ -81,6 +84,7 @@ class FileToObjects {
     all.insert(manifest.later.objects.begin(), manifest.later.objects.end());
     ConvertedObjects converted{.objects = all.size()};
     for (const ObjectName& name : all) converted.bytes += name.size;
+    converted.new_bytes = folder_.new_bytes();
     if (remove_others) {
       converted.removed_bytes = folder_.remove_others({all.begin(), all.end()});
     }
@@ -158,6 +162,7 @@ class FileToObjects {
   const FileSource file_;
   const PreparedStructure structure_;
   const BrickLayout layout_;
+  const bool shares_objects_;
   const ObjectFolder folder_;
   Share share_;
 };
@@ -254,7 +259,30 @@ std::uint64_t checksum_of(const ByteSource& source, const Section& section) {
 ConvertedObjects file_to_objects(const std::filesystem::path& file,
                                  const std::filesystem::path& folder, bool remove_others,
                                  const VerificationProgress& progress) {
-  return FileToObjects(file, folder, progress).convert(remove_others);
+  return FileToObjects(file, folder, /*shares_objects=*/false, progress).convert(remove_others);
+}
+
+ConvertedObjects file_to_shared_objects(const std::filesystem::path& file,
+                                        const std::filesystem::path& folder,
+                                        const VerificationProgress& progress) {
+  return FileToObjects(file, folder, /*shares_objects=*/true, progress)
+      .convert(/*remove_others=*/false);
+}
+
+std::uint64_t remove_unused_objects(const std::filesystem::path& store) {
+  const auto cache = std::make_shared<ObjectCache>();
+  std::set<ObjectName> used;
+  try {
+    for (const auto& entry : std::filesystem::directory_iterator(store)) {
+      const std::string place = entry.path().string();
+      if (!is_object_dataset(place)) continue;
+      const ObjectReader reader(cache->place(place), cache);
+      if (reader.manifest().shares_objects) used.merge(reader.all_objects(reader.structure()));
+    }
+  } catch (const std::filesystem::filesystem_error& error) {
+    throw DatasetFileError(store, std::string(error.what()) + ".");
+  }
+  return ObjectFolder(store).remove_others({used.begin(), used.end()});
 }
 
 void objects_to_file(const std::string& place, const std::shared_ptr<ObjectCache>& cache,
@@ -316,11 +344,7 @@ VerifiedObjects verify_objects(const std::string& place, const std::shared_ptr<O
     share.add(bytes.size());
   });
   if (progress) progress(1);
-  const SampleIndex index = reader.sample_index(structure);
-  std::set<ObjectName> all(index.names.begin(), index.names.end());
-  all.insert(structure.spectrum_names.begin(), structure.spectrum_names.end());
-  all.insert(structure.manifest.first.objects.begin(), structure.manifest.first.objects.end());
-  all.insert(structure.manifest.later.objects.begin(), structure.manifest.later.objects.end());
+  const std::set<ObjectName> all = reader.all_objects(structure);
   VerifiedObjects verified{.objects = all.size()};
   for (const ObjectName& name : all) verified.bytes += name.size;
   return verified;

@@ -16,6 +16,7 @@ namespace multitetra {
 struct ConvertedObjects {
   std::size_t objects = 0;          // That the dataset has,
   std::uint64_t bytes = 0;          // with so many bytes.
+  std::uint64_t new_bytes = 0;      // Of objects that were not there before.
   std::uint64_t removed_bytes = 0;  // Of objects of other versions.
 };
 
@@ -25,6 +26,17 @@ struct ConvertedObjects {
 ConvertedObjects file_to_objects(const std::filesystem::path& file,
                                  const std::filesystem::path& folder, bool remove_others,
                                  const VerificationProgress& progress = {});
+
+// The same for a dataset that shares its objects: `folder` is one of those in the store, and its
+// objects go into the store's. What is equal among datasets, such as what stays the same from one
+// time of a series to the next, is there once.
+ConvertedObjects file_to_shared_objects(const std::filesystem::path& file,
+                                        const std::filesystem::path& folder,
+                                        const VerificationProgress& progress = {});
+
+// Removes the objects of a store that none of its datasets has. Returns how many bytes they had.
+// Throws StoreError, DatasetFileError: then nothing is removed.
+std::uint64_t remove_unused_objects(const std::filesystem::path& store);
 
 // Makes the file that the dataset at `place` came from. It appears whole and verified, or not at
 // all. Throws StoreError, DatasetFileError.

@@ -159,13 +159,14 @@ std::string manifest_text(const Manifest& manifest) {
     if (!is_large_section(section.name)) one["checksum"] = hex_of(section.checksum);
     sections.push_back(std::move(one));
   }
-  ManifestJson json = {{"format", kFormat},
-                       {"version", kObjectsVersion},
-                       {"file_version", kPreparedFormatVersion},
-                       {"content_id", manifest.content_id},
-                       {"sections", std::move(sections)},
-                       {"first", json_of(manifest.first)},
-                       {"later", json_of(manifest.later)}};
+  ManifestJson json = {
+      {"format", kFormat},
+      {"version", manifest.shares_objects ? kSharedObjectsVersion : kObjectsVersion},
+      {"file_version", kPreparedFormatVersion},
+      {"content_id", manifest.content_id},
+      {"sections", std::move(sections)},
+      {"first", json_of(manifest.first)},
+      {"later", json_of(manifest.later)}};
   json["checksum"] = checksum_of(json);
   return json.dump(1) + "\n";
 }
@@ -181,11 +182,13 @@ Result<Manifest> parse_manifest(std::string_view text) {
     return bad_manifest("is no JSON object of format \"" + std::string(kFormat) + "\".");
   }
   ManifestReader reader;
-  if (reader.bytes(json, "version") != kObjectsVersion ||
+  const std::uint64_t version = reader.bytes(json, "version");
+  if ((version != kObjectsVersion && version != kSharedObjectsVersion) ||
       reader.bytes(json, "file_version") != kPreparedFormatVersion) {
     return fail(ErrorCode::kUnsupportedVersion,
                 "The manifest has another version than this program reads (" +
-                    std::to_string(kObjectsVersion) + ", of files of version " +
+                    std::to_string(kObjectsVersion) + " and " +
+                    std::to_string(kSharedObjectsVersion) + ", of files of version " +
                     std::to_string(kPreparedFormatVersion) +
                     "). Use a newer program, or convert the dataset again.");
   }
@@ -195,7 +198,8 @@ Result<Manifest> parse_manifest(std::string_view text) {
   Manifest manifest{.content_id = reader.text(json, "content_id"),
                     .sections = reader.sections(json),
                     .first = reader.run(json, "first"),
-                    .later = reader.run(json, "later")};
+                    .later = reader.run(json, "later"),
+                    .shares_objects = version == kSharedObjectsVersion};
   if (!number_from_hex(manifest.content_id)) reader.complain("has no content_id.");
   if (!reader.trouble().empty()) return bad_manifest(reader.trouble());
   return manifest;

@@ -14,6 +14,8 @@
 namespace multitetra {
 
 inline constexpr std::uint32_t kObjectsVersion = 1;
+// Of a manifest whose objects lie beside its folder; readers of version 1 know none.
+inline constexpr std::uint32_t kSharedObjectsVersion = 2;
 [[nodiscard]] bool is_large_section(std::string_view name);
 
 inline constexpr const char* kManifestName = "manifest.json";
@@ -45,6 +47,9 @@ struct Manifest {
                            // no checksum (0): their bricks have, and parts of them are made apart.
   ObjectRun first;
   ObjectRun later;
+  // The objects lie beside the dataset's folder, together with those of other datasets there: in
+  // ../objects, seen from the manifest. Else in objects.
+  bool shares_objects = false;
 
   friend bool operator==(const Manifest&, const Manifest&) = default;
 };

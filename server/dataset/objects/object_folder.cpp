@@ -25,14 +25,20 @@ auto in_folder(const Action& action) {
 
 }  // namespace
 
-ObjectFolder::ObjectFolder(fs::path folder) : folder_(std::move(folder)) {
-  in_folder([&] { return fs::create_directories(folder_ / "objects"); });
+ObjectFolder::ObjectFolder(const fs::path& folder, bool shares_objects)
+    : folder_(folder),
+      objects_(shares_objects ? folder / ".." : folder),
+      shares_objects_(shares_objects) {
+  in_folder([&] {
+    fs::create_directories(folder_);
+    fs::create_directories(objects_ / "objects");
+  });
 }
 
 ObjectName ObjectFolder::put(std::span<const std::byte> bytes) const {
   assert(!bytes.empty() && bytes.size() <= kMostObjectBytes);
   const ObjectName name = name_of(bytes);
-  const fs::path path = folder_ / name.key();
+  const fs::path path = objects_ / name.key();
   std::error_code missing;
   if (fs::file_size(path, missing) == name.size && !missing) return name;
   in_folder([&] {
@@ -41,10 +47,12 @@ ObjectName ObjectFolder::put(std::span<const std::byte> bytes) const {
     file.write_at(0, bytes);
     file.commit(Durability::kMachineStop);
   });
+  new_bytes_ += name.size;
   return name;
 }
 
 void ObjectFolder::finish(const Manifest& manifest) const {
+  assert(manifest.shares_objects == shares_objects_);
   const std::string text = manifest_text(manifest);
   in_folder([&] {
     AtomicFile file(folder_ / kManifestName);
@@ -59,7 +67,7 @@ std::uint64_t ObjectFolder::remove_others(std::vector<ObjectName> used) const {
   std::sort(names.begin(), names.end());
   std::uint64_t bytes = 0;
   in_folder([&] {
-    for (const auto& entry : fs::recursive_directory_iterator(folder_ / "objects")) {
+    for (const auto& entry : fs::recursive_directory_iterator(objects_ / "objects")) {
       if (!entry.is_regular_file() || entry.path().filename().string().size() != 64 ||
           std::binary_search(names.begin(), names.end(), entry.path().filename())) {
         continue;

@@ -9,6 +9,7 @@
 // whoever has the version before open goes on with it: its objects stay until remove_others().
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -23,11 +24,15 @@ namespace multitetra {
 // Functions throw DatasetFileError when the disk fails. Several threads or processes may put.
 class ObjectFolder {
  public:
-  // Makes the folder where there is none.
-  explicit ObjectFolder(std::filesystem::path folder);
+  // Makes the folder where there is none. The objects lie in it, or, with `shares_objects`, in the
+  // folder that it is in, where other datasets have theirs.
+  explicit ObjectFolder(const std::filesystem::path& folder, bool shares_objects = false);
 
   // Requires 1 to kMostObjectBytes bytes.
   ObjectName put(std::span<const std::byte> bytes) const;
+  // The bytes of objects that were put and not there before.
+  [[nodiscard]] std::uint64_t new_bytes() const { return new_bytes_; }
+  // Requires a manifest that shares its objects as the folder does.
   void finish(const Manifest& manifest) const;
 
   // Removes the objects that are none of these. Returns how many bytes they had.
@@ -35,6 +40,9 @@ class ObjectFolder {
 
  private:
   std::filesystem::path folder_;
+  std::filesystem::path objects_;  // What keys of objects are below.
+  bool shares_objects_;
+  mutable std::atomic<std::uint64_t> new_bytes_ = 0;
 };
 
 // Bytes that come in pieces, cut into the objects of a run.

@@ -25,6 +25,21 @@ Manifest manifest_at(const ObjectPlace& place) {
   return *std::move(manifest);
 }
 
+// What a dataset's folder, or address, lies in.
+std::string store_around(const std::string& place) {
+  if (!is_address(place)) return (std::filesystem::path(place) / "..").string();
+  std::string around = place;
+  while (around.ends_with('/')) around.pop_back();
+  const std::size_t slash = around.rfind('/');
+  if (slash == std::string::npos || slash < around.find("://") + 3) {
+    throw DatasetFileError(
+        place,
+        "its objects lie beside its folder, and the address names none. Give the "
+        "address of a dataset in the store.");
+  }
+  return around.substr(0, slash);
+}
+
 // The names, which must be of objects with these sizes. Says what is wrong.
 template <typename SizeOf>
 Result<std::vector<ObjectName>> names_from(std::span<const std::byte> bytes,
@@ -57,6 +72,7 @@ std::vector<std::byte> bytes_of(std::span<const ObjectName> names) {
 
 ObjectReader::ObjectReader(ObjectPlace place, std::shared_ptr<ObjectCache> cache)
     : place_(std::move(place)), cache_(std::move(cache)), manifest_(manifest_at(place_)) {
+  if (manifest_.shares_objects) place_.store = cache_->place(store_around(place_.place)).store;
   for (const char* const known : {kSamples, kSpectrum, kCoarse, kRanges, kBins, kSampleChecksums,
                                   kSpectrumIndex, kMetadata}) {
     if (find_section(manifest_.sections, known) == nullptr) {
@@ -188,6 +204,15 @@ SampleIndex ObjectReader::sample_index(const ObjectStructure& structure) const {
                     .checksums = std::vector<std::uint64_t>(objects.bricks().size())};
   std::memcpy(index.checksums.data(), sums.data(), sums.size());
   return index;
+}
+
+std::set<ObjectName> ObjectReader::all_objects(const ObjectStructure& structure) const {
+  const std::vector<ObjectName> samples = sample_index(structure).names;
+  std::set<ObjectName> all(samples.begin(), samples.end());
+  all.insert(structure.spectrum_names.begin(), structure.spectrum_names.end());
+  all.insert(manifest_.first.objects.begin(), manifest_.first.objects.end());
+  all.insert(manifest_.later.objects.begin(), manifest_.later.objects.end());
+  return all;
 }
 
 }  // namespace multitetra

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -63,7 +64,7 @@ inline constexpr std::uint64_t kNameBytes = 36;
 // DatasetFileError, with the place and what to do, when something is damaged.
 class ObjectReader {
  public:
-  // Reads manifest.json.
+  // Reads manifest.json. From then on place() has the store where the objects are.
   ObjectReader(ObjectPlace place, std::shared_ptr<ObjectCache> cache);
 
   [[nodiscard]] const ObjectPlace& place() const { return place_; }
@@ -72,6 +73,8 @@ class ObjectReader {
 
   [[nodiscard]] ObjectStructure structure() const;
   [[nodiscard]] SampleIndex sample_index(const ObjectStructure& structure) const;
+  // All objects of the dataset, each once.
+  [[nodiscard]] std::set<ObjectName> all_objects(const ObjectStructure& structure) const;
   // The section "coarse" or "ranges", or one that is not known, with its checksum.
   [[nodiscard]] std::vector<std::byte> section(const ObjectRun& run, const RunPart& part,
                                                const char* name) const;

@@ -101,6 +101,44 @@ TEST(ConvertDataset, VersionsShareWhatIsEqualAndOthersGoWhenAsked) {
   verify_objects(objects.string(), small_cache());
 }
 
+TEST(ConvertDataset, DatasetsOfAStoreShareWhatIsEqual) {
+  const TemporaryFolder folder;
+  const fs::path store = folder.path() / "store";
+  // Two times, which differ in one of six boxes of samples.
+  Volume volume = fields::integer_noise({300, 130, 30}, 90, 2);
+  const fs::path first = prepared_file(folder, {"one", volume}, "t0");
+  std::visit([](auto& samples) { std::swap(samples[5], samples[6]); }, volume.samples);
+  const fs::path second = prepared_file(folder, {"two", volume}, "t1");
+  const ConvertedObjects one = file_to_shared_objects(first, store / "t0");
+  const ConvertedObjects two = file_to_shared_objects(second, store / "t1");
+  EXPECT_EQ(one.new_bytes, one.bytes);
+  EXPECT_LT(two.new_bytes, two.bytes / 2);
+  // Each object is there once: the first's, one box, the spectrum, both runs; and two manifests.
+  const std::size_t objects = files_below(store / "objects").size();
+  EXPECT_GT(objects, one.objects);
+  EXPECT_LE(objects, one.objects + 4);
+  EXPECT_EQ(files_below(store).size(), objects + 2);
+  std::uint64_t bytes = 0;
+  for (const fs::path& file : files_below(store / "objects")) bytes += fs::file_size(file);
+  EXPECT_EQ(bytes, one.new_bytes + two.new_bytes);
+
+  EXPECT_EQ(file_to_shared_objects(second, store / "t1").new_bytes, 0U);
+  for (const auto& [file, name] : {std::pair{first, "t0"}, {second, "t1"}}) {
+    const std::string place = (store / name).string();
+    verify_objects(place, small_cache());
+    expect_same(open_any_dataset(file.string()), open_any_dataset(place, small_cache()));
+    const fs::path back = folder.path() / "back.mtd";
+    objects_to_file(place, small_cache(), back);
+    EXPECT_EQ(bytes_of_file(back), bytes_of_file(file));
+  }
+
+  EXPECT_EQ(remove_unused_objects(store), 0U);
+  fs::remove_all(store / "t1");
+  EXPECT_EQ(remove_unused_objects(store), two.new_bytes);
+  EXPECT_EQ(files_below(store / "objects").size(), one.objects);
+  verify_objects((store / "t0").string(), small_cache());
+}
+
 TEST(ConvertDataset, FindsEveryDamagedByteInObjects) {
   const TemporaryFolder folder;
   const fs::path objects = folder.path() / "noise";

@@ -62,6 +62,15 @@ TEST_F(FarObjects, GiveTheSurfacesOfTheFile) {
   EXPECT_NO_THROW(verify_objects(address(), cache()));
 }
 
+TEST_F(FarObjects, MayLieBesideTheirDataset) {
+  file_to_shared_objects(folder_.path() / "noise.mtd", folder_.path() / "store" / "noise");
+  const std::string store = server_.address() + "/store/noise";
+  for (const std::string& place : {store, store + "/"}) {
+    EXPECT_EQ(digests(open_objects(place, cache())), expected_);
+    EXPECT_NO_THROW(verify_objects(place, cache()));
+  }
+}
+
 TEST_F(FarObjects, AreReadFromBucketsWithSignedRequests) {
   setenv("AWS_ENDPOINT_URL", (server_.address() + "/s3").c_str(), 1);
   EXPECT_ANY_THROW((void)open_objects("s3://volumes/noise", cache()));  // Nobody signs yet.

@@ -31,6 +31,16 @@ TEST(Manifest, ComesBackAsItWas) {
   EXPECT_EQ(*read, manifest);
 }
 
+TEST(Manifest, OfSharedObjectsComesBackAndIsUnknownToVersionOne) {
+  Manifest manifest = some_manifest();
+  manifest.shares_objects = true;
+  const std::string text = manifest_text(manifest);
+  const auto read = parse_manifest(text);
+  ASSERT_TRUE(read) << read.error().text;
+  EXPECT_EQ(*read, manifest);
+  EXPECT_NE(text.find("\"version\": 2"), std::string::npos);
+}
+
 TEST(Manifest, WithAnyByteChangedIsRefusedOrTheSame) {
   const Manifest manifest = some_manifest();
   const std::string text = manifest_text(manifest);
