@@ -2,10 +2,11 @@
 //
 //   node family_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
 import assert from "node:assert/strict";
-import { mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { mkdirSync, readFileSync, rmSync } from "node:fs";
 import path from "node:path";
 
 import { complete, finish, open, patience, run, scratch, serveFolder, surfacePixels, test } from "./in_a_browser.mjs";
+import { samplesOf, writeNrrd, writeVti } from "./made_volumes.mjs";
 
 const size = 33;
 const folder = path.join(scratch, "families");
@@ -80,7 +81,7 @@ async function playsTimes(page) {
 async function showsOneTime(page) {
   const state = "isovalue=0.5&error=1&simplify=false&occlusion=false&surfaces=0.8,7fb3d5&speed=30&playing=true";
   await open(page, `#dataset=flow&${state}`, families);
-  await page.waitForFunction(() => document.querySelector(".times .pace")?.textContent.endsWith("/s"), null, { timeout: patience });
+  await page.waitForFunction(() => document.querySelector(".times .pace")?.textContent.endsWith(" of"), null, { timeout: patience });
   const together = await page.evaluate(async () => {
     const seen = new Set();
     for (let frame = 0; frame < 60; ++frame) {
@@ -114,18 +115,10 @@ function settled(page) {
 
 // Three balls in a row.
 function prepareLabels() {
-  const samples = new Uint8Array(size ** 3);
-  for (let z = 0, i = 0; z < size; ++z) {
-    for (let y = 0; y < size; ++y) {
-      for (let x = 0; x < size; ++x, ++i) {
-        [[2, 6], [5, 16], [9, 26]].forEach(([label, at]) => {
-          if (Math.hypot(x - at, y - 16, z - 16) < 5.2) samples[i] = label;
-        });
-      }
-    }
-  }
+  const balls = [[2, 6], [5, 16], [9, 26]];
+  const labelAt = (x, y, z) => balls.find(([, at]) => Math.hypot(x - at, y - 16, z - 16) < 5.2)?.[0] ?? 0;
   const file = path.join(scratch, "seg.nrrd");
-  writeVolume(file, "uint8", Buffer.from(samples.buffer));
+  writeNrrd(file, size, Uint8Array.from(samplesOf(size, labelAt)));
   run("prepare", file, "--label", "all", "--name", "seg", "-o", folder);
 }
 
@@ -133,34 +126,10 @@ function prepareLabels() {
 function prepareTimes() {
   const files = [0, 1, 2, 3].map((time) => {
     const file = path.join(scratch, `flow_${time}.vti`);
-    const ball = samplesOf((x, y, z) => 1.5 - Math.hypot(x - 16, y - 16, z - 16) / (7 + 2 * time));
-    const heat = samplesOf((x, y) => (x + y) * (1 + time));
-    writeFileSync(file, vtiOf({ ball, heat }));
+    const ball = samplesOf(size, (x, y, z) => 1.5 - Math.hypot(x - 16, y - 16, z - 16) / (7 + 2 * time));
+    const heat = samplesOf(size, (x, y) => (x + y) * (1 + time));
+    writeVti(file, size, { ball, heat });
     return file;
   });
   run("prepare", ...files, "--time-series", "flow", "--field", "all", "--times", "0:0.5", "--time-unit", "s", "-o", folder);
-}
-
-function samplesOf(value) {
-  const samples = new Float32Array(size ** 3);
-  for (let i = 0; i < samples.length; ++i) samples[i] = value(i % size, Math.floor(i / size) % size, Math.floor(i / size ** 2));
-  return samples;
-}
-
-// A VTK image with its arrays in the XML, in Base64.
-function vtiOf(arrays) {
-  const words = Object.entries(arrays).map(([name, samples]) => {
-    const length = Buffer.alloc(4);
-    length.writeUInt32LE(samples.byteLength);
-    const data = Buffer.concat([length, Buffer.from(samples.buffer)]).toString("base64");
-    return `<DataArray type="Float32" Name="${name}" format="binary">${data}</DataArray>`;
-  });
-  const extent = `0 ${size - 1} 0 ${size - 1} 0 ${size - 1}`;
-  return `<VTKFile type="ImageData" version="0.1" byte_order="LittleEndian"><ImageData WholeExtent="${extent}" Origin="0 0 0" Spacing="1 1 1">` +
-    `<Piece Extent="${extent}"><PointData>${words.join("")}</PointData></Piece></ImageData></VTKFile>`;
-}
-
-function writeVolume(file, type, bytes) {
-  const header = `NRRD0004\ntype: ${type}\ndimension: 3\nsizes: ${size} ${size} ${size}\nendian: little\nencoding: raw\n\n`;
-  writeFileSync(file, Buffer.concat([Buffer.from(header), bytes]));
 }

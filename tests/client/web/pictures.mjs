@@ -3,9 +3,16 @@
 //   node pictures.mjs SERVER_PROGRAM VIEWER_FOLDER DATASETS_FOLDER OUTPUT_FOLDER
 //
 // The folder of datasets holds visible-female-head (see the README), head-phantom (`generate head
-// --size 256 --noise 30 --seed 7`) and gyroid (`generate gyroid --size 65`).
+// --size 256 --noise 30 --seed 7`), gyroid (`generate gyroid --size 65`), and frog (`prepare frogtissue.mhd --label
+// all --name frog`). What comes from formulas is prepared into it here. ONLY=name takes one picture, and
+// SIZE=390x844 and THEME=light let one look at it otherwise.
+import { execFileSync } from "node:child_process";
+import { existsSync, mkdtempSync, rmSync } from "node:fs";
 import { createRequire } from "node:module";
+import { tmpdir } from "node:os";
 import path from "node:path";
+
+import { samplesOf, writeNrrd, writeVti } from "./made_volumes.mjs";
 
 import { Server } from "./viewer_host.mjs";
 
@@ -15,34 +22,47 @@ const pictures = {
   viewer: ["#dataset=visible-female-head&isovalue=-300.5", 1120, 720],
   viewer_scene: [
     "#dataset=visible-female-head&isovalue=-300.5&error=2&opacity=0.35&colour=e8b89a&surfaces=400.5,f0e6d2&clip=z" +
-      "&clipAt=0.66&clipFlipped=true&level=40&windowWidth=400&axes=false&eye=470,-110,1960&target=256,235,1610", 1120, 720,
+      "&clipAt=0.66&clipFlipped=true&level=40&windowWidth=400&axes=false&eye=470,-110,1960&target=256,235,1610" +
+      "&colourBy=dose&fieldColours=viridis", 1120, 720,
   ],
+  viewer_times: [
+    "#dataset=flow&isovalue=0.3&error=0.1&colourBy=flow.heat.t0000&fieldColours=coolwarm&speed=5&playing=true", 1120, 720,
+  ],
+  viewer_labels: ["#dataset=frog&error=1&eye=-560,-420,520&target=235,235,100&axes=false", 1120, 720],
   viewer_narrow: ["#dataset=visible-female-head&isovalue=300.5&error=2", 360, 740],
   viewer_light: ["#dataset=gyroid&theme=light&colouring=tiles&error=2&region=ball:32,20,40,16=0", 1120, 720],
 };
 
 const installed = createRequire(new URL("../../../client/web/package.json", import.meta.url));
 const { chromium } = installed("playwright-core");
+prepareMade();
 const server = new Server(program, datasets, viewer);
 await server.start();
 const browser = await chromium.launch({
   executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
   args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
 });
-for (const [name, [hash, width, height]] of Object.entries(pictures)) {
-  const page = await browser.newPage({ viewport: { width, height }, colorScheme: "dark" });
+for (const [name, [hash, ...usual]] of Object.entries(pictures)) {
+  if (process.env.ONLY && process.env.ONLY !== name) continue;
+  const [width, height] = process.env.SIZE?.split("x").map(Number) ?? usual;
+  const page = await browser.newPage({ viewport: { width, height }, colorScheme: process.env.THEME ?? "dark" });
   page.setDefaultTimeout(patience);
   await page.goto(server.page + hash);
   await page.waitForFunction(
     () =>
       document.querySelector(".state b")?.textContent === "Complete" &&
       ![...document.querySelectorAll(".surface-state")].slice(1).some(({ textContent }) => textContent === "" || textContent.endsWith("…")) &&
+      document.querySelectorAll(".label-row.is-coming").length === 0 &&
       document.querySelectorAll('.dataset img[src^="data:image/png"]').length >= Math.min(2, innerWidth / 300),
     null, { polling: 500 },
   );
   if (name === "viewer_light") {
     await page.click(".seal");
     await page.click('summary:has-text("Finer")');
+  }
+  if (name === "viewer_times") { // In the middle of it.
+    await page.waitForFunction(() => document.querySelector(".times .pace").textContent.endsWith(" of"), null, { polling: 200 });
+    await page.waitForFunction(() => document.querySelector(".times .time").textContent === "0.7 s", null, { polling: 20 });
   }
   await page.mouse.move(width / 2, 4);
   await page.waitForTimeout(name === "viewer_scene" ? 30_000 : 1000); // What is drawn at rest is drawn on the processor.
@@ -53,3 +73,42 @@ for (const [name, [hash, width, height]] of Object.entries(pictures)) {
 await browser.close();
 await server.stop();
 process.exit(0);
+
+// ----
+
+// Drops that turn about one another and how warm they are, at sixteen times; and a dose in the head's world.
+function prepareMade() {
+  const folder = mkdtempSync(path.join(tmpdir(), "pictures-"));
+  if (!existsSync(path.join(datasets, "flow.drops.t0000.mtd"))) {
+    const files = Array.from({ length: 16 }, (_, time) => {
+      const file = path.join(folder, `flow_${time}.vti`);
+      writeVti(file, 65, flowAt((2 * Math.PI * time) / 16));
+      return file;
+    });
+    run("prepare", ...files, "--time-series", "flow", "--field", "all", "--times", "0:0.1", "--time-unit", "s", "-o", datasets);
+  }
+  if (!existsSync(path.join(datasets, "dose.mtd"))) {
+    const file = path.join(folder, "dose.nrrd");
+    const dose = samplesOf(64, (x, y, z) => 60 * Math.exp(-Math.hypot(8 * x - 330, 8 * y - 90, 3.7 * z - 110) / 130));
+    const space = "space dimension: 3\nspace directions: (8,0,0) (0,8,0) (0,0,3.7)\nspace origin: (0,0,1500)\n";
+    writeNrrd(file, 64, dose, space);
+    run("prepare", file, "--name", "dose", "-o", path.join(datasets, "dose.mtd"));
+  }
+  rmSync(folder, { recursive: true });
+}
+
+function flowAt(angle) {
+  const drops = [0, 1, 2, 3, 4].map((i) => {
+    const at = angle + (2 * Math.PI * i) / 5;
+    return [32 + 15 * Math.cos(at), 32 + 15 * Math.sin(at), 32 + 11 * Math.sin(2 * at + i), 60 + 25 * Math.sin(angle + i)];
+  });
+  const near = (x, y, z, [a, b, c, width]) => Math.exp(-((x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2) / width);
+  return {
+    drops: samplesOf(65, (x, y, z) => drops.reduce((sum, drop) => sum + near(x, y, z, drop), 0)),
+    heat: samplesOf(65, (x, y, z) => 20 + 15 * Math.sin(x / 9 + angle) * Math.cos(y / 8) + (z - 32) / 2),
+  };
+}
+
+function run(...words) {
+  execFileSync(program, [...words, "--quiet"]);
+}

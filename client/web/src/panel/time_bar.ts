@@ -17,7 +17,7 @@ export class TimeBar {
   private readonly play = h("button", { type: "button", class: "play", "data-tip": "Plays the times (space)." });
   private readonly slider = h("input", { type: "range", min: "0", step: "1", "aria-label": "Time" });
   private readonly time = h("output", { class: "time" });
-  private readonly pace = h("span", { class: "pace", "data-tip": "Times a second that are shown, of those wished." });
+  private readonly pace = h("span", { class: "pace", "data-tip": "Times a second that are shown, of those that are wished." });
   private readonly speed = h("select", { "aria-label": "Times a second" });
   private readonly loop = h("button", { type: "button", class: "loop", "aria-label": "Begin again", "data-tip": "After the last time comes the first." }, "↻");
   private times: ShownTimes | null = null;
@@ -59,14 +59,14 @@ export class TimeBar {
   }
 
   showPace({ rate, isWaiting }: Pace): void {
-    const text = isWaiting ? "loading…" : rate === null ? "" : `${inDigits(rate, rate < 10 ? 2 : 3)} /s`;
+    const text = isWaiting ? "loading…" : rate === null ? "" : `${inDigits(rate, rate < 10 ? 2 : 3)} of`;
     if (this.pace.textContent !== text) this.pace.textContent = text;
   }
 
   private showSpeeds(speed: number): void {
     const all = [...new Set([...speeds, speed])].sort((a, b) => a - b);
     if (this.speed.options.length !== all.length) {
-      this.speed.replaceChildren(...all.map((one) => h("option", { value: String(one) }, `${one} a second`)));
+      this.speed.replaceChildren(...all.map((one) => h("option", { value: String(one) }, `${one} /s`)));
     }
     this.speed.value = String(speed);
   }

@@ -1,0 +1,30 @@
+// Volume files from formulas, for tests and pictures.
+import { writeFileSync } from "node:fs";
+
+// `value` takes the sample's indices.
+export function samplesOf(size, value) {
+  const samples = new Float32Array(size ** 3);
+  for (let i = 0; i < samples.length; ++i) samples[i] = value(i % size, Math.floor(i / size) % size, Math.floor(i / size ** 2));
+  return samples;
+}
+
+// NRRD of Uint8Array or Float32Array; `space`: further lines of its header.
+export function writeNrrd(file, size, samples, space = "") {
+  const type = samples instanceof Uint8Array ? "uint8" : "float";
+  const header = `NRRD0004\ntype: ${type}\ndimension: 3\n${space}sizes: ${size} ${size} ${size}\nendian: little\nencoding: raw\n\n`;
+  writeFileSync(file, Buffer.concat([Buffer.from(header), Buffer.from(samples.buffer)]));
+}
+
+// A VTK image with its arrays, by name, in the XML, in Base64.
+export function writeVti(file, size, arrays) {
+  const words = Object.entries(arrays).map(([name, samples]) => {
+    const length = Buffer.alloc(4);
+    length.writeUInt32LE(samples.byteLength);
+    const data = Buffer.concat([length, Buffer.from(samples.buffer)]).toString("base64");
+    return `<DataArray type="Float32" Name="${name}" format="binary">${data}</DataArray>`;
+  });
+  const extent = `0 ${size - 1} 0 ${size - 1} 0 ${size - 1}`;
+  writeFileSync(file,
+    `<VTKFile type="ImageData" version="0.1" byte_order="LittleEndian"><ImageData WholeExtent="${extent}" Origin="0 0 0" Spacing="1 1 1">` +
+    `<Piece Extent="${extent}"><PointData>${words.join("")}</PointData></Piece></ImageData></VTKFile>`);
+}
