@@ -2,14 +2,9 @@
 // open open.
 //
 //   node accessibility_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
-import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
-
+import { examine } from "./axe.mjs";
 import { complete, finish, open, patience, test } from "./in_a_browser.mjs";
 
-const installed = createRequire(new URL("../../../client/web/package.json", import.meta.url));
-const axe = readFileSync(installed.resolve("axe-core"), "utf8");
 const everything = "#dataset=head&isovalue=300.5&error=2&opacity=0.5&surfaces=900.5,3060ff,1&slice=y&region=ball:32,32,32,8=0";
 
 for (const theme of ["dark", "light"]) {
@@ -33,13 +28,3 @@ for (const theme of ["dark", "light"]) {
   }
 }
 await finish();
-
-async function examine(page) {
-  // The page's policy forbids scripts from elsewhere; what is evaluated is none.
-  await page.evaluate(axe);
-  const { violations } = await page.evaluate(() => window.axe.run());
-  const serious = violations.filter(({ impact }) => impact === "serious" || impact === "critical");
-  const words = serious.map(({ id, help, nodes }) => `${id}: ${help}: ${nodes.slice(0, 4).map(({ html, failureSummary }) => `${html.slice(0, 160)} ${failureSummary}`).join(" | ")}`);
-  assert.deepEqual(words, []);
-  console.log(`     ${violations.length} lesser findings: ${violations.map(({ id }) => id).join(", ")}`);
-}

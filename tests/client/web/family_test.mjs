@@ -5,6 +5,7 @@ import assert from "node:assert/strict";
 import { mkdirSync, readFileSync, rmSync } from "node:fs";
 import path from "node:path";
 
+import { examine } from "./axe.mjs";
 import { complete, finish, open, patience, run, scratch, serveFolder, surfacePixels, test } from "./in_a_browser.mjs";
 import { samplesOf, writeNrrd, writeVti } from "./made_volumes.mjs";
 
@@ -31,6 +32,7 @@ async function showsLabels(page) {
   assert.equal(await page.locator(".dataset").count(), 2, "a family is one entry");
   assert.deepEqual(await page.locator(".label-name").allTextContents(), ["label 2", "label 5", "label 9"]);
   await settled(page);
+  await examine(page);
   const all = (await surfacePixels(page)).share;
   await page.click('.eye[aria-label="Show label 5"]');
   await page.waitForFunction(() => document.querySelector(".labels-count").textContent === "2 of 3 shown");
@@ -63,6 +65,7 @@ async function playsTimes(page) {
   await page.selectOption('select[aria-label="Colour the surfaces by"]', { label: "heat" });
   await page.waitForSelector(".legend:not([hidden])");
   await complete(page);
+  await examine(page);
   await page.focus(".stage canvas");
   await page.keyboard.press(" ");
   for (const time of ["0.5 s", "1.5 s", "0 s"]) {

@@ -28,7 +28,7 @@ const pictures = {
   viewer_times: [
     "#dataset=flow&isovalue=0.3&error=0.1&colourBy=flow.heat.t0000&fieldColours=coolwarm&speed=5&playing=true", 1120, 720,
   ],
-  viewer_labels: ["#dataset=frog&error=1&eye=-560,-420,520&target=235,235,100&axes=false", 1120, 720],
+  viewer_labels: ["#dataset=frog&error=1&eye=-60,-290,560&target=240,225,95&axes=false", 1120, 720],
   viewer_narrow: ["#dataset=visible-female-head&isovalue=300.5&error=2", 360, 740],
   viewer_light: ["#dataset=gyroid&theme=light&colouring=tiles&error=2&region=ball:32,20,40,16=0", 1120, 720],
 };
@@ -60,12 +60,13 @@ for (const [name, [hash, ...usual]] of Object.entries(pictures)) {
     await page.click(".seal");
     await page.click('summary:has-text("Finer")');
   }
+  if (name === "viewer_labels") await page.locator('input[aria-label="Opacity of label 13"]').fill("0.4"); // The skeleton.
   if (name === "viewer_times") { // In the middle of it.
     await page.waitForFunction(() => document.querySelector(".times .pace").textContent.endsWith(" of"), null, { polling: 200 });
     await page.waitForFunction(() => document.querySelector(".times .time").textContent === "0.7 s", null, { polling: 20 });
   }
   await page.mouse.move(width / 2, 4);
-  await page.waitForTimeout(name === "viewer_scene" ? 30_000 : 1000); // What is drawn at rest is drawn on the processor.
+  await page.waitForTimeout(["viewer_scene", "viewer_labels"].includes(name) ? 30_000 : 1000); // What is drawn at rest is drawn on the processor.
   await page.screenshot({ path: path.join(output, `${name}.png`), timeout: patience });
   console.log(name, await page.innerText(".facts"));
   await page.close();

@@ -1,0 +1,17 @@
+// What axe-core finds in a page: nothing serious.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+
+const installed = createRequire(new URL("../../../client/web/package.json", import.meta.url));
+const axe = readFileSync(installed.resolve("axe-core"), "utf8");
+
+export async function examine(page) {
+  // The page's policy forbids scripts from elsewhere; what is evaluated is none.
+  await page.evaluate(axe);
+  const { violations } = await page.evaluate(() => window.axe.run());
+  const serious = violations.filter(({ impact }) => impact === "serious" || impact === "critical");
+  const words = serious.map(({ id, help, nodes }) => `${id}: ${help}: ${nodes.slice(0, 4).map(({ html, failureSummary }) => `${html.slice(0, 160)} ${failureSummary}`).join(" | ")}`);
+  assert.deepEqual(words, []);
+  console.log(`     ${violations.length} lesser findings: ${violations.map(({ id }) => id).join(", ")}`);
+}
