@@ -19,6 +19,7 @@ namespace {
 // Of what this program makes of a path: to be raised when the same path gives other bytes.
 constexpr std::string_view kNeuroglancerForm = "1 ";
 constexpr std::string_view kIndexSuffix = ".index";
+constexpr std::string_view kInfo = "info";  // Files that tell of others end so.
 
 SharedBytes shared(std::string bytes) {
   return std::make_shared<const std::string>(std::move(bytes));
@@ -29,6 +30,15 @@ tl::unexpected<Error> nothing_there(const NeuroglancerFile& file) {
               "Nothing is at \"" + file.path +
                   "\" of this dataset; there are surfaces/info, surfaces/SEGMENT.index and "
                   "image/info, and what those tell of.");
+}
+
+// Of a mesh's file or a chunk, known before it is made. None for what is made of the dataset's
+// facts alone, and where the dataset does not tell its content: then the bytes have to.
+std::string lasting_tag(const NeuroglancerFile& file, const DatasetInfo& info) {
+  if (info.content_id == 0 || file.path.ends_with(kInfo)) return {};
+  const CellTree tree(info, {.error = file.error});
+  const std::string source = file.is_image ? "image" : text_of(tree.settings());
+  return tag_of(std::string(kNeuroglancerForm) + tree.id() + ' ' + source + ' ' + file.path);
 }
 
 using Steps = std::vector<OneShotSession::Step>;
@@ -172,29 +182,28 @@ asio::awaitable<Result<SharedBytes>> NeuroglancerService::image(const ImageChunk
 }
 
 asio::awaitable<Result<SharedBytes>> NeuroglancerService::content(const NeuroglancerFile& file,
+                                                                  const DatasetInfo& info,
                                                                   OneShotSession& one_shot,
                                                                   RequestContext& context) {
-  auto info = co_await one_shot.dataset(file.dataset);
-  if (!info) co_return tl::unexpected(info.error());
   context.stop = std::stop_source();
   if (context.watch) context.watch();
   if (file.is_image) {
-    if (file.path == "info") co_return shared(image_info_json(*info));
+    if (file.path == "info") co_return shared(image_info_json(info));
     const std::size_t slash = file.path.find('/');
     if (slash == std::string::npos) co_return nothing_there(file);
-    const auto chunk = image_chunk_from(*info, std::string_view(file.path).substr(0, slash),
+    const auto chunk = image_chunk_from(info, std::string_view(file.path).substr(0, slash),
                                         std::string_view(file.path).substr(slash + 1));
     if (!chunk) co_return nothing_there(file);
-    co_return co_await image(*chunk, *info, one_shot, context);
+    co_return co_await image(*chunk, info, one_shot, context);
   }
   if (file.path == "info") co_return shared(mesh_info_json());
-  if (file.path == "segment_properties/info") co_return shared(segment_properties_json(*info));
+  if (file.path == "segment_properties/info") co_return shared(segment_properties_json(info));
   std::string_view segment = file.path;
   const bool is_index = segment.ends_with(kIndexSuffix);
   if (is_index) segment.remove_suffix(kIndexSuffix.size());
   const auto isovalue = isovalue_of_segment(segment);
   if (!isovalue) co_return nothing_there(file);
-  const CellTree tree(*std::move(info), {.isovalue = *isovalue, .error = file.error});
+  const CellTree tree(info, {.isovalue = *isovalue, .error = file.error});
   auto made = co_await mesh(tree, one_shot, context);
   if (!made) co_return tl::unexpected(made.error());
   const MeshPtr mesh = *std::move(made);
@@ -209,17 +218,31 @@ asio::awaitable<Answer> NeuroglancerService::answer(const NeuroglancerFile& file
                                                     const HttpRequest& request,
                                                     OneShotSession& one_shot,
                                                     RequestContext& context, bool is_for_all) {
-  auto bytes = co_await content(file, one_shot, context);
-  if (!bytes) {
-    context.outcome = multitetra::name(bytes.error().code);
-    co_return error_answer(bytes.error(), context.request_id);
+  const auto info = co_await one_shot.dataset(file.dataset);
+  if (!info) {
+    context.outcome = multitetra::name(info.error().code);
+    co_return error_answer(info.error(), context.request_id);
   }
-  const SharedBytes known = *std::move(bytes);
-  Answer answer{.body = body_of(known)};
-  const bool is_info = file.path.ends_with("info");
+  Answer answer;
+  const bool is_info = file.path.ends_with(kInfo);
   add_field(answer, "Content-Type", is_info ? "application/json" : "application/octet-stream");
   add_field(answer, "Cache-Control", is_for_all ? "public, no-cache" : "private, no-cache");
-  meet_conditions(answer, request, tag_of(std::string(kNeuroglancerForm) + *known));
+  std::string tag = lasting_tag(file, *info);
+  const std::string_view had = field(request, http::field::if_none_match);
+  // A client that takes whatever there is has not seen that there is something.
+  if (!tag.empty() && had != "*" && names_tag(had, tag)) {
+    answer.is_length_known = false;
+  } else {
+    auto bytes = co_await content(file, *info, one_shot, context);
+    if (!bytes) {
+      context.outcome = multitetra::name(bytes.error().code);
+      co_return error_answer(bytes.error(), context.request_id);
+    }
+    const SharedBytes known = *std::move(bytes);
+    if (tag.empty()) tag = tag_of(std::string(kNeuroglancerForm) + *known);
+    answer.body = body_of(known);
+  }
+  meet_conditions(answer, request, tag);
   co_return answer;
 }
 

@@ -26,7 +26,8 @@ class NeuroglancerService {
   // `one_shot` is greeted. A mesh's manifest tells the sizes of all its fragments, so the first who
   // asks for it, or for what it tells of, waits until all are made; who has waited for a few
   // seconds is asked to come again, and what was made until then is kept. All of it is asked of the
-  // session cell by cell, so a mesh has the limits of as many requests.
+  // session cell by cell, so a mesh has the limits of as many requests. Nothing is made where the
+  // client has it already.
   [[nodiscard]] asio::awaitable<Answer> answer(const NeuroglancerFile& file,
                                                const HttpRequest& request, OneShotSession& one_shot,
                                                RequestContext& context, bool is_for_all);
@@ -43,6 +44,7 @@ class NeuroglancerService {
   using MeshPtr = std::shared_ptr<Mesh>;
 
   [[nodiscard]] asio::awaitable<Result<SharedBytes>> content(const NeuroglancerFile& file,
+                                                             const DatasetInfo& info,
                                                              OneShotSession& one_shot,
                                                              RequestContext& context);
   [[nodiscard]] asio::awaitable<Result<SharedBytes>> image(const ImageChunk& chunk,

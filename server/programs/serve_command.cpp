@@ -44,6 +44,17 @@ void offer_again(Server& server, ServedDatasets& datasets) {
   }
 }
 
+ObjectState state_of(const ObjectCache::Counts& counts) {
+  return {.memory_hits = counts.memory_hits,
+          .disk_hits = counts.disk_hits,
+          .fetched = counts.fetched,
+          .fetched_bytes = counts.fetched_bytes,
+          .retries = counts.retries,
+          .failures = counts.failures,
+          .evictions = counts.evictions,
+          .memory_bytes = counts.memory_bytes};
+}
+
 int serve(const ServeOptions& options) {
   let_memory_go_back();
   const ThreadLimit limit(options.threads);
@@ -54,8 +65,8 @@ int serve(const ServeOptions& options) {
   std::optional<HttpOptions> http = http_options(options.listeners);
   if (http) http->viewer = find_viewer(options.listeners.viewer);
   const auto cache = std::make_shared<StepCache>(options.cache_bytes);
-  ServedDatasets datasets(options.datasets, cache,
-                          std::make_shared<ObjectCache>(object_options(options)));
+  const auto objects = std::make_shared<ObjectCache>(object_options(options));
+  ServedDatasets datasets(options.datasets, cache, objects);
   const CataloguePtr catalogue = datasets.read();
   if (catalogue->size() == 0) {
     throw ExitError(kNoDataset,
@@ -63,12 +74,13 @@ int serve(const ServeOptions& options) {
                     "prepare VOLUME -o FILE.mtd");
   }
   server_with.metrics = std::make_shared<PrometheusMetrics>();
-  server_with.state = [cache] {
+  server_with.state = [cache, objects] {
     const TileCache::Counts counts = cache->tiles().counts();
     return ServiceState{.cache_hits = counts.hits,
                         .cache_misses = counts.misses,
                         .cached_tiles = counts.tiles,
-                        .cache_bytes = counts.bytes};
+                        .cache_bytes = counts.bytes,
+                        .objects = state_of(objects->counts())};
   };
   RepeatedWork* asked = nullptr;  // There before the server runs.
   server_with.when_reloaded = [&asked] { asked->ask(); };

@@ -15,6 +15,11 @@
 namespace multitetra {
 namespace {
 
+// S3 wants a signed request to tell the digest of its content; this is SHA-256 of nothing. Newer
+// versions of libcurl say it by themselves.
+constexpr const char* kNothingIsSent =
+    "x-amz-content-sha256: e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
+
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
@@ -156,6 +161,7 @@ class HttpStore : public ObjectStore {
             std::min(std::max(outcome.pause, shaken(pause)), options_.longest_pause);
         if (Clock::now() + wait >= deadline) break;
         std::this_thread::sleep_for(wait);
+        if (options_.tries_again) options_.tries_again();
         pause *= 2;
       }
       Transfer transfer{.bytes = {}, .most = most};
@@ -212,10 +218,11 @@ class HttpStore : public ObjectStore {
     if (!user_.empty()) {
       curl_easy_setopt(curl, CURLOPT_USERPWD, user_.c_str());
       curl_easy_setopt(curl, CURLOPT_AWS_SIGV4, sigv4_.c_str());
+      headers = curl_slist_append(headers, kNothingIsSent);
       if (!session_.empty()) {
         headers = curl_slist_append(headers, ("x-amz-security-token: " + session_).c_str());
-        curl_easy_setopt(curl, CURLOPT_HTTPHEADER, headers);
       }
+      curl_easy_setopt(curl, CURLOPT_HTTPHEADER, headers);
     }
     const CURLcode code = curl_easy_perform(curl);
     curl_slist_free_all(headers);

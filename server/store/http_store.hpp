@@ -12,6 +12,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -31,6 +32,8 @@ struct HttpStoreOptions {
   // After a request that failed for good nobody else waits for this store: so long all fail at
   // once.
   std::chrono::milliseconds rest_after_failure{0};
+  // Told of every try after a request's first one, on the thread that asks.
+  std::function<void()> tries_again = {};
 };
 
 [[nodiscard]] bool is_address(std::string_view text);

@@ -13,6 +13,15 @@ bool is_named(const std::vector<std::byte>& bytes, const ObjectName& name) {
   return bytes.size() == name.size && name_of(bytes) == name;
 }
 
+ObjectCacheOptions counting(ObjectCacheOptions options,
+                            std::shared_ptr<std::atomic<std::uint64_t>> retries) {
+  options.far.tries_again = [retries = std::move(retries), told = options.far.tries_again] {
+    ++*retries;
+    if (told) told();
+  };
+  return options;
+}
+
 }  // namespace
 
 std::size_t ObjectCache::Hash::operator()(const ObjectName& name) const {
@@ -21,7 +30,9 @@ std::size_t ObjectCache::Hash::operator()(const ObjectName& name) const {
   return hash;
 }
 
-ObjectCache::ObjectCache(const ObjectCacheOptions& options) : options_(options) {
+ObjectCache::ObjectCache(const ObjectCacheOptions& options)
+    : retries_(std::make_shared<std::atomic<std::uint64_t>>(0)),
+      options_(counting(options, retries_)) {
   if (!options_.folder.empty()) {
     disk_ = std::make_unique<ObjectDiskCache>(options_.folder, options_.folder_bytes);
   }
@@ -69,6 +80,7 @@ ObjectBytes ObjectCache::get(const ObjectPlace& place, const ObjectName& name) {
     {
       const std::lock_guard lock(mutex_);
       under_way_.erase(name);
+      ++counts_.failures;
     }
     promise.set_exception(std::current_exception());
     throw;
@@ -115,6 +127,7 @@ void ObjectCache::keep(const ObjectName& name, const ObjectBytes& bytes) {
     counts_.memory_bytes -= kept_.back().name.size;
     index_.erase(kept_.back().name);
     kept_.pop_back();
+    ++counts_.evictions;
   }
 }
 
@@ -166,7 +179,9 @@ void ObjectCache::work(const std::stop_token& stop) {
 
 ObjectCache::Counts ObjectCache::counts() const {
   const std::lock_guard lock(mutex_);
-  return counts_;
+  Counts counts = counts_;
+  counts.retries = *retries_;
+  return counts;
 }
 
 }  // namespace multitetra

@@ -9,6 +9,7 @@
 // bounded by memory_bytes, and what is in use. An object that several ask for is fetched once.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
@@ -75,6 +76,9 @@ class ObjectCache {
     std::uint64_t disk_hits = 0;
     std::uint64_t fetched = 0;  // From their stores,
     std::uint64_t fetched_bytes = 0;
+    std::uint64_t retries = 0;       // Of requests to stores far away.
+    std::uint64_t failures = 0;      // Objects that could not be had.
+    std::uint64_t evictions = 0;     // From memory.
     std::uint64_t memory_bytes = 0;  // Now.
   };
   [[nodiscard]] Counts counts() const;
@@ -95,6 +99,7 @@ class ObjectCache {
   void keep(const ObjectName& name, const ObjectBytes& bytes);
   void work(const std::stop_token& stop);
 
+  const std::shared_ptr<std::atomic<std::uint64_t>> retries_;  // Stores may outlive the cache.
   const ObjectCacheOptions options_;
   std::unique_ptr<ObjectDiskCache> disk_;  // Null without a folder.
 

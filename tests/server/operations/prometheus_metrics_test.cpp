@@ -43,6 +43,30 @@ TEST(PrometheusMetrics, CountRequestsByTheirOutcomeWithTheirTilesBytesAndTimes) 
   EXPECT_TRUE(has(text, "multitetra_last_tile_seconds_count{door=\"websocket\"} 1"));
 }
 
+TEST(PrometheusMetrics, TellWhatBecameOfObjectsOfDatasets) {
+  PrometheusMetrics metrics;
+  ServiceState state;
+  state.objects = ObjectState{.memory_hits = 7,
+                              .disk_hits = 2,
+                              .fetched = 3,
+                              .fetched_bytes = 4000,
+                              .retries = 5,
+                              .failures = 1,
+                              .evictions = 6,
+                              .memory_bytes = 3000};
+  (void)metrics.text(state);
+  state.objects->memory_hits = 8;
+  const std::string text = metrics.text(state);
+  EXPECT_TRUE(has(text, "multitetra_object_hits_total{where=\"memory\"} 8"));
+  EXPECT_TRUE(has(text, "multitetra_object_hits_total{where=\"disk\"} 2"));
+  EXPECT_TRUE(has(text, "multitetra_object_fetches_total 3"));
+  EXPECT_TRUE(has(text, "multitetra_object_fetched_bytes_total 4000"));
+  EXPECT_TRUE(has(text, "multitetra_object_retries_total 5"));
+  EXPECT_TRUE(has(text, "multitetra_object_failures_total 1"));
+  EXPECT_TRUE(has(text, "multitetra_object_evictions_total 6"));
+  EXPECT_TRUE(has(text, "multitetra_object_bytes 3000"));
+}
+
 TEST(PrometheusMetrics, CountConnectionsRefusalsAndErrorsByCode) {
   PrometheusMetrics metrics;
   metrics.connected(kWebSocketClient);

@@ -77,6 +77,20 @@ TEST_F(ObjectCacheTest, FetchesOnceAndForgetsWhatWasNotUsedForLongest) {
   EXPECT_EQ(*kept, object_bytes(0));  // As long as somebody has it.
 }
 
+TEST_F(ObjectCacheTest, CountsWhereObjectsCameFromAndWhatBecameOfThem) {
+  ObjectCache cache({.memory_bytes = 3000});
+  for (const int i : {0, 0, 1, 2, 3}) (void)cache.get(place_, names_[static_cast<std::size_t>(i)]);
+  store_->fails = true;
+  EXPECT_THROW((void)cache.get(place_, names_[0]), StoreError);
+  const ObjectCache::Counts counts = cache.counts();
+  EXPECT_EQ(counts.memory_hits, 1U);
+  EXPECT_EQ(counts.fetched, 4U);
+  EXPECT_EQ(counts.fetched_bytes, 4000U);
+  EXPECT_EQ(counts.evictions, 1U);
+  EXPECT_EQ(counts.failures, 1U);
+  EXPECT_EQ(counts.memory_bytes, 3000U);
+}
+
 TEST_F(ObjectCacheTest, TakesWrongBytesNever) {
   ObjectCache cache;
   store_->lies = 1;

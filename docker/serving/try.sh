@@ -1,0 +1,176 @@
+#!/usr/bin/env bash
+# haproxy.cfg and nginx.conf of this folder as they are, but for ports and folders, in front of three servers whose dataset is a
+# folder of objects behind another nginx. Half a minute; says what was seen and fails when a promise is broken.
+#
+#   bash docker/serving/try.sh FOLDER-OF-PROGRAMS
+#
+# repeats      what was asked before is answered by nginx, what is asked by many at once is made once
+# hashing      through HAProxy as many tiles are found in memory as one server alone finds; files that are made together
+#              are at one server
+# streams      a WebSocket through each gives the mesh that is extracted from the file
+# lost server  kill -9 of one of the three under load: no client loses a result, no request over HTTP fails
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+project=$(cd "$here/../.." && pwd)
+bin=$(cd "${1:?name the folder of the programs}" && pwd)
+for program in haproxy nginx curl; do
+  command -v "$program" >/dev/null || { echo "!! $program is not installed: NOT TRIED (docker/install.sh tests bench)." >&2; exit 77; }
+done
+source "$project/tests/support/programs.sh"
+
+# ---- a store, three servers, two proxies
+
+"$bin/multitetra-server" generate head --size 64 --noise 20 -o head.nrrd --quiet
+"$bin/multitetra-server" prepare head.nrrd -o head.mtd --name head --quiet
+mkdir -p store temporary cache
+"$bin/multitetra-server" convert head.mtd -o store/head --quiet
+
+run_nginx() {  # run_nginx NAME PORT: with NAME.conf, until it listens.
+  start "$1" nginx -p "$work" -c "$work/$1.conf" -g \
+    "daemon off; pid $work/$1.pid; user $(id -un) $(id -gn); error_log $work/$1.errors;"
+  for _ in $(seq 200); do curl -s -o /dev/null "http://127.0.0.1:$2/" && return; sleep 0.05; done
+  fail "nginx: $(cat "$1.log" "$1.errors")"
+}
+temporary="client_body_temp_path temporary/body; proxy_temp_path temporary/proxy; fastcgi_temp_path temporary/fastcgi; \
+uwsgi_temp_path temporary/uwsgi; scgi_temp_path temporary/scgi; access_log off;"
+store=$(free_port)
+echo "events {} http { $temporary server { listen 127.0.0.1:$store; root $work/store; } }" >store.conf
+run_nginx store "$store"
+
+names=(one two three)
+servers=()
+server_pids=()
+for name in "${names[@]}"; do
+  start "$name" "$bin/multitetra-server" serve "http://127.0.0.1:$store/head" --tcp off --http 127.0.0.1:0 \
+    --cache-dir cache --max-requests-per-second 100000 --trusted-proxy 127.0.0.1
+  server_pids+=("$pid")
+  servers+=("$(url_of "$name" http)")
+done
+start alone "$bin/multitetra-server" serve head.mtd --tcp off --http 127.0.0.1:0 --max-requests-per-second 100000
+alone=$(url_of alone http)
+
+ports=()
+for at in 0 1 2; do ports+=(-e "s#127.0.0.1:748$((at + 1))#${servers[at]#http://}#"); done
+haproxy_port=$(free_port)
+sed "${ports[@]}" -e "s#bind :8080#bind 127.0.0.1:$haproxy_port#" "$here/haproxy.cfg" >haproxy.cfg
+start haproxy haproxy -f haproxy.cfg
+nginx_port=$(free_port)
+sed "${ports[@]}" -e "s#listen 8081#listen 127.0.0.1:$nginx_port#" -e "s#/var/cache/nginx#$work/nginx_cache#" \
+  -e "s#^http {#http { $temporary#" "$here/nginx.conf" >nginx.conf
+mkdir -p nginx_cache
+run_nginx nginx "$nginx_port"
+haproxy=http://127.0.0.1:$haproxy_port
+nginx=http://127.0.0.1:$nginx_port
+for _ in $(seq 200); do curl -sf -o /dev/null "$haproxy/v1/datasets" && break; sleep 0.05; done
+
+# metric NAME SERVER...: its sum over the servers.
+metric() {
+  local name=$1 one
+  shift
+  for one in "$@"; do curl -sf "$one/metrics"; done | awk -v name="$name" '$1 == name { sum += $2 } END { print sum + 0 }'
+}
+mesh() { echo "/v1/datasets/head/isosurface?isovalue=$1&error=2&format=${2:-glb}"; }
+made='multitetra_requests_total{door="http",kind="isosurface",outcome="complete"}'
+
+# ---- repeats
+
+for isovalue in 100.5 200.5 300.5; do
+  curl -sf -o first.glb "$nginx$(mesh $isovalue)" || fail "nginx: no mesh at $isovalue"
+  curl -sf -o again.glb -D headers "$nginx$(mesh $isovalue)" || fail "nginx: no mesh at $isovalue"
+  cmp -s first.glb again.glb || fail "nginx: another mesh at $isovalue"
+  grep -qiE '^X-Cache: (HIT|REVALIDATED)' headers || fail "nginx did not keep the mesh at $isovalue: $(cat headers)"
+done
+sleep 2.1  # Longer than nginx, which counts whole seconds, believes itself.
+curl -sf -o again.glb -D headers "$nginx$(mesh 300.5)" && cmp -s first.glb again.glb && grep -qi '^X-Cache: REVALIDATED' headers ||
+  fail "nginx does not ask whether a mesh is still so: $(cat headers)"
+before=$(metric "$made" "${servers[@]}")
+waiting=()
+for at in 1 2 3 4 5 6 7 8; do
+  curl -sf -o "same$at.glb" "$nginx$(mesh 400.5)" & waiting+=($!)
+done
+for one in "${waiting[@]}"; do wait "$one" || fail "nginx: one of eight equal requests"; done
+times=$(($(metric "$made" "${servers[@]}") - before))
+[ "$times" = 1 ] || fail "what eight asked for at once was made $times times"
+echo "repeats: 3 of 3 meshes from nginx; what 8 asked for at once was made $times time"
+
+# ---- hashing: every surface as four files, in an order without sense
+
+asked=$(for isovalue in $(seq -300.5 100 800); do for format in glb ply stl obj; do echo "$isovalue $format"; done; done |
+  python3 -c 'import random, sys; all = sys.stdin.readlines(); random.Random(1).shuffle(all); sys.stdout.writelines(all)')
+rate_of() {  # rate_of WHERE SERVER...: how many of a hundred tiles the servers had in memory while all that is asked of WHERE.
+  local where=$1 hits misses isovalue format
+  shift
+  hits=$(metric multitetra_cache_hits_total "$@")
+  misses=$(metric multitetra_cache_misses_total "$@")
+  while read -r isovalue format; do
+    curl -sf -o out "$where$(mesh "$isovalue" "$format")" || fail "$where: no $format at $isovalue"
+  done <<<"$asked"
+  hits=$(($(metric multitetra_cache_hits_total "$@") - hits))
+  misses=$(($(metric multitetra_cache_misses_total "$@") - misses))
+  echo $((100 * hits / (hits + misses)))
+}
+one_server=$(rate_of "$alone" "$alone")
+three_servers=$(rate_of "$haproxy" "${servers[@]}")
+shares=()
+for one in "${servers[@]}"; do shares+=("$(metric "$made" "$one")"); done
+[ "$one_server" -gt 0 ] && [ $((10 * three_servers)) -ge $((9 * one_server)) ] ||
+  fail "three servers have $three_servers % of the tiles in memory, one alone $one_server %"
+echo "hashing: $three_servers % of the tiles in the memory of three servers (${shares[*]} meshes), $one_server % of one alone"
+
+# A mesh for neuroglancer is made for its first file, and its other one is at the same server.
+for door in "$haproxy" "$nginx"; do
+  for isovalue in 100.5 200.5 300.5; do
+    segment=$(python3 -c 'import struct, sys; print(struct.unpack("<Q", struct.pack("<d", float(sys.argv[1])))[0])' "$isovalue")
+    answered='multitetra_http_answers_total{kind="neuroglancer",status="200"}'
+    before=()
+    for one in "${servers[@]}"; do before+=("$(metric "$answered" "$one")"); done
+    for file in .index ''; do
+      # Answers while it is made say when to come again.
+      curl -sf --retry 60 -o out "$door/v1/neuroglancer/head/surfaces,error=2/$segment$file" ||
+        fail "$door: no mesh for neuroglancer at $isovalue"
+    done
+    for at in 0 1 2; do
+      more=$(($(metric "$answered" "${servers[at]}") - before[at]))
+      [ "$more" != 1 ] || fail "$door: the two files of a mesh for neuroglancer come from two servers"
+    done
+  done
+done
+
+# ---- streams
+
+"$bin/multitetra-server" extract head.mtd --isovalue 100.5 --error 0.5 --quiet --json -o extracted.ply >extracted.json
+digest() { python3 -c 'import json, sys; print(json.load(open(sys.argv[1]))["steps"][-1]["content_digest"])' "$1"; }
+"$bin/multitetra-client" fetch --server "${alone/http:/ws:}" --dataset head --isovalue 100.5 --error 0.5 --quiet \
+  --report alone.json -o alone.ply
+for door in "$haproxy" "$nginx"; do
+  "$bin/multitetra-client" fetch --server "${door/http:/ws:}" --dataset head --isovalue 100.5 --error 0.5 --quiet \
+    --report report.json -o fetched.ply || { fail "a stream through $door"; continue; }
+  [ "$(digest report.json)" = "$(digest alone.json)" ] || fail "a stream through $door is another mesh"
+done
+echo "streams: the same mesh over WebSockets through HAProxy and nginx"
+
+# ---- a lost server
+
+start load "$bin/multitetra-load" --server "ws://127.0.0.1:$haproxy_port" --clients 12 --duration 8 --pause 0.2 --threads 1 \
+  --script random-isovalues --errors 2,4 --json
+load=$pid
+sleep 3
+kill -9 "${server_pids[1]}"
+wait "${server_pids[1]}" 2>/dev/null || true
+lost=0
+for isovalue in $(seq -290.5 100 700); do
+  for door in "$haproxy" "$nginx"; do
+    curl -sf -o out "$door$(mesh "$isovalue")" || { lost=$((lost + 1)); fail "$door: no mesh at $isovalue while a server is lost"; }
+  done
+done
+wait "$load" || fail "clients lost results: $(cat load.log)"
+python3 - <<'END' || fail "the load was not what it should be: $(cat load.log)"
+import json
+report = json.load(open("load.log"))
+streams, connections = report["streams"], report["connections"]
+print(f"lost server: {streams['complete']} streams complete, {streams['failed']} failed, {streams['unfinished']} unfinished; "
+      f"{connections['lost']} connections were lost with it")
+assert connections["lost"] > 0, "somebody was at that server"
+assert streams["complete"] > 0 and streams["failed"] == streams["unfinished"] == 0
+assert report["checks"]["failed"] == 0 and report["tiles_sent_twice"] == 0
+END

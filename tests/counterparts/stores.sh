@@ -1,0 +1,159 @@
+#!/usr/bin/env bash
+# Stores that others wrote, with a dataset of objects in them: verified, served, and turned back into a file.
+#   stores.sh FOLDER-OF-PROGRAMS [STORE...]     nginx s3rver radosgw
+#
+# nginx        a folder behind a web server
+# s3rver       an S3 bucket in Node, from npm; it wants signatures to be there, and believes all of them
+# radosgw      an S3 bucket with signatures in a Ceph cluster of one monitor and one OSD that keeps all in memory (as root)
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+project=$(cd "$here/../.." && pwd)
+bin=$(cd "$1" && pwd)
+shift
+[ $# -gt 0 ] || set -- nginx s3rver radosgw
+source "$project/tests/support/programs.sh"
+tested=0
+leave_out() { echo "!! LEFT OUT: $1: NOT TESTED (docker/install.sh tests bench)." >&2; }
+unset "${!AWS_@}"
+
+"$bin/multitetra-server" generate head --size 96 --noise 20 -o head.nrrd --quiet
+"$bin/multitetra-server" prepare head.nrrd -o head.mtd --name head --quiet
+"$bin/multitetra-server" convert head.mtd -o volumes/head --quiet
+fetch() {  # fetch SERVER FILE: writes the surface, prints its digest.
+  "$bin/multitetra-client" fetch --server "${1/http:/ws:}" --dataset head --isovalue 100.5 --error 1 --quiet \
+    --report report.json -o "$2" && python3 -c 'import json; print(json.load(open("report.json"))["steps"][-1]["content_digest"])'
+}
+start file "$bin/multitetra-server" serve head.mtd --tcp off --http 127.0.0.1:0
+digest=$(fetch "$(url_of file http)" file.ply)
+
+# What is promised of a dataset, wherever it is.
+hold_to_it() {  # hold_to_it STORE ADDRESS
+  local server fetched
+  "$bin/multitetra-server" verify "$2" --quiet || fail "$1: not verified"
+  "$bin/multitetra-server" convert "$2" -o "$1.mtd" --quiet || fail "$1: does not become a file"
+  cmp -s "$1.mtd" head.mtd || fail "$1: becomes another file"
+  start "$1-server" "$bin/multitetra-server" serve "$2" --tcp off --http 127.0.0.1:0 --cache-dir "$1-cache"
+  server=$(url_of "$1-server" http)
+  [ "$(fetch "$server" "$1.ply")" = "$digest" ] || fail "$1: another surface"
+  fetched=$(curl -sf "$server/metrics" | sed -n 's/^multitetra_object_fetches_total //p')
+  [ "${fetched%.*}" -gt 0 ] || fail "$1: nothing was fetched"
+  echo "$1: verified, served ($fetched objects fetched), and turned back into a file"
+}
+
+# Puts the objects into an S3 bucket as any client would, signed.
+fill_bucket() {  # fill_bucket STORE: AWS_... say where.
+  local file put=(curl -sSf --aws-sigv4 aws:amz:us-east-1:s3 --user "$AWS_ACCESS_KEY_ID:$AWS_SECRET_ACCESS_KEY" -o out)
+  digest_of() { echo "x-amz-content-sha256: $(sha256sum <"$1" | cut -d ' ' -f 1)"; }
+  "${put[@]}" -H "$(digest_of /dev/null)" -X PUT "$AWS_ENDPOINT_URL/volumes" || fail "$1: no bucket"
+  while read -r file; do
+    "${put[@]}" -H "$(digest_of "volumes/$file")" -T "volumes/$file" "$AWS_ENDPOINT_URL/volumes/$file" || fail "$1: $file"
+  done < <(cd volumes && find head -type f)
+}
+
+serve_nginx() {
+  command -v nginx >/dev/null || { leave_out nginx; return 1; }
+  local port
+  port=$(free_port)
+  mkdir -p nginx
+  cat >nginx.conf <<END
+events {}
+http {
+  access_log off;
+  client_body_temp_path nginx/body; proxy_temp_path nginx/proxy;
+  fastcgi_temp_path nginx/fastcgi; uwsgi_temp_path nginx/uwsgi; scgi_temp_path nginx/scgi;
+  server { listen 127.0.0.1:$port; root $work/volumes; }
+}
+END
+  start nginx nginx -p "$work" -c "$work/nginx.conf" -g \
+    "daemon off; pid $work/nginx/pid; user $(id -un) $(id -gn); error_log $work/nginx/errors.log;"
+  for _ in $(seq 200); do curl -s -o /dev/null "http://127.0.0.1:$port/" && break; sleep 0.05; done
+  hold_to_it nginx "http://127.0.0.1:$port/head"
+}
+
+serve_s3rver() {
+  command -v npm >/dev/null || { leave_out s3rver; return 1; }
+  local port folder=$bin/../counterparts/stores
+  port=$(free_port)
+  mkdir -p "$folder"
+  echo '{"private": true, "dependencies": {"s3rver": "3.7.1"}}' >"$folder/package.json"
+  (cd "$folder" && timeout 300 npm install --no-package-lock --no-audit --no-fund --ignore-scripts --loglevel=error) >npm.log 2>&1 ||
+    { cat npm.log >&2; leave_out "s3rver, which could not be installed"; return 1; }
+  start s3rver node "$folder/node_modules/s3rver/bin/s3rver.js" -d "$work/s3rver" -a 127.0.0.1 -p "$port" --no-vhost-buckets
+  for _ in $(seq 200); do curl -s -o /dev/null "http://127.0.0.1:$port/" && break; sleep 0.05; done
+  export AWS_ENDPOINT_URL=http://127.0.0.1:$port AWS_ACCESS_KEY_ID=S3RVER AWS_SECRET_ACCESS_KEY=S3RVER AWS_REGION=us-east-1
+  fill_bucket s3rver
+  hold_to_it s3rver s3://volumes/head
+  unset "${!AWS_@}"
+}
+
+# A cluster as small as it can be: what it keeps is gone with it.
+start_ceph() {  # start_ceph PORT
+  local id
+  mkdir -p ceph/mon ceph/osd
+  cat >ceph/ceph.conf <<END
+[global]
+fsid = $(cat /proc/sys/kernel/random/uuid)
+mon host = v1:127.0.0.1:$1
+ms bind msgr2 = false
+auth cluster required = none
+auth service required = none
+auth client required = none
+osd pool default size = 1
+osd pool default min size = 1
+osd pool default pg num = 1
+osd crush chooseleaf type = 0
+mon allow pool size one = true
+mon data avail crit = 1
+osd objectstore = memstore
+memstore device bytes = 256M
+run dir = $work/ceph
+admin socket = $work/ceph/\$name.asok
+log file = $work/ceph/\$name.log
+pid file = $work/ceph/\$name.pid
+keyring = $work/ceph/keyring
+[mon.a]
+mon data = $work/ceph/mon
+[osd.0]
+osd data = $work/ceph/osd
+END
+  export CEPH_CONF=$work/ceph/ceph.conf
+  id=$(sed -n 's/^fsid = //p' "$CEPH_CONF")
+  ceph-authtool --create-keyring ceph/keyring --gen-key -n mon. --cap mon 'allow *'
+  ceph-authtool ceph/keyring --gen-key -n client.admin --cap mon 'allow *' --cap osd 'allow *'
+  monmaptool --create --fsid "$id" --addv a "[v1:127.0.0.1:$1]" ceph/monmap
+  ceph-mon --mkfs -i a --monmap ceph/monmap --keyring ceph/keyring
+  start ceph-mon ceph-mon -f -i a
+  for _ in $(seq 60); do timeout 5 ceph -s && break; sleep 0.5; done
+  id=$(cat /proc/sys/kernel/random/uuid)
+  timeout 20 ceph osd new "$id" 0
+  ceph-osd -i 0 --mkfs --osd-uuid "$id"
+  start ceph-osd ceph-osd -f -i 0
+  for _ in $(seq 60); do timeout 5 ceph osd stat | grep '1 up' && break; sleep 0.5; done
+  timeout 60 radosgw-admin --name client.admin user create --uid tester --display-name tester --access-key ACCESS \
+    --secret-key SECRET
+}
+
+serve_radosgw() {
+  local program port
+  for program in radosgw radosgw-admin ceph ceph-mon ceph-osd; do
+    command -v "$program" >/dev/null || { leave_out radosgw; return 1; }
+  done
+  [ "$(id -u)" = 0 ] || { leave_out "radosgw, whose OSD wants to be root"; return 1; }
+  start_ceph "$(free_port)" >ceph.txt 2>&1
+  port=$(free_port)
+  start radosgw radosgw -f --name client.admin --rgw-frontends "beast endpoint=127.0.0.1:$port"
+  for _ in $(seq 300); do curl -s -o /dev/null "http://127.0.0.1:$port/" && break; sleep 0.1; done
+  export AWS_ENDPOINT_URL=http://127.0.0.1:$port AWS_ACCESS_KEY_ID=ACCESS AWS_SECRET_ACCESS_KEY=SECRET AWS_REGION=us-east-1
+  fill_bucket radosgw
+  ! AWS_SECRET_ACCESS_KEY=wrong "$bin/multitetra-server" verify s3://volumes/head >out 2>&1 || fail "radosgw: believes a wrong signature"
+  grep -q '/volumes/head' out || fail "radosgw: what is said of a wrong signature: $(cat out)"
+  echo "radosgw: with a wrong secret: $(cat out)"
+  hold_to_it radosgw s3://volumes/head
+  unset "${!AWS_@}" CEPH_CONF
+}
+
+for store in "$@"; do
+  echo "== $store"
+  if "serve_$store"; then tested=$((tested + 1)); fi
+done
+[ "$tested" -gt 0 ] || exit 77
