@@ -191,8 +191,11 @@ std::string distances_table(const DistanceCheck& check) {
 }
 
 std::string text_list(const std::vector<DatasetInfo>& datasets) {
-  using Row = std::array<std::string, 5>;
+  using Row = std::vector<std::string>;
+  const bool has_members = std::any_of(datasets.begin(), datasets.end(),
+                                       [](const DatasetInfo& info) { return info.member; });
   std::vector<Row> rows = {{"DATASET", "SAMPLES", "TYPE", "VALUES", "SUGGESTED ISOVALUES"}};
+  if (has_members) rows.front().push_back("MEMBER OF FAMILY");
   for (const DatasetInfo& info : datasets) {
     std::string isovalues;
     for (const double isovalue : info.suggested_isovalues) {
@@ -204,9 +207,11 @@ std::string text_list(const std::vector<DatasetInfo>& datasets) {
                     std::string(name(info.type)),
                     human_number(info.min) + " to " + human_number(info.max),
                     isovalues.empty() ? "none" : isovalues});
+    if (has_members)
+      rows.back().push_back(info.member ? printable(human_member(*info.member)) : "-");
   }
   if (datasets.empty()) return "This server has no dataset that we may see.\n";
-  std::array<std::size_t, 5> widths{};
+  std::vector<std::size_t> widths(rows.front().size());
   for (const Row& row : rows) {
     for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
   }

@@ -56,4 +56,20 @@ std::string human_error(double world, LengthUnit unit, const DatasetInfo& info) 
   return voxels + (voxels == "1" ? " voxel (" : " voxels (") + length + ")";
 }
 
+std::string human_member(const FamilyMember& member) {
+  std::string text = "\"" + member.family + "\"";
+  if (!member.field.empty()) text += ", field " + member.field;
+  if (member.time) {
+    text += ", time " + human_number(*member.time);
+    if (!member.time_unit.empty()) text += " " + member.time_unit;
+  }
+  if (!member.label) return text;
+  const Label& label = *member.label;
+  text += ", label " + std::to_string(static_cast<std::int64_t>(label.value));
+  const std::string color = label.color ? color_text(*label.color) : std::string();
+  const std::string between = label.name.empty() || color.empty() ? "" : ", ";
+  const std::string known = label.name + between + color;
+  return known.empty() ? text : text + " (" + known + ")";
+}
+
 }  // namespace multitetra

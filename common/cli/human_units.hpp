@@ -20,4 +20,7 @@ namespace multitetra {
 // or "0.24 mm".
 [[nodiscard]] std::string human_error(double world, LengthUnit unit, const DatasetInfo& info);
 
+// "heart", field p, time 0.25 s, label 3 (liver, #dd8265): what of it is known.
+[[nodiscard]] std::string human_member(const FamilyMember& member);
+
 }  // namespace multitetra

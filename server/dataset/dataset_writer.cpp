@@ -14,6 +14,7 @@ namespace multitetra {
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20;
+constexpr std::size_t kPageBytes = 4096;  // Of file systems: smaller holes save nothing.
 
 std::uint64_t sample_bytes_in(const DatasetShape& shape) {
   std::uint64_t bytes = static_cast<std::uint64_t>(bytes_per_sample(shape.type));
@@ -38,11 +39,14 @@ DatasetWriter::DatasetWriter(const std::filesystem::path& path, const DatasetSha
       shape_(shape),
       layout_(shape.dims),
       spectrum_begin_(section_begin(kHeadBytes + sample_bytes_in(shape))),
-      spectrum_index_(shape.spectrum_bricks) {}
+      spectrum_index_(shape.spectrum_bricks) {
+  constexpr std::byte kZero{};
+  write(spectrum_begin_ - 1, {&kZero, 1});  // What is never written before it reads as zero.
+}
 
 void DatasetWriter::add_samples(std::span<const std::byte> bytes) {
   const auto width = static_cast<std::size_t>(bytes_per_sample(shape_.type));
-  write(kHeadBytes + sample_bytes_, bytes);
+  write_but_zeros(kHeadBytes + sample_bytes_, bytes);
   samples_checksum_.add(bytes);
   sample_bytes_ += bytes.size();
   while (!bytes.empty()) {
@@ -102,6 +106,21 @@ void DatasetWriter::finish(const DatasetMetadata& metadata, const SmallSections&
 
 void DatasetWriter::write(std::uint64_t offset, std::span<const std::byte> bytes) {
   on_disk([&] { file_.write_at(offset, bytes); });
+}
+
+void DatasetWriter::write_but_zeros(std::uint64_t offset, std::span<const std::byte> bytes) {
+  std::size_t begin = 0;  // Of what is to be written.
+  for (std::size_t at = 0; at < bytes.size();) {
+    const std::size_t page =
+        std::min<std::size_t>(bytes.size() - at, kPageBytes - (offset + at) % kPageBytes);
+    const auto in_page = bytes.subspan(at, page);
+    if (std::all_of(in_page.begin(), in_page.end(), [](std::byte b) { return b == std::byte{}; })) {
+      if (begin < at) write(offset + begin, bytes.subspan(begin, at - begin));
+      begin = at + page;
+    }
+    at += page;
+  }
+  if (begin < bytes.size()) write(offset + begin, bytes.subspan(begin));
 }
 
 void DatasetWriter::flush_spectrum() {

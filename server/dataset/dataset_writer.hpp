@@ -7,7 +7,8 @@
 //   writer.finish(metadata, {.coarse = ..., .ranges = ..., .bins = ...});
 //
 // Guaranteed: the file appears whole or not at all (AtomicFile), also when the writer is killed or
-// the machine stops. Without finish() nothing appears.
+// the machine stops. Without finish() nothing appears. Where samples are zero for long, as far from
+// a label, the file has holes.
 #pragma once
 
 #include <algorithm>
@@ -79,6 +80,7 @@ class DatasetWriter {
 
  private:
   void write(std::uint64_t offset, std::span<const std::byte> bytes);
+  void write_but_zeros(std::uint64_t offset, std::span<const std::byte> bytes);
   void flush_spectrum();
   void append_section(const char* name, const SectionBytes& bytes);
 

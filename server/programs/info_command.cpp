@@ -49,20 +49,6 @@ std::string with_unit(const std::string& numbers, const std::string& unit) {
   return unit.empty() ? numbers : numbers + " " + unit;
 }
 
-// "heart", field p, time 0.25 s, label 3 (liver, #dd8265)
-std::string member_text(const FamilyMember& member) {
-  std::string text = "\"" + member.family + "\"";
-  if (!member.field.empty()) text += ", field " + member.field;
-  if (member.time) text += ", time " + with_unit(human_number(*member.time), member.time_unit);
-  if (!member.label) return text;
-  const Label& label = *member.label;
-  text += ", label " + std::to_string(static_cast<std::int64_t>(label.value));
-  const std::string color = label.color ? color_text(*label.color) : std::string();
-  const std::string between = label.name.empty() || color.empty() ? "" : ", ";
-  const std::string known = label.name + between + color;
-  return known.empty() ? text : text + " (" + known + ")";
-}
-
 std::uint64_t sample_bytes(const DatasetInfo& info) {
   auto bytes = static_cast<std::uint64_t>(bytes_per_sample(info.type));
   for (const std::int32_t side : info.dims) bytes *= static_cast<std::uint64_t>(side);
@@ -114,7 +100,7 @@ void print_facts(const std::string& file, const KnownFacts& facts) {
   std::cout << "\"" << info.name << "\" in " << file << "\n";
   line("samples", std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) + " x " +
                       std::to_string(info.dims[2]) + " " + std::string(name(info.type)));
-  if (info.member) line("member of family", member_text(*info.member));
+  if (info.member) line("member of family", human_member(*info.member));
   line("spacing", with_unit(vector_text(info.spacing), info.meaning.length_unit));
   line("world axes", info.meaning.space == WorldSpace::kUnnamed
                          ? "the file's own"

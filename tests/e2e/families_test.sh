@@ -69,6 +69,7 @@ assert [d["member"]["label"] for d in datasets] == [
     {"value": 3, "name": "hepar", "color": "#010203"}, {"value": 7, "name": "rest of it", "color": None}], datasets
 assert {d["member"]["family"] for d in datasets} == {"organs"}
 EOPY
+"$client" list --server "$url" | grep -F "\"organs\", label 3 (hepar, #010203)" >/dev/null || fail "list does not tell members: $("$client" list --server "$url")"
 "$client" fetch --server "$url" --dataset organs.label3 --isovalue 0.5 --error 0 --color-by organs.label7 -o coloured.ply --report report.json --quiet
 [ "$(digest report.json)" = "$(digest inner.json)" ] || fail "a fetched label is not the extracted one"
 grep -aq "property float" coloured.ply || fail "no values of the other label at the vertices"

@@ -107,6 +107,14 @@ class Connection:
         self._infos = {info.name: info for info in datasets}
         return datasets
 
+    def family(self, name):
+        """The DatasetInfo messages of a family's members (times, fields, labels), by field, time and label.
+
+        What each is among them is in its `member`: field, time (if HasField("time")) and time_unit, label.
+        """
+        members = [info for info in self.datasets() if info.HasField("member") and info.member.family == name]
+        return sorted(members, key=lambda info: (info.member.field, info.member.time, info.member.label.value))
+
     @takes_a_request
     def isosurface(self, dataset, isovalue, **request):
         """The surface as it was asked for, without previews: a Mesh."""

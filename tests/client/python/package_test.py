@@ -41,10 +41,16 @@ class Package(unittest.TestCase):
         cls.path = pathlib.Path(cls.folder.name)
         run("multitetra-server", "generate", "gyroid", "--size", "33", "-o", cls.path / "gyroid.nrrd", "--quiet")
         run("multitetra-server", "prepare", cls.path / "gyroid.nrrd", "-o", cls.path / "gyroid.mtd", "--quiet")
+        (cls.path / "times.nrrd").write_bytes(
+            b"NRRD0004\ntype: uint8\ndimension: 4\nsizes: 9 9 9 3\nspacings: 1 1 1 0.5\nencoding: raw\n\n"
+            + bytes((i + i // 729) % 251 for i in range(3 * 729))
+        )
+        run("multitetra-server", "prepare", cls.path / "times.nrrd", "--all-times", "--time-unit", "ms", "-o", cls.path / "series",
+            "--quiet")
         log = cls.path / "log"
         with open(log, "w") as stderr:
             cls.server = subprocess.Popen(
-                [PROGRAMS / "multitetra-server", "serve", cls.path / "gyroid.mtd", "--tcp", "127.0.0.1:0"]
+                [PROGRAMS / "multitetra-server", "serve", cls.path / "gyroid.mtd", cls.path / "series", "--tcp", "127.0.0.1:0"]
                 + ["--http", "127.0.0.1:0"],
                 stdout=subprocess.DEVNULL,
                 stderr=stderr,
@@ -79,6 +85,14 @@ class Package(unittest.TestCase):
             theirs = records["v"].reshape(-1, 9)
             np.testing.assert_allclose(ours.sum(axis=0), theirs.sum(axis=0), rtol=1e-5)
             np.testing.assert_allclose(ours.min(axis=0), theirs.min(axis=0), rtol=1e-6)
+
+    def test_a_family_is_in_the_order_of_its_times(self):
+        with multitetra.connect(self.urls[0]) as server:
+            members = server.family("times")
+            self.assertEqual([info.name for info in members], ["times.t0000", "times.t0001", "times.t0002"])
+            self.assertEqual([(info.member.time, info.member.time_unit) for info in members], [(0, "ms"), (0.5, "ms"), (1, "ms")])
+            self.assertFalse(members[0].member.HasField("label"))
+            self.assertEqual(server.family("gyroid"), [])
 
     def test_a_slice_is_a_layer_of_the_samples_and_a_place_has_its_own(self):
         with multitetra.connect(self.urls[1]) as server:

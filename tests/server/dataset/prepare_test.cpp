@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -64,6 +65,32 @@ TEST(Prepare, WritesWhatItKeepsInMemory) {
         },
         whole.samples);
   }
+}
+
+std::uint64_t bytes_on_disk(const std::filesystem::path& file) {
+  struct stat status {};
+  EXPECT_EQ(::stat(file.c_str(), &status), 0);
+  return static_cast<std::uint64_t>(status.st_blocks) * 512;
+}
+
+TEST(Prepare, LeavesHolesWhereSamplesAreZeroForLong) {
+  const TemporaryFolder folder;
+  const std::filesystem::path hole = folder.path() / "hole";
+  std::ofstream(hole, std::ios::binary).flush();
+  std::filesystem::resize_file(hole, 1 << 20);
+  if (bytes_on_disk(hole) > 0) GTEST_SKIP() << "this file system has no holes";
+  Volume volume = fields::ball({96, 96, 96}, 9);
+  for (float& sample : std::get<std::vector<float>>(volume.samples))
+    sample = sample > 0 ? sample : 0;
+  const std::filesystem::path file = prepare_file(folder, {"ball", volume});
+  EXPECT_LT(bytes_on_disk(file), std::filesystem::file_size(file) / 4);
+  verify_dataset(file);
+  EXPECT_EQ(whole_volume(*open_dataset(file)).samples, volume.samples);
+  // All of them zero, to the last sample.
+  volume.samples = std::vector<float>(volume.size());
+  const std::filesystem::path zeros = prepare_file(folder, {"zeros", volume});
+  verify_dataset(zeros);
+  EXPECT_EQ(whole_volume(*open_dataset(zeros)).samples, volume.samples);
 }
 
 TEST(Prepare, WritesTheSameBytesWithAnyNumberOfThreads) {
