@@ -21,23 +21,23 @@ import { Orientation } from "./scene/orientation";
 import { type Picked, Picking } from "./scene/picking";
 import { Legend, type LegendValues } from "./panel/legend";
 import { RegionHandles } from "./scene/region_handles";
+import { type Scene, sceneOf } from "./scene_at";
 import { Stage } from "./scene/stage";
 import { Surroundings } from "./scene/surroundings";
 import type { ShownSurface } from "./shown_surface";
 import { Events } from "./state/events";
 import type { StepFacts } from "./state/progress";
 import {
-  atTime, type Entry, entriesOf, isOfOneFamily, named, rangeOf, settingsOfEntry, timeOf, timesOf,
+  atTime, type Entry, familyOf, isOfOneFamily, named, rangeOf, settingsOfEntry, timeOf, timesOf,
 } from "./state/families";
 import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { type Vec3, worldBox } from "./stream/dataset";
 import { Questions } from "./stream/questions";
+import { suggestedIsovalue } from "./stream/request";
 import { scaleOf, slicePlace, Slices } from "./slices";
 import { SurfaceSet } from "./surface_set";
-import { type Scene, sceneOf } from "./scene_at";
-import { suggestedIsovalue } from "./stream/request";
-import { timeBeside, TimePlayer } from "./time_player";
+import { type Played, timeBeside, TimePlayer } from "./time_player";
 import { TilePool } from "./workers/tile_pool";
 
 export type { Settings } from "./state/settings";
@@ -300,12 +300,13 @@ export class Viewer {
     const found = dataset ? named(list, dataset) : list[0];
     if (!found) return dataset ? this.tellUnknown(dataset) : undefined;
     // All labels of a segmentation, where it alone is named.
-    const entry = entriesOf(list).find(({ family, name }) => family && (name === dataset || (!dataset && family.members.includes(found))));
-    if (entry && surfaces.length === 0 && entry.family!.labels.length > 0) this.settings.set(settingsOfEntry(entry));
+    const isNamedAlone = surfaces.length === 0 && dataset !== found.name;
+    const family = isNamedAlone && found.member?.label ? familyOf(list, found) : null;
+    if (family) this.settings.set(settingsOfEntry({ name: family.name, info: found, family }));
     this.use(atTime(list, found, t));
   }
 
-  private played() {
+  private played(): Played | null {
     const { times, settings } = this;
     const { playing, speed, loop } = settings.get();
     return times && { times: times.all, now: times.now, playing, speed, loop };

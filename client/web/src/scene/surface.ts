@@ -38,6 +38,7 @@ export class Surface {
   budget = mostTriangles; // Kept of this one.
   private readonly tiles = new Map<string, KeptTile>();
   private readonly users = new Map<object, Set<string>>(); // Of tiles, which stay as long as one of them has them.
+  private readonly early = new Map<string, Float32Array>(); // Scalars of tiles that are not here yet.
   private isGone = false;
   private readonly uploads: string[] = [];
   private shown: string[] = [];
@@ -90,6 +91,9 @@ export class Surface {
     };
     this.setMaterial(tile.id, kept);
     this.tiles.set(tile.id, kept);
+    const scalars = this.early.get(tile.id);
+    this.early.delete(tile.id);
+    if (scalars) this.setScalars(tile.id, scalars);
     this.uploads.push(tile.id);
     this.invalidate();
   }
@@ -177,9 +181,12 @@ export class Surface {
     attribute.needsUpdate = true;
   }
 
-  // Of a second field, as scalarAttribute() gives them.
+  // Of a second field, as scalarAttribute() gives them. They may be here before their tile, which comes
+  // from another worker.
   setScalars(id: string, scalars: Float32Array): void {
-    this.tiles.get(id)?.mesh.geometry.setAttribute("scalar", new THREE.BufferAttribute(scalars, 1));
+    const tile = this.tiles.get(id);
+    if (tile) tile.mesh.geometry.setAttribute("scalar", new THREE.BufferAttribute(scalars, 1));
+    else this.early.set(id, scalars);
   }
 
   // Tiles that were unused for longest go, until the rest fits; never those shown or in use.
@@ -213,6 +220,7 @@ export class Surface {
 
   release(user: object): void {
     this.users.delete(user);
+    if (this.users.size === 0) this.early.clear(); // Nobody waits for their tiles.
   }
 
   // Whether one sees through it now.

@@ -28,9 +28,9 @@ const mostLabelsAtFirst = 24; // That are shown before anybody has said which.
 export function entriesOf(list: readonly DatasetInfo[]): Entry[] {
   const seen = new Set<string>();
   return list.flatMap((info): Entry[] => {
+    if (info.member && seen.has(info.member.family)) return [];
     const family = familyOf(list, info);
     if (!family) return [{ name: info.name, info, family }];
-    if (seen.has(family.name)) return [];
     seen.add(family.name);
     return [{ name: family.name, info: firstOf(family), family }];
   });
