@@ -334,6 +334,8 @@ export class Viewer {
     const isMember = before !== null && before.name !== now.name && isOfOneFamily(before, now);
     this.info = now;
     this.notices.clear();
+    this.timeBar.show(this.get(), this.times);
+    this.player.update();
     if (isMember) return this.changeMember(now);
     this.surroundings.setDataset(now);
     this.orientation.setDataset(now);
@@ -353,7 +355,6 @@ export class Viewer {
   // Another time, field or label: the places are the same.
   private changeMember(now: DatasetInfo): void {
     this.events.tell("dataset", now);
-    this.timeBar.show(this.get(), this.times);
     this.applyLook();
     this.ask();
   }
