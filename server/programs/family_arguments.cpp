@@ -6,6 +6,7 @@
 #include <set>
 
 #include "common/base/exit_codes.hpp"
+#include "common/request/family_member.hpp"
 #include "common/request/physical_meaning.hpp"
 
 namespace multitetra {
@@ -89,6 +90,9 @@ void FamilyArguments::check() const {
   if (!is_unit_text(time_unit)) {
     wrong_use("--time-unit must be UTF-8 of at most " + std::to_string(kMaxUnitBytes) +
               " bytes without control characters.");
+  }
+  if (!time_series.empty() && !check_member({.family = time_series})) {
+    wrong_use("--time-series must have 1 to 255 bytes of UTF-8, no '/' and no control characters.");
   }
   if (!wants_all_labels()) (void)label_values();
 }

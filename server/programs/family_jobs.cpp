@@ -69,7 +69,9 @@ Family family_of_volume(const std::string& input, const std::string& name,
     family.time_unit = told.unit;
   }
   if (times.empty()) {
-    if (count > 1) notice("'" + input + "' does not tell its times: they are frames 0, 1, 2, ...");
+    notice("'" + input + "' " +
+           (count > 1 ? "does not tell its times: they are frames 0, 1, 2, ..."
+                      : "has one time only."));
     times = frame_numbers(count);
   }
   if (!asked.time_unit.empty()) family.time_unit = asked.time_unit;

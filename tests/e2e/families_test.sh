@@ -140,6 +140,8 @@ ends 0 '"run.pressure.t0002", 12 x 12 x 12 f32' "$server" prepare in/run_*.vti -
 says frames/run.pressure.t0002.mtd '"run", field pressure, time 2'
 ends 1 "members of a family lie on the same places" "$server" prepare in/run_9.vti in/small.vti --time-series mixed --field pressure -o mixed
 ends 2 "has no field density. Its fields are pressure, hot/cold" "$server" prepare in/run_2.vti --field density -o run
+ends 2 "no '/'" "$server" prepare in/run_9.vti --time-series a/b --field pressure -o mixed
+ends 0 "has one time only" "$server" prepare in/run_9.vti --all-times --field pressure -o one_time
 ends 0 "2 members, 0 failed" "$server" prepare in/run_2.vti --field all -o one_time
 says one_time/run_2.pressure.mtd '"run_2", field pressure'
 
@@ -171,6 +173,29 @@ EOPY
   says flow/flow.b_q.t0001.mtd '127 to 246'
   ends 0 "1 members" "$server" prepare in/flow.h5 --field p --time 1 -o flow_one
   ends 2 "Its fields are p, a/q, b/q." "$server" prepare in/flow.h5 --field mask -o flow
+  # And DICOM of two images at each of four positions.
+  "$2" - <<'EOPY'
+import pathlib, pydicom
+from pydicom.dataset import FileDataset, FileMetaDataset
+pathlib.Path("in/gated").mkdir()
+for number in range(8):
+    meta = FileMetaDataset()
+    meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID = "1.2.840.10008.5.1.4.1.1.2", f"1.2.3.{number}"
+    meta.TransferSyntaxUID = pydicom.uid.ExplicitVRLittleEndian
+    data = FileDataset(None, {}, file_meta=meta, preamble=b"\0" * 128)
+    data.is_little_endian, data.is_implicit_VR = True, False
+    data.SOPClassUID, data.SOPInstanceUID = meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID
+    data.SeriesInstanceUID, data.Modality, data.InstanceNumber = "1.2.3.100", "CT", number + 1
+    data.Rows, data.Columns, data.SamplesPerPixel, data.PhotometricInterpretation = 6, 6, 1, "MONOCHROME2"
+    data.BitsAllocated, data.BitsStored, data.HighBit, data.PixelRepresentation = 16, 16, 15, 1
+    data.PixelSpacing, data.ImageOrientationPatient = [1, 1], [1, 0, 0, 0, 1, 0]
+    data.ImagePositionPatient = [0, 0, 2 * (number % 4)]
+    data.PixelData = b"".join((1000 * (number // 4) + i).to_bytes(2, "little") for i in range(36))
+    data.save_as(f"in/gated/{number}.dcm", write_like_original=False)
+EOPY
+  ends 2 "prepare them with --all-times" "$server" prepare in/gated -o gated.mtd
+  ends 0 "2 members, 0 failed" "$server" prepare in/gated --all-times -o gated
+  says gated/gated.t0001.mtd '1000 to 1035'
 fi
 
 # --- a store of a series: what stays the same from one time to the next is there once

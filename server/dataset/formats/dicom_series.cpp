@@ -76,7 +76,8 @@ void require_alike(const std::vector<DicomImage>& images) {
 
 // One image for each position, sorted by it: of several at each position the chosen one.
 std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> images,
-                                const VolumeChoice& choice, std::vector<std::string>& notices) {
+                                const VolumeChoice& choice, std::vector<std::string>& notices,
+                                SourceTimes& times) {
   if (!std::all_of(images.begin(), images.end(),
                    [](const DicomImage& image) { return image.has_position; })) {
     notices.push_back(
@@ -109,17 +110,19 @@ std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> i
                                   [&](const auto& at) { return at.size() == copies; });
   std::size_t time = 0;
   if (evenly && copies > 1 && positions.size() > 1) {
-    if (!choice.time) {
+    times.count = static_cast<std::int64_t>(copies);
+    if (!choice.time && !choice.first) {
       fail_reading(
           place,
           "it has " + std::to_string(copies) + " images at each position, as for several times",
-          "Choose one with --time, from 0 on");
+          "Choose one with --time, from 0 on, or prepare them with --all-times");
     }
-    if (*choice.time < 0 || *choice.time >= static_cast<std::int64_t>(copies)) {
-      fail_reading(place, "it has no time " + std::to_string(*choice.time),
+    const std::int64_t chosen = choice.time.value_or(0);
+    if (chosen < 0 || chosen >= times.count) {
+      fail_reading(place, "it has no time " + std::to_string(chosen),
                    "Choose 0 to " + std::to_string(copies - 1));
     }
-    time = static_cast<std::size_t>(*choice.time);
+    time = static_cast<std::size_t>(chosen);
   } else if (!evenly || copies > 1) {
     std::string names;
     for (const auto& at : positions) {
@@ -298,7 +301,8 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
     fail_reading(place, "its series has several files of several frames each",
                  "Give one of these files");
   }
-  const std::vector<DicomImage> stack = stacked(place, std::move(images), choice, volume.notices);
+  const std::vector<DicomImage> stack =
+      stacked(place, std::move(images), choice, volume.notices, volume.members.times);
   const DicomImage& first = stack.front();
   const auto differs = [&](const DicomImage& image) {
     return image.slope != first.slope || image.intercept != first.intercept;
