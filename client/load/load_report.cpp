@@ -34,6 +34,7 @@ Json json_of_run(const LoadOptions& options, std::string_view script) {
   return {{"server", to_string(options.session.server)},
           {"script", script},
           {"clients", options.clients},
+          {"idle", options.idle},
           {"threads", options.threads},
           {"duration_seconds", seconds(options.duration)},
           {"seed", options.seed}};
@@ -71,11 +72,9 @@ std::string times_table(const LoadStatistics& s) {
 
 std::string json_report(const LoadOptions& options, const LoadStatistics& s) {
   Json json = json_of_run(options, name(options.session.script));
-  json["streams"] = {{"started", s.streams},
-                     {"complete", s.complete},
-                     {"replaced", s.replaced},
-                     {"failed", s.failed},
-                     {"unfinished", s.unfinished}};
+  json["streams"] = {{"started", s.streams},       {"complete", s.complete},
+                     {"replaced", s.replaced},     {"failed", s.failed},
+                     {"unfinished", s.unfinished}, {"told_to_come_again", s.told_to_come_again}};
   json["steps"] = s.steps;
   json["tiles"] = s.tiles;
   json["tiles_sent_twice"] = s.tiles_sent_twice;
@@ -105,6 +104,9 @@ std::string table(const LoadOptions& options, const LoadStatistics& s) {
                               human_count(s.replaced) + " replaced by the user, " +
                               human_count(s.failed) + " failed, " + human_count(s.unfinished) +
                               " unfinished");
+  if (s.told_to_come_again > 0) {
+    text += line("told to come again", human_count(s.told_to_come_again) + " times, and did");
+  }
   text += line(
       "got",
       human_count(s.steps) + " steps, " + human_count(s.tiles) + " tiles, " +

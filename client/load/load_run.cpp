@@ -21,7 +21,7 @@ void on_threads(int threads, const std::function<void(std::size_t)>& part) {
 
 std::chrono::milliseconds delay_of(std::size_t client, const LoadOptions& options) {
   return options.ramp * static_cast<std::int64_t>(client) /
-         static_cast<std::int64_t>(options.clients);
+         static_cast<std::int64_t>(options.clients + options.idle);
 }
 
 // Seeds that differ in one bit give unlike sequences only after mixing.
@@ -36,16 +36,19 @@ LoadStatistics run_load(const LoadOptions& options) {
   session.start = LoadClock::now() + std::chrono::milliseconds(10);
   session.stop = session.start + options.duration;
   session.give_up = session.stop + options.grace;
+  UserOptions idle = session;
+  idle.is_idle = true;
   const auto threads = static_cast<std::size_t>(options.threads);
   std::vector<LoadStatistics> statistics(threads);
   Agreement agreement;
   on_threads(options.threads, [&](std::size_t thread) {
     asio::io_context io(1);
     std::vector<std::unique_ptr<LoadSession>> sessions;
-    for (std::size_t client = thread; client < options.clients; client += threads) {
-      sessions.push_back(std::make_unique<LoadSession>(io, session, seed_of(client, options.seed),
-                                                       delay_of(client, options),
-                                                       statistics[thread], agreement));
+    for (std::size_t client = thread; client < options.idle + options.clients; client += threads) {
+      // The idle ones come first, so that all the others find them there.
+      sessions.push_back(std::make_unique<LoadSession>(
+          io, client < options.idle ? idle : session, seed_of(client, options.seed),
+          delay_of(client, options), statistics[thread], agreement));
       spawn(
           io.get_executor(), [one = sessions.back().get()] { return one->run(); },
           [](const std::exception_ptr& trouble) {

@@ -25,6 +25,13 @@ class ClosesAfter {
   asio::steady_timer timer_;
 };
 
+// As the server wants it, and a little later: those who were sent away together do not come again
+// together.
+std::chrono::milliseconds wait_after(const Error& refusal, std::mt19937_64& random) {
+  const double later = 1 + 0.25 * static_cast<double>(random() >> 11) * 0x1p-53;
+  return std::chrono::milliseconds(static_cast<std::int64_t>(1000 * refusal.retry_after * later));
+}
+
 enum class Ending { kNone, kComplete, kReplaced, kFailed, kUnfinished };
 
 }  // namespace
@@ -39,6 +46,7 @@ struct LoadSession::RunningStream {
   LoadClock::time_point asked = LoadClock::now();
   LoadClock::time_point sign = LoadClock::now();  // Of life, from the server.
   bool is_asked_for_life = false;                 // Since then.
+  std::optional<LoadClock::time_point> again;     // When it is asked for once more.
   std::set<ContentDigest> tiles;                  // That came, over all connections.
   std::optional<StepBegin> begun;
   double last_tile = 0;
@@ -66,6 +74,10 @@ asio::awaitable<void> LoadSession::run() {
       co_await connect_anew();
       if (!channel_) break;
     }
+    if (options_.is_idle) {
+      co_await wait_until(options_.stop);
+      continue;
+    }
     if (!script_) {
       script_.emplace(options_.script, datasets_, seed_, options_.script_options);
     }
@@ -74,7 +86,7 @@ asio::awaitable<void> LoadSession::run() {
     co_await play(std::move(act));
     co_await wait_until(std::min(LoadClock::now() + pause, options_.stop));
   }
-  if (!script_) ++statistics_.clients_without_connection;
+  if (datasets_.empty()) ++statistics_.clients_without_connection;
   if (channel_) {
     const ChannelPtr channel = channel_;
     const ClosesAfter limit(io_, channel, std::chrono::milliseconds(500));
@@ -92,7 +104,7 @@ asio::awaitable<void> LoadSession::connect_anew() {
     const bool is_welcomed = co_await connect();
     if (is_welcomed) co_return;
     const int doublings = std::min(failures_in_a_row_++, 5);
-    const auto wait = std::chrono::milliseconds(60 << doublings);
+    const auto wait = std::max(std::chrono::milliseconds(60 << doublings), least_wait_);
     const auto jitter = std::chrono::milliseconds(random_() % 60);
     co_await wait_until(std::min(LoadClock::now() + wait + jitter, until));
   }
@@ -108,6 +120,7 @@ asio::awaitable<bool> LoadSession::connect() {
     channel->close();
     ++statistics_.failed_attempts;
     statistics_.add_error(datasets.error());
+    least_wait_ = wait_after(datasets.error(), random_);
     co_return false;
   }
   statistics_.connect.add(seconds_since(began));
@@ -211,6 +224,7 @@ asio::awaitable<void> LoadSession::play(Act act) {
     const auto silent_at = stream.sign + options_.timeout;
     const auto ask_at = stream.is_asked_for_life ? silent_at : silent_at - options_.timeout / 2;
     auto until = std::min(ask_at, options_.give_up);
+    if (stream.again) until = std::min(until, *stream.again);
     if (stream.act.replaced_after) {
       until = std::min({until, stream.asked + *stream.act.replaced_after, options_.stop});
     }
@@ -229,6 +243,8 @@ asio::awaitable<void> LoadSession::play(Act act) {
     } else if (!channel_) {
       co_await connect_anew();
       if (channel_) co_await ask_for_stream();
+    } else if (stream.again && now >= *stream.again) {
+      co_await ask_for_stream();
     } else {
       co_await wait_until(until);
     }
@@ -265,6 +281,7 @@ asio::awaitable<void> LoadSession::ask_for_stream() {
   statistics_.tiles_decoded += stream.checks.tiles_decoded();
   stream.checks = stream.checks.again(stream.info, open);
   stream.begun.reset();
+  stream.again.reset();
   stream.sign = LoadClock::now();
   stream.is_asked_for_life = false;
   const ClosesAfter limit(io_, channel, options_.timeout);
@@ -323,16 +340,28 @@ void LoadSession::take_progress(const StreamProgress& progress) {
       fail_check("The stream was ended before its final step, though nobody asked for that.");
     }
   } else if (const auto* refusal = std::get_if<Refusal>(&progress)) {
-    // A server that goes away may come back, or another in its place.
-    if (refusal->error.code == ErrorCode::kUnavailable) {
-      if (channel_) channel_->close();
-      lose(refusal->error);
-      return;
-    }
-    statistics_.add_error(refusal->error);
-    stream.ending = Ending::kFailed;
-    notify();
+    take_refusal(refusal->error);
   }
+}
+
+void LoadSession::take_refusal(const Error& error) {
+  RunningStream& stream = *stream_;
+  if (error.retry_after > 0) {
+    ++statistics_.told_to_come_again;
+    stream.again = LoadClock::now() + wait_after(error, random_);
+    stream.sign = *stream.again;
+    notify();
+    return;
+  }
+  // A server that goes away may come back, or another in its place.
+  if (error.code == ErrorCode::kUnavailable) {
+    if (channel_) channel_->close();
+    lose(error);
+    return;
+  }
+  statistics_.add_error(error);
+  stream.ending = Ending::kFailed;
+  notify();
 }
 
 // After it nothing on this connection is to be trusted.

@@ -23,6 +23,7 @@ struct UserOptions {
   TlsContextPtr tls = nullptr;
   std::string token = {};
   std::string dataset = {};  // Empty: all that the server has.
+  bool is_idle = false;      // Is there, and asks for nothing.
   ScriptKind script = ScriptKind::kMixed;
   ScriptOptions script_options = {};
   // One stream of so many is checked thoroughly, of the others one tile of so many is decoded.
@@ -59,6 +60,7 @@ class LoadSession {
   asio::awaitable<void> wait_until(LoadClock::time_point time);
   void take(const ServerMessage& message);
   void take_progress(const StreamProgress& progress);
+  void take_refusal(const Error& error);
   void note_tile(const Tile& tile);
   void fail_check(const std::string& text);
   void lose(const Error& error);
@@ -81,6 +83,7 @@ class LoadSession {
   std::uint64_t last_request_id_ = 0;
   std::uint64_t streams_ = 0;
   int failures_in_a_row_ = 0;
+  std::chrono::milliseconds least_wait_{0};  // As the server said when it let nobody in.
   std::unique_ptr<RunningStream> stream_;
 };
 

@@ -36,13 +36,13 @@ void LoadStatistics::add(const LoadStatistics& other) {
   using Count = std::uint64_t LoadStatistics::*;
   for (const Count count :
        {&LoadStatistics::streams, &LoadStatistics::complete, &LoadStatistics::replaced,
-        &LoadStatistics::failed, &LoadStatistics::unfinished, &LoadStatistics::steps,
-        &LoadStatistics::tiles, &LoadStatistics::payload_bytes, &LoadStatistics::wire_bytes,
-        &LoadStatistics::connections, &LoadStatistics::lost_connections,
-        &LoadStatistics::failed_attempts, &LoadStatistics::clients_without_connection,
-        &LoadStatistics::thorough_streams, &LoadStatistics::tiles_decoded,
-        &LoadStatistics::steps_compared, &LoadStatistics::tiles_sent_twice,
-        &LoadStatistics::checks_failed}) {
+        &LoadStatistics::failed, &LoadStatistics::unfinished, &LoadStatistics::told_to_come_again,
+        &LoadStatistics::steps, &LoadStatistics::tiles, &LoadStatistics::payload_bytes,
+        &LoadStatistics::wire_bytes, &LoadStatistics::connections,
+        &LoadStatistics::lost_connections, &LoadStatistics::failed_attempts,
+        &LoadStatistics::clients_without_connection, &LoadStatistics::thorough_streams,
+        &LoadStatistics::tiles_decoded, &LoadStatistics::steps_compared,
+        &LoadStatistics::tiles_sent_twice, &LoadStatistics::checks_failed}) {
     this->*count += other.*count;
   }
   for (const std::string& text : other.failed_checks) {

@@ -36,6 +36,9 @@ struct LoadStatistics {
   std::uint64_t failed = 0;      // Refused by the server, or a check failed.
   std::uint64_t unfinished = 0;  // When the time and the grace after it were over.
 
+  // Answers to requests that said when to come again; the client did.
+  std::uint64_t told_to_come_again = 0;
+
   std::uint64_t steps = 0;
   std::uint64_t tiles = 0;
   std::uint64_t payload_bytes = 0;

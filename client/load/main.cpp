@@ -19,6 +19,7 @@ struct LoadArguments {
   std::string dataset;
   std::string script = "mixed";
   std::size_t clients = 10;
+  std::size_t idle = 0;
   double duration = 10;
   double ramp = -1;
   double grace = 30;
@@ -41,8 +42,10 @@ constexpr const char* kHelp =
     "manifests, counts, sums of digests and one tile of 16; full takes all. Every step is "
     "compared\n"
     "with what other clients got for the same parameters.\n"
+    "Who is refused and told when to come again comes then.\n"
     "Examples:\n"
     "  multitetra-load --server ws://127.0.0.1:7480 --clients 1000 --duration 60\n"
+    "  multitetra-load --server ws://127.0.0.1:7480 --clients 2000 --idle 10000 --duration 120\n"
     "  multitetra-load --script drag --clients 20 --duration 10 --json\n"
     "Exit codes: 0 done, 1 streams failed or were not finished, 2 wrong usage, 3 a check failed.";
 
@@ -59,6 +62,9 @@ void add_options(Command& app, LoadArguments& a) {
       ->capture_default_str();
   app.add_option("--clients", a.clients, "How many there are")
       ->within(1, 100'000)
+      ->capture_default_str();
+  app.add_option("--idle", a.idle, "Clients besides, who are there first and ask for nothing")
+      ->within(0, 100'000)
       ->capture_default_str();
   app.add_option("--duration", a.duration, "Seconds for which they ask for more")
       ->within(0.1, 86400.0)
@@ -109,10 +115,12 @@ Result<LoadOptions> options_of(const LoadArguments& a) {
                   .timeout = access->options.timeout},
       .seed = a.seed,
       .clients = a.clients,
+      .idle = a.idle,
       .threads = a.threads > 0 ? a.threads : std::max(processors / 2, 1),
       .duration = milliseconds(a.duration),
       .ramp = milliseconds(
-          a.ramp >= 0 ? a.ramp : std::min(static_cast<double>(a.clients) / 200, a.duration / 4)),
+          a.ramp >= 0 ? a.ramp
+                      : std::min(static_cast<double>(a.clients + a.idle) / 200, a.duration / 4)),
       .grace = milliseconds(a.grace)};
   if (a.check == "full") {
     options.session.streams_per_thorough = 1;
@@ -146,7 +154,7 @@ int run(int argc, char** argv) {
   if (const auto code = parse_command_line(app, argc, argv)) return *code;
   const auto options = options_of(arguments);
   if (!options) return usage_fault(options.error().text);
-  if (const auto room = allow_connections(options->clients); !room) {
+  if (const auto room = allow_connections(options->clients + options->idle); !room) {
     return usage_fault(room.error().text);
   }
   if (const auto nuisance = misbehaviour_from(arguments.script)) {

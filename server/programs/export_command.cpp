@@ -1,8 +1,9 @@
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <iostream>
+#include <map>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -31,7 +32,7 @@ struct ExportArguments {
   std::string file;
   std::string folder;
   std::string format = "3dtiles";
-  std::optional<double> isovalue;
+  std::vector<double> isovalues;
   double error = TreeSettings{}.error;
   bool sharded = false;
   int threads = 0;
@@ -44,16 +45,30 @@ struct Exported {
   std::uint64_t files = 0;
   std::uint64_t bytes = 0;
   std::uint64_t triangles = 0;
+
+  void add(const Exported& other) {
+    files += other.files;
+    bytes += other.bytes;
+    triangles += other.triangles;
+  }
 };
 
+void write_into(const std::filesystem::path& folder, const std::filesystem::path& name,
+                const std::string& bytes, Exported& exported) {
+  const std::filesystem::path path = folder / name;
+  std::filesystem::create_directories(path.parent_path());
+  write_file(path, bytes);
+  ++exported.files;
+  exported.bytes += bytes.size();
+}
+
+// Of one isovalue.
 class Exporter {
  public:
-  Exporter(DatasetPtr dataset, const CellTree& tree, std::filesystem::path folder,
-           Progress& progress)
-      : extractor_(std::move(dataset)),
-        tree_(tree),
-        folder_(std::move(folder)),
-        progress_(progress) {}
+  // `tell` is told how many of a hundred parts are done.
+  Exporter(const SurfaceExtractor& extractor, const CellTree& tree, std::filesystem::path folder,
+           std::function<void(double)> tell)
+      : extractor_(extractor), tree_(tree), folder_(std::move(folder)), tell_(std::move(tell)) {}
 
   [[nodiscard]] const Exported& exported() const { return exported_; }
 
@@ -75,8 +90,8 @@ class Exporter {
     }
   }
 
-  // As below /v1/neuroglancer/NAME/surfaces, with one segment.
-  void write_segment(MeshLayout layout) {
+  // Writes nothing.
+  MeshFiles segment() {
     MeshFragments fragments;
     std::vector<OctreeCube> left = {tree_.root()};
     while (!left.empty()) {
@@ -85,18 +100,7 @@ class Exporter {
       fragments[cell] = std::make_shared<const std::string>(fragment(cell));
       go_on(cell, left);
     }
-    const MeshFiles files = mesh_files_of(tree_, fragments);
-    const std::uint64_t segment = segment_of(tree_.settings().isovalue);
-    DatasetInfo info = tree_.info();
-    info.suggested_isovalues = {tree_.settings().isovalue};
-    write("info", mesh_info_json(layout));
-    write("segment_properties/info", segment_properties_json(info));
-    if (layout == MeshLayout::kShards) {
-      write("0.shard", mesh_shard(segment, files));
-      return;
-    }
-    write(std::to_string(segment), files.data);
-    write(std::to_string(segment) + ".index", files.manifest);
+    return mesh_files_of(tree_, fragments);
   }
 
   // One file. A level with nearly as many triangles as the one before is left out.
@@ -106,8 +110,7 @@ class Exporter {
     std::vector<LevelMesh> levels;
     for (std::size_t i = 0; i < asked.size(); ++i) {
       LatticeMesh mesh = surface(asked[i].request);
-      progress_.update(100.0 * static_cast<double>(i + 1) / static_cast<double>(asked.size()), 100,
-                       "%");
+      tell_(100.0 * static_cast<double>(i + 1) / static_cast<double>(asked.size()));
       if (mesh.triangles.empty()) break;
       const auto triangles = static_cast<double>(mesh.triangles.size());
       if (levels.empty() ||
@@ -135,7 +138,7 @@ class Exporter {
         percent_ += octant;
       }
     }
-    progress_.update(percent_, 100, "%");
+    tell_(percent_);
   }
 
   LatticeMesh surface(const IsosurfaceRequest& request) {
@@ -172,22 +175,45 @@ class Exporter {
   }
 
   void write(const std::filesystem::path& name, const std::string& bytes) {
-    const std::filesystem::path path = folder_ / name;
-    std::filesystem::create_directories(path.parent_path());
-    write_file(path, bytes);
-    ++exported_.files;
-    exported_.bytes += bytes.size();
+    write_into(folder_, name, bytes, exported_);
   }
 
-  SurfaceExtractor extractor_;
+  const SurfaceExtractor& extractor_;
   const CellTree& tree_;
   std::filesystem::path folder_;
-  Progress& progress_;
+  std::function<void(double)> tell_;
   Exported exported_;
   double percent_ = 0;  // Of the grid.
 };
 
-int export_tree(const ExportArguments& arguments) {
+// As below /v1/neuroglancer/NAME/surfaces, with these segments.
+void write_segments(const ExportArguments& arguments, DatasetInfo info,
+                    const std::map<std::uint64_t, MeshFiles>& segments, Exported& exported) {
+  const auto write = [&](const std::string& name, const std::string& bytes) {
+    write_into(arguments.folder, name, bytes, exported);
+  };
+  info.suggested_isovalues = arguments.isovalues;
+  write("info", mesh_info_json(arguments.sharded ? MeshLayout::kShards : MeshLayout::kFiles));
+  write("segment_properties/info", segment_properties_json(info));
+  if (arguments.sharded) {
+    write("0.shard", mesh_shard(segments));
+    return;
+  }
+  for (const auto& [segment, files] : segments) {
+    write(std::to_string(segment), files.data);
+    write(std::to_string(segment) + ".index", files.manifest);
+  }
+}
+
+// What the path of a server would take.
+TreeSettings settings_of(double isovalue, double error) {
+  const auto settings =
+      tree_settings_from(text_of(TreeSettings{.isovalue = isovalue, .error = error}));
+  if (!settings) throw std::invalid_argument(settings.error().text);
+  return *settings;
+}
+
+int export_trees(ExportArguments arguments) {
   if (arguments.sharded && arguments.format != "neuroglancer") {
     throw UsageError("--sharded", "only --format neuroglancer has shards.");
   }
@@ -195,31 +221,41 @@ int export_tree(const ExportArguments& arguments) {
   Progress progress("export", 1, arguments.quiet || arguments.json);
   const DatasetPtr dataset = open_any_dataset(arguments.file);
   const std::vector<double>& suggested = dataset->info.suggested_isovalues;
-  if (!arguments.isovalue && suggested.empty()) {
+  if (arguments.isovalues.empty() && suggested.empty()) {
     throw UsageError("--isovalue", "the dataset suggests none; name one.");
   }
-  // What the path of a server would take.
-  const TreeSettings asked{.isovalue = arguments.isovalue ? *arguments.isovalue : suggested.front(),
-                           .error = arguments.error};
-  const auto settings = tree_settings_from(text_of(asked));
-  if (!settings) throw std::invalid_argument(settings.error().text);
-  const CellTree tree(dataset->info, *settings);
+  if (arguments.isovalues.empty()) arguments.isovalues = {suggested.front()};
+  const SurfaceExtractor extractor(dataset);
   progress.begin("cells");
-  Exporter exporter(dataset, tree, arguments.folder, progress);
-  if (arguments.format == "3dtiles") {
-    exporter.write_tilesets();
-  } else if (arguments.format == "glb-lods") {
-    exporter.write_levels();
-  } else {
-    exporter.write_segment(arguments.sharded ? MeshLayout::kShards : MeshLayout::kFiles);
+  Exported exported;
+  std::map<std::uint64_t, MeshFiles> segments;
+  const double count = static_cast<double>(arguments.isovalues.size());
+  for (std::size_t i = 0; i < arguments.isovalues.size(); ++i) {
+    const TreeSettings settings = settings_of(arguments.isovalues[i], arguments.error);
+    const CellTree tree(dataset->info, settings);
+    std::filesystem::path folder = arguments.folder;
+    if (arguments.isovalues.size() > 1) {
+      folder = folder / "iso" / text_of(TreeSettings{.isovalue = settings.isovalue});
+    }
+    Exporter exporter(extractor, tree, std::move(folder), [&](double percent) {
+      progress.update((100 * static_cast<double>(i) + percent) / count, 100, "%");
+    });
+    if (arguments.format == "3dtiles") {
+      exporter.write_tilesets();
+    } else if (arguments.format == "glb-lods") {
+      exporter.write_levels();
+    } else {
+      segments[segment_of(settings.isovalue)] = exporter.segment();
+    }
+    exported.add(exporter.exported());
   }
+  if (!segments.empty()) write_segments(arguments, dataset->info, segments, exported);
   progress.finish();
-  const Exported& exported = exporter.exported();
   if (arguments.json) {
     std::cout << text_of(Json{{"folder", arguments.folder},
                               {"format", arguments.format},
-                              {"isovalue", settings->isovalue},
-                              {"error", settings->error},
+                              {"isovalues", arguments.isovalues},
+                              {"error", arguments.error},
                               {"files", exported.files},
                               {"bytes", exported.bytes},
                               {"triangles", exported.triangles},
@@ -246,28 +282,33 @@ void add_export_command(Command& program, Run& run) {
       ->required()
       ->type_name("FOLDER");
   command
-      ->add_option("--format", arguments->format,
-                   "3dtiles (tileset.json, for CesiumJS and others), neuroglancer (a precomputed "
-                   "multi-resolution mesh with one segment) or glb-lods (surface.glb, whole "
-                   "surfaces as levels of MSFT_lod)")
+      ->add_option(
+          "--format", arguments->format,
+          "3dtiles (tileset.json, for CesiumJS and others), neuroglancer (a precomputed "
+          "multi-resolution mesh with a segment for each isovalue) or glb-lods (surface.glb, whole "
+          "surfaces as levels of MSFT_lod)")
       ->one_of({"3dtiles", "neuroglancer", "glb-lods"})
       ->capture_default_str();
-  command->add_option("--isovalue", arguments->isovalue,
-                      "The value (default: the first that is suggested)");
+  command
+      ->add_option("--isovalue", arguments->isovalues,
+                   "The value (default: the first that is suggested), or several, with commas "
+                   "between them: trees in FOLDER/iso/VALUE, segments of one mesh")
+      ->delimiter(',');
   command->add_option("--error", arguments->error, "Largest error of the finest level, in voxels")
       ->within(0.0, 1e9)
       ->capture_default_str();
   command->add_flag("--sharded", arguments->sharded,
-                    "For neuroglancer: manifest and fragments in one shard");
+                    "For neuroglancer: manifests and fragments in one shard");
   add_threads_option(*command, arguments->threads);
   command->add_flag("--json", arguments->json, "Print a JSON report");
   command->add_flag("--quiet", arguments->quiet, "Say nothing unless something is wrong");
   command->footer(
       "Examples:\n"
       "  multitetra-server export head.mtd --isovalue 500.5 -o site/head\n"
-      "  multitetra-server export head.mtd --format neuroglancer -o site/head_mesh\n"
+      "  multitetra-server export head.mtd --isovalue 500.5,900.5 --format neuroglancer -o "
+      "site/head_mesh\n"
       "  multitetra-server export head.mtd --format glb-lods -o site/head");
-  command->callback([arguments, &run] { run = [arguments] { return export_tree(*arguments); }; });
+  command->callback([arguments, &run] { run = [arguments] { return export_trees(*arguments); }; });
 }
 
 }  // namespace multitetra

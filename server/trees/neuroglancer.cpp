@@ -237,20 +237,25 @@ MeshFiles mesh_files_of(const CellTree& tree, const MeshFragments& fragments) {
   return files;
 }
 
-std::string mesh_shard(std::uint64_t segment, const MeshFiles& files) {
-  constexpr std::uint64_t kMinishardIndex = 3 * 8;
-  // Places count from the end of the shard's index. Fragments lie right before their manifest.
-  const std::uint64_t manifest = files.data.size();
-  const std::uint64_t index = manifest + files.manifest.size();
-  std::string shard;
-  append_u64(shard, index);
-  append_u64(shard, index + kMinishardIndex);
-  shard += files.data;
-  shard += files.manifest;
-  for (const std::uint64_t entry : {segment, manifest, std::uint64_t{files.manifest.size()}}) {
-    append_u64(shard, entry);
+// Places count from the end of the shard's index, those of a manifest from the end of the one
+// before it. Fragments lie right before their manifest.
+std::string mesh_shard(const std::map<std::uint64_t, MeshFiles>& segments) {
+  std::string content;
+  std::string keys;
+  std::string places;
+  std::string sizes;
+  std::uint64_t last = 0;
+  for (const auto& [segment, files] : segments) {
+    append_u64(keys, segment - std::exchange(last, segment));
+    append_u64(places, files.data.size());
+    append_u64(sizes, files.manifest.size());
+    content += files.data;
+    content += files.manifest;
   }
-  return shard;
+  std::string shard;
+  append_u64(shard, content.size());
+  append_u64(shard, content.size() + keys.size() + places.size() + sizes.size());
+  return shard + content + keys + places + sizes;
 }
 
 }  // namespace multitetra

@@ -61,8 +61,7 @@ struct MeshFiles {
 };
 [[nodiscard]] MeshFiles mesh_files_of(const CellTree& tree, const MeshFragments& fragments);
 
-// The one shard of a mesh with one segment, "0.shard": neuroglancer_uint64_sharded_v1, nothing in
-// it compressed.
-[[nodiscard]] std::string mesh_shard(std::uint64_t segment, const MeshFiles& files);
+// All segments in one shard, "0.shard": neuroglancer_uint64_sharded_v1, nothing in it compressed.
+[[nodiscard]] std::string mesh_shard(const std::map<std::uint64_t, MeshFiles>& segments);
 
 }  // namespace multitetra

@@ -73,6 +73,30 @@ def from_shards(folder, segment):
     raise AssertionError(f"no segment {segment} in the shard")
 
 
+def check_several(folder, program):
+    """Several isovalues at once are what each of them is alone."""
+    values = ["0.1", "-0.25"]
+    words = ["--isovalue", ",".join(values), "--error", "1", "--quiet"]
+    run(program, "export", "gyroid.mtd", *words, "-o", "several", cwd=folder)
+    for shape in ([], ["--sharded"]):
+        output = ["--format", "neuroglancer", *shape, "-o", "".join(["several_mesh", *shape])]
+        run(program, "export", "gyroid.mtd", *words, *output, cwd=folder)
+    told = json.loads((folder / "several_mesh/segment_properties/info").read_text())["inline"]
+    assert told["properties"][0]["values"] == values, told
+    for value, segment in zip(values, told["ids"]):
+        alone = ["--isovalue", value, "--error", "1", "--quiet"]
+        run(program, "export", "gyroid.mtd", *alone, "-o", f"tree{value}", cwd=folder)
+        run(program, "export", "gyroid.mtd", *alone, "--format", "neuroglancer", "-o", f"mesh{value}", cwd=folder)
+        names = {path.relative_to(folder / f"tree{value}") for path in (folder / f"tree{value}").rglob("*.*")}
+        assert len(names) > 10
+        for name in names:
+            assert (folder / "several/iso" / value / name).read_bytes() == (folder / f"tree{value}" / name).read_bytes(), name
+        manifest, data = from_shards(folder / "several_mesh--sharded", int(segment))
+        for end, content in ((".index", manifest), ("", data)):
+            assert (folder / f"mesh{value}" / f"{segment}{end}").read_bytes() == content, (value, end)
+            assert (folder / "several_mesh" / f"{segment}{end}").read_bytes() == content, (value, end)
+
+
 def compare_shards(folder):
     segment = struct.unpack("<Q", struct.pack("<d", ISOVALUE))[0]
     manifest, data = from_shards(folder / "shards", segment)
@@ -163,6 +187,7 @@ def main():
         sharded = ["--format", "neuroglancer", "--sharded"]
         run(program, "export", "gyroid.mtd", *asked, *sharded, "-o", "shards", cwd=folder)
         compare_shards(folder)
+        check_several(folder, program)
         levels = ["--isovalue", str(ISOVALUE), "--quiet", "--format", "glb-lods"]
         run(program, "export", "gyroid.mtd", *levels, "-o", "levels", cwd=folder)
         check_levels(folder, program)

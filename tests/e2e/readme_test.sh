@@ -22,9 +22,20 @@ bash first
 sed -n '1,/verify head.mtd/p' rest >before
 sed '1,/verify head.mtd/d' rest >after
 bash -euo pipefail before >out 2>&1 || fail "README up to serving: $(tail -n 3 out)"
-start server multitetra-server serve head.mtd --tcp 127.0.0.1:0 --http off
+start server multitetra-server serve head.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0
 MULTITETRA_SERVER=$(url_of server tcp)
 export MULTITETRA_SERVER
 bash -euo pipefail after >out 2>&1 || fail "README from serving on: $(tail -n 5 out)"
 ! grep -i 'notice' out || fail "README asks for what it does not mean: $(grep -i notice out)"
 for file in head.ply head.glb head.vtu head.svg head.png; do [ -s "$file" ] || fail "README made no $file"; done
+
+# The addresses for viewers: of a first file, or of a folder that has one named info.
+grep -o 'http://127.0.0.1:7480/v1/\(3dtiles\|neuroglancer\)/[^ ]*' "$readme" >addresses
+[ "$(wc -l <addresses)" = 3 ] || fail "README tells of other addresses: $(cat addresses)"
+python3 - "$(url_of server http)" <<'EOF' || fail "an address of README is none"
+import json, sys, urllib.request
+
+for line in open("addresses"):
+    address = line.strip().replace("http://127.0.0.1:7480", sys.argv[1])
+    json.load(urllib.request.urlopen(address if address.endswith(".json") else address + "/info"))
+EOF

@@ -253,6 +253,37 @@ TEST(Load, AUserWhoseConnectionIsCutGetsTheRestAndNoTileTwice) {
   EXPECT_EQ(statistics.checks_failed, 0U) << statistics.failed_checks.front();
 }
 
+// All are let in and get a first surface; then they ask for more than there is.
+TEST(Load, WhoIsToldWhenToComeAgainComesThenAndIsServed) {
+  const RunningServer server(gyroid(),
+                             {.admission = {.requests = {.per_second = 10, .burst = 28}}});
+  LoadOptions options = short_load(server.endpoint(), 12);
+  options.session.script = ScriptKind::kRandomIsovalues;
+  options.session.script_options.mean_pause = milliseconds(200);
+  options.duration = milliseconds(1500);
+  options.ramp = milliseconds(0);
+  const LoadStatistics statistics = run_load(options);
+  EXPECT_GT(statistics.told_to_come_again, 0U);
+  EXPECT_EQ(statistics.complete, statistics.streams);
+  EXPECT_EQ(statistics.clients_without_connection, 0U);
+  EXPECT_EQ(statistics.checks_failed, 0U) << statistics.failed_checks.front();
+  EXPECT_EQ(statistics.lost_connections, 0U);
+}
+
+TEST(Load, IdleClientsAreThereAndAskForNothing) {
+  const RunningServer server(gyroid());
+  LoadOptions options = short_load(server.endpoint(), 2);
+  options.idle = 30;
+  const LoadStatistics statistics = run_load(options);
+  EXPECT_EQ(statistics.connections, 32U);
+  EXPECT_EQ(statistics.lost_connections, 0U);
+  EXPECT_EQ(statistics.clients_without_connection, 0U);
+  EXPECT_GE(statistics.complete, 1U);
+  options.clients = 1;
+  options.session.dataset = "nothing";
+  EXPECT_EQ(run_load(options).clients_without_connection, 31U);
+}
+
 TEST(Load, AServerThatIsNotThereIsNoSuccess) {
   LoadOptions options = short_load({.host = "127.0.0.1", .port = 1}, 3);
   const LoadStatistics statistics = run_load(options);
