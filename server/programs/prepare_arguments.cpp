@@ -5,17 +5,30 @@
 #include <stdexcept>
 
 namespace multitetra {
+namespace {
+
+// A label ends where the data do: most segmentations are of things that are whole.
+const char* usual_outside(const FamilyArguments& family) {
+  return family.labels.empty() ? "void" : "0";
+}
+int usual_margin(const FamilyArguments& family) { return family.labels.empty() ? 0 : 1; }
+
+}  // namespace
 
 std::optional<double> PrepareArguments::outside_value() const {
-  if (outside == "void") return std::nullopt;
+  const std::string text = outside.empty() ? usual_outside(family) : outside;
+  if (text == "void") return std::nullopt;
   try {
     std::size_t used = 0;
-    const double value = std::stod(outside, &used);
-    if (used == outside.size() && std::isfinite(value)) return value;
+    const double value = std::stod(text, &used);
+    if (used == text.size() && std::isfinite(value)) return value;
   } catch (const std::exception&) {  // Told below.
   }
-  throw std::invalid_argument("--outside is \"" + outside +
-                              "\"; it must be void or a finite number.");
+  throw std::invalid_argument("--outside is \"" + text + "\"; it must be void or a finite number.");
+}
+
+std::int32_t PrepareArguments::margin_steps() const {
+  return margin.value_or(usual_margin(family));
 }
 
 std::string PrepareArguments::told() const {
@@ -23,8 +36,9 @@ std::string PrepareArguments::told() const {
   const auto tell = [&](const char* option, const std::string& value, const std::string& usual) {
     if (value != usual) text += std::string(text.empty() ? "" : " ") + option + " " + value;
   };
-  tell("--outside", outside, "void");
-  tell("--margin", std::to_string(margin), "0");
+  const std::string usual = usual_outside(family);
+  tell("--outside", outside.empty() ? usual : outside, usual);
+  tell("--margin", std::to_string(margin_steps()), std::to_string(usual_margin(family)));
   tell("--bins", std::to_string(bins), std::to_string(IsovalueBins::kDefaultCount));
   return text;
 }

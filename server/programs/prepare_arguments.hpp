@@ -17,8 +17,8 @@ struct PrepareArguments {
   std::vector<std::string> inputs;
   std::string output;
   std::string name;
-  std::string outside = "void";
-  std::int32_t margin = 0;
+  std::string outside;        // Empty: void, and 0 around labels.
+  std::optional<int> margin;  // None: 0, and 1 around labels: they close.
   VolumeOptions volume;
   FamilyArguments family;
   PartsArguments parts;
@@ -30,6 +30,7 @@ struct PrepareArguments {
 
   // Throws std::invalid_argument unless `outside` is "void" (none) or a number.
   [[nodiscard]] std::optional<double> outside_value() const;
+  [[nodiscard]] std::int32_t margin_steps() const;
   // What was asked for beyond the source, as text: another text, another dataset.
   [[nodiscard]] std::string told() const;
 };

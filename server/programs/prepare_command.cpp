@@ -49,7 +49,7 @@ int prepare_in_parts(const PrepareArguments& arguments) {
         *source,
         {.name = arguments.name.empty() ? default_dataset_name(input) : arguments.name,
          .outside = arguments.outside_value(),
-         .margin = arguments.margin,
+         .margin = arguments.margin_steps(),
          .bins = arguments.bins},
         std::move(note), input, arguments.output, static_cast<std::size_t>(parts.plan), report);
   } catch (const VolumeFileError& problem) {
@@ -167,16 +167,16 @@ void add_prepare_command(Command& program, Run& run) {
       ->type_name("FILE");
   command->add_option("--name", a->name,
                       "Name of the dataset (default: the input's name without its suffix)");
+  command->add_option(
+      "--outside", a->outside,
+      "What lies beyond the data: void (surfaces end at the last sample) or a value "
+      "(they close) (default: void, and 0 for labels)");
   command
-      ->add_option("--outside", a->outside,
-                   "What lies beyond the data: void (surfaces end at the last sample) or a value "
-                   "(they close)")
-      ->capture_default_str();
-  command
-      ->add_option("--margin", a->margin,
-                   "Grid steps around the data; 1 with a value closes surfaces on all sides")
-      ->within(0, 4096)
-      ->capture_default_str();
+      ->add_option(
+          "--margin", a->margin,
+          "Grid steps around the data; 1 with a value closes surfaces on all sides (default: "
+          "0, and 1 for labels)")
+      ->within(0, 4096);
   a->volume.add_to(*command);
   a->family.add_to(*command);
   command

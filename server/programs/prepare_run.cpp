@@ -138,7 +138,7 @@ class Preparation {
     std::string pass;
     PrepareOptions how{.name = job.name,
                        .outside = outside,
-                       .margin = arguments_.margin,
+                       .margin = arguments_.margin_steps(),
                        .bins = arguments_.bins,
                        .member = job.member};
     if (job.member && job.member->label) {

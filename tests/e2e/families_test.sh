@@ -57,6 +57,14 @@ grep -q '"euler_characteristic": 2' inner.json || fail "the surface of a ball's 
 "$server" extract organs/organs.label7.mtd --isovalue 0.5 --error 0 -o outer.ply --json --quiet >outer.json
 grep -q '"euler_characteristic": 4' outer.json || fail "the surface of a shell's label is not two balls"
 
+# A label that reaches the volume's border closes there, unless it is told not to.
+{ printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 9 9 9\nencoding: raw\n\n'; head -c 729 /dev/zero | tr '\0' '\1'; } >in/full.nrrd
+"$server" prepare in/full.nrrd --label 1 -o full --quiet
+"$server" extract full/full.label1.mtd --isovalue 0.5 --error 0 -o full.ply --json --quiet >full.json
+grep -q '"euler_characteristic": 2' full.json && grep -q '"border_edges": 0' full.json || fail "a label at the volume's border is open"
+"$server" prepare in/full.nrrd --label 1 --outside void --margin 0 -o open --quiet
+ends 6 "empty" "$server" extract open/full.label1.mtd --isovalue 0.5 -o open.ply
+
 # --- served: they tell what they are, and one colours another
 start server "$server" serve organs --tcp 127.0.0.1:0 --http 127.0.0.1:0
 url=$(url_of server tcp)
