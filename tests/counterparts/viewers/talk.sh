@@ -71,7 +71,7 @@ talk_exported() {
   local port one
   port=$(free_port)
   for one in '' --sharded; do
-    "$bin/multitetra-server" export tree.mtd --isovalue 557.5 --error 1 --format neuroglancer $one -o "site/mesh$one" --quiet
+    "$bin/multitetra-server" export tree.mtd --isovalue 557.5,600.5 --error 1 --format neuroglancer $one -o "site/mesh$one" --quiet
   done
   "$bin/multitetra-server" export tree.mtd --isovalue 557.5 --error 1 -o site/tiles --quiet
   mkdir -p static
@@ -90,6 +90,8 @@ END
   for one in '' --sharded; do
     with_viewers fragments.mjs "http://127.0.0.1:$port/mesh$one" "$(segment_of 557.5)" \
       "http://127.0.0.1:$port/tiles/tileset.json" || fail "neuroglancer's decoder: export $one"
+    with_viewers fragments.mjs "http://127.0.0.1:$port/mesh$one" "$(segment_of 600.5)" ||
+      fail "neuroglancer's decoder: export $one: the second segment"
   done
 }
 
