@@ -26,9 +26,29 @@ struct SampleBox {
 
 }  // namespace
 
-void load_cell(const PreparedVolume& volume, GridPoint low, float* into, std::ptrdiff_t row,
-               std::ptrdiff_t slice) {
-  const DatasetInfo& info = volume.info;
+CellSamples::CellSamples(const PreparedVolume& volume, GridPoint low, GridPoint high)
+    : volume_(volume), layout_(volume.info.dims) {
+  const GridPoint origin = first_sample(volume.info);
+  const auto brick = [&](GridPoint p, int axis) {
+    const std::int32_t end = volume.info.dims[static_cast<std::size_t>(axis)];
+    return std::clamp(p[axis] - origin[axis], 0, end - 1) / kBrick;
+  };
+  first_ = {brick(low, 0), brick(low, 1), brick(low, 2)};
+  const auto count = [&](int axis) { return brick(high, axis) - first_[axis] + 1; };
+  row_ = count(0);
+  slice_ = row_ * count(1);
+  bricks_.resize(static_cast<std::size_t>(slice_ * count(2)));
+}
+
+const std::byte* CellSamples::brick(GridPoint at) {
+  const GridPoint p = at - first_;
+  KeptBytes& bytes = bricks_[static_cast<std::size_t>(p.x + row_ * p.y + slice_ * p.z)];
+  if (bytes.empty()) bytes = volume_.samples->brick(layout_.index({at.x, at.y, at.z}));
+  return bytes.data();
+}
+
+void CellSamples::load_cell(GridPoint low, float* into, std::ptrdiff_t row, std::ptrdiff_t slice) {
+  const DatasetInfo& info = volume_.info;
   const GridPoint begin = low - first_sample(info);  // The cell may reach over the data.
   const SampleBox cell = {begin,
                           begin + GridPoint{kSpectrumSpacing, kSpectrumSpacing, kSpectrumSpacing}};
@@ -44,20 +64,18 @@ void load_cell(const PreparedVolume& volume, GridPoint low, float* into, std::pt
     }
     if (box.is_empty()) return;
   }
-  const BrickLayout layout(info.dims);
   visit_type(info.type, [&]<typename Sample>(const Sample*) {
     for (std::int32_t bz = box.begin.z / kBrick; bz * kBrick < box.end.z; ++bz) {
       for (std::int32_t by = box.begin.y / kBrick; by * kBrick < box.end.y; ++by) {
         for (std::int32_t bx = box.begin.x / kBrick; bx * kBrick < box.end.x; ++bx) {
-          const KeptBytes bytes = volume.samples->brick(layout.index({bx, by, bz}));
-          const auto* const brick = reinterpret_cast<const Sample*>(bytes.data());
-          const GridCounts extent = layout.extent({bx, by, bz});
+          const auto* const samples = reinterpret_cast<const Sample*>(brick({bx, by, bz}));
+          const GridCounts extent = layout_.extent({bx, by, bz});
           const GridPoint first = {kBrick * bx, kBrick * by, kBrick * bz};
           const SampleBox part = box.within(first, first + GridPoint{kBrick, kBrick, kBrick});
           for (std::int32_t z = part.begin.z; z < part.end.z; ++z) {
             for (std::int32_t y = part.begin.y; y < part.end.y; ++y) {
               const Sample* const from =
-                  brick + (part.begin.x - first.x) +
+                  samples + (part.begin.x - first.x) +
                   std::ptrdiff_t{extent[0]} *
                       ((y - first.y) + std::ptrdiff_t{extent[1]} * (z - first.z));
               float* const to = at(part.begin.x, y, z);

@@ -80,8 +80,10 @@ void FineErrors::load(const OctreeCube& cube,
   slice_ = row_ * row_;
   begin_arrays();
   make_offsets();
+  const auto size = static_cast<std::int32_t>(row_);
+  CellSamples samples(volume_, origin_, origin_ + GridPoint{size, size, size});
   for (const FineCell& cell : cells_.support()) {
-    load_cell(volume_, cell.low, arrays_.values.data() + index(cell.low), row_, slice_);
+    samples.load_cell(cell.low, arrays_.values.data() + index(cell.low), row_, slice_);
     load_signs(cell);
   }
   for (const FineCell& cell : cells_.support()) {

@@ -69,8 +69,9 @@ class FineErrors {
   // The error of such a point of spacing 1, 2 or 4; infinite when it is settled, or when a flip
   // that is not tolerated keeps the point or a descendant.
   [[nodiscard]] float error(GridPoint p) const;
-  // Bit i + 3 j + 9 k: whether the point p + step * turned (i - 1, j - 1, k - 1) is settled. They
-  // are the points of an octree cube in a wanted cell, p its centre.
+  // Bit i + 3 j + 9 k: whether the point p + step * turned (i - 1, j - 1, k - 1) is settled.
+  // Requires p to be the centre of an octree cube in a wanted cell, and a step of at most half its
+  // side.
   [[nodiscard]] std::uint32_t settled_around(GridPoint p, std::int32_t step,
                                              const std::array<std::int32_t, 3>& turned) const;
   [[nodiscard]] std::ptrdiff_t index(GridPoint p) const {

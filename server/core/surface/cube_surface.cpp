@@ -17,22 +17,25 @@ LatticeMesh part_of(const LatticeMesh& mesh, std::size_t begin, std::size_t end,
                     std::vector<std::uint32_t>& number_of) {
   LatticeMesh part{.resolution = mesh.resolution, .vertices = {}, .triangles = {}};
   part.triangles.reserve(end - begin);
-  part.vertices.reserve((end - begin) / 2 + (end - begin) / 16 + 8);
   number_of.resize(mesh.vertices.size(), kNone);
+  std::vector<std::uint32_t> used;  // The part's vertices, as the mesh numbers them.
+  used.reserve((end - begin) / 2 + (end - begin) / 16 + 8);
   for (std::size_t i = begin; i < end; ++i) {
     TriangleIndices triangle = mesh.triangles[i];
     for (std::uint32_t& corner : triangle) {
       std::uint32_t& number = number_of[corner];
       if (number == kNone) {
-        number = static_cast<std::uint32_t>(part.vertices.size());
-        part.vertices.push_back(mesh.vertices[corner]);
+        number = static_cast<std::uint32_t>(used.size());
+        used.push_back(corner);
       }
       corner = number;
     }
     part.triangles.push_back(triangle);
   }
-  for (std::size_t i = begin; i < end; ++i) {
-    for (const std::uint32_t corner : mesh.triangles[i]) number_of[corner] = kNone;
+  part.vertices.reserve(used.size());
+  for (const std::uint32_t vertex : used) {
+    part.vertices.push_back(mesh.vertices[vertex]);
+    number_of[vertex] = kNone;
   }
   return part;
 }
@@ -100,7 +103,7 @@ void CubeSurfaceBuilder::cut_off(const OctreeCube& cube, std::size_t begin,
 
 CubeSurface CubeSurfaceBuilder::take() {
   const bool is_cut = !number_of_.empty();  // Then vertices of tiles are left over.
-  surface_.rest = is_cut ? part_of(mesh_, 0, triangles(), number_of_) : std::move(mesh_);
+  surface_.rest = is_cut ? part_of(mesh_, 0, triangles(), number_of_) : mesh_;
   return std::move(surface_);
 }
 

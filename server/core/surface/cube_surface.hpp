@@ -41,8 +41,12 @@ using ChildRanges = std::array<std::size_t, 9>;
 
 class CubeSurfaceBuilder {
  public:
-  CubeSurfaceBuilder(int lattice_resolution, std::size_t max_triangles) : max_(max_triangles) {
+  // `mesh` is memory to work in: what it holds before and after means nothing.
+  CubeSurfaceBuilder(int lattice_resolution, std::size_t max_triangles, LatticeMesh& mesh)
+      : max_(max_triangles), mesh_(mesh) {
     mesh_.resolution = lattice_resolution;
+    mesh_.vertices.clear();
+    mesh_.triangles.clear();
   }
 
   // What is there and not yet cut off. Triangles are appended in the order of the cubes they lie
@@ -69,7 +73,7 @@ class CubeSurfaceBuilder {
   void weld(const LatticeMesh& mesh, const IsShared& is_shared);
 
   std::size_t max_;
-  LatticeMesh mesh_;
+  LatticeMesh& mesh_;
   CubeSurface surface_;
   VertexNumbers shared_;                  // Of those that may be shared.
   std::vector<std::uint32_t> number_of_;  // For part_of.

@@ -96,22 +96,27 @@ inline constexpr MarchingCases kMarchingCases = make_marching_cases();
 // and never at its ends. The same for (g, h) and (h, g), bit for bit.
 [[nodiscard]] inline LatticePoint lattice_vertex(GridPoint g, double value_g, GridPoint h,
                                                  double value_h, double c, int resolution) {
-  if (h < g) {
-    std::swap(g, h);
-    std::swap(value_g, value_h);
-  }
-  const GridPoint edge = h - g;
-  const std::int32_t length = std::max({std::abs(edge.x), std::abs(edge.y), std::abs(edge.z)});
+  // From the end that comes first. The extents of an edge are equal or 0, so that the first which
+  // is not 0 decides here.
+  const GridPoint extents = h - g;
+  const bool from_h = 4 * extents.x + 2 * extents.y + extents.z < 0;
+  const std::array<double, 2> values = {value_g, value_h};
+  const double first = values[from_h ? 1 : 0];
+  const double last = values[from_h ? 0 : 1];
+  const GridPoint from = from_h ? h : g;
+  const std::int32_t side = from_h ? -1 : 1;
+  const std::int32_t length =
+      std::max({std::abs(extents.x), std::abs(extents.y), std::abs(extents.z)});
   const std::int32_t steps = length << resolution;
-  const double t = (c - value_g) / (value_h - value_g);
+  const double t = (c - first) / (last - first);
   // As floor: what is below 1 is clamped.
   const auto nearest = static_cast<std::int32_t>(t * steps + 0.5);
   const std::int32_t q = std::clamp(nearest, 1, steps - 1);
-  const auto along = [&](std::int32_t from, std::int32_t extent) {
+  const auto along = [&](std::int32_t start, std::int32_t extent) {
     const std::int32_t direction = (extent > 0 ? 1 : 0) - (extent < 0 ? 1 : 0);
-    return (from << resolution) + direction * q;
+    return (start << resolution) + side * direction * q;
   };
-  return {along(g.x, edge.x), along(g.y, edge.y), along(g.z, edge.z)};
+  return {along(from.x, extents.x), along(from.y, extents.y), along(from.z, extents.z)};
 }
 
 // Triangles face the low values. Values that are NaN are void.

@@ -135,6 +135,8 @@ constexpr std::uint32_t bits_of_points_with(int middles) {
   return bits;
 }
 
+constexpr std::size_t kMaxTetrahedra = 48;  // Of its own, in one cube.
+
 // How many tetrahedra the cube has of its own: twelve, two more for every face that is cut in four
 // and for every edge that is cut in two, whose two faces are cut then. A refined child takes away
 // six; the three edges that it touches are cut, being parents of its centre.
@@ -144,6 +146,50 @@ std::uint32_t count_tetrahedra(std::uint32_t kept) {
   return 12 + 2 * static_cast<std::uint32_t>(std::popcount(kept & kFacesAndEdges)) -
          6 * static_cast<std::uint32_t>(std::popcount(kept & kCorners));
 }
+
+// The vertices in one cube, each looked up once.
+class CubeVertices {
+ public:
+  CubeVertices(const OctreeCubePoints& points, EdgeVertices& known, double isovalue, int resolution,
+               std::vector<LatticePoint>& vertices)
+      : points_(points),
+        known_(known),
+        isovalue_(isovalue),
+        resolution_(resolution),
+        vertices_(vertices) {
+    numbers_.fill(EdgeVertices::kNone);
+  }
+
+  // The number of the vertex on an edge of the table.
+  [[nodiscard]] std::uint32_t on(std::size_t edge) {
+    const std::uint32_t number = numbers_[edge];
+    return number != EdgeVertices::kNone ? number : find(edge);
+  }
+
+ private:
+  // Not inlined, so that what is asked for again and again, a vertex that is known, stays short.
+  [[gnu::noinline]] std::uint32_t find(std::size_t edge) {
+    const auto [i, j] = kTable.edges.edges[edge];
+    std::uint32_t& number = numbers_[edge];
+    // No other cube has an edge that ends at the centre of a smallest one.
+    const bool is_inside = points_.step == 1 && (i == kCentre || j == kCentre);
+    std::uint32_t& slot = is_inside ? number : known_.at(points_.sum_of_ends(i, j));
+    if (slot == EdgeVertices::kNone) {
+      slot = static_cast<std::uint32_t>(vertices_.size());
+      vertices_.push_back(lattice_vertex(points_.at(i), static_cast<double>(points_.values[i]),
+                                         points_.at(j), static_cast<double>(points_.values[j]),
+                                         isovalue_, resolution_));
+    }
+    return number = slot;
+  }
+
+  const OctreeCubePoints& points_;
+  EdgeVertices& known_;
+  double isovalue_;
+  int resolution_;
+  std::vector<LatticePoint>& vertices_;
+  std::array<std::uint32_t, kTable.edges.count> numbers_;
+};
 
 }  // namespace
 
@@ -170,21 +216,9 @@ OctreeCubeSurface::Counts OctreeCubeSurface::append(const OctreeCubePoints& poin
   Counts counts{.tetrahedra = count_tetrahedra(points.kept)};
   if (positive == 0 || (positive | is_void) == kAll) return counts;
 
-  std::array<std::uint32_t, kTable.edges.count> numbers;
-  numbers.fill(EdgeVertices::kNone);
-  const auto vertex_on = [&](std::size_t edge) {
-    std::uint32_t& number = numbers[edge];
-    if (number != EdgeVertices::kNone) return number;
-    const auto [i, j] = kTable.edges.edges[edge];
-    std::uint32_t& slot = known.at(points.sum_of_ends(i, j));
-    if (slot == EdgeVertices::kNone) {
-      slot = static_cast<std::uint32_t>(mesh.vertices.size());
-      mesh.vertices.push_back(lattice_vertex(points.at(i), static_cast<double>(points.values[i]),
-                                             points.at(j), static_cast<double>(points.values[j]),
-                                             isovalue_, resolution_));
-    }
-    return number = slot;
-  };
+  CubeVertices vertices(points, known, isovalue_, resolution_, mesh.vertices);
+  std::array<TriangleIndices, 2 * kMaxTetrahedra> triangles;
+  std::size_t count = 0;
   const bool is_turned = points.turned[0] * points.turned[1] * points.turned[2] < 0;
   for (const Face& face : kTable.faces) {
     const std::uint32_t face_signs = positive & face.mask;
@@ -196,20 +230,22 @@ OctreeCubeSurface::Counts OctreeCubeSurface::append(const OctreeCubePoints& poin
       unsigned corner_signs = 0;
       for (std::size_t i = 0; i < 4; ++i) corner_signs |= (positive >> t.corners[i] & 1U) << i;
       const MarchingCase& c = kMarchingCases[corner_signs][t.is_negative != is_turned ? 1 : 0];
-      const std::uint32_t p = vertex_on(t.edges[c.edges[0]]);
-      const std::uint32_t q = vertex_on(t.edges[c.edges[1]]);
-      const std::uint32_t r = vertex_on(t.edges[c.edges[2]]);
+      const std::uint32_t p = vertices.on(t.edges[c.edges[0]]);
+      const std::uint32_t q = vertices.on(t.edges[c.edges[1]]);
+      const std::uint32_t r = vertices.on(t.edges[c.edges[2]]);
       if (c.corners == 3) {
-        mesh.triangles.push_back({p, q, r});
+        triangles[count++] = {p, q, r};
         return;
       }
-      const std::uint32_t s = vertex_on(t.edges[c.edges[3]]);
+      const std::uint32_t s = vertices.on(t.edges[c.edges[3]]);
       const auto& at = mesh.vertices;
       const bool along_first = is_cut_along_first(at[p], at[q], at[r], at[s]);
-      mesh.triangles.push_back(along_first ? TriangleIndices{p, q, r} : TriangleIndices{q, r, s});
-      mesh.triangles.push_back(along_first ? TriangleIndices{p, r, s} : TriangleIndices{q, s, p});
+      triangles[count++] = along_first ? TriangleIndices{p, q, r} : TriangleIndices{q, r, s};
+      triangles[count++] = along_first ? TriangleIndices{p, r, s} : TriangleIndices{q, s, p};
     });
   }
+  mesh.triangles.insert(mesh.triangles.end(), triangles.begin(),
+                        triangles.begin() + static_cast<std::ptrdiff_t>(count));
   return counts;
 }
 

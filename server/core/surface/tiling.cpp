@@ -16,6 +16,17 @@ namespace {
 
 // ---- where tetrahedra and values come from
 
+// A bit for each child, asked one by one.
+template <typename Source>
+unsigned refined_children_of(const Source& source, const OctreeCube& cube) {
+  unsigned refined = 0;
+  if (cube.exponent <= 1) return refined;
+  for (int i = 0; i < 8; ++i) {
+    refined |= static_cast<unsigned>(source.is_refined(cube.child(i))) << i;
+  }
+  return refined;
+}
+
 // Any model over a field.
 template <typename Sample>
 class FieldSource {
@@ -27,8 +38,12 @@ class FieldSource {
   [[nodiscard]] bool is_refined(const OctreeCube& cube) const {
     return multitetra::is_refined(model_, grid_, cube);
   }
-  // Appends the surface in the cube's own tetrahedra to a mesh that grows by nothing else. A bit
-  // for each child says whether it is refined.
+  // A bit for each child.
+  [[nodiscard]] unsigned refined_children(const OctreeCube& cube) const {
+    return refined_children_of(*this, cube);
+  }
+  // Appends the surface in the cube's own tetrahedra to a mesh that grows by nothing else.
+  // `refined` is refined_children(cube).
   OctreeCubeSurface::Counts append_own(const OctreeCube& cube, unsigned /*refined*/,
                                        LatticeMesh& mesh) {
     OctreeCubeSurface::Counts counts;
@@ -87,6 +102,23 @@ class PreparedSource {
     }
     if (cube.exponent == kSpectrumExponent && !fine_.is_wanted(cube)) return false;
     return model_.kept(point.at(), point.spacing(), fine_.error(point.at()));
+  }
+
+  [[nodiscard]] unsigned refined_children(const OctreeCube& cube) const {
+    if (cube.exponent > kSpectrumExponent || cube.exponent <= 1 || !model_.keeps_only_settled()) {
+      return refined_children_of(*this, cube);
+    }
+    // The children's centres lie around the cube's, at the corners of a cube of half the size.
+    const OctreeCubePoints points = points_of(cube);
+    const std::int32_t step = points.step / 2;
+    if (!model_.may_keep(step)) return 0;
+    const std::uint32_t settled = fine_.settled_around(points.centre, step, {1, 1, 1});
+    unsigned refined = 0;
+    for (unsigned i = 0; i < 8; ++i) {
+      const unsigned corner = (i & 1) * 2 + (i >> 1 & 1) * 6 + (i >> 2) * 18;
+      refined |= (settled >> corner & 1U) << i;
+    }
+    return refined;
   }
 
   OctreeCubeSurface::Counts append_own(const OctreeCube& cube, unsigned refined,
@@ -164,24 +196,13 @@ class PreparedSource {
 
 // ---- cubes
 
-// A bit for each child.
-template <typename Source>
-unsigned refined_children(const Source& source, const OctreeCube& cube) {
-  unsigned refined = 0;
-  if (cube.exponent <= 1) return refined;
-  for (int i = 0; i < 8; ++i) {
-    refined |= static_cast<unsigned>(source.is_refined(cube.child(i))) << i;
-  }
-  return refined;
-}
-
 // Appends the surface of the cube, its children's first, and cuts tiles off where it grows too
 // large.
 template <typename Source>
 void collect(Source& source, const OctreeCube& cube, CubeSurfaceBuilder& out) {
   const std::size_t begin = out.triangles();
   ChildRanges ranges{};
-  const unsigned refined = refined_children(source, cube);
+  const unsigned refined = source.refined_children(cube);
   for (int i = 0; i < 8; ++i) {
     ranges[static_cast<std::size_t>(i)] = out.triangles();
     if ((refined >> i & 1U) != 0) collect(source, cube.child(i), out);
@@ -193,8 +214,9 @@ void collect(Source& source, const OctreeCube& cube, CubeSurfaceBuilder& out) {
 }
 
 template <typename Source>
-CubeSurface collected(Source& source, const OctreeCube& cube, const SurfaceOptions& options) {
-  CubeSurfaceBuilder out(options.lattice_resolution, options.max_triangles);
+CubeSurface collected(Source& source, const OctreeCube& cube, const SurfaceOptions& options,
+                      LatticeMesh& mesh) {
+  CubeSurfaceBuilder out(options.lattice_resolution, options.max_triangles, mesh);
   collect(source, cube, out);
   return out.take();
 }
@@ -202,7 +224,8 @@ CubeSurface collected(Source& source, const OctreeCube& cube, const SurfaceOptio
 template <typename Source>
 CubeSurface joined(Source& source, const OctreeCube& cube, std::vector<CubeSurface> children,
                    const SurfaceOptions& options) {
-  CubeSurfaceBuilder out(options.lattice_resolution, options.max_triangles);
+  LatticeMesh mesh;
+  CubeSurfaceBuilder out(options.lattice_resolution, options.max_triangles, mesh);
   ChildRanges ranges{};
   for (std::size_t i = 0; i < 8; ++i) {
     ranges[i] = out.triangles();
@@ -211,7 +234,7 @@ CubeSurface joined(Source& source, const OctreeCube& cube, std::vector<CubeSurfa
   ranges[8] = out.triangles();
   LatticeMesh own;
   const OctreeCubeSurface::Counts counts =
-      source.append_own(cube, refined_children(source, cube), own);
+      source.append_own(cube, source.refined_children(cube), own);
   out.append(own);
   out.count(counts.tetrahedra, counts.active_tetrahedra);
   out.cut_off(cube, 0, ranges);
@@ -224,7 +247,8 @@ CubeSurface surface_in_cube(const Model& model, const Field& field, const Octree
                             const SurfaceOptions& options) {
   return field.visit([&](const auto& sampled) {
     FieldSource source(model, field.grid(), sampled, options);
-    return collected(source, cube, options);
+    LatticeMesh mesh;
+    return collected(source, cube, options, mesh);
   });
 }
 
@@ -240,7 +264,7 @@ CubeSurface surface_in_cube(const PreparedModel& model, const OctreeCube& cube,
                             const SurfaceOptions& options, CubeMemory& memory) {
   PreparedSource source(model, options, memory);
   source.load(cube);
-  return collected(source, cube, options);
+  return collected(source, cube, options, memory.mesh);
 }
 
 CubeSurface join_children(const PreparedModel& model, const OctreeCube& cube,

@@ -26,11 +26,12 @@ struct SurfaceOptions {
       16000;  // Of a tile; exceeded only where one octree cube of side 2 holds more.
 };
 
-// Memory to work in, some 40 MB for the largest cubes: worth to be used again. What it holds
-// between two uses means nothing.
+// Memory to work in, some 40 MB for the largest cubes and the largest mesh in one of them: worth to
+// be used again. What it holds between two uses means nothing.
 struct CubeMemory {
   FineArrays fine;
   EdgeVertices vertices;
+  LatticeMesh mesh;
 };
 
 // The surface in a refined cube (see leaves.hpp).

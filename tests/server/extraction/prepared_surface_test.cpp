@@ -167,22 +167,26 @@ TEST_P(PreparedSurface, HasAtMostAFewMoreTetrahedraThanTheExactModel) {
   EXPECT_LE(static_cast<double>(with_spectrum), 1.05 * static_cast<double>(exact) + 500);
 }
 
-// Remembers which bricks are looked at.
+// Counts how often each brick is looked at.
 class CountedBricks : public BrickSource {
  public:
   CountedBricks(std::shared_ptr<const BrickSource> source, std::size_t size)
-      : source_(std::move(source)), is_read_(size) {}
+      : source_(std::move(source)), times_read_(size) {}
   [[nodiscard]] KeptBytes brick(std::size_t index) const override {
-    is_read_[index] = true;
+    ++times_read_[index];
     return source_->brick(index);
   }
   [[nodiscard]] std::size_t read() const {
-    return static_cast<std::size_t>(std::count(is_read_.begin(), is_read_.end(), true));
+    return times_read_.size() -
+           static_cast<std::size_t>(std::count(times_read_.begin(), times_read_.end(), 0));
+  }
+  [[nodiscard]] int most_reads() const {
+    return *std::max_element(times_read_.begin(), times_read_.end());
   }
 
  private:
   std::shared_ptr<const BrickSource> source_;
-  mutable std::vector<std::atomic<bool>> is_read_;
+  mutable std::vector<std::atomic<int>> times_read_;
 };
 
 // A dataset whose reads are counted.
@@ -216,6 +220,21 @@ TEST(PreparedSurfaces, ReadOnlyTheBricksNearTheSurface) {
   (void)SurfaceExtractor(counted.dataset).extract({.request = {.isovalue = 0, .error = 0}});
   EXPECT_GT(counted.bricks->read(), 0U);
   EXPECT_LE(counted.bricks->read(), 64U);  // Of 343.
+}
+
+TEST(PreparedSurfaces, AskForEveryBrickOnceInACube) {
+  // With a margin cells of eight samples lie across bricks.
+  for (const std::int32_t margin : {0, 3}) {
+    const Counted counted({"noise", fields::noise({50, 41, 37}, 6), std::nullopt, margin});
+    const PreparedModel model(*counted.dataset, {.isovalue = 0.5},
+                              {.thresholds = ThresholdMap::everywhere(0)});
+    CubeMemory memory;
+    const CubeSurface surface = surface_in_cube(model, root_cube(grid_of(counted.dataset->info)),
+                                                {.isovalue = 0.5}, memory);
+    EXPECT_GT(surface.active_tetrahedra, 100U);
+    EXPECT_EQ(counted.bricks->read(), 4U * 3U * 3U);
+    EXPECT_EQ(counted.bricks->most_reads(), 1);
+  }
 }
 
 TEST(PreparedSurfaces, OfTinyGridsAreTheReferencesOwn) {
