@@ -262,8 +262,7 @@ int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>
         continue;
       }
       const Prepared prepared = preparation.prepare_one(job, note);
-      tell(facts_of(prepared) + ", " + human_number(prepared.seconds.at("total").get<double>()) +
-           " s");
+      tell(facts_of(prepared) + ", " + human_seconds(prepared.seconds.at("total").get<double>()));
       reports.push_back(json_of(job, prepared));
     } catch (const MissingLabel& missing) {
       const bool comes_and_goes = job.member && job.member->time;
