@@ -43,7 +43,7 @@ IsovalueBins bins_of(const std::filesystem::path& file, std::span<const std::byt
             "it has " + std::to_string(bytes.size()) + " bytes; it must have none, or 8 to " +
                 std::to_string(sizeof(float) * (IsovalueBins::kMaxCount + 1)) + " in fours.");
   }
-  std::memcpy(edges.data(), bytes.data(), bytes.size());
+  if (!edges.empty()) std::memcpy(edges.data(), bytes.data(), bytes.size());
   for (std::size_t i = 0; i < edges.size(); ++i) {
     if (!std::isfinite(edges[i]) || (i > 0 && edges[i] <= edges[i - 1])) {
       fail_on(file, "bins", "its edges are not finite numbers that increase.");

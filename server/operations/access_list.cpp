@@ -201,7 +201,8 @@ std::string access_line(std::string_view name, std::string_view token,
 }
 
 std::string time_text(AccessRights::Time time) {
-  const std::time_t seconds = std::chrono::system_clock::to_time_t(time);
+  // Not by system_clock, whose nanoseconds end in 2262.
+  const auto seconds = static_cast<std::time_t>(time.time_since_epoch().count());
   std::tm parts{};
   ::gmtime_r(&seconds, &parts);
   std::array<char, 32> text{};

@@ -43,7 +43,8 @@ class AccessRights {
   void expire_at(Time time) { expires_ = time; }
   [[nodiscard]] const std::optional<Time>& expires() const { return expires_; }
   [[nodiscard]] bool has_expired(std::chrono::system_clock::time_point now) const {
-    return expires_ && now >= *expires_;
+    // In seconds: nanoseconds of the year 2400 do not fit into a number.
+    return expires_ && std::chrono::floor<std::chrono::seconds>(now) >= *expires_;
   }
 
  private:

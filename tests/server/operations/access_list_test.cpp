@@ -153,6 +153,13 @@ TEST(AccessList, ATokenEndsWhenItsLineSaysSo) {
   EXPECT_FALSE(list.rights_of("secret", end - std::chrono::hours(1))->may_see("expires=2027"));
 }
 
+TEST(AccessList, ATokenMayLastForCenturies) {
+  const auto end = time_from("2400-01-01T00:00:00Z");
+  ASSERT_TRUE(end);
+  const auto list = parse_access_list(access_line("a", "secret", {"*"}, end)).value();
+  EXPECT_TRUE(list.rights_of("secret"));
+}
+
 TEST(AccessList, ATimeIsAMomentThatThereIs) {
   for (const std::string good :
        {"2027-01-31T12:00:00Z", "1970-01-01T00:00:00Z", "2400-02-29T23:59:59Z"}) {
