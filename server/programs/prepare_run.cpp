@@ -246,6 +246,7 @@ int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>
   Preparation preparation(arguments, maps);
   Json reports = Json::array();
   std::string table;
+  std::string failures;
   std::size_t failed = 0;
   for (const PrepareJob& job : jobs) {
     const auto tell = [&](const std::string& outcome) {
@@ -268,23 +269,25 @@ int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>
       const bool comes_and_goes = job.member && job.member->time;
       failed += comes_and_goes ? 0 : 1;
       tell((comes_and_goes ? "left out: " : "FAILED: ") + std::string(missing.what()));
+      if (!comes_and_goes) failures += job.name + ": FAILED: " + missing.what() + "\n";
       reports.push_back(
           {{"input", job.input}, {comes_and_goes ? "left_out" : "error", missing.what()}});
     } catch (const std::exception& problem) {
       ++failed;
       tell(std::string("FAILED: ") + problem.what());
+      failures += (job.member ? job.name : job.input) + ": FAILED: " + problem.what() + "\n";
       reports.push_back({{"input", job.input}, {"error", problem.what()}});
     }
   }
   if (arguments.json) {
     std::cout << text_of({{"volumes", reports}, {"failed", failed}});
+  } else if (arguments.quiet) {
+    std::cerr << failures;
   } else {
-    std::cout << table;
-    if (!arguments.quiet) {
-      std::cout << jobs.size() << (arguments.family.are_given() ? " members, " : " volumes, ")
-                << failed << " failed.\n"
-                << "Next: multitetra-server serve " << arguments.output << "\n";
-    }
+    std::cout << table << jobs.size()
+              << (arguments.family.are_given() ? " members, " : " volumes, ") << failed
+              << " failed.\n"
+              << "Next: multitetra-server serve " << arguments.output << "\n";
   }
   return failed == 0 ? kOk : kFailed;
 }

@@ -299,11 +299,13 @@ export class Viewer {
     const { dataset, surfaces, t } = this.settings.get();
     const found = dataset ? named(list, dataset) : list[0];
     if (!found) return dataset ? this.tellUnknown(dataset) : undefined;
-    // All labels of a segmentation, where it alone is named.
-    const isNamedAlone = surfaces.length === 0 && dataset !== found.name;
-    const family = isNamedAlone && found.member?.label ? familyOf(list, found) : null;
-    if (family) this.settings.set(settingsOfEntry({ name: family.name, info: found, family }));
-    this.use(atTime(list, found, t));
+    // All labels of a segmentation, where no surfaces are named; one alone is shown where it is named.
+    const family = surfaces.length === 0 && found.member?.label ? familyOf(list, found) : null;
+    if (!family || family.labels.length < 2) return this.use(atTime(list, found, t));
+    const label = family.labels.find(({ name }) => name === dataset)?.name ?? null;
+    const said = settingsOfEntry({ name: family.name, info: found, family }, label);
+    this.settings.set(said);
+    this.use(atTime(list, named(list, said.dataset!) ?? found, t));
   }
 
   private played(): Played | null {

@@ -74,6 +74,12 @@ describe("Labels", () => {
     expect(said.surfaces!.map(({ dataset, isovalue }) => [dataset, isovalue])).toEqual([["seg.label4", 0.5], ["seg.label9", 0.5]]);
   });
 
+  test("AreThereToBeShownWhereOneIsNamed", () => {
+    const said = settingsOfEntry(entriesOf(labels)[0], "seg.label4");
+    expect(said).toMatchObject({ dataset: "seg.label1", visible: false });
+    expect(said.surfaces!.map(({ dataset, visible }) => [dataset, visible])).toEqual([["seg.label4", true], ["seg.label9", false]]);
+  });
+
   test("AreNotAllShownWhereTheyAreMany", () => {
     const many = Array.from({ length: 100 }, (_, i) => member(`m.label${i + 1}`, "m", { label: { value: i + 1, name: "" } }));
     const said = settingsOfEntry(entriesOf(many)[0]);

@@ -109,10 +109,12 @@ export function labelOf(list: readonly DatasetInfo[], name: string): Label | nul
   return named(list, name)?.member?.label ?? null;
 }
 
-// What is looked at when an entry is chosen: all labels of a segmentation, else one surface.
-export function settingsOfEntry({ info, family }: Entry): Partial<Settings> {
+// What is looked at when an entry is chosen: all labels of a segmentation, else one surface. Where one
+// label is named, the others are there to be shown.
+export function settingsOfEntry({ info, family }: Entry, named: string | null = null): Partial<Settings> {
   const labels = family?.labels ?? [];
-  const [first, ...others] = labels.map((one, at) => surfaceOfLabel(one, at < mostLabelsAtFirst));
+  const isShown = ({ name }: DatasetInfo, at: number) => (named ? name === named : at < mostLabelsAtFirst);
+  const [first, ...others] = labels.map((one, at) => surfaceOfLabel(one, isShown(one, at)));
   if (!first) return { dataset: info.name, isovalue: null, surfaces: [] };
   const { dataset, colour, opacity, visible } = first;
   return { dataset, isovalue: labelIsovalue, colour, opacity, visible, surfaces: others };
