@@ -29,6 +29,7 @@ ends() {
 start() {
   local log=$1.log
   shift
+  : >"$log"  # It is there before somebody looks into it.
   "$@" >"$log" 2>&1 &
   pid=$!
   pids+=("$pid")
