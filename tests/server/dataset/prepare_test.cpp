@@ -78,7 +78,7 @@ TEST(Prepare, LeavesHolesWhereSamplesAreZeroForLong) {
   const std::filesystem::path hole = folder.path() / "hole";
   std::ofstream(hole, std::ios::binary).flush();
   std::filesystem::resize_file(hole, 1 << 20);
-  if (bytes_on_disk(hole) > 0) GTEST_SKIP() << "this file system has no holes";
+  if (bytes_on_disk(hole) > 0) GTEST_SKIP() << "NOT TESTED: this file system has no holes";
   Volume volume = fields::ball({96, 96, 96}, 9);
   for (float& sample : std::get<std::vector<float>>(volume.samples))
     sample = sample > 0 ? sample : 0;
