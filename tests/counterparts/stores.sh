@@ -54,19 +54,7 @@ serve_nginx() {
   command -v nginx >/dev/null || { leave_out nginx; return 1; }
   local port
   port=$(free_port)
-  mkdir -p nginx
-  cat >nginx.conf <<END
-events {}
-http {
-  access_log off;
-  client_body_temp_path nginx/body; proxy_temp_path nginx/proxy;
-  fastcgi_temp_path nginx/fastcgi; uwsgi_temp_path nginx/uwsgi; scgi_temp_path nginx/scgi;
-  server { listen 127.0.0.1:$port; root $work/volumes; }
-}
-END
-  start nginx nginx -p "$work" -c "$work/nginx.conf" -g \
-    "daemon off; pid $work/nginx/pid; user $(id -un) $(id -gn); error_log $work/nginx/errors.log;"
-  for _ in $(seq 200); do curl -s -o /dev/null "http://127.0.0.1:$port/" && break; sleep 0.05; done
+  start_static_nginx nginx "$port" "$work/volumes"
   hold_to_it nginx "http://127.0.0.1:$port/head"
 }
 

@@ -56,3 +56,20 @@ ends_well() {
 free_port() {
   python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'
 }
+
+# start_static_nginx NAME PORT FOLDER: an nginx that has the files of a folder, when it answers.
+start_static_nginx() {
+  mkdir -p "$1"
+  cat >"$1.conf" <<END
+events {}
+http {
+  access_log off;
+  client_body_temp_path $1/body; proxy_temp_path $1/proxy;
+  fastcgi_temp_path $1/fastcgi; uwsgi_temp_path $1/uwsgi; scgi_temp_path $1/scgi;
+  server { listen 127.0.0.1:$2; root $3; }
+}
+END
+  start "$1" nginx -p "$work" -c "$work/$1.conf" -g \
+    "daemon off; pid $work/$1/pid; user $(id -un) $(id -gn); error_log $work/$1/errors.log;"
+  for _ in $(seq 200); do curl -s -o /dev/null "http://127.0.0.1:$2/" && break; sleep 0.05; done
+}

@@ -74,19 +74,7 @@ talk_exported() {
     "$bin/multitetra-server" export tree.mtd --isovalue 557.5,600.5 --error 1 --format neuroglancer $one -o "site/mesh$one" --quiet
   done
   "$bin/multitetra-server" export tree.mtd --isovalue 557.5 --error 1 -o site/tiles --quiet
-  mkdir -p static
-  cat >static.conf <<END
-events {}
-http {
-  access_log off;
-  client_body_temp_path static/body; proxy_temp_path static/proxy;
-  fastcgi_temp_path static/fastcgi; uwsgi_temp_path static/uwsgi; scgi_temp_path static/scgi;
-  server { listen 127.0.0.1:$port; root $work/site; }
-}
-END
-  start static nginx -p "$work" -c "$work/static.conf" -g \
-    "daemon off; pid $work/static/pid; user $(id -un) $(id -gn); error_log $work/static/errors.log;"
-  for _ in $(seq 200); do curl -s -o /dev/null "http://127.0.0.1:$port/" && break; sleep 0.05; done
+  start_static_nginx static "$port" "$work/site"
   for one in '' --sharded; do
     with_viewers fragments.mjs "http://127.0.0.1:$port/mesh$one" "$(segment_of 557.5)" \
       "http://127.0.0.1:$port/tiles/tileset.json" || fail "neuroglancer's decoder: export $one"
