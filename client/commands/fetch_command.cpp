@@ -61,7 +61,6 @@ class Output {
       std::cerr << whose << step_line(fetched, info_) << std::endl;
     }
     if (part.steps_directory.empty()) return;
-    std::filesystem::create_directories(part.steps_directory);
     const std::string suffix = std::filesystem::path(part.mesh_file).extension().string();
     const std::string name = "step_" + std::to_string(fetched.step->begin.step) + suffix;
     write_file(part.steps_directory / name, mesh_file(surface_of(fetched).mesh, format_));
@@ -247,6 +246,10 @@ int fetch(const FetchArguments& arguments) {
                             {"--threshold-grid", arguments.order.surface.threshold_grid},
                             {"--token-file", arguments.order.server.token_file},
                             {"--ca", arguments.order.server.ca_file}});
+
+  for (const Part& part : parts) {
+    if (!part.steps_directory.empty()) std::filesystem::create_directories(part.steps_directory);
+  }
 
   auto surface = ordered(arguments.order, retry_options(arguments));
   if (!surface) return surface.error();
