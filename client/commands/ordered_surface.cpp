@@ -102,29 +102,18 @@ OrExitCode<OrderedSurface> ordered(const SurfaceOrder& order, const RetryOptions
 
 OrExitCode<void> share_budget(OrderedSurface& surface) {
   std::vector<IsosurfaceRequest>& requests = surface.requests;
-  const std::uint64_t triangles = requests[0].max_triangles;
-  const std::uint64_t bytes = requests[0].max_bytes;
-  if (requests.size() == 1 || (triangles == 0 && bytes == 0)) return {};
-  for (const std::uint64_t budget : {triangles, bytes}) {
-    if (budget == 0 || budget >= requests.size()) continue;
-    return told(complain(kUsage, "A budget of " + std::to_string(budget) + " cannot be shared by " +
-                                     std::to_string(requests.size()) + " surfaces."));
+  if (!must_share(requests)) return {};
+  if (const auto shared = check_shared_budget(requests); !shared) {
+    return told(complain(kUsage, shared.error().text));
   }
-  std::vector<std::uint64_t> triangles_of;
-  std::vector<std::uint64_t> bytes_of;
+  std::vector<EstimatedSize> sizes;
   for (IsosurfaceRequest request : requests) {
     request.max_triangles = request.max_bytes = 0;
     const auto size = surface.client.estimate(surface.info.name, request);
     if (!size) return told(complain(size.error()));
-    triangles_of.push_back(size->triangles);
-    bytes_of.push_back(size->bytes);
+    sizes.push_back({.triangles = size->triangles, .bytes = size->bytes});
   }
-  const auto shares_of_triangles = shares_of(triangles, triangles_of);
-  const auto shares_of_bytes = shares_of(bytes, bytes_of);
-  for (std::size_t i = 0; i < requests.size(); ++i) {
-    requests[i].max_triangles = shares_of_triangles[i];
-    requests[i].max_bytes = shares_of_bytes[i];
-  }
+  share_budget(requests, sizes);
   return {};
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <string>
 
 namespace multitetra {
 
@@ -20,6 +21,37 @@ std::vector<std::uint64_t> shares_of(std::uint64_t budget, std::span<const std::
     shares.push_back(1 + static_cast<std::uint64_t>(std::floor(rest * part)));
   }
   return shares;
+}
+
+bool must_share(std::span<const IsosurfaceRequest> requests) {
+  return requests.size() > 1 && (requests[0].max_triangles > 0 || requests[0].max_bytes > 0);
+}
+
+Result<void> check_shared_budget(std::span<const IsosurfaceRequest> requests) {
+  if (!must_share(requests)) return {};
+  for (const std::uint64_t budget : {requests[0].max_triangles, requests[0].max_bytes}) {
+    if (budget == 0 || budget >= requests.size()) continue;
+    return fail(ErrorCode::kInvalidArgument, "A budget of " + std::to_string(budget) +
+                                                 " cannot be shared by " +
+                                                 std::to_string(requests.size()) + " surfaces.");
+  }
+  return {};
+}
+
+void share_budget(std::span<IsosurfaceRequest> requests, std::span<const EstimatedSize> sizes) {
+  assert(must_share(requests) && sizes.size() == requests.size());
+  std::vector<std::uint64_t> triangles;
+  std::vector<std::uint64_t> bytes;
+  for (const EstimatedSize& size : sizes) {
+    triangles.push_back(size.triangles);
+    bytes.push_back(size.bytes);
+  }
+  const auto of_triangles = shares_of(requests[0].max_triangles, triangles);
+  const auto of_bytes = shares_of(requests[0].max_bytes, bytes);
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    requests[i].max_triangles = of_triangles[i];
+    requests[i].max_bytes = of_bytes[i];
+  }
 }
 
 }  // namespace multitetra

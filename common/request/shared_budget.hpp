@@ -5,6 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "common/base/result.hpp"
+#include "common/request/isosurface_request.hpp"
+
 namespace multitetra {
 
 // The shares of a budget, in proportion to what each surface would take without it; together at
@@ -12,5 +15,22 @@ namespace multitetra {
 // Requires no more surfaces than a budget that is none has triangles or bytes.
 [[nodiscard]] std::vector<std::uint64_t> shares_of(std::uint64_t budget,
                                                    std::span<const std::uint64_t> sizes);
+
+// How large a surface would be without a budget, as a server estimates it.
+struct EstimatedSize {
+  std::uint64_t triangles = 0;
+  std::uint64_t bytes = 0;
+};
+
+// Whether the requests, of which there is at least one and which all have the first one's budget,
+// are several that must share it.
+[[nodiscard]] bool must_share(std::span<const IsosurfaceRequest> requests);
+
+// kInvalidArgument where they must, and are more than the budget has triangles or bytes.
+[[nodiscard]] Result<void> check_shared_budget(std::span<const IsosurfaceRequest> requests);
+
+// Gives each of them its share. Requires must_share(), a good check_shared_budget(), and the size
+// of each.
+void share_budget(std::span<IsosurfaceRequest> requests, std::span<const EstimatedSize> sizes);
 
 }  // namespace multitetra

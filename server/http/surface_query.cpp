@@ -2,6 +2,7 @@
 
 #include <string_view>
 
+#include "common/request/shared_budget.hpp"
 #include "common/request/threshold_words.hpp"
 #include "server/http/query_words.hpp"
 
@@ -137,11 +138,8 @@ Result<std::vector<IsosurfaceRequest>> requests_for(const SurfaceQuery& query,
     if (!valid) return tl::unexpected(valid.error());
     requests.push_back(*std::move(valid));
   }
-  for (const std::uint64_t budget : {query.request.max_triangles, query.request.max_bytes}) {
-    if (budget == 0 || budget >= requests.size()) continue;
-    return fail(ErrorCode::kInvalidArgument, "A budget of " + std::to_string(budget) +
-                                                 " cannot be shared by " +
-                                                 std::to_string(requests.size()) + " surfaces.");
+  if (const auto shared = check_shared_budget(requests); !shared) {
+    return tl::unexpected(shared.error());
   }
   return requests;
 }

@@ -106,22 +106,15 @@ asio::awaitable<Result<SurfaceService::Wanted>> SurfaceService::wanted(const std
 asio::awaitable<Result<std::vector<OneShotSession::Step>>> SurfaceService::steps_of(
     const Wanted& wanted, OneShotSession& one_shot) {
   std::vector<IsosurfaceRequest> requests = wanted.requests;
-  if (requests.size() > 1 && (requests[0].max_triangles > 0 || requests[0].max_bytes > 0)) {
-    std::vector<std::uint64_t> triangles;
-    std::vector<std::uint64_t> bytes;
+  if (must_share(requests)) {
+    std::vector<EstimatedSize> sizes;
     for (IsosurfaceRequest request : requests) {
       request.max_triangles = request.max_bytes = 0;
       const auto size = co_await one_shot.estimate(wanted.info.name, std::move(request));
       if (!size) co_return tl::unexpected(size.error());
-      triangles.push_back(size->triangles);
-      bytes.push_back(size->bytes);
+      sizes.push_back({.triangles = size->triangles, .bytes = size->bytes});
     }
-    const auto of_triangles = shares_of(requests[0].max_triangles, triangles);
-    const auto of_bytes = shares_of(requests[0].max_bytes, bytes);
-    for (std::size_t i = 0; i < requests.size(); ++i) {
-      requests[i].max_triangles = of_triangles[i];
-      requests[i].max_bytes = of_bytes[i];
-    }
+    share_budget(requests, sizes);
   }
   std::vector<OneShotSession::Step> steps;
   std::uint64_t left = options_.max_mesh_triangles;

@@ -27,5 +27,22 @@ TEST(SharedBudget, OfNothingIsNoLimitForAnybody) {
   EXPECT_EQ(shares_of(0, std::vector<std::uint64_t>{5, 6}), (std::vector<std::uint64_t>{0, 0}));
 }
 
+TEST(SharedBudget, GoesToRequestsThatAreSeveralAndHaveOne) {
+  const IsosurfaceRequest request{.max_triangles = 1002, .max_bytes = 0};
+  std::vector<IsosurfaceRequest> requests = {request};
+  EXPECT_FALSE(must_share(requests));
+  requests.push_back(request);
+  ASSERT_TRUE(must_share(requests));
+  EXPECT_TRUE(check_shared_budget(requests));
+  share_budget(requests, std::vector<EstimatedSize>{{.triangles = 100}, {.triangles = 300}});
+  EXPECT_EQ(requests[0].max_triangles, 251U);
+  EXPECT_EQ(requests[1].max_triangles, 751U);
+  EXPECT_EQ(requests[0].max_bytes, 0U);
+  requests.assign(2, {.max_triangles = 9, .max_bytes = 1});
+  EXPECT_EQ(check_shared_budget(requests).error().code, ErrorCode::kInvalidArgument);
+  requests.assign(2, {});
+  EXPECT_FALSE(must_share(requests));
+}
+
 }  // namespace
 }  // namespace multitetra
