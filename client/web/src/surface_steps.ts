@@ -1,0 +1,198 @@
+// The steps of one surface on their way to the screen: tiles are decoded and brought to the graphics card,
+// unseen; a step whose tiles are all there is checked, kept, and offered to whoever says when it is shown.
+//
+// Of a stream that was replaced nothing is shown, and on the way to a finer surface of the same isovalue
+// nothing coarser.
+import type { Effect, Wanted } from "./stream/conversation";
+import type { AssemblerEffect, StepOfTiles } from "./stream/assembler";
+import { dataBorder, latticeToWorld } from "./stream/dataset";
+import type { Moment } from "./curtain";
+import type { Frame, Frames } from "./frames";
+import type { MeshTopology } from "./mesh/seams";
+import type { Surface } from "./scene/surface";
+import { type Committed, factsOf, idsOf, isStepBack, memoryOf, type ShownSurface } from "./shown_surface";
+import { isOfOneFamily } from "./state/families";
+import { noProgress, type Progress } from "./state/progress";
+import type { Store } from "./state/store";
+import type { TilePool } from "./workers/tile_pool";
+import type { Certified } from "./workers/worker_messages";
+
+export interface SurfaceStepsParts {
+  number: number; // Tells the surfaces of a view apart.
+  pool: TilePool;
+  surface: Surface;
+  frames: Frames;
+  isAhead?: boolean; // Steps are kept, and never shown.
+}
+
+export interface SurfaceStepsEvents {
+  // There is a step of this moment; `show` shows it, once, unless something else is offered or it is withdrawn.
+  offer: (moment: Moment, show: () => void) => void;
+  withdraw: () => void;
+  shown: (shown: ShownSurface, isFirstOfScene: boolean) => void;
+}
+
+// Who hears what became of a stream's tiles and steps.
+export interface StepChecks {
+  decoded: (stream: number, key: string) => void;
+  damaged: (stream: number, text: string) => void;
+  certified: (stream: number, step: StepOfTiles, topology: MeshTopology) => void;
+}
+
+// What was asked for, and for which moment.
+export interface Asked {
+  order: Wanted;
+  moment: Moment;
+}
+
+const none = 0; // Streams have numbers from 1.
+
+export class SurfaceSteps {
+  shown: ShownSurface | null = null;
+  private stream = none;
+  private started = 0;
+  private colouring: Promise<void>[] = []; // Of the stream that runs.
+  private certified: { step: StepOfTiles; result: Certified } | null = null;
+
+  constructor(
+    private readonly parts: SurfaceStepsParts,
+    private readonly progress: Store<Progress>,
+    private readonly checks: StepChecks,
+    private readonly events: SurfaceStepsEvents,
+  ) {}
+
+  // The stream of this number replaces the one before, or brings the final step of what was previewed.
+  begin(stream: number, isFinishing: boolean): void {
+    this.parts.pool.forget(this);
+    this.stream = stream;
+    this.colouring = [];
+    if (isFinishing) return this.progress.set({ isStreaming: true, tilesToCome: 0, tilesReceived: 0 });
+    this.started = performance.now();
+    this.events.withdraw();
+    this.parts.surface.release(this);
+    const { phase, shown, heldBack } = this.progress.get();
+    this.progress.set({ ...noProgress, phase, shown, heldBack, isStreaming: true });
+  }
+
+  // What is under way elsewhere belongs to nobody any more.
+  abandon(): void {
+    this.stream = none;
+    this.parts.pool.forget(this);
+    this.parts.surface.release(this);
+  }
+
+  isOf(stream: number): boolean {
+    return stream === this.stream;
+  }
+
+  // A step that is kept already, instead of a stream.
+  take({ moment }: Asked, frame: Frame): void {
+    this.parts.surface.use(frame.ids, this);
+    const { phase, shown } = this.progress.get();
+    this.progress.set({ ...noProgress, phase, shown });
+    this.events.offer(moment, () => this.show(frame, null));
+  }
+
+  expect(order: Wanted, { tiles, missing, begin }: AssemblerEffect & { kind: "begun" }): void {
+    const ids = tiles.map(({ key }) => memoryOf(this.parts.number, order) + key);
+    this.parts.surface.use(ids, this);
+    this.progress.set({ step: begin.step, tilesToCome: missing, tilesReceived: 0 });
+  }
+
+  async decode(
+    order: Wanted,
+    { tile: promised, payload, begin }: AssemblerEffect & { kind: "decode" },
+  ): Promise<void> {
+    const { stream } = this;
+    const { tilesReceived, bytesReceived, firstTile } = this.progress.get();
+    this.progress.set({
+      tilesReceived: tilesReceived + 1,
+      bytesReceived: bytesReceived + payload.length,
+      firstTile: firstTile ?? performance.now() - this.started,
+    });
+    const resolution = begin.request!.latticeResolution; // A preview's may be less.
+    const toWorld = latticeToWorld(order.info, resolution);
+    try {
+      const tile = await this.parts.pool.decode({
+        kind: "decode",
+        id: memoryOf(this.parts.number, order) + promised.key,
+        payload,
+        promised,
+        resolution,
+        hasNormals: order.request.normalBits > 0,
+        linear: toWorld.slice(0, 9),
+      }, this);
+      this.parts.surface.add(tile, toWorld, begin.step);
+      this.checks.decoded(stream, promised.key);
+    } catch (error) {
+      this.checks.damaged(stream, (error as Error).message);
+    }
+  }
+
+  // A step is shown when the values of its tiles are there, too.
+  colour({ order, values: { key, codes, range, deviation } }: Effect & { kind: "scalars" }): void {
+    const { scalars } = this.progress.get();
+    const largest = Math.max(deviation, scalars?.deviation ?? 0);
+    this.progress.set({ scalars: { low: range.low, high: range.high, deviation: largest } });
+    const { pool, surface } = this.parts;
+    const id = memoryOf(this.parts.number, order) + key;
+    const done = pool.scalars(id, codes, range.bits).then((attribute) => surface.setScalars(id, attribute), () => {});
+    this.colouring.push(done);
+  }
+
+  async certify(order: Wanted, step: StepOfTiles): Promise<void> {
+    const { stream } = this;
+    const { begin } = step;
+    const ids = idsOf(this.parts.number, order, step);
+    const { latticeResolution: resolution, topologyTolerance } = begin.request!;
+    const border = dataBorder(order.info, resolution, topologyTolerance, begin.finestSpacing || 1);
+    const [result] = await Promise.all([
+      this.parts.pool.certify(ids, border).catch(() => null),
+      this.parts.surface.uploaded(ids),
+      ...this.colouring,
+    ]);
+    // Of a stream that was replaced, tiles may be gone.
+    if (stream !== this.stream || !result) return;
+    this.certified = { step, result };
+    this.checks.certified(stream, step, result.topology);
+  }
+
+  // A complete step: it is offered where it is news, and the final one is kept for who `asked`.
+  present(order: Wanted, asked: Asked | null, committed: Committed, isNews: boolean): void {
+    const { number, surface, frames, isAhead } = this.parts;
+    const { begin } = committed.step;
+    const facts = factsOf(order, committed);
+    // Also of a step that is passed over: the keeper tells a change of normals once.
+    for (const { id, normals } of this.certified?.result.normals ?? []) surface.setNormals(id, normals);
+    const frame: Frame = {
+      ids: idsOf(number, order, committed.step),
+      shown: { info: order.info, resolution: begin.request!.latticeResolution, request: begin.request!, facts },
+    };
+    if (facts.isFinal && asked) frames.keep({ ...asked.order, info: order.info }, frame);
+    if (isAhead || !asked || !isNews || isStepBack(this.shown, order, facts)) return;
+    const elapsed = performance.now() - this.started;
+    this.events.offer(asked.moment, () => this.show(frame, elapsed));
+  }
+
+  // Of the time that is wanted there is no surface; others do not have to wait for it, and that of another
+  // time does not stay beside them.
+  offerNothing({ order: { info }, moment }: Asked): void {
+    const { shown } = this;
+    if (!shown || !isOfOneFamily(shown.info, info)) return;
+    this.events.offer(moment, () => shown.info !== info && this.parts.surface.show([]));
+  }
+
+  // `elapsed`: milliseconds after the request; null: nothing was asked.
+  private show({ ids, shown }: Frame, elapsed: number | null): void {
+    const before = this.shown;
+    this.parts.surface.show(ids);
+    this.shown = shown;
+    const { firstSurface } = this.progress.get();
+    this.progress.set({
+      shown: shown.facts,
+      firstSurface: firstSurface ?? elapsed,
+      complete: shown.facts.isFinal ? elapsed : null,
+    });
+    this.events.shown(shown, !before || !isOfOneFamily(before.info, shown.info));
+  }
+}
