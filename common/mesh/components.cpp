@@ -26,9 +26,15 @@ struct LatticeBox {
       high[axis] = std::max(high[axis], place[axis]);
     }
   }
+  // The root of a sum that is exact, as lattice coordinates have 20 bits: rounded once, and so the
+  // same wherever it is computed, which std::hypot does not promise.
   [[nodiscard]] double diagonal() const {
-    return std::hypot(double{1} * high[0] - low[0], double{1} * high[1] - low[1],
-                      double{1} * high[2] - low[2]);
+    double squares = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double side = double{1} * high[axis] - low[axis];
+      squares += side * side;
+    }
+    return std::sqrt(squares);
   }
 };
 

@@ -5,11 +5,21 @@ import { toBinary } from "@bufbuild/protobuf";
 import { IsosurfaceRequestSchema } from "./protocol/messages";
 import type { ShownSurface } from "./shown_surface";
 import type { Wanted } from "./stream/conversation";
+import type { Selection } from "./workers/worker_messages";
 
 export interface Frame {
   ids: readonly string[]; // Of its tiles.
   shown: ShownSurface;
+  chosen: Chosen; // Of its components, when it was shown last.
 }
+
+// What of a step is shown: components from that size on.
+export interface Chosen {
+  minComponent: number; // Samples.
+  selection: Selection | null; // Null: all of them are.
+}
+
+export const allChosen: Chosen = { minComponent: 0, selection: null };
 
 export class Frames {
   private readonly kept = new Map<string, Frame>();

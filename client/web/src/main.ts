@@ -92,9 +92,8 @@ installKeyboard(viewer.stage, settings, acts);
 
 // ---- what changes lead to
 
-surfaces.progress.watch((progress) => bar.show(progress, surfaces.sizes.get().expected));
 surfaces.sizes.watch(({ expected }) => {
-  bar.show(surfaces.progress.get(), expected);
+  showBar();
   panel.showExpected(expected);
 });
 surfaces.datasets.watch(({ list }) => {
@@ -107,7 +106,10 @@ viewer.on("dataset", (info) => {
   datasets.choose(info);
   panel.setDataset(info);
 });
-viewer.on("progress", ({ surface }) => panel.showSurface(surface, surfaces.progressOf(surface)));
+viewer.on("progress", ({ surface }) => {
+  showBar();
+  panel.showSurface(surface, surfaces.progressOf(surface));
+});
 viewer.on("shown", ({ surface }) => {
   hint.hidden = false;
   if (surface === 0) document.title = `${viewer.info?.name} · Multi-Tetra viewer`;
@@ -115,12 +117,17 @@ viewer.on("shown", ({ surface }) => {
 settings.watch((now, before) => {
   applyTheme(now.theme);
   changes.note(now, before, performance.now());
+  showBar(); // Other surfaces may be seen.
 });
 // A graphics card that was taken away has lost all tiles; the address knows the rest.
 viewer.canvas.addEventListener("webglcontextrestored", () => location.reload());
 matchMedia("(prefers-color-scheme: light)").addEventListener("change", () => panel.histogram.redraw());
 
 // ----
+
+function showBar(): void {
+  bar.show(surfaces.status, surfaces.sizes.get().expected);
+}
 
 function entries(): Entry[] {
   return entriesOf(surfaces.datasets.get().list ?? []);

@@ -86,9 +86,9 @@ export class Slices {
       const { shown } = this;
       if (!shown) break;
       const plane = planeOf(shown);
-      const lines = await Promise.all(this.surfaces.shownTiles(settings).map(async ({ shown: surface, ids, colour }) => {
+      const lines = await Promise.all(this.surfaces.shownTiles(settings).map(async ({ shown: surface, drawn, colour }) => {
         const toWorld = latticeToWorld(surface.info, surface.resolution);
-        const segments = await this.pool.cut([...ids], inLattice(plane, toWorld));
+        const segments = await this.pool.cut(drawn, inLattice(plane, toWorld));
         return { segments, toWorld, colour };
       })).catch(() => null); // Tiles have gone meanwhile: those that came call again.
       if (lines && shown === this.shown) this.plane.showLines(lines);

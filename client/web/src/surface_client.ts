@@ -25,6 +25,7 @@ import { noProgress, noTrouble, type Progress } from "./state/progress";
 import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { type Asked, SurfaceSteps, type SurfaceStepsEvents, type SurfaceStepsParts } from "./surface_steps";
+import type { Drawn } from "./workers/worker_messages";
 
 const patience = 400; // Milliseconds that a drag waits for a preview.
 
@@ -121,6 +122,7 @@ export class SurfaceClient implements SlotHolder {
     const steps = this.parts.isAhead ? "final" : isOneOfSeveral && !isDragging ? "previews" : "all";
     const order: Wanted = { info, request, scalars, steps };
     this.isDragging = isDragging;
+    this.hide(settings.minComponent);
     this.askSize(order, isDragging);
     if (this.asked && isSameOrder(this.asked.order, order) && !this.progress.get().trouble) {
       this.next = null;
@@ -134,6 +136,15 @@ export class SurfaceClient implements SlotHolder {
 
   get shown(): ShownSurface | null {
     return this.steps.shown;
+  }
+
+  get drawn(): Drawn {
+    return this.steps.drawn;
+  }
+
+  // Components smaller than so many samples; nothing is asked for that.
+  hide(minComponent: number): void {
+    this.steps.hide(minComponent);
   }
 
   // Whether previews have come, and the final step was not asked for.
@@ -246,9 +257,12 @@ export class SurfaceClient implements SlotHolder {
     this.hasFinal = true;
     clearTimeout(this.dragTimer);
     this.dragTimer = 0;
-    this.steps.take(asked, frame);
-    this.parts.slots.deal();
-    this.events.settled();
+    this.isUnderWay = true;
+    this.steps.take(asked, frame, () => {
+      this.isUnderWay = false;
+      this.parts.slots.deal();
+      this.events.settled();
+    });
   }
 
   // The surface that a drag waited for is there, or late.

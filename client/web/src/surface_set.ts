@@ -12,7 +12,7 @@ import { FieldColours } from "./scene/field_colours";
 import type { Stage } from "./scene/stage";
 import { mostTriangles, Surface } from "./scene/surface";
 import type { ShownSurface } from "./shown_surface";
-import { noProgress, type Progress, type SurfaceSize } from "./state/progress";
+import { noProgress, type Progress, type SurfacesStatus, type SurfaceSize } from "./state/progress";
 import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { settingsOf, surfacesOf } from "./state/surfaces";
@@ -20,6 +20,7 @@ import type { View } from "./stream/request";
 import { Slots } from "./stream/slots";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
 import type { TilePool } from "./workers/tile_pool";
+import type { Drawn } from "./workers/worker_messages";
 
 interface Member {
   client: SurfaceClient;
@@ -31,7 +32,7 @@ interface Member {
 // One that is shown, for who measures, cuts or saves it.
 export interface ShownTiles {
   shown: ShownSurface;
-  ids: readonly string[];
+  drawn: Drawn;
   colour: string;
 }
 
@@ -129,13 +130,29 @@ export class SurfaceSet {
     return this.members[at]?.client.progress.get() ?? noProgress;
   }
 
+  // What a status tells: how the first surface that is seen comes, and what is drawn of all of them.
+  get status(): SurfacesStatus {
+    const { seen } = this;
+    const [first = this.members[0]] = seen;
+    const { phase, retryAt } = this.members[0].client.progress.get();
+    const drawn = seen.filter((member) => member.client.shown && this.curtain.isOpenTo(member));
+    const trianglesOf = ({ shown, components }: Progress) => components?.triangles ?? shown?.triangles ?? 0;
+    return {
+      progress: { ...first.client.progress.get(), phase, retryAt },
+      triangles: drawn.reduce((sum, { client }) => sum + trianglesOf(client.progress.get()), 0),
+      surfaces: drawn.length,
+      isLead: first === this.members[0],
+    };
+  }
+
   // Those that are shown and not hidden, of the settings' surfaces.
   shownTiles(settings: Settings): ShownTiles[] {
     const list = surfacesOf(settings);
     return this.members.flatMap((member, at) => {
-      const { client: { shown }, surface } = member;
-      const isDrawn = list[at]?.visible && this.curtain.isOpenTo(member) && surface.shownIds.length > 0;
-      return shown && isDrawn ? [{ shown, ids: surface.shownIds, colour: list[at].colour }] : [];
+      const { client: { shown, drawn, progress } } = member;
+      const hasAny = drawn.ids.length > 0 && progress.get().components?.shown !== 0;
+      const isDrawn = list[at]?.visible && this.curtain.isOpenTo(member) && hasAny;
+      return shown && isDrawn ? [{ shown, drawn, colour: list[at].colour }] : [];
     });
   }
 
@@ -156,11 +173,13 @@ export class SurfaceSet {
       if (!list[at]) return;
       const visible = list[at].visible && this.curtain.isOpenTo(member);
       member.surface.applyLook({ ...settings, ...list[at], visible }, clip);
+      member.client.hide(list[at].minComponent ?? 0);
     });
   }
 
   private get seen(): Member[] {
-    return this.members.filter((member) => this.isSeen(member));
+    const list = this.look ? surfacesOf(this.look.settings) : [];
+    return this.members.filter((_, at) => list[at]?.visible);
   }
 
   private isSeen(member: Member): boolean {

@@ -2,20 +2,21 @@
 // unseen; a step whose tiles are all there is checked, kept, and offered to whoever says when it is shown.
 //
 // Of a stream that was replaced nothing is shown, and on the way to a finer surface of the same isovalue
-// nothing coarser.
+// nothing coarser. Where small components are hidden, a step is shown without them from its first frame on; of
+// one that is there already they go without asking the server.
 import type { Effect, Wanted } from "./stream/conversation";
 import type { AssemblerEffect, StepOfTiles } from "./stream/assembler";
 import { dataBorder, latticeToWorld } from "./stream/dataset";
 import type { Moment } from "./curtain";
-import type { Frame, Frames } from "./frames";
+import { allChosen, type Chosen, type Frame, type Frames } from "./frames";
 import type { MeshTopology } from "./mesh/seams";
 import type { Surface } from "./scene/surface";
 import { type Committed, factsOf, idsOf, isStepBack, memoryOf, type ShownSurface } from "./shown_surface";
 import { isOfOneFamily } from "./state/families";
-import { noProgress, type Progress } from "./state/progress";
+import { noProgress, type Progress, type ShownComponents } from "./state/progress";
 import type { Store } from "./state/store";
 import type { TilePool } from "./workers/tile_pool";
-import type { Certified } from "./workers/worker_messages";
+import type { Certified, Drawn } from "./workers/worker_messages";
 
 export interface SurfaceStepsParts {
   number: number; // Tells the surfaces of a view apart.
@@ -49,10 +50,13 @@ const none = 0; // Streams have numbers from 1.
 
 export class SurfaceSteps {
   shown: ShownSurface | null = null;
+  private frame: Frame | null = null; // Of what is shown; null: nothing is.
+  private taken: Frame | null = null; // Will be offered, and is no stream's.
+  private minComponent = 0; // Samples.
   private stream = none;
   private started = 0;
   private colouring: Promise<void>[] = []; // Of the stream that runs.
-  private certified: { step: StepOfTiles; result: Certified } | null = null;
+  private certified: { result: Certified; chosen: Chosen } | null = null;
 
   constructor(
     private readonly parts: SurfaceStepsParts,
@@ -65,18 +69,20 @@ export class SurfaceSteps {
   begin(stream: number, isFinishing: boolean): void {
     this.parts.pool.forget(this);
     this.stream = stream;
+    this.taken = null;
     this.colouring = [];
     if (isFinishing) return this.progress.set({ isStreaming: true, tilesToCome: 0, tilesReceived: 0 });
     this.started = performance.now();
     this.events.withdraw();
     this.parts.surface.release(this);
-    const { phase, shown, heldBack } = this.progress.get();
-    this.progress.set({ ...noProgress, phase, shown, heldBack, isStreaming: true });
+    const { phase, shown, components, heldBack } = this.progress.get();
+    this.progress.set({ ...noProgress, phase, shown, components, heldBack, isStreaming: true });
   }
 
   // What is under way elsewhere belongs to nobody any more.
   abandon(): void {
     this.stream = none;
+    this.taken = null;
     this.parts.pool.forget(this);
     this.parts.surface.release(this);
   }
@@ -85,12 +91,35 @@ export class SurfaceSteps {
     return stream === this.stream;
   }
 
-  // A step that is kept already, instead of a stream.
-  take({ moment }: Asked, frame: Frame): void {
+  // Of what is shown and what comes, components whose bounding box has a shorter diagonal, in samples; 0: none.
+  hide(minComponent: number): void {
+    if (minComponent === this.minComponent) return;
+    this.minComponent = minComponent;
+    void this.chooseAnew();
+  }
+
+  // What is drawn, for who picks, cuts or saves it.
+  get drawn(): Drawn {
+    const { frame } = this;
+    return frame ? drawnOf(frame.ids, frame.shown.resolution, frame.chosen.minComponent) : { ids: [], leastDiagonal: 0 };
+  }
+
+  // A step that is kept already, instead of a stream: it is offered now, or when its small components are known.
+  take({ moment }: Asked, frame: Frame, offered: () => void): void {
     this.parts.surface.use(frame.ids, this);
-    const { phase, shown } = this.progress.get();
-    this.progress.set({ ...noProgress, phase, shown });
-    this.events.offer(moment, () => this.show(frame, null));
+    const { phase, shown, components } = this.progress.get();
+    this.progress.set({ ...noProgress, phase, shown, components });
+    const offer = () => {
+      this.events.offer(moment, () => this.show(frame, null));
+      offered();
+    };
+    if (frame.chosen.minComponent === this.minComponent) return offer();
+    this.taken = frame;
+    void this.choose(frame.ids, frame.shown.resolution).catch(() => frame.chosen).then((chosen) => {
+      if (this.taken !== frame) return;
+      frame.chosen = chosen;
+      offer();
+    });
   }
 
   expect(order: Wanted, { tiles, missing, begin }: AssemblerEffect & { kind: "begun" }): void {
@@ -146,14 +175,15 @@ export class SurfaceSteps {
     const ids = idsOf(this.parts.number, order, step);
     const { latticeResolution: resolution, topologyTolerance } = begin.request!;
     const border = dataBorder(order.info, resolution, topologyTolerance, begin.finestSpacing || 1);
-    const [result] = await Promise.all([
+    const [result, chosen] = await Promise.all([
       this.parts.pool.certify(ids, border).catch(() => null),
+      this.choose(ids, resolution).catch(() => null),
       this.parts.surface.uploaded(ids),
       ...this.colouring,
     ]);
     // Of a stream that was replaced, tiles may be gone.
-    if (stream !== this.stream || !result) return;
-    this.certified = { step, result };
+    if (stream !== this.stream || !result || !chosen) return;
+    this.certified = { result, chosen };
     this.checks.certified(stream, step, result.topology);
   }
 
@@ -167,6 +197,7 @@ export class SurfaceSteps {
     const frame: Frame = {
       ids: idsOf(number, order, committed.step),
       shown: { info: order.info, resolution: begin.request!.latticeResolution, request: begin.request!, facts },
+      chosen: this.certified?.chosen ?? allChosen,
     };
     if (facts.isFinal && asked) frames.keep({ ...asked.order, info: order.info }, frame);
     if (isAhead || !asked || !isNews || isStepBack(this.shown, order, facts)) return;
@@ -179,20 +210,58 @@ export class SurfaceSteps {
   offerNothing({ order: { info }, moment }: Asked): void {
     const { shown } = this;
     if (!shown || !isOfOneFamily(shown.info, info)) return;
-    this.events.offer(moment, () => shown.info !== info && this.parts.surface.show([]));
+    this.events.offer(moment, () => shown.info !== info && this.showNothing());
+  }
+
+  private showNothing(): void {
+    this.frame = null;
+    this.parts.surface.show([]);
   }
 
   // `elapsed`: milliseconds after the request; null: nothing was asked.
-  private show({ ids, shown }: Frame, elapsed: number | null): void {
+  private show(frame: Frame, elapsed: number | null): void {
+    const { ids, shown, chosen } = frame;
     const before = this.shown;
-    this.parts.surface.show(ids);
+    this.parts.surface.show(ids, chosen.selection);
+    this.frame = frame;
     this.shown = shown;
     const { firstSurface } = this.progress.get();
     this.progress.set({
       shown: shown.facts,
+      components: componentsOf(chosen),
       firstSurface: firstSurface ?? elapsed,
       complete: shown.facts.isFinal ? elapsed : null,
     });
     this.events.shown(shown, !before || !isOfOneFamily(before.info, shown.info));
+    void this.chooseAnew(); // It may have waited, and others been wanted meanwhile.
   }
+
+  private async choose(ids: readonly string[], resolution: number): Promise<Chosen> {
+    const { minComponent } = this;
+    if (minComponent === 0) return allChosen;
+    const selection = await this.parts.pool.select(drawnOf(ids, resolution, minComponent));
+    return { minComponent, selection };
+  }
+
+  // What is shown, without the components that are to be hidden now.
+  private async chooseAnew(): Promise<void> {
+    const { frame } = this;
+    if (!frame || frame.chosen.minComponent === this.minComponent) return;
+    const chosen = await this.choose(frame.ids, frame.shown.resolution).catch(() => null);
+    if (!chosen || frame !== this.frame || chosen.minComponent !== this.minComponent) return;
+    frame.chosen = chosen;
+    this.parts.surface.show(frame.ids, chosen.selection);
+    this.progress.set({ components: componentsOf(chosen) });
+    this.events.shown(frame.shown, false);
+  }
+}
+
+function drawnOf(ids: readonly string[], resolution: number, minComponent: number): Drawn {
+  return { ids, leastDiagonal: minComponent * 2 ** resolution };
+}
+
+function componentsOf({ minComponent, selection }: Chosen): ShownComponents | null {
+  if (!selection) return null;
+  const { components, shown, triangles } = selection;
+  return { minComponent, components, shown, triangles };
 }

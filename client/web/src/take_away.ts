@@ -73,7 +73,7 @@ export class TakeAway {
     }
     const toWorld = [...latticeToWorld(first.shown.info, first.shown.resolution)];
     try {
-      const bytes = await this.viewer.pool.file([...first.ids], format, toWorld);
+      const bytes = await this.viewer.pool.file(first.drawn, format, toWorld);
       this.save(new Blob([bytes as Uint8Array<ArrayBuffer>]), format);
     } catch {
       this.viewer.notices.tell("The surface has changed meanwhile; try again.", true);

@@ -13,6 +13,7 @@ import * as THREE from "three";
 import { serverAddress } from "./own_address";
 import { isEmpty } from "./panel/certificate";
 import { h, inDigits } from "./panel/dom";
+import { componentWords } from "./panel/dust_control";
 import { Notices } from "./panel/notices";
 import { TimeBar } from "./panel/time_bar";
 import type { DatasetInfo } from "./protocol/messages";
@@ -26,7 +27,7 @@ import { Stage } from "./scene/stage";
 import { Surroundings } from "./scene/surroundings";
 import type { ShownSurface } from "./shown_surface";
 import { Events } from "./state/events";
-import type { StepFacts } from "./state/progress";
+import type { Progress, ShownComponents, StepFacts } from "./state/progress";
 import {
   atTime, type Entry, familyOf, isOfOneFamily, named, rangeOf, settingsOfEntry, timeOf, timesOf,
 } from "./state/families";
@@ -57,7 +58,8 @@ export interface TokenPlace {
 export interface ViewerEvents {
   settings: Settings; // All of them, after any change.
   dataset: DatasetInfo; // Another one is looked at, or the same one was prepared anew.
-  shown: StepFacts & { surface: number }; // A step of the surface of that number, 0 for the first.
+  // A step of the surface of that number, 0 for the first, and what of it is shown; null: all.
+  shown: StepFacts & { surface: number; components: ShownComponents | null };
   progress: { surface: number };
   picked: Picked;
 }
@@ -267,8 +269,7 @@ export class Viewer {
     });
     this.surfaces.progress.watch((progress) => {
       const { lead } = this.surfaces;
-      const isEmptyNow = progress.shown && !progress.isStreaming && isEmpty(progress.shown);
-      this.notices.show(progress, isEmptyNow && lead ? emptyWords(lead) : null);
+      this.notices.show(progress, lead && nothingWords(lead, progress));
       this.events.tell("progress", { surface: 0 });
     });
     this.surfaces.datasets.watch(({ list }) => {
@@ -393,7 +394,7 @@ export class Viewer {
   private tellShown(at: number, shown: ShownSurface, isFirst: boolean): void {
     if (at === 0 && isFirst && !this.settings.get().eye) this.frameFirst(shown.info);
     this.slices.update();
-    this.events.tell("shown", { ...shown.facts, surface: at });
+    this.events.tell("shown", { ...shown.facts, surface: at, components: this.surfaces.progressOf(at).components });
   }
 
   // One surface as it is; of many, whose first one says little, the data.
@@ -409,7 +410,10 @@ export class Viewer {
   }
 }
 
-function emptyWords({ info: of, facts }: ShownSurface): string {
+// Why there is nothing to see of a surface; null: there is something, or will be.
+function nothingWords({ info: of, facts }: ShownSurface, { shown, components, isStreaming }: Progress): string | null {
+  if (!shown || isStreaming) return null;
+  if (!isEmpty(shown)) return components?.shown === 0 ? `${componentWords(components)}.` : null;
   return `There is no surface at isovalue ${inDigits(facts.isovalue, 6)}: the values of "${of.name}" go from ` +
     `${inDigits(of.min, 6)} to ${inDigits(of.max, 6)}.`;
 }

@@ -15,9 +15,9 @@ describe("Address", () => {
       clipFlipped: true, filled: false, slice: "z", sliceAt: 0.75, colours: "viridis", level: 40, colourBy: "a dose", fieldColours: "coolwarm", fieldLevel: -1, fieldWindow: 2.5, fieldLog: true, noValue: "#102030", samplesLog: true, windowWidth: 400, axes: false, logScale: false, theme: "light", playing: true, speed: 24, loop: false,
       surfaces: [
         { isovalue: 400.5, error: null, colour: "#f0e6d2", opacity: 1, visible: true },
-        { dataset: "a, b; 100 %", isovalue: -1e-7, error: 0.5, colour: "#00ff7f", opacity: 0.25, visible: false },
+        { dataset: "a, b; 100 %", isovalue: -1e-7, error: 0.5, colour: "#00ff7f", opacity: 0.25, visible: false, minComponent: 30 },
       ],
-      colour: "#123456", opacity: 0.5, visible: false, projection: "orthographic", occlusion: false, eye: [1, -2, 3.25], target: [0, 0, 1],
+      colour: "#123456", opacity: 0.5, visible: false, minComponent: 12.5, projection: "orthographic", occlusion: false, eye: [1, -2, 3.25], target: [0, 0, 1],
     };
     expect(fromAddress(`#${toAddress(settings)}`)).toEqual(settings);
     const ball = { kind: "ball", centre: [1, 2, 3], radius: 4, error: 0.5 } as const;
@@ -35,7 +35,8 @@ describe("Address", () => {
       "#wireframe=perhaps", "#maxTriangles=1e99", "#theme=__proto__",
       "#colour=red", "#opacity=1.5", "#surfaces=much", "#surfaces=1,ff0000,2", "#surfaces=1,ff0000,1,-1",
       "#surfaces=1,ff0000,1,,seen", "#surfaces=1,ff0000;2", `#surfaces=${Array(1024).fill("1,ff0000").join(";")}`,
-      "#surfaces=1,ff0000,1,,,%25E0", "#t=soon", "#speed=0", "#loop=2", "#noValue=grey",
+      "#surfaces=1,ff0000,1,,,%25E0", "#surfaces=1,ff0000,1,,,,-1", "#surfaces=1,ff0000,1,,,,many",
+      "#minComponent=-1", "#minComponent=2e6", "#minComponent=dust", "#t=soon", "#speed=0", "#loop=2", "#noValue=grey",
     ]) {
       expect(fromAddress(text)).toEqual({});
     }

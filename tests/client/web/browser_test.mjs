@@ -2,10 +2,11 @@
 //
 //   node browser_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
+import { mkdirSync, readFileSync } from "node:fs";
+import path from "node:path";
 
 import {
-  atKeyboard, complete, finish, open, patience, server, surfacePixels, test,
+  atKeyboard, complete, finish, open, patience, run, scratch, serveFolder, server, surfacePixels, test,
 } from "./in_a_browser.mjs";
 
 await test("ShowsASurfaceAtOnceAndChecksIt", showsASurface);
@@ -23,6 +24,8 @@ await test("KeepsAPlaceWhenOneClicksBesideTheSurface", keepsAPlace);
 await test("AnnouncesWhatItsSlidersMean", announcesSliders);
 await test("ShowsSeveralSurfacesAndDragsEach", showsSeveral);
 await test("MeasuresThePartThatWasPicked", measuresAPart);
+await test("HidesTheComponentsThatTheCommandLineLeavesOut", hidesDust);
+await test("TellsWhatIsSeenOfSeveralSurfaces", tellsWhatIsSeen);
 await test("TakesBackAndComesBack", takesBack);
 await test("ColoursASurfaceByAnotherField", coloursByAField);
 await test("SpeaksWithThePageAroundIt", speaksAround);
@@ -282,6 +285,75 @@ async function measuresAPart(page) {
   const share = parts === 1 ? 0.999 : 0.5;
   assert(Number(area) > share * whole.area && Number(area) < 1.001 * whole.area, `${area} of ${whole.area}`);
   if (parts === 1) assert(Math.abs(Number(volume) - whole.volume) < 1e-3 * whole.volume, `${volume}, ${whole.volume}`);
+}
+
+async function hidesDust(page) {
+  const folder = path.join(scratch, "dusty");
+  const [volume, dataset] = ["dusty.nrrd", "dusty.mtd"].map((name) => path.join(folder, name));
+  mkdirSync(folder, { recursive: true });
+  run("generate", "head", "--size", "41", "--noise", "120", "--seed", "3", "-o", volume);
+  run("prepare", volume, "-o", dataset);
+  const written = (least) => {
+    const file = path.join(folder, `from${least}.ply`);
+    const said = run("extract", dataset, "--isovalue", "100", "--error", "0", "--min-component", String(least), "-o", file, "--json");
+    const [vertices, faces] = sizesOf(readFileSync(file));
+    const value = (name) => said.match(new RegExp(`"${name}": "?([0-9a-f]+)`))[1];
+    return { vertices, faces, shown: value("components_written"), all: value("components"), digest: value("content_digest") };
+  };
+  const [large, larger] = [written(6), written(12)];
+  let sent = 0; // Over the surface's connection: its picture in the list has another.
+  page.once("websocket", (socket) => socket.on("framesent", () => ++sent));
+  // From the first frame on of an address that says so.
+  await open(page, "#dataset=dusty&isovalue=100&error=0&axes=false&minComponent=6", await serveFolder(folder));
+  const whole = await complete(page, ({ triangles }) => triangles === large.faces);
+  assert.equal(whole.digest, large.digest, "what is checked is the whole surface");
+  assert(Number((await page.textContent(".bytes span")).match(/in (\d+) tiles/)[1]) > 1, "components go across tiles");
+  assert.match(await page.textContent(".certificate"), new RegExp(`${large.shown} components of ${large.all} shown \\(smaller than 6 samples hidden\\)`));
+  assert.match(await page.textContent(".certificate"), new RegExp(`Connected parts${large.all}`));
+  // Another size acts on what is here.
+  const before = sent;
+  const hide = async (samples, words) => {
+    await page.fill('[aria-label^="Hide components of the surface"]', samples);
+    await page.keyboard.press("Enter");
+    await page.waitForFunction((pattern) => new RegExp(pattern).test(document.querySelector(".seal").textContent), words, { timeout: patience });
+  };
+  await hide("12", `Closed surface, ${larger.shown} of ${larger.all} components shown`);
+  await page.waitForFunction(() => /minComponent=12/.test(location.hash));
+  await complete(page, ({ triangles }) => triangles === larger.faces);
+  assert.deepEqual(sizesOf(await downloaded(page, "PLY")), [larger.vertices, larger.faces], "the file has what is shown");
+  assert((await surfacePixels(page)).share > 0.03);
+  await hide("1000", "Nothing shown");
+  assert.match(await page.textContent(".notice"), new RegExp(`No components of ${large.all} shown \\(smaller than 1000 samples hidden\\)`));
+  assert((await surfacePixels(page)).share < 0.001, "nothing is left of it");
+  await page.focus(".stage canvas");
+  await page.keyboard.press("Control+z");
+  await page.waitForFunction(() => /minComponent=12/.test(location.hash));
+  await hide("", "^✓ Closed surface$");
+  assert.deepEqual([before > 0, sent], [true, before], "the server is asked nothing");
+}
+
+// Vertices and faces of a PLY file, as its header has them.
+function sizesOf(ply) {
+  return ply.toString("latin1", 0, 400).match(/element vertex (\d+)[^]*element face (\d+)/).slice(1).map(Number);
+}
+
+async function tellsWhatIsSeen(page) {
+  const count = (words) => page.waitForFunction((text) => {
+    const fact = document.querySelector(".fact.triangles");
+    return fact.textContent.replace(/[\s\u202f]/g, "").endsWith(text);
+  }, words, { timeout: patience });
+  await open(page, "#dataset=gyroid&isovalue=0.1&error=1&surfaces=0.5,ff0000");
+  await page.waitForFunction(() => [...document.querySelectorAll(".surface-state")].length === 2 &&
+    [...document.querySelectorAll(".surface-state")].every(({ textContent }) => /voxels$/.test(textContent)), null, { timeout: patience });
+  const each = await page.evaluate(() => [...document.querySelectorAll(".surface-state")].map(({ textContent }) =>
+    Number(textContent.split("triangles")[0].replace(/\D/g, ""))));
+  assert(each.every((triangles) => triangles > 0) && each[0] !== each[1], String(each));
+  await count(`${each[0] + each[1]}trianglesof2surfaces`);
+  await page.click('summary:has-text("Surfaces")').catch(() => {});
+  await page.evaluate(() => document.querySelector('.eye[aria-label="Show surface 1"]').click());
+  await count(`${each[1]}triangles`);
+  await page.evaluate(() => document.querySelector('.eye[aria-label="Show surface 2"]').click());
+  await count("0triangles");
 }
 
 function massOf(stl) {

@@ -156,9 +156,9 @@ export async function surfacePixels(page) {
   }, png);
 }
 
-// Runs the server program to its end, silently.
+// Runs the server program to its end, silently; what it prints.
 export function run(...words) {
-  execFileSync(program, [...words, "--quiet"]);
+  return execFileSync(program, [...words, "--quiet"], { encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] });
 }
 
 function prepareDatasets() {

@@ -11,7 +11,11 @@ type Scene = ConstructorParameters<typeof Surface>[0];
 const { Scene } = installed("three") as { Scene: new () => Scene };
 
 interface Drawn {
-  geometry: { getAttribute: (name: string) => { array: unknown } | undefined };
+  geometry: {
+    getAttribute: (name: string) => { array: unknown } | undefined;
+    getIndex: () => { array: Uint16Array };
+    drawRange: { count: number };
+  };
 }
 
 const toWorld = [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0];
@@ -28,7 +32,11 @@ function drawn() {
   const programs = { areReady: () => true } as unknown as Programs;
   const surface = new Surface(scene, () => {}, (ids) => dropped.push(...ids), {} as FieldColours, programs);
   const scalarOf = (at: number) => (scene.children[at] as unknown as Drawn).geometry.getAttribute("scalar")?.array;
-  return { surface, scalarOf, dropped };
+  const partOf = (at: number) => {
+    const { geometry } = scene.children[at] as unknown as Drawn;
+    return { triangles: [...geometry.getIndex().array], drawn: geometry.drawRange.count };
+  };
+  return { surface, scalarOf, partOf, dropped };
 }
 
 describe("Surface", () => {
@@ -53,6 +61,26 @@ describe("Surface", () => {
     surface.dropUnused();
     expect(dropped).toEqual(["b", "c"]);
     expect(surface.hasAll(["a", "d"])).toBe(true);
+  });
+
+  test("DrawsTheSelectedComponentsAloneAndLooksAtTheLargest", () => {
+    const { surface, partOf } = drawn();
+    for (const id of ["a", "b"]) {
+      const triangles = Uint16Array.of(0, 1, 2, 3, 4, 5);
+      surface.add({ ...tile(id), positions: Float32Array.from({ length: 18 }, (_, i) => i), triangles }, [2, 0, 0, 0, 2, 0, 0, 0, 2, 1, 1, 1], 0);
+    }
+    surface.uploadSome();
+    surface.show(["a", "b"]);
+    expect([partOf(0).drawn, partOf(1).drawn]).toEqual([Infinity, Infinity]);
+    expect(surface.worldBox().max.x).toBe(31);
+    const parted = [{ id: "a", triangles: Uint16Array.of(3, 4, 5, 0, 1, 2), shown: 1 }];
+    surface.show(["a", "b"], { components: 3, shown: 2, triangles: 3, largest: [0, 0, 0, 1, 2, 3], parted });
+    expect([partOf(0), partOf(1).drawn]).toEqual([{ triangles: [3, 4, 5, 0, 1, 2], drawn: 3 }, Infinity]);
+    expect(surface.worldBox().max.toArray()).toEqual([3, 5, 7]);
+    surface.show(["a", "b"], { components: 3, shown: 0, triangles: 0, largest: null, parted: [{ ...parted[0], shown: 0 }] });
+    expect([partOf(0).drawn, surface.worldBox().isEmpty()]).toEqual([0, true]);
+    surface.show(["a", "b"]);
+    expect([partOf(0).drawn, surface.worldBox().max.x]).toEqual([Infinity, 31]);
   });
 
   test("TakesNothingAnyMoreWhenItIsGone", () => {

@@ -1,14 +1,15 @@
 import { Ahead } from "../../../client/web/src/ahead";
-import { type Frame, Frames } from "../../../client/web/src/frames";
+import { allChosen, type Frame, Frames } from "../../../client/web/src/frames";
 import { SurfaceClient } from "../../../client/web/src/surface_client";
 import type { StepFacts } from "../../../client/web/src/state/progress";
 import { isosurfaceRequest } from "../../../client/web/src/stream/request";
 import { type ClientKind, type DatasetInfo, type OpenStream, Priority, type ServerKind, type StepBegin, StepPolicy, StreamOutcome } from "../../../client/web/src/protocol/messages";
-import { defaults } from "../../../client/web/src/state/settings";
+import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import type { Surface } from "../../../client/web/src/scene/surface";
 import { Slots } from "../../../client/web/src/stream/slots";
 import type { LinkEvents } from "../../../client/web/src/stream/link";
 import type { TilePool } from "../../../client/web/src/workers/tile_pool";
+import type { Drawn, Selection } from "../../../client/web/src/workers/worker_messages";
 import { dataset, messages } from "./golden_stream";
 
 const [welcome, list, begin] = messages();
@@ -38,7 +39,7 @@ function partsOf(token = "") {
   const surface = {
     budget: 100, ids: () => [], dropUnused: nothing, use: nothing, release: nothing, show: nothing, trianglesOf: () => 30,
   } as unknown as Surface;
-  const pool = { forget: nothing } as unknown as TilePool;
+  const pool = { forget: nothing, select: (drawn: Drawn) => selections.of(drawn) } as unknown as TilePool;
   const frames = new Frames(() => true);
   return { number: 1, address: "ws://server/v1/stream", token: () => token, pool, surface, frames, slots: new Slots(2) };
 }
@@ -74,6 +75,16 @@ function streaming() {
   client.want(dataset(), settings, null, { moment });
   link.events!.received(begin);
   return client;
+}
+
+// What the mesh keeper would say of components, when the test lets it.
+const selections = {
+  asked: [] as { drawn: Drawn; answer: (found: Selection) => void }[],
+  of: (drawn: Drawn) => new Promise<Selection>((answer) => selections.asked.push({ drawn, answer })),
+};
+
+function selectionOf(shown: number): Selection {
+  return { components: 5, shown, triangles: 10 * shown, largest: null, parted: [] };
 }
 
 describe("SurfaceClient", () => {
@@ -154,7 +165,47 @@ describe("SurfaceClient", () => {
     client.want(dataset(), { ...settings, isovalue: 0.2 }, null, { moment });
     expect(openStream()).toBeDefined();
   });
+
+  test("HidesSmallComponentsOfWhatIsThereAndAsksTheServerNothing", async () => {
+    const { client, shows, settles } = keptAndWanted(settings);
+    expect(shows).toEqual([null]);
+    client.hide(4);
+    client.hide(12);
+    client.hide(12);
+    const [four, twelve] = selections.asked;
+    expect(twelve.drawn.leastDiagonal).toBe(12 * 32); // Lattice steps.
+    twelve.answer(selectionOf(2));
+    four.answer(selectionOf(3)); // Nobody wants it any more.
+    await Promise.resolve();
+    await vi.waitFor(() => expect(client.progress.get().components).toEqual({ minComponent: 12, components: 5, shown: 2, triangles: 20 }));
+    expect(client.drawn.leastDiagonal).toBe(12 * 32);
+    client.hide(0);
+    await vi.waitFor(() => expect(client.progress.get().components).toBeNull());
+    expect(shows).toEqual([null, selectionOf(2), null]);
+    expect([client.drawn.leastDiagonal, settles(), openStream()]).toEqual([0, 1, undefined]);
+  });
+
+  test("ShowsAKeptSurfaceNotBeforeItsSmallComponentsAreKnown", async () => {
+    const { client, shows, settles } = keptAndWanted({ ...settings, minComponent: 3 });
+    expect([shows, client.shown, client.isBusy, settles()]).toEqual([[], null, true, 0]);
+    selections.asked[0].answer(selectionOf(1));
+    await vi.waitFor(() => expect(shows).toEqual([selectionOf(1)]));
+    expect([client.isBusy, settles()]).toEqual([false, 1]);
+  });
 });
+
+// A client that wants what is kept; the selections that its surface was told to show.
+function keptAndWanted(wanted: Settings) {
+  link.sent.length = selections.asked.length = 0;
+  const shows: (Selection | null)[] = [];
+  const parts = partsOf();
+  parts.surface.show = (_, selection) => shows.push(selection ?? null);
+  parts.frames.keep(orderOf(dataset()), frameOf(dataset()));
+  let settled = 0;
+  const client = new SurfaceClient(parts, { offer: (_, show) => show(), withdraw: () => {}, shown: () => {}, settled: () => ++settled });
+  client.want(dataset(), wanted, null, { moment });
+  return { client, shows, settles: () => settled };
+}
 
 describe("Ahead", () => {
   const times = [1, 2, 3, 4].map((time) => ({ ...dataset(), name: `gyroid.t${time}` }));
@@ -213,5 +264,5 @@ function orderOf(info: DatasetInfo) {
 
 function frameOf(info: DatasetInfo): Frame {
   const facts = { isFinal: true } as StepFacts;
-  return { ids: [`1:${info.name}/8/tile`], shown: { info, resolution: 5, request: orderOf(info).request, facts } };
+  return { ids: [`1:${info.name}/8/tile`], shown: { info, resolution: 5, request: orderOf(info).request, facts }, chosen: allChosen };
 }

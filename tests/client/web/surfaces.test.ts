@@ -19,6 +19,8 @@ describe("Surfaces", () => {
     expect(settingsOf(two, 1)).toMatchObject({ isovalue: 7, error: 2, opacity: 0.5, surfaces: [] });
     expect(settingsOf({ ...two, surfaces: [{ ...further, error: 0.5 }] }, 1)).toMatchObject({ error: 0.5 });
     expect(settingsOf(two, 2)).toBeNull();
+    expect(settingsOf({ ...two, minComponent: 9 }, 1)).toMatchObject({ minComponent: 0 });
+    expect(settingsOf({ ...two, surfaces: [{ ...further, minComponent: 4 }] }, 1)).toMatchObject({ minComponent: 4 });
   });
 
   test("LeaveTheirPlaceToTheNextAndTheLastOneStays", () => {
@@ -27,6 +29,7 @@ describe("Surfaces", () => {
     expect(one.error).toBe(2);
     expect(one.colour).toBe("#112233");
     expect(withoutSurface(one, 0)).toEqual({});
+    expect(withoutSurface({ ...two, minComponent: 9 }, 0)).toMatchObject({ minComponent: 0 });
     expect(isovalues({ ...two, ...withoutSurface(two, 1) })).toEqual([3]);
   });
 

@@ -51,6 +51,14 @@ TEST(MeshComponents, AreAsManyAsTheTopologyCounts) {
   EXPECT_EQ(components.count_from(1000), 0U);
 }
 
+TEST(MeshComponents, OfExactlyThatDiagonalStay) {
+  // Sides of 2, 3 and 6 samples, in which only the sum of their squares is without rounding.
+  const std::vector<LatticeTriangle> triangles = {{{{1, 1, 1}, {65, 97, 1}, {65, 1, 193}}}};
+  const MeshComponents components = components_of(index_triangles(triangles, 5));
+  EXPECT_EQ(components.diagonals.front(), 7.0);
+  EXPECT_EQ(components.count_from(7), 1U);
+}
+
 TEST(MeshComponents, ThatAreSmallGoAndTheOthersStayAsTheyAre) {
   const LatticeMesh mesh = dust_and_a_planet();
   const MeshComponents components = components_of(mesh);

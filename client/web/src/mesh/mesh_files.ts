@@ -35,12 +35,12 @@ export function weldedInWorld(tiles: readonly Tile[], toWorld: readonly number[]
   const directions: number[] = []; // Of each point, as its first tile has it.
   let used = 0;
   for (const { positions: p, triangles: corners, normals: n } of tiles) {
-    const own = new Uint32Array(p.length / 3);
-    for (let v = 0; v < own.length; ++v) {
-      own[v] = numbers.numberOf(p[3 * v], p[3 * v + 1], p[3 * v + 2]);
+    const own = new Int32Array(p.length / 3).fill(-1); // Vertices without a triangle stay out.
+    for (const v of corners) {
+      if (own[v] < 0) own[v] = numbers.numberOf(p[3 * v], p[3 * v + 1], p[3 * v + 2]);
       if (3 * own[v] === directions.length) directions.push(n[4 * v], n[4 * v + 1], n[4 * v + 2]);
+      triangles[used++] = own[v];
     }
-    for (const corner of corners) triangles[used++] = own[corner];
   }
   const lattice = numbers.coordinates();
   const positions = new Float32Array(lattice.length);

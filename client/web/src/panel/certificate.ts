@@ -1,7 +1,8 @@
 // What this page has checked of the surface that is shown, in words and numbers.
-import type { StepFacts } from "../state/progress";
+import type { ShownComponents, StepFacts } from "../state/progress";
 import { lengthText } from "../stream/dataset";
 import { counted, grouped, h, inDigits } from "./dom";
+import { componentWords, hidesAny } from "./dust_control";
 
 // The final surface has no triangle.
 export function isEmpty(shown: StepFacts): boolean {
@@ -10,6 +11,13 @@ export function isEmpty(shown: StepFacts): boolean {
 
 export function isClosed(shown: StepFacts): boolean {
   return shown.topology.borderEdges === 0;
+}
+
+// On one line: what is certain of the surface that is shown.
+export function sealWords(shown: StepFacts, components: ShownComponents | null): string {
+  if (hidesAny(components) && components.shown === 0) return "Nothing shown: all components hidden";
+  const sound = isClosed(shown) ? "✓ Closed surface" : "✓ No cracks";
+  return hidesAny(components) ? `${sound}, ${grouped(components.shown)} of ${grouped(components.components)} components shown` : sound;
 }
 
 export function errorWords(shown: StepFacts): string {
@@ -31,7 +39,7 @@ function errorAnywhere(shown: StepFacts): string {
   return `The error of the original method (${world}); the real distance may exceed it.`;
 }
 
-export function certificateOf(shown: StepFacts): HTMLElement[] {
+export function certificateOf(shown: StepFacts, components: ShownComponents | null): HTMLElement[] {
   const { topology } = shown;
   const row = (name: string, value: string, tip: string) =>
     h("div", { "data-tip": tip }, h("dt", {}, name), h("dd", {}, value));
@@ -55,6 +63,7 @@ export function certificateOf(shown: StepFacts): HTMLElement[] {
   ];
   return [
     h("h2", {}, "Checked in this browser"),
+    ...(hidesAny(components) ? [h("p", {}, `${componentWords(components)}. What follows is of the whole surface.`)] : []),
     h("dl", {}, ...rows),
   ];
 }

@@ -1,6 +1,7 @@
-// One line about the surface that is shown and the one that comes, and the certificate behind it.
-import type { Progress, StepFacts, SurfaceSize } from "../state/progress";
-import { certificateOf, errorWords, isClosed, isEmpty } from "./certificate";
+// One line about the surface that is shown and the one that comes, and the certificate behind it. Of several
+// surfaces it is the first one that is seen; triangles are counted of all that are.
+import type { Progress, ShownComponents, StepFacts, SurfacesStatus, SurfaceSize } from "../state/progress";
+import { certificateOf, errorWords, isEmpty, sealWords } from "./certificate";
 import { grouped, h, inBytes, inDigits, inSeconds, inTriangles } from "./dom";
 
 // A value with its name below; it stays in the page while its words change.
@@ -32,7 +33,7 @@ export class StatusBar {
   private readonly state = new Fact("state",
     "The surface comes in steps, each complete and without cracks; a step replaces the one before " +
       "when it is all there.");
-  private readonly triangles = new Fact("triangles", "Of the surface that is shown.");
+  private readonly triangles = new Fact("triangles", "Of all that is shown.");
   private readonly error = new Fact("error", "");
   private readonly bytes = new Fact("bytes", "");
   private readonly firstTile = new Fact("first-tile", "From the request to the first tile.");
@@ -41,6 +42,7 @@ export class StatusBar {
   private readonly certificateButton: HTMLButtonElement;
   private readonly certificate = h("div", { class: "certificate", id: "certificate", hidden: true });
   private certified: StepFacts | null = null;
+  private components: ShownComponents | null = null;
   // What is said aloud: steps, not every tile.
   private readonly spoken = h("span", { class: "spoken", role: "status" });
 
@@ -63,13 +65,15 @@ export class StatusBar {
       this.spoken, this.certificateButton);
   }
 
-  show(progress: Progress, expected: SurfaceSize | null): void {
+  // `expected`: of the first surface.
+  show(status: SurfacesStatus, expected: SurfaceSize | null): void {
+    const { progress } = status;
     const { shown, isStreaming, tilesReceived, tilesToCome } = progress;
     const share = tilesToCome > 0 ? tilesReceived / tilesToCome : isStreaming ? 0 : 1;
     this.meter.style.setProperty("--share", String(share));
     this.meter.classList.toggle("is-active", isStreaming);
     this.showState(progress);
-    this.showTriangles(progress, expected);
+    this.showTriangles(status, expected);
     this.error.show(
       shown && `≤ ${inDigits(shown.errorVoxels, 3)}`,
       shown ? errorLabel(shown) : "",
@@ -86,7 +90,7 @@ export class StatusBar {
     const { firstTile, complete } = progress;
     this.firstTile.show(shown && firstTile !== null ? inSeconds(firstTile) : null, "first tile");
     this.complete.show(shown && complete !== null ? inSeconds(complete) : null, "all shown");
-    this.showCertificate(shown);
+    this.showCertificate(progress);
   }
 
   private showState(progress: Progress): void {
@@ -103,19 +107,20 @@ export class StatusBar {
     if (this.spoken.textContent !== aloud) this.spoken.textContent = aloud;
   }
 
-  private showTriangles({ shown, isStreaming }: Progress, expected: SurfaceSize | null): void {
-    const isPreview = shown && expected && (isStreaming || !shown.isFinal);
-    this.triangles.show(
-      shown && grouped(shown.triangles),
-      isPreview ? `of about ${inTriangles(expected.triangles)}` : "triangles",
-    );
+  private showTriangles({ progress, triangles, surfaces, isLead }: SurfacesStatus, expected: SurfaceSize | null): void {
+    const { shown, isStreaming } = progress;
+    const isPreview = shown && expected && isLead && surfaces === 1 && (isStreaming || !shown.isFinal);
+    const label = surfaces > 1 ? `triangles of ${surfaces} surfaces` : "triangles";
+    this.triangles.show(shown && grouped(triangles), isPreview ? `of about ${inTriangles(expected.triangles)}` : label);
   }
 
-  private showCertificate(shown: StepFacts | null): void {
+  private showCertificate({ shown, components }: Progress): void {
     this.certificateButton.hidden = !shown || isEmpty(shown);
-    if (!shown || shown === this.certified) return;
+    if (!shown || (shown === this.certified && components === this.components)) return;
     this.certified = shown;
-    this.certificateButton.textContent = isClosed(shown) ? "✓ Closed surface" : "✓ No cracks";
-    this.certificate.replaceChildren(...certificateOf(shown));
+    this.components = components;
+    this.certificateButton.textContent = sealWords(shown, components);
+    this.certificateButton.classList.toggle("is-quiet", components?.shown === 0);
+    this.certificate.replaceChildren(...certificateOf(shown, components));
   }
 }

@@ -9,6 +9,7 @@ import {
 } from "../state/surfaces";
 import { suggestedIsovalue } from "../stream/request";
 import { grouped, h, inDigits } from "./dom";
+import { componentWords, dustControl, hidesAny } from "./dust_control";
 import type { Control } from "./inputs";
 import { numberInput } from "./number_input";
 import type { Change, Part } from "./part";
@@ -98,9 +99,10 @@ function surfaceRow(
   eye.addEventListener("click", () => change({ visible: !isVisible }));
   const cross = h("button", { type: "button", class: "cross", "aria-label": `Remove ${name}` }, "×");
   cross.addEventListener("click", remove);
+  const dust = dustControl(name, (minComponent) => change({ minComponent }));
   const state = h("span", { class: "surface-state" });
   const dataset = h("span", { class: "surface-dataset", hidden: true });
-  const element = h("li", { class: "surface-row" }, dataset, colour, isovalue.element, opacity, eye, cross, state, error.element);
+  const element = h("li", { class: "surface-row" }, dataset, colour, isovalue.element, opacity, eye, cross, state, error.element, dust.element);
   return {
     element,
     show: (surface, isOneOfSeveral) => {
@@ -115,11 +117,14 @@ function surfaceRow(
       opacity.style.setProperty("--share", `${100 * surface.opacity}%`);
       eye.setAttribute("aria-pressed", String(isVisible));
       eye.textContent = isVisible ? "◉" : "○";
-      cross.hidden = !isOneOfSeveral;
+      dust.show(surface.minComponent ?? 0);
+      cross.hidden = dust.element.hidden = !isOneOfSeveral;
     },
-    showProgress: ({ shown, isStreaming, trouble, heldBack }) => {
+    showProgress: ({ shown, components, isStreaming, trouble, heldBack }) => {
       const limit = heldBack ? ", the best of this size" : "";
-      const triangles = shown ? `${grouped(shown.triangles)} triangles, ≤ ${inDigits(shown.errorVoxels, 2)} voxels${limit}` : "";
+      const dusty = hidesAny(components) ? `, ${componentWords(components)}` : "";
+      const count = grouped(components?.triangles ?? shown?.triangles ?? 0);
+      const triangles = shown ? `${count} triangles, ≤ ${inDigits(shown.errorVoxels, 2)} voxels${limit}${dusty}` : "";
       const text = trouble?.text ?? (isStreaming ? `${triangles || "asking"}…` : triangles);
       if (state.textContent !== text) state.textContent = text;
     },

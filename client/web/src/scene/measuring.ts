@@ -104,9 +104,9 @@ export class Measuring {
   private partButton({ tiles, hit }: NonNullable<Picked["surface"]>): HTMLElement {
     const button = h("button", { type: "button", class: "measure-part" }, "Area and volume of this part");
     button.addEventListener("click", async () => {
-      const { shown, ids } = tiles;
+      const { shown, drawn } = tiles;
       const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
-      const found = await this.pool.measure([...ids], toWorld, hit).catch(() => null);
+      const found = await this.pool.measure(drawn, toWorld, hit).catch(() => null);
       if (button.isConnected) button.replaceWith(h("p", { class: "part" }, ...partWords(found, shown.info)));
     });
     return button;

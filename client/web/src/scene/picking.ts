@@ -70,7 +70,7 @@ export class Picking {
     const ahead = applied(back, ray.origin.clone().add(ray.direction).toArray());
     const direction = ahead.map((value, axis) => value - origin[axis]);
     const kept = clip && inLattice(clip, toWorld);
-    const hit = await this.pool.pick([...tiles.ids], { origin, direction, kept }).catch(() => null);
+    const hit = await this.pool.pick(tiles.drawn, { origin, direction, kept }).catch(() => null);
     return hit && {
       world: applied(toWorld, hit.point), index: applied(latticeToIndex(info, resolution), hit.point), info, surface: { tiles, hit },
     };

@@ -6,9 +6,10 @@
 // stay as they are.
 import * as THREE from "three";
 
+import type { LatticeBox } from "../mesh/tile_components";
 import type { Affine } from "../stream/dataset";
 import type { Colouring, Settings } from "../state/settings";
-import type { DecodedTile } from "../workers/worker_messages";
+import type { DecodedTile, Selection } from "../workers/worker_messages";
 import type { FieldColours } from "./field_colours";
 import { layers } from "./layers";
 import type { Programs } from "./programs";
@@ -42,6 +43,7 @@ export class Surface {
   private isGone = false;
   private readonly uploads: string[] = [];
   private shown: string[] = [];
+  private selection: Selection | null = null; // Of what is shown.
   private uses = 0;
   private waiting: { ids: string[]; resolve: () => void }[] = [];
   private readonly materials = new Map<string, THREE.MeshStandardMaterial>();
@@ -114,13 +116,14 @@ export class Surface {
     return ids.reduce((sum, id) => sum + (this.tiles.get(id)?.triangles ?? 0), 0);
   }
 
-  get shownIds(): readonly string[] {
-    return this.shown;
-  }
-
-  // Around what is shown.
+  // Around what is shown; where components are hidden, around the largest of the others.
   worldBox(): THREE.Box3 {
     const box = new THREE.Box3();
+    if (this.selection) {
+      const { largest } = this.selection;
+      const first = this.tiles.get(this.shown[0]);
+      return largest && first ? boxOf(largest).applyMatrix4(first.mesh.matrix) : box;
+    }
     for (const id of this.shown) {
       const { mesh } = this.tiles.get(id)!;
       mesh.geometry.boundingBox ?? mesh.geometry.computeBoundingBox();
@@ -162,14 +165,20 @@ export class Surface {
     });
   }
 
-  // From the next frame on exactly these tiles are drawn. Requires that they are uploaded.
-  show(ids: readonly string[]): void {
+  // From the next frame on exactly these tiles are drawn, and of them the components that are selected; null:
+  // all of them. Requires that they are uploaded.
+  show(ids: readonly string[], selection: Selection | null = null): void {
+    const parted = new Map(selection?.parted.map((one) => [one.id, one]));
     const next = new Set(ids);
     for (const id of this.shown) {
       if (!next.has(id)) this.setVisible(id, false);
     }
-    for (const id of ids) this.setVisible(id, true);
+    for (const id of ids) {
+      this.setPart(id, parted.get(id) ?? null);
+      this.setVisible(id, true);
+    }
     this.shown = [...ids];
+    this.selection = selection;
     this.invalidate();
   }
 
@@ -284,6 +293,17 @@ export class Surface {
     if (isVisible) this.setLines(tile);
   }
 
+  // The triangles in another order are the same triangles: their number alone says which are drawn.
+  private setPart(id: string, part: Selection["parted"][number] | null): void {
+    const geometry = this.tiles.get(id)?.mesh.geometry;
+    if (!geometry) return;
+    geometry.setDrawRange(0, part ? 3 * part.shown : Infinity);
+    const index = geometry.getIndex()!;
+    if (!part || index.array === part.triangles) return;
+    index.array = part.triangles;
+    index.needsUpdate = true;
+  }
+
   private setLines(tile: KeptTile): void {
     const child = tile.mesh.children[0];
     if (child) child.visible = this.look.wireframe;
@@ -341,4 +361,8 @@ export class Surface {
     material.flatShading = isFlat;
     material.needsUpdate = true;
   }
+}
+
+function boxOf([x0, y0, z0, x1, y1, z1]: LatticeBox): THREE.Box3 {
+  return new THREE.Box3(new THREE.Vector3(x0, y0, z0), new THREE.Vector3(x1, y1, z1));
 }

@@ -23,6 +23,14 @@ export interface StepFacts {
   sameTopologyAs: number | null; // An earlier step of the stream that it was compared with.
 }
 
+// What of the surface is shown where small components are hidden.
+export interface ShownComponents {
+  minComponent: number; // Samples: those whose bounding box has a shorter diagonal are hidden.
+  components: number; // Of the whole surface,
+  shown: number; // and of them those that are shown.
+  triangles: number; // That are shown.
+}
+
 // As the server estimates it before it makes the surface.
 export interface SurfaceSize {
   triangles: number;
@@ -44,7 +52,8 @@ export interface Progress {
   firstTile: number | null; // Milliseconds after the request.
   firstSurface: number | null;
   complete: number | null;
-  shown: StepFacts | null;
+  shown: StepFacts | null; // Of the whole surface,
+  components: ShownComponents | null; // and what of it is shown; null: all.
   // The server is busy: why, and performance.now() of the next attempt.
   postponed: { text: string; until: number } | null;
   heldBack: SurfaceSize | null; // What was asked for is this large: less of it was sent.
@@ -53,6 +62,14 @@ export interface Progress {
   scalars: { low: number; high: number; deviation: number } | null;
   // One sentence for the user, and how bad it is.
   trouble: { text: string; isFatal: boolean; needsToken: boolean } | null;
+}
+
+// Of all surfaces that are seen.
+export interface SurfacesStatus {
+  progress: Progress; // Of the first of them; where none is seen, of the first there is.
+  isLead: boolean; // That is the first there is.
+  triangles: number; // That are drawn,
+  surfaces: number; // of so many.
 }
 
 export const noProgress: Progress = {
@@ -67,6 +84,7 @@ export const noProgress: Progress = {
   firstSurface: null,
   complete: null,
   shown: null,
+  components: null,
   postponed: null,
   heldBack: null,
   scalars: null,

@@ -30,6 +30,7 @@ export interface FurtherSurface {
   colour: string; // "#rrggbb"
   opacity: number; // 0 to 1: nothing to see through.
   visible: boolean;
+  minComponent?: number; // Samples, as the settings have it of the first one; not said: 0.
 }
 
 export interface Settings {
@@ -48,9 +49,10 @@ export interface Settings {
   simplify: boolean; // Without the triangles that the error does not need.
   surfaces: readonly FurtherSurface[]; // All but the first: state/surfaces.ts has all as one list.
   // How it is shown.
-  colour: string; // Of the first surface, as are the next two.
+  colour: string; // Of the first surface, as are the next three.
   opacity: number;
   visible: boolean;
+  minComponent: number; // Samples: components whose bounding box has a shorter diagonal are hidden. 0: none.
   colourBy: string; // A dataset whose values colour the surfaces; empty: none.
   fieldColours: ColourMap; // Of those values, as are the next two.
   fieldLevel: number | null;
@@ -99,6 +101,7 @@ export const defaults: Settings = {
   colour: "#e0cdb4",
   opacity: 1,
   visible: true,
+  minComponent: 0,
   colourBy: "",
   fieldColours: "viridis",
   fieldLevel: null,

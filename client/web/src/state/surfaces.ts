@@ -8,19 +8,22 @@ export interface SurfaceSettings extends Omit<FurtherSurface, "isovalue"> {
 
 export const mostSurfaces = 8; // That one adds by hand,
 export const mostLabels = 1024; // and that a segmentation has.
+export const maxMinComponent = 1e6; // Samples, as everywhere in the project.
 
 // Told apart by people who see few colours as well; the first two are bone and skin.
 const colours = ["#e0cdb4", "#d9775f", "#7fb3d5", "#e6c65c", "#8fc9a3", "#b7a3d9", "#d99bc4", "#9aa5b3"];
 
 export function surfacesOf(settings: Settings): SurfaceSettings[] {
-  const { isovalue, error, colour, opacity, visible } = settings;
-  return [{ isovalue, error, colour, opacity, visible }, ...settings.surfaces];
+  const { isovalue, error, colour, opacity, visible, minComponent } = settings;
+  return [{ isovalue, error, colour, opacity, visible, minComponent }, ...settings.surfaces];
 }
 
 // As if this surface were the only one: what the server is asked for it. Null: there is none.
 export function settingsOf(settings: Settings, at: number): Settings | null {
   const own = surfacesOf(settings)[at];
-  return own ? { ...settings, ...own, error: own.error ?? settings.error, surfaces: defaults.surfaces } : null;
+  if (!own) return null;
+  const { minComponent } = defaults; // What the first one hides says nothing of others.
+  return { ...settings, minComponent, ...own, error: own.error ?? settings.error, surfaces: defaults.surfaces };
 }
 
 export function withSurface(settings: Settings, at: number, change: Partial<SurfaceSettings>): Partial<Settings> {
@@ -33,9 +36,11 @@ export function withSurface(settings: Settings, at: number, change: Partial<Surf
   return { surfaces: settings.surfaces.map((surface, i) => (i === at - 1 ? { ...surface, ...own } : surface)) };
 }
 
+type AllChange = Pick<SurfaceSettings, "visible"> | Pick<SurfaceSettings, "opacity"> | Pick<Settings, "minComponent">;
+
 // What is changed of each; null: nothing.
 export function withAllSurfaces(
-  settings: Settings, change: (surface: SurfaceSettings, at: number) => Pick<SurfaceSettings, "visible"> | Pick<SurfaceSettings, "opacity"> | null,
+  settings: Settings, change: (surface: SurfaceSettings, at: number) => AllChange | null,
 ): Partial<Settings> {
   const [first, ...others] = surfacesOf(settings);
   const surfaces = others.map((one, i) => ({ ...settings.surfaces[i], ...change(one, i + 1) }));
@@ -57,9 +62,9 @@ export function withoutSurface(settings: Settings, at: number): Partial<Settings
   if (at > 0) return { surfaces };
   const [next, ...rest] = settings.surfaces;
   if (!next) return {};
-  const { dataset, ...look } = next;
+  const { dataset, minComponent = defaults.minComponent, ...look } = next;
   const own = dataset || settings.dataset;
   // Those that were of the first one's dataset still are.
   const kept = rest.map((one) => (own === settings.dataset || one.dataset ? one : { ...one, dataset: settings.dataset }));
-  return { ...look, dataset: own, error: next.error ?? settings.error, surfaces: kept };
+  return { ...look, minComponent, dataset: own, error: next.error ?? settings.error, surfaces: kept };
 }

@@ -7,7 +7,7 @@
 // page.
 import { colourMaps } from "../scene/colour_maps";
 import { defaults, type FurtherSurface, type Region, type Settings } from "./settings";
-import { mostLabels } from "./surfaces";
+import { maxMinComponent, mostLabels } from "./surfaces";
 
 export function toAddress(settings: Settings): string {
   const said = new URLSearchParams();
@@ -75,6 +75,7 @@ export function fromAddress(text: string): Partial<Settings> {
   set("colour", colourFrom(said.get("colour")));
   set("opacity", number("opacity", 0, 1));
   set("visible", yes("visible"));
+  set("minComponent", number("minComponent", 0, maxMinComponent));
   set("surfaces", surfacesFrom(said.get("surfaces")));
   set("logScale", yes("logScale"));
   set("playing", yes("playing"));
@@ -111,7 +112,7 @@ const plainNames = [
   "maxTriangles", "simplify", "shading", "wireframe", "colouring", "clip", "clipAt", "clipFlipped", "filled",
   "slice", "sliceAt", "colours", "level", "windowWidth", "colourBy", "fieldColours", "fieldLevel",
   "fieldWindow", "fieldLog", "samplesLog", "axes",
-  "projection", "occlusion", "opacity", "visible", "logScale", "playing", "speed", "loop", "theme",
+  "projection", "occlusion", "opacity", "visible", "minComponent", "logScale", "playing", "speed", "loop", "theme",
 ] as const;
 
 function short(value: number): string {
@@ -119,11 +120,12 @@ function short(value: number): string {
 }
 
 // "300.5,d9775f,0.4": isovalue, colour and opacity; an error of its own as fourth (empty: none), "hidden"
-// as fifth, and a dataset of its own as sixth, in which what parts these words is written as in addresses.
-function surfaceText({ dataset = "", isovalue, error, colour, opacity, visible }: FurtherSurface): string {
+// as fifth, a dataset of its own as sixth, in which what parts these words is written as in addresses, and the
+// samples of the smallest component that is shown as seventh.
+function surfaceText({ dataset = "", isovalue, error, colour, opacity, visible, minComponent = 0 }: FurtherSurface): string {
   const words = [
     isovalue, colour.slice(1), opacity === 1 ? "" : short(opacity), error === null ? "" : short(error),
-    visible ? "" : "hidden", dataset.replace(/[,;%]/g, encodeURIComponent),
+    visible ? "" : "hidden", dataset.replace(/[,;%]/g, encodeURIComponent), minComponent === 0 ? "" : short(minComponent),
   ];
   return words.join(",").replace(/,+$/, "");
 }
@@ -131,7 +133,7 @@ function surfaceText({ dataset = "", isovalue, error, colour, opacity, visible }
 function surfacesFrom(text: string | null): FurtherSurface[] | undefined {
   if (!text) return undefined;
   const surfaces = text.split(";").map((one): FurtherSurface | null => {
-    const [value, colourText, opacityText, errorText, hidden, name] = one.split(",");
+    const [value, colourText, opacityText, errorText, hidden, name, leastText] = one.split(",");
     const [isovalue] = numbersFrom(value, 1) ?? [];
     const [opacity] = numbersFrom(opacityText || "1", 1) ?? [];
     const [error] = errorText ? (numbersFrom(errorText, 1) ?? [NaN]) : [null];
@@ -140,8 +142,10 @@ function surfacesFrom(text: string | null): FurtherSurface[] | undefined {
     if (!(opacity >= 0 && opacity <= 1) || (error !== null && !(error >= 0))) return null;
     const dataset = nameFrom(name ?? "");
     if (dataset === undefined) return null;
+    const [minComponent] = numbersFrom(leastText || "0", 1) ?? [];
+    if (minComponent === undefined || !(minComponent >= 0 && minComponent <= maxMinComponent)) return null;
     const surface = { isovalue, error, colour, opacity, visible: hidden !== "hidden" };
-    return dataset ? { dataset, ...surface } : surface;
+    return { ...(dataset ? { dataset } : {}), ...surface, ...(minComponent > 0 ? { minComponent } : {}) };
   });
   return surfaces.length < mostLabels && surfaces.every((one) => one !== null) ? surfaces : undefined;
 }

@@ -1,6 +1,6 @@
 // Keeps a copy of every tile, away from the page: what needs whole surfaces happens here. Checks a
-// step before it is shown, makes normals agree where tiles meet, finds what a ray hits and a plane
-// cuts, measures parts, and writes files.
+// step before it is shown, makes normals agree where tiles meet, tells which components are large enough to be
+// drawn, finds what a ray hits and a plane cuts of what is drawn, measures parts, and writes files.
 import { cutLine } from "../mesh/cut";
 import { massProperties } from "../mesh/mass_properties";
 import { meshFile } from "../mesh/mesh_files";
@@ -8,11 +8,12 @@ import { pack } from "../mesh/normals";
 import { nearestHit } from "../mesh/ray";
 import { scalarAttribute } from "../mesh/scalars";
 import { type DataBorder, joined } from "../mesh/seams";
-import type { Certified, Hit, KeeperReply, KeeperRequest, KeptTile, PickRay } from "./worker_messages";
+import { largeComponents, withLargeComponents } from "../mesh/tile_components";
+import type { Certified, Drawn, Hit, KeeperReply, KeeperRequest, KeptTile, PickRay, Selection } from "./worker_messages";
 
 const tiles = new Map<string, KeptTile>();
 // Tiles come from other workers: a step may be asked for before the last of them is here.
-let waiting: { ids: string[]; resolve: () => void; reject: (error: Error) => void }[] = [];
+let waiting: { ids: readonly string[]; resolve: () => void; reject: (error: Error) => void }[] = [];
 
 function keep(tile: KeptTile): void {
   tiles.set(tile.id, tile);
@@ -33,11 +34,21 @@ function drop(ids: string[]): void {
   });
 }
 
-async function all(ids: string[]): Promise<KeptTile[]> {
+async function all(ids: readonly string[]): Promise<KeptTile[]> {
   if (!ids.every((id) => tiles.has(id))) {
     await new Promise<void>((resolve, reject) => waiting.push({ ids, resolve, reject }));
   }
   return ids.map((id) => tiles.get(id)!);
+}
+
+// With the triangles that are drawn, and no others.
+async function allDrawn({ ids, leastDiagonal }: Drawn): Promise<KeptTile[]> {
+  return withLargeComponents(await all(ids), leastDiagonal);
+}
+
+async function selected({ ids, leastDiagonal }: Drawn): Promise<Selection> {
+  const { tiles: parts, ...counts } = largeComponents(await all(ids), leastDiagonal);
+  return { ...counts, parted: parts.flatMap((part, i) => (part ? [{ id: ids[i], ...part }] : [])) };
 }
 
 async function certified(ids: string[], border: DataBorder): Promise<Certified> {
@@ -84,18 +95,20 @@ async function answer(request: KeeperRequest): Promise<KeeperReply["result"]> {
   switch (request.kind) {
     case "certify":
       return certified(request.ids, request.border);
+    case "select":
+      return selected(request.drawn);
     case "pick":
-      return pick(await all(request.ids), request.ray);
+      return pick(await allDrawn(request.drawn), request.ray);
     case "measure":
-      return massProperties(await all(request.ids), request.toWorld, request.at);
+      return massProperties(await allDrawn(request.drawn), request.toWorld, request.at);
     case "scalars": {
       const [tile] = await all([request.id]);
       return scalarAttribute(tile.positions, request.codes, request.bits);
     }
     case "cut":
-      return cutLine(await all(request.ids), request.plane);
+      return cutLine(await allDrawn(request.drawn), request.plane);
     case "file":
-      return meshFile(await all(request.ids), request.format, request.toWorld);
+      return meshFile(await allDrawn(request.drawn), request.format, request.toWorld);
     default:
       return null;
   }
@@ -103,6 +116,7 @@ async function answer(request: KeeperRequest): Promise<KeeperReply["result"]> {
 
 function transfers(result: KeeperReply["result"]): ArrayBufferLike[] {
   if (result instanceof Uint8Array || result instanceof Float32Array) return [result.buffer];
+  if (result && "parted" in result) return result.parted.map(({ triangles }) => triangles.buffer);
   if (result && "topology" in result) return result.normals.map(({ normals }) => normals.buffer);
   return [];
 }

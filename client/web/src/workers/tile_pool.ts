@@ -6,11 +6,13 @@ import type {
   Certified,
   DamagedTile,
   DecodedTile,
+  Drawn,
   Hit,
   KeeperReply,
   KeeperRequest,
   MeshFormat,
   PickRay,
+  Selection,
   TileJob,
 } from "./worker_messages";
 
@@ -61,13 +63,18 @@ export class TilePool {
     return this.ask((request) => ({ kind: "certify", request, ids, border }));
   }
 
-  pick(ids: string[], ray: PickRay): Promise<Hit | null> {
-    return this.ask((request) => ({ kind: "pick", request, ids, ray }));
+  // Which components of the step are drawn.
+  select(drawn: Drawn): Promise<Selection> {
+    return this.ask((request) => ({ kind: "select", request, drawn }));
   }
 
-  // Of the connected part that the triangle belongs to.
-  measure(ids: string[], toWorld: number[], at: { id: string; triangle: number }): Promise<MassProperties | null> {
-    return this.ask((request) => ({ kind: "measure", request, ids, toWorld, at }));
+  pick(drawn: Drawn, ray: PickRay): Promise<Hit | null> {
+    return this.ask((request) => ({ kind: "pick", request, drawn, ray }));
+  }
+
+  // Of the connected part that the triangle belongs to, which a hit of the same drawn tiles has told.
+  measure(drawn: Drawn, toWorld: number[], at: { id: string; triangle: number }): Promise<MassProperties | null> {
+    return this.ask((request) => ({ kind: "measure", request, drawn, toWorld, at }));
   }
 
   // Of a second field at the tile's vertices, for the graphics card.
@@ -76,12 +83,12 @@ export class TilePool {
   }
 
   // Segments in lattice coordinates, as the plane is.
-  cut(ids: string[], plane: CutPlane): Promise<Float32Array> {
-    return this.ask((request) => ({ kind: "cut", request, ids, plane }));
+  cut(drawn: Drawn, plane: CutPlane): Promise<Float32Array> {
+    return this.ask((request) => ({ kind: "cut", request, drawn, plane }));
   }
 
-  file(ids: string[], format: MeshFormat, toWorld: number[]): Promise<Uint8Array> {
-    return this.ask((request) => ({ kind: "file", request, ids, format, toWorld }));
+  file(drawn: Drawn, format: MeshFormat, toWorld: number[]): Promise<Uint8Array> {
+    return this.ask((request) => ({ kind: "file", request, drawn, format, toWorld }));
   }
 
   // All workers end; what was asked is never answered.

@@ -4,6 +4,7 @@ import type { CutPlane } from "../mesh/cut";
 import type { MassProperties } from "../mesh/mass_properties";
 import type { HalfSpace } from "../mesh/ray";
 import type { DataBorder, MeshTopology } from "../mesh/seams";
+import type { LatticeBox, Triangles } from "../mesh/tile_components";
 import type { TilePromise } from "../mesh/tile_mesh";
 import type { TileRim } from "../mesh/tile_rim";
 
@@ -52,11 +53,18 @@ export type KeeperRequest =
   | { kind: "port"; port: MessagePort }
   | { kind: "drop"; ids: string[] }
   | { kind: "certify"; request: number; ids: string[]; border: DataBorder }
-  | { kind: "pick"; request: number; ids: string[]; ray: PickRay }
-  | { kind: "measure"; request: number; ids: string[]; toWorld: number[]; at: { id: string; triangle: number } }
+  | { kind: "select"; request: number; drawn: Drawn }
+  | { kind: "pick"; request: number; drawn: Drawn; ray: PickRay }
+  | { kind: "measure"; request: number; drawn: Drawn; toWorld: number[]; at: { id: string; triangle: number } }
   | { kind: "scalars"; request: number; id: string; codes: Uint8Array; bits: number }
-  | { kind: "cut"; request: number; ids: string[]; plane: CutPlane }
-  | { kind: "file"; request: number; ids: string[]; format: MeshFormat; toWorld: number[] };
+  | { kind: "cut"; request: number; drawn: Drawn; plane: CutPlane }
+  | { kind: "file"; request: number; drawn: Drawn; format: MeshFormat; toWorld: number[] };
+
+// The tiles of a step, without the components that are too small to be drawn.
+export interface Drawn {
+  ids: readonly string[];
+  leastDiagonal: number; // Of a component's bounding box, in lattice steps; 0: all are drawn.
+}
 
 // In lattice coordinates.
 export interface PickRay {
@@ -77,10 +85,19 @@ export interface Certified {
 export interface Hit {
   point: [number, number, number]; // Lattice coordinates.
   id: string;
-  triangle: number; // Of that tile.
+  triangle: number; // Of that tile, as it is drawn.
+}
+// Which components of a step are drawn.
+export interface Selection {
+  components: number; // Of the whole step,
+  shown: number; // and of them those that are drawn.
+  triangles: number; // That are drawn.
+  largest: LatticeBox | null; // Around the largest component; null: none is drawn.
+  // Of each tile that is not drawn as a whole all triangles, those that are drawn first, and how many these are.
+  parted: { id: string; triangles: Triangles; shown: number }[];
 }
 export interface KeeperReply {
   request: number;
-  result?: Certified | Hit | MassProperties | Float32Array | Uint8Array | null;
+  result?: Certified | Selection | Hit | MassProperties | Float32Array | Uint8Array | null;
   error?: string;
 }

@@ -1,0 +1,155 @@
+// The connected components of a surface in tiles, and the surface without the small ones: noise in scans makes
+// thousands around the one that is meant. The same as common/mesh/components.hpp finds in the welded mesh: triangles
+// with a common vertex hang together, and a component is as large as the diagonal of its bounding box.
+//
+// A tile's own components are found once; what a surface adds takes time in proportion to the tiles' rims.
+import { Components } from "./components";
+import { PointNumbers } from "./point_numbers";
+import type { TileRim } from "./tile_rim";
+
+export type Triangles = Uint16Array | Uint32Array;
+
+interface Tile {
+  positions: Float32Array; // Lattice coordinates.
+  triangles: Triangles;
+  rim: Pick<TileRim, "positions" | "vertices">;
+}
+
+// A box of lattice points: low x, y, z, high x, y, z.
+export type LatticeBox = [number, number, number, number, number, number];
+
+export interface LargeComponents {
+  components: number; // Of the whole surface.
+  shown: number; // Of them: those that are large enough.
+  triangles: number; // Of those that are shown.
+  largest: LatticeBox | null; // Around the one with the longest diagonal; null: none is shown.
+  // For each tile its triangles in an order in which those of shown components are the first ones, and how many
+  // these are; null: all of them are shown.
+  tiles: ({ triangles: Triangles; shown: number } | null)[];
+}
+
+// Components whose bounding boxes have a diagonal of at least `leastDiagonal` lattice steps.
+export function largeComponents(tiles: readonly Tile[], leastDiagonal: number): LargeComponents {
+  const { ofTile, boxes } = joinedComponents(tiles);
+  const diagonals = boxes.map(diagonalOf);
+  const isShown = diagonals.map((diagonal) => diagonal >= leastDiagonal);
+  const longest = diagonals.reduce((best, diagonal, i) => (best < 0 || diagonal > diagonals[best] ? i : best), -1);
+  const parted = tiles.map((tile, i) => partedTriangles(tile, (component) => isShown[ofTile[i][component]]));
+  return {
+    components: boxes.length,
+    shown: isShown.filter(Boolean).length,
+    triangles: tiles.reduce((n, { triangles }, i) => n + (parted[i]?.shown ?? triangles.length / 3), 0),
+    largest: isShown[longest] ? boxes[longest] : null,
+    tiles: parted,
+  };
+}
+
+// The tiles with nothing but the triangles of such components.
+export function withLargeComponents<T extends Tile>(tiles: readonly T[], leastDiagonal: number): T[] {
+  if (leastDiagonal <= 0) return [...tiles];
+  const { tiles: parted } = largeComponents(tiles, leastDiagonal);
+  return tiles.map((tile, i) => {
+    const part = parted[i];
+    return part ? { ...tile, triangles: part.triangles.subarray(0, 3 * part.shown) } : tile;
+  });
+}
+
+// Of a tile alone.
+interface OwnComponents {
+  ofVertex: Uint32Array;
+  boxes: LatticeBox[];
+}
+
+const found = new WeakMap<Float32Array, OwnComponents>(); // By a tile's positions.
+
+function componentsOf({ positions: p, triangles }: Tile): OwnComponents {
+  const before = found.get(p);
+  if (before) return before;
+  const sets = new Components(p.length / 3);
+  for (let t = 0; t < triangles.length; t += 3) {
+    sets.join(triangles[t], triangles[t + 1]);
+    sets.join(triangles[t + 1], triangles[t + 2]);
+  }
+  const ofVertex = new Uint32Array(p.length / 3);
+  const boxes: LatticeBox[] = [];
+  for (let v = 0; v < ofVertex.length; ++v) {
+    const root = sets.root(v); // The least of its set: it comes first.
+    ofVertex[v] = root === v ? boxes.push(emptyBox()) - 1 : ofVertex[root];
+    const box = boxes[ofVertex[v]];
+    for (let axis = 0; axis < 3; ++axis) {
+      const at = p[3 * v + axis];
+      if (at < box[axis]) box[axis] = at;
+      if (at > box[axis + 3]) box[axis + 3] = at;
+    }
+  }
+  const own = { ofVertex, boxes };
+  found.set(p, own);
+  return own;
+}
+
+// Components of tiles are one where they share a vertex. For each tile, which one of the surface each of its
+// own is; their boxes, in the order in which they come.
+function joinedComponents(tiles: readonly Tile[]): { ofTile: Uint32Array[]; boxes: LatticeBox[] } {
+  const own = tiles.map(componentsOf);
+  const firstOf: number[] = [];
+  let total = 0;
+  for (const { boxes } of own) {
+    firstOf.push(total);
+    total += boxes.length;
+  }
+  const sets = new Components(total);
+  const points = new PointNumbers(tiles.reduce((n, { rim }) => n + rim.vertices.length / 2, 16));
+  const firstAt: number[] = []; // The component that came first to each point.
+  tiles.forEach(({ rim: { positions: p, vertices } }, tile) => {
+    vertices.forEach((vertex, i) => {
+      const point = points.numberOf(p[3 * i], p[3 * i + 1], p[3 * i + 2]);
+      const component = firstOf[tile] + own[tile].ofVertex[vertex];
+      if (point === firstAt.length) firstAt.push(component);
+      else sets.join(firstAt[point], component);
+    });
+  });
+  const boxes: LatticeBox[] = [];
+  const numbers = new Uint32Array(total);
+  const ofTile = own.map((one, tile) => {
+    return Uint32Array.from(one.boxes, (box, i) => {
+      const component = firstOf[tile] + i;
+      const root = sets.root(component);
+      numbers[component] = root === component ? boxes.push(emptyBox()) - 1 : numbers[root];
+      extend(boxes[numbers[component]], box);
+      return numbers[component];
+    });
+  });
+  return { ofTile, boxes };
+}
+
+function partedTriangles(tile: Tile, isShown: (component: number) => boolean): LargeComponents["tiles"][number] {
+  const { ofVertex, boxes } = componentsOf(tile);
+  if (boxes.every((_, component) => isShown(component))) return null;
+  const { triangles } = tile;
+  const parted = triangles.slice();
+  let first = 0;
+  let last = triangles.length;
+  for (let t = 0; t < triangles.length; t += 3) {
+    let to = first;
+    if (isShown(ofVertex[triangles[t]])) first += 3;
+    else to = last -= 3;
+    for (let corner = 0; corner < 3; ++corner) parted[to + corner] = triangles[t + corner];
+  }
+  return { triangles: parted, shown: first / 3 };
+}
+
+function emptyBox(): LatticeBox {
+  return [Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity];
+}
+
+function extend(box: LatticeBox, by: LatticeBox): void {
+  for (let axis = 0; axis < 3; ++axis) {
+    box[axis] = Math.min(box[axis], by[axis]);
+    box[axis + 3] = Math.max(box[axis + 3], by[axis + 3]);
+  }
+}
+
+// The root of a sum that is exact: rounded once, everywhere alike.
+function diagonalOf([x0, y0, z0, x1, y1, z1]: LatticeBox): number {
+  return Math.sqrt((x1 - x0) ** 2 + (y1 - y0) ** 2 + (z1 - z0) ** 2);
+}

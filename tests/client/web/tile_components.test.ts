@@ -1,0 +1,90 @@
+import { meshFile } from "../../../client/web/src/mesh/mesh_files";
+import { joined } from "../../../client/web/src/mesh/seams";
+import { largeComponents, withLargeComponents } from "../../../client/web/src/mesh/tile_components";
+import type { LatticeMesh } from "../../../client/web/src/mesh/tile_mesh";
+import { rimOf } from "../../../client/web/src/mesh/tile_rim";
+import { promiseOf } from "../../../client/web/src/stream/step_checks";
+import { found, messages, tileFrom } from "./golden_stream";
+
+type Corner = [number, number, number];
+
+// The eight triangles of an octahedron, outside counterclockwise.
+function octahedron([x, y, z]: Corner, radius: number): Corner[][] {
+  const step = (i: number, axis: number) => (i === axis ? radius : i === axis + 3 ? -radius : 0);
+  const at = (i: number): Corner => [x + step(i, 0), y + step(i, 1), z + step(i, 2)];
+  return [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]].map((face) => face.map(at));
+}
+
+function meshOf(faces: Corner[][]): LatticeMesh {
+  const names = [...new Set(faces.flat().map((corner) => corner.join()))];
+  return {
+    positions: Int32Array.from(names.flatMap((name) => name.split(",").map(Number))),
+    triangles: Uint32Array.from(faces.flat().map((corner) => names.indexOf(corner.join()))),
+    normals: null,
+  };
+}
+
+function tileOf(mesh: LatticeMesh) {
+  const positions = Float32Array.from(mesh.positions);
+  const triangles = Uint16Array.from(mesh.triangles);
+  return { positions, triangles, normals: new Int16Array((4 * positions.length) / 3), sums: null, rim: rimOf(mesh) };
+}
+
+// Two pieces of dust and a planet, whose boxes have diagonals of 2, 4 and 40 times the root of 3.
+const faces = [octahedron([10, 10, 10], 1), octahedron([100, 100, 100], 20), octahedron([20, 10, 10], 2)].flat();
+// Cut by the middle of each face, so that tiles meet along rims; each tile knows its own part alone.
+function cutAt(x: number) {
+  const middle = (face: Corner[]) => (face[0][0] + face[1][0] + face[2][0]) / 3;
+  return [faces.filter((face) => middle(face) < x), faces.filter((face) => middle(face) >= x)].map((part) => tileOf(meshOf(part)));
+}
+
+describe("TileComponents", () => {
+  test("AreTheSameHoweverTheSurfaceIsCut", () => {
+    for (const tiles of [[tileOf(meshOf(faces))], cutAt(10), cutAt(20), cutAt(100), faces.map((face) => tileOf(meshOf([face])))]) {
+      expect(largeComponents(tiles, 0)).toMatchObject({ components: 3, shown: 3, triangles: 24, tiles: tiles.map(() => null) });
+      expect(largeComponents(tiles, 5)).toMatchObject({ components: 3, shown: 2, triangles: 16 });
+      const large = largeComponents(tiles, 10);
+      expect(large).toMatchObject({ components: 3, shown: 1, triangles: 8, largest: [80, 80, 80, 120, 120, 120] });
+      expect(largeComponents(tiles, 100)).toMatchObject({ components: 3, shown: 0, triangles: 0, largest: null });
+    }
+  });
+
+  test("OfExactlyThatDiagonalAreLargeEnough", () => {
+    const box = tileOf(meshOf([[[0, 0, 0], [2, 3, 0], [2, 0, 6]]])); // Of 2, 3 and 6 it is 7.
+    expect(largeComponents([box], 7).shown).toBe(1);
+    expect(largeComponents([box], 7 * (1 + Number.EPSILON)).shown).toBe(0);
+  });
+
+  test("LeaveEachTileItsTrianglesInAnotherOrder", () => {
+    const tiles = cutAt(100);
+    const corners = (triangles: Iterable<number>) => {
+      const all = [...triangles];
+      return Array.from({ length: all.length / 3 }, (_, t) => all.slice(3 * t, 3 * t + 3).join()).sort();
+    };
+    const { tiles: parted } = largeComponents(tiles, 10);
+    expect(parted[0]!.shown).toBe(4);
+    expect(corners(parted[0]!.triangles)).toEqual(corners(tiles[0].triangles));
+    expect(parted[1]).toBeNull();
+  });
+
+  test("ThatAreSmallAreInNoFile", () => {
+    const tiles = withLargeComponents(cutAt(100), 10);
+    const ply = new TextDecoder("latin1").decode(meshFile(tiles, "ply", [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]));
+    expect(ply).toContain("element vertex 6\n");
+    expect(ply).toContain("element face 8\n");
+  });
+
+  test("OfARealStreamAreAsManyAsItsTopologyHas", async () => {
+    const all = messages();
+    const begin = all.find(({ case: kind }) => kind === "stepBegin")!.value as { tiles: Parameters<typeof promiseOf>[0][] };
+    const payloads = all.filter(({ case: kind }) => kind === "tile").map(({ value }) => (value as { payload: Uint8Array }).payload);
+    const meshes = await Promise.all(begin.tiles.map((entry, i) => tileFrom(payloads[i], promiseOf(entry))));
+    const tiles = meshes.map((mesh) => ({ ...tileOf(mesh), triangles: mesh.triangles }));
+    const border = { low: [0, 0, 0] as Corner, high: [1, 1, 1] as Corner, inset: 0, anywhere: true };
+    expect(joined(tiles.map(({ rim }) => rim), border).topology.components).toBe(found.components);
+    expect(largeComponents(tiles, 0)).toMatchObject({ components: found.components, triangles: found.triangles });
+    const { largest } = largeComponents(tiles, 32);
+    expect(largest).not.toBeNull();
+    expect(Math.max(...largest!) - Math.min(...largest!)).toBeLessThanOrEqual(32 * 32);
+  });
+});
