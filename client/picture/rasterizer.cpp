@@ -11,14 +11,14 @@
 #include <utility>
 #include <vector>
 
+#include "client/picture/layers.hpp"
 #include "common/base/vec3.hpp"
 
 namespace multitetra {
 namespace {
 
 constexpr int kSubpixels = 256;  // Corners are rounded to these.
-constexpr std::size_t kSamples = 8;
-constexpr int kBandRows = 32;  // A band of the picture is drawn by one thread.
+constexpr int kBandRows = 32;    // A band of the picture is drawn by one thread.
 
 // Where a pixel is sampled, in subpixels from its upper left corner: no two in one row or column,
 // so that edges of every direction come out smooth.
@@ -148,7 +148,7 @@ class Band {
     const auto is_solid = [](const SeenSurface& surface) { return surface.opacity >= 1; };
     draw_all(number, is_solid);
     draw_all(number, [&](const SeenSurface& surface) { return !is_solid(surface); });
-    if (!fragments_.empty()) mix();
+    mixes_ = mixes_of(std::exchange(fragments_, {}), samples_.size() / kSamples);
   }
 
   void write(Picture& picture) const {
@@ -162,28 +162,6 @@ class Band {
   }
 
  private:
-  struct Sample {
-    double nearness = 0;  // Of nothing.
-    Light light = {};
-  };
-
-  // What a triangle that is seen through puts into a pixel.
-  struct Fragment {
-    std::uint32_t pixel = 0;   // In the band.
-    std::uint8_t covered = 0;  // A bit for each sample,
-    std::uint8_t wires = 0;    // and which of them lie on a wire.
-    float opacity = 1;
-    Light light = {};
-    Light wire = {};
-    std::array<float, kSamples> nearness = {};  // At the samples that are covered.
-  };
-
-  // What lies before a sample's solid surface and is seen through.
-  struct Mix {
-    Light light = {0, 0, 0};  // As much as reaches the eye.
-    float passing = 1;        // How much of what is behind does.
-  };
-
   template <typename Choice>
   void draw_all(std::size_t number, const Choice& is_chosen) {
     for (const SeenSurface& surface : scene_.surfaces) {
@@ -193,36 +171,6 @@ class Band {
         draw(surface.mesh.triangles[triangle]);
       }
     }
-  }
-
-  // Mixes the fragments of every sample, the nearest first.
-  void mix() {
-    mixes_.resize(samples_.size());
-    std::stable_sort(fragments_.begin(), fragments_.end(),
-                     [](const Fragment& a, const Fragment& b) { return a.pixel < b.pixel; });
-    std::vector<const Fragment*> layers;
-    for (std::size_t first = 0, last = 0; first < fragments_.size(); first = last) {
-      const std::uint32_t pixel = fragments_[first].pixel;
-      while (last < fragments_.size() && fragments_[last].pixel == pixel) ++last;
-      for (std::size_t i = 0; i < kSamples; ++i) {
-        layers.clear();
-        for (std::size_t f = first; f < last; ++f) {
-          if ((fragments_[f].covered >> i & 1) != 0) layers.push_back(&fragments_[f]);
-        }
-        std::stable_sort(layers.begin(), layers.end(), [i](const Fragment* a, const Fragment* b) {
-          return a->nearness[i] > b->nearness[i];
-        });
-        Mix& mix = mixes_[pixel * kSamples + i];
-        for (const Fragment* layer : layers) {
-          const Light& light = (layer->wires >> i & 1) != 0 ? layer->wire : layer->light;
-          for (std::size_t j = 0; j < 3; ++j) {
-            mix.light[j] += mix.passing * layer->opacity * light[j];
-          }
-          mix.passing *= 1 - layer->opacity;
-        }
-      }
-    }
-    fragments_ = {};
   }
 
   [[nodiscard]] std::size_t first_sample(int x, int y) const {
@@ -375,20 +323,10 @@ class Band {
     const bool has_background = scene_.options.background != Background::kTransparent;
     const Light behind = background_at(scene_.options.background, (2.0 * x + 1) / camera.width - 1,
                                        (2.0 * y + 1) / camera.height - 1);
-    Light sum = {0, 0, 0};
-    float seen = 0;  // Samples, those that are seen through in part.
-    for (std::size_t i = first_sample(x, y); i < first_sample(x, y) + kSamples; ++i) {
-      const bool is_hit = samples_[i].nearness > 0;
-      const Light& last = is_hit ? samples_[i].light : behind;
-      const Light mixed = mixes_.empty() ? Light{0, 0, 0} : mixes_[i].light;
-      const float passing = mixes_.empty() ? 1 : mixes_[i].passing;
-      const float of_last = is_hit || has_background ? passing : 0;
-      seen += 1 - passing + of_last;
-      for (std::size_t j = 0; j < 3; ++j) sum[j] += mixed[j] + of_last * last[j];
-    }
-    if (seen == 0) return {0, 0, 0, 0};
-    return {srgb(sum[0] / seen), srgb(sum[1] / seen), srgb(sum[2] / seen),
-            static_cast<std::uint8_t>(std::lround(255 * seen / kSamples))};
+    const std::size_t first = first_sample(x, y);
+    const std::span<const Mix> mixes(mixes_);
+    return pixel_of(std::span(samples_).subspan(first).first<kSamples>(),
+                    mixes.empty() ? mixes : mixes.subspan(first, kSamples), behind, has_background);
   }
 
   const Scene& scene_;
