@@ -161,6 +161,11 @@ export class SurfaceClient implements SlotHolder {
     return this.isUnderWay;
   }
 
+  // Nothing comes any more, and nothing of what is shown changes.
+  get isSettled(): boolean {
+    return !this.isUnderWay && !this.isPreviewed && this.steps.isChosen;
+  }
+
   // What was asked for ends here, and nothing follows.
   stop(): void {
     this.next = this.asked = this.current = null;

@@ -162,7 +162,7 @@ export class SurfaceSet {
 
   // Nothing comes any more of what is seen.
   get isSettled(): boolean {
-    return this.seen.every(({ client }) => !client.isBusy && !client.isPreviewed);
+    return this.seen.every(({ client }) => client.isSettled);
   }
 
   private redress(): void {

@@ -53,6 +53,7 @@ export class SurfaceSteps {
   private frame: Frame | null = null; // Of what is shown; null: nothing is.
   private taken: Frame | null = null; // Will be offered, and is no stream's.
   private minComponent = 0; // Samples.
+  private choices = 0; // Under way, of components of what is shown.
   private stream = none;
   private started = 0;
   private colouring: Promise<void>[] = []; // Of the stream that runs.
@@ -96,6 +97,11 @@ export class SurfaceSteps {
     if (minComponent === this.minComponent) return;
     this.minComponent = minComponent;
     void this.chooseAnew();
+  }
+
+  // Whether what is shown is without the components that are to be hidden.
+  get isChosen(): boolean {
+    return this.choices === 0;
   }
 
   // What is drawn, for who picks, cuts or saves it.
@@ -247,7 +253,9 @@ export class SurfaceSteps {
   private async chooseAnew(): Promise<void> {
     const { frame } = this;
     if (!frame || frame.chosen.minComponent === this.minComponent) return;
+    ++this.choices;
     const chosen = await this.choose(frame.ids, frame.shown.resolution).catch(() => null);
+    --this.choices;
     if (!chosen || frame !== this.frame || chosen.minComponent !== this.minComponent) return;
     frame.chosen = chosen;
     this.parts.surface.show(frame.ids, chosen.selection);

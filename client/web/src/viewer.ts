@@ -165,7 +165,7 @@ export class Viewer {
   choose(entry: Entry): void {
     if (this.info && isOfOneFamily(entry.info, this.info)) return;
     this.settings.set({
-      ...settingsOfEntry(entry), t: null, playing: false, region: null, eye: null, target: null, clip: "off",
+      ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, eye: null, target: null, clip: "off",
     });
     this.use(entry.info);
   }

@@ -64,7 +64,7 @@ async function followsADrag(page) {
     assert((await isFilled()) || (await isFilled()), "something is shown at every moment of the drag");
   }
   await page.mouse.up();
-  const isovalue = Number(await page.inputValue(".number"));
+  const isovalue = Number(await page.inputValue('[aria-label="Isovalue"]'));
   assert(isovalue > 500.5, `the isovalue is ${isovalue} now`);
   await page.waitForFunction((v) => location.hash.includes(`isovalue=${v}`), isovalue, { timeout: patience });
   const after = await complete(page, (shown) => shown.digest !== before.digest);
@@ -178,8 +178,8 @@ async function survivesARestart(page) {
   await server.start();
   await page.waitForSelector(".notice", { state: "hidden", timeout: patience });
   assert.equal(await atKeyboard(page), "button.dataset", "the keyboard is where it was");
-  await page.fill(".number", "0.3");
-  await page.press(".number", "Enter");
+  await page.fill('[aria-label="Isovalue"]', "0.3");
+  await page.press('[aria-label="Isovalue"]', "Enter");
   const after = await complete(page, (shown) => shown.digest !== before.digest);
   assert(after.triangles > 0);
 }
@@ -198,8 +198,8 @@ async function saysNoSurface(page) {
   await page.waitForFunction(() => document.querySelector(".state b")?.textContent === "No surface", null, { timeout: patience });
   assert.match(await page.textContent(".notice"), /no surface at isovalue 99999: the values of "head" go from/);
   assert(await page.isHidden(".seal"), "nothing is certified of nothing");
-  await page.fill(".number", "500.5");
-  await page.press(".number", "Enter");
+  await page.fill('[aria-label="Isovalue"]', "500.5");
+  await page.press('[aria-label="Isovalue"]', "Enter");
   await complete(page);
   assert(await page.isHidden(".notice"), "the words go when there is a surface");
 }
@@ -207,16 +207,16 @@ async function saysNoSurface(page) {
 async function goesBack(page) {
   await open(page, "#dataset=head&isovalue=500.5");
   const before = await complete(page);
-  await page.fill(".number", "300.5");
-  await page.press(".number", "Enter");
+  await page.fill('[aria-label="Isovalue"]', "300.5");
+  await page.press('[aria-label="Isovalue"]', "Enter");
   await page.waitForFunction(() => location.hash.includes("isovalue=300.5"), null, { timeout: patience });
   await complete(page, (shown) => shown.digest !== before.digest);
   await page.goBack();
   await complete(page, (shown) => shown.digest === before.digest);
-  assert.equal(await page.inputValue(".number"), "500.5");
+  assert.equal(await page.inputValue('[aria-label="Isovalue"]'), "500.5");
   await page.goForward();
   await complete(page, (shown) => shown.digest !== before.digest);
-  assert.equal(await page.inputValue(".number"), "300.5");
+  assert.equal(await page.inputValue('[aria-label="Isovalue"]'), "300.5");
 }
 
 async function keepsAPlace(page) {
@@ -322,6 +322,14 @@ async function hidesDust(page) {
   await complete(page, ({ triangles }) => triangles === larger.faces);
   assert.deepEqual(sizesOf(await downloaded(page, "PLY")), [larger.vertices, larger.faces], "the file has what is shown");
   assert((await surfacePixels(page)).share > 0.03);
+  await page.locator(".stage canvas").click();
+  await page.click(".measure-part", { timeout: patience });
+  await page.waitForSelector(".part", { timeout: patience });
+  const area = Number((await page.textContent(".part")).match(/Area ([\d.]+)/)[1]);
+  const { area: saved } = massOf(await downloaded(page, "STL"));
+  assert(Math.abs(area - saved) < 1e-3 * saved, `the one that is left has ${area} of ${saved}`);
+  await page.focus(".stage canvas");
+  await page.keyboard.press("Escape");
   await hide("1000", "Nothing shown");
   assert.match(await page.textContent(".notice"), new RegExp(`No components of ${large.all} shown \\(smaller than 1000 samples hidden\\)`));
   assert((await surfacePixels(page)).share < 0.001, "nothing is left of it");

@@ -38,9 +38,9 @@ async function survivesADeadServer(page) {
   });
   await open(page, "#dataset=gyroid");
   const before = await complete(page);
-  await page.fill(".number", "0.3");
+  await page.fill('[aria-label="Isovalue"]', "0.3");
   page.mayLoseItsConnection = true;
-  await Promise.all([page.press(".number", "Enter"), server.stop("SIGKILL")]);
+  await Promise.all([page.press('[aria-label="Isovalue"]', "Enter"), server.stop("SIGKILL")]);
   await notice(page, /No connection to the server/);
   assert.equal(await page.textContent(".state b"), "Not connected");
   assert((await surfacePixels(page)).share > 0.03, "the surface stays");
@@ -124,7 +124,7 @@ async function takesOverTheAddress(page) {
   const before = await complete(page);
   await edit(page, "dataset=gyroid&isovalue=0.3&error=2");
   const after = await complete(page, ({ digest }) => digest !== before.digest);
-  assert.equal(await page.inputValue(".number"), "0.3");
+  assert.equal(await page.inputValue('[aria-label="Isovalue"]'), "0.3");
   assert(after.triangles > 0 && (await page.locator(".notice").isHidden()));
   assert(!page.url().includes("wireframe"), "what is not said is as usual");
   await edit(page, "dataset=head");
@@ -142,7 +142,7 @@ async function tellsWhatItPassesOver(page) {
   await edit(page, "dataset=gyroid&isovalue=much&<b>x</b>=1");
   await notice(page, /isovalue=much, <b>x<\/b>=1/);
   await saysSettings(page, "dataset=gyroid&isovalue=0.3");
-  assert.equal(await page.inputValue(".number"), "0.3");
+  assert.equal(await page.inputValue('[aria-label="Isovalue"]'), "0.3");
   await edit(page, "dataset=corner_of_the_moon&isovalue=0.3");
   await notice(page, /No dataset named "corner_of_the_moon"/);
   await saysSettings(page, "dataset=gyroid&isovalue=0.3");

@@ -172,17 +172,17 @@ describe("SurfaceClient", () => {
     client.hide(4);
     client.hide(12);
     client.hide(12);
+    expect([selections.asked.length, client.isBusy, client.isSettled]).toEqual([2, false, false]);
     const [four, twelve] = selections.asked;
     expect(twelve.drawn.leastDiagonal).toBe(12 * 32); // Lattice steps.
     twelve.answer(selectionOf(2));
     four.answer(selectionOf(3)); // Nobody wants it any more.
-    await Promise.resolve();
     await vi.waitFor(() => expect(client.progress.get().components).toEqual({ minComponent: 12, components: 5, shown: 2, triangles: 20 }));
     expect(client.drawn.leastDiagonal).toBe(12 * 32);
     client.hide(0);
     await vi.waitFor(() => expect(client.progress.get().components).toBeNull());
     expect(shows).toEqual([null, selectionOf(2), null]);
-    expect([client.drawn.leastDiagonal, settles(), openStream()]).toEqual([0, 1, undefined]);
+    expect([client.drawn.leastDiagonal, client.isSettled, settles(), openStream()]).toEqual([0, true, 1, undefined]);
   });
 
   test("ShowsAKeptSurfaceNotBeforeItsSmallComponentsAreKnown", async () => {

@@ -1,3 +1,4 @@
+import { cutLine } from "../../../client/web/src/mesh/cut";
 import { meshFile } from "../../../client/web/src/mesh/mesh_files";
 import { joined } from "../../../client/web/src/mesh/seams";
 import { largeComponents, withLargeComponents } from "../../../client/web/src/mesh/tile_components";
@@ -67,8 +68,11 @@ describe("TileComponents", () => {
     expect(parted[1]).toBeNull();
   });
 
-  test("ThatAreSmallAreInNoFile", () => {
+  test("ThatAreSmallAreInNoFileAndNoCut", () => {
     const tiles = withLargeComponents(cutAt(100), 10);
+    const across = { normal: [0, 0, 1], constant: -10 }; // Through the dust, and below the planet.
+    expect(cutLine(cutAt(100), across).length).toBeGreaterThan(0);
+    expect(cutLine(tiles, across)).toHaveLength(0);
     const ply = new TextDecoder("latin1").decode(meshFile(tiles, "ply", [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]));
     expect(ply).toContain("element vertex 6\n");
     expect(ply).toContain("element face 8\n");

@@ -46,7 +46,6 @@ export function largeComponents(tiles: readonly Tile[], leastDiagonal: number): 
 
 // The tiles with nothing but the triangles of such components.
 export function withLargeComponents<T extends Tile>(tiles: readonly T[], leastDiagonal: number): T[] {
-  if (leastDiagonal <= 0) return [...tiles];
   const { tiles: parted } = largeComponents(tiles, leastDiagonal);
   return tiles.map((tile, i) => {
     const part = parted[i];

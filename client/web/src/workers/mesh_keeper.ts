@@ -15,6 +15,10 @@ const tiles = new Map<string, KeptTile>();
 // Tiles come from other workers: a step may be asked for before the last of them is here.
 let waiting: { ids: readonly string[]; resolve: () => void; reject: (error: Error) => void }[] = [];
 
+// What was asked for of steps without their small components, the latest last.
+let drawn: { name: string; tiles: KeptTile[] }[] = [];
+const mostDrawn = 8;
+
 function keep(tile: KeptTile): void {
   tiles.set(tile.id, tile);
   waiting = waiting.filter(({ ids, resolve }) => {
@@ -27,6 +31,7 @@ function keep(tile: KeptTile): void {
 function drop(ids: string[]): void {
   const dropped = new Set(ids);
   for (const id of ids) tiles.delete(id);
+  drawn = drawn.filter((one) => !one.tiles.some(({ id }) => dropped.has(id)));
   waiting = waiting.filter(({ ids: wanted, reject }) => {
     if (!wanted.some((id) => dropped.has(id))) return true;
     reject(new Error("Its tiles were dropped."));
@@ -41,9 +46,14 @@ async function all(ids: readonly string[]): Promise<KeptTile[]> {
   return ids.map((id) => tiles.get(id)!);
 }
 
-// With the triangles that are drawn, and no others.
+// With the triangles that are drawn, and no others. Who points and cuts asks for the same again and again.
 async function allDrawn({ ids, leastDiagonal }: Drawn): Promise<KeptTile[]> {
-  return withLargeComponents(await all(ids), leastDiagonal);
+  const whole = await all(ids);
+  if (leastDiagonal === 0) return whole;
+  const name = `${leastDiagonal} ${ids.join(" ")}`;
+  const found = drawn.find((one) => one.name === name) ?? { name, tiles: withLargeComponents(whole, leastDiagonal) };
+  drawn = [...drawn.filter((one) => one !== found), found].slice(-mostDrawn);
+  return found.tiles;
 }
 
 async function selected({ ids, leastDiagonal }: Drawn): Promise<Selection> {
