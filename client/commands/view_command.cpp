@@ -104,6 +104,13 @@ void add_view(Command& app, ViewArguments& a) {
   command->add_option("--clip", a.clip, "Cut the surface open in the middle of an axis")
       ->one_of({"off", "x", "y", "z"})
       ->capture_default_str();
+  command
+      ->add_option("--min-component", a.min_component,
+                   "Hide connected components whose bounding box has a shorter diagonal, as the "
+                   "dust that noise makes")
+      ->within(0.0, 1e6)
+      ->type_name("SAMPLES")
+      ->capture_default_str();
   command->add_option("--region", a.region,
                       "Another error in a region: box:X0,Y0,Z0,X1,Y1,Z1=TAU or ball:X,Y,Z,R=TAU, "
                       "in world coordinates");
@@ -131,7 +138,8 @@ Result<std::string> viewer_address(const ViewArguments& a) {
                 "Isovalue, error and tolerance are finite numbers, the latter two not negative.");
   }
   std::string words;
-  const auto say = [&words](std::string_view name, const std::string& value) {
+  const auto say = [&words](std::string_view name, std::string value) {
+    std::erase(value, '+');  // Of exponents, which need none: in an address it stands for a blank.
     words.append(words.empty() ? "#" : "&").append(name).append("=").append(value);
   };
   const ViewArguments defaults;
@@ -144,6 +152,7 @@ Result<std::string> viewer_address(const ViewArguments& a) {
   if (a.max_triangles > 0) say("maxTriangles", std::to_string(a.max_triangles));
   if (a.simplify != defaults.simplify) say("simplify", "false");
   if (a.clip != defaults.clip) say("clip", a.clip);
+  if (a.min_component > 0) say("minComponent", shortest_text(a.min_component));
   if (!a.region.empty()) {
     const auto region = region_words(a.region);
     if (!region) return tl::unexpected(region.error());

@@ -22,6 +22,7 @@ struct ViewArguments {
   std::uint64_t max_triangles = 0;  // 0: no limit.
   std::string simplify = "on";
   std::string clip = "off";  // Or the axis along which the surface is cut open.
+  double min_component = 0;  // Samples; components with a shorter diagonal are hidden.
   std::string region = {};   // As parse_region reads it, a box or a ball; empty: none.
 };
 

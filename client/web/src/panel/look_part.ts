@@ -37,7 +37,7 @@ export function lookPart(change: Change): Part {
     label: "Keep the other side", tip: "Turns the plane over.",
   });
   const filled = controls.toggle("filled", {
-    label: "Fill the cut", tip: "Shows the samples inside of the surfaces where they are cut.",
+    label: "Fill the cut", tip: "Shows the samples inside of the surfaces where they are cut, those of hidden components as well.",
   });
   const axes = controls.toggle("axes", {
     label: "Axes and box", tip: "The data's extent, with its axes: x red, y green, z blue.",
