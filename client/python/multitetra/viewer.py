@@ -24,9 +24,9 @@ from IPython.display import HTML, Javascript, display
 # Of client/web/src/state/settings.ts, which says what they mean.
 SETTINGS = frozenset(
     "dataset isovalue error bound rule tolerance region followView pixels maxTriangles simplify surfaces colour opacity "
-    "visible shading wireframe colouring clip clipAt clipFlipped filled slice sliceAt colours level windowWidth axes "
-    "projection occlusion colourBy fieldColours fieldLevel fieldWindow fieldLog noValue samplesLog logScale theme eye target "
-    "t playing speed loop".split()
+    "visible minComponent shading wireframe colouring clip clipAt clipFlipped filled slice sliceAt colours level "
+    "windowWidth axes projection occlusion colourBy fieldColours fieldLevel fieldWindow fieldLog noValue samplesLog logScale "
+    "theme eye target t playing speed loop".split()
 )
 MODULE = "multitetra_viewer"
 
@@ -86,7 +86,7 @@ class Viewer(ipywidgets.DOMWidget):
 
     @property
     def surfaces(self):
-        """Those beside the first, each a dict of isovalue, error, colour, opacity, visible and, for another one's, dataset."""
+        """Those beside the first, each a dict of isovalue, error, colour, opacity, visible, and if wanted minComponent, dataset."""
         return self.get("surfaces") or []
 
     @surfaces.setter
