@@ -8,8 +8,10 @@
 namespace multitetra {
 
 struct Preview {
-  std::int32_t finest_spacing = 2;  // Grid steps, a power of two, 2 to kMaxPreviewSpacing.
-  bool is_unsimplified = false;     // Though the request simplifies.
+  // Grid steps, a power of two up to kMaxPreviewSpacing; 1 only where it is unsimplified: what is
+  // simplified as well is the request itself.
+  std::int32_t finest_spacing = 2;
+  bool is_unsimplified = false;  // Though the request simplifies.
 
   friend bool operator==(const Preview&, const Preview&) = default;
 };

@@ -51,9 +51,12 @@ std::vector<Preview> read_begun(const google::protobuf::RepeatedPtrField<v1::Pre
   std::uint32_t coarser = 2 * kMaxPreviewSpacing;
   for (const v1::Preview& preview : wire) {
     const std::uint32_t finest = preview.finest_spacing();
-    checks.require(std::has_single_bit(finest) && finest >= 2 && finest < coarser,
-                   "OpenStream.begun.finest_spacing",
-                   "must be a power of two from 2 to 2^19, each less than the one before.");
+    const std::uint32_t least = preview.is_unsimplified() ? 1 : 2;
+    checks.require(
+        std::has_single_bit(finest) && finest >= least && finest < coarser,
+        "OpenStream.begun.finest_spacing",
+        "must be a power of two from 2 (1 of an unsimplified one) to 2^19, each less than "
+        "the one before.");
     coarser = finest;
     begun.push_back({.finest_spacing = static_cast<std::int32_t>(finest),
                      .is_unsimplified = preview.is_unsimplified()});

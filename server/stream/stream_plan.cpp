@@ -199,6 +199,16 @@ class TriangleLimit {
   std::stop_token stop_;
 };
 
+PlanLimits plan_limits(StepPolicy steps, const StepLimits& limits) {
+  PlanLimits of_plan = {.previews = steps != StepPolicy::kFinalOnly};
+  double& certified = of_plan.certified_triangles;
+  if (limits.max_triangles > 0) {
+    certified = std::min(certified, static_cast<double>(limits.max_triangles));
+  }
+  if (limits.others_wait || steps != StepPolicy::kProgressive) certified = 0;
+  return of_plan;
+}
+
 // A cell is made as it was asked for: it is too small for previews, and has no budget.
 Result<MadeStep> make_cell(const StepSource& source, const StreamState& state,
                            const std::stop_token& stop, const StepLimits& limits) {
@@ -238,15 +248,20 @@ Result<MadeStep> make_next_step(const StepSource& source, const StreamState& sta
   StepCosts costs = source.costs();
   costs.bytes_per_second = limits.bytes_per_second;
   const NextStep next =
-      is_repeated
-          ? NextStep{.step = preview_step(request, state.begun[state.shown.size()], info)}
-          : next_step(request, has_previews, state.shown, info, within(sizes, request), costs);
+      is_repeated ? NextStep{.step = preview_step(request, state.begun[state.shown.size()], info)}
+                  : next_step(request, plan_limits(state.steps, limits), state.shown, info,
+                              within(sizes, request), costs);
   made.step = next.step;
   made.is_final = next.is_final;
   made.is_over = next.is_final && state.steps == StepPolicy::kPreviewsOnly && !state.shown.empty();
   if (made.is_over) return made;
   if (!next.is_final) {
     made.encoded = source.make(next.step, stop);
+    // The plan has kept to the limit as far as it could tell; whoever names steps has not.
+    if (is_repeated && next.step.finest_spacing == 1) {
+      const auto allowed = limit.check_made(next.step.request, made.encoded);
+      if (!allowed) return tl::unexpected(allowed.error());
+    }
     return made;
   }
   Result<FinalStep> last = make_within_budget(source, ladder, affordable(), stop);

@@ -36,6 +36,7 @@ struct MadeStep {
 struct StepLimits {
   std::uint64_t max_triangles = 0;                 // Of a final step; 0: as many as it has.
   double bytes_per_second = kUsualBytesPerSecond;  // Of the link to the client.
+  bool others_wait = false;  // For the threads: nothing is made that only comes sooner.
 };
 
 // A final step with a budget is within it, and has most of it or the request's own error; and it

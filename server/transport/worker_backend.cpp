@@ -280,6 +280,7 @@ void WorkerBackend::make_next_step() {
     const asio::any_io_executor executor = self->executor_;
     post(executor, [self, stream] { self->step_begins(stream); });
     const Clock::time_point start = Clock::now();
+    limits.others_wait = self->workers_.waiting() > 0;
     auto made = stream->make(state, limits);
     post(executor,
          [self = std::move(self), stream = std::move(stream),

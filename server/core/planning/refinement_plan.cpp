@@ -23,6 +23,7 @@ bool is_worth_showing(std::int32_t finest, const DatasetInfo& info) {
 
 struct Candidate {
   StepRequest step;
+  double triangles = 0;
   double server = 0;  // Seconds.
   double link = 0;
   bool is_within_budget = true;
@@ -39,6 +40,7 @@ struct Candidate {
 
 Candidate candidate(const StepRequest& step, const SurfaceSize& size, const StepCosts& costs) {
   return {.step = step,
+          .triangles = size.triangles,
           .server = costs.server_seconds(size, step.request.simplify),
           .link = costs.link_seconds(size),
           .is_within_budget = fits(size, step.request)};
@@ -67,6 +69,17 @@ class Candidates {
   // Of that finest spacing, by what the plan learns from the spectrum.
   [[nodiscard]] Candidate measured(std::int32_t finest) const {
     return quicker(finest, [this](const StepRequest& step) { return sizes_.of(step); });
+  }
+  // The request's own model without simplification, by what was shown.
+  [[nodiscard]] Candidate certified(const ShownStep& shown) const {
+    const StepRequest plain =
+        preview_step(request_, {.finest_spacing = 1, .is_unsimplified = true}, info_);
+    const double triangles = growth(shown, 1) * shown.size.extracted;
+    return candidate(plain,
+                     {.triangles = triangles,
+                      .bytes = estimated_bytes(triangles, plain),
+                      .extracted = triangles},
+                     costs_);
   }
   // By what a coarser one had.
   [[nodiscard]] Candidate refined(const ShownStep& shown, std::int32_t finest) const {
@@ -152,6 +165,18 @@ std::optional<StepRequest> further_preview(const Candidates& candidates,
   return best;
 }
 
+// The request's own bound sooner than simplification gets there. nullopt: it is not worth its time.
+std::optional<StepRequest> certified_preview(const Candidates& candidates, const ShownStep& shown,
+                                             const PlanLimits& limits) {
+  if (shown.step.finest_spacing == 1) return std::nullopt;
+  const Candidate preview = candidates.certified(shown);
+  const double allowed = kCertifiedShare * candidates.final_step(&shown).seconds();
+  const bool is_worth_it = preview.is_within_budget && preview.seconds() <= allowed &&
+                           preview.triangles <= limits.certified_triangles;
+  if (!is_worth_it) return std::nullopt;
+  return preview.step;
+}
+
 }  // namespace
 
 StepRequest preview_step(const IsosurfaceRequest& request, const Preview& preview,
@@ -159,23 +184,27 @@ StepRequest preview_step(const IsosurfaceRequest& request, const Preview& previe
   const std::int32_t finest = preview.finest_spacing;
   const double unit = request.unit == LengthUnit::kVoxel ? 1.0 : voxel_length(info);
   StepRequest step{.request = request, .finest_spacing = finest};
+  step.request.simplify = request.simplify && !preview.is_unsimplified;
+  if (finest == 1) return step;
   double& floor = step.request.thresholds.at_least;
   floor = std::min(std::max(floor, finest / 2.0 * unit), std::numeric_limits<double>::max());
   step.request.topology_tolerance = std::max(request.topology_tolerance, finest / 2.0);
   // Fine lattice steps are lost on coarse tetrahedra.
   step.request.lattice_resolution = std::min(request.lattice_resolution, finest >= 8 ? 3 : 4);
-  step.request.simplify = request.simplify && !preview.is_unsimplified;
   return step;
 }
 
-NextStep next_step(const IsosurfaceRequest& request, bool previews,
+NextStep next_step(const IsosurfaceRequest& request, const PlanLimits& limits,
                    std::span<const ShownStep> shown, const DatasetInfo& info,
                    const StepSizes& sizes, const StepCosts& costs) {
   std::optional<StepRequest> preview;
-  if (previews) {
+  if (limits.previews) {
     const Candidates candidates(request, info, sizes, costs);
     preview = shown.empty() ? first_preview(candidates, info, sizes)
                             : further_preview(candidates, shown, costs);
+    if (!preview && !shown.empty() && request.simplify) {
+      preview = certified_preview(candidates, shown.back(), limits);
+    }
   }
   if (preview) return {.step = *preview, .is_final = false};
   return {.step = final_step(request), .is_final = true};

@@ -13,8 +13,13 @@
 //                                      what the server must fetch from a store itself
 //     next       at most half of f     the finest that takes no longer than all before, else the
 //                                      next one if it takes at most kPatience times as long
+//     certified  f = 1                 the request's own model, where it is only simplification
+//     that
+//                                      takes so long: it keeps the same bound, in more triangles
 //     final      f = 1                 the request itself, when another preview would delay it by
-//                                      more than kPreviewShare of its own time
+//                                      more than kPreviewShare of its own time, or the certified
+//                                      one by more than kCertifiedShare: what it delays has nothing
+//                                      new to show
 //
 // A preview keeps to the request's budget too, as far as forecasts tell. The first one never looks
 // at samples that are finer than the spectrum. Which steps come depends on the machine and the
@@ -74,6 +79,16 @@ inline constexpr double kFirstLinkSeconds = 0.1;
 inline constexpr std::uint64_t kFirstFetchedBytes = std::uint64_t{2} << 20;
 inline constexpr double kPatience = 5;
 inline constexpr double kPreviewShare = 0.2;
+inline constexpr double kCertifiedShare = 0.5;
+// More are not worth decoding and drawing for a moment.
+inline constexpr double kMostCertifiedTriangles = 2.5e6;
+
+// What else a plan depends on.
+struct PlanLimits {
+  bool previews = true;
+  // Of the certified preview; 0 where nothing may be made only to be there sooner.
+  double certified_triangles = kMostCertifiedTriangles;
+};
 
 // The preview of a request that a Preview names.
 [[nodiscard]] StepRequest preview_step(const IsosurfaceRequest& request, const Preview& preview,
@@ -81,7 +96,7 @@ inline constexpr double kPreviewShare = 0.2;
 
 // What follows the steps that were shown, of which none is final: a preview or exactly `request`.
 // The same arguments give the same step. Each step refines the one before.
-[[nodiscard]] NextStep next_step(const IsosurfaceRequest& request, bool previews,
+[[nodiscard]] NextStep next_step(const IsosurfaceRequest& request, const PlanLimits& limits,
                                  std::span<const ShownStep> shown, const DatasetInfo& info,
                                  const StepSizes& sizes, const StepCosts& costs);
 

@@ -713,5 +713,18 @@ TEST(NoteBegun, MakesTheRequestThatGoesOnWhereTheStreamWas) {
   EXPECT_EQ(open.steps, StepPolicy::kFinalOnly);
 }
 
+TEST(NoteBegun, KnowsTheRequestsOwnModelFromTheFinalStep) {
+  OpenStream open = {.request_id = 1, .dataset = "head", .request = {.simplify = true}};
+  note_begun({.step = 0, .finest_spacing = 8, .is_unsimplified = true}, open);
+  note_begun({.step = 1, .finest_spacing = 1, .is_unsimplified = true}, open);
+  const std::vector<Preview> both = {{.finest_spacing = 8, .is_unsimplified = true},
+                                     {.finest_spacing = 1, .is_unsimplified = true}};
+  EXPECT_EQ(open.begun, both);
+  EXPECT_EQ(open.steps, StepPolicy::kProgressive);
+  const auto parsed = parse_client_message(serialize(open));
+  ASSERT_TRUE(parsed) << parsed.error().error.text;
+  EXPECT_EQ(std::get<OpenStream>(*parsed).begun, both);
+}
+
 }  // namespace
 }  // namespace multitetra

@@ -203,6 +203,42 @@ class LargeSteps : public FakeSteps {
   DatasetInfo info_;
 };
 
+// Whoever names steps gets no more triangles than others.
+TEST(StreamPlan, ANamedModelOfTheRequestItselfKeepsToTheLimitOfTriangles) {
+  int made = 0;
+  const Misjudged source(1'000'000, 1, made);
+  const StreamState state = {.request = {.error = 0.25, .simplify = true},
+                             .begun = {{.finest_spacing = 1, .is_unsimplified = true}}};
+  const auto triangles = static_cast<std::uint64_t>(
+      size_of(make_next_step(source, state, {}).value().encoded).triangles);
+  EXPECT_TRUE(make_next_step(source, state, {}, {.max_triangles = triangles}));
+  const auto refused = make_next_step(source, state, {}, {.max_triangles = triangles - 1});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kLimitExceeded);
+}
+
+TEST(StreamPlan, TheRequestsOwnModelComesSoonerOnlyWhereNobodyWaits) {
+  const LargeSteps source;
+  const auto has_own_model = [&](StepPolicy steps, const StepLimits& limits) {
+    StreamState state = {.request = {.error = 0.5, .simplify = true}, .steps = steps};
+    for (;;) {
+      const MadeStep made = make_next_step(source, state, {}, limits).value();
+      if (made.is_final || made.is_over) return false;
+      if (made.step.finest_spacing == 1) return true;
+      state = made.after;
+      state.shown.push_back(
+          {.step = made.step, .size = source.sizes({}, SizeAccuracy::kQuick).of(made.step)});
+    }
+  };
+  const StepLimits alone = {.bytes_per_second = 1e9};
+  EXPECT_TRUE(has_own_model(StepPolicy::kProgressive, alone));
+  EXPECT_FALSE(has_own_model(StepPolicy::kPreviewsOnly, alone));
+  EXPECT_FALSE(
+      has_own_model(StepPolicy::kProgressive, {.bytes_per_second = 1e9, .others_wait = true}));
+  EXPECT_FALSE(
+      has_own_model(StepPolicy::kProgressive, {.max_triangles = 500'000, .bytes_per_second = 1e9}));
+}
+
 TEST(StreamPlan, ASlowLinkHasACoarserFirstStep) {
   const LargeSteps source;
   StreamState state;

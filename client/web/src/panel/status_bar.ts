@@ -111,7 +111,9 @@ export class StatusBar {
     const { shown, isStreaming } = progress;
     const isPreview = shown && expected && isLead && surfaces === 1 && (isStreaming || !shown.isFinal);
     const label = surfaces > 1 ? `triangles of ${surfaces} surfaces` : "triangles";
-    this.triangles.show(shown && grouped(triangles), isPreview ? `of about ${inTriangles(expected.triangles)}` : label);
+    // A preview may have more: the same surface before it is simplified.
+    const coming = expected && `${triangles < expected.triangles ? "of" : "soon"} about ${inTriangles(expected.triangles)}`;
+    this.triangles.show(shown && grouped(triangles), isPreview ? coming ?? label : label);
   }
 
   private showCertificate({ shown, components }: Progress): void {

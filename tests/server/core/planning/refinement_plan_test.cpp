@@ -46,12 +46,12 @@ struct Shown {
 // The whole stream, as the server makes it.
 std::vector<Shown> stream(const IsosurfaceRequest& request, const DatasetInfo& info,
                           const Surface& surface = {}, const StepCosts& costs = {},
-                          bool previews = true) {
+                          const PlanLimits& limits = {}) {
   const StepSizes sizes = surface.sizes();
   std::vector<ShownStep> shown;
   std::vector<Shown> steps;
   for (;;) {
-    const NextStep next = next_step(request, previews, shown, info, sizes, costs);
+    const NextStep next = next_step(request, limits, shown, info, sizes, costs);
     const SurfaceSize size = sizes.of(next.step);
     const double seconds = costs.server_seconds(size, next.step.request.simplify);
     steps.push_back({next.step, seconds, costs.link_seconds(size)});
@@ -66,7 +66,7 @@ TEST(RefinementPlan, EndsWithExactlyTheRequest) {
     for (const bool previews : {false, true}) {
       const IsosurfaceRequest request{
           .isovalue = 3, .error = error, .topology_tolerance = 1, .lattice_resolution = 7};
-      const auto steps = stream(request, dataset(129), {}, {}, previews);
+      const auto steps = stream(request, dataset(129), {}, {}, {.previews = previews});
       EXPECT_EQ(steps.back().step, (StepRequest{.request = request, .finest_spacing = 1}));
     }
   }
@@ -78,15 +78,16 @@ TEST(RefinementPlan, HasPreviewsThatFallTowardsTheRequest) {
   for (std::size_t i = 0; i + 1 < steps.size(); ++i) {
     const StepRequest& coarse = steps[i].step;
     const StepRequest& fine = steps[i + 1].step;
+    EXPECT_EQ(coarse.request.isovalue, kSimplified.isovalue);
+    if (coarse.finest_spacing == 1) continue;  // The certified one.
     EXPECT_GE(coarse.request.thresholds.at_least, 2 * fine.request.thresholds.at_least);
     EXPECT_GT(coarse.request.topology_tolerance, fine.request.topology_tolerance);
     EXPECT_GE(coarse.finest_spacing, 2 * fine.finest_spacing);
-    EXPECT_EQ(coarse.request.isovalue, kSimplified.isovalue);
   }
 }
 
 TEST(RefinementPlan, HasNoPreviewUnlessAskedFor) {
-  EXPECT_EQ(stream(kSimplified, dataset(257), {}, {}, false).size(), 1U);
+  EXPECT_EQ(stream(kSimplified, dataset(257), {}, {}, {.previews = false}).size(), 1U);
 }
 
 // What is promised of the time, for surfaces of any size in grids of any size on links of any kind.
@@ -107,7 +108,9 @@ TEST(RefinementPlan, TheFirstStepIsSoonThereAndNoOtherDelaysTheFinalOneByMoreTha
           }
           const double whole = steps.back().server + steps.back().link;
           for (std::size_t i = 1; i + 1 < steps.size(); ++i) {
-            EXPECT_LE(steps[i].server + steps[i].link, 1.3 * kPreviewShare * whole)
+            const bool is_certified = steps[i].step.finest_spacing == 1;
+            const double share = is_certified ? kCertifiedShare : kPreviewShare;
+            EXPECT_LE(steps[i].server + steps[i].link, 1.3 * share * whole)
                 << "sizes are forecasts";
           }
         }
@@ -119,7 +122,7 @@ TEST(RefinementPlan, TheFirstStepIsSoonThereAndNoOtherDelaysTheFinalOneByMoreTha
 TEST(RefinementPlan, NoStepIsMuchLongerThanAllBefore) {
   const auto steps = stream(kSimplified, dataset(513), {.triangles = 1e7});
   double before = steps[0].server + steps[0].link;
-  for (std::size_t i = 1; i + 1 < steps.size(); ++i) {
+  for (std::size_t i = 1; i + 1 < steps.size() && steps[i].step.finest_spacing > 1; ++i) {
     const double seconds = steps[i].server + steps[i].link;
     EXPECT_LE(seconds, 1.1 * kPatience * std::max(before, kFirstServerSeconds));
     before += seconds;
@@ -128,8 +131,9 @@ TEST(RefinementPlan, NoStepIsMuchLongerThanAllBefore) {
 
 TEST(RefinementPlan, PreviewsAreSimplifiedOnlyWhereTheLinkIsTheNarrowPlace) {
   const Surface large = {.triangles = 4e6};
-  for (const auto& one : stream(kSimplified, dataset(513), large, kFast)) {
-    EXPECT_EQ(one.step.request.simplify, one.step.finest_spacing == 1);
+  const auto fast = stream(kSimplified, dataset(513), large, kFast);
+  for (const auto& one : fast) {
+    EXPECT_EQ(one.step.request.simplify, &one == &fast.back());
   }
   bool is_any_simplified = false;
   const auto steps = stream(kSimplified, dataset(513), large, kSlow);
@@ -187,11 +191,11 @@ TEST(RefinementPlan, TheFirstOfADatasetThatIsFarAwayLooksAtLittleOfIt) {
     ADD_FAILURE() << "the size of the whole is looked for";
     return rough(request);
   };
-  const NextStep first = next_step(kSimplified, true, {}, dataset(1025), sizes, kFast);
+  const NextStep first = next_step(kSimplified, {}, {}, dataset(1025), sizes, kFast);
   EXPECT_FALSE(first.is_final);
   EXPECT_EQ(first.step.finest_spacing, 16);
   sizes.to_fetch = [](std::int32_t finest) { return finest < 32 ? ~std::uint64_t{0} : 0; };
-  EXPECT_EQ(next_step(kSimplified, true, {}, dataset(1025), sizes, kFast).step.finest_spacing, 32);
+  EXPECT_EQ(next_step(kSimplified, {}, {}, dataset(1025), sizes, kFast).step.finest_spacing, 32);
 }
 
 TEST(RefinementPlan, IsCoarserForALargerSurface) {
@@ -204,13 +208,50 @@ TEST(RefinementPlan, ASmallSurfaceComesAtOnce) {
   EXPECT_EQ(stream(kSimplified, dataset(257), {.triangles = 1e4}).size(), 1U);
 }
 
+// The step before the last has the request's own model, and all that is asked of it.
+bool has_certified(const std::vector<Shown>& steps, const IsosurfaceRequest& request) {
+  if (steps.size() < 2) return false;
+  const StepRequest& step = steps[steps.size() - 2].step;
+  if (step.finest_spacing > 1) return false;
+  IsosurfaceRequest unsimplified = request;
+  unsimplified.simplify = false;
+  EXPECT_EQ(step.request, unsimplified);
+  return true;
+}
+
+TEST(RefinementPlan, TheRequestsOwnBoundComesBeforeSimplificationWhereTheLinkAllowsIt) {
+  EXPECT_TRUE(has_certified(stream(kSimplified, dataset(257), {}, kFast), kSimplified));
+  const IsosurfaceRequest fine = {.error = 0.25, .lattice_resolution = 7, .simplify = true};
+  EXPECT_TRUE(has_certified(stream(fine, dataset(257), {}, kFast), fine));
+  EXPECT_FALSE(has_certified(stream(kSimplified, dataset(257), {}, {}), kSimplified));
+  EXPECT_FALSE(has_certified(stream(kSimplified, dataset(257), {}, kSlow), kSimplified));
+}
+
+TEST(RefinementPlan, TheRequestsOwnBoundDoesNotComeSoonerWhereItMayNot) {
+  const DatasetInfo info = dataset(257);
+  const auto is_there = [&](const IsosurfaceRequest& request, const PlanLimits& limits,
+                            const Surface& surface = {}) {
+    return has_certified(stream(request, info, surface, kFast, limits), request);
+  };
+  EXPECT_FALSE(is_there(kSimplified, {.certified_triangles = 0}));
+  EXPECT_FALSE(is_there(kSimplified, {.certified_triangles = 1e6}));
+  EXPECT_FALSE(is_there(kSimplified, {}, {.triangles = 1.1 * kMostCertifiedTriangles}));
+  IsosurfaceRequest with_budget = kSimplified;
+  with_budget.max_triangles = 1'000'000;
+  EXPECT_FALSE(is_there(with_budget, {}));
+  EXPECT_FALSE(is_there({.error = 0.5}, {})) << "the request itself is not simplified";
+}
+
 TEST(RefinementPlan, APreviewIsWhatItsNameSays) {
   const DatasetInfo info = dataset(257);
-  for (const auto& one : stream(kSimplified, info, {}, kSlow)) {
-    if (one.step.finest_spacing == 1) continue;
-    const Preview name = {.finest_spacing = one.step.finest_spacing,
-                          .is_unsimplified = !one.step.request.simplify};
-    EXPECT_EQ(preview_step(kSimplified, name, info), one.step);
+  for (const StepCosts& costs : {kSlow, kFast}) {
+    const auto steps = stream(kSimplified, info, {}, costs);
+    for (std::size_t i = 0; i + 1 < steps.size(); ++i) {
+      const StepRequest& step = steps[i].step;
+      const Preview name = {.finest_spacing = step.finest_spacing,
+                            .is_unsimplified = !step.request.simplify};
+      EXPECT_EQ(preview_step(kSimplified, name, info), step);
+    }
   }
 }
 
