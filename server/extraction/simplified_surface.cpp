@@ -1,5 +1,8 @@
 #include "server/extraction/simplified_surface.hpp"
 
+#include <ctime>
+
+#include <algorithm>
 #include <map>
 #include <utility>
 #include <vector>
@@ -28,32 +31,52 @@ std::vector<CubesOfOneSize> cubes_around(std::vector<TileMesh> tiles, int root_e
   return cubes;
 }
 
+double seconds_of_this_thread() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+// A cube, and what it took to simplify all that is in it.
+struct JoinedCube {
+  SimplifiedCube surface;
+  SimplificationWork work;
+};
+
 // The surface in the cubes of one size, from that in the cubes half as large.
-std::vector<SimplifiedCube> join_all(CubesOfOneSize cubes, std::vector<SimplifiedCube> halves,
-                                     const SimplificationOfCubes& how,
-                                     const SimplifiedTileLimits& limits,
-                                     const std::stop_token& stop) {
+std::vector<JoinedCube> join_all(CubesOfOneSize cubes, std::vector<JoinedCube> halves,
+                                 const SimplificationOfCubes& how,
+                                 const SimplifiedTileLimits& limits, const std::stop_token& stop) {
   struct Joining {
     OctreeCube cube;
     std::optional<LatticeMesh> own;
     std::vector<SimplifiedCube> children;
+    SimplificationWork before;
   };
   std::vector<Joining> joining;
   std::map<OctreeCube, std::size_t> index;
   for (auto& [cube, own] : cubes) {
     index[cube] = joining.size();
-    joining.push_back({cube, std::move(own), {}});
+    joining.push_back({cube, std::move(own), {}, {}});
   }
-  for (SimplifiedCube& half : halves) {
-    joining[index.at(half.cube.parent())].children.push_back(std::move(half));
+  for (JoinedCube& half : halves) {
+    Joining& whole = joining[index.at(half.surface.cube.parent())];
+    whole.children.push_back(std::move(half.surface));
+    whole.before.seconds += half.work.seconds;
+    whole.before.longest_chain = std::max(whole.before.longest_chain, half.work.longest_chain);
   }
-  std::vector<SimplifiedCube> joined(joining.size());
+  std::vector<JoinedCube> joined(joining.size());
   in_parallel(
       joining.size(),
       [&](std::size_t i) {
         Joining& one = joining[i];
-        joined[i] = join_simplified(one.cube, std::move(one.children), std::move(one.own),
-                                    how(one.cube), limits, [&stop] { throw_if_stopped(stop); });
+        const double start = seconds_of_this_thread();
+        joined[i].surface =
+            join_simplified(one.cube, std::move(one.children), std::move(one.own), how(one.cube),
+                            limits, [&stop] { throw_if_stopped(stop); });
+        const double seconds = seconds_of_this_thread() - start;
+        joined[i].work = {.seconds = one.before.seconds + seconds,
+                          .longest_chain = one.before.longest_chain + seconds};
       },
       stop);
   return joined;
@@ -61,14 +84,16 @@ std::vector<SimplifiedCube> join_all(CubesOfOneSize cubes, std::vector<Simplifie
 
 }  // namespace
 
-void simplify(TiledSurface& surface, int root_exponent, const SimplificationOfCubes& how,
-              const std::stop_token& stop, const SimplifiedTileLimits& limits) {
-  if (surface.tiles.empty()) return;
-  std::vector<SimplifiedCube> joined;
+SimplificationWork simplify(TiledSurface& surface, int root_exponent,
+                            const SimplificationOfCubes& how, const std::stop_token& stop,
+                            const SimplifiedTileLimits& limits) {
+  if (surface.tiles.empty()) return {};
+  std::vector<JoinedCube> joined;
   for (CubesOfOneSize& cubes : cubes_around(std::move(surface.tiles), root_exponent)) {
     joined = join_all(std::move(cubes), std::move(joined), how, limits, stop);
   }
-  surface.tiles = finished_tiles(std::move(joined.front()));
+  surface.tiles = finished_tiles(std::move(joined.front().surface));
+  return joined.front().work;
 }
 
 void simplify(TiledSurface& surface, const StepSpec& spec, int root_exponent,

@@ -13,11 +13,19 @@ namespace multitetra {
 // How the surface in a cube is simplified. A cube inside of it must not have a smaller distance.
 using SimplificationOfCubes = std::function<SimplificationOptions(const OctreeCube&)>;
 
+// In seconds of the processor: of all joins, and of the longest chain of joins that wait for each
+// other, which no number of threads makes shorter.
+struct SimplificationWork {
+  double seconds = 0;
+  double longest_chain = 0;
+};
+
 // Simplifies the surface in one cube of 2^exponent steps a side, such as the whole grid, and cuts
 // it into tiles anew. The same for any number of threads. Throws Cancelled soon after `stop` is
 // triggered.
-void simplify(TiledSurface& surface, int root_exponent, const SimplificationOfCubes& how,
-              const std::stop_token& stop, const SimplifiedTileLimits& limits = {});
+SimplificationWork simplify(TiledSurface& surface, int root_exponent,
+                            const SimplificationOfCubes& how, const std::stop_token& stop,
+                            const SimplifiedTileLimits& limits = {});
 
 // The same as far as the step says so.
 void simplify(TiledSurface& surface, const StepSpec& spec, int root_exponent,

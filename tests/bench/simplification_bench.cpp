@@ -155,12 +155,15 @@ int main(int argc, char** argv) {
       input.triangles += static_cast<double>(t.mesh.triangles.size());
     }
     const double begin = cpu();
-    simplify(model, info.grid_exponent,
-             [&](const OctreeCube&) {
-               return SimplificationOptions{.lattice_step = step, .max_distance = budget};
-             },
-             {});
+    const SimplificationWork work =
+        simplify(model, info.grid_exponent,
+                 [&](const OctreeCube&) {
+                   return SimplificationOptions{.lattice_step = step, .max_distance = budget};
+                 },
+                 {});
     small.seconds = cpu() - begin;
+    std::printf("simplification: %.3f s of work, longest chain %.3f s (1/%.1f)\n", work.seconds,
+                work.longest_chain, work.seconds / work.longest_chain);
     for (TileMesh& t : model.tiles) {
       const double start = cpu();
       small.bytes += encode_tile(t.mesh, t.cube, kSimplifiedEncodingSpeed).summary.bytes;
