@@ -7,7 +7,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 harnesses=(fuzz_dataset_file fuzz_frame fuzz_client_message fuzz_server_message fuzz_tile
-  fuzz_tile_round_trip fuzz_http_request fuzz_volume_metadata fuzz_manifest)
+  fuzz_tile_round_trip fuzz_http_request fuzz_volume_metadata fuzz_manifest fuzz_label_names)
 seconds=${1:-60}
 if [ "$seconds" = --all-for ]; then
   seconds=$(awk "BEGIN { printf \"%d\", 60 * ${2:?--all-for needs minutes} / ${#harnesses[@]} + 1 }")

@@ -142,6 +142,9 @@ int main(int argc, char** argv) {
             R"("]},"format":"multitetra-objects","later":{"bytes":0,"objects":[]},"sections":[)"
             R"({"bytes":9,"name":"samples","required":true},{"bytes":1,"checksum":)"
             R"("0000000000000001","name":"bins","required":false}],"version":1})");
+  write(root / "fuzz_label_names", ++number,
+        "# labels\n0 0 0 0 0 0 0 \"Clear Label\"\n3 221 130 101 1 1 1 \"liver\"\r\n\n");
+  write(root / "fuzz_label_names", ++number, "3 liver 221 130 101 255\n-4 \"left lung\" 1 2 3\n");
   std::string triangles(1 + 3 * 60, '\0');
   for (char& byte : triangles) byte = static_cast<char>(random());
   write(root / "fuzz_tile_round_trip", ++number, triangles);
