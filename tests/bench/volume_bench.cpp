@@ -87,7 +87,7 @@ Outcome encode(std::shared_ptr<const TiledSurface> surface) {
 }
 
 std::optional<StepRequest> first_preview(const SurfaceExtractor& extractor, double isovalue) {
-  const NextStep next = next_step(request_for(isovalue, kEncodedError), /*previews=*/true, {},
+  const NextStep next = next_step(request_for(isovalue, kEncodedError), {}, {},
                                   extractor.dataset().info, surface_sizes(extractor), {});
   if (next.is_final) return std::nullopt;
   return next.step;
