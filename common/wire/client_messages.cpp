@@ -122,6 +122,7 @@ void write(const OpenStream& open, v1::ClientMessage& message) {
     wire.set_priority(to_wire<v1::Priority>(open.priority));
   }
   if (open.scalars) wire::write(*open.scalars, *wire.mutable_scalars());
+  wire.set_triangles_per_second(open.triangles_per_second);
 }
 
 OpenStream read(const v1::OpenStream& wire, FieldChecks& checks) {
@@ -138,6 +139,8 @@ OpenStream read(const v1::OpenStream& wire, FieldChecks& checks) {
   open.priority = checks.enumerator<Priority>("OpenStream.priority", wire.priority(),
                                               Priority::kBackground, Priority::kNormal);
   if (wire.has_scalars()) open.scalars = wire::read(wire.scalars(), checks);
+  checks.not_negative("OpenStream.triangles_per_second", wire.triangles_per_second());
+  open.triangles_per_second = wire.triangles_per_second();
   return open;
 }
 

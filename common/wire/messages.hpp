@@ -84,6 +84,8 @@ struct OpenStream {
   std::vector<Preview> begun = {};
   Priority priority = Priority::kNormal;
   std::optional<ScalarRequest> scalars = {};
+  // That the client decodes, checks and shows; finite, >= 0. 0: it does not say.
+  double triangles_per_second = 0;
 };
 inline constexpr std::size_t kMaxHeldDigests = 8192;
 

@@ -11,7 +11,10 @@ StreamMessages::StreamMessages(const OpenStream& open, const DatasetInfo& info,
                                std::optional<ScalarRange> scalars)
     : request_id_(open.request_id),
       info_(info),
-      state_{.request = open.request, .steps = open.steps, .begun = open.begun},
+      state_{.request = open.request,
+             .steps = open.steps,
+             .begun = open.begun,
+             .triangles_per_second = open.triangles_per_second},
       scalars_(scalars),
       known_(open.held.begin(), open.held.end()) {}
 

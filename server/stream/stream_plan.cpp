@@ -247,6 +247,7 @@ Result<MadeStep> make_next_step(const StepSource& source, const StreamState& sta
   const IsosurfaceRequest request = is_first_preview ? state.request : ladder.at(affordable());
   StepCosts costs = source.costs();
   costs.bytes_per_second = limits.bytes_per_second;
+  costs.client_triangles_per_second = state.triangles_per_second;
   const NextStep next =
       is_repeated ? NextStep{.step = preview_step(request, state.begun[state.shown.size()], info)}
                   : next_step(request, plan_limits(state.steps, limits), state.shown, info,

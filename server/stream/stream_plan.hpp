@@ -20,7 +20,8 @@ struct StreamState {
   StepPolicy steps = StepPolicy::kProgressive;
   std::vector<Preview> begun = {};  // With these it begins, whatever the plan would be.
   std::vector<ShownStep> shown = {};
-  std::optional<int> rung = {};  // Of its budget's ladder, once it is known what fits.
+  double triangles_per_second = 0;  // Of the client; 0: not known.
+  std::optional<int> rung = {};     // Of its budget's ladder, once it is known what fits.
 };
 
 struct MadeStep {

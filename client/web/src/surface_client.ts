@@ -67,7 +67,7 @@ export class SurfaceClient implements SlotHolder {
   private postponed = 0; // The timer of a stream that is asked for later.
 
   constructor(private readonly parts: SurfaceClientParts, private readonly events: SurfaceClientEvents) {
-    const { number, address, token, surface, isAhead } = parts;
+    const { number, address, token, surface, speed, isAhead } = parts;
     this.conversation = new Conversation({
       agent: `multitetra-viewer/0.1${isAhead ? " ahead" : ""}`,
       token,
@@ -76,6 +76,7 @@ export class SurfaceClient implements SlotHolder {
         return surface.ids(prefix).map((id) => id.slice(prefix.length));
       },
       priority: isAhead ? Priority.BACKGROUND : undefined,
+      trianglesPerSecond: () => speed.trianglesPerSecond,
       isListing: () => this.isLead,
     });
     this.steps = new SurfaceSteps(parts, this.progress, {

@@ -6,6 +6,7 @@ import * as THREE from "three";
 import { Ahead } from "./ahead";
 import { Curtain, type Moment } from "./curtain";
 import { Frames } from "./frames";
+import { StepSpeed } from "./stream/step_speed";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Scene } from "./scene_at";
 import { FieldColours } from "./scene/field_colours";
@@ -53,6 +54,7 @@ export class SurfaceSet {
   private isConnected = false;
   private look: { settings: Settings; clip: THREE.Plane | null } | null = null;
   private readonly slots = new Slots(mostConnections);
+  private readonly speed = new StepSpeed(); // Of this page.
   private readonly curtain = new Curtain<Member>(() => this.seen, () => this.redress());
 
   constructor(
@@ -222,6 +224,7 @@ export class SurfaceSet {
       pool: this.pool,
       surface,
       frames: new Frames((ids) => surface.hasAll(ids)),
+      speed: this.speed,
       slots: this.slots,
     };
     const client = new SurfaceClient(parts, {

@@ -15,6 +15,7 @@ import { type Committed, factsOf, idsOf, isStepBack, memoryOf, type ShownSurface
 import { isOfOneFamily } from "./state/families";
 import { noProgress, type Progress, type ShownComponents } from "./state/progress";
 import type { Store } from "./state/store";
+import type { StepSpeed } from "./stream/step_speed";
 import type { TilePool } from "./workers/tile_pool";
 import type { Certified, Drawn } from "./workers/worker_messages";
 
@@ -23,6 +24,7 @@ export interface SurfaceStepsParts {
   pool: TilePool;
   surface: Surface;
   frames: Frames;
+  speed: StepSpeed; // Of what is shown.
   isAhead?: boolean; // Steps are kept, and never shown.
 }
 
@@ -56,6 +58,7 @@ export class SurfaceSteps {
   private choices = 0; // Under way, of components of what is shown.
   private stream = none;
   private started = 0;
+  private readonly arrived = new Map<number, { triangles: number; lastAt: number }>(); // Tiles, by step of the stream.
   private colouring: Promise<void>[] = []; // Of the stream that runs.
   private certified: { result: Certified; chosen: Chosen } | null = null;
 
@@ -72,6 +75,7 @@ export class SurfaceSteps {
     this.stream = stream;
     this.taken = null;
     this.colouring = [];
+    this.arrived.clear();
     if (isFinishing) return this.progress.set({ isStreaming: true, tilesToCome: 0, tilesReceived: 0 });
     this.started = performance.now();
     this.events.withdraw();
@@ -132,6 +136,7 @@ export class SurfaceSteps {
     const ids = tiles.map(({ key }) => memoryOf(this.parts.number, order) + key);
     this.parts.surface.use(ids, this);
     this.progress.set({ step: begin.step, tilesToCome: missing, tilesReceived: 0 });
+    this.arrived.set(begin.step, { triangles: 0, lastAt: 0 });
   }
 
   async decode(
@@ -147,6 +152,8 @@ export class SurfaceSteps {
     });
     const resolution = begin.request!.latticeResolution; // A preview's may be less.
     const toWorld = latticeToWorld(order.info, resolution);
+    const { triangles } = this.arrived.get(begin.step)!;
+    this.arrived.set(begin.step, { triangles: triangles + promised.triangles, lastAt: performance.now() });
     try {
       const tile = await this.parts.pool.decode({
         kind: "decode",
@@ -179,6 +186,7 @@ export class SurfaceSteps {
     const { stream } = this;
     const { begin } = step;
     const ids = idsOf(this.parts.number, order, step);
+    const { triangles, lastAt } = this.arrived.get(begin.step)!;
     const { latticeResolution: resolution, topologyTolerance } = begin.request!;
     const border = dataBorder(order.info, resolution, topologyTolerance, begin.finestSpacing || 1);
     const [result, chosen] = await Promise.all([
@@ -189,6 +197,7 @@ export class SurfaceSteps {
     ]);
     // Of a stream that was replaced, tiles may be gone.
     if (stream !== this.stream || !result || !chosen) return;
+    this.parts.speed.note(triangles, performance.now() - lastAt);
     this.certified = { result, chosen };
     this.checks.certified(stream, step, result.topology);
   }

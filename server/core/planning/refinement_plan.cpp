@@ -26,11 +26,13 @@ struct Candidate {
   double triangles = 0;
   double server = 0;  // Seconds.
   double link = 0;
+  double client = 0;
   bool is_within_budget = true;
 
-  [[nodiscard]] double seconds() const { return server + link; }
+  [[nodiscard]] double seconds() const { return server + link + client; }
   [[nodiscard]] bool is_quick() const {
-    return is_within_budget && server <= kFirstServerSeconds && link <= kFirstLinkSeconds;
+    return is_within_budget && server <= kFirstServerSeconds && link <= kFirstLinkSeconds &&
+           client <= kFirstClientSeconds;
   }
   [[nodiscard]] bool is_better_than(const Candidate& other) const {
     if (is_within_budget != other.is_within_budget) return is_within_budget;
@@ -43,6 +45,7 @@ Candidate candidate(const StepRequest& step, const SurfaceSize& size, const Step
           .triangles = size.triangles,
           .server = costs.server_seconds(size, step.request.simplify),
           .link = costs.link_seconds(size),
+          .client = costs.client_seconds(size),
           .is_within_budget = fits(size, step.request)};
 }
 
@@ -145,7 +148,9 @@ std::optional<StepRequest> first_preview(const Candidates& candidates, const Dat
 
 double seconds_of(std::span<const ShownStep> shown, const StepCosts& costs) {
   double seconds = 0;
-  for (const ShownStep& step : shown) seconds += step.seconds + costs.link_seconds(step.size);
+  for (const ShownStep& step : shown) {
+    seconds += step.seconds + costs.link_seconds(step.size) + costs.client_seconds(step.size);
+  }
   return seconds;
 }
 

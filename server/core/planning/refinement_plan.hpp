@@ -6,23 +6,24 @@
 // it is f that makes a preview small, and a topology tolerance of f / 2 lets go what f cannot show.
 // A preview is simplified only where the bytes that this saves on the link are worth the time.
 //
-// What is shown is planned by time, of the server and on the link (StepCosts):
+// What is shown is planned by time, of the server, on the link and of the client (StepCosts):
 //
 //     first      f = 8, 16, 32, ...    the finest that is there within kFirstServerSeconds and
-//                                      kFirstLinkSeconds, and needs at most kFirstFetchedBytes of
-//                                      what the server must fetch from a store itself
+//                                      kFirstLinkSeconds and kFirstClientSeconds, and needs at most
+//                                      kFirstFetchedBytes of what the server must fetch from a
+//                                      store itself
 //     next       at most half of f     the finest that takes no longer than all before, else the
 //                                      next one if it takes at most kPatience times as long
 //     certified  f = 1                 the request's own model, where it is only simplification
-//     that
-//                                      takes so long: it keeps the same bound, in more triangles
+//                                      that takes so long: it keeps the same bound, in more
+//                                      triangles
 //     final      f = 1                 the request itself, when another preview would delay it by
 //                                      more than kPreviewShare of its own time, or the certified
 //                                      one by more than kCertifiedShare: what it delays has nothing
 //                                      new to show
 //
 // A preview keeps to the request's budget too, as far as forecasts tell. The first one never looks
-// at samples that are finer than the spectrum. Which steps come depends on the machine and the
+// at samples that are finer than the spectrum. Which steps come depends on the machines and the
 // link; what a step is never does. So the steps of a stream name themselves (Preview), and a stream
 // that goes on elsewhere is asked for exactly those.
 #pragma once
@@ -76,6 +77,7 @@ struct NextStep {
 
 inline constexpr double kFirstServerSeconds = 0.05;
 inline constexpr double kFirstLinkSeconds = 0.1;
+inline constexpr double kFirstClientSeconds = 0.1;
 inline constexpr std::uint64_t kFirstFetchedBytes = std::uint64_t{2} << 20;
 inline constexpr double kPatience = 5;
 inline constexpr double kPreviewShare = 0.2;

@@ -1,5 +1,7 @@
-// How long steps take: on the server, and on the way to the client.
+// How long steps take: on the server, on the way to the client, and there.
 #pragma once
+
+#include <algorithm>
 
 namespace multitetra {
 
@@ -17,12 +19,18 @@ struct StepCosts {
   double plain = 0.4e-6;       // To extract and to encode it,
   double simplified = 2.5e-6;  // and to simplify it as well.
   double bytes_per_second = kUsualBytesPerSecond;
+  double client_triangles_per_second = 0;  // 0: it takes no time.
 
   [[nodiscard]] double server_seconds(const SurfaceSize& size, bool is_simplified) const {
     return kSecondsAStep + size.extracted * (is_simplified ? simplified : plain);
   }
   [[nodiscard]] double link_seconds(const SurfaceSize& size) const {
     return size.bytes / bytes_per_second;
+  }
+  // To decode, to check and to show it.
+  [[nodiscard]] double client_seconds(const SurfaceSize& size) const {
+    if (client_triangles_per_second <= 0) return 0;
+    return size.triangles / std::max(client_triangles_per_second, 1.0);
   }
 
   static constexpr double kSecondsAStep = 2e-3;  // Whatever is in it.

@@ -42,6 +42,21 @@ describe("Conversation", () => {
     expect(second.requestId > first.requestId).toBe(true);
   });
 
+  test("TellsHowFastThisPageIsWithEveryStream", () => {
+    let trianglesPerSecond = 3e5;
+    const conversation = new Conversation({
+      agent: "test", token: () => "", held: () => [], trianglesPerSecond: () => trianglesPerSecond,
+    });
+    conversation.opened();
+    conversation.received(welcome);
+    conversation.received(list);
+    const order = () => ({ info: dataset(), request: request() });
+    expect(opened(conversation.want(order()))!.trianglesPerSecond).toBe(3e5);
+    trianglesPerSecond = 2e6;
+    expect(opened(conversation.want(order()))!.trianglesPerSecond).toBe(2e6);
+    expect(opened(connected().want(order()))!.trianglesPerSecond).toBe(0);
+  });
+
   test("RepeatsAnUnfinishedStreamAfterALostConnectionAndNamesWhatItHolds", () => {
     const key = "00112233445566778899aabbccddeeff";
     const conversation = connected([key]);

@@ -1,5 +1,6 @@
 import { Ahead } from "../../../client/web/src/ahead";
 import { allChosen, type Frame, Frames } from "../../../client/web/src/frames";
+import { StepSpeed } from "../../../client/web/src/stream/step_speed";
 import { SurfaceClient } from "../../../client/web/src/surface_client";
 import type { StepFacts } from "../../../client/web/src/state/progress";
 import { isosurfaceRequest } from "../../../client/web/src/stream/request";
@@ -41,7 +42,7 @@ function partsOf(token = "") {
   } as unknown as Surface;
   const pool = { forget: nothing, select: (drawn: Drawn) => selections.of(drawn) } as unknown as TilePool;
   const frames = new Frames(() => true);
-  return { number: 1, address: "ws://server/v1/stream", token: () => token, pool, surface, frames, slots: new Slots(2) };
+  return { number: 1, address: "ws://server/v1/stream", token: () => token, pool, surface, frames, slots: new Slots(2), speed: new StepSpeed() };
 }
 
 function clientOf(token = "", parts = partsOf(token)) {

@@ -670,6 +670,21 @@ TEST(ThresholdMaps, OfMillionsOfEmptyRegionsAreRefusedBeforeTheyAreParsed) {
   EXPECT_EQ(begin.error().error.code, ErrorCode::kLimitExceeded);
 }
 
+TEST(Messages, TellHowFastAClientIs) {
+  for (const double speed : {0.0, 1e6}) {
+    const auto parsed = parse_client_message(
+        serialize(OpenStream{.request_id = 1, .dataset = "head", .triangles_per_second = speed}));
+    ASSERT_TRUE(parsed) << parsed.error().error.text;
+    EXPECT_EQ(std::get<OpenStream>(*parsed).triangles_per_second, speed);
+  }
+  for (const double speed :
+       {-1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    expect_refused<OpenStream>(
+        {.request_id = 1, .dataset = "head"},
+        [&](OpenStream& open) { open.triangles_per_second = speed; }, "triangles_per_second");
+  }
+}
+
 TEST(Messages, ThatNamePreviewsThatCannotBeAreRefused) {
   const auto expect_bad = [](std::vector<Preview> begun, const std::string& text,
                              ErrorCode code = ErrorCode::kInvalidArgument) {

@@ -85,6 +85,7 @@ export interface ConversationOptions {
   // Keys of the tiles that are kept and fit this request; the most useful first.
   held: (order: Wanted) => string[];
   priority?: Priority; // Of all that is asked; normal if nothing is said.
+  trianglesPerSecond?: () => number; // That are decoded, checked and shown here; not told if nothing is said.
   isListing?: () => boolean; // Whether a new connection asks what is served; yes if nothing is said.
 }
 
@@ -313,6 +314,7 @@ export class Conversation {
       begun: this.begun,
       priority: this.options.priority ?? Priority.UNSPECIFIED,
       scalars: order.scalars && create(ScalarRequestSchema, order.scalars),
+      trianglesPerSecond: this.options.trianglesPerSecond?.() ?? 0,
     });
     return [
       { kind: "opened", order, stream: this.stream },

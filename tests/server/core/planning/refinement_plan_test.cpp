@@ -242,6 +242,26 @@ TEST(RefinementPlan, TheRequestsOwnBoundDoesNotComeSoonerWhereItMayNot) {
   EXPECT_FALSE(is_there({.error = 0.5}, {})) << "the request itself is not simplified";
 }
 
+// A telephone and a workstation on the same link.
+TEST(RefinementPlan, ASlowClientGetsNoPreviewThatItWouldDecodeForLong) {
+  const DatasetInfo info = dataset(257);
+  StepCosts slow = kFast;
+  slow.client_triangles_per_second = 2e5;
+  StepCosts fast = kFast;
+  fast.client_triangles_per_second = 1e8;
+  EXPECT_TRUE(has_certified(stream(kSimplified, info, {}, fast), kSimplified));
+  const auto steps = stream(kSimplified, info, {}, slow);
+  EXPECT_FALSE(has_certified(steps, kSimplified));
+  const StepSizes sizes = Surface{}.sizes();
+  const double whole = slow.client_seconds(sizes.of(steps.back().step)) + steps.back().server;
+  EXPECT_LE(slow.client_seconds(sizes.of(steps[0].step)), kFirstClientSeconds);
+  for (std::size_t i = 1; i + 1 < steps.size(); ++i) {
+    EXPECT_LE(slow.client_seconds(sizes.of(steps[i].step)), 1.3 * kPreviewShare * whole);
+  }
+  slow.client_triangles_per_second = 1e-300;
+  EXPECT_EQ(stream(kSimplified, info, {}, slow).back().step, final_step(kSimplified));
+}
+
 TEST(RefinementPlan, APreviewIsWhatItsNameSays) {
   const DatasetInfo info = dataset(257);
   for (const StepCosts& costs : {kSlow, kFast}) {
