@@ -55,7 +55,8 @@ std::vector<EncodedTile> encode_tiles(const TiledSurface& surface, std::stop_tok
   in_parallel(
       encoded.size(),
       [&](std::size_t i) {
-        encoded[i] = encode_tile(surface.tiles[i].mesh, surface.tiles[i].cube);
+        const TileMesh& tile = surface.tiles[i];
+        encoded[i] = encode_tile(tile.mesh, tile.cube, encoding_speed(tile));
       },
       stop);
   return encoded;

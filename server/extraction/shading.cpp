@@ -6,6 +6,7 @@
 
 #include "common/request/request_key.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
+#include "server/extraction/tiled_surface.hpp"
 
 namespace multitetra {
 
@@ -28,10 +29,7 @@ EncodedTile Shading::encoded(const TileMesh& tile, const ContentDigest& content)
   if (bits_ != 0) {
     directions = vertex_normals(volume_, tile.mesh.vertices, tile.mesh.resolution, source_);
   }
-  // A mesh that simplification leaves as it is has the digest, and so the bytes, of one without.
-  const int speed =
-      tile.simplification_bound > 0 ? kSimplifiedEncodingSpeed : kDefaultEncodingSpeed;
-  return encode_tile(tile.mesh, tile.cube, content, speed,
+  return encode_tile(tile.mesh, tile.cube, content, encoding_speed(tile),
                      {.directions = directions, .bits = bits_});
 }
 

@@ -39,9 +39,10 @@ def plot(report, path):
         ax.set_xlabel({"largest": "largest distance, voxels", "percentile_99": "99 % of distances, voxels"}[x])
         ax.set_title(y)
         ax.grid(True, which="both", alpha=0.2)
-    axes[0].legend(fontsize=7)
+    handles, methods = axes[0].get_legend_handles_labels()
+    figure.legend(handles, methods, loc="lower center", ncols=len(methods), frameon=False)
     figure.suptitle(f"{report['name']}, isovalue {report['isovalue']}")
-    figure.tight_layout()
+    figure.tight_layout(rect=(0, 0.06, 1, 1))
     figure.savefig(path, metadata={"Date": None})
     plt.close(figure)
 

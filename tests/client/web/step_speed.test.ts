@@ -1,4 +1,3 @@
-import { describe, expect, test } from "vitest";
 import { StepSpeed } from "../../../client/web/src/stream/step_speed";
 
 describe("StepSpeed", () => {
