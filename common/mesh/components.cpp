@@ -26,8 +26,8 @@ struct LatticeBox {
       high[axis] = std::max(high[axis], place[axis]);
     }
   }
-  // The root of a sum that is exact, as lattice coordinates have 20 bits: rounded once, and so the
-  // same wherever it is computed, which std::hypot does not promise.
+  // The root of a sum that is exact up to 2^25 lattice steps a side: rounded once, and so the same
+  // wherever it is computed, which std::hypot does not promise.
   [[nodiscard]] double diagonal() const {
     double squares = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
