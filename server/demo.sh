@@ -69,13 +69,13 @@ done
 [ -n "$url" ] && [ -n "$page_url" ] || { cat "$log" >&2; echo "The server did not start to listen." >&2; exit 1; }
 page=$("$client" view --http "$page_url" "${look[@]}")
 echo "   $url"
-echo "   $page in a browser"
+echo "   $page in a browser (while this runs)"
 
 echo "== Fetching an isosurface: coarse first, refined, checked"
 "$client" fetch --server "$url" --error 0.25 -o "$out/demo.ply" --report "$out/report.json" \
   --save-steps "$out/steps"
 
-echo "== A picture of it, and a plot of all isovalues"
+echo "== A picture of it, and a plot of all isovalues (half a minute)"
 "$client" snapshot --server "$url" --error 0.25 -o "$out/demo.png"
 "$server" plot "$out/demo.mtd" -o "$out/demo.svg" --isovalues 32 --errors 0.5,1,2 --quiet
 

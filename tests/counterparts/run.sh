@@ -4,6 +4,7 @@
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 project=$(cd "$here/../.." && pwd)
+[ $# -gt 0 ] || { sed -n '2,3s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2; exit 2; }
 bin=$(cd "$1" && pwd)
 shift
 all=(client curl websockets browser gltf wrk locust tiles neuroglancer paraview)

@@ -8,6 +8,7 @@
 #include "server/core/planning/budget.hpp"
 #include "server/core/planning/simplified_size.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
+#include "server/core/thresholds/threshold_map.hpp"
 
 namespace multitetra {
 namespace {
@@ -207,7 +208,8 @@ NextStep next_step(const IsosurfaceRequest& request, const PlanLimits& limits,
     const Candidates candidates(request, info, sizes, costs);
     preview = shown.empty() ? first_preview(candidates, info, sizes)
                             : further_preview(candidates, shown, costs);
-    if (!preview && !shown.empty() && request.simplify) {
+    const bool is_simplified = request.simplify && largest_threshold(request, info) > 0;
+    if (!preview && !shown.empty() && is_simplified) {
       preview = certified_preview(candidates, shown.back(), limits);
     }
   }

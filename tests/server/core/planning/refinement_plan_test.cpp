@@ -240,6 +240,7 @@ TEST(RefinementPlan, TheRequestsOwnBoundDoesNotComeSoonerWhereItMayNot) {
   with_budget.max_triangles = 1'000'000;
   EXPECT_FALSE(is_there(with_budget, {}));
   EXPECT_FALSE(is_there({.error = 0.5}, {})) << "the request itself is not simplified";
+  EXPECT_FALSE(is_there({.error = 0, .simplify = true}, {})) << "nothing is left out";
 }
 
 // A telephone and a workstation on the same link.
