@@ -37,7 +37,7 @@ bash docker/install.sh "${install_options[@]}" build bench
 if [ -z "$programs" ]; then
   echo "== Building (preset bench)"
   cmake --preset bench >/dev/null
-  cmake --build --preset bench --target multitetra_server_program compare_bench vti_to_nrrd
+  cmake --build --preset bench --target multitetra_server_program compare_bench
   programs=$project/build/bench/bin
 fi
 server=$programs/multitetra-server
@@ -61,12 +61,7 @@ public() {
     left_out+=("$1: ../shared/data/$2 is not there")
     return
   fi
-  if [[ $file = *.vti ]]; then
-    "$programs/vti_to_nrrd" "$file" "$work/$1.nrrd"
-    file=$work/$1.nrrd
-  fi
   compare "$1" "$file" "$3"
-  rm -f "$work/$1.nrrd"
 }
 generated() {
   "$server" generate head --size "$2" --noise 20 -o "$work/$1.nrrd" --quiet
