@@ -1,6 +1,7 @@
 // The load generator: users whose scripts are repeatable, and who notice what is wrong.
 #include <gtest/gtest.h>
 
+#include "client/load/agreement.hpp"
 #include "client/load/load_run.hpp"
 #include "client/message_socket.hpp"
 #include "server/dataset/prepare.hpp"
@@ -43,6 +44,26 @@ std::string bytes_of(const Act& act) {
 
 constexpr std::array kScripts = {ScriptKind::kRandomIsovalues, ScriptKind::kDrag,
                                  ScriptKind::kRegion, ScriptKind::kMixed};
+
+// Steps of one request may differ in nothing but where their hierarchy ends, or in whether they are
+// simplified.
+TEST(Agreement, ComparesStepsWithNoneButTheSameOnes) {
+  Agreement agreement;
+  const StepBegin final_step = {.is_final = true, .request = {.simplify = true}};
+  StepBegin unsimplified = final_step;
+  unsimplified.is_final = false;
+  unsimplified.is_unsimplified = true;
+  StepBegin coarse = unsimplified;
+  coarse.finest_spacing = 2;
+  using enum Agreement::Verdict;
+  EXPECT_EQ(agreement.compare("head", final_step, {1, 1}), kNew);
+  EXPECT_EQ(agreement.compare("head", unsimplified, {1, 2}), kNew);
+  EXPECT_EQ(agreement.compare("head", coarse, {1, 3}), kNew);
+  EXPECT_EQ(agreement.compare("skin", coarse, {1, 4}), kNew);
+  EXPECT_EQ(agreement.compare("head", final_step, {1, 1}), kSame);
+  EXPECT_EQ(agreement.compare("head", unsimplified, {1, 2}), kSame);
+  EXPECT_EQ(agreement.compare("head", unsimplified, {1, 1}), kAnother);
+}
 
 TEST(LoadScript, TheSameSeedGivesTheSameUser) {
   for (const ScriptKind kind : kScripts) {

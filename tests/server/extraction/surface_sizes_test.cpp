@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "server/dataset/in_parallel.hpp"
+#include "server/extraction/simplified_surface.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/stream/step_source.hpp"
 #include "server/stream/stream_plan.hpp"
@@ -33,6 +34,22 @@ SurfaceSize size_of(const DatasetPtr& dataset, const StepRequest& step) {
 
 double triangles_of(const DatasetPtr& dataset, const StepRequest& step) {
   return size_of(dataset, step).triangles;
+}
+
+// No join of pieces is in the chain twice, and none takes no time.
+TEST(SimplificationWork, IsAtLeastItsLongestChain) {
+  const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(90, 0.2, 8)});
+  const SurfaceExtractor extractor(dataset);
+  TiledSurface surface = extractor.extract({.request = {.isovalue = 0, .error = 0.1}});
+  const auto how = [](const OctreeCube&) {
+    return SimplificationOptions{.lattice_step = {0.03125, 0.03125, 0.03125}, .max_distance = 0.5};
+  };
+  const int root = dataset->info.grid_exponent;
+  const SimplificationWork work = simplify(surface, root, how, {});
+  EXPECT_GT(work.longest_chain, 0);
+  EXPECT_GE(work.seconds, work.longest_chain);
+  TiledSurface nothing;
+  EXPECT_EQ(simplify(nothing, root, how, {}).seconds, 0);
 }
 
 TEST(SurfaceSizes, AreNearTheRealOnes) {
