@@ -193,7 +193,8 @@ bool has_range_of(const DatasetInfo& info, const std::vector<float>& samples) {
 std::vector<float> read_local_volume(const fs::path& file, const DatasetInfo& info) {
   if (!fs::exists(file)) fail_reading(file, "there is no such file");
   std::vector<float> samples;
-  if (const auto io = reader_for(file)) {
+  const auto io = reader_for(file);
+  if (io) {
     samples = read_image_apart(file, io, info);
     make_infinite_void(samples);
   } else {
@@ -207,6 +208,11 @@ std::vector<float> read_local_volume(const fs::path& file, const DatasetInfo& in
   if (!has_range_of(info, samples)) {
     const auto [low, high] = range_of(samples);
     std::ostringstream text;
+    if (!io) {
+      text
+          << "taken for raw samples, because its suffix is none of .nrrd, .nhdr, .mha, .mhd, .nii, "
+             ".nii.gz, .vtk, .tif and .tiff, ";
+    }
     text << "its values are from " << low << " to " << high << ", those of the dataset \""
          << info.name << "\" from " << info.min << " to " << info.max;
     fail_reading(file, text.str());

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/cli/terminal.hpp"
@@ -129,9 +130,10 @@ std::string step_line(const FetchedStep& fetched, const DatasetInfo& info) {
   const StepBegin& begin = fetched.step->begin;
   const auto triangles = static_cast<std::uint64_t>(fetched.step->topology.triangles);
   return "step " + std::to_string(begin.step) + (begin.is_final ? " (final)" : "") + ": " +
-         allowed_error(begin, info) + ", " + human_count(begin.tiles.size()) + " tiles, " +
-         human_count(triangles) + " triangles, " + human_bytes(fetched.step->end.payload_bytes) +
-         ", " + human_seconds(fetched.seconds);
+         "isovalue " + shortest_text(begin.request.isovalue) + ", " + allowed_error(begin, info) +
+         ", " + human_count_of(begin.tiles.size(), "tile") + ", " +
+         human_count_of(triangles, "triangle") + ", " +
+         human_bytes(fetched.step->end.payload_bytes) + ", " + human_seconds(fetched.seconds);
 }
 
 std::string checks_table(const std::vector<FetchedStep>& steps) {

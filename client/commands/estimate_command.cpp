@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 
@@ -11,9 +12,9 @@ namespace multitetra {
 namespace {
 
 void print(const EstimateReply& reply, const IsosurfaceRequest& request, const DatasetInfo& info) {
-  std::cout << "about " << human_count(reply.triangles) << " triangles, "
-            << human_bytes(reply.bytes) << ", at an error of at most "
-            << human_error(reply.threshold_world, request.unit, info)
+  std::cout << "isovalue " << shortest_text(request.isovalue) << ": about "
+            << human_count_of(reply.triangles, "triangle") << ", " << human_bytes(reply.bytes)
+            << ", at an error of at most " << human_error(reply.threshold_world, request.unit, info)
             << (request.max_triangles + request.max_bytes > 0
                     ? ", which is what fits into the budget"
                     : "")

@@ -56,10 +56,7 @@ class Output {
       : arguments_(arguments), info_(info), format_(format) {}
 
   void step(const FetchedStep& fetched, const Part& part) const {
-    if (!arguments_.quiet) {
-      const std::string whose = part.name.empty() ? "" : part.name + ", ";
-      std::cerr << whose << step_line(fetched, info_) << std::endl;
-    }
+    if (!arguments_.quiet) std::cerr << step_line(fetched, info_) << std::endl;
     if (part.steps_directory.empty()) return;
     const std::string suffix = std::filesystem::path(part.mesh_file).extension().string();
     const std::string name = "step_" + std::to_string(fetched.step->begin.step) + suffix;
@@ -322,9 +319,10 @@ void add_fetch(Command& app, FetchArguments& a) {
       ->one_of({"standard", "full"})
       ->capture_default_str();
   command
-      ->add_option("--against", a.against,
-                   "For --check full: a local copy of the dataset's volume (.nrrd .nhdr .mha .mhd "
-                   ".nii .nii.gz .vtk .tif, or raw samples)")
+      ->add_option(
+          "--against", a.against,
+          "For --check full: a local copy of the dataset's volume (.nrrd, .nhdr, .mha, .mhd, "
+          ".nii, .nii.gz, .vtk, .tif or .tiff; else raw samples)")
       ->type_name("FILE");
   command->add_option("--samples", a.samples, "For --check full: sampled points each way")
       ->within(1, 100'000'000)

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/picture/rasterizer.hpp"
+#include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
@@ -92,10 +93,14 @@ Json report_of(const SnapshotArguments& arguments, const OrderedSurface& surface
 }
 
 void print(const SnapshotArguments& arguments, const PictureSize& size, const Taken& taken) {
-  std::cout << arguments.picture << ": " << size.width << " x " << size.height << " pixels, "
-            << human_count(taken.triangles()) << " triangles, " << human_bytes(taken.bytes())
-            << " fetched in " << human_seconds(taken.fetch_seconds) << ", drawn in "
-            << human_seconds(taken.draw_seconds) << "\n";
+  std::string isovalues;
+  for (const TakenSurface& surface : taken.surfaces) {
+    isovalues += (isovalues.empty() ? "" : ",") + shortest_text(surface.request.isovalue);
+  }
+  std::cout << arguments.picture << ": isovalue " << isovalues << ", " << size.width << " x "
+            << size.height << " pixels, " << human_count_of(taken.triangles(), "triangle") << ", "
+            << human_bytes(taken.bytes()) << " fetched in " << human_seconds(taken.fetch_seconds)
+            << ", drawn in " << human_seconds(taken.draw_seconds) << "\n";
 }
 
 // How the surfaces look: as many as isovalues, each with its opacity and colour. One alone has the

@@ -33,6 +33,15 @@ std::string human_count(std::uint64_t count) {
   return digits;
 }
 
+std::string human_count_of(std::uint64_t count, const std::string& noun) {
+  return human_count(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
+std::string human_speed(double per_second) {
+  return per_second < 10 ? format("%.2g", per_second)
+                         : human_count(static_cast<std::uint64_t>(per_second));
+}
+
 std::string human_seconds(double seconds) {
   if (seconds < 0.00995) return format("%.1f ms", 1000 * seconds);
   if (seconds < 0.9995) return format("%.0f ms", 1000 * seconds);

@@ -11,8 +11,12 @@ namespace multitetra {
 
 [[nodiscard]] std::string human_bytes(std::uint64_t bytes);  // "12.3 MiB"
 [[nodiscard]] std::string human_count(std::uint64_t count);  // "1 234 567"
-[[nodiscard]] std::string human_seconds(double seconds);     // "24 ms", "1.25 s", "3 min 05 s"
-[[nodiscard]] std::string human_number(double value);        // Shortest of up to 6 digits: "500.5"
+// "1 tile", "2 345 tiles", of a noun whose plural only has an s.
+[[nodiscard]] std::string human_count_of(std::uint64_t count, const std::string& noun);
+// "0.45", "3.2", "1 234": with two digits where that is all that a speed is good for.
+[[nodiscard]] std::string human_speed(double per_second);
+[[nodiscard]] std::string human_seconds(double seconds);  // "24 ms", "1.25 s", "3 min 05 s"
+[[nodiscard]] std::string human_number(double value);     // Shortest of up to 6 digits: "500.5"
 
 // "0.24 mm"; where the unit is not told, "0.24 units".
 [[nodiscard]] std::string human_length(double length, const std::string& unit);

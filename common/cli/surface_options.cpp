@@ -65,15 +65,15 @@ void add_budget_options(Command& command, SurfaceArguments& a) {
       ->group(kSize);
   command
       .add_option("--max-triangles", a.max_triangles,
-                  "The most triangles, as 2M or 300k; errors are raised to meet it (default: no "
-                  "limit)")
+                  "The most triangles of each step, as 2M or 300k; errors are raised to meet it "
+                  "(default: no limit)")
       ->as_count()
       ->type_name("COUNT")
       ->group(kSize);
   command
       .add_option("--max-bytes", a.max_bytes,
-                  "The most bytes of compressed mesh, as 500KiB or 2MiB; errors are raised to meet "
-                  "it (default: no limit)")
+                  "The most bytes of compressed mesh of the final step, and of each preview, as "
+                  "500KiB or 2MiB; errors are raised to meet it (default: no limit)")
       ->as_bytes()
       ->type_name("BYTES")
       ->group(kSize);

@@ -111,8 +111,8 @@ int convert_to_store(const ConvertArguments& arguments,
                           {"removed_bytes", removed},
                           {"seconds", progress.seconds()}});
   } else if (!arguments.quiet) {
-    std::cout << arguments.output << ": " << files.size() << " datasets of " << human_bytes(all)
-              << ", " << human_bytes(added) << " of them new in the store"
+    std::cout << arguments.output << ": " << human_count_of(files.size(), "dataset") << " of "
+              << human_bytes(all) << ", " << human_bytes(added) << " of them new in the store"
               << (arguments.remove_others ? "; " + human_bytes(removed) + " removed" : "") << "\n"
               << "Next: multitetra-server serve " << arguments.output << "\n";
   }

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/exit_codes.hpp"
+#include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
@@ -100,15 +101,17 @@ Json report_of(const ExtractArguments& arguments, const IsosurfaceRequest& reque
   return report;
 }
 
-void print_facts(const ExtractArguments& arguments, const TiledSurface& surface,
-                 const MeshTopology& topology, const std::optional<WrittenModel>& model) {
+void print_facts(const ExtractArguments& arguments, const IsosurfaceRequest& request,
+                 const TiledSurface& surface, const MeshTopology& topology,
+                 const std::optional<WrittenModel>& model) {
   std::cout << arguments.output << ": "
-            << human_count(static_cast<std::uint64_t>(topology.triangles)) << " triangles, "
+            << "isovalue " << shortest_text(request.isovalue) << ", "
+            << human_count_of(static_cast<std::uint64_t>(topology.triangles), "triangle") << ", "
             << human_count(static_cast<std::uint64_t>(topology.vertices)) << " vertices, from "
             << human_count(surface.tetrahedra) << " tetrahedra\n"
             << "  Euler characteristic " << topology.euler_characteristic << ", "
-            << topology.components << " components, " << topology.border_edges
-            << " edges on the border, " << topology.open_edges << " open, "
+            << human_count_of(static_cast<std::uint64_t>(topology.components), "component") << ", "
+            << topology.border_edges << " edges on the border, " << topology.open_edges << " open, "
             << topology.nonmanifold_edges << " non-manifold\n";
   if (model) {
     std::cout << model->file << ": " << human_count(model->tetrahedra) << " tetrahedra, "
@@ -243,7 +246,7 @@ int extract(const ExtractArguments& arguments) {
     if (model) report["model"] = json_of(arguments, *model);
     std::cout << text_of(report);
   } else if (!arguments.quiet) {
-    print_facts(arguments, surface, topology, model);
+    print_facts(arguments, request, surface, topology, model);
   }
   if (topology.is_sound()) return 0;
   std::cerr << "multitetra-server: the mesh has open, non-manifold or degenerate parts; this is "

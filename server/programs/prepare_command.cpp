@@ -57,21 +57,35 @@ int prepare_in_parts(const PrepareArguments& arguments) {
   }
 }
 
-// Several volumes, or members of families, become datasets in a folder.
-void require_folder(const PrepareArguments& arguments) {
-  if (std::filesystem::path(arguments.output).extension() == ".mtd") {
-    throw ExitError(kUsage, "--output: " + arguments.output +
-                                " is a name for one dataset, and there are several volumes; give a "
-                                "folder.");
+// Several volumes, or members of families, become datasets in a folder. It is gone in the end if it
+// is new and nothing came into it.
+class OutputFolder {
+ public:
+  explicit OutputFolder(const std::string& output) : path_(output) {
+    if (path_.extension() == ".mtd") {
+      throw ExitError(kUsage, "--output: " + output +
+                                  " is a name for one dataset, and there are several volumes; give "
+                                  "a folder.");
+    }
+    is_new_ = std::filesystem::create_directories(path_);
   }
-  std::filesystem::create_directories(arguments.output);
-}
+  ~OutputFolder() {
+    std::error_code is_not_empty;
+    if (is_new_) std::filesystem::remove(path_, is_not_empty);
+  }
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+ private:
+  std::filesystem::path path_;
+  bool is_new_ = false;
+};
 
 int prepare_many(const PrepareArguments& arguments) {
   if (!arguments.name.empty()) {
     throw ExitError(kUsage, "--name is for one volume; several are named after their files.");
   }
-  require_folder(arguments);
+  const OutputFolder folder(arguments.output);
   std::vector<PrepareJob> jobs = jobs_for(arguments.inputs, arguments.output);
   if (jobs.empty())
     throw ExitError(kUsage, "There is no volume in " + arguments.inputs.front() + ".");
@@ -106,7 +120,7 @@ void require_one_way(const PrepareArguments& arguments) {
 
 int prepare_families(const PrepareArguments& arguments) {
   require_one_way(arguments);
-  require_folder(arguments);
+  const OutputFolder folder(arguments.output);
   const auto notice = [&](const std::string& text) {
     if (!arguments.quiet) std::cerr << "prepare: " << text << "\n";
   };

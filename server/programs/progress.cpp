@@ -42,9 +42,8 @@ void Progress::update(double done, double all, const char* unit) {
   const double seconds = std::chrono::duration<double>(now - stage_start_).count();
   const double speed = seconds > 0 ? done / seconds : 0;
   const std::string detail =
-      std::to_string(static_cast<int>(100 * fraction_)) + " %, " +
-      human_count(static_cast<std::uint64_t>(speed)) + " " + unit + "/s" +
-      (speed > 0 ? ", " + human_seconds((all - done) / speed) + " left" : "");
+      std::to_string(static_cast<int>(100 * fraction_)) + " %, " + human_speed(speed) + " " + unit +
+      "/s" + (speed > 0 ? ", " + human_seconds((all - done) / speed) + " left" : "");
   if (is_terminal_) {
     draw(detail);
   } else {

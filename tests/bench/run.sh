@@ -34,11 +34,6 @@ if [ -z "$programs" ]; then
   cmake --preset bench >/dev/null
   targets=(multitetra_server_program volume_bench measured_run)
   cmake --build --preset bench --target "${targets[@]}"
-  if cmake --build --preset bench --target help | grep '^vti_to_nrrd:' >/dev/null; then
-    cmake --build --preset bench --target vti_to_nrrd
-  else
-    rm -f build/bench/bin/vti_to_nrrd
-  fi
   programs=$project/build/bench/bin
 fi
 server=$programs/multitetra-server
@@ -69,22 +64,17 @@ for size in "${sizes[@]}"; do
   "$server" generate head --size "$size" --noise 20 -o "$work/head_$size.nrrd" --quiet
   volume "head_$size" "$work/head_$size.nrrd" 500.5
 done
-has_vtk=true
-if [ ! -x "$programs/vti_to_nrrd" ]; then
-  has_vtk=false
-  leave_out "flying edges, and volumes in .vti: VTK is not there (bash docker/install.sh bench, then run this again)"
+if ! ldd "$programs/volume_bench" | grep -q libvtk; then
+  leave_out "flying edges: VTK is not there (bash docker/install.sh bench, then run this again)"
 fi
 if [ "$quick" = true ]; then
   leave_out "all but the smallest head (--quick)"
 else
   embryo=$public_data/embryo_256x256x256.vti
-  if [ ! -f "$embryo" ]; then
-    leave_out "embryo: ../shared/data/$(basename "$embryo") is not there"
-  elif [ "$has_vtk" = true ]; then
-    "$programs/vti_to_nrrd" "$embryo" "$work/embryo.nrrd"
-    volume embryo "$work/embryo.nrrd" 80.5
+  if [ -f "$embryo" ]; then
+    volume embryo "$embryo" 80.5
   else
-    leave_out "embryo: without VTK nothing reads its .vti"
+    leave_out "embryo: ../shared/data/$(basename "$embryo") is not there"
   fi
   female=$public_data/visible_female_head_512x512x234_HU.nrrd
   if [ -f "$female" ]; then

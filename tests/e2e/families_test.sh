@@ -37,6 +37,9 @@ ends 0 "organs.label7: up to date" "$server" prepare in/organs.seg.nrrd --label 
 says organs/organs.label3.mtd '"organs", label 3 (liver, #dd8265)'
 says organs/organs.label7.mtd '"organs", label 7 (rest of it)'
 says organs/organs.label7.mtd 'suggested isovalues 0.5'
+printf 'NRRD0004\ntype: int\n' >broken.nrrd
+ends 2 "broken.nrrd" "$server" prepare broken.nrrd --label all -o new_folder
+[ ! -e new_folder ] || fail "a folder was left in which there is nothing"
 printf '3 hepar 1 2 3 255\n' >names.ctbl
 ends 0 "organs.label7: up to date" "$server" prepare in/organs.seg.nrrd --label all --label-names names.ctbl --name organs -o organs
 says organs/organs.label3.mtd '"organs", label 3 (hepar, #010203)'

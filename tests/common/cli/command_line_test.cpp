@@ -157,6 +157,11 @@ TEST(HumanUnits, AreThoseThatPeopleReadEasily) {
   EXPECT_EQ(human_seconds(5400), "1 h 30 min");
   EXPECT_EQ(human_count(1'234'567), "1 234 567");
   EXPECT_EQ(human_bytes(1536), "1.5 KiB");
+  EXPECT_EQ(human_count_of(1, "tile"), "1 tile");
+  EXPECT_EQ(human_count_of(1234, "tile"), "1 234 tiles");
+  EXPECT_EQ(human_speed(0.0456), "0.046");
+  EXPECT_EQ(human_speed(3.16), "3.2");
+  EXPECT_EQ(human_speed(1234.5), "1 234");
 }
 
 }  // namespace
