@@ -6,6 +6,7 @@
 #include <exception>
 #include <iostream>
 #include <new>
+#include <stdexcept>
 #include <system_error>
 
 #include "common/base/exit_codes.hpp"
@@ -35,6 +36,9 @@ int run_program(const std::string& program, const std::function<int()>& body) {
   } catch (const ExitError& error) {
     complain(program, error.what());
     return error.code();
+  } catch (const std::invalid_argument& error) {  // An option that only the work could judge.
+    complain(program, error.what());
+    return kUsage;
   } catch (const std::bad_alloc&) {
     complain(
         program,

@@ -15,8 +15,9 @@ namespace multitetra {
 // is shown, not obeyed.
 void complain(const std::string& program, std::string_view text);
 
-// Gives the exit code of `body`. What it throws is told, and is the code of an ExitError or
-// kFailed; so is it when not all that was printed has arrived, as on a full disk.
+// Gives the exit code of `body`. What it throws is told, and is the code of an ExitError, kUsage of
+// a std::invalid_argument, else kFailed; so is it when not all that was printed has arrived, as on
+// a full disk.
 [[nodiscard]] int run_program(const std::string& program, const std::function<int()>& body);
 
 }  // namespace multitetra

@@ -13,12 +13,18 @@ CoordinateSystem read_coordinates(std::string_view field, v1::CoordinateSystem w
                                              CoordinateSystem::kWorld);
 }
 
+Vec3 read_finite_vec3(std::string_view field, const Numbers& wire, FieldChecks& checks) {
+  for (const double number : wire) checks.finite(field, number);
+  return read_vec3(field, wire, checks);
+}
+
 ProbedPlace read(const v1::ProbedPlace& wire, FieldChecks& checks) {
-  ProbedPlace place{.world = read_vec3("ProbedPlace.world", wire.world(), checks),
-                    .index = read_vec3("ProbedPlace.index", wire.index(), checks)};
+  ProbedPlace place{.world = read_finite_vec3("ProbedPlace.world", wire.world(), checks),
+                    .index = read_finite_vec3("ProbedPlace.index", wire.index(), checks)};
   if (wire.has_value()) {
+    checks.finite("ProbedPlace.value", wire.value());
     place.value = wire.value();
-    place.gradient = read_vec3("ProbedPlace.gradient", wire.gradient(), checks);
+    place.gradient = read_finite_vec3("ProbedPlace.gradient", wire.gradient(), checks);
   }
   return place;
 }

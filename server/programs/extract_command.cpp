@@ -165,7 +165,7 @@ IsosurfaceRequest affordable(const std::shared_ptr<const SurfaceExtractor>& extr
   if (!has_budget(asked)) return asked;
   const auto made = make_next_step(ExtractedSteps(extractor),
                                    {.request = asked, .steps = StepPolicy::kFinalOnly}, {});
-  if (!made) throw std::invalid_argument(made.error().text);
+  if (!made) throw std::runtime_error(made.error().text);
   return made->step.request;
 }
 

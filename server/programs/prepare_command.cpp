@@ -85,10 +85,11 @@ int prepare_many(const PrepareArguments& arguments) {
   if (!arguments.name.empty()) {
     throw ExitError(kUsage, "--name is for one volume; several are named after their files.");
   }
-  const OutputFolder folder(arguments.output);
   std::vector<PrepareJob> jobs = jobs_for(arguments.inputs, arguments.output);
-  if (jobs.empty())
+  if (jobs.empty()) {
     throw ExitError(kUsage, "There is no volume in " + arguments.inputs.front() + ".");
+  }
+  const OutputFolder folder(arguments.output);
   for (PrepareJob& job : jobs) job.choice = arguments.volume.parsed().choice;
   LatestLabelMap maps(arguments.output);
   return prepare_all(arguments, jobs, maps);

@@ -135,7 +135,7 @@ int revoke_token(const TokenArguments& arguments) {
   TokenFile file(arguments.file);
   const WithoutName without = without_name(file.text(), name);
   if (without.removed == 0) {
-    throw std::invalid_argument("Nobody named \"" + name + "\" is in " + arguments.file + ".");
+    throw std::runtime_error("Nobody named \"" + name + "\" is in " + arguments.file + ".");
   }
   file.replace(without.text);
   if (arguments.json) {

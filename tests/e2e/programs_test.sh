@@ -65,6 +65,10 @@ cp torus.nrrd many/a.nrrd
 ends 0 'a.nrrd: "a"' "$server" prepare many/a.nrrd many/inside/b.nrrd -o datasets
 ends 0 'b.nrrd: "b"' "$server" prepare many/inside/b.nrrd many/a.nrrd -o datasets --margin 1
 ends 2 "give a folder" "$server" prepare many -o one.mtd
+mkdir -p empty
+ends 2 "There is no volume in empty" "$server" prepare empty -o empty.mtd
+ends 2 "There is no volume in empty" "$server" prepare empty -o new_folder
+[ ! -e new_folder ] || fail "a folder was left in which there is nothing"
 ends 2 "--component" "$server" prepare many/a.nrrd -o a.mtd --component last
 ends 0 "OME-Zarr" "$server" formats
 
@@ -73,7 +77,7 @@ ends 0 "OME-Zarr" "$server" formats
   head -c 5000 /dev/zero | tr '\0' x
   printf ' 1\nLOOKUP_TABLE default\n'; head -c 48 /dev/zero; } >crash.vtk
 ends 2 "crash.vtk" "$server" prepare crash.vtk -o crash.mtd
-ends 1 "crash.vtk" "$server" extract gyroid.mtd --error 1 --threshold-grid crash.vtk -o x.ply
+ends 2 "crash.vtk" "$server" extract gyroid.mtd --error 1 --threshold-grid crash.vtk -o x.ply
 
 # --- grids beyond 4096 steps hold, with lattices as fine as their coordinates allow
 head -c 20000 /dev/zero | tr '\0' 'x' >long.raw
@@ -236,15 +240,15 @@ ends 2 "--model: mesh.ply is written by --output" "$server" extract torus.mtd -o
 [ "$sum" = "$(sha256sum <volume.nrrd)" ] && [ ! -e other.nrrd ] || fail "prepare wrote where it must not"
 "$server" prepare volume.nrrd -o taken.mtd --force --quiet && "$server" prepare volume.nrrd -o taken.mtd --quiet ||
   fail "--force does not replace, or a dataset is not replaced without it"
-ends 1 "--outside" "$server" prepare torus.nrrd -o x.mtd --outside nothing
+ends 2 "--outside" "$server" prepare torus.nrrd -o x.mtd --outside nothing
 ends 1 "torus.nrrd" "$server" extract torus.nrrd -o x.ply
-ends 1 "suffix" "$server" extract torus.mtd -o x.xyz
-ends 1 "error threshold" "$server" extract torus.mtd -o x.ply --error nan
+ends 2 "suffix" "$server" extract torus.mtd -o x.xyz
+ends 2 "error threshold" "$server" extract torus.mtd -o x.ply --error nan
 ends 5 "no dataset" "$server" serve missing.mtd --tcp 127.0.0.1:0 --http off
 "$server" plot torus.mtd -o torus.svg --isovalues 8 --errors 0.5,2 --json >plot.json
 [ "$(grep -c '<polyline' torus.svg)" = 2 ] || fail "the plot has not a curve for each error"
 [ "$(value plot.json plot_file)" = torus.svg ] || fail "the report of plot"
-ends 1 "*.svg" "$server" plot torus.mtd -o torus.png
+ends 2 "*.svg" "$server" plot torus.mtd -o torus.png
 "$server" verify torus.mtd --json | grep -q '"is_whole": true' || fail "the report of verify"
 ends 2 "Did you mean --isovalue" "$client" fetch --isovale 3
 ends 2 "Did you mean snapshot" "$client" snapshoot
@@ -253,7 +257,7 @@ for program in "$server" "$client"; do
   "$program" --man | grep '^\.SH COMMANDS' >/dev/null || fail "$program has no manual page"
 done
 ends 2 "cube" "$server" generate cube -o x.nrrd
-ends 1 "2 to 4097" "$server" generate sphere --size 1 -o x.nrrd
+ends 2 "2 to 4097" "$server" generate sphere --size 1 -o x.nrrd
 head -c 2000 torus.mtd >cut.mtd
 ends 1 "cut.mtd" "$server" info cut.mtd
 cp torus.mtd damaged.mtd

@@ -1,17 +1,23 @@
 #!/usr/bin/env bash
-# Builds all libFuzzer harnesses and runs each for SECONDS (60 by default), or all of them together for
-# MINUTES; as many at once as there are processors. No further one begins after a finding. What was learnt
+# Builds all libFuzzer harnesses and runs each, or those that are named, for SECONDS (60 by default), or all
+# of them together for MINUTES; as many at once as there are processors. No further one begins after a finding. What was learnt
 # stays in build/fuzz/corpus for the next run: no more inputs than are needed for what they reach. A finding
 # is kept in build/fuzz/findings: mend it, and keep it as a golden file with a named test.
-#   bash tests/fuzz/run.sh [SECONDS | --all-for MINUTES]
+#   bash tests/fuzz/run.sh [SECONDS | --all-for MINUTES] [HARNESS...]
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 harnesses=(fuzz_dataset_file fuzz_frame fuzz_client_message fuzz_server_message fuzz_tile
   fuzz_tile_round_trip fuzz_http_request fuzz_volume_metadata fuzz_manifest fuzz_label_names)
 export seconds=${1:-60}
+minutes=
 if [ "$seconds" = --all-for ]; then
+  minutes=${2:?--all-for needs minutes}
+  shift
+fi
+if [ $# -gt 1 ]; then harnesses=("${@:2}"); fi
+if [ -n "$minutes" ]; then
   rounds=$(((${#harnesses[@]} + $(nproc) - 1) / $(nproc)))
-  seconds=$(awk "BEGIN { printf \"%d\", 60 * ${2:?--all-for needs minutes} / $rounds + 1 }")
+  seconds=$(awk "BEGIN { printf \"%d\", 60 * $minutes / $rounds + 1 }")
 fi
 export build=${MULTITETRA_FUZZ_BUILD:-build/fuzz}
 

@@ -29,6 +29,7 @@ TEST(Program, EndsWithTheCodeOfWhatWasThrown) {
   EXPECT_EQ(no_secrets.code, kNoSecrets);
   EXPECT_EQ(no_secrets.said, "multitetra-this: No key.\n");
   EXPECT_EQ(ended([]() -> int { throw std::runtime_error("Oh."); }).code, kFailed);
+  EXPECT_EQ(ended([]() -> int { throw std::invalid_argument("--size"); }).code, kUsage);
 }
 
 TEST(Program, SaysThatMemoryIsMissingInWords) {

@@ -609,6 +609,21 @@ TEST(SliceReply, OfOtherBytesThanItsPixelsIsRefused) {
       good, [](SliceReply& r) { r.sample_spacing = 0; }, "sample_spacing");
 }
 
+TEST(ProbeReply, WithANumberThatIsNotFiniteIsRefused) {
+  const ProbedPlace place{.world = {1, 2, 3}, .index = {4, 5, 6}, .value = 7, .gradient = Vec3{}};
+  const auto refuse = [&](auto spoil, const char* text) {
+    expect_refused<ProbeReply>(
+        {.request_id = 9, .places = {place, place}}, [&](ProbeReply& r) { spoil(r.places[1]); },
+        text);
+  };
+  for (const double wrong : {kNaN, -kInfinity}) {
+    refuse([=](ProbedPlace& p) { p.world[0] = wrong; }, "ProbedPlace.world");
+    refuse([=](ProbedPlace& p) { p.index[2] = wrong; }, "ProbedPlace.index");
+    refuse([=](ProbedPlace& p) { p.value = wrong; }, "ProbedPlace.value");
+    refuse([=](ProbedPlace& p) { (*p.gradient)[1] = wrong; }, "ProbedPlace.gradient");
+  }
+}
+
 TEST(EstimateReply, OutOfRangeIsRefused) {
   for (const double wrong : {-1.0, kNaN, kInfinity}) {
     expect_refused<EstimateReply>(
