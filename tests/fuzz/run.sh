@@ -7,7 +7,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 harnesses=(fuzz_dataset_file fuzz_frame fuzz_client_message fuzz_server_message fuzz_tile
-  fuzz_tile_round_trip fuzz_http_request fuzz_volume_metadata fuzz_manifest fuzz_label_names)
+  fuzz_tile_round_trip fuzz_http_request fuzz_volume_metadata fuzz_volume_file fuzz_manifest fuzz_label_names)
 export seconds=${1:-60}
 minutes=
 if [ "$seconds" = --all-for ]; then
@@ -20,6 +20,7 @@ if [ -n "$minutes" ]; then
   seconds=$(awk "BEGIN { printf \"%d\", 60 * $minutes / $rounds + 1 }")
 fi
 export build=${MULTITETRA_FUZZ_BUILD:-build/fuzz}
+if [ -w /dev/shm ]; then export TMPDIR=/dev/shm; fi  # Harnesses that read files write many.
 
 cmake --preset fuzz -B "$build" >/dev/null
 cmake --build "$build"

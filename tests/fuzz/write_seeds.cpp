@@ -9,10 +9,12 @@
 #include <string>
 #include <vector>
 
+#include "common/base/number_text.hpp"
 #include "common/net/frame.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "common/wire/messages.hpp"
 #include "tests/fuzz/dataset_file_input.hpp"
+#include "tests/server/dataset/written_volumes.hpp"
 #include "tests/support/sample_messages.hpp"
 #include "tests/support/surfaces.hpp"
 
@@ -88,12 +90,60 @@ void write_volume_metadata(const std::filesystem::path& folder) {
           '\0' + std::string("\0\0\0\2\0\0\0\2\0\0\0\4", 12) + numbers);
 }
 
+// As fuzz_volume_file.cpp reads them: 4 x 3 x 2 samples in each format.
+void write_volume_files(const std::filesystem::path& folder) {
+  const std::vector<double> numbers = values();
+  const std::string shorts = packed<std::int16_t>(numbers);
+  int number = 0;
+  const auto add = [&](int format, const std::string& bytes) {
+    write(folder, ++number, std::string(1, static_cast<char>(format)) + bytes);
+  };
+  for (const int format : {0, 1}) {
+    add(format, nifti({4, 16}, shorts, Endian::kLittle));
+    add(format, nifti({16, 32}, packed<float>(numbers, Endian::kBig), Endian::kBig, {2, -1}));
+    add(format, nifti({2, 8}, packed<std::uint8_t>(numbers) + packed<std::uint8_t>(numbers),
+                      Endian::kLittle, {1, 0}, {2, 1}));
+  }
+  std::string map(1024, '\0');
+  const auto put = [&map](std::size_t word, const std::string& bytes) {
+    map.replace(4 * word, bytes.size(), bytes);
+  };
+  put(0, packed<std::int32_t>({4, 3, 2, 1, 0, 0, 0, 4, 3, 2}));  // Counts, mode, start, intervals.
+  put(10, packed<float>({8, 6, 4, 90, 90, 90}));                 // The cell.
+  put(16, packed<std::int32_t>({1, 2, 3}));                      // Columns, rows, sections.
+  put(52, "MAP ");
+  put(53, std::string("\x44\x44\0\0", 4));
+  for (const int format : {2, 3}) add(format, map + shorts);
+  std::string cube =
+      "by hand\nfor a fuzzer\n 1 0.0 0.0 0.0\n 2 0.5 0.0 0.0\n 3 0.0 0.5 0.0\n"
+      " 4 0.0 0.0 0.5\n 6 6.0 0.1 0.2 0.3\n";
+  for (const double value : numbers) cube += " " + std::to_string(value);
+  add(4, cube + "\n");
+  const auto vti = [](const std::string& format, const std::string& content) {
+    return R"(<VTKFile type="ImageData" byte_order="LittleEndian" header_type="UInt32">)"
+           R"(<ImageData WholeExtent="0 3 0 2 0 1" Spacing="1 1 2"><Piece Extent="0 3 0 2 0 1">)"
+           R"(<PointData Scalars="a"><DataArray type="Int16" Name="a" format=")" +
+           format + "/></PointData></Piece></ImageData>" + content + "</VTKFile>";
+  };
+  std::string text;
+  for (const double value : numbers) text += shortest_text(value) + " ";
+  const std::string inside = vti("ascii\"", "");
+  add(5, inside.substr(0, inside.find("/></PointData>")) + ">" + text + "</DataArray>" +
+             inside.substr(inside.find("</PointData>")));
+  add(5,
+      vti("appended\" offset=\"0\"", "<AppendedData encoding=\"raw\">_" +
+                                         packed<std::uint32_t>({48}) + shorts + "</AppendedData>"));
+  add(6, "ObjectFileName: v.raw\nResolution: 4 4 2\nSliceThickness: 1 1 2\nFormat: USHORT\n");
+  add(7, packed<std::uint16_t>({4, 3, 2}) + shorts);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
   const std::filesystem::path root = argv[1];
   write_volume_metadata(root / "fuzz_volume_metadata");
+  write_volume_files(root / "fuzz_volume_file");
   std::mt19937_64 random(1);
   int number = 0;
   for (int i = 0; i < 4; ++i) {
