@@ -206,11 +206,14 @@ ImageFile::ImageFile(const fs::path& file, VolumeFormat format, const VolumeChoi
     fail_reading(file, "its chain of pages leads out of the file or in a circle",
                  "Get a whole copy of it");
   }
+  std::string nrrd;
   if (format == VolumeFormat::kNrrd) {
     check_nrrd_header(file, choice.follow);
-    std::string header = read_nrrd_header(file);
-    members_.labels = segments_in(header);
-    const bool is_component = !choice.time && choice.component != ComponentChoice();
+    std::string header = nrrd = read_nrrd_header(file);
+    members_.labels = segments_in(nrrd);
+    // Of a segmentation they are layers, which overlap, not times.
+    const bool is_component =
+        have_layers(members_.labels) || (!choice.time && choice.component != ComponentChoice());
     if (const auto series = nrrd_series(header, is_component)) {
       members_.times = series->times;
       const auto time = chosen_time(choice);
@@ -231,6 +234,7 @@ ImageFile::ImageFile(const fs::path& file, VolumeFormat format, const VolumeChoi
   const bool is_meta_series =
       format == VolumeFormat::kMetaImage && reader_->io->GetNumberOfDimensions() == 4;
   header_ = header_of(file, *reader_->io, is_meta_series);
+  if (have_layers(members_.labels)) members_.labels = segments_in(nrrd, header_.components);
   if (!is_meta_series) return;
   volume_.count = static_cast<std::int64_t>(reader_->io->GetDimensions(3));
   members_.times = even_times(volume_.count, reader_->io->GetOrigin(3), reader_->io->GetSpacing(3),

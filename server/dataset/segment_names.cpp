@@ -7,11 +7,11 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
 #include "common/base/text.hpp"
-#include "server/dataset/formats/source_members.hpp"
 #include "server/dataset/numbered_files.hpp"
 
 namespace multitetra {
@@ -55,12 +55,12 @@ void add_line(std::string_view line, std::map<std::int64_t, Segment>& segments) 
   if (what == "Name") segment.name = member_name_from(value);
   if (what == "LabelValue") segment.value = integer(value);
   if (what == "Color") segment.color = color_of_shares(value);
-  if (what == "Layer") segment.layer = integer(value).value_or(0);
+  if (what == "Layer") segment.layer = integer(value).value_or(-1);
 }
 
 }  // namespace
 
-std::vector<Label> segments_in(std::string_view header) {
+std::vector<SourceLabel> segments_in(std::string_view header, std::int64_t most_layers) {
   std::map<std::int64_t, Segment> segments;
   while (!header.empty()) {
     const std::size_t end = std::min(header.find('\n'), header.size());
@@ -69,14 +69,20 @@ std::vector<Label> segments_in(std::string_view header) {
     add_line(line, segments);
     header.remove_prefix(std::min(end + 1, header.size()));
   }
-  std::vector<Label> labels;
+  std::vector<SourceLabel> labels;
+  std::set<std::pair<std::int64_t, std::int64_t>> taken;  // Layers and their values.
   for (auto& [number, segment] : segments) {
-    if (!segment.value || segment.layer != 0) continue;
-    Label label{.value = static_cast<double>(*segment.value),
-                .name = std::move(segment.name),
-                .color = segment.color};
-    if (check_member({.family = "segments", .label = label})) labels.push_back(std::move(label));
+    if (!segment.value || segment.layer < 0 || segment.layer >= most_layers) continue;
+    if (!taken.emplace(segment.layer, *segment.value).second) continue;
+    const auto stored = static_cast<double>(*segment.value);
+    Label label{.value = stored, .name = std::move(segment.name), .color = segment.color};
+    if (!check_member({.family = "segments", .label = label})) continue;
+    labels.push_back(
+        {.label = std::move(label), .stored = stored, .layer = static_cast<int>(segment.layer)});
   }
+  if (!have_layers(labels)) return labels;
+  double number = 0;
+  for (SourceLabel& label : labels) label.label.value = ++number;
   return labels;
 }
 

@@ -2,15 +2,19 @@
 // .seg.nrrd files, as keys Segment0_Name, Segment0_Color, Segment0_LabelValue, ...
 #pragma once
 
+#include <cstdint>
 #include <string_view>
 #include <vector>
 
-#include "common/request/family_member.hpp"
+#include "server/dataset/formats/stored_volume.hpp"
 
 namespace multitetra {
 
-// In the order of their numbers, of a NRRD header's text. Segments of other layers than the first,
-// and without a value, are left out; so are names and colours that are none.
-[[nodiscard]] std::vector<Label> segments_in(std::string_view header);
+// In the order of their numbers, of a NRRD header's text. Labels have the segments' values; where
+// segments lie in several layers, in each of which values begin anew, they are numbered from 1 on.
+// Segments without a value are left out, those whose value another one has, and those of more than
+// so many layers; so are names and colours that are none.
+[[nodiscard]] std::vector<SourceLabel> segments_in(std::string_view header,
+                                                   std::int64_t most_layers = kMaxComponents);
 
 }  // namespace multitetra

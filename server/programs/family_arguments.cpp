@@ -42,9 +42,11 @@ void require_unique(const std::vector<std::string>& values, const char* option) 
 
 void FamilyArguments::add_to(Command& command) {
   command
-      .add_option("--label", labels,
-                  "A dataset for each of these labels of a label map, a smooth field whose "
-                  "isosurface 0.5 is the label's boundary; all: every label but 0")
+      .add_option(
+          "--label", labels,
+          "A dataset for each of these labels of a label map, a smooth field whose "
+          "isosurface 0.5 is the label's boundary; all: every label but 0. Where segments "
+          "overlap, as in .seg.nrrd with several layers, labels are their numbers from 1 on")
       ->delimiter(',')
       ->repeatable()
       ->type_name("LABEL,...");

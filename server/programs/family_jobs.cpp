@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <map>
 #include <set>
 #include <utility>
 
 #include "common/base/exit_codes.hpp"
-#include "server/dataset/families/label_names.hpp"
 #include "server/dataset/image_stack.hpp"
 #include "server/dataset/volume_files.hpp"
+#include "server/programs/label_jobs.hpp"
 
 namespace multitetra {
 namespace {
@@ -201,59 +200,6 @@ std::vector<std::string> field_parts(const std::vector<FieldChoice>& fields) {
   return parts;
 }
 
-// ---- labels
-
-class LabelChoices {
- public:
-  LabelChoices(const PrepareArguments& arguments, LatestLabelMap& maps, const Family& family)
-      : arguments_(arguments), maps_(maps) {
-    for (const Label& label : family.members.labels) names_[label.value] = label;
-    if (arguments.family.label_names.empty()) return;
-    for (const Label& label : read_label_names(arguments.family.label_names)) {
-      names_[label.value] = label;
-    }
-  }
-
-  // Those that are wanted of a volume; nullopt alone: no labels are.
-  [[nodiscard]] std::vector<std::optional<Label>> of(const PrepareJob& volume) const {
-    const FamilyArguments& asked = arguments_.family;
-    if (asked.labels.empty()) return {std::nullopt};
-    std::vector<std::optional<Label>> labels;
-    for (const double value : asked.wants_all_labels() ? all_in(volume) : asked.label_values()) {
-      const auto named = names_.find(value);
-      labels.push_back(
-          named != names_.end()
-              ? named->second
-              : Label{.value = value, .name = "label " + label_text({.value = value})});
-    }
-    return labels;
-  }
-
- private:
-  [[nodiscard]] std::vector<double> all_in(const PrepareJob& volume) const {
-    VolumeFileOptions options = arguments_.volume.parsed();
-    options.choice = volume.choice;
-    const LabelMap map = maps_.of(volume.input, options);
-    const std::size_t count = map.labels().size();
-    if (count > kMostLabelsAtOnce) {
-      throw ExitError(kUsage, "'" + volume.input + "' has " + std::to_string(count) +
-                                  " labels, and --label all makes a dataset of each, of at most " +
-                                  std::to_string(kMostLabelsAtOnce) +
-                                  ". Name those that you want, such as --label 3,7.");
-    }
-    if (count == 0) {
-      throw ExitError(kUsage, "'" + volume.input + "' has no label: all of its samples are 0.");
-    }
-    std::vector<double> values;
-    for (const FoundLabel& label : map.labels()) values.push_back(label.value);
-    return values;
-  }
-
-  const PrepareArguments& arguments_;
-  LatestLabelMap& maps_;
-  std::map<double, Label> names_;
-};
-
 // ---- all of them
 
 std::string time_part(std::size_t frame) {
@@ -266,7 +212,8 @@ void add_jobs(const Family& family, const PrepareArguments& arguments, LatestLab
               const Notice& notice, std::vector<PrepareJob>& jobs) {
   const std::vector<FieldChoice> fields = field_choices(family, arguments, notice);
   const std::vector<std::string> parts = field_parts(fields);
-  const LabelChoices labels(arguments, maps, family);
+  const LabelJobs labels(arguments, maps, family.moments.front().input, family.members.labels);
+  if (!labels.notice().empty()) notice(labels.notice());
   for (std::size_t frame = 0; frame < family.moments.size(); ++frame) {
     const Moment& moment = family.moments[frame];
     for (std::size_t f = 0; f < fields.size(); ++f) {
@@ -297,13 +244,7 @@ void add_jobs(const Family& family, const PrepareArguments& arguments, LatestLab
         volume.choice.component = component_from(*field.component);
         volume.told.push_back("--component " + *field.component);
       }
-      for (const std::optional<Label>& label : labels.of(volume)) {
-        PrepareJob job = volume;
-        if (label) {
-          job.member->label = label;
-          job.name += ".label" + label_text(*label);
-          job.told.push_back("--label " + label_text(*label));
-        }
+      for (PrepareJob& job : labels.of(volume)) {
         job.output = std::filesystem::path(arguments.output) / (job.name + ".mtd");
         jobs.push_back(std::move(job));
       }

@@ -9,7 +9,6 @@
 
 namespace multitetra {
 
-inline constexpr std::size_t kMostLabelsAtOnce = 1024;  // Of --label all.
 inline constexpr std::size_t kMostFamilyJobs = 16'384;
 
 // Requires arguments.family.are_given(). Looks into the volumes, and with --label all reads them.

@@ -18,6 +18,7 @@ struct PrepareJob {
   std::string name;          // Of the dataset.
   VolumeChoice choice = {};  // Of what the input holds.
   std::optional<FamilyMember> member = std::nullopt;
+  double stored_label = 0;             // What samples of the member's label have in the label map.
   std::vector<std::string> told = {};  // What was chosen for a member: "--time 3".
 };
 

@@ -48,6 +48,11 @@ class MissingLabel : public VolumeFileError {
 };
 
 [[noreturn]] void fail_without_label(const PrepareJob& job, const LabelMap& map) {
+  const Label& missing = *job.member->label;
+  if (job.stored_label != missing.value) {
+    throw MissingLabel("Cannot read '" + job.input + "': segment " + label_text(missing) + " (" +
+                       missing.name + ") is empty.");
+  }
   std::string there;
   for (const FoundLabel& label : map.labels()) {
     if (there.size() > 60) {
@@ -56,16 +61,15 @@ class MissingLabel : public VolumeFileError {
     }
     there += (there.empty() ? "" : ", ") + label_text({.value = label.value});
   }
-  throw MissingLabel("Cannot read '" + job.input + "': label " + label_text(*job.member->label) +
-                     " does not occur in it. " +
-                     (there.empty() ? "All of its samples are 0" : "Its labels are " + there) +
-                     ".");
+  throw MissingLabel(
+      "Cannot read '" + job.input + "': label " + label_text(missing) + " does not occur in it. " +
+      (there.empty() ? "All of its samples are 0" : "Its labels are " + there) + ".");
 }
 
 std::unique_ptr<VolumeSource> open_job(const PrepareJob& job, const VolumeFileOptions& options,
                                        LatestLabelMap& maps) {
   if (!job.member || !job.member->label) return open_volume(job.input, options);
-  const double value = job.member->label->value;
+  const double value = job.stored_label;
   const LabelMap map = maps.of(job.input, options);
   const bool is_there =
       value == 0 || std::any_of(map.labels().begin(), map.labels().end(),

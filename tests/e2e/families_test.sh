@@ -40,6 +40,39 @@ says organs/organs.label7.mtd 'suggested isovalues 0.5'
 printf 'NRRD0004\ntype: int\n' >broken.nrrd
 ends 2 "broken.nrrd" "$server" prepare broken.nrrd --label all -o new_folder
 [ ! -e new_folder ] || fail "a folder was left in which there is nothing"
+
+# --- segments that overlap lie in layers, in each of which values begin anew
+python3 - <<'EOPY'
+import math, pathlib
+side = 24
+places = [(x, y, z) for z in range(side) for y in range(side) for x in range(side)]
+near = lambda place, middle, radius: math.dist(place, middle) < radius
+liver = [1 if near(p, (9, 12, 12), 6) else 2 if near(p, (19, 12, 12), 3) else 0 for p in places]
+tumour = [1 if near(p, (13, 12, 12), 5) else 0 for p in places]
+head = "NRRD0004\ntype: uint8\nspace: left-posterior-superior\nencoding: raw\nspace origin: (0,0,0)\n"
+layers = ("dimension: 4\nsizes: 2 24 24 24\nkinds: list domain domain domain\n"
+          "space directions: none (1,0,0) (0,1,0) (0,0,1)\n")
+keys = "".join(f"Segment{i}_Name:={name}\nSegment{i}_LabelValue:={value}\nSegment{i}_Layer:={layer}\n"
+               for i, (name, value, layer) in enumerate([("liver", 1, 0), ("tumour", 1, 1), ("spleen", 2, 0), ("none", 2, 1)]))
+pathlib.Path("overlap").mkdir()
+open("overlap/layers.seg.nrrd", "wb").write((head + layers + keys + "\n").encode() + bytes(b for both in zip(liver, tumour) for b in both))
+alone = "dimension: 3\nsizes: 24 24 24\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"
+open("overlap/tumour.nrrd", "wb").write((head + alone + "\n").encode() + bytes(tumour))
+EOPY
+ends 0 "its labels are their numbers, 1 to 4" "$server" prepare overlap/layers.seg.nrrd --label all --name layers -o layers
+[ "$(ls layers | tr '\n' ' ')" = "layers.label1.mtd layers.label2.mtd layers.label3.mtd " ] || fail "other datasets: $(ls layers)"
+says layers/layers.label1.mtd '"layers", label 1 (liver)'
+says layers/layers.label2.mtd '"layers", label 2 (tumour)'
+says layers/layers.label3.mtd '"layers", label 3 (spleen)'
+ends 0 "layers.label2: up to date" "$server" prepare overlap/layers.seg.nrrd --label 2,1 --name layers -o layers
+ends 0 "1 members, 0 failed" "$server" prepare overlap/tumour.nrrd --label 1 --name alone -o layers
+"$server" extract layers/layers.label2.mtd --error 0 -o of_layer.ply --json --quiet >of_layer.json
+"$server" extract layers/alone.label1.mtd --error 0 -o alone.ply --json --quiet >alone.json
+[ "$(digest of_layer.json)" = "$(digest alone.json)" ] || fail "a segment of the second layer has another surface than alone"
+ends 2 "has no segment 5; it has 1 to 4" "$server" prepare overlap/layers.seg.nrrd --label 5 -o some
+ends 1 "segment 4 (none) is empty" "$server" prepare overlap/layers.seg.nrrd --label 4 -o some
+ends 0 "1 members, 0 failed" "$server" prepare overlap/layers.seg.nrrd --label 1 --component 1 --name chosen -o layers
+says layers/chosen.label1.mtd '"chosen", label 1 (tumour)'
 printf '3 hepar 1 2 3 255\n' >names.ctbl
 ends 0 "organs.label7: up to date" "$server" prepare in/organs.seg.nrrd --label all --label-names names.ctbl --name organs -o organs
 says organs/organs.label3.mtd '"organs", label 3 (hepar, #010203)'

@@ -1,14 +1,24 @@
-// Tables of labels' names and colours, as segmentation programs write them.
+// Tables of labels' names and colours, as segmentation programs write them: in files of their own,
+// and in headers of NRRD.
 #include <cstdint>
 #include <set>
 #include <string_view>
 
 #include "server/dataset/families/label_names.hpp"
+#include "server/dataset/formats/stored_volume.hpp"
+#include "server/dataset/segment_names.hpp"
 #include "tests/fuzz/require.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace multitetra;
-  const auto labels = parse_label_names({reinterpret_cast<const char*>(data), size});
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  std::set<double> numbers;
+  for (const SourceLabel& segment : segments_in(text)) {
+    require(numbers.insert(segment.label.value).second);
+    require(segment.layer >= 0 && segment.layer < kMaxComponents);
+    require(check_member({.family = "segments", .label = segment.label}).has_value());
+  }
+  const auto labels = parse_label_names(text);
   if (!labels) {
     require(labels.error().text.starts_with("line "));
     return 0;

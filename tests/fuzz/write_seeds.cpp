@@ -195,6 +195,9 @@ int main(int argc, char** argv) {
   write(root / "fuzz_label_names", ++number,
         "# labels\n0 0 0 0 0 0 0 \"Clear Label\"\n3 221 130 101 1 1 1 \"liver\"\r\n\n");
   write(root / "fuzz_label_names", ++number, "3 liver 221 130 101 255\n-4 \"left lung\" 1 2 3\n");
+  write(root / "fuzz_label_names", ++number,
+        "Segment0_Name:=liver\nSegment0_Color:=0.5 0 1\nSegment0_LabelValue:=1\nSegment0_Layer:=0\n"
+        "Segment12_LabelValue:=1\r\nSegment12_Layer:=1\n");
   std::string triangles(1 + 3 * 60, '\0');
   for (char& byte : triangles) byte = static_cast<char>(random());
   write(root / "fuzz_tile_round_trip", ++number, triangles);

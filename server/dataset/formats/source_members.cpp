@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -56,6 +57,11 @@ std::string member_name_from(std::string_view text) {
                                                                    : std::string();
 }
 
+bool have_layers(const std::vector<SourceLabel>& labels) {
+  return std::any_of(labels.begin(), labels.end(),
+                     [](const SourceLabel& label) { return label.layer != 0; });
+}
+
 std::string members_text(const SourceMembers& members) {
   MembersJson fields = MembersJson::array();
   for (const SourceField& field : members.fields) {
@@ -64,9 +70,9 @@ std::string members_text(const SourceMembers& members) {
                       field.components});
   }
   MembersJson labels = MembersJson::array();
-  for (const Label& label : members.labels) {
-    labels.push_back(
-        {label.value, label.name, label.color ? MembersJson(*label.color) : MembersJson()});
+  for (const auto& [label, stored, layer] : members.labels) {
+    labels.push_back({label.value, label.name,
+                      label.color ? MembersJson(*label.color) : MembersJson(), stored, layer});
   }
   return MembersJson{{"times", members.times.count},
                      {"at", members.times.at},
@@ -90,8 +96,11 @@ SourceMembers members_from(std::string_view text) {
   }
   for (const MembersJson& label : json.at("labels")) {
     members.labels.push_back(
-        {.value = label.at(0).get<double>(), .name = label.at(1).get<std::string>()});
-    if (!label.at(2).is_null()) members.labels.back().color = label.at(2).get<std::uint32_t>();
+        {.label = {.value = label.at(0).get<double>(), .name = label.at(1).get<std::string>()},
+         .stored = label.at(3).get<double>(),
+         .layer = label.at(4).get<int>()});
+    if (label.at(2).is_null()) continue;
+    members.labels.back().label.color = label.at(2).get<std::uint32_t>();
   }
   return members;
 }

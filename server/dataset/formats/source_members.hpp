@@ -31,10 +31,20 @@ struct SourceField {
   friend bool operator==(const SourceField&, const SourceField&) = default;
 };
 
+// A label that the source names.
+struct SourceLabel {
+  Label label = {};   // No two have the same value.
+  double stored = 0;  // What its samples have,
+  int layer = 0;      // in this component of them.
+
+  friend bool operator==(const SourceLabel&, const SourceLabel&) = default;
+};
+
 struct SourceMembers {
   SourceTimes times = {};
   std::vector<SourceField> fields = {};  // As the source orders them; none: it has one only.
-  std::vector<Label> labels = {};        // That the source names; others may occur.
+  // Others may occur. Segments that overlap lie in several layers, each a component of the samples.
+  std::vector<SourceLabel> labels = {};
 
   friend bool operator==(const SourceMembers&, const SourceMembers&) = default;
 };
@@ -53,6 +63,8 @@ inline constexpr std::size_t kMostSourceMembers = 32'768;  // Of each kind.
 // `text` as far as it can be a name: nothing, where it is no UTF-8 without control characters of at
 // most kMaxMemberTextBytes.
 [[nodiscard]] std::string member_name_from(std::string_view text);
+
+[[nodiscard]] bool have_layers(const std::vector<SourceLabel>& labels);
 
 // For another process, and back. Requires what members_text returned.
 [[nodiscard]] std::string members_text(const SourceMembers& members);

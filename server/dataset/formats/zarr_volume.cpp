@@ -197,7 +197,7 @@ std::optional<double> label_value_of(const Json& entry) {
 }
 
 // Of an image of labels: names stand among its properties, under what key is up to their writer.
-std::vector<Label> labels_of(const Json& attributes) {
+std::vector<SourceLabel> labels_of(const Json& attributes) {
   const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
   const Json image = ome.is_object() ? ome.value("image-label", Json()) : Json();
   std::map<double, Label> labels;
@@ -230,9 +230,10 @@ std::vector<Label> labels_of(const Json& attributes) {
         label.name = member_name_from(text.get<std::string>());
     }
   });
-  std::vector<Label> list;
+  std::vector<SourceLabel> list;
   for (const auto& [value, label] : labels) {
-    if (check_member({.family = "labels", .label = label})) list.push_back(label);
+    if (!check_member({.family = "labels", .label = label})) continue;
+    list.push_back({.label = label, .stored = value});
   }
   return list;
 }

@@ -1,0 +1,50 @@
+// Which datasets the labels of a segmentation become, and what they are called.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "server/programs/prepare_run.hpp"
+
+namespace multitetra {
+
+inline constexpr std::size_t kMostLabelsAtOnce = 1024;  // Of --label all.
+
+// Labels are the numbers that samples have, unless the source's segments lie in several layers and
+// no component is chosen: then they are the segments' numbers.
+class LabelJobs {
+ public:
+  // `named` are the source's labels, of which `input` is the first volume; --label-names says more
+  // of them, or otherwise. Throws VolumeFileError when its file cannot be read. Keeps references to
+  // arguments and maps.
+  LabelJobs(const PrepareArguments& arguments, LatestLabelMap& maps, const std::string& input,
+            std::vector<SourceLabel> named);
+
+  // What a person should know of the labels' numbers; empty: nothing.
+  [[nodiscard]] const std::string& notice() const { return notice_; }
+
+  // A job for each label of a volume that is wanted; the volume's own where no labels are. Those of
+  // one map follow each other. Reads the volume for --label all. Throws ExitError (kUsage) when
+  // what is wanted is not there, VolumeFileError when the volume cannot be read.
+  [[nodiscard]] std::vector<PrepareJob> of(const PrepareJob& volume) const;
+
+ private:
+  [[nodiscard]] std::vector<PrepareJob> of_map(const PrepareJob& volume) const;
+  [[nodiscard]] std::vector<PrepareJob> of_layers(const PrepareJob& volume) const;
+  // The segments of --label, which are all or some of those that there are.
+  [[nodiscard]] std::vector<SourceLabel> wanted_segments(const std::string& input) const;
+  [[nodiscard]] Label label_of(double value, int layer) const;
+  [[nodiscard]] Label renamed(const Label& label) const;
+  [[nodiscard]] std::vector<double> found_in(const PrepareJob& volume) const;
+
+  const PrepareArguments& arguments_;
+  LatestLabelMap& maps_;
+  std::vector<SourceLabel> named_;
+  bool has_layers_ = false;
+  std::string notice_;
+  std::map<double, Label> renamed_;  // As --label-names says.
+};
+
+}  // namespace multitetra
