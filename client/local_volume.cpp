@@ -32,6 +32,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::chrono::minutes kMostReadingTime{20};
+constexpr const char* kFormats = ".nrrd, .nhdr, .mha, .mhd, .nii, .nii.gz, .vtk, .tif and .tiff";
 
 [[noreturn]] void fail_reading(const fs::path& file, const std::string& problem) {
   throw std::runtime_error("Cannot check against '" + file.string() + "': " + problem + ".");
@@ -151,13 +152,17 @@ std::vector<float> samples_in(const std::string& bytes, SampleType type, bool tu
 
 std::string raw_bytes(const fs::path& file, const DatasetInfo& info) {
   std::ifstream stream(file, std::ios::binary | std::ios::ate);
-  if (!stream) fail_reading(file, "it cannot be opened");
+  if (!stream || fs::is_directory(file)) {
+    fail_reading(file, "it is no file that can be read; give one of " + std::string(kFormats));
+  }
   const auto wanted = static_cast<std::streamoff>(
       samples_of(info) * static_cast<std::size_t>(bytes_per_sample(info.type)));
   if (stream.tellg() < wanted) {
-    fail_reading(file, "it has " + std::to_string(stream.tellg()) + " bytes; " +
-                           text_of(info.dims) + " samples of type " + std::string(name(info.type)) +
-                           " need " + std::to_string(wanted));
+    fail_reading(file, "its suffix is none of " + std::string(kFormats) +
+                           ", and it is too short for raw samples: it has " +
+                           std::to_string(stream.tellg()) + " bytes; " + text_of(info.dims) +
+                           " samples of type " + std::string(name(info.type)) + " need " +
+                           std::to_string(wanted));
   }
   stream.seekg(-wanted, std::ios::end);
   std::string bytes(static_cast<std::size_t>(wanted), '\0');
@@ -209,9 +214,7 @@ std::vector<float> read_local_volume(const fs::path& file, const DatasetInfo& in
     const auto [low, high] = range_of(samples);
     std::ostringstream text;
     if (!io) {
-      text
-          << "taken for raw samples, because its suffix is none of .nrrd, .nhdr, .mha, .mhd, .nii, "
-             ".nii.gz, .vtk, .tif and .tiff, ";
+      text << "taken for raw samples, because its suffix is none of " << kFormats << ", ";
     }
     text << "its values are from " << low << " to " << high << ", those of the dataset \""
          << info.name << "\" from " << info.min << " to " << info.max;

@@ -67,8 +67,11 @@ Json distances_json(const DistanceCheck& check, const std::string& against) {
   return json;
 }
 
-// The error that the step allows: of previews, and of what fits into a budget, more than was asked.
-std::string allowed_error(const StepBegin& begin, const DatasetInfo& info) {
+// The error that the step allows: of what fits into a budget, more than was asked. Previews have no
+// bound, but a spacing.
+std::string accuracy_of(const StepBegin& begin, const DatasetInfo& info) {
+  if (begin.finest_spacing > 1)
+    return "spacing " + std::to_string(begin.finest_spacing) + " samples";
   const IsosurfaceRequest& request = begin.request;
   if (!request.thresholds.is_uniform()) {
     return "errors up to " + human_error(begin.error_bound_world, request.unit, info);
@@ -129,11 +132,14 @@ std::string json_list(const Endpoint& server, const std::vector<DatasetInfo>& da
 std::string step_line(const FetchedStep& fetched, const DatasetInfo& info) {
   const StepBegin& begin = fetched.step->begin;
   const auto triangles = static_cast<std::uint64_t>(fetched.step->topology.triangles);
-  return "step " + std::to_string(begin.step) + (begin.is_final ? " (final)" : "") + ": " +
-         "isovalue " + shortest_text(begin.request.isovalue) + ", " + allowed_error(begin, info) +
-         ", " + human_count_of(begin.tiles.size(), "tile") + ", " +
-         human_count_of(triangles, "triangle") + ", " +
-         human_bytes(fetched.step->end.payload_bytes) + ", " + human_seconds(fetched.seconds);
+  const std::string kind = begin.is_final             ? " (final)"
+                           : begin.finest_spacing > 1 ? " (preview)"
+                                                      : " (unsimplified)";
+  return "step " + std::to_string(begin.step) + kind + ": " + "isovalue " +
+         shortest_text(begin.request.isovalue) + ", " + accuracy_of(begin, info) + ", " +
+         human_count_of(begin.tiles.size(), "tile") + ", " + human_count_of(triangles, "triangle") +
+         ", " + human_bytes(fetched.step->end.payload_bytes) + ", " +
+         human_seconds(fetched.seconds);
 }
 
 std::string checks_table(const std::vector<FetchedStep>& steps) {

@@ -49,8 +49,8 @@ struct FetchReport {
 [[nodiscard]] std::string json_list(const Endpoint& server,
                                     const std::vector<DatasetInfo>& datasets);
 
-// One line without newline: "step 2 (final): isovalue 500.5, error 1 voxel, 34 tiles, 12 345
-// triangles, 18.2 KiB, 240 ms".
+// One line without newline: "step 0 (preview): isovalue 500.5, spacing 4 samples, ...", "step 2
+// (final): isovalue 500.5, error 1 voxel, 34 tiles, 12 345 triangles, 18.2 KiB, 240 ms".
 [[nodiscard]] std::string step_line(const FetchedStep& step, const DatasetInfo& info);
 // The full check for people: the distances both ways, and what they are compared with.
 [[nodiscard]] std::string distances_table(const DistanceCheck& check);

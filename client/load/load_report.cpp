@@ -79,6 +79,7 @@ std::string json_report(const LoadOptions& options, const LoadStatistics& s) {
   json["tiles"] = s.tiles;
   json["tiles_sent_twice"] = s.tiles_sent_twice;
   json["payload_bytes"] = s.payload_bytes;
+  json["seconds_until_last_tile"] = s.seconds;
   json["wire_bytes"] = s.wire_bytes;
   json["connections"] = {{"welcomed", s.connections},
                          {"lost", s.lost_connections},
@@ -97,8 +98,7 @@ std::string json_report(const LoadOptions& options, const LoadStatistics& s) {
   return text_of(json);
 }
 
-std::string table(const LoadOptions& options, const LoadStatistics& s) {
-  const double duration = seconds(options.duration);
+std::string table(const LoadStatistics& s) {
   std::string text = times_table(s);
   text += line("streams", human_count(s.streams) + ": " + human_count(s.complete) + " complete, " +
                               human_count(s.replaced) + " replaced by the user, " +
@@ -107,12 +107,11 @@ std::string table(const LoadOptions& options, const LoadStatistics& s) {
   if (s.told_to_come_again > 0) {
     text += line("told to come again", human_count(s.told_to_come_again) + " times, and did");
   }
-  text += line(
-      "got",
-      human_count(s.steps) + " steps, " + human_count(s.tiles) + " tiles, " +
-          human_bytes(s.payload_bytes) + " (" +
-          human_bytes(static_cast<std::uint64_t>(static_cast<double>(s.payload_bytes) / duration)) +
-          " a second)");
+  const double bytes_per_second =
+      s.seconds > 0 ? static_cast<double>(s.payload_bytes) / s.seconds : 0;
+  text += line("got", human_count(s.steps) + " steps, " + human_count(s.tiles) + " tiles, " +
+                          human_bytes(s.payload_bytes) + " in " + human_seconds(s.seconds) + " (" +
+                          human_bytes(static_cast<std::uint64_t>(bytes_per_second)) + " a second)");
   text +=
       line("connections", human_count(s.connections) + ": " + human_count(s.lost_connections) +
                               " lost; " + human_count(s.failed_attempts) + " attempts failed; " +

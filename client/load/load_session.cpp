@@ -316,6 +316,7 @@ void LoadSession::note_tile(const Tile& tile) {
   stream_->last_tile = seconds;
   ++statistics_.tiles;
   statistics_.payload_bytes += tile.payload->size();
+  statistics_.seconds = std::max(statistics_.seconds, seconds_since(options_.start));
   const bool is_new = stream_->tiles.insert(stream_->begun->tiles[tile.index].digest).second;
   if (!is_new) ++statistics_.tiles_sent_twice;
 }

@@ -45,6 +45,7 @@ void LoadStatistics::add(const LoadStatistics& other) {
         &LoadStatistics::tiles_sent_twice, &LoadStatistics::checks_failed}) {
     this->*count += other.*count;
   }
+  seconds = std::max(seconds, other.seconds);
   for (const std::string& text : other.failed_checks) {
     if (failed_checks.size() < kMostTexts) failed_checks.push_back(text);
   }

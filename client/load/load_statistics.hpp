@@ -43,6 +43,7 @@ struct LoadStatistics {
   std::uint64_t tiles = 0;
   std::uint64_t payload_bytes = 0;
   std::uint64_t wire_bytes = 0;  // As received, above TLS.
+  double seconds = 0;            // From the beginning of the run until the last tile came.
 
   std::uint64_t connections = 0;                 // That were welcomed.
   std::uint64_t lost_connections = 0;            // Of them.

@@ -164,7 +164,7 @@ int run(int argc, char** argv) {
     return counts.connections > 0 ? kOk : kFailed;
   }
   const LoadStatistics statistics = run_load(*options);
-  std::cout << (arguments.json ? json_report(*options, statistics) : table(*options, statistics));
+  std::cout << (arguments.json ? json_report(*options, statistics) : table(statistics));
   return exit_code(statistics);
 }
 

@@ -38,6 +38,7 @@ def main():
     if not list(package.glob("libmultitetra_tile*")):
         sys.exit(f"There is no tile library in {package}: build the target multitetra_python first.")
     folder = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else pathlib.Path(".")
+    folder.mkdir(parents=True, exist_ok=True)
     tag = f"py3-none-linux_{platform.machine()}"
     info = f"multitetra-{version()}.dist-info"
     files = dict(files_of(package))

@@ -15,6 +15,7 @@
 #include "server/dataset/prepared_file.hpp"
 #include "server/dataset/prepared_format.hpp"
 #include "server/programs/commands.hpp"
+#include "server/programs/dataset_folder.hpp"
 
 namespace multitetra {
 namespace {
@@ -127,23 +128,43 @@ void print_facts(const std::string& file, const KnownFacts& facts) {
                      (source.options.empty() ? "" : ", " + source.options));
 }
 
-int info(const InfoArguments& arguments) {
-  const KnownFacts facts = facts_of(arguments.file);
-  if (!arguments.json) {
-    print_facts(arguments.file, facts);
-    return 0;
-  }
+Json json_of(const KnownFacts& facts) {
   const DatasetInfo& info = facts.metadata.info;
   const SourceNote& source = facts.metadata.source;
-  Json report = json_of(info);
+  Json report = multitetra::json_of(info);
   report["file_bytes"] = facts.bytes;
   report["sample_bytes"] = sample_bytes(info);
   report["spectrum_bins"] = facts.bins;
   report["format_version"] = kPreparedFormatVersion;
   report["source"] = {
       {"file", source.file}, {"digest", source.digest}, {"options", source.options}};
-  std::cout << text_of(report);
-  return 0;
+  return report;
+}
+
+int info_of_folder(const InfoArguments& arguments) {
+  Json datasets = Json::array();
+  const auto tell = [&](const std::string& place) {
+    const KnownFacts facts = facts_of(place);
+    if (arguments.json) {
+      datasets.push_back(json_of(facts));
+    } else {
+      print_facts(place, facts);
+    }
+  };
+  const ExitCode code = with_each_dataset(arguments.file, tell, [](const auto&...) {});
+  if (arguments.json) std::cout << text_of({{"datasets", std::move(datasets)}});
+  return code;
+}
+
+int info(const InfoArguments& arguments) {
+  if (is_folder_of_datasets(arguments.file)) return info_of_folder(arguments);
+  const KnownFacts facts = facts_of(arguments.file);
+  if (arguments.json) {
+    std::cout << text_of(json_of(facts));
+  } else {
+    print_facts(arguments.file, facts);
+  }
+  return kOk;
 }
 
 }  // namespace
@@ -153,7 +174,8 @@ void add_info_command(Command& program, Run& run) {
   Command* command = program.add_subcommand("info", "Tell what a dataset holds");
   command
       ->add_option("file", arguments->file,
-                   "Dataset: a file (.mtd), a folder of objects, or an address of one")
+                   "Dataset: a file (.mtd), a folder of objects, or an address of one; of a folder "
+                   "of datasets all are told")
       ->required()
       ->type_name("DATASET");
   command->add_flag("--json", arguments->json, "Print JSON, with the histogram");

@@ -273,15 +273,16 @@ LogOptions log_options(const ListenerOptions& o) {
           .level = log_level_from(o.log_level).value()};
 }
 
-void warn_of_open_doors(const ListenerOptions& o) {
+void warn_of_open_doors(const ListenerOptions& o, bool is_gateway) {
   const auto is_reachable = [](const auto& listener) {
     return listener && !is_this_machine(listener->listen.host);
   };
   const bool is_open = is_reachable(tcp_options(o)) || is_reachable(http_options(o));
   if (is_open && o.tokens.empty()) {
+    const std::string what = is_gateway ? "what the servers behind let them see" : "everything";
     log_line(LogLevel::kWarning,
-             "others than this machine can connect, and everybody may see everything: there is no "
-             "--tokens file",
+             "others than this machine can connect, and everybody may see " + what +
+                 ": there is no --tokens file",
              {});
   }
   // With a proxy in front TLS may be its business.

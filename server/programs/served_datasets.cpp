@@ -30,7 +30,7 @@ ServedDatasets::ServedDatasets(const std::vector<std::string>& inputs,
       objects_(std::move(objects)),
       pool_(std::make_shared<CubeMemoryPool>()) {
   for (const std::string& input : inputs) {
-    inputs_.push_back({input, !is_object_dataset(input) && fs::is_directory(input)});
+    inputs_.push_back({input, is_folder_of_datasets(input)});
   }
 }
 
@@ -60,12 +60,7 @@ std::vector<fs::path> ServedDatasets::files() const {
       files.push_back(input);
       continue;
     }
-    std::vector<fs::path> found;
-    for (const auto& entry : fs::directory_iterator(input)) {
-      const bool is_file = entry.path().extension() == ".mtd";
-      if (is_file || is_object_dataset(entry.path().string())) found.push_back(entry.path());
-    }
-    std::sort(found.begin(), found.end());
+    const std::vector<fs::path> found = datasets_in(input);
     files.insert(files.end(), found.begin(), found.end());
   }
   return files;

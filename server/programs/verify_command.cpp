@@ -11,6 +11,7 @@
 #include "server/dataset/objects/object_dataset.hpp"
 #include "server/dataset/verify_dataset.hpp"
 #include "server/programs/commands.hpp"
+#include "server/programs/dataset_folder.hpp"
 #include "server/programs/progress.hpp"
 
 namespace multitetra {
@@ -22,28 +23,50 @@ struct VerifyArguments {
   bool quiet = false;
 };
 
-int verify(const VerifyArguments& arguments) {
+// Throws what is wrong with the dataset.
+Json verify_one(const std::string& place, const VerifyArguments& arguments) {
   Progress progress("verify", 1, arguments.quiet || arguments.json);
   progress.begin("checksums");
   const auto tell = [&](double fraction) { progress.update(100 * fraction, 100, "%"); };
   std::uint64_t bytes = 0;
-  if (is_object_dataset(arguments.file)) {
-    bytes = verify_objects(arguments.file, std::make_shared<ObjectCache>(), tell).bytes;
+  if (is_object_dataset(place)) {
+    bytes = verify_objects(place, std::make_shared<ObjectCache>(), tell).bytes;
   } else {
-    bytes = std::filesystem::file_size(arguments.file);
-    verify_dataset(arguments.file, tell);
+    verify_dataset(place, tell);
+    bytes = std::filesystem::file_size(place);
   }
   progress.finish();
-  if (arguments.json) {
-    std::cout << text_of({{"file", arguments.file},
-                          {"file_bytes", bytes},
-                          {"is_whole", true},
-                          {"seconds", progress.seconds()}});
-  } else if (!arguments.quiet) {
-    std::cout << arguments.file << ": every byte is as it was written (" << human_bytes(bytes)
-              << ")\n";
+  if (!arguments.quiet && !arguments.json) {
+    std::cout << place << ": every byte is as it was written (" << human_bytes(bytes) << ")\n";
   }
-  return 0;
+  return {
+      {"file", place}, {"file_bytes", bytes}, {"is_whole", true}, {"seconds", progress.seconds()}};
+}
+
+int verify_folder(const VerifyArguments& arguments) {
+  Json datasets = Json::array();
+  std::size_t damaged = 0;
+  const ExitCode code = with_each_dataset(
+      arguments.file,
+      [&](const std::string& place) { datasets.push_back(verify_one(place, arguments)); },
+      [&](const std::string& place, const std::string& problem) {
+        ++damaged;
+        datasets.push_back({{"file", place}, {"is_whole", false}, {"error", problem}});
+      });
+  const std::size_t all = datasets.size();
+  if (arguments.json) {
+    std::cout << text_of({{"datasets", std::move(datasets)}, {"is_whole", damaged == 0}});
+  } else if (!arguments.quiet) {
+    std::cout << human_count_of(all, "dataset") << ", " << damaged << " damaged.\n";
+  }
+  return code;
+}
+
+int verify(const VerifyArguments& arguments) {
+  if (is_folder_of_datasets(arguments.file)) return verify_folder(arguments);
+  const Json report = verify_one(arguments.file, arguments);
+  if (arguments.json) std::cout << text_of(report);
+  return kOk;
 }
 
 }  // namespace
@@ -54,7 +77,8 @@ void add_verify_command(Command& program, Run& run) {
       "verify", "Check every byte of a dataset; serving checks only what it reads");
   command
       ->add_option("file", arguments->file,
-                   "Dataset: a file (.mtd), a folder of objects, or an address of one")
+                   "Dataset: a file (.mtd), a folder of objects, or an address of one; in a folder "
+                   "of datasets all are checked")
       ->required()
       ->type_name("DATASET");
   command->add_flag("--json", arguments->json, "Print a JSON report");
@@ -63,6 +87,7 @@ void add_verify_command(Command& program, Run& run) {
       "Examples:\n"
       "  multitetra-server verify head.mtd\n"
       "  multitetra-server verify s3://volumes/head\n"
+      "  multitetra-server verify datasets/\n"
       "Exit code 0: the dataset is whole. 1: damaged; the message names section and brick.");
   command->callback([arguments, &run] { run = [arguments] { return verify(*arguments); }; });
 }

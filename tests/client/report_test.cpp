@@ -138,13 +138,25 @@ TEST(Report, TheLineOfAStepTellsTheErrorThatItAllows) {
     return step_line({.step = std::make_shared<const CommittedStep>(step)}, info);
   };
   step.begin.request.error = 0.5;
-  EXPECT_EQ(line().find("step "), 0U);
+  EXPECT_EQ(line().find("step 0 (final): "), 0U) << line();
   EXPECT_NE(line().find(": isovalue 100.5, error 0.5 voxels,"), std::string::npos) << line();
   step.begin.request.thresholds.at_least = 4;
   EXPECT_NE(line().find(", error 4 voxels,"), std::string::npos) << line();
   step.begin.request.thresholds.regions = {{.shape = BallShape{}, .threshold = 9}};
   step.begin.error_bound_world = 9;
   EXPECT_NE(line().find(", errors up to 4.5 voxels (9 mm),"), std::string::npos) << line();
+  step.begin.is_final = false;
+  EXPECT_EQ(line().find("step 0 (unsimplified): "), 0U) << line();
+}
+
+TEST(Report, TheLineOfAPreviewTellsItsSpacingAndNoErrorBecauseItPromisesNone) {
+  CommittedStep step = *octahedron_report().steps.front().step;
+  step.begin.is_final = false;
+  step.begin.finest_spacing = 4;
+  const std::string line =
+      step_line({.step = std::make_shared<const CommittedStep>(step)}, testing::octahedra_info());
+  EXPECT_EQ(line.find("step 0 (preview): isovalue 100.5, spacing 4 samples, "), 0U) << line;
+  EXPECT_EQ(line.find("error"), std::string::npos) << line;
 }
 
 // ---- the program, with servers that fail

@@ -250,6 +250,15 @@ ends 5 "no dataset" "$server" serve missing.mtd --tcp 127.0.0.1:0 --http off
 [ "$(value plot.json plot_file)" = torus.svg ] || fail "the report of plot"
 ends 2 "*.svg" "$server" plot torus.mtd -o torus.png
 "$server" verify torus.mtd --json | grep -q '"is_whole": true' || fail "the report of verify"
+mkdir folder
+cp torus.mtd folder/a.mtd && cp torus.mtd folder/b.mtd && "$server" convert torus.mtd -o folder/objects --quiet
+ends 0 "3 datasets, 0 damaged." "$server" verify folder
+ends 0 '"torus" in folder/objects' "$server" info folder
+[ "$("$server" info folder --json | grep -c '"spectrum_bins"')" = 3 ] || fail "info does not tell all of a folder as JSON"
+printf 'x' | dd of=folder/a.mtd bs=1 seek=5000 conv=notrunc status=none
+ends 1 "3 datasets, 1 damaged." "$server" verify folder
+ends 1 'folder/b.mtd: every byte is as it was written' "$server" verify folder
+ends 2 "There is no dataset in empty" "$server" verify empty
 ends 2 "Did you mean --isovalue" "$client" fetch --isovale 3
 ends 2 "Did you mean snapshot" "$client" snapshoot
 for program in "$server" "$client"; do

@@ -17,6 +17,7 @@ sed "/^python3 - <<'EOF'/,/^EOF/d" commands >rest
 
 export PATH=$bin:$PATH
 sed -i 's/--size 128/--size 48/' rest      # Quick; what is said of places holds for all of the head.
+sed -i 's/--color-by warmth/--color-by head/' rest
 sed -i 's/box:40,60,20,90,110,70/box:4,6,2,30,40,40/; s/1920x1080/192x108/; s/--min-component 12/--min-component 2/' rest
 bash first
 sed -n '1,/verify head.mtd/p' rest >before

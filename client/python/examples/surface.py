@@ -27,9 +27,10 @@ for error in (4, 1, 0.25):
 # %% The surface, coarse first: every step is complete and without cracks.
 for step in server.steps(info.name, isovalue, error=1.0):
     mesh = step.mesh
+    accuracy = f"one sample in {step.spacing}" if step.spacing > 1 else f"error at most {step.error_bound_world:g}"
     print(
         f"step {step.number}{' (final)' if step.is_final else ''}: {len(mesh.faces)} triangles, "
-        f"{step.payload_bytes} bytes, error at most {step.error_bound_world:g}, {step.border_edges} border edges"
+        f"{step.payload_bytes} bytes, {accuracy}, {step.border_edges} border edges"
     )
 
 # %% The same, finer in a ball in the middle. Tiles that we have already are not sent again.

@@ -36,7 +36,8 @@ class EmptySurfaceWarning(UserWarning):
 class Step:
     number: int
     is_final: bool
-    error_bound_world: float  # Of the distance to the full surface; see StepBegin.
+    error_bound_world: float  # Of the distance to the full surface, where spacing is 1; see StepBegin.
+    spacing: int  # Of a preview: it looks at one sample in so many along each axis, and has no bound. Else 1.
     mesh: Mesh
     digest: str  # Of all triangles, as reports of multitetra-client have it.
     border_edges: int  # Edges of one triangle, all of them where the data ends.
@@ -260,6 +261,7 @@ class Connection:
             number=begin.step,
             is_final=begin.is_final,
             error_bound_world=begin.error_bound_world,
+            spacing=begin.finest_spacing or 1,
             mesh=positioned(welded, info, resolution),
             digest=f"{high:016x}{low:016x}",
             border_edges=len(edges.open),

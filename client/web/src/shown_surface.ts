@@ -54,6 +54,7 @@ export function factsOf(order: Wanted, { step, topology, sameAs }: Committed): S
     errorVoxels: begin.errorBoundWorld / voxelLength(order.info),
     pixels: begin.isFinal && request.maxTriangles === 0n ? (request.threshold?.view?.tolerancePixels ?? null) : null,
     isCertified: request.measure === ErrorMeasure.CERTIFIED && isPreserving,
+    spacing: begin.finestSpacing || 1,
     preservesTopology: isPreserving,
     tolerance: request.topologyTolerance,
     isovalue: request.isovalue,

@@ -435,9 +435,16 @@ StoredVolume open_vti(const fs::path& path, const VolumeChoice& choice) {
   const std::uint64_t needed = header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2]);
   auto bytes = sample_bytes(*file, vti, array, needed);
   const std::size_t slice_bytes = header.slice_bytes();
-  return {.header = header,
-          .slices = std::make_unique<VtiSlices>(std::move(file), std::move(bytes), slice_bytes),
-          .members = {.fields = fields_beside(vti, array)}};
+  StoredVolume volume{
+      .header = header,
+      .slices = std::make_unique<VtiSlices>(std::move(file), std::move(bytes), slice_bytes),
+      .members = {.fields = fields_beside(vti, array)}};
+  if (vti.arrays.size() > 1 && choice.array.empty()) {
+    volume.notices.push_back("'" + path.string() + "': of its " +
+                             std::to_string(vti.arrays.size()) + " arrays '" + array.name +
+                             "' is taken; --array chooses, --field makes a dataset of each.");
+  }
+  return volume;
 }
 
 }  // namespace multitetra

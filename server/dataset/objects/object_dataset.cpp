@@ -200,6 +200,21 @@ bool is_object_dataset(const std::string& place) {
          std::filesystem::is_regular_file(std::filesystem::path(place) / kManifestName, ignored);
 }
 
+bool is_folder_of_datasets(const std::string& place) {
+  std::error_code ignored;
+  return !is_object_dataset(place) && std::filesystem::is_directory(place, ignored);
+}
+
+std::vector<std::filesystem::path> datasets_in(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> found;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const bool is_file = entry.path().extension() == ".mtd";
+    if (is_file || is_object_dataset(entry.path().string())) found.push_back(entry.path());
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
 DatasetPtr open_objects(const std::string& place, std::shared_ptr<ObjectCache> cache) {
   const auto opened = std::make_shared<const OpenedObjects>(place, std::move(cache));
   const ObjectStructure& structure = opened->structure;

@@ -8,8 +8,10 @@
 // source of bricks (will_need). Bytes are what their names say, and bricks have their checksums.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/objects/object_cache.hpp"
@@ -18,6 +20,13 @@ namespace multitetra {
 
 // Whether a dataset made of objects is meant: an address, or a folder with a manifest.
 [[nodiscard]] bool is_object_dataset(const std::string& place);
+
+// Whether a folder of datasets is meant, which is none itself.
+[[nodiscard]] bool is_folder_of_datasets(const std::string& place);
+
+// The files *.mtd and the folders of objects in a folder, by name. Throws
+// std::filesystem::filesystem_error when it cannot be read.
+[[nodiscard]] std::vector<std::filesystem::path> datasets_in(const std::filesystem::path& folder);
 
 // Throws StoreError when the store fails, DatasetFileError when what it has is no whole dataset;
 // later, whoever reads a brick gets these out of it.

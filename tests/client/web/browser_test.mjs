@@ -352,7 +352,7 @@ async function tellsWhatIsSeen(page) {
   }, words, { timeout: patience });
   await open(page, "#dataset=gyroid&isovalue=0.1&error=1&surfaces=0.5,ff0000");
   await page.waitForFunction(() => [...document.querySelectorAll(".surface-state")].length === 2 &&
-    [...document.querySelectorAll(".surface-state")].every(({ textContent }) => /voxels$/.test(textContent)), null, { timeout: patience });
+    [...document.querySelectorAll(".surface-state")].every(({ textContent }) => /voxels?$/.test(textContent)), null, { timeout: patience });
   const each = await page.evaluate(() => [...document.querySelectorAll(".surface-state")].map(({ textContent }) =>
     Number(textContent.split("triangles")[0].replace(/\D/g, ""))));
   assert(each.every((triangles) => triangles > 0) && each[0] !== each[1], String(each));

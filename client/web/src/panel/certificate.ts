@@ -20,7 +20,20 @@ export function sealWords(shown: StepFacts, components: ShownComponents | null):
   return hidesAny(components) ? `${sound}, ${grouped(components.shown)} of ${grouped(components.components)} components shown` : sound;
 }
 
+// How accurate it is, as a number with its unit: a bound, where it is certified; of a preview, which has none, the
+// spacing of the samples that it looks at.
+export function accuracyOf(shown: StepFacts, digits: number): { value: string; unit: string } {
+  if (shown.spacing > 1) return { value: `1 in ${shown.spacing}`, unit: "samples" };
+  const voxels = inDigits(shown.errorVoxels, digits);
+  const unit = voxels === "1" ? "voxel" : "voxels";
+  return shown.isCertified ? { value: `≤ ${voxels}`, unit } : { value: voxels, unit };
+}
+
 export function errorWords(shown: StepFacts): string {
+  if (shown.spacing > 1) {
+    return `A preview that looks at one sample in ${shown.spacing} along each axis: parts may be missing, and what is there may ` +
+      "lie several times so far from the full-resolution surface. It promises no error.";
+  }
   if (shown.pixels === null) return errorAnywhere(shown);
   const seen = `Where you look, ${counted(shown.pixels, "pixel")} of the screen may be off. `;
   return seen + errorAnywhere(shown);
@@ -34,7 +47,7 @@ function errorAnywhere(shown: StepFacts): string {
   }
   if (!shown.preservesTopology) {
     return `The error allowed (${world}), while features up to ${inDigits(shown.tolerance, 3)} voxels ` +
-      "may be missing: a preview, or as you asked.";
+      "may be missing, as you asked.";
   }
   return `The error of the original method (${world}); the real distance may exceed it.`;
 }
@@ -55,7 +68,7 @@ export function certificateOf(shown: StepFacts, components: ShownComponents | nu
       "Vertices - edges + triangles: 2 for a ball, 0 for a ring; each hole takes 2 away."),
     row("Topology", shown.preservesTopology
       ? shown.sameTopologyAs !== null ? `preserved, same as in step ${shown.sameTopologyAs + 1}` : "preserved"
-      : "a preview: parts may be missing",
+      : shown.spacing > 1 ? "a preview: parts may be missing" : "as you asked, small parts may be missing",
       "Whether parts, tunnels and hollows are exactly those of the full-resolution surface."),
     row("Vertices, edges", `${grouped(topology.vertices)}, ${grouped(topology.edges)}`, "As counted here."),
     row("Digest", shown.digest,

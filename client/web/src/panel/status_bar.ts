@@ -1,8 +1,8 @@
 // One line about the surface that is shown and the one that comes, and the certificate behind it. Of several
 // surfaces it is the first one that is seen; triangles are counted of all that are.
 import type { Progress, ShownComponents, StepFacts, SurfacesStatus, SurfaceSize } from "../state/progress";
-import { certificateOf, errorWords, isEmpty, sealWords } from "./certificate";
-import { grouped, h, inBytes, inDigits, inSeconds, inTriangles } from "./dom";
+import { accuracyOf, certificateOf, errorWords, isEmpty, sealWords } from "./certificate";
+import { grouped, h, inBytes, inSeconds, inTriangles } from "./dom";
 
 // A value with its name below; it stays in the page while its words change.
 class Fact {
@@ -22,9 +22,10 @@ class Fact {
   }
 }
 
-function errorLabel({ pixels, errorVoxels }: StepFacts): string {
-  const noun = errorVoxels === 1 ? "voxel" : "voxels";
-  return pixels === null ? `${noun} error` : `${noun} anywhere`;
+function errorLabel(shown: StepFacts): string {
+  const { unit } = accuracyOf(shown, 3);
+  if (shown.spacing > 1) return unit;
+  return shown.pixels === null ? `${unit} error` : `${unit} anywhere`;
 }
 
 export class StatusBar {
@@ -75,7 +76,7 @@ export class StatusBar {
     this.showState(progress);
     this.showTriangles(status, expected);
     this.error.show(
-      shown && `≤ ${inDigits(shown.errorVoxels, 3)}`,
+      shown && accuracyOf(shown, 3).value,
       shown ? errorLabel(shown) : "",
       shown ? errorWords(shown) : undefined,
     );

@@ -8,7 +8,8 @@ import {
   mostSurfaces, type SurfaceSettings, surfacesOf, withNewSurface, withoutSurface, withSurface,
 } from "../state/surfaces";
 import { suggestedIsovalue } from "../stream/request";
-import { grouped, h, inDigits } from "./dom";
+import { accuracyOf } from "./certificate";
+import { grouped, h } from "./dom";
 import { componentWords, dustControl, hidesAny } from "./dust_control";
 import type { Control } from "./inputs";
 import { numberInput } from "./number_input";
@@ -124,7 +125,8 @@ function surfaceRow(
       const limit = heldBack ? ", the best of this size" : "";
       const dusty = hidesAny(components) ? `, ${componentWords(components)}` : "";
       const count = grouped(components?.triangles ?? shown?.triangles ?? 0);
-      const triangles = shown ? `${count} triangles, ≤ ${inDigits(shown.errorVoxels, 2)} voxels${limit}${dusty}` : "";
+      const accuracy = shown ? accuracyOf(shown, 2) : null;
+      const triangles = accuracy ? `${count} triangles, ${accuracy.value} ${accuracy.unit}${limit}${dusty}` : "";
       const text = trouble?.text ?? (isStreaming ? `${triangles || "asking"}…` : triangles);
       if (state.textContent !== text) state.textContent = text;
     },

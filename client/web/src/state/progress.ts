@@ -13,6 +13,7 @@ export interface StepFacts {
   lengthUnit: string; // Of errorWorld; empty: not told.
   errorVoxels: number;
   isCertified: boolean; // The error is a bound.
+  spacing: number; // Of a preview's samples: every such one is looked at; 1: it is of all of them.
   pixels: number | null; // Of the screen: the error allowed where the camera looked, if it was followed.
   preservesTopology: boolean;
   tolerance: number;

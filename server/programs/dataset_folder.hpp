@@ -1,0 +1,33 @@
+// What `info` and `verify` do with a folder of datasets: the same with each of them.
+#pragma once
+
+#include <exception>
+#include <string>
+
+#include "common/base/exit_codes.hpp"
+#include "common/cli/program.hpp"
+#include "server/dataset/objects/object_dataset.hpp"
+
+namespace multitetra {
+
+// Calls work(place) with each; what is wrong with one is told, also to failed(place, problem), and
+// the others come all the same. Throws ExitError (kUsage) when there is none.
+template <typename Work, typename Failed>
+[[nodiscard]] ExitCode with_each_dataset(const std::string& folder, const Work& work,
+                                         const Failed& failed) {
+  const auto datasets = datasets_in(folder);
+  if (datasets.empty()) throw ExitError(kUsage, "There is no dataset in " + folder + ".");
+  ExitCode code = kOk;
+  for (const auto& dataset : datasets) {
+    try {
+      work(dataset.string());
+    } catch (const std::exception& problem) {
+      code = kFailed;
+      complain("multitetra-server", problem.what());
+      failed(dataset.string(), problem.what());
+    }
+  }
+  return code;
+}
+
+}  // namespace multitetra
