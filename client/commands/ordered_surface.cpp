@@ -49,6 +49,13 @@ Result<DatasetInfo> chosen(const std::string& name, const std::vector<DatasetInf
   const auto found = std::find_if(datasets.begin(), datasets.end(),
                                   [&](const DatasetInfo& info) { return info.name == name; });
   if (found != datasets.end()) return *found;
+  for (const DatasetInfo& info : datasets) {
+    if (!info.member || info.member->family != name) continue;
+    return fail(ErrorCode::kUnknownDataset, "\"" + name +
+                                                "\" is a family of datasets; choose one of them, "
+                                                "as --dataset " +
+                                                info.name + ".");
+  }
   return fail(ErrorCode::kUnknownDataset,
               "The server has no dataset \"" + name + "\"; it has " + names(datasets) + ".");
 }

@@ -32,6 +32,9 @@ std::string other_language(std::string_view header) {
     return "This port takes frames over TCP (tcp://), and an HTTP request came; HTTP, WebSockets "
            "and the viewer have another port.";
   }
+  if (header.starts_with("\x15\x03")) {  // An alert.
+    return "What answers speaks TLS: write tls:// or wss:// in place of tcp:// or ws://.";
+  }
   if (header.starts_with("\x16\x03")) {
     return "This port speaks no TLS, and a TLS handshake came: write tcp:// or ws:// in place of "
            "tls:// or wss://.";

@@ -115,6 +115,9 @@ tl::unexpected<Error> MessageChannel::closed(Error error) {
 tl::unexpected<Error> MessageChannel::lost_in_use(Error error) {
   if (error.code == ErrorCode::kUnavailable) {
     error.text = "The connection to " + to_string(server_) + " was lost: " + error.text + ".";
+    if (!server_.is_secure() && bytes_received() == 0) {
+      error.text += " Nothing came: if that port speaks TLS, write tls:// or wss://.";
+    }
   }
   return closed(std::move(error));
 }

@@ -26,6 +26,7 @@
 #include "server/dataset/image_file.hpp"
 #include "server/dataset/image_stack.hpp"
 #include "server/dataset/plain_payload.hpp"
+#include "server/dataset/section_table.hpp"
 #include "server/dataset/source_apart.hpp"
 #include "server/dataset/streamed_volume.hpp"
 #include "server/store/http_store.hpp"
@@ -306,6 +307,10 @@ std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Openin
   }
   if (opening.options.raw) return as_source(open_raw(path, *opening.options.raw));
   const std::optional<VolumeFormat> format = recognized_format(path);
+  if (!format && begins_as_dataset(path)) {
+    fail_reading(path, "it is no volume, but a dataset already",
+                 "Serve it, or prepare the volume that it was made of");
+  }
   if (!format) {
     fail_reading(path,
                  fs::is_directory(path)

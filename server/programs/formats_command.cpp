@@ -32,6 +32,10 @@ void add_formats_command(Command& program, Run& run) {
   const auto as_json = std::make_shared<bool>(false);
   Command* command = program.add_subcommand("formats", "Tell which volume files prepare reads");
   command->add_flag("--json", *as_json, "Print JSON");
+  command->footer(
+      "Examples:\n"
+      "  multitetra-server formats\n"
+      "  multitetra-server formats --json | jq '.[].name'");
   command->callback([as_json, &run] { run = [as_json] { return list_formats(*as_json); }; });
 }
 

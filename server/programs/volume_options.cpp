@@ -26,7 +26,8 @@ void VolumeOptions::add_to(Command& command) {
                    "Read data files that lie outside the folder of the header that names them");
   Option* layout = command.add_option("--dims", dims, "Raw file: samples along x,y,z")
                        ->delimiter(',')
-                       ->expected(3);
+                       ->expected(3)
+                       ->type_name("X,Y,Z");
   command.add_option("--type", type, "Raw file: type of a sample")
       ->one_of({"u8", "i8", "u16", "i16", "f32", "u32", "i32", "u64", "i64", "f64"})
       ->capture_default_str()
@@ -41,6 +42,7 @@ void VolumeOptions::add_to(Command& command) {
   command.add_option("--spacing", spacing, "Raw file: world units between samples along x,y,z")
       ->delimiter(',')
       ->expected(3)
+      ->type_name("X,Y,Z")
       ->needs(layout);
 }
 

@@ -39,3 +39,8 @@ ends 3 'Cannot listen on' "$gateway" --upstream tcp://127.0.0.1:1 --http "${url#
 kill -HUP "$pid"
 ends_well gateway "$pid"
 grep -q '"text":"stopped"' gateway.log || fail "$(cat gateway.log)"
+
+start open "$gateway" --upstream tcp://127.0.0.1:1 --http 0.0.0.0:0
+url_of open http >/dev/null
+grep -q 'everybody may see what the servers behind let them see' open.log || fail "an open gateway is not told: $(cat open.log)"
+ends_well open "$pid"

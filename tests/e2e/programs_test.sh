@@ -241,6 +241,7 @@ ends 2 "--model: mesh.ply is written by --output" "$server" extract torus.mtd -o
 "$server" prepare volume.nrrd -o taken.mtd --force --quiet && "$server" prepare volume.nrrd -o taken.mtd --quiet ||
   fail "--force does not replace, or a dataset is not replaced without it"
 ends 2 "--outside" "$server" prepare torus.nrrd -o x.mtd --outside nothing
+ends 2 "it is no volume, but a dataset already" "$server" prepare torus.mtd -o again.mtd
 ends 1 "torus.nrrd" "$server" extract torus.nrrd -o x.ply
 ends 2 "suffix" "$server" extract torus.mtd -o x.xyz
 ends 2 "error threshold" "$server" extract torus.mtd -o x.ply --error nan
