@@ -41,9 +41,11 @@ client=build/release/bin/multitetra-client
 out=build/demo
 mkdir -p "$out"
 
+surface=() # Else the dataset's first suggestion.
 look=()
 if [ -z "$volume" ]; then
-  look=(--isovalue 71.5 --error 0.5 --clip y) # Cut open: most of it is inside.
+  surface=(--isovalue 71.5)
+  look=(--clip y) # Cut open: most of it is inside.
   echo "== Making a volume: a head phantom with noise, 128 samples a side"
   volume=$out/head.nrrd
   "$server" generate head --size 128 --noise 20 -o "$volume"
@@ -67,16 +69,16 @@ for _ in $(seq 100); do
   sleep 0.1
 done
 [ -n "$url" ] && [ -n "$page_url" ] || { cat "$log" >&2; echo "The server did not start to listen." >&2; exit 1; }
-page=$("$client" view --http "$page_url" "${look[@]}")
+page=$("$client" view --http "$page_url" "${surface[@]}" --error 0.25 "${look[@]}")
 echo "   $url"
 echo "   $page in a browser (while this runs)"
 
 echo "== Fetching an isosurface: coarse first, refined, checked"
-"$client" fetch --server "$url" --error 0.25 -o "$out/demo.ply" --report "$out/report.json" \
+"$client" fetch --server "$url" "${surface[@]}" --error 0.25 -o "$out/demo.ply" --report "$out/report.json" \
   --save-steps "$out/steps"
 
 echo "== A picture of it, and a plot of all isovalues (half a minute)"
-"$client" snapshot --server "$url" --error 0.25 -o "$out/demo.png"
+"$client" snapshot --server "$url" "${surface[@]}" --error 0.25 -o "$out/demo.png"
 "$server" plot "$out/demo.mtd" -o "$out/demo.svg" --isovalues 32 --errors 0.5,1,2 --quiet
 
 echo "== Where to look next"

@@ -130,7 +130,7 @@ tl::unexpected<Error> MessageChannel::unreachable(const error_code& error) {
   std::string text = "Cannot connect to " + to_string(server_) + ": " + error.message() + ".";
   if (error == asio::error::connection_refused) {
     text += " Is the server running?";
-    if (!server_.is_web_socket()) {
+    if (!server_.is_web_socket() && !server_.is_secure()) {
       text += " Start it with: multitetra-server serve DATASET.mtd --tcp " +
               to_string(Endpoint{.host = server_.host, .port = server_.port});
     }

@@ -112,9 +112,10 @@ void print_facts(const std::string& file, const KnownFacts& facts) {
                            vector_text(info.index_to_world.columns[2]) + ") per sample");
   line("values", with_unit(human_number(info.min) + " to " + human_number(info.max),
                            info.meaning.value_unit));
-  line("void samples", human_count(info.void_samples));
-  line("outside", info.outside ? human_number(*info.outside) : "void");
-  line("margin", std::to_string(info.margin));
+  line("void samples", human_count(info.void_samples) + " (NaN: no surface there)");
+  line("outside", info.outside ? human_number(*info.outside) + " is the value beyond the data"
+                               : "void (surfaces end at the last sample)");
+  line("margin", std::to_string(info.margin) + " grid steps around the data");
   line("grid", std::to_string(1 << info.grid_exponent) + " steps a side");
   line("histogram (log)", sketch(info.histogram, 64));
   std::string isovalues;
@@ -122,7 +123,7 @@ void print_facts(const std::string& file, const KnownFacts& facts) {
   line("suggested isovalues", isovalues.empty() ? "none" : isovalues);
   line("size",
        human_bytes(facts.bytes) + ", " + human_bytes(sample_bytes(info)) + " of it samples");
-  line("error spectrum", std::to_string(facts.bins) + " bins of isovalues");
+  line("error spectrum", "errors for " + std::to_string(facts.bins) + " bins of isovalues");
   line("format version", facts.format);
   line("source", source.file + (source.digest.empty() ? "" : " (XXH3-128 " + source.digest + ")") +
                      (source.options.empty() ? "" : ", " + source.options));

@@ -158,6 +158,22 @@ TEST(Trust, AFileWithoutCertificatesIsRefused) {
   }
 }
 
+// ---- nobody there
+
+TEST(AServerThatIsNotThere, IsStartedAsItsAddressSays) {
+  for (const Transport transport : {Transport::kTcp, Transport::kTls, Transport::kWebSocket}) {
+    // Port 1: nobody listens below 1024 unless root wants it.
+    const auto none = connect({.host = "127.0.0.1", .port = 1, .transport = transport}, {});
+    ASSERT_FALSE(none);
+    const std::string& text = none.error().error.text;
+    EXPECT_NE(text.find("Is the server running?"), std::string::npos) << text;
+    // Over TLS a server takes more than an address.
+    EXPECT_EQ(text.find("--tcp tcp://127.0.0.1:1") != std::string::npos,
+              transport == Transport::kTcp)
+        << text;
+  }
+}
+
 // ---- WebSockets
 
 TEST(WebSocketOfAServer, IsRefusedInItsOwnWords) {

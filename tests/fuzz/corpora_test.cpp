@@ -1,0 +1,67 @@
+// What the fuzzers have kept goes through their harnesses again, whatever compiler and sanitizer
+// this is built with: what was mended once stays mended.
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <string>
+
+#include "tests/support/temporary_folder.hpp"
+
+// Each harness is compiled with its own name in the place of LLVMFuzzerTestOneInput.
+using Harness = int(const std::uint8_t* data, std::size_t size);
+extern "C" {
+Harness fuzz_client_message, fuzz_dataset_file, fuzz_frame, fuzz_http_request, fuzz_label_names,
+    fuzz_manifest, fuzz_server_message, fuzz_tile, fuzz_tile_round_trip, fuzz_volume_file,
+    fuzz_volume_metadata;
+}
+
+namespace multitetra {
+namespace {
+
+struct Case {
+  const char* name;
+  Harness* harness;
+};
+
+class FuzzCorpus : public testing::TestWithParam<Case> {};
+
+TEST_P(FuzzCorpus, HoldsEveryProperty) {
+  const std::string name = GetParam().name;
+  const TemporaryFolder unpacked;
+  const std::string packed = MULTITETRA_FUZZ_CORPORA "/" + name + ".tar.xz";
+  ASSERT_EQ(
+      std::system(("tar -xJf '" + packed + "' -C '" + unpacked.path().string() + "'").c_str()), 0)
+      << "Could not unpack " << packed;
+  std::size_t inputs = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(unpacked.path() / name)) {
+    const std::string bytes = bytes_of_file(entry.path());
+    SCOPED_TRACE(entry.path().filename());
+    try {
+      GetParam().harness(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+    } catch (const std::exception& broken) {
+      ADD_FAILURE() << broken.what();
+    }
+    ++inputs;
+  }
+  EXPECT_GT(inputs, 50);
+}
+
+#define MULTITETRA_HARNESS(name) \
+  Case { #name, name }
+INSTANTIATE_TEST_SUITE_P(
+    Kept, FuzzCorpus,
+    testing::Values(MULTITETRA_HARNESS(fuzz_client_message), MULTITETRA_HARNESS(fuzz_dataset_file),
+                    MULTITETRA_HARNESS(fuzz_frame), MULTITETRA_HARNESS(fuzz_http_request),
+                    MULTITETRA_HARNESS(fuzz_label_names), MULTITETRA_HARNESS(fuzz_manifest),
+                    MULTITETRA_HARNESS(fuzz_server_message), MULTITETRA_HARNESS(fuzz_tile),
+                    MULTITETRA_HARNESS(fuzz_tile_round_trip), MULTITETRA_HARNESS(fuzz_volume_file),
+                    MULTITETRA_HARNESS(fuzz_volume_metadata)),
+    [](const auto& one) { return std::string(one.param.name); });
+#undef MULTITETRA_HARNESS
+
+}  // namespace
+}  // namespace multitetra
