@@ -38,14 +38,16 @@ Vec3 normal_of(const Vec3& p, const Vec3& q, const Vec3& r) {
 
 class SimplifiedPiece::Run {
  public:
-  // The max_distance in units.
-  Run(const SimplifiedPiece& piece, double max_distance)
+  // The max_distance in units. Takes map and quadrics out of the piece: there is memory for them
+  // once.
+  Run(SimplifiedPiece& piece, double max_distance)
       : max_distance_(max_distance),
         positions_(positions_of(piece.mesh_, piece.proportions())),
         mesh_(piece.mesh_.triangles, static_cast<std::uint32_t>(piece.mesh_.vertices.size())),
         carried_(mesh_, positions_, piece.map_, piece.parts_),
-        quadrics_(piece.quadrics_),
+        quadrics_(std::move(piece.quadrics_)),
         states_(positions_.size()) {
+    piece.map_ = {};
     for (std::uint32_t v = 0; v < positions_.size(); ++v) {
       if (mesh_.kind(v) == CollapsingMesh::VertexKind::kInner) open_.push_back(v);
     }
@@ -266,21 +268,40 @@ Vec3 SimplifiedPiece::proportions() const {
   return {step_[0] / unit_, step_[1] / unit_, step_[2] / unit_};
 }
 
-SimplifiedPiece SimplifiedPiece::joined(std::span<const SimplifiedPiece> pieces) {
+SimplifiedPiece SimplifiedPiece::joined(std::vector<SimplifiedPiece> pieces) {
   if (pieces.empty()) return {};
   SimplifiedPiece whole;
+  whole.reserve(pieces);
   whole.mesh_.resolution = pieces.front().mesh_.resolution;
   whole.step_ = pieces.front().step_;
   whole.unit_ = pieces.front().unit_;
   whole.least_tried_ = std::numeric_limits<double>::infinity();
   VertexNumbers shared;
-  for (const SimplifiedPiece& piece : pieces) whole.append(piece, shared);
+  for (SimplifiedPiece& piece : pieces) whole.append(std::exchange(piece, {}), shared);
   whole.map_.carriers.resize(whole.mesh_.vertices.size(), kNone);
   return whole;
 }
 
+// For all of them: a vector that grows holds what it has twice.
+void SimplifiedPiece::reserve(std::span<const SimplifiedPiece> pieces) {
+  std::size_t vertices = 0, triangles = 0, edges = 0, crossings = 0;
+  for (const SimplifiedPiece& piece : pieces) {
+    vertices += piece.mesh_.vertices.size();
+    triangles += piece.mesh_.triangles.size();
+    edges += piece.map_.edges.size();
+    crossings += piece.map_.crossings.size();
+  }
+  mesh_.vertices.reserve(vertices);
+  mesh_.triangles.reserve(triangles);
+  parts_.reserve(triangles);
+  quadrics_.reserve(vertices);
+  map_.carriers.reserve(vertices);
+  map_.edges.reserve(edges);
+  map_.crossings.reserve(crossings);
+}
+
 // Vertices that are carried belong to no other piece.
-void SimplifiedPiece::append(const SimplifiedPiece& piece, VertexNumbers& shared) {
+void SimplifiedPiece::append(SimplifiedPiece piece, VertexNumbers& shared) {
   const auto first_triangle = static_cast<std::uint32_t>(mesh_.triangles.size());
   std::vector<std::uint32_t> number(piece.mesh_.vertices.size());
   for (std::size_t v = 0; v < number.size(); ++v) {
@@ -308,7 +329,9 @@ void SimplifiedPiece::append(const SimplifiedPiece& piece, VertexNumbers& shared
 void SimplifiedPiece::simplify(double max_distance, const std::function<void()>& checkpoint) {
   const double in_units = max_distance / unit_;
   if (in_units == 0 || mesh_.triangles.empty()) return;
-  Run(*this, in_units).simplify(*this, checkpoint);
+  SimplifiedPiece taken = std::exchange(*this, {});
+  Run(taken, in_units).simplify(taken, checkpoint);
+  *this = std::move(taken);
 }
 
 Simplified SimplifiedPiece::result() const {

@@ -24,7 +24,7 @@
 //   SimplifiedPiece left(mesh, step), right(other_mesh, step);
 //   left.simplify(0.25);
 //   right.simplify(0.25);
-//   SimplifiedPiece whole = SimplifiedPiece::joined(std::array{left, right});
+//   SimplifiedPiece whole = SimplifiedPiece::joined({left, right});
 //   whole.simplify(0.25);
 #pragma once
 
@@ -67,11 +67,12 @@ class SimplifiedPiece {
   // SimplificationOptions.
   SimplifiedPiece(LatticeMesh mesh, const Vec3& step);
   // Requires pieces of one surface, with the same steps, that have nothing in common but borders.
-  [[nodiscard]] static SimplifiedPiece joined(std::span<const SimplifiedPiece> pieces);
+  // Each is let go as soon as it is part of the whole.
+  [[nodiscard]] static SimplifiedPiece joined(std::vector<SimplifiedPiece> pieces);
 
   // `max_distance` as in SimplificationOptions. Pieces that were simplified with another one keep
   // the bound that they have, where it is the larger. When `checkpoint` throws, which is called now
-  // and then, the piece is as before.
+  // and then, nothing is left of the piece.
   void simplify(
       double max_distance, const std::function<void()>& checkpoint = [] {});
 
@@ -83,7 +84,8 @@ class SimplifiedPiece {
  private:
   class Run;
 
-  void append(const SimplifiedPiece& piece, VertexNumbers& shared);
+  void reserve(std::span<const SimplifiedPiece> pieces);
+  void append(SimplifiedPiece piece, VertexNumbers& shared);
   // Of a lattice step, where the shortest is 1: in which unit datasets are measured does not
   // matter.
   [[nodiscard]] Vec3 proportions() const;

@@ -49,8 +49,7 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
     // A child's rest has been simplified.
     if (own) joined.rest.simplify(options.max_distance, checkpoint);
   } else if (pieces.size() > 1) {
-    joined.rest = SimplifiedPiece::joined(pieces);
-    pieces.clear();
+    joined.rest = SimplifiedPiece::joined(std::move(pieces));
     joined.rest.simplify(options.max_distance, checkpoint);
   }
   return joined;

@@ -25,7 +25,7 @@ struct SimplifiedCube {
 
 struct SimplifiedTileLimits {
   std::size_t triangles = 64'000;           // That are left in a tile,
-  std::size_t vertices_before = 1'000'000;  // and that it had: memory and time of one thread.
+  std::size_t vertices_before = 6'000'000;  // and that it had: memory and time of one thread.
 };
 
 // The surface in a cube from that in its children, and from what lies in no single one of them, if

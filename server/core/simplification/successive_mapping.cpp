@@ -69,31 +69,31 @@ void SuccessiveMapping::number_edges() {
 
 // The border's edges are left out: nobody asks for them, as their ends are never carried.
 void SuccessiveMapping::add_edges(const StoredMapping& map, std::span<const std::uint32_t> parts) {
-  std::vector<std::array<std::uint32_t, 2>> ends;
-  for (const StoredMapping::Edge& edge : map.edges) ends.push_back({edge.low, edge.high});
-  for (std::uint32_t c = 0; c < edge_of_.size(); ++c) {
-    if (c % 4 == 3) continue;
-    const std::uint32_t across = mesh_.opposite(c);
-    if (across == kNone || across < c) continue;
-    const bool is_known = !parts.empty() && parts[CollapsingMesh::triangle_of(c)] ==
-                                                parts[CollapsingMesh::triangle_of(across)];
-    if (is_known) continue;
-    ends.push_back(
-        {mesh_.vertex(CollapsingMesh::next(c)), mesh_.vertex(CollapsingMesh::previous(c))});
-  }
-  for (const auto& [p, q] : ends) {
+  const auto visit_edges = [&](const auto& visit) {
+    for (const StoredMapping::Edge& edge : map.edges) visit(edge.low, edge.high);
+    for (std::uint32_t c = 0; c < edge_of_.size(); ++c) {
+      if (c % 4 == 3) continue;
+      const std::uint32_t across = mesh_.opposite(c);
+      if (across == kNone || across < c) continue;
+      const bool is_known = !parts.empty() && parts[CollapsingMesh::triangle_of(c)] ==
+                                                  parts[CollapsingMesh::triangle_of(across)];
+      if (is_known) continue;
+      visit(mesh_.vertex(CollapsingMesh::next(c)), mesh_.vertex(CollapsingMesh::previous(c)));
+    }
+  };
+  visit_edges([&](std::uint32_t p, std::uint32_t q) {
     ++halves_begin_[p + 1];
     ++halves_begin_[q + 1];
-  }
+  });
   for (std::size_t v = 1; v < halves_begin_.size(); ++v) halves_begin_[v] += halves_begin_[v - 1];
+  halves_.resize(halves_begin_.back());
   std::vector<std::uint32_t> end(halves_begin_.begin(), halves_begin_.end() - 1);
-  halves_.resize(2 * ends.size());
-  for (const auto& [p, q] : ends) {
+  visit_edges([&](std::uint32_t p, std::uint32_t q) {
     const std::uint32_t at_p = end[p]++;
     const std::uint32_t at_q = end[q]++;
     halves_[at_p] = {.other = q, .twin = at_q};
     halves_[at_q] = {.other = p, .twin = at_p};
-  }
+  });
 }
 
 // At every vertex the map's edges come first, in the map's order.

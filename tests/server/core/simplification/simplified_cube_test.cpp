@@ -128,7 +128,7 @@ TEST_P(SimplifiedCubes, ASmallerBudgetAboveHoldsForWhatIsSimplifiedThere) {
     pieces.emplace_back(leaf.mesh, step_);
     pieces.back().simplify(0.5);
   }
-  SimplifiedPiece whole = SimplifiedPiece::joined(pieces);
+  SimplifiedPiece whole = SimplifiedPiece::joined(std::move(pieces));
   whole.simplify(0.1);
   const Simplified small = whole.result();
   EXPECT_LE(small.bound, 0.5);
@@ -150,9 +150,10 @@ TEST_P(SimplifiedCubes, PiecesMayBeJoinedInSeveralStepsBeforeTheyAreSimplified) 
     std::vector<SimplifiedPiece> pairs;
     for (std::size_t i = 0; i < pieces.size(); i += 2) {
       const std::size_t count = std::min<std::size_t>(2, pieces.size() - i);
-      pairs.push_back(SimplifiedPiece::joined(std::span(pieces).subspan(i, count)));
+      const auto first = pieces.begin() + static_cast<std::ptrdiff_t>(i);
+      pairs.push_back(SimplifiedPiece::joined({first, first + static_cast<std::ptrdiff_t>(count)}));
     }
-    SimplifiedPiece whole = SimplifiedPiece::joined(pairs);
+    SimplifiedPiece whole = SimplifiedPiece::joined(std::move(pairs));
     whole.simplify(0.2);
     const Simplified small = whole.result();
     const auto full = placed(surface_.mesh, step_);
