@@ -3,6 +3,7 @@ import "./style/colours.css";
 import "./style/page.css";
 import "./style/panel.css";
 import "./style/bar.css";
+import "./style/fingers.css";
 
 import type * as THREE from "three";
 

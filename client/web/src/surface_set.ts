@@ -143,6 +143,8 @@ export class SurfaceSet {
       progress: { ...first.client.progress.get(), phase, retryAt },
       triangles: drawn.reduce((sum, { client }) => sum + trianglesOf(client.progress.get()), 0),
       surfaces: drawn.length,
+      resting: seen.filter(({ client }) => !client.progress.get().isStreaming).length,
+      seen: seen.length,
       isLead: first === this.members[0],
     };
   }

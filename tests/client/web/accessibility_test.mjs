@@ -1,7 +1,9 @@
 // What axe-core finds in the page: nothing serious, dark and light, wide and narrow, with all that can be
-// open open.
+// open open. On a telephone fingers have room, and so has the surface.
 //
 //   node accessibility_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
+import assert from "node:assert/strict";
+
 import { examine } from "./axe.mjs";
 import { complete, finish, open, patience, test } from "./in_a_browser.mjs";
 
@@ -27,4 +29,31 @@ for (const theme of ["dark", "light"]) {
     });
   }
 }
+
+const telephone = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true };
+await test("LeavesRoomForFingersAndForTheSurface", async (page) => {
+  await open(page, everything);
+  await complete(page);
+  await page.evaluate(() => document.querySelectorAll("details").forEach((one) => (one.open = true)));
+  const small = await page.evaluate(() => [...document.querySelectorAll("button, input, select, summary")].flatMap((one) => {
+    const hit = one.closest(".toggle") ?? one; // Its words belong to it.
+    const { width, height } = hit.getBoundingClientRect();
+    const isAnAxis = one.closest(".orientation"); // As "Front", "Side" and "Top" are buttons, too.
+    return isAnAxis || width === 0 || (width >= 43.5 && height >= 43.5) ? [] : [`${hit.outerHTML.slice(0, 120)}: ${width} x ${height}`];
+  }));
+  assert.deepEqual(small, []);
+  const canvas = await page.locator(".stage canvas").boundingBox();
+  await page.touchscreen.tap(canvas.x + 0.5 * canvas.width, canvas.y + 0.42 * canvas.height);
+  await page.waitForSelector(".picked:not([hidden])", { timeout: patience });
+  const picked = await page.locator(".picked").boundingBox();
+  assert(picked.height <= 0.3 * canvas.height, `${picked.height} of ${canvas.height}`);
+  assert(picked.y >= canvas.y + 0.5 * canvas.height, "the middle is free");
+  const below = await page.evaluate(() => [...document.querySelectorAll(".orientation .end, .scale-bar")]
+    .filter((one) => getComputedStyle(one).visibility === "visible")
+    .filter((one) => {
+      const [a, b] = [one, document.querySelector(".picked")].map((it) => it.getBoundingClientRect());
+      return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+    }).map(({ className }) => className));
+  assert.deepEqual(below, [], "nothing lies over what is told");
+}, telephone);
 await finish();

@@ -350,6 +350,14 @@ async function tellsWhatIsSeen(page) {
     const fact = document.querySelector(".fact.triangles");
     return fact.textContent.replace(/[\s\u202f]/g, "").endsWith(text);
   }, words, { timeout: patience });
+  await page.addInitScript(() => {
+    window.calledCompleteTooEarly = [];
+    new MutationObserver(() => {
+      const rows = [...document.querySelectorAll(".surface-state")].map(({ textContent }) => textContent);
+      const isEarly = rows.some((text) => !/voxels?$/.test(text));
+      if (document.querySelector(".state b")?.textContent === "Complete" && isEarly) window.calledCompleteTooEarly.push(rows);
+    }).observe(document, { subtree: true, childList: true, characterData: true });
+  });
   await open(page, "#dataset=gyroid&isovalue=0.1&error=1&surfaces=0.5,ff0000");
   await page.waitForFunction(() => [...document.querySelectorAll(".surface-state")].length === 2 &&
     [...document.querySelectorAll(".surface-state")].every(({ textContent }) => /voxels?$/.test(textContent)), null, { timeout: patience });
@@ -357,6 +365,8 @@ async function tellsWhatIsSeen(page) {
     Number(textContent.split("triangles")[0].replace(/\D/g, ""))));
   assert(each.every((triangles) => triangles > 0) && each[0] !== each[1], String(each));
   await count(`${each[0] + each[1]}trianglesof2surfaces`);
+  await complete(page);
+  assert.deepEqual(await page.evaluate(() => window.calledCompleteTooEarly), []);
   await page.click('summary:has-text("Surfaces")').catch(() => {});
   await page.evaluate(() => document.querySelector('.eye[aria-label="Show surface 1"]').click());
   await count(`${each[1]}triangles`);

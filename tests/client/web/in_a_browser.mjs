@@ -43,9 +43,10 @@ const browser = await chromium.launch({
 const reader = await browser.newPage(); // Reads pictures.
 let failures = 0;
 
-export async function test(name, act) {
+// `device`: what the page is to believe that it is seen on.
+export async function test(name, act, device = {}) {
   if (process.env.ONLY && !new RegExp(process.env.ONLY).test(name)) return; // While one works on it.
-  const page = await browser.newPage({ viewport: { width: 900, height: 640 } });
+  const page = await browser.newPage({ viewport: { width: 900, height: 640 }, ...device });
   page.setDefaultTimeout(patience);
   const trouble = [];
   page.on("console", (message) => {

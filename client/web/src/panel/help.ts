@@ -37,7 +37,7 @@ export class Help {
     this.element = h("dialog", { class: "help", "aria-label": "How to use it" }, close,
       h("h2", {}, "In the picture"),
       h("table", {},
-        h("tr", {}, h("th"), h("th", {}, "mouse"), h("th", {}, "touch")),
+        h("tr", {}, h("td"), h("th", {}, "mouse"), h("th", {}, "touch")),
         ...hands.map(([what, mouse, touch]) =>
           h("tr", {}, h("td", {}, what), h("td", {}, mouse), h("td", {}, touch)))),
       h("h2", {}, "Keys"),

@@ -1,5 +1,6 @@
 // One line about the surface that is shown and the one that comes, and the certificate behind it. Of several
-// surfaces it is the first one that is seen; triangles are counted of all that are.
+// surfaces it is the first one that is seen; triangles are counted of all that are, and none is called complete
+// while another one comes.
 import type { Progress, ShownComponents, StepFacts, SurfacesStatus, SurfaceSize } from "../state/progress";
 import { accuracyOf, certificateOf, errorWords, isEmpty, sealWords } from "./certificate";
 import { grouped, h, inBytes, inSeconds, inTriangles } from "./dom";
@@ -72,8 +73,8 @@ export class StatusBar {
     const { shown, isStreaming, tilesReceived, tilesToCome } = progress;
     const share = tilesToCome > 0 ? tilesReceived / tilesToCome : isStreaming ? 0 : 1;
     this.meter.style.setProperty("--share", String(share));
-    this.meter.classList.toggle("is-active", isStreaming);
-    this.showState(progress);
+    this.meter.classList.toggle("is-active", isStreaming || status.resting < status.seen);
+    this.showState(status);
     this.showTriangles(status, expected);
     this.error.show(
       shown && accuracyOf(shown, 3).value,
@@ -94,17 +95,24 @@ export class StatusBar {
     this.showCertificate(progress);
   }
 
-  private showState(progress: Progress): void {
+  private showState({ progress, resting, seen }: SurfacesStatus): void {
     const { shown, isStreaming, step, tilesReceived, tilesToCome } = progress;
+    if (!isStreaming && progress.phase === "ready" && resting < seen) {
+      this.say(`${resting} of ${seen}`, "surfaces are there");
+      return;
+    }
     const coming = tilesToCome > 0 ? `Tile ${tilesReceived} of ${tilesToCome}` : "Asking…";
     const complete = shown && isEmpty(shown) ? "No surface" : "Complete";
-    const resting = shown ? (shown.isFinal ? complete : "Preview") : "Waiting";
-    const word = isStreaming ? coming : progress.phase === "ready" ? resting : "Not connected";
+    const atRest = shown ? (shown.isFinal ? complete : "Preview") : "Waiting";
+    const word = isStreaming ? coming : progress.phase === "ready" ? atRest : "Not connected";
     const label = isStreaming
       ? `step ${step + 1}`
       : shown ? `step ${shown.step + 1}${shown.isFinal ? ", final" : " shown"}` : "";
+    this.say(word, label, isStreaming ? `Step ${step + 1} is coming` : word);
+  }
+
+  private say(word: string, label: string, aloud = `${word} ${label}`): void {
     this.state.show(word, label);
-    const aloud = isStreaming ? `Step ${step + 1} is coming` : word;
     if (this.spoken.textContent !== aloud) this.spoken.textContent = aloud;
   }
 

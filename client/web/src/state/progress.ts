@@ -71,6 +71,8 @@ export interface SurfacesStatus {
   isLead: boolean; // That is the first there is.
   triangles: number; // That are drawn,
   surfaces: number; // of so many.
+  resting: number; // That nothing comes of,
+  seen: number; // of so many that are seen.
 }
 
 export const noProgress: Progress = {
