@@ -11,6 +11,7 @@ import {
 
 await test("ShowsASurfaceAtOnceAndChecksIt", showsASurface);
 await test("FollowsADraggedIsovalueWithoutEverShowingNothing", followsADrag);
+await test("KeepsItsControlsWhereTheyAre", keepsItsControls);
 await test("RefinesTheRegionThatIsDragged", refinesARegion);
 await test("TellsHowLargeASurfaceWillBe", tellsSizes);
 await test("ObeysKeysAndRemembersThemInTheAddress", obeysKeys);
@@ -69,6 +70,32 @@ async function followsADrag(page) {
   await page.waitForFunction((v) => location.hash.includes(`isovalue=${v}`), isovalue, { timeout: patience });
   const after = await complete(page, (shown) => shown.digest !== before.digest);
   assert.notEqual(after.triangles, before.triangles);
+}
+
+// While surfaces come, go and are none; only what is chosen changes what there is to choose.
+async function keepsItsControls(page) {
+  await open(page, "#dataset=head&isovalue=500.5&error=0.5");
+  await complete(page);
+  await page.evaluate(() => {
+    const tops = () => [...document.querySelectorAll(".panel :is(button, input, summary)")]
+      .filter((one) => one.getClientRects().length > 0)
+      .map((one) => `${one.getAttribute("aria-label") ?? one.textContent}: ${Math.round(one.getBoundingClientRect().top)}`)
+      .join("\n");
+    window.arrangements = new Set();
+    const look = () => {
+      window.arrangements.add(tops());
+      requestAnimationFrame(look);
+    };
+    look();
+  });
+  for (const isovalue of ["300.5", "1e6", "400.5"]) {
+    const before = await page.textContent(".state");
+    await page.fill('[aria-label="Isovalue"]', isovalue);
+    await page.press('[aria-label="Isovalue"]', "Enter");
+    await page.waitForFunction((old) => document.querySelector(".state").textContent !== old, before, { polling: 10, timeout: patience });
+    await page.waitForFunction(() => /Complete|No surface/.test(document.querySelector(".state b").textContent), null, { timeout: patience });
+  }
+  assert.deepEqual([...await page.evaluate(() => [...window.arrangements])].slice(1), [], "there is one arrangement");
 }
 
 async function refinesARegion(page) {
