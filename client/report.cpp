@@ -26,7 +26,8 @@ Json step_json(const FetchedStep& fetched) {
   Json json = {{"step", begin.step},
                {"final", begin.is_final},
                {"parameters", json_of(begin.request)},
-               {"error_bound_world", begin.error_bound_world},
+               {"error_bound_world",
+                begin.finest_spacing > 1 ? Json(nullptr) : Json(begin.error_bound_world)},
                {"simplification_bound_world", simplification_bound(begin)},
                {"finest_spacing", begin.finest_spacing},
                {"tetrahedra", begin.tetrahedra},
@@ -71,7 +72,7 @@ Json distances_json(const DistanceCheck& check, const std::string& against) {
 // bound, but a spacing.
 std::string accuracy_of(const StepBegin& begin, const DatasetInfo& info) {
   if (begin.finest_spacing > 1)
-    return "spacing " + std::to_string(begin.finest_spacing) + " samples";
+    return "1 in " + std::to_string(begin.finest_spacing) + " samples per axis";
   const IsosurfaceRequest& request = begin.request;
   if (!request.thresholds.is_uniform()) {
     return "errors up to " + human_error(begin.error_bound_world, request.unit, info);
@@ -172,7 +173,7 @@ std::string checks_table(const std::vector<FetchedStep>& steps) {
       [](const CommittedStep& s) { return std::to_string(s.topology.euler_characteristic); });
   row("topology preserved", [](const CommittedStep& s) {
     if (s.topology.triangles == 0) return "empty";
-    return preserves_topology(s.begin) ? "yes" : s.begin.is_final ? "no" : "preview";
+    return preserves_topology(s.begin) ? "yes" : s.begin.finest_spacing > 1 ? "preview" : "no";
   });
   return table;
 }

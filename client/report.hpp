@@ -35,9 +35,10 @@ struct FetchReport {
 // final step in the world; null: there is none, or it has a border), tiles_held,
 // tiles_received, bytes_received, reconnections, steps, after a full check `distances`, and, of a
 // fetch that failed, error: {code, text}. A step's keys are those of json_report.hpp and: step,
-// final, parameters, error_bound_world, finest_spacing, tetrahedra, active_tetrahedra, tiles,
-// tiles_received, bytes (of payload), first_byte_seconds, seconds, server_seconds, content_digest,
-// checks. After a lost connection tiles_received and bytes of a step are those that came since.
+// final, parameters, error_bound_world (null: a preview has none), finest_spacing, tetrahedra,
+// active_tetrahedra, tiles, tiles_received, bytes (of payload), first_byte_seconds, seconds,
+// server_seconds, content_digest, checks. After a lost connection tiles_received and bytes of a
+// step are those that came since.
 //
 // distances: against, full_triangles, unit ("voxel"), threshold, snapping and limit (null: nothing
 // is promised), passed (null likewise), mesh_to_full and full_to_mesh: {samples, maximum,

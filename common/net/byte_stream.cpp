@@ -65,6 +65,11 @@ asio::awaitable<error_code> ByteStream::handshake_as_server() {
   co_return error;
 }
 
+bool ByteStream::was_plain_http(const error_code& error) {
+  return error.category() == asio::error::get_ssl_category() &&
+         ERR_GET_REASON(static_cast<unsigned long>(error.value())) == SSL_R_HTTP_REQUEST;
+}
+
 asio::awaitable<Result<void>> ByteStream::handshake_as_client(std::string host,
                                                               std::string ca_option) {
   if (!is_tls()) co_return Result<void>();

@@ -42,6 +42,8 @@ class ByteStream {
 
   // Must be over before the first read or write. Nothing to do for plain TCP.
   [[nodiscard]] asio::awaitable<error_code> handshake_as_server();
+  // Whether that failed because HTTP without TLS came.
+  [[nodiscard]] static bool was_plain_http(const error_code& error);
   // Asks for the certificate of `host` and, unless the context believes everybody, accepts no
   // other. The error is the end of a sentence; kInvalidArgument where trying again is no use.
   // `ca_option` is how users name an authority.

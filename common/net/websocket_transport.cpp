@@ -131,10 +131,13 @@ Error refused_upgrade(const Endpoint& server, const websocket::response_type& re
   const auto status = response.result_int();
   const std::string what = to_string(server) + " answers " + std::to_string(status) + " " +
                            std::string(response.reason()) + " and opens no WebSocket";
-  if (status == 503 || status == 429) return {ErrorCode::kUnavailable, what + "; try again later."};
+  const std::string& words = response.body();
+  if (status == 503 || status == 429) {
+    return {ErrorCode::kUnavailable,
+            what + "; try again later" + (words.empty() ? "." : ": " + words)};
+  }
   return {ErrorCode::kInvalidArgument,
-          what + ": " +
-              (response.body().empty() ? "are the port and the path right?" : response.body())};
+          what + ": " + (words.empty() ? "are the port and the path right?" : words)};
 }
 
 asio::awaitable<Result<void>> WebSocket::open(Endpoint server) {
@@ -160,8 +163,9 @@ asio::awaitable<Result<void>> WebSocket::open(Endpoint server) {
                        ".");
   }
   if (error) {
-    co_return fail(ErrorCode::kUnavailable, "The connection to " + to_string(server) +
-                                                " was lost: " + error.message() + ".");
+    co_return fail(ErrorCode::kUnavailable,
+                   "The connection to " + to_string(server) + " was lost: " + error.message() +
+                       (server.is_secure() ? "." : ". If that port speaks TLS, write wss://."));
   }
   if (response[http::field::sec_websocket_protocol] != kSubprotocolField) {
     co_return fail(ErrorCode::kUnsupportedVersion, to_string(server) + " does not speak " +

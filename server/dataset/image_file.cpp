@@ -234,7 +234,17 @@ ImageFile::ImageFile(const fs::path& file, VolumeFormat format, const VolumeChoi
   const bool is_meta_series =
       format == VolumeFormat::kMetaImage && reader_->io->GetNumberOfDimensions() == 4;
   header_ = header_of(file, *reader_->io, is_meta_series);
-  if (have_layers(members_.labels)) members_.labels = segments_in(nrrd, header_.components);
+  if (have_layers(members_.labels)) {
+    members_.labels = segments_in(nrrd, header_.components);
+    if (header_.components > 1 && choice.component == ComponentChoice() && !choice.first) {
+      fail_reading(file,
+                   "it is a segmentation: " + std::to_string(members_.labels.size()) +
+                       " segments in " + std::to_string(header_.components) +
+                       " layers, as some overlap",
+                   "Prepare each segment with --label all -o FOLDER/, or the numbers of one layer "
+                   "with --component, from 0 on");
+    }
+  }
   if (!is_meta_series) return;
   volume_.count = static_cast<std::int64_t>(reader_->io->GetDimensions(3));
   members_.times = even_times(volume_.count, reader_->io->GetOrigin(3), reader_->io->GetSpacing(3),

@@ -223,12 +223,14 @@ void SampleConversion::convert(const std::byte* stored, std::size_t count, Sampl
 }
 
 void SampleConversion::tell(const Notice& notice) const {
-  if (!notice || is_none_) return;
+  const bool is_scaled = header_.slope != 1 || header_.intercept != 0;
+  const bool is_typed_anew = type_ != static_cast<SampleType>(header_.type);
+  if (!notice || (!is_scaled && !is_typed_anew && saturated_ == 0)) return;
   std::string text = "'" + file_.string() + "': samples of type " + std::string(name(header_.type));
-  if (header_.slope != 1 || header_.intercept != 0) {
+  if (is_scaled) {
     text += " times " + number_text(header_.slope) + " plus " + number_text(header_.intercept);
   }
-  if (type_ != static_cast<SampleType>(header_.type)) text += " become " + std::string(name(type_));
+  if (is_typed_anew) text += " become " + std::string(name(type_));
   if (type_ == SampleType::kF32) {
     text += largest_error_ == 0 ? ", exactly"
                                 : ", at most " + number_text(largest_error_) + " from their values";

@@ -74,6 +74,7 @@ asio::awaitable<void> HttpConnection::run() {
   if (error) {
     log_line_about(client_->facts().peer, LogLevel::kInfo, "no TLS: " + error.message(),
                    {{"connection", client_->facts().connection}, {"peer", client_->facts().peer}});
+    if (ByteStream::was_plain_http(error)) co_await refuse_plain_http();
     co_return;
   }
   while (auto request = co_await read_request()) {
@@ -230,9 +231,30 @@ bool HttpConnection::has_hung_up() {
 // reset the connection and take our last words away from it.
 asio::awaitable<void> HttpConnection::hang_up() {
   deadline_.set(options_.linger);
-  error_code error = co_await stream_->shut_down();
+  const error_code error = co_await stream_->shut_down();
   if (stream_->is_tls() && !error) co_return;  // Both sides have said that nothing more comes.
-  error = {};
+  co_await drop_the_rest();
+}
+
+// Below TLS, which has failed.
+asio::awaitable<void> HttpConnection::refuse_plain_http() {
+  deadline_.set(options_.linger);
+  constexpr std::string_view kWords =
+      "This port speaks TLS: write https:// in place of http://, and wss:// in place of ws://.\n";
+  const std::string answer =
+      "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nConnection: close\r\n"
+      "Content-Length: " +
+      std::to_string(kWords.size()) + "\r\n\r\n" + std::string(kWords);
+  error_code error;
+  co_await asio::async_write(stream_->socket(), asio::buffer(answer), use_error(error));
+  if (error) co_return;
+  stream_->socket().shutdown(tcp::socket::shutdown_send, error);
+  co_await drop_the_rest();
+}
+
+// Until the other side hangs up, or the deadline: a socket that closes before loses what was said.
+asio::awaitable<void> HttpConnection::drop_the_rest() {
+  error_code error;
   std::array<char, 1024> dropped;  // NOLINT: nobody looks at it.
   while (!error) {
     co_await stream_->socket().async_read_some(asio::buffer(dropped), use_error(error));

@@ -42,6 +42,8 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
   asio::awaitable<bool> write_file(const ScratchFile& file, std::uint64_t first,
                                    std::uint64_t length);
   asio::awaitable<void> hang_up();
+  asio::awaitable<void> refuse_plain_http();
+  asio::awaitable<void> drop_the_rest();
   // Tells of a request that was answered. `request` is null where the bytes were none.
   void tell(const HttpRequest* request, const RequestContext& context, const Answer& answer,
             bool with_body);

@@ -57,7 +57,8 @@ void add_security(Command& command, ListenerOptions& o) {
   command
       .add_option("--tokens", o.tokens,
                   "Who may see which datasets: a file of lines as `multitetra-server token` makes "
-                  "them. Read again on SIGHUP. Without it everybody may see everything")
+                  "them. Read again on SIGHUP. Without it everybody may see everything, through a "
+                  "gateway what the servers behind it let them see")
       ->group(group);
   command
       .add_option(

@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -81,13 +83,24 @@ class OutputFolder {
   bool is_new_ = false;
 };
 
+bool holds_datasets(const std::filesystem::path& folder) {
+  if (!std::filesystem::is_directory(folder)) return false;
+  const std::filesystem::directory_iterator all(folder);
+  return std::any_of(begin(all), end(all),
+                     [](const auto& entry) { return entry.path().extension() == ".mtd"; });
+}
+
 int prepare_many(const PrepareArguments& arguments) {
   if (!arguments.name.empty()) {
     throw ExitError(kUsage, "--name is for one volume; several are named after their files.");
   }
   std::vector<PrepareJob> jobs = jobs_for(arguments.inputs, arguments.output);
   if (jobs.empty()) {
-    throw ExitError(kUsage, "There is no volume in " + arguments.inputs.front() + ".");
+    const std::string& input = arguments.inputs.front();
+    throw ExitError(
+        kUsage,
+        "There is no volume in " + input +
+            (holds_datasets(input) ? ", but datasets: multitetra-server serve " + input : "."));
   }
   const OutputFolder folder(arguments.output);
   for (PrepareJob& job : jobs) job.choice = arguments.volume.parsed().choice;
@@ -121,13 +134,23 @@ void require_one_way(const PrepareArguments& arguments) {
 
 int prepare_families(const PrepareArguments& arguments) {
   require_one_way(arguments);
-  const OutputFolder folder(arguments.output);
+  const std::filesystem::path output = arguments.output;
+  const bool is_file = output.extension() == ".mtd";  // One label or field needs no folder.
+  std::optional<OutputFolder> folder;
+  if (!is_file) folder.emplace(arguments.output);
   const auto notice = [&](const std::string& text) {
     if (!arguments.quiet) std::cerr << "prepare: " << text << "\n";
   };
-  LatestLabelMap maps(arguments.output);
+  LatestLabelMap maps(is_file ? output.parent_path() : output);
   try {
-    return prepare_all(arguments, family_jobs(arguments, maps, notice), maps);
+    std::vector<PrepareJob> jobs = family_jobs(arguments, maps, notice);
+    if (!is_file) return prepare_all(arguments, jobs, maps);
+    if (jobs.size() != 1) {
+      throw ExitError(kUsage, "--output: " + arguments.output + " is a name for one dataset, and " +
+                                  std::to_string(jobs.size()) + " are to be made; give a folder.");
+    }
+    jobs.front().output = output;
+    return prepare_single(arguments, jobs.front());
   } catch (const VolumeFileError& problem) {
     throw ExitError(kUsage, problem.what());
   }

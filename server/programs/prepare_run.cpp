@@ -288,10 +288,12 @@ int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>
   } else if (arguments.quiet) {
     std::cerr << failures;
   } else {
-    std::cout << table << jobs.size()
-              << (arguments.family.are_given() ? " members, " : " volumes, ") << failed
-              << " failed.\n"
-              << "Next: multitetra-server serve " << arguments.output << "\n";
+    const std::string what = arguments.family.are_given() ? " member" : " volume";
+    std::cout << table << jobs.size() << what << (jobs.size() == 1 ? ", " : "s, ") << failed
+              << " failed.\n";
+    if (failed < jobs.size()) {
+      std::cout << "Next: multitetra-server serve " << arguments.output << "\n";
+    }
   }
   return failed == 0 ? kOk : kFailed;
 }

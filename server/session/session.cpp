@@ -143,7 +143,9 @@ Result<std::shared_ptr<const StepSource>> Session::source_of(const std::string& 
       rights_.may_see(dataset) ? catalogue_->find(dataset) : nullptr;
   if (!source) {
     return fail(ErrorCode::kUnknownDataset,
-                "No dataset is named \"" + dataset + "\"; ListDatasets tells those that are.");
+                "No dataset is named \"" + dataset +
+                    "\"; the list of datasets (multitetra-client list, /v1/datasets) tells those "
+                    "that are.");
   }
   return source;
 }

@@ -155,7 +155,7 @@ TEST(Report, TheLineOfAPreviewTellsItsSpacingAndNoErrorBecauseItPromisesNone) {
   step.begin.finest_spacing = 4;
   const std::string line =
       step_line({.step = std::make_shared<const CommittedStep>(step)}, testing::octahedra_info());
-  EXPECT_EQ(line.find("step 0 (preview): isovalue 100.5, spacing 4 samples, "), 0U) << line;
+  EXPECT_EQ(line.find("step 0 (preview): isovalue 100.5, 1 in 4 samples per axis, "), 0U) << line;
   EXPECT_EQ(line.find("error"), std::string::npos) << line;
 }
 

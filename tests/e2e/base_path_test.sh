@@ -6,6 +6,7 @@ set -euo pipefail
 bin=$(cd "$1" && pwd)
 server=$bin/multitetra-server
 client=$bin/multitetra-client
+recipe=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)/docker/nginx.conf
 source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 for needed in nginx curl; do
   command -v "$needed" >/dev/null || { echo "!! $needed is missing: base paths are NOT TESTED."; exit 77; }
@@ -20,19 +21,24 @@ start server "$server" serve gyroid.mtd --tcp off --http 127.0.0.1:0 --viewer pa
   --trusted-proxy 127.0.0.1
 http=$(url_of server http)
 port=$(free_port)
+# What the recipe gives for it at its end, in the places that it names.
+sed -n '/^# Below a path/,$s/^#   //p' "$recipe" | sed "s|http://127.0.0.1:7480|$http|" >below
+sed -n '/^map/,/^}/p' below >map
+sed '/^map/,/^}/d' below >locations
+grep -q 'location /volumes' locations || fail "docker/nginx.conf ends without a location"
 cat >nginx.conf <<CONF
 events {}
 http {
   client_body_temp_path nginx/body; proxy_temp_path nginx/proxy; fastcgi_temp_path nginx/fastcgi;
   uwsgi_temp_path nginx/uwsgi; scgi_temp_path nginx/scgi; access_log off;
+  $(cat map)
   server {
     listen 127.0.0.1:$port;
-    proxy_http_version 1.1;
-    proxy_set_header Host \$http_host;
-    proxy_set_header Upgrade \$http_upgrade;
-    proxy_set_header Connection upgrade;
-    location /volumes { proxy_pass $http; }
-    location /elsewhere/ { proxy_pass $http/; }
+    $(cat locations)
+    location /elsewhere/ {
+      $(sed -n '/location .volumes {/,/}/{/proxy_[hs]/p}' locations)
+      proxy_pass $http/;
+    }
   }
 }
 CONF
@@ -48,6 +54,7 @@ for path in volumes elsewhere; do
   "$client" list --server "ws://127.0.0.1:$port/$path/" | grep -q gyroid || fail "no conversation below /$path/"
   "$client" fetch --server "ws://127.0.0.1:$port/$path/v1/stream" --isovalue 0 -o mesh.ply --quiet || fail "no stream below /$path/"
 done
+[ "$(curl -s -o /dev/null -w '%{http_code}' "$site/volumes/metrics")" = 404 ] || fail "nginx shows the metrics to everybody"
 [ "$(curl -s -o /dev/null -w '%{http_code} %{redirect_url}' "$site/volumes")" = "308 $site/volumes/" ] ||
   fail "/volumes does not lead to /volumes/"
 curl -sf -o /dev/null "$http/livez" || fail "the server itself is not to be asked without the path"

@@ -32,6 +32,8 @@ open("in/many.nrrd", "wb").write(b"NRRD0004\ntype: uint16\ndimension: 3\nsizes: 
                               b"".join(i.to_bytes(2, "little") for i in range(1600)))
 EOPY
 ends 0 "--label all" "$server" prepare in/organs.seg.nrrd -o whole.mtd
+mkdir there && cp whole.mtd there && ends 2 "no volume in there, but datasets: multitetra-server serve there" \
+  "$server" prepare there -o elsewhere
 ends 0 "2 members, 0 failed" "$server" prepare in/organs.seg.nrrd --label all --name organs -o organs
 ends 0 "organs.label7: up to date" "$server" prepare in/organs.seg.nrrd --label all --name organs -o organs
 says organs/organs.label3.mtd '"organs", label 3 (liver, #dd8265)'
@@ -65,13 +67,16 @@ says layers/layers.label1.mtd '"layers", label 1 (liver)'
 says layers/layers.label2.mtd '"layers", label 2 (tumour)'
 says layers/layers.label3.mtd '"layers", label 3 (spleen)'
 ends 0 "layers.label2: up to date" "$server" prepare overlap/layers.seg.nrrd --label 2,1 --name layers -o layers
-ends 0 "1 members, 0 failed" "$server" prepare overlap/tumour.nrrd --label 1 --name alone -o layers
+ends 0 "1 member, 0 failed" "$server" prepare overlap/tumour.nrrd --label 1 --name alone -o layers
 "$server" extract layers/layers.label2.mtd --error 0 -o of_layer.ply --json --quiet >of_layer.json
 "$server" extract layers/alone.label1.mtd --error 0 -o alone.ply --json --quiet >alone.json
 [ "$(digest of_layer.json)" = "$(digest alone.json)" ] || fail "a segment of the second layer has another surface than alone"
 ends 2 "has no segment 5; it has 1 to 4" "$server" prepare overlap/layers.seg.nrrd --label 5 -o some
 ends 1 "segment 4 (none) is empty" "$server" prepare overlap/layers.seg.nrrd --label 4 -o some
-ends 0 "1 members, 0 failed" "$server" prepare overlap/layers.seg.nrrd --label 1 --component 1 --name chosen -o layers
+! "$server" prepare overlap/layers.seg.nrrd --label 4 -o some 2>/dev/null | grep 'Next:' || fail "there is nothing to serve"
+ends 2 "it is a segmentation: 4 segments in 2 layers, as some overlap. Prepare each segment with --label all" \
+  "$server" prepare overlap/layers.seg.nrrd -o some.mtd
+ends 0 "1 member, 0 failed" "$server" prepare overlap/layers.seg.nrrd --label 1 --component 1 --name chosen -o layers
 says layers/chosen.label1.mtd '"chosen", label 1 (tumour)'
 printf '3 hepar 1 2 3 255\n' >names.ctbl
 ends 0 "organs.label7: up to date" "$server" prepare in/organs.seg.nrrd --label all --label-names names.ctbl --name organs -o organs
@@ -83,7 +88,9 @@ ends 0 '"many.label1599"' "$server" prepare in/many.nrrd --label 1599 -o some
 ends 2 "whole numbers such as 3,7, or all" "$server" prepare in/organs.seg.nrrd --label 3.5 -o some
 ends 2 "all is for itself" "$server" prepare in/organs.seg.nrrd --label all,3 -o some
 ends 2 "named twice" "$server" prepare in/organs.seg.nrrd --label 3,3 -o some
-ends 2 "give a folder" "$server" prepare in/organs.seg.nrrd --label 3 -o some.mtd
+ends 2 "some.mtd is a name for one dataset, and 2 are to be made; give a folder" "$server" prepare in/organs.seg.nrrd --label all -o some.mtd
+ends 0 "Next: multitetra-server serve some.mtd" "$server" prepare in/organs.seg.nrrd --label 3 -o some.mtd
+ends 0 "some.mtd" "$server" info some.mtd && rm some.mtd
 ends 2 "line 1 is no label" "$server" prepare in/organs.seg.nrrd --label 3 --label-names in/organs.seg.nrrd -o some
 ends 2 "exclude each other" "$server" prepare in/organs.seg.nrrd --label 3 --plan 2 -o some
 ends 2 "for --label" "$server" prepare in/organs.seg.nrrd --label-names names.ctbl -o some
@@ -217,7 +224,7 @@ EOPY
   says flow/flow.p.t0001.mtd '"flow", field p, time 1.5 ms'
   says flow/flow.b_q.t0001.mtd '"flow", field b/q, time 1.5 ms'
   says flow/flow.b_q.t0001.mtd '127 to 246'
-  ends 0 "1 members" "$server" prepare in/flow.h5 --field p --time 1 -o flow_one
+  ends 0 "1 member" "$server" prepare in/flow.h5 --field p --time 1 -o flow_one
   ends 2 "Its fields are p, a/q, b/q." "$server" prepare in/flow.h5 --field mask -o flow
   # And DICOM of two images at each of four positions.
   "$2" - <<'EOPY'

@@ -40,7 +40,7 @@ class Viewer(ipywidgets.DOMWidget):
     height = traitlets.Int(480, help="Of the cell, in pixels.").tag(sync=True)
     wanted = traitlets.Dict(help="Settings that Python has said.").tag(sync=True)
     settings = traitlets.Dict(help="All settings, as the viewer has them; empty before it is shown.").tag(sync=True)
-    shown = traitlets.Dict(help="Facts of the step that was shown last: triangles, errorWorld, topology, ...").tag(sync=True)
+    shown = traitlets.Dict(help="Facts of the step that was shown last: triangles, errorWorld (None: a preview, see spacing), topology, ...").tag(sync=True)
     picks = traitlets.List(help="Places that were clicked: world, index, isovalue.").tag(sync=True)
     passed_over = traitlets.List(help="Names of settings whose last values meant nothing to the viewer.").tag(sync=True)
 

@@ -1,7 +1,7 @@
 // A page around this one may set and read what is shown, and hears of what happens, by messages of
 // windows: client/web/EMBEDDING.md says which. Only the page around this one is heard; it is told things
 // only after it has spoken, and only at the origin that it then had.
-import type { Viewer } from "./viewer";
+import type { Viewer, ViewerEvents } from "./viewer";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Picked } from "./scene/picking";
 import { settingsFrom } from "./state/said";
@@ -33,7 +33,7 @@ export class Embedding {
       lengthUnit: info.lengthUnit, valueUnit: info.valueUnit, suggestedIsovalues: [...info.suggestedIsovalues],
       member: memberOf(info), times: viewer.times?.all ?? [],
     }));
-    viewer.on("shown", (facts) => this.tell("shown", { ...facts }));
+    viewer.on("shown", (facts) => this.tell("shown", toldStep(facts)));
     viewer.on("picked", (place) => this.tell("picked", told(place)));
     around.postMessage({ multitetra: "ready", version }, "*"); // Says nothing but that.
   }
@@ -77,6 +77,11 @@ function memberOf({ member }: DatasetInfo): object | null {
   if (!member) return null;
   const { family, field, time = null, timeUnit, label } = member;
   return { family, field, time, timeUnit, label: label ? { value: label.value, name: label.name } : null };
+}
+
+// A preview has no error: what the server allows itself for one is not how far it may lie from the surface.
+function toldStep(facts: ViewerEvents["shown"]): object {
+  return facts.spacing > 1 ? { ...facts, errorWorld: null, errorVoxels: null } : { ...facts };
 }
 
 function told({ world, index, surface }: Picked): object {

@@ -137,12 +137,14 @@ export class SurfaceSet {
     const { seen } = this;
     const [first = this.members[0]] = seen;
     const { phase, retryAt } = this.members[0].client.progress.get();
-    const drawn = seen.filter((member) => member.client.shown && this.curtain.isOpenTo(member));
-    const trianglesOf = ({ shown, components }: Progress) => components?.triangles ?? shown?.triangles ?? 0;
+    const drawn = seen.flatMap((member) => {
+      const { shown, components } = member.client.progress.get();
+      const isDrawn = shown && member.client.shown && this.curtain.isOpenTo(member);
+      return isDrawn ? [{ number: this.members.indexOf(member) + 1, shown, components }] : [];
+    });
     return {
       progress: { ...first.client.progress.get(), phase, retryAt },
-      triangles: drawn.reduce((sum, { client }) => sum + trianglesOf(client.progress.get()), 0),
-      surfaces: drawn.length,
+      drawn,
       resting: seen.filter(({ client }) => !client.progress.get().isStreaming).length,
       seen: seen.length,
       isLead: first === this.members[0],

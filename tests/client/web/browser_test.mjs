@@ -24,6 +24,7 @@ await test("GoesBackToTheIsovalueBefore", goesBack);
 await test("KeepsAPlaceWhenOneClicksBesideTheSurface", keepsAPlace);
 await test("AnnouncesWhatItsSlidersMean", announcesSliders);
 await test("ShowsSeveralSurfacesAndDragsEach", showsSeveral);
+await test("TellsOfSurfacesOfTwoDatasetsTogether", tellsOfTwoDatasets);
 await test("MeasuresThePartThatWasPicked", measuresAPart);
 await test("HidesTheComponentsThatTheCommandLineLeavesOut", hidesDust);
 await test("TellsWhatIsSeenOfSeveralSurfaces", tellsWhatIsSeen);
@@ -291,6 +292,22 @@ async function showsSeveral(page) {
   await page.waitForFunction(() => document.querySelectorAll(".surface-row").length === 1);
   const alone = await complete(page, (shown) => shown.digest !== first.digest);
   assert.notEqual(alone.triangles, first.triangles, "the second one is the first now");
+}
+
+async function tellsOfTwoDatasets(page) {
+  await open(page, "#dataset=head&isovalue=500.5&error=1");
+  await complete(page);
+  assert.match(await page.textContent(".seal"), /Closed surface$/);
+  const bytes = await page.textContent(".fact.bytes");
+  await open(page, "#dataset=head&isovalue=500.5&error=1&surfaces=900.5,00ff00;0.1,ff0000,,,,gyroid");
+  await complete(page);
+  const lines = await page.locator(".isoline").evaluateAll((all) => all.map((one) => one.getAttribute("aria-label")));
+  assert.deepEqual(lines, ["Isovalue of surface 1", "Isovalue of surface 2"], "the gyroid's values are not the head's");
+  assert.match(await page.textContent(".seal"), /No cracks$/, "the gyroid ends where its data does");
+  assert.notEqual(await page.textContent(".fact.bytes"), bytes);
+  await page.click(".seal");
+  assert.deepEqual(await page.locator(".certificate h3").allTextContents(),
+    ["Surface 1: isovalue 500.5", "Surface 2: isovalue 900.5", "Surface 3: isovalue 0.1"]);
 }
 
 async function measuresAPart(page) {

@@ -1,5 +1,5 @@
-import { accuracyOf, errorWords } from "../../../client/web/src/panel/certificate";
-import type { StepFacts } from "../../../client/web/src/state/progress";
+import { accuracyOf, errorWords, leastAccurate, sealWords } from "../../../client/web/src/panel/certificate";
+import type { DrawnSurface, ShownComponents, StepFacts } from "../../../client/web/src/state/progress";
 
 const facts = (said: Partial<StepFacts>) => ({
   errorVoxels: 0.5, errorWorld: 0.25, lengthUnit: "mm", isCertified: true, preservesTopology: true, pixels: null, spacing: 1,
@@ -15,7 +15,7 @@ describe("Accuracy", () => {
 
   test("OfAPreviewIsItsSpacingBecauseItPromisesNoError", () => {
     const preview = facts({ spacing: 4, errorVoxels: 4, isCertified: false, preservesTopology: false });
-    expect(accuracyOf(preview, 3)).toEqual({ value: "1 in 4", unit: "samples" });
+    expect(accuracyOf(preview, 3)).toEqual({ value: "1 in 4", unit: "samples per axis" });
     expect(errorWords(preview)).toMatch(/one sample in 4 along each axis.*promises no error/);
   });
 
@@ -23,5 +23,32 @@ describe("Accuracy", () => {
     expect(accuracyOf(facts({ isCertified: false }), 3)).toEqual({ value: "0.5", unit: "voxels" });
     expect(errorWords(facts({ isCertified: false }))).toMatch(/real distance may exceed it/);
     expect(errorWords(facts({ isCertified: false, preservesTopology: false, tolerance: 2 }))).toMatch(/features up to 2 voxels may be missing, as you asked/);
+  });
+});
+
+describe("TheSeal", () => {
+  const drawn = (borderEdges: number, components: Partial<ShownComponents> | null = null) =>
+    ({ number: 1, shown: facts({ topology: { borderEdges, components: 5 } as StepFacts["topology"] }), components }) as DrawnSurface;
+
+  test("SaysClosedOnlyWhereAllSurfacesAre", () => {
+    expect(sealWords([drawn(0)])).toBe("✓ Closed surface");
+    expect(sealWords([drawn(0), drawn(0)])).toBe("✓ Closed surfaces");
+    expect(sealWords([drawn(0), drawn(6762)])).toBe("✓ No cracks");
+  });
+
+  test("CountsTheComponentsOfAll", () => {
+    const dusty = drawn(0, { components: 40, shown: 3, triangles: 9, minComponent: 8 });
+    expect(sealWords([dusty])).toMatch(/3 of 40 components shown$/);
+    expect(sealWords([drawn(0), dusty])).toMatch(/8 of 45 components shown$/);
+  });
+});
+
+describe("TheLeastAccurateSurface", () => {
+  const of = (said: Partial<StepFacts>) => ({ number: 1, shown: facts(said), components: null }) as DrawnSurface;
+
+  test("IsTheCoarsestPreviewElseTheOneWithTheLargestError", () => {
+    expect(leastAccurate([])).toBeNull();
+    expect(leastAccurate([of({ errorVoxels: 1 }), of({ errorVoxels: 2 })])?.errorVoxels).toBe(2);
+    expect(leastAccurate([of({ errorVoxels: 9 }), of({ spacing: 2, errorVoxels: 2 }), of({ spacing: 8, errorVoxels: 8 })])?.spacing).toBe(8);
   });
 });

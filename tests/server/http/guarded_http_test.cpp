@@ -73,6 +73,17 @@ TEST(GuardedHttp, SpeaksTlsWithItsCertificate) {
   EXPECT_TRUE(context.read_to_end().starts_with("HTTP/1.1 200 "));
 }
 
+TEST(GuardedHttp, TellsWhoComesWithoutTlsThatThisPortSpeaksIt) {
+  const ListenerCertificate certificate;
+  RunningHttpServer server(fake_catalogue("octahedron"), {},
+                           {.admission = {.tls = certificate.files()}});
+  HttpClient plain(server.http());
+  const auto refused = plain.get("/livez");
+  EXPECT_EQ(refused.result_int(), 400U);
+  EXPECT_NE(refused.body().find("https://"), std::string::npos) << refused.body();
+  EXPECT_EQ(plain.rest(), "");
+}
+
 // The linger time would fail the test: it is not waited for when both have said goodbye.
 TEST(GuardedHttp, HangsUpAtOnceWhenATlsClientHasSaidGoodbye) {
   const ListenerCertificate certificate;

@@ -1,5 +1,5 @@
-// What this page has checked of the surface that is shown, in words and numbers.
-import type { ShownComponents, StepFacts } from "../state/progress";
+// What this page has checked of the surfaces that are shown, in words and numbers.
+import type { DrawnSurface, ShownComponents, StepFacts } from "../state/progress";
 import { lengthText } from "../stream/dataset";
 import { counted, grouped, h, inDigits } from "./dom";
 import { componentWords, hidesAny } from "./dust_control";
@@ -13,17 +13,40 @@ export function isClosed(shown: StepFacts): boolean {
   return shown.topology.borderEdges === 0;
 }
 
-// On one line: what is certain of the surface that is shown.
-export function sealWords(shown: StepFacts, components: ShownComponents | null): string {
+// On one line: what is certain of all surfaces that are shown, of which there is one at least.
+export function sealWords(drawn: readonly DrawnSurface[]): string {
+  const components = allComponents(drawn);
   if (hidesAny(components) && components.shown === 0) return "Nothing shown: all components hidden";
-  const sound = isClosed(shown) ? "✓ Closed surface" : "✓ No cracks";
+  const closed = drawn.length > 1 ? "✓ Closed surfaces" : "✓ Closed surface";
+  const sound = drawn.every(({ shown }) => isClosed(shown)) ? closed : "✓ No cracks";
   return hidesAny(components) ? `${sound}, ${grouped(components.shown)} of ${grouped(components.components)} components shown` : sound;
+}
+
+function allComponents(drawn: readonly DrawnSurface[]): ShownComponents | null {
+  if (drawn.every(({ components }) => !hidesAny(components))) return null;
+  const sum = (part: (surface: DrawnSurface) => number) => drawn.reduce((all, surface) => all + part(surface), 0);
+  return {
+    minComponent: 0,
+    components: sum(({ components, shown }) => components?.components ?? shown.topology.components),
+    shown: sum(({ components, shown }) => components?.shown ?? shown.topology.components),
+    triangles: sum(trianglesOf),
+  };
+}
+
+export function trianglesOf({ shown, components }: DrawnSurface): number {
+  return components?.triangles ?? shown.triangles;
+}
+
+// That of which least is promised: the coarsest preview, else the one with the largest error.
+export function leastAccurate(drawn: readonly DrawnSurface[]): StepFacts | null {
+  const isLess = (a: StepFacts, b: StepFacts) => (a.spacing !== b.spacing ? a.spacing > b.spacing : a.errorVoxels > b.errorVoxels);
+  return drawn.reduce<StepFacts | null>((least, { shown }) => (!least || isLess(shown, least) ? shown : least), null);
 }
 
 // How accurate it is, as a number with its unit: a bound, where it is certified; of a preview, which has none, the
 // spacing of the samples that it looks at.
 export function accuracyOf(shown: StepFacts, digits: number): { value: string; unit: string } {
-  if (shown.spacing > 1) return { value: `1 in ${shown.spacing}`, unit: "samples" };
+  if (shown.spacing > 1) return { value: `1 in ${shown.spacing}`, unit: "samples per axis" };
   const voxels = inDigits(shown.errorVoxels, digits);
   const unit = voxels === "1" ? "voxel" : "voxels";
   return shown.isCertified ? { value: `≤ ${voxels}`, unit } : { value: voxels, unit };
@@ -52,7 +75,15 @@ function errorAnywhere(shown: StepFacts): string {
   return `The error of the original method (${world}); the real distance may exceed it.`;
 }
 
-export function certificateOf(shown: StepFacts, components: ShownComponents | null): HTMLElement[] {
+export function certificateOf(drawn: readonly DrawnSurface[]): HTMLElement[] {
+  const named = ({ number, shown }: DrawnSurface) => h("h3", {}, `Surface ${number}: isovalue ${inDigits(shown.isovalue, 6)}`);
+  return [
+    h("h2", {}, "Checked in this browser"),
+    ...drawn.flatMap((surface) => [...(drawn.length > 1 ? [named(surface)] : []), ...checksOf(surface)]),
+  ];
+}
+
+function checksOf({ shown, components }: DrawnSurface): HTMLElement[] {
   const { topology } = shown;
   const row = (name: string, value: string, tip: string) =>
     h("div", { "data-tip": tip }, h("dt", {}, name), h("dd", {}, value));
@@ -75,7 +106,6 @@ export function certificateOf(shown: StepFacts, components: ShownComponents | nu
       "The sum of one hash a triangle, computed here from what was decoded, equal to the server's."),
   ];
   return [
-    h("h2", {}, "Checked in this browser"),
     ...(hidesAny(components) ? [h("p", {}, `${componentWords(components)}. What follows is of the whole surface.`)] : []),
     h("dl", {}, ...rows),
   ];

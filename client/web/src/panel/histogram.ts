@@ -9,6 +9,7 @@ export interface HistogramEvents {
 }
 
 export interface Isoline {
+  surface: number; // 0 for the first. Those of other datasets have no line here.
   isovalue: number;
   colour: string; // Of its surface.
 }
@@ -33,7 +34,7 @@ export class HistogramView {
   private readonly high = h("span");
   private info: DatasetInfo | null = null;
   private lines: readonly Isoline[] = [];
-  private dragged = 0; // The line that moved last.
+  private dragged = 0; // The surface whose line moved last.
   private isLog = true;
   private settle = 0;
 
@@ -70,13 +71,13 @@ export class HistogramView {
     this.handles[0]?.classList.toggle("is-inviting", isInviting);
   }
 
-  private showLine({ isovalue, colour }: Isoline, at: number): void {
+  private showLine({ surface, isovalue, colour }: Isoline, at: number): void {
     const { min, max } = this.info!;
     const handle = (this.handles[at] ??= this.handle(at));
     handle.style.left = this.percent(isovalue);
     // The page's own colour says "this is what one turns" as long as there is one.
     handle.style.setProperty("--line-colour", this.lines.length > 1 ? colour : "");
-    handle.setAttribute("aria-label", this.lines.length > 1 ? `Isovalue of surface ${at + 1}` : "Isovalue");
+    handle.setAttribute("aria-label", this.lines.length > 1 ? `Isovalue of surface ${surface + 1}` : "Isovalue");
     handle.setAttribute("aria-valuemin", String(min));
     handle.setAttribute("aria-valuemax", String(max));
     handle.setAttribute("aria-valuenow", String(isovalue));
@@ -90,11 +91,11 @@ export class HistogramView {
       event.stopPropagation();
       const { min, max } = this.info;
       const step = Math.max((max - min) / 200, isInteger(this.info) ? 1 : 0);
-      const moved = this.lines[at].isovalue + steps[event.key] * step;
-      const isovalue = rounded(Math.min(max, Math.max(min, moved)), this.info);
-      this.events.moved(at, isovalue, true);
+      const { surface, isovalue: before } = this.lines[at];
+      const isovalue = rounded(Math.min(max, Math.max(min, before + steps[event.key] * step)), this.info);
+      this.events.moved(surface, isovalue, true);
       clearTimeout(this.settle);
-      this.settle = window.setTimeout(() => this.events.moved(at, isovalue, false), 250);
+      this.settle = window.setTimeout(() => this.events.moved(surface, isovalue, false), 250);
     });
     this.plot.append(handle);
     return handle;
@@ -140,7 +141,7 @@ export class HistogramView {
 
   private nearest(share: number): number {
     const far = this.lines.map(({ isovalue }) => Math.abs(this.share(isovalue) - share));
-    return far.indexOf(Math.min(...far));
+    return this.lines[far.indexOf(Math.min(...far))].surface;
   }
 
   private draw(): void {

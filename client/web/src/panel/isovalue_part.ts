@@ -52,7 +52,9 @@ export function isovaluePart(change: Change): Part & { histogram: HistogramView 
       dust.element.hidden = now.surfaces.length > 0; // Each has its own.
       if (!shown) return;
       const suggested = suggestedIsovalue(shown);
-      histogram.show(shown, surfacesOf(now).map(({ isovalue, colour }) => ({ isovalue: isovalue ?? suggested, colour })), now.logScale);
+      const lines = surfacesOf(now).flatMap(({ isovalue, colour, dataset }, surface) =>
+        (dataset || shown.name) === shown.name ? [{ surface, isovalue: isovalue ?? suggested, colour }] : []);
+      histogram.show(shown, lines, now.logScale);
       if (shown !== info) {
         const values = shown.suggestedIsovalues.slice(0, 5).sort((a, b) => a - b);
         chips.replaceChildren(...(values.length > 1 ? values.map(chip) : []));

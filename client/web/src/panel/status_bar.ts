@@ -1,8 +1,7 @@
-// One line about the surface that is shown and the one that comes, and the certificate behind it. Of several
-// surfaces it is the first one that is seen; triangles are counted of all that are, and none is called complete
-// while another one comes.
-import type { Progress, ShownComponents, StepFacts, SurfacesStatus, SurfaceSize } from "../state/progress";
-import { accuracyOf, certificateOf, errorWords, isEmpty, sealWords } from "./certificate";
+// One line about the surfaces that are shown and what comes, and the certificate behind it. What comes is told of
+// the first surface that is seen, what is there of all: none is called complete while another one comes.
+import type { DrawnSurface, StepFacts, SurfacesStatus, SurfaceSize } from "../state/progress";
+import { accuracyOf, certificateOf, errorWords, isEmpty, leastAccurate, sealWords, trianglesOf } from "./certificate";
 import { grouped, h, inBytes, inSeconds, inTriangles } from "./dom";
 
 // A value with its name below; it stays in the page while its words change.
@@ -43,8 +42,7 @@ export class StatusBar {
     "From the request until its final surface was checked and on the screen.");
   private readonly certificateButton: HTMLButtonElement;
   private readonly certificate = h("div", { class: "certificate", id: "certificate", hidden: true });
-  private certified: StepFacts | null = null;
-  private components: ShownComponents | null = null;
+  private certified: DrawnSurface[] = [];
   // What is said aloud: steps, not every tile.
   private readonly spoken = h("span", { class: "spoken", role: "status" });
 
@@ -69,30 +67,32 @@ export class StatusBar {
 
   // `expected`: of the first surface.
   show(status: SurfacesStatus, expected: SurfaceSize | null): void {
-    const { progress } = status;
-    const { shown, isStreaming, tilesReceived, tilesToCome } = progress;
+    const { progress, drawn } = status;
+    const { isStreaming, tilesReceived, tilesToCome } = progress;
     const share = tilesToCome > 0 ? tilesReceived / tilesToCome : isStreaming ? 0 : 1;
     this.meter.style.setProperty("--share", String(share));
     this.meter.classList.toggle("is-active", isStreaming || status.resting < status.seen);
     this.showState(status);
     this.showTriangles(status, expected);
+    const coarsest = leastAccurate(drawn);
     this.error.show(
-      shown && accuracyOf(shown, 3).value,
-      shown ? errorLabel(shown) : "",
-      shown ? errorWords(shown) : undefined,
+      coarsest && accuracyOf(coarsest, 3).value,
+      coarsest ? errorLabel(coarsest) : "",
+      coarsest ? (drawn.length > 1 ? "Of the coarsest surface. " : "") + errorWords(coarsest) : undefined,
     );
+    const [bytes, tiles, heldTiles] = (["bytes", "tiles", "heldTiles"] as const)
+      .map((what) => drawn.reduce((sum, { shown }) => sum + shown[what], 0));
     this.bytes.show(
-      shown && inBytes(shown.bytes),
-      shown ? `in ${grouped(shown.tiles)} ${shown.tiles === 1 ? "tile" : "tiles"}` : "",
-      shown
-        ? `Compressed size of the surface that is shown. ${grouped(shown.heldTiles)} of its tiles ` +
-            `were here already. ${inBytes(progress.bytesReceived)} came for this request.`
-        : undefined,
+      coarsest && inBytes(bytes),
+      `in ${grouped(tiles)} ${tiles === 1 ? "tile" : "tiles"}`,
+      `Compressed size of what is shown. ${grouped(heldTiles)} of its tiles were here already. ` +
+        `${inBytes(progress.bytesReceived)} came for the last request${drawn.length > 1 ? " of the first surface" : ""}.`,
     );
     const { firstTile, complete } = progress;
-    this.firstTile.show(shown && firstTile !== null ? inSeconds(firstTile) : null, "first tile");
-    this.complete.show(shown && complete !== null ? inSeconds(complete) : null, "all shown");
-    this.showCertificate(progress);
+    const isAlone = drawn.length === 1;
+    this.firstTile.show(isAlone && firstTile !== null ? inSeconds(firstTile) : null, "first tile");
+    this.complete.show(isAlone && complete !== null ? inSeconds(complete) : null, "all shown");
+    this.showCertificate(drawn.filter(({ shown }) => !isEmpty(shown)));
   }
 
   private showState({ progress, resting, seen }: SurfacesStatus): void {
@@ -116,22 +116,26 @@ export class StatusBar {
     if (this.spoken.textContent !== aloud) this.spoken.textContent = aloud;
   }
 
-  private showTriangles({ progress, triangles, surfaces, isLead }: SurfacesStatus, expected: SurfaceSize | null): void {
+  private showTriangles({ progress, drawn, isLead }: SurfacesStatus, expected: SurfaceSize | null): void {
     const { shown, isStreaming } = progress;
-    const isPreview = shown && expected && isLead && surfaces === 1 && (isStreaming || !shown.isFinal);
-    const label = surfaces > 1 ? `triangles of ${surfaces} surfaces` : "triangles";
+    const triangles = drawn.reduce((sum, surface) => sum + trianglesOf(surface), 0);
+    const isPreview = shown && expected && isLead && drawn.length === 1 && (isStreaming || !shown.isFinal);
+    const label = drawn.length > 1 ? `triangles of ${drawn.length} surfaces` : "triangles";
     // A preview may have more: the same surface before it is simplified.
     const coming = expected && `${triangles < expected.triangles ? "of" : "soon"} about ${inTriangles(expected.triangles)}`;
     this.triangles.show(shown && grouped(triangles), isPreview ? coming ?? label : label);
   }
 
-  private showCertificate({ shown, components }: Progress): void {
-    this.certificateButton.hidden = !shown || isEmpty(shown);
-    if (!shown || (shown === this.certified && components === this.components)) return;
-    this.certified = shown;
-    this.components = components;
-    this.certificateButton.textContent = sealWords(shown, components);
-    this.certificateButton.classList.toggle("is-quiet", components?.shown === 0);
-    this.certificate.replaceChildren(...certificateOf(shown, components));
+  private showCertificate(drawn: DrawnSurface[]): void {
+    this.certificateButton.hidden = drawn.length === 0;
+    const isKnown = drawn.length === this.certified.length && drawn.every(({ number, shown, components }, at) => {
+      const known = this.certified[at];
+      return number === known.number && shown === known.shown && components === known.components;
+    });
+    if (isKnown || drawn.length === 0) return;
+    this.certified = drawn;
+    this.certificateButton.textContent = sealWords(drawn);
+    this.certificateButton.classList.toggle("is-quiet", drawn.every(({ components }) => components?.shown === 0));
+    this.certificate.replaceChildren(...certificateOf(drawn));
   }
 }

@@ -65,12 +65,17 @@ export interface Progress {
   trouble: { text: string; isFatal: boolean; needsToken: boolean } | null;
 }
 
+export interface DrawnSurface {
+  number: number; // From 1 on, as the list of surfaces has them.
+  shown: StepFacts;
+  components: ShownComponents | null;
+}
+
 // Of all surfaces that are seen.
 export interface SurfacesStatus {
   progress: Progress; // Of the first of them; where none is seen, of the first there is.
   isLead: boolean; // That is the first there is.
-  triangles: number; // That are drawn,
-  surfaces: number; // of so many.
+  drawn: DrawnSurface[];
   resting: number; // That nothing comes of,
   seen: number; // of so many that are seen.
 }
