@@ -107,10 +107,11 @@ tl::unexpected<Error> budget_too_small(const SurfaceSize& coarsest,
 Result<FinalStep> make_within_budget(const StepSource& source, const BudgetLadder& ladder, int rung,
                                      const std::stop_token& stop) {
   constexpr double kMostOfIt = 0.7;
+  constexpr double kHalfOfIt = 0.5;
   constexpr double kAimedAt = 0.9;
   constexpr int kFewSurfaces = 4;
-  int from = 0;            // Lower ones are too large.
-  int to = ladder.size();  // The lowest that is known to fit, or none.
+  constexpr int kMostSurfaces = 7;  // That are made where little of the budget is used.
+  std::optional<MadeRung> too_large, fitting;
   std::optional<FinalStep> best;
   for (int surfaces = 1;; ++surfaces) {
     const IsosurfaceRequest request = ladder.at(rung);
@@ -119,20 +120,24 @@ Result<FinalStep> make_within_budget(const StepSource& source, const BudgetLadde
     const double part = part_of_budget(made, request);
     if (part <= 1) {
       best = FinalStep{.rung = rung, .encoded = std::move(encoded)};
-      to = rung;
+      fitting = {rung, part};
     } else {
-      from = rung + 1;
+      too_large = {rung, part};
     }
-    const bool has_most = part <= 1 && part >= kMostOfIt;
-    if (best && (has_most || from == to || surfaces >= kFewSurfaces)) return *std::move(best);
+    const int from = too_large ? too_large->rung + 1 : 0;
+    if (best) {
+      const bool is_good = fitting->part >= kMostOfIt || from == fitting->rung;
+      const bool is_good_enough = surfaces >= kFewSurfaces && fitting->part >= kHalfOfIt;
+      if (is_good || is_good_enough || surfaces >= kMostSurfaces) return *std::move(best);
+    }
     BudgetLadder::SizeOf estimated = source.sizes(stop, SizeAccuracy::kCareful).of;
     if (from == ladder.size()) return budget_too_small(made, request, estimated, source.info());
     const auto size = corrected(std::move(estimated), request, made);
-    rung = ladder.lowest_fitting(size, from, to, kAimedAt);
-    // Where the estimates know no better: the next one.
-    rung = std::min(rung, (best ? to : ladder.size()) - 1);
-    // Where they have been wrong again and again: halfway.
-    if (surfaces >= kFewSurfaces) rung = std::max(rung, (from + ladder.last()) / 2);
+    const int to = fitting ? fitting->rung : ladder.size();
+    rung = next_rung(too_large, fitting, ladder.lowest_fitting(size, from, to, kAimedAt),
+                     ladder.last());
+    // Where that was wrong again and again: halfway.
+    if (!best && surfaces >= kFewSurfaces) rung = std::max(rung, (from + ladder.last()) / 2);
   }
 }
 

@@ -10,6 +10,8 @@ constexpr int kRungsAnOctave = 4;
 constexpr int kFirstOctave = -4;  // A sixteenth of a voxel.
 // Estimates are some ten percent off: what is aimed at leaves room for it.
 constexpr double kBudgetMargin = 0.9;
+// What the search among surfaces that were made aims at.
+constexpr double kGoal = 0.85;
 
 // Voxels. Products of exact numbers: the same bits on every machine.
 double floor_of(int index) {
@@ -78,6 +80,33 @@ int BudgetLadder::lowest_fitting(const SizeOf& estimate) const {
   if (!has_budget(request_)) return 0;
   const double all = part_of_budget(estimate({.request = request_}), request_);
   return all <= kBudgetMargin ? 0 : lowest_fitting(estimate, 1, last(), kBudgetMargin);
+}
+
+int next_rung(const std::optional<MadeRung>& too_large, const std::optional<MadeRung>& fitting,
+              int estimated, int last) {
+  // Of an empty surface there is no logarithm.
+  const auto octaves = [](const MadeRung& made) {
+    return std::log2(std::max(made.part, 1e-9) / kGoal);
+  };
+  const int lowest = too_large ? too_large->rung + 1 : 0;
+  const int highest = fitting ? fitting->rung - 1 : last;
+  const auto whole = [](double rungs) {
+    return static_cast<int>(std::clamp(std::round(rungs), -1000.0, 1000.0));
+  };
+  int rung = estimated;
+  if (too_large && fitting) {
+    const double above = octaves(*too_large);
+    const double share = above / std::max(above - octaves(*fitting), 1e-9);
+    rung = too_large->rung + whole(share * (fitting->rung - too_large->rung));
+  } else if (too_large) {
+    const double above = kRungsAnOctave * octaves(*too_large);
+    rung = std::clamp(estimated, too_large->rung + whole(above / 4),
+                      too_large->rung + whole(4 * above));
+  } else if (fitting) {
+    const double below = -kRungsAnOctave * octaves(*fitting);
+    rung = std::clamp(estimated, fitting->rung - whole(below), fitting->rung - whole(below / 4));
+  }
+  return std::clamp(rung, lowest, highest);
 }
 
 IsosurfaceRequest within_budget(const IsosurfaceRequest& request, const DatasetInfo& info,

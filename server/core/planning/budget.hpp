@@ -56,6 +56,20 @@ class BudgetLadder {
   int below_ = 0;  // Floors that would not raise any threshold.
 };
 
+// A surface that was made, and the part of the budget that it takes.
+struct MadeRung {
+  int rung = 0;
+  double part = 0;
+};
+
+// The rung to make next, strictly between the highest that was too large and the lowest that fits,
+// if there is one. Sizes fall about as a power of the threshold: between two that were made the
+// logarithm of the size is taken for linear, and what the estimate tells (`estimated`) is believed
+// as far as the power stays between 1 (upwards a fourth: what is too coarse costs little to make)
+// and 4. Requires that one of them is there, and a rung between them.
+[[nodiscard]] int next_rung(const std::optional<MadeRung>& too_large,
+                            const std::optional<MadeRung>& fitting, int estimated, int last);
+
 // The request as its budget allows it; the request itself when it has none or fits already.
 [[nodiscard]] IsosurfaceRequest within_budget(const IsosurfaceRequest& request,
                                               const DatasetInfo& info,

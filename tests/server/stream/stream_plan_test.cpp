@@ -117,6 +117,31 @@ TEST(StreamPlan, ABudgetIsMetByEstimatesThatAreAllTheSame) {
   }
 }
 
+// As of large smooth surfaces, of which blocks tell nothing: what is left of them is mostly border.
+TEST(StreamPlan, ABudgetIsUsedWhereEstimatesStopFallingFarTooEarly) {
+  class Plateau : public Misjudged {
+   public:
+    using Misjudged::Misjudged;
+    [[nodiscard]] StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const override {
+      const auto of = [real = Misjudged::sizes(stop, accuracy).of](const StepRequest& step) {
+        SurfaceSize size = real(step);
+        size.triangles = std::max(size.triangles, 5e5);
+        return size;
+      };
+      return {.of = of, .rough = Misjudged::sizes(stop, accuracy).rough};
+    }
+  };
+  int made = 0;
+  const Plateau source(1e6, 1, made);
+  const auto step = make_next_step(
+      source,
+      {.request = {.error = 0.25, .max_triangles = 100'000}, .steps = StepPolicy::kFinalOnly}, {});
+  ASSERT_TRUE(step);
+  EXPECT_LE(size_of(step->encoded).triangles, 100'000);
+  EXPECT_GE(size_of(step->encoded).triangles, 50'000);
+  EXPECT_LE(made, 6);
+}
+
 TEST(StreamPlan, AServersLimitRefusesOnlyWhatIsSurelyMore) {
   int made = 0;
   const auto make = [&made](double estimated_part, const IsosurfaceRequest& request) {

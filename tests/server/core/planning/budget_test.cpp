@@ -116,5 +116,25 @@ TEST(BudgetLadder, BeginsAtTheLeastThresholdOfAMap) {
   EXPECT_LT(BudgetLadder(request, dataset()).at(1).thresholds.at_least, 0.1);
 }
 
+// Four rungs are an octave.
+TEST(BudgetLadder, GoesOnBetweenWhatWasTooLargeAndWhatFits) {
+  EXPECT_EQ(next_rung(MadeRung{0, 0.85 * 16}, MadeRung{20, 0.85 / 16}, 3, 40), 10);
+  EXPECT_EQ(next_rung(MadeRung{0, 1.1}, MadeRung{20, 0.01}, 3, 40), 1) << "nearest to the goal";
+  EXPECT_EQ(next_rung(MadeRung{0, 100}, MadeRung{2, 0}, 0, 40), 1) << "an empty surface";
+}
+
+TEST(BudgetLadder, BelievesAnEstimateAsFarAsSizesArePowersOfTheThreshold) {
+  const MadeRung fits = {40, 0.85 / 8};  // Three octaves too small.
+  EXPECT_EQ(next_rung(std::nullopt, fits, 0, 47), 28) << "not all the way down";
+  EXPECT_EQ(next_rung(std::nullopt, fits, 39, 47), 37);
+  EXPECT_EQ(next_rung(std::nullopt, fits, 33, 47), 33);
+  EXPECT_EQ(next_rung(std::nullopt, MadeRung{1, 0.1}, 0, 47), 0);
+  const MadeRung is_too_large = {4, 0.85 * 8};
+  EXPECT_EQ(next_rung(is_too_large, std::nullopt, 5, 30), 7);
+  EXPECT_EQ(next_rung(is_too_large, std::nullopt, 12, 30), 12);
+  EXPECT_EQ(next_rung(is_too_large, std::nullopt, 30, 30), 30);
+  EXPECT_EQ(next_rung(MadeRung{29, 50}, std::nullopt, 30, 30), 30);
+}
+
 }  // namespace
 }  // namespace multitetra
