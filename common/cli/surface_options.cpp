@@ -73,7 +73,8 @@ void add_budget_options(Command& command, SurfaceArguments& a) {
   command
       .add_option("--max-bytes", a.max_bytes,
                   "The most bytes of compressed mesh of the final step, and of each preview, as "
-                  "500KiB or 2MiB; errors are raised to meet it (default: no limit)")
+                  "500KiB or 2MiB; errors are raised until it is met, and most of it used "
+                  "(0.7, where errors a fifth apart allow) (default: no limit)")
       ->as_bytes()
       ->type_name("BYTES")
       ->group(kSize);

@@ -132,6 +132,10 @@ Error refused_upgrade(const Endpoint& server, const websocket::response_type& re
   const std::string what = to_string(server) + " answers " + std::to_string(status) + " " +
                            std::string(response.reason()) + " and opens no WebSocket";
   const std::string& words = response.body();
+  if (const auto to = response[http::field::location]; status / 100 == 3 && !to.empty()) {
+    return {ErrorCode::kInvalidArgument,
+            what + ": it leads to " + std::string(to) + ", connect there, as ws:// or wss://."};
+  }
   if (status == 503 || status == 429) {
     return {ErrorCode::kUnavailable,
             what + "; try again later" + (words.empty() ? "." : ": " + words)};
