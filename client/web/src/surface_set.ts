@@ -145,7 +145,7 @@ export class SurfaceSet {
     return {
       progress: { ...first.client.progress.get(), phase, retryAt },
       drawn,
-      resting: seen.filter(({ client }) => !client.progress.get().isStreaming).length,
+      done: seen.filter(({ client }) => isDone(client.progress.get())).length,
       seen: seen.length,
       isLead: first === this.members[0],
     };
@@ -285,4 +285,8 @@ export function arrangement(have: readonly string[], wanted: readonly string[]):
   wanted.forEach((one, at) => (places[at] ??= take(have.findIndex((other, i) => other === one && !taken.has(i)))));
   wanted.forEach((_, at) => (places[at] ??= at < have.length ? take(at) : null));
   return places;
+}
+
+function isDone({ isStreaming, shown, trouble }: Progress): boolean {
+  return !isStreaming && (shown?.isFinal === true || trouble !== null);
 }

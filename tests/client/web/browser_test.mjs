@@ -434,7 +434,7 @@ function massOf(stl) {
 async function showsASlice(page) {
   const view = "eye=16,-60,16&target=16,16,16";
   await open(page, `#dataset=gyroid&isovalue=0.5&visible=false&axes=false&occlusion=false&${view}&slice=y&colours=coolwarm`);
-  await complete(page);
+  await page.waitForFunction(() => document.querySelector(".state b").textContent === "Complete", null, { timeout: patience });
   const canvas = await page.locator(".stage canvas").boundingBox();
   const coloured = async (hash) => {
     await page.evaluate((text) => (location.hash += text), hash);

@@ -28,6 +28,11 @@ function errorLabel(shown: StepFacts): string {
   return shown.pixels === null ? `${unit} error` : `${unit} anywhere`;
 }
 
+function waitsForOthers({ progress, done, seen }: SurfacesStatus): boolean {
+  const isDone = progress.shown?.isFinal === true && !progress.isStreaming;
+  return isDone && progress.phase === "ready" && done < seen;
+}
+
 export class StatusBar {
   readonly element: HTMLElement;
   private readonly meter = h("div", { class: "meter" });
@@ -71,7 +76,7 @@ export class StatusBar {
     const { isStreaming, tilesReceived, tilesToCome } = progress;
     const share = tilesToCome > 0 ? tilesReceived / tilesToCome : isStreaming ? 0 : 1;
     this.meter.style.setProperty("--share", String(share));
-    this.meter.classList.toggle("is-active", isStreaming || status.resting < status.seen);
+    this.meter.classList.toggle("is-active", isStreaming || waitsForOthers(status));
     this.showState(status);
     this.showTriangles(status, expected);
     const coarsest = leastAccurate(drawn);
@@ -95,10 +100,11 @@ export class StatusBar {
     this.showCertificate(drawn.filter(({ shown }) => !isEmpty(shown)));
   }
 
-  private showState({ progress, resting, seen }: SurfacesStatus): void {
+  private showState(status: SurfacesStatus): void {
+    const { progress, done, seen } = status;
     const { shown, isStreaming, step, tilesReceived, tilesToCome } = progress;
-    if (!isStreaming && progress.phase === "ready" && resting < seen) {
-      this.say(`${resting} of ${seen}`, "surfaces are there");
+    if (waitsForOthers(status)) {
+      this.say(`${done} of ${seen}`, "surfaces are there");
       return;
     }
     const coming = tilesToCome > 0 ? `Tile ${tilesReceived} of ${tilesToCome}` : "Asking…";

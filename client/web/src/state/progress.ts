@@ -76,7 +76,7 @@ export interface SurfacesStatus {
   progress: Progress; // Of the first of them; where none is seen, of the first there is.
   isLead: boolean; // That is the first there is.
   drawn: DrawnSurface[];
-  resting: number; // That nothing comes of,
+  done: number; // Whose final step is there, or who never will come,
   seen: number; // of so many that are seen.
 }
 
