@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
+#include <ostream>
 #include <string>
 
 #include "tests/support/temporary_folder.hpp"
@@ -25,6 +26,8 @@ namespace {
 struct Case {
   const char* name;
   Harness* harness;
+
+  friend void PrintTo(const Case& one, std::ostream* out) { *out << one.name; }
 };
 
 class FuzzCorpus : public testing::TestWithParam<Case> {};
