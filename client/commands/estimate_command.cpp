@@ -29,12 +29,12 @@ void add_estimate(Command& app, EstimateArguments& a) {
   add_order_options(*command, a.order);
   command->add_flag("--json", a.json, "Print JSON");
   command->footer(
-      std::string(
-          "What comes is mostly within a third of that, simplified; a budget is checked on what\n"
-          "was made.\n"
-          "Examples:\n"
-          "  multitetra-client estimate --dataset head --isovalue 500.5 --error 1\n"
-          "  multitetra-client estimate --dataset head --max-bytes 1000000 --json\n") +
+      std::string("What comes is mostly within a third of that, simplified; of large smooth "
+                  "surfaces up to\n"
+                  "three times as much or as little. A budget holds for what is made.\n"
+                  "Examples:\n"
+                  "  multitetra-client estimate --dataset head --isovalue 500.5 --error 1\n"
+                  "  multitetra-client estimate --dataset head --max-bytes 1000000 --json\n") +
       kExitCodes);
 }
 

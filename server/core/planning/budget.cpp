@@ -20,6 +20,14 @@ double floor_of(int index) {
   return std::ldexp(kParts[index % kRungsAnOctave], kFirstOctave + index / kRungsAnOctave);
 }
 
+// The binary logarithm, linear between powers of two: within 0.09, and the same bits on every
+// machine. Requires x > 0.
+double rough_log2(double x) {
+  int exponent = 0;
+  const double mantissa = std::frexp(x, &exponent);
+  return exponent - 1 + (2 * mantissa - 1);
+}
+
 // No threshold of the request is smaller.
 double least_threshold(const IsosurfaceRequest& request) {
   double least = request.error;
@@ -86,7 +94,7 @@ int next_rung(const std::optional<MadeRung>& too_large, const std::optional<Made
               int estimated, int last) {
   // Of an empty surface there is no logarithm.
   const auto octaves = [](const MadeRung& made) {
-    return std::log2(std::max(made.part, 1e-9) / kGoal);
+    return rough_log2(std::max(made.part, 1e-9) / kGoal);
   };
   const int lowest = too_large ? too_large->rung + 1 : 0;
   const int highest = fitting ? fitting->rung - 1 : last;
