@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -7,6 +6,7 @@
 #include <vector>
 
 #include "common/base/exit_codes.hpp"
+#include "server/dataset/objects/object_dataset.hpp"
 #include "server/dataset/parts/part_plan.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/dataset/source_note.hpp"
@@ -83,13 +83,6 @@ class OutputFolder {
   bool is_new_ = false;
 };
 
-bool holds_datasets(const std::filesystem::path& folder) {
-  if (!std::filesystem::is_directory(folder)) return false;
-  const std::filesystem::directory_iterator all(folder);
-  return std::any_of(begin(all), end(all),
-                     [](const auto& entry) { return entry.path().extension() == ".mtd"; });
-}
-
 int prepare_many(const PrepareArguments& arguments) {
   if (!arguments.name.empty()) {
     throw ExitError(kUsage, "--name is for one volume; several are named after their files.");
@@ -97,10 +90,10 @@ int prepare_many(const PrepareArguments& arguments) {
   std::vector<PrepareJob> jobs = jobs_for(arguments.inputs, arguments.output);
   if (jobs.empty()) {
     const std::string& input = arguments.inputs.front();
+    const bool holds_datasets = is_folder_of_datasets(input) && !datasets_in(input).empty();
     throw ExitError(
-        kUsage,
-        "There is no volume in " + input +
-            (holds_datasets(input) ? ", but datasets: multitetra-server serve " + input : "."));
+        kUsage, "There is no volume in " + input +
+                    (holds_datasets ? ", but datasets: multitetra-server serve " + input : "."));
   }
   const OutputFolder folder(arguments.output);
   for (PrepareJob& job : jobs) job.choice = arguments.volume.parsed().choice;
