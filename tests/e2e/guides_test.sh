@@ -1,0 +1,62 @@
+#!/usr/bin/env bash
+# Runs the commands of README.md and of client/FETCHING.md as they stand, on a small generated volume, and checks that every
+# option that a guide names exists.
+# Usage: guides_test.sh DIRECTORY_OF_PROGRAMS
+set -euo pipefail
+
+bin=$(cd "$1" && pwd)
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
+export PATH=$bin:$PATH
+
+# commands_of PAGE: its indented lines, smaller and without those that set up a shell or a server.
+commands_of() {
+  sed -n 's/^    //p' "$root/$1" | grep -v '^PATH=\|^bash \| serve .*&' |
+    sed 's/--size 128/--size 48/; s/--min-component 12/--min-component 2/; s/1920x1080/192x108/; s/at=64,64,64/at=24,24,24/
+         s/box:40,60,20,90,110,70/box:4,6,2,30,40,40/; s/at=64/at=24/; s/--max-bytes 100000/--max-bytes 50000/'
+}
+
+commands_of client/FETCHING.md >fetching
+sed '/prepare warmth/q' fetching >setup
+sed '1,/prepare warmth/d' fetching >commands
+grep -q 'threshold-grid importance.nrrd' commands || fail "client/FETCHING.md has no commands: $(cat fetching)"
+bash -euo pipefail setup >out 2>&1 || fail "client/FETCHING.md up to serving: $(tail -n 3 out)"
+start server multitetra-server serve head.mtd warmth.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0
+MULTITETRA_SERVER=$(url_of server tcp)
+export MULTITETRA_SERVER
+page=$(url_of server http)
+sed -i "s|http://127.0.0.1:7480|${page%/}|" commands
+bash -euo pipefail commands >out 2>&1 || fail "client/FETCHING.md from serving on: $(tail -n 5 out)"
+for file in head.ply both.glb head.vtu head.svg head.png slice.png; do
+  [ -s "$file" ] || fail "client/FETCHING.md made no $file"
+done
+
+commands_of README.md >commands
+grep -q 'certify head.ply' commands || fail "README.md has no commands: $(cat commands)"
+bash -euo pipefail commands >out 2>&1 || fail "README.md: $(tail -n 5 out)"
+
+# The addresses for other viewers: of a first file, or of a folder that has one named info.
+grep -o 'http://127.0.0.1:7480/v1/\(3dtiles\|neuroglancer\)/[^ `]*' "$root/client/paraview/README.md" | sed 's|");||' | sort -u >addresses
+[ -s addresses ] || fail "client/paraview/README.md has no addresses"
+python3 - "$page" <<'EOT' || fail "client/paraview/README.md has an address that does not answer"
+import json, sys, urllib.request
+
+for line in open("addresses"):
+    address = line.strip().replace("http://127.0.0.1:7480/", sys.argv[1].rstrip("/") + "/")
+    json.load(urllib.request.urlopen(address if address.endswith(".json") else address + "/info"))
+EOT
+
+# Every option of a command in a guide is in the help of that command.
+for guide in README.md client/FETCHING.md server/volume/FORMATS.md server/operations/DEPLOYMENT.md client/paraview/README.md \
+  docker/parts/README.md docker/serving/README.md; do
+  sed -e ':join' -e '/\\$/{N;s/\\\n//;b join' -e '}' "$root/$guide" | grep -o '^ *multitetra-[a-z]* .*' |
+    sed 's/ # .*//; s/  *#.*//' | while read -r program rest; do
+    command=${rest%% *}
+    [ "$program" = multitetra-load ] || [ "$program" = multitetra-gateway ] || help=$("$program" "$command" --help 2>&1) || true
+    case "$program" in multitetra-load | multitetra-gateway) help=$("$program" --help 2>&1) || true ;; esac
+    for option in $(grep -oE ' --[a-z][a-z-]+' <<<"$rest"); do
+      grep -qE -- "(^|[ ,])$option\b" <<<"$help" || echo "$guide: $program $command has no option $option"
+    done
+  done
+done >unknown_options
+[ ! -s unknown_options ] || fail "$(cat unknown_options)"
