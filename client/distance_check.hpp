@@ -14,7 +14,7 @@
 #include <optional>
 #include <span>
 
-#include "client/assembler.hpp"
+#include "client/library/assembler.hpp"
 #include "common/mesh/surface_distance.hpp"
 #include "common/request/dataset_info.hpp"
 

@@ -26,7 +26,7 @@ while [ $# -gt 0 ]; do
   shift
 done
 
-bash docker/install.sh "${install_options[@]}" build tests
+bash docker/install.sh "${install_options[@]}" build python tests
 echo "== Building (preset $preset)"
 cmake --preset "$preset" >/dev/null
 cmake --build --preset "$preset"

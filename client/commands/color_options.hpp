@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "client/assembler.hpp"
+#include "client/library/assembler.hpp"
 #include "common/cli/command.hpp"
 #include "common/image/color_map.hpp"
 #include "common/mesh/mesh.hpp"

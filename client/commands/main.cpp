@@ -8,7 +8,7 @@
 #include "client/commands/program.hpp"
 #include "client/commands/snapshot_command.hpp"
 #include "client/commands/view_command.hpp"
-#include "client/report.hpp"
+#include "client/library/report.hpp"
 #include "common/cli/command_line.hpp"
 #include "common/cli/program.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "client/client.hpp"
+#include "client/library/client.hpp"
 #include "client/commands/program.hpp"
 #include "client/commands/server_options.hpp"
 #include "common/cli/command.hpp"

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "client/client.hpp"
+#include "client/library/client.hpp"
 #include "common/base/exit_codes.hpp"
 #include "common/cli/program.hpp"
 

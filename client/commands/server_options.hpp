@@ -4,7 +4,7 @@
 #include <chrono>
 #include <string>
 
-#include "client/client.hpp"
+#include "client/library/client.hpp"
 #include "common/cli/command.hpp"
 
 namespace multitetra {

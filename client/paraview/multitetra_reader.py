@@ -9,8 +9,6 @@ Server, dataset, isovalue and error are properties; Steps says how many of the s
 surface is there at once and "Refine" gets the next one. What comes was checked by the package before it is shown.
 """
 
-import os
-
 import numpy as np
 from paraview.util.vtkAlgorithm import smdomain, smhint, smproperty, smproxy
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
@@ -18,10 +16,7 @@ from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 
-# ParaView has a libprotobuf of its own, beside which the one of Python's extension does not live.
-os.environ.setdefault("PROTOCOL_BUFFERS_PYTHON_IMPLEMENTATION", "python")
-
-import multitetra  # noqa: E402
+import multitetra
 
 
 def poly_data(mesh):

@@ -1,8 +1,9 @@
 """Makes a wheel of the package that a build has put together.
 
-    python3 client/python/wheel.py build/release [FOLDER]      -> multitetra-0.1.0-py3-none-linux_x86_64.whl
+    python3 client/python/wheel.py build/release [FOLDER]      -> multitetra-0.1.0-cp311-cp311-linux_x86_64.whl
 
-The tile library is inside. It is linked with Debian's libdraco and libxxhash, so the wheel is for Debian 12 and what is like it.
+The C++ client is inside. It is linked with Debian's libdraco, libprotobuf-lite, libssl and libxxhash, so the wheel is for Debian 12
+and systems like it, and for the Python of the build (-DPython_EXECUTABLE=...).
 """
 import base64
 import hashlib
@@ -14,7 +15,7 @@ import zipfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 PROJECT = HERE.parent.parent
-REQUIRES = ["numpy", "protobuf>=3.20", "websockets"]
+REQUIRES = ["numpy"]
 BEGINNING = (1980, 1, 1, 0, 0, 0)  # The same wheel for the same build.
 
 
@@ -35,11 +36,13 @@ def record_line(name, data):
 
 def main():
     package = pathlib.Path(sys.argv[1]) / "python" / "multitetra"
-    if not list(package.glob("libmultitetra_tile*")):
-        sys.exit(f"There is no tile library in {package}: build the target multitetra_python first.")
+    module = next(package.glob("_client.cpython-*.so"), None)
+    if module is None:
+        sys.exit(f"There is no client in {package}: build the target multitetra_python first.")
     folder = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else pathlib.Path(".")
     folder.mkdir(parents=True, exist_ok=True)
-    tag = f"py3-none-linux_{platform.machine()}"
+    python = "cp" + module.name.split("-")[1]  # Of _client.cpython-311-x86_64-linux-gnu.so
+    tag = f"{python}-{python}-linux_{platform.machine()}"
     info = f"multitetra-{version()}.dist-info"
     files = dict(files_of(package))
     files[f"{info}/METADATA"] = "".join([

@@ -13,7 +13,7 @@
 #include <set>
 #include <string>
 
-#include "client/surface_stream.hpp"
+#include "client/library/surface_stream.hpp"
 #include "common/net/endpoint.hpp"
 
 namespace multitetra {

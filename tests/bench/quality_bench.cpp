@@ -19,7 +19,7 @@
 
 #include <tbb/global_control.h>
 
-#include "client/surface_stream.hpp"
+#include "client/library/surface_stream.hpp"
 #include "common/mesh/surface_distance.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/surface_extractor.hpp"

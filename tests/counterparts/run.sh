@@ -160,10 +160,9 @@ talk_wrk() {
 }
 
 talk_locust() {
-  command -v locust >/dev/null && /usr/bin/python3 -c 'import websocket, locust' 2>/dev/null || { leave_out Locust; return 1; }
-  mkdir -p python
-  (cd "$project/proto" && protoc -I . --python_out="$work/python" multitetra/v1/*.proto)
-  MULTITETRA_TOKEN=$token WEBSOCKET_CLIENT_CA_BUNDLE=$work/tls.pem PYTHONPATH=$work/python timeout 120 /usr/bin/python3 -m locust \
+  command -v locust >/dev/null && [ -d "$bin/../python/multitetra" ] && /usr/bin/python3 -c 'import locust, numpy' 2>/dev/null ||
+    { leave_out Locust; return 1; }
+  MULTITETRA_TOKEN=$token MULTITETRA_CA=$work/tls.pem PYTHONPATH=$bin/../python timeout 120 /usr/bin/python3 -m locust \
     -f "$project/client/load/locust/locustfile.py" --host "${https[0]}" --headless --users 6 --spawn-rate 6 --run-time 4s \
     --stop-timeout 30 --csv locust --only-summary >locust.txt 2>&1 || fail "Locust: $(cat locust.txt)"
   for kind in surface isosurface; do

@@ -8,7 +8,7 @@
 
 #include <iostream>
 
-#include "client/client.hpp"
+#include "client/library/client.hpp"
 #include "client/distance_check.hpp"
 #include "client/local_volume.hpp"
 #include "server/dataset/prepare.hpp"

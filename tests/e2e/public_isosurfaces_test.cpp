@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "client/client.hpp"
+#include "client/library/client.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/dataset/volume_files.hpp"
 #include "server/extraction/surface_extractor.hpp"

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "client/message_socket.hpp"
+#include "client/library/message_socket.hpp"
 #include "server/operations/log.hpp"
 #include "server/transport/server.hpp"
 

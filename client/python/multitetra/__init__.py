@@ -11,15 +11,14 @@
         print(bone.components()[0].area, server.slice("head", "z", 40).values.mean())
         hot = server.isosurface("density", 1.0, color_by="temperature").scalars
 
-What comes is checked before it is given: every tile against its counts and its digest, every step against its
-manifest and its digest, that it has no crack, and that all steps which promise the topology of the full surface have
-the same Euler characteristic.
+Every step has passed the checks of the C++ client before it is given: tiles against counts and digests, no crack, and one
+topology in all steps that promise that of the full surface.
 """
 
-from .conversation import CheckError, EmptySurfaceWarning, Estimate, ServerError, connect
+from ._client import CheckError, Estimate, ServerError, __version__  # noqa: F401
+from ._client import ball, box, grid, half_space, view
+from .connection import EmptySurfaceWarning, connect
 from .mesh import Mesh
-from .request import ball, box, grid, half_space, view
-
 
 
 def __getattr__(name):

@@ -3,7 +3,7 @@
 
 #include "client/load/agreement.hpp"
 #include "client/load/load_run.hpp"
-#include "client/message_socket.hpp"
+#include "client/library/message_socket.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/client/cutting_proxy.hpp"

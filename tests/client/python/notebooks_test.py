@@ -21,7 +21,7 @@ try:
     import nbclient
     import nbformat
 
-    import multitetra  # Needs numpy and protobuf.
+    import multitetra  # Needs numpy.
 except ImportError as missing:
     print(f"!! SKIPPED: notebooks are not tested: {missing}")
     sys.exit(77)

@@ -3,23 +3,24 @@
 import inspect
 import pathlib
 import re
+import signal
+import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 import warnings
 
 try:
-    import google.protobuf  # noqa: F401
     import numpy as np
-    import websockets  # noqa: F401
 except ImportError as missing:
     print(f"!! SKIPPED: the Python package is not tested: {missing}")
     sys.exit(0)
 
 import multitetra
-from multitetra import conversation, mesh
+from multitetra.connection import Connection
 
 PROGRAMS = pathlib.Path(sys.argv.pop(1))
 
@@ -32,6 +33,63 @@ def octahedron():
     vertices = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
     faces = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]]
     return multitetra.Mesh(vertices, np.array(faces, np.uint32))
+
+
+class Silence:
+    """A server that accepts connections and says nothing."""
+
+    def __enter__(self):
+        self._socket = socket.create_server(("127.0.0.1", 0))
+        return "tcp://%s:%d" % self._socket.getsockname()
+
+    def __exit__(self, *_):
+        self._socket.close()
+
+
+class Meddler:
+    """Stands before a server; `meddle(frame, list)` returns each of the server's frames, or None to cut the connection."""
+
+    def __init__(self, url, meddle):
+        host, port = url.removeprefix("tcp://").split(":")
+        self._server = (host, int(port))
+        self._meddle = meddle
+        self._seen = []
+
+    def __enter__(self):
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        threading.Thread(target=self._accept, daemon=True).start()
+        return "tcp://%s:%d" % self._listener.getsockname()
+
+    def __exit__(self, *_):
+        self._listener.close()
+
+    def _accept(self):
+        try:
+            while True:
+                client, _ = self._listener.accept()
+                server = socket.create_connection(self._server)
+                threading.Thread(target=self._pass_on, args=(client, server), daemon=True).start()
+                threading.Thread(target=self._meddle_with, args=(server, client), daemon=True).start()
+        except OSError:
+            pass
+
+    def _pass_on(self, client, server):
+        try:
+            while data := client.recv(1 << 16):
+                server.sendall(data)
+        except OSError:
+            pass
+        server.close()
+
+    def _meddle_with(self, server, client):
+        stream = server.makefile("rb")
+        while head := stream.read(4):
+            frame = self._meddle(stream.read(int.from_bytes(head, "little")), self._seen)
+            if frame is None:
+                break
+            client.sendall(head + frame)
+        for end in (client, server):
+            end.close()
 
 
 class Package(unittest.TestCase):
@@ -91,7 +149,7 @@ class Package(unittest.TestCase):
             members = server.family("times")
             self.assertEqual([info.name for info in members], ["times.t0000", "times.t0001", "times.t0002"])
             self.assertEqual([(info.member.time, info.member.time_unit) for info in members], [(0, "ms"), (0.5, "ms"), (1, "ms")])
-            self.assertFalse(members[0].member.HasField("label"))
+            self.assertIsNone(members[0].member.label)
             self.assertEqual(server.family("gyroid"), [])
 
     def test_a_slice_is_a_layer_of_the_samples_and_a_place_has_its_own(self):
@@ -167,14 +225,14 @@ class Package(unittest.TestCase):
 
     def test_an_empty_surface_is_told(self):
         with multitetra.connect(self.urls[0]) as server:
-            with self.assertWarnsRegex(multitetra.EmptySurfaceWarning, 'empty; values of "gyroid" go from'):
+            with self.assertWarnsRegex(multitetra.EmptySurfaceWarning, 'empty: .* values of "gyroid" go from'):
                 self.assertEqual(len(server.isosurface("gyroid", 1e9).faces), 0)
             with warnings.catch_warnings():
                 warnings.simplefilter("error")
                 server.isosurface("gyroid", 0.1, error=2)
 
     def test_help_names_all_that_may_be_asked_for(self):
-        for method in (conversation.Connection.isosurface, conversation.Connection.steps):
+        for method in (Connection.isosurface, Connection.steps):
             parameters = inspect.signature(method).parameters
             for name in ("error", "unit", "region_unit", "combine", "normals", "simplify"):
                 self.assertIn(name, parameters)
@@ -227,22 +285,6 @@ class Package(unittest.TestCase):
             self.assertLess(2 * len(faces), len(whole.faces))
             self.assertEqual(whole.euler_characteristic, server.isosurface("gyroid", 0.1).euler_characteristic)
 
-    def test_a_crack_is_found(self):
-        """A tile that lacks a triangle in its middle, behind the back of all other checks."""
-        decode = mesh.decode_tile
-
-        def torn(payload, summary, resolution, normal_bits):
-            tile = decode(payload, summary, resolution, normal_bits)
-            return mesh.LatticeTile(tile.vertices, np.delete(tile.faces, len(tile.faces) // 2, axis=0), None)
-
-        conversation.decode_tile = torn
-        try:
-            with multitetra.connect(self.urls[0]) as server:
-                with self.assertRaisesRegex(multitetra.CheckError, "torn"):
-                    server.isosurface("gyroid", 0.1, error=0.5)
-        finally:
-            conversation.decode_tile = decode
-
     def test_normals_are_of_length_one(self):
         with multitetra.connect(self.urls[0]) as server:
             surface = server.isosurface("gyroid", 0.1, normals=8)
@@ -263,36 +305,78 @@ class Package(unittest.TestCase):
             self.assertEqual(refused.exception.code, "invalid_argument")
             self.assertEqual(len(server.isosurface("gyroid", 1e9).faces), 0)
 
+    def test_another_request_ends_a_stream(self):
+        with multitetra.connect(self.urls[0]) as server:
+            steps = server.steps("gyroid", 0.1, error=0)
+            next(steps)
+            self.assertGreater(server.estimate("gyroid", 0.1, error=1).triangles, 0)
+            with self.assertRaises(multitetra.ServerError) as ended:
+                next(steps)
+            self.assertEqual(ended.exception.code, "cancelled")
+
     def test_damage_is_found(self):
-        """Whatever bit of a tile is turned, and whatever of its promise: an exception, or the same tile."""
-        found = []
-        decode = mesh.decode_tile
+        def flip_a_bit_of_the_first_tile(frame, seen):
+            if frame[0] != 0x22 or seen:  # The tag of ServerMessage.tile.
+                return frame
+            seen.append(frame)
+            middle = len(frame) // 2
+            return frame[:middle] + bytes([frame[middle] ^ 0x55]) + frame[middle + 1 :]
 
-        def tampering(payload, summary, resolution, normal_bits):
-            whole = decode(payload, summary, resolution, normal_bits)
-            for place in range(0, len(payload), 7):
-                damaged = bytearray(payload)
-                damaged[place] ^= 0x55
-                try:
-                    other = decode(bytes(damaged), summary, resolution, normal_bits)
-                    np.testing.assert_array_equal(np.sort(other.vertices, axis=0), np.sort(whole.vertices, axis=0))
-                except mesh.DamagedTile:
-                    found.append(place)
-            for field in ("cube_exponent", "cube_x", "triangles", "vertices", "digest_low"):
-                wrong = type(summary)()
-                wrong.CopyFrom(summary)
-                setattr(wrong, field, 4_000_000_000)
-                with self.assertRaises(mesh.DamagedTile):
-                    decode(payload, wrong, resolution, normal_bits)
-            return whole
+        with Meddler(self.urls[0], flip_a_bit_of_the_first_tile) as url, multitetra.connect(url) as server:
+            with self.assertRaisesRegex(multitetra.CheckError, "tile"):
+                server.isosurface("gyroid", 0.1, error=0.5)
+            # What failed is not kept, and the connection serves again.
+            self.assertGreater(len(server.isosurface("gyroid", 0.1, error=0.5).faces), 0)
 
-        conversation.decode_tile = tampering
-        try:
-            with multitetra.connect(self.urls[0]) as server:
-                server.isosurface("gyroid", 0.1, error=2)
-        finally:
-            conversation.decode_tile = decode
-        self.assertGreater(len(found), 10)
+    def test_a_lost_connection_is_made_anew_and_tiles_come_once(self):
+        def cut_once_behind_the_first_tiles(frame, seen):
+            seen.append(len(frame))
+            return None if len(seen) == 9 else frame
+
+        with multitetra.connect(self.urls[0]) as server:
+            *_, whole = server.steps("gyroid", 0.1, error=0)
+        with Meddler(self.urls[0], cut_once_behind_the_first_tiles) as url, multitetra.connect(url) as server:
+            *_, last = server.steps("gyroid", 0.1, error=0)
+        self.assertEqual(last.digest, whole.digest)
+
+    def test_a_silent_server_is_given_up_while_other_threads_run(self):
+        counts = []
+        with Silence() as url:
+            counter = threading.Thread(target=lambda: [counts.append(time.sleep(0.001)) for _ in range(100)])
+            counter.start()
+            with self.assertRaisesRegex(ConnectionError, "within 0.5 s"):
+                multitetra.connect(url, timeout=0.5)
+            self.assertGreater(len(counts), 50)
+            counter.join()
+
+    def test_ctrl_c_ends_a_wait(self):
+        script = "import multitetra, sys; print('waits', flush=True); multitetra.connect(sys.argv[1])"
+        with Silence() as url:
+            waiting = subprocess.Popen(
+                [sys.executable, "-c", script, url], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            )
+            waiting.stdout.readline()
+            time.sleep(0.5)
+            began = time.monotonic()
+            waiting.send_signal(signal.SIGINT)
+            _, told = waiting.communicate(timeout=30)
+        self.assertLess(time.monotonic() - began, 5)
+        self.assertIn("KeyboardInterrupt", told)
+
+    def test_mistakes_are_told_where_they_are_made(self):
+        with self.assertRaisesRegex(ValueError, "nonsense://"):
+            multitetra.connect("nonsense://here")
+        with self.assertRaises(ConnectionError):
+            multitetra.connect("tcp://127.0.0.1:1")
+        with multitetra.connect(self.urls[0]) as server:
+            with self.assertRaisesRegex(ValueError, "unit"):
+                server.isosurface("gyroid", 0.1, unit="inch")
+        with self.assertRaisesRegex(ConnectionError, "closed"):
+            server.datasets()
+
+    def test_the_version_is_that_of_the_programs(self):
+        told = subprocess.run([PROGRAMS / "multitetra-client", "--version"], capture_output=True, text=True).stdout
+        self.assertIn(multitetra.__version__, told)
 
     def test_the_example_runs(self):
         example = pathlib.Path(__file__).parents[3] / "client/python/examples/surface.py"

@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "client/client.hpp"
+#include "client/library/client.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/support/fake_steps.hpp"

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <optional>
 
-#include "client/client.hpp"
+#include "client/library/client.hpp"
 #include "common/mesh/surface_distance.hpp"
 #include "server/core/thresholds/threshold_map.hpp"
 #include "server/dataset/prepare.hpp"

@@ -1,5 +1,5 @@
 // Server messages in, complete and checked steps out: the browser's counterpart of
-// client/assembler.hpp. Pure: what has to be done elsewhere (decoding, checking a whole step) is
+// client/library/assembler.hpp. Pure: what has to be done elsewhere (decoding, checking a whole step) is
 // told as an effect, and its outcome comes back by a call.
 //
 // A step is shown only when all its tiles are decoded and its checks have passed; until then the

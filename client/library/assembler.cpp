@@ -1,0 +1,181 @@
+#include "client/library/assembler.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "client/library/detail/manifest_checks.hpp"
+#include "common/wire/scalar_codes.hpp"
+
+namespace multitetra {
+
+namespace {
+
+bool is_as_promised(const LatticeMesh& mesh, const TileSummary& promised, int resolution) {
+  return mesh.resolution == resolution && mesh.triangles.size() == promised.triangles &&
+         mesh.vertices.size() == promised.vertices &&
+         std::all_of(mesh.vertices.begin(), mesh.vertices.end(),
+                     [&](const LatticePoint& p) { return promised.cube.contains(p, resolution); });
+}
+
+LatticeMesh welded(const std::vector<std::shared_ptr<const LatticeMesh>>& tiles, int resolution) {
+  std::vector<const LatticeMesh*> meshes;
+  meshes.reserve(tiles.size());
+  for (const auto& tile : tiles) meshes.push_back(tile.get());
+  return weld(meshes, resolution);
+}
+
+std::set<ContentDigest> digests_of(const HeldTiles& held) {
+  std::set<ContentDigest> digests;
+  for (const auto& [digest, tile] : held) digests.insert(digests.end(), digest);
+  return digests;
+}
+
+// The tiles that the request names: the server sends all others.
+HeldTiles named_in(HeldTiles held, const std::vector<ContentDigest>& digests) {
+  const std::set<ContentDigest> named(digests.begin(), digests.end());
+  std::erase_if(held, [&named](const auto& tile) { return !named.contains(tile.first); });
+  return held;
+}
+
+}  // namespace
+
+bool preserves_topology(const StepBegin& begin) {
+  return begin.request.topology_tolerance == 0 && begin.finest_spacing == 1;
+}
+
+Assembler::Assembler(DatasetInfo info, OpenStream open, HeldTiles held, AssemblerLimits limits)
+    : info_(std::move(info)),
+      held_(named_in(std::move(held), open.held)),
+      ledger_(info_, std::move(open), digests_of(held_), limits) {}
+
+Result<Progress> Assembler::receive(const ServerMessage& message) {
+  if (failed_) return tl::unexpected(*failed_);
+  const auto accepted = ledger_.accept(message);
+  if (accepted && !*accepted) return Progress{};
+  auto progress = accepted ? std::visit([this](const auto& m) { return take(m); }, message)
+                           : Result<Progress>(tl::unexpected(accepted.error()));
+  if (!progress) {
+    failed_ = progress.error();
+    tiles_.clear();
+  }
+  return progress;
+}
+
+Result<Progress> Assembler::take(const StepBegin& begin) {
+  tiles_.clear();
+  for (std::size_t i = 0; i < begin.tiles.size(); ++i) {
+    const auto held = held_.find(begin.tiles[i].digest);
+    tiles_.push_back(held == held_.end() ? nullptr : held->second);
+    if (held != held_.end() &&
+        !is_as_promised(*held->second, begin.tiles[i], begin.request.lattice_resolution)) {
+      return step_fault(begin.step, tile_name(begin, i) +
+                                        " is held already, but with other counts or "
+                                        "outside its cube");
+    }
+  }
+  return Progress{};
+}
+
+Result<Progress> Assembler::take(const Tile& tile) {
+  const StepBegin& begin = ledger_.step();
+  const TileSummary& promised = begin.tiles[tile.index];
+  auto mesh = decode_tile(*tile.payload, promised, begin.request.lattice_resolution,
+                          begin.request.normal_bits);
+  if (!mesh) {
+    return step_fault(tile.step,
+                      tile_name(begin, tile.index) + " is damaged: " + mesh.error().text);
+  }
+  tiles_[tile.index] = std::make_shared<const LatticeMesh>(*std::move(mesh));
+  held_.emplace(promised.digest, tiles_[tile.index]);
+  return Progress{};
+}
+
+Result<Progress> Assembler::take(const TileScalars& scalars) {
+  const StepBegin& begin = ledger_.step();
+  const std::string name = tile_name(begin, scalars.index);
+  auto values = decode_scalars(*scalars.codes, tiles_[scalars.index]->vertices, *begin.scalars);
+  if (!values) return step_fault(scalars.step, name + ": " + values.error().text);
+  const bool is_new = scalars_
+                          .try_emplace(begin.tiles[scalars.index].digest,
+                                       TileValues{*std::move(values), scalars.largest_deviation})
+                          .second;
+  if (!is_new) return step_fault(scalars.step, "scalars of " + name + " come twice");
+  return Progress{};
+}
+
+Result<LatticeMesh> Assembler::welded_step() const {
+  const StepBegin& begin = ledger_.step();
+  const int resolution = begin.request.lattice_resolution;
+  if (!begin.scalars) return welded(tiles_, resolution);
+  std::vector<TilePtr> tiles;
+  for (std::size_t i = 0; i < tiles_.size(); ++i) {
+    const auto values = scalars_.find(begin.tiles[i].digest);
+    if (values == scalars_.end()) {
+      return step_fault(begin.step, "it ends without the scalars of " + tile_name(begin, i));
+    }
+    auto tile = std::make_shared<LatticeMesh>(*tiles_[i]);
+    tile->scalars = values->second.values;
+    tiles.push_back(std::move(tile));
+  }
+  return welded(tiles, resolution);
+}
+
+double Assembler::largest_deviation() const {
+  double largest = 0;
+  for (const TileSummary& tile : ledger_.step().tiles) {
+    const auto values = scalars_.find(tile.digest);
+    if (values != scalars_.end()) largest = std::max(largest, values->second.largest_deviation);
+  }
+  return largest;
+}
+
+Result<Progress> Assembler::take(const StepEnd& end) {
+  const StepBegin& begin = ledger_.step();
+  auto step = std::make_shared<CommittedStep>();
+  step->begin = begin;
+  step->end = end;
+  auto mesh = welded_step();
+  if (!mesh) return tl::unexpected(mesh.error());
+  step->mesh = *std::move(mesh);
+  step->largest_scalar_deviation = largest_deviation();
+  const ContentDigest found = digest(step->mesh);
+  if (found != end.digest) {
+    return step_fault(end.step,
+                      "its digest is " + found.hex() + "; the server says " + end.digest.hex());
+  }
+  step->topology =
+      topology(step->mesh, data_border(info_, begin.request.lattice_resolution,
+                                       begin.request.topology_tolerance, begin.finest_spacing));
+  if (const auto torn = topology_fault(begin, step->topology)) return step_fault(end.step, *torn);
+  step->checks = {"tiles_complete", "tile_digests", "inside_cubes", "step_digest", "sound_mesh"};
+  if (preserves_topology(begin)) step->checks.emplace_back("topology_preserved");
+  tiles_.clear();
+  shown_ = step;
+  return shown_;
+}
+
+std::optional<std::string> Assembler::topology_fault(const StepBegin& begin,
+                                                     const MeshTopology& found) {
+  if (!found.is_sound()) {
+    return "the mesh is torn: " + std::to_string(found.open_edges) + " open edges, " +
+           std::to_string(found.nonmanifold_edges) + " non-manifold edges, " +
+           std::to_string(found.degenerate_triangles) + " degenerate triangles";
+  }
+  if (!preserves_topology(begin)) return std::nullopt;
+  if (!invariants_) {
+    invariants_ = {begin.step, found.euler_characteristic, found.components};
+    return std::nullopt;
+  }
+  if (found.euler_characteristic == invariants_->euler_characteristic &&
+      found.components == invariants_->components) {
+    return std::nullopt;
+  }
+  return "its topology differs from step " + std::to_string(invariants_->step) +
+         ", though both preserve it: Euler characteristic " +
+         std::to_string(found.euler_characteristic) + " instead of " +
+         std::to_string(invariants_->euler_characteristic) + ", " +
+         std::to_string(found.components) + " components instead of " +
+         std::to_string(invariants_->components);
+}
+
+}  // namespace multitetra

@@ -1,0 +1,113 @@
+// Server messages in, complete and checked steps out. Pure: no socket, no clock, no file.
+//
+//   Assembler assembler(info, open);
+//   Result<Progress> progress = assembler.receive(message);
+//
+// What it gives is never torn: a step is handed out only when all its tiles are there and every
+// check has passed; until then the step before stays shown. Checked are: the manifest against the
+// request and the limits, before anything is allocated for it; each tile against the manifest; the
+// totals and the digest of the step; that the welded mesh is sound, its edges shared by two
+// triangles everywhere but on the data's border; and that all steps which preserve the topology
+// have the same Euler characteristic and number of components.
+//
+// Nothing that the server sends is trusted. A failed check is an Error that names the step and, if
+// it concerns one, the tile; from then on the assembler returns that error only.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "client/library/stream_ledger.hpp"
+#include "common/mesh/mesh.hpp"
+#include "common/mesh/mesh_checks.hpp"
+#include "common/wire/messages.hpp"
+
+namespace multitetra {
+
+// Decoded tiles by their content, for use in later steps and streams.
+using HeldTiles = std::map<ContentDigest, std::shared_ptr<const LatticeMesh>>;
+
+// A step that passed all checks.
+struct CommittedStep {
+  StepBegin begin;
+  StepEnd end;
+  LatticeMesh mesh;  // Welded, of all tiles.
+  MeshTopology topology;
+  std::vector<std::string> checks;  // Names of the checks that it passed.
+  // Of its scalars, as TileScalars tells it, without rounding to codes; 0 without scalars.
+  double largest_scalar_deviation = 0;
+};
+// Whether the step promises the topology of the full-resolution surface.
+[[nodiscard]] bool preserves_topology(const StepBegin& begin);
+using CommittedStepPtr = std::shared_ptr<const CommittedStep>;
+
+// The server refuses or gives up the stream. That is no failed check.
+struct Refusal {
+  Error error;
+};
+
+// What a message led to: nothing to show yet (or it concerns another stream), a new step to show,
+// or an end.
+using Progress = std::variant<std::monostate, CommittedStepPtr, StreamEnd, Refusal>;
+
+class Assembler {
+ public:
+  // Of `held` those are used that `open` tells the server not to send; the server sends the others.
+  Assembler(DatasetInfo info, OpenStream open, HeldTiles held = {}, AssemblerLimits limits = {});
+
+  [[nodiscard]] Result<Progress> receive(const ServerMessage& message);
+
+  // The step to show: the last that was committed, null before the first.
+  [[nodiscard]] const CommittedStepPtr& shown() const { return shown_; }
+  // All tiles that need not be sent again, those of an unfinished step included: what a repeated
+  // request may name as held after a lost connection.
+  [[nodiscard]] const HeldTiles& held() const { return held_; }
+
+ private:
+  struct Invariants {
+    std::uint32_t step = 0;  // That had them first.
+    std::int64_t euler_characteristic = 0;
+    std::int64_t components = 0;
+  };
+
+  using TilePtr = std::shared_ptr<const LatticeMesh>;
+
+  // Of messages that the ledger has accepted.
+  Result<Progress> take(const StepBegin& begin);
+  Result<Progress> take(const Tile& tile);
+  Result<Progress> take(const TileScalars& scalars);
+  Result<Progress> take(const StepEnd& end);
+  Result<Progress> take(const StreamEnd& end) { return end; }
+  Result<Progress> take(const ErrorReply& reply) { return Refusal{reply.error}; }
+  template <typename Other>
+  Result<Progress> take(const Other&) {
+    return Progress{};
+  }
+
+  // The tiles of the pending step as one mesh, with their scalars if it has some.
+  [[nodiscard]] Result<LatticeMesh> welded_step() const;
+  [[nodiscard]] double largest_deviation() const;  // Of the scalars of the pending step.
+  [[nodiscard]] std::optional<std::string> topology_fault(const StepBegin& begin,
+                                                          const MeshTopology& topology);
+
+  struct TileValues {
+    std::vector<float> values;
+    double largest_deviation = 0;
+  };
+
+  DatasetInfo info_;
+  HeldTiles held_;
+  StreamLedger ledger_;
+  std::vector<TilePtr> tiles_;                   // Of the step; null: not there yet.
+  std::map<ContentDigest, TileValues> scalars_;  // That came in this stream.
+  CommittedStepPtr shown_;
+  std::optional<Invariants> invariants_;  // Of the steps that preserve the topology.
+  std::optional<Error> failed_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,156 @@
+#include "client/library/client.hpp"
+
+#include "client/library/fetch.hpp"
+
+namespace multitetra {
+using Clock = std::chrono::steady_clock;
+
+namespace {
+
+tl::unexpected<ClientError> unexpected_answer(const char* awaited) {
+  return fail(Trouble::kServer,
+              {ErrorCode::kUnexpectedMessage,
+               std::string("The server answered with another message than ") + awaited + "."});
+}
+
+// The next message, which must be an `Awaited`.
+template <typename Awaited>
+ClientResult<Awaited> receive(MessageSocket& socket, const char* awaited) {
+  auto message = socket.receive();
+  if (!message) return fail(Trouble::kNetwork, message.error());
+  if (const auto* refused = std::get_if<ErrorReply>(&*message)) {
+    return fail(Trouble::kServer, refused->error);
+  }
+  if (auto* answer = std::get_if<Awaited>(&*message)) return std::move(*answer);
+  return unexpected_answer(awaited);
+}
+
+// A connection on which Hello was said and answered.
+ClientResult<MessageSocket> welcomed_socket(const Endpoint& server, const TlsContextPtr& tls,
+                                            const ClientOptions& options) {
+  auto socket = MessageSocket::connect(server, options.timeout, {.tls = tls}, options.deadline,
+                                       options.interrupt);
+  if (!socket) return fail(Trouble::kNetwork, socket.error());
+  const Hello hello{.min_version = kProtocolVersion,
+                    .max_version = kProtocolVersion,
+                    .codecs = {PayloadCodec::kDracoLattice},
+                    .token = options.token,
+                    .agent = options.agent};
+  if (auto sent = socket->send(hello); !sent) return fail(Trouble::kNetwork, sent.error());
+  const auto welcome = receive<Welcome>(*socket, "Welcome");
+  if (!welcome) return tl::unexpected(welcome.error());
+  if (welcome->version != kProtocolVersion || welcome->codec != PayloadCodec::kDracoLattice) {
+    return fail(
+        Trouble::kServer,
+        {ErrorCode::kUnsupportedVersion,
+         "It welcomes with protocol version " + std::to_string(welcome->version) + " and codec " +
+             std::to_string(static_cast<int>(welcome->codec)) + "; this client asked for version " +
+             std::to_string(kProtocolVersion) + " and codec 1."});
+  }
+  return *std::move(socket);
+}
+
+}  // namespace
+
+Client::Client(Endpoint server, TlsContextPtr tls, MessageSocket socket, ClientOptions options)
+    : server_(std::move(server)),
+      tls_(std::move(tls)),
+      socket_(std::move(socket)),
+      options_(std::move(options)) {}
+
+ClientResult<Client> Client::connect(const Endpoint& server, ClientOptions options) {
+  TlsContextPtr tls;
+  if (server.is_secure()) {
+    auto trusting = client_tls(options.trust);
+    if (!trusting) return fail(Trouble::kNetwork, trusting.error());
+    tls = *std::move(trusting);
+  }
+  auto socket = welcomed_socket(server, tls, options);
+  if (!socket) return tl::unexpected(socket.error());
+  return Client(server, std::move(tls), *std::move(socket), std::move(options));
+}
+
+ClientResult<void> Client::reconnect() {
+  auto socket = welcomed_socket(server_, tls_, options_);
+  if (!socket) return tl::unexpected(socket.error());
+  socket_ = *std::move(socket);
+  return {};
+}
+
+ClientResult<std::vector<DatasetInfo>> Client::list_datasets() {
+  if (auto sent = send(ListDatasets{.request_id = next_request_id()}); !sent) {
+    return tl::unexpected(sent.error());
+  }
+  auto list = receive<DatasetList>(socket_, "DatasetList");
+  if (!list) return tl::unexpected(list.error());
+  return std::move(list->datasets);
+}
+
+ClientResult<EstimateReply> Client::estimate(const std::string& dataset,
+                                             const IsosurfaceRequest& request) {
+  const Estimate asked{.request_id = next_request_id(), .dataset = dataset, .request = request};
+  if (auto sent = send(asked); !sent) return tl::unexpected(sent.error());
+  return receive<EstimateReply>(socket_, "EstimateReply");
+}
+
+ClientResult<SliceReply> Client::slice(const std::string& dataset, const SliceRequest& request) {
+  const Slice asked{.request_id = next_request_id(), .dataset = dataset, .slice = request};
+  if (auto sent = send(asked); !sent) return tl::unexpected(sent.error());
+  auto reply = receive<SliceReply>(socket_, "SliceReply");
+  if (reply && (reply->width != request.width || reply->height != request.height)) {
+    return fail(Trouble::kCheck, {ErrorCode::kDamagedData,
+                                  "The slice that came has other pixels than were asked for."});
+  }
+  return reply;
+}
+
+ClientResult<ProbeReply> Client::probe(const std::string& dataset, const ProbeRequest& request) {
+  const Probe asked{.request_id = next_request_id(), .dataset = dataset, .probe = request};
+  if (auto sent = send(asked); !sent) return tl::unexpected(sent.error());
+  auto reply = receive<ProbeReply>(socket_, "ProbeReply");
+  if (reply && reply->places.size() != request.places.size()) {
+    return fail(Trouble::kCheck,
+                {ErrorCode::kDamagedData, "The answer has other places than were asked for."});
+  }
+  return reply;
+}
+
+ClientResult<void> Client::send(const ClientMessage& message) {
+  if (auto sent = socket_.send(message); !sent) return fail(Trouble::kNetwork, sent.error());
+  ask_for_life_at_ = Clock::now() + options_.timeout / 2;
+  return {};
+}
+
+ClientResult<std::optional<ServerMessage>> Client::receive_within(
+    std::chrono::milliseconds patience) {
+  const Clock::time_point until = Clock::now() + patience;
+  for (;;) {
+    const auto left = std::min(until, ask_for_life_at_) - Clock::now();
+    auto message = socket_.receive_within(
+        std::max(std::chrono::ceil<std::chrono::milliseconds>(left), std::chrono::milliseconds(0)));
+    if (!message) return fail(Trouble::kNetwork, message.error());
+    if (*message) ask_for_life_at_ = Clock::now() + options_.timeout / 2;
+    if (*message && !std::holds_alternative<Pong>(**message)) return *std::move(message);
+    if (Clock::now() >= until) return std::nullopt;
+    if (Clock::now() >= ask_for_life_at_) {
+      if (auto sent = send(Ping{}); !sent) return tl::unexpected(sent.error());
+      ask_for_life_at_ = Clock::time_point::max();
+    }
+  }
+}
+
+ClientResult<FetchedStep> Client::fetch(const DatasetInfo& info, OpenStream open,
+                                        const std::function<void(const FetchedStep&)>& on_step,
+                                        const FetchOptions& options) {
+  Fetch fetch(*this, info, std::move(open), options);
+  FetchedStep final_step;
+  for (;;) {
+    auto step = fetch.next();
+    if (!step) return tl::unexpected(step.error());
+    if (!*step) return final_step;
+    final_step = **std::move(step);
+    on_step(final_step);
+  }
+}
+
+}  // namespace multitetra

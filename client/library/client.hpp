@@ -1,0 +1,125 @@
+// A client of the service as a blocking library.
+//
+//   auto client = Client::connect({"127.0.0.1", 7410}, {});
+//   auto datasets = client->list_datasets();
+//   auto fetched = client->fetch(info, open, [](const FetchedStep& step) { ... });
+//
+// A program that takes steps when it wants them uses fetch.hpp; one that shows surfaces while its
+// user moves on uses surface_stream.hpp.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/library/assembler.hpp"
+#include "client/library/message_socket.hpp"
+#include "client/library/retries.hpp"
+#include "client/library/tile_memory.hpp"
+#include "common/net/trust.hpp"
+
+namespace multitetra {
+
+// Whose trouble it is: the way there, a server that says no, or data that failed a check.
+enum class Trouble { kNetwork, kServer, kCheck };
+
+struct ClientError {
+  Trouble trouble = Trouble::kNetwork;
+  Error error;
+};
+
+template <typename T>
+using ClientResult = tl::expected<T, ClientError>;
+
+[[nodiscard]] inline tl::unexpected<ClientError> fail(Trouble trouble, Error error) {
+  return tl::unexpected(ClientError{trouble, std::move(error)});
+}
+
+struct ClientOptions {
+  std::chrono::milliseconds timeout{60'000};  // Of silence.
+  // When everything must be over, however much comes until then; none: whenever it is.
+  std::optional<std::chrono::steady_clock::time_point> deadline = {};
+  std::string agent = "multitetra-client/" MULTITETRA_VERSION;
+  std::string token = {};
+  Trust trust = {};  // For tls:// and wss://.
+  AssemblerLimits limits = {};
+  Interrupt interrupt = {};  // Ends a wait with kCancelled, and the connection with it.
+};
+
+// A step with what it took to get it. Times count from sending the request, lost connections
+// included.
+struct FetchedStep {
+  CommittedStepPtr step;
+  double first_byte_seconds = 0;  // Until the step's StepBegin.
+  double seconds = 0;             // Until the step was complete and checked.
+};
+
+// Tiles that travelled, whatever became of their steps.
+struct ReceivedTiles {
+  std::uint64_t tiles = 0;
+  std::uint64_t payload_bytes = 0;
+};
+
+// Gets a tile that passed its checks, the lattice resolution of its step, and its bytes.
+using TileListener = std::function<void(const TileSummary& tile, const IsosurfaceRequest& step,
+                                        const std::string& payload)>;
+
+struct FetchOptions {
+  RetryOptions retries = {};    // After a lost connection; a new tile is progress.
+  TileMemory* tiles = nullptr;  // What is held already and what comes; null: one for this fetch.
+  TileListener on_tile = {};
+};
+
+class Client {
+ public:
+  // Connects and says Hello.
+  [[nodiscard]] static ClientResult<Client> connect(const Endpoint& server, ClientOptions options);
+  // The same again, after the connection was lost. Nothing that was under way comes any more.
+  [[nodiscard]] ClientResult<void> reconnect();
+
+  [[nodiscard]] ClientResult<std::vector<DatasetInfo>> list_datasets();
+
+  // How large the answer to a request would be, without making it.
+  [[nodiscard]] ClientResult<EstimateReply> estimate(const std::string& dataset,
+                                                     const IsosurfaceRequest& request);
+
+  // The field on a plane. The reply has as many pixels as were asked for.
+  [[nodiscard]] ClientResult<SliceReply> slice(const std::string& dataset,
+                                               const SliceRequest& request);
+  // What the field is at some places. The reply has as many as were asked for.
+  [[nodiscard]] ClientResult<ProbeReply> probe(const std::string& dataset,
+                                               const ProbeRequest& request);
+
+  // Runs one stream to its end and calls `on_step` with each step that passed all checks, once.
+  // When the connection is lost it connects anew and repeats the request, naming the tiles that it
+  // has: no tile is sent twice (as long as no more than kMaxHeldDigests are held, see
+  // TileMemory::digests_to_name). `open` gets its request id and the digests held here. Gives the
+  // final step.
+  [[nodiscard]] ClientResult<FetchedStep> fetch(
+      const DatasetInfo& info, OpenStream open,
+      const std::function<void(const FetchedStep&)>& on_step, const FetchOptions& options = {});
+
+  // ---- the conversation itself, for surface_stream.hpp
+
+  [[nodiscard]] ClientResult<void> send(const ClientMessage& message);
+  // nullopt when no whole message came within `patience`. A server that says nothing for half of
+  // the timeout is asked for a sign of life: a busy one is waited for, one that is gone is not.
+  [[nodiscard]] ClientResult<std::optional<ServerMessage>> receive_within(
+      std::chrono::milliseconds patience);
+  [[nodiscard]] std::uint64_t next_request_id() { return ++last_request_id_; }
+  [[nodiscard]] const ClientOptions& options() const { return options_; }
+
+ private:
+  Client(Endpoint server, TlsContextPtr tls, MessageSocket socket, ClientOptions options);
+
+  Endpoint server_;
+  TlsContextPtr tls_;  // Null where the server's address says nothing of TLS.
+  MessageSocket socket_;
+  ClientOptions options_;
+  std::uint64_t last_request_id_ = 0;
+  std::chrono::steady_clock::time_point ask_for_life_at_ = {};  // When it is silent until then.
+};
+
+}  // namespace multitetra

@@ -1,0 +1,152 @@
+#include "client/library/detail/manifest_checks.hpp"
+
+#include <bit>
+#include <set>
+
+namespace multitetra {
+namespace {
+
+bool has_budget(const IsosurfaceRequest& request) {
+  return request.max_triangles > 0 || request.max_bytes > 0;
+}
+
+std::optional<std::string> budget_fault(const StepBegin& begin, const IsosurfaceRequest& asked) {
+  ManifestTotals totals;
+  for (const TileSummary& tile : begin.tiles) totals.add(tile);
+  if (asked.max_triangles > 0 && totals.triangles > asked.max_triangles) {
+    return "it has " + std::to_string(totals.triangles) + " triangles, more than the budget of " +
+           std::to_string(asked.max_triangles);
+  }
+  if (asked.max_bytes > 0 && totals.payload_bytes > asked.max_bytes) {
+    return "it has " + std::to_string(totals.payload_bytes) + " bytes, more than the budget of " +
+           std::to_string(asked.max_bytes);
+  }
+  return std::nullopt;
+}
+
+// A preview may be coarser than the request; everything else is as it was asked for.
+std::optional<std::string> parameter_fault(const StepBegin& begin, const IsosurfaceRequest& asked) {
+  IsosurfaceRequest given = begin.request;
+  if (begin.is_final) {
+    if (const auto beyond = budget_fault(begin, asked)) return beyond;
+    if (has_budget(asked)) {
+      // What does not fit may be coarser than asked for, and says so.
+      given.thresholds.at_least = asked.thresholds.at_least;
+      given.topology_tolerance = asked.topology_tolerance;
+    }
+    if (given != asked) return "the final step has other parameters than the request";
+    if (begin.request.thresholds.at_least < asked.thresholds.at_least ||
+        begin.request.topology_tolerance < asked.topology_tolerance) {
+      return "the final step is said to be finer than the request";
+    }
+    if (begin.finest_spacing != 1) return "the final step leaves out the finest points";
+    return std::nullopt;
+  }
+  if (!(given.error >= asked.error)) return "a preview's error is below the request's";
+  if (!(given.topology_tolerance >= asked.topology_tolerance)) {
+    return "a preview's topology tolerance is below the request's";
+  }
+  if (given.lattice_resolution > asked.lattice_resolution) {
+    return "a preview's lattice is finer than the request's";
+  }
+  if (!(given.thresholds.at_least >= asked.thresholds.at_least)) {
+    return "a preview's least threshold is below the request's";
+  }
+  given.lattice_resolution = asked.lattice_resolution;
+  given.thresholds.at_least = asked.thresholds.at_least;
+  given.error = asked.error;
+  given.topology_tolerance = asked.topology_tolerance;
+  if (given != asked) return "a preview differs from the request in more than its accuracy";
+  if (begin.finest_spacing < 1 ||
+      !std::has_single_bit(static_cast<std::uint32_t>(begin.finest_spacing))) {
+    return "the finest spacing is no power of two";
+  }
+  return std::nullopt;
+}
+
+bool is_in_grid(const OctreeCube& cube, int grid_exponent) {
+  if (cube.exponent < 0 || cube.exponent > grid_exponent) return false;
+  const std::int32_t cubes = std::int32_t{1} << (grid_exponent - cube.exponent);
+  const auto within = [cubes](std::int32_t position) { return position >= 0 && position < cubes; };
+  return within(cube.x) && within(cube.y) && within(cube.z);
+}
+
+std::optional<std::string> summary_fault(const TileSummary& tile, int grid_exponent) {
+  if (!is_in_grid(tile.cube, grid_exponent)) return "it lies outside the grid";
+  if (tile.triangles == 0) return "it has no triangle";
+  if (tile.vertices < 3 || tile.vertices > 3 * std::uint64_t{tile.triangles}) {
+    return std::to_string(tile.vertices) + " vertices cannot belong to " +
+           std::to_string(tile.triangles) + " triangles";
+  }
+  if (tile.bytes == 0) return "it has no bytes";
+  return std::nullopt;
+}
+
+// What simplification may have moved is a part of what the step allows.
+std::optional<std::string> simplification_fault(const TileSummary& tile, const StepBegin& begin) {
+  if (tile.simplification_bound == 0) return std::nullopt;
+  if (!begin.request.simplify) return "it is simplified, which nobody asked for";
+  if (tile.simplification_bound <= begin.error_bound_world) return std::nullopt;
+  return "simplification moved it by up to " + std::to_string(tile.simplification_bound) +
+         ", more than the step's error bound of " + std::to_string(begin.error_bound_world);
+}
+
+std::string too_many(const char* what, std::uint64_t count, std::uint64_t limit) {
+  return "it announces " + std::to_string(count) + " " + what + "; this client allows " +
+         std::to_string(limit);
+}
+
+}  // namespace
+
+void ManifestTotals::add(const TileSummary& tile) {
+  ++tiles;
+  triangles += tile.triangles;
+  payload_bytes += tile.bytes;
+}
+
+std::optional<std::string> excess(const ManifestTotals& totals, const AssemblerLimits& limits) {
+  if (totals.tiles > limits.tiles) return too_many("tiles", totals.tiles, limits.tiles);
+  if (totals.triangles > limits.triangles) {
+    return too_many("triangles", totals.triangles, limits.triangles);
+  }
+  if (totals.payload_bytes > limits.payload_bytes) {
+    return too_many("bytes", totals.payload_bytes, limits.payload_bytes);
+  }
+  return std::nullopt;
+}
+
+tl::unexpected<Error> step_fault(std::uint32_t step, const std::string& what) {
+  return fail(ErrorCode::kDamagedData, "Step " + std::to_string(step) + ": " + what + ".");
+}
+
+std::string tile_name(const StepBegin& begin, std::size_t index) {
+  return "tile " + std::to_string(index) + " (" + to_string(begin.tiles[index].cube) + ")";
+}
+
+std::optional<std::string> manifest_fault(const StepBegin& begin, const OpenStream& open,
+                                          const DatasetInfo& info, const AssemblerLimits& limits) {
+  if (auto fault = parameter_fault(begin, open.request)) return fault;
+  if (begin.codec != PayloadCodec::kDracoLattice) return "its codec was not negotiated";
+  if (begin.scalars.has_value() != open.scalars.has_value() ||
+      (begin.scalars && begin.scalars->bits != open.scalars->bits)) {
+    return "its scalars are not those that were asked for";
+  }
+  ManifestTotals totals;
+  std::set<OctreeCube> cubes;
+  std::set<ContentDigest> digests;
+  for (std::size_t i = 0; i < begin.tiles.size(); ++i) {
+    const TileSummary& tile = begin.tiles[i];
+    if (auto fault = summary_fault(tile, info.grid_exponent)) {
+      return tile_name(begin, i) + ": " + *fault;
+    }
+    if (auto fault = simplification_fault(tile, begin)) return tile_name(begin, i) + ": " + *fault;
+    if (!cubes.insert(tile.cube).second) return tile_name(begin, i) + " is there twice";
+    if (!digests.insert(tile.digest).second) {
+      return tile_name(begin, i) + " has the same content as another tile";
+    }
+    totals.add(tile);
+  }
+  return excess(totals, limits);
+}
+
+}  // namespace multitetra

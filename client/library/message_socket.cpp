@@ -1,0 +1,181 @@
+#include "client/library/message_socket.hpp"
+
+#include <algorithm>
+
+#include "common/base/number_text.hpp"
+#include "common/net/message_channel.hpp"
+
+namespace multitetra {
+
+using Clock = std::chrono::steady_clock;
+
+// How long a server may take to say goodbye.
+constexpr auto kGoodbye = std::chrono::milliseconds(250);
+
+struct MessageSocket::State {
+  State(const Endpoint& server, std::chrono::milliseconds timeout_in, const ChannelOptions& options,
+        Deadline deadline_in, Interrupt interrupt_in)
+      : timeout(timeout_in),
+        deadline(deadline_in.value_or(Clock::time_point::max())),
+        interrupt(std::move(interrupt_in)),
+        channel(io.get_executor(), server, options) {}
+
+  ~State() {
+    if (channel.is_open()) {
+      std::optional<Result<void>> gone;
+      start(left(), gone);
+      run_until(Clock::now() + kGoodbye, [&] { return gone.has_value(); });
+    }
+    finish();
+  }
+
+  std::chrono::milliseconds timeout;
+  Clock::time_point deadline;
+  Interrupt interrupt;
+  Clock::time_point interrupt_checked = Clock::now();
+  bool is_interrupted = false;
+  asio::io_context io{1};
+  MessageChannel channel;
+  // A receive that was started goes on while other things are done, and from one call to the next.
+  bool is_receiving = false;
+  std::optional<Result<std::string>> received;
+  Clock::time_point asked =
+      Clock::now();  // When a message was last awaited, however long it takes.
+
+  asio::awaitable<Result<void>> left() {
+    co_await channel.leave();
+    co_return Result<void>();
+  }
+
+  // Puts what the operation gives into `outcome`, which must live until then or until finish().
+  template <typename T>
+  void start(asio::awaitable<Result<T>> operation, std::optional<Result<T>>& outcome) {
+    asio::co_spawn(io, std::move(operation),
+                   [&outcome](const std::exception_ptr& trouble, Result<T> result) {
+                     if (trouble) std::rethrow_exception(trouble);
+                     outcome = std::move(result);
+                   });
+  }
+
+  template <typename Condition>
+  void run_until(Clock::time_point end, const Condition& is_over) {
+    io.restart();
+    while (!is_over() && !check_interrupt()) {
+      const auto pause = interrupt ? std::min(end, Clock::now() + kInterruptInterval) : end;
+      if (io.run_one_until(pause) == 0 && (io.stopped() || Clock::now() >= end)) return;
+    }
+  }
+
+  bool check_interrupt() {
+    if (interrupt && !is_interrupted && Clock::now() >= interrupt_checked + kInterruptInterval) {
+      interrupt_checked = Clock::now();
+      is_interrupted = interrupt();
+    }
+    return is_interrupted;
+  }
+
+  // Gives up what is under way.
+  void finish() {
+    channel.close();
+    io.restart();
+    io.run();
+  }
+
+  // The outcome of an operation, which the timeout limits.
+  template <typename T>
+  Result<T> outcome_of(asio::awaitable<Result<T>> operation, const char* what_it_did_not) {
+    std::optional<Result<T>> outcome;
+    start(std::move(operation), outcome);
+    run_until(std::min(Clock::now() + timeout, deadline), [&] { return outcome.has_value(); });
+    if (outcome) return *std::move(outcome);
+    finish();
+    return silent(what_it_did_not);
+  }
+
+  void receive_from_now_on() {
+    if (is_receiving || received) return;
+    is_receiving = true;
+    asio::co_spawn(io, channel.receive(),
+                   [this](const std::exception_ptr& trouble, Result<std::string> content) {
+                     is_receiving = false;
+                     if (trouble) std::rethrow_exception(trouble);
+                     received = std::move(content);
+                   });
+  }
+
+  [[nodiscard]] tl::unexpected<Error> silent(const std::string& what) const {
+    if (is_interrupted) return fail(ErrorCode::kCancelled, "The wait was interrupted.");
+    if (Clock::now() >= deadline) {
+      return fail(ErrorCode::kLimitExceeded, "The time for it is over, and " +
+                                                 to_string(channel.server()) +
+                                                 " had not given all of it.");
+    }
+    return fail(ErrorCode::kUnavailable,
+                to_string(channel.server()) + " " + what + " within " +
+                    shortest_text(static_cast<double>(timeout.count()) / 1000) +
+                    " s; try a longer timeout.");
+  }
+};
+
+MessageSocket::MessageSocket(std::unique_ptr<State> state) : state_(std::move(state)) {}
+MessageSocket::MessageSocket(MessageSocket&&) noexcept = default;
+MessageSocket& MessageSocket::operator=(MessageSocket&&) noexcept = default;
+MessageSocket::~MessageSocket() = default;
+
+Result<MessageSocket> MessageSocket::connect(const Endpoint& server,
+                                             std::chrono::milliseconds timeout,
+                                             const ChannelOptions& options, Deadline deadline,
+                                             Interrupt interrupt) {
+  auto state = std::make_unique<State>(server, timeout, options, deadline, std::move(interrupt));
+  const auto opened = state->outcome_of(state->channel.open(), "did not accept the connection");
+  if (!opened) return tl::unexpected(opened.error());
+  return MessageSocket(std::move(state));
+}
+
+Result<void> MessageSocket::send(const ClientMessage& message) {
+  return state_->outcome_of(state_->channel.send(serialize(message)), "did not take our message");
+}
+
+Result<void> MessageSocket::send_bytes(std::string_view bytes) {
+  return state_->outcome_of(state_->channel.send_bytes(std::string(bytes)),
+                            "did not take our message");
+}
+
+Result<ServerMessage> MessageSocket::receive() {
+  state_->asked = Clock::now();
+  for (;;) {
+    auto message = receive_within(state_->timeout);
+    if (!message) return tl::unexpected(message.error());
+    if (*message) return **std::move(message);
+  }
+}
+
+Result<std::optional<ServerMessage>> MessageSocket::receive_within(
+    std::chrono::milliseconds patience) {
+  State& state = *state_;
+  const Clock::time_point until =
+      std::min(Clock::now() + patience + std::chrono::milliseconds(1), state.deadline);
+  state.receive_from_now_on();
+  const auto silent_at = [&state] {
+    return std::max(state.channel.last_sign(), state.asked) + state.timeout;
+  };
+  while (!state.received && !state.is_interrupted && Clock::now() < std::min(until, silent_at())) {
+    state.run_until(std::min(until, silent_at()), [&state] { return state.received.has_value(); });
+  }
+  const bool is_over = state.is_interrupted || Clock::now() >= state.deadline;
+  if (!state.received || is_over) {
+    if (Clock::now() < silent_at() && !is_over) return std::nullopt;
+    state.finish();
+    return state.silent("sent nothing");
+  }
+  const auto content = *std::exchange(state.received, std::nullopt);
+  if (!content) return tl::unexpected(content.error());
+  auto message = parse_server_message(*content);
+  if (!message) {
+    state.finish();
+    return tl::unexpected(message.error().error);
+  }
+  return *std::move(message);
+}
+
+}  // namespace multitetra

@@ -1,0 +1,237 @@
+#include "client/library/report.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/number_text.hpp"
+#include "common/cli/human_units.hpp"
+#include "common/cli/json_report.hpp"
+#include "common/cli/terminal.hpp"
+
+namespace multitetra {
+namespace {
+
+// The largest of all tiles: a part of the error bound.
+double simplification_bound(const StepBegin& begin) {
+  double bound = 0;
+  for (const TileSummary& tile : begin.tiles) bound = std::max(bound, tile.simplification_bound);
+  return bound;
+}
+
+Json step_json(const FetchedStep& fetched) {
+  const StepBegin& begin = fetched.step->begin;
+  const StepEnd& end = fetched.step->end;
+  Json json = {{"step", begin.step},
+               {"final", begin.is_final},
+               {"parameters", json_of(begin.request)},
+               {"error_bound_world",
+                begin.finest_spacing > 1 ? Json(nullptr) : Json(begin.error_bound_world)},
+               {"simplification_bound_world", simplification_bound(begin)},
+               {"finest_spacing", begin.finest_spacing},
+               {"tetrahedra", begin.tetrahedra},
+               {"active_tetrahedra", begin.active_tetrahedra}};
+  json.update(json_of(fetched.step->topology));
+  json["tiles"] = begin.tiles.size();
+  json["tiles_received"] = end.tiles_sent;
+  json["bytes"] = end.payload_bytes;
+  json["first_byte_seconds"] = fetched.first_byte_seconds;
+  json["seconds"] = fetched.seconds;
+  json["server_seconds"] = end.seconds;
+  json["content_digest"] = end.digest.hex();
+  json["checks"] = fetched.step->checks;
+  return json;
+}
+
+Json distances_json(const DistanceStatistics& distances) {
+  return {{"samples", distances.samples},
+          {"maximum", distances.maximum},
+          {"percentile_99", distances.percentile_99},
+          {"mean", distances.mean},
+          {"above_limit", distances.above_limit},
+          {"worst",
+           {{"distance", distances.worst_distance},
+            {"limit", distances.worst_limit},
+            {"place", distances.worst_place}}}};
+}
+
+Json distances_json(const DistanceCheck& check, const std::string& against) {
+  Json json = {{"against", against}, {"full_triangles", check.full_triangles}, {"unit", "voxel"}};
+  const auto& promise = check.promise;
+  json["threshold"] = promise ? Json(promise->threshold) : Json(nullptr);
+  json["snapping"] = promise ? Json(promise->snapping) : Json(nullptr);
+  json["limit"] = promise ? Json(promise->threshold + promise->snapping) : Json(nullptr);
+  json["passed"] = promise ? Json(check.has_passed()) : Json(nullptr);
+  json["mesh_to_full"] = distances_json(check.mesh_to_full);
+  json["full_to_mesh"] = distances_json(check.full_to_mesh);
+  return json;
+}
+
+// The error that the step allows: of what fits into a budget, more than was asked. Previews have no
+// bound, but a spacing.
+std::string accuracy_of(const StepBegin& begin, const DatasetInfo& info) {
+  if (begin.finest_spacing > 1)
+    return "1 in " + std::to_string(begin.finest_spacing) + " samples per axis";
+  const IsosurfaceRequest& request = begin.request;
+  if (!request.thresholds.is_uniform()) {
+    return "errors up to " + human_error(begin.error_bound_world, request.unit, info);
+  }
+  const double error = std::max(request.error, request.thresholds.at_least);
+  if (request.unit == LengthUnit::kWorld) {
+    return "error " + human_length(error, info.meaning.length_unit);
+  }
+  return "error " + human_number(error) + (error == 1 ? " voxel" : " voxels");
+}
+
+Json json_of(const FetchReport& report) {
+  Json steps = Json::array();
+  for (const FetchedStep& step : report.steps) steps.push_back(step_json(step));
+  Json json = {
+      {"server", to_string(report.server)},
+      {"dataset", report.open.dataset},
+      {"parameters", json_of(report.open.request)},
+      {"notices", report.notices},
+      {"final_only", report.open.steps == StepPolicy::kFinalOnly},
+      {"coordinates", report.coordinates},
+      {"mesh_file", report.mesh_file.empty() ? Json(nullptr) : Json(report.mesh_file)},
+      {"components_written",
+       report.components_written ? Json(*report.components_written) : Json(nullptr)},
+      {"area", report.measures ? Json(report.measures->area) : Json(nullptr)},
+      {"volume",
+       report.measures && report.measures->volume ? Json(*report.measures->volume) : Json(nullptr)},
+      {"tiles_held", report.tiles_held},
+      {"tiles_received", report.received.tiles},
+      {"bytes_received", report.received.payload_bytes},
+      {"reconnections", report.reconnections},
+      {"steps", std::move(steps)}};
+  if (report.distances) {
+    json["distances"] = distances_json(*report.distances, report.checked_against);
+  }
+  if (report.error) {
+    json["error"] = {{"code", name(report.error->code)}, {"text", report.error->text}};
+  }
+  return json;
+}
+
+}  // namespace
+
+std::string json_report(const FetchReport& report) { return text_of(json_of(report)); }
+
+std::string json_report(std::span<const FetchReport> reports) {
+  Json surfaces = Json::array();
+  for (const FetchReport& report : reports) surfaces.push_back(json_of(report));
+  return text_of({{"surfaces", std::move(surfaces)}});
+}
+
+std::string json_list(const Endpoint& server, const std::vector<DatasetInfo>& datasets) {
+  Json list = Json::array();
+  for (const DatasetInfo& info : datasets) list.push_back(json_of(info));
+  return text_of({{"server", to_string(server)}, {"datasets", std::move(list)}});
+}
+
+std::string step_line(const FetchedStep& fetched, const DatasetInfo& info) {
+  const StepBegin& begin = fetched.step->begin;
+  const auto triangles = static_cast<std::uint64_t>(fetched.step->topology.triangles);
+  const std::string kind = begin.is_final             ? " (final)"
+                           : begin.finest_spacing > 1 ? " (preview)"
+                                                      : " (unsimplified)";
+  return "step " + std::to_string(begin.step) + kind + ": " + "isovalue " +
+         shortest_text(begin.request.isovalue) + ", " + accuracy_of(begin, info) + ", " +
+         human_count_of(begin.tiles.size(), "tile") + ", " + human_count_of(triangles, "triangle") +
+         ", " + human_bytes(fetched.step->end.payload_bytes) + ", " +
+         human_seconds(fetched.seconds);
+}
+
+std::string checks_table(const std::vector<FetchedStep>& steps) {
+  std::string table;
+  const auto row = [&](const std::string& what, const auto& cell) {
+    constexpr std::size_t kFirstColumn = 26;
+    constexpr std::size_t kColumn = 12;
+    const auto padded = [](std::size_t width, const std::string& text) {
+      return std::string(width > text.size() ? width - text.size() : 1, ' ');
+    };
+    table += what + padded(kFirstColumn, what);
+    for (const FetchedStep& fetched : steps) {
+      const std::string text = cell(*fetched.step);
+      table += padded(kColumn, text) + text;
+    }
+    table += "\n";
+  };
+  const auto count = [](std::int64_t n) { return human_count(static_cast<std::uint64_t>(n)); };
+  row("check", [](const CommittedStep& s) {
+    return s.begin.is_final ? std::string("final") : "step " + std::to_string(s.begin.step);
+  });
+  row("tiles and digests", [](const CommittedStep&) { return "ok"; });  // Else there is no step.
+  row("open edges", [&](const CommittedStep& s) { return count(s.topology.open_edges); });
+  row("non-manifold edges",
+      [&](const CommittedStep& s) { return count(s.topology.nonmanifold_edges); });
+  row("edges on the border",
+      [&](const CommittedStep& s) { return count(s.topology.border_edges); });
+  row("components", [&](const CommittedStep& s) { return count(s.topology.components); });
+  row("Euler characteristic",
+      [](const CommittedStep& s) { return std::to_string(s.topology.euler_characteristic); });
+  row("topology preserved", [](const CommittedStep& s) {
+    if (s.topology.triangles == 0) return "empty";
+    return preserves_topology(s.begin) ? "yes" : s.begin.finest_spacing > 1 ? "preview" : "no";
+  });
+  return table;
+}
+
+std::string distances_table(const DistanceCheck& check) {
+  std::string table;
+  const auto padded = [](const std::string& text, std::size_t width) {
+    return text + std::string(width > text.size() ? width - text.size() : 1, ' ');
+  };
+  const auto row = [&](const std::string& what, const std::string& maximum,
+                       const std::string& percentile, const std::string& mean) {
+    table += padded(what, 30) + padded(maximum, 12) + padded(percentile, 14) + mean + "\n";
+  };
+  const auto numbers = [&](const std::string& what, const DistanceStatistics& d) {
+    row(what, human_number(d.maximum), human_number(d.percentile_99), human_number(d.mean));
+  };
+  row("distance in voxels", "maximum", "99 percent", "mean");
+  numbers("of the mesh from the full", check.mesh_to_full);
+  numbers("of the full from the mesh", check.full_to_mesh);
+  if (!check.promise) return table + "allowed: no bound is promised for this request\n";
+  return table + "allowed: " + human_number(check.promise->threshold) + " and " +
+         human_number(check.promise->snapping) + " for the lattice, " +
+         (check.has_passed() ? "ok" : "EXCEEDED") + "\n";
+}
+
+std::string text_list(const std::vector<DatasetInfo>& datasets) {
+  using Row = std::vector<std::string>;
+  const bool has_members = std::any_of(datasets.begin(), datasets.end(),
+                                       [](const DatasetInfo& info) { return info.member; });
+  std::vector<Row> rows = {{"DATASET", "SAMPLES", "TYPE", "VALUES", "SUGGESTED ISOVALUES"}};
+  if (has_members) rows.front().push_back("MEMBER OF FAMILY");
+  for (const DatasetInfo& info : datasets) {
+    std::string isovalues;
+    for (const double isovalue : info.suggested_isovalues) {
+      isovalues += (isovalues.empty() ? "" : ", ") + human_number(isovalue);
+    }
+    rows.push_back({printable(info.name),
+                    std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) + " x " +
+                        std::to_string(info.dims[2]),
+                    std::string(name(info.type)),
+                    human_number(info.min) + " to " + human_number(info.max),
+                    isovalues.empty() ? "none" : isovalues});
+    if (has_members)
+      rows.back().push_back(info.member ? printable(human_member(*info.member)) : "-");
+  }
+  if (datasets.empty()) return "This server has no dataset that we may see.\n";
+  std::vector<std::size_t> widths(rows.front().size());
+  for (const Row& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  std::string text;
+  for (const Row& row : rows) {
+    for (std::size_t i = 0; i + 1 < row.size(); ++i) {
+      text += row[i] + std::string(widths[i] - row[i].size() + 2, ' ');
+    }
+    text += row.back() + "\n";
+  }
+  return text;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,53 @@
+// Whether and when something that failed on the network is tried again.
+//
+//   Retries retries({.most = 5});
+//   auto client = Client::connect(server, {});
+//   while (!client && retries.wait_after(client.error().error)) client = Client::connect(server,
+//   {});
+//
+// Only what may pass is tried again: a server that cannot be reached, is silent, hangs up or says
+// that it goes away. Bytes that are no messages, refusals and failed checks would be the same
+// again. A server that says when to come again is asked no sooner, for up to a minute.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <utility>
+
+#include "client/library/interrupt.hpp"
+#include "common/base/result.hpp"
+
+namespace multitetra {
+
+struct Retry {
+  int number = 1;  // Of those in a row without progress.
+  std::chrono::milliseconds wait{0};
+  Error reason;
+};
+
+struct RetryOptions {
+  int most = 5;  // In a row, without progress in between. 0: never.
+  // Before the first; each wait is twice as long as the one before, up to the longest.
+  std::chrono::milliseconds first_wait{250};
+  std::chrono::milliseconds longest_wait{8'000};
+  // Nothing is tried again when its wait would end later.
+  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
+  std::function<void(const Retry&)> on_retry = {};  // Called before each wait.
+  Interrupt interrupt = {};                         // Ends a wait; then nothing is tried again.
+};
+
+class Retries {
+ public:
+  explicit Retries(RetryOptions options) : options_(std::move(options)) {}
+
+  // Waits and says yes, or says no at once.
+  [[nodiscard]] bool wait_after(const Error& error);
+  // Something came: the count and the waits start anew.
+  void progress() { in_a_row_ = 0; }
+
+ private:
+  RetryOptions options_;
+  int in_a_row_ = 0;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,122 @@
+#include "client/library/surface_stream.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+namespace multitetra {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+}  // namespace
+
+SurfaceStream::SurfaceStream(Client& client, TileMemory& tiles) : client_(client), tiles_(tiles) {}
+
+double SurfaceStream::seconds() const {
+  return std::chrono::duration<double>(Clock::now() - started_).count();
+}
+
+ClientResult<void> SurfaceStream::open(const DatasetInfo& info, OpenStream open) {
+  info_ = info;
+  open_ = std::move(open);
+  given_.clear();
+  started_ = Clock::now();
+  first_byte_seconds_ = 0;
+  return ask();
+}
+
+ClientResult<void> SurfaceStream::ask() {
+  open_.request_id = client_.next_request_id();
+  open_.held = tiles_.digests_to_name(kMaxHeldDigests, open_.request.normal_bits != 0);
+  begun_.reset();
+  assembler_.emplace(info_, open_, tiles_.tiles(), client_.options().limits);
+  return client_.send(open_);
+}
+
+ClientResult<void> SurfaceStream::cancel() {
+  if (!is_running()) return {};
+  return client_.send(Cancel{open_.request_id});
+}
+
+ClientResult<void> SurfaceStream::resume() {
+  assert(is_running());
+  if (auto connected = client_.reconnect(); !connected) return connected;
+  const auto datasets = client_.list_datasets();
+  if (!datasets) return tl::unexpected(datasets.error());
+  if (std::find(datasets->begin(), datasets->end(), info_) == datasets->end()) {
+    return fail(Trouble::kServer,
+                {ErrorCode::kUnknownDataset,
+                 "After the connection was lost the server has another or no dataset \"" +
+                     info_.name + "\"; fetch it anew."});
+  }
+  return ask();
+}
+
+ClientResult<StreamNews> SurfaceStream::next(std::chrono::milliseconds patience) {
+  const Clock::time_point until = Clock::now() + patience;
+  while (is_running()) {
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now());
+    const auto message = client_.receive_within(std::max(left, std::chrono::milliseconds::zero()));
+    if (!message) return tl::unexpected(message.error());
+    if (!*message) return NothingNew{};
+    auto news = take(**message);
+    if (!news) {
+      // A server that goes away may come back: such a request can be resumed.
+      if (news.error().error.code != ErrorCode::kUnavailable) assembler_.reset();
+      return tl::unexpected(news.error());
+    }
+    if (*news) return **std::move(news);
+    if (Clock::now() >= until) break;  // However much has come, there may be more.
+  }
+  return NothingNew{};
+}
+
+ClientResult<std::optional<StreamNews>> SurfaceStream::take(const ServerMessage& message) {
+  const auto progress = assembler_->receive(message);
+  if (!progress) return fail(Trouble::kCheck, progress.error());
+  keep(message);
+  if (const auto* step = std::get_if<CommittedStepPtr>(&*progress)) return take_step(*step);
+  if (const auto* refusal = std::get_if<Refusal>(&*progress)) {
+    return fail(Trouble::kServer, refusal->error);
+  }
+  if (const auto* end = std::get_if<StreamEnd>(&*progress)) {
+    assembler_.reset();
+    return StreamIsOver{end->outcome};
+  }
+  return std::nullopt;
+}
+
+// The very steps that were given before a connection was lost come again after it.
+ClientResult<std::optional<StreamNews>> SurfaceStream::take_step(const CommittedStepPtr& step) {
+  const std::size_t number = step->begin.step;
+  if (number < given_.size()) {
+    if (given_[number] == step->end.digest) return std::nullopt;
+    return fail(Trouble::kCheck,
+                {ErrorCode::kDamagedData,
+                 "Step " + std::to_string(number) +
+                     ": it is not the one that came before the connection was lost."});
+  }
+  given_.push_back(step->end.digest);
+  shown_ = step;
+  return FetchedStep{.step = step, .first_byte_seconds = first_byte_seconds_, .seconds = seconds()};
+}
+
+// What a message that the assembler has accepted tells the memory.
+void SurfaceStream::keep(const ServerMessage& message) {
+  if (const auto* begin = std::get_if<StepBegin>(&message)) {
+    if (begin->request_id != open_.request_id) return;
+    if (begin->step >= given_.size()) first_byte_seconds_ = seconds();
+    for (const TileSummary& tile : begin->tiles) tiles_.use(tile.digest);
+    begun_ = *begin;
+    note_begun(*begin, open_);
+  } else if (const auto* tile = std::get_if<Tile>(&message)) {
+    if (tile->request_id != open_.request_id) return;
+    const TileSummary& summary = begun_->tiles[tile->index];
+    tiles_.keep(summary.digest, assembler_->held().at(summary.digest));
+    ++received_.tiles;
+    received_.payload_bytes += tile->payload->size();
+    if (listener_) listener_(summary, begun_->request, *tile->payload);
+  }
+}
+
+}  // namespace multitetra

@@ -1,0 +1,546 @@
+// The Python module multitetra._client: the C++ client with the types of Python and NumPy. Waits
+// release the GIL and react to Ctrl-C; what is named and documented for users is in the package's
+// Python files.
+#include <cmath>
+#include <limits>
+#include <mutex>
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "client/library/fetch.hpp"
+#include "common/request/request_notices.hpp"
+#include "common/request/shared_budget.hpp"
+
+namespace py = pybind11;
+using namespace pybind11::literals;
+
+namespace multitetra {
+namespace {
+
+// ---- errors
+
+// Classes of exceptions, which live as long as the interpreter.
+PyObject* server_error = nullptr;
+PyObject* check_error = nullptr;
+
+[[noreturn]] void raise(PyObject* type, const std::string& text) {
+  PyErr_SetString(type, text.c_str());
+  throw py::error_already_set();
+}
+
+[[noreturn]] void raise(const ClientError& trouble) {
+  if (PyErr_Occurred() != nullptr) throw py::error_already_set();  // KeyboardInterrupt.
+  const auto& [code, text, retry_after] = trouble.error;
+  if (trouble.trouble == Trouble::kCheck) raise(check_error, text);
+  if (trouble.trouble == Trouble::kNetwork) raise(PyExc_ConnectionError, text);
+  const std::string code_name(name(code));
+  py::object error = py::handle(server_error)(text + " (" + code_name + ")");
+  error.attr("code") = code_name;
+  error.attr("retry_after") = retry_after;
+  PyErr_SetObject(server_error, error.ptr());
+  throw py::error_already_set();
+}
+
+template <typename T>
+T value_of(ClientResult<T> result) {
+  if (!result) raise(result.error());
+  if constexpr (!std::is_void_v<T>) return *std::move(result);
+}
+
+// What a caller has written: a ValueError where it is wrong.
+template <typename T>
+T argument(Result<T> result) {
+  if (!result) raise(PyExc_ValueError, result.error().text);
+  if constexpr (!std::is_void_v<T>) return *std::move(result);
+}
+
+template <typename T>
+T word(std::optional<T> value, const char* what, const std::string& text) {
+  if (!value) raise(PyExc_ValueError, std::string(what) + " cannot be \"" + text + "\".");
+  return *value;
+}
+
+// Called without the GIL, from a wait: whether Python has something that ends it.
+bool has_signal() {
+  const py::gil_scoped_acquire gil;
+  return PyErr_CheckSignals() != 0;
+}
+
+// ---- arrays
+
+template <typename T, typename Rows>
+py::object rows_of(const Rows& rows) {
+  const py::array_t<T> array({static_cast<py::ssize_t>(rows.size()), py::ssize_t{3}});
+  T* out = const_cast<T*>(array.data());
+  for (const auto& row : rows) out = std::copy(row.begin(), row.end(), out);
+  return array;
+}
+
+// In double precision, so that no vertex moves. Faces are turned over where the map mirrors.
+py::object mesh_of(const LatticeMesh& mesh, const Affine& grid_to_world) {
+  std::vector<Vec3> vertices;
+  vertices.reserve(mesh.vertices.size());
+  const double step = std::ldexp(1.0, -mesh.resolution);
+  for (const LatticePoint& v : mesh.vertices) {
+    vertices.push_back(grid_to_world({v.x * step, v.y * step, v.z * step}));
+  }
+  std::vector<TriangleIndices> faces = mesh.triangles;
+  if (grid_to_world.determinant() < 0) {
+    for (TriangleIndices& face : faces) std::swap(face[1], face[2]);
+  }
+  py::object normals = py::none();
+  if (!mesh.normals.empty()) normals = rows_of<float>(mesh.normals);
+  py::object scalars = py::none();
+  if (!mesh.scalars.empty()) {
+    scalars =
+        py::array_t<float>(static_cast<py::ssize_t>(mesh.scalars.size()), mesh.scalars.data());
+  }
+  return py::module_::import("multitetra.mesh")
+      .attr("Mesh")(rows_of<double>(vertices), rows_of<std::uint32_t>(faces), normals, scalars);
+}
+
+// ---- requests
+
+IsosurfaceRequest request_of(double isovalue, double error, const std::string& unit,
+                             const std::string& bound, const std::string& topology_rule,
+                             double topology_tolerance, std::vector<ThresholdRegion> regions,
+                             const std::optional<ThresholdView>& view,
+                             const std::shared_ptr<ThresholdGrid>& grid, const std::string& combine,
+                             const std::string& region_unit, std::uint64_t max_triangles,
+                             std::uint64_t max_bytes, int normals, bool simplify) {
+  return {.isovalue = isovalue,
+          .error = error,
+          .unit = word(length_unit_from(unit), "unit", unit),
+          .measure = word(error_measure_from(bound), "bound", bound),
+          .topology_rule = word(topology_rule_from(topology_rule), "topology_rule", topology_rule),
+          .topology_tolerance = topology_tolerance,
+          .thresholds = {.coordinates =
+                             word(coordinate_system_from(region_unit), "region_unit", region_unit),
+                         .combination = word(combination_from(combine), "combine", combine),
+                         .regions = std::move(regions),
+                         .grid = grid,
+                         .view = view},
+          .max_triangles = max_triangles,
+          .max_bytes = max_bytes,
+          .simplify = simplify,
+          .normal_bits = normals};
+}
+
+std::shared_ptr<ThresholdGrid> grid_of(
+    const py::array_t<float, py::array::f_style | py::array::forcecast>& thresholds,
+    const Vec3& spacing, const Vec3& origin) {
+  if (thresholds.ndim() != 3) raise(PyExc_ValueError, "A grid of errors has three axes.");
+  auto grid = std::make_shared<ThresholdGrid>();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    grid->dims[axis] = static_cast<std::int32_t>(thresholds.shape(static_cast<py::ssize_t>(axis)));
+    grid->index_to_world.columns[axis] = {0, 0, 0};
+    grid->index_to_world.columns[axis][axis] = spacing[axis];
+  }
+  grid->index_to_world.translation = origin;
+  grid->thresholds.assign(thresholds.data(), thresholds.data() + thresholds.size());
+  return grid;
+}
+
+// ---- the connection
+
+struct Step {
+  CommittedStepPtr committed;
+  std::string empty_text;  // Why there is no triangle; empty where there are some.
+  py::object mesh;
+};
+
+// One request at a time: another one ends a stream that runs. Used by any number of threads, one
+// after the other.
+class Connection {
+ public:
+  Connection(const std::string& url, std::string token, std::string ca, bool insecure,
+             double timeout)
+      : server_(argument(parse_server_url(url))) {
+    if (!(timeout > 0)) raise(PyExc_ValueError, "timeout must be above 0 seconds.");
+    const double limited = std::min(timeout, 1e9);
+    ClientOptions options{.timeout = std::chrono::milliseconds(std::llround(1000 * limited)),
+                          .agent = "multitetra-python/" MULTITETRA_VERSION,
+                          .token = std::move(token),
+                          .trust = {.ca_file = std::move(ca), .insecure = insecure},
+                          .interrupt = has_signal};
+    client_.emplace(value_of(unlocked([&] { return Client::connect(server_, options); })));
+  }
+
+  ~Connection() {
+    const py::error_scope error;
+    disconnect();
+  }
+
+  void close() {
+    disconnect();
+    if (PyErr_Occurred() != nullptr) throw py::error_already_set();
+  }
+
+  std::vector<DatasetInfo> datasets() {
+    infos_ = ask([](Client& client) { return client.list_datasets(); });
+    return infos_;
+  }
+
+  DatasetInfo info(const std::string& name) {
+    const auto find = [this, &name] {
+      return std::find_if(infos_.begin(), infos_.end(),
+                          [&name](const DatasetInfo& info) { return info.name == name; });
+    };
+    if (find() == infos_.end()) datasets();
+    if (const auto found = find(); found != infos_.end()) return *found;
+    throw py::key_error("The server has no dataset \"" + name + "\".");
+  }
+
+  EstimateReply estimate(const std::string& dataset, const IsosurfaceRequest& request) {
+    return ask([&](Client& client) { return client.estimate(dataset, request); });
+  }
+
+  std::vector<IsosurfaceRequest> share_budget(const std::string& dataset,
+                                              std::vector<IsosurfaceRequest> requests) {
+    argument(check_shared_budget(requests));
+    if (!must_share(requests)) return requests;
+    std::vector<EstimatedSize> sizes;
+    for (IsosurfaceRequest alone : requests) {
+      alone.max_triangles = alone.max_bytes = 0;
+      const EstimateReply size = estimate(dataset, alone);
+      sizes.push_back({size.triangles, size.bytes});
+    }
+    multitetra::share_budget(requests, sizes);
+    return requests;
+  }
+
+  SliceReply slice(const std::string& dataset, const SliceRequest& request) {
+    return ask([&](Client& client) { return client.slice(dataset, request); });
+  }
+
+  std::vector<ProbedPlace> probe(const std::string& dataset, const ProbeRequest& request) {
+    return ask([&](Client& client) { return client.probe(dataset, request); }).places;
+  }
+
+  // Begins a stream and returns its number.
+  std::uint64_t open(const std::string& dataset, const IsosurfaceRequest& request, bool final_only,
+                     const std::optional<ScalarRequest>& scalars) {
+    OpenStream open{.dataset = dataset, .request = request, .scalars = scalars};
+    if (final_only) open.steps = StepPolicy::kFinalOnly;
+    open_info_ = info(dataset);
+    open_request_ = request;
+    return value_of(unlocked([&]() -> ClientResult<std::uint64_t> {
+      if (auto free = free_client(); !free) return tl::unexpected(free.error());
+      const FetchOptions options{.retries = {.interrupt = has_signal}, .tiles = &tiles_};
+      fetch_.emplace(*client_, open_info_, std::move(open), options);
+      return streams_;
+    }));
+  }
+
+  // None after the final step.
+  std::optional<Step> next(std::uint64_t stream) {
+    const auto step =
+        value_of(unlocked([this, stream]() -> ClientResult<std::optional<FetchedStep>> {
+          if (stream != streams_) {
+            return fail(Trouble::kServer,
+                        {ErrorCode::kCancelled,
+                         "Another request on this connection has ended this stream."});
+          }
+          if (!fetch_) return std::nullopt;
+          auto next = fetch_->next();
+          if (!next) is_lost_ |= next.error().trouble != Trouble::kServer;
+          if (!next || !*next) fetch_.reset();
+          return next;
+        }));
+    if (!step) return std::nullopt;
+    const LatticeMesh& mesh = step->step->mesh;
+    std::string empty_text;
+    if (mesh.triangles.empty()) empty_text = empty_surface_text(open_request_, open_info_);
+    return Step{step->step, std::move(empty_text), mesh_of(mesh, grid_to_world(open_info_))};
+  }
+
+  // Stops the stream if it is the one that runs.
+  void leave(std::uint64_t stream) {
+    unlocked([this, stream] {
+      if (stream == streams_) stop_stream();
+    });
+    if (PyErr_Occurred() != nullptr) throw py::error_already_set();
+  }
+
+ private:
+  // Runs what may wait, without the GIL.
+  template <typename Operation>
+  std::invoke_result_t<const Operation&> unlocked(const Operation& operation) {
+    const py::gil_scoped_release release;
+    const std::scoped_lock lock(mutex_);
+    return operation();
+  }
+
+  void disconnect() {
+    unlocked([this] {
+      fetch_.reset();
+      client_.reset();
+    });
+  }
+
+  void stop_stream() {
+    if (!fetch_) return;
+    is_lost_ |= !fetch_->cancel().has_value();
+    fetch_.reset();
+  }
+
+  // Ends a stream that runs, and connects anew where the connection was lost.
+  ClientResult<void> free_client() {
+    if (!client_) {
+      return fail(Trouble::kNetwork, {ErrorCode::kUnavailable, "The connection is closed."});
+    }
+    ++streams_;
+    stop_stream();
+    if (!is_lost_) return {};
+    auto connected = client_->reconnect();
+    is_lost_ = !connected.has_value();
+    return connected;
+  }
+
+  template <typename Question, typename Answer = std::invoke_result_t<const Question&, Client&>>
+  typename Answer::value_type ask(const Question& question) {
+    return value_of(unlocked([&]() -> Answer {
+      if (auto free = free_client(); !free) return tl::unexpected(free.error());
+      auto answer = question(*client_);
+      if (!answer) is_lost_ |= answer.error().trouble != Trouble::kServer;
+      return answer;
+    }));
+  }
+
+  const Endpoint server_;
+  std::vector<DatasetInfo> infos_;
+  DatasetInfo open_info_;           // Of the last stream,
+  IsosurfaceRequest open_request_;  // and what it was asked for.
+  std::mutex mutex_;                // Guards what follows.
+  std::uint64_t streams_ = 0;       // Requests so far; the last one may be a stream.
+  std::optional<Client> client_;    // None: closed.
+  TileMemory tiles_;
+  std::optional<Fetch> fetch_;  // The stream that runs.
+  bool is_lost_ = false;
+};
+
+// ---- what Python sees
+
+void define_requests(py::module_& module) {
+  py::class_<ThresholdRegion>(module, "Region");
+  py::class_<ThresholdView>(module, "View");
+  py::class_<ThresholdGrid, std::shared_ptr<ThresholdGrid>>(module, "Grid");
+  py::class_<IsosurfaceRequest>(module, "IsosurfaceRequest");
+  module.def("isosurface_request", &request_of);
+  module.def(
+      "box",
+      [](const Vec3& low, const Vec3& high, double error) {
+        return ThresholdRegion{BoxShape{low, high}, error};
+      },
+      "low"_a, "high"_a, "error"_a, "An axis-parallel box with an error of its own.");
+  module.def(
+      "ball",
+      [](const Vec3& centre, double radius, double error) {
+        return ThresholdRegion{BallShape{centre, radius}, error};
+      },
+      "centre"_a, "radius"_a, "error"_a, "A ball with an error of its own.");
+  module.def(
+      "half_space",
+      [](const Vec3& normal, double offset, double error) {
+        return ThresholdRegion{HalfSpaceShape{normal, offset}, error};
+      },
+      "normal"_a, "offset"_a, "error"_a,
+      "The places x with normal . x >= offset, with an error of their own.");
+  module.def(
+      "view",
+      [](const Vec3& eye, double field_of_view, double height_pixels, double tolerance_pixels) {
+        return ThresholdView{eye, field_of_view, height_pixels, tolerance_pixels};
+      },
+      "eye"_a, "field_of_view"_a, "height_pixels"_a, "tolerance_pixels"_a = 1.0,
+      "Errors that look the same on a screen: `field_of_view` is vertical, in degrees.");
+  module.def("grid", &grid_of, "thresholds"_a, "spacing"_a = Vec3{1, 1, 1},
+             "origin"_a = Vec3{0, 0, 0},
+             "Errors at the samples of an array (x, y, z), each for the voxel around it; NaN: none "
+             "there.");
+}
+
+void define_datasets(py::module_& module) {
+  py::class_<Label>(module, "Label")
+      .def_readonly("value", &Label::value)
+      .def_readonly("name", &Label::name)
+      .def_readonly("color", &Label::color);
+  py::class_<FamilyMember>(module, "FamilyMember")
+      .def_readonly("family", &FamilyMember::family)
+      .def_readonly("field", &FamilyMember::field)
+      .def_readonly("time", &FamilyMember::time)
+      .def_readonly("time_unit", &FamilyMember::time_unit)
+      .def_readonly("label", &FamilyMember::label);
+  py::class_<DatasetInfo>(module, "DatasetInfo")
+      .def_readonly("name", &DatasetInfo::name)
+      .def_readonly("dims", &DatasetInfo::dims)
+      .def_property_readonly("type", [](const DatasetInfo& info) { return name(info.type); })
+      .def_readonly("spacing", &DatasetInfo::spacing)
+      .def_property_readonly(
+          "index_to_world",
+          [](const DatasetInfo& info) {
+            const auto& [columns, translation] = info.index_to_world;
+            return rows_of<double>(std::array{columns[0], columns[1], columns[2], translation});
+          },
+          "(4, 3): the world's steps along x, y and z, and the first sample's place.")
+      .def_property_readonly("space",
+                             [](const DatasetInfo& info) { return name(info.meaning.space); })
+      .def_property_readonly("length_unit",
+                             [](const DatasetInfo& info) { return info.meaning.length_unit; })
+      .def_property_readonly("value_unit",
+                             [](const DatasetInfo& info) { return info.meaning.value_unit; })
+      .def_readonly("min", &DatasetInfo::min)
+      .def_readonly("max", &DatasetInfo::max)
+      .def_readonly("void_samples", &DatasetInfo::void_samples)
+      .def_readonly("outside", &DatasetInfo::outside)
+      .def_readonly("margin", &DatasetInfo::margin)
+      .def_readonly("grid_exponent", &DatasetInfo::grid_exponent)
+      .def_property_readonly(
+          "histogram",
+          [](const DatasetInfo& info) {
+            return py::make_tuple(info.histogram.low, info.histogram.high, info.histogram.counts);
+          },
+          "(low, high, counts): bins of equal width between low and high.")
+      .def_readonly("suggested_isovalues", &DatasetInfo::suggested_isovalues)
+      .def_readonly("member", &DatasetInfo::member);
+}
+
+template <typename Member>
+auto of_begin(Member StepBegin::*member) {
+  return [member](const Step& step) { return step.committed->begin.*member; };
+}
+
+void define_answers(py::module_& module) {
+  py::class_<EstimateReply>(module, "Estimate", "About how large a surface will be.")
+      .def_readonly("triangles", &EstimateReply::triangles)
+      .def_readonly("bytes", &EstimateReply::bytes)
+      .def_readonly("error_world", &EstimateReply::threshold_world,
+                    "The largest that is allowed anywhere.");
+  py::class_<SliceReply>(module, "SampledSlice")
+      .def_readonly("sample_spacing", &SliceReply::sample_spacing,
+                    "1, or 8 where every eighth sample was used.")
+      .def_property_readonly(
+          "values",
+          [](const SliceReply& slice) {
+            static_assert(std::endian::native == std::endian::little);
+            return py::array(py::dtype::of<float>(), {slice.height, slice.width},
+                             slice.values->data());
+          },
+          "(height, width) float32, NaN without a field.");
+  py::class_<ProbedPlace>(module, "ProbedPlace")
+      .def_property_readonly("world",
+                             [](const ProbedPlace& p) { return py::array(py::cast(p.world)); })
+      .def_property_readonly("index",
+                             [](const ProbedPlace& p) { return py::array(py::cast(p.index)); })
+      .def_readonly("value", &ProbedPlace::value, "None without a field.")
+      .def_property_readonly(
+          "gradient",
+          [](const ProbedPlace& p) -> py::object {
+            if (!p.gradient) return py::none();
+            return py::array(py::cast(*p.gradient));
+          },
+          "(3,), by world unit; None without a field.");
+  py::class_<Step>(module, "Step", "A complete surface that passed all checks.")
+      .def_property_readonly("number", of_begin(&StepBegin::step))
+      .def_property_readonly("is_final", of_begin(&StepBegin::is_final))
+      .def_property_readonly("error_bound_world", of_begin(&StepBegin::error_bound_world),
+                             "Of the distance to the full surface, where spacing is 1.")
+      .def_property_readonly(
+          "spacing", of_begin(&StepBegin::finest_spacing),
+          "Of a preview: it looks at one sample in so many along each axis, and has no bound. "
+          "Else 1.")
+      .def_readonly("mesh", &Step::mesh)
+      .def_readonly("empty_text", &Step::empty_text, "Why there is no triangle; else empty.")
+      .def_property_readonly(
+          "digest", [](const Step& step) { return step.committed->end.digest.hex(); },
+          "Of all triangles, as in reports of multitetra-client.")
+      .def_property_readonly(
+          "border_edges", [](const Step& step) { return step.committed->topology.border_edges; },
+          "Edges of one triangle, all of them where the data ends.")
+      .def_property_readonly(
+          "euler_characteristic",
+          [](const Step& step) { return step.committed->topology.euler_characteristic; })
+      .def_property_readonly("components",
+                             [](const Step& step) { return step.committed->topology.components; })
+      .def_property_readonly(
+          "preserves_topology",
+          [](const Step& step) { return preserves_topology(step.committed->begin); },
+          "Of the full-resolution surface.")
+      .def_property_readonly("tiles_received",
+                             [](const Step& step) { return step.committed->end.tiles_sent; })
+      .def_property_readonly("payload_bytes",
+                             [](const Step& step) { return step.committed->end.payload_bytes; })
+      .def_property_readonly(
+          "scalar_deviation",
+          [](const Step& step) { return step.committed->largest_scalar_deviation; },
+          "How far colours between vertices may be off, in values of color_by.");
+}
+
+void define_connection(py::module_& module) {
+  py::class_<ScalarRequest>(module, "ScalarRequest")
+      .def(
+          py::init([](std::string dataset, const std::optional<std::pair<double, double>>& limits) {
+            ScalarRequest request{.dataset = std::move(dataset)};
+            if (limits) request.limits = {.low = limits->first, .high = limits->second};
+            return request;
+          }));
+  py::class_<Connection>(module, "Connection")
+      .def(py::init<const std::string&, std::string, std::string, bool, double>())
+      .def("close", &Connection::close)
+      .def("datasets", &Connection::datasets)
+      .def("info", &Connection::info)
+      .def("estimate", &Connection::estimate)
+      .def("share_budget", &Connection::share_budget)
+      .def("slice",
+           [](Connection& connection, const std::string& dataset, const std::string& coordinates,
+              const Vec3& origin, const Vec3& right, const Vec3& down, std::uint32_t width,
+              std::uint32_t height, const std::string& interpolation, const std::string& detail) {
+             return connection.slice(
+                 dataset, {.coordinates = word(coordinate_system_from(coordinates), "coordinates",
+                                               coordinates),
+                           .origin = origin,
+                           .right = right,
+                           .down = down,
+                           .width = width,
+                           .height = height,
+                           .interpolation = word(interpolation_from(interpolation), "interpolation",
+                                                 interpolation),
+                           .detail = word(slice_detail_from(detail), "detail", detail)});
+           })
+      .def("probe",
+           [](Connection& connection, const std::string& dataset, std::vector<Vec3> places,
+              const std::string& coordinates) {
+             return connection.probe(
+                 dataset, {.coordinates = word(coordinate_system_from(coordinates), "coordinates",
+                                               coordinates),
+                           .places = std::move(places)});
+           })
+      .def("open", &Connection::open)
+      .def("next", &Connection::next)
+      .def("leave", &Connection::leave);
+}
+
+PyObject* exception_class(py::module_& module, const char* name, const char* what) {
+  const std::string full = std::string("multitetra.") + name;
+  PyObject* type = PyErr_NewExceptionWithDoc(full.c_str(), what, nullptr, nullptr);
+  if (type == nullptr) throw py::error_already_set();
+  module.attr(name) = py::handle(type);
+  return type;
+}
+
+}  // namespace
+}  // namespace multitetra
+
+PYBIND11_MODULE(_client, module) {
+  using namespace multitetra;
+  module.attr("__version__") = MULTITETRA_VERSION;
+  server_error = exception_class(module, "ServerError",
+                                 "The server says no; `code` is the name of its ErrorCode.");
+  check_error =
+      exception_class(module, "CheckError", "What came contradicts itself or the request.");
+  define_requests(module);
+  define_datasets(module);
+  define_answers(module);
+  define_connection(module);
+}

@@ -1,0 +1,170 @@
+"""A connection with a server: lists, samples, and surfaces step by step."""
+
+import inspect
+import warnings
+
+import numpy as np
+
+from . import _client
+
+
+class EmptySurfaceWarning(UserWarning):
+    """The surface that was asked for has no triangle."""
+
+
+def connect(url, token="", ca=None, insecure=False, timeout=60.0):
+    """Connects to ws://HOST:PORT, wss://, tcp:// or tls://; `ca` is a PEM file to trust instead of the system's."""
+    return Connection(_client.Connection(url, token or "", ca or "", insecure, timeout))
+
+
+def isosurface_request(
+    isovalue,
+    error=0.25,
+    unit="voxel",
+    bound="certified",
+    topology_rule="exact",
+    topology_tolerance=0.0,
+    regions=(),
+    view=None,
+    grid=None,
+    combine="order",
+    region_unit="world",
+    max_triangles=0,
+    max_bytes=0,
+    normals=0,
+    simplify=True,
+):
+    """A request for the surface at `isovalue`. What is out of its range is refused by the server.
+
+    error: the largest distance from the full surface, in `unit` (voxel or world); 0 is the full resolution
+    bound: certified, or paper (which the real distance may exceed)
+    topology_rule: exact or paper; topology_tolerance: features up to this many voxels may vanish
+    regions, view, grid: other errors elsewhere (box, ball, half_space, view, grid of this module); combine: order
+        or minimum; region_unit: of the coordinates of regions and view, world or index
+    max_triangles, max_bytes: a budget, 0 for none; normals: bits of each coordinate, 8 to 10, 0 for none
+    simplify: a few of the triangles, within the same errors
+    """
+    return _client.isosurface_request(
+        isovalue, error, unit, bound, topology_rule, topology_tolerance, list(regions), view, grid, combine, region_unit,
+        max_triangles, max_bytes, normals, simplify,
+    )  # fmt: skip
+
+
+def takes_a_request(method):
+    """Lets help() show what `**request` of a method may be: the arguments of isosurface_request."""
+    own = inspect.signature(method)
+    named = [one for one in own.parameters.values() if one.kind is not one.VAR_KEYWORD]
+    asked = list(inspect.signature(isosurface_request).parameters.values())[1:]
+    method.__signature__ = own.replace(parameters=named + [one.replace(kind=one.KEYWORD_ONLY) for one in asked])
+    method.__doc__ += "\n\n        " + isosurface_request.__doc__.split("\n\n", 1)[1].strip().replace("\n", "\n    ")
+    return method
+
+
+class Connection:
+    """One request at a time: another one ends a stream that runs. Tiles are kept for later requests, and not sent again.
+
+    A lost connection is made anew, and a stream goes on where it was.
+    """
+
+    def __init__(self, client):
+        self._client = client
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        self._client.close()
+
+    def datasets(self):
+        """A DatasetInfo each: name, dims, min, max, suggested_isovalues and so on."""
+        return self._client.datasets()
+
+    def family(self, name):
+        """The DatasetInfo of a family's members (times, fields, labels), by field, time and label.
+
+        What each is among them is in its `member`: field, time (or None) and time_unit, label (or None).
+        """
+        members = [info for info in self.datasets() if info.member and info.member.family == name]
+        return sorted(members, key=lambda info: (info.member.field, info.member.time or 0, _label_value(info.member)))
+
+    @takes_a_request
+    def isosurface(self, dataset, isovalue, color_by=None, color_range=None, **request):
+        """The surface as it was asked for, without previews: a Mesh."""
+        return self._final(dataset, isosurface_request(isovalue, **request), color_by, color_range)
+
+    @takes_a_request
+    def isosurfaces(self, dataset, isovalues, color_by=None, color_range=None, **request):
+        """Several surfaces of a dataset: a Mesh for each isovalue. A budget is shared by all of them."""
+        asked = self._client.share_budget(dataset, [isosurface_request(one, **request) for one in isovalues])
+        return [self._final(dataset, one, color_by, color_range) for one in asked]
+
+    @takes_a_request
+    def steps(self, dataset, isovalue, final_only=False, color_by=None, color_range=None, **request):
+        """Yields Steps, coarse first; the last one is the surface as it was asked for.
+
+        color_by: a dataset in the same world, whose values at the vertices are `scalars` of the mesh; color_range:
+            (low, high), which values they span, those of that dataset if None
+        """
+        yield from self._steps(dataset, isosurface_request(isovalue, **request), final_only, color_by, color_range)
+
+    @takes_a_request
+    def estimate(self, dataset, isovalue, **request):
+        """How large the surface would be, without making it: an Estimate."""
+        self._client.info(dataset)
+        return self._client.estimate(dataset, isosurface_request(isovalue, **request))
+
+    def slice(self, dataset, axis=None, at=None, interpolation="linear", detail="auto", **plane):
+        """The samples on a plane: a SampledSlice, whose `values` are an array (height, width), NaN without a field.
+
+        axis, at: the layer of samples across x, y or z with that index (default: the middle one across z), a pixel each
+        or origin, right, down, width, height: the middle of the first pixel, the steps to the next one of its row and
+            column, and how many there are; coordinates: world or index
+        interpolation: nearest or linear; detail: auto, full (all samples) or coarse (every eighth)
+        """
+        info = self._client.info(dataset)
+        if plane and (axis is not None or at is not None):
+            raise ValueError("A slice is named by axis and at, or by origin, right, down, width and height; not by both.")
+        plane = {"coordinates": "world", **plane} if plane else _layer(info, axis, at)
+        words = [plane.pop(name) for name in ("coordinates", "origin", "right", "down", "width", "height")]
+        if plane:
+            raise TypeError(f"A slice has no {', '.join(plane)}.")
+        return self._client.slice(dataset, *words, interpolation, detail)
+
+    def probe(self, dataset, places, coordinates="world"):
+        """What the field is at places (n, 3): a ProbedPlace each, with world, index, value and gradient."""
+        self._client.info(dataset)
+        return self._client.probe(dataset, np.asarray(places, float).reshape(-1, 3), coordinates)
+
+    def _final(self, dataset, request, color_by, color_range):
+        *_, step = self._steps(dataset, request, True, color_by, color_range)
+        return step.mesh
+
+    def _steps(self, dataset, request, final_only, color_by, color_range):
+        if color_by is None and color_range is not None:
+            raise ValueError("color_range needs color_by, whose values it is of.")
+        scalars = None if color_by is None else _client.ScalarRequest(color_by, color_range)
+        stream = self._client.open(dataset, request, final_only, scalars)
+        try:
+            while (step := self._client.next(stream)) is not None:
+                if step.is_final and step.empty_text:
+                    warnings.warn(step.empty_text, EmptySurfaceWarning, stacklevel=3)
+                yield step
+        finally:
+            self._client.leave(stream)
+
+
+def _label_value(member):
+    return member.label.value if member.label else 0
+
+
+def _layer(info, axis, at):
+    """The samples across an axis, a pixel each: x or y to the right, y or z downwards."""
+    axis = "xyz".index(axis or "z")
+    right, down = (other for other in range(3) if other != axis)
+    unit = np.eye(3)
+    at = (info.dims[axis] - 1) // 2 if at is None else at
+    return {"coordinates": "index", "origin": at * unit[axis], "right": unit[right], "down": unit[down],
+            "width": info.dims[right], "height": info.dims[down]}  # fmt: skip

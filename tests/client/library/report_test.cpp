@@ -1,0 +1,217 @@
+// The reports that programs read: as a function, and as the client program writes them.
+#include "client/library/report.hpp"
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/client/scripted_server.hpp"
+#include "tests/support/octahedra.hpp"
+
+namespace multitetra {
+namespace {
+
+using nlohmann::json;
+using testing::ScriptedServer;
+using testing::ThenTheServer;
+using Messages = std::vector<ServerMessage>;
+
+const IsosurfaceRequest kReportedRequest = {.isovalue = 100.5, .error = 1};
+
+// The stream 2 with one final step, the octahedron in two tiles.
+Messages octahedron_stream() {
+  const auto tiles = testing::coarse_tiles();
+  StepBegin begin{.request_id = 2,
+                  .is_final = true,
+                  .request = kReportedRequest,
+                  .error_bound_world = 1,
+                  .tetrahedra = 100,
+                  .active_tetrahedra = 10,
+                  .tiles = {}};
+  StepEnd end{.request_id = 2, .tiles_sent = 2, .digest = {}, .seconds = 0.5};
+  Messages stream;
+  for (const EncodedTile& tile : tiles) {
+    stream.push_back(Tile{2, 0, static_cast<std::uint32_t>(begin.tiles.size()), tile.payload});
+    begin.tiles.push_back(tile.summary);
+    end.digest += tile.summary.digest;
+    end.payload_bytes += tile.payload->size();
+  }
+  stream.insert(stream.begin(), begin);
+  stream.push_back(end);
+  stream.push_back(StreamEnd{.request_id = 2, .steps = 1});
+  return stream;
+}
+
+FetchReport octahedron_report() {
+  FetchReport report{.server = {.host = "127.0.0.1"},
+                     .open = {.request_id = 2, .dataset = "octahedra", .request = kReportedRequest},
+                     .coordinates = "world",
+                     .mesh_file = "octahedron.ply",
+                     .steps = {}};
+  Assembler assembler(testing::octahedra_info(), report.open);
+  for (const ServerMessage& message : octahedron_stream()) {
+    EXPECT_TRUE(assembler.receive(message));
+  }
+  report.steps = {{.step = assembler.shown(), .first_byte_seconds = 0.25, .seconds = 0.75}};
+  return report;
+}
+
+TEST(Report, TellsEveryStepInTheWordsThatProgramsRead) {
+  const FetchReport report = octahedron_report();
+  const StepEnd& end = report.steps.front().step->end;
+  const json read = json::parse(json_report(report));
+  EXPECT_EQ(read.at("dataset"), "octahedra");
+  EXPECT_EQ(read.at("server"), "tcp://127.0.0.1:7410");
+  EXPECT_EQ(read.at("mesh_file"), "octahedron.ply");
+  EXPECT_EQ(read.at("parameters").at("isovalue"), 100.5);
+  EXPECT_FALSE(read.contains("error"));
+  ASSERT_EQ(read.at("steps").size(), 1U);
+  const json expected = {{"step", 0},
+                         {"final", true},
+                         {"error_bound_world", 1.0},
+                         {"finest_spacing", 1},
+                         {"tetrahedra", 100},
+                         {"active_tetrahedra", 10},
+                         {"triangles", 8},
+                         {"vertices", 6},
+                         {"euler_characteristic", 2},
+                         {"components", 1},
+                         {"border_edges", 0},
+                         {"open_edges", 0},
+                         {"nonmanifold_edges", 0},
+                         {"degenerate_triangles", 0},
+                         {"tiles", 2},
+                         {"tiles_received", 2},
+                         {"bytes", end.payload_bytes},
+                         {"first_byte_seconds", 0.25},
+                         {"seconds", 0.75},
+                         {"server_seconds", 0.5},
+                         {"content_digest", end.digest.hex()}};
+  for (const auto& [key, value] : expected.items()) {
+    ASSERT_TRUE(read["steps"][0].contains(key)) << key;
+    EXPECT_EQ(read["steps"][0][key], value) << key;
+  }
+  EXPECT_EQ(read["steps"][0].at("checks").size(), 6U);
+}
+
+TEST(Report, OfAFetchThatFailedSaysWhyAndKeepsTheSteps) {
+  FetchReport report = octahedron_report();
+  report.mesh_file.clear();
+  report.error = Error{ErrorCode::kUnavailable, "The connection was lost."};
+  const json read = json::parse(json_report(report));
+  EXPECT_EQ(read.at("error"),
+            (json{{"code", "unavailable"}, {"text", "The connection was lost."}}));
+  EXPECT_TRUE(read.at("mesh_file").is_null());
+  EXPECT_EQ(read.at("steps").size(), 1U);
+}
+
+TEST(Report, TheTableTellsPreviewsFromStepsThatPreserveTheTopology) {
+  FetchReport report = octahedron_report();
+  EXPECT_EQ(checks_table(report.steps).find("preview"), std::string::npos);
+  CommittedStep preview = *report.steps.front().step;
+  preview.begin.finest_spacing = 2;
+  preview.begin.is_final = false;
+  report.steps.push_back({.step = std::make_shared<const CommittedStep>(preview)});
+  EXPECT_NE(checks_table(report.steps).find("preview"), std::string::npos);
+}
+
+TEST(Report, TheTableTellsAFinalStepWithoutThePromiseOfTopologyFromAPreview) {
+  CommittedStep tolerant = *octahedron_report().steps.front().step;
+  tolerant.begin.request.topology_tolerance = 2;
+  const std::string table =
+      checks_table({{.step = std::make_shared<const CommittedStep>(tolerant)}});
+  EXPECT_EQ(table.find("preview"), std::string::npos);
+  EXPECT_NE(table.find(" no\n"), std::string::npos) << table;
+}
+
+TEST(Report, TheLineOfAStepTellsTheErrorThatItAllows) {
+  CommittedStep step = *octahedron_report().steps.front().step;
+  const auto line = [&step] {
+    DatasetInfo info = testing::octahedra_info();
+    info.spacing = {2, 2, 3};
+    info.meaning.length_unit = "mm";
+    return step_line({.step = std::make_shared<const CommittedStep>(step)}, info);
+  };
+  step.begin.request.error = 0.5;
+  EXPECT_EQ(line().find("step 0 (final): "), 0U) << line();
+  EXPECT_NE(line().find(": isovalue 100.5, error 0.5 voxels,"), std::string::npos) << line();
+  step.begin.request.thresholds.at_least = 4;
+  EXPECT_NE(line().find(", error 4 voxels,"), std::string::npos) << line();
+  step.begin.request.thresholds.regions = {{.shape = BallShape{}, .threshold = 9}};
+  step.begin.error_bound_world = 9;
+  EXPECT_NE(line().find(", errors up to 4.5 voxels (9 mm),"), std::string::npos) << line();
+  step.begin.is_final = false;
+  EXPECT_EQ(line().find("step 0 (unsimplified): "), 0U) << line();
+}
+
+TEST(Report, TheLineOfAPreviewTellsItsSpacingAndNoErrorBecauseItPromisesNone) {
+  CommittedStep step = *octahedron_report().steps.front().step;
+  step.begin.is_final = false;
+  step.begin.finest_spacing = 4;
+  const std::string line =
+      step_line({.step = std::make_shared<const CommittedStep>(step)}, testing::octahedra_info());
+  EXPECT_EQ(line.find("step 0 (preview): isovalue 100.5, 1 in 4 samples per axis, "), 0U) << line;
+  EXPECT_EQ(line.find("error"), std::string::npos) << line;
+}
+
+// ---- the program, with servers that fail
+
+class ReportOfProgram : public ::testing::Test {
+ protected:
+  ReportOfProgram() { std::filesystem::create_directories(folder_); }
+  ~ReportOfProgram() override { std::filesystem::remove_all(folder_); }
+
+  // Runs `fetch` against a server that answers with these messages; gives the exit code.
+  int fetch_from(const Messages& stream) {
+    Messages messages = {Welcome{},
+                         DatasetList{.request_id = 1, .datasets = {testing::octahedra_info()}}};
+    messages.insert(messages.end(), stream.begin(), stream.end());
+    const ScriptedServer server(testing::framed_messages(messages), ThenTheServer::kHangsUp);
+    const std::string command = MULTITETRA_CLIENT_PROGRAM
+                                " fetch --dataset octahedra --isovalue 100.5 --error 1 "
+                                "--simplify off --quiet --retries 0 --server " +
+                                to_string(server.endpoint()) + " -o " +
+                                (folder_ / "mesh.ply").string() + " --report " +
+                                (folder_ / "report.json").string() + " 2>/dev/null";
+    const int status = std::system(command.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  [[nodiscard]] json report() const {
+    std::ifstream file(folder_ / "report.json");
+    return json::parse(file, nullptr, /*allow_exceptions=*/false);
+  }
+
+  std::filesystem::path folder_ = std::filesystem::temp_directory_path() /
+                                  ("multitetra_report_test_" + std::to_string(::getpid()));
+};
+
+TEST_F(ReportOfProgram, IsWrittenWhenAllIsWell) {
+  EXPECT_EQ(fetch_from(octahedron_stream()), 0);
+  EXPECT_FALSE(report().contains("error"));
+  EXPECT_EQ(report().at("mesh_file"), (folder_ / "mesh.ply").string());
+}
+
+TEST_F(ReportOfProgram, IsWrittenWhenACheckFails) {
+  Messages stream = octahedron_stream();
+  stream.erase(stream.begin() + 1);
+  EXPECT_EQ(fetch_from(stream), 3);
+  EXPECT_EQ(report().at("error").at("code"), "damaged_data");
+  EXPECT_TRUE(report().at("steps").empty());
+  EXPECT_TRUE(report().at("mesh_file").is_null());
+}
+
+TEST_F(ReportOfProgram, IsWrittenWithTheStepsSoFarWhenTheConnectionIsLost) {
+  Messages stream = octahedron_stream();
+  stream.pop_back();
+  EXPECT_EQ(fetch_from(stream), 1);
+  EXPECT_EQ(report().at("error").at("code"), "unavailable");
+  EXPECT_EQ(report().at("steps").size(), 1U);
+}
+
+}  // namespace
+}  // namespace multitetra
