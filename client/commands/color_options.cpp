@@ -1,20 +1,15 @@
 #include "client/commands/color_options.hpp"
 
-#include <charconv>
-
+#include "common/base/parse_number.hpp"
 #include "common/cli/human_units.hpp"
 
 namespace multitetra {
 namespace {
 
 std::optional<ScalarRequest::Limits> limits_from(const std::string& text) {
-  ScalarRequest::Limits limits;
-  const char* const end = text.data() + text.size();
-  const auto low = std::from_chars(text.data(), end, limits.low);
-  if (low.ec != std::errc() || low.ptr == end || *low.ptr != ',') return std::nullopt;
-  const auto high = std::from_chars(low.ptr + 1, end, limits.high);
-  if (high.ec != std::errc() || high.ptr != end) return std::nullopt;
-  return limits;
+  const auto ends = parse_numbers<double>(text, 2);
+  if (!ends) return std::nullopt;
+  return ScalarRequest::Limits{ends->front(), ends->back()};
 }
 
 }  // namespace

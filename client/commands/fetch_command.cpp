@@ -7,12 +7,12 @@
 #include <utility>
 #include <vector>
 
-#include "client/library/client.hpp"
 #include "client/commands/program.hpp"
 #include "client/distance_check.hpp"
-#include "client/local_volume.hpp"
+#include "client/library/client.hpp"
 #include "client/library/report.hpp"
 #include "client/library/tile_folder.hpp"
+#include "client/local_volume.hpp"
 #include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/output_files.hpp"

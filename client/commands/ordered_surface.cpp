@@ -108,19 +108,11 @@ OrExitCode<OrderedSurface> ordered(const SurfaceOrder& order, const RetryOptions
 }
 
 OrExitCode<void> share_budget(OrderedSurface& surface) {
-  std::vector<IsosurfaceRequest>& requests = surface.requests;
-  if (!must_share(requests)) return {};
-  if (const auto shared = check_shared_budget(requests); !shared) {
-    return told(complain(kUsage, shared.error().text));
+  if (const auto allowed = check_shared_budget(surface.requests); !allowed) {
+    return told(complain(kUsage, allowed.error().text));
   }
-  std::vector<EstimatedSize> sizes;
-  for (IsosurfaceRequest request : requests) {
-    request.max_triangles = request.max_bytes = 0;
-    const auto size = surface.client.estimate(surface.info.name, request);
-    if (!size) return told(complain(size.error()));
-    sizes.push_back({.triangles = size->triangles, .bytes = size->bytes});
-  }
-  share_budget(requests, sizes);
+  const auto shared = surface.client.share_budget(surface.info.name, surface.requests);
+  if (!shared) return told(complain(shared.error()));
   return {};
 }
 

@@ -1,7 +1,6 @@
 #include "client/commands/snapshot_command.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <iostream>
 #include <string_view>
@@ -12,6 +11,7 @@
 
 #include "client/picture/rasterizer.hpp"
 #include "common/base/number_text.hpp"
+#include "common/base/parse_number.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
@@ -195,21 +195,16 @@ std::vector<std::array<float, 3>> middle_of(const Taken& taken) {
 }  // namespace
 
 Result<PictureSize> parse_picture_size(const std::string& text) {
-  PictureSize size;
-  const char* const end = text.data() + text.size();
-  const auto width = std::from_chars(text.data(), end, size.width);
-  const bool has_width = width.ec == std::errc() && width.ptr != end && *width.ptr == 'x';
-  const auto height = std::from_chars(has_width ? width.ptr + 1 : end, end, size.height);
+  const auto sides = parse_numbers<int>(text, 2, 'x');
   const auto is_side = [](int n) { return n >= 1 && n <= kMaxPictureSide; };
-  if (!has_width || height.ec != std::errc() || height.ptr != end || !is_side(size.width) ||
-      !is_side(size.height)) {
+  if (!sides || !is_side(sides->front()) || !is_side(sides->back())) {
     return fail(ErrorCode::kInvalidArgument,
                 "--size: \"" + text +
                     "\" is no size of a picture; one looks like 1280x960, with "
                     "sides of 1 to " +
                     std::to_string(kMaxPictureSide) + " pixels.");
   }
-  return size;
+  return PictureSize{.width = sides->front(), .height = sides->back()};
 }
 
 int snapshot(const SnapshotArguments& arguments) {

@@ -9,7 +9,7 @@
 #include "client/commands/program.hpp"
 #include "common/base/number_text.hpp"
 #include "common/net/endpoint.hpp"
-#include "common/request/threshold_words.hpp"
+#include "common/request/threshold_parser.hpp"
 
 namespace multitetra {
 namespace {

@@ -3,12 +3,11 @@
 //   Assembler assembler(info, open);
 //   Result<Progress> progress = assembler.receive(message);
 //
-// What it gives is never torn: a step is handed out only when all its tiles are there and every
-// check has passed; until then the step before stays shown. Checked are: the manifest against the
-// request and the limits, before anything is allocated for it; each tile against the manifest; the
-// totals and the digest of the step; that the welded mesh is sound, its edges shared by two
-// triangles everywhere but on the data's border; and that all steps which preserve the topology
-// have the same Euler characteristic and number of components.
+// A step is returned only when all its tiles have arrived and every check has passed; until then
+// the previous step stays shown, so no state has a crack. The checks: those of StreamLedger (order,
+// manifest, counts, digests); each tile against the manifest; that the welded mesh is sound, its
+// edges shared by two triangles everywhere but on the data's border; and that all steps which
+// preserve the topology have the same Euler characteristic and number of components.
 //
 // Nothing that the server sends is trusted. A failed check is an Error that names the step and, if
 // it concerns one, the tile; from then on the assembler returns that error only.
@@ -39,14 +38,14 @@ struct CommittedStep {
   LatticeMesh mesh;  // Welded, of all tiles.
   MeshTopology topology;
   std::vector<std::string> checks;  // Names of the checks that it passed.
-  // Of its scalars, as TileScalars tells it, without rounding to codes; 0 without scalars.
+  // The largest TileScalars::largest_deviation of its tiles; 0 without scalars.
   double largest_scalar_deviation = 0;
 };
 // Whether the step promises the topology of the full-resolution surface.
 [[nodiscard]] bool preserves_topology(const StepBegin& begin);
 using CommittedStepPtr = std::shared_ptr<const CommittedStep>;
 
-// The server refuses or gives up the stream. That is no failed check.
+// The server refused or ended the stream with an error, which is not a failed check.
 struct Refusal {
   Error error;
 };
@@ -57,7 +56,7 @@ using Progress = std::variant<std::monostate, CommittedStepPtr, StreamEnd, Refus
 
 class Assembler {
  public:
-  // Of `held` those are used that `open` tells the server not to send; the server sends the others.
+  // Uses the tiles of `held` that `open` names; the server sends the others.
   Assembler(DatasetInfo info, OpenStream open, HeldTiles held = {}, AssemblerLimits limits = {});
 
   [[nodiscard]] Result<Progress> receive(const ServerMessage& message);

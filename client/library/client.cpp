@@ -1,6 +1,7 @@
 #include "client/library/client.hpp"
 
 #include "client/library/fetch.hpp"
+#include "common/request/shared_budget.hpp"
 
 namespace multitetra {
 using Clock = std::chrono::steady_clock;
@@ -25,7 +26,7 @@ ClientResult<Awaited> receive(MessageSocket& socket, const char* awaited) {
   return unexpected_answer(awaited);
 }
 
-// A connection on which Hello was said and answered.
+// A connection after Hello and Welcome.
 ClientResult<MessageSocket> welcomed_socket(const Endpoint& server, const TlsContextPtr& tls,
                                             const ClientOptions& options) {
   auto socket = MessageSocket::connect(server, options.timeout, {.tls = tls}, options.deadline,
@@ -91,6 +92,20 @@ ClientResult<EstimateReply> Client::estimate(const std::string& dataset,
   const Estimate asked{.request_id = next_request_id(), .dataset = dataset, .request = request};
   if (auto sent = send(asked); !sent) return tl::unexpected(sent.error());
   return receive<EstimateReply>(socket_, "EstimateReply");
+}
+
+ClientResult<void> Client::share_budget(const std::string& dataset,
+                                        std::vector<IsosurfaceRequest>& requests) {
+  if (!must_share(requests)) return {};
+  std::vector<EstimatedSize> sizes;
+  for (IsosurfaceRequest alone : requests) {
+    alone.max_triangles = alone.max_bytes = 0;
+    const auto size = estimate(dataset, alone);
+    if (!size) return tl::unexpected(size.error());
+    sizes.push_back({.triangles = size->triangles, .bytes = size->bytes});
+  }
+  multitetra::share_budget(requests, sizes);
+  return {};
 }
 
 ClientResult<SliceReply> Client::slice(const std::string& dataset, const SliceRequest& request) {

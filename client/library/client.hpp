@@ -4,8 +4,8 @@
 //   auto datasets = client->list_datasets();
 //   auto fetched = client->fetch(info, open, [](const FetchedStep& step) { ... });
 //
-// A program that takes steps when it wants them uses fetch.hpp; one that shows surfaces while its
-// user moves on uses surface_stream.hpp.
+// fetch.hpp returns the steps of a request one by one; surface_stream.hpp is for viewers, which
+// replace their request at any time.
 #pragma once
 
 #include <chrono>
@@ -22,7 +22,7 @@
 
 namespace multitetra {
 
-// Whose trouble it is: the way there, a server that says no, or data that failed a check.
+// What kind of failure it is: of the network, a refusal by the server, or data that failed a check.
 enum class Trouble { kNetwork, kServer, kCheck };
 
 struct ClientError {
@@ -74,7 +74,7 @@ struct FetchOptions {
 
 class Client {
  public:
-  // Connects and says Hello.
+  // Connects and exchanges Hello and Welcome.
   [[nodiscard]] static ClientResult<Client> connect(const Endpoint& server, ClientOptions options);
   // The same again, after the connection was lost. Nothing that was under way comes any more.
   [[nodiscard]] ClientResult<void> reconnect();
@@ -84,6 +84,11 @@ class Client {
   // How large the answer to a request would be, without making it.
   [[nodiscard]] ClientResult<EstimateReply> estimate(const std::string& dataset,
                                                      const IsosurfaceRequest& request);
+
+  // Divides the budget of the requests, which all have the same, by the estimated sizes of their
+  // answers. Requires check_shared_budget (common/request/shared_budget.hpp).
+  [[nodiscard]] ClientResult<void> share_budget(const std::string& dataset,
+                                                std::vector<IsosurfaceRequest>& requests);
 
   // The field on a plane. The reply has as many pixels as were asked for.
   [[nodiscard]] ClientResult<SliceReply> slice(const std::string& dataset,
@@ -104,8 +109,8 @@ class Client {
   // ---- the conversation itself, for surface_stream.hpp
 
   [[nodiscard]] ClientResult<void> send(const ClientMessage& message);
-  // nullopt when no whole message came within `patience`. A server that says nothing for half of
-  // the timeout is asked for a sign of life: a busy one is waited for, one that is gone is not.
+  // nullopt when no whole message came within `patience`. A server that is silent for half of
+  // the timeout is pinged, so that a busy server is told apart from one that is gone.
   [[nodiscard]] ClientResult<std::optional<ServerMessage>> receive_within(
       std::chrono::milliseconds patience);
   [[nodiscard]] std::uint64_t next_request_id() { return ++last_request_id_; }
@@ -115,7 +120,7 @@ class Client {
   Client(Endpoint server, TlsContextPtr tls, MessageSocket socket, ClientOptions options);
 
   Endpoint server_;
-  TlsContextPtr tls_;  // Null where the server's address says nothing of TLS.
+  TlsContextPtr tls_;  // Null without TLS.
   MessageSocket socket_;
   ClientOptions options_;
   std::uint64_t last_request_id_ = 0;

@@ -9,7 +9,7 @@ namespace multitetra {
 
 using Clock = std::chrono::steady_clock;
 
-// How long a server may take to say goodbye.
+// The longest wait for the closing handshake of a connection.
 constexpr auto kGoodbye = std::chrono::milliseconds(250);
 
 struct MessageSocket::State {
@@ -36,7 +36,7 @@ struct MessageSocket::State {
   bool is_interrupted = false;
   asio::io_context io{1};
   MessageChannel channel;
-  // A receive that was started goes on while other things are done, and from one call to the next.
+  // A receive that was started continues during other operations and across calls.
   bool is_receiving = false;
   std::optional<Result<std::string>> received;
   Clock::time_point asked =
@@ -47,7 +47,7 @@ struct MessageSocket::State {
     co_return Result<void>();
   }
 
-  // Puts what the operation gives into `outcome`, which must live until then or until finish().
+  // Stores the result of the operation in `outcome`, which must live until then or until finish().
   template <typename T>
   void start(asio::awaitable<Result<T>> operation, std::optional<Result<T>>& outcome) {
     asio::co_spawn(io, std::move(operation),

@@ -2,9 +2,9 @@
 //
 // Trouble with the network or with the server's bytes is an Error: kUnavailable when the server
 // cannot be reached, is silent for too long or hangs up; the codes of frame.hpp and messages.hpp
-// when its bytes are no messages; kInvalidArgument when there is no TLS or no WebSocket where the
-// address says so; kLimitExceeded when the deadline is over. After an error the connection is
-// closed, and whatever is tried on it next is kUnavailable.
+// when its bytes are no messages; kInvalidArgument when the address asks for TLS or a
+// WebSocket and the server has none; kLimitExceeded when the deadline is over. After an error the
+// connection is closed, and whatever is tried on it next is kUnavailable.
 #pragma once
 
 #include <chrono>
@@ -39,7 +39,7 @@ class MessageSocket {
   // Bytes as they are, for tests of what a server makes of them.
   [[nodiscard]] Result<void> send_bytes(std::string_view bytes);
   [[nodiscard]] Result<ServerMessage> receive();
-  // The same for who has other things to do: nullopt when no whole message came within `patience`,
+  // The same with a limit of its own: nullopt when no whole message came within `patience`,
   // which is no error. The part of one that came is kept.
   [[nodiscard]] Result<std::optional<ServerMessage>> receive_within(
       std::chrono::milliseconds patience);

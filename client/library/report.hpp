@@ -1,4 +1,4 @@
-// What was fetched, as JSON for programs and as lines for people.
+// Reports of a fetch, as JSON for programs and as text for people.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@
 
 namespace multitetra {
 
-// A whole fetch: what was asked of whom, and every step that came.
+// A whole fetch: server, request, and every step received.
 struct FetchReport {
   Endpoint server;
   OpenStream open;

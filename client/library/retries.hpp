@@ -1,13 +1,13 @@
-// Whether and when something that failed on the network is tried again.
+// Whether and when an operation that failed on the network is retried.
 //
 //   Retries retries({.most = 5});
 //   auto client = Client::connect(server, {});
 //   while (!client && retries.wait_after(client.error().error)) client = Client::connect(server,
 //   {});
 //
-// Only what may pass is tried again: a server that cannot be reached, is silent, hangs up or says
-// that it goes away. Bytes that are no messages, refusals and failed checks would be the same
-// again. A server that says when to come again is asked no sooner, for up to a minute.
+// Only failures that may be temporary are retried: a server that cannot be reached, is silent,
+// closes the connection or shuts down. Malformed messages, refusals and failed checks would repeat.
+// A delay in the server's reply (retry_after) is respected, up to a minute.
 #pragma once
 
 #include <chrono>
@@ -40,9 +40,9 @@ class Retries {
  public:
   explicit Retries(RetryOptions options) : options_(std::move(options)) {}
 
-  // Waits and says yes, or says no at once.
+  // Waits and returns true, or returns false at once.
   [[nodiscard]] bool wait_after(const Error& error);
-  // Something came: the count and the waits start anew.
+  // Resets the count and the waits after progress.
   void progress() { in_a_row_ = 0; }
 
  private:

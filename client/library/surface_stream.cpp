@@ -61,7 +61,7 @@ ClientResult<StreamNews> SurfaceStream::next(std::chrono::milliseconds patience)
     if (!*message) return NothingNew{};
     auto news = take(**message);
     if (!news) {
-      // A server that goes away may come back: such a request can be resumed.
+      // A server that shuts down may be restarted: such a request can be resumed.
       if (news.error().error.code != ErrorCode::kUnavailable) assembler_.reset();
       return tl::unexpected(news.error());
     }
@@ -101,7 +101,7 @@ ClientResult<std::optional<StreamNews>> SurfaceStream::take_step(const Committed
   return FetchedStep{.step = step, .first_byte_seconds = first_byte_seconds_, .seconds = seconds()};
 }
 
-// What a message that the assembler has accepted tells the memory.
+// Updates the tile memory and the counts from a message that the assembler has accepted.
 void SurfaceStream::keep(const ServerMessage& message) {
   if (const auto* begin = std::get_if<StepBegin>(&message)) {
     if (begin->request_id != open_.request_id) return;

@@ -1,4 +1,4 @@
-// The surface that a viewer shows, while its user turns knobs and the network comes and goes.
+// The surface that a viewer shows, across changes of the request and lost connections.
 //
 //   TileMemory tiles;
 //   SurfaceStream stream(client, tiles);

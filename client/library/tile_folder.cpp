@@ -112,7 +112,7 @@ std::optional<std::string> bytes_of(const TileFile& file) {
   return bytes;
 }
 
-// Null when the file is not the tile that its name says.
+// Null when the file's content is not the tile that its name identifies.
 std::shared_ptr<const LatticeMesh> mesh_in(const TileFile& file, std::uint64_t most_triangles) {
   const auto bytes = bytes_of(file);
   if (!bytes) return nullptr;

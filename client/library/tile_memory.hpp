@@ -1,4 +1,4 @@
-// Tiles that came, kept for later steps and streams within fixed limits.
+// A cache of received tiles for later steps and streams, with fixed limits.
 //
 //   TileMemory tiles({.triangles = 10'000'000});
 //   tiles.keep(digest, mesh);
@@ -36,9 +36,9 @@ class TileMemory {
   void use(const ContentDigest& digest);
 
   [[nodiscard]] HeldTiles tiles() const;
-  // What a request tells the server not to send: for one that wants normals only tiles that have
-  // them. A request may name kMaxHeldDigests tiles: of more, those with the most triangles are
-  // named, because they spare the most bytes.
+  // The tiles for OpenStream::held, which the server does not send: only tiles with normals for a
+  // request with normals. A request may name kMaxHeldDigests tiles: of more, those with the most
+  // triangles are named, because they spare the most bytes.
   [[nodiscard]] std::vector<ContentDigest> digests_to_name(std::size_t most = kMaxHeldDigests,
                                                            bool with_normals = false) const;
 

@@ -1,4 +1,4 @@
-// multitetra-load: many simulated users of a server, who check what they get.
+// multitetra-load: many simulated clients of a server, which check every answer.
 #include <algorithm>
 #include <iostream>
 #include <string>
@@ -36,13 +36,13 @@ struct LoadArguments {
 constexpr const char* kHelp =
     "Scripts of users: random-isovalues (a surface, looked at, then another), drag (the isovalue\n"
     "moves in small steps, 20 a second), roi (a ball of finer errors wanders over a surface),\n"
-    "mixed. Clients that no server likes: stalled (reads nothing), slow (a byte a second),\n"
+    "mixed. Misbehaving clients: stalled (reads nothing), slow (a byte a second),\n"
     "leaving, garbage, greedy (as much work as it may ask for), hoarding (what takes memory).\n"
     "Checks: light takes one stream of 16 as multitetra-client would, and of the others the\n"
     "manifests, counts, sums of digests and one tile of 16; full takes all. Every step is "
     "compared\n"
     "with what other clients got for the same parameters.\n"
-    "Who is refused and told when to come again comes then.\n"
+    "Rejected clients retry after the delay in the reply.\n"
     "A server takes 256 connections and 200 requests a second from one address. For more, start "
     "it\n"
     "with: serve --max-connections 20000 --max-connections-per-address 20000\n"

@@ -46,10 +46,10 @@ std::string random_bytes(std::mt19937_64& random, std::size_t count) {
 }
 
 // One client, connection after connection.
-class Nuisance {
+class MisbehavingClient {
  public:
-  Nuisance(Misbehaviour kind, const MisbehaviourOptions& options, std::uint64_t seed,
-           MisbehaviourCounts& counts, asio::any_io_executor executor)
+  MisbehavingClient(Misbehaviour kind, const MisbehaviourOptions& options, std::uint64_t seed,
+                    MisbehaviourCounts& counts, asio::any_io_executor executor)
       : kind_(kind),
         options_(options),
         random_(seed),
@@ -62,7 +62,7 @@ class Nuisance {
     while (Clock::now() < options_.stop) {
       const auto channel = std::make_shared<MessageChannel>(
           executor_, address(), ChannelOptions{.tls = options_.tls, .read_buffer_bytes = 4096});
-      // A server that keeps us waiting is not waited for beyond the end.
+      // Ends waits for the server with the run.
       asio::steady_timer end(executor_, options_.stop);
       end.async_wait([channel](const error_code& cancelled) {
         if (!cancelled) channel->close();
@@ -70,7 +70,7 @@ class Nuisance {
       const auto opened = co_await channel->open();
       if (opened) {
         ++counts_.connections;
-        co_await annoy(channel);
+        co_await misbehave_on(channel);
         channel->close();
         co_await sleep(std::chrono::milliseconds(random_() % 100));
       } else {
@@ -83,7 +83,7 @@ class Nuisance {
  private:
   using ChannelPtr = std::shared_ptr<MessageChannel>;
 
-  // The slow one and, every other time, the one with garbage do not get as far as a WebSocket.
+  // kSlow and every other kGarbage connection skip the WebSocket handshake.
   Endpoint address() {
     const bool is_raw =
         kind_ == Misbehaviour::kSlow || (kind_ == Misbehaviour::kGarbage && random_() % 2 == 0);
@@ -94,22 +94,22 @@ class Nuisance {
     return server;
   }
 
-  asio::awaitable<void> annoy(ChannelPtr channel) {
+  asio::awaitable<void> misbehave_on(ChannelPtr channel) {
     switch (kind_) {
       case Misbehaviour::kStalled:
         co_await stall(channel);
         break;
       case Misbehaviour::kSlow:
-        co_await dawdle(channel);
+        co_await send_slowly(channel);
         break;
       case Misbehaviour::kLeaving:
         co_await leave(channel);
         break;
       case Misbehaviour::kGarbage:
-        co_await babble(channel);
+        co_await send_garbage(channel);
         break;
       case Misbehaviour::kGreedy:
-        co_await devour(channel);
+        co_await overload(channel);
         break;
       case Misbehaviour::kHoarding:
         co_await hoard(channel);
@@ -117,7 +117,7 @@ class Nuisance {
     }
   }
 
-  // Says Hello and learns a dataset's name; empty if the server does not play along.
+  // Exchanges Hello and the list; returns a dataset's name, empty if the server refuses.
   asio::awaitable<std::string> enter(ChannelPtr channel) {
     Hello hello;
     hello.token = options_.token;
@@ -136,7 +136,7 @@ class Nuisance {
       auto message = parse_server_message(*content);
       auto* list = message ? std::get_if<DatasetList>(&*message) : nullptr;
       if (list != nullptr) datasets = std::move(list->datasets);
-      // One that is asked too much is asked again.
+      // Retries after a rate limit.
       if (list == nullptr) co_await sleep(std::chrono::milliseconds(200 + random_() % 200));
     }
     for (const DatasetInfo& info : datasets) {
@@ -155,7 +155,7 @@ class Nuisance {
             .held = {}};
   }
 
-  // The server's words pile up wherever there is room for them.
+  // Never reads, so that the server's data fills all buffers.
   asio::awaitable<void> stall(ChannelPtr channel) {
     const std::string dataset = co_await enter(channel);
     if (dataset.empty()) {
@@ -163,8 +163,8 @@ class Nuisance {
       co_return;
     }
     for (std::uint64_t id = 1; Clock::now() < options_.stop; ++id) {
-      const bool is_heard = co_await sent(channel, request(dataset, id));
-      if (!is_heard) {
+      const bool is_sent = co_await sent(channel, request(dataset, id));
+      if (!is_sent) {
         ++counts_.ended_by_server;
         co_return;
       }
@@ -172,16 +172,16 @@ class Nuisance {
     }
   }
 
-  asio::awaitable<void> dawdle(ChannelPtr channel) {
+  asio::awaitable<void> send_slowly(ChannelPtr channel) {
     const std::string greeting = options_.server.is_web_socket()
                                      ? "GET " + options_.server.path +
                                            " HTTP/1.1\r\nHost: " + options_.server.host +
                                            "\r\nX-Patience: " + std::string(2000, 'a')
                                      : framed(serialize(Hello{.token = std::string(4000, 'a')}));
     for (const char byte : greeting) {
-      const bool is_heard = co_await sent_raw(channel, std::string(1, byte));
-      if (!is_heard || Clock::now() >= options_.stop) {
-        if (!is_heard) ++counts_.ended_by_server;
+      const bool is_sent = co_await sent_raw(channel, std::string(1, byte));
+      if (!is_sent || Clock::now() >= options_.stop) {
+        if (!is_sent) ++counts_.ended_by_server;
         co_return;
       }
       co_await sleep(std::chrono::seconds(1));
@@ -201,22 +201,22 @@ class Nuisance {
     co_await sleep(std::chrono::milliseconds(random_() % 200));
   }
 
-  asio::awaitable<void> babble(ChannelPtr channel) {
+  asio::awaitable<void> send_garbage(ChannelPtr channel) {
     const bool is_message = random_() % 2 == 0;
     for (;;) {
       std::string noise = random_bytes(random_, 1 + random_() % 4000);
-      const bool is_heard = is_message ? co_await sent_content(channel, std::move(noise))
-                                       : co_await sent_raw(channel, std::move(noise));
-      if (!is_heard || Clock::now() >= options_.stop) {
-        if (!is_heard) ++counts_.ended_by_server;
+      const bool is_sent = is_message ? co_await sent_content(channel, std::move(noise))
+                                      : co_await sent_raw(channel, std::move(noise));
+      if (!is_sent || Clock::now() >= options_.stop) {
+        if (!is_sent) ++counts_.ended_by_server;
         co_return;
       }
       co_await sleep(std::chrono::milliseconds(100));
     }
   }
 
-  // A simplified surface that nobody has asked for before, and estimates beside it.
-  asio::awaitable<void> devour(ChannelPtr channel) {
+  // Requests simplified surfaces that are in no cache, and estimates beside them.
+  asio::awaitable<void> overload(ChannelPtr channel) {
     const std::string dataset = co_await enter(channel);
     if (dataset.empty()) {
       ++counts_.ended_by_server;
@@ -225,24 +225,24 @@ class Nuisance {
     for (std::uint64_t id = 1; Clock::now() < options_.stop;) {
       OpenStream stream = request(dataset, id);
       stream.request.simplify = true;
-      bool is_heard = true;
-      for (int i = 0; i <= kEstimates && is_heard; ++i, ++id) {
+      bool is_sent = true;
+      for (int i = 0; i <= kEstimates && is_sent; ++i, ++id) {
         stream.request.isovalue =
             isovalue_ + 1e-7 * range_ * static_cast<double>(random_() % 1'000'000);
         const Estimate estimate = {.request_id = id, .dataset = dataset, .request = stream.request};
-        is_heard = i == 0 ? co_await sent(channel, stream) : co_await sent(channel, estimate);
+        is_sent = i == 0 ? co_await sent(channel, stream) : co_await sent(channel, estimate);
       }
-      for (int open = kEstimates + 1; is_heard && open > 0;) {
+      for (int open = kEstimates + 1; is_sent && open > 0;) {
         const auto content = co_await channel->receive();
-        is_heard = content.has_value();
-        if (!is_heard) break;
+        is_sent = content.has_value();
+        if (!is_sent) break;
         const auto message = parse_server_message(*content);
         if (message && is_final_answer(*message)) --open;
         if (message && std::holds_alternative<ErrorReply>(*message)) {
           co_await sleep(std::chrono::milliseconds(200 + random_() % 200));
         }
       }
-      if (!is_heard) {
+      if (!is_sent) {
         if (Clock::now() < options_.stop) ++counts_.ended_by_server;
         co_return;
       }
@@ -258,13 +258,13 @@ class Nuisance {
     OpenStream stream = request(dataset, 1);
     stream.request.thresholds = largest_map();
     const Estimate estimate = {.request_id = 2, .dataset = dataset, .request = stream.request};
-    bool is_heard = co_await sent(channel, stream);
-    for (int i = 0; i < kEstimates && is_heard; ++i) is_heard = co_await sent(channel, estimate);
-    for (std::uint64_t id = 3; is_heard && Clock::now() < options_.stop; ++id) {
-      is_heard = co_await sent(channel, ListDatasets{.request_id = id});
+    bool is_sent = co_await sent(channel, stream);
+    for (int i = 0; i < kEstimates && is_sent; ++i) is_sent = co_await sent(channel, estimate);
+    for (std::uint64_t id = 3; is_sent && Clock::now() < options_.stop; ++id) {
+      is_sent = co_await sent(channel, ListDatasets{.request_id = id});
       co_await sleep(std::chrono::milliseconds(100));
     }
-    if (!is_heard && Clock::now() < options_.stop) ++counts_.ended_by_server;
+    if (!is_sent && Clock::now() < options_.stop) ++counts_.ended_by_server;
   }
 
   [[nodiscard]] static bool is_final_answer(const ServerMessage& message) {
@@ -330,8 +330,8 @@ asio::awaitable<void> misbehave(Misbehaviour kind, const MisbehaviourOptions& op
                                 std::uint64_t seed, std::chrono::milliseconds delay,
                                 MisbehaviourCounts& counts) {
   const auto executor = co_await asio::this_coro::executor;
-  Nuisance nuisance(kind, options, seed, counts, executor);
-  co_await nuisance.run(delay);
+  MisbehavingClient client(kind, options, seed, counts, executor);
+  co_await client.run(delay);
 }
 
 }  // namespace multitetra

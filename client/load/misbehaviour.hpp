@@ -1,5 +1,5 @@
-// Clients that no server likes, for trials of what the others notice of them. Each is a coroutine;
-// that a server hangs up on it is its lot and counted, not an error.
+// Misbehaving clients, to test their effect on other clients. Each is a coroutine; a connection
+// closed by the server is counted and is not an error.
 #pragma once
 
 #include <chrono>

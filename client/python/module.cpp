@@ -200,14 +200,7 @@ class Connection {
   std::vector<IsosurfaceRequest> share_budget(const std::string& dataset,
                                               std::vector<IsosurfaceRequest> requests) {
     argument(check_shared_budget(requests));
-    if (!must_share(requests)) return requests;
-    std::vector<EstimatedSize> sizes;
-    for (IsosurfaceRequest alone : requests) {
-      alone.max_triangles = alone.max_bytes = 0;
-      const EstimateReply size = estimate(dataset, alone);
-      sizes.push_back({size.triangles, size.bytes});
-    }
-    multitetra::share_budget(requests, sizes);
+    ask([&](Client& client) { return client.share_budget(dataset, requests); });
     return requests;
   }
 
@@ -303,7 +296,7 @@ class Connection {
   typename Answer::value_type ask(const Question& question) {
     return value_of(unlocked([&]() -> Answer {
       if (auto free = free_client(); !free) return tl::unexpected(free.error());
-      auto answer = question(*client_);
+      Answer answer = question(*client_);
       if (!answer) is_lost_ |= answer.error().trouble != Trouble::kServer;
       return answer;
     }));

@@ -23,15 +23,15 @@ class Option;
 
 namespace multitetra {
 
-// What is wrong with an option beyond what parsing can see. Thrown by callbacks, told as any other
-// wrong line: "--tcp: ...".
+// An invalid option that parsing cannot detect. Thrown by callbacks and reported like any other
+// usage error: "--tcp: ...".
 class UsageError : public std::runtime_error {
  public:
   UsageError(const std::string& option, const std::string& text)
       : std::runtime_error(option + ": " + text) {}
 };
 
-// Every function gives the option itself, for the next one.
+// Every function returns the option itself, for chaining.
 class Option {
  public:
   explicit Option(CLI::Option& option) : option_(&option) {}
@@ -49,13 +49,13 @@ class Option {
   Option* repeatable();
   Option* needs(const Option* other);
   Option* excludes(const std::string& other);
-  // Not told by --config and the environment.
+  // Cannot be set by --config or the environment.
   Option* flag_only();
   Option* envname(const std::string& variable);
   // How help presents it.
   Option* type_name(const std::string& name);
   Option* group(const std::string& title);
-  Option* capture_default_str();  // Tells the value that it has now.
+  Option* capture_default_str();  // Shows its present value as the default.
 
  private:
   CLI::Option* option_;
@@ -78,7 +78,7 @@ class Command {
   void require_subcommand();
   // What follows the options in --help.
   void footer(std::string text);
-  // When the line was parsed and this command is meant. May throw UsageError.
+  // Called after parsing if this command was chosen. May throw UsageError.
   void callback(std::function<void()> parsed);
 
   [[nodiscard]] bool got_subcommand(const std::string& name) const;

@@ -11,14 +11,13 @@
 #include <CLI/CLI.hpp>
 
 #include "common/base/exit_codes.hpp"
-#include "common/cli/command_pages.hpp"
-#include "common/cli/option_words.hpp"
+#include "common/cli/help_format.hpp"
 #include "common/cli/terminal.hpp"
 
 namespace multitetra {
 namespace {
 
-// How many letters must be changed, put in or left out to come from one word to the other.
+// The edit distance: letters to replace, insert or delete between two words.
 std::size_t edits(const std::string& from, const std::string& to) {
   std::vector<std::size_t> row(to.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -40,13 +39,13 @@ const CLI::App& chosen(const CLI::App& app) {
   return subcommands.empty() ? app : *subcommands.front();
 }
 
-// The first word that nobody expected, if the trouble is that.
+// The first unexpected word; empty if there is none.
 std::string unknown_word(const CLI::App& app) {
   const auto words = app.remaining(/*recurse=*/true);
   return words.empty() ? "" : words.front().substr(0, words.front().find('='));
 }
 
-// The option or subcommand that is most like a word that nobody knows; empty when none is near.
+// The option or subcommand nearest to an unknown word; empty when none is near.
 std::string nearest_word(const CLI::App& app, const std::string& word) {
   std::vector<std::string> known;
   if (word.starts_with("-")) {
@@ -71,7 +70,7 @@ std::string nearest_word(const CLI::App& app, const std::string& word) {
   return nearest;
 }
 
-int told(const CLI::App& app, std::string text) {
+int report_usage_error(const CLI::App& app, std::string text) {
   const CLI::App& command = chosen(app);
   const std::string unknown = unknown_word(app);
   const std::string meant = unknown.empty() ? "" : nearest_word(command, unknown);
@@ -91,13 +90,7 @@ void add_program_flags(Command& program) {
   app.formatter(help_formatter());
   app.set_version_flag("--version", app.get_name() + " " MULTITETRA_VERSION,
                        "Print the version and end");
-  app.add_flag_callback(
-         "--completion", [&program] { throw CLI::CallForVersion(bash_completion(program), 0); },
-         "Print a completion script for bash and end")
-      ->configurable(false);
-  app.add_flag_callback(
-         "--man", [&program] { throw CLI::CallForVersion(manual_page(program), 0); },
-         "Print this program's manual page, in roff, and end")
+  app.set_help_all_flag("--help-all", "Print the help of all commands and end")
       ->configurable(false);
 }
 
@@ -111,9 +104,9 @@ std::optional<int> parse_command_line(Command& program, int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    return told(app, error.what());
+    return report_usage_error(app, error.what());
   } catch (const UsageError& error) {
-    return told(app, error.what());
+    return report_usage_error(app, error.what());
   }
   return std::nullopt;
 }

@@ -1,5 +1,5 @@
-// What all our programs do alike with a command line: --version, --help, --completion, --man, and
-// what is said when it is wrong.
+// What all programs share of the command line: --version, --help, --help-all, and what
+// is printed when it is wrong.
 //
 //   Command program("Does this and that.", "multitetra-this");
 //   add_program_flags(program);
@@ -17,9 +17,9 @@ namespace multitetra {
 // To be called before subcommands are added, which take over how help is written.
 void add_program_flags(Command& program);
 
-// The code with which the program ends at once: 0 after --help and the like, 2 when the line is
-// wrong, which is then told together with what was perhaps meant. Without any word a program that
-// has subcommands prints its help.
+// The exit code with which the program ends at once: 0 after --help and the like, 2 after a usage
+// error, which is printed with the nearest known word. Without arguments a program with subcommands
+// prints its help.
 [[nodiscard]] std::optional<int> parse_command_line(Command& program, int argc, char** argv);
 
 }  // namespace multitetra

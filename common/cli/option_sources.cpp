@@ -20,7 +20,7 @@ std::string environment_name(const CLI::Option& option) {
   return name;
 }
 
-// What begins and ends a section, as CLI11 tells it.
+// CLI11's marks for the begin and end of a section.
 bool is_section_mark(const CLI::ConfigItem& item) { return item.name == "++" || item.name == "--"; }
 
 std::vector<CLI::ConfigItem> items_of(const std::filesystem::path& file) {
@@ -85,7 +85,7 @@ std::string config_text(const Command& command) {
       command.app().config_to_str(/*default_also=*/true, /*write_description=*/false));
   std::string text;
   for (std::string line; std::getline(lines, line);) {
-    if (!line.ends_with("=\"\"")) text += line + "\n";  // What has no value is not said.
+    if (!line.ends_with("=\"\"")) text += line + "\n";  // Options without a value are left out.
   }
   return text;
 }

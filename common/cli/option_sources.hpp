@@ -1,4 +1,4 @@
-// Options of a command from three places: flags, the environment and a file, the former stronger.
+// Options of a command from three sources: flags override the environment, which overrides a file.
 //
 //   multitetra-server serve --config server.toml --threads 4
 //   MULTITETRA_THREADS=4 multitetra-server serve --config server.toml
@@ -25,9 +25,9 @@ struct OptionSources {
 // has by now: --max-regions is MULTITETRA_MAX_REGIONS. Those two alone are flags only.
 void add_option_sources(Command& command, OptionSources& sources);
 
-// Takes from the file what was said neither by flag nor by the environment. After parsing, before
-// anybody reads the options. Throws UsageError, which names the file and the option: the file
-// cannot be read, names an option that there is not, or twice, or a value is no good.
+// Sets from the file the options that neither a flag nor the environment has set. Call it after
+// parsing, before the options are read. Throws UsageError, which names the file and the option: the
+// file cannot be read, names an option that there is not, or twice, or a value is no good.
 void read_config_file(const Command& command, const std::filesystem::path& file);
 
 // All options as they are now, in the file's form.

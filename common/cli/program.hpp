@@ -1,4 +1,4 @@
-// How all our programs run and end.
+// Runs a program's body and turns exceptions into exit codes.
 //
 //   int main(int argc, char** argv) {
 //     return multitetra::run_program("multitetra-this", [&] { return run(argc, argv); });
@@ -11,12 +11,11 @@
 
 namespace multitetra {
 
-// Says on the standard error what is wrong, under the program's name. What could steer a terminal
-// is shown, not obeyed.
+// Prints an error to the standard error, with the program's name. Control characters are escaped.
 void complain(const std::string& program, std::string_view text);
 
-// Gives the exit code of `body`. What it throws is told, and is the code of an ExitError, kUsage of
-// a std::invalid_argument, else kFailed; so is it when not all that was printed has arrived, as on
+// Returns the exit code of `body`. An exception is printed and gives the code of an ExitError,
+// kUsage for a std::invalid_argument, else kFailed; so does output that could not be written, as on
 // a full disk.
 [[nodiscard]] int run_program(const std::string& program, const std::function<int()>& body);
 

@@ -8,7 +8,7 @@
 #include "common/cli/human_units.hpp"
 #include "common/cli/threshold_image.hpp"
 #include "common/mesh/components.hpp"
-#include "common/request/threshold_words.hpp"
+#include "common/request/threshold_parser.hpp"
 
 namespace multitetra {
 

@@ -20,7 +20,8 @@ enum class Style { kBold, kRed, kYellow, kGreen, kDim };
 // whatever encoding) is written as \\xNN, and so is what is no UTF-8. Line ends stay.
 [[nodiscard]] std::string printable(std::string_view text);
 
-// What somebody should know though nothing failed: said on the standard error, each sentence once.
+// Notices about something unusual that is no error: printed to the standard error, each sentence
+// once.
 class Notices {
  public:
   void tell(const std::string& text);

@@ -1,8 +1,9 @@
 #include "common/image/color_map.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
+
+#include "common/base/parse_number.hpp"
 
 namespace multitetra {
 namespace {
@@ -100,12 +101,10 @@ std::optional<bool> is_logarithmic_from(std::string_view name) {
 }
 
 std::optional<Rgb> rgb_from(std::string_view text) {
-  std::uint32_t value = 0;
-  const char* const end = text.data() + text.size();
-  const auto read = std::from_chars(text.data(), end, value, 16);
-  if (text.size() != 6 || read.ec != std::errc() || read.ptr != end) return std::nullopt;
-  return Rgb{static_cast<std::uint8_t>(value >> 16), static_cast<std::uint8_t>(value >> 8 & 0xff),
-             static_cast<std::uint8_t>(value & 0xff)};
+  const auto value = parse_number<std::uint32_t>(text, 16);
+  if (text.size() != 6 || !value) return std::nullopt;
+  return Rgb{static_cast<std::uint8_t>(*value >> 16), static_cast<std::uint8_t>(*value >> 8 & 0xff),
+             static_cast<std::uint8_t>(*value & 0xff)};
 }
 
 std::vector<Rgb> colors_of(std::span<const float> values, const ColorScale& scale) {

@@ -5,9 +5,10 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstring>
 #include <optional>
+
+#include "common/base/parse_number.hpp"
 
 namespace multitetra {
 namespace {
@@ -25,13 +26,6 @@ constexpr std::array<Scheme, 4> kSchemes = {{{"tcp://", Transport::kTcp, kDefaul
 const Scheme& scheme_of(Transport transport) {
   return *std::find_if(kSchemes.begin(), kSchemes.end(),
                        [&](const Scheme& scheme) { return scheme.transport == transport; });
-}
-
-std::optional<std::uint16_t> port_from(std::string_view digits) {
-  std::uint16_t port = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
-  if (error != std::errc() || end != digits.data() + digits.size()) return std::nullopt;
-  return port;
 }
 
 // Splits "[ADDRESS]REST" or "HOSTREST" where REST is empty or starts with a colon.
@@ -61,7 +55,7 @@ std::optional<Endpoint> address_from(std::string_view text, const Scheme& scheme
       .host = std::string(parts->first), .port = scheme.port, .transport = scheme.transport};
   if (parts->second.empty()) return endpoint;
   if (parts->second.front() != ':') return std::nullopt;
-  const auto port = port_from(parts->second.substr(1));
+  const auto port = parse_number<std::uint16_t>(parts->second.substr(1));
   if (!port) return std::nullopt;
   endpoint.port = *port;
   return endpoint;

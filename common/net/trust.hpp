@@ -1,5 +1,5 @@
-// Whom a client believes over TLS: by default a server whose certificate is signed by an authority
-// that this machine trusts, and made for the host that was asked for.
+// Which servers a client trusts over TLS: by default those with a certificate for the requested
+// host that is signed by an authority which this machine trusts.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ namespace multitetra {
 
 struct Trust {
   std::string ca_file = {};  // PEM, instead of the machine's authorities; empty: those.
-  bool insecure = false;     // Whoever answers is believed. For trials only.
+  bool insecure = false;     // Certificates are not checked. For trials only.
 };
 
 // What connections are made with; TLS 1.2 or later. kInvalidArgument when the file has no

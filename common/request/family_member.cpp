@@ -1,9 +1,9 @@
 #include "common/request/family_member.hpp"
 
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 
+#include "common/base/parse_number.hpp"
 #include "common/base/utf8.hpp"
 #include "common/request/physical_meaning.hpp"
 
@@ -54,10 +54,7 @@ std::string color_text(std::uint32_t color) {
 
 std::optional<std::uint32_t> color_from(std::string_view text) {
   if (text.size() != 7 || text[0] != '#') return std::nullopt;
-  std::uint32_t color = 0;
-  const auto [end, problem] = std::from_chars(text.data() + 1, text.data() + 7, color, 16);
-  if (problem != std::errc{} || end != text.data() + 7) return std::nullopt;
-  return color;
+  return parse_number<std::uint32_t>(text.substr(1), 16);
 }
 
 }  // namespace multitetra

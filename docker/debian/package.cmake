@@ -13,16 +13,19 @@ foreach(program multitetra_server_program multitetra_gateway_program multitetra_
   # A binary that is moved finds its viewer beside itself: bin/../share.
 endforeach()
 install(DIRECTORY ${PROJECT_BINARY_DIR}/share/multitetra DESTINATION usr/share PATTERN "*.sources" EXCLUDE)
-install(DIRECTORY ${PROJECT_BINARY_DIR}/share/bash-completion DESTINATION usr/share)
-# What Debian wants packed is packed the same way each time.
+foreach(program client gateway load server)
+  install(FILES ${DEBIAN_FOLDER}/completion.bash DESTINATION usr/share/bash-completion/completions RENAME multitetra-${program})
+endforeach()
+# Manual pages from --help-all (needs help2man). What Debian wants packed is packed the same way each time.
 install(CODE "
-  file(GLOB pages ${PROJECT_BINARY_DIR}/share/man/man1/*.1)
   set(man \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/usr/share/man/man1)
   set(doc \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${doc})
   file(MAKE_DIRECTORY \${man} \${doc})
-  foreach(page \${pages})
-    get_filename_component(name \${page} NAME)
-    execute_process(COMMAND gzip -9nc \${page} OUTPUT_FILE \${man}/\${name}.gz COMMAND_ERROR_IS_FATAL ANY)
+  foreach(program client gateway load server)
+    execute_process(
+      COMMAND help2man --no-info --help-option=--help-all --source=Multi-Tetra
+              --name \"remote visualization of regular volume data\" ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/multitetra-\${program}
+      COMMAND gzip -9nc OUTPUT_FILE \${man}/multitetra-\${program}.1.gz COMMAND_ERROR_IS_FATAL ANY)
   endforeach()
   execute_process(COMMAND gzip -9nc ${PROJECT_SOURCE_DIR}/CHANGELOG.md OUTPUT_FILE \${doc}/changelog.gz COMMAND_ERROR_IS_FATAL ANY)
   execute_process(COMMAND gzip -9nc ${PACKAGED}/changelog.Debian OUTPUT_FILE \${doc}/changelog.Debian.gz COMMAND_ERROR_IS_FATAL ANY)

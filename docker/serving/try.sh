@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# haproxy.cfg and nginx.conf of this folder as they are, but for ports and folders, in front of three servers whose dataset is a
+# haproxy.cfg and caching_proxy.conf of this folder as they are, but for ports and folders, in front of three servers whose dataset is a
 # folder of objects behind another nginx. Half a minute; says what was seen and fails when a promise is broken.
 #
 #   bash docker/serving/try.sh FOLDER-OF-PROGRAMS
@@ -56,7 +56,7 @@ sed "${ports[@]}" -e "s#bind :8080#bind 127.0.0.1:$haproxy_port#" "$here/haproxy
 start haproxy haproxy -f haproxy.cfg
 nginx_port=$(free_port)
 sed "${ports[@]}" -e "s#listen 8081#listen 127.0.0.1:$nginx_port#" -e "s#/var/cache/nginx#$work/nginx_cache#" \
-  -e "s#^http {#http { $temporary#" "$here/nginx.conf" >nginx.conf
+  -e "s#^http {#http { $temporary#" "$here/caching_proxy.conf" >nginx.conf
 mkdir -p nginx_cache
 run_nginx nginx "$nginx_port"
 haproxy=http://127.0.0.1:$haproxy_port

@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include "common/request/shared_budget.hpp"
-#include "common/request/threshold_words.hpp"
+#include "common/request/threshold_parser.hpp"
 #include "server/http/query_words.hpp"
 
 namespace multitetra {

@@ -6,6 +6,7 @@ set -euo pipefail
 bin=$(cd "$1" && pwd)
 server=$bin/multitetra-server
 client=$bin/multitetra-client
+project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 
 # The value of a key in our indented JSON, first occurrence.
@@ -262,10 +263,20 @@ ends 1 'folder/b.mtd: every byte is as it was written' "$server" verify folder
 ends 2 "There is no dataset in empty" "$server" verify empty
 ends 2 "Did you mean --isovalue" "$client" fetch --isovale 3
 ends 2 "Did you mean snapshot" "$client" snapshoot
-for program in "$server" "$client"; do
-  "$program" --completion | bash -n || fail "the completion of $program is no bash"
-  "$program" --man | grep '^\.SH COMMANDS' >/dev/null || fail "$program has no manual page"
-done
+# What bash offers at the end of a line.
+offers() {
+  local offered
+  offered=$(source "$project/docker/debian/completion.bash" && COMP_WORDS=("${@:2}") && COMP_CWORD=$(($# - 2)) && _multitetra &&
+    echo "${COMPREPLY[*]}")
+  [ "$offered" = "$1" ] || fail "after \"${*:2}\" bash offers \"$offered\" and not \"$1\""
+}
+offers "fetch" "$client" fe
+offers "snapshot" "$client" sn
+offers "voxel world" "$client" fetch --unit ""
+offers "--final-only" "$client" fetch --fin
+offers "" "$client" fetch --retries ""
+offers "torus.mtd" "$server" info torus.m
+"$client" --help-all | grep -e --final-only >/dev/null || fail "--help-all lacks the options of a command"
 ends 2 "cube" "$server" generate cube -o x.nrrd
 ends 2 "2 to 4097" "$server" generate sphere --size 1 -o x.nrrd
 head -c 2000 torus.mtd >cut.mtd

@@ -338,7 +338,7 @@ trial_nginx() {
   fi
   local port
   port=$(free_port)
-  sed "s#FOLDER#$work#; s#PORT#$port#; s#USER#$(id -un)#; s#GROUP#$(id -gn)#" "$here/nginx.conf" >nginx.conf
+  sed "s#FOLDER#$work#; s#PORT#$port#; s#USER#$(id -un)#; s#GROUP#$(id -gn)#" "$here/static_files.conf" >nginx.conf
   start nginx nginx -p "$work" -c "$work/nginx.conf"
   local nginx_pid=$pid
   for _ in $(seq 100); do

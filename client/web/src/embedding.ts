@@ -4,7 +4,7 @@
 import type { Viewer, ViewerEvents } from "./viewer";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Picked } from "./scene/picking";
-import { settingsFrom } from "./state/said";
+import { parseSettings } from "./state/parse_settings";
 
 const version = 1;
 const together = 100; // Milliseconds: settings that change faster are told once.
@@ -44,7 +44,7 @@ export class Embedding {
     this.origin = origin;
     switch (kind) {
       case "set": {
-        const { settings, passedOver } = settingsFrom(state);
+        const { settings, passedOver } = parseSettings(state);
         this.viewer.set(settings);
         return this.tell("state", { id, state: this.viewer.get(), passedOver });
       }

@@ -11,7 +11,7 @@ import { AddressKeeper } from "./address_keeper";
 import { Embedding } from "./embedding";
 import { Token, serverAddress } from "./own_address";
 import { DatasetList } from "./panel/dataset_list";
-import { h } from "./panel/dom";
+import { h } from "./shared/elements";
 import { Help } from "./panel/help";
 import { installKeyboard } from "./panel/keyboard";
 import { Panel } from "./panel/panel";
@@ -25,7 +25,7 @@ import { History } from "./state/history";
 import { forever } from "./state/remembered";
 import type { Settings } from "./state/settings";
 import { fromAddress } from "./state/url_state";
-import { TakeAway } from "./take_away";
+import { Downloads } from "./downloads";
 import { Viewer } from "./viewer";
 
 const app = document.getElementById("app")!;
@@ -49,26 +49,27 @@ const thumbnails = new Thumbnails(server, () => token.get(), viewer.pool, viewer
   for (const entry of entries()) if (entry.info.name === name) datasets.setPicture(entry.name, picture);
   viewer.stage.invalidate();
 });
-const takeAway = new TakeAway(viewer);
+const downloads = new Downloads(viewer);
 const change = (said: Partial<Settings>, isDragging = false) => {
   address.drags(isDragging);
   viewer.set(said, isDragging);
 };
 const panel = new Panel(settings, change, {
   reset: () => viewer.reset(),
-  screenshot: () => void takeAway.screenshot(),
-  download: (format) => void takeAway.download(format),
-  copyLink: () => void takeAway.copyLink(address.addressed()),
-  copyEmbedding: () => void takeAway.copyEmbedding(address.addressed()),
-  turntable: (form) => void takeAway.turntable(form),
-  times: (form) => void takeAway.times(form),
+  screenshot: () => void downloads.screenshot(),
+  download: (format) => void downloads.download(format),
+  copyLink: () => void downloads.copyLink(address.addressed()),
+  copyEmbedding: () => void downloads.copyEmbedding(address.addressed()),
+  turntable: (form) => void downloads.turntable(form),
+  times: (form) => void downloads.times(form),
   bookmarks,
-  currentAddress: () => takeAway.addressOf(address.addressed()),
+  currentAddress: () => downloads.addressOf(address.addressed()),
   visit: (hash) => address.useEdited(`#${hash}`),
 }, datasets.element);
 const bar = new StatusBar();
 const help = new Help();
 const acts = {
+  turn: (azimuth: number, elevation: number, factor?: number) => viewer.stage.turn(azimuth, elevation, factor),
   fit: () => viewer.fit(),
   reset: () => viewer.reset(),
   lookFrom: (direction: THREE.Vector3) => viewer.lookFrom(direction),
@@ -89,7 +90,7 @@ app.append(panel.element, bar.element, help.element);
 app.classList.toggle("is-embedded", new URLSearchParams(location.search).has("embed"));
 if (window.parent !== window) new Embedding(viewer, window.parent);
 installTooltips();
-installKeyboard(viewer.stage, settings, acts);
+installKeyboard(settings, acts);
 
 // ---- what changes lead to
 

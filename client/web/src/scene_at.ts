@@ -1,6 +1,6 @@
 // What is to be seen at a time: settings and the list of datasets become the datasets of the surfaces and
 // of their colours.
-import type { Moment } from "./curtain";
+import type { Moment } from "./swap_group";
 import type { DatasetInfo } from "./protocol/messages";
 import { atTime, isOfOneFamily, named, rangeOf, timeOf } from "./state/families";
 import type { Settings } from "./state/settings";

@@ -3,7 +3,7 @@
 import { Plane, Vector3 } from "three";
 
 import type { DatasetInfo } from "./protocol/messages";
-import type { ColourScale } from "./scene/colour_maps";
+import type { ColourScale } from "./shared/colour_maps";
 import { inLattice } from "./scene/picking";
 import { sliceGrid } from "./scene/slice_grid";
 import { SlicePlane } from "./scene/slice_plane";

@@ -11,12 +11,12 @@
 //
 // Where there are several surfaces the previews of all come before the final step of any: a client that
 // is one of several asks for previews first, and for the rest when it is told to. A client that
-// `isAhead` brings final steps that are wanted soon, and shows nothing.
+// `isPrefetch` brings final steps that are wanted soon, and shows nothing.
 import { type Effect, Conversation, isSameOrder, type ScalarWish, type Wanted } from "./stream/conversation";
 import { Link } from "./stream/link";
 import { isosurfaceRequest, isSameRequest, type View } from "./stream/request";
 import type { SlotHolder, Slots } from "./stream/slots";
-import type { Moment } from "./curtain";
+import type { Moment } from "./swap_group";
 import { ExpectedSizes } from "./expected_sizes";
 import type { Frame } from "./frames";
 import { type DatasetInfo, ErrorCode, Priority, type ServerKind } from "./protocol/messages";
@@ -67,15 +67,15 @@ export class SurfaceClient implements SlotHolder {
   private postponed = 0; // The timer of a stream that is asked for later.
 
   constructor(private readonly parts: SurfaceClientParts, private readonly events: SurfaceClientEvents) {
-    const { number, address, token, surface, speed, isAhead } = parts;
+    const { number, address, token, surface, speed, isPrefetch } = parts;
     this.conversation = new Conversation({
-      agent: `multitetra-viewer/0.1${isAhead ? " ahead" : ""}`,
+      agent: `multitetra-viewer/0.1${isPrefetch ? " ahead" : ""}`,
       token,
       held: (order) => {
         const prefix = memoryOf(number, order);
         return surface.ids(prefix).map((id) => id.slice(prefix.length));
       },
-      priority: isAhead ? Priority.BACKGROUND : undefined,
+      priority: isPrefetch ? Priority.BACKGROUND : undefined,
       trianglesPerSecond: () => speed.trianglesPerSecond,
       isListing: () => this.isLead,
     });
@@ -120,7 +120,7 @@ export class SurfaceClient implements SlotHolder {
   want(info: DatasetInfo, settings: Settings, view: View | null, wish: Wish): void {
     const { moment, scalars, isDragging = false, isOneOfSeveral } = wish;
     const request = isosurfaceRequest(info, settings, view);
-    const steps = this.parts.isAhead ? "final" : isOneOfSeveral && !isDragging ? "previews" : "all";
+    const steps = this.parts.isPrefetch ? "final" : isOneOfSeveral && !isDragging ? "previews" : "all";
     const order: Wanted = { info, request, scalars, steps };
     this.isDragging = isDragging;
     this.hide(settings.minComponent);
@@ -208,7 +208,7 @@ export class SurfaceClient implements SlotHolder {
 
   private needLink(): void {
     if (this.isLinked) return;
-    if (this.isLead || this.parts.isAhead) this.granted();
+    if (this.isLead || this.parts.isPrefetch) this.granted();
     else this.parts.slots.want(this);
   }
 
@@ -366,7 +366,7 @@ export class SurfaceClient implements SlotHolder {
         break;
       case "committed":
         steps.present(order, this.asked, effect, isNews);
-        if (!this.parts.isAhead) this.goOn();
+        if (!this.parts.isPrefetch) this.goOn();
         break;
       case "ended":
         progress.set({ isStreaming: false });

@@ -3,8 +3,8 @@
 // of several asks for the final step when previews of all are there; one that is dragged waits for no other.
 import * as THREE from "three";
 
-import { Ahead } from "./ahead";
-import { Curtain, type Moment } from "./curtain";
+import { Prefetcher } from "./prefetcher";
+import { SwapGroup, type Moment } from "./swap_group";
 import { Frames } from "./frames";
 import { StepSpeed } from "./stream/step_speed";
 import type { DatasetInfo } from "./protocol/messages";
@@ -26,7 +26,7 @@ import type { Drawn } from "./workers/worker_messages";
 interface Member {
   client: SurfaceClient;
   surface: Surface;
-  ahead: Ahead;
+  prefetcher: Prefetcher;
   asked: string; // What tells it from others: dataset, isovalue and error.
 }
 
@@ -55,7 +55,7 @@ export class SurfaceSet {
   private look: { settings: Settings; clip: THREE.Plane | null } | null = null;
   private readonly slots = new Slots(mostConnections);
   private readonly speed = new StepSpeed(); // Of this page.
-  private readonly curtain = new Curtain<Member>(() => this.seen, () => this.redress());
+  private readonly swapGroup = new SwapGroup<Member>(() => this.seen, () => this.redress());
 
   constructor(
     private readonly server: string,
@@ -102,20 +102,20 @@ export class SurfaceSet {
       const isWanted = at === 0 || this.isSeen(member);
       const wanted = isWanted ? scenes.filter(({ infos }) => infos[at]) : [];
       const own = settingsOf(settings, at);
-      member.ahead.prepare(own ? wanted.map(({ infos, moment, scalars }) => ({ info: infos[at]!, moment, scalars })) : [], own ?? settings, view);
+      member.prefetcher.prepare(own ? wanted.map(({ infos, moment, scalars }) => ({ info: infos[at]!, moment, scalars })) : [], own ?? settings, view);
     });
   }
 
   // Whether all that are seen have their final step, or will not get one.
   isPrepared({ infos, scalars }: Scene, settings: Settings, view: View): boolean {
     return this.members.every((member, at) =>
-      !infos[at] || (at > 0 && !this.isSeen(member)) || member.ahead.has({ info: infos[at], scalars }, settingsOf(settings, at)!, view));
+      !infos[at] || (at > 0 && !this.isSeen(member)) || member.prefetcher.has({ info: infos[at], scalars }, settingsOf(settings, at)!, view));
   }
 
   applyLook(settings: Settings, clip: THREE.Plane | null): void {
     this.arrange(settings);
     this.look = { settings, clip };
-    this.curtain.look();
+    this.swapGroup.update();
     this.redress();
   }
 
@@ -139,7 +139,7 @@ export class SurfaceSet {
     const { phase, retryAt } = this.members[0].client.progress.get();
     const drawn = seen.flatMap((member) => {
       const { shown, components } = member.client.progress.get();
-      const isDrawn = shown && member.client.shown && this.curtain.isOpenTo(member);
+      const isDrawn = shown && member.client.shown && this.swapGroup.mayDraw(member);
       return isDrawn ? [{ number: this.members.indexOf(member) + 1, shown, components }] : [];
     });
     return {
@@ -157,7 +157,7 @@ export class SurfaceSet {
     return this.members.flatMap((member, at) => {
       const { client: { shown, drawn, progress } } = member;
       const hasAny = drawn.ids.length > 0 && progress.get().components?.shown !== 0;
-      const isDrawn = list[at]?.visible && this.curtain.isOpenTo(member) && hasAny;
+      const isDrawn = list[at]?.visible && this.swapGroup.mayDraw(member) && hasAny;
       return shown && isDrawn ? [{ shown, drawn, colour: list[at].colour }] : [];
     });
   }
@@ -177,7 +177,7 @@ export class SurfaceSet {
     const list = surfacesOf(settings);
     this.members.forEach((member, at) => {
       if (!list[at]) return;
-      const visible = list[at].visible && this.curtain.isOpenTo(member);
+      const visible = list[at].visible && this.swapGroup.mayDraw(member);
       member.surface.applyLook({ ...settings, ...list[at], visible }, clip);
       member.client.hide(list[at].minComponent ?? 0);
     });
@@ -233,11 +233,11 @@ export class SurfaceSet {
     };
     const client = new SurfaceClient(parts, {
       offer: (moment, show) => this.offer(member, moment, show),
-      withdraw: () => this.curtain.withdraw(member),
+      withdraw: () => this.swapGroup.withdraw(member),
       shown: (shown, isFirst) => this.events.shown(this.members.indexOf(member), shown, isFirst),
       settled: () => this.finishAll(),
     });
-    const member: Member = { client, surface, ahead: new Ahead(parts), asked: "" };
+    const member: Member = { client, surface, prefetcher: new Prefetcher(parts), asked: "" };
     const isLead = () => this.members[0] === member;
     client.progress.watch(() => {
       if (isLead()) this.progress.set(client.progress.get());
@@ -249,9 +249,9 @@ export class SurfaceSet {
   }
 
   private offer(member: Member, moment: Moment, show: () => void): void {
-    const wasOpen = this.curtain.isOpenTo(member);
-    this.curtain.offer(member, moment, show);
-    if (wasOpen !== this.curtain.isOpenTo(member)) this.redress();
+    const wasOpen = this.swapGroup.mayDraw(member);
+    this.swapGroup.offer(member, moment, show);
+    if (wasOpen !== this.swapGroup.mayDraw(member)) this.redress();
   }
 
   private followLead(): void {
@@ -263,10 +263,10 @@ export class SurfaceSet {
   }
 
   private part(member: Member): void {
-    const { client, surface, ahead } = member;
-    this.curtain.leave(member);
+    const { client, surface, prefetcher } = member;
+    this.swapGroup.remove(member);
     client.close();
-    ahead.close();
+    prefetcher.close();
     this.pool.drop(surface.ids(""));
     surface.dispose();
   }

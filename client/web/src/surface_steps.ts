@@ -7,7 +7,7 @@
 import type { Effect, Wanted } from "./stream/conversation";
 import type { AssemblerEffect, StepOfTiles } from "./stream/assembler";
 import { dataBorder, latticeToWorld } from "./stream/dataset";
-import type { Moment } from "./curtain";
+import type { Moment } from "./swap_group";
 import { allChosen, type Chosen, type Frame, type Frames } from "./frames";
 import type { MeshTopology } from "./mesh/seams";
 import type { Surface } from "./scene/surface";
@@ -25,7 +25,7 @@ export interface SurfaceStepsParts {
   surface: Surface;
   frames: Frames;
   speed: StepSpeed; // Of what is shown.
-  isAhead?: boolean; // Steps are kept, and never shown.
+  isPrefetch?: boolean; // Steps are kept, and never shown.
 }
 
 export interface SurfaceStepsEvents {
@@ -204,7 +204,7 @@ export class SurfaceSteps {
 
   // A complete step: it is offered where it is news, and the final one is kept for who `asked`.
   present(order: Wanted, asked: Asked | null, committed: Committed, isNews: boolean): void {
-    const { number, surface, frames, isAhead } = this.parts;
+    const { number, surface, frames, isPrefetch } = this.parts;
     const { begin } = committed.step;
     const facts = factsOf(order, committed);
     // Also of a step that is passed over: the keeper tells a change of normals once.
@@ -215,7 +215,7 @@ export class SurfaceSteps {
       chosen: this.certified?.chosen ?? allChosen,
     };
     if (facts.isFinal && asked) frames.keep({ ...asked.order, info: order.info }, frame);
-    if (isAhead || !asked || !isNews || isStepBack(this.shown, order, facts)) return;
+    if (isPrefetch || !asked || !isNews || isStepBack(this.shown, order, facts)) return;
     const elapsed = performance.now() - this.started;
     this.events.offer(asked.moment, () => this.show(frame, elapsed));
   }

@@ -12,8 +12,9 @@ import * as THREE from "three";
 
 import { serverAddress } from "./own_address";
 import { isEmpty } from "./panel/certificate";
-import { h, inDigits } from "./panel/dom";
-import { componentWords } from "./panel/dust_control";
+import { h } from "./shared/elements";
+import { inDigits } from "./shared/quantities";
+import { componentWords } from "./panel/component_filter";
 import { Notices } from "./panel/notices";
 import { TimeBar } from "./panel/time_bar";
 import type { DatasetInfo } from "./protocol/messages";

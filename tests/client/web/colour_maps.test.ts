@@ -1,6 +1,6 @@
 import { readFileSync } from "node:fs";
 
-import { colourAt, type ColourMap, colourMaps, endsOf, shareOf } from "../../../client/web/src/scene/colour_maps";
+import { colourAt, type ColourMap, colourMaps, endsOf, shareOf } from "../../../client/web/src/shared/colour_maps";
 import { scaleOf } from "../../../client/web/src/slices";
 
 // tests/golden/colors.txt, which the C++ tests check, too: map, lin or log, low, high, value, colour.

@@ -1,4 +1,4 @@
-import { colourAt, colourMaps, colourRow } from "../../../client/web/src/scene/colour_maps";
+import { colourAt, colourMaps, colourRow } from "../../../client/web/src/shared/colour_maps";
 import { mostPixels, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
 import { scaleOf, slicePlace, windowOf } from "../../../client/web/src/slices";
 import { defaults } from "../../../client/web/src/state/settings";

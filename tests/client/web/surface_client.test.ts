@@ -1,4 +1,4 @@
-import { Ahead } from "../../../client/web/src/ahead";
+import { Prefetcher } from "../../../client/web/src/prefetcher";
 import { allChosen, type Frame, Frames } from "../../../client/web/src/frames";
 import { StepSpeed } from "../../../client/web/src/stream/step_speed";
 import { SurfaceClient } from "../../../client/web/src/surface_client";
@@ -208,54 +208,54 @@ function keptAndWanted(wanted: Settings) {
   return { client, shows, settles: () => settled };
 }
 
-describe("Ahead", () => {
+describe("Prefetcher", () => {
   const times = [1, 2, 3, 4].map((time) => ({ ...dataset(), name: `gyroid.t${time}` }));
   const soon = times.map((info) => ({ info, moment }));
 
   test("AsksForOneTimeAfterTheOtherWithTheLeastPriority", () => {
-    const ahead = new Ahead(partsOf());
-    ahead.prepare(soon, settings, null);
+    const prefetcher = new Prefetcher(partsOf());
+    prefetcher.prepare(soon, settings, null);
     accept();
     expect(openStream()).toMatchObject({ dataset: "gyroid.t1", steps: StepPolicy.FINAL_ONLY, priority: Priority.BACKGROUND });
-    expect(ahead.has({ info: times[0] }, settings, null)).toBe(false);
+    expect(prefetcher.has({ info: times[0] }, settings, null)).toBe(false);
     link.events!.received({ case: "error", value: { requestId: 1n, code: 3, text: "No." } } as ServerKind);
-    expect(ahead.has({ info: times[0] }, settings, null)).toBe(true); // There will be none.
+    expect(prefetcher.has({ info: times[0] }, settings, null)).toBe(true); // There will be none.
     expect(openStream()?.dataset).toBe("gyroid.t2");
-    ahead.close();
+    prefetcher.close();
   });
 
   test("PassesOverWhatIsKeptAndStopsWhereMemoryEnds", () => {
     const parts = partsOf();
-    const ahead = new Ahead(parts);
+    const prefetcher = new Prefetcher(parts);
     for (const info of times.slice(0, 3)) parts.frames.keep(orderOf(info), frameOf(info));
     link.sent.length = 0;
     const { attempts } = link;
-    ahead.prepare(soon, settings, null); // 30 of 100 triangles each.
+    prefetcher.prepare(soon, settings, null); // 30 of 100 triangles each.
     expect(link.attempts).toBe(attempts);
-    ahead.prepare(soon.slice(2), settings, null);
+    prefetcher.prepare(soon.slice(2), settings, null);
     accept();
     expect(openStream()?.dataset).toBe("gyroid.t4");
-    ahead.close();
+    prefetcher.close();
   });
 
   test("BeginsAnewWhereSomethingElseIsWantedOfTheSameTimes", () => {
-    const ahead = new Ahead(partsOf());
-    ahead.prepare(soon, settings, null);
+    const prefetcher = new Prefetcher(partsOf());
+    prefetcher.prepare(soon, settings, null);
     accept();
-    ahead.prepare(soon, { ...settings, isovalue: 0.2 }, null);
+    prefetcher.prepare(soon, { ...settings, isovalue: 0.2 }, null);
     expect(openStream()).toMatchObject({ dataset: "gyroid.t1", request: { isovalue: 0.2 } });
-    expect(ahead.has({ info: times[0] }, { ...settings, isovalue: 0.2 }, null)).toBe(false);
-    ahead.close();
+    expect(prefetcher.has({ info: times[0] }, { ...settings, isovalue: 0.2 }, null)).toBe(false);
+    prefetcher.close();
   });
 
   test("GivesUpWhatNobodyWantsAnyMore", () => {
-    const ahead = new Ahead(partsOf());
-    ahead.prepare(soon, settings, null);
+    const prefetcher = new Prefetcher(partsOf());
+    prefetcher.prepare(soon, settings, null);
     accept();
-    ahead.prepare(soon.slice(2), settings, null);
+    prefetcher.prepare(soon.slice(2), settings, null);
     expect(link.sent.map(({ case: kind }) => kind)).toContain("cancel");
     expect(openStream()?.dataset).toBe("gyroid.t3");
-    ahead.close();
+    prefetcher.close();
   });
 });
 

@@ -1,4 +1,4 @@
-import { Curtain } from "../../../client/web/src/curtain";
+import { SwapGroup } from "../../../client/web/src/swap_group";
 import { Slots } from "../../../client/web/src/stream/slots";
 import { type Pace, type Played, timeBeside, TimePlayer, timesAhead } from "../../../client/web/src/time_player";
 
@@ -96,14 +96,14 @@ describe("TimePlayer", () => {
   });
 });
 
-describe("Curtain", () => {
+describe("SwapGroup", () => {
   function stage() {
     const seen = ["a", "b"];
     const drawn: string[] = [];
-    const curtain = new Curtain<string>(() => seen, () => drawn.push("|"));
-    const offer = (who: string, time: number, scene = "flow") => curtain.offer(who, { scene, time }, () => drawn.push(`${who}${time}`));
-    const open = () => ["a", "b"].filter((who) => curtain.isOpenTo(who)).join("");
-    return { seen, drawn, curtain, offer, open };
+    const swapGroup = new SwapGroup<string>(() => seen, () => drawn.push("|"));
+    const offer = (who: string, time: number, scene = "flow") => swapGroup.offer(who, { scene, time }, () => drawn.push(`${who}${time}`));
+    const open = () => ["a", "b"].filter((who) => swapGroup.mayDraw(who)).join("");
+    return { seen, drawn, swapGroup, offer, open };
   }
 
   test("ShowsTheFirstSceneAsItComes", () => {
@@ -127,7 +127,7 @@ describe("Curtain", () => {
   });
 
   test("TakesWhatIsOfferedLastAndNothingThatIsWithdrawn", () => {
-    const { drawn, offer, curtain } = stage();
+    const { drawn, offer, swapGroup } = stage();
     offer("a", 0);
     offer("b", 0);
     drawn.length = 0;
@@ -135,7 +135,7 @@ describe("Curtain", () => {
     offer("a", 2);
     offer("b", 1);
     expect(drawn).toEqual([]);
-    curtain.withdraw("a");
+    swapGroup.withdraw("a");
     offer("b", 2);
     expect(drawn).toEqual([]);
     offer("a", 2);
@@ -143,13 +143,13 @@ describe("Curtain", () => {
   });
 
   test("DoesNotWaitForWhatIsHidden", () => {
-    const { seen, drawn, offer, curtain, open } = stage();
+    const { seen, drawn, offer, swapGroup, open } = stage();
     offer("a", 0);
     offer("b", 0);
     drawn.length = 0;
     offer("a", 1);
     seen.pop();
-    curtain.look();
+    swapGroup.update();
     expect(drawn).toEqual(["a1", "|"]);
     expect(open()).toBe("a");
     offer("b", 2); // Unseen: nothing of it is drawn.
@@ -161,25 +161,25 @@ describe("Curtain", () => {
   });
 
   test("ShowsAlsoWhatWasHiddenWhileItWaited", () => {
-    const { seen, offer, curtain, open } = stage();
+    const { seen, offer, swapGroup, open } = stage();
     offer("a", 0);
     offer("b", 0);
     offer("b", 1);
     seen.pop();
     offer("a", 1);
     seen.push("b");
-    curtain.look();
+    swapGroup.update();
     expect(open()).toBe("ab");
   });
 
   test("GoesAlongWhereNothingIsSeen", () => {
-    const { seen, offer, curtain, open } = stage();
+    const { seen, offer, swapGroup, open } = stage();
     offer("a", 0);
     offer("b", 0);
     seen.length = 0;
     offer("a", 1);
     seen.push("a");
-    curtain.look();
+    swapGroup.update();
     expect(open()).toBe("a");
   });
 

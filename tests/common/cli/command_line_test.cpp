@@ -9,9 +9,8 @@
 #include <gtest/gtest.h>
 #include <CLI/CLI.hpp>
 
-#include "common/cli/command_pages.hpp"
 #include "common/cli/human_units.hpp"
-#include "common/cli/option_words.hpp"
+#include "common/cli/help_format.hpp"
 #include "common/cli/terminal.hpp"
 
 namespace multitetra {
@@ -58,26 +57,11 @@ std::string told_by(const std::vector<std::string>& words, int code) {
   return text;
 }
 
-// What bash offers at the end of a line.
-std::string completed(const std::string& line) {
-  const std::string script = ::testing::TempDir() + "completion.bash";
-  std::ofstream(script) << bash_completion(Tools().app()) << "COMP_WORDS=(" << line
-                        << ")\nCOMP_CWORD=$((${#COMP_WORDS[@]} - 1))\n_tools\n"
-                           "printf '%s ' \"${COMPREPLY[@]}\"\n";
-  std::string offered;
-  FILE* const bash = popen(("bash " + script).c_str(), "r");
-  for (int c = std::fgetc(bash); c != EOF; c = std::fgetc(bash)) {
-    offered += static_cast<char>(c);
-  }
-  pclose(bash);
-  return offered;
-}
-
-TEST(CommandLine, GoesOnWhenAllIsWell) {
+TEST(CommandLine, ContinuesAfterAValidLine) {
   EXPECT_EQ(Tools().parse({"cut", "--edge", "blunt", "paper"}), std::nullopt);
 }
 
-TEST(CommandLine, TellsWhatWasPerhapsMeant) {
+TEST(CommandLine, SuggestsTheNearestWord) {
   EXPECT_NE(told_by({"cut", "--ege", "blunt", "paper"}, 2).find("Did you mean --edge?"),
             std::string::npos);
   EXPECT_NE(told_by({"joni"}, 2).find("Did you mean join?"), std::string::npos);
@@ -86,14 +70,14 @@ TEST(CommandLine, TellsWhatWasPerhapsMeant) {
   EXPECT_NE(far.find("tools cut --help"), std::string::npos);
 }
 
-TEST(CommandLine, ShowsItsHelpWhenNothingIsSaid) {
+TEST(CommandLine, PrintsHelpWithoutArguments) {
   const std::string text = told_by({}, 2);
   EXPECT_NE(text.find("cut"), std::string::npos);
   EXPECT_NE(text.find("join"), std::string::npos);
 }
 
-TEST(CommandLine, EndsWellAfterItsPages) {
-  for (const char* page : {"--help", "--version", "--man", "--completion"}) {
+TEST(CommandLine, EndsWithZeroAfterHelpAndVersion) {
+  for (const char* page : {"--help", "--version", "--help-all"}) {
     Tools tools;
     ::testing::internal::CaptureStdout();
     EXPECT_EQ(tools.parse({page}), std::optional<int>(0)) << page;
@@ -101,25 +85,7 @@ TEST(CommandLine, EndsWellAfterItsPages) {
   }
 }
 
-TEST(BashCompletion, OffersWhatMayFollow) {
-  EXPECT_EQ(completed("tools \"\""), "cut join ");
-  EXPECT_EQ(completed("tools c"), "cut ");
-  EXPECT_EQ(completed("tools cut --e"), "--edge ");
-  EXPECT_EQ(completed("tools cut --edge \"\""), "sharp blunt ");
-  EXPECT_EQ(completed("tools join --q"), "--quiet ");
-  EXPECT_EQ(completed("tools cut --depth \"\""), " ");
-}
-
-TEST(ManualPage, HasEveryCommandAndOptionAndNoStrayCommandOfRoff) {
-  const std::string page = manual_page(Tools().app());
-  for (const char* words : {".TH TOOLS 1", ".SH NAME", "tools cut", "\\-\\-edge", "sharp",
-                            "How deep", "tools join", "\\-\\-quiet", "  tools cut .paper"}) {
-    EXPECT_NE(page.find(words), std::string::npos) << words;
-  }
-  EXPECT_EQ(page.find("\n.paper"), std::string::npos);
-}
-
-TEST(OptionWords, TellTypeChoicesRangeAndDefault) {
+TEST(HelpFormat, ShowsTypeChoicesRangeAndDefault) {
   CLI::App app;
   double number = 3;
   std::string word = "on";
@@ -130,16 +96,15 @@ TEST(OptionWords, TellTypeChoicesRangeAndDefault) {
                                     ->capture_default_str();
   CLI::Option* const which = app.add_option("--word", word, "Which")->check(CLI::IsMember({"on"}));
   CLI::Option* const flag = app.add_flag("--flag", is_set, "Whether");
-  EXPECT_EQ(names_of(*how_many), (std::vector<std::string>{"-n", "--number"}));
-  EXPECT_EQ(value_words(*how_many), "NUMBER");
-  EXPECT_EQ(value_words(*which), "on");
-  EXPECT_EQ(value_words(*flag), "");
+  EXPECT_EQ(value_text(*how_many), "NUMBER");
+  EXPECT_EQ(value_text(*which), "on");
+  EXPECT_EQ(value_text(*flag), "");
   EXPECT_EQ(full_description(*how_many),
             "How many (1 to 9; default 3; or NUMBER_OF_THEM in the environment)");
   EXPECT_EQ(full_description(*flag), "Whether");
 }
 
-TEST(OptionWords, FitIntoTheirLines) {
+TEST(HelpFormat, WrapsLines) {
   EXPECT_EQ(wrapped("one two three", 8), "one two\nthree");
   EXPECT_EQ(wrapped("a longer-than-allowed b", 6), "a\nlonger-than-allowed\nb");
 }

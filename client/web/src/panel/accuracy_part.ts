@@ -1,7 +1,7 @@
 // How exact the surface has to be, or how large it may be.
 import type { DatasetInfo } from "../protocol/messages";
 import { lengthText, voxelLength } from "../stream/dataset";
-import { counted, grouped } from "./dom";
+import { counted, grouped } from "../shared/quantities";
 import { folded } from "./inputs";
 import { type Change, errorScale, type Part } from "./part";
 import { SettingControls } from "./setting_controls";

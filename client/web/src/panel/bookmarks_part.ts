@@ -1,6 +1,6 @@
 // Views to come back to. They stay in this browser.
 import type { Bookmarks } from "../state/bookmarks";
-import { h } from "./dom";
+import { h } from "../shared/elements";
 
 export interface BookmarksEvents {
   bookmarks: Bookmarks;

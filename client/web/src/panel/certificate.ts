@@ -1,8 +1,9 @@
 // What this page has checked of the surfaces that are shown, in words and numbers.
 import type { DrawnSurface, ShownComponents, StepFacts } from "../state/progress";
 import { lengthText } from "../stream/dataset";
-import { counted, grouped, h, inDigits } from "./dom";
-import { componentWords, hidesAny } from "./dust_control";
+import { h } from "../shared/elements";
+import { counted, grouped, inDigits } from "../shared/quantities";
+import { componentWords, hidesAny } from "./component_filter";
 
 // The final surface has no triangle.
 export function isEmpty(shown: StepFacts): boolean {

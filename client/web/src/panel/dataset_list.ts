@@ -2,7 +2,8 @@
 import type { DatasetInfo } from "../protocol/messages";
 import type { Entry, Family } from "../state/families";
 import { sampleTypeName } from "../stream/dataset";
-import { grouped, h, inDigits } from "./dom";
+import { h } from "../shared/elements";
+import { grouped, inDigits } from "../shared/quantities";
 
 export class DatasetList {
   readonly element = h("div", { class: "datasets" });

@@ -1,7 +1,7 @@
 // Which field of a family the surfaces are of.
 import type { DatasetInfo } from "../protocol/messages";
 import { familyOf, ofField } from "../state/families";
-import { h } from "./dom";
+import { h } from "../shared/elements";
 import type { Change, Part } from "./part";
 
 export interface FamilyPart extends Part {

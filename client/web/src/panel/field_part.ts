@@ -1,9 +1,10 @@
 // A second field that colours the surfaces: another one of the same family, or any dataset in the same world.
 import type { DatasetInfo } from "../protocol/messages";
-import { colourMaps } from "../scene/colour_maps";
+import { colourMaps } from "../shared/colour_maps";
 import { entriesOf, familyOf, isOfOneFamily, named, ofField } from "../state/families";
 import type { Progress } from "../state/progress";
-import { h, inDigits } from "./dom";
+import { h } from "../shared/elements";
+import { inDigits } from "../shared/quantities";
 import type { Change, Part } from "./part";
 import { SettingControls } from "./setting_controls";
 

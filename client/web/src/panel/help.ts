@@ -1,5 +1,5 @@
 // What one can do with mouse, fingers and keys, on one page.
-import { h } from "./dom";
+import { h } from "../shared/elements";
 
 const hands = [
   ["Turn", "drag", "one finger"],

@@ -1,6 +1,7 @@
 // How often values occur, with a line at each isovalue that one drags. Arrow keys move them as well.
 import type { DatasetInfo } from "../protocol/messages";
-import { h, inDigits } from "./dom";
+import { h } from "../shared/elements";
+import { inDigits } from "../shared/quantities";
 
 export interface HistogramEvents {
   // The line of a surface, 0 for the first. While dragging, and once more with `isDragging` false when

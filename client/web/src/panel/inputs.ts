@@ -1,5 +1,5 @@
 // The few kinds of control that the panel is made of, each with its label and its explanation.
-import { h } from "./dom";
+import { h } from "../shared/elements";
 
 export interface Control<T> {
   element: HTMLElement;

@@ -4,8 +4,9 @@ import { forever } from "../state/remembered";
 import type { Settings } from "../state/settings";
 import { surfacesOf, withSurface } from "../state/surfaces";
 import { suggestedIsovalue } from "../stream/request";
-import { h, inDigits } from "./dom";
-import { dustControl } from "./dust_control";
+import { h } from "../shared/elements";
+import { inDigits } from "../shared/quantities";
+import { componentFilter } from "./component_filter";
 import { HistogramView } from "./histogram";
 import { toggle } from "./inputs";
 import { numberInput } from "./number_input";
@@ -30,7 +31,7 @@ export function isovaluePart(change: Change): Part & { histogram: HistogramView 
     label: "log", tip: "Logarithmic heights: rare values become visible.",
     turned: (logScale) => change({ logScale }),
   });
-  const dust = dustControl("the surface", (minComponent) => change({ minComponent }));
+  const filter = componentFilter("the surface", (minComponent) => change({ minComponent }));
   const chips = h("div", { class: "chips", role: "group", "aria-label": "Isovalues worth a look" });
   const chip = (value: number) => {
     const button = h("button", { type: "button", "data-tip": "A value that parts the data well." },
@@ -43,13 +44,13 @@ export function isovaluePart(change: Change): Part & { histogram: HistogramView 
     histogram,
     elements: [
       h("div", { class: "section-head" }, h("h2", {}, "Isovalue"), input.element, log.element),
-      histogram.element, chips, hint, dust.element,
+      histogram.element, chips, hint, filter.element,
     ],
     show: (now, shown) => {
       settings = now;
       log.show(now.logScale);
-      dust.show(now.minComponent);
-      dust.element.hidden = now.surfaces.length > 0; // Each has its own.
+      filter.show(now.minComponent);
+      filter.element.hidden = now.surfaces.length > 0; // Each has its own.
       if (!shown) return;
       const suggested = suggestedIsovalue(shown);
       const lines = surfacesOf(now).flatMap(({ isovalue, colour, dataset }, surface) =>

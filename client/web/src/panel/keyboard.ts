@@ -1,9 +1,9 @@
 // Keys that work wherever nothing is being typed. panel/help.ts tells them to the user.
-import type { Stage } from "../scene/stage";
 import type { Settings } from "../state/settings";
 import type { Store } from "../state/store";
 
 export interface KeyActs {
+  turn: (azimuth: number, elevation: number, factor?: number) => void;
   fit: () => void;
   reset: () => void;
   forget: () => void;
@@ -14,15 +14,15 @@ export interface KeyActs {
   stepTime: (steps: number) => void;
 }
 
-export function installKeyboard(stage: Stage, settings: Store<Settings>, acts: KeyActs): void {
+export function installKeyboard(settings: Store<Settings>, acts: KeyActs): void {
   const turn = 0.09;
   const keys: Record<string, () => void> = {
-    ArrowLeft: () => stage.turn(-turn, 0),
-    ArrowRight: () => stage.turn(turn, 0),
-    ArrowUp: () => stage.turn(0, turn),
-    ArrowDown: () => stage.turn(0, -turn),
-    "+": () => stage.turn(0, 0, 0.88),
-    "-": () => stage.turn(0, 0, 1 / 0.88),
+    ArrowLeft: () => acts.turn(-turn, 0),
+    ArrowRight: () => acts.turn(turn, 0),
+    ArrowUp: () => acts.turn(0, turn),
+    ArrowDown: () => acts.turn(0, -turn),
+    "+": () => acts.turn(0, 0, 0.88),
+    "-": () => acts.turn(0, 0, 1 / 0.88),
     f: acts.fit,
     r: acts.reset,
     Escape: acts.forget,

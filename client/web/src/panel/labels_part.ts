@@ -5,8 +5,8 @@ import { labelOf } from "../state/families";
 import type { Progress } from "../state/progress";
 import type { Settings } from "../state/settings";
 import { type SurfaceSettings, surfacesOf, withAllSurfaces, withSurface } from "../state/surfaces";
-import { h } from "./dom";
-import { dustControl } from "./dust_control";
+import { h } from "../shared/elements";
+import { componentFilter } from "./component_filter";
 import type { Change, Part } from "./part";
 
 export interface LabelsPart extends Part {
@@ -29,7 +29,7 @@ export function labelsPart(change: Change): LabelsPart {
   };
   const opacity = opacityOf("all labels", (value) =>
     change(withAllSurfaces(settings!, (one, at) => (isLabel(one, at) ? { opacity: value } : null))));
-  const dust = dustControl("all labels", (minComponent) =>
+  const filter = componentFilter("all labels", (minComponent) =>
     change(withAllSurfaces(settings!, (one, at) => (isLabel(one, at) ? { minComponent } : null))));
   const head = h("div", { class: "chips labels-head" },
     all("All", "Shows every label.", true), all("None", "Hides every label.", false), count, opacity);
@@ -39,7 +39,7 @@ export function labelsPart(change: Change): LabelsPart {
     return row;
   };
   return {
-    elements: [head, list, dust.element],
+    elements: [head, list, filter.element],
     show: (now) => {
       settings = now;
       const surfaces = surfacesOf(now);
@@ -58,7 +58,7 @@ export function labelsPart(change: Change): LabelsPart {
         if (list.children[place] !== row.element) list.insertBefore(row.element, list.children[place] ?? null);
         row.show(one, label);
       });
-      dust.show(Math.max(0, ...found.map(({ one }) => one.minComponent ?? 0)));
+      filter.show(Math.max(0, ...found.map(({ one }) => one.minComponent ?? 0)));
       const shown = found.filter(({ one }) => one.visible);
       count.textContent = `${shown.length} of ${found.length} shown`;
       showOpacity(opacity, shown.length > 0 ? Math.max(...shown.map(({ one }) => one.opacity)) : 1);

@@ -1,9 +1,10 @@
 // Colours and the values that they mean, over the picture: of a slice, of a field on the surfaces. Dragged sideways it turns the level, up and
 // down the window, as readers of medical pictures do; arrow keys do the same, a double click resets.
-import { gradientOf } from "../scene/colour_maps";
+import { gradientOf } from "../shared/colour_maps";
 import { scaleOf, windowOf } from "../slices";
 import type { Settings } from "../state/settings";
-import { h, inDigits } from "./dom";
+import { h } from "../shared/elements";
+import { inDigits } from "../shared/quantities";
 
 // The names of the settings that a legend shows and turns.
 export interface LegendNames {

@@ -4,7 +4,8 @@
 // What the keyboard is at stays in the page while the matter is the same, also over an attempt to
 // connect that fails. When the matter is settled the keyboard goes to the picture.
 import type { Progress } from "../state/progress";
-import { h, inBytes, inTriangles } from "./dom";
+import { h } from "../shared/elements";
+import { inBytes, inTriangles } from "../shared/quantities";
 import { TokenForm } from "./token_form";
 
 export interface NoticeActs {

@@ -1,5 +1,5 @@
 // A number that one types; what is half written is left alone.
-import { h } from "./dom";
+import { h } from "../shared/elements";
 import type { Control } from "./inputs";
 
 // `emptied` hears when nothing is left, where that means something.

@@ -6,7 +6,8 @@ import { defaults, type Settings } from "../state/settings";
 import type { Store } from "../state/store";
 import { accuracyPart } from "./accuracy_part";
 import { bookmarksPart, type BookmarksEvents } from "./bookmarks_part";
-import { h, inBytes, inTriangles } from "./dom";
+import { h } from "../shared/elements";
+import { inBytes, inTriangles } from "../shared/quantities";
 import type { HistogramView } from "./histogram";
 import { type FamilyPart, familyPart } from "./family_part";
 import { type FieldPart, fieldPart } from "./field_part";
@@ -18,9 +19,9 @@ import type { Change, Part } from "./part";
 import { regionPart } from "./region_part";
 import { slicePart } from "./slice_part";
 import { type SurfacesPart, surfacesPart } from "./surfaces_part";
-import { type TakeAwayPart, takeAwayPart, type TakeAwayEvents } from "./take_away_part";
+import { type DownloadsPart, downloadsPart, type DownloadsEvents } from "./downloads_part";
 
-export interface PanelEvents extends Omit<TakeAwayEvents, "startOver">, BookmarksEvents {
+export interface PanelEvents extends Omit<DownloadsEvents, "startOver">, BookmarksEvents {
   reset: () => void;
 }
 
@@ -32,7 +33,7 @@ export class Panel {
   private readonly field: FieldPart;
   private readonly family: FamilyPart;
   private readonly labels: LabelsPart;
-  private readonly takeAway: TakeAwayPart;
+  private readonly downloads: DownloadsPart;
   private list: readonly DatasetInfo[] = [];
   private readonly ofValues: HTMLElement[]; // What means nothing of labels, which have one isovalue,
   private readonly ofLabels: HTMLElement[]; // and of anything else.
@@ -65,7 +66,7 @@ export class Panel {
     const field = (this.field = fieldPart(change));
     const slice = slicePart(change);
     const look = lookPart(change);
-    this.takeAway = takeAwayPart({ ...events, startOver });
+    this.downloads = downloadsPart({ ...events, startOver });
     this.histogram = isovalue.histogram;
     this.parts = [family, isovalue, surfaces, labels, accuracy, region, field, slice, look];
     this.element = h("aside", { class: "panel", "aria-label": "Controls" },
@@ -79,7 +80,7 @@ export class Panel {
       folded("Slice of the samples", settings.get().slice !== "off", ...slice.elements),
       folded("Appearance", false, ...look.elements),
       folded("Bookmarks", false, ...bookmarksPart(events)),
-      folded("Take it with you", false, this.takeAway.element),
+      folded("Take it with you", false, this.downloads.element),
     );
     settings.watch(() => this.show());
   }
@@ -108,7 +109,7 @@ export class Panel {
   }
 
   private show(): void {
-    this.takeAway.showTimes(this.info !== null && timesOf(this.list, this.info).length > 1);
+    this.downloads.showTimes(this.info !== null && timesOf(this.list, this.info).length > 1);
     const isLabel = !!this.info?.member?.label;
     for (const element of this.ofValues) element.hidden = isLabel;
     for (const element of this.ofLabels) element.hidden = !isLabel;

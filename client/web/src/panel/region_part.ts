@@ -2,7 +2,8 @@
 import type { DatasetInfo } from "../protocol/messages";
 import type { Region } from "../state/settings";
 import { type Vec3, worldBox } from "../stream/dataset";
-import { counted, h } from "./dom";
+import { h } from "../shared/elements";
+import { counted } from "../shared/quantities";
 import { choice, slider } from "./inputs";
 import { type Change, errorScale, type Part } from "./part";
 

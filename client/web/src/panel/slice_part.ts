@@ -1,5 +1,5 @@
 // A plane of samples in the picture: where it lies and its colours. The legend in the picture has the rest.
-import { colourMaps } from "../scene/colour_maps";
+import { colourMaps } from "../shared/colour_maps";
 import type { Change, Part } from "./part";
 import { SettingControls } from "./setting_controls";
 

@@ -2,7 +2,8 @@
 // the first surface that is seen, what is there of all: none is called complete while another one comes.
 import type { DrawnSurface, StepFacts, SurfacesStatus, SurfaceSize } from "../state/progress";
 import { accuracyOf, certificateOf, errorWords, isEmpty, leastAccurate, sealWords, trianglesOf } from "./certificate";
-import { grouped, h, inBytes, inSeconds, inTriangles } from "./dom";
+import { h } from "../shared/elements";
+import { grouped, inBytes, inSeconds, inTriangles } from "../shared/quantities";
 
 // A value with its name below; it stays in the page while its words change.
 class Fact {

@@ -9,8 +9,9 @@ import {
 } from "../state/surfaces";
 import { suggestedIsovalue } from "../stream/request";
 import { accuracyOf } from "./certificate";
-import { grouped, h } from "./dom";
-import { componentWords, dustControl, hidesAny } from "./dust_control";
+import { h } from "../shared/elements";
+import { grouped } from "../shared/quantities";
+import { componentWords, componentFilter, hidesAny } from "./component_filter";
 import type { Control } from "./inputs";
 import { numberInput } from "./number_input";
 import type { Change, Part } from "./part";
@@ -100,10 +101,10 @@ function surfaceRow(
   eye.addEventListener("click", () => change({ visible: !isVisible }));
   const cross = h("button", { type: "button", class: "cross", "aria-label": `Remove ${name}` }, "×");
   cross.addEventListener("click", remove);
-  const dust = dustControl(name, (minComponent) => change({ minComponent }));
+  const filter = componentFilter(name, (minComponent) => change({ minComponent }));
   const state = h("span", { class: "surface-state" });
   const dataset = h("span", { class: "surface-dataset", hidden: true });
-  const element = h("li", { class: "surface-row" }, dataset, colour, isovalue.element, opacity, eye, cross, state, error.element, dust.element);
+  const element = h("li", { class: "surface-row" }, dataset, colour, isovalue.element, opacity, eye, cross, state, error.element, filter.element);
   return {
     element,
     show: (surface, isOneOfSeveral) => {
@@ -118,15 +119,15 @@ function surfaceRow(
       opacity.style.setProperty("--share", `${100 * surface.opacity}%`);
       eye.setAttribute("aria-pressed", String(isVisible));
       eye.textContent = isVisible ? "◉" : "○";
-      dust.show(surface.minComponent ?? 0);
-      cross.hidden = dust.element.hidden = !isOneOfSeveral;
+      filter.show(surface.minComponent ?? 0);
+      cross.hidden = filter.element.hidden = !isOneOfSeveral;
     },
     showProgress: ({ shown, components, isStreaming, trouble, heldBack }) => {
       const limit = heldBack ? ", the best of this size" : "";
-      const dusty = hidesAny(components) ? `, ${componentWords(components)}` : "";
+      const hidden = hidesAny(components) ? `, ${componentWords(components)}` : "";
       const count = grouped(components?.triangles ?? shown?.triangles ?? 0);
       const accuracy = shown ? accuracyOf(shown, 2) : null;
-      const triangles = accuracy ? `${count} triangles, ${accuracy.value} ${accuracy.unit}${limit}${dusty}` : "";
+      const triangles = accuracy ? `${count} triangles, ${accuracy.value} ${accuracy.unit}${limit}${hidden}` : "";
       const text = trouble?.text ?? (isStreaming ? `${triangles || "asking"}…` : triangles);
       if (state.textContent !== text) state.textContent = text;
     },

@@ -2,7 +2,8 @@
 import type { Settings } from "../state/settings";
 import { timeText } from "../state/families";
 import type { Pace } from "../time_player";
-import { h, inDigits } from "./dom";
+import { h } from "../shared/elements";
+import { inDigits } from "../shared/quantities";
 
 export interface ShownTimes {
   all: readonly number[];

@@ -1,6 +1,6 @@
 // Asks for the token of a server, in the server's words. What was typed stays until the server has
 // taken it.
-import { h } from "./dom";
+import { h } from "../shared/elements";
 
 export class TokenForm {
   readonly element: HTMLFormElement;

@@ -1,5 +1,5 @@
 // One short explanation at a time, for whatever has data-tip: on hover, and on keyboard focus.
-import { h } from "./dom";
+import { h } from "../shared/elements";
 
 export function installTooltips(): void {
   const tip = h("div", { class: "tooltip", role: "tooltip", id: "tooltip" });

@@ -1,7 +1,7 @@
 // Buttons over the picture: where one looks from.
 import * as THREE from "three";
 
-import { h } from "./dom";
+import { h } from "../shared/elements";
 
 export interface ViewActs {
   fit: () => void;

@@ -1,7 +1,7 @@
 // How the values of a second field become colours on surfaces. One for all surfaces of a view.
 import * as THREE from "three";
 
-import { type ColourMap, colourRow, type ColourScale, endsOf, shareInShader } from "./colour_maps";
+import { type ColourMap, colourRow, type ColourScale, endsOf, shareInShader } from "../shared/colour_maps";
 
 export class FieldColours {
   readonly uniforms = {

@@ -1,6 +1,6 @@
 // Lengths, angles, areas and volumes, as numbers and in words.
 import type { Vec3 } from "../stream/dataset";
-import { inDigits } from "../panel/dom";
+import { inDigits } from "../shared/quantities";
 
 export function distanceOf(a: Vec3, b: Vec3): number {
   return Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);

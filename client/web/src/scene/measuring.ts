@@ -3,7 +3,8 @@
 import * as THREE from "three";
 
 import { angleAt, areaText, distanceOf, volumeText } from "./measures";
-import { counted, grouped, h, inDigits } from "../panel/dom";
+import { h } from "../shared/elements";
+import { counted, grouped, inDigits } from "../shared/quantities";
 import type { MassProperties } from "../mesh/mass_properties";
 import type { DatasetInfo, ProbedPlace } from "../protocol/messages";
 import { latticeToWorld, lengthText, voxelLength, worldName } from "../stream/dataset";

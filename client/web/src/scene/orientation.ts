@@ -2,7 +2,7 @@
 // is known. Each end is a button: one then looks from there.
 import * as THREE from "three";
 
-import { h } from "../panel/dom";
+import { h } from "../shared/elements";
 import type { DatasetInfo } from "../protocol/messages";
 import { axisNames } from "./axis_names";
 import type { Stage } from "./stage";

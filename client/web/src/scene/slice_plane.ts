@@ -4,7 +4,7 @@ import * as THREE from "three";
 
 import type { Affine, Vec3 } from "../stream/dataset";
 import type { SliceValues } from "../stream/questions";
-import { type ColourMap, colourRow, type ColourScale, endsOf, shareInShader } from "./colour_maps";
+import { type ColourMap, colourRow, type ColourScale, endsOf, shareInShader } from "../shared/colour_maps";
 import { layers } from "./layers";
 import { valueAt } from "./slice_grid";
 

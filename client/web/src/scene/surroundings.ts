@@ -4,7 +4,8 @@ import * as THREE from "three";
 
 import { applied, lengthText, type Vec3 } from "../stream/dataset";
 import type { DatasetInfo } from "../protocol/messages";
-import { h, inDigits } from "../panel/dom";
+import { h } from "../shared/elements";
+import { inDigits } from "../shared/quantities";
 import { discard } from "./discard";
 import { layers } from "./layers";
 import type { Stage } from "./stage";

@@ -1,6 +1,6 @@
 // Everything that a user can turn, as one plain value: what is asked of the server, and how it is
 // shown. The whole of it is in the page's address.
-import type { ColourMap } from "../scene/colour_maps";
+import type { ColourMap } from "../shared/colour_maps";
 
 export interface BoxRegion {
   kind: "box";

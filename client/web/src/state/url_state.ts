@@ -5,7 +5,7 @@
 //
 // Whatever cannot be read is passed over and can be told: an address from elsewhere never breaks the
 // page.
-import { colourMaps } from "../scene/colour_maps";
+import { colourMaps } from "../shared/colour_maps";
 import { defaults, type FurtherSurface, type Region, type Settings } from "./settings";
 import { maxMinComponent, mostLabels } from "./surfaces";
 

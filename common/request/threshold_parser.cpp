@@ -1,10 +1,11 @@
-#include "common/request/threshold_words.hpp"
+#include "common/request/threshold_parser.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <map>
 #include <optional>
 #include <vector>
+
+#include "common/base/parse_number.hpp"
 
 namespace multitetra {
 namespace {
@@ -22,13 +23,6 @@ tl::unexpected<Error> refuse(std::string_view what, std::string_view word, std::
   return fail(ErrorCode::kInvalidArgument, "The " + std::string(what) + " " + quoted(word) + " " +
                                                std::move(problem) + "; write " + std::string(form) +
                                                ".");
-}
-
-std::optional<double> number(std::string_view text) {
-  double value = 0;
-  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (code != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
 }
 
 std::vector<std::string_view> split(std::string_view text, char separator) {
@@ -69,7 +63,7 @@ Result<NamedNumbers> numbers_of_view(std::string_view word) {
       if (!kViewParts.contains(name)) return wrong("has an unknown part " + quoted(name));
       if (given.contains(name)) return wrong("has " + quoted(name) + " twice");
     }
-    const auto value = number(part);
+    const auto value = parse_number<double>(part);
     if (name.empty() || !value) return wrong("has " + quoted(part) + " where a number should be");
     given[name].push_back(*value);
   }
@@ -104,11 +98,11 @@ Result<ThresholdRegion> parse_region(std::string_view word) {
   }
   const std::size_t equals = word.rfind('=');
   if (equals == std::string_view::npos) return wrong("has no threshold");
-  const auto threshold = number(word.substr(equals + 1));
+  const auto threshold = parse_number<double>(word.substr(equals + 1));
   if (!threshold) return wrong("has a threshold that is no number");
   std::vector<double> numbers;
   for (const std::string_view part : split(word.substr(colon + 1, equals - colon - 1), ',')) {
-    const auto value = number(part);
+    const auto value = parse_number<double>(part);
     if (!value) return wrong("has " + quoted(part) + " where a number should be");
     numbers.push_back(*value);
   }

@@ -2,18 +2,19 @@
 // small ones around the one that is meant.
 import type { ShownComponents } from "../state/progress";
 import { maxMinComponent } from "../state/surfaces";
-import { counted, grouped, h } from "./dom";
+import { h } from "../shared/elements";
+import { counted, grouped } from "../shared/quantities";
 import type { Control } from "./inputs";
 import { numberInput } from "./number_input";
 
 // `of`: whose components, in words; `hide` hears of samples, 0: nothing is hidden.
-export function dustControl(of: string, hide: (minComponent: number) => void): Control<number> {
+export function componentFilter(of: string, hide: (minComponent: number) => void): Control<number> {
   const input = numberInput(`Hide components of ${of} smaller than, in samples`,
     (samples) => hide(Math.min(maxMinComponent, Math.max(0, samples))), () => hide(0));
   input.element.setAttribute("min", "0");
   input.element.setAttribute("placeholder", "0");
   const element = h("label", {
-    class: "dust",
+    class: "component-filter",
     "data-tip": "Parts that do not hang together with the rest, by the diagonal of the box around them. They are hidden " +
       "here, and in what you measure and take with you; what is checked stays the whole surface.",
   }, "Hide components smaller than ", input.element, " samples");

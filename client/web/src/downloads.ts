@@ -1,5 +1,5 @@
 // A picture, a film, a file or a link of what is shown.
-import { h } from "./panel/dom";
+import { h } from "./shared/elements";
 import { type Animation, film, pictures, turntable } from "./scene/animation";
 import type { Settings } from "./state/settings";
 import { toAddress } from "./state/url_state";
@@ -7,7 +7,7 @@ import { latticeToWorld, type Vec3 } from "./stream/dataset";
 import type { Viewer } from "./viewer";
 import type { MeshFormat } from "./workers/worker_messages";
 
-export class TakeAway {
+export class Downloads {
   private isFilming = false;
 
   constructor(private readonly viewer: Viewer) {}

@@ -1,17 +1,17 @@
-// Settings that somebody else says, with the names and forms that Settings have: a page around this one,
-// a notebook. What means nothing is passed over and named; nothing they say breaks anything.
+// Parses settings from outside, such as from a page around this one or from a notebook. They have the names and forms of
+// Settings; what cannot be read is skipped and named.
 import { defaults, type Settings } from "./settings";
 import { fromAddress, toAddress } from "./url_state";
 
-export interface SaidSettings {
+export interface ParsedSettings {
   settings: Partial<Settings>;
   passedOver: string[]; // Names.
 }
 
-export function settingsFrom(said: unknown): SaidSettings {
-  const found: SaidSettings = { settings: {}, passedOver: [] };
-  if (typeof said !== "object" || said === null) return found;
-  for (const [name, value] of Object.entries(said)) {
+export function parseSettings(given: unknown): ParsedSettings {
+  const found: ParsedSettings = { settings: {}, passedOver: [] };
+  if (typeof given !== "object" || given === null) return found;
+  for (const [name, value] of Object.entries(given)) {
     const read = Object.hasOwn(defaults, name) ? settingFrom(name as keyof Settings, value) : undefined;
     if (read) Object.assign(found.settings, read);
     else found.passedOver.push(name);
@@ -19,7 +19,7 @@ export function settingsFrom(said: unknown): SaidSettings {
   return found;
 }
 
-// What is usual, the address does not say; all else it says and reads again, in its ranges.
+// A default does not appear in an address; every other value is written to one and read again, within its range.
 function settingFrom(name: keyof Settings, value: unknown): Partial<Settings> | undefined {
   if (JSON.stringify(value) === JSON.stringify(defaults[name])) return { [name]: defaults[name] };
   try {

@@ -1,18 +1,18 @@
-#include "common/request/threshold_words.hpp"
+#include "common/request/threshold_parser.hpp"
 
 #include <gtest/gtest.h>
 
 namespace multitetra {
 namespace {
 
-TEST(ThresholdWords, OfABoxAreItsLowCornerAndItsHighOne) {
+TEST(ParseRegion, ReadsTheCornersOfABox) {
   const auto region = parse_region("box:2,0,-1.5,4,8,1e2=0.25");
   ASSERT_TRUE(region) << region.error().text;
   EXPECT_EQ(*region, (ThresholdRegion{.shape = BoxShape{.low = {2, 0, -1.5}, .high = {4, 8, 100}},
                                       .threshold = 0.25}));
 }
 
-TEST(ThresholdWords, OfABallAndAHalfSpaceAreTheirNumbers) {
+TEST(ParseRegion, ReadsBallsAndHalfSpaces) {
   EXPECT_EQ(parse_region("ball:1,2,3,4=0").value(),
             (ThresholdRegion{.shape = BallShape{.centre = {1, 2, 3}, .radius = 4}}));
   EXPECT_EQ(parse_region("halfspace:0,0,-1,7.5=2").value(),
@@ -20,7 +20,7 @@ TEST(ThresholdWords, OfABallAndAHalfSpaceAreTheirNumbers) {
                              .threshold = 2}));
 }
 
-TEST(ThresholdWords, OfARegionThatAreWrongAreQuotedAndExplained) {
+TEST(ParseRegion, QuotesAndExplainsWhatIsWrong) {
   const auto expect_refused = [](const char* word, const char* problem) {
     const auto region = parse_region(word);
     ASSERT_FALSE(region) << word;
@@ -43,7 +43,7 @@ TEST(ThresholdWords, OfARegionThatAreWrongAreQuotedAndExplained) {
   expect_refused("halfspace:1,2,3,4,5=1", "5 numbers before its threshold, not 4");
 }
 
-TEST(ThresholdWords, OfAViewMayStandInAnyOrder) {
+TEST(ParseView, TakesItsPartsInAnyOrder) {
   const ThresholdView plain{
       .eye = {1, 2, 3}, .field_of_view = 45, .height_pixels = 600, .tolerance_pixels = 0.5};
   EXPECT_EQ(parse_view("eye=1,2,3,fov=45,height=600,pixels=0.5").value(), plain);
@@ -56,7 +56,7 @@ TEST(ThresholdWords, OfAViewMayStandInAnyOrder) {
             framed);
 }
 
-TEST(ThresholdWords, OfAViewStraightAlongZHaveAnUpwardDirectionAllTheSame) {
+TEST(ParseView, FindsAnUpwardDirectionForAViewAlongZ) {
   const auto up = [](const char* look) {
     return parse_view(std::string("eye=1,2,3,fov=45,height=600,pixels=1,outside=2,look=") + look)
         .value()
@@ -66,7 +66,7 @@ TEST(ThresholdWords, OfAViewStraightAlongZHaveAnUpwardDirectionAllTheSame) {
   EXPECT_EQ(up("1,2,9"), (Vec3{0, 1, 0}));
 }
 
-TEST(ThresholdWords, OfAViewThatAreWrongAreQuotedAndExplained) {
+TEST(ParseView, QuotesAndExplainsWhatIsWrong) {
   const auto expect_refused = [](const char* word, const char* problem) {
     const auto view = parse_view(word);
     ASSERT_FALSE(view) << word;

@@ -1,8 +1,8 @@
 // What one takes along: a link, a picture, a file.
 import type { MeshFormat } from "../workers/worker_messages";
-import { h } from "./dom";
+import { h } from "../shared/elements";
 
-export interface TakeAwayEvents {
+export interface DownloadsEvents {
   copyLink: () => void;
   copyEmbedding: () => void;
   turntable: (form: "video" | "pictures") => void;
@@ -12,7 +12,7 @@ export interface TakeAwayEvents {
   startOver: () => void;
 }
 
-export function takeAwayPart(events: TakeAwayEvents): TakeAwayPart {
+export function downloadsPart(events: DownloadsEvents): DownloadsPart {
   const button = (word: string, tip: string, act: () => void) => {
     const element = h("button", { type: "button", class: "action", "data-tip": tip }, word);
     element.addEventListener("click", act);
@@ -39,7 +39,7 @@ export function takeAwayPart(events: TakeAwayEvents): TakeAwayPart {
   return { element, showTimes };
 }
 
-export interface TakeAwayPart {
+export interface DownloadsPart {
   element: HTMLElement;
   showTimes: (hasTimes: boolean) => void;
 }

@@ -1,5 +1,6 @@
-#include "common/cli/option_words.hpp"
+#include "common/cli/help_format.hpp"
 
+#include <algorithm>
 #include <sstream>
 
 #include <CLI/CLI.hpp>
@@ -27,7 +28,7 @@ class HelpFormatter : public CLI::Formatter {
   HelpFormatter() { column_width(kColumn); }
 
   std::string make_option_opts(const CLI::Option* option) const override {
-    const std::string value = value_words(*option);
+    const std::string value = value_text(*option);
     return (value.empty() ? "" : " " + value) + (option->get_required() ? " (required)" : "");
   }
 
@@ -38,33 +39,17 @@ class HelpFormatter : public CLI::Formatter {
 
 }  // namespace
 
-std::vector<std::string> names_of(const CLI::Option& option) {
-  std::vector<std::string> names;
-  for (const std::string& name : option.get_snames()) names.push_back("-" + name);
-  for (const std::string& name : option.get_lnames()) names.push_back("--" + name);
-  return names;
-}
-
-std::vector<std::string> choices_of(const CLI::Option& option) {
-  const std::string type = option.get_type_name();
+std::string value_text(const CLI::Option& option) {
+  if (option.get_items_expected_max() == 0) return "";
+  std::string type = option.get_type_name();
   const auto begin = type.find('{');
   const auto end = type.find('}');
-  if (begin == std::string::npos || end == std::string::npos) return {};
-  std::vector<std::string> choices;
-  std::istringstream words(type.substr(begin + 1, end - begin - 1));
-  for (std::string word; std::getline(words, word, ',');) choices.push_back(word);
-  return choices;
-}
-
-std::string value_words(const CLI::Option& option) {
-  if (option.get_items_expected_max() == 0) return "";
-  std::string words;
-  for (const std::string& choice : choices_of(option)) words += (words.empty() ? "" : "|") + choice;
-  if (!words.empty()) return words;
-  const std::string type = option.get_type_name();
-  const std::string word = type.substr(0, type.find(':'));
-  const bool is_number = word == "FLOAT" || word == "INT" || word == "UINT";
-  return is_number ? "NUMBER" : word;
+  if (begin != std::string::npos && end != std::string::npos) {
+    std::replace(type.begin(), type.end(), ',', '|');
+    return type.substr(begin + 1, end - begin - 1);
+  }
+  type = type.substr(0, type.find(':'));
+  return type == "FLOAT" || type == "INT" || type == "UINT" ? "NUMBER" : type;
 }
 
 std::string full_description(const CLI::Option& option) {

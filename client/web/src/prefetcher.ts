@@ -1,6 +1,6 @@
-// Final steps of one surface at times that are wanted soon, over a connection of its own and with the
-// least priority; one stream runs at a time. They go into the surface's memory, unseen.
-import type { Moment } from "./curtain";
+// Prefetches final steps of one surface at times that are shown soon, over a connection of its own and with the least priority;
+// one stream runs at a time. The steps go into the surface's memory and are not drawn.
+import type { Moment } from "./swap_group";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Settings } from "./state/settings";
 import { isSameOrder, type ScalarWish, type Wanted } from "./stream/conversation";
@@ -15,7 +15,7 @@ export interface WantedSoon {
 
 const shareOfMemory = 0.6; // The rest is for what is shown, and what was.
 
-export class Ahead {
+export class Prefetcher {
   private client: SurfaceClient | null = null;
   private soon: readonly WantedSoon[] = []; // The soonest first.
   private settings: Settings | null = null;
@@ -73,7 +73,7 @@ export class Ahead {
 
   private bring(one: WantedSoon, order: Wanted): void {
     this.underWay = order;
-    this.client ??= new SurfaceClient({ ...this.parts, isAhead: true }, {
+    this.client ??= new SurfaceClient({ ...this.parts, isPrefetch: true }, {
       offer: () => {},
       withdraw: () => {},
       shown: () => {},

@@ -1,4 +1,4 @@
-// Thresholds as they are typed: regions and a view in one word each.
+// Parses thresholds as they are typed: regions and a view, one word each.
 #pragma once
 
 #include <string>

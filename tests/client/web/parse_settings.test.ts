@@ -1,24 +1,24 @@
-import { settingsFrom } from "../../../client/web/src/state/said";
+import { parseSettings } from "../../../client/web/src/state/parse_settings";
 import { defaults } from "../../../client/web/src/state/settings";
 
-describe("SaidSettings", () => {
+describe("parseSettings", () => {
   test("AreThoseThatAnAddressCouldSay", () => {
     const said = {
       isovalue: 500.5, error: 0.25, region: { kind: "ball", centre: [1, 2, 3], radius: 4, error: 0.5 }, eye: [1, 2, 3],
       surfaces: [{ isovalue: 3, error: null, colour: "#d9775f", opacity: 0.5, visible: true }], clip: "x", wireframe: true,
     };
-    expect(settingsFrom(said)).toEqual({ settings: said, passedOver: [] });
+    expect(parseSettings(said)).toEqual({ settings: said, passedOver: [] });
   });
 
   test("MayBeWhatIsUsual", () => {
-    expect(settingsFrom({ ...defaults })).toEqual({ settings: defaults, passedOver: [] });
+    expect(parseSettings({ ...defaults })).toEqual({ settings: defaults, passedOver: [] });
   });
 
   test("ArePassedOverByNameWhereTheyMeanNothing", () => {
     const said = JSON.parse('{"isovlaue":1,"error":-1,"region":7,"surfaces":"x","eye":[1,2],"clip":"w","__proto__":{"a":1},"theme":{}}');
-    const { settings, passedOver } = settingsFrom(said);
+    const { settings, passedOver } = parseSettings(said);
     expect(settings).toEqual({});
     expect(passedOver.sort()).toEqual(["__proto__", "clip", "error", "eye", "isovlaue", "region", "surfaces", "theme"]);
-    for (const nothing of [null, 7, "isovalue", undefined]) expect(settingsFrom(nothing)).toEqual({ settings: {}, passedOver: [] });
+    for (const nothing of [null, 7, "isovalue", undefined]) expect(parseSettings(nothing)).toEqual({ settings: {}, passedOver: [] });
   });
 });

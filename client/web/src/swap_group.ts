@@ -1,0 +1,87 @@
+// Surfaces of one view that change together: where the time changes, all visible surfaces are swapped between two frames, so
+// that surfaces of different times are never drawn at once.
+export interface Moment {
+  scene: string; // What is looked at: a family, or a dataset of its own.
+  time: number | null;
+}
+
+interface Waiting {
+  moment: Moment;
+  show: () => void;
+}
+
+export class SwapGroup<Member> {
+  private shown: Moment | null = null; // Nothing else is drawn.
+  private readonly waiting = new Map<Member, Waiting>();
+  private readonly has = new Map<Member, Moment>(); // The last moment of each member, drawn or not.
+
+  // `visible`: the members that are visible now; `swapped` is called when another moment is shown.
+  constructor(private readonly visible: () => readonly Member[], private readonly swapped: () => void) {}
+
+  // Whether the member's surface may be drawn: it is of the moment that is shown.
+  mayDraw(member: Member): boolean {
+    const moment = this.has.get(member);
+    return !moment || !this.shown || isSame(moment, this.shown);
+  }
+
+  // The member has a surface ready. `show` is called when all visible members have one of that moment; never, if the member
+  // offers another one before. Another scene is shown as it arrives, and the rest of the former scene is dropped.
+  offer(member: Member, moment: Moment, show: () => void): void {
+    const isOtherScene = this.shown?.scene !== moment.scene;
+    if (isOtherScene) {
+      this.shown = moment;
+      this.waiting.clear();
+    }
+    const isVisible = this.visible().includes(member);
+    if (isVisible && !isSame(moment, this.shown!)) this.waiting.set(member, { moment, show });
+    else this.show(member, { moment, show });
+    if (isOtherScene) this.swapped();
+    this.update();
+  }
+
+  // Drops what the member has offered and not shown.
+  withdraw(member: Member): void {
+    this.waiting.delete(member);
+  }
+
+  remove(member: Member): void {
+    this.waiting.delete(member);
+    this.has.delete(member);
+  }
+
+  // Swaps if the visible members, which may be others than before, are ready.
+  update(): void {
+    const visible = this.visible();
+    const next = visible.length > 0 ? this.commonOf(visible) : this.latest();
+    if (!next || isSame(next, this.shown!)) return;
+    this.shown = next;
+    for (const [member, one] of [...this.waiting]) if (isSame(one.moment, next)) this.show(member, one);
+    this.swapped();
+  }
+
+  private show(member: Member, { moment, show }: Waiting): void {
+    this.waiting.delete(member);
+    this.has.delete(member); // The latest is the last.
+    this.has.set(member, moment);
+    show();
+  }
+
+  // A moment of which all members have a surface, and one of them waits.
+  private commonOf(visible: readonly Member[]): Moment | null {
+    const first = visible.map((member) => this.waiting.get(member)).find((one) => one !== undefined)?.moment;
+    const hasIt = (member: Member) => {
+      const moment = this.waiting.get(member)?.moment ?? this.has.get(member);
+      return moment !== undefined && isSame(moment, first!);
+    };
+    return first && visible.every(hasIt) ? first : null;
+  }
+
+  // Where nothing is visible, nothing has to wait.
+  private latest(): Moment | null {
+    return [...this.has.values()].at(-1) ?? null;
+  }
+}
+
+function isSame(a: Moment, b: Moment): boolean {
+  return a.scene === b.scene && a.time === b.time;
+}

@@ -1,0 +1,25 @@
+// How --help is written: lines that fit a terminal, and no words of a type system.
+#pragma once
+
+#include <memory>
+#include <string>
+
+namespace CLI {
+class Formatter;
+class Option;
+}  // namespace CLI
+
+namespace multitetra {
+
+// The value behind the option's name: "FILE", "on|off"; empty for a flag.
+[[nodiscard]] std::string value_text(const CLI::Option& option);
+
+// What the option is for, and behind it range, default and environment.
+[[nodiscard]] std::string full_description(const CLI::Option& option);
+
+// The words of `text` in lines of at most `width` characters, longer ones where a word is.
+[[nodiscard]] std::string wrapped(const std::string& text, std::size_t width);
+
+[[nodiscard]] std::shared_ptr<CLI::Formatter> help_formatter();
+
+}  // namespace multitetra

@@ -1,0 +1,29 @@
+# Completion for bash of all Multi-Tetra programs, from what their --help prints. For use without the package:
+#   source docker/debian/completion.bash
+_multitetra() {
+  local program=${COMP_WORDS[0]} current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]}
+  local commands command= word help value
+  commands=$("$program" --help 2>/dev/null | sed -n '/^Subcommands:/,/^$/s/^  \([a-z-]*\) .*/\1/p')
+  for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
+    if grep -qx -- "$word" <<<"$commands"; then command=$word; break; fi
+  done
+  help=$("$program" $command --help 2>/dev/null)
+  if [[ $previous == -* ]]; then   # "--option VALUE" with one space between; a flag has more behind it.
+    value=$(sed -nE "s/^  ([^ ]*,)?$previous ([^ ]+).*/\2/p" <<<"$help" | head -n 1)
+  fi
+  case "$value" in
+    FILE*) COMPREPLY=($(compgen -f -- "$current")) ;;
+    DIR*) COMPREPLY=($(compgen -d -- "$current")) ;;
+    *\|*) COMPREPLY=($(compgen -W "${value//|/ }" -- "$current")) ;;
+    ?*) ;;   # A number or a name: nothing to offer.
+    *)
+      if [[ $current == -* ]]; then
+        COMPREPLY=($(compgen -W "$(grep -oE '^  [^ ]+' <<<"$help" | tr ',' '\n' | grep -o -- '-.*')" -- "$current"))
+      elif [[ -z $command && -n $commands ]]; then
+        COMPREPLY=($(compgen -W "$commands" -- "$current"))
+      else
+        COMPREPLY=($(compgen -f -- "$current"))
+      fi ;;
+  esac
+}
+complete -o filenames -F _multitetra multitetra-client multitetra-gateway multitetra-load multitetra-server
