@@ -7,10 +7,6 @@ using Clock = std::chrono::steady_clock;
 
 namespace {
 
-tl::unexpected<ClientError> trouble(Trouble kind, Error error) {
-  return tl::unexpected(ClientError{kind, std::move(error)});
-}
-
 tl::unexpected<ClientError> unexpected_answer(const char* awaited) {
   return trouble(Trouble::kServer,
                  {ErrorCode::kUnexpectedMessage,

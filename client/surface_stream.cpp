@@ -8,10 +8,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-tl::unexpected<ClientError> trouble(Trouble kind, Error error) {
-  return tl::unexpected(ClientError{kind, std::move(error)});
-}
-
 }  // namespace
 
 SurfaceStream::SurfaceStream(Client& client, TileMemory& tiles) : client_(client), tiles_(tiles) {}
