@@ -58,7 +58,7 @@ PRIVATE = {
     "common/net": ["stream_socket"],
     "common/wire": ["glb", "triangle_normals", "vtp_file", "wire_bytes", "wire_checks", "wire_dataset", "wire_request", "wire_samples", "wire_scalars",
                     "wire_vectors"],
-    "common/cli": ["threshold_image", "help_format"],
+    "common/cli": ["help_format"],
     "server/core/thresholds": ["threshold_bound", "region_set", "region_octree", "threshold_pyramid", "view_threshold"],
     "server/core/spectrum": ["coarse_level", "curve_tiles", "level_wavefront", "own_error_curve", "own_error_rows",
                              "spectrum_column", "error_codes", "spectrum_brick", "error_curve"],
@@ -75,7 +75,6 @@ PRIVATE = {
 # A folder that needs what is private of another, and why.
 ALLOWED = {
     ("server/operations/tls_files.cpp", "common/net/stream_socket.hpp"),  # Fills the context that it wraps.
-    ("client/library/report.hpp", "client/distance_check.hpp"),  # Reports a full check.
 }
 
 # Third-party headers that public headers do not show, and the folders whose business they are.

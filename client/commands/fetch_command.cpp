@@ -8,11 +8,9 @@
 #include <vector>
 
 #include "client/commands/program.hpp"
-#include "client/distance_check.hpp"
 #include "client/library/client.hpp"
 #include "client/library/report.hpp"
 #include "client/library/tile_folder.hpp"
-#include "client/local_volume.hpp"
 #include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/output_files.hpp"
@@ -94,9 +92,8 @@ class Output {
 
  private:
   static void print(const FetchReport& report) {
-    if (report.error && !report.distances) return;
+    if (report.error) return;
     std::cout << checks_table(report.steps);
-    if (report.distances) std::cout << distances_table(*report.distances);
     if (!report.mesh_file.empty()) std::cout << report.mesh_file << " written\n";
   }
 
@@ -169,21 +166,9 @@ FetchedStep for_report(const FetchedStep& fetched) {
       .step = step, .first_byte_seconds = fetched.first_byte_seconds, .seconds = fetched.seconds};
 }
 
-std::string distances_fault(const DistanceCheck& check) {
-  const bool is_of_mesh = check.mesh_to_full.above_limit > 0;
-  const DistanceStatistics& worse = is_of_mesh ? check.mesh_to_full : check.full_to_mesh;
-  std::string place;
-  for (const double coordinate : worse.worst_place) place += " " + human_number(coordinate);
-  return std::string(is_of_mesh ? "The mesh is " : "The full-resolution surface is ") +
-         human_number(worse.worst_distance) + " voxels from " +
-         (is_of_mesh ? "the full-resolution surface" : "the mesh") + " at" + place +
-         "; allowed are " + human_number(worse.worst_limit) + ".";
-}
-
 // Fetches and checks one surface.
 ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Part& part,
                                        OrderedSurface& surface, const Output& output,
-                                       const std::optional<std::vector<float>>& local,
                                        KeptTiles& kept, FetchReport& report) {
   const DatasetInfo& info = surface.info;
   const auto final_step = surface.client.fetch(
@@ -194,15 +179,6 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Pa
       },
       kept.fetch_options(report));
   if (!final_step) return tl::unexpected(final_step.error());
-  if (local) {
-    report.checked_against = arguments.against;
-    report.distances = check_distances(*final_step->step, info, *local,
-                                       {.samples = static_cast<std::size_t>(arguments.samples)});
-    if (!report.distances->has_passed()) {
-      const Error fault{ErrorCode::kDamagedData, distances_fault(*report.distances)};
-      return tl::unexpected(ClientError{Trouble::kCheck, fault});
-    }
-  }
   if (final_step->step->topology.triangles == 0) {
     surface.notices.tell(empty_surface_text(report.open.request, info));
   }
@@ -219,11 +195,6 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Pa
 }  // namespace
 
 int fetch(const FetchArguments& arguments) {
-  if ((arguments.check == "full") != !arguments.against.empty()) {
-    return complain(kUsage,
-                    "--check full and --against FILE belong together: FILE is a local copy of the "
-                    "volume.");
-  }
   const auto format = mesh_format_from(std::filesystem::path(arguments.mesh).extension().string());
   if (!format) {
     return complain(kUsage, "\"" + arguments.mesh +
@@ -239,8 +210,7 @@ int fetch(const FetchArguments& arguments) {
     outputs.erase(outputs.begin());
     for (const Part& part : parts) outputs.push_back({"--output", part.mesh_file});
   }
-  require_outputs(outputs, {{"--against", arguments.against},
-                            {"--threshold-grid", arguments.order.surface.threshold_grid},
+  require_outputs(outputs, {{"--threshold-grid", arguments.order.surface.threshold_grid},
                             {"--token-file", arguments.order.server.token_file},
                             {"--ca", arguments.order.server.ca_file}});
 
@@ -253,9 +223,6 @@ int fetch(const FetchArguments& arguments) {
   if (const auto shared = share_budget(*surface); !shared) return shared.error();
   const DatasetInfo& info = surface->info;
   const Output output(arguments, *format, info);
-  // Read before anything is fetched: a file that does not fit is told at once.
-  std::optional<std::vector<float>> local;
-  if (!arguments.against.empty()) local = read_local_volume(arguments.against, info);
   KeptTiles kept(arguments);
   std::vector<FetchReport> reports;
   std::vector<OutputSurface> surfaces;
@@ -271,7 +238,7 @@ int fetch(const FetchArguments& arguments) {
          .coordinates = arguments.order.surface.coordinates,
          .mesh_file = {},
          .steps = {}});
-    auto part = fetch_part(arguments, parts[i], *surface, output, local, kept, reports.back());
+    auto part = fetch_part(arguments, parts[i], *surface, output, kept, reports.back());
     if (!part) {
       reports.back().error = part.error().error;
       output.report(reports);
@@ -313,21 +280,6 @@ void add_fetch(Command& app, FetchArguments& a) {
                    "there: a run that was stopped goes on where it was")
       ->type_name("DIR");
   command
-      ->add_option("--check", a.check,
-                   "standard: tiles, digests, cracks, topology; full: also the distance to the "
-                   "full-resolution surface of the volume in --against, both ways")
-      ->one_of({"standard", "full"})
-      ->capture_default_str();
-  command
-      ->add_option(
-          "--against", a.against,
-          "For --check full: a local copy of the dataset's volume (.nrrd, .nhdr, .mha, .mhd, "
-          ".nii, .nii.gz, .vtk, .tif or .tiff; else raw samples)")
-      ->type_name("FILE");
-  command->add_option("--samples", a.samples, "For --check full: sampled points each way")
-      ->within(1, 100'000'000)
-      ->capture_default_str();
-  command
       ->add_option("-o,--output", a.mesh,
                    "Mesh file: .ply, .stl, .obj, .glb, .drc or .vtp. Several surfaces are parts of "
                    "one .glb, or one file each, with the isovalue in its name")
@@ -350,8 +302,6 @@ void add_fetch(Command& app, FetchArguments& a) {
                   "-o bone.glb --report bone.json\n"
                   "  multitetra-client fetch --dataset head --isovalue 500.5,1200.5 "
                   "-o skin_and_bone.glb\n"
-                  "  multitetra-client fetch --dataset head --error 0.5 --check full "
-                  "--against head.nrrd -o head.ply\n"
                   "  multitetra-client fetch --dataset density --color-by temperature --colors "
                   "coolwarm -o density.glb\n"
                   "  multitetra-client fetch --server wss://example.org --token-file token "

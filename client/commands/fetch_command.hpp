@@ -1,7 +1,6 @@
 // `multitetra-client fetch`: an isosurface as a mesh file, checked.
 #pragma once
 
-#include <cstdint>
 #include <string>
 
 #include "client/commands/color_options.hpp"
@@ -16,9 +15,6 @@ struct FetchArguments {
   bool final_only = false;
   int retries = 5;
   std::string resume_directory;
-  std::string check = "standard";
-  std::string against;
-  std::uint64_t samples = 20'000;
   std::string mesh;
   std::string report;
   std::string steps_directory;

@@ -8,6 +8,7 @@
 #include "client/library/client.hpp"
 #include "client/commands/program.hpp"
 #include "client/commands/server_options.hpp"
+#include "client/library/nrrd_thresholds.hpp"
 #include "common/cli/command.hpp"
 #include "common/cli/surface_options.hpp"
 #include "common/cli/terminal.hpp"
@@ -32,7 +33,8 @@ struct ConnectedServer {
 struct SurfaceOrder {
   ServerArguments server = {};
   std::string dataset = {};
-  SurfaceArguments surface = {};
+  SurfaceArguments surface = {
+      .threshold_files = {.formats = "A NRRD file", .read = read_nrrd_thresholds}};
 };
 
 // Adds all options of an order.

@@ -29,6 +29,9 @@ struct ClientError {
   Trouble trouble = Trouble::kNetwork;
   Error error;
 };
+[[nodiscard]] inline tl::unexpected<ClientError> trouble(Trouble kind, Error error) {
+  return tl::unexpected(ClientError{kind, std::move(error)});
+}
 
 template <typename T>
 using ClientResult = tl::expected<T, ClientError>;

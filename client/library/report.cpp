@@ -44,30 +44,6 @@ Json step_json(const FetchedStep& fetched) {
   return json;
 }
 
-Json distances_json(const DistanceStatistics& distances) {
-  return {{"samples", distances.samples},
-          {"maximum", distances.maximum},
-          {"percentile_99", distances.percentile_99},
-          {"mean", distances.mean},
-          {"above_limit", distances.above_limit},
-          {"worst",
-           {{"distance", distances.worst_distance},
-            {"limit", distances.worst_limit},
-            {"place", distances.worst_place}}}};
-}
-
-Json distances_json(const DistanceCheck& check, const std::string& against) {
-  Json json = {{"against", against}, {"full_triangles", check.full_triangles}, {"unit", "voxel"}};
-  const auto& promise = check.promise;
-  json["threshold"] = promise ? Json(promise->threshold) : Json(nullptr);
-  json["snapping"] = promise ? Json(promise->snapping) : Json(nullptr);
-  json["limit"] = promise ? Json(promise->threshold + promise->snapping) : Json(nullptr);
-  json["passed"] = promise ? Json(check.has_passed()) : Json(nullptr);
-  json["mesh_to_full"] = distances_json(check.mesh_to_full);
-  json["full_to_mesh"] = distances_json(check.full_to_mesh);
-  return json;
-}
-
 // The error that the step allows: of what fits into a budget, more than was asked. Previews have no
 // bound, but a spacing.
 std::string accuracy_of(const StepBegin& begin, const DatasetInfo& info) {
@@ -105,9 +81,6 @@ Json json_of(const FetchReport& report) {
       {"bytes_received", report.received.payload_bytes},
       {"reconnections", report.reconnections},
       {"steps", std::move(steps)}};
-  if (report.distances) {
-    json["distances"] = distances_json(*report.distances, report.checked_against);
-  }
   if (report.error) {
     json["error"] = {{"code", name(report.error->code)}, {"text", report.error->text}};
   }
@@ -176,27 +149,6 @@ std::string checks_table(const std::vector<FetchedStep>& steps) {
     return preserves_topology(s.begin) ? "yes" : s.begin.finest_spacing > 1 ? "preview" : "no";
   });
   return table;
-}
-
-std::string distances_table(const DistanceCheck& check) {
-  std::string table;
-  const auto padded = [](const std::string& text, std::size_t width) {
-    return text + std::string(width > text.size() ? width - text.size() : 1, ' ');
-  };
-  const auto row = [&](const std::string& what, const std::string& maximum,
-                       const std::string& percentile, const std::string& mean) {
-    table += padded(what, 30) + padded(maximum, 12) + padded(percentile, 14) + mean + "\n";
-  };
-  const auto numbers = [&](const std::string& what, const DistanceStatistics& d) {
-    row(what, human_number(d.maximum), human_number(d.percentile_99), human_number(d.mean));
-  };
-  row("distance in voxels", "maximum", "99 percent", "mean");
-  numbers("of the mesh from the full", check.mesh_to_full);
-  numbers("of the full from the mesh", check.full_to_mesh);
-  if (!check.promise) return table + "allowed: no bound is promised for this request\n";
-  return table + "allowed: " + human_number(check.promise->threshold) + " and " +
-         human_number(check.promise->snapping) + " for the lattice, " +
-         (check.has_passed() ? "ok" : "EXCEEDED") + "\n";
 }
 
 std::string text_list(const std::vector<DatasetInfo>& datasets) {

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "client/distance_check.hpp"
 #include "client/library/client.hpp"
 #include "common/mesh/mesh_measures.hpp"
 
@@ -24,26 +23,18 @@ struct FetchReport {
   std::optional<SurfaceMeasures> measures = {};          // Of the final step, all components.
   std::uint64_t tiles_held = 0;                          // Before the fetch, from earlier ones.
   ReceivedTiles received = {};                           // Over all connections.
-  int reconnections = 0;             // How often a lost connection was tried again.
-  std::string checked_against = {};  // The volume's file, if it was a full check.
-  std::optional<DistanceCheck> distances = std::nullopt;  // Of the final step.
+  int reconnections = 0;                      // How often a lost connection was tried again.
   std::optional<Error> error = std::nullopt;  // What ended the fetch before its final step.
 };
 
 // Indented JSON with a newline at its end: server, dataset, parameters, notices, final_only,
 // coordinates, mesh_file and components_written (null: none was written), area and volume (of the
 // final step in the world; null: there is none, or it has a border), tiles_held,
-// tiles_received, bytes_received, reconnections, steps, after a full check `distances`, and, of a
-// fetch that failed, error: {code, text}. A step's keys are those of json_report.hpp and: step,
-// final, parameters, error_bound_world (null: a preview has none), finest_spacing, tetrahedra,
-// active_tetrahedra, tiles, tiles_received, bytes (of payload), first_byte_seconds, seconds,
-// server_seconds, content_digest, checks. After a lost connection tiles_received and bytes of a
-// step are those that came since.
-//
-// distances: against, full_triangles, unit ("voxel"), threshold, snapping and limit (null: nothing
-// is promised), passed (null likewise), mesh_to_full and full_to_mesh: {samples, maximum,
-// percentile_99, mean, above_limit, worst: {distance, limit, place}}. A place is in world
-// coordinates; an infinite number, where one of the surfaces is empty, is null.
+// tiles_received, bytes_received, reconnections, steps, and, of a fetch that failed, error: {code,
+// text}. A step's keys are those of json_report.hpp and: step, final, parameters, error_bound_world
+// (null: a preview has none), finest_spacing, tetrahedra, active_tetrahedra, tiles, tiles_received,
+// bytes (of payload), first_byte_seconds, seconds, server_seconds, content_digest, checks. After a
+// lost connection tiles_received and bytes of a step are those that came since.
 [[nodiscard]] std::string json_report(const FetchReport& report);
 // Of several surfaces: {"surfaces": [...]}, each as above.
 [[nodiscard]] std::string json_report(std::span<const FetchReport> reports);
@@ -53,8 +44,6 @@ struct FetchReport {
 // One line without newline: "step 0 (preview): isovalue 500.5, spacing 4 samples, ...", "step 2
 // (final): isovalue 500.5, error 1 voxel, 34 tiles, 12 345 triangles, 18.2 KiB, 240 ms".
 [[nodiscard]] std::string step_line(const FetchedStep& step, const DatasetInfo& info);
-// The full check for people: the distances both ways, and what they are compared with.
-[[nodiscard]] std::string distances_table(const DistanceCheck& check);
 // What was checked of every step, one column a step, for people.
 [[nodiscard]] std::string checks_table(const std::vector<FetchedStep>& steps);
 // A table, one dataset a line.

@@ -10,14 +10,15 @@ enum ExitCode {
   kOk = 0,      // Done; a server: stopped as it was asked to.
   kFailed = 1,  // What has no code of its own.
   kUsage = 2,   // Wrong options, in whatever place they stand.
-  // Of clients:
-  kCheckFailed = 3,  // What came is not what was promised.
+  // Of all that check surfaces:
+  kCheckFailed = 3,  // A surface is not what was promised.
   // Of servers:
-  kNoAddress = 3,  // An address cannot be listened on, as when another server has it.
   kNoSecrets = 4,  // Certificate, key or tokens file cannot be used.
   kNoDataset = 5,  // None of the datasets can be served.
   // Of all that write surfaces:
   kEmptySurface = 6,  // There is no triangle, and nobody said that this is fine.
+  // Of servers:
+  kNoAddress = 7,  // An address cannot be listened on, as when another server has it.
 };
 
 // A trouble with the world that ends a program with that code.

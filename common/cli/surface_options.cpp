@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "common/cli/human_units.hpp"
-#include "common/cli/threshold_image.hpp"
 #include "common/mesh/components.hpp"
 #include "common/request/threshold_parser.hpp"
 
@@ -42,8 +41,10 @@ void add_threshold_options(Command& command, SurfaceArguments& a) {
       ->type_name("VIEW")
       ->group(kThresholds);
   command
-      .add_option("--threshold-grid", a.threshold_grid,
-                  "Image file whose samples are errors in --unit, each for its voxel; NaN: none")
+      .add_option(
+          "--threshold-grid", a.threshold_grid,
+          std::string("Image whose samples are errors in --unit, each for its voxel; NaN: none. ") +
+              a.threshold_files.formats)
       ->type_name("FILE")
       ->group(kThresholds);
   command
@@ -102,7 +103,7 @@ Result<LocalThresholds> thresholds_of(const SurfaceArguments& arguments) {
     thresholds.view = *view;
   }
   if (!arguments.threshold_grid.empty()) {
-    auto grid = read_threshold_grid(arguments.threshold_grid, arguments.error);
+    auto grid = arguments.threshold_files.read(arguments.threshold_grid, arguments.error);
     if (!grid) return tl::unexpected(grid.error());
     thresholds.grid = std::make_shared<const ThresholdGrid>(*std::move(grid));
   }

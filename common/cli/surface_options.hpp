@@ -3,17 +3,30 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "common/base/affine.hpp"
+#include "common/base/result.hpp"
 #include "common/cli/command.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/request/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
+#include "common/request/local_thresholds.hpp"
 
 namespace multitetra {
+
+// What reads the file of --threshold-grid: programs know different formats.
+struct ThresholdFiles {
+  std::string formats = {};  // For --help: "A NRRD file".
+  // The thresholds of an image, shrunk until a request may carry them; `elsewhere` is the one where
+  // the image says nothing. They need not be checked.
+  std::function<Result<ThresholdGrid>(const std::filesystem::path& file, double elsewhere)> read =
+      {};
+};
 
 struct SurfaceArguments {
   std::vector<double> isovalues = {};  // None: the dataset's first suggestion.
@@ -28,7 +41,7 @@ struct SurfaceArguments {
   std::vector<std::string> regions = {};  // As parse_region reads them.
   std::string region_unit = "world";
   std::string view = {};            // As parse_view reads it; empty: none.
-  std::string threshold_grid = {};  // An image file; empty: none.
+  std::string threshold_grid = {};  // A file for threshold_files; empty: none.
   std::string combination = "order";
   std::uint64_t max_triangles = 0;
   std::uint64_t max_bytes = 0;
@@ -36,6 +49,7 @@ struct SurfaceArguments {
   std::string simplify = "on";
   bool allow_empty = false;
   double min_component = 0;  // Samples of diagonal.
+  ThresholdFiles threshold_files = {};
 };
 
 enum class Isovalues { kOne, kSeveral };

@@ -34,15 +34,22 @@ bool DataBorder::contains_edge(const LatticePoint& a, const LatticePoint& b) con
 }
 
 MeshTopology topology(const LatticeMesh& mesh, const DataBorder& border) {
+  return topology(mesh.vertices.size(), mesh.triangles, [&](std::uint32_t a, std::uint32_t b) {
+    return border.contains_edge(mesh.vertices[a], mesh.vertices[b]);
+  });
+}
+
+MeshTopology topology(std::size_t vertices, std::span<const TriangleIndices> triangles,
+                      const std::function<bool(std::uint32_t, std::uint32_t)>& is_on_border) {
   MeshTopology result;
-  result.vertices = static_cast<std::int64_t>(mesh.vertices.size());
-  result.triangles = static_cast<std::int64_t>(mesh.triangles.size());
+  result.vertices = static_cast<std::int64_t>(vertices);
+  result.triangles = static_cast<std::int64_t>(triangles.size());
 
   // Edges sorted into buckets by their lower vertex: a counting sort, then a short sort in each
   // bucket.
-  std::vector<std::uint32_t> first(mesh.vertices.size() + 2, 0);
-  DisjointSets components(mesh.vertices.size());
-  for (const TriangleIndices& t : mesh.triangles) {
+  std::vector<std::uint32_t> first(vertices + 2, 0);
+  DisjointSets components(vertices);
+  for (const TriangleIndices& t : triangles) {
     components.join(t[0], t[1]);
     components.join(t[1], t[2]);
     if (is_degenerate(t)) {
@@ -53,7 +60,7 @@ MeshTopology topology(const LatticeMesh& mesh, const DataBorder& border) {
   }
   std::partial_sum(first.begin(), first.end(), first.begin());
   std::vector<EdgeUse> uses(first.back());
-  for (const TriangleIndices& t : mesh.triangles) {
+  for (const TriangleIndices& t : triangles) {
     if (is_degenerate(t)) continue;
     for (std::size_t i = 0; i < 3; ++i) {
       const std::uint32_t from = t[i];
@@ -62,7 +69,7 @@ MeshTopology topology(const LatticeMesh& mesh, const DataBorder& border) {
     }
   }
 
-  for (std::uint32_t lower = 0; lower < mesh.vertices.size(); ++lower) {
+  for (std::uint32_t lower = 0; lower < vertices; ++lower) {
     const auto begin = uses.begin() + first[lower];
     const auto end = uses.begin() + first[lower + 1];
     std::sort(begin, end);
@@ -71,9 +78,7 @@ MeshTopology topology(const LatticeMesh& mesh, const DataBorder& border) {
           std::find_if(edge, end, [&](const EdgeUse& u) { return u.upper != edge->upper; });
       ++result.edges;
       if (next - edge == 1) {
-        const bool on_border =
-            border.contains_edge(mesh.vertices[lower], mesh.vertices[edge->upper]);
-        ++(on_border ? result.border_edges : result.open_edges);
+        ++(is_on_border(lower, edge->upper) ? result.border_edges : result.open_edges);
       } else if (next - edge != 2 || edge->upwards == (edge + 1)->upwards) {
         ++result.nonmanifold_edges;
       }
@@ -82,6 +87,54 @@ MeshTopology topology(const LatticeMesh& mesh, const DataBorder& border) {
   }
   result.euler_characteristic = result.vertices - result.edges + result.triangles;
   result.components = components.count();
+  return result;
+}
+
+std::int64_t nonmanifold_vertices(std::size_t vertices,
+                                  std::span<const TriangleIndices> triangles) {
+  // Corners at a vertex belong together when their triangles share an edge there. Corner 3 t + i is
+  // that of triangle t.
+  struct Side {
+    std::uint32_t upper;
+    std::uint32_t lower_corner;
+    std::uint32_t upper_corner;
+  };
+  std::vector<std::uint32_t> first(vertices + 2, 0);
+  for (const TriangleIndices& t : triangles) {
+    for (std::size_t i = 0; i < 3; ++i) ++first[std::min(t[i], t[(i + 1) % 3]) + 2];
+  }
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<Side> sides(first.back());
+  for (std::uint32_t number = 0; number < triangles.size(); ++number) {
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      const std::uint32_t j = (i + 1) % 3;
+      const std::uint32_t a = triangles[number][i];
+      const std::uint32_t b = triangles[number][j];
+      sides[first[std::min(a, b) + 1]++] = {.upper = std::max(a, b),
+                                            .lower_corner = 3 * number + (a < b ? i : j),
+                                            .upper_corner = 3 * number + (a < b ? j : i)};
+    }
+  }
+  DisjointSets fans(3 * triangles.size());
+  for (std::size_t vertex = 0; vertex < vertices; ++vertex) {
+    const auto begin = sides.begin() + first[vertex];
+    const auto end = sides.begin() + first[vertex + 1];
+    std::sort(begin, end, [](const Side& a, const Side& b) { return a.upper < b.upper; });
+    for (auto side = begin; side != end; ++side) {
+      if (side == begin || side->upper != (side - 1)->upper) continue;
+      fans.join(side->lower_corner, (side - 1)->lower_corner);
+      fans.join(side->upper_corner, (side - 1)->upper_corner);
+    }
+  }
+  // The fans of each vertex are counted once, at their first corners.
+  std::vector<std::uint8_t> fans_of(vertices, 0);
+  std::int64_t result = 0;
+  for (std::uint32_t corner = 0; corner < 3 * triangles.size(); ++corner) {
+    if (fans.root(corner) != corner) continue;
+    std::uint8_t& count = fans_of[triangles[corner / 3][corner % 3]];
+    if (count == 1) ++result;
+    if (count < 2) ++count;
+  }
   return result;
 }
 

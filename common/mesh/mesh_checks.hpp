@@ -1,7 +1,10 @@
 // What a welded mesh is, counted: the checks that a client makes before it shows anything.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <span>
 
 #include "common/mesh/lattice.hpp"
 #include "common/mesh/mesh.hpp"
@@ -43,5 +46,15 @@ struct MeshTopology {
 // Every vertex is taken to be used by a triangle, as in the results of index_triangles and weld.
 // Time O(triangles), memory about 24 bytes a triangle.
 [[nodiscard]] MeshTopology topology(const LatticeMesh& mesh, const DataBorder& border);
+// The same of a mesh with any coordinates; `is_on_border` is called for the ends of edges of one
+// triangle.
+[[nodiscard]] MeshTopology topology(
+    std::size_t vertices, std::span<const TriangleIndices> triangles,
+    const std::function<bool(std::uint32_t, std::uint32_t)>& is_on_border);
+
+// Vertices whose triangles form several fans, which have nothing but the vertex in common. Requires
+// triangles of three different vertices, less than 2^32 / 3. Memory about 48 bytes a triangle.
+[[nodiscard]] std::int64_t nonmanifold_vertices(std::size_t vertices,
+                                                std::span<const TriangleIndices> triangles);
 
 }  // namespace multitetra

@@ -11,8 +11,6 @@
 namespace multitetra {
 namespace {
 
-constexpr std::uint32_t kMaxTrianglesInLeaf = 4;
-
 double squared_distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   const Vec3 ab = difference(b, a);
   const Vec3 ap = difference(p, a);
@@ -73,8 +71,12 @@ Vec3 point_in(const SurfaceTriangle& t, Random& random) {
   return point;
 }
 
-double centre(const SurfaceTriangle& t, std::size_t axis) {
-  return t[0][axis] + t[1][axis] + t[2][axis];  // Three times it, which orders the same.
+std::vector<Box3> boxes_of(std::span<const SurfaceTriangle> triangles) {
+  std::vector<Box3> boxes(triangles.size());
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    for (const Vec3& corner : triangles[i]) boxes[i].add(corner);
+  }
+  return boxes;
 }
 
 }  // namespace
@@ -105,82 +107,18 @@ std::vector<Vec3> sampled_points(std::span<const SurfaceTriangle> surface, std::
   return points;
 }
 
-NearestTriangle::NearestTriangle(std::vector<SurfaceTriangle> triangles)
-    : triangles_(std::move(triangles)) {
-  assert(triangles_.size() < std::numeric_limits<std::uint32_t>::max());
-  nodes_.reserve(triangles_.size());
-  if (!triangles_.empty()) build(0, static_cast<std::uint32_t>(triangles_.size()));
+NearestTriangle::NearestTriangle(std::span<const SurfaceTriangle> triangles)
+    : tree_(boxes_of(triangles)) {
+  triangles_.reserve(triangles.size());
+  for (const std::uint32_t number : tree_.order()) triangles_.push_back(triangles[number]);
 }
 
-// Splits at the median along the longest side, so the depth is the logarithm of the number.
-void NearestTriangle::build(std::uint32_t first, std::uint32_t last) {
-  Node node{.low = triangles_[first][0], .high = triangles_[first][0]};
-  for (std::uint32_t i = first; i < last; ++i) {
-    for (const Vec3& corner : triangles_[i]) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        node.low[axis] = std::min(node.low[axis], corner[axis]);
-        node.high[axis] = std::max(node.high[axis], corner[axis]);
-      }
-    }
-  }
-  const std::size_t self = nodes_.size();
-  nodes_.push_back(node);
-  if (last - first <= kMaxTrianglesInLeaf) {
-    nodes_[self].first = first;
-    nodes_[self].count = last - first;
-    return;
-  }
-  const Vec3 size = difference(node.high, node.low);
-  const auto axis =
-      static_cast<std::size_t>(std::max_element(size.begin(), size.end()) - size.begin());
-  const std::uint32_t middle = first + (last - first) / 2;
-  std::nth_element(triangles_.begin() + first, triangles_.begin() + middle,
-                   triangles_.begin() + last,
-                   [axis](const SurfaceTriangle& a, const SurfaceTriangle& b) {
-                     return centre(a, axis) < centre(b, axis);
-                   });
-  build(first, middle);
-  nodes_[self].first = static_cast<std::uint32_t>(nodes_.size());
-  build(middle, last);
-}
-
-double NearestTriangle::squared_distance(const Vec3& point, const Node& box) {
-  double sum = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double outside =
-        std::max({box.low[axis] - point[axis], point[axis] - box.high[axis], 0.0});
-    sum += outside * outside;
-  }
-  return sum;
-}
-
-double NearestTriangle::distance(const Vec3& point) const {
-  double nearest = std::numeric_limits<double>::infinity();
-  if (nodes_.empty()) return nearest;
-  struct Waiting {
-    std::uint32_t node;
-    double distance;  // Squared, to its box.
-  };
-  std::array<Waiting, 64> waiting;  // One for each level at most: there are fewer than 33.
-  std::size_t count = 0;
-  waiting[count++] = {0, squared_distance(point, nodes_[0])};
-  while (count > 0) {
-    const Waiting next = waiting[--count];
-    if (next.distance >= nearest) continue;
-    const Node& node = nodes_[next.node];
-    if (node.count > 0) {
-      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-        nearest = std::min(nearest, squared_distance_to_triangle(point, triangles_[i]));
-      }
-      continue;
-    }
-    Waiting near = {next.node + 1, squared_distance(point, nodes_[next.node + 1])};
-    Waiting far = {node.first, squared_distance(point, nodes_[node.first])};
-    if (far.distance < near.distance) std::swap(near, far);
-    waiting[count++] = far;
-    waiting[count++] = near;
-  }
-  return std::sqrt(nearest);
+NearestTriangle::Found NearestTriangle::nearest(const Vec3& point) const {
+  const BoxTree::Nearest found = tree_.nearest(point, [&](std::uint32_t place) {
+    return squared_distance_to_triangle(point, triangles_[place]);
+  });
+  if (triangles_.empty()) return {};
+  return {std::sqrt(found.squared_distance), &triangles_[found.place]};
 }
 
 DistanceStatistics distances(std::span<const Vec3> points, const NearestTriangle& surface,

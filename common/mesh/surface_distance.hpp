@@ -11,10 +11,12 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <span>
 #include <vector>
 
-#include "common/base/affine.hpp"
+#include "common/base/vec3.hpp"
+#include "common/mesh/box_tree.hpp"
 
 namespace multitetra {
 
@@ -28,30 +30,24 @@ using SurfaceTriangle = std::array<Vec3, 3>;
 [[nodiscard]] std::vector<Vec3> sampled_points(std::span<const SurfaceTriangle> surface,
                                                std::size_t count, std::uint64_t seed = 1);
 
-// A surface that answers how far a point is from it. Immutable, so any thread may ask. About 90
+// A surface that answers how far a point is from it. Immutable, so any thread may ask. About 110
 // bytes a triangle; an answer takes time like the logarithm of their number when the point is near.
 class NearestTriangle {
  public:
-  explicit NearestTriangle(std::vector<SurfaceTriangle> triangles);
+  explicit NearestTriangle(std::span<const SurfaceTriangle> triangles);
 
+  struct Found {
+    double distance = std::numeric_limits<double>::infinity();
+    const SurfaceTriangle* triangle = nullptr;  // As long as this object; none: there is none.
+  };
+  [[nodiscard]] Found nearest(const Vec3& point) const;
   // Infinite when there is no triangle.
-  [[nodiscard]] double distance(const Vec3& point) const;
+  [[nodiscard]] double distance(const Vec3& point) const { return nearest(point).distance; }
   [[nodiscard]] bool is_empty() const { return triangles_.empty(); }
 
  private:
-  // A box of triangles; inner ones are split in two, the first of which follows at once.
-  struct Node {
-    Vec3 low;
-    Vec3 high;
-    std::uint32_t first = 0;  // Of a leaf: its triangles. Of an inner node: its second child.
-    std::uint32_t count = 0;  // Of a leaf: how many. Of an inner node: 0.
-  };
-
-  void build(std::uint32_t first, std::uint32_t last);
-  [[nodiscard]] static double squared_distance(const Vec3& point, const Node& box);
-
-  std::vector<SurfaceTriangle> triangles_;
-  std::vector<Node> nodes_;
+  BoxTree tree_;
+  std::vector<SurfaceTriangle> triangles_;  // In the order of the tree.
 };
 
 // How large a distance is allowed at a place, in the surfaces' coordinates and unit.

@@ -19,11 +19,13 @@
 #include "common/mesh/content_digest.hpp"
 #include "common/request/lattice_limit.hpp"
 #include "common/request/request_notices.hpp"
+#include "common/request/threshold_shrinking.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/core/surface/vertex_normals.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/objects/object_dataset.hpp"
+#include "server/dataset/volume_files.hpp"
 #include "server/extraction/model_file.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/surface_extractor.hpp"
@@ -36,10 +38,29 @@
 namespace multitetra {
 namespace {
 
+// Thresholds from a volume of any format.
+Result<ThresholdGrid> read_volume_of_thresholds(const std::filesystem::path& file,
+                                                double elsewhere) {
+  try {
+    const Volume volume = read_volume(file);
+    std::vector<float> thresholds(volume.size());
+    std::visit(
+        [&](const auto& samples) { std::copy(samples.begin(), samples.end(), thresholds.begin()); },
+        volume.samples);
+    return shrunk(
+        {.dims = volume.dims, .index_to_world = volume.index_to_world, .thresholds = thresholds},
+        elsewhere);
+  } catch (const VolumeFileError& error) {
+    return fail(ErrorCode::kInvalidArgument, error.what());
+  }
+}
+
 struct ExtractArguments {
   std::string file;
   std::string output;
-  SurfaceArguments surface;
+  SurfaceArguments surface = {
+      .threshold_files = {.formats = "Any format that `prepare` reads (`formats` lists them)",
+                          .read = read_volume_of_thresholds}};
   std::string errors = "spectrum";
   std::optional<int> level;
   std::string model_file;

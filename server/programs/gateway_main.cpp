@@ -56,9 +56,9 @@ int run(int argc, char** argv) {
       "--tls-cert\n"
       "  cert.pem --tls-key cert.key --tokens tokens\n"
       "Signals: SIGTERM and SIGINT drain, then stop; SIGHUP reads certificates and tokens again.\n"
-      "Exit codes: 0 stopped as asked, 1 failed, 2 wrong options, 3 an address cannot be listened "
-      "on,\n"
-      "4 certificate, key or tokens cannot be used.");
+      "Exit codes: 0 stopped as asked, 1 failed, 2 wrong options, 4 certificate, key or tokens "
+      "cannot be\n"
+      "used.");
   program.callback([&] { complete(program, sources, options); });
   if (const auto code = parse_command_line(program, argc, argv)) return *code;
   if (!sources.print_config) return serve(options);

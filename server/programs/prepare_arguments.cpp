@@ -1,9 +1,5 @@
 #include "server/programs/prepare_arguments.hpp"
 
-#include <cmath>
-#include <exception>
-#include <stdexcept>
-
 namespace multitetra {
 namespace {
 
@@ -16,15 +12,7 @@ int usual_margin(const FamilyArguments& family) { return family.labels.empty() ?
 }  // namespace
 
 std::optional<double> PrepareArguments::outside_value() const {
-  const std::string text = outside.empty() ? usual_outside(family) : outside;
-  if (text == "void") return std::nullopt;
-  try {
-    std::size_t used = 0;
-    const double value = std::stod(text, &used);
-    if (used == text.size() && std::isfinite(value)) return value;
-  } catch (const std::exception&) {  // Told below.
-  }
-  throw std::invalid_argument("--outside is \"" + text + "\"; it must be void or a finite number.");
+  return outside_from(outside.empty() ? usual_outside(family) : outside);
 }
 
 std::int32_t PrepareArguments::margin_steps() const {

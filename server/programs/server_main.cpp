@@ -27,6 +27,7 @@ int run(int argc, char** argv) {
   add_convert_command(program, command);
   add_verify_command(program, command);
   add_extract_command(program, command);
+  add_certify_command(program, command);
   add_export_command(program, command);
   add_serve_command(program, command);
   add_token_command(program, command);

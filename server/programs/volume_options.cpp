@@ -1,7 +1,10 @@
 #include "server/programs/volume_options.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <exception>
 #include <sstream>
+#include <stdexcept>
 
 #include "common/base/exit_codes.hpp"
 
@@ -11,6 +14,17 @@ ComponentChoice component_from(const std::string& text) {
   if (const auto chosen = ComponentChoice::from(text)) return *chosen;
   throw ExitError(kUsage, "--component is \"" + text +
                               "\"; it must be a number from 0 on, magnitude or luminance.");
+}
+
+std::optional<double> outside_from(const std::string& text) {
+  if (text == "void") return std::nullopt;
+  try {
+    std::size_t used = 0;
+    const double value = std::stod(text, &used);
+    if (used == text.size() && std::isfinite(value)) return value;
+  } catch (const std::exception&) {  // Told below.
+  }
+  throw std::invalid_argument("--outside is \"" + text + "\"; it must be void or a finite number.");
 }
 
 void VolumeOptions::add_to(Command& command) {

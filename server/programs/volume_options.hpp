@@ -14,6 +14,10 @@ namespace multitetra {
 // Throws ExitError (kUsage) when `text` names no component.
 [[nodiscard]] ComponentChoice component_from(const std::string& text);
 
+// The value of --outside: none for "void". Throws std::invalid_argument unless it is that or a
+// finite number.
+[[nodiscard]] std::optional<double> outside_from(const std::string& text);
+
 struct VolumeOptions {
   std::string array;
   std::optional<int> level;

@@ -35,7 +35,7 @@ ends 4 'token file' "$gateway" --upstream tcp://127.0.0.1:1 --upstream-token-fil
 
 start gateway "$gateway" --upstream tcp://127.0.0.1:1 --http 127.0.0.1:0 --log-format json
 url=$(url_of gateway http)
-ends 3 'Cannot listen on' "$gateway" --upstream tcp://127.0.0.1:1 --http "${url#http://}"
+ends 7 'Cannot listen on' "$gateway" --upstream tcp://127.0.0.1:1 --http "${url#http://}"
 kill -HUP "$pid"
 ends_well gateway "$pid"
 grep -q '"text":"stopped"' gateway.log || fail "$(cat gateway.log)"

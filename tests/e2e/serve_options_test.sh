@@ -47,7 +47,7 @@ head -c 100 v.mtd >damaged.mtd
 start server "$server" serve damaged.mtd v.mtd --tcp 127.0.0.1:0 --http off
 url=$(url_of server tcp)
 grep -q 'left out' server.log || fail "the damaged dataset is not told: $(cat server.log)"
-ends 3 'Cannot listen on' "$server" serve v.mtd --tcp "${url#tcp://}" --http off
+ends 7 'Cannot listen on' "$server" serve v.mtd --tcp "${url#tcp://}" --http off
 kill -HUP "$pid"
 ends_well server "$pid"
 
@@ -87,4 +87,4 @@ ends 1 "write $alone_tcp" "$client" list --server "ws://${alone_tcp#tcp://}"
 ends 1 'does it speak TLS' "$client" list --server "tls://${alone_tcp#tcp://}"
 ends 1 'write tls://' "$client" list --server "tcp://localhost:${port##*:}"
 ends 1 'is for another name than localhost' "$client" list --server "tls://localhost:${port##*:}" --ca tls.pem
-ends 3 '--http HOST:PORT' "$server" serve v.mtd --tcp off --http "${alone_http#http://}"
+ends 7 '--http HOST:PORT' "$server" serve v.mtd --tcp off --http "${alone_http#http://}"

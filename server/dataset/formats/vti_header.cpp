@@ -50,7 +50,8 @@ bool read_numbers(const std::string& text, std::array<Number, count>& into) {
 
 class VtiParser {
  public:
-  VtiParser() : parser_(XML_ParserCreate(nullptr), &XML_ParserFree) {
+  explicit VtiParser(VtkDataKind kind)
+      : parser_(XML_ParserCreate(nullptr), &XML_ParserFree), kind_(kind) {
     XML_SetUserData(parser_.get(), this);
     XML_SetElementHandler(parser_.get(), &on_start, &on_end);
     // Entities have no place here, and their expansion no end.
@@ -115,11 +116,16 @@ class VtiParser {
     if (name == "VTKFile") header_.compressor = get("compressor");
     if (name == "ImageData")
       start_image(get("WholeExtent"), get("Origin"), get("Spacing"), get("Direction"));
-    if (name == "Piece") start_piece(get("Extent"));
-    if (name == "PointData" || name == "CellData") {
+    if (name == "Piece" && kind_ == VtkDataKind::kImageData) start_piece(get("Extent"));
+    if (name == "Piece" && kind_ == VtkDataKind::kPolyData) {
+      start_poly_piece(get("NumberOfPoints"), get("NumberOfPolys"), get("NumberOfStrips"));
+    }
+    if (is_section(name)) {
       in_arrays_ = true;
+      section_ = name;
       of_cells_ = name == "CellData";
-      (of_cells_ ? header_.cell_scalars : header_.scalars) = get("Scalars");
+      if (name == "PointData") header_.scalars = get("Scalars");
+      if (name == "CellData") header_.cell_scalars = get("Scalars");
     }
     if (name == "DataArray" && in_arrays_) start_array(attributes);
     if (name == "AppendedData") {
@@ -135,9 +141,10 @@ class VtiParser {
   }
 
   void start_file(const std::string& type, const std::string& order, const std::string& lengths) {
-    if (type != "ImageData") {
-      return complain("it holds " + (type.empty() ? "nothing" : type.substr(0, 40)) +
-                      " and not ImageData");
+    const std::string wanted = kind_ == VtkDataKind::kImageData ? "ImageData" : "PolyData";
+    if (type != wanted) {
+      return complain("it holds " + (type.empty() ? "nothing" : type.substr(0, 40)) + " and not " +
+                      wanted);
     }
     header_.endian = order == "BigEndian" ? Endian::kBig : Endian::kLittle;
     header_.length_bytes = lengths == "UInt64" ? 8 : 4;
@@ -184,13 +191,35 @@ class VtiParser {
     }
   }
 
+  void start_poly_piece(const std::string& points, const std::string& polys,
+                        const std::string& strips) {
+    if (++pieces_ > 1) return complain("it has several pieces; save it as one");
+    const auto count = [this](const std::string& text) -> std::uint64_t {
+      std::array<std::int64_t, 1> number{};
+      constexpr std::int64_t kMost = 0xFFFFFFFF;
+      if (text.empty()) return 0;
+      if (!read_numbers(text, number) || number[0] < 0 || number[0] > kMost) {
+        complain("its piece has '" + text.substr(0, 40) + "' points or cells");
+      }
+      return static_cast<std::uint64_t>(number[0]);
+    };
+    header_.points = count(points);
+    header_.polys = count(polys);
+    header_.strips = count(strips);
+  }
+
+  [[nodiscard]] bool is_section(std::string_view name) const {
+    if (kind_ == VtkDataKind::kImageData) return name == "PointData" || name == "CellData";
+    return name == "Points" || name == "Polys" || name == "Strips";
+  }
+
   void start_array(const Attributes& attributes) {
     const auto get = [&](std::string_view key, std::string otherwise) {
       const auto found = attributes.find(key);
       return found == attributes.end() ? otherwise : found->second;
     };
     if (header_.arrays.size() >= kMaxArrays) return complain("it has too many arrays");
-    VtiArray array{.name = get("Name", ""), .of_cells = of_cells_};
+    VtiArray array{.name = get("Name", ""), .of_cells = of_cells_, .section = section_};
     const std::string type = get("type", "");
     const auto known = vtk_type(type);
     if (!known) return;  // Of text or bits: nobody asks for it.
@@ -231,7 +260,7 @@ class VtiParser {
       header_.arrays.back().begin =
           position() + static_cast<std::uint64_t>(XML_GetCurrentByteCount(parser_.get()));
     }
-    if (name == "PointData" || name == "CellData") in_arrays_ = false;
+    if (is_section(name)) in_arrays_ = false;
     --depth_;
   }
 
@@ -262,7 +291,9 @@ class VtiParser {
   }
 
   std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser_;
+  VtkDataKind kind_;
   VtiHeader header_;
+  std::string section_;
   std::string trouble_;
   int depth_ = 0;
   int pieces_ = 0;
@@ -276,6 +307,8 @@ class VtiParser {
 
 }  // namespace
 
-Result<VtiHeader> parse_vti(const NextBytes& next) { return VtiParser().parse(next); }
+Result<VtiHeader> parse_vti(const NextBytes& next, VtkDataKind kind) {
+  return VtiParser(kind).parse(next);
+}
 
 }  // namespace multitetra

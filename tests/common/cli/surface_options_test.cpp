@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -107,43 +106,34 @@ TEST(SurfaceOptions, OutOfRangeAreRefusedByRegionAndField) {
   EXPECT_THROW((void)request({"--region-unit", "voxel"}), CLI::ParseError);
 }
 
-class ThresholdGridFile : public ::testing::Test {
- protected:
-  ~ThresholdGridFile() override { std::filesystem::remove(file_); }
-  void write(const std::string& text) { std::ofstream(file_, std::ios::binary) << text; }
-  std::filesystem::path file_ =
-      std::filesystem::temp_directory_path() /
-      ("multitetra_grid_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()) +
-       "_" + ::testing::UnitTest::GetInstance()->current_test_info()->name() + ".nrrd");
-};
-
-TEST_F(ThresholdGridFile, IsReadWithItsPlaceInTheWorld) {
-  write(
-      "NRRD0004\ntype: float\ndimension: 3\nsizes: 2 2 1\nencoding: ascii\n"
-      "space dimension: 3\nspace directions: (0,2,0) (3,0,0) (0,0,4)\nspace origin: (5,6,7)\n\n"
-      "0.5 1\n2 nan\n");
-  const auto asked = request({"--threshold-grid", file_.string()});
+TEST(SurfaceOptions, OfAThresholdGridAreWhatTheProgramsReaderGives) {
+  const auto with = [](float threshold, std::vector<std::string> words) {
+    Command command("", "test");
+    SurfaceArguments arguments;
+    arguments.threshold_files = {
+        .formats = "A text file",
+        .read = [threshold](const std::filesystem::path& file,
+                            double elsewhere) -> Result<ThresholdGrid> {
+          if (file != "grid.txt") {
+            return fail(ErrorCode::kInvalidArgument, "Cannot read " + file.string());
+          }
+          return ThresholdGrid{.dims = {2, 1, 1},
+                               .index_to_world = {},
+                               .thresholds = {threshold, static_cast<float>(elsewhere)}};
+        }};
+    add_surface_options(command, arguments);
+    EXPECT_NE(command.app().help().find("A text file"), std::string::npos);
+    std::reverse(words.begin(), words.end());
+    command.app().parse(words);
+    return request_of(arguments, info());
+  };
+  const auto asked = with(0.5F, {"--threshold-grid", "grid.txt", "--error", "3"});
   ASSERT_TRUE(asked) << asked.error().text;
-  const ThresholdGrid& grid = *asked->thresholds.grid;
-  EXPECT_EQ(grid.dims, (std::array{2, 2, 1}));
-  EXPECT_EQ(grid.index_to_world, (Affine{.columns = {Vec3{0, 2, 0}, Vec3{3, 0, 0}, Vec3{0, 0, 4}},
-                                         .translation = {5, 6, 7}}));
-  ASSERT_EQ(grid.thresholds.size(), 4U);
-  EXPECT_EQ(grid.thresholds[0], 0.5F);
-  EXPECT_EQ(grid.thresholds[2], 2.0F);
-  EXPECT_TRUE(std::isnan(grid.thresholds[3]));
-}
-
-TEST_F(ThresholdGridFile, ThatCannotBeReadIsNamedWithTheReason) {
-  const auto refused = [this] { return refusal({"--threshold-grid", file_.string()}); };
-  EXPECT_NE(refused().find("there is no such file"), std::string::npos) << refused();
-  write("no image");
-  EXPECT_NE(refused().find(file_.string()), std::string::npos) << refused();
-  write(
-      "NRRD0004\ntype: float\ndimension: 3\nsizes: 9 9 9\nencoding: raw\nendian: little\n\nshort");
-  EXPECT_NE(refused().find("Cannot read the threshold grid"), std::string::npos) << refused();
-  write("NRRD0004\ntype: float\ndimension: 3\nsizes: 2 1 1\nencoding: ascii\n\n1 -1\n");
-  EXPECT_NE(refused().find("grid.thresholds[1] is -1"), std::string::npos) << refused();
+  EXPECT_EQ(asked->thresholds.grid->thresholds, (std::vector<float>{0.5F, 3.0F}));
+  EXPECT_EQ(with(1, {"--threshold-grid", "other"}).error().text, "Cannot read other");
+  EXPECT_NE(
+      with(-1, {"--threshold-grid", "grid.txt"}).error().text.find("grid.thresholds[0] is -1"),
+      std::string::npos);
 }
 
 TEST(JsonReport, HoldsTheMapWhereThereIsOne) {

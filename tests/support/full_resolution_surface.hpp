@@ -1,4 +1,13 @@
-#include "client/full_resolution_surface.hpp"
+// The isosurface of a volume at full resolution, straight from the definition and written
+// independently of the server, which is held against it.
+//
+// The framework's finest tetrahedra are, for each cube of side 2 whose centre d has odd grid
+// coordinates: for each of its six face centres f, each of the four midpoints m of that face's
+// edges and each end k of that edge, the tetrahedron (d, f, m, k). So a cube has 48, and all cubes
+// together have 6 n^3. A sample is positive when it is greater than the isovalue. In a tetrahedron
+// the field is linear and its isosurface a triangle or a plane quadrangle; a tetrahedron with a
+// void corner has none. Vertices are exact crossings, not on the lattice.
+#pragma once
 
 #include <algorithm>
 #include <array>
@@ -6,18 +15,22 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
+#include <vector>
 
-namespace multitetra {
-namespace {
+#include "common/mesh/surface_distance.hpp"
+#include "common/request/dataset_info.hpp"
+
+namespace multitetra::testing {
 
 // The 27 points of a cube of side 2, numbered x + 3 y + 9 z with x, y, z from 0 to 2.
-constexpr std::size_t kPoints = 27;
-constexpr int number_of(const std::array<int, 3>& p) { return p[0] + 3 * p[1] + 9 * p[2]; }
+inline constexpr std::size_t kPoints = 27;
+inline constexpr int number_of(const std::array<int, 3>& p) { return p[0] + 3 * p[1] + 9 * p[2]; }
 
-using Tetrahedron = std::array<int, 4>;
+using Corners = std::array<int, 4>;
 
-constexpr std::array<Tetrahedron, 48> tetrahedra_of_cube() {
-  std::array<Tetrahedron, 48> tetrahedra{};
+inline constexpr std::array<Corners, 48> tetrahedra_of_cube() {
+  std::array<Corners, 48> tetrahedra{};
   std::size_t count = 0;
   for (std::size_t normal = 0; normal < 3; ++normal) {
     for (std::size_t across = 0; across < 3; ++across) {
@@ -37,7 +50,7 @@ constexpr std::array<Tetrahedron, 48> tetrahedra_of_cube() {
   }
   return tetrahedra;
 }
-constexpr std::array<Tetrahedron, 48> kTetrahedra = tetrahedra_of_cube();
+inline constexpr std::array<Corners, 48> kTetrahedra = tetrahedra_of_cube();
 
 // The field in the grid: samples, and beyond them one value (NaN: void).
 class GridField {
@@ -69,7 +82,7 @@ struct Cube {
   std::array<double, kPoints> values;
 };
 
-Vec3 crossing(const Cube& cube, int a, int b, double isovalue) {
+inline Vec3 crossing(const Cube& cube, int a, int b, double isovalue) {
   const auto i = static_cast<std::size_t>(a);
   const auto j = static_cast<std::size_t>(b);
   const double t = (isovalue - cube.values[i]) / (cube.values[j] - cube.values[i]);
@@ -80,9 +93,9 @@ Vec3 crossing(const Cube& cube, int a, int b, double isovalue) {
   return place;
 }
 
-void add_surface(const Cube& cube, const Tetrahedron& tetrahedron, double isovalue,
-                 std::vector<SurfaceTriangle>& surface) {
-  Tetrahedron corners{};  // The positive ones first.
+inline void add_surface(const Cube& cube, const Corners& tetrahedron, double isovalue,
+                        std::vector<SurfaceTriangle>& surface) {
+  Corners corners{};  // The positive ones first.
   std::size_t positive = 0;
   std::size_t negative = 0;
   for (const int corner : tetrahedron) {
@@ -109,7 +122,7 @@ void add_surface(const Cube& cube, const Tetrahedron& tetrahedron, double isoval
   }
 }
 
-bool is_crossed(const std::array<double, kPoints>& values, double isovalue) {
+inline bool is_crossed(const std::array<double, kPoints>& values, double isovalue) {
   const auto positive = std::count_if(values.begin(), values.end(),
                                       [isovalue](double value) { return value > isovalue; });
   const auto negative = std::count_if(values.begin(), values.end(),
@@ -117,11 +130,9 @@ bool is_crossed(const std::array<double, kPoints>& values, double isovalue) {
   return positive > 0 && negative > 0;
 }
 
-}  // namespace
-
-std::vector<SurfaceTriangle> full_resolution_surface(const DatasetInfo& info,
-                                                     std::span<const float> samples,
-                                                     double isovalue) {
+inline std::vector<SurfaceTriangle> full_resolution_surface(const DatasetInfo& info,
+                                                            std::span<const float> samples,
+                                                            double isovalue) {
   assert(samples.size() == static_cast<std::size_t>(info.dims[0]) *
                                static_cast<std::size_t>(info.dims[1]) *
                                static_cast<std::size_t>(info.dims[2]));
@@ -149,7 +160,7 @@ std::vector<SurfaceTriangle> full_resolution_surface(const DatasetInfo& info,
           cube.places[i] = to_world(
               {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
         }
-        for (const Tetrahedron& tetrahedron : kTetrahedra) {
+        for (const Corners& tetrahedron : kTetrahedra) {
           add_surface(cube, tetrahedron, isovalue, surface);
         }
       }
@@ -158,4 +169,4 @@ std::vector<SurfaceTriangle> full_resolution_surface(const DatasetInfo& info,
   return surface;
 }
 
-}  // namespace multitetra
+}  // namespace multitetra::testing

@@ -1,0 +1,160 @@
+#include "server/certify/certificate.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "server/certify/reference_surface.hpp"
+#include "server/dataset/dataset.hpp"
+
+namespace multitetra {
+namespace {
+
+// Between the lower and the upper bound of a maximum, and how near to the border is on it: voxels.
+constexpr double kTolerance = 0.01;
+
+// Where the mesh may end: near the data's border, and near void samples.
+class OpenPlaces {
+ public:
+  OpenPlaces(const Field& field, const DatasetInfo& grid)
+      : field_(field),
+        has_void_(grid.void_samples > 0),
+        to_grid_(inverse(grid_to_world(grid))),
+        border_(data_border(grid, /*lattice_resolution=*/0, /*topology_tolerance=*/0)) {}
+
+  [[nodiscard]] bool contain_edge(const Vec3& a, const Vec3& b) const {
+    const Vec3 p = to_grid_(a);
+    const Vec3 q = to_grid_(b);
+    const std::array<std::int32_t, 3> low = {border_.low.x, border_.low.y, border_.low.z};
+    const std::array<std::int32_t, 3> high = {border_.high.x, border_.high.y, border_.high.z};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (std::max(p[axis], q[axis]) <= low[axis] + kTolerance) return true;
+      if (std::min(p[axis], q[axis]) >= high[axis] - kTolerance) return true;
+    }
+    return has_void_ && is_near_void(p) && is_near_void(q);
+  }
+
+ private:
+  // Within the tetrahedra around: two steps.
+  [[nodiscard]] bool is_near_void(const Vec3& p) const {
+    GridPoint low;
+    for (const double coordinate : p) {
+      if (!(std::abs(coordinate) < 1e6)) return false;
+    }
+    low.x = static_cast<std::int32_t>(std::floor(p[0])) - 1;
+    low.y = static_cast<std::int32_t>(std::floor(p[1])) - 1;
+    low.z = static_cast<std::int32_t>(std::floor(p[2])) - 1;
+    return field_.visit([&](const auto& sampled) {
+      for (std::int32_t i = 0; i < 64; ++i) {
+        if (is_void(sampled.at(low + GridPoint{i % 4, i / 4 % 4, i / 16}))) return true;
+      }
+      return false;
+    });
+  }
+
+  const Field& field_;
+  bool has_void_;
+  Affine to_grid_;
+  DataBorder border_;
+};
+
+// How far rounding to 32-bit floats moves a vertex.
+double float_rounding(const TriangleMesh& mesh) {
+  double largest = 0;
+  for (const Vec3& vertex : mesh.vertices) {
+    for (const double coordinate : vertex) largest = std::max(largest, std::abs(coordinate));
+  }
+  return std::sqrt(3.0) * 0x1p-24 * largest;
+}
+
+ErrorVerdict verdict(const Certificate& certificate, double allowed) {
+  if (certificate.maximum() > allowed) return ErrorVerdict::kExceeded;
+  return certificate.maximum_at_most() <= allowed ? ErrorVerdict::kKept : ErrorVerdict::kNotRefuted;
+}
+
+}  // namespace
+
+double Certificate::maximum() const {
+  return std::max(distance.mesh_to_reference.maximum, distance.reference_to_mesh.maximum);
+}
+
+double Certificate::maximum_at_most() const {
+  return std::max(distance.mesh_to_reference.maximum_at_most,
+                  distance.reference_to_mesh.maximum_at_most);
+}
+
+bool Certificate::is_watertight() const {
+  return mesh.open_edges == 0 && mesh.border_edges == 0 && mesh.nonmanifold_edges == 0;
+}
+
+bool Certificate::keeps_topology() const {
+  return mesh.is_sound() && nonmanifold_vertices <= nonmanifold_vertices_of_reference &&
+         mesh.components == reference.components &&
+         mesh.euler_characteristic == reference.euler_characteristic;
+}
+
+bool Certificate::is_kept() const {
+  return error != ErrorVerdict::kExceeded && (!is_topology_asked || keeps_topology());
+}
+
+double lattice_step_world(const DatasetInfo& grid, int lattice) {
+  const auto& columns = grid_to_world(grid).columns;
+  double longest = 0;
+  for (int signs = 0; signs < 4; ++signs) {
+    const double y = (signs & 1) != 0 ? 1 : -1;
+    const double z = (signs & 2) != 0 ? 1 : -1;
+    longest = std::max(longest, length(moved(moved(columns[0], y, columns[1]), z, columns[2])));
+  }
+  return longest / static_cast<double>(1 << lattice);
+}
+
+Certificate certify(const TriangleMesh& mesh, const Volume& volume, const CertifyOptions& options) {
+  const auto begin = [&](const char* stage) {
+    if (options.on_stage) options.on_stage(stage);
+  };
+  if (grid_exponent_for(volume.dims, options.margin) > kMaxGridExponent) {
+    throw std::invalid_argument("The volume and its margin have more than 2^14 steps on an axis.");
+  }
+  begin("full surface");
+  Certificate certificate;
+  certificate.grid = grid_info(volume, options.outside, options.margin);
+  certificate.is_topology_asked = !options.any_topology;
+  const Field field(volume, options.outside, options.margin);
+  const ReferenceSurface reference = reference_surface(field, certificate.grid, options.isovalue);
+  certificate.reference = reference.topology;
+  certificate.nonmanifold_vertices_of_reference =
+      nonmanifold_vertices(reference.mesh.vertices.size(), reference.mesh.triangles);
+
+  begin("topology");
+  const WeldedMesh own = welded(mesh);
+  certificate.degenerate_triangles = own.degenerate_triangles;
+  const OpenPlaces open_places(field, certificate.grid);
+  certificate.mesh =
+      topology(own.mesh.vertices.size(), own.mesh.triangles, [&](std::uint32_t a, std::uint32_t b) {
+        return open_places.contain_edge(own.mesh.vertices[a], own.mesh.vertices[b]);
+      });
+  certificate.nonmanifold_vertices =
+      nonmanifold_vertices(own.mesh.vertices.size(), own.mesh.triangles);
+
+  begin("distances");
+  const double voxel = voxel_length(certificate.grid);
+  DistanceSearch search{.samples = options.samples, .tolerance = kTolerance * voxel};
+  certificate.rounding_allowance = float_rounding(own.mesh);
+  if (options.lattice) {
+    certificate.lattice_allowance = lattice_step_world(certificate.grid, *options.lattice);
+  }
+  if (options.error) {
+    search.limit = *options.error + certificate.lattice_allowance + certificate.rounding_allowance;
+  }
+  certificate.distance = two_sided_distance(own.mesh, reference.mesh, search);
+  if (search.limit) certificate.error = verdict(certificate, *search.limit);
+  if (options.count_self_intersections) {
+    begin("self-intersections");
+    certificate.self_intersections = self_intersections(own.mesh);
+  }
+  return certificate;
+}
+
+}  // namespace multitetra

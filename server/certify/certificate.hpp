@@ -1,0 +1,79 @@
+// What a mesh is, compared with the isosurface of a volume at full resolution.
+//
+//   const Volume volume = read_volume("head.nrrd");
+//   const Certificate certificate =
+//       certify(read_mesh("head.ply"), volume, {.isovalue = 500.5, .error = 0.5});
+//   if (!certificate.is_kept()) ...
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+#include "common/mesh/mesh_checks.hpp"
+#include "common/request/dataset_info.hpp"
+#include "server/certify/self_intersections.hpp"
+#include "server/certify/triangle_mesh.hpp"
+#include "server/certify/two_sided_distance.hpp"
+#include "server/core/framework/volume.hpp"
+
+namespace multitetra {
+
+struct CertifyOptions {
+  double isovalue = 0;
+  std::optional<double> error = std::nullopt;  // World units; none: distances are told only.
+  // The mesh's vertices may be rounded to a lattice of 2^-lattice grid steps, as ours are: the
+  // error is exceeded only beyond that. None: they are where they should be.
+  std::optional<int> lattice = std::nullopt;
+  bool any_topology = false;  // The topology need not be that of the full surface.
+  bool count_self_intersections = false;
+  std::optional<double> outside = std::nullopt;  // The value beyond the data; none means void.
+  std::int32_t margin = 0;                       // Grid steps around the data.
+  std::uint64_t samples = 200'000;               // Of each surface, for mean and percentile.
+  // Is told what begins: "full surface", "topology", "distances", "self-intersections".
+  std::function<void(const char* stage)> on_stage = nullptr;
+};
+
+enum class ErrorVerdict {
+  kNotAsked,
+  kKept,        // Proven: no point of either surface is farther.
+  kNotRefuted,  // No point that was looked at is farther, but a bound for all of them is.
+  kExceeded,
+};
+
+struct Certificate {
+  DatasetInfo grid;  // The volume's.
+  MeshTopology mesh;
+  MeshTopology reference;  // Of the full surface.
+  // Where fans of triangles only touch; at void samples the full surface may have some.
+  std::int64_t nonmanifold_vertices = 0;
+  std::int64_t nonmanifold_vertices_of_reference = 0;
+  std::uint64_t degenerate_triangles = 0;  // Of the mesh, left out: two corners at one place.
+  TwoSidedDistance distance;               // World units.
+  // What is allowed for the lattice and for coordinates that are 32-bit floats, world units.
+  double lattice_allowance = 0;
+  double rounding_allowance = 0;
+  ErrorVerdict error = ErrorVerdict::kNotAsked;
+  bool is_topology_asked = true;
+  std::optional<SelfIntersections> self_intersections;
+
+  [[nodiscard]] double maximum() const;          // Of both directions.
+  [[nodiscard]] double maximum_at_most() const;  // Likewise.
+  // No edge has fewer or more than two triangles, or two that face different sides.
+  [[nodiscard]] bool is_watertight() const;
+  // As many components, holes and handles as the full surface, and open only where the data end or
+  // void samples are.
+  [[nodiscard]] bool keeps_topology() const;
+  [[nodiscard]] bool is_kept() const;
+};
+
+// How far rounding may move a vertex, in world units: one step along the longest diagonal of a grid
+// cell.
+[[nodiscard]] double lattice_step_world(const DatasetInfo& grid, int lattice);
+
+// `mesh` is in the volume's world coordinates. On all threads that oneTBB may use. Throws
+// std::invalid_argument when the volume does not fit the largest grid.
+[[nodiscard]] Certificate certify(const TriangleMesh& mesh, const Volume& volume,
+                                  const CertifyOptions& options);
+
+}  // namespace multitetra

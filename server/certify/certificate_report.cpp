@@ -1,0 +1,232 @@
+#include "server/certify/certificate_report.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/number_text.hpp"
+#include "common/cli/human_units.hpp"
+#include "common/cli/json_report.hpp"
+#include "common/cli/terminal.hpp"
+
+namespace multitetra {
+namespace {
+
+using Row = std::vector<std::string>;
+
+// Columns as wide as their widest cells, two spaces apart.
+std::string table(const std::vector<Row>& rows) {
+  std::vector<std::size_t> widths(rows.front().size(), 0);
+  for (const Row& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  std::string text;
+  for (const Row& row : rows) {
+    std::string line;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      line += row[i] + std::string(widths[i] - row[i].size() + 2, ' ');
+    }
+    text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+  }
+  return text;
+}
+
+std::string digits(double value) {
+  if (std::isinf(value)) return "infinite";
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.4g", value);
+  return text.data();
+}
+
+// Lengths of the world, told in voxels too.
+class Lengths {
+ public:
+  explicit Lengths(const DatasetInfo& grid)
+      : voxel_(voxel_length(grid)), unit_(grid.meaning.length_unit) {}
+
+  [[nodiscard]] std::string text(double world) const {
+    if (std::isinf(world)) return "infinite";
+    const std::string unit = unit_.empty() ? "units" : printable(unit_);
+    return digits(world / voxel_) + " voxels (" + digits(world) + " " + unit + ")";
+  }
+
+ private:
+  double voxel_;
+  std::string unit_;
+};
+
+std::string place_text(const Vec3& place) {
+  return digits(place[0]) + ", " + digits(place[1]) + ", " + digits(place[2]);
+}
+
+std::string error_line(const Certificate& certificate, const CertifyOptions& options,
+                       const Lengths& lengths) {
+  std::string allowed;
+  if (options.error) {
+    allowed = "allowed are " + lengths.text(*options.error);
+    if (options.lattice) {
+      allowed += " and " + lengths.text(certificate.lattice_allowance) + " for the lattice";
+    }
+  }
+  switch (certificate.error) {
+    case ErrorVerdict::kNotAsked:
+      return "not asked for (--error): no point of either surface is farther from the other than " +
+             lengths.text(certificate.maximum_at_most());
+    case ErrorVerdict::kKept:
+      return "kept: no point of either surface is farther from the other than " +
+             lengths.text(certificate.maximum_at_most()) + "; " + allowed;
+    case ErrorVerdict::kNotRefuted:
+      return "kept wherever it was looked at, up to " + lengths.text(certificate.maximum()) + "; " +
+             allowed + ". What is proven for all points is " +
+             lengths.text(certificate.maximum_at_most());
+    case ErrorVerdict::kExceeded:
+      return "NOT KEPT: a point is " + lengths.text(certificate.maximum()) +
+             " from the other surface; " + allowed;
+  }
+  return {};
+}
+
+std::string topology_line(const Certificate& certificate) {
+  const bool is_kept = certificate.keeps_topology();
+  if (!certificate.is_topology_asked) {
+    return std::string(is_kept ? "that of the full surface" : "another than the full surface's") +
+           ", which is allowed";
+  }
+  return is_kept ? "kept: components and Euler characteristic are those of the full surface"
+                 : "NOT KEPT: see the table";
+}
+
+std::string watertight_text(const Certificate& certificate) {
+  if (certificate.is_watertight()) return "yes";
+  if (certificate.mesh.open_edges == 0 && certificate.mesh.nonmanifold_edges == 0) {
+    return "yes, up to the border of the data";
+  }
+  return "NO";
+}
+
+std::string distances_text(const Certificate& certificate, const Lengths& lengths) {
+  std::vector<Row> rows = {{"Distance", "at most", "found", "99 %", "mean"}};
+  const auto add = [&](const std::string& name, const SurfaceDistance& d) {
+    rows.push_back({name, lengths.text(d.maximum_at_most), lengths.text(d.maximum),
+                    lengths.text(d.percentile_99), lengths.text(d.mean)});
+  };
+  const auto& [there, back] = certificate.distance;
+  add("of the mesh from the full surface", there);
+  add("of the full surface from the mesh", back);
+  const bool is_there = there.maximum >= back.maximum;
+  return table(rows) + "The farthest point is one of the " + (is_there ? "mesh" : "full surface") +
+         ", at " + place_text((is_there ? there : back).farthest) + " of the world.\n";
+}
+
+std::string topology_text(const Certificate& certificate) {
+  std::vector<Row> rows = {{"Topology", "mesh", "full surface"}};
+  const auto add = [&](const std::string& name, std::int64_t MeshTopology::*count) {
+    const auto text = [&](const MeshTopology& of) {
+      const std::int64_t value = of.*count;
+      return (value < 0 ? "-" : "") + human_count(static_cast<std::uint64_t>(std::abs(value)));
+    };
+    rows.push_back({name, text(certificate.mesh), text(certificate.reference)});
+  };
+  const auto add_own = [&](const std::string& name, const std::string& value) {
+    rows.push_back({name, value, ""});
+  };
+  add("components", &MeshTopology::components);
+  add("Euler characteristic", &MeshTopology::euler_characteristic);
+  add("triangles", &MeshTopology::triangles);
+  add("vertices", &MeshTopology::vertices);
+  add("open edges on the border of the data", &MeshTopology::border_edges);
+  add("open edges elsewhere", &MeshTopology::open_edges);
+  add("non-manifold edges, or triangles turned over", &MeshTopology::nonmanifold_edges);
+  rows.push_back(
+      {"non-manifold vertices",
+       human_count(static_cast<std::uint64_t>(certificate.nonmanifold_vertices)),
+       human_count(static_cast<std::uint64_t>(certificate.nonmanifold_vertices_of_reference))});
+  add_own("triangles without three corners", human_count(certificate.degenerate_triangles));
+  add_own("watertight", watertight_text(certificate));
+  if (certificate.self_intersections) {
+    const SelfIntersections& found = *certificate.self_intersections;
+    add_own("triangles that intersect others", human_count(found.triangles));
+    add_own("triangles without area", human_count(found.flat_triangles));
+    if (found.triangles > 0) {
+      return table(rows) + "A triangle that intersects others is at " + place_text(found.place) +
+             " of the world.\n";
+    }
+  } else {
+    add_own("triangles that intersect others", "not counted (--self-intersections)");
+  }
+  return table(rows);
+}
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json json_of(const SurfaceDistance& distance, double voxel) {
+  const auto in = [&](double unit) -> Json {
+    return {{"maximum", number(distance.maximum / unit)},
+            {"maximum_at_most", number(distance.maximum_at_most / unit)},
+            {"percentile_99", number(distance.percentile_99 / unit)},
+            {"mean", number(distance.mean / unit)}};
+  };
+  return {{"world", in(1)},
+          {"voxel", in(voxel)},
+          {"farthest_point", distance.farthest},
+          {"samples", distance.samples}};
+}
+
+Json error_json(const Certificate& certificate, const CertifyOptions& options, double voxel) {
+  const bool is_asked = options.error.has_value();
+  return {{"kept", is_asked ? Json(certificate.error != ErrorVerdict::kExceeded) : Json(nullptr)},
+          {"proven", is_asked ? Json(certificate.error == ErrorVerdict::kKept) : Json(nullptr)},
+          {"world", is_asked ? Json(*options.error) : Json(nullptr)},
+          {"voxel", is_asked ? Json(*options.error / voxel) : Json(nullptr)},
+          {"lattice_allowance_world", certificate.lattice_allowance},
+          {"rounding_allowance_world", certificate.rounding_allowance}};
+}
+
+}  // namespace
+
+std::string text_of(const Certificate& certificate, const CertifiedFiles& files,
+                    const CertifyOptions& options) {
+  const Lengths lengths(certificate.grid);
+  return std::string(certificate.is_kept() ? "Certified: " : "NOT certified: ") +
+         printable(files.mesh) + ", for the surface of " + printable(files.volume) +
+         " at isovalue " + shortest_text(options.isovalue) + ".\n" +
+         table({{"  error", error_line(certificate, options, lengths)},
+                {"  topology", topology_line(certificate)}}) +
+         "\n" + distances_text(certificate, lengths) + "\n" + topology_text(certificate);
+}
+
+Json json_of(const Certificate& certificate, const CertifiedFiles& files,
+             const CertifyOptions& options) {
+  const double voxel = voxel_length(certificate.grid);
+  Json mesh = json_of(certificate.mesh);
+  mesh["degenerate_triangles"] = certificate.degenerate_triangles;
+  mesh["nonmanifold_vertices"] = certificate.nonmanifold_vertices;
+  Json reference = json_of(certificate.reference);
+  reference["nonmanifold_vertices"] = certificate.nonmanifold_vertices_of_reference;
+  Json json = {{"kept", certificate.is_kept()},
+               {"mesh_file", files.mesh},
+               {"volume", files.volume},
+               {"isovalue", options.isovalue},
+               {"error", error_json(certificate, options, voxel)},
+               {"topology_kept", certificate.keeps_topology()},
+               {"watertight", certificate.is_watertight()},
+               {"distances",
+                {{"mesh_to_full", json_of(certificate.distance.mesh_to_reference, voxel)},
+                 {"full_to_mesh", json_of(certificate.distance.reference_to_mesh, voxel)}}},
+               {"mesh", std::move(mesh)},
+               {"full_surface", std::move(reference)},
+               {"self_intersections", nullptr}};
+  if (certificate.self_intersections) {
+    const SelfIntersections& found = *certificate.self_intersections;
+    json["self_intersections"] = {{"triangles", found.triangles},
+                                  {"pairs", found.pairs},
+                                  {"flat_triangles", found.flat_triangles},
+                                  {"place", found.place}};
+  }
+  return json;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,34 @@
+// A certificate for people and for programs.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "server/certify/certificate.hpp"
+
+namespace multitetra {
+
+// What the certificate is about, as it was asked for.
+struct CertifiedFiles {
+  std::string mesh;
+  std::string volume;
+};
+
+// First whether the promises are kept, then the numbers, a table each for distances and topology.
+[[nodiscard]] std::string text_of(const Certificate& certificate, const CertifiedFiles& files,
+                                  const CertifyOptions& options);
+
+// kept, mesh_file, volume, isovalue, error: {kept (null: not asked), proven, world, voxel,
+// lattice_allowance_world, rounding_allowance_world}, topology_kept, watertight, distances:
+// {mesh_to_full and full_to_mesh: {world and voxel: {maximum, maximum_at_most, percentile_99,
+// mean}, farthest_point, samples}}, mesh and full_surface: the keys of json_report.hpp's topology
+// and nonmanifold_vertices; self_intersections (null: not counted): {triangles, pairs,
+// flat_triangles, place}. An infinite number, where a surface is empty, is null. Distances in
+// voxels are of the smallest spacing; places are in world coordinates.
+[[nodiscard]] nlohmann::ordered_json json_of(const Certificate& certificate,
+                                             const CertifiedFiles& files,
+                                             const CertifyOptions& options);
+
+}  // namespace multitetra

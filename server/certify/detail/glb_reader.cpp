@@ -1,0 +1,321 @@
+// Binary glTF 2.0: a JSON chunk that describes what the binary chunk holds. And Draco, which may be
+// in it.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/affine.hpp"
+#include "common/base/child_process.hpp"
+#include "common/wire/draco_mesh.hpp"
+#include "server/certify/detail/mesh_bytes.hpp"
+
+namespace multitetra {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
+// Extensions without which the triangles are not where they should be, and which are known here.
+constexpr std::array<std::string_view, 3> kKnownExtensions = {
+    kDracoExtension, "KHR_mesh_quantization", "KHR_materials_unlit"};
+
+// Draco with what its bytes promise, true or not, and its answer.
+constexpr std::uint64_t kDracoMemory = std::uint64_t{8} << 30;
+constexpr std::chrono::minutes kMostDracoTime{10};
+
+DracoMesh decoded_apart(std::string_view bytes, std::optional<std::uint32_t> position_id) {
+  std::string made;
+  try {
+    made = made_apart(
+        [&]() -> std::string {
+          const auto mesh = decode_draco_mesh(bytes, position_id);
+          if (!mesh) throw std::runtime_error(mesh.error().text);
+          const std::uint64_t count = mesh->positions.size();
+          std::string answer(reinterpret_cast<const char*>(&count), sizeof count);
+          answer.append(reinterpret_cast<const char*>(mesh->positions.data()),
+                        count * sizeof(Vec3));
+          answer.append(reinterpret_cast<const char*>(mesh->triangles.data()),
+                        mesh->triangles.size() * sizeof(TriangleIndices));
+          return answer;
+        },
+        kDracoMemory, kMostDracoTime);
+  } catch (const std::runtime_error& problem) {
+    throw MeshFault(problem.what());
+  }
+  MeshBytes answer(made);
+  DracoMesh mesh;
+  mesh.positions.resize(answer.take_number<std::uint64_t>());
+  const std::string_view positions = answer.take(mesh.positions.size() * sizeof(Vec3));
+  std::memcpy(mesh.positions.data(), positions.data(), positions.size());
+  mesh.triangles.resize(answer.size() / sizeof(TriangleIndices));
+  const std::string_view triangles = answer.take(answer.size());
+  std::memcpy(mesh.triangles.data(), triangles.data(), triangles.size());
+  return mesh;
+}
+
+// A whole number of the JSON, from 0 on.
+std::size_t whole(const json& value) {
+  if (!value.is_number_unsigned()) throw MeshFault("its JSON has something else for a number");
+  return value.get<std::size_t>();
+}
+std::size_t whole_or(const json& object, const char* key, std::size_t otherwise) {
+  return object.contains(key) ? whole(object[key]) : otherwise;
+}
+
+const json& element(const json& document, const char* array, std::size_t index) {
+  if (!document.contains(array) || !document[array].is_array() || index >= document[array].size()) {
+    throw MeshFault("its JSON names an element of '" + std::string(array) + "' that is not there");
+  }
+  return document[array][index];
+}
+
+std::vector<double> numbers(const json& array, std::size_t count) {
+  if (!array.is_array() || array.size() != count ||
+      !std::all_of(array.begin(), array.end(), [](const json& v) { return v.is_number(); })) {
+    throw MeshFault("a node's transformation is not " + std::to_string(count) + " numbers");
+  }
+  return array.get<std::vector<double>>();
+}
+
+Affine node_map(const json& node) {
+  Affine map;
+  if (node.contains("matrix")) {
+    const std::vector<double> m = numbers(node["matrix"], 16);  // Column-major.
+    for (std::size_t column = 0; column < 3; ++column) {
+      map.columns[column] = {m[4 * column], m[4 * column + 1], m[4 * column + 2]};
+    }
+    map.translation = {m[12], m[13], m[14]};
+    return map;
+  }
+  if (node.contains("rotation")) {
+    const std::vector<double> q = numbers(node["rotation"], 4);
+    const double x = q[0];
+    const double y = q[1];
+    const double z = q[2];
+    const double w = q[3];
+    map.columns = {Vec3{1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)},
+                   Vec3{2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)},
+                   Vec3{2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)}};
+  }
+  if (node.contains("scale")) {
+    const std::vector<double> factors = numbers(node["scale"], 3);
+    for (std::size_t i = 0; i < 3; ++i) map.columns[i] = scaled(map.columns[i], factors[i]);
+  }
+  if (node.contains("translation")) {
+    const std::vector<double> by = numbers(node["translation"], 3);
+    map.translation = {by[0], by[1], by[2]};
+  }
+  return map;
+}
+
+class GlbReader {
+ public:
+  GlbReader(const json& document, std::string_view binary) : document_(document), binary_(binary) {}
+
+  TriangleMesh read() {
+    if (document_.contains("extensionsRequired")) {
+      for (const json& extension : document_["extensionsRequired"]) {
+        const auto name = extension.get<std::string>();
+        if (std::find(kKnownExtensions.begin(), kKnownExtensions.end(), name) ==
+            kKnownExtensions.end()) {
+          throw MeshFault("it needs the extension '" + name.substr(0, 60) +
+                          "', which is not known here");
+        }
+      }
+    }
+    if (!document_.contains("scenes")) throw MeshFault("it has no scene");
+    const json& scene = element(document_, "scenes", whole_or(document_, "scene", 0));
+    if (scene.contains("nodes")) {
+      // glTF's y-up to our z-up.
+      const Affine turn = {.columns = {Vec3{1, 0, 0}, Vec3{0, 0, 1}, Vec3{0, -1, 0}}};
+      for (const json& node : scene["nodes"]) add_node(whole(node), turn, 0);
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  void add_node(std::size_t number, const Affine& parent, int depth) {
+    constexpr int kMaxDepth = 64;
+    constexpr std::size_t kMaxNodes = 1'000'000;
+    if (depth > kMaxDepth || ++nodes_ > kMaxNodes) {
+      throw MeshFault("its nodes lie in each other without end");
+    }
+    const json& node = element(document_, "nodes", number);
+    const Affine map = composed(parent, node_map(node));
+    if (node.contains("mesh")) {
+      const json& mesh = element(document_, "meshes", whole(node["mesh"]));
+      if (!mesh.contains("primitives")) throw MeshFault("a mesh has no primitives");
+      for (const json& primitive : mesh["primitives"]) add_primitive(primitive, map);
+    }
+    if (!node.contains("children")) return;
+    for (const json& child : node["children"]) add_node(whole(child), map, depth + 1);
+  }
+
+  void add_primitive(const json& primitive, const Affine& map) {
+    const std::size_t mode = whole_or(primitive, "mode", 4);
+    if (mode < 4) return;  // Points and lines.
+    if (mode > 4) throw MeshFault("its triangles are strips or fans");
+    if (!primitive.contains("attributes") || !primitive["attributes"].contains("POSITION")) {
+      throw MeshFault("a primitive has no positions");
+    }
+    DracoMesh part;
+    if (primitive.contains("extensions") && primitive["extensions"].contains(kDracoExtension)) {
+      const json& draco = primitive["extensions"][kDracoExtension];
+      if (!draco.contains("bufferView") || !draco.contains("attributes") ||
+          !draco["attributes"].contains("POSITION")) {
+        throw MeshFault("its Draco extension has no positions");
+      }
+      part = decoded_apart(view(whole(draco["bufferView"])).first,
+                           static_cast<std::uint32_t>(whole(draco["attributes"]["POSITION"])));
+    } else {
+      part = plain_part(primitive);
+    }
+    const auto first = mesh_.vertices.size();
+    if (first + part.positions.size() > std::numeric_limits<std::uint32_t>::max()) {
+      throw MeshFault("it has more than 2^32 vertices");
+    }
+    for (const Vec3& place : part.positions) mesh_.vertices.push_back(map(place));
+    const bool is_mirrored = map.determinant() < 0;  // glTF turns the faces over then.
+    for (TriangleIndices t : part.triangles) {
+      for (std::uint32_t& corner : t) corner += static_cast<std::uint32_t>(first);
+      if (is_mirrored) std::swap(t[1], t[2]);
+      mesh_.triangles.push_back(t);
+    }
+  }
+
+  DracoMesh plain_part(const json& primitive) {
+    DracoMesh part;
+    const json& positions =
+        element(document_, "accessors", whole(primitive["attributes"]["POSITION"]));
+    visit(positions, 3, [&](const std::array<double, 3>& v) { part.positions.push_back(v); });
+    std::vector<std::uint32_t> corners;
+    if (primitive.contains("indices")) {
+      visit(element(document_, "accessors", whole(primitive["indices"])), 1,
+            [&](const std::array<double, 3>& v) {
+              if (!(v[0] >= 0 && v[0] < static_cast<double>(part.positions.size()))) {
+                throw MeshFault("a triangle has a vertex that is not there");
+              }
+              corners.push_back(static_cast<std::uint32_t>(v[0]));
+            });
+    } else {
+      for (std::uint32_t i = 0; i < part.positions.size(); ++i) corners.push_back(i);
+    }
+    for (std::size_t i = 0; i + 2 < corners.size(); i += 3) {
+      part.triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
+    }
+    return part;
+  }
+
+  // The bytes of a view, and its stride or 0.
+  std::pair<std::string_view, std::size_t> view(std::size_t number) {
+    const json& description = element(document_, "bufferViews", number);
+    if (whole_or(description, "buffer", 0) != 0 ||
+        element(document_, "buffers", 0).contains("uri")) {
+      throw MeshFault("its arrays are in another file");
+    }
+    const std::size_t offset = whole_or(description, "byteOffset", 0);
+    const std::size_t length = whole_or(description, "byteLength", 0);
+    if (offset > binary_.size() || length > binary_.size() - offset) {
+      throw MeshFault("an array reaches beyond its end");
+    }
+    return {binary_.substr(offset, length), whole_or(description, "byteStride", 0)};
+  }
+
+  // Calls `take` for each element of an array of scalars or of vectors of three.
+  template <typename Take>
+  void visit(const json& accessor, std::size_t components, const Take& take) {
+    if (accessor.contains("sparse") || !accessor.contains("bufferView")) {
+      throw MeshFault("an array of it is sparse");
+    }
+    const std::string type = accessor.value("type", "");
+    if (type != (components == 1 ? "SCALAR" : "VEC3")) {
+      throw MeshFault("an array of it is " + type.substr(0, 20));
+    }
+    const std::size_t kind = whole_or(accessor, "componentType", 0);
+    const std::size_t width = kind == 5120 || kind == 5121   ? 1
+                              : kind == 5122 || kind == 5123 ? 2
+                              : kind == 5125 || kind == 5126 ? 4
+                                                             : 0;
+    if (width == 0) throw MeshFault("an array of it has the type " + std::to_string(kind));
+    const auto [bytes, given_stride] = view(whole(accessor["bufferView"]));
+    const std::size_t size = components * width;
+    const std::size_t stride = given_stride != 0 ? given_stride : size;
+    const std::size_t offset = whole_or(accessor, "byteOffset", 0);
+    const std::size_t count = whole_or(accessor, "count", 0);
+    if (count == 0) return;
+    if (stride < size || offset > bytes.size() || bytes.size() - offset < size ||
+        (bytes.size() - offset - size) / stride < count - 1) {
+      throw MeshFault("an array reaches beyond its end");
+    }
+    const bool is_normalized = accessor.value("normalized", false);
+    for (std::size_t i = 0; i < count; ++i) {
+      MeshBytes one(bytes.substr(offset + i * stride, size));
+      std::array<double, 3> values{};
+      for (std::size_t c = 0; c < components; ++c) values[c] = number(one, kind, is_normalized);
+      take(values);
+    }
+  }
+
+  static double number(MeshBytes& bytes, std::size_t kind, bool is_normalized) {
+    const auto integer = [is_normalized](double value, double one) {
+      return is_normalized ? std::max(value / one, -1.0) : value;
+    };
+    switch (kind) {
+      case 5120:
+        return integer(bytes.take_number<std::int8_t>(), 127);
+      case 5121:
+        return integer(bytes.take_number<std::uint8_t>(), 255);
+      case 5122:
+        return integer(bytes.take_number<std::int16_t>(), 32767);
+      case 5123:
+        return integer(bytes.take_number<std::uint16_t>(), 65535);
+      case 5125:
+        return bytes.take_number<std::uint32_t>();
+      default:
+        return static_cast<double>(bytes.take_number<float>());
+    }
+  }
+
+  const json& document_;
+  std::string_view binary_;
+  TriangleMesh mesh_;
+  std::size_t nodes_ = 0;
+};
+
+}  // namespace
+
+TriangleMesh read_glb(std::string_view file) {
+  constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
+  MeshBytes bytes(file);
+  bytes.take(4);
+  if (bytes.take_number<std::uint32_t>() != 2) throw MeshFault("it is not of glTF 2");
+  bytes.take(4);  // Its length.
+  const auto length = bytes.take_number<std::uint32_t>();
+  if (bytes.take_number<std::uint32_t>() != kJsonChunk) throw MeshFault("it has no JSON first");
+  const std::string_view text = bytes.take(length);
+  std::string_view binary;
+  if (bytes.size() >= 8) {
+    const auto size = bytes.take_number<std::uint32_t>();
+    bytes.take(4);  // Of binary data.
+    binary = bytes.take(size);
+  }
+  try {
+    const json document = json::parse(text);
+    return GlbReader(document, binary).read();
+  } catch (const json::exception&) {
+    throw MeshFault("its JSON is damaged or says something else than glTF does");
+  }
+}
+
+TriangleMesh read_draco(std::string_view file) {
+  DracoMesh mesh = decoded_apart(file, std::nullopt);
+  return {.vertices = std::move(mesh.positions), .triangles = std::move(mesh.triangles)};
+}
+
+}  // namespace multitetra

@@ -1,0 +1,92 @@
+// What the readers of mesh files have in common. `what` is wrong is thrown as MeshFault, without
+// the name of the file.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "server/certify/triangle_mesh.hpp"
+
+namespace multitetra {
+
+class MeshFault : public std::runtime_error {
+ public:
+  explicit MeshFault(const std::string& what) : std::runtime_error(what) {}
+};
+
+// Appends the polygon as triangles around its first corner. Throws unless all corners are vertices.
+class PolygonSink {
+ public:
+  explicit PolygonSink(TriangleMesh& mesh) : mesh_(mesh) {}
+
+  void begin() { count_ = 0; }
+  // `vertex` as the file has it: it may be anything.
+  void add(std::int64_t vertex) {
+    if (vertex < 0 || vertex >= static_cast<std::int64_t>(mesh_.vertices.size())) {
+      throw MeshFault("a face has the vertex " + std::to_string(vertex) + " of " +
+                      std::to_string(mesh_.vertices.size()));
+    }
+    const auto corner = static_cast<std::uint32_t>(vertex);
+    if (count_ == 0) first_ = corner;
+    if (count_ >= 2) mesh_.triangles.push_back({first_, last_, corner});
+    last_ = corner;
+    ++count_;
+  }
+
+ private:
+  TriangleMesh& mesh_;
+  std::size_t count_ = 0;
+  std::uint32_t first_ = 0;
+  std::uint32_t last_ = 0;
+};
+
+// Numbers and words one after the other, from text or bytes that may end anywhere.
+class MeshBytes {
+ public:
+  explicit MeshBytes(std::string_view rest) : rest_(rest) {}
+
+  [[nodiscard]] std::size_t size() const { return rest_.size(); }
+  [[nodiscard]] bool is_empty() const { return rest_.empty(); }
+
+  std::string_view take(std::size_t bytes) {
+    if (bytes > rest_.size()) throw MeshFault("it ends too early");
+    const std::string_view taken = rest_.substr(0, bytes);
+    rest_.remove_prefix(bytes);
+    return taken;
+  }
+  template <typename Number>
+  Number take_number(bool is_big_endian = false) {
+    std::string bytes(take(sizeof(Number)));
+    if (is_big_endian) bytes = std::string(bytes.rbegin(), bytes.rend());
+    Number number;
+    std::memcpy(&number, bytes.data(), sizeof number);
+    return number;
+  }
+  // Up to the end of the line, which is left out; empty at the end.
+  std::string_view take_line();
+  // The next word between white space, from other lines too; empty at the end.
+  std::string_view take_word();
+  // A word that is a number.
+  double take_decimal();
+
+ private:
+  std::string_view rest_;
+};
+static_assert(std::endian::native == std::endian::little);
+
+// Throws unless all of `word` is a number.
+[[nodiscard]] double decimal_from(std::string_view word);
+[[nodiscard]] std::int64_t integer_from(std::string_view word);
+
+[[nodiscard]] TriangleMesh read_ply(std::string_view file);
+[[nodiscard]] TriangleMesh read_stl(std::string_view file);
+[[nodiscard]] TriangleMesh read_obj(std::string_view file);
+[[nodiscard]] TriangleMesh read_glb(std::string_view file);
+[[nodiscard]] TriangleMesh read_draco(std::string_view file);
+
+}  // namespace multitetra

@@ -1,0 +1,204 @@
+// PLY: a header of lines that names elements and their properties, then these as text or binary.
+#include <optional>
+#include <vector>
+
+#include "server/certify/detail/mesh_bytes.hpp"
+
+namespace multitetra {
+namespace {
+
+enum class PlyType { kI8, kU8, kI16, kU16, kI32, kU32, kF32, kF64 };
+enum class PlyEncoding { kText, kLittle, kBig };
+
+struct PlyProperty {
+  std::string name;
+  PlyType type = PlyType::kF32;
+  std::optional<PlyType> count = std::nullopt;  // Of a list: the type of its length.
+};
+
+struct PlyElement {
+  std::string name;
+  std::int64_t count = 0;
+  std::vector<PlyProperty> properties = {};
+};
+
+PlyType ply_type(std::string_view word) {
+  constexpr std::array<std::array<std::string_view, 2>, 8> kNames = {{{"char", "int8"},
+                                                                      {"uchar", "uint8"},
+                                                                      {"short", "int16"},
+                                                                      {"ushort", "uint16"},
+                                                                      {"int", "int32"},
+                                                                      {"uint", "uint32"},
+                                                                      {"float", "float32"},
+                                                                      {"double", "float64"}}};
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    if (word == kNames[i][0] || word == kNames[i][1]) return static_cast<PlyType>(i);
+  }
+  throw MeshFault("its header names the type '" + std::string(word.substr(0, 40)) + "'");
+}
+
+// The values of the elements, whatever their encoding.
+class PlyValues {
+ public:
+  PlyValues(MeshBytes bytes, PlyEncoding encoding) : bytes_(bytes), encoding_(encoding) {}
+
+  [[nodiscard]] std::size_t bytes_left() const { return bytes_.size(); }
+
+  double take(PlyType type) {
+    if (encoding_ == PlyEncoding::kText) return bytes_.take_decimal();
+    const bool is_big = encoding_ == PlyEncoding::kBig;
+    switch (type) {
+      case PlyType::kI8:
+        return bytes_.take_number<std::int8_t>(is_big);
+      case PlyType::kU8:
+        return bytes_.take_number<std::uint8_t>(is_big);
+      case PlyType::kI16:
+        return bytes_.take_number<std::int16_t>(is_big);
+      case PlyType::kU16:
+        return bytes_.take_number<std::uint16_t>(is_big);
+      case PlyType::kI32:
+        return bytes_.take_number<std::int32_t>(is_big);
+      case PlyType::kU32:
+        return bytes_.take_number<std::uint32_t>(is_big);
+      case PlyType::kF32:
+        return static_cast<double>(bytes_.take_number<float>(is_big));
+      case PlyType::kF64:
+        return bytes_.take_number<double>(is_big);
+    }
+    return 0;
+  }
+  // A whole number of at most 32 bits.
+  std::int64_t take_integer(PlyType type) {
+    const double value = take(type);
+    const bool fits = value >= -2147483648.0 && value <= 4294967295.0;
+    if (!fits || value != static_cast<double>(static_cast<std::int64_t>(value))) {
+      throw MeshFault("a number of a list is no integer");
+    }
+    return static_cast<std::int64_t>(value);
+  }
+
+ private:
+  MeshBytes bytes_;
+  PlyEncoding encoding_;
+};
+
+struct PlyHeader {
+  PlyEncoding encoding = PlyEncoding::kText;
+  std::vector<PlyElement> elements;
+};
+
+PlyHeader take_header(MeshBytes& bytes) {
+  PlyHeader header;
+  bytes.take_line();  // "ply"
+  while (!bytes.is_empty()) {
+    MeshBytes line(bytes.take_line());
+    const std::string_view word = line.take_word();
+    if (word == "end_header") return header;
+    if (word == "format") {
+      const std::string_view name = line.take_word();
+      if (name == "ascii") {
+        header.encoding = PlyEncoding::kText;
+      } else if (name == "binary_little_endian") {
+        header.encoding = PlyEncoding::kLittle;
+      } else if (name == "binary_big_endian") {
+        header.encoding = PlyEncoding::kBig;
+      } else {
+        throw MeshFault("its format is '" + std::string(name.substr(0, 40)) + "'");
+      }
+    } else if (word == "element") {
+      PlyElement element{.name = std::string(line.take_word())};
+      element.count = integer_from(line.take_word());
+      // No element has less than a byte.
+      if (element.count < 0 || element.count > static_cast<std::int64_t>(bytes.size())) {
+        throw MeshFault("it is shorter than the " + std::to_string(element.count) + " elements '" +
+                        element.name.substr(0, 40) + "' that its header promises");
+      }
+      header.elements.push_back(std::move(element));
+    } else if (word == "property") {
+      if (header.elements.empty()) throw MeshFault("its header has a property of nothing");
+      PlyProperty property;
+      std::string_view type = line.take_word();
+      if (type == "list") {
+        property.count = ply_type(line.take_word());
+        type = line.take_word();
+      }
+      property.type = ply_type(type);
+      property.name = line.take_word();
+      header.elements.back().properties.push_back(std::move(property));
+    }
+  }
+  throw MeshFault("its header has no end");
+}
+
+void take_vertices(const PlyElement& element, PlyValues& values, TriangleMesh& mesh) {
+  unsigned axes = 0;
+  for (const PlyProperty& property : element.properties) {
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      if (!property.count && property.name == std::string(1, "xyz"[axis])) axes |= 1U << axis;
+    }
+  }
+  if (axes != 7) throw MeshFault("its vertices have no x, y and z");
+  for (std::int64_t i = 0; i < element.count; ++i) {
+    Vec3& place = mesh.vertices.emplace_back();
+    for (const PlyProperty& property : element.properties) {
+      if (property.count) {
+        for (std::int64_t n = values.take_integer(*property.count); n > 0; --n) {
+          (void)values.take(property.type);
+        }
+        continue;
+      }
+      const double value = values.take(property.type);
+      const std::size_t axis = std::string_view("xyz").find(property.name);
+      if (property.name.size() == 1 && axis != std::string_view::npos) place[axis] = value;
+    }
+  }
+}
+
+// Of faces, or of what is passed over.
+void take_lists(const PlyElement& element, PlyValues& values, TriangleMesh& mesh) {
+  PolygonSink sink(mesh);
+  for (std::int64_t i = 0; i < element.count; ++i) {
+    for (const PlyProperty& property : element.properties) {
+      if (!property.count) {
+        (void)values.take(property.type);
+        continue;
+      }
+      const bool is_face = element.name == "face" &&
+                           (property.name == "vertex_indices" || property.name == "vertex_index");
+      sink.begin();
+      for (std::int64_t n = values.take_integer(*property.count); n > 0; --n) {
+        if (is_face) {
+          sink.add(values.take_integer(property.type));
+        } else {
+          (void)values.take(property.type);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+
+TriangleMesh read_ply(std::string_view file) {
+  MeshBytes bytes(file);
+  const PlyHeader header = take_header(bytes);
+  PlyValues values(bytes, header.encoding);
+  TriangleMesh mesh;
+  bool has_vertices = false;
+  for (const PlyElement& element : header.elements) {
+    if (element.properties.empty()) continue;
+    if (element.name == "tristrips") {
+      throw MeshFault("its triangles are strips");
+    }
+    if (element.name == "vertex") {
+      has_vertices = true;
+      take_vertices(element, values, mesh);
+    } else {
+      take_lists(element, values, mesh);
+    }
+  }
+  if (!has_vertices) throw MeshFault("it has no vertices");
+  return mesh;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,163 @@
+#include "server/certify/detail/triangle_intersection.hpp"
+
+#include <algorithm>
+
+#include "server/certify/detail/exact_predicates.hpp"
+
+namespace multitetra {
+namespace {
+
+using Places = std::array<Vec3, 3>;
+
+// Seen along an axis.
+Vec2 seen(const Vec3& p, std::size_t axis) { return {p[(axis + 1) % 3], p[(axis + 2) % 3]}; }
+
+// The axis along which the triangle is seen as one, and how its corners turn then; 0: it is flat.
+struct View {
+  std::size_t axis = 0;
+  int turn = 0;
+};
+View view_of(const Places& t) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const int turn = orientation(seen(t[0], axis), seen(t[1], axis), seen(t[2], axis));
+    if (turn != 0) return {axis, turn};
+  }
+  return {};
+}
+
+// Whether p, which is on the line through a and b, is between them or one of them.
+bool is_between(const Vec2& a, const Vec2& b, const Vec2& p) {
+  return std::min(a[0], b[0]) <= p[0] && p[0] <= std::max(a[0], b[0]) &&
+         std::min(a[1], b[1]) <= p[1] && p[1] <= std::max(a[1], b[1]);
+}
+
+bool segments_meet(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
+  const int abc = orientation(a, b, c);
+  const int abd = orientation(a, b, d);
+  const int cda = orientation(c, d, a);
+  const int cdb = orientation(c, d, b);
+  if (abc * abd < 0 && cda * cdb < 0) return true;
+  return (abc == 0 && is_between(a, b, c)) || (abd == 0 && is_between(a, b, d)) ||
+         (cda == 0 && is_between(c, d, a)) || (cdb == 0 && is_between(c, d, b));
+}
+
+// In the plane of the triangle.
+bool meets_in_plane(const Vec3& p, const Vec3& q, const Places& t) {
+  const View view = view_of(t);
+  const std::array<Vec2, 3> corners = {seen(t[0], view.axis), seen(t[1], view.axis),
+                                       seen(t[2], view.axis)};
+  const Vec2 a = seen(p, view.axis);
+  const Vec2 b = seen(q, view.axis);
+  bool contains = true;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec2& from = corners[i];
+    const Vec2& to = corners[(i + 1) % 3];
+    if (segments_meet(a, b, from, to)) return true;
+    contains = contains && orientation(from, to, a) == view.turn;
+  }
+  return contains;
+}
+
+// Whether the closed segment and the closed triangle have a point in common; `side_p` and `side_q`
+// are on which sides of the triangle's plane its ends are.
+bool meets(const Vec3& p, const Vec3& q, int side_p, int side_q, const Places& t) {
+  if (side_p * side_q > 0) return false;
+  if (side_p == 0 && side_q == 0) return meets_in_plane(p, q, t);
+  int least = 1;
+  int most = -1;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const int turn = orientation(p, q, t[i], t[(i + 1) % 3]);
+    least = std::min(least, turn);
+    most = std::max(most, turn);
+  }
+  return least >= 0 || most <= 0;
+}
+
+int side_of(const Vec3& p, const Places& t) { return orientation(t[0], t[1], t[2], p); }
+
+bool meets(const Vec3& p, const Vec3& q, const Places& t) {
+  return meets(p, q, side_of(p, t), side_of(q, t), t);
+}
+
+bool any_side_meets(const Places& sides, const std::array<int, 3>& side_of_corner,
+                    const Places& t) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    if (meets(sides[i], sides[j], side_of_corner[i], side_of_corner[j], t)) return true;
+  }
+  return false;
+}
+
+std::array<int, 3> sides_of(const Places& corners, const Places& t) {
+  return {side_of(corners[0], t), side_of(corners[1], t), side_of(corners[2], t)};
+}
+
+bool is_on_one_side(const std::array<int, 3>& sides) {
+  return sides[0] != 0 && sides[0] == sides[1] && sides[1] == sides[2];
+}
+
+bool apart_triangles_meet(const Places& a, const Places& b) {
+  const std::array<int, 3> of_a = sides_of(a, b);
+  if (is_on_one_side(of_a)) return false;
+  const std::array<int, 3> of_b = sides_of(b, a);
+  if (is_on_one_side(of_b)) return false;
+  return any_side_meets(a, of_a, b) || any_side_meets(b, of_b, a);
+}
+
+// The corner of `of` that `other` does not have, or the first of them.
+std::size_t own_corner(const MeshTriangle& of, const MeshTriangle& other) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (std::find(other.vertices.begin(), other.vertices.end(), of.vertices[i]) ==
+        other.vertices.end()) {
+      return i;
+    }
+  }
+  return 0;
+}
+
+// With an edge in common they have more only where one lies on the other.
+bool neighbours_overlap(const MeshTriangle& a, const MeshTriangle& b) {
+  const std::size_t i = own_corner(a, b);
+  const Vec3& own = a.places[i];
+  const Vec3& other = b.places[own_corner(b, a)];
+  if (side_of(other, a.places) != 0) return false;
+  const View view = view_of(a.places);
+  const Vec2 from = seen(a.places[(i + 1) % 3], view.axis);
+  const Vec2 to = seen(a.places[(i + 2) % 3], view.axis);
+  return orientation(from, to, seen(own, view.axis)) ==
+         orientation(from, to, seen(other, view.axis));
+}
+
+// With a vertex in common, more in common is a segment from there or an area: it reaches the
+// opposite side of one of them.
+bool meet_beyond_vertex(const MeshTriangle& a, std::size_t shared_in_a, const MeshTriangle& b,
+                        std::size_t shared_in_b) {
+  const auto opposite_meets = [](const Places& of, std::size_t shared, const Places& other) {
+    return meets(of[(shared + 1) % 3], of[(shared + 2) % 3], other);
+  };
+  return opposite_meets(a.places, shared_in_a, b.places) ||
+         opposite_meets(b.places, shared_in_b, a.places);
+}
+
+}  // namespace
+
+bool is_flat(const std::array<Vec3, 3>& places) { return view_of(places).turn == 0; }
+
+bool intersect(const MeshTriangle& a, const MeshTriangle& b) {
+  std::size_t shared = 0;
+  std::size_t in_a = 0;
+  std::size_t in_b = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (a.vertices[i] != b.vertices[j]) continue;
+      ++shared;
+      in_a = i;
+      in_b = j;
+    }
+  }
+  if (shared == 0) return apart_triangles_meet(a.places, b.places);
+  if (shared == 1) return meet_beyond_vertex(a, in_a, b, in_b);
+  return shared == 3 || neighbours_overlap(a, b);
+}
+
+}  // namespace multitetra

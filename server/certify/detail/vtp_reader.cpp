@@ -1,0 +1,146 @@
+#include "server/certify/detail/vtp_reader.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+
+#include "server/certify/detail/mesh_bytes.hpp"
+#include "server/dataset/formats/vtk_arrays.hpp"
+
+namespace multitetra {
+namespace {
+
+// The numbers of an array one after the other, whatever their type.
+class VtkNumbers {
+ public:
+  VtkNumbers(const VtkArrays& arrays, const VtiArray& array, std::uint64_t count)
+      : type_(array.type), left_(count) {
+    if (count > 0) bytes_ = arrays.open(array, count);
+  }
+
+  double take() {
+    if (at_ == buffer_.size()) fill();
+    const std::byte* const from = buffer_.data() + at_;
+    at_ += bytes_of(type_);
+    switch (type_) {
+      case StoredType::kU8:
+        return number<std::uint8_t>(from);
+      case StoredType::kI8:
+        return number<std::int8_t>(from);
+      case StoredType::kU16:
+        return number<std::uint16_t>(from);
+      case StoredType::kI16:
+        return number<std::int16_t>(from);
+      case StoredType::kF32:
+        return number<float>(from);
+      case StoredType::kU32:
+        return number<std::uint32_t>(from);
+      case StoredType::kI32:
+        return number<std::int32_t>(from);
+      case StoredType::kU64:
+        return number<std::uint64_t>(from);
+      case StoredType::kI64:
+        return number<std::int64_t>(from);
+      case StoredType::kF64:
+        return number<double>(from);
+    }
+    return 0;
+  }
+  // Of indices: whole numbers below 2^53.
+  std::int64_t take_index() {
+    const double value = take();
+    if (!(value >= 0 && value < 0x1p53)) throw MeshFault("an index is no index");
+    return static_cast<std::int64_t>(value);
+  }
+
+ private:
+  template <typename Number>
+  static double number(const std::byte* from) {
+    Number value;
+    std::memcpy(&value, from, sizeof value);
+    return static_cast<double>(value);
+  }
+  void fill() {
+    constexpr std::uint64_t kPortion = 1 << 16;
+    const std::uint64_t count = std::min(left_, kPortion);
+    if (count == 0) throw MeshFault("an array ends too early");
+    buffer_.resize(count * bytes_of(type_));
+    bytes_->read(read_, buffer_);
+    read_ += buffer_.size();
+    left_ -= count;
+    at_ = 0;
+  }
+
+  StoredType type_;
+  std::uint64_t left_;
+  std::unique_ptr<SampleBytes> bytes_;
+  std::vector<std::byte> buffer_;
+  std::size_t at_ = 0;
+  std::uint64_t read_ = 0;
+};
+
+const VtiArray& array_of(const VtiHeader& header, std::string_view section, std::string_view name) {
+  for (const VtiArray& array : header.arrays) {
+    if (array.section == section && (name.empty() || array.name == name)) return array;
+  }
+  throw MeshFault("its " + std::string(section) + " have no array '" + std::string(name) + "'");
+}
+
+// Calls `begin()` for each cell of the section and `add(vertex)` for its vertices.
+template <typename Begin, typename Add>
+void visit_cells(const VtkArrays& arrays, std::string_view section, std::uint64_t cells,
+                 const Begin& begin, const Add& add) {
+  if (cells == 0) return;
+  const VtiArray& offsets = array_of(arrays.header(), section, "offsets");
+  std::vector<std::int64_t> ends;
+  VtkNumbers of_ends(arrays, offsets, cells);
+  for (std::uint64_t i = 0; i < cells; ++i) {
+    ends.push_back(of_ends.take_index());
+    if (i > 0 && ends[i] < ends[i - 1]) throw MeshFault("its cells have no order");
+  }
+  VtkNumbers vertices(arrays, array_of(arrays.header(), section, "connectivity"),
+                      static_cast<std::uint64_t>(ends.back()));
+  std::int64_t at = 0;
+  for (const std::int64_t end : ends) {
+    begin();
+    for (; at < end; ++at) add(vertices.take_index());
+  }
+}
+
+}  // namespace
+
+TriangleMesh read_vtp(const std::filesystem::path& file) {
+  const VtkArrays arrays(file, VtkDataKind::kPolyData);
+  const VtiHeader& header = arrays.header();
+  TriangleMesh mesh;
+  if (header.points > 0) {
+    const VtiArray& points = array_of(header, "Points", "");
+    if (points.components != 3) throw MeshFault("its points have no three coordinates");
+    VtkNumbers coordinates(arrays, points, 3 * header.points);
+    for (std::uint64_t i = 0; i < header.points; ++i) {
+      Vec3& place = mesh.vertices.emplace_back();
+      for (double& coordinate : place) coordinate = coordinates.take();
+    }
+  }
+  PolygonSink sink(mesh);
+  const auto add = [&](std::int64_t vertex) { sink.add(vertex); };
+  visit_cells(
+      arrays, "Polys", header.polys, [&] { sink.begin(); }, add);
+  std::vector<std::int64_t> strip;
+  visit_cells(
+      arrays, "Strips", header.strips, [&] { strip.clear(); },
+      [&](std::int64_t vertex) {
+        strip.push_back(vertex);
+        const std::size_t n = strip.size();
+        if (n < 3) return;
+        // Every second triangle of a strip is turned over.
+        const bool is_even = n % 2 == 1;
+        sink.begin();
+        for (const std::size_t i : {is_even ? n - 3 : n - 2, is_even ? n - 2 : n - 3, n - 1}) {
+          sink.add(strip[i]);
+        }
+      });
+  return mesh;
+}
+
+}  // namespace multitetra

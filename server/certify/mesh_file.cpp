@@ -1,0 +1,100 @@
+#include "server/certify/mesh_file.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "common/base/text.hpp"
+#include "server/certify/detail/mesh_bytes.hpp"
+#include "server/certify/detail/vtp_reader.hpp"
+#include "server/dataset/formats/stored_volume.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kSpaces = " \t\r\n\v\f";
+
+std::string contents_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary | std::ios::ate);
+  if (!in || !fs::is_regular_file(file)) {
+    fail_reading(file, "there is no such file", "Check its name");
+  }
+  std::string bytes(static_cast<std::size_t>(in.tellg()), '\0');
+  in.seekg(0);
+  if (!in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
+    fail_reading(file, "its bytes cannot be read", "Check the disk");
+  }
+  return bytes;
+}
+
+template <typename Number>
+Number number_from(std::string_view word, const char* kind) {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  Number number{};
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+  if (error != std::errc() || end != word.data() + word.size()) {
+    throw MeshFault("'" + std::string(word.substr(0, 40)) + "' is no " + kind);
+  }
+  return number;
+}
+
+TriangleMesh read(const fs::path& file) {
+  const std::string suffix = lower_case(file.extension().string());
+  if (suffix == ".vtp") return read_vtp(file);
+  const std::string bytes = contents_of(file);
+  if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) return read_ply(bytes);
+  if (bytes.starts_with("glTF")) return read_glb(bytes);
+  if (bytes.starts_with("DRACO")) return read_draco(bytes);
+  if (suffix == ".stl") return read_stl(bytes);
+  if (suffix == ".obj") return read_obj(bytes);
+  throw MeshFault("it is in no format known here (PLY, STL, OBJ, GLB, DRC, VTP)");
+}
+
+}  // namespace
+
+std::string_view MeshBytes::take_line() {
+  const std::size_t length = std::min(rest_.find('\n'), rest_.size());
+  std::string_view line = rest_.substr(0, length);
+  rest_.remove_prefix(std::min(length + 1, rest_.size()));
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  return line;
+}
+
+std::string_view MeshBytes::take_word() {
+  rest_.remove_prefix(std::min(rest_.find_first_not_of(kSpaces), rest_.size()));
+  const std::string_view word = rest_.substr(0, rest_.find_first_of(kSpaces));
+  rest_.remove_prefix(word.size());
+  return word;
+}
+
+double MeshBytes::take_decimal() {
+  const std::string_view word = take_word();
+  if (word.empty()) throw MeshFault("it ends too early");
+  return decimal_from(word);
+}
+
+double decimal_from(std::string_view word) { return number_from<double>(word, "number"); }
+std::int64_t integer_from(std::string_view word) {
+  return number_from<std::int64_t>(word, "integer");
+}
+
+TriangleMesh read_mesh(const fs::path& file) {
+  try {
+    TriangleMesh mesh = read(file);
+    for (const Vec3& vertex : mesh.vertices) {
+      // Beyond it the squares of lengths overflow or mean nothing.
+      constexpr double kFarthest = 1e100;
+      for (const double coordinate : vertex) {
+        if (!(std::abs(coordinate) < kFarthest)) throw MeshFault("a coordinate is not a number");
+      }
+    }
+    return mesh;
+  } catch (const MeshFault& fault) {
+    fail_reading(file, fault.what(), "Get a whole copy of it, or save it as PLY");
+  }
+}
+
+}  // namespace multitetra

@@ -1,0 +1,35 @@
+// The isosurface of a volume at full resolution: what meshes are compared with.
+//
+// It is what marching tetrahedra makes in the framework's finest tetrahedra, with the vertices at
+// the exact crossings of their edges instead of on the lattice. In each tetrahedron that is the
+// isosurface of the linear interpolation of its corners.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/mesh/mesh_checks.hpp"
+#include "common/request/dataset_info.hpp"
+#include "server/certify/triangle_mesh.hpp"
+#include "server/core/framework/field.hpp"
+
+namespace multitetra {
+
+// The facts of a volume that describe its grid: dims, type, spacing, map to the world, outside,
+// margin, exponent and void samples.
+[[nodiscard]] DatasetInfo grid_info(const Volume& volume, std::optional<double> outside,
+                                    std::int32_t margin);
+
+struct ReferenceSurface {
+  TriangleMesh mesh;  // In world coordinates, facing low values. Where a sample is the isovalue
+                      // itself, vertices on different edges have the same place.
+  MeshTopology
+      topology;  // Of the surface on the lattice, where vertices on different edges differ.
+};
+
+// Takes time for one pass over the samples and for the surface, on all threads; memory is about 100
+// bytes a triangle. Requires a field of the volume that `info` was made from.
+[[nodiscard]] ReferenceSurface reference_surface(const Field& field, const DatasetInfo& info,
+                                                 double isovalue);
+
+}  // namespace multitetra

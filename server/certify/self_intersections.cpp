@@ -1,0 +1,60 @@
+#include "server/certify/self_intersections.hpp"
+
+#include <algorithm>
+#include <atomic>
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include "common/mesh/box_tree.hpp"
+#include "server/certify/detail/triangle_intersection.hpp"
+
+namespace multitetra {
+namespace {
+
+MeshTriangle triangle_of(const TriangleMesh& mesh, std::size_t number) {
+  const TriangleIndices& t = mesh.triangles[number];
+  return {t, {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]}};
+}
+
+}  // namespace
+
+SelfIntersections self_intersections(const TriangleMesh& mesh) {
+  const std::size_t count = mesh.triangles.size();
+  std::vector<Box3> boxes(count);
+  std::vector<char> flat(count);
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+    const MeshTriangle triangle = triangle_of(mesh, i);
+    for (const Vec3& place : triangle.places) boxes[i].add(place);
+    flat[i] = is_flat(triangle.places) ? 1 : 0;
+  });
+  const BoxTree tree(boxes);
+  std::vector<std::atomic<bool>> hit(count);
+  std::atomic<std::uint64_t> pairs = 0;
+  // In the order of the tree, so that neighbours in time are neighbours in space.
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t place) {
+    const std::uint32_t number = tree.order()[place];
+    if (flat[number] != 0) return;
+    const MeshTriangle triangle = triangle_of(mesh, number);
+    std::uint64_t found = 0;
+    tree.visit_near(boxes[number], [&](std::uint32_t other_place) {
+      const std::uint32_t other = tree.order()[other_place];
+      if (other_place <= place || flat[other] != 0 || !boxes[number].meets(boxes[other])) return;
+      if (!intersect(triangle, triangle_of(mesh, other))) return;
+      ++found;
+      hit[number] = true;
+      hit[other] = true;
+    });
+    if (found > 0) pairs += found;
+  });
+  SelfIntersections result{.pairs = pairs};
+  for (std::size_t i = 0; i < count; ++i) {
+    if (flat[i] != 0) ++result.flat_triangles;
+    if (!hit[i]) continue;
+    if (result.triangles++ > 0) continue;
+    const MeshTriangle first = triangle_of(mesh, i);
+    result.place = scaled(sum(sum(first.places[0], first.places[1]), first.places[2]), 1.0 / 3);
+  }
+  return result;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,44 @@
+#include "server/certify/triangle_mesh.hpp"
+
+#include <limits>
+#include <numeric>
+
+#include <oneapi/tbb/parallel_sort.h>
+
+namespace multitetra {
+
+WeldedMesh welded(const TriangleMesh& mesh) {
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  const std::vector<Vec3>& places = mesh.vertices;
+  std::vector<std::uint32_t> order(places.size());
+  std::iota(order.begin(), order.end(), 0U);
+  tbb::parallel_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return places[a] != places[b] ? places[a] < places[b] : a < b;  // 0 and -0 are equal.
+  });
+  std::vector<std::uint32_t> first(places.size());  // The first vertex at the same place.
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool is_same = i > 0 && places[order[i]] == places[order[i - 1]];
+    first[order[i]] = is_same ? first[order[i - 1]] : order[i];
+  }
+  WeldedMesh result;
+  std::vector<std::uint32_t> number(places.size(), kNone);
+  result.mesh.triangles.reserve(mesh.triangles.size());
+  for (TriangleIndices t : mesh.triangles) {
+    for (std::uint32_t& corner : t) corner = first[corner];
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) {
+      ++result.degenerate_triangles;
+      continue;
+    }
+    for (std::uint32_t& corner : t) {
+      if (number[corner] == kNone) {
+        number[corner] = static_cast<std::uint32_t>(result.mesh.vertices.size());
+        result.mesh.vertices.push_back(places[corner]);
+      }
+      corner = number[corner];
+    }
+    result.mesh.triangles.push_back(t);
+  }
+  return result;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,209 @@
+#include "server/certify/two_sided_distance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include "common/mesh/surface_distance.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr int kMostRounds = 16;
+
+using Found = NearestTriangle::Found;
+
+std::vector<SurfaceTriangle> triangles_of(const TriangleMesh& mesh) {
+  std::vector<SurfaceTriangle> triangles;
+  triangles.reserve(mesh.triangles.size());
+  for (const TriangleIndices& t : mesh.triangles) {
+    triangles.push_back({mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]});
+  }
+  return triangles;
+}
+
+// No point of the triangle is farther from the other surface than this.
+double bound_of(const SurfaceTriangle& triangle, const std::array<Found, 3>& nearest) {
+  double bound = kInfinity;
+  for (std::size_t i = 0; i < 3; ++i) {
+    double farthest = nearest[i].distance;
+    for (std::size_t j = 0; j < 3 && farthest < bound; ++j) {
+      if (j == i) continue;
+      farthest = std::max(farthest, distance_to_triangle(triangle[j], *nearest[i].triangle));
+    }
+    bound = std::min(bound, farthest);
+  }
+  return bound;
+}
+
+// A part of a triangle of the surface.
+struct Piece {
+  SurfaceTriangle corners;
+  std::array<Found, 3> nearest;
+  double bound = 0;
+};
+
+Vec3 middle(const Vec3& a, const Vec3& b) { return scaled(sum(a, b), 0.5); }
+
+class MaximumSearch {
+ public:
+  MaximumSearch(const NearestTriangle& other, const DistanceSearch& search)
+      : other_(other), search_(search) {}
+
+  SurfaceDistance run(const TriangleMesh& mesh) {
+    std::vector<Piece> pieces = undecided_triangles(mesh);
+    for (int round = 0; round < kMostRounds && !pieces.empty(); ++round) {
+      pieces = cut(pieces);
+      for (const Piece& piece : pieces) {
+        for (std::size_t i = 0; i < 3; ++i) look_at(piece.corners[i], piece.nearest[i].distance);
+      }
+      keep_undecided(pieces);
+    }
+    for (const Piece& piece : pieces) given_up_ = std::max(given_up_, piece.bound);
+    result_.maximum_at_most = std::max({result_.maximum, decided_, given_up_});
+    return result_;
+  }
+
+ private:
+  void look_at(const Vec3& point, double distance) {
+    if (distance <= result_.maximum) return;
+    result_.maximum = distance;
+    result_.farthest = point;
+  }
+
+  [[nodiscard]] bool is_undecided(double bound) const {
+    if (bound > result_.maximum + search_.tolerance) return true;
+    return search_.limit && result_.maximum <= *search_.limit && bound > *search_.limit;
+  }
+
+  // The triangles whose insides may be farther than all vertices.
+  std::vector<Piece> undecided_triangles(const TriangleMesh& mesh) {
+    std::vector<Found> nearest(mesh.vertices.size());
+    tbb::parallel_for(std::size_t{0}, nearest.size(),
+                      [&](std::size_t i) { nearest[i] = other_.nearest(mesh.vertices[i]); });
+    for (std::size_t i = 0; i < nearest.size(); ++i) look_at(mesh.vertices[i], nearest[i].distance);
+    std::vector<double> bounds(mesh.triangles.size());
+    const auto piece_of = [&](const TriangleIndices& t) {
+      return Piece{.corners = {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]},
+                   .nearest = {nearest[t[0]], nearest[t[1]], nearest[t[2]]}};
+    };
+    tbb::parallel_for(std::size_t{0}, bounds.size(), [&](std::size_t i) {
+      const Piece piece = piece_of(mesh.triangles[i]);
+      bounds[i] = bound_of(piece.corners, piece.nearest);
+    });
+    std::vector<std::uint32_t> undecided;
+    for (std::uint32_t i = 0; i < bounds.size(); ++i) {
+      if (is_undecided(bounds[i])) {
+        undecided.push_back(i);
+      } else {
+        decided_ = std::max(decided_, bounds[i]);
+      }
+    }
+    keep_largest(undecided, [&](std::uint32_t i) { return bounds[i]; });
+    std::vector<Piece> pieces;
+    pieces.reserve(undecided.size());
+    for (const std::uint32_t i : undecided) {
+      pieces.push_back(piece_of(mesh.triangles[i]));
+      pieces.back().bound = bounds[i];
+    }
+    return pieces;
+  }
+
+  void keep_undecided(std::vector<Piece>& pieces) {
+    std::erase_if(pieces, [&](const Piece& piece) {
+      if (is_undecided(piece.bound)) return false;
+      decided_ = std::max(decided_, piece.bound);
+      return true;
+    });
+    keep_largest(pieces, [](const Piece& piece) { return piece.bound; });
+  }
+
+  // Gives up those with the least bounds where there are too many.
+  template <typename T, typename Bound>
+  void keep_largest(std::vector<T>& all, const Bound& bound) {
+    if (all.size() <= search_.most_pieces) return;
+    std::stable_sort(all.begin(), all.end(),
+                     [&](const T& a, const T& b) { return bound(a) > bound(b); });
+    given_up_ = std::max(given_up_, bound(all[search_.most_pieces]));
+    all.erase(all.begin() + static_cast<std::ptrdiff_t>(search_.most_pieces), all.end());
+  }
+
+  [[nodiscard]] std::vector<Piece> cut(const std::vector<Piece>& pieces) const {
+    std::vector<Piece> parts(4 * pieces.size());
+    tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t i) {
+      const auto& [a, b, c] = pieces[i].corners;
+      const auto& [na, nb, nc] = pieces[i].nearest;
+      const Vec3 ab = middle(a, b);
+      const Vec3 bc = middle(b, c);
+      const Vec3 ca = middle(c, a);
+      const Found nab = other_.nearest(ab);
+      const Found nbc = other_.nearest(bc);
+      const Found nca = other_.nearest(ca);
+      const std::array<Piece, 4> four = {{{{a, ab, ca}, {na, nab, nca}},
+                                          {{ab, b, bc}, {nab, nb, nbc}},
+                                          {{ca, bc, c}, {nca, nbc, nc}},
+                                          {{ab, bc, ca}, {nab, nbc, nca}}}};
+      for (std::size_t part = 0; part < 4; ++part) {
+        parts[4 * i + part] = four[part];
+        parts[4 * i + part].bound =
+            std::min(pieces[i].bound, bound_of(four[part].corners, four[part].nearest));
+      }
+    });
+    return parts;
+  }
+
+  const NearestTriangle& other_;
+  const DistanceSearch& search_;
+  SurfaceDistance result_;
+  double decided_ = 0;   // The largest bound of what needs not be looked at further,
+  double given_up_ = 0;  // and of what would be too much.
+};
+
+void sample(SurfaceDistance& result, std::span<const SurfaceTriangle> triangles,
+            const NearestTriangle& other, std::uint64_t samples) {
+  const std::vector<Vec3> points = sampled_points(triangles, samples);
+  if (points.empty()) return;
+  std::vector<double> distances(points.size());
+  tbb::parallel_for(std::size_t{0}, points.size(),
+                    [&](std::size_t i) { distances[i] = other.distance(points[i]); });
+  result.samples = points.size();
+  result.mean = std::accumulate(distances.begin(), distances.end(), 0.0) /
+                static_cast<double>(distances.size());
+  const auto rank =
+      static_cast<std::ptrdiff_t>(std::ceil(0.99 * static_cast<double>(distances.size())) - 1);
+  std::nth_element(distances.begin(), distances.begin() + rank, distances.end());
+  result.percentile_99 = distances[static_cast<std::size_t>(rank)];
+}
+
+SurfaceDistance one_sided(const TriangleMesh& mesh, std::span<const SurfaceTriangle> triangles,
+                          const NearestTriangle& other, const DistanceSearch& search) {
+  if (triangles.empty()) return {};
+  if (other.is_empty()) {
+    return {.maximum = kInfinity,
+            .maximum_at_most = kInfinity,
+            .percentile_99 = kInfinity,
+            .mean = kInfinity,
+            .farthest = triangles.front()[0]};
+  }
+  SurfaceDistance result = MaximumSearch(other, search).run(mesh);
+  sample(result, triangles, other, search.samples);
+  return result;
+}
+
+}  // namespace
+
+TwoSidedDistance two_sided_distance(const TriangleMesh& mesh, const TriangleMesh& reference,
+                                    const DistanceSearch& search) {
+  const std::vector<SurfaceTriangle> of_mesh = triangles_of(mesh);
+  const std::vector<SurfaceTriangle> of_reference = triangles_of(reference);
+  TwoSidedDistance result;
+  result.mesh_to_reference = one_sided(mesh, of_mesh, NearestTriangle(of_reference), search);
+  result.reference_to_mesh = one_sided(reference, of_reference, NearestTriangle(of_mesh), search);
+  return result;
+}
+
+}  // namespace multitetra

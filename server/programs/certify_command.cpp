@@ -1,0 +1,193 @@
+#include <algorithm>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/exit_codes.hpp"
+#include "common/cli/json_report.hpp"
+#include "server/certify/certificate_report.hpp"
+#include "server/certify/mesh_file.hpp"
+#include "server/dataset/volume_files.hpp"
+#include "server/programs/commands.hpp"
+#include "server/programs/progress.hpp"
+#include "server/programs/thread_options.hpp"
+#include "server/programs/volume_options.hpp"
+
+namespace multitetra {
+namespace {
+
+struct CertifyArguments {
+  std::string mesh;
+  std::string volume;
+  double isovalue = 0;
+  std::optional<double> error;
+  std::string unit = "voxel";
+  std::optional<int> lattice;
+  bool any_topology = false;
+  bool self_intersections = false;
+  std::string outside = "void";
+  int margin = 0;
+  std::string coordinates = "world";
+  std::string space = "native";
+  double scale = 1;
+  std::uint64_t samples = CertifyOptions().samples;
+  VolumeOptions source;
+  int threads = 0;
+  bool json = false;
+  bool quiet = false;
+};
+
+// From the mesh's coordinates to the volume's world.
+Affine mesh_to_world(const CertifyArguments& arguments, const Volume& volume) {
+  if (arguments.coordinates == "index") {
+    if (arguments.space != "native") {
+      throw std::invalid_argument(
+          "--space is about world coordinates; it has no meaning with --coordinates index.");
+    }
+    return volume.index_to_world;
+  }
+  Affine map;
+  for (std::size_t axis = 0; axis < 3; ++axis) map.columns[axis][axis] = arguments.scale;
+  if (arguments.space == "native") return map;
+  if (volume.meaning.space == WorldSpace::kUnnamed) {
+    throw std::invalid_argument("--space: the volume does not say how its axes lie in a patient.");
+  }
+  if (volume.meaning.space == (arguments.space == "lps" ? WorldSpace::kLps : WorldSpace::kRas)) {
+    return map;
+  }
+  for (std::size_t axis = 0; axis < 2; ++axis) map.columns[axis][axis] = -arguments.scale;
+  return map;
+}
+
+int run_certify(const CertifyArguments& arguments) {
+  const ThreadLimit limit(arguments.threads);
+  CertifyOptions options{.isovalue = arguments.isovalue,
+                         .lattice = arguments.lattice,
+                         .any_topology = arguments.any_topology,
+                         .count_self_intersections = arguments.self_intersections,
+                         .outside = outside_from(arguments.outside),
+                         .margin = arguments.margin,
+                         .samples = arguments.samples};
+  Progress progress("certify", arguments.self_intersections ? 6 : 5,
+                    arguments.quiet || arguments.json);
+  options.on_stage = [&](const char* stage) { progress.begin(stage); };
+  progress.begin("mesh");
+  TriangleMesh mesh = read_mesh(arguments.mesh);
+  progress.begin("volume");
+  VolumeFileOptions source = arguments.source.parsed();
+  source.notice = [&](const std::string& sentence) { progress.note(sentence); };
+  const Volume volume = read_volume(arguments.volume, source);
+  const Affine map = mesh_to_world(arguments, volume);
+  for (Vec3& vertex : mesh.vertices) vertex = map(vertex);
+  if (arguments.error) {
+    const double voxel = *std::min_element(volume.spacing.begin(), volume.spacing.end());
+    options.error = *arguments.error * (arguments.unit == "voxel" ? voxel : 1.0);
+  }
+  const Certificate certificate = certify(mesh, volume, options);
+  progress.finish();
+  const CertifiedFiles files{.mesh = arguments.mesh, .volume = arguments.volume};
+  if (arguments.json) {
+    Json report = json_of(certificate, files, options);
+    report["seconds"] = progress.seconds();
+    std::cout << text_of(report);
+  } else if (!arguments.quiet || !certificate.is_kept()) {
+    std::cout << text_of(certificate, files, options);
+  }
+  return certificate.is_kept() ? kOk : kCheckFailed;
+}
+
+}  // namespace
+
+void add_certify_command(Command& program, Run& run) {
+  const auto a = std::make_shared<CertifyArguments>();
+  Command* command = program.add_subcommand(
+      "certify",
+      "Compare a mesh of any program with the full-resolution isosurface of a volume: distances "
+      "both ways, topology, what is wrong with it");
+  command
+      ->add_option("mesh", a->mesh,
+                   "Mesh file: .ply, .stl, .obj, .glb (turned from y-up to z-up), .drc or .vtp")
+      ->required()
+      ->type_name("MESH");
+  command
+      ->add_option("--volume", a->volume,
+                   "The volume that the mesh is a surface of: a file or folder of any format "
+                   "(`formats` lists them)")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("--isovalue", a->isovalue, "Value of the surface, in units of the samples")
+      ->required();
+  command->add_option(
+      "--error", a->error,
+      "Largest distance that is allowed, of any point of one surface from the other; without it "
+      "distances are told only");
+  command
+      ->add_option("--unit", a->unit,
+                   "Unit of --error: voxel, the smallest spacing, or world, that of the volume's "
+                   "world coordinates, as mm")
+      ->one_of({"voxel", "world"})
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--lattice", a->lattice,
+          "The mesh's vertices are rounded to 2^-R grid steps, as by `extract --lattice R` "
+          "and `fetch` (5 if they were not told): --error is exceeded only beyond that "
+          "rounding")
+      ->within(kMinLatticeResolution, kMaxLatticeResolution)
+      ->type_name("R");
+  command->add_flag("--any-topology", a->any_topology,
+                    "Components, holes and cracks of the mesh do not matter, only --error does");
+  command->add_flag("--self-intersections", a->self_intersections,
+                    "Count the triangles that intersect or touch others which are no neighbours, "
+                    "exactly");
+  command
+      ->add_option("--outside", a->outside,
+                   "What lies beyond the data: void (surfaces end at the last sample) or a value "
+                   "(they close)")
+      ->capture_default_str();
+  command
+      ->add_option("--margin", a->margin,
+                   "Grid steps around the data; 1 with a value closes surfaces on all sides")
+      ->within(0, 4096)
+      ->capture_default_str();
+  command->add_option("--coordinates", a->coordinates, "Of the mesh: world, or index for samples")
+      ->one_of({"world", "index"})
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--space", a->space,
+          "Axes of the mesh's world coordinates: native as the volume has them, lps to the "
+          "patient's left, back and head, ras to right, front and head")
+      ->one_of({"native", "lps", "ras"})
+      ->capture_default_str();
+  command
+      ->add_option("--scale", a->scale,
+                   "Factor of the mesh's world coordinates, as 1000 for metres beside a volume in "
+                   "mm")
+      ->within(1e-9, 1e9)
+      ->capture_default_str();
+  command
+      ->add_option("--samples", a->samples,
+                   "Points spread over each surface for the mean and the 99 % distance; the "
+                   "maximum is searched for in all triangles")
+      ->capture_default_str();
+  a->source.add_to(*command);
+  add_threads_option(*command, a->threads);
+  command->add_flag("--json", a->json, "Print a JSON report");
+  command->add_flag("--quiet", a->quiet, "Say nothing unless something is wrong");
+  command->footer(
+      "Examples:\n"
+      "  multitetra-server certify head.ply --volume head.nrrd --isovalue 500.5 --error 0.5 "
+      "--lattice 5\n"
+      "  multitetra-server certify liver.stl --volume ct/ --isovalue 120 --error 1 --unit world\n"
+      "  multitetra-server certify bone.glb --volume ct.nii.gz --isovalue 300 "
+      "--self-intersections --json\n"
+      "Exit codes: 0 kept, 1 failed, 2 wrong usage, 3 --error or the topology is not kept.");
+  command->callback([a, &run] { run = [a] { return run_certify(*a); }; });
+}
+
+}  // namespace multitetra

@@ -1,0 +1,270 @@
+// Certificates of the server's own surfaces, which are kept, and of wrong ones, which are not.
+#include "server/certify/certificate.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "server/certify/certificate_report.hpp"
+#include "tests/support/prepared_fields.hpp"
+#include "tests/support/triangle_meshes.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fields = testing::fields;
+using testing::extracted;
+using testing::PreparedSetting;
+
+// ---- the server's surfaces
+
+class CertificateOf : public ::testing::TestWithParam<PreparedSetting> {};
+
+TEST_P(CertificateOf, EverySurfaceOfOursIsKept) {
+  const PreparedSetting& setting = GetParam();
+  const DatasetPtr dataset = testing::prepared(setting);
+  const auto all = testing::isovalues_of(*dataset);
+  // Through the middle of the values, and at an edge of the spectrum's bins.
+  for (const bool is_middle : {true, false}) {
+    const double isovalue = is_middle ? all[1] : all.back();
+    for (const auto& [error, lattice, simplify] :
+         {std::tuple(0.0, 5, false), {0.25, 5, true}, {0.5, 2, false}, {1.0, 5, true}}) {
+      if (!is_middle && lattice == 5 && error < 1) continue;
+      SCOPED_TRACE(::testing::Message() << "isovalue " << isovalue << ", error " << error);
+      const TriangleMesh mesh = extracted(dataset, {.isovalue = isovalue,
+                                                    .error = error,
+                                                    .lattice_resolution = lattice,
+                                                    .simplify = simplify});
+      const CertifyOptions options{.isovalue = isovalue,
+                                   .error = error * voxel_length(dataset->info),
+                                   .lattice = lattice,
+                                   .outside = setting.outside,
+                                   .margin = setting.margin,
+                                   .samples = 2000};
+      const Certificate certificate = certify(mesh, setting.volume, options);
+      EXPECT_TRUE(certificate.is_kept())
+          << text_of(certificate, {.mesh = "mesh", .volume = "volume"}, options);
+      EXPECT_TRUE(certificate.keeps_topology());
+      EXPECT_EQ(certificate.grid.grid_exponent, dataset->info.grid_exponent);
+    }
+  }
+}
+
+std::string setting_name(const ::testing::TestParamInfo<PreparedSetting>& parameter) {
+  return parameter.param.name;
+}
+INSTANTIATE_TEST_SUITE_P(All, CertificateOf, ::testing::ValuesIn(testing::prepared_settings()),
+                         setting_name);
+
+// ---- wrong surfaces
+
+class WrongSurface : public ::testing::Test {
+ protected:
+  [[nodiscard]] Certificate certified(const TriangleMesh& mesh, CertifyOptions options) const {
+    options.isovalue = 0.1;
+    options.samples = 2000;
+    return certify(mesh, volume_, options);
+  }
+  [[nodiscard]] TriangleMesh surface(double error) const {
+    return extracted(dataset_, {.isovalue = 0.1, .error = error});
+  }
+
+  Volume volume_ = fields::gyroid(25, 0.1, 3);
+  DatasetPtr dataset_ = make_dataset(volume_, "gyroid");
+  CertifyOptions half_ = {.error = 0.5, .lattice = 5};
+};
+
+TEST_F(WrongSurface, TheRightOneIsKept) {
+  const Certificate certificate = certified(surface(0.5), half_);
+  EXPECT_TRUE(certificate.is_kept());
+  EXPECT_EQ(certificate.error, ErrorVerdict::kKept);
+  EXPECT_GT(certificate.mesh.border_edges, 0);
+  EXPECT_FALSE(certificate.is_watertight()) << "it ends at the border of the data";
+}
+
+TEST_F(WrongSurface, OneThatWasMovedIsFound) {
+  const Certificate certificate = certified(testing::shifted(surface(0.5), {1, 0, 0}), half_);
+  EXPECT_EQ(certificate.error, ErrorVerdict::kExceeded);
+  EXPECT_FALSE(certificate.is_kept());
+}
+
+TEST_F(WrongSurface, OneWithAHoleIsFoundFromTheOtherSide) {
+  TriangleMesh mesh = surface(0);
+  std::erase_if(mesh.triangles, [&](const TriangleIndices& t) {
+    return length(difference(mesh.vertices[t[0]], {12, 12, 12})) < 5;
+  });
+  const Certificate certificate = certified(mesh, {.error = 0, .lattice = 5});
+  EXPECT_LE(certificate.distance.mesh_to_reference.maximum_at_most, 0.06);
+  EXPECT_GT(certificate.distance.reference_to_mesh.maximum, 1);
+  EXPECT_GT(certificate.mesh.open_edges, 0);
+  EXPECT_FALSE(certificate.is_kept());
+}
+
+TEST_F(WrongSurface, OneOfALargerErrorIsFound) {
+  EXPECT_EQ(certified(surface(4), {.error = 0.05, .lattice = 5}).error, ErrorVerdict::kExceeded);
+}
+
+TEST_F(WrongSurface, AnEmptyOneIsFound) {
+  const Certificate certificate = certified({}, half_);
+  EXPECT_EQ(certificate.error, ErrorVerdict::kExceeded);
+  EXPECT_TRUE(std::isinf(certificate.maximum()));
+  const auto json = json_of(certificate, {}, half_);
+  EXPECT_TRUE(json["distances"]["full_to_mesh"]["world"]["maximum"].is_null());
+}
+
+TEST_F(WrongSurface, WithoutABoundIsToldAndNotRefused) {
+  const TriangleMesh mesh = testing::shifted(surface(0), {0.3, 0, 0});
+  const Certificate certificate = certified(mesh, {});
+  EXPECT_EQ(certificate.error, ErrorVerdict::kNotAsked);
+  EXPECT_GT(certificate.maximum(), 0.2);
+  // Moved off the data's border it has open edges.
+  EXPECT_FALSE(certificate.is_kept());
+  EXPECT_TRUE(certified(mesh, {.any_topology = true}).is_kept());
+}
+
+TEST_F(WrongSurface, WithATriangleTurnedOverOrMissingHasItsEdges) {
+  TriangleMesh mesh = surface(0);
+  const auto inside =
+      std::find_if(mesh.triangles.begin(), mesh.triangles.end(), [&](const TriangleIndices& t) {
+        return length(difference(mesh.vertices[t[0]], {12, 12, 12})) < 6;
+      });
+  ASSERT_NE(inside, mesh.triangles.end());
+  std::swap((*inside)[1], (*inside)[2]);
+  EXPECT_EQ(certified(mesh, {}).mesh.nonmanifold_edges, 3);
+  EXPECT_FALSE(certified(mesh, {}).is_kept());
+  mesh.triangles.erase(inside);
+  EXPECT_EQ(certified(mesh, {}).mesh.open_edges, 3);
+  EXPECT_FALSE(certified(mesh, {}).is_kept());
+}
+
+// ---- what is measured
+
+Volume two_balls() {
+  return fields::sampled<float>({30, 20, 20}, [](int x, int y, int z) {
+    const auto ball = [&](double at, double radius) {
+      return radius - std::sqrt((x - at) * (x - at) + (y - 10) * (y - 10) + (z - 10) * (z - 10));
+    };
+    return std::max(ball(8, 5.3), ball(22, 4.2));
+  });
+}
+
+TEST(Certificate, OfAMeshThatWasShiftedTellsByHowMuch) {
+  const Volume volume = two_balls();
+  const DatasetPtr dataset = make_dataset(volume, "balls");
+  const TriangleMesh mesh = extracted(dataset, {.isovalue = 0.0, .error = 0});
+  const Certificate certificate =
+      certify(testing::shifted(mesh, {0.3, 0, 0}), volume, {.isovalue = 0, .error = 0.2});
+  for (const SurfaceDistance* way :
+       {&certificate.distance.mesh_to_reference, &certificate.distance.reference_to_mesh}) {
+    EXPECT_NEAR(way->maximum, 0.3, 0.06);
+    EXPECT_NEAR(way->maximum_at_most, 0.3, 0.08);
+    EXPECT_NEAR(way->mean, 0.15, 0.03);  // Of 0.3 |cos| over a sphere.
+    EXPECT_NEAR(way->farthest[1], 10, 2) << "at the poles of the balls";
+  }
+  EXPECT_EQ(certificate.error, ErrorVerdict::kExceeded);
+  EXPECT_TRUE(certificate.keeps_topology());
+  EXPECT_TRUE(certificate.is_watertight());
+}
+
+TEST(Certificate, OfAMeshWithoutAComponentIsNotKept) {
+  const Volume volume = two_balls();
+  TriangleMesh mesh = extracted(make_dataset(volume, "balls"), {.isovalue = 0.0, .error = 0});
+  std::erase_if(mesh.triangles,
+                [&](const TriangleIndices& t) { return mesh.vertices[t[0]][0] > 15; });
+  const Certificate certificate =
+      certify(mesh, volume, {.isovalue = 0, .error = 0.5, .lattice = 5});
+  EXPECT_EQ(certificate.mesh.components, 1);
+  EXPECT_EQ(certificate.reference.components, 2);
+  EXPECT_FALSE(certificate.keeps_topology());
+  EXPECT_LT(certificate.distance.mesh_to_reference.maximum_at_most, 0.07);
+  EXPECT_NEAR(certificate.distance.reference_to_mesh.maximum, 22 + 4.2 - 8 - 5.3, 0.1);
+  EXPECT_NEAR(certificate.distance.reference_to_mesh.farthest[0], 26.2, 0.1);
+  EXPECT_FALSE(certificate.is_kept());
+}
+
+TEST(Certificate, OfAMaskedSurfaceIsOpenWhereTheMaskIs) {
+  const Volume volume = fields::masked_gyroid(33, 10);
+  const DatasetPtr dataset = make_dataset(volume, "masked");
+  TriangleMesh mesh = extracted(dataset, {.isovalue = 0.1, .error = 0});
+  const Certificate whole = certify(mesh, volume, {.isovalue = 0.1, .error = 0, .lattice = 5});
+  EXPECT_EQ(whole.mesh.open_edges, 0);
+  EXPECT_GT(whole.mesh.border_edges, 0);
+  EXPECT_TRUE(whole.is_kept());
+}
+
+TEST(Certificate, OfCornersThatAreOnTheirOwnIsThatOfTheWeldedMesh) {
+  const Volume volume = two_balls();
+  const TriangleMesh mesh =
+      extracted(make_dataset(volume, "balls"), {.isovalue = 0.0, .error = 0.5});
+  TriangleMesh soup;
+  for (const TriangleIndices& t : mesh.triangles) {
+    for (const std::uint32_t corner : t) soup.vertices.push_back(mesh.vertices[corner]);
+    const auto n = static_cast<std::uint32_t>(soup.vertices.size());
+    soup.triangles.push_back({n - 3, n - 2, n - 1});
+    soup.triangles.push_back({n - 3, n - 3, n - 1});
+  }
+  const CertifyOptions options{.isovalue = 0, .error = 0.5, .lattice = 5};
+  const Certificate of_mesh = certify(mesh, volume, options);
+  const Certificate of_soup = certify(soup, volume, options);
+  EXPECT_EQ(of_soup.mesh, of_mesh.mesh);
+  EXPECT_EQ(of_soup.maximum(), of_mesh.maximum());
+  EXPECT_EQ(of_soup.degenerate_triangles, mesh.triangles.size());
+  EXPECT_TRUE(of_soup.is_kept());
+}
+
+TEST(Certificate, CountsVerticesWhereFansOnlyTouch) {
+  const TriangleMesh bowtie = welded(testing::joined(testing::box({0, 0, 0}, {1, 1, 1}),
+                                                     testing::box({1, 1, 1}, {2, 2, 2})))
+                                  .mesh;
+  EXPECT_EQ(nonmanifold_vertices(bowtie.vertices.size(), bowtie.triangles), 1);
+  const TriangleMesh at_edge = welded(testing::joined(testing::box({0, 0, 0}, {1, 1, 1}),
+                                                      testing::box({1, 1, 0}, {2, 2, 1})))
+                                   .mesh;
+  const MeshTopology found =
+      topology(at_edge.vertices.size(), at_edge.triangles, [](auto, auto) { return false; });
+  EXPECT_EQ(found.nonmanifold_edges, 1);
+  EXPECT_EQ(found.components, 1);
+}
+
+TEST(LatticeStep, IsAlongTheLongestDiagonal) {
+  DatasetInfo info;
+  EXPECT_DOUBLE_EQ(lattice_step_world(info, 5), std::sqrt(3.0) / 32);
+  info.index_to_world.columns = {Vec3{1, 0, 0}, Vec3{0, 2, 0}, Vec3{0, 0, 2}};
+  EXPECT_DOUBLE_EQ(lattice_step_world(info, 1), 1.5);
+  info.index_to_world.columns = {Vec3{1, 0, 0}, Vec3{1, 1, 0}, Vec3{0, 0, 1}};
+  EXPECT_DOUBLE_EQ(lattice_step_world(info, 1), std::sqrt(6.0) / 2) << "sheared";
+}
+
+// ---- the report
+
+TEST(CertificateReport, BeginsWithTheVerdictAndHoldsTheNumbers) {
+  const Volume volume = two_balls();
+  const TriangleMesh mesh =
+      extracted(make_dataset(volume, "balls"), {.isovalue = 0.0, .error = 0.5});
+  CertifyOptions options{
+      .isovalue = 0, .error = 0.5, .lattice = 5, .count_self_intersections = true};
+  const CertifiedFiles files{.mesh = "balls.ply", .volume = "balls.nrrd"};
+  const Certificate kept = certify(mesh, volume, options);
+  EXPECT_TRUE(text_of(kept, files, options).starts_with("Certified: balls.ply"))
+      << text_of(kept, files, options);
+  const auto json = json_of(kept, files, options);
+  EXPECT_EQ(json["kept"], true);
+  EXPECT_EQ(json["error"]["proven"], true);
+  EXPECT_EQ(json["topology_kept"], true);
+  EXPECT_EQ(json["watertight"], true);
+  EXPECT_EQ(json["mesh"]["components"], 2);
+  EXPECT_EQ(json["full_surface"]["euler_characteristic"], 4);
+  EXPECT_EQ(json["distances"]["mesh_to_full"]["samples"], 200'000);
+  EXPECT_EQ(json["distances"]["mesh_to_full"]["world"]["maximum"],
+            kept.distance.mesh_to_reference.maximum);
+  EXPECT_TRUE(json["self_intersections"].is_object());
+  options.error = 0.01;
+  options.lattice.reset();
+  const Certificate exceeded = certify(mesh, volume, options);
+  EXPECT_TRUE(text_of(exceeded, files, options).starts_with("NOT certified: balls.ply"));
+  EXPECT_EQ(json_of(exceeded, files, options)["error"]["kept"], false);
+}
+
+}  // namespace
+}  // namespace multitetra

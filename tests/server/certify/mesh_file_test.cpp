@@ -1,0 +1,402 @@
+// Meshes of every format that we write, of what others write besides, and of damaged files.
+#include "server/certify/mesh_file.hpp"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <cstring>
+#include <functional>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "common/wire/lattice_glb.hpp"
+#include "common/wire/mesh_files.hpp"
+#include "server/dataset/formats/stored_volume.hpp"
+#include "tests/support/surfaces.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+using Corners = std::array<Vec3, 3>;
+
+class MeshFile : public ::testing::Test {
+ protected:
+  TriangleMesh read(const std::string& name, const std::string& bytes) {
+    return read_mesh(folder_.file(name, bytes));
+  }
+  std::string complaint(const std::string& name, const std::string& bytes) {
+    try {
+      (void)read(name, bytes);
+    } catch (const VolumeFileError& error) {
+      return error.what();
+    }
+    return "none";
+  }
+
+  TemporaryFolder folder_;
+};
+
+PositionedMesh world_mesh() {
+  const Affine to_world{.columns = {Vec3{0.7, 0, 0}, Vec3{0, 1.3, 0.1}, Vec3{0, 0, 2}},
+                        .translation = {-500.25, 1000, 3}};
+  PositionedMesh mesh = positioned(surfaces::torus(5, 12, 8, 0.2, 1), to_world);
+  mesh.normals.assign(mesh.positions.size(), {0, 0, 1});
+  mesh.scalars.assign(mesh.positions.size(), 7);
+  mesh.colors.assign(mesh.positions.size(), {1, 2, 3});
+  return mesh;
+}
+
+// Each triangle from its least corner on, sorted. Coordinates as floats: decimals of text are not
+// those of the floats that they stand for.
+std::vector<Corners> sorted_corners(const TriangleMesh& mesh) {
+  std::vector<Corners> all;
+  for (const TriangleIndices& t : mesh.triangles) {
+    Corners corners = {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
+    for (Vec3& corner : corners) {
+      for (double& v : corner) v = static_cast<double>(static_cast<float>(v));
+    }
+    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+    all.push_back(corners);
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+TriangleMesh as_triangles(const PositionedMesh& mesh) {
+  TriangleMesh result;
+  for (const auto& p : mesh.positions) result.vertices.push_back(vec3(p));
+  result.triangles = mesh.triangles;
+  return result;
+}
+
+TEST_F(MeshFile, OfEveryFormatOfOursIsTheSameMesh) {
+  const PositionedMesh mesh = world_mesh();
+  const auto expected = sorted_corners(as_triangles(mesh));
+  for (const auto& [name, format] : {std::pair("a.ply", MeshFormat::kPly),
+                                     {"a.stl", MeshFormat::kStl},
+                                     {"a.obj", MeshFormat::kObj},
+                                     {"a.glb", MeshFormat::kGlb},
+                                     {"a.vtp", MeshFormat::kVtp}}) {
+    SCOPED_TRACE(name);
+    const WeldedMesh read_back = welded(read(name, mesh_file(mesh, format)));
+    EXPECT_EQ(sorted_corners(read_back.mesh), expected);
+    EXPECT_EQ(read_back.mesh.vertices.size(), mesh.positions.size());
+    EXPECT_EQ(read_back.degenerate_triangles, 0U);
+  }
+  const TriangleMesh draco = welded(read("a.drc", mesh_file(mesh, MeshFormat::kDrc))).mesh;
+  EXPECT_EQ(draco.vertices.size(), mesh.positions.size());
+  EXPECT_EQ(draco.triangles.size(), mesh.triangles.size());
+}
+
+TEST_F(MeshFile, OfGltfWithDracoLiesWhereItsNodesPutIt) {
+  const LatticeMesh mesh = surfaces::torus(5, 12, 8, 0.2, 1);
+  const Vec3 step = {0.5, 2, 3};
+  const TriangleMesh found = welded(read("a.glb", lattice_glb(mesh, {.exponent = 6}, step))).mesh;
+  TriangleMesh expected;
+  for (const LatticePoint& p : mesh.vertices) {
+    const Vec3 x = grid_coordinates(p, mesh.resolution);
+    expected.vertices.push_back({x[0] * step[0], x[1] * step[1], x[2] * step[2]});
+  }
+  expected.triangles = mesh.triangles;
+  EXPECT_EQ(sorted_corners(found), sorted_corners(expected));
+}
+
+// ---- PLY
+
+TEST_F(MeshFile, OfPlyMayBeTextWithPolygonsAndWhatElseThereIs) {
+  const TriangleMesh mesh = read("a.ply",
+                                 "ply\nformat ascii 1.0\ncomment x\nobj_info y\nelement vertex 5\n"
+                                 "property double y\nproperty list uchar int tags\n"
+                                 "property double x\nproperty float z\nproperty uchar red\n"
+                                 "element face 2\nproperty uchar flags\n"
+                                 "property list uchar uint vertex_index\n"
+                                 "element edge 1\nproperty int vertex1\nend_header\n"
+                                 "0 0 0 0 9\n0 2 5 6 1 0 9\n1 0 1 0 9\n1 0 0 0 9\n"
+                                 ".5 1 3 +5e-1 1e0 9\n0 4 0 1 2 3\n1 3 0 1 4\n7\n");
+  EXPECT_EQ(mesh.vertices,
+            (std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {.5, .5, 1}}));
+  EXPECT_EQ(mesh.triangles, (std::vector<TriangleIndices>{{0, 1, 2}, {0, 2, 3}, {0, 1, 4}}));
+}
+
+TEST_F(MeshFile, OfPlyMayBeBigEndian) {
+  std::string file =
+      "ply\r\nformat binary_big_endian 1.0\r\nelement vertex 3\r\nproperty short x\r\n"
+      "property float y\r\nproperty double z\r\nelement face 1\r\n"
+      "property list int16 int32 vertex_indices\r\nend_header\r\n";
+  const auto add = [&](auto value) {
+    std::string bytes(reinterpret_cast<const char*>(&value), sizeof value);
+    file.append(bytes.rbegin(), bytes.rend());
+  };
+  for (int i = 0; i < 3; ++i) {
+    add(static_cast<std::int16_t>(-i));
+    add(0.5F * static_cast<float>(i * i));
+    add(1e-9 * i);
+  }
+  add(std::int16_t{3});
+  for (const std::int32_t corner : {2, 0, 1}) add(corner);
+  const TriangleMesh mesh = read("a.ply", file);
+  EXPECT_EQ(mesh.vertices, (std::vector<Vec3>{{0, 0, 0}, {-1, 0.5, 1e-9}, {-2, 2, 2e-9}}));
+  EXPECT_EQ(mesh.triangles, (std::vector<TriangleIndices>{{2, 0, 1}}));
+}
+
+TEST_F(MeshFile, OfPlyThatPromisesWhatIsNotThereIsRefused) {
+  const std::string head = "ply\nformat ascii 1.0\n";
+  const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
+  EXPECT_NE(complaint("a.ply", head + "element vertex 4000000000\n" + xyz + "end_header\n0 0 0\n")
+                .find("shorter than the 4000000000 elements"),
+            std::string::npos);
+  EXPECT_NE(complaint("a.ply", head + "element vertex 1\nproperty float x\nend_header\n0\n")
+                .find("no x, y and z"),
+            std::string::npos);
+  EXPECT_NE(complaint("a.ply", head + "element vertex 1\n" + xyz +
+                                   "element face 1\nproperty list uchar int vertex_indices\n"
+                                   "end_header\n0 0 0\n3 0 0 1\n")
+                .find("has the vertex 1 of 1"),
+            std::string::npos);
+  EXPECT_NE(complaint("a.ply", head + "element vertex 1\n" + xyz + "end_header\n0 nan 0\n")
+                .find("is not a number"),
+            std::string::npos);
+  EXPECT_NE(complaint("a.ply", head + "element vertex 1\n" + xyz).find("header has no end"),
+            std::string::npos);
+}
+
+// ---- STL and OBJ
+
+TEST_F(MeshFile, OfStlMayBeTextAndItsBinaryMayBeginLikeText) {
+  const TriangleMesh mesh = read("a.STL",
+                                 "solid thing\r\n facet normal 0 0 1\r\n  outer loop\r\n"
+                                 "   vertex 0 0 0\r\n   vertex 1e0 0 0\r\n   vertex 0 1.5 0\r\n"
+                                 "  endloop\r\n endfacet\r\nendsolid thing\r\n");
+  EXPECT_EQ(mesh.vertices, (std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1.5, 0}}));
+  EXPECT_EQ(mesh.triangles.size(), 1U);
+  std::string binary = mesh_file(world_mesh(), MeshFormat::kStl);
+  std::memcpy(binary.data(), "solid", 5);
+  EXPECT_EQ(read("b.stl", binary).triangles.size(), world_mesh().triangles.size());
+  EXPECT_NE(complaint("c.stl", "solid thing\nvertex 0 0 0\n").find("ends too early"),
+            std::string::npos);
+}
+
+TEST_F(MeshFile, OfObjNamesVerticesFromTheFirstOrTheLast) {
+  const TriangleMesh mesh = read("a.obj",
+                                 "# by hand\nmtllib x.mtl\no thing\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0\n"
+                                 "v 0 1 0\nvn 0 0 1\nvt 0 0\nf 1/1/1 2//1 3/1 4\nv 5 5 5\n"
+                                 "f -1 -5 -4\nl 1 2\n");
+  EXPECT_EQ(mesh.vertices.size(), 5U);
+  EXPECT_EQ(mesh.triangles, (std::vector<TriangleIndices>{{0, 1, 2}, {0, 2, 3}, {4, 0, 1}}));
+  EXPECT_NE(complaint("a.obj", "v 0 0 0\nf 0 1 1\n").find("has the vertex -1"), std::string::npos);
+  EXPECT_NE(complaint("a.obj", "v 0 0 0\nf 1 1 x\n").find("'x' is no integer"), std::string::npos);
+}
+
+// ---- glTF
+
+std::string glb(std::string json, std::string binary) {
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  binary.resize((binary.size() + 3) / 4 * 4, '\0');
+  std::string file = "glTF";
+  const auto add = [&](std::size_t value) {
+    const auto number = static_cast<std::uint32_t>(value);
+    file.append(reinterpret_cast<const char*>(&number), 4);
+  };
+  add(2);
+  add(20 + json.size() + 8 + binary.size());
+  add(json.size());
+  add(0x4E4F534A);
+  file += json;
+  add(binary.size());
+  add(0x004E4942);
+  return file + binary;
+}
+
+// A triangle with positions as shorts and indices as bytes, and nodes in each other.
+std::string nested_glb(const std::string& nodes) {
+  std::string binary;
+  for (const std::int16_t v : std::array<std::int16_t, 12>{0, 0, 0, 99, 1, 0, 0, 99, 0, 1, 0, 99}) {
+    binary.append(reinterpret_cast<const char*>(&v), 2);
+  }
+  binary += std::string("\x02\x00\x01", 3);
+  return glb(R"({"asset":{"version":"2.0"},"scene":1,"scenes":[{},{"nodes":[0]}],"nodes":)" +
+                 nodes +
+                 R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],
+      "accessors":[{"bufferView":0,"componentType":5122,"count":3,"type":"VEC3"},
+                   {"bufferView":1,"componentType":5121,"count":3,"type":"SCALAR"}],
+      "bufferViews":[{"buffer":0,"byteLength":24,"byteStride":8},
+                     {"buffer":0,"byteOffset":24,"byteLength":3}],
+      "buffers":[{"byteLength":27}],"extensionsRequired":["KHR_mesh_quantization"]})",
+             binary);
+}
+
+TEST_F(MeshFile, OfGltfGoesThroughAllItsNodes) {
+  const TriangleMesh mesh = read("a.glb", nested_glb(R"([{"children":[1],"translation":[10,20,30]},
+                              {"children":[2],"rotation":[0,1,0,0]},{"mesh":0,"scale":[3,3,3]}])"));
+  // A half turn about y takes x to -x; y-up (x, y, z) is z-up (x, -z, y).
+  EXPECT_EQ(mesh.vertices, (std::vector<Vec3>{{10, -30, 20}, {7, -30, 20}, {10, -30, 23}}));
+  EXPECT_EQ(mesh.triangles, (std::vector<TriangleIndices>{{2, 0, 1}}));
+  const TriangleMesh mirrored = read("b.glb", nested_glb(R"([{"mesh":0,"scale":[-1,1,1]}])"));
+  EXPECT_EQ(mirrored.triangles, (std::vector<TriangleIndices>{{2, 1, 0}})) << "turned over";
+}
+
+TEST_F(MeshFile, OfGltfThatIsWrongIsRefused) {
+  EXPECT_NE(complaint("a.glb", nested_glb(R"([{"children":[0]}])")).find("without end"),
+            std::string::npos);
+  EXPECT_NE(complaint("a.glb", nested_glb(R"([{"mesh":1}])")).find("'meshes' that is not there"),
+            std::string::npos);
+  EXPECT_NE(complaint("a.glb", nested_glb(R"([{"mesh":-1}])")).find("Cannot read"),
+            std::string::npos);
+  EXPECT_NE(
+      complaint("a.glb",
+                glb(R"({"scenes":[{}],"extensionsRequired":["EXT_meshopt_compression"]})", ""))
+          .find("'EXT_meshopt_compression'"),
+      std::string::npos);
+  EXPECT_NE(complaint("a.glb", glb("{", "")).find("JSON"), std::string::npos);
+}
+
+// ---- VTP
+
+std::string base64(const std::string& bytes) {
+  constexpr std::string_view kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t bits = 0;
+    for (std::size_t j = 0; j < 3; ++j) {
+      bits = bits << 8 | (i + j < bytes.size() ? static_cast<unsigned char>(bytes[i + j]) : 0U);
+    }
+    for (std::size_t j = 0; j < 4; ++j) {
+      text += i + j > bytes.size() ? '=' : kDigits[bits >> (18 - 6 * j) & 63];
+    }
+  }
+  return text;
+}
+
+template <typename T>
+std::string bytes_of(const std::vector<T>& values) {
+  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
+}
+
+std::string zipped(const std::string& bytes) {
+  uLongf size = compressBound(bytes.size());
+  std::string packed(size, '\0');
+  EXPECT_EQ(compress(reinterpret_cast<Bytef*>(packed.data()), &size,
+                     reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()),
+            Z_OK);
+  packed.resize(size);
+  return packed;
+}
+
+// Two triangles in a polygon of four corners, and a strip of two more.
+std::string vtp(
+    const std::string& attributes, const std::string& format,
+    const std::function<std::string(const std::string& bytes, const std::string& text)>& array) {
+  const auto tag = [&](const std::string& type, const std::string& name, const std::string& more,
+                       const std::string& bytes, const std::string& text) {
+    return "<DataArray type=\"" + type + "\" Name=\"" + name + "\" format=\"" + format + "\"" +
+           more + ">\n" + array(bytes, text) + "\n</DataArray>\n";
+  };
+  return "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
+         "byte_order=\"LittleEndian\" header_type=\"UInt64\"" +
+         attributes +
+         ">\n<PolyData>\n<Piece NumberOfPoints=\"6\" NumberOfVerts=\"0\" NumberOfLines=\"0\" "
+         "NumberOfStrips=\"1\" NumberOfPolys=\"1\">\n<PointData></PointData>\n<Points>\n" +
+         tag("Float64", "Points", " NumberOfComponents=\"3\"",
+             bytes_of(std::vector<double>{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 2, 1, 0, 2}),
+             "0 0 0 1 0 0 1 1 0\n0 1 0 0 0 2 1 0 2") +
+         "</Points>\n<Verts></Verts>\n<Strips>\n" +
+         tag("Int32", "connectivity", "", bytes_of(std::vector<std::int32_t>{0, 1, 4, 5}),
+             "0 1 4 5") +
+         tag("Int32", "offsets", "", bytes_of(std::vector<std::int32_t>{4}), "4") +
+         "</Strips>\n<Polys>\n" +
+         tag("Int64", "connectivity", "", bytes_of(std::vector<std::int64_t>{0, 1, 2, 3}),
+             "0 1 2 3") +
+         tag("Int64", "offsets", "", bytes_of(std::vector<std::int64_t>{4}), "4") +
+         "</Polys>\n</Piece>\n</PolyData>\n</VTKFile>\n";
+}
+
+TEST_F(MeshFile, OfVtpMayBeTextBase64OrCompressed) {
+  const auto size = [](const std::string& bytes) {
+    return bytes_of(std::vector<std::uint64_t>{bytes.size()});
+  };
+  const auto expect = [](const TriangleMesh& mesh) {
+    EXPECT_EQ(mesh.vertices.size(), 6U);
+    EXPECT_EQ(mesh.vertices[5], (Vec3{1, 0, 2}));
+    EXPECT_EQ(mesh.triangles,
+              (std::vector<TriangleIndices>{{0, 1, 2}, {0, 2, 3}, {0, 1, 4}, {4, 1, 5}}));
+  };
+  expect(read("a.vtp", vtp("", "ascii", [](const auto&, const auto& text) { return text; })));
+  expect(read("b.vtp", vtp("", "binary", [&](const auto& bytes, const auto&) {
+                return base64(size(bytes) + bytes);
+              })));
+  expect(read(
+      "c.vtp",
+      vtp(" compressor=\"vtkZLibDataCompressor\"", "binary", [&](const auto& bytes, const auto&) {
+        const std::string packed = zipped(bytes);
+        return base64(bytes_of(std::vector<std::uint64_t>{1, bytes.size(), 0, packed.size()})) +
+               base64(packed);
+      })));
+}
+
+TEST_F(MeshFile, OfVtpThatIsWrongIsRefused) {
+  const auto text = [](const auto&, const auto& numbers) { return numbers; };
+  std::string other = vtp("", "ascii", text);
+  other.replace(other.find("PolyData"), 8, "ImageDat");
+  EXPECT_NE(complaint("a.vtp", other).find("not PolyData"), std::string::npos)
+      << complaint("a.vtp", other);
+  std::string beyond = vtp("", "ascii", text);
+  beyond.replace(beyond.find("0 1 2 3"), 7, "0 1 2 6");
+  EXPECT_NE(complaint("a.vtp", beyond).find("has the vertex 6 of 6"), std::string::npos);
+  std::string many = vtp("", "ascii", text);
+  many.replace(many.find("NumberOfPoints=\"6\""), 18, "NumberOfPoints=\"4000000000\"");
+  EXPECT_NE(complaint("a.vtp", many).find("Cannot read"), std::string::npos);
+}
+
+// ---- damage
+
+TEST_F(MeshFile, ThatIsNoneIsRefusedWithItsName) {
+  EXPECT_NE(complaint("a.ply", "GIF89a").find("no format known here"), std::string::npos);
+  EXPECT_NE(complaint("a.xyz", "0 0 0\n").find("a.xyz"), std::string::npos);
+  EXPECT_THROW((void)read_mesh(folder_.path() / "missing.stl"), VolumeFileError);
+  EXPECT_THROW((void)read_mesh(folder_.path()), VolumeFileError);
+}
+
+// Whatever the bytes are, there is a mesh with its vertices or a sentence.
+TEST_F(MeshFile, ThatIsDamagedAnywhereIsReadOrRefused) {
+  std::mt19937 random(5);
+  const LatticeMesh torus = surfaces::torus(3, 6, 5, 0.2, 1);
+  PositionedMesh mesh = positioned(torus, {});
+  std::vector<std::pair<std::string, std::string>> files = {
+      {"n.glb", nested_glb(R"([{"mesh":0}])")},
+      {"l.glb", lattice_glb(torus, {.exponent = 6}, {1, 1, 1})},
+      {"t.vtp", vtp("", "ascii", [](const auto&, const auto& text) { return text; })}};
+  for (const auto& [name, format] : {std::pair("a.ply", MeshFormat::kPly),
+                                     {"a.stl", MeshFormat::kStl},
+                                     {"a.obj", MeshFormat::kObj},
+                                     {"a.glb", MeshFormat::kGlb},
+                                     {"a.vtp", MeshFormat::kVtp},
+                                     {"a.drc", MeshFormat::kDrc}}) {
+    files.emplace_back(name, mesh_file(mesh, format));
+  }
+  int refused = 0;
+  for (const auto& [name, whole] : files) {
+    for (int i = 0; i < 60; ++i) {
+      std::string bytes = whole;
+      if (i % 2 == 0) bytes.resize(random() % bytes.size());
+      for (int j = 0; j < i % 4 && !bytes.empty(); ++j) {
+        bytes[random() % std::min<std::size_t>(bytes.size(), i % 3 == 0 ? 200 : bytes.size())] =
+            static_cast<char>(random());
+      }
+      try {
+        const TriangleMesh found = read(name, bytes);
+        for (const TriangleIndices& t : found.triangles) {
+          for (const std::uint32_t corner : t) ASSERT_LT(corner, found.vertices.size());
+        }
+      } catch (const VolumeFileError&) {
+        ++refused;
+      }
+    }
+  }
+  EXPECT_GT(refused, 200);
+}
+
+}  // namespace
+}  // namespace multitetra
