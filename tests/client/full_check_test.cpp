@@ -11,8 +11,8 @@
 
 #include "client/local_volume.hpp"
 #include "server/dataset/prepare.hpp"
-#include "server/dataset/written_nrrd.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "server/volume/generators/written_nrrd.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
 #include "tests/support/running_server.hpp"
