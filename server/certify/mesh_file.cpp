@@ -8,7 +8,7 @@
 #include "common/base/text.hpp"
 #include "server/certify/detail/mesh_bytes.hpp"
 #include "server/certify/detail/vtp_reader.hpp"
-#include "server/dataset/formats/stored_volume.hpp"
+#include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
 namespace {

@@ -5,9 +5,9 @@
 #include <utility>
 #include <variant>
 
+#include "common/base/scratch_file.hpp"
 #include "server/dataset/brick_layers.hpp"
 #include "server/dataset/prepared_sinks.hpp"
-#include "server/dataset/scratch_file.hpp"
 
 namespace multitetra {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "server/core/spectrum/spectrum_inputs.hpp"
 #include "server/dataset/bricked_samples.hpp"
-#include "server/dataset/volume_source.hpp"
+#include "server/volume/volume_source.hpp"
 
 namespace multitetra {
 

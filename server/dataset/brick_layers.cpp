@@ -5,8 +5,8 @@
 #include <utility>
 #include <variant>
 
+#include "common/base/in_parallel.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"
-#include "server/dataset/in_parallel.hpp"
 
 namespace multitetra {
 namespace {

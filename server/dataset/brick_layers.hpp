@@ -12,7 +12,7 @@
 
 #include "server/core/spectrum/sample_bricks.hpp"
 #include "server/dataset/prepared_sinks.hpp"
-#include "server/dataset/volume_source.hpp"
+#include "server/volume/volume_source.hpp"
 
 namespace multitetra {
 

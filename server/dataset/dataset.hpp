@@ -12,7 +12,7 @@
 #include "common/request/dataset_info.hpp"
 #include "server/core/framework/volume.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"
-#include "server/dataset/formats/stored_volume.hpp"
+#include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
 

@@ -8,13 +8,13 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/in_parallel.hpp"
 #include "server/core/spectrum/cell_ranges.hpp"
 #include "server/core/spectrum/plane_sources.hpp"
 #include "server/core/spectrum/spectrum_builder.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
 #include "server/dataset/brick_layers.hpp"
 #include "server/dataset/bricked_samples.hpp"
-#include "server/dataset/in_parallel.hpp"
 #include "server/dataset/prepared_sinks.hpp"
 #include "server/dataset/statistics.hpp"
 #include "server/dataset/statistics_builder.hpp"

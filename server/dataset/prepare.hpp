@@ -19,7 +19,7 @@
 #include "server/core/spectrum/spectrum_builder.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/source_note.hpp"
-#include "server/dataset/volume_source.hpp"
+#include "server/volume/volume_source.hpp"
 
 namespace multitetra {
 

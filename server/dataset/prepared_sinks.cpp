@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "common/base/scratch_file.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
-#include "server/dataset/scratch_file.hpp"
 
 namespace multitetra {
 

@@ -9,7 +9,7 @@
 
 #include "server/core/framework/volume.hpp"
 #include "server/dataset/dataset.hpp"
-#include "server/dataset/volume_source.hpp"
+#include "server/volume/volume_source.hpp"
 
 namespace multitetra {
 

@@ -10,7 +10,7 @@
 #include <type_traits>
 #include <variant>
 
-#include "server/dataset/in_parallel.hpp"
+#include "common/base/in_parallel.hpp"
 #include "server/dataset/suggested_isovalues.hpp"
 
 namespace multitetra {

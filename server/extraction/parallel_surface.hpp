@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/in_parallel.hpp"
 #include "server/core/errors/leaves.hpp"
 #include "server/core/surface/tiling.hpp"
-#include "server/dataset/in_parallel.hpp"
 #include "server/extraction/tiled_surface.hpp"
 
 namespace multitetra {

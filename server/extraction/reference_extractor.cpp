@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/base/in_parallel.hpp"
 #include "server/core/errors/leaves.hpp"
 #include "server/core/fine_errors/spectrum_model.hpp"
-#include "server/dataset/in_parallel.hpp"
 #include "server/extraction/parallel_surface.hpp"
 #include "server/extraction/simplified_surface.hpp"
 

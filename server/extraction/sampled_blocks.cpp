@@ -5,10 +5,10 @@
 #include <limits>
 #include <utility>
 
+#include "common/base/in_parallel.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/wire/tile.hpp"
 #include "server/core/simplification/simplified_cube.hpp"
-#include "server/dataset/in_parallel.hpp"
 #include "server/extraction/shading.hpp"
 
 namespace multitetra {

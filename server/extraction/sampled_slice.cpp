@@ -5,8 +5,8 @@
 #include <span>
 #include <string>
 
+#include "common/base/in_parallel.hpp"
 #include "server/core/sampling/sample_reader.hpp"
-#include "server/dataset/in_parallel.hpp"
 
 namespace multitetra {
 

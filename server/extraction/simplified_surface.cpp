@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/dataset/in_parallel.hpp"
+#include "common/base/in_parallel.hpp"
 
 namespace multitetra {
 namespace {

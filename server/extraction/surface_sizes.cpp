@@ -8,13 +8,13 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/in_parallel.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/wire/tile.hpp"
 #include "server/core/planning/simplified_size.hpp"
 #include "server/core/planning/surface_size.hpp"
 #include "server/core/simplification/threshold_shares.hpp"
 #include "server/core/surface/tiling.hpp"
-#include "server/dataset/in_parallel.hpp"
 #include "server/extraction/read_ahead.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/sampled_blocks.hpp"

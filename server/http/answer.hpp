@@ -9,7 +9,7 @@
 #include <variant>
 
 #include "common/base/result.hpp"
-#include "server/dataset/scratch_file.hpp"
+#include "common/base/scratch_file.hpp"
 #include "server/http/http_request.hpp"
 #include "server/http/viewer_files.hpp"
 

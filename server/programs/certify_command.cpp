@@ -11,7 +11,7 @@
 #include "common/cli/json_report.hpp"
 #include "server/certify/certificate_report.hpp"
 #include "server/certify/mesh_file.hpp"
-#include "server/dataset/volume_files.hpp"
+#include "server/volume/volume_files.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/progress.hpp"
 #include "server/programs/thread_options.hpp"

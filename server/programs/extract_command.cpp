@@ -25,7 +25,7 @@
 #include "server/core/surface/vertex_normals.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/objects/object_dataset.hpp"
-#include "server/dataset/volume_files.hpp"
+#include "server/volume/volume_files.hpp"
 #include "server/extraction/model_file.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/surface_extractor.hpp"

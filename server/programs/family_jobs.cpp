@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "common/base/exit_codes.hpp"
-#include "server/dataset/image_stack.hpp"
-#include "server/dataset/volume_files.hpp"
 #include "server/programs/label_jobs.hpp"
+#include "server/volume/formats/image_stack.hpp"
+#include "server/volume/volume_files.hpp"
 
 namespace multitetra {
 namespace {

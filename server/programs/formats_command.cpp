@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "common/cli/json_report.hpp"
-#include "server/dataset/formats/recognition.hpp"
 #include "server/programs/commands.hpp"
+#include "server/volume/formats/recognition.hpp"
 
 namespace multitetra {
 namespace {

@@ -7,10 +7,10 @@
 
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
-#include "server/dataset/generators.hpp"
-#include "server/dataset/written_nrrd.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/progress.hpp"
+#include "server/volume/generators/generators.hpp"
+#include "server/volume/generators/written_nrrd.hpp"
 
 namespace multitetra {
 namespace {

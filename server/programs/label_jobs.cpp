@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "common/base/exit_codes.hpp"
-#include "server/dataset/families/label_names.hpp"
-#include "server/dataset/volume_files.hpp"
+#include "server/volume/labels/label_names.hpp"
+#include "server/volume/volume_files.hpp"
 
 namespace multitetra {
 namespace {

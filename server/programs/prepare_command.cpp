@@ -10,13 +10,13 @@
 #include "server/dataset/parts/part_plan.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/dataset/source_note.hpp"
-#include "server/dataset/volume_files.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/family_jobs.hpp"
 #include "server/programs/prepare_jobs.hpp"
 #include "server/programs/prepare_parts_command.hpp"
 #include "server/programs/prepare_run.hpp"
 #include "server/programs/thread_options.hpp"
+#include "server/volume/volume_files.hpp"
 
 namespace multitetra {
 namespace {

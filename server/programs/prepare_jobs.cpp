@@ -5,10 +5,10 @@
 #include <set>
 #include <system_error>
 
-#include "server/dataset/formats/recognition.hpp"
 #include "server/dataset/prepared_file.hpp"
-#include "server/dataset/volume_folder.hpp"
 #include "server/store/http_store.hpp"
+#include "server/volume/formats/recognition.hpp"
+#include "server/volume/volume_folder.hpp"
 
 namespace multitetra {
 namespace {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/request/family_member.hpp"
-#include "server/dataset/formats/stored_volume.hpp"
 #include "server/dataset/source_note.hpp"
+#include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
 

@@ -6,7 +6,7 @@
 
 #include "server/dataset/prepare.hpp"
 #include "server/dataset/source_note.hpp"
-#include "server/dataset/volume_source.hpp"
+#include "server/volume/volume_source.hpp"
 
 namespace multitetra {
 

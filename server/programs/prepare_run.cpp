@@ -18,8 +18,8 @@
 #include "server/dataset/prepared_file.hpp"
 #include "server/dataset/section_table.hpp"
 #include "server/dataset/source_note.hpp"
-#include "server/dataset/volume_files.hpp"
 #include "server/programs/progress.hpp"
+#include "server/volume/volume_files.hpp"
 
 namespace multitetra {
 namespace {

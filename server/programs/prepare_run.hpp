@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "server/dataset/families/label_map.hpp"
 #include "server/programs/prepare_arguments.hpp"
 #include "server/programs/prepare_jobs.hpp"
+#include "server/volume/labels/label_map.hpp"
 
 namespace multitetra {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/cli/command.hpp"
-#include "server/dataset/volume_files.hpp"
+#include "server/volume/volume_files.hpp"
 
 namespace multitetra {
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/base/in_parallel.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/core/sampling/field_probe.hpp"
 #include "server/core/thresholds/threshold_map.hpp"
-#include "server/dataset/in_parallel.hpp"
 #include "server/extraction/sampled_slice.hpp"
 #include "server/stream/stream_plan.hpp"
 

@@ -15,7 +15,7 @@
 #include <optional>
 #include <stop_token>
 
-#include "server/dataset/in_parallel.hpp"
+#include "common/base/in_parallel.hpp"
 
 namespace multitetra {
 

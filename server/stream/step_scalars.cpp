@@ -2,9 +2,9 @@
 
 #include <optional>
 
+#include "common/base/in_parallel.hpp"
 #include "common/wire/scalar_codes.hpp"
 #include "server/core/sampling/vertex_scalars.hpp"
-#include "server/dataset/in_parallel.hpp"
 
 namespace multitetra {
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <utility>
 
+#include "common/base/in_parallel.hpp"
 #include "server/core/planning/step_spec.hpp"
 #include "server/core/planning/surface_size.hpp"
 #include "server/core/spectrum/crossed_octants.hpp"
-#include "server/dataset/in_parallel.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/shading.hpp"
 #include "server/extraction/surface_extractor.hpp"

@@ -5,12 +5,12 @@
 #include <new>
 #include <utility>
 
+#include "common/base/in_parallel.hpp"
 #include "common/base/number_text.hpp"
 #include "common/net/coroutines.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
 #include "server/dataset/byte_source.hpp"
-#include "server/dataset/in_parallel.hpp"
 #include "server/operations/log.hpp"
 #include "server/store/store_error.hpp"
 #include "server/stream/stream_messages.hpp"

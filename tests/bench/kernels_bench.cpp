@@ -13,9 +13,9 @@
 #include "server/core/spectrum/own_error_curve.hpp"
 #include "server/core/surface/tiling.hpp"
 #include "server/core/surface/vertex_normals.hpp"
-#include "server/dataset/generators.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "server/volume/generators/generators.hpp"
 
 namespace multitetra {
 namespace {

@@ -20,16 +20,16 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/in_parallel.hpp"
 #include "common/cli/command_line.hpp"
 #include "common/cli/json_report.hpp"
 #include "server/core/errors/leaves.hpp"
 #include "server/core/errors/own_error.hpp"
 #include "server/core/errors/saturated_errors.hpp"
-#include "server/dataset/in_parallel.hpp"
 #include "server/dataset/prepare.hpp"
-#include "server/dataset/volume_source.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/programs/thread_options.hpp"
+#include "server/volume/volume_source.hpp"
 #include "tests/bench/flying_edges.hpp"
 
 namespace multitetra {

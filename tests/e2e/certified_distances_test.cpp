@@ -12,6 +12,7 @@
 #include "server/certify/certificate.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "server/volume/generators/written_nrrd.hpp"
 #include "tests/support/public_volume_list.hpp"
 #include "tests/support/running_server.hpp"
 #include "tests/support/triangle_meshes.hpp"

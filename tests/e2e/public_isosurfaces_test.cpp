@@ -14,8 +14,8 @@
 
 #include "client/library/client.hpp"
 #include "server/dataset/prepare.hpp"
-#include "server/dataset/volume_files.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "server/volume/volume_files.hpp"
 #include "tests/support/public_volume_list.hpp"
 #include "tests/support/running_server.hpp"
 

@@ -4,9 +4,9 @@
 #include <set>
 #include <string_view>
 
-#include "server/dataset/families/label_names.hpp"
-#include "server/dataset/formats/stored_volume.hpp"
-#include "server/dataset/segment_names.hpp"
+#include "server/volume/formats/detail/segment_names.hpp"
+#include "server/volume/formats/stored_volume.hpp"
+#include "server/volume/labels/label_names.hpp"
 #include "tests/fuzz/require.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

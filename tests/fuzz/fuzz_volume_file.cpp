@@ -1,7 +1,7 @@
-// Whole files in the formats that we read ourselves: NIfTI, MRC, cubes, XML VTK images, and raw
-// samples that a text or their first bytes describe. The first byte says which, and whether the
-// file is packed. A file is refused with a reason or is a volume whose slices can be read in any
-// order, each the same alone as among all.
+// Whole files in the formats that we read ourselves: NIfTI, MRC, cubes, XML and legacy VTK images,
+// NRRD, MetaImage, and raw samples that a text or their first bytes describe. The first byte says
+// which, and whether the file is packed. A file is refused with a reason or is a volume whose
+// slices can be read in any order, each the same alone as among all.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -12,11 +12,14 @@
 
 #include <zlib.h>
 
-#include "server/dataset/formats/cube_file.hpp"
-#include "server/dataset/formats/described_raw.hpp"
-#include "server/dataset/formats/mrc_file.hpp"
-#include "server/dataset/formats/nifti_file.hpp"
-#include "server/dataset/formats/vti_file.hpp"
+#include "server/volume/formats/cube_file.hpp"
+#include "server/volume/formats/described_raw.hpp"
+#include "server/volume/formats/legacy_vtk_file.hpp"
+#include "server/volume/formats/meta_image_file.hpp"
+#include "server/volume/formats/mrc_file.hpp"
+#include "server/volume/formats/nifti_file.hpp"
+#include "server/volume/formats/nrrd_file.hpp"
+#include "server/volume/formats/vti_file.hpp"
 #include "tests/fuzz/require.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -61,6 +64,12 @@ std::optional<StoredVolume> opened(int format, std::string_view bytes,
       folder.file("v.raw", std::string(64, '\0'));
       return open_described(described_raw(folder.file("v.dat", bytes), /*follow=*/false));
     }
+    case 8:
+      return open_nrrd(folder.file("v.nrrd", bytes), choice);
+    case 9:
+      return open_meta_image(folder.file("v.mha", bytes), choice);
+    case 10:
+      return open_legacy_vtk(folder.file("v.vtk", bytes));
     default: {
       const auto raw = layout_of_raw(folder.file("counted.raw", bytes));
       if (!raw) return std::nullopt;
@@ -93,7 +102,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size == 0) return 0;
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
   try {
-    if (const auto volume = opened(data[0] % 8, bytes, folder)) read(*volume);
+    if (const auto volume = opened(data[0] % 11, bytes, folder)) read(*volume);
   } catch (const VolumeFileError& refused) {
     require(std::string_view(refused.what()).starts_with("Cannot read '"));
   }

@@ -1,13 +1,14 @@
 // What describes volumes in formats that we read ourselves: the XML of .vti files, the metadata of
-// Zarr 2, Zarr 3 and N5, and chunks under such metadata. The first byte says which; of a chunk, the
-// text up to the first zero is the array's metadata.
+// Zarr 2, Zarr 3 and N5, chunks under such metadata, and what ImageJ and OME-XML say in TIFF files.
+// The first byte says which; of a chunk, the text up to the first zero is the array's metadata.
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string_view>
 
-#include "server/dataset/formats/chunked_array.hpp"
-#include "server/dataset/formats/vti_header.hpp"
+#include "server/volume/formats/detail/chunked_array.hpp"
+#include "server/volume/formats/detail/tiff_description.hpp"
+#include "server/volume/formats/detail/vti_header.hpp"
 #include "tests/fuzz/require.hpp"
 
 namespace multitetra {
@@ -45,6 +46,12 @@ void decode(std::string_view text, Result<ArrayLayout> (*parse)(std::string_view
     (void)decode_shard_index(*layout, stored);
 }
 
+void check_pages(const Result<TiffDescription>& description) {
+  if (!description) return;
+  require(static_cast<std::int64_t>(description->pages.size()) ==
+          description->slices * description->channels * description->times.count);
+}
+
 }  // namespace
 }  // namespace multitetra
 
@@ -52,7 +59,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace multitetra;
   if (size == 0) return 0;
   const std::string_view text(reinterpret_cast<const char*>(data) + 1, size - 1);
-  switch (data[0] % 5) {
+  switch (data[0] % 7) {
     case 0:
       parse_xml(text, 1 + size);
       break;
@@ -64,6 +71,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     case 3:
       decode(text, &parse_zarr_3);
+      break;
+    case 5:
+      check_pages(parse_imagej_description(text));
+      break;
+    case 6:
+      check_pages(parse_ome_description(text, 1));
       break;
     default:
       decode(text, &parse_n5);

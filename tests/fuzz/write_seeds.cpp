@@ -14,7 +14,7 @@
 #include "common/wire/mesh_files.hpp"
 #include "common/wire/messages.hpp"
 #include "tests/fuzz/dataset_file_input.hpp"
-#include "tests/server/dataset/written_volumes.hpp"
+#include "tests/server/volume/written_volumes.hpp"
 #include "tests/support/sample_messages.hpp"
 #include "tests/support/surfaces.hpp"
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "common/base/in_parallel.hpp"
 #include "common/wire/messages.hpp"
-#include "server/dataset/in_parallel.hpp"
 #include "server/stream/dataset_catalogue.hpp"
 #include "tests/support/octahedra.hpp"
 #include "tests/support/waiting.hpp"

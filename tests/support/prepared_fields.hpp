@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "server/dataset/generators.hpp"
 #include "server/dataset/prepare.hpp"
+#include "server/volume/generators/generators.hpp"
 #include "tests/support/fields.hpp"
 
 namespace multitetra::testing {

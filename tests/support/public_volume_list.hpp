@@ -15,7 +15,7 @@
 #include <gtest/gtest.h>
 
 #include "common/request/dataset_info.hpp"
-#include "server/dataset/volume_files.hpp"
+#include "server/volume/volume_files.hpp"
 
 namespace multitetra::testing {
 

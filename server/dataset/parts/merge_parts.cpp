@@ -3,10 +3,11 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/base/in_parallel.hpp"
+#include "common/base/scratch_file.hpp"
 #include "server/core/spectrum/cell_layers.hpp"
 #include "server/core/spectrum/plane_sources.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"
-#include "server/dataset/in_parallel.hpp"
 #include "server/dataset/objects/object_folder.hpp"
 #include "server/dataset/objects/object_layout.hpp"
 #include "server/dataset/objects/object_structure.hpp"
@@ -14,7 +15,6 @@
 #include "server/dataset/parts/part_plan.hpp"
 #include "server/dataset/parts/prepare_parts.hpp"
 #include "server/dataset/prepared_format.hpp"
-#include "server/dataset/scratch_file.hpp"
 
 namespace multitetra {
 namespace {

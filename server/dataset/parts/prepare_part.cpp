@@ -2,17 +2,17 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/base/in_parallel.hpp"
+#include "common/base/scratch_file.hpp"
 #include "server/core/spectrum/cell_layers.hpp"
 #include "server/core/spectrum/plane_sources.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"
 #include "server/dataset/box_of_volume.hpp"
-#include "server/dataset/in_parallel.hpp"
 #include "server/dataset/objects/object_folder.hpp"
 #include "server/dataset/objects/object_layout.hpp"
 #include "server/dataset/parts/part_files.hpp"
 #include "server/dataset/parts/part_plan.hpp"
 #include "server/dataset/parts/prepare_parts.hpp"
-#include "server/dataset/scratch_file.hpp"
 
 namespace multitetra {
 namespace {

@@ -16,7 +16,7 @@
 
 #include "server/dataset/objects/convert_dataset.hpp"
 #include "server/dataset/prepare.hpp"
-#include "server/dataset/volume_source.hpp"
+#include "server/volume/volume_source.hpp"
 
 namespace multitetra {
 

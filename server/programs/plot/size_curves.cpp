@@ -7,7 +7,7 @@
 #include <mutex>
 #include <utility>
 
-#include "server/dataset/in_parallel.hpp"
+#include "common/base/in_parallel.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/sampled_blocks.hpp"
 #include "server/extraction/surface_extractor.hpp"

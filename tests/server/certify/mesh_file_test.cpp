@@ -12,7 +12,7 @@
 
 #include "common/wire/lattice_glb.hpp"
 #include "common/wire/mesh_files.hpp"
-#include "server/dataset/formats/stored_volume.hpp"
+#include "server/volume/formats/stored_volume.hpp"
 #include "tests/support/surfaces.hpp"
 #include "tests/support/temporary_folder.hpp"
 

@@ -12,8 +12,8 @@
 #include <thread>
 #include <vector>
 
-#include "server/dataset/generators.hpp"
 #include "server/dataset/verify_dataset.hpp"
+#include "server/volume/generators/generators.hpp"
 #include "tests/support/prepared_example.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/texts.hpp"

@@ -12,9 +12,9 @@
 #include <type_traits>
 #include <vector>
 
-#include "server/dataset/generators.hpp"
 #include "server/dataset/statistics_builder.hpp"
 #include "server/dataset/suggested_isovalues.hpp"
+#include "server/volume/generators/generators.hpp"
 
 namespace multitetra {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "server/dataset/in_parallel.hpp"
+#include "common/base/in_parallel.hpp"
 #include "server/extraction/simplified_surface.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/stream/step_source.hpp"

@@ -1,0 +1,68 @@
+#include "common/base/in_parallel.hpp"
+
+#if defined(__SANITIZE_THREAD__)
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+#else
+#include <algorithm>
+
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+#endif
+
+namespace multitetra {
+
+#if defined(__SANITIZE_THREAD__)
+
+// The thread sanitizer cannot see how the distribution's oneTBB synchronizes and takes every result
+// that is handed over for a race. So under it the same work runs on plain threads, whose every race
+// is then really one.
+void in_parallel(std::size_t count, const std::function<void(std::size_t)>& body,
+                 std::stop_token stop) {
+  std::atomic<std::size_t> next = 0;
+  std::mutex mutex;  // Guards `trouble`.
+  std::exception_ptr trouble;
+  const auto work = [&] {
+    try {
+      for (std::size_t i = next++; i < count; i = next++) {
+        if (stop.stop_requested()) throw Cancelled{};
+        body(i);
+      }
+    } catch (...) {
+      next = count;
+      const std::lock_guard lock(mutex);
+      if (!trouble) trouble = std::current_exception();
+    }
+  };
+  {
+    const std::jthread other(work);
+    work();
+  }
+  if (trouble) std::rethrow_exception(trouble);
+}
+
+std::size_t parallel_threads() { return 2; }
+
+#else
+
+void in_parallel(std::size_t count, const std::function<void(std::size_t)>& body,
+                 std::stop_token stop) {
+  tbb::this_task_arena::isolate([&] {
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+      if (stop.stop_requested()) throw Cancelled{};
+      body(i);
+    });
+  });
+}
+
+std::size_t parallel_threads() {
+  return std::min(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism),
+                  static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()));
+}
+
+#endif
+
+}  // namespace multitetra

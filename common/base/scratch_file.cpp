@@ -1,0 +1,80 @@
+#include "common/base/scratch_file.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cerrno>
+#include <cstdlib>
+#include <string>
+#include <system_error>
+
+namespace multitetra {
+namespace {
+
+[[noreturn]] void fail(const char* what) {
+  throw std::system_error(errno, std::generic_category(), what);
+}
+
+// File systems that know no files without names get one whose name is removed at once.
+int open_scratch(const std::filesystem::path& folder) {
+  const std::filesystem::path place = folder.empty() ? std::filesystem::path(".") : folder;
+  const int descriptor = ::open(place.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+  if (descriptor >= 0) return descriptor;
+  std::string name = (place / ".multitetra.XXXXXX").string();
+  const int named = ::mkostemp(name.data(), O_CLOEXEC);
+  if (named >= 0) ::unlink(name.c_str());
+  return named;
+}
+
+}  // namespace
+
+ScratchFile::ScratchFile(const std::filesystem::path& folder) : descriptor_(open_scratch(folder)) {
+  if (descriptor_ < 0) fail("Cannot create a temporary file");
+}
+ScratchFile::~ScratchFile() { ::close(descriptor_); }
+
+std::uint64_t ScratchFile::put(std::span<const std::byte> bytes) {
+  const std::uint64_t offset = size_.fetch_add(bytes.size());
+  put_at(offset, bytes);
+  return offset;
+}
+
+void ScratchFile::put_at(std::uint64_t offset, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t count =
+        ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail("Cannot write to a temporary file");
+    offset += static_cast<std::uint64_t>(count);
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+  }
+}
+
+void ScratchFile::get(std::uint64_t offset, std::span<std::byte> into) const {
+  while (!into.empty()) {
+    const ssize_t count =
+        ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
+    if (count < 0 && errno == EINTR) continue;
+    if (count == 0) errno = EIO;
+    if (count <= 0) fail("Cannot read from a temporary file");
+    offset += static_cast<std::uint64_t>(count);
+    into = into.subspan(static_cast<std::size_t>(count));
+  }
+}
+
+std::uint64_t ScratchMemory::put(std::span<const std::byte> bytes) {
+  const std::lock_guard lock(mutex_);
+  const std::uint64_t offset = bytes_.size();
+  bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+  return offset;
+}
+
+void ScratchMemory::get(std::uint64_t offset, std::span<std::byte> into) const {
+  const std::lock_guard lock(mutex_);
+  assert(offset + into.size() <= bytes_.size());
+  std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(offset), into.size(), into.begin());
+}
+
+}  // namespace multitetra

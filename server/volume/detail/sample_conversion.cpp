@@ -1,0 +1,252 @@
+#include "server/volume/detail/sample_conversion.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <sstream>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace multitetra {
+namespace {
+
+template <typename Sample>
+void resize_to(Samples& samples, std::size_t count) {
+  if (!std::holds_alternative<std::vector<Sample>>(samples)) samples = std::vector<Sample>();
+  std::get<std::vector<Sample>>(samples).resize(count);
+}
+
+bool is_floating(StoredType type) { return type == StoredType::kF32 || type == StoredType::kF64; }
+
+bool is_wide(StoredType type) { return type > StoredType::kF32; }
+
+struct Range {
+  double low;
+  double high;
+};
+
+// What integers of these types can be. Requires an integer type of at most 32 bits.
+Range range_of(StoredType type, int bits) {
+  const int all = static_cast<int>(8 * bytes_of(type));
+  const int used = bits > 0 && bits < all ? bits : all;
+  const bool is_signed =
+      type == StoredType::kI8 || type == StoredType::kI16 || type == StoredType::kI32;
+  if (!is_signed) return {0, std::ldexp(1, used) - 1};
+  return {-std::ldexp(1, used - 1), std::ldexp(1, used - 1) - 1};
+}
+
+// The sample type that holds these integers exactly, the stored one first; f32 when there is none,
+// except for i16 (see SampleConversion).
+SampleType type_for(StoredType stored, const Range& range) {
+  const auto holds = [&](SampleType type) {
+    const Range all = range_of(static_cast<StoredType>(type), 0);
+    return range.low >= all.low && range.high <= all.high;
+  };
+  if (!is_wide(stored) && holds(static_cast<SampleType>(stored))) {
+    return static_cast<SampleType>(stored);
+  }
+  for (const SampleType type :
+       {SampleType::kU8, SampleType::kI8, SampleType::kI16, SampleType::kU16}) {
+    if (holds(type)) return type;
+  }
+  return stored == StoredType::kI16 ? SampleType::kI16 : SampleType::kF32;
+}
+
+std::string number_text(double number) {
+  std::ostringstream text;
+  text << number;
+  return text.str();
+}
+
+}  // namespace
+
+void resize(Samples& samples, SampleType type, std::size_t count) {
+  switch (type) {
+    case SampleType::kU8:
+      return resize_to<std::uint8_t>(samples, count);
+    case SampleType::kI8:
+      return resize_to<std::int8_t>(samples, count);
+    case SampleType::kU16:
+      return resize_to<std::uint16_t>(samples, count);
+    case SampleType::kI16:
+      return resize_to<std::int16_t>(samples, count);
+    case SampleType::kF32:
+      return resize_to<float>(samples, count);
+  }
+}
+
+std::byte* bytes_of(Samples& samples) {
+  return std::visit([](auto& values) { return reinterpret_cast<std::byte*>(values.data()); },
+                    samples);
+}
+
+std::uint64_t make_infinite_void(std::span<float> samples) {
+  std::uint64_t infinite = 0;
+  for (float& sample : samples) {
+    if (!std::isinf(sample)) continue;
+    sample = std::numeric_limits<float>::quiet_NaN();
+    ++infinite;
+  }
+  return infinite;
+}
+
+// ---- SampleConversion
+
+SampleConversion::SampleConversion(std::filesystem::path file, const ImageHeader& header,
+                                   ComponentChoice choice)
+    : file_(std::move(file)), header_(header), choice_(choice) {
+  using Kind = ComponentChoice::Kind;
+  const std::int64_t components = header_.components;
+  const std::string told = "each sample has " + std::to_string(components) + " components";
+  if (components == 1) choice_ = {.kind = Kind::kOnlyOne};
+  if (components > 1 && choice_.kind == Kind::kOnlyOne) {
+    fail_reading(file_, told,
+                 "Choose with --component: one from 0 to " + std::to_string(components - 1) +
+                     ", magnitude, or luminance (of red, green and blue)");
+  }
+  if (choice_.kind == Kind::kIndex && choice_.index >= components) {
+    fail_reading(file_, told, "Choose one from 0 to " + std::to_string(components - 1));
+  }
+  if (choice_.kind == Kind::kLuminance && components < 3) {
+    fail_reading(file_, told, "Luminance is that of red, green and blue");
+  }
+  const bool mixes = choice_.kind == Kind::kMagnitude || choice_.kind == Kind::kLuminance;
+  const bool is_integer = !is_floating(header_.type) && bytes_of(header_.type) <= 4;
+  const bool is_exact = header_.slope == 1 && header_.intercept == std::round(header_.intercept) &&
+                        !mixes && !header_.missing;
+  type_ = SampleType::kF32;
+  if (is_integer && is_exact) {
+    // Wide integers may be anything; only what the header promises of them makes them narrow.
+    const Range stored = range_of(header_.type, header_.stored_bits);
+    const Range range = {stored.low + header_.intercept, stored.high + header_.intercept};
+    type_ = type_for(header_.type, range);
+  }
+  is_none_ = components == 1 && header_.slope == 1 && header_.intercept == 0 && !header_.missing &&
+             !is_wide(header_.type);
+}
+
+template <typename Stored>
+double SampleConversion::value_of(const std::byte* sample) const {
+  const auto at = [&](std::int64_t component) {
+    Stored number;
+    std::memcpy(&number, sample + static_cast<std::size_t>(component) * sizeof(Stored),
+                sizeof(Stored));
+    return static_cast<double>(number);
+  };
+  switch (choice_.kind) {
+    case ComponentChoice::Kind::kOnlyOne:
+      return at(0);
+    case ComponentChoice::Kind::kIndex:
+      return at(choice_.index);
+    case ComponentChoice::Kind::kLuminance:
+      return 0.2126 * at(0) + 0.7152 * at(1) + 0.0722 * at(2);
+    case ComponentChoice::Kind::kMagnitude:
+      break;
+  }
+  double squares = 0;
+  for (std::int64_t i = 0; i < header_.components; ++i) squares += at(i) * at(i);
+  return std::sqrt(squares);
+}
+
+template <typename Stored>
+void SampleConversion::convert_from(const std::byte* stored, std::size_t count, Samples& into,
+                                    std::size_t first) {
+  const std::size_t sample_bytes = sizeof(Stored) * static_cast<std::size_t>(header_.components);
+  const bool is_whole =
+      std::is_same_v<Stored, std::int64_t> || std::is_same_v<Stored, std::uint64_t>;
+  const bool plain =
+      choice_.kind <= ComponentChoice::Kind::kIndex && header_.slope == 1 && header_.intercept == 0;
+  std::visit(
+      [&](auto& samples) {
+        using Sample = typename std::decay_t<decltype(samples)>::value_type;
+        for (std::size_t i = 0; i < count; ++i, stored += sample_bytes) {
+          double value = value_of<Stored>(stored);
+          const bool missing = header_.missing && value == *header_.missing;
+          value = header_.slope * value + header_.intercept;
+          if constexpr (std::is_same_v<Sample, float>) {
+            samples[first + i] =
+                missing ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(value);
+            if (!std::isfinite(samples[first + i])) continue;
+            long double exact = value;
+            if (is_whole && plain) {  // More bits than a double has.
+              Stored number;
+              std::memcpy(&number,
+                          stored + static_cast<std::size_t>(choice_.index) * sizeof(Stored),
+                          sizeof(Stored));
+              exact = static_cast<long double>(number);
+              samples[first + i] = static_cast<float>(exact);
+            }
+            const auto error =
+                static_cast<double>(std::abs(exact - static_cast<long double>(samples[first + i])));
+            largest_error_ = std::max(largest_error_, error);
+          } else {
+            constexpr double kLeast = std::numeric_limits<Sample>::lowest();
+            constexpr double kMost = std::numeric_limits<Sample>::max();
+            saturated_ += value < kLeast || value > kMost;
+            value = std::clamp(value, kLeast, kMost);
+            samples[first + i] = static_cast<Sample>(value);
+          }
+        }
+      },
+      into);
+}
+
+void SampleConversion::convert(const std::byte* stored, std::size_t count, Samples& into,
+                               std::size_t first) {
+  assert(!is_none_ && into.index() == static_cast<std::size_t>(type_));
+  switch (header_.type) {
+    case StoredType::kU8:
+      return convert_from<std::uint8_t>(stored, count, into, first);
+    case StoredType::kI8:
+      return convert_from<std::int8_t>(stored, count, into, first);
+    case StoredType::kU16:
+      return convert_from<std::uint16_t>(stored, count, into, first);
+    case StoredType::kI16:
+      return convert_from<std::int16_t>(stored, count, into, first);
+    case StoredType::kF32:
+      return convert_from<float>(stored, count, into, first);
+    case StoredType::kU32:
+      return convert_from<std::uint32_t>(stored, count, into, first);
+    case StoredType::kI32:
+      return convert_from<std::int32_t>(stored, count, into, first);
+    case StoredType::kU64:
+      return convert_from<std::uint64_t>(stored, count, into, first);
+    case StoredType::kI64:
+      return convert_from<std::int64_t>(stored, count, into, first);
+    case StoredType::kF64:
+      return convert_from<double>(stored, count, into, first);
+  }
+}
+
+void SampleConversion::tell(const Notice& notice) const {
+  const bool is_scaled = header_.slope != 1 || header_.intercept != 0;
+  const bool is_typed_anew = type_ != static_cast<SampleType>(header_.type);
+  if (!notice || (!is_scaled && !is_typed_anew && saturated_ == 0)) return;
+  std::string text = "'" + file_.string() + "': samples of type " + std::string(name(header_.type));
+  if (is_scaled) {
+    text += " times " + number_text(header_.slope) + " plus " + number_text(header_.intercept);
+  }
+  if (is_typed_anew) text += " become " + std::string(name(type_));
+  if (type_ == SampleType::kF32) {
+    text += largest_error_ == 0 ? ", exactly"
+                                : ", at most " + number_text(largest_error_) + " from their values";
+  }
+  if (saturated_ > 0) {
+    text +=
+        "; " + std::to_string(saturated_) + " beyond that type are its least or greatest number";
+  }
+  notice(text + ".");
+}
+
+void tell_infinite(const Notice& notice, const std::filesystem::path& file,
+                   std::uint64_t infinite) {
+  if (!notice || infinite == 0) return;
+  notice("'" + file.string() + "': " + std::to_string(infinite) +
+         " samples that are infinite or too large for f32 are void from here on.");
+}
+
+}  // namespace multitetra

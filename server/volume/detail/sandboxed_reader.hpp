@@ -1,0 +1,26 @@
+// A volume source in a process of its own: what its reader does wrong with a damaged file stays
+// there, and memory and time are bounded.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+
+#include "server/volume/detail/sample_conversion.hpp"
+#include "server/volume/volume_source.hpp"
+
+namespace multitetra {
+
+// Opens a source. What it finds out goes to the notice that it is given; it calls
+// `header_is_known` before it asks for memory for samples.
+using OpenSource = std::function<std::unique_ptr<VolumeSource>(
+    const Notice& notice, const std::function<void()>& header_is_known)>;
+
+// The source that `open` makes in another process. `path` is its name in sentences. Until the
+// header is known that process may have 1 GiB beyond what this one has, afterwards all of the
+// machine's memory. Throws VolumeFileError as `open` does, and when the process crashes or is
+// silent for longer than any reader should be.
+[[nodiscard]] std::unique_ptr<VolumeSource> sandboxed_volume(const std::filesystem::path& path,
+                                                       const OpenSource& open, Notice notice);
+
+}  // namespace multitetra

@@ -1,0 +1,97 @@
+#include "server/volume/detail/streamed_volume.hpp"
+
+#include <cassert>
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace multitetra {
+namespace {
+
+VolumeHeader volume_header(const ImageHeader& image, SampleType type) {
+  VolumeHeader header{.type = type,
+                      .spacing = image.spacing,
+                      .index_to_world = image.index_to_world,
+                      .meaning = image.meaning};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    header.dims[axis] = static_cast<std::int32_t>(image.dims[axis]);
+  }
+  return header;
+}
+
+class StreamedVolume : public VolumeSource {
+ public:
+  StreamedVolume(std::filesystem::path file, StoredVolume stored, ComponentChoice component,
+                 Notice notice)
+      : file_(std::move(file)),
+        conversion_(file_, stored.header, component),
+        header_(volume_header(stored.header, conversion_.type())),
+        stored_slice_bytes_(stored.header.slice_bytes()),
+        slices_(std::move(stored.slices)),
+        notice_(std::move(notice)),
+        members_(std::move(stored.members)),
+        searched_(static_cast<std::size_t>(header_.dims[2])) {
+    if (!notice_) return;
+    for (const std::string& text : stored.notices) notice_(text);
+  }
+
+  [[nodiscard]] const VolumeHeader& header() const override { return header_; }
+
+  void read(std::int32_t first_slice, std::int32_t slices, Samples& into) override {
+    assert(first_slice >= 0 && slices >= 1 && first_slice <= header_.dims[2] - slices);
+    const auto first = static_cast<std::size_t>(first_slice);
+    const auto count = static_cast<std::size_t>(slices);
+    const std::size_t slice = header_.samples_per_slice();
+    resize(into, header_.type, count * slice);
+    if (conversion_.is_none()) slices_->read(first, count, bytes_of(into));
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!conversion_.is_none()) {
+        buffer_.resize(stored_slice_bytes_);
+        slices_->read(first + i, 1, buffer_.data());
+        conversion_.convert(buffer_.data(), slice, into, i * slice);
+      }
+      std::uint64_t infinite = 0;
+      if (auto* const floats = std::get_if<std::vector<float>>(&into)) {
+        infinite = make_infinite_void(std::span(*floats).subspan(i * slice, slice));
+      }
+      note_searched(first + i, infinite);
+    }
+  }
+
+  [[nodiscard]] const SourceMembers& members() const override { return members_; }
+  [[nodiscard]] bool streams() const override { return true; }
+
+ private:
+  void note_searched(std::size_t slice, std::uint64_t infinite) {
+    if (searched_[slice]) return;
+    searched_[slice] = true;
+    infinite_ += infinite;
+    if (++slices_searched_ < searched_.size()) return;
+    conversion_.tell(notice_);
+    tell_infinite(notice_, file_, infinite_);
+  }
+
+  std::filesystem::path file_;
+  SampleConversion conversion_;
+  VolumeHeader header_;
+  std::size_t stored_slice_bytes_;
+  std::unique_ptr<StoredSlices> slices_;
+  Notice notice_;
+  SourceMembers members_;
+  std::vector<std::byte> buffer_;  // One slice before its conversion.
+  std::vector<bool> searched_;     // The slices whose infinite samples are counted.
+  std::size_t slices_searched_ = 0;
+  std::uint64_t infinite_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<VolumeSource> streamed_volume(std::filesystem::path file, StoredVolume stored,
+                                              ComponentChoice component, Notice notice) {
+  return std::make_unique<StreamedVolume>(std::move(file), std::move(stored), component,
+                                          std::move(notice));
+}
+
+}  // namespace multitetra

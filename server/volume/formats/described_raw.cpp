@@ -1,0 +1,219 @@
+#include "server/volume/formats/described_raw.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <regex>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+#include "common/base/text.hpp"
+#include "server/volume/formats/detail/header_bytes.hpp"
+#include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/detail/plain_slices.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostDescriptionBytes = std::size_t{1} << 16;
+
+// The words that files and names use for types.
+std::optional<StoredType> type_word(std::string_view word) {
+  constexpr std::array<std::pair<std::string_view, StoredType>, 16> kWords = {
+      {{"uchar", StoredType::kU8},
+       {"uint8", StoredType::kU8},
+       {"byte", StoredType::kU8},
+       {"char", StoredType::kI8},
+       {"int8", StoredType::kI8},
+       {"ushort", StoredType::kU16},
+       {"uint16", StoredType::kU16},
+       {"short", StoredType::kI16},
+       {"int16", StoredType::kI16},
+       {"float", StoredType::kF32},
+       {"float32", StoredType::kF32},
+       {"double", StoredType::kF64},
+       {"float64", StoredType::kF64},
+       {"int32", StoredType::kI32},
+       {"uint32", StoredType::kU32},
+       {"ushort_12", StoredType::kU16}}};
+  const std::string lower = lower_case(word);
+  for (const auto& [name, type] : kWords) {
+    if (name == lower) return type;
+  }
+  return stored_type_from(lower);
+}
+
+// Up to three numbers at the beginning of a text.
+std::vector<double> leading_numbers(const std::string& text) {
+  std::istringstream in(text);
+  in.imbue(std::locale::classic());
+  std::vector<double> numbers;
+  for (double number = 0; numbers.size() < 3 && in >> number;) numbers.push_back(number);
+  return numbers;
+}
+
+// "name: value" lines of a description, as far as they are known.
+struct Description {
+  std::string data_file;
+  std::optional<std::array<std::int64_t, 3>> dims;
+  std::optional<StoredType> type;
+  std::optional<Vec3> spacing;
+  std::optional<Endian> endian;
+};
+
+Description description_in(const std::string& text) {
+  Description result;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) {
+    const std::size_t colon = line.find(':');
+    if (colon == std::string::npos) continue;
+    if (line.ends_with('\r')) line.pop_back();
+    const std::string key = lower_case(trimmed(line.substr(0, colon)));
+    const std::string value(trimmed(std::string_view(line).substr(colon + 1)));
+    const std::vector<double> numbers = leading_numbers(value);
+    const bool three = numbers.size() == 3;
+    if (key == "objectfilename") result.data_file = value;
+    if ((key == "resolution" || key == "dims") && three &&
+        std::all_of(numbers.begin(), numbers.end(),
+                    [](double x) { return x >= 1 && x <= 1e9 && x == std::floor(x); })) {
+      result.dims = {static_cast<std::int64_t>(numbers[0]), static_cast<std::int64_t>(numbers[1]),
+                     static_cast<std::int64_t>(numbers[2])};
+    }
+    if ((key == "slicethickness" || key == "spacing") && three &&
+        std::all_of(numbers.begin(), numbers.end(),
+                    [](double x) { return x > 0 && std::isfinite(x); })) {
+      result.spacing = Vec3{numbers[0], numbers[1], numbers[2]};
+    }
+    if (key == "format" || key == "type") result.type = type_word(value);
+    if (key == "byte order" || key == "endianness") {
+      result.endian = lower_case(value).starts_with("big") ? Endian::kBig : Endian::kLittle;
+    }
+  }
+  return result;
+}
+
+Description description_of(const fs::path& file) {
+  return description_in(InputFile(file).beginning(kMostDescriptionBytes));
+}
+
+DescribedRaw raw_from(const Description& description, fs::path data, const fs::path& told_by) {
+  if (!description.dims) fail_reading(told_by, "its Resolution is no three counts", "Correct it");
+  if (!description.type)
+    fail_reading(told_by, "its Format is not known", "Use UCHAR, USHORT or FLOAT");
+  DescribedRaw raw{.file = std::move(data),
+                   .source = "'" + told_by.filename().string() + "'",
+                   .endian = description.endian.value_or(Endian::kLittle)};
+  raw.header.dims = *description.dims;
+  raw.header.type = *description.type;
+  set_box_axes(raw.header, {0, 0, 0}, description.spacing.value_or(Vec3{1, 1, 1}));
+  check_header(told_by, raw.header);
+  return raw;
+}
+
+std::uint64_t sample_bytes(const ImageHeader& header) {
+  return header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2]);
+}
+
+// The spacing of a description beside `file`, for layouts that have none.
+void add_spacing_beside(const fs::path& file, DescribedRaw& raw) {
+  const fs::path beside = fs::path(file).replace_extension(".txt");
+  std::error_code error;
+  if (beside == file || !fs::is_regular_file(beside, error)) return;
+  const Description description = description_of(beside);
+  if (!description.spacing) return;
+  set_box_axes(raw.header, {0, 0, 0}, *description.spacing);
+  raw.source += " and '" + beside.filename().string() + "'";
+}
+
+std::optional<DescribedRaw> counts_in_front(const fs::path& file) {
+  constexpr std::size_t kBytes = 6;
+  const InputFile input(file);
+  const std::string beginning = input.beginning(kBytes);
+  if (beginning.size() < kBytes) return std::nullopt;
+  for (const Endian endian : {Endian::kLittle, Endian::kBig}) {
+    const HeaderBytes bytes(beginning, endian);
+    DescribedRaw raw{
+        .file = file, .source = "its first three numbers", .offset = kBytes, .endian = endian};
+    std::uint64_t samples = 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      raw.header.dims[axis] = bytes.at<std::uint16_t>(2 * axis);
+      samples *= static_cast<std::uint64_t>(raw.header.dims[axis]);
+    }
+    raw.header.type = StoredType::kU16;
+    if (samples == 0 || input.size() != kBytes + 2 * samples) continue;
+    set_box_axes(raw.header, {0, 0, 0}, {1, 1, 1});
+    check_header(file, raw.header);
+    return raw;
+  }
+  return std::nullopt;
+}
+
+// fuel_64x64x64_uint8.raw
+std::optional<DescribedRaw> told_by_name(const fs::path& file) {
+  static const std::regex kLayout(
+      R"(_(\d{1,6})x(\d{1,6})x(\d{1,6})_([a-z0-9]+)\.raw(\.gz|\.bz2)?$)");
+  const std::string file_name = file.filename().string();
+  std::smatch match;
+  if (!std::regex_search(file_name, match, kLayout)) return std::nullopt;
+  const auto type = type_word(match[4].str());
+  if (!type) return std::nullopt;
+  DescribedRaw raw{.file = file, .source = "its name"};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    raw.header.dims[axis] = std::stoll(match[axis + 1].str());
+  raw.header.type = *type;
+  set_box_axes(raw.header, {0, 0, 0}, {1, 1, 1});
+  check_header(file, raw.header);
+  return raw;
+}
+
+}  // namespace
+
+bool is_raw_description(std::string_view beginning) {
+  return beginning.starts_with("ObjectFileName:") &&
+         beginning.find("Resolution:") != std::string_view::npos;
+}
+
+DescribedRaw described_raw(const fs::path& file, bool follow) {
+  const Description description = description_of(file);
+  if (description.data_file.empty()) {
+    fail_reading(file, "its ObjectFileName names no file", "Correct it");
+  }
+  return raw_from(description, named_data_file(file, description.data_file, follow), file);
+}
+
+std::optional<DescribedRaw> layout_of_raw(const fs::path& file) {
+  std::optional<DescribedRaw> raw;
+  const fs::path beside = fs::path(file).replace_extension(".dat");
+  std::error_code error;
+  if (beside != file && fs::is_regular_file(beside, error)) {
+    const Description description = description_of(beside);
+    if (description.data_file == file.filename()) raw = raw_from(description, file, beside);
+  }
+  if (!raw) raw = counts_in_front(file);
+  if (!raw) raw = told_by_name(file);
+  if (!raw) return std::nullopt;
+  const fs::path stem = file.extension() == ".gz" || file.extension() == ".bz2"
+                            ? fs::path(file).replace_extension()
+                            : file;
+  add_spacing_beside(stem, *raw);
+  const InputFile input(file);
+  const bool packed = UnpackedStream::packing_at(input, 0) == Packing::kGzip;
+  if (!packed && !file.extension().string().ends_with("z2") &&
+      input.size() != raw->offset + sample_bytes(raw->header)) {
+    fail_reading(file,
+                 "it has " + std::to_string(input.size()) + " bytes and " + raw->source +
+                     " promises " + std::to_string(raw->offset + sample_bytes(raw->header)),
+                 "Give the layout with --dims and --type");
+  }
+  return raw;
+}
+
+StoredVolume open_described(const DescribedRaw& raw) {
+  return {.header = raw.header,
+          .slices = slices_in_file(raw.file, raw.offset, raw.endian, raw.header)};
+}
+
+}  // namespace multitetra

@@ -1,0 +1,39 @@
+// Raw samples whose layout stands elsewhere than in a header of a known format: in a text beside
+// them, in three numbers before them, or in their file's name.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "server/volume/formats/endian.hpp"
+#include "server/volume/formats/stored_volume.hpp"
+
+namespace multitetra {
+
+struct DescribedRaw {
+  std::filesystem::path file;  // Of the samples, which may be packed (gzip, bzip2).
+  std::string source;          // For a notice: what told the layout.
+  std::uint64_t offset = 0;
+  Endian endian = Endian::kLittle;
+  ImageHeader header = {};
+};
+
+// Whether a text that begins so describes raw samples: the .dat headers of volvis.org, with the
+// lines "ObjectFileName: NAME" and "Resolution: X Y Z".
+[[nodiscard]] bool is_raw_description(std::string_view beginning);
+
+// What the description `file` says. Throws VolumeFileError.
+[[nodiscard]] DescribedRaw described_raw(const std::filesystem::path& file, bool follow);
+
+// The layout of raw samples themselves: from a .dat or .txt of the same name beside them; from
+// three 16-bit counts in front of exactly as many 16-bit samples; or from a name that ends as in
+// fuel_64x64x64_uint8.raw. nullopt when nothing tells it. Where the length of the file can be
+// known, it is that of the layout. Throws VolumeFileError when a description contradicts the file.
+[[nodiscard]] std::optional<DescribedRaw> layout_of_raw(const std::filesystem::path& file);
+
+[[nodiscard]] StoredVolume open_described(const DescribedRaw& raw);
+
+}  // namespace multitetra

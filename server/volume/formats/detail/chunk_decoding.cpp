@@ -1,0 +1,150 @@
+// The bytes of chunks, as a layout says that they are stored.
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "server/volume/formats/detail/chunked_array.hpp"
+
+namespace multitetra {
+namespace {
+
+std::uint32_t crc32c(std::span<const std::byte> bytes) {
+  static const std::array<std::uint32_t, 256> kTable = [] {
+    std::array<std::uint32_t, 256> table{};
+    for (std::uint32_t i = 0; i < 256; ++i) {
+      std::uint32_t value = i;
+      for (int bit = 0; bit < 8; ++bit) value = value >> 1 ^ ((value & 1) != 0 ? 0x82F63B78u : 0);
+      table[i] = value;
+    }
+    return table;
+  }();
+  std::uint32_t crc = ~std::uint32_t{0};
+  for (const std::byte byte : bytes) {
+    crc = crc >> 8 ^ kTable[(crc ^ std::to_integer<std::uint32_t>(byte)) & 0xFF];
+  }
+  return ~crc;
+}
+
+Result<std::span<const std::byte>> checked_crc(std::span<const std::byte> bytes) {
+  std::uint32_t stored = 0;
+  if (bytes.size() < sizeof(stored)) return fail(ErrorCode::kDamagedData, "it ends too early");
+  const auto body = bytes.first(bytes.size() - sizeof(stored));
+  std::memcpy(&stored, bytes.data() + body.size(), sizeof(stored));
+  if (stored != crc32c(body))
+    return fail(ErrorCode::kDamagedData, "its checksum (CRC-32C) is wrong");
+  return body;
+}
+
+// What remains of `stored` behind all codecs: exactly `size` bytes.
+Result<std::vector<std::byte>> decoded(const std::vector<ChunkCodec>& codecs,
+                                       std::span<const std::byte> stored, std::size_t size) {
+  std::vector<std::byte> bytes;
+  std::size_t unpackings = 0;
+  for (const ChunkCodec& codec : codecs) unpackings += codec.kind == ChunkCodec::Kind::kUnpack;
+  for (const ChunkCodec& codec : codecs) {
+    if (codec.kind == ChunkCodec::Kind::kCheckCrc32c) {
+      auto body = checked_crc(stored);
+      if (!body) return tl::unexpected(body.error());
+      stored = *body;
+      continue;
+    }
+    // All but the last one may unpack to something a little longer, itself packed.
+    const std::size_t most = --unpackings == 0 ? size : size + size / 8 + 4096;
+    auto unpacked = unpack_at_most(codec.packing, stored, most);
+    if (!unpacked) return tl::unexpected(unpacked.error());
+    bytes = *std::move(unpacked);
+    stored = bytes;
+  }
+  if (stored.size() != size) {
+    return fail(ErrorCode::kDamagedData, "it holds " + std::to_string(stored.size()) +
+                                             " bytes instead of " + std::to_string(size));
+  }
+  if (bytes.size() == size && stored.data() == bytes.data()) return bytes;
+  return std::vector<std::byte>(stored.begin(), stored.end());
+}
+
+std::uint64_t big_endian(std::span<const std::byte> bytes) {
+  std::uint64_t value = 0;
+  for (const std::byte byte : bytes) value = value << 8 | std::to_integer<std::uint64_t>(byte);
+  return value;
+}
+
+std::vector<std::byte> filled(const ArrayLayout& layout) {
+  std::vector<std::byte> bytes(layout.chunk_bytes());
+  for (std::size_t at = 0; at < bytes.size(); at += layout.fill.size()) {
+    std::copy(layout.fill.begin(), layout.fill.end(),
+              bytes.begin() + static_cast<std::ptrdiff_t>(at));
+  }
+  return bytes;
+}
+
+// A block of N5: mode (2 bytes), dimensions (2), the shape with the fastest first (4 each), all
+// big-endian, then the packed numbers of that shape.
+Result<std::vector<std::byte>> decode_block(const ArrayLayout& layout,
+                                            std::span<const std::byte> stored) {
+  const std::size_t dimensions = layout.shape.size();
+  const std::size_t head_bytes = 4 + 4 * dimensions;
+  const auto damaged = [](const char* what) { return fail(ErrorCode::kDamagedData, what); };
+  if (stored.size() < head_bytes) return damaged("it ends in its header");
+  if (big_endian(stored.first(2)) != 0) return damaged("it is no plain block");
+  if (big_endian(stored.subspan(2, 2)) != dimensions) return damaged("it has other dimensions");
+  std::vector<std::size_t> shape(dimensions);
+  std::size_t size = bytes_of(layout.type);
+  for (std::size_t i = 0; i < dimensions; ++i) {
+    const std::size_t d = dimensions - 1 - i;
+    shape[d] = big_endian(stored.subspan(4 + 4 * i, 4));
+    if (shape[d] == 0 || shape[d] > static_cast<std::size_t>(layout.chunk[d])) {
+      return damaged("its shape is larger than that of a block");
+    }
+    size *= shape[d];
+  }
+  auto numbers = decoded(layout.codecs, stored.subspan(head_bytes), size);
+  if (!numbers || size == layout.chunk_bytes()) return numbers;
+  std::vector<std::byte> chunk = filled(layout);
+  const std::size_t row = shape.back() * bytes_of(layout.type);
+  std::vector<std::size_t> at(dimensions, 0);
+  for (std::size_t from = 0; from < size; from += row) {
+    std::size_t to = 0;
+    for (std::size_t d = 0; d < dimensions; ++d) {
+      to = to * static_cast<std::size_t>(layout.chunk[d]) + at[d];
+    }
+    std::memcpy(chunk.data() + to * bytes_of(layout.type), numbers->data() + from, row);
+    for (std::size_t d = dimensions - 1; d-- > 0;) {
+      if (++at[d] < shape[d]) break;
+      at[d] = 0;
+    }
+  }
+  return chunk;
+}
+
+}  // namespace
+
+Result<std::vector<std::byte>> decode_chunk(const ArrayLayout& layout,
+                                            std::span<const std::byte> stored) {
+  auto chunk = layout.has_block_headers ? decode_block(layout, stored)
+                                        : decoded(layout.codecs, stored, layout.chunk_bytes());
+  if (chunk) to_host_order(*chunk, bytes_of(layout.type), layout.endian);
+  return chunk;
+}
+
+std::size_t shard_index_bytes(const ArrayLayout& layout) {
+  std::size_t bytes = sizeof(ShardEntry);
+  for (const std::int64_t count : layout.shards->chunk_counts)
+    bytes *= static_cast<std::size_t>(count);
+  return bytes + 4 * layout.shards->index_codecs.size();  // A CRC each.
+}
+
+Result<std::vector<ShardEntry>> decode_shard_index(const ArrayLayout& layout,
+                                                   std::span<const std::byte> stored) {
+  const std::size_t size = shard_index_bytes(layout) - 4 * layout.shards->index_codecs.size();
+  const auto bytes = decoded(layout.shards->index_codecs, stored, size);
+  if (!bytes) return tl::unexpected(bytes.error());
+  std::vector<ShardEntry> entries(size / sizeof(ShardEntry));
+  std::memcpy(entries.data(), bytes->data(), size);
+  return entries;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,184 @@
+#include "server/volume/formats/detail/plain_slices.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "server/volume/formats/detail/input_file.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::uint64_t bytes_of_volume(const ImageHeader& header) {
+  return header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2]);
+}
+
+// One part at work.
+class OpenPart {
+ public:
+  OpenPart(const SamplePart& part, std::uint64_t part_bytes)
+      : part_(part), part_bytes_(part_bytes), file_(part.file) {}
+
+  // Throws unless the part's first `needed` bytes are there, as far as that can be known.
+  void check(std::uint64_t needed) const {
+    if (part_.packing != Packing::kNone) {
+      if (part_.packing == Packing::kHex ||
+          UnpackedStream::packing_at(file_, part_.offset) != Packing::kNone) {
+        return;
+      }
+      fail_reading(part_.file, "its samples are no gzip, zlib or bzip2 stream",
+                   "Get a whole copy of it");
+    }
+    const std::uint64_t found = file_.size() < part_.offset ? 0 : file_.size() - part_.offset;
+    if (found >= needed) return;
+    fail_reading(part_.file,
+                 "it ends too early or is damaged; its header promises " + std::to_string(needed) +
+                     " bytes of samples and " + std::to_string(found) + " are there",
+                 "Get a whole copy of it");
+  }
+
+  void read(std::uint64_t offset, std::span<std::byte> into) {
+    if (part_.packing == Packing::kNone) return file_.read(part_.offset + offset, into);
+    const std::uint64_t wanted = part_.skipped + offset;
+    if (!stream_ || wanted < at_) {
+      stream_.emplace(file_, part_.offset, packing());
+      at_ = 0;
+    }
+    std::vector<std::byte> skipped(std::min<std::uint64_t>(wanted - at_, std::uint64_t{1} << 20));
+    while (at_ < wanted) {
+      take(std::span(skipped).first(std::min<std::uint64_t>(wanted - at_, skipped.size())));
+    }
+    take(into);
+    if (at_ == part_.skipped + part_bytes_) require_end();
+  }
+
+ private:
+  [[nodiscard]] Packing packing() const {
+    return part_.packing == Packing::kHex ? part_.packing
+                                          : UnpackedStream::packing_at(file_, part_.offset);
+  }
+
+  void take(std::span<std::byte> bytes) {
+    const std::size_t count = stream_->read_some(bytes);
+    at_ += count;
+    if (count == bytes.size()) return;
+    fail_reading(part_.file,
+                 "its packed samples end after " + std::to_string(at_) + " of " +
+                     std::to_string(part_.skipped + part_bytes_) + " bytes",
+                 "Get a whole copy of it");
+  }
+
+  // Behind the last sample: where the stream ends there, it must end well, or its bytes are not
+  // known to be those that were packed.
+  void require_end() {
+    std::byte more{};
+    (void)stream_->read_some({&more, 1});
+    stream_.reset();
+  }
+
+  SamplePart part_;
+  std::uint64_t part_bytes_;
+  InputFile file_;
+  std::optional<UnpackedStream> stream_;
+  std::uint64_t at_ = 0;  // Of the unpacked stream.
+};
+
+class SlicesInParts : public StoredSlices {
+ public:
+  SlicesInParts(SampleParts samples, const ImageHeader& header)
+      : samples_(std::move(samples)), header_(header) {
+    const std::uint64_t end = samples_.first_byte + bytes_of_volume(header);
+    for (std::uint64_t i = samples_.first_byte / samples_.part_bytes; i * samples_.part_bytes < end;
+         ++i) {
+      open(i);
+      open_->check(std::min(samples_.part_bytes, end - i * samples_.part_bytes));
+    }
+  }
+
+  void read(std::size_t first, std::size_t count, std::byte* into) override {
+    const std::span<std::byte> all(into, count * header_.slice_bytes());
+    std::uint64_t at = samples_.first_byte + first * header_.slice_bytes();
+    for (std::span<std::byte> left = all; !left.empty();) {
+      open(at / samples_.part_bytes);
+      const std::uint64_t in_part = at % samples_.part_bytes;
+      const std::size_t bytes = std::min<std::uint64_t>(left.size(), samples_.part_bytes - in_part);
+      open_->read(in_part, left.first(bytes));
+      left = left.subspan(bytes);
+      at += bytes;
+    }
+    to_host_order(all, bytes_of(header_.type), samples_.endian);
+  }
+
+ private:
+  void open(std::uint64_t part) {
+    if (open_ && index_ == part) return;
+    open_.reset();
+    open_.emplace(samples_.parts[part], samples_.part_bytes);
+    index_ = part;
+  }
+
+  SampleParts samples_;
+  ImageHeader header_;
+  std::optional<OpenPart> open_;
+  std::uint64_t index_ = 0;  // Of the open part.
+};
+
+class InterleavedSlices : public StoredSlices {
+ public:
+  InterleavedSlices(std::vector<std::unique_ptr<StoredSlices>> components,
+                    const ImageHeader& header)
+      : components_(std::move(components)), header_(header) {}
+
+  void read(std::size_t first, std::size_t count, std::byte* into) override {
+    const std::size_t step = bytes_of(header_.type) * static_cast<std::size_t>(header_.components);
+    const std::size_t width = step / components_.size();
+    std::vector<std::byte> one(count * header_.slice_bytes() / components_.size());
+    for (std::size_t component = 0; component < components_.size(); ++component) {
+      components_[component]->read(first, count, one.data());
+      for (std::size_t i = 0; i * width < one.size(); ++i) {
+        std::memcpy(into + i * step + component * width, one.data() + i * width, width);
+      }
+    }
+  }
+
+ private:
+  std::vector<std::unique_ptr<StoredSlices>> components_;
+  ImageHeader header_;
+};
+
+}  // namespace
+
+std::unique_ptr<StoredSlices> slices_in_parts(SampleParts samples, const ImageHeader& header) {
+  return std::make_unique<SlicesInParts>(std::move(samples), header);
+}
+
+std::unique_ptr<StoredSlices> plain_slices(const fs::path& file, std::uint64_t offset,
+                                           Endian endian, const ImageHeader& header) {
+  return slices_in_parts({.parts = {{.file = file, .offset = offset}},
+                          .part_bytes = bytes_of_volume(header),
+                          .endian = endian},
+                         header);
+}
+
+std::unique_ptr<StoredSlices> slices_in_file(const fs::path& file, std::uint64_t offset,
+                                             Endian endian, const ImageHeader& header) {
+  const Packing packing = UnpackedStream::packing_at(InputFile(file), 0);
+  if (packing != Packing::kGzip && packing != Packing::kBzip2) {
+    return plain_slices(file, offset, endian, header);
+  }
+  return slices_in_parts({.parts = {{.file = file, .packing = packing, .skipped = offset}},
+                          .part_bytes = bytes_of_volume(header),
+                          .endian = endian},
+                         header);
+}
+
+std::unique_ptr<StoredSlices> interleaved_slices(
+    std::vector<std::unique_ptr<StoredSlices>> components, const ImageHeader& header) {
+  return std::make_unique<InterleavedSlices>(std::move(components), header);
+}
+
+}  // namespace multitetra

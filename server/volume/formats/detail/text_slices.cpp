@@ -1,0 +1,145 @@
+#include "server/volume/formats/detail/text_slices.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include "server/volume/formats/detail/input_file.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr std::size_t kTextPortionBytes = std::size_t{1} << 16;
+constexpr std::string_view kBetweenNumbers = " \t\r\n\v\f,";
+
+// What a number beyond the range of its type becomes.
+template <typename Number>
+Number rounded_out_of_range(std::string_view word) {
+  double wide = 0;
+  const auto result = std::from_chars(word.data(), word.data() + word.size(), wide);
+  if (result.ec == std::errc()) return static_cast<Number>(wide);
+  if (word.find("e-") != std::string_view::npos || word.find("E-") != std::string_view::npos) {
+    return 0;
+  }
+  constexpr Number kInfinity = std::numeric_limits<Number>::infinity();
+  return word.starts_with('-') ? -kInfinity : kInfinity;
+}
+
+class TextSlices : public StoredSlices {
+ public:
+  TextSlices(NumbersInText numbers, const ImageHeader& header)
+      : numbers_(std::move(numbers)),
+        file_(numbers_.file),
+        type_(header.type),
+        slice_numbers_(header.slice_bytes() / bytes_of(header.type)),
+        at_(numbers_.begin) {
+    if (numbers_.end == 0) numbers_.end = std::max(file_.size(), numbers_.begin);
+  }
+
+  void read(std::size_t first, std::size_t count, std::byte* into) override {
+    const std::uint64_t wanted = numbers_.skipped + first * slice_numbers_;
+    if (wanted < next_) {
+      at_ = numbers_.begin;
+      next_ = 0;
+      text_.clear();
+      used_ = 0;
+    }
+    while (next_ < wanted) next_word();
+    for (std::uint64_t i = 0; i < count * slice_numbers_; ++i) {
+      store(next_word(), into + i * bytes_of(type_));
+    }
+  }
+
+ private:
+  std::string_view next_word() {
+    while (true) {
+      used_ = std::min(text_.find_first_not_of(kBetweenNumbers, used_), text_.size());
+      const std::size_t end = text_.find_first_of(kBetweenNumbers, used_);
+      if (used_ < text_.size() && (end != std::string::npos || at_ == numbers_.end)) {
+        const std::string_view word = std::string_view(text_).substr(used_, end - used_);
+        used_ = std::min(end, text_.size());
+        ++next_;
+        return word;
+      }
+      text_.erase(0, used_);
+      used_ = 0;
+      if (at_ >= numbers_.end || text_.size() > kTextPortionBytes) {
+        fail_reading(file_.path(),
+                     "after " + std::to_string(next_) + " numbers it ends or is damaged",
+                     "Get a whole copy of it");
+      }
+      const std::size_t before = text_.size();
+      text_.resize(before + std::min<std::uint64_t>(kTextPortionBytes, numbers_.end - at_));
+      file_.read(at_, std::as_writable_bytes(std::span(text_).subspan(before)));
+      at_ += text_.size() - before;
+    }
+  }
+
+  template <typename Number>
+  void store_as(std::string_view word, std::byte* into) const {
+    Number number{};
+    const std::string_view digits = word.starts_with('+') ? word.substr(1) : word;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+    bool is_number = error == std::errc() && end == digits.data() + digits.size();
+    if constexpr (std::is_floating_point_v<Number>) {
+      if (error == std::errc::result_out_of_range && end == digits.data() + digits.size()) {
+        number = rounded_out_of_range<Number>(digits);
+        is_number = true;
+      }
+    }
+    if (!is_number) {
+      fail_reading(file_.path(),
+                   "'" + std::string(word.substr(0, 40)) + "' is no number of type " +
+                       std::string(name(type_)),
+                   "Correct the file");
+    }
+    std::memcpy(into, &number, sizeof(number));
+  }
+
+  void store(std::string_view word, std::byte* into) const {
+    switch (type_) {
+      case StoredType::kU8:
+        return store_as<std::uint8_t>(word, into);
+      case StoredType::kI8:
+        return store_as<std::int8_t>(word, into);
+      case StoredType::kU16:
+        return store_as<std::uint16_t>(word, into);
+      case StoredType::kI16:
+        return store_as<std::int16_t>(word, into);
+      case StoredType::kF32:
+        return store_as<float>(word, into);
+      case StoredType::kU32:
+        return store_as<std::uint32_t>(word, into);
+      case StoredType::kI32:
+        return store_as<std::int32_t>(word, into);
+      case StoredType::kU64:
+        return store_as<std::uint64_t>(word, into);
+      case StoredType::kI64:
+        return store_as<std::int64_t>(word, into);
+      case StoredType::kF64:
+        return store_as<double>(word, into);
+    }
+  }
+
+  NumbersInText numbers_;
+  InputFile file_;
+  StoredType type_;
+  std::uint64_t slice_numbers_;
+  std::uint64_t at_;  // The file's byte that comes after text_.
+  std::string text_;
+  std::size_t used_ = 0;    // Of text_.
+  std::uint64_t next_ = 0;  // The number that comes next, counted from the first in the text.
+};
+
+}  // namespace
+
+std::unique_ptr<StoredSlices> text_slices(NumbersInText numbers, const ImageHeader& header) {
+  return std::make_unique<TextSlices>(std::move(numbers), header);
+}
+
+}  // namespace multitetra

@@ -1,0 +1,39 @@
+// What microscopy programs write into the description of a TIFF file: which slice, channel and time
+// a page has, and how far samples are apart.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/result.hpp"
+#include "common/base/vec3.hpp"
+#include "server/volume/formats/source_members.hpp"
+
+namespace multitetra {
+
+struct TiffDescription {
+  std::int64_t slices = 1;
+  std::int64_t channels = 1;
+  SourceTimes times = {};
+  std::array<std::optional<double>, 3> spacing = {};  // Along x, y, z, where it says so.
+  std::string length_unit = {};
+  bool resolution_is_spacing = false;           // The page's resolution is in pixels a length_unit.
+  std::vector<std::string> channel_names = {};  // None, or one for each; may be empty.
+  // The page of slice z, channel c and time t is pages[(t * channels + c) * slices + z].
+  std::vector<std::size_t> pages = {};
+};
+
+// Of ImageJ's hyperstacks ("ImageJ=1.53..."). Its pages need not all be there: of stacks beyond
+// 4 GiB the file has one, behind which all samples follow.
+[[nodiscard]] Result<TiffDescription> parse_imagej_description(std::string_view text);
+
+// Of OME-TIFF, an XML document; `components` is the number of components of a page's samples.
+[[nodiscard]] Result<TiffDescription> parse_ome_description(std::string_view text,
+                                                            std::int64_t components);
+
+}  // namespace multitetra

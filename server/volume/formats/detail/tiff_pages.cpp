@@ -1,0 +1,273 @@
+#include "server/volume/formats/detail/tiff_pages.hpp"
+
+#include <tiffio.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+#include <span>
+#include <utility>
+
+#include "server/volume/formats/detail/input_file.hpp"
+
+namespace multitetra {
+namespace {
+
+// What libtiff said last. It has one function for this in a process.
+thread_local std::string tiff_problem;
+
+void keep_problem(const char* /*module*/, const char* format, va_list arguments) {
+  std::array<char, 400> text{};
+  (void)std::vsnprintf(text.data(), text.size(), format, arguments);
+  tiff_problem = text.data();
+}
+
+// A field of the current directory, or what it is by default.
+template <typename Value>
+Value tiff_field(TIFF* tiff, std::uint32_t tag, Value otherwise) {
+  Value value{};
+  return TIFFGetFieldDefaulted(tiff, tag, &value) == 1 ? value : otherwise;
+}
+
+// How the samples of a page are stored.
+struct PageFormat {
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::uint16_t bits = 1;
+  std::uint16_t components = 1;
+  std::uint16_t kind = SAMPLEFORMAT_UINT;
+  bool is_planar = false;
+  bool is_tiled = false;
+  bool is_upside_down = false;
+
+  // Bits of a row as it is stored, of one component or of all.
+  [[nodiscard]] std::size_t row_bytes(std::size_t columns) const {
+    return (columns * bits * (is_planar ? 1U : components) + 7) / 8;
+  }
+};
+
+PageFormat format_of(TIFF* tiff) {
+  PageFormat format;
+  format.width = tiff_field<std::uint32_t>(tiff, TIFFTAG_IMAGEWIDTH, 0);
+  format.height = tiff_field<std::uint32_t>(tiff, TIFFTAG_IMAGELENGTH, 0);
+  format.bits = tiff_field<std::uint16_t>(tiff, TIFFTAG_BITSPERSAMPLE, 1);
+  format.components = tiff_field<std::uint16_t>(tiff, TIFFTAG_SAMPLESPERPIXEL, 1);
+  format.kind = tiff_field<std::uint16_t>(tiff, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_UINT);
+  format.is_planar = format.components > 1 &&
+                     tiff_field<std::uint16_t>(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) ==
+                         PLANARCONFIG_SEPARATE;
+  format.is_tiled = TIFFIsTiled(tiff) != 0;
+  format.is_upside_down =
+      tiff_field<std::uint16_t>(tiff, TIFFTAG_ORIENTATION, 1) == ORIENTATION_BOTLEFT;
+  return format;
+}
+
+std::optional<StoredType> stored_type_of(const PageFormat& format) {
+  if (format.kind == SAMPLEFORMAT_IEEEFP) {
+    if (format.bits == 16 || format.bits == 32) return StoredType::kF32;
+    return format.bits == 64 ? std::optional(StoredType::kF64) : std::nullopt;
+  }
+  const bool is_signed = format.kind == SAMPLEFORMAT_INT;
+  if (!is_signed && format.kind != SAMPLEFORMAT_UINT && format.kind != SAMPLEFORMAT_VOID) {
+    return std::nullopt;
+  }
+  if (!is_signed && format.bits >= 1 && format.bits < 8) return StoredType::kU8;
+  if (!is_signed && format.bits > 8 && format.bits < 16) return StoredType::kU16;
+  switch (format.bits) {
+    case 8:
+      return is_signed ? StoredType::kI8 : StoredType::kU8;
+    case 16:
+      return is_signed ? StoredType::kI16 : StoredType::kU16;
+    case 32:
+      return is_signed ? StoredType::kI32 : StoredType::kU32;
+    case 64:
+      return is_signed ? StoredType::kI64 : StoredType::kU64;
+    default:
+      return std::nullopt;
+  }
+}
+
+float float_of_half(std::uint16_t half) {
+  const int exponent = half >> 10 & 0x1F;
+  const int fraction = half & 0x3FF;
+  const double sign = (half & 0x8000) != 0 ? -1 : 1;
+  double value = std::ldexp(fraction, -24);
+  if (exponent == 31) {
+    value = fraction == 0 ? std::numeric_limits<double>::infinity()
+                          : std::numeric_limits<double>::quiet_NaN();
+  } else if (exponent > 0) {
+    value = std::ldexp(fraction + 1024, exponent - 25);
+  }
+  return static_cast<float>(sign * value);
+}
+
+// `count` numbers of a row as the reader hands them out; `step` bytes lie between two of them.
+void unpack_row(const PageFormat& format, std::span<const std::byte> row, std::size_t count,
+                std::byte* into, std::size_t width, std::size_t step) {
+  for (std::size_t i = 0; i < count; ++i, into += step) {
+    if (format.bits % 8 != 0) {  // The highest bit first.
+      std::uint16_t number = 0;
+      for (std::size_t bit = i * format.bits; bit < (i + 1) * format.bits; ++bit) {
+        const auto byte = std::to_integer<unsigned>(row[bit / 8]);
+        number = static_cast<std::uint16_t>(number << 1 | (byte >> (7 - bit % 8) & 1U));
+      }
+      std::memcpy(into, &number, width);  // Little-endian hosts only.
+    } else if (format.kind == SAMPLEFORMAT_IEEEFP && format.bits == 16) {
+      std::uint16_t half = 0;
+      std::memcpy(&half, row.data() + 2 * i, sizeof(half));
+      const float number = float_of_half(half);
+      std::memcpy(into, &number, sizeof(number));
+    } else {
+      std::memcpy(into, row.data() + width * i, width);
+    }
+  }
+}
+
+}  // namespace
+
+struct TiffPages::Reader {
+  explicit Reader(const std::filesystem::path& file) {
+    TIFFSetErrorHandler(&keep_problem);
+    TIFFSetWarningHandler(nullptr);
+    tiff_problem.clear();
+    tiff = TIFFOpen(file.c_str(), "rm");
+  }
+  ~Reader() {
+    if (tiff != nullptr) TIFFClose(tiff);
+  }
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+
+  TIFF* tiff = nullptr;
+};
+
+namespace {
+
+[[noreturn]] void fail_in_tiff(const std::filesystem::path& file, const std::string& problem) {
+  std::string text = problem;
+  if (!tiff_problem.empty()) text += " (libtiff: " + tiff_problem + ")";
+  while (text.ends_with('.')) text.pop_back();
+  fail_reading(file, text, "Get a whole copy of it");
+}
+
+}  // namespace
+
+TiffPages::TiffPages(std::filesystem::path file) : file_(std::move(file)) {
+  (void)InputFile(file_);  // Tells what is wrong with the file itself.
+  reader_ = std::make_unique<Reader>(file_);
+  TIFF* const tiff = reader_->tiff;
+  if (tiff == nullptr) fail_in_tiff(file_, "it is no whole TIFF file");
+  while (true) {
+    const auto kind = tiff_field<std::uint32_t>(tiff, TIFFTAG_SUBFILETYPE, 0);
+    if ((kind & FILETYPE_REDUCEDIMAGE) == 0) pages_.push_back(TIFFCurrentDirOffset(tiff));
+    if (TIFFLastDirectory(tiff) != 0) break;
+    if (TIFFReadDirectory(tiff) == 0) {
+      fail_in_tiff(file_, "its chain of pages leads out of the file or in a circle");
+    }
+  }
+  if (pages_.empty()) fail_in_tiff(file_, "it has no pages but reduced ones");
+  select(0);
+  char* text = nullptr;
+  if (TIFFGetField(tiff, TIFFTAG_IMAGEDESCRIPTION, &text) == 1 && text != nullptr) {
+    description_ = text;
+  }
+  resolution_.x = static_cast<double>(tiff_field<float>(tiff, TIFFTAG_XRESOLUTION, 0));
+  resolution_.y = static_cast<double>(tiff_field<float>(tiff, TIFFTAG_YRESOLUTION, 0));
+  const auto unit = tiff_field<std::uint16_t>(tiff, TIFFTAG_RESOLUTIONUNIT, RESUNIT_INCH);
+  resolution_.unit_mm = unit == RESUNIT_INCH ? 25.4 : unit == RESUNIT_CENTIMETER ? 10 : 0;
+  const PageFormat format = format_of(tiff);
+  std::uint64_t* offsets = nullptr;
+  const bool is_plain = !format.is_tiled && !format.is_planar && format.bits % 8 == 0 &&
+                        tiff_field<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, 1) == COMPRESSION_NONE;
+  if (is_plain && TIFFGetField(tiff, TIFFTAG_STRIPOFFSETS, &offsets) == 1 && offsets != nullptr) {
+    plain_offset_ = offsets[0];
+  }
+}
+
+TiffPages::~TiffPages() = default;
+TiffPages::TiffPages(TiffPages&&) noexcept = default;
+
+bool TiffPages::is_big_endian() const { return TIFFIsBigEndian(reader_->tiff) != 0; }
+
+void TiffPages::select(std::size_t page) const {
+  if (TIFFCurrentDirOffset(reader_->tiff) == pages_[page]) return;
+  tiff_problem.clear();
+  if (TIFFSetSubDirectory(reader_->tiff, pages_[page]) == 0) {
+    fail_in_tiff(file_, "its page " + std::to_string(page + 1) + " cannot be read");
+  }
+}
+
+ImageHeader TiffPages::header(std::size_t page) const {
+  select(page);
+  const PageFormat format = format_of(reader_->tiff);
+  const std::optional<StoredType> type = stored_type_of(format);
+  if (!type) {
+    fail_reading(file_, "its samples have " + std::to_string(format.bits) + " bits",
+                 "Save them as integers or floating-point numbers of 8, 16, 32 or 64 bits");
+  }
+  ImageHeader header{.type = *type, .components = format.components};
+  header.dims = {format.width, format.height, 1};
+  if (format.kind != SAMPLEFORMAT_IEEEFP) header.stored_bits = format.bits;
+  return header;
+}
+
+void TiffPages::read(std::size_t page, std::byte* into) const {
+  const ImageHeader image = header(page);
+  TIFF* const tiff = reader_->tiff;
+  const PageFormat format = format_of(tiff);
+  // Colours that JPEG has as brightness and tint come as red, green and blue.
+  if (tiff_field<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, 1) == COMPRESSION_JPEG) {
+    (void)TIFFSetField(tiff, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
+  }
+  tiff_problem.clear();
+  // Blocks of rows: tiles, or strips as wide as the page.
+  const std::uint32_t block_width =
+      format.is_tiled ? tiff_field<std::uint32_t>(tiff, TIFFTAG_TILEWIDTH, 0) : format.width;
+  const std::uint32_t block_height =
+      format.is_tiled
+          ? tiff_field<std::uint32_t>(tiff, TIFFTAG_TILELENGTH, 0)
+          : std::min(tiff_field<std::uint32_t>(tiff, TIFFTAG_ROWSPERSTRIP, format.height),
+                     format.height);
+  const tmsize_t block_bytes = format.is_tiled ? TIFFTileSize(tiff) : TIFFStripSize(tiff);
+  const std::size_t stored_row = format.row_bytes(block_width);
+  if (block_width == 0 || block_height == 0 || block_bytes <= 0 ||
+      static_cast<std::size_t>(block_bytes) < stored_row * block_height) {
+    fail_in_tiff(
+        file_, "the tiles or strips of its page " + std::to_string(page + 1) + " have an odd size");
+  }
+  std::vector<std::byte> block(static_cast<std::size_t>(block_bytes));
+  const std::size_t width = bytes_of(image.type);
+  const std::size_t pixel = width * format.components;
+  const std::size_t planes = format.is_planar ? format.components : 1;
+  const std::size_t numbers_in_pixel = format.is_planar ? 1 : format.components;
+  std::uint32_t index = 0;
+  for (std::size_t plane = 0; plane < planes; ++plane) {
+    for (std::uint32_t y = 0; y < format.height; y += block_height) {
+      const std::uint32_t rows = std::min(block_height, format.height - y);
+      for (std::uint32_t x = 0; x < format.width; x += block_width, ++index) {
+        const std::size_t needed = format.is_tiled ? block.size() : stored_row * rows;
+        const tmsize_t got =
+            format.is_tiled
+                ? TIFFReadEncodedTile(tiff, index, block.data(), block_bytes)
+                : TIFFReadEncodedStrip(tiff, index, block.data(), static_cast<tmsize_t>(needed));
+        if (got < 0 || static_cast<std::size_t>(got) < needed) {
+          fail_in_tiff(file_, "its page " + std::to_string(page + 1) + " is damaged or ends early");
+        }
+        const std::size_t columns = std::min(block_width, format.width - x);
+        for (std::uint32_t row = 0; row < rows; ++row) {
+          const std::size_t to_row = format.is_upside_down ? format.height - 1 - y - row : y + row;
+          unpack_row(format, std::span<const std::byte>(block).subspan(row * stored_row),
+                     columns * numbers_in_pixel,
+                     into + (to_row * format.width + x) * pixel + plane * width, width,
+                     format.is_planar ? pixel : width);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace multitetra

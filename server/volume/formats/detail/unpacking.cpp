@@ -1,0 +1,294 @@
+#include "server/volume/formats/detail/unpacking.hpp"
+
+#include <blosc.h>
+#include <bzlib.h>
+#include <lz4.h>
+#include <zlib.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "server/volume/formats/stored_volume.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr std::size_t kPackedPortionBytes = std::size_t{1} << 18;
+
+tl::unexpected<Error> damaged(const std::string& what) {
+  return fail(ErrorCode::kDamagedData, what);
+}
+
+// The value of a hexadecimal digit; 16 for anything else.
+unsigned hex_digit(std::byte byte) {
+  const auto c = std::to_integer<unsigned>(byte);
+  if (c >= '0' && c <= '9') return c - '0';
+  const unsigned letter = c | 0x20U;
+  return letter >= 'a' && letter <= 'f' ? letter - 'a' + 10 : 16;
+}
+
+// One of the streams that are unpacked forwards, behind one interface.
+class StreamUnpacker {
+ public:
+  enum class Progress { kGoesOn, kEnded, kDamaged };
+
+  StreamUnpacker(Packing packing) : packing_(packing) { begin(); }
+  ~StreamUnpacker() { end(); }
+  StreamUnpacker(const StreamUnpacker&) = delete;
+  StreamUnpacker& operator=(const StreamUnpacker&) = delete;
+
+  void begin_next_member() {
+    end();
+    begin();
+  }
+
+  // Takes from the front of `packed` and fills the front of `into`; both shrink.
+  Progress run(std::span<const std::byte>& packed, std::span<std::byte>& into) {
+    if (packing_ == Packing::kHex) return run_hex(packed, into);
+    constexpr std::size_t kMost = std::size_t{1} << 30;  // The libraries count in 32 bits.
+    const auto in = static_cast<unsigned>(std::min(packed.size(), kMost));
+    const auto out = static_cast<unsigned>(std::min(into.size(), kMost));
+    unsigned in_left = 0;
+    unsigned out_left = 0;
+    Progress progress = Progress::kDamaged;
+    if (packing_ == Packing::kBzip2) {
+      bzip2_.next_in = const_cast<char*>(reinterpret_cast<const char*>(packed.data()));
+      bzip2_.avail_in = in;
+      bzip2_.next_out = reinterpret_cast<char*>(into.data());
+      bzip2_.avail_out = out;
+      const int state = BZ2_bzDecompress(&bzip2_);
+      if (state == BZ_OK) progress = Progress::kGoesOn;
+      if (state == BZ_STREAM_END) progress = Progress::kEnded;
+      in_left = bzip2_.avail_in;
+      out_left = bzip2_.avail_out;
+    } else {
+      zlib_.next_in =
+          const_cast<unsigned char*>(reinterpret_cast<const unsigned char*>(packed.data()));
+      zlib_.avail_in = in;
+      zlib_.next_out = reinterpret_cast<unsigned char*>(into.data());
+      zlib_.avail_out = out;
+      const int state = inflate(&zlib_, Z_NO_FLUSH);
+      if (state == Z_OK || state == Z_BUF_ERROR) progress = Progress::kGoesOn;
+      if (state == Z_STREAM_END) progress = Progress::kEnded;
+      in_left = zlib_.avail_in;
+      out_left = zlib_.avail_out;
+    }
+    packed = packed.subspan(in - in_left);
+    into = into.subspan(out - out_left);
+    return progress;
+  }
+
+ private:
+  // Ends where the file does.
+  Progress run_hex(std::span<const std::byte>& packed, std::span<std::byte>& into) {
+    for (; !packed.empty() && !into.empty(); packed = packed.subspan(1)) {
+      const unsigned digit = hex_digit(packed[0]);
+      if (digit == 16) {
+        if (std::string_view(" \t\r\n").find(static_cast<char>(packed[0])) == std::string::npos) {
+          return Progress::kDamaged;
+        }
+        continue;
+      }
+      if (high_digit_) {
+        into[0] = static_cast<std::byte>(*high_digit_ << 4 | digit);
+        into = into.subspan(1);
+        high_digit_.reset();
+      } else {
+        high_digit_ = digit;
+      }
+    }
+    return Progress::kGoesOn;
+  }
+
+  void begin() {
+    zlib_ = {};
+    bzip2_ = {};
+    if (packing_ == Packing::kBzip2) {
+      BZ2_bzDecompressInit(&bzip2_, 0, 0);
+    } else {
+      inflateInit2(&zlib_, 15 + 32);  // Tells zlib from gzip by itself.
+    }
+  }
+  void end() {
+    if (packing_ == Packing::kBzip2) {
+      BZ2_bzDecompressEnd(&bzip2_);
+    } else {
+      inflateEnd(&zlib_);
+    }
+  }
+
+  Packing packing_;
+  z_stream zlib_{};
+  bz_stream bzip2_{};
+  std::optional<unsigned> high_digit_;  // The first of two hexadecimal digits.
+};
+
+bool may_have_members(Packing packing) {
+  return packing == Packing::kGzip || packing == Packing::kBzip2;
+}
+
+// As many bytes as there are, at most into.size(); an error when there are more.
+Result<std::size_t> unpack_stream(Packing packing, std::span<const std::byte> packed,
+                                  std::span<std::byte> into) {
+  StreamUnpacker unpacker(packing);
+  const std::size_t room = into.size();
+  std::array<std::byte, 1> beyond{};
+  while (true) {
+    const std::size_t packed_before = packed.size();
+    const std::size_t into_before = into.size();
+    std::span<std::byte> spare(beyond);
+    const bool full = into.empty();
+    const auto progress = unpacker.run(packed, full ? spare : into);
+    if (spare.empty()) return damaged("it holds more bytes than it should");
+    if (progress == StreamUnpacker::Progress::kDamaged) return damaged("it is damaged");
+    if (progress == StreamUnpacker::Progress::kEnded) {
+      if (!may_have_members(packing) || packed.empty()) return room - into.size();
+      unpacker.begin_next_member();
+    } else if (packed.size() == packed_before && into.size() == into_before) {
+      return damaged("it ends too early");
+    }
+  }
+}
+
+Result<std::size_t> unpack_zstd(std::span<const std::byte> packed, std::span<std::byte> into) {
+  const std::size_t size = ZSTD_decompress(into.data(), into.size(), packed.data(), packed.size());
+  if (ZSTD_isError(size) != 0) return damaged(ZSTD_getErrorName(size));
+  return size;
+}
+
+Result<std::size_t> unpack_blosc(std::span<const std::byte> packed, std::span<std::byte> into) {
+  std::size_t size = 0;
+  if (blosc_cbuffer_validate(packed.data(), packed.size(), &size) != 0) {
+    return damaged("it is no whole Blosc buffer");
+  }
+  if (size > into.size()) return damaged("it holds more bytes than it should");
+  if (size == 0) return size;
+  const int done = blosc_decompress_ctx(packed.data(), into.data(), into.size(), 1);
+  if (done < 0) return damaged("it is damaged, or packed by a Blosc codec that is not known");
+  return static_cast<std::size_t>(done);
+}
+
+Result<std::size_t> unpack_lz4(std::span<const std::byte> packed, std::span<std::byte> into) {
+  constexpr std::size_t kMost = std::numeric_limits<int>::max();
+  if (packed.size() > kMost || into.size() > kMost) return damaged("it is too large for LZ4");
+  const int done = LZ4_decompress_safe(
+      reinterpret_cast<const char*>(packed.data()), reinterpret_cast<char*>(into.data()),
+      static_cast<int>(packed.size()), static_cast<int>(into.size()));
+  if (done < 0) return damaged("it is damaged");
+  return static_cast<std::size_t>(done);
+}
+
+Result<std::size_t> unpack_into(Packing packing, std::span<const std::byte> packed,
+                                std::span<std::byte> into) {
+  switch (packing) {
+    case Packing::kNone:
+      if (packed.size() > into.size()) return damaged("it holds more bytes than it should");
+      std::copy(packed.begin(), packed.end(), into.begin());
+      return packed.size();
+    case Packing::kGzip:
+    case Packing::kZlib:
+    case Packing::kBzip2:
+      return unpack_stream(packing, packed, into);
+    case Packing::kZstd:
+      return unpack_zstd(packed, into);
+    case Packing::kBlosc:
+      return unpack_blosc(packed, into);
+    case Packing::kLz4:
+      return unpack_lz4(packed, into);
+    case Packing::kHex:
+      break;
+  }
+  return damaged("its packing is not known");
+}
+
+}  // namespace
+
+std::optional<Packing> packing_from(std::string_view name) {
+  if (name == "raw") return Packing::kNone;
+  if (name == "gzip") return Packing::kGzip;
+  if (name == "zlib") return Packing::kZlib;
+  if (name == "zstd") return Packing::kZstd;
+  if (name == "blosc") return Packing::kBlosc;
+  if (name == "bz2" || name == "bzip2") return Packing::kBzip2;
+  return std::nullopt;
+}
+
+Result<void> unpack(Packing packing, std::span<const std::byte> packed, std::span<std::byte> into) {
+  const Result<std::size_t> size = unpack_into(packing, packed, into);
+  if (!size) return tl::unexpected(size.error());
+  if (*size == into.size()) return {};
+  return damaged("it holds " + std::to_string(*size) + " bytes instead of " +
+                 std::to_string(into.size()));
+}
+
+Result<std::vector<std::byte>> unpack_at_most(Packing packing, std::span<const std::byte> packed,
+                                              std::size_t most) {
+  std::vector<std::byte> bytes(most);
+  const Result<std::size_t> size = unpack_into(packing, packed, bytes);
+  if (!size) return tl::unexpected(size.error());
+  bytes.resize(*size);
+  return bytes;
+}
+
+// ---- UnpackedStream
+
+struct UnpackedStream::State {
+  const InputFile& file;
+  std::uint64_t offset;
+  Packing packing;
+  StreamUnpacker unpacker;
+  std::vector<std::byte> portion = {};
+  std::span<const std::byte> left = {};
+  bool ended = false;
+
+  // The bytes of the file that come next; false at its end.
+  bool refill() {
+    portion.resize(kPackedPortionBytes);
+    const std::size_t got = file.read_some(offset, portion);
+    offset += got;
+    left = std::span<const std::byte>(portion).first(got);
+    return got > 0;
+  }
+};
+
+UnpackedStream::UnpackedStream(const InputFile& file, std::uint64_t offset, Packing packing)
+    : state_(new State{.file = file, .offset = offset, .packing = packing, .unpacker = packing}) {}
+
+UnpackedStream::~UnpackedStream() = default;
+
+std::size_t UnpackedStream::read_some(std::span<std::byte> into) {
+  State& state = *state_;
+  const std::size_t wanted = into.size();
+  while (!into.empty() && !state.ended) {
+    if (state.left.empty() && !state.refill()) {
+      if (state.packing == Packing::kHex) break;
+      fail_reading(state.file.path(), "its packed samples end too early", "Get a whole copy of it");
+    }
+    switch (state.unpacker.run(state.left, into)) {
+      case StreamUnpacker::Progress::kGoesOn:
+        break;
+      case StreamUnpacker::Progress::kDamaged:
+        fail_reading(state.file.path(), "its packed samples are damaged", "Get a whole copy of it");
+      case StreamUnpacker::Progress::kEnded:
+        if (state.left.empty()) state.refill();
+        state.ended = !may_have_members(state.packing) || state.left.empty() ||
+                      packing_at(state.file, state.offset - state.left.size()) != state.packing;
+        if (!state.ended) state.unpacker.begin_next_member();
+    }
+  }
+  return wanted - into.size();
+}
+
+Packing UnpackedStream::packing_at(const InputFile& file, std::uint64_t offset) {
+  std::array<std::byte, 3> first{};
+  if (file.read_some(offset, first) < first.size()) return Packing::kNone;
+  const auto byte = [&](std::size_t at) { return std::to_integer<int>(first[at]); };
+  if (byte(0) == 0x1F && byte(1) == 0x8B) return Packing::kGzip;
+  if (byte(0) == 'B' && byte(1) == 'Z' && byte(2) == 'h') return Packing::kBzip2;
+  if ((byte(0) & 0x0F) == 8 && (byte(0) * 256 + byte(1)) % 31 == 0) return Packing::kZlib;
+  return Packing::kNone;
+}
+
+}  // namespace multitetra

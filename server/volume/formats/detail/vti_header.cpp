@@ -1,0 +1,314 @@
+#include "server/volume/formats/detail/vti_header.hpp"
+
+#include <expat.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <sstream>
+
+namespace multitetra {
+namespace {
+
+using Attributes = std::map<std::string, std::string, std::less<>>;
+
+constexpr std::size_t kMaxArrays = 4096;
+constexpr int kMaxDepth = 64;
+constexpr std::uint64_t kMaxMarkupBytes = std::uint64_t{1} << 26;  // Without text between tags.
+
+std::optional<StoredType> vtk_type(std::string_view name) {
+  constexpr std::array<std::pair<std::string_view, StoredType>, 10> kTypes = {
+      {{"UInt8", StoredType::kU8},
+       {"Int8", StoredType::kI8},
+       {"UInt16", StoredType::kU16},
+       {"Int16", StoredType::kI16},
+       {"Float32", StoredType::kF32},
+       {"UInt32", StoredType::kU32},
+       {"Int32", StoredType::kI32},
+       {"UInt64", StoredType::kU64},
+       {"Int64", StoredType::kI64},
+       {"Float64", StoredType::kF64}}};
+  for (const auto& [word, type] : kTypes) {
+    if (word == name) return type;
+  }
+  return std::nullopt;
+}
+
+// `count` numbers between white space and nothing else.
+template <typename Number, std::size_t count>
+bool read_numbers(const std::string& text, std::array<Number, count>& into) {
+  std::istringstream in(text);
+  in.imbue(std::locale::classic());
+  for (Number& number : into) {
+    if (!(in >> number)) return false;
+  }
+  std::string rest;
+  return !(in >> rest);
+}
+
+class VtiParser {
+ public:
+  explicit VtiParser(VtkDataKind kind)
+      : parser_(XML_ParserCreate(nullptr), &XML_ParserFree), kind_(kind) {
+    XML_SetUserData(parser_.get(), this);
+    XML_SetElementHandler(parser_.get(), &on_start, &on_end);
+    // Entities have no place here, and their expansion no end.
+    XML_SetEntityDeclHandler(parser_.get(), &on_entity);
+  }
+
+  Result<VtiHeader> parse(const NextBytes& next) {
+    std::uint64_t before = 0;  // Bytes handed to the parser before this portion.
+    while (true) {
+      const std::string_view bytes = next();
+      const bool last = bytes.empty();
+      const auto status = XML_Parse(parser_.get(), bytes.data(), static_cast<int>(bytes.size()),
+                                    last ? XML_TRUE : XML_FALSE);
+      if (!trouble_.empty()) return fail(ErrorCode::kInvalidArgument, trouble_);
+      if (in_appended_) return find_appended(next, bytes, before);
+      if (status != XML_STATUS_OK) {
+        return fail(ErrorCode::kDamagedData,
+                    std::string("its XML is damaged in line ") +
+                        std::to_string(XML_GetCurrentLineNumber(parser_.get())) + " (" +
+                        XML_ErrorString(XML_GetErrorCode(parser_.get())) + ")");
+      }
+      before += bytes.size();
+      if (last) return finished();
+    }
+  }
+
+ private:
+  static void XMLCALL on_start(void* self, const XML_Char* name, const XML_Char** attributes) {
+    Attributes map;
+    for (const XML_Char** at = attributes; *at != nullptr; at += 2) map[at[0]] = at[1];
+    static_cast<VtiParser*>(self)->start(name, map);
+  }
+  static void XMLCALL on_end(void* self, const XML_Char* name) {
+    static_cast<VtiParser*>(self)->end(name);
+  }
+  static void XMLCALL on_entity(void* self, const XML_Char*, int, const XML_Char*, int,
+                                const XML_Char*, const XML_Char*, const XML_Char*,
+                                const XML_Char*) {
+    static_cast<VtiParser*>(self)->complain("it declares XML entities");
+  }
+
+  void complain(const std::string& text) {
+    if (trouble_.empty()) trouble_ = text;
+    XML_StopParser(parser_.get(), XML_FALSE);
+  }
+
+  [[nodiscard]] std::uint64_t position() const {
+    return static_cast<std::uint64_t>(XML_GetCurrentByteIndex(parser_.get()));
+  }
+
+  void start(std::string_view name, const Attributes& attributes) {
+    const auto get = [&](std::string_view key) {
+      const auto found = attributes.find(key);
+      return found == attributes.end() ? std::string() : found->second;
+    };
+    const auto markup = static_cast<std::uint64_t>(XML_GetCurrentByteCount(parser_.get()));
+    if (++depth_ > kMaxDepth || (markup_bytes_ += markup) > kMaxMarkupBytes) {
+      return complain("its XML has too many tags");
+    }
+    if (depth_ == 1 && name != "VTKFile") return complain("it is no VTK file");
+    if (name == "VTKFile") start_file(get("type"), get("byte_order"), get("header_type"));
+    if (name == "VTKFile") header_.compressor = get("compressor");
+    if (name == "ImageData")
+      start_image(get("WholeExtent"), get("Origin"), get("Spacing"), get("Direction"));
+    if (name == "Piece" && kind_ == VtkDataKind::kImageData) start_piece(get("Extent"));
+    if (name == "Piece" && kind_ == VtkDataKind::kPolyData) {
+      start_poly_piece(get("NumberOfPoints"), get("NumberOfPolys"), get("NumberOfStrips"));
+    }
+    if (is_section(name)) {
+      in_arrays_ = true;
+      section_ = name;
+      of_cells_ = name == "CellData";
+      if (name == "PointData") header_.scalars = get("Scalars");
+      if (name == "CellData") header_.cell_scalars = get("Scalars");
+    }
+    if (name == "DataArray" && in_arrays_) start_array(attributes);
+    if (name == "AppendedData") {
+      const std::string encoding = get("encoding");
+      if (encoding != "raw" && encoding != "base64") {
+        return complain("its appended data has the encoding '" + encoding.substr(0, 40) + "'");
+      }
+      header_.appended_raw = encoding == "raw";
+      in_appended_ = true;
+      appended_tag_ = position();
+      XML_StopParser(parser_.get(), XML_FALSE);  // What follows need not be XML.
+    }
+  }
+
+  void start_file(const std::string& type, const std::string& order, const std::string& lengths) {
+    const std::string wanted = kind_ == VtkDataKind::kImageData ? "ImageData" : "PolyData";
+    if (type != wanted) {
+      return complain("it holds " + (type.empty() ? "nothing" : type.substr(0, 40)) + " and not " +
+                      wanted);
+    }
+    header_.endian = order == "BigEndian" ? Endian::kBig : Endian::kLittle;
+    header_.length_bytes = lengths == "UInt64" ? 8 : 4;
+    if (!order.empty() && order != "BigEndian" && order != "LittleEndian") {
+      complain("its byte_order is '" + order.substr(0, 40) + "'");
+    }
+    if (!lengths.empty() && lengths != "UInt64" && lengths != "UInt32") {
+      complain("its header_type is '" + lengths.substr(0, 40) + "'");
+    }
+  }
+
+  void start_image(const std::string& extent, const std::string& origin, const std::string& spacing,
+                   const std::string& direction) {
+    if (!read_numbers(extent, header_.extent))
+      return complain("its WholeExtent is no six integers");
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      constexpr std::int64_t kFar = std::int64_t{1} << 40;
+      const std::int64_t low = header_.extent[2 * axis];
+      const std::int64_t high = header_.extent[2 * axis + 1];
+      if (low > high || low < -kFar || high > kFar) {
+        return complain("its WholeExtent '" + extent.substr(0, 100) + "' is empty or too large");
+      }
+    }
+    if (!origin.empty() && !read_numbers(origin, header_.origin))
+      complain("its Origin is no three numbers");
+    if (!spacing.empty() && !read_numbers(spacing, header_.spacing)) {
+      complain("its Spacing is no three numbers");
+    }
+    std::array<double, 9> rows{};
+    if (direction.empty()) return;
+    if (!read_numbers(direction, rows)) return complain("its Direction is no nine numbers");
+    for (std::size_t row = 0; row < 3; ++row) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        header_.directions[axis][row] = rows[3 * row + axis];
+      }
+    }
+  }
+
+  void start_piece(const std::string& extent) {
+    std::array<std::int64_t, 6> piece{};
+    if (++pieces_ > 1) return complain("it has several pieces; save it as one");
+    if (!read_numbers(extent, piece) || piece != header_.extent) {
+      complain("its piece has the extent '" + extent.substr(0, 100) + "' and the whole another");
+    }
+  }
+
+  void start_poly_piece(const std::string& points, const std::string& polys,
+                        const std::string& strips) {
+    if (++pieces_ > 1) return complain("it has several pieces; save it as one");
+    const auto count = [this](const std::string& text) -> std::uint64_t {
+      std::array<std::int64_t, 1> number{};
+      constexpr std::int64_t kMost = 0xFFFFFFFF;
+      if (text.empty()) return 0;
+      if (!read_numbers(text, number) || number[0] < 0 || number[0] > kMost) {
+        complain("its piece has '" + text.substr(0, 40) + "' points or cells");
+      }
+      return static_cast<std::uint64_t>(number[0]);
+    };
+    header_.points = count(points);
+    header_.polys = count(polys);
+    header_.strips = count(strips);
+  }
+
+  [[nodiscard]] bool is_section(std::string_view name) const {
+    if (kind_ == VtkDataKind::kImageData) return name == "PointData" || name == "CellData";
+    return name == "Points" || name == "Polys" || name == "Strips";
+  }
+
+  void start_array(const Attributes& attributes) {
+    const auto get = [&](std::string_view key, std::string otherwise) {
+      const auto found = attributes.find(key);
+      return found == attributes.end() ? otherwise : found->second;
+    };
+    if (header_.arrays.size() >= kMaxArrays) return complain("it has too many arrays");
+    VtiArray array{.name = get("Name", ""), .of_cells = of_cells_, .section = section_};
+    const std::string type = get("type", "");
+    const auto known = vtk_type(type);
+    if (!known) return;  // Of text or bits: nobody asks for it.
+    array.type = *known;
+    const std::string components = get("NumberOfComponents", "1");
+    std::array<std::int64_t, 1> count{};
+    if (!read_numbers(components, count) || count[0] < 1 || count[0] > kMaxComponents) {
+      return complain("its array '" + array.name.substr(0, 100) + "' has " +
+                      components.substr(0, 40) + " components");
+    }
+    array.components = count[0];
+    const std::string format = get("format", "ascii");
+    if (format == "binary") array.format = VtiArray::Format::kBase64;
+    if (format == "appended") {
+      array.format = VtiArray::Format::kAppended;
+      std::array<std::uint64_t, 1> offset{};
+      const std::string text = get("offset", "");
+      if (text.starts_with('-') || !read_numbers(text, offset)) {
+        return complain("its array '" + array.name.substr(0, 100) + "' has no offset");
+      }
+      array.begin = offset[0];
+    } else if (format != "binary" && format != "ascii") {
+      return complain("its array '" + array.name.substr(0, 100) + "' has the format '" +
+                      format.substr(0, 40) + "'");
+    } else {
+      array.begin = position() + static_cast<std::uint64_t>(XML_GetCurrentByteCount(parser_.get()));
+      open_array_ = depth_;
+    }
+    header_.arrays.push_back(std::move(array));
+  }
+
+  void end(std::string_view name) {
+    if (open_array_ == depth_) {
+      header_.arrays.back().end = position();
+      open_array_ = 0;
+    } else if (open_array_ != 0) {
+      // <InformationKey> and the like stand before the samples' text.
+      header_.arrays.back().begin =
+          position() + static_cast<std::uint64_t>(XML_GetCurrentByteCount(parser_.get()));
+    }
+    if (is_section(name)) in_arrays_ = false;
+    --depth_;
+  }
+
+  // The bytes behind the underscore of <AppendedData ...>_; `bytes` begin at `before`.
+  Result<VtiHeader> find_appended(const NextBytes& next, std::string_view bytes,
+                                  std::uint64_t before) {
+    bool in_tag = true;
+    std::uint64_t at = appended_tag_;
+    constexpr std::uint64_t kMaxTagBytes = 1 << 16;
+    while (!bytes.empty() && at < appended_tag_ + kMaxTagBytes) {
+      for (; at - before < bytes.size(); ++at) {
+        const char byte = bytes[at - before];
+        if (!in_tag && byte == '_') {
+          header_.appended = at + 1;
+          return finished();
+        }
+        if (byte == '>') in_tag = false;
+      }
+      before += bytes.size();
+      bytes = next();
+    }
+    return fail(ErrorCode::kDamagedData, "its appended data has no underscore to begin with");
+  }
+
+  Result<VtiHeader> finished() {
+    if (pieces_ == 0) return fail(ErrorCode::kInvalidArgument, "it has no piece");
+    return header_;
+  }
+
+  std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser_;
+  VtkDataKind kind_;
+  VtiHeader header_;
+  std::string section_;
+  std::string trouble_;
+  int depth_ = 0;
+  int pieces_ = 0;
+  int open_array_ = 0;  // The depth of the array whose end is awaited; 0: none.
+  std::uint64_t markup_bytes_ = 0;
+  std::uint64_t appended_tag_ = 0;
+  bool in_arrays_ = false;
+  bool of_cells_ = false;
+  bool in_appended_ = false;
+};
+
+}  // namespace
+
+Result<VtiHeader> parse_vti(const NextBytes& next, VtkDataKind kind) {
+  return VtiParser(kind).parse(next);
+}
+
+}  // namespace multitetra

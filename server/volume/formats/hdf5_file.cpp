@@ -1,0 +1,404 @@
+#include "server/volume/formats/hdf5_file.hpp"
+
+#include <hdf5.h>
+#include <hdf5_hl.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/volume/formats/detail/input_file.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostDatasets = 10'000;
+
+// Owns an identifier of the library.
+class Hdf5Id {
+ public:
+  using Close = herr_t (*)(hid_t);
+  Hdf5Id(hid_t id, Close close) : id_(id), close_(close) {}
+  ~Hdf5Id() {
+    if (id_ >= 0) close_(id_);
+  }
+  Hdf5Id(Hdf5Id&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Hdf5Id(const Hdf5Id&) = delete;
+  Hdf5Id& operator=(const Hdf5Id&) = delete;
+  [[nodiscard]] explicit operator bool() const { return id_ >= 0; }
+  [[nodiscard]] hid_t get() const { return id_; }
+
+ private:
+  hid_t id_;
+  Close close_;
+};
+
+std::vector<hsize_t> dims_of(hid_t dataset) {
+  const Hdf5Id space(H5Dget_space(dataset), &H5Sclose);
+  const int rank = H5Sget_simple_extent_ndims(space.get());
+  std::vector<hsize_t> dims(rank > 0 ? static_cast<std::size_t>(rank) : 0);
+  if (rank > 0) H5Sget_simple_extent_dims(space.get(), dims.data(), nullptr);
+  return dims;
+}
+
+std::optional<StoredType> type_of_dataset(hid_t dataset) {
+  const Hdf5Id type(H5Dget_type(dataset), &H5Tclose);
+  const H5T_class_t kind = H5Tget_class(type.get());
+  const std::size_t bytes = H5Tget_size(type.get());
+  if (kind == H5T_FLOAT) {
+    if (bytes <= 4) return StoredType::kF32;
+    return bytes == 8 ? std::optional(StoredType::kF64) : std::nullopt;
+  }
+  if (kind == H5T_ENUM && bytes == 1) return StoredType::kI8;  // How h5py writes truth values.
+  if (kind != H5T_INTEGER) return std::nullopt;
+  const bool is_signed = H5Tget_sign(type.get()) != H5T_SGN_NONE;
+  if (bytes == 1) return is_signed ? StoredType::kI8 : StoredType::kU8;
+  if (bytes == 2) return is_signed ? StoredType::kI16 : StoredType::kU16;
+  if (bytes == 4) return is_signed ? StoredType::kI32 : StoredType::kU32;
+  if (bytes == 8) return is_signed ? StoredType::kI64 : StoredType::kU64;
+  return std::nullopt;
+}
+
+hid_t memory_type(StoredType type) {
+  switch (type) {
+    case StoredType::kU8:
+      return H5T_NATIVE_UINT8;
+    case StoredType::kI8:
+      return H5T_NATIVE_INT8;
+    case StoredType::kU16:
+      return H5T_NATIVE_UINT16;
+    case StoredType::kI16:
+      return H5T_NATIVE_INT16;
+    case StoredType::kF32:
+      return H5T_NATIVE_FLOAT;
+    case StoredType::kU32:
+      return H5T_NATIVE_UINT32;
+    case StoredType::kI32:
+      return H5T_NATIVE_INT32;
+    case StoredType::kU64:
+      return H5T_NATIVE_UINT64;
+    case StoredType::kI64:
+      return H5T_NATIVE_INT64;
+    case StoredType::kF64:
+      return H5T_NATIVE_DOUBLE;
+  }
+  return -1;
+}
+
+// Up to `most` numbers of an attribute; none when it is missing or no numbers.
+std::vector<double> attribute_numbers(hid_t object, const char* name, std::size_t most) {
+  if (H5Aexists(object, name) <= 0) return {};
+  const Hdf5Id attribute(H5Aopen(object, name, H5P_DEFAULT), &H5Aclose);
+  const Hdf5Id space(H5Aget_space(attribute.get()), &H5Sclose);
+  const Hdf5Id type(H5Aget_type(attribute.get()), &H5Tclose);
+  const H5T_class_t kind = H5Tget_class(type.get());
+  const hssize_t count = H5Sget_simple_extent_npoints(space.get());
+  if ((kind != H5T_FLOAT && kind != H5T_INTEGER) || count < 1 ||
+      count > static_cast<hssize_t>(most))
+    return {};
+  std::vector<double> numbers(static_cast<std::size_t>(count));
+  if (H5Aread(attribute.get(), H5T_NATIVE_DOUBLE, numbers.data()) < 0) return {};
+  return numbers;
+}
+
+std::string attribute_text(hid_t object, const char* name) {
+  if (H5Aexists(object, name) <= 0) return {};
+  const Hdf5Id attribute(H5Aopen(object, name, H5P_DEFAULT), &H5Aclose);
+  const Hdf5Id type(H5Aget_type(attribute.get()), &H5Tclose);
+  const Hdf5Id space(H5Aget_space(attribute.get()), &H5Sclose);
+  if (H5Tget_class(type.get()) != H5T_STRING || H5Sget_simple_extent_npoints(space.get()) != 1)
+    return {};
+  if (H5Tis_variable_str(type.get()) > 0) {
+    char* text = nullptr;
+    if (H5Aread(attribute.get(), type.get(), &text) < 0 || text == nullptr) return {};
+    std::string result(text);
+    H5free_memory(text);
+    return result;
+  }
+  std::string text(H5Tget_size(type.get()), '\0');
+  if (text.size() > 4096 || H5Aread(attribute.get(), type.get(), text.data()) < 0) return {};
+  return text.substr(0, text.find('\0'));
+}
+
+// ---- which dataset
+
+struct FoundDatasets {
+  std::vector<std::string> names;
+};
+
+herr_t note_dataset(hid_t group, const char* name, const H5O_info_t* info, void* found) {
+  if (info->type != H5O_TYPE_DATASET) return 0;
+  auto& names = static_cast<FoundDatasets*>(found)->names;
+  if (names.size() >= kMostDatasets) return 1;
+  const Hdf5Id dataset(H5Dopen2(group, name, H5P_DEFAULT), &H5Dclose);
+  if (!dataset) return 0;
+  std::size_t sides = 0;
+  for (const hsize_t length : dims_of(dataset.get())) sides += length > 1;
+  if (sides >= 2 && type_of_dataset(dataset.get())) names.emplace_back(std::string("/") + name);
+  return 0;
+}
+
+FoundDatasets datasets_in(hid_t file) {
+  FoundDatasets found;
+  H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_NATIVE, &note_dataset, &found, H5O_INFO_BASIC);
+  return found;
+}
+
+std::vector<hsize_t> dims_of_dataset(hid_t file, const std::string& name) {
+  const Hdf5Id dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT), &H5Dclose);
+  return dataset ? dims_of(dataset.get()) : std::vector<hsize_t>();
+}
+
+// The one with the most samples, the first of several.
+std::string largest_dataset(hid_t file, const std::vector<std::string>& names) {
+  const auto samples = [&](const std::string& name) {
+    double product = 1;
+    for (const hsize_t length : dims_of_dataset(file, name)) product *= static_cast<double>(length);
+    return product;
+  };
+  return *std::max_element(names.begin(), names.end(),
+                           [&](const auto& a, const auto& b) { return samples(a) < samples(b); });
+}
+
+// Those of the chosen one's shape, called by what is behind the last slash where that is enough.
+std::vector<SourceField> fields_of_shape(hid_t file, const std::vector<hsize_t>& dims) {
+  std::vector<std::string> names;
+  std::map<std::string, int> uses;
+  for (const std::string& name : datasets_in(file).names) {
+    if (dims_of_dataset(file, name) != dims) continue;
+    names.push_back(name);
+    ++uses[name.substr(name.rfind('/') + 1)];
+  }
+  std::sort(names.begin(), names.end());
+  std::vector<SourceField> fields;
+  for (const std::string& name : names) {
+    const std::string last = name.substr(name.rfind('/') + 1);
+    const std::string told = member_name_from(uses[last] == 1 ? last : name.substr(1));
+    if (!told.empty()) fields.push_back({.name = told, .array = name});
+  }
+  return fields;
+}
+
+std::string chosen_dataset(const fs::path& path, hid_t file, const VolumeChoice& choice) {
+  if (!choice.array.empty()) return choice.array;
+  const FoundDatasets found = datasets_in(file);
+  if (found.names.size() == 1) return found.names.front();
+  if (choice.first && !found.names.empty()) return largest_dataset(file, found.names);
+  std::string list;
+  for (const std::string& name : found.names) {
+    if (list.size() < 600) list += (list.empty() ? "" : ", ") + name;
+  }
+  fail_reading(path,
+               found.names.empty()
+                   ? "it has no dataset of numbers with two or more dimensions"
+                   : "it has " + std::to_string(found.names.size()) + " datasets: " + list,
+               "Name one, as in '" + path.filename().string() +
+                   ":/path', or prepare several of "
+                   "one shape with --field");
+}
+
+// ---- its place
+
+struct DimensionScale {
+  std::vector<double> values;
+  std::string unit;
+};
+
+herr_t read_scale(hid_t, unsigned, hid_t scale, void* into) {
+  auto& result = *static_cast<DimensionScale*>(into);
+  const std::vector<hsize_t> dims = dims_of(scale);
+  if (dims.size() != 1 || dims[0] < 1 || dims[0] > static_cast<hsize_t>(kMaxSide)) return 1;
+  result.values.resize(dims[0]);
+  if (H5Dread(scale, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, result.values.data()) < 0)
+    result.values.clear();
+  result.unit = attribute_text(scale, "units");
+  return 1;
+}
+
+// The distance of evenly spaced values; nullopt when they are not.
+std::optional<double> even_step(const std::vector<double>& values) {
+  if (values.size() < 2) return std::nullopt;
+  const double step = (values.back() - values.front()) / static_cast<double>(values.size() - 1);
+  if (!std::isfinite(step) || step == 0) return std::nullopt;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double expected = values.front() + step * static_cast<double>(i);
+    if (!(std::abs(values[i] - expected) <= 1e-3 * std::abs(step))) return std::nullopt;
+  }
+  return step;
+}
+
+void place_volume(const fs::path& path, hid_t dataset, std::size_t rank, ImageHeader& header,
+                  std::vector<std::string>& notices) {
+  Vec3 origin{};
+  Vec3 spacing = {1, 1, 1};
+  std::array<std::string, 3> units;
+  const std::vector<double> element = attribute_numbers(dataset, "element_size_um", 3);
+  for (std::size_t axis = 0; axis < std::min<std::size_t>(rank, 3); ++axis) {
+    if (element.size() == 3 && element[2 - axis] > 0) {
+      spacing[axis] = element[2 - axis];
+      units[axis] = "µm";
+      continue;
+    }
+    DimensionScale scale;
+    const auto dimension = static_cast<unsigned>(rank - 1 - axis);
+    if (H5DSget_num_scales(dataset, dimension) <= 0) continue;
+    H5DSiterate_scales(dataset, dimension, nullptr, &read_scale, &scale);
+    if (scale.values.size() != static_cast<std::size_t>(header.dims[axis]) ||
+        scale.values.size() < 2)
+      continue;
+    if (const auto step = even_step(scale.values)) {
+      spacing[axis] = *step;
+      origin[axis] = scale.values.front();
+      units[axis] = unit_from(scale.unit);
+    } else {
+      notices.push_back("'" + path.string() + "': the coordinates along " +
+                        std::string(1, "xyz"[axis]) +
+                        " are not evenly spaced; samples are taken to be 1 apart there.");
+    }
+  }
+  const bool same = std::all_of(
+      units.begin(), units.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(rank, 3)),
+      [&](const std::string& unit) { return unit == units[0]; });
+  if (same) header.meaning.length_unit = units[0];
+  set_box_axes(header, origin, spacing);
+}
+
+// As the scale of the first dimension tells them.
+SourceTimes times_along(hid_t dataset, hsize_t count) {
+  SourceTimes times{.count = static_cast<std::int64_t>(std::min<hsize_t>(count, hsize_t{1} << 62))};
+  if (count < 2 || H5DSget_num_scales(dataset, 0) <= 0) return times;
+  DimensionScale scale;
+  H5DSiterate_scales(dataset, 0, nullptr, &read_scale, &scale);
+  const bool are_times =
+      scale.values.size() == count && std::all_of(scale.values.begin(), scale.values.end(),
+                                                  [](double t) { return std::isfinite(t); });
+  if (!are_times) return times;
+  times.at = std::move(scale.values);
+  times.unit = time_unit_from(scale.unit);
+  return times;
+}
+
+// Where the volume lies along the dimensions before z, y, x.
+std::vector<hsize_t> place_along_others(const fs::path& path, const std::vector<hsize_t>& dims,
+                                        const VolumeChoice& choice, hid_t dataset,
+                                        SourceTimes& times, std::int64_t& channels) {
+  std::vector<hsize_t> at(dims.size(), 0);
+  if (dims.size() <= 3) return at;
+  const std::size_t others = dims.size() - 3;
+  for (std::size_t d = 0; d < others; ++d) {
+    // Time comes first; the one before z, where there are two, is the channel.
+    const bool is_channel = d > 0 || (others == 1 && choice.channel);
+    std::optional<std::int64_t> chosen;
+    if (d <= 1) chosen = is_channel ? choice.channel : choice.time;
+    if (d <= 1 && is_channel) channels = static_cast<std::int64_t>(dims[d]);
+    if (d == 0 && !is_channel) times = times_along(dataset, dims[d]);
+    if (dims[d] != 1 && !chosen && !(choice.first && d <= 1)) {
+      fail_reading(
+          path,
+          "its dimension " + std::to_string(d + 1) + " has " + std::to_string(dims[d]) + " entries",
+          d > 1
+              ? "Give a dataset of at most five dimensions"
+              : "Choose one with --time or --channel, from 0 on, or prepare all with --all-times");
+    }
+    const std::int64_t entry = chosen ? *chosen : 0;
+    at[d] = static_cast<hsize_t>(std::max<std::int64_t>(entry, 0));
+    if (entry < 0 || at[d] >= dims[d]) {
+      fail_reading(
+          path, "its dimension " + std::to_string(d + 1) + " has no entry " + std::to_string(entry),
+          "Choose 0 to " + std::to_string(dims[d] - 1));
+    }
+  }
+  return at;
+}
+
+class Hdf5Slices : public StoredSlices {
+ public:
+  Hdf5Slices(fs::path path, Hdf5Id file, Hdf5Id dataset, std::vector<hsize_t> at,
+             std::vector<hsize_t> dims, StoredType type)
+      : path_(std::move(path)),
+        file_(std::move(file)),
+        dataset_(std::move(dataset)),
+        at_(std::move(at)),
+        dims_(std::move(dims)),
+        type_(type) {}
+
+  void read(std::size_t first, std::size_t count, std::byte* into) override {
+    const std::size_t rank = dims_.size();
+    std::vector<hsize_t> start = at_;
+    std::vector<hsize_t> extent(rank, 1);
+    extent[rank - 1] = dims_[rank - 1];
+    extent[rank - 2] = dims_[rank - 2];
+    if (rank >= 3) {
+      start[rank - 3] = first;
+      extent[rank - 3] = count;
+    }
+    const Hdf5Id space(H5Dget_space(dataset_.get()), &H5Sclose);
+    const Hdf5Id memory(H5Screate_simple(static_cast<int>(rank), extent.data(), nullptr),
+                        &H5Sclose);
+    H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, start.data(), nullptr, extent.data(), nullptr);
+    if (H5Dread(dataset_.get(), memory_type(type_), memory.get(), space.get(), H5P_DEFAULT, into) >=
+        0)
+      return;
+    fail_reading(path_, "its slices from " + std::to_string(first) + " on cannot be read",
+                 "Get a whole copy of it; chunks must be packed by a filter that libhdf5 has "
+                 "(deflate, szip)");
+  }
+
+ private:
+  fs::path path_;
+  Hdf5Id file_;
+  Hdf5Id dataset_;
+  std::vector<hsize_t> at_;
+  std::vector<hsize_t> dims_;
+  StoredType type_;
+};
+
+}  // namespace
+
+bool is_hdf5(std::string_view beginning) { return beginning.starts_with("\x89HDF\r\n\x1a\n"); }
+
+StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  (void)InputFile(path);  // Tells what is wrong with the file itself.
+  Hdf5Id file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), &H5Fclose);
+  if (!file) fail_reading(path, "it is no whole HDF5 file", "Get a whole copy of it");
+  const std::string name = chosen_dataset(path, file.get(), choice);
+  Hdf5Id dataset(H5Dopen2(file.get(), name.c_str(), H5P_DEFAULT), &H5Dclose);
+  if (!dataset)
+    fail_reading(path, "it has no dataset '" + name + "'", "Check the path inside the file");
+  const std::optional<StoredType> type = type_of_dataset(dataset.get());
+  const std::vector<hsize_t> dims = dims_of(dataset.get());
+  if (!type || dims.size() < 2 || dims.size() > 8) {
+    fail_reading(path, "its dataset '" + name + "' is no array of numbers with 2 to 5 dimensions",
+                 "Choose another one");
+  }
+  StoredVolume volume{.header = {.type = *type}, .slices = nullptr};
+  ImageHeader& header = volume.header;
+  for (std::size_t axis = 0; axis < std::min<std::size_t>(dims.size(), 3); ++axis) {
+    header.dims[axis] = static_cast<std::int64_t>(
+        std::min<hsize_t>(dims[dims.size() - 1 - axis], hsize_t{1} << 62));
+  }
+  place_volume(path, dataset.get(), dims.size(), header, volume.notices);
+  header.meaning.value_unit = unit_from(attribute_text(dataset.get(), "units"));
+  const std::vector<double> slope = attribute_numbers(dataset.get(), "scale_factor", 1);
+  const std::vector<double> offset = attribute_numbers(dataset.get(), "add_offset", 1);
+  if (!slope.empty()) header.slope = slope[0];
+  if (!offset.empty()) header.intercept = offset[0];
+  const std::vector<double> fill = attribute_numbers(dataset.get(), "_FillValue", 1);
+  if (!fill.empty()) header.missing = fill[0];
+  check_header(path, header);
+  std::vector<hsize_t> at =
+      place_along_others(path, dims, choice, dataset.get(), volume.members.times, volume.channels);
+  if (choice.first) volume.members.fields = fields_of_shape(file.get(), dims);
+  volume.slices = std::make_unique<Hdf5Slices>(path, std::move(file), std::move(dataset),
+                                               std::move(at), dims, *type);
+  return volume;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,177 @@
+#include "server/volume/formats/image_stack.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <utility>
+
+#include "common/base/text.hpp"
+#include "server/volume/formats/png_file.hpp"
+#include "server/volume/formats/tiff_file.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+std::size_t digits_at(std::string_view text, std::size_t at) {
+  std::size_t end = at;
+  while (end < text.size() && is_digit(text[end])) ++end;
+  return end - at;
+}
+
+// A printf conversion of an integer at the start of `text`: '%', digits, 'd'.
+struct Conversion {
+  std::size_t length = 0;     // Of the conversion's text; 0 when there is none.
+  std::size_t min_width = 1;  // Digits that it prints at least.
+};
+
+Conversion conversion_at(std::string_view text) {
+  if (text.empty() || text[0] != '%') return {};
+  const std::size_t digits = digits_at(text, 1);
+  if (digits > 2 || 1 + digits >= text.size() || text[1 + digits] != 'd') return {};
+  const std::string width(text.substr(1, digits));
+  return {.length = digits + 2, .min_width = width.empty() ? 1 : std::stoul(width)};
+}
+
+// Whether all of `name` matches all of `pattern`: '*' any characters, '?' any one, a conversion a
+// run of digits, any other character itself.
+bool matches(std::string_view pattern, std::string_view name) {
+  if (pattern.empty()) return name.empty();
+  if (pattern[0] == '*') {
+    for (std::size_t skipped = 0; skipped <= name.size(); ++skipped) {
+      if (matches(pattern.substr(1), name.substr(skipped))) return true;
+    }
+    return false;
+  }
+  if (const Conversion conversion = conversion_at(pattern); conversion.length > 0) {
+    const std::size_t digits = digits_at(name, 0);
+    return digits >= conversion.min_width && digits > 0 &&
+           matches(pattern.substr(conversion.length), name.substr(digits));
+  }
+  return !name.empty() && (pattern[0] == '?' || pattern[0] == name[0]) &&
+         matches(pattern.substr(1), name.substr(1));
+}
+
+bool is_png(const fs::path& file) { return lower_case(file.extension().string()) == ".png"; }
+
+bool is_tiff(const fs::path& file) {
+  const std::string suffix = lower_case(file.extension().string());
+  return suffix == ".tif" || suffix == ".tiff";
+}
+
+StoredVolume open_slice(const fs::path& file) {
+  return is_png(file) ? open_png(file) : open_tiff_slice(file);
+}
+
+std::string size_and_type(const ImageHeader& image) {
+  return std::to_string(image.dims[0]) + " x " + std::to_string(image.dims[1]) + " x " +
+         std::to_string(image.dims[2]) + " samples of " + std::to_string(bytes_of(image.type)) +
+         " bytes";
+}
+
+class StackSlices : public StoredSlices {
+ public:
+  StackSlices(std::vector<fs::path> files, const ImageHeader& first)
+      : files_(std::move(files)), first_(first) {}
+
+  void read(std::size_t first, std::size_t count, std::byte* into) override {
+    for (std::size_t i = 0; i < count; ++i) {
+      read_image(files_[first + i], into + i * first_.slice_bytes());
+    }
+  }
+
+ private:
+  void read_image(const fs::path& file, std::byte* into) const {
+    const StoredVolume image = open_slice(file);
+    if (image.header.dims != first_.dims || image.header.type != first_.type ||
+        image.header.components != first_.components) {
+      fail_reading(file,
+                   "it has " + size_and_type(image.header) +
+                       " and the first image of the stack, '" + files_.front().string() +
+                       "', has " + size_and_type(first_),
+                   "All images of a stack must have the same size and type");
+    }
+    image.slices->read(0, 1, into);
+  }
+
+  std::vector<fs::path> files_;
+  ImageHeader first_;
+};
+
+}  // namespace
+
+bool is_stack_pattern(std::string_view file_name) {
+  for (std::size_t at = 0; at < file_name.size(); ++at) {
+    if (file_name[at] == '*' || file_name[at] == '?') return true;
+    if (conversion_at(file_name.substr(at)).length > 0) return true;
+  }
+  return false;
+}
+
+bool naturally_less(std::string_view a, std::string_view b) {
+  std::size_t i = 0;
+  std::size_t j = 0;
+  while (i < a.size() && j < b.size()) {
+    if (is_digit(a[i]) && is_digit(b[j])) {
+      while (i < a.size() && a[i] == '0') ++i;
+      while (j < b.size() && b[j] == '0') ++j;
+      const std::string_view x = a.substr(i, digits_at(a, i));
+      const std::string_view y = b.substr(j, digits_at(b, j));
+      if (x.size() != y.size()) return x.size() < y.size();
+      if (x != y) return x < y;
+      i += x.size();
+      j += y.size();
+    } else {
+      if (a[i] != b[j]) return a[i] < b[j];
+      ++i;
+      ++j;
+    }
+  }
+  if (a.size() - i != b.size() - j) return a.size() - i < b.size() - j;
+  return a < b;  // They differ in leading zeros at most.
+}
+
+std::vector<fs::path> stack_files(const fs::path& path) {
+  std::error_code error;
+  const bool is_directory = fs::is_directory(path, error);
+  const std::string pattern = is_directory ? "*" : path.filename().string();
+  fs::path directory = is_directory ? path : path.parent_path();
+  if (directory.empty()) directory = ".";
+
+  std::vector<fs::path> files;
+  for (fs::directory_iterator entry(directory, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string file_name = entry->path().filename().string();
+    if (file_name.starts_with('.') || !(is_tiff(entry->path()) || is_png(entry->path()))) continue;
+    if (matches(pattern, file_name)) files.push_back(entry->path());
+  }
+  if (std::any_of(files.begin(), files.end(), is_tiff)) std::erase_if(files, is_png);
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return naturally_less(a.filename().string(), b.filename().string());
+  });
+  return files;
+}
+
+StoredVolume open_image_stack(const fs::path& path) {
+  std::error_code error;
+  std::vector<fs::path> files = stack_files(path);
+  if (files.empty() && fs::is_regular_file(path, error)) files = {path};
+  if (files.empty()) {
+    fail_reading(path, "there are no TIFF or PNG images in this directory or of this pattern",
+                 "Give a directory with images, or a pattern such as slice%03d.tif");
+  }
+  const StoredVolume first = open_slice(files.front());
+  if (first.header.dims[2] != 1) {
+    fail_reading(files.front(), "it holds " + std::to_string(first.header.dims[2]) + " images",
+                 "A stack is made of files with one image each; give this file alone");
+  }
+  ImageHeader stack = first.header;
+  stack.dims[2] = static_cast<std::int64_t>(files.size());
+  check_header(path, stack);
+  return {.header = stack, .slices = std::make_unique<StackSlices>(std::move(files), first.header)};
+}
+
+}  // namespace multitetra

@@ -1,0 +1,160 @@
+#include "server/volume/formats/legacy_vtk_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "common/base/text.hpp"
+#include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/detail/numbered_files.hpp"
+#include "server/volume/formats/detail/plain_slices.hpp"
+#include "server/volume/formats/detail/text_slices.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostVtkHeaderBytes = std::size_t{1} << 16;
+
+[[noreturn]] void fail_in_header(const fs::path& file, const std::string& problem) {
+  fail_reading(file, problem, "Save it as structured points, for example with ParaView");
+}
+
+StoredType legacy_vtk_type(const fs::path& file, const std::string& name) {
+  constexpr std::array<std::pair<std::string_view, StoredType>, 13> kTypes = {
+      {{"unsigned_char", StoredType::kU8},
+       {"char", StoredType::kI8},
+       {"unsigned_short", StoredType::kU16},
+       {"short", StoredType::kI16},
+       {"unsigned_int", StoredType::kU32},
+       {"int", StoredType::kI32},
+       {"unsigned_long", StoredType::kU64},
+       {"long", StoredType::kI64},
+       {"vtktypeuint64", StoredType::kU64},
+       {"vtktypeint64", StoredType::kI64},
+       {"vtkidtype", StoredType::kI32},  // As VTK writes it.
+       {"float", StoredType::kF32},
+       {"double", StoredType::kF64}}};
+  for (const auto& [word, type] : kTypes) {
+    if (word == lower_case(name)) return type;
+  }
+  fail_in_header(file, "the type of its samples is '" + name.substr(0, 40) + "'");
+}
+
+// The lines of the header, as words.
+class VtkLines {
+ public:
+  explicit VtkLines(const fs::path& file)
+      : file_(file), text_(InputFile(file).beginning(kMostVtkHeaderBytes)) {}
+
+  // The words of the next line that is not empty.
+  std::vector<std::string> next() {
+    while (at_ < text_.size()) {
+      std::vector<std::string> words = words_of(line());
+      if (!words.empty()) return words;
+    }
+    fail_in_header(file_, "it ends in its header");
+  }
+  // The next line as it is.
+  std::string line() {
+    const std::size_t end = std::min(text_.find('\n', at_), text_.size());
+    std::string line = text_.substr(at_, end - at_);
+    at_ = std::min(end + 1, text_.size());
+    return line;
+  }
+  // Leaves the next line out if it begins with this word.
+  void skip(std::string_view word) {
+    if (lower_case(std::string_view(text_).substr(at_, word.size())) == word) (void)line();
+  }
+  // Of the file's bytes, the one behind the last line.
+  [[nodiscard]] std::uint64_t position() const { return at_; }
+
+ private:
+  const fs::path& file_;
+  std::string text_;
+  std::size_t at_ = 0;
+};
+
+Vec3 three_numbers(const fs::path& file, const std::vector<std::string>& words) {
+  Vec3 numbers{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto number = words.size() > i + 1 ? finite_number(words[i + 1]) : std::nullopt;
+    if (!number) fail_in_header(file, "its line " + words[0] + " has no three numbers");
+    numbers[i] = *number;
+  }
+  return numbers;
+}
+
+}  // namespace
+
+StoredVolume open_legacy_vtk(const fs::path& path) {
+  VtkLines lines(path);
+  (void)lines.line();  // The version.
+  (void)lines.line();  // A title.
+  const std::string format = lower_case(lines.next()[0]);
+  if (format != "ascii" && format != "binary")
+    fail_in_header(path, "it is neither text nor binary");
+  const std::vector<std::string> kind = lines.next();
+  if (kind.size() < 2 || lower_case(kind[0]) != "dataset" ||
+      lower_case(kind[1]) != "structured_points") {
+    fail_in_header(path, "it has no line DATASET STRUCTURED_POINTS");
+  }
+  Vec3 sizes{};
+  Vec3 spacing = {1, 1, 1};
+  Vec3 origin{};
+  std::vector<std::string> words;
+  for (words = lines.next(); !lower_case(words[0]).ends_with("_data"); words = lines.next()) {
+    const std::string word = lower_case(words[0]);
+    if (word == "dimensions") sizes = three_numbers(path, words);
+    if (word == "spacing" || word == "aspect_ratio") spacing = three_numbers(path, words);
+    if (word == "origin") origin = three_numbers(path, words);
+  }
+  const bool of_cells = lower_case(words[0]) == "cell_data";
+  ImageHeader header;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!(sizes[axis] >= 1 && sizes[axis] <= 1e9)) fail_in_header(path, "it has no DIMENSIONS");
+    header.dims[axis] = static_cast<std::int64_t>(sizes[axis]);
+    if (!of_cells) continue;
+    header.dims[axis] = std::max<std::int64_t>(header.dims[axis] - 1, 1);
+    origin[axis] += spacing[axis] / 2;
+  }
+  set_box_axes(header, origin, spacing);
+
+  words = lines.next();
+  const std::string array = lower_case(words[0]);
+  words.resize(4);
+  if (array == "field") {  // FIELD name count; then: name components tuples type
+    words = lines.next();
+    words.resize(4);
+    header.components = integer(words[1]).value_or(0);
+    header.type = legacy_vtk_type(path, words[3]);
+  } else {
+    if (array == "scalars") {
+      header.components = words[3].empty() ? 1 : integer(words[3]).value_or(0);
+    } else if (array == "vectors" || array == "normals") {
+      header.components = 3;
+    } else if (array == "tensors") {
+      header.components = 9;
+    } else {
+      fail_in_header(path, "its first array is " + words[0].substr(0, 40));
+    }
+    header.type = legacy_vtk_type(path, words[2]);
+    if (array == "scalars") lines.skip("lookup_table");
+  }
+  check_header(path, header);
+  StoredVolume volume{.header = header};
+  if (format == "ascii") {
+    volume.slices = text_slices({.file = path, .begin = lines.position()}, header);
+  } else {
+    volume.slices = plain_slices(path, lines.position(), Endian::kBig, header);
+  }
+  return volume;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,14 @@
+// Structured points in legacy VTK files (.vtk).
+#pragma once
+
+#include <filesystem>
+
+#include "server/volume/formats/stored_volume.hpp"
+
+namespace multitetra {
+
+// The first array, text or binary: SCALARS, VECTORS, NORMALS, TENSORS or one of a FIELD. Samples of
+// CELL_DATA lie at the middles of the cells. Throws VolumeFileError.
+[[nodiscard]] StoredVolume open_legacy_vtk(const std::filesystem::path& file);
+
+}  // namespace multitetra

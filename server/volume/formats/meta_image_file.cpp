@@ -1,0 +1,240 @@
+#include "server/volume/formats/meta_image_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "common/base/text.hpp"
+#include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/detail/numbered_files.hpp"
+#include "server/volume/formats/detail/plain_slices.hpp"
+#include "server/volume/formats/detail/text_slices.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostMetaHeaderBytes = std::size_t{1} << 16;
+
+struct MetaHeader {
+  std::map<std::string, std::string, std::less<>> values;  // "Name = value"
+  std::vector<std::string> listed_files;  // The lines after "ElementDataFile = LIST".
+  std::size_t bytes = 0;                  // Where local samples begin.
+
+  // The value of the first of these names that is there; empty without one.
+  [[nodiscard]] std::string value(std::initializer_list<std::string_view> names) const {
+    for (const std::string_view name : names) {
+      if (const auto found = values.find(name); found != values.end()) return found->second;
+    }
+    return {};
+  }
+  [[nodiscard]] bool is_true(std::initializer_list<std::string_view> names, bool otherwise) const {
+    const std::string text = value(names);
+    return text.empty() ? otherwise : text[0] == 'T' || text[0] == 't' || text[0] == '1';
+  }
+};
+
+MetaHeader read_meta_header(const fs::path& file) {
+  MetaHeader header;
+  const std::string text = InputFile(file).beginning(kMostMetaHeaderBytes);
+  std::size_t at = 0;
+  while (at < text.size()) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    std::string_view line = std::string_view(text).substr(at, end - at);
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    at = end + 1;
+    const std::string data_file = header.value({"ElementDataFile"});
+    if (data_file.starts_with("LIST")) {
+      if (!trimmed(line).empty()) header.listed_files.emplace_back(trimmed(line));
+      continue;
+    }
+    const std::size_t equals = line.find('=');
+    if (equals == std::string_view::npos) continue;
+    const std::string name(trimmed(line.substr(0, equals)));
+    header.values[name] = trimmed(line.substr(equals + 1));
+    if (name != "ElementDataFile") continue;
+    header.bytes = std::min(at, text.size());
+    if (!header.values[name].starts_with("LIST")) return header;
+  }
+  if (!header.value({"ElementDataFile"}).empty()) return header;
+  fail_reading(file,
+               "there is no line ElementDataFile in its first " +
+                   std::to_string(kMostMetaHeaderBytes) + " bytes",
+               "Check that it is a whole file of this format");
+}
+
+StoredType meta_type(const fs::path& file, const std::string& name) {
+  constexpr std::array<std::pair<std::string_view, StoredType>, 12> kTypes = {
+      {{"MET_CHAR", StoredType::kI8},
+       {"MET_UCHAR", StoredType::kU8},
+       {"MET_SHORT", StoredType::kI16},
+       {"MET_USHORT", StoredType::kU16},
+       {"MET_INT", StoredType::kI32},
+       {"MET_UINT", StoredType::kU32},
+       {"MET_LONG", StoredType::kI32},
+       {"MET_ULONG", StoredType::kU32},
+       {"MET_LONG_LONG", StoredType::kI64},
+       {"MET_ULONG_LONG", StoredType::kU64},
+       {"MET_FLOAT", StoredType::kF32},
+       {"MET_DOUBLE", StoredType::kF64}}};
+  for (const auto& [word, type] : kTypes) {
+    if (word == name) return type;
+  }
+  fail_reading(file, "its ElementType is '" + name.substr(0, 40) + "'",
+               "Give integers of 8 to 64 bits or floating-point numbers of 32 or 64 bits");
+}
+
+// `count` numbers of the first name that is there; nullopt without one.
+std::optional<std::vector<double>> numbers_of(const fs::path& file, const MetaHeader& header,
+                                              std::initializer_list<std::string_view> names,
+                                              std::size_t count) {
+  const std::string text = header.value(names);
+  if (text.empty()) return std::nullopt;
+  std::vector<double> numbers;
+  for (const std::string& word : words_of(text)) {
+    const std::optional<double> number = finite_number(word);
+    if (!number) break;
+    numbers.push_back(*number);
+  }
+  if (numbers.size() >= count) return numbers;
+  fail_reading(
+      file, "its " + std::string(*names.begin()) + " is not " + std::to_string(count) + " numbers",
+      "Correct the header");
+}
+
+void place_meta_image(const fs::path& file, const MetaHeader& header, std::size_t axes,
+                      const std::vector<double>& spacing, const std::vector<double>& origin,
+                      ImageHeader& image) {
+  const auto matrix =
+      numbers_of(file, header, {"TransformMatrix", "Rotation", "Orientation"}, axes * axes);
+  std::array<Vec3, 3> steps = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
+  Vec3 first{};
+  const std::size_t of_space = std::min<std::size_t>(axes, 3);
+  for (std::size_t axis = 0; axis < of_space; ++axis) {
+    first[axis] = origin[axis];
+    for (std::size_t row = 0; row < of_space; ++row) {
+      steps[axis][row] = (matrix        ? (*matrix)[axis * axes + row]
+                          : axis == row ? 1
+                                        : 0) *
+                         spacing[axis];
+    }
+  }
+  set_axes(file, image, steps, first);
+  const std::string orientation = header.value({"AnatomicalOrientation"}).substr(0, 3);
+  if (orientation.size() == 3 && orientation.find_first_not_of("RLAPIS") == std::string::npos) {
+    image.meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = {}};
+  }
+}
+
+std::vector<fs::path> meta_data_files(const fs::path& file, const MetaHeader& header, bool follow) {
+  const std::string value = header.value({"ElementDataFile"});
+  if (lower_case(value) == "local") return {file};
+  std::vector<std::string> names = {value};
+  if (value.starts_with("LIST")) {
+    names = header.listed_files;
+  } else if (is_numbered(value)) {
+    names = numbered_names(file, value);
+  }
+  std::vector<fs::path> paths;
+  for (const std::string& name : names) paths.push_back(named_data_file(file, name, follow));
+  return paths;
+}
+
+// The slices of the volume `time`, of `times` that follow each other.
+std::unique_ptr<StoredSlices> meta_slices(const fs::path& file, const MetaHeader& header,
+                                          bool follow, std::int64_t times, std::int64_t time,
+                                          const ImageHeader& image) {
+  const std::vector<fs::path> files = meta_data_files(file, header, follow);
+  const std::uint64_t volume_bytes =
+      image.slice_bytes() * static_cast<std::uint64_t>(image.dims[2]);
+  const std::uint64_t all_bytes = volume_bytes * static_cast<std::uint64_t>(times);
+  const std::uint64_t skipped = volume_bytes * static_cast<std::uint64_t>(time);
+  if (files.empty() || all_bytes % files.size() != 0) {
+    fail_reading(file,
+                 "its samples are no whole number in each of its " + std::to_string(files.size()) +
+                     " data files",
+                 "Correct the header");
+  }
+  const std::int64_t header_size = integer(header.value({"HeaderSize"})).value_or(0);
+  const bool is_local = files[0] == file;
+  const auto offset = [&](const fs::path& data, std::uint64_t part_bytes) -> std::uint64_t {
+    if (header_size > 0) return static_cast<std::uint64_t>(header_size);
+    if (header_size == 0) return is_local ? header.bytes : 0;
+    const std::uint64_t size = InputFile(data).size();  // The samples end the file.
+    return size < part_bytes ? 0 : size - part_bytes;
+  };
+  const bool is_packed = header.is_true({"CompressedData"}, false);
+  if (!header.is_true({"BinaryData"}, true)) {
+    if (files.size() > 1) {
+      fail_reading(file, "its samples are text in several files", "Save it as binary");
+    }
+    return text_slices({.file = files[0],
+                        .begin = header_size > 0 || is_local ? offset(files[0], 0) : 0,
+                        .skipped = skipped / bytes_of(image.type)},
+                       image);
+  }
+  const bool is_big = header.is_true({"BinaryDataByteOrderMSB", "ElementByteOrderMSB"}, false);
+  SampleParts samples{.part_bytes = all_bytes / files.size(),
+                      .first_byte = skipped,
+                      .endian = is_big ? Endian::kBig : Endian::kLittle};
+  for (const fs::path& data : files) {
+    samples.parts.push_back({.file = data,
+                             .offset = is_packed && header_size < 0
+                                           ? (is_local ? header.bytes : 0)
+                                           : offset(data, samples.part_bytes),
+                             .packing = is_packed ? Packing::kZlib : Packing::kNone});
+  }
+  return slices_in_parts(std::move(samples), image);
+}
+
+}  // namespace
+
+StoredVolume open_meta_image(const fs::path& path, const VolumeChoice& choice) {
+  const MetaHeader header = read_meta_header(path);
+  const std::string dimensions = header.value({"NDims"});
+  const std::int64_t axes = integer(dimensions).value_or(0);
+  if (axes < 2 || axes > 4) {
+    fail_reading(path, "its NDims is '" + dimensions.substr(0, 40) + "'",
+                 "Give an image or a volume: 2 or 3, or 4 for several times");
+  }
+  const auto count = static_cast<std::size_t>(axes);
+  const auto sizes = numbers_of(path, header, {"DimSize"}, count);
+  const auto spacing = numbers_of(path, header, {"ElementSpacing", "ElementSize"}, count)
+                           .value_or(std::vector<double>(count, 1));
+  const auto origin = numbers_of(path, header, {"Offset", "Position", "Origin"}, count)
+                          .value_or(std::vector<double>(count, 0));
+  if (!sizes) fail_reading(path, "it has no DimSize", "Correct the header");
+
+  StoredVolume volume;
+  volume.header.type = meta_type(path, header.value({"ElementType"}));
+  volume.header.components = integer(header.value({"ElementNumberOfChannels"})).value_or(1);
+  std::array<std::int64_t, 4> dims = {1, 1, 1, 1};
+  for (std::size_t axis = 0; axis < count; ++axis) {
+    const double size = (*sizes)[axis];
+    if (!(size >= 1 && size <= 1e9)) {
+      fail_reading(path, "its DimSize is '" + header.value({"DimSize"}).substr(0, 60) + "'",
+                   "Correct the header");
+    }
+    dims[axis] = static_cast<std::int64_t>(size);
+  }
+  volume.header.dims = {dims[0], dims[1], dims[2]};
+  place_meta_image(path, header, count, spacing, origin, volume.header);
+  check_header(path, volume.header);
+  if (dims[3] > std::int64_t{kMostSourceMembers}) {
+    fail_reading(path, "it has " + std::to_string(dims[3]) + " volumes", "Give fewer at a time");
+  }
+  volume.members.times =
+      axes == 4 ? even_times(dims[3], origin[3], spacing[3], /*unit=*/"") : SourceTimes();
+  volume.slices = meta_slices(path, header, choice.follow, dims[3],
+                              chosen_time(path, dims[3], choice), volume.header);
+  return volume;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,291 @@
+#include "server/volume/formats/nifti_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/volume/formats/detail/header_bytes.hpp"
+#include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/detail/plain_slices.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kVersion1Bytes = 348;
+constexpr std::size_t kVersion2Bytes = 540;
+
+// The fields that are looked at, whatever the version.
+struct NiftiHeader {
+  std::array<std::int64_t, 8> dim{};
+  int type = 0;
+  std::array<double, 8> pixdim{};
+  double offset = 0;
+  double slope = 0;
+  double intercept = 0;
+  double first_time = 0;
+  int units = 0;
+  int qform = 0;
+  int sform = 0;
+  std::array<double, 6> quaternion{};  // b, c, d, then the offset.
+  std::array<std::array<double, 4>, 3> rows{};
+  bool in_two_files = false;
+};
+
+template <typename Integer, typename Real, typename Code>
+void read_fields(const HeaderBytes& bytes, std::array<std::size_t, 9> at, NiftiHeader& header) {
+  const auto [dim, pixdim, offset, slope, qform, sform, quaternion, rows, type] = at;
+  for (std::size_t i = 0; i < 8; ++i) {
+    header.dim[i] = bytes.at<Integer>(dim + i * sizeof(Integer));
+    header.pixdim[i] = static_cast<double>(bytes.at<Real>(pixdim + i * sizeof(Real)));
+  }
+  header.type = bytes.at<std::int16_t>(type);
+  header.slope = static_cast<double>(bytes.at<Real>(slope));
+  header.intercept = static_cast<double>(bytes.at<Real>(slope + sizeof(Real)));
+  header.qform = bytes.at<Code>(qform);
+  header.sform = bytes.at<Code>(sform);
+  for (std::size_t i = 0; i < 6; ++i) {
+    header.quaternion[i] = static_cast<double>(bytes.at<Real>(quaternion + i * sizeof(Real)));
+  }
+  for (std::size_t i = 0; i < 12; ++i) {
+    header.rows[i / 4][i % 4] = static_cast<double>(bytes.at<Real>(rows + i * sizeof(Real)));
+  }
+  header.offset = sizeof(Real) == 4 ? static_cast<double>(bytes.at<float>(offset))
+                                    : static_cast<double>(bytes.at<std::int64_t>(offset));
+}
+
+std::optional<Endian> endian_of(std::string_view beginning, std::size_t header_bytes) {
+  if (beginning.size() < header_bytes) return std::nullopt;
+  for (const Endian endian : {Endian::kLittle, Endian::kBig}) {
+    const HeaderBytes bytes(std::string(beginning.substr(0, 4)), endian);
+    if (bytes.at<std::int32_t>(0) == static_cast<std::int32_t>(header_bytes)) return endian;
+  }
+  return std::nullopt;
+}
+
+bool is_version_1(std::string_view beginning) {
+  if (!endian_of(beginning, kVersion1Bytes)) return false;
+  const std::string_view magic = beginning.substr(344, 4);
+  return magic == std::string_view("n+1\0", 4) || magic == std::string_view("ni1\0", 4);
+}
+
+bool is_version_2(std::string_view beginning) {
+  if (!endian_of(beginning, kVersion2Bytes)) return false;
+  const std::string_view magic = beginning.substr(4, 4);
+  return magic == std::string_view("n+2\0", 4) || magic == std::string_view("ni2\0", 4);
+}
+
+NiftiHeader header_in(const std::string& beginning) {
+  NiftiHeader header;
+  if (is_version_1(beginning)) {
+    const HeaderBytes bytes(beginning, *endian_of(beginning, kVersion1Bytes));
+    read_fields<std::int16_t, float, std::int16_t>(
+        bytes, {40, 76, 108, 112, 252, 254, 256, 280, 70}, header);
+    header.units = bytes.at<std::uint8_t>(123);
+    header.first_time = static_cast<double>(bytes.at<float>(136));
+    header.in_two_files = beginning[345] == 'i';
+  } else {
+    const HeaderBytes bytes(beginning, *endian_of(beginning, kVersion2Bytes));
+    read_fields<std::int64_t, double, std::int32_t>(
+        bytes, {16, 104, 168, 176, 344, 348, 352, 400, 12}, header);
+    header.units = bytes.at<std::int32_t>(500);
+    header.first_time = bytes.at<double>(216);
+    header.in_two_files = beginning[5] == 'i';
+  }
+  return header;
+}
+
+struct NumberType {
+  int code;
+  StoredType type;
+  int components;
+};
+
+NumberType number_type(const fs::path& file, int code) {
+  constexpr std::array<NumberType, 12> kTypes = {{{2, StoredType::kU8, 1},
+                                                  {4, StoredType::kI16, 1},
+                                                  {8, StoredType::kI32, 1},
+                                                  {16, StoredType::kF32, 1},
+                                                  {64, StoredType::kF64, 1},
+                                                  {128, StoredType::kU8, 3},
+                                                  {256, StoredType::kI8, 1},
+                                                  {512, StoredType::kU16, 1},
+                                                  {768, StoredType::kU32, 1},
+                                                  {1024, StoredType::kI64, 1},
+                                                  {1280, StoredType::kU64, 1},
+                                                  {2304, StoredType::kU8, 4}}};
+  for (const NumberType& type : kTypes) {
+    if (type.code == code) return type;
+  }
+  fail_reading(file, "its datatype is " + std::to_string(code),
+               "Give integers of 8 to 64 bits, floats of 32 or 64 bits, or RGB");
+}
+
+// The steps between samples and the first sample's place, in RAS.
+struct Axes {
+  std::array<Vec3, 3> steps;
+  Vec3 origin;
+};
+
+Axes axes_of_sform(const NiftiHeader& header) {
+  Axes axes{};
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t axis = 0; axis < 3; ++axis) axes.steps[axis][row] = header.rows[row][axis];
+    axes.origin[row] = header.rows[row][3];
+  }
+  return axes;
+}
+
+Axes axes_of_qform(const NiftiHeader& header) {
+  auto [b, c, d, x, y, z] = header.quaternion;
+  double a = 1 - (b * b + c * c + d * d);
+  if (a < 1e-7) {  // A half turn: rounding must not make it none.
+    const double length = std::sqrt(b * b + c * c + d * d);
+    if (length > 0) {
+      b /= length;
+      c /= length;
+      d /= length;
+    }
+    a = 0;
+  } else {
+    a = std::sqrt(a);
+  }
+  const std::array<Vec3, 3> columns = {
+      Vec3{a * a + b * b - c * c - d * d, 2 * (b * c + a * d), 2 * (b * d - a * c)},
+      Vec3{2 * (b * c - a * d), a * a + c * c - b * b - d * d, 2 * (c * d + a * b)},
+      Vec3{2 * (b * d + a * c), 2 * (c * d - a * b), a * a + d * d - b * b - c * c}};
+  Axes axes{.steps = {}, .origin = {x, y, z}};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    double step = header.pixdim[axis + 1];
+    if (axis == 2 && header.pixdim[0] < 0) step = -step;
+    for (std::size_t row = 0; row < 3; ++row) axes.steps[axis][row] = columns[axis][row] * step;
+  }
+  return axes;
+}
+
+void place(const fs::path& file, const NiftiHeader& nifti, ImageHeader& header) {
+  const int unit = nifti.units & 7;
+  header.meaning.length_unit = unit == 1 ? "m" : unit == 2 ? "mm" : unit == 3 ? "µm" : "";
+  if (nifti.sform <= 0 && nifti.qform <= 0) {
+    Vec3 spacing{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double step = std::abs(nifti.pixdim[axis + 1]);
+      spacing[axis] = step == 0 ? 1 : step;  // What no program filled in.
+    }
+    return set_box_axes(header, {0, 0, 0}, spacing);
+  }
+  header.meaning.space = WorldSpace::kLps;
+  if (header.meaning.length_unit.empty()) header.meaning.length_unit = "mm";
+  const auto set = [&](Axes axes) {
+    for (Vec3* vector : {&axes.steps[0], &axes.steps[1], &axes.steps[2], &axes.origin}) {
+      (*vector)[0] = 0 - (*vector)[0];
+      (*vector)[1] = 0 - (*vector)[1];
+    }
+    set_axes(file, header, axes.steps, axes.origin);
+  };
+  if (nifti.sform <= 0) return set(axes_of_qform(nifti));
+  try {
+    set(axes_of_sform(nifti));
+  } catch (
+      const VolumeFileError&) {  // A sheared sform, as registration writes; the qform never is.
+    if (nifti.qform <= 0) throw;
+    set(axes_of_qform(nifti));
+  }
+}
+
+// The fourth axis may also be one of frequencies.
+SourceTimes times_of(const NiftiHeader& nifti, std::int64_t count) {
+  const int unit = nifti.units & 0x38;
+  return even_times(count, nifti.first_time, nifti.pixdim[4],
+                    unit == 8    ? "s"
+                    : unit == 16 ? "ms"
+                    : unit == 24 ? "µs"
+                    : unit == 32 ? "Hz"
+                    : unit == 40 ? "ppm"
+                    : unit == 48 ? "rad/s"
+                                 : "");
+}
+
+// The length of a dimension, from 1 on.
+std::int64_t length_along(const fs::path& file, const NiftiHeader& nifti, std::int64_t dimension) {
+  const std::int64_t length =
+      dimension <= nifti.dim[0] ? nifti.dim[static_cast<std::size_t>(dimension)] : 1;
+  if (length < 0) fail_reading(file, "its dimensions are negative", "Get a whole copy of it");
+  return std::max<std::int64_t>(length, 1);
+}
+
+// The samples' file of a header that has them beside it.
+fs::path image_file(const fs::path& header, bool follow) {
+  const fs::path stem = header.extension() == ".gz" ? header.stem().stem() : header.stem();
+  const bool packed =
+      header.extension() == ".gz" || !fs::exists(header.parent_path() / (stem.string() + ".img"));
+  return named_data_file(header, stem.string() + (packed ? ".img.gz" : ".img"), follow);
+}
+
+}  // namespace
+
+bool is_nifti(std::string_view beginning) {
+  return is_version_1(beginning) || is_version_2(beginning);
+}
+
+StoredVolume open_nifti(const fs::path& path, const VolumeChoice& choice) {
+  const std::string beginning = unpacked_beginning(InputFile(path), kVersion2Bytes);
+  if (!is_nifti(beginning)) fail_reading(path, "it is no NIfTI file", "Get a whole copy of it");
+  const NiftiHeader nifti = header_in(beginning);
+  const Endian endian = is_version_1(beginning) ? *endian_of(beginning, kVersion1Bytes)
+                                                : *endian_of(beginning, kVersion2Bytes);
+  if (nifti.dim[0] < 2 || nifti.dim[0] > 7) {
+    fail_reading(path, "it has " + std::to_string(nifti.dim[0]) + " dimensions", "Give 2 to 5");
+  }
+  const NumberType type = number_type(path, nifti.type);
+  ImageHeader header{.type = type.type, .components = type.components};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    header.dims[axis] = static_cast<std::int64_t>(axis) < nifti.dim[0] ? nifti.dim[axis + 1] : 1;
+  }
+  if (std::isfinite(nifti.slope) && nifti.slope != 0 && type.components == 1) {
+    header.slope = nifti.slope;
+    header.intercept = nifti.intercept;
+  }
+  place(path, nifti, header);
+  for (const std::int64_t dimension : {6, 7}) {
+    if (length_along(path, nifti, dimension) == 1) continue;
+    fail_reading(path, "it has " + std::to_string(nifti.dim[0]) + " dimensions",
+                 "Give at most five");
+  }
+  // Along the fifth dimension lie the components, each stored as a series of volumes.
+  const std::int64_t volumes = length_along(path, nifti, 5);
+  const ImageHeader one = header;
+  header.components *= std::min(volumes, kMaxComponents + 1);
+  check_header(path, header);
+  const SourceMembers members{.times = times_of(nifti, length_along(path, nifti, 4))};
+  const std::int64_t time = chosen_time(path, members.times.count, choice);
+  constexpr double kFarthest = 1e15;
+  const double least = nifti.in_two_files        ? 0
+                       : is_version_1(beginning) ? kVersion1Bytes
+                                                 : kVersion2Bytes;
+  if (!(nifti.offset >= least && nifti.offset < kFarthest)) {
+    fail_reading(path, "its samples begin at byte " + std::to_string(nifti.offset),
+                 "Get a whole copy of it");
+  }
+  const fs::path data = nifti.in_two_files ? image_file(path, choice.follow) : path;
+  std::vector<std::unique_ptr<StoredSlices>> slices;
+  for (std::int64_t i = 0; i < volumes; ++i) {
+    const auto before =
+        (static_cast<std::uint64_t>(time) +
+         static_cast<std::uint64_t>(i) * static_cast<std::uint64_t>(members.times.count)) *
+        static_cast<std::uint64_t>(header.dims[2]) * one.slice_bytes();
+    slices.push_back(
+        slices_in_file(data, static_cast<std::uint64_t>(nifti.offset) + before, endian, one));
+  }
+  return {
+      .header = header,
+      .slices = volumes == 1 ? std::move(slices[0]) : interleaved_slices(std::move(slices), header),
+      .members = members};
+}
+
+}  // namespace multitetra

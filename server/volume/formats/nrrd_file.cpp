@@ -1,0 +1,450 @@
+#include "server/volume/formats/nrrd_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "common/base/text.hpp"
+#include "common/base/vec3.hpp"
+#include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/detail/nrrd_header.hpp"
+#include "server/volume/formats/detail/numbered_files.hpp"
+#include "server/volume/formats/detail/plain_slices.hpp"
+#include "server/volume/formats/detail/segment_names.hpp"
+#include "server/volume/formats/detail/text_slices.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kCheckHeader = "Correct the header";
+
+// Numbers between white space, commas and brackets; none when a word is no number.
+std::vector<double> real_numbers(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == ',' || c == '(' || c == ')'; }, ' ');
+  std::vector<double> numbers;
+  for (const std::string& word : words_of(text)) {
+    const std::optional<double> number = finite_number(word);
+    if (!number) return {};
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
+std::string unquoted(std::string text) {
+  std::erase(text, '"');
+  return text;
+}
+
+// ---- which axis is what
+
+StoredType nrrd_type(const fs::path& file, const NrrdHeader& header) {
+  std::string word = lower_case(header.field("type"));
+  if (word.starts_with("signed ")) word.erase(0, 7);
+  if (word.ends_with(" int")) word.erase(word.size() - 4);
+  if (word.ends_with("_t")) word.erase(word.size() - 2);
+  constexpr std::array<std::pair<std::string_view, StoredType>, 24> kTypes = {
+      {{"char", StoredType::kI8},
+       {"int8", StoredType::kI8},
+       {"uchar", StoredType::kU8},
+       {"unsigned char", StoredType::kU8},
+       {"uint8", StoredType::kU8},
+       {"short", StoredType::kI16},
+       {"int16", StoredType::kI16},
+       {"ushort", StoredType::kU16},
+       {"unsigned short", StoredType::kU16},
+       {"uint16", StoredType::kU16},
+       {"int", StoredType::kI32},
+       {"int32", StoredType::kI32},
+       {"uint", StoredType::kU32},
+       {"unsigned", StoredType::kU32},
+       {"uint32", StoredType::kU32},
+       {"longlong", StoredType::kI64},
+       {"long long", StoredType::kI64},
+       {"int64", StoredType::kI64},
+       {"ulonglong", StoredType::kU64},
+       {"unsigned long long", StoredType::kU64},
+       {"uint64", StoredType::kU64},
+       {"float", StoredType::kF32},
+       {"double", StoredType::kF64},
+       {"float64", StoredType::kF64}}};
+  for (const auto& [name, type] : kTypes) {
+    if (name == word) return type;
+  }
+  fail_reading(file, "the type of its samples is '" + header.field("type").substr(0, 40) + "'",
+               "Give integers of 8 to 64 bits or floating-point numbers of 32 or 64 bits");
+}
+
+std::vector<std::int64_t> sizes_of(const fs::path& file, const NrrdHeader& header) {
+  const std::int64_t axes = integer(header.field("dimension")).value_or(0);
+  std::vector<std::int64_t> sizes;
+  for (const std::string& word : words_of(header.field("sizes"))) {
+    sizes.push_back(integer(word).value_or(0));
+  }
+  const bool is_right = axes >= 1 && sizes.size() == static_cast<std::size_t>(axes) && axes <= 16;
+  if (is_right && *std::min_element(sizes.begin(), sizes.end()) >= 1) return sizes;
+  fail_reading(file, "its sizes are not as many counts from 1 on as its dimension says",
+               kCheckHeader);
+}
+
+// The axes of a NRRD: at most three of space, and one with times or components.
+struct NrrdAxes {
+  std::vector<std::size_t> space;
+  std::optional<std::size_t> time;
+  std::optional<std::size_t> component;
+};
+
+bool is_of_space(const std::string& kind) {
+  return kind == "domain" || kind == "space" || kind == "time" || kind == "none" || kind == "???";
+}
+
+// Of four axes the one that counts times.
+std::optional<std::size_t> time_axis(const NrrdHeader& header, bool has_components) {
+  std::vector<std::size_t> others;
+  const std::vector<std::string> kinds = header.axis_words("kinds", 4);
+  for (std::size_t axis = 0; axis < kinds.size(); ++axis) {
+    const std::string kind = lower_case(kinds[axis]);
+    if (kind == "domain" || kind == "space") continue;
+    const bool may_be_time = kind == "list" || is_of_space(kind);
+    if (!may_be_time || (has_components && kind != "time")) return std::nullopt;
+    others.push_back(axis);
+  }
+  if (others.empty()) {
+    const std::vector<std::string> directions = header.axis_words("space directions", 4);
+    for (std::size_t axis = 0; axis < directions.size(); ++axis) {
+      if (directions[axis] == "none") others.push_back(axis);
+    }
+  }
+  if (others.empty()) others.push_back(3);
+  const bool is_outermost = others.front() == 0 || others.front() == 3;
+  return others.size() == 1 && is_outermost ? std::optional(others.front()) : std::nullopt;
+}
+
+NrrdAxes axes_of(const fs::path& file, const NrrdHeader& header,
+                 const std::vector<std::int64_t>& sizes, bool has_components) {
+  NrrdAxes axes;
+  if (sizes.size() == 4) axes.time = time_axis(header, has_components);
+  const std::vector<std::string> kinds = header.axis_words("kinds", sizes.size());
+  for (std::size_t axis = 0; axis < sizes.size(); ++axis) {
+    if (axis == axes.time) continue;
+    if (kinds.empty() || is_of_space(lower_case(kinds[axis]))) {
+      if (axes.space.size() < 3) {
+        axes.space.push_back(axis);
+      } else if (sizes[axis] != 1) {
+        fail_reading(file,
+                     "it has " + std::to_string(sizes.size()) + " dimensions and " +
+                         std::to_string(sizes[axis]) + " volumes along dimension " +
+                         std::to_string(axis + 1),
+                     "Give a single volume of three dimensions, for example one time step");
+      }
+    } else if (axes.component || (axis != 0 && axis + 1 != sizes.size())) {
+      fail_reading(file,
+                   "its axis " + std::to_string(axis + 1) + " of kind " + kinds[axis] +
+                       " is neither the first nor the last one",
+                   "Permute its axes, so that the components of a sample come first");
+    } else {
+      axes.component = axis;
+    }
+  }
+  if (axes.space.size() < 2)
+    fail_reading(file, "it has one dimension", "Give an image or a volume");
+  return axes;
+}
+
+SourceTimes times_along(const NrrdHeader& header, std::size_t axis, std::int64_t count) {
+  const std::string prefix = "axis " + std::to_string(axis) + " index ";
+  for (const auto& [values, unit] :
+       {std::pair{prefix + "values", prefix + "unit"},
+        {"MultiVolume.FrameLabels", "MultiVolume.FrameIdentifyingUnits"}}) {
+    SourceTimes times{.count = count, .at = real_numbers(header.key(values))};
+    if (count > 1 && times.at.size() == static_cast<std::size_t>(count)) {
+      times.unit = time_unit_from(header.key(unit));
+      return times;
+    }
+  }
+  const auto word = [&](std::string_view field) {
+    const std::vector<std::string> words = header.axis_words(field, 4);
+    return words.empty() ? std::string() : words[axis];
+  };
+  return even_times(count, finite_number(word("axis mins")).value_or(0),
+                    finite_number(word("spacings")).value_or(0), unquoted(word("units")));
+}
+
+// ---- the place in the world
+
+// Whether x, y and z are those of LPS, or their opposites; nullopt for spaces without a patient.
+std::optional<Vec3> patient_signs(const fs::path& file, std::string_view written) {
+  std::string space = lower_case(written);
+  if (space.ends_with("-time")) space.erase(space.size() - 5);
+  if (space.empty() || space == "scanner-xyz" || space == "3d-right-handed" ||
+      space == "3d-left-handed") {
+    return std::nullopt;
+  }
+  if (space.find('-') == std::string::npos && space.size() == 4 && space.back() == 't') {
+    space.pop_back();
+  }
+  std::string letters;  // "left-posterior-superior": "lps"
+  for (std::size_t at = 0; at < space.size(); ++at) {
+    if (space.size() == 3 || at == 0 || space[at - 1] == '-') letters += space[at];
+  }
+  const auto sign = [&](std::size_t axis, char same, char opposite) {
+    if (letters.size() == 3 && letters[axis] == same) return 1.0;
+    if (letters.size() == 3 && letters[axis] == opposite) return -1.0;
+    fail_reading(file, "its space '" + std::string(written.substr(0, 60)) + "' is not known",
+                 "Use left-posterior-superior, right-anterior-superior or left-anterior-superior");
+  };
+  return Vec3{sign(0, 'l', 'r'), sign(1, 'p', 'a'), sign(2, 's', 'i')};
+}
+
+std::optional<Vec3> vector_from(const std::string& text) {
+  std::vector<double> numbers = real_numbers(text);
+  if (numbers.size() < 2) return std::nullopt;
+  numbers.resize(3);
+  return Vec3{numbers[0], numbers[1], numbers[2]};
+}
+
+Vec3 turned(const Vec3& vector, const std::optional<Vec3>& signs) {
+  if (!signs) return vector;
+  return {vector[0] * (*signs)[0], vector[1] * (*signs)[1], vector[2] * (*signs)[2]};
+}
+
+// The middle of the first sample by the axes' least places: 0 unless all of them have one.
+Vec3 origin_by_mins(const NrrdHeader& header, const NrrdAxes& axes,
+                    const std::vector<std::int64_t>& sizes, const std::array<Vec3, 3>& steps) {
+  const auto words = [&](std::string_view field) { return header.axis_words(field, sizes.size()); };
+  const std::vector<std::string> mins = words("axis mins");
+  const std::vector<std::string> maxs = words("axis maxs");
+  const std::vector<std::string> spacings = words("spacings");
+  const std::vector<std::string> centers = words("centers");
+  Vec3 origin{};
+  if (mins.empty()) return origin;
+  for (std::size_t i = 0; i < axes.space.size(); ++i) {
+    const std::size_t axis = axes.space[i];
+    const bool is_node = !centers.empty() && lower_case(centers[axis]) == "node";
+    const std::optional<double> min = finite_number(mins[axis]);
+    const std::optional<double> max = maxs.empty() ? std::nullopt : finite_number(maxs[axis]);
+    const bool has_spacing = !spacings.empty() && finite_number(spacings[axis]);
+    if (!min || (!max && !has_spacing)) return {};
+    const auto intervals = static_cast<double>(is_node ? sizes[axis] - 1 : sizes[axis]);
+    const double step = has_spacing ? steps[i][i] : (*max - *min) / intervals;
+    origin[i] = is_node ? *min : *min + step / 2;
+  }
+  return origin;
+}
+
+void place(const fs::path& file, const NrrdHeader& header, const NrrdAxes& axes,
+           const std::vector<std::int64_t>& sizes, ImageHeader& image) {
+  const auto words = [&](std::string_view field) { return header.axis_words(field, sizes.size()); };
+  const std::vector<std::string> directions = words("space directions");
+  const std::vector<std::string> spacings = words("spacings");
+  const std::optional<Vec3> signs = patient_signs(file, header.field("space"));
+  const bool only_spacings = directions.empty() && !spacings.empty();
+  std::array<Vec3, 3> steps = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
+  bool is_flat = true;  // All directions have two numbers.
+  for (std::size_t i = 0; i < axes.space.size(); ++i) {
+    const std::size_t axis = axes.space[i];
+    if (!directions.empty()) {
+      const std::optional<Vec3> direction = vector_from(directions[axis]);
+      if (direction) steps[i] = turned(*direction, signs);
+      is_flat = is_flat && real_numbers(directions[axis]).size() < 3;
+    } else if (!spacings.empty()) {
+      steps[i][i] = finite_number(spacings[axis]).value_or(1);
+    }
+  }
+  if (axes.space.size() == 2 && !is_flat) {
+    const Vec3 normal = cross(steps[0], steps[1]);
+    if (length(normal) > 0) steps[2] = scaled(normal, 1 / length(normal));
+  }
+  const std::optional<Vec3> origin = vector_from(header.field("space origin"));
+  if (origin && !only_spacings) {
+    set_axes(file, image, steps, turned(*origin, signs));
+  } else {
+    set_axes(file, image, steps, origin_by_mins(header, axes, sizes, steps));
+  }
+  if (!signs || only_spacings) return;
+  image.meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = {}};
+  const std::string units = header.field("space units");
+  const std::string unit = unit_from(unquoted(units.substr(0, units.find('"', 1))));
+  if (!unit.empty()) image.meaning.length_unit = unit;
+}
+
+// ---- where the samples are
+
+// Where the samples begin in a file, behind `begin` and the lines to skip.
+std::uint64_t behind_lines(const fs::path& file, std::uint64_t begin, std::int64_t lines) {
+  constexpr std::size_t kMostLineBytes = std::size_t{1} << 16;
+  std::string text(kMostLineBytes, '\0');
+  text.resize(InputFile(file).read_some(begin, std::as_writable_bytes(std::span(text))));
+  std::size_t at = 0;
+  for (std::int64_t i = 0; i < lines; ++i) {
+    at = text.find('\n', at) + 1;
+    if (at == 0) {
+      fail_reading(file, "it ends in the lines to skip, or they are too long", kCheckHeader);
+    }
+  }
+  return begin + at;
+}
+
+std::vector<fs::path> data_files(const fs::path& file, const NrrdHeader& header,
+                                 const std::vector<std::int64_t>& sizes, bool follow) {
+  const std::string value = header.field("data file");
+  if (value.empty()) {
+    if (!header.has_end) fail_reading(file, "it ends in its header", "Get a whole copy of it");
+    return {file};
+  }
+  std::vector<std::string> names = {value};
+  std::vector<std::string> words = words_of(value);
+  const bool is_list = value.starts_with("LIST");
+  if (is_list) {
+    names = header.listed_files;
+    words.insert(words.begin() + 1, 3, "");
+  } else if (is_numbered(value)) {
+    names = numbered_names(file, value);
+  }
+  // Each file holds the samples along so many axes, of which the last may be cut.
+  if (is_list || is_numbered(value)) {
+    const auto axes = static_cast<std::int64_t>(sizes.size());
+    const std::int64_t in_file = words.size() > 4 ? integer(words[4]).value_or(0) : axes - 1;
+    std::int64_t wanted = 1;
+    for (std::int64_t axis = std::max<std::int64_t>(in_file, 0); axis < axes; ++axis) {
+      wanted *= sizes[static_cast<std::size_t>(axis)];
+    }
+    const auto count = static_cast<std::int64_t>(names.size());
+    const bool is_cut = count > 0 && in_file >= axes - 1 && sizes.back() % count == 0;
+    if (in_file < 1 || in_file > axes || (count != wanted && !is_cut)) {
+      fail_reading(file,
+                   "it names " + std::to_string(count) + " data files for " +
+                       std::to_string(wanted) + " parts of its samples",
+                   "Correct the names, or the number of axes that each file has");
+    }
+  }
+  std::vector<fs::path> files;
+  for (const std::string& name : names) files.push_back(named_data_file(file, name, follow));
+  return files;
+}
+
+Packing packing_of(const fs::path& file, const std::string& encoding) {
+  if (encoding == "raw") return Packing::kNone;
+  if (encoding == "gzip" || encoding == "gz") return Packing::kGzip;
+  if (encoding == "bzip2" || encoding == "bz2") return Packing::kBzip2;
+  if (encoding == "hex") return Packing::kHex;
+  fail_reading(file, "its encoding is '" + encoding.substr(0, 40) + "'",
+               "Save it with encoding raw or gzip");
+}
+
+// The slices of `one` behind `skipped_volumes` volumes of its size.
+std::unique_ptr<StoredSlices> slices_behind(const fs::path& file, const NrrdHeader& header,
+                                            const std::vector<fs::path>& files,
+                                            std::uint64_t volumes, std::uint64_t skipped_volumes,
+                                            const ImageHeader& one) {
+  const std::uint64_t volume_bytes = one.slice_bytes() * static_cast<std::uint64_t>(one.dims[2]);
+  const std::uint64_t all_bytes = volumes * volume_bytes;
+  const std::string encoding = lower_case(header.field("encoding"));
+  const std::int64_t lines = integer(header.field("line skip")).value_or(0);
+  const std::int64_t bytes = integer(header.field("byte skip")).value_or(0);
+  const bool is_attached = header.field("data file").empty();
+  const auto begin = [&](const fs::path& data) {
+    return behind_lines(data, is_attached ? header.bytes : 0, lines);
+  };
+  if (encoding == "text" || encoding == "txt" || encoding == "ascii") {
+    if (files.size() != 1) {
+      fail_reading(file, "its samples are text in several files", "Save it with encoding raw");
+    }
+    return text_slices(
+        {.file = files[0],
+         .begin = begin(files[0]) + static_cast<std::uint64_t>(std::max<std::int64_t>(bytes, 0)),
+         .skipped = skipped_volumes * (volume_bytes / bytes_of(one.type))},
+        one);
+  }
+  const std::string endian = lower_case(header.field("endian"));
+  if (bytes_of(one.type) > 1 && endian != "little" && endian != "big") {
+    fail_reading(file, "it does not say whether its endian is little or big", kCheckHeader);
+  }
+  SampleParts samples{.part_bytes = all_bytes / files.size(),
+                      .first_byte = skipped_volumes * volume_bytes,
+                      .endian = endian == "big" ? Endian::kBig : Endian::kLittle};
+  const Packing packing = packing_of(file, encoding);
+  if (lines < 0 || bytes < (packing == Packing::kNone ? -1 : 0)) {
+    fail_reading(file, "it skips a negative number of lines or bytes", kCheckHeader);
+  }
+  for (const fs::path& data : files) {
+    SamplePart part{.file = data, .offset = 0, .packing = packing};
+    if (bytes == -1) {  // The samples end the file.
+      const std::uint64_t size = InputFile(data).size();
+      part.offset = size < samples.part_bytes ? 0 : size - samples.part_bytes;
+    } else {
+      part.offset = begin(data);
+      (packing == Packing::kNone ? part.offset : part.skipped) += static_cast<std::uint64_t>(bytes);
+    }
+    samples.parts.push_back(std::move(part));
+  }
+  return slices_in_parts(std::move(samples), one);
+}
+
+}  // namespace
+
+StoredVolume open_nrrd(const fs::path& path, const VolumeChoice& choice) {
+  const NrrdHeader header = read_nrrd_header(path);
+  const std::vector<std::int64_t> sizes = sizes_of(path, header);
+  StoredVolume volume;
+  volume.members.labels = segments_in(header.text);
+  // The components of a segmentation are layers, which overlap.
+  const bool has_layers = have_layers(volume.members.labels);
+  const bool chooses_component = !choice.time && choice.component != ComponentChoice();
+  const NrrdAxes axes = axes_of(path, header, sizes, has_layers || chooses_component);
+
+  ImageHeader one{.type = nrrd_type(path, header)};
+  for (std::size_t i = 0; i < axes.space.size(); ++i) one.dims[i] = sizes[axes.space[i]];
+  place(path, header, axes, sizes, one);
+  const std::optional<std::size_t> other = axes.time ? axes.time : axes.component;
+  const std::int64_t others = other ? sizes[*other] : 1;
+  const std::int64_t time = [&]() -> std::int64_t {
+    if (!axes.time) return 0;
+    volume.members.times = times_along(header, *axes.time, others);
+    return chosen_time(path, others, choice);
+  }();
+  volume.header = one;
+  if (axes.component || (other == 0U && others > 1)) volume.header.components = others;
+  check_header(path, volume.header);
+  constexpr std::int64_t kMostOthers = std::int64_t{1} << 12;
+  if (others > kMostOthers) {
+    fail_reading(path, "it has " + std::to_string(others) + " volumes",
+                 "Give at most " + std::to_string(kMostOthers));
+  }
+  if (has_layers) {
+    volume.members.labels = segments_in(header.text, volume.header.components);
+    if (volume.header.components > 1 && choice.component == ComponentChoice() && !choice.first) {
+      fail_reading(path,
+                   "it is a segmentation: " + std::to_string(volume.members.labels.size()) +
+                       " segments in " + std::to_string(volume.header.components) +
+                       " layers, as some overlap",
+                   "Prepare each segment with --label all -o FOLDER/, or the numbers of one layer "
+                   "with --component, from 0 on");
+    }
+  }
+  const std::vector<fs::path> files = data_files(path, header, sizes, choice.follow);
+  const auto count = static_cast<std::uint64_t>(others);
+  if (other == 0U) {
+    volume.slices = slices_behind(path, header, files, 1, 0, volume.header);
+    if (axes.time && others > 1) volume.component_of_time = static_cast<int>(time);
+  } else if (axes.component && others > 1) {
+    std::vector<std::unique_ptr<StoredSlices>> components;
+    for (std::uint64_t i = 0; i < count; ++i) {
+      components.push_back(slices_behind(path, header, files, count, i, one));
+    }
+    volume.slices = interleaved_slices(std::move(components), volume.header);
+  } else {
+    volume.slices =
+        slices_behind(path, header, files, count, static_cast<std::uint64_t>(time), one);
+  }
+  return volume;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,170 @@
+#include "server/volume/formats/stored_volume.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+#include "common/base/vec3.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array<std::string_view, 10> kStoredNames = {"u8",  "i8",  "u16", "i16", "f32",
+                                                           "u32", "i32", "u64", "i64", "f64"};
+
+}  // namespace
+
+void fail_reading(const fs::path& file, const std::string& problem, const std::string& remedy) {
+  throw VolumeFileError("Cannot read '" + file.string() + "': " + problem + ". " + remedy + ".");
+}
+
+std::size_t bytes_of(StoredType type) {
+  constexpr std::array<std::size_t, 10> kBytes = {1, 1, 2, 2, 4, 4, 4, 8, 8, 8};
+  return kBytes[static_cast<std::size_t>(type)];
+}
+
+std::string_view name(StoredType type) { return kStoredNames[static_cast<std::size_t>(type)]; }
+
+std::optional<StoredType> stored_type_from(std::string_view name) {
+  const auto found = std::find(kStoredNames.begin(), kStoredNames.end(), name);
+  if (found == kStoredNames.end()) return std::nullopt;
+  return static_cast<StoredType>(found - kStoredNames.begin());
+}
+
+std::optional<ComponentChoice> ComponentChoice::from(std::string_view text) {
+  if (text == "magnitude") return ComponentChoice{.kind = Kind::kMagnitude};
+  if (text == "luminance") return ComponentChoice{.kind = Kind::kLuminance};
+  ComponentChoice choice{.kind = Kind::kIndex};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), choice.index);
+  if (error != std::errc() || end != text.data() + text.size() || choice.index < 0) {
+    return std::nullopt;
+  }
+  return choice;
+}
+
+std::int64_t chosen_time(const fs::path& file, std::int64_t count, const VolumeChoice& choice) {
+  if (count > 1 && !choice.time && !choice.first) {
+    fail_reading(file, "it has " + std::to_string(count) + " volumes, one for each time",
+                 "Choose one with --time, from 0 on, or prepare them with --all-times");
+  }
+  const std::int64_t time = choice.time.value_or(0);
+  if (time >= 0 && time < count) return time;
+  fail_reading(file, "it has no time " + std::to_string(time),
+               "Choose 0 to " + std::to_string(count - 1));
+}
+
+void check_header(const fs::path& file, const ImageHeader& header) {
+  for (const std::int64_t side : header.dims) {
+    if (side >= 1 && side <= kMaxSide) continue;
+    fail_reading(file,
+                 "it has " + std::to_string(header.dims[0]) + " x " +
+                     std::to_string(header.dims[1]) + " x " + std::to_string(header.dims[2]) +
+                     " samples",
+                 "Each side must have 1 to " + std::to_string(kMaxSide) + " samples");
+  }
+  if (header.components < 1 || header.components > kMaxComponents) {
+    fail_reading(file, "each sample has " + std::to_string(header.components) + " components",
+                 "It must have 1 to " + std::to_string(kMaxComponents));
+  }
+  if (!std::isfinite(header.slope) || header.slope == 0 || !std::isfinite(header.intercept)) {
+    fail_reading(file,
+                 "its slope " + std::to_string(header.slope) + " and intercept " +
+                     std::to_string(header.intercept) + " give no values",
+                 "Correct the header: the slope is not 0 and both are finite");
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (std::isfinite(header.spacing[axis]) && header.spacing[axis] > 0) continue;
+    fail_reading(file,
+                 "its spacing along axis " + std::to_string(axis + 1) + " is " +
+                     std::to_string(header.spacing[axis]),
+                 "Correct the header: spacings are positive numbers");
+  }
+  const double volume = header.index_to_world.determinant();
+  const Vec3& origin = header.index_to_world.translation;
+  if (!std::isfinite(volume) || volume == 0 || !std::isfinite(origin[0] + origin[1] + origin[2])) {
+    fail_reading(file, "its directions do not span space",
+                 "Correct the header: the three directions must be independent");
+  }
+}
+
+void set_box_axes(ImageHeader& header, const Vec3& origin, const Vec3& spacing) {
+  header.index_to_world = {};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    header.spacing[axis] = std::abs(spacing[axis]);
+    header.index_to_world.columns[axis] = {0, 0, 0};
+    header.index_to_world.columns[axis][axis] = spacing[axis];
+  }
+  header.index_to_world.translation = origin;
+}
+
+void set_axes(const fs::path& file, ImageHeader& header, const std::array<Vec3, 3>& steps,
+              const Vec3& origin) {
+  constexpr double kMostCosine = 1e-3;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    header.spacing[axis] = std::sqrt(dot(steps[axis], steps[axis]));
+    for (std::size_t row = 0; row < 3; ++row) {
+      header.index_to_world.columns[axis][row] = steps[axis][row] + 0.0;  // No -0.
+    }
+  }
+  header.index_to_world.translation = origin;
+  for (const auto& [a, b] : {std::pair<std::size_t, std::size_t>{0, 1}, {0, 2}, {1, 2}}) {
+    const double lengths = header.spacing[a] * header.spacing[b];
+    if (std::abs(dot(steps[a], steps[b])) <= kMostCosine * lengths) continue;
+    fail_reading(file,
+                 "its axes " + std::to_string(a + 1) + " and " + std::to_string(b + 1) +
+                     " are not at right angles to each other (a sheared grid or a tilted gantry)",
+                 "Resample it onto a rectangular grid first, for example with 3D Slicer or ITK");
+  }
+}
+
+std::string unit_from(std::string_view text) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 16> kSymbols = {
+      {{"millimeter", "mm"},
+       {"millimetre", "mm"},
+       {"micrometer", "µm"},
+       {"micrometre", "µm"},
+       {"micron", "µm"},
+       {"um", "µm"},
+       {"\xce\xbcm", "µm"},  // With a Greek mu instead of the micro sign.
+       {"nanometer", "nm"},
+       {"nanometre", "nm"},
+       {"meter", "m"},
+       {"metre", "m"},
+       {"centimeter", "cm"},
+       {"centimetre", "cm"},
+       {"angstrom", "Å"},
+       {"kilometer", "km"},
+       {"pixel", ""}}};
+  for (const auto& [word, symbol] : kSymbols) {
+    if (text == word) return std::string(symbol);
+  }
+  return is_unit_text(text) ? std::string(text) : std::string();
+}
+
+fs::path named_data_file(const fs::path& header, const std::string& name, bool follow) {
+  const fs::path folder = header.has_parent_path() ? header.parent_path() : fs::path(".");
+  const fs::path file = folder / name;
+  std::error_code error;
+  const fs::path inside =
+      fs::weakly_canonical(file, error).lexically_relative(fs::weakly_canonical(folder, error));
+  if (!follow && (error || inside.empty() || *inside.begin() == "..")) {
+    fail_reading(
+        header, "it names the data file '" + name + "', which leads out of the header's folder",
+        "Put the data beside the header, or allow it with --follow if you trust the header");
+  }
+  const fs::file_status status = fs::status(file, error);
+  if (!fs::exists(status)) {
+    fail_reading(header, "its data file '" + name + "' is missing",
+                 "Put the data file beside the header");
+  }
+  if (!fs::is_regular_file(status)) {
+    fail_reading(header, "its data file '" + name + "' is no regular file",
+                 "Give a header whose samples are in a file");
+  }
+  return file;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,103 @@
+#include "server/volume/formats/vti_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/volume/formats/vtk_arrays.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+class VtiSlices : public StoredSlices {
+ public:
+  VtiSlices(std::unique_ptr<const VtkArrays> arrays, std::unique_ptr<SampleBytes> bytes,
+            std::size_t slice_bytes)
+      : arrays_(std::move(arrays)), bytes_(std::move(bytes)), slice_bytes_(slice_bytes) {}
+
+  void read(std::size_t first, std::size_t count, std::byte* into) override {
+    bytes_->read(first * slice_bytes_, {into, count * slice_bytes_});
+  }
+
+ private:
+  std::unique_ptr<const VtkArrays> arrays_;
+  std::unique_ptr<SampleBytes> bytes_;
+  std::size_t slice_bytes_;
+};
+
+const VtiArray& chosen(const fs::path& file, const VtiHeader& header, const std::string& wanted) {
+  std::string names;
+  for (const VtiArray& array : header.arrays) names += (names.empty() ? "" : ", ") + array.name;
+  if (header.arrays.empty()) {
+    fail_reading(file, "it has no arrays of numbers", "Save it with point data");
+  }
+  const auto find = [&](const std::string& name, bool of_cells) {
+    return std::find_if(header.arrays.begin(), header.arrays.end(), [&](const VtiArray& array) {
+      return array.of_cells == of_cells && (name.empty() || array.name == name);
+    });
+  };
+  for (const bool of_cells : {false, true}) {
+    const std::string& scalars = of_cells ? header.cell_scalars : header.scalars;
+    auto found = find(wanted.empty() ? scalars : wanted, of_cells);
+    if (found == header.arrays.end() && wanted.empty()) found = find("", of_cells);
+    if (found != header.arrays.end()) return *found;
+  }
+  fail_reading(file, "it has no array '" + wanted + "'", "Its arrays are " + names);
+}
+
+// The arrays beside the chosen one that have as many samples.
+std::vector<SourceField> fields_beside(const VtiHeader& header, const VtiArray& chosen) {
+  std::vector<SourceField> fields;
+  for (const VtiArray& array : header.arrays) {
+    const std::string name = member_name_from(array.name);
+    if (array.of_cells != chosen.of_cells || name.empty() || fields.size() == kMostSourceMembers) {
+      continue;
+    }
+    fields.push_back({.name = name, .array = array.name, .components = array.components});
+  }
+  return fields;
+}
+
+}  // namespace
+
+StoredVolume open_vti(const fs::path& path, const VolumeChoice& choice) {
+  auto arrays = std::make_unique<const VtkArrays>(path, VtkDataKind::kImageData);
+  const VtiHeader& vti = arrays->header();
+  const VtiArray& array = chosen(path, vti, choice.array);
+
+  ImageHeader header{.type = array.type, .components = array.components};
+  std::array<Vec3, 3> steps{};
+  Vec3 origin = vti.origin;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int64_t low = vti.extent[2 * axis];
+    header.dims[axis] = vti.extent[2 * axis + 1] - low + (array.of_cells ? 0 : 1);
+    const double first = static_cast<double>(low) + (array.of_cells ? 0.5 : 0.0);
+    for (std::size_t row = 0; row < 3; ++row) {
+      steps[axis][row] = vti.directions[axis][row] * vti.spacing[axis];
+      origin[row] += steps[axis][row] * first;
+    }
+  }
+  set_axes(path, header, steps, origin);
+  check_header(path, header);
+  auto bytes = arrays->open(array, static_cast<std::uint64_t>(header.dims[0]) *
+                                       static_cast<std::uint64_t>(header.dims[1]) *
+                                       static_cast<std::uint64_t>(header.dims[2]) *
+                                       static_cast<std::uint64_t>(header.components));
+  const std::size_t slice_bytes = header.slice_bytes();
+  StoredVolume volume{
+      .header = header,
+      .slices = std::make_unique<VtiSlices>(std::move(arrays), std::move(bytes), slice_bytes),
+      .members = {.fields = fields_beside(vti, array)}};
+  if (vti.arrays.size() > 1 && choice.array.empty()) {
+    volume.notices.push_back("'" + path.string() + "': of its " +
+                             std::to_string(vti.arrays.size()) + " arrays '" + array.name +
+                             "' is taken; --array chooses, --field makes a dataset of each.");
+  }
+  return volume;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,382 @@
+#include "server/volume/formats/zarr_volume.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/volume/formats/detail/chunked_array.hpp"
+#include "server/volume/formats/detail/chunked_slices.hpp"
+
+namespace multitetra {
+namespace {
+
+using Json = nlohmann::json;
+
+// What an OME-Zarr image says of one of its levels; all in the order of the array's dimensions.
+struct Placement {
+  std::vector<std::string> names;  // Of dimensions: "t", "c", "z", "y", "x"; empty: not told.
+  std::vector<std::string> units = {};
+  std::vector<double> scale = {};
+  std::vector<double> translation = {};
+  std::string value_unit = {};
+};
+
+Json json_at(ObjectStore& store, const std::string& key) {
+  const std::optional<std::string> text = text_of(store, key);
+  if (!text) return {};
+  Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
+  if (json.is_discarded()) {
+    fail_reading(store.place(key), "it is no JSON", "Get a whole copy of the array");
+  }
+  return json;
+}
+
+// The folder's metadata for people: attributes of Zarr 3, .zattrs of Zarr 2, attributes.json of N5.
+Json attributes_at(ObjectStore& store, const std::string& path) {
+  const Json three = json_at(store, path + "zarr.json");
+  if (three.is_object()) return three.value("attributes", Json::object());
+  const Json two = json_at(store, path + ".zattrs");
+  if (two.is_object()) return two;
+  return json_at(store, path + "attributes.json");
+}
+
+std::optional<ArrayLayout> array_at(ObjectStore& store, const std::string& path) {
+  const auto parsed = [&](const std::string& key, const auto& parse) -> std::optional<ArrayLayout> {
+    const std::optional<std::string> text = text_of(store, key);
+    if (!text) return std::nullopt;
+    auto layout = parse(*text);
+    if (layout) return *std::move(layout);
+    fail_reading(store.place(key), layout.error().text, "Save the array in another way");
+  };
+  const Json three = json_at(store, path + "zarr.json");
+  if (three.is_object() && three.value("node_type", Json()) == "array") {
+    return parsed(path + "zarr.json", parse_zarr_3);
+  }
+  if (auto layout = parsed(path + ".zarray", parse_zarr_2)) return layout;
+  const Json n5 = json_at(store, path + "attributes.json");
+  if (n5.is_object() && n5.contains("dimensions"))
+    return parsed(path + "attributes.json", parse_n5);
+  return std::nullopt;
+}
+
+// Multiplies a scale and shifts by a translation, as the list of transformations says.
+void apply(const Json& transformations, Placement& placement, const std::filesystem::path& place) {
+  if (!transformations.is_array()) return;
+  const std::size_t dimensions = placement.scale.size();
+  for (const Json& transformation : transformations) {
+    const Json type = transformation.value("type", Json());
+    if (type == "identity") continue;
+    const bool is_scale = type == "scale";
+    const Json numbers = transformation.value(is_scale ? "scale" : "translation", Json());
+    if ((!is_scale && type != "translation") || !numbers.is_array() ||
+        numbers.size() != dimensions ||
+        !std::all_of(numbers.begin(), numbers.end(), [](const Json& x) { return x.is_number(); })) {
+      fail_reading(
+          place,
+          "its coordinateTransformations have something that is no scale or translation of " +
+              std::to_string(dimensions) + " numbers",
+          "Correct its metadata");
+    }
+    for (std::size_t d = 0; d < dimensions; ++d) {
+      const double number = numbers[d].get<double>();
+      if (is_scale) {
+        placement.scale[d] *= number;
+        placement.translation[d] *= number;
+      } else {
+        placement.translation[d] += number;
+      }
+    }
+  }
+}
+
+struct ImageLevel {
+  std::string path;
+  Placement placement;
+};
+
+// The chosen level of the image whose attributes these are; nullopt when they are of no image.
+std::optional<ImageLevel> image_level(const Json& attributes, const VolumeChoice& choice,
+                                      const std::filesystem::path& place) {
+  const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
+  if (!ome.is_object() || !ome.contains("multiscales")) return std::nullopt;
+  const Json image = ome.at("multiscales").is_array() && !ome.at("multiscales").empty()
+                         ? ome.at("multiscales")[0]
+                         : Json();
+  const Json levels = image.is_object() ? image.value("datasets", Json()) : Json();
+  const std::int64_t level = choice.level.value_or(0);
+  if (!levels.is_array() || level < 0 || level >= static_cast<std::int64_t>(levels.size())) {
+    fail_reading(place,
+                 "it has " + std::to_string(levels.is_array() ? levels.size() : 0) +
+                     " levels and no level " + std::to_string(level),
+                 "Choose one with --level; 0 is the finest");
+  }
+  const Json& chosen = levels[static_cast<std::size_t>(level)];
+  ImageLevel result;
+  result.path = chosen.value("path", std::string());
+  for (const Json& axis : image.value("axes", Json::array())) {
+    const bool is_object = axis.is_object();
+    result.placement.names.push_back(is_object          ? axis.value("name", std::string())
+                                     : axis.is_string() ? axis.get<std::string>()
+                                                        : std::string());
+    result.placement.units.push_back(is_object ? axis.value("unit", std::string()) : std::string());
+  }
+  if (result.placement.names.size() > 8)
+    fail_reading(place, "it has too many axes", "Correct its metadata");
+  result.placement.scale.assign(result.placement.names.size(), 1);
+  result.placement.translation.assign(result.placement.names.size(), 0);
+  apply(chosen.value("coordinateTransformations", Json()), result.placement, place);
+  apply(image.value("coordinateTransformations", Json()), result.placement, place);
+  return result;
+}
+
+// What plain arrays say of their place, in the ways of the programs that write them.
+Placement placement_of(const ArrayLayout& array, const Json& attributes) {
+  Placement placement{.names = array.dimension_names};
+  const std::size_t dimensions = array.shape.size();
+  placement.scale.assign(dimensions, 1);
+  placement.translation.assign(dimensions, 0);
+  if (!attributes.is_object()) return placement;
+  const Json unit = attributes.value("units", Json());
+  if (unit.is_string()) placement.value_unit = unit.get<std::string>();
+  // xarray names dimensions so; N5 viewers keep a resolution in the order of N5.
+  const Json names = attributes.value("_ARRAY_DIMENSIONS", Json());
+  if (names.is_array() && names.size() == dimensions) {
+    placement.names.clear();
+    for (const Json& name : names)
+      placement.names.push_back(name.is_string() ? name.get<std::string>() : "");
+  }
+  const Json resolution =
+      attributes.value("pixelResolution", attributes.value("resolution", Json()));
+  const Json steps = resolution.is_object() ? resolution.value("dimensions", Json()) : resolution;
+  if (array.key_is_reversed && steps.is_array() && steps.size() == dimensions &&
+      std::all_of(steps.begin(), steps.end(), [](const Json& x) { return x.is_number(); })) {
+    for (std::size_t d = 0; d < dimensions; ++d) {
+      placement.scale[d] = steps[dimensions - 1 - d].get<double>();
+    }
+    const std::string length_unit =
+        resolution.is_object() ? resolution.value("unit", std::string()) : std::string();
+    placement.units.assign(dimensions, length_unit);
+  }
+  return placement;
+}
+
+// ---- what it holds besides
+
+SourceTimes times_along(const Placement& placement, std::size_t d, std::int64_t count) {
+  if (d >= placement.scale.size() || d >= placement.units.size() || placement.units[d].empty()) {
+    return {.count = count};  // A scale of 1 without a unit is no time.
+  }
+  return even_times(count, placement.translation[d], placement.scale[d], placement.units[d]);
+}
+
+// Channels have the names that "omero" gives them for display.
+std::vector<SourceField> channels_of(const Json& attributes, std::int64_t count) {
+  const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
+  const Json omero = ome.is_object() ? ome.value("omero", Json()) : Json();
+  const Json told = omero.is_object() ? omero.value("channels", Json()) : Json();
+  std::vector<SourceField> fields;
+  for (std::int64_t i = 0; i < std::min<std::int64_t>(count, kMostSourceMembers); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const Json channel = told.is_array() && at < told.size() ? told[at] : Json();
+    const Json label = channel.is_object() ? channel.value("label", Json()) : Json();
+    std::string name = label.is_string() ? member_name_from(label.get<std::string>()) : "";
+    if (name.empty()) name = "channel" + std::to_string(i);
+    fields.push_back({.name = std::move(name), .channel = i});
+  }
+  return fields;
+}
+
+std::optional<double> label_value_of(const Json& entry) {
+  const Json value = entry.is_object() ? entry.value("label-value", Json()) : Json();
+  return value.is_number_integer() ? std::optional(value.get<double>()) : std::nullopt;
+}
+
+// Of an image of labels: names stand among its properties, under what key is up to their writer.
+std::vector<SourceLabel> labels_of(const Json& attributes) {
+  const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
+  const Json image = ome.is_object() ? ome.value("image-label", Json()) : Json();
+  std::map<double, Label> labels;
+  const auto visit = [&](const char* list, const auto& tell) {
+    const Json entries = image.is_object() ? image.value(list, Json()) : Json();
+    if (!entries.is_array()) return;
+    for (const Json& entry : entries) {
+      const auto value = label_value_of(entry);
+      if (!value || labels.size() >= kMostSourceMembers) continue;
+      Label& label = labels[*value];
+      label.value = *value;
+      tell(entry, label);
+    }
+  };
+  visit("colors", [](const Json& entry, Label& label) {
+    const Json rgba = entry.value("rgba", Json());
+    if (!rgba.is_array() || rgba.size() < 3) return;
+    std::uint32_t color = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const bool is_byte = rgba[i].is_number_unsigned() && rgba[i].get<std::uint64_t>() <= 255;
+      if (!is_byte) return;
+      color = color << 8 | rgba[i].get<std::uint32_t>();
+    }
+    label.color = color;
+  });
+  visit("properties", [](const Json& entry, Label& label) {
+    for (const char* key : {"name", "label", "label-name", "class"}) {
+      const Json text = entry.value(key, Json());
+      if (text.is_string() && label.name.empty())
+        label.name = member_name_from(text.get<std::string>());
+    }
+  });
+  std::vector<SourceLabel> list;
+  for (const auto& [value, label] : labels) {
+    if (!check_member({.family = "labels", .label = label})) continue;
+    list.push_back({.label = label, .stored = value});
+  }
+  return list;
+}
+
+// Decides which dimensions are x, y, z, and where the volume lies along the others.
+VolumeInArray volume_in(const ArrayLayout& array, const Placement& placement,
+                        const VolumeChoice& choice, const std::filesystem::path& place,
+                        const Json& attributes, SourceMembers& members, std::int64_t& channels) {
+  const std::size_t dimensions = array.shape.size();
+  if (dimensions < 2) fail_reading(place, "it has one dimension", "Give an array of 2 or more");
+  const std::vector<std::string>& names = placement.names;
+  VolumeInArray volume{.axes = {}, .at = std::vector<std::int64_t>(dimensions, 0)};
+  const bool named = names.size() == dimensions &&
+                     std::count(names.begin(), names.end(), "x") == 1 &&
+                     std::count(names.begin(), names.end(), "y") == 1 &&
+                     std::count(names.begin(), names.end(), "z") <= 1;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (named) {
+      const auto found = std::find(names.begin(), names.end(), std::string(1, "xyz"[axis]));
+      if (found != names.end()) volume.axes[axis] = static_cast<std::size_t>(found - names.begin());
+    } else if (axis < dimensions) {
+      volume.axes[axis] = dimensions - 1 - axis;
+    }
+  }
+  for (std::size_t d = 0; d < dimensions; ++d) {
+    if (std::find(volume.axes.begin(), volume.axes.end(), d) != volume.axes.end()) continue;
+    const std::string name = names.size() == dimensions ? names[d] : std::string();
+    // Without names, arrays of images have time, channel, z, y, x.
+    const bool is_time = name.empty() ? dimensions == 5 && d == 0 : name == "t" || name == "time";
+    const bool is_channel = name.empty() ? d + 4 == dimensions : name == "c" || name == "channel";
+    std::optional<std::int64_t> chosen;
+    if (is_time) chosen = choice.time;
+    if (is_channel) chosen = choice.channel;
+    if (is_time) members.times = times_along(placement, d, array.shape[d]);
+    if (is_channel) channels = array.shape[d];
+    if (is_channel && array.shape[d] > 1) members.fields = channels_of(attributes, array.shape[d]);
+    const bool takes_first = choice.first && (is_time || is_channel);
+    if (array.shape[d] != 1 && !chosen && !takes_first) {
+      fail_reading(
+          place,
+          "its dimension " + std::to_string(d + 1) + (name.empty() ? "" : " (" + name + ")") +
+              " has " + std::to_string(array.shape[d]) + " entries",
+          is_time      ? "Choose one with --time, from 0 on, or prepare them with --all-times"
+          : is_channel ? "Choose one with --channel, from 0 on, or prepare them with --field all"
+                       : "Give an array of three dimensions");
+    }
+    volume.at[d] = chosen ? *chosen : 0;
+    if (volume.at[d] < 0 || volume.at[d] >= array.shape[d]) {
+      fail_reading(place,
+                   std::string(is_time ? "it has no time " : "it has no channel ") +
+                       std::to_string(volume.at[d]),
+                   "Choose 0 to " + std::to_string(array.shape[d] - 1));
+    }
+  }
+  return volume;
+}
+
+ImageHeader header_of(const ArrayLayout& array, const Placement& placement,
+                      const VolumeInArray& volume, const std::filesystem::path& place) {
+  ImageHeader header{.type = array.type};
+  Vec3 origin{};
+  Vec3 spacing = {1, 1, 1};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto d = volume.axes[axis];
+    if (!d) continue;
+    header.dims[axis] = array.shape[*d];
+    if (*d < placement.scale.size()) {
+      spacing[axis] = placement.scale[*d];
+      origin[axis] = placement.translation[*d];
+    }
+    if (*d >= placement.units.size() || placement.units[*d].empty()) continue;
+    const std::string unit = unit_from(placement.units[*d]);
+    if (axis > 0 && !header.meaning.length_unit.empty() && unit != header.meaning.length_unit) {
+      fail_reading(place,
+                   "its axes have different units, " + header.meaning.length_unit + " and " + unit,
+                   "Correct its metadata");
+    }
+    header.meaning.length_unit = unit;
+  }
+  header.meaning.value_unit = unit_from(placement.value_unit);
+  set_box_axes(header, origin, spacing);
+  check_header(place, header);
+  return header;
+}
+
+StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice& choice) {
+  std::string path = choice.array;
+  if (!path.empty() && !path.ends_with('/')) path += '/';
+  std::optional<ArrayLayout> array = array_at(*store, path);
+  const Json attributes = attributes_at(*store, path);
+  std::optional<ImageLevel> image;
+  if (!array) {
+    image = image_level(attributes, choice, store->place(path));
+    if (!image) {
+      fail_reading(store->place(path), "there is no array and no image of OME-Zarr here",
+                   "Name an array inside with --array");
+    }
+    path += image->path;
+    if (!path.empty() && !path.ends_with('/')) path += '/';
+    array = array_at(*store, path);
+    if (!array)
+      fail_reading(store->place(path), "the level's array is missing", "Get a whole copy of it");
+  }
+  const std::filesystem::path place = store->place(path);
+  Placement placement = image ? std::move(image->placement) : placement_of(*array, attributes);
+  if (image && placement.names.empty()) {  // Written before axes had names: always t, c, z, y, x.
+    placement.names = {"t", "c", "z", "y", "x"};
+    placement.scale.assign(5, 1);
+    placement.translation.assign(5, 0);
+  }
+  if (image && placement.names.size() != array->shape.size()) {
+    fail_reading(place,
+                 "the image has " + std::to_string(placement.names.size()) +
+                     " axes and the array " + std::to_string(array->shape.size()) + " dimensions",
+                 "Correct its metadata");
+  }
+  SourceMembers members{.labels = labels_of(attributes)};
+  std::int64_t channels = 1;
+  VolumeInArray volume = volume_in(*array, placement, choice, place, attributes, members, channels);
+  const ImageHeader header = header_of(*array, placement, volume, place);
+  return {.header = header,
+          .slices = chunked_slices(std::move(store), path, *std::move(array), std::move(volume)),
+          .members = std::move(members),
+          .channels = channels};
+}
+
+}  // namespace
+
+bool is_zarr(ObjectStore& store) {
+  for (const char* key : {"zarr.json", ".zarray", ".zgroup", ".zattrs", "attributes.json"}) {
+    if (text_of(store, key)) return true;
+  }
+  return false;
+}
+
+StoredVolume open_zarr(std::shared_ptr<ObjectStore> store, const VolumeChoice& choice) {
+  const std::filesystem::path place = store->place(choice.array);
+  try {
+    return open_checked(std::move(store), choice);
+  } catch (const Json::exception& problem) {  // A field of another type than it should have.
+    fail_reading(place, std::string("its metadata are damaged: ") + problem.what(),
+                 "Get a whole copy of it");
+  }
+}
+
+}  // namespace multitetra

@@ -1,0 +1,197 @@
+#include "server/volume/generators/generators.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "common/base/exact_sine.hpp"
+#include "common/base/in_parallel.hpp"
+#include "server/volume/generators/head_phantom.hpp"
+#include "server/volume/generators/sample_noise.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr std::int32_t kMaxSize = (std::int32_t{1} << 12) + 1;
+
+struct Kind {
+  std::string_view name;
+  double isovalue;
+};
+
+constexpr std::array<Kind, kGeneratorKinds.size()> kKinds = {{{"sphere", 0},
+                                                              {"torus", 0},
+                                                              {"gyroid", 0},
+                                                              {"marschner-lobb", 0.5},
+                                                              {"box", 127.5},
+                                                              {"head", 500.5}}};
+
+const Kind& facts(GeneratorKind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
+
+// Writes the values of one row along x.
+using FillRow = std::function<void(std::int32_t y, std::int32_t z, std::span<double> row)>;
+
+template <typename Sample>
+Sample sample_of(double value) {
+  if constexpr (std::is_floating_point_v<Sample>) {
+    return static_cast<Sample>(value);
+  } else {
+    using Limits = std::numeric_limits<Sample>;
+    return static_cast<Sample>(
+        std::clamp<double>(std::floor(value + 0.5), Limits::min(), Limits::max()));
+  }
+}
+
+template <typename Sample>
+std::vector<Sample> sampled(const GeneratorOptions& options, const FillRow& fill_row) {
+  const auto size = static_cast<std::size_t>(options.size);
+  std::vector<Sample> samples(size * size * size);
+  in_parallel(size, [&](std::size_t z) {
+    std::vector<double> row(size);
+    for (std::size_t y = 0; y < size; ++y) {
+      fill_row(static_cast<std::int32_t>(y), static_cast<std::int32_t>(z), row);
+      const std::size_t first = size * (y + size * z);
+      for (std::size_t x = 0; x < size; ++x) {
+        if (options.noise > 0) row[x] += options.noise * sample_noise(options.seed, first + x);
+        samples[first + x] = sample_of<Sample>(row[x]);
+      }
+    }
+  });
+  return samples;
+}
+
+// The places of the samples along one side: from -1 to 1, symmetric to the bit.
+std::vector<double> places(std::int32_t size) {
+  std::vector<double> at(static_cast<std::size_t>(size));
+  for (std::int32_t i = 0; i < size; ++i) {
+    at[static_cast<std::size_t>(i)] = static_cast<double>(2 * i - (size - 1)) / (size - 1);
+  }
+  return at;
+}
+
+template <typename Function>
+std::vector<double> mapped(const std::vector<double>& values, const Function& function) {
+  std::vector<double> results(values.size());
+  std::transform(values.begin(), values.end(), results.begin(), function);
+  return results;
+}
+
+// A row of a field that is given point by point.
+template <typename Field>
+FillRow pointwise(std::int32_t size, const Field& field) {
+  return [at = places(size), field](std::int32_t y, std::int32_t z, std::span<double> row) {
+    for (std::size_t x = 0; x < row.size(); ++x) {
+      row[x] = field(at[x], at[static_cast<std::size_t>(y)], at[static_cast<std::size_t>(z)]);
+    }
+  };
+}
+
+double sphere(double x, double y, double z) { return 0.75 - std::sqrt(x * x + y * y + z * z); }
+
+double torus(double x, double y, double z) {
+  const double ring = std::sqrt(x * x + y * y) - 0.6;
+  return 0.25 - std::sqrt(ring * ring + z * z);
+}
+
+double box(double x, double y, double z) {
+  const bool inside = std::abs(x) <= 0.5 && std::abs(y) <= 0.375 && std::abs(z) <= 0.25;
+  return inside ? 255 : 0;
+}
+
+FillRow gyroid(std::int32_t size) {
+  const std::vector<double> at = places(size);  // One turn a unit: two periods a side.
+  return [sine = mapped(at, sine_of_turns), cosine = mapped(at, cosine_of_turns)](
+             std::int32_t j, std::int32_t k, std::span<double> row) {
+    const auto y = static_cast<std::size_t>(j);
+    const auto z = static_cast<std::size_t>(k);
+    for (std::size_t x = 0; x < row.size(); ++x) {
+      row[x] = sine[x] * cosine[y] + sine[y] * cosine[z] + sine[z] * cosine[x];
+    }
+  };
+}
+
+// (1 - sin(pi z / 2) + alpha (1 + cos(2 pi f_M cos(pi r / 2)))) / (2 (1 + alpha)), r^2 = x^2 + y^2.
+// The part that depends on r is computed once for all slices.
+FillRow marschner_lobb(std::int32_t size) {
+  constexpr double kFrequency = 6;
+  constexpr double kAlpha = 0.25;
+  const std::vector<double> at = places(size);
+  std::vector<double> ripples(at.size() * at.size());
+  in_parallel(at.size(), [&](std::size_t y) {
+    for (std::size_t x = 0; x < at.size(); ++x) {
+      const double radius = std::sqrt(at[x] * at[x] + at[y] * at[y]);
+      const double phase = kFrequency * cosine_of_turns(radius / 4);
+      ripples[x + at.size() * y] = kAlpha * (1 + cosine_of_turns(phase));
+    }
+  });
+  const auto slope = mapped(at, [](double z) { return 1 - sine_of_turns(z / 4); });
+  return [ripples, slope](std::int32_t y, std::int32_t z, std::span<double> row) {
+    const double* const ripple = &ripples[row.size() * static_cast<std::size_t>(y)];
+    for (std::size_t x = 0; x < row.size(); ++x) {
+      row[x] = (slope[static_cast<std::size_t>(z)] + ripple[x]) / (2 * (1 + kAlpha));
+    }
+  };
+}
+
+FillRow head(std::int32_t size) {
+  return [phantom = HeadPhantom(size)](std::int32_t y, std::int32_t z, std::span<double> row) {
+    phantom.fill_row(y, z, row);
+  };
+}
+
+Samples samples_of(GeneratorKind kind, const GeneratorOptions& options) {
+  switch (kind) {
+    case GeneratorKind::kSphere:
+      return sampled<float>(options, pointwise(options.size, sphere));
+    case GeneratorKind::kTorus:
+      return sampled<float>(options, pointwise(options.size, torus));
+    case GeneratorKind::kGyroid:
+      return sampled<float>(options, gyroid(options.size));
+    case GeneratorKind::kMarschnerLobb:
+      return sampled<float>(options, marschner_lobb(options.size));
+    case GeneratorKind::kBox:
+      return sampled<std::uint8_t>(options, pointwise(options.size, box));
+    case GeneratorKind::kHead:
+      return sampled<std::int16_t>(options, head(options.size));
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string_view name(GeneratorKind kind) { return facts(kind).name; }
+
+std::optional<GeneratorKind> generator_kind_from(std::string_view name_text) {
+  for (const GeneratorKind kind : kGeneratorKinds) {
+    if (name(kind) == name_text) return kind;
+  }
+  return std::nullopt;
+}
+
+double suggested_isovalue(GeneratorKind kind) { return facts(kind).isovalue; }
+
+Volume generate(GeneratorKind kind, const GeneratorOptions& options) {
+  if (options.size < 2 || options.size > kMaxSize) {
+    throw std::invalid_argument("A generated volume has 2 to " + std::to_string(kMaxSize) +
+                                " samples a side, not " + std::to_string(options.size) + ".");
+  }
+  if (!std::isfinite(options.noise) || options.noise < 0) {
+    throw std::invalid_argument(
+        "The noise of a generated volume is a finite number of at least 0, not " +
+        std::to_string(options.noise) + ".");
+  }
+  Volume volume;
+  volume.dims = {options.size, options.size, options.size};
+  volume.samples = samples_of(kind, options);
+  return volume;
+}
+
+}  // namespace multitetra

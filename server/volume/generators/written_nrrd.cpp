@@ -1,0 +1,74 @@
+#include "server/volume/generators/written_nrrd.hpp"
+
+#include <bit>
+#include <locale>
+#include <span>
+#include <sstream>
+#include <system_error>
+
+#include "common/base/atomic_file.hpp"
+#include "server/volume/volume_files.hpp"
+
+namespace multitetra {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "Samples are written as they lie.");
+
+std::string_view nrrd_type(SampleType type) {
+  switch (type) {
+    case SampleType::kU8:
+      return "uint8";
+    case SampleType::kI8:
+      return "int8";
+    case SampleType::kU16:
+      return "uint16";
+    case SampleType::kI16:
+      return "int16";
+    case SampleType::kF32:
+      return "float";
+  }
+  return {};
+}
+
+void put_vector(std::ostream& out, const Vec3& v) {
+  out << '(' << v[0] << ',' << v[1] << ',' << v[2] << ')';
+}
+
+std::string nrrd_header(const Volume& volume) {
+  std::ostringstream out;
+  out.imbue(std::locale::classic());
+  out.precision(17);
+  out << "NRRD0004\ntype: " << nrrd_type(volume.type()) << "\ndimension: 3\n"
+      << "space: left-posterior-superior\nsizes:";
+  for (const std::int64_t count : volume.dims) out << ' ' << count;
+  out << "\nspace directions:";
+  for (const Vec3& step : volume.index_to_world.columns) put_vector(out << ' ', step);
+  out << "\nkinds: domain domain domain\nendian: little\nencoding: raw\nspace origin: ";
+  put_vector(out, volume.index_to_world.translation);
+  out << "\n\n";
+  return out.str();
+}
+
+}  // namespace
+
+void write_nrrd(const std::filesystem::path& path, const Volume& volume) {
+  if (path.extension() != ".nrrd") {
+    throw VolumeFileError("Cannot write '" + path.string() + "': its name must end in .nrrd.");
+  }
+  try {
+    AtomicFile file(path);
+    const std::string header = nrrd_header(volume);
+    file.write_at(0, std::as_bytes(std::span(header)));
+    std::visit(
+        [&](const auto& samples) {
+          file.write_at(header.size(), std::as_bytes(std::span(samples)));
+        },
+        volume.samples);
+    file.commit(Durability::kProcessEnd);
+  } catch (const std::system_error& problem) {
+    throw VolumeFileError("Cannot write '" + path.string() + "': " + problem.code().message() +
+                          ". Check the folder, its permissions and the free space.");
+  }
+}
+
+}  // namespace multitetra

@@ -1,0 +1,74 @@
+// A label map (a segmentation: every sample is the number of the thing it belongs to), and each of
+// its labels as a smooth field whose isosurface 0.5 is the label's boundary.
+//
+//   const auto source = open_volume("seg.nii.gz");
+//   const LabelMap map("seg.nii.gz", *source, "/var/tmp");   // Reads the source once.
+//   for (const FoundLabel& label : map.labels()) prepare(*map.field(label.value), ...);
+//
+// The field is f32 with values n / 256, n from 0 to 256: the label's indicator (1 inside, 0
+// outside) smoothed along each axis by the weights 1 4 6 4 1 (over 16), rounded, and then held on
+// the right side: samples of the label are at least 129/256, all others at most 127/256. Beyond the
+// map's ends its last samples go on.
+//
+// Guaranteed:
+// * Every sample is on its side of 0.5, so the isosurface cuts exactly those edges of the grid
+//   that lead out of the label, each less than half a step from its middle: thin parts stay, and
+//   nothing merges.
+// * Where only two labels are within two samples of a place (background is one of them), their
+//   fields add up to 1 exactly there: their boundaries are the same, without a gap between. Where
+//   three meet, gaps of less than a step may stay.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "server/volume/volume_source.hpp"
+
+namespace multitetra {
+
+inline constexpr double kLabelBoundary = 0.5;
+
+// Bins of isovalues for such fields: no value lies inside the one at the boundary, so that errors
+// there are as good as exact; and they are the same from both ends, as complements are.
+inline constexpr std::array<float, 12> kLabelBinEdges = {
+    0x20p-8F, 0x40p-8F, 0x60p-8F, 0x70p-8F, 0x78p-8F, 0x7Fp-8F,
+    0x81p-8F, 0x88p-8F, 0x90p-8F, 0xA0p-8F, 0xC0p-8F, 0xE0p-8F};
+
+inline constexpr std::size_t kMostFoundLabels = 65'536;
+
+struct FoundLabel {
+  double value = 0;  // Whole.
+  std::uint64_t samples = 0;
+  std::int32_t first_slice = 0;  // That it is in, and
+  std::int32_t last_slice = 0;   // the last one.
+};
+
+// Copies of a map share the samples.
+class LabelMap {
+ public:
+  // Reads `source` once, and puts its samples into a file without a name in `scratch_folder`.
+  // `name` is the source's in sentences. Throws VolumeFileError when the source does, when a sample
+  // is no whole number that f32 tells from its neighbours, or when there are more than
+  // kMostFoundLabels; DatasetFileError when the disk fails.
+  LabelMap(const std::filesystem::path& name, VolumeSource& source,
+           const std::filesystem::path& scratch_folder);
+
+  // Those that occur, by value. 0 is the background and left out; void samples have no label.
+  [[nodiscard]] std::span<const FoundLabel> labels() const;
+
+  // The field of a label, also of one that does not occur, or of the background. It streams, and
+  // needs memory for a few slices. Void samples count as outside of every label.
+  [[nodiscard]] std::unique_ptr<VolumeSource> field(double value) const;
+
+ private:
+  struct Content;
+  class Field;
+  std::shared_ptr<const Content> content_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,133 @@
+#include "server/volume/labels/label_names.hpp"
+
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <fstream>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "common/base/text.hpp"
+#include "common/base/utf8.hpp"
+#include "server/volume/formats/stored_volume.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr std::size_t kMostNameFileBytes = std::size_t{4} << 20;
+
+// A word of a line; one in double quotes may hold spaces, and be empty.
+struct Word {
+  std::string_view text;
+  bool is_quoted = false;
+};
+
+// nullopt when a quote does not end.
+std::optional<std::vector<Word>> words_in(std::string_view line) {
+  std::vector<Word> words;
+  for (line = trimmed(line); !line.empty(); line = trimmed(line)) {
+    const bool is_quoted = line[0] == '"';
+    const std::size_t end = is_quoted ? line.find('"', 1) : line.find_first_of(" \t");
+    if (is_quoted && end == std::string_view::npos) return std::nullopt;
+    const std::size_t length = end == std::string_view::npos ? line.size() : end;
+    words.push_back({.text = is_quoted ? line.substr(1, length - 1) : line.substr(0, length),
+                     .is_quoted = is_quoted});
+    line.remove_prefix(is_quoted ? length + 1 : length);
+  }
+  return words;
+}
+
+std::optional<std::int64_t> whole_number(const Word& word) {
+  std::int64_t value = 0;
+  const char* const end = word.text.data() + word.text.size();
+  const auto [at, error] = std::from_chars(word.text.data(), end, value);
+  if (word.is_quoted || error != std::errc() || at != end) return std::nullopt;
+  return value;
+}
+
+// Red, green and blue from words[first] on.
+std::optional<std::uint32_t> color_at(const std::vector<Word>& words, std::size_t first) {
+  std::uint32_t color = 0;
+  for (std::size_t i = first; i < first + 3; ++i) {
+    const auto part = i < words.size() ? whole_number(words[i]) : std::nullopt;
+    if (!part || *part < 0 || *part > 255) return std::nullopt;
+    color = color << 8 | static_cast<std::uint32_t>(*part);
+  }
+  return color;
+}
+
+// 3 221 130 101 1 1 1 "liver"
+std::optional<Label> snap_label(const std::vector<Word>& words) {
+  if (words.size() != 8 || !words[7].is_quoted) return std::nullopt;
+  const auto color = color_at(words, 1);
+  if (!color) return std::nullopt;
+  return Label{.value = 0, .name = std::string(words[7].text), .color = color};
+}
+
+// 3 liver 221 130 101 255
+std::optional<Label> table_label(const std::vector<Word>& words) {
+  if (words.size() != 5 && words.size() != 6) return std::nullopt;
+  const auto color = color_at(words, 2);
+  if (!color || (words.size() == 6 && !whole_number(words[5]))) return std::nullopt;
+  return Label{.value = 0, .name = std::string(words[1].text), .color = color};
+}
+
+std::optional<Label> label_of(std::string_view line) {
+  const auto words = words_in(line);
+  if (!words || words->empty()) return std::nullopt;
+  const std::optional<std::int64_t> value = whole_number(words->front());
+  std::optional<Label> label = snap_label(*words);
+  if (!label) label = table_label(*words);
+  if (!value || !label) return std::nullopt;
+  label->value = static_cast<double>(*value);
+  return check_member({.family = "labels", .label = *label}) ? label : std::nullopt;
+}
+
+}  // namespace
+
+Result<std::vector<Label>> parse_label_names(std::string_view text) {
+  std::vector<Label> labels;
+  std::set<double> seen;
+  const auto wrong = [](std::size_t number, const std::string& what) {
+    return fail(ErrorCode::kInvalidArgument, "line " + std::to_string(number) + " " + what);
+  };
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    line = trimmed(line);
+    if (line.empty() || line.starts_with('#')) continue;
+    std::optional<Label> label = label_of(line);
+    if (!label) {
+      return wrong(number,
+                   "is no label such as '3 liver 221 130 101 255' or '3 221 130 101 1 1 1 "
+                   "\"liver\"' (number, name of at most 255 bytes, red, green and blue from 0 to "
+                   "255)");
+    }
+    if (!seen.insert(label->value).second) {
+      return wrong(number, "names label " + std::to_string(static_cast<std::int64_t>(label->value)) +
+                               " a second time");
+    }
+    labels.push_back(*std::move(label));
+  }
+  return labels;
+}
+
+std::vector<Label> read_label_names(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string text(kMostNameFileBytes + 1, '\0');
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (!in.is_open() || in.bad()) fail_reading(file, "it cannot be opened", "Check the name");
+  text.resize(static_cast<std::size_t>(in.gcount()));
+  if (text.size() > kMostNameFileBytes) {
+    fail_reading(file, "it has more than 4 MiB", "Give a text file with one label a line");
+  }
+  Result<std::vector<Label>> labels = parse_label_names(text);
+  if (!labels) fail_reading(file, labels.error().text, "Correct the line");
+  return *std::move(labels);
+}
+
+}  // namespace multitetra

@@ -1,0 +1,295 @@
+#include "server/volume/volume_files.hpp"
+
+#include <unistd.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "common/base/child_process.hpp"
+#include "server/store/http_store.hpp"
+#include "server/volume/detail/sandboxed_reader.hpp"
+#include "server/volume/detail/streamed_volume.hpp"
+#include "server/volume/formats/cube_file.hpp"
+#include "server/volume/formats/described_raw.hpp"
+#include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/detail/plain_slices.hpp"
+#include "server/volume/formats/detail/unpacking.hpp"
+#include "server/volume/formats/detail/volume_objects.hpp"
+#include "server/volume/formats/dicom_series.hpp"
+#include "server/volume/formats/hdf5_file.hpp"
+#include "server/volume/formats/image_stack.hpp"
+#include "server/volume/formats/legacy_vtk_file.hpp"
+#include "server/volume/formats/meta_image_file.hpp"
+#include "server/volume/formats/mrc_file.hpp"
+#include "server/volume/formats/nifti_file.hpp"
+#include "server/volume/formats/nrrd_file.hpp"
+#include "server/volume/formats/recognition.hpp"
+#include "server/volume/formats/tiff_file.hpp"
+#include "server/volume/formats/vti_file.hpp"
+#include "server/volume/formats/zarr_volume.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string to_text(const std::array<std::int64_t, 3>& dims) {
+  return std::to_string(dims[0]) + " x " + std::to_string(dims[1]) + " x " +
+         std::to_string(dims[2]);
+}
+
+// What a volume is opened for: slab by slab, or to be in memory as a whole.
+enum class Use { kSlabs, kWhole };
+
+// Throws unless the machine can hold all samples: checked before memory is asked for.
+void check_memory(const fs::path& file, const ImageHeader& header) {
+  const std::int64_t bytes = header.dims[2] * static_cast<std::int64_t>(header.slice_bytes());
+  const std::int64_t memory = std::int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE);
+  if (bytes > memory) {
+    fail_reading(file,
+                 "its " + to_text(header.dims) + " samples need " + std::to_string(bytes) +
+                     " bytes of memory and this machine has " + std::to_string(memory),
+                 "Reduce the volume or use a larger machine");
+  }
+}
+
+// How a volume is opened: what for, and whom to tell.
+struct Opening {
+  const VolumeFileOptions& options;
+  Use use;
+  const Notice& notice;
+  const std::function<void()>& header_is_known;
+};
+
+ComponentChoice component_of(const VolumeChoice& choice) {
+  const bool takes_first = choice.first && choice.component == ComponentChoice();
+  return takes_first ? ComponentChoice{.kind = ComponentChoice::Kind::kIndex} : choice.component;
+}
+
+// ---- raw bytes
+
+// Throws unless the file has exactly the bytes that the layout needs.
+void check_raw_size(const fs::path& file, const RawLayout& layout, std::uint64_t sample_bytes) {
+  const std::uint64_t found = fs::file_size(file);
+  if (found >= layout.header_bytes && found - layout.header_bytes == sample_bytes) return;
+  fail_reading(file,
+               "it has " + std::to_string(found) + " bytes, and the given layout needs " +
+                   std::to_string(layout.header_bytes) + " of header and " +
+                   std::to_string(sample_bytes) + " of samples (" + std::to_string(layout.dims[0]) +
+                   " x " + std::to_string(layout.dims[1]) + " x " + std::to_string(layout.dims[2]) +
+                   " of type " + std::string(name(layout.type)) + ")",
+               "Correct the dims, the type or the header bytes");
+}
+
+ImageHeader header_of(const fs::path& file, const RawLayout& layout) {
+  ImageHeader header;
+  header.type = layout.type;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!std::isfinite(layout.spacing[axis]) || layout.spacing[axis] <= 0) {
+      fail_reading(file, "the given spacing " + std::to_string(layout.spacing[axis]) + " is none",
+                   "Spacings are numbers greater than 0");
+    }
+    header.dims[axis] = layout.dims[axis];
+    header.spacing[axis] = layout.spacing[axis];
+    header.index_to_world.columns[axis][axis] = layout.spacing[axis];
+  }
+  return header;
+}
+
+StoredVolume open_raw(const fs::path& file, const RawLayout& layout) {
+  const ImageHeader header = header_of(file, layout);
+  check_header(file, header);
+  const std::uint64_t sample_bytes =
+      header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2]);
+  const Packing packing = UnpackedStream::packing_at(InputFile(file), 0);
+  const bool exact = fs::file_size(file) == layout.header_bytes + sample_bytes;
+  if (!exact && (packing == Packing::kGzip || packing == Packing::kBzip2)) {
+    return {.header = header,
+            .slices = slices_in_file(file, layout.header_bytes, layout.endian, header)};
+  }
+  check_raw_size(file, layout, sample_bytes);
+  return {.header = header,
+          .slices = plain_slices(file, layout.header_bytes, layout.endian, header)};
+}
+
+// ---- whatever the path names
+
+// "file.h5:/path" is a file and a path inside it, unless there is a file of that name.
+std::pair<fs::path, std::string> file_and_inside(const fs::path& path) {
+  std::error_code error;
+  const std::string text = path.string();
+  const std::size_t colon = text.rfind(":/");
+  if (colon == std::string::npos || colon == 0 || fs::exists(path, error)) return {path, {}};
+  return {text.substr(0, colon), text.substr(colon + 1)};
+}
+
+StoredVolume open_format(const fs::path& path, VolumeFormat format, const VolumeChoice& choice) {
+  switch (format) {
+    case VolumeFormat::kNrrd:
+      return open_nrrd(path, choice);
+    case VolumeFormat::kMetaImage:
+      return open_meta_image(path, choice);
+    case VolumeFormat::kNifti:
+      return open_nifti(path, choice);
+    case VolumeFormat::kLegacyVtk:
+      return open_legacy_vtk(path);
+    case VolumeFormat::kTiff:
+      return open_tiff(path, choice);
+    case VolumeFormat::kImageStack:
+      return open_image_stack(path);
+    case VolumeFormat::kVti:
+      return open_vti(path, choice);
+    case VolumeFormat::kDicom:
+      return open_dicom(path, fs::is_directory(path) ? dicom_files(path) : std::vector{path},
+                        choice);
+    case VolumeFormat::kZarr:
+      return open_zarr(volume_objects(path.string()), choice);
+    case VolumeFormat::kHdf5:
+      return open_hdf5(path, choice);
+    case VolumeFormat::kMrc:
+      return open_mrc(path);
+    case VolumeFormat::kCube:
+      return open_cube(path);
+    case VolumeFormat::kRawDescription:
+      return open_described(described_raw(path, choice.follow));
+    case VolumeFormat::kRaw:
+      break;
+  }
+  const std::optional<DescribedRaw> raw = layout_of_raw(path);
+  if (!raw) fail_reading(path, "nothing tells the layout of its samples", "Give it with --dims");
+  StoredVolume volume = open_described(*raw);
+  volume.notices.push_back("'" + path.string() + "': the layout is told by " + raw->source + ".");
+  return volume;
+}
+
+std::string known_files() {
+  std::string text;
+  for (const FormatDescription& format : known_formats()) {
+    text += (text.empty() ? "" : ", ") + std::string(format.name) + " (" +
+            std::string(format.files) + ")";
+  }
+  return text;
+}
+
+StoredVolume open_address(const std::string& address, const VolumeChoice& choice) {
+  std::shared_ptr<ObjectStore> store = volume_objects(address);
+  if (!is_zarr(*store)) {
+    fail_reading(address,
+                 "there is no zarr.json, .zattrs, .zgroup, .zarray or attributes.json below it",
+                 "Give the address of an OME-Zarr image or of a Zarr or N5 array, and the "
+                 "credentials that it "
+                 "needs");
+  }
+  return open_zarr(std::move(store), choice);
+}
+
+// Throws where something is chosen that a source of this format, or this one, does not have.
+void check_choice(const fs::path& path, std::optional<VolumeFormat> format,
+                  const VolumeChoice& choice, const StoredVolume& volume) {
+  const auto refuse = [&](const std::string& option, const std::string& what) {
+    const ImageHeader& header = volume.header;
+    fail_reading(path,
+                 option + " chooses nothing here: it has no " + what + ", but one volume of " +
+                     to_text(header.dims) + " samples" +
+                     (header.components > 1 && !volume.component_of_time
+                          ? " of " + std::to_string(header.components) + " components"
+                          : ""),
+                 "Leave " + option + " out");
+  };
+  const bool has_arrays = format == VolumeFormat::kVti || format == VolumeFormat::kZarr ||
+                          format == VolumeFormat::kHdf5;
+  if (!choice.array.empty() && !has_arrays) refuse("--array", "named arrays");
+  if (choice.level && format != VolumeFormat::kZarr) refuse("--level", "levels of resolution");
+  if (!choice.series.empty() && format != VolumeFormat::kDicom) refuse("--series", "DICOM series");
+  if (choice.time.value_or(0) != 0 && volume.members.times.count <= 1) refuse("--time", "times");
+  if (choice.channel.value_or(0) != 0 && volume.channels <= 1) refuse("--channel", "channels");
+  if (choice.component.kind == ComponentChoice::Kind::kIndex && choice.component.index > 0 &&
+      volume.header.components == 1) {
+    refuse("--component", "components");
+  }
+}
+
+// The volume that a path names, and its format; nullopt for raw samples of a given layout.
+StoredVolume open_stored(const fs::path& path, const Opening& opening, const VolumeChoice& choice,
+                         std::optional<VolumeFormat>& format) {
+  if (is_address(path.string())) {
+    format = VolumeFormat::kZarr;
+    return open_address(path.string(), choice);
+  }
+  if (!fs::exists(path)) {
+    if (!is_stack_pattern(path.filename().string()) || opening.options.raw) {
+      fail_reading(path, "there is no such file", "Check the name");
+    }
+    format = VolumeFormat::kImageStack;
+    return open_image_stack(path);
+  }
+  if (opening.options.raw) return open_raw(path, *opening.options.raw);
+  format = recognized_format(path);
+  if (format) return open_format(path, *format, choice);
+  if (fs::is_directory(path)) {
+    fail_reading(path, "this folder holds neither images (TIFF, PNG, DICOM) nor a Zarr or N5 array",
+                 "Known are " + known_files());
+  }
+  if (InputFile(path).beginning(4) == "\x89MTD") {
+    fail_reading(path, "it is no volume, but a dataset already",
+                 "Serve it, or prepare the volume that it was made of");
+  }
+  fail_reading(path, "neither its content nor its name is that of a known format",
+               "Known are " + known_files() + "; give the layout of raw samples with --dims");
+}
+
+std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Opening& opening) {
+  VolumeChoice choice = opening.options.choice;
+  auto [path, inside] = file_and_inside(whole_path);
+  if (is_address(whole_path.string())) path = whole_path;
+  if (path != whole_path) choice.array = inside;
+  std::optional<VolumeFormat> format;
+  StoredVolume stored = open_stored(path, opening, choice, format);
+  check_choice(path, format, choice, stored);
+  check_header(path, stored.header);
+  opening.header_is_known();
+  if (opening.use == Use::kWhole) check_memory(whole_path, stored.header);
+  ComponentChoice component = component_of(choice);
+  if (stored.component_of_time) {
+    component = {.kind = ComponentChoice::Kind::kIndex, .index = *stored.component_of_time};
+  }
+  return streamed_volume(whole_path, std::move(stored), component, opening.notice);
+}
+
+std::unique_ptr<VolumeSource> opened_in_sandbox(const fs::path& path,
+                                                const VolumeFileOptions& options, Use use) {
+  const auto open = [&](const Notice& notice, const std::function<void()>& header_is_known) {
+    try {
+      return open_path(path, {options, use, notice, header_is_known});
+    } catch (const fs::filesystem_error& problem) {
+      fail_reading(path, problem.code().message(), "Check the name and the permissions");
+    }
+  };
+  try {
+    return sandboxed_volume(path, open, options.notice);
+  } catch (const ChildProcessError& problem) {
+    fail_reading(path, problem.what(), "Try again when the machine has more room");
+  }
+}
+
+}  // namespace
+
+Volume read_volume(const fs::path& path, const VolumeFileOptions& options) {
+  const std::unique_ptr<VolumeSource> source = opened_in_sandbox(path, options, Use::kWhole);
+  const VolumeHeader& header = source->header();
+  return Volume{.dims = header.dims,
+                .spacing = header.spacing,
+                .index_to_world = header.index_to_world,
+                .meaning = header.meaning,
+                .samples = source->take_all()};
+}
+
+std::unique_ptr<VolumeSource> open_volume(const fs::path& path, const VolumeFileOptions& options) {
+  return opened_in_sandbox(path, options, Use::kSlabs);
+}
+
+}  // namespace multitetra

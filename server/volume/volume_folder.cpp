@@ -1,0 +1,64 @@
+#include "server/volume/volume_folder.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <system_error>
+
+#include "server/volume/formats/described_raw.hpp"
+#include "server/volume/formats/recognition.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kMostDepth = 16;
+
+bool is_volume(const fs::path& file) {
+  try {
+    const std::optional<VolumeFormat> format = recognized_format(file);
+    if (format != VolumeFormat::kRaw) return format.has_value();
+    // A description beside raw samples stands for them.
+    std::error_code error;
+    return !fs::exists(fs::path(file).replace_extension(".dat"), error) ||
+           file.extension() == ".dat";
+  } catch (const VolumeFileError&) {
+    return true;  // Its trouble is told when it is prepared.
+  }
+}
+
+void collect(const fs::path& folder, int depth, std::vector<fs::path>& volumes) {
+  std::vector<fs::path> entries;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    entries.push_back(entry->path());
+  }
+  if (error) fail_reading(folder, error.message(), "Check its permissions");
+  std::sort(entries.begin(), entries.end());
+  for (const fs::path& entry : entries) {
+    if (entry.filename().string().starts_with('.') || entry.extension() == ".mtd") continue;
+    std::error_code ignored;
+    if (fs::is_directory(entry, ignored)) {
+      if (fs::is_symlink(entry, ignored) || depth == kMostDepth) continue;
+      // Below it, DICOM and TIFF images may be of several folders.
+      if (recognized_format(entry)) {
+        volumes.push_back(entry);
+      } else {
+        collect(entry, depth + 1, volumes);
+      }
+    } else if (fs::is_regular_file(entry, ignored) && is_volume(entry)) {
+      volumes.push_back(entry);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<fs::path> volumes_in(const fs::path& folder) {
+  std::vector<fs::path> volumes;
+  collect(folder, 0, volumes);
+  return volumes;
+}
+
+}  // namespace multitetra

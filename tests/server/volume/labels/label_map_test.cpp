@@ -1,0 +1,249 @@
+// Labels as smooth fields: every sample on its side, complements, and the same boundary from both
+// sides.
+#include "server/volume/labels/label_map.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "server/dataset/prepare.hpp"
+#include "server/extraction/surface_extractor.hpp"
+#include "tests/support/fields.hpp"
+#include "tests/support/temporary_folder.hpp"
+#include "tests/support/texts.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fields = testing::fields;
+
+using Dims = std::array<std::int32_t, 3>;
+
+template <typename Sample>
+Volume labels_of(const Dims& dims, const std::function<int(int, int, int)>& label) {
+  return fields::sampled<Sample>(
+      dims, [&](int x, int y, int z) { return static_cast<Sample>(label(x, y, z)); });
+}
+
+// A ball of label 1, and around it label 2.
+int ball_in_a_box(int x, int y, int z) {
+  const double r = std::hypot(x - 15.3, y - 16.1, z - 14.6);
+  return r < 9 ? 1 : 2;
+}
+
+LabelMap map_of(const Volume& volume, const TemporaryFolder& folder) {
+  return {"seg.nrrd", *source_of(volume), folder.path()};
+}
+
+std::vector<float> field_of(const LabelMap& map, double label) {
+  return std::get<std::vector<float>>(map.field(label)->take_all());
+}
+
+double label_at(const Volume& volume, std::size_t i) {
+  return std::visit([&](const auto& samples) { return static_cast<double>(samples[i]); },
+                    volume.samples);
+}
+
+// Every sample of its own: nothing is as hard to smooth.
+Volume noise(const Dims& dims, unsigned labels, unsigned seed) {
+  std::mt19937 random(seed);
+  return labels_of<std::uint8_t>(
+      dims, [&](int, int, int) { return static_cast<int>(random() % labels); });
+}
+
+TEST(LabelMap, FindsTheLabelsAndWhereTheyAre) {
+  const TemporaryFolder folder;
+  const Volume volume = labels_of<std::int16_t>({4, 3, 5}, [](int x, int y, int z) {
+    if (x == 1 && y == 2 && z >= 1 && z <= 3) return -7;
+    return z == 4 ? 300 : 0;
+  });
+  const LabelMap map = map_of(volume, folder);
+  ASSERT_EQ(map.labels().size(), 2);
+  EXPECT_EQ(map.labels()[0].value, -7);
+  EXPECT_EQ(map.labels()[0].samples, 3);
+  EXPECT_EQ(map.labels()[0].first_slice, 1);
+  EXPECT_EQ(map.labels()[0].last_slice, 3);
+  EXPECT_EQ(map.labels()[1].value, 300);
+  EXPECT_EQ(map.labels()[1].samples, 12);
+  EXPECT_EQ(map.labels()[1].first_slice, 4);
+}
+
+TEST(LabelMap, HasEverySampleOnItsSideInStepsOf256) {
+  const TemporaryFolder folder;
+  for (const Volume& volume : {noise({19, 7, 11}, 4, 1), noise({1, 1, 9}, 2, 2),
+                               labels_of<float>({33, 30, 31}, ball_in_a_box)}) {
+    const LabelMap map = map_of(volume, folder);
+    for (const double label : {0.0, 1.0, 2.0, 3.0}) {
+      const std::vector<float> field = field_of(map, label);
+      for (std::size_t i = 0; i < field.size(); ++i) {
+        const bool is_inside = label_at(volume, i) == label;
+        ASSERT_EQ(field[i] * 256, std::trunc(field[i] * 256));
+        ASSERT_GE(field[i], is_inside ? 129.0F / 256 : 0.0F);
+        ASSERT_LE(field[i], is_inside ? 1.0F : 127.0F / 256);
+      }
+    }
+  }
+}
+
+TEST(LabelMap, OfTwoLabelsHasFieldsThatAddUpToOne) {
+  const TemporaryFolder folder;
+  for (const Volume& volume :
+       {noise({23, 18, 9}, 2, 3), labels_of<std::uint16_t>({31, 31, 31}, [](int x, int y, int z) {
+          return ball_in_a_box(x, y, z) - 1;
+        })}) {
+    const LabelMap map = map_of(volume, folder);
+    const std::vector<float> zero = field_of(map, 0);
+    const std::vector<float> one = field_of(map, 1);
+    for (std::size_t i = 0; i < zero.size(); ++i) ASSERT_EQ(zero[i] + one[i], 1.0F);
+  }
+}
+
+TEST(LabelMap, IsSmoothWhereTheLabelIs) {
+  // Far from the boundary the field is constant; along a wall it is that of the wall alone.
+  const TemporaryFolder folder;
+  const LabelMap map = map_of(
+      labels_of<std::uint8_t>({12, 5, 6}, [](int x, int, int) { return x < 6 ? 5 : 0; }), folder);
+  const std::vector<float> field = field_of(map, 5);
+  const std::vector<float> expected = {
+      1, 1, 1, 1, 240.0F / 256, 176.0F / 256, 80.0F / 256, 16.0F / 256, 0, 0, 0, 0};
+  for (std::size_t i = 0; i < field.size(); ++i) ASSERT_EQ(field[i], expected[i % 12]) << i;
+}
+
+TEST(LabelMap, GivesTheSameSlicesInAnyOrderAndSlabs) {
+  const TemporaryFolder folder;
+  const Volume volume = noise({9, 8, 17}, 3, 4);
+  const LabelMap map = map_of(volume, folder);
+  const std::vector<float> whole = field_of(map, 1);
+  const auto field = map.field(1);
+  std::mt19937 random(5);
+  Samples slab;
+  for (int i = 0; i < 60; ++i) {
+    const auto first = static_cast<std::int32_t>(random() % 17);
+    const auto count =
+        1 + static_cast<std::int32_t>(random() % (17 - static_cast<unsigned>(first)));
+    field->read(first, count, slab);
+    const auto& values = std::get<std::vector<float>>(slab);
+    ASSERT_TRUE(std::equal(values.begin(), values.end(), whole.begin() + first * 72));
+    ASSERT_EQ(values.size(), static_cast<std::size_t>(count) * 72);
+  }
+  EXPECT_TRUE(field->streams());
+}
+
+TEST(LabelMap, HasNoLabelWhereSamplesAreVoid) {
+  const TemporaryFolder folder;
+  Volume volume = labels_of<float>({5, 4, 3}, [](int, int, int) { return 2; });
+  std::get<std::vector<float>>(volume.samples)[7] = std::nanf("");
+  const LabelMap map = map_of(volume, folder);
+  ASSERT_EQ(map.labels().size(), 1);
+  EXPECT_EQ(map.labels()[0].samples, 59);
+  EXPECT_LT(field_of(map, 2)[7], 0.5F);
+}
+
+TEST(LabelMap, RefusesWhatIsNone) {
+  const TemporaryFolder folder;
+  const auto refusal = [&](Volume volume) -> std::string {
+    try {
+      (void)map_of(volume, folder);
+      return "";
+    } catch (const VolumeFileError& error) {
+      return error.what();
+    }
+  };
+  Volume fraction = labels_of<float>({5, 4, 3}, [](int, int, int) { return 2; });
+  std::get<std::vector<float>>(fraction.samples)[5 + 3] = 0.5F;
+  EXPECT_EQ(refusal(fraction),
+            "Cannot read 'seg.nrrd': its sample at 3, 1, 0 is 0.500000, which is no whole number "
+            "of at most 2^24. Labels are for segmentations; prepare it without them.");
+  std::get<std::vector<float>>(fraction.samples)[5 + 3] = 3e7F;
+  testing::expect_contains(refusal(fraction), "2^24");
+  int next = 0;
+  testing::expect_contains(
+      refusal(labels_of<float>({300, 300, 1}, [&](int, int, int) { return ++next; })),
+      "more than 65536 different values");
+}
+
+TEST(LabelMap, SmoothsWithinTheBoundOfAVoxelAndBetterThanItsSteps) {
+  // A ball's boundary: where it must be, and how smooth it is.
+  const TemporaryFolder folder;
+  const LabelMap map = map_of(labels_of<std::uint8_t>({33, 33, 33}, ball_in_a_box), folder);
+  const auto dataset = prepare_in_memory(
+      *map.field(1), {.name = "ball",
+                      .suggested_isovalues = {kLabelBoundary},
+                      .bin_edges = {kLabelBinEdges.begin(), kLabelBinEdges.end()}});
+  EXPECT_EQ(dataset->info.suggested_isovalues, std::vector<double>{0.5});
+  const TiledSurface surface =
+      SurfaceExtractor(dataset).extract({.request = {.isovalue = 0.5, .error = 0}});
+  double sum = 0;
+  std::size_t count = 0;
+  for (const TileMesh& tile : surface.tiles) {
+    for (const LatticePoint& v : tile.mesh.vertices) {
+      const double r = std::hypot(v.x / 32.0 - 15.3, v.y / 32.0 - 16.1, v.z / 32.0 - 14.6);
+      EXPECT_LT(std::abs(r - 9), 0.5);
+      sum += (r - 9) * (r - 9);
+      ++count;
+    }
+  }
+  ASSERT_GT(count, 1000);
+  EXPECT_LT(std::sqrt(sum / static_cast<double>(count)), 0.15);  // 0.21 of the indicator itself.
+}
+
+// The triangles, whichever way they face.
+std::vector<LatticeTriangle> places_of(const TiledSurface& surface) {
+  std::vector<LatticeTriangle> places;
+  for (const TileMesh& tile : surface.tiles) {
+    for (const TriangleIndices& t : tile.mesh.triangles) {
+      LatticeTriangle triangle = {tile.mesh.vertices[t[0]], tile.mesh.vertices[t[1]],
+                                  tile.mesh.vertices[t[2]]};
+      std::sort(triangle.begin(), triangle.end());
+      places.push_back(triangle);
+    }
+  }
+  std::sort(places.begin(), places.end());
+  return places;
+}
+
+std::vector<LatticePoint> corners_of(const std::vector<LatticeTriangle>& triangles) {
+  std::vector<LatticePoint> corners;
+  for (const LatticeTriangle& triangle : triangles) {
+    corners.insert(corners.end(), triangle.begin(), triangle.end());
+  }
+  std::sort(corners.begin(), corners.end());
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  return corners;
+}
+
+TEST(LabelMap, HasOneSurfaceBetweenTwoLabelsAtEveryThreshold) {
+  const TemporaryFolder folder;
+  for (const Volume& volume :
+       {labels_of<std::uint8_t>({33, 33, 33}, ball_in_a_box),
+        labels_of<std::uint8_t>({40, 21, 35}, [](int x, int y, int z) {
+          return 1 +
+                 static_cast<int>(std::sin(x / 3.0) + std::cos(y / 4.0) + std::sin(z / 5.0) > 0.3);
+        })}) {
+    const LabelMap map = map_of(volume, folder);
+    const auto extractor_of = [&](double label) {
+      return SurfaceExtractor(prepare_in_memory(
+          *map.field(label),
+          {.name = "label", .bin_edges = {kLabelBinEdges.begin(), kLabelBinEdges.end()}}));
+    };
+    const SurfaceExtractor one = extractor_of(1);
+    const SurfaceExtractor two = extractor_of(2);
+    for (const double error : {0.0, 0.3, 1.0, 3.0}) {
+      const StepRequest step = {.request = {.isovalue = kLabelBoundary, .error = error}};
+      const auto inner = places_of(one.extract(step));
+      const auto outer = places_of(two.extract(step));
+      ASSERT_GT(inner.size(), 50);
+      EXPECT_EQ(corners_of(inner), corners_of(outer)) << error;
+      EXPECT_EQ(inner.size(), outer.size()) << error;
+      EXPECT_EQ(inner, outer) << error;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,199 @@
+// One volume in every format, written by write_volumes.py, is one dataset.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/dataset/dataset.hpp"
+#include "server/dataset/prepare.hpp"
+#include "server/volume/volume_files.hpp"
+#include "tests/support/folder_server.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct WrittenFormat {
+  std::string name;
+  fs::path path;
+};
+
+// What the script writes into `folder`. Packages that are missing are told, loudly.
+std::vector<WrittenFormat> written_formats(const fs::path& folder) {
+  const fs::path list = folder / "list.txt";
+  const std::string command = std::string(MULTITETRA_PYTHON) + " " + MULTITETRA_WRITE_VOLUMES +
+                              " " + folder.string() + " > " + list.string();
+  if (std::system(command.c_str()) != 0) return {};
+  std::vector<WrittenFormat> formats;
+  std::ifstream in(list);
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line);
+    WrittenFormat format;
+    std::string path;
+    words >> format.name >> path;
+    format.path = path;
+    if (format.name == "missing") {
+      std::cerr << "NOT TESTED: formats that need the Python package " << path << "\n";
+    } else {
+      formats.push_back(format);
+    }
+  }
+  return formats;
+}
+
+VolumeChoice choice_for(const std::string& name) {
+  VolumeChoice choice;
+  if (name == "zarr-2-time-1-channel-2") {
+    choice.time = 1;
+    choice.channel = 2;
+  }
+  return choice;
+}
+
+// Whether the format tells where the volume lies, or how far its samples are apart.
+bool tells_origin(const std::string& name) {
+  return !name.starts_with("n5") && !name.starts_with("raw");
+}
+bool tells_spacing(const std::string& name) { return name != "raw-gzip"; }
+
+std::string unit_told_by(const std::string& name) {
+  if (name.starts_with("zarr") || name.starts_with("n5") || name.starts_with("nifti")) return "µm";
+  if (name.starts_with("mrc")) return "Å";
+  if (name == "hdf5") return "m";
+  return name.starts_with("dicom") ? "mm" : "";
+}
+
+TEST(SameVolume, InEveryFormatHasTheSameSamplesPlaceAndContent) {
+  const TemporaryFolder folder;
+  const std::vector<WrittenFormat> formats = written_formats(folder.path());
+  if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
+  ASSERT_EQ(formats.front().name, "nrrd");
+  const Volume expected = read_volume(formats.front().path);
+  ASSERT_EQ(expected.dims, (std::array<std::int32_t, 3>{24, 20, 12}));
+  ASSERT_EQ(expected.type(), SampleType::kI16);
+  std::uint64_t content = 0;
+  for (const auto& [name, path] : formats) {
+    SCOPED_TRACE(name);
+    const auto source = open_volume(path, {.choice = choice_for(name)});
+    const fs::path output = folder.path() / "out.mtd";
+    prepare(*source, {.name = name}, output, {});
+    const VolumeHeader header = source->header();
+    EXPECT_EQ(header.dims, expected.dims);
+    EXPECT_EQ(header.meaning.length_unit, unit_told_by(name));
+    EXPECT_EQ(source->take_all(), expected.samples);
+    if (!tells_spacing(name)) continue;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(header.spacing[axis], expected.spacing[axis], 1e-6);
+      const double origin = tells_origin(name) ? expected.index_to_world.translation[axis] : 0;
+      EXPECT_NEAR(header.index_to_world.translation[axis], origin, 1e-5);
+    }
+    const std::uint64_t own = open_dataset(output)->info.content_id;
+    if (content == 0) content = own;
+    EXPECT_EQ(own, content);
+  }
+  EXPECT_GE(formats.size(), 20u);
+}
+
+TEST(SameVolume, IsReadBackwardsAsWell) {
+  const TemporaryFolder folder;
+  const std::vector<WrittenFormat> formats = written_formats(folder.path());
+  if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
+  const Volume expected = read_volume(formats.front().path);
+  const auto& all = std::get<std::vector<std::int16_t>>(expected.samples);
+  for (const auto& [name, path] : formats) {
+    SCOPED_TRACE(name);
+    const auto source = open_volume(path, {.choice = choice_for(name)});
+    Samples slab;
+    for (const std::int32_t first : {10, 7, 3, 0}) {
+      source->read(first, 2, slab);
+      EXPECT_EQ(slab, Samples(std::vector<std::int16_t>(all.begin() + 480 * first,
+                                                        all.begin() + 480 * (first + 2))));
+    }
+  }
+}
+
+TEST(SameVolume, LiesObliquelyWhereItsSlicesSayAndIsRefusedWhereTheyAreSheared) {
+  const TemporaryFolder folder;
+  (void)written_formats(folder.path());
+  if (!fs::exists(folder.path() / "oblique")) {
+    GTEST_SKIP() << "NOT TESTED: there is no Python with pydicom";
+  }
+  const Affine place = read_volume(folder.path() / "oblique").index_to_world;
+  const std::array<Vec3, 3> steps = {{{0.18, -0.4, 0.24}, {0.36, 0.45, 0.48}, {-1.6, 0, 1.2}}};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t row = 0; row < 3; ++row) {
+      EXPECT_NEAR(place.columns[axis][row], steps[axis][row], 1e-6);
+    }
+  }
+  EXPECT_NEAR(place.translation[2], 30, 1e-6);
+  try {
+    (void)read_volume(folder.path() / "tilted");
+    ADD_FAILURE() << "a tilted gantry is taken for a rectangular grid";
+  } catch (const VolumeFileError& problem) {
+    EXPECT_NE(std::string(problem.what()).find("tilted gantry"), std::string::npos);
+  }
+}
+
+// ---- over the network
+
+TEST(SameVolume, IsReadOverHttpAndFromBucketsWithSignedRequests) {
+  const TemporaryFolder folder;
+  const std::vector<WrittenFormat> formats = written_formats(folder.path());
+  if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
+  const Volume expected = read_volume(formats.front().path);
+  const FolderServer server(folder.path());
+  ASSERT_FALSE(server.address().empty());
+  setenv("AWS_ENDPOINT_URL", (server.address() + "/s3").c_str(), 1);
+  int read = 0;
+  for (const auto& [name, path] : formats) {
+    if (!name.starts_with("zarr") && !name.starts_with("n5")) continue;
+    SCOPED_TRACE(name);
+    const std::string file = path.filename().string();
+    const VolumeFileOptions options{.choice = choice_for(name)};
+    EXPECT_EQ(read_volume(server.address() + "/" + file, options).samples, expected.samples);
+    setenv("AWS_ACCESS_KEY_ID", "reader", 1);
+    setenv("AWS_SECRET_ACCESS_KEY", "a secret", 1);
+    EXPECT_EQ(read_volume("s3://volumes/" + file, options).samples, expected.samples);
+    setenv("AWS_SECRET_ACCESS_KEY", "another one", 1);
+    EXPECT_THROW((void)read_volume("s3://volumes/" + file, options), VolumeFileError);
+    ++read;
+  }
+  unsetenv("AWS_ACCESS_KEY_ID");
+  EXPECT_GE(read, 7);
+  for (const std::string wrong : {"/nothing", "/sharded-end.zarr/s0/c"}) {
+    EXPECT_THROW((void)read_volume(server.address() + wrong), VolumeFileError) << wrong;
+  }
+}
+
+// What comes instead of a range would be taken for its bytes.
+TEST(SameVolume, IsNotReadFromServersWithoutRanges) {
+  const TemporaryFolder folder;
+  const std::vector<WrittenFormat> formats = written_formats(folder.path());
+  if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
+  const FolderServer server(folder.path());
+  ASSERT_FALSE(server.address().empty());
+  int refused = 0;
+  for (const auto& [name, path] : formats) {
+    if (name.find("sharded") == std::string::npos) continue;
+    const std::string address = server.address() + "/whole/" + path.filename().string();
+    try {
+      (void)read_volume(address, {.choice = choice_for(name)});
+      ADD_FAILURE() << name;
+    } catch (const VolumeFileError& problem) {
+      EXPECT_NE(std::string(problem.what()).find("ranges"), std::string::npos) << problem.what();
+    }
+    ++refused;
+  }
+  EXPECT_GE(refused, 1);
+}
+
+}  // namespace
+}  // namespace multitetra
