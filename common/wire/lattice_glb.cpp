@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/wire/draco_primitive.hpp"
-#include "common/wire/glb.hpp"
+#include "common/wire/detail/glb.hpp"
 
 namespace multitetra {
 namespace {

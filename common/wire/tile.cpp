@@ -15,7 +15,7 @@
 #include <draco/mesh/mesh.h>
 
 #include "common/wire/draco_primitive.hpp"
-#include "common/wire/tile_payload.hpp"
+#include "common/wire/detail/tile_payload.hpp"
 
 namespace multitetra {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "common/wire/tile.hpp"
-#include "common/wire/tile_payload.hpp"
+#include "common/wire/detail/tile_payload.hpp"
 #include "tests/fuzz/require.hpp"
 
 namespace {

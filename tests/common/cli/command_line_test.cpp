@@ -10,7 +10,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/cli/human_units.hpp"
-#include "common/cli/help_format.hpp"
+#include "common/cli/detail/help_format.hpp"
 #include "common/cli/terminal.hpp"
 
 namespace multitetra {

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "common/wire/tile.hpp"
-#include "common/wire/tile_payload.hpp"
+#include "common/wire/detail/tile_payload.hpp"
 #include "tests/support/surfaces.hpp"
 
 namespace multitetra {

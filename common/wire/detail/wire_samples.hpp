@@ -2,7 +2,7 @@
 #pragma once
 
 #include "common/wire/messages.hpp"
-#include "common/wire/wire_checks.hpp"
+#include "common/wire/detail/wire_checks.hpp"
 #include "multitetra/v1/conversation.pb.h"
 
 namespace multitetra::wire {

@@ -11,7 +11,7 @@
 #include <variant>
 
 #include "common/wire/messages.hpp"
-#include "common/wire/wire_checks.hpp"
+#include "common/wire/detail/wire_checks.hpp"
 
 namespace multitetra::wire {
 
