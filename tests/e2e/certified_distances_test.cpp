@@ -8,8 +8,8 @@
 
 #include <iostream>
 
-#include "client/library/client.hpp"
 #include "client/distance_check.hpp"
+#include "client/library/client.hpp"
 #include "client/local_volume.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/dataset/written_nrrd.hpp"
