@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "client/library/client.hpp"
 #include "client/commands/program.hpp"
 #include "client/commands/server_options.hpp"
+#include "client/library/client.hpp"
 #include "client/library/nrrd_thresholds.hpp"
 #include "common/cli/command.hpp"
 #include "common/cli/surface_options.hpp"

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/picture/layers.hpp"
+#include "client/picture/detail/layers.hpp"
 #include "common/base/vec3.hpp"
 
 namespace multitetra {

@@ -11,7 +11,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/base/exit_codes.hpp"
-#include "common/cli/help_format.hpp"
+#include "common/cli/detail/help_format.hpp"
 #include "common/cli/terminal.hpp"
 
 namespace multitetra {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "common/mesh/disjoint_sets.hpp"
+#include "common/mesh/detail/disjoint_sets.hpp"
 
 namespace multitetra {
 namespace {

@@ -1,6 +1,6 @@
 // A client's messages with one server, over whatever its address says: frames over TCP or TLS, or
-// WebSocket messages over either. For coroutines; client/library/message_socket.hpp is the blocking one on
-// top, server/gateway/upstream_link.hpp what a gateway makes of it.
+// WebSocket messages over either. For coroutines; client/library/message_socket.hpp is the blocking
+// one on top, server/gateway/upstream_link.hpp what a gateway makes of it.
 //
 //   MessageChannel channel(io.get_executor(), server, {.tls = tls});
 //   if (const auto opened = co_await channel.open(); !opened) ...

@@ -3,11 +3,11 @@
 #include <bit>
 #include <tuple>
 
+#include "common/wire/detail/wire_bytes.hpp"
+#include "common/wire/detail/wire_request.hpp"
+#include "common/wire/detail/wire_samples.hpp"
+#include "common/wire/detail/wire_scalars.hpp"
 #include "common/wire/messages.hpp"
-#include "common/wire/wire_bytes.hpp"
-#include "common/wire/wire_request.hpp"
-#include "common/wire/wire_samples.hpp"
-#include "common/wire/wire_scalars.hpp"
 #include "multitetra/v1/conversation.pb.h"
 
 namespace multitetra {

@@ -5,8 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/wire/detail/glb.hpp"
 #include "common/wire/draco_primitive.hpp"
-#include "common/wire/glb.hpp"
 
 namespace multitetra {
 namespace {

@@ -16,10 +16,10 @@
 
 #include "common/base/atomic_file.hpp"
 #include "common/base/text.hpp"
+#include "common/wire/detail/triangle_normals.hpp"
+#include "common/wire/detail/vtp_file.hpp"
 #include "common/wire/scene_file.hpp"
 #include "common/wire/tile.hpp"
-#include "common/wire/triangle_normals.hpp"
-#include "common/wire/vtp_file.hpp"
 
 namespace multitetra {
 namespace {

@@ -10,8 +10,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "common/wire/glb.hpp"
-#include "common/wire/triangle_normals.hpp"
+#include "common/wire/detail/glb.hpp"
+#include "common/wire/detail/triangle_normals.hpp"
 
 namespace multitetra {
 namespace {

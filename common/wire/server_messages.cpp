@@ -5,12 +5,12 @@
 
 #include "common/base/utf8.hpp"
 #include "common/net/frame.hpp"
+#include "common/wire/detail/wire_bytes.hpp"
+#include "common/wire/detail/wire_dataset.hpp"
+#include "common/wire/detail/wire_request.hpp"
+#include "common/wire/detail/wire_samples.hpp"
+#include "common/wire/detail/wire_scalars.hpp"
 #include "common/wire/messages.hpp"
-#include "common/wire/wire_bytes.hpp"
-#include "common/wire/wire_dataset.hpp"
-#include "common/wire/wire_request.hpp"
-#include "common/wire/wire_samples.hpp"
-#include "common/wire/wire_scalars.hpp"
 #include "multitetra/v1/conversation.pb.h"
 
 namespace multitetra {

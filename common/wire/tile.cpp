@@ -14,8 +14,8 @@
 #include <draco/compression/mesh/mesh_edgebreaker_decoder.h>
 #include <draco/mesh/mesh.h>
 
+#include "common/wire/detail/tile_payload.hpp"
 #include "common/wire/draco_primitive.hpp"
-#include "common/wire/tile_payload.hpp"
 
 namespace multitetra {
 namespace {

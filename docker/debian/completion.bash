@@ -2,7 +2,7 @@
 #   source docker/debian/completion.bash
 _multitetra() {
   local program=${COMP_WORDS[0]} current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]}
-  local commands command= word help value
+  local commands command= word help value=
   commands=$("$program" --help 2>/dev/null | sed -n '/^Subcommands:/,/^$/s/^  \([a-z-]*\) .*/\1/p')
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
     if grep -qx -- "$word" <<<"$commands"; then command=$word; break; fi

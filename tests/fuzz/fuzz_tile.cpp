@@ -5,8 +5,8 @@
 #include <cstring>
 #include <string>
 
+#include "common/wire/detail/tile_payload.hpp"
 #include "common/wire/tile.hpp"
-#include "common/wire/tile_payload.hpp"
 #include "tests/fuzz/require.hpp"
 
 namespace {

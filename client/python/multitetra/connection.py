@@ -93,13 +93,18 @@ class Connection:
     @takes_a_request
     def isosurface(self, dataset, isovalue, color_by=None, color_range=None, **request):
         """The surface as it was asked for, without previews: a Mesh."""
-        return self._final(dataset, isosurface_request(isovalue, **request), color_by, color_range)
+        *_, step = self._steps(dataset, isosurface_request(isovalue, **request), True, color_by, color_range)
+        return step.mesh
 
     @takes_a_request
     def isosurfaces(self, dataset, isovalues, color_by=None, color_range=None, **request):
         """Several surfaces of a dataset: a Mesh for each isovalue. A budget is shared by all of them."""
         asked = self._client.share_budget(dataset, [isosurface_request(one, **request) for one in isovalues])
-        return [self._final(dataset, one, color_by, color_range) for one in asked]
+        meshes = []
+        for one in asked:
+            *_, step = self._steps(dataset, one, True, color_by, color_range)
+            meshes.append(step.mesh)
+        return meshes
 
     @takes_a_request
     def steps(self, dataset, isovalue, final_only=False, color_by=None, color_range=None, **request):
@@ -138,10 +143,6 @@ class Connection:
         self._client.info(dataset)
         return self._client.probe(dataset, np.asarray(places, float).reshape(-1, 3), coordinates)
 
-    def _final(self, dataset, request, color_by, color_range):
-        *_, step = self._steps(dataset, request, True, color_by, color_range)
-        return step.mesh
-
     def _steps(self, dataset, request, final_only, color_by, color_range):
         if color_by is None and color_range is not None:
             raise ValueError("color_range needs color_by, whose values it is of.")
@@ -150,7 +151,7 @@ class Connection:
         try:
             while (step := self._client.next(stream)) is not None:
                 if step.is_final and step.empty_text:
-                    warnings.warn(step.empty_text, EmptySurfaceWarning, stacklevel=3)
+                    warnings.warn(step.empty_text, EmptySurfaceWarning, stacklevel=3)  # The caller of a method.
                 yield step
         finally:
             self._client.leave(stream)

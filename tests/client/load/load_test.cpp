@@ -1,9 +1,9 @@
 // The load generator: users whose scripts are repeatable, and who notice what is wrong.
 #include <gtest/gtest.h>
 
+#include "client/library/message_socket.hpp"
 #include "client/load/agreement.hpp"
 #include "client/load/load_run.hpp"
-#include "client/library/message_socket.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/client/cutting_proxy.hpp"

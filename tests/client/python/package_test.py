@@ -225,8 +225,11 @@ class Package(unittest.TestCase):
 
     def test_an_empty_surface_is_told(self):
         with multitetra.connect(self.urls[0]) as server:
-            with self.assertWarnsRegex(multitetra.EmptySurfaceWarning, 'empty: .* values of "gyroid" go from'):
-                self.assertEqual(len(server.isosurface("gyroid", 1e9).faces), 0)
+            for empty in (lambda: server.isosurface("gyroid", 1e9), lambda: list(server.steps("gyroid", 1e9))[-1].mesh,
+                          lambda: server.isosurfaces("gyroid", [1e9])[0]):  # fmt: skip
+                with self.assertWarnsRegex(multitetra.EmptySurfaceWarning, 'empty: .* values of "gyroid" go from') as told:
+                    self.assertEqual(len(empty().faces), 0)
+                self.assertEqual(told.filename, __file__)
             with warnings.catch_warnings():
                 warnings.simplefilter("error")
                 server.isosurface("gyroid", 0.1, error=2)

@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 #include <CLI/CLI.hpp>
 
+#include "common/cli/detail/help_format.hpp"
 #include "common/cli/human_units.hpp"
-#include "common/cli/help_format.hpp"
 #include "common/cli/terminal.hpp"
 
 namespace multitetra {

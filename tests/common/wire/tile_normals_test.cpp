@@ -8,8 +8,8 @@
 #include <numbers>
 #include <random>
 
+#include "common/wire/detail/tile_payload.hpp"
 #include "common/wire/tile.hpp"
-#include "common/wire/tile_payload.hpp"
 #include "tests/support/surfaces.hpp"
 
 namespace multitetra {

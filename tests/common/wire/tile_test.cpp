@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "common/mesh/mesh_checks.hpp"
-#include "common/wire/tile_payload.hpp"
+#include "common/wire/detail/tile_payload.hpp"
 #include "tests/support/surfaces.hpp"
 
 namespace multitetra {

@@ -1,4 +1,4 @@
-#include "common/wire/wire_scalars.hpp"
+#include "common/wire/detail/wire_scalars.hpp"
 
 #include <utility>
 

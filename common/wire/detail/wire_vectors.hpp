@@ -7,7 +7,7 @@
 #include <google/protobuf/repeated_field.h>
 
 #include "common/base/vec3.hpp"
-#include "common/wire/wire_checks.hpp"
+#include "common/wire/detail/wire_checks.hpp"
 
 namespace multitetra::wire {
 

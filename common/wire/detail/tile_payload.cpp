@@ -1,4 +1,4 @@
-#include "common/wire/tile_payload.hpp"
+#include "common/wire/detail/tile_payload.hpp"
 
 #include <string>
 

@@ -1,4 +1,4 @@
-#include "common/wire/glb.hpp"
+#include "common/wire/detail/glb.hpp"
 
 #include <cassert>
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "common/wire/vtp_file.hpp"
+#include "common/wire/detail/vtp_file.hpp"
 
 #include <bit>
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "common/wire/wire_bytes.hpp"
+#include "common/wire/detail/wire_bytes.hpp"
 
 #include <algorithm>
 #include <functional>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "common/request/isosurface_request.hpp"
-#include "common/wire/wire_checks.hpp"
+#include "common/wire/detail/wire_checks.hpp"
 #include "multitetra/v1/request.pb.h"
 
 namespace multitetra::wire {

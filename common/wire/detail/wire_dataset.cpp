@@ -1,4 +1,4 @@
-#include "common/wire/wire_dataset.hpp"
+#include "common/wire/detail/wire_dataset.hpp"
 
 #include <cmath>
 

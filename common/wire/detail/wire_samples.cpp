@@ -1,8 +1,8 @@
-#include "common/wire/wire_samples.hpp"
+#include "common/wire/detail/wire_samples.hpp"
 
 #include <utility>
 
-#include "common/wire/wire_vectors.hpp"
+#include "common/wire/detail/wire_vectors.hpp"
 
 namespace multitetra::wire {
 namespace {

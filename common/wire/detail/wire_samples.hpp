@@ -1,8 +1,8 @@
 // Slices and probes as wire messages and back.
 #pragma once
 
+#include "common/wire/detail/wire_checks.hpp"
 #include "common/wire/messages.hpp"
-#include "common/wire/wire_checks.hpp"
 #include "multitetra/v1/conversation.pb.h"
 
 namespace multitetra::wire {

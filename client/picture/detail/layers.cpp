@@ -1,4 +1,4 @@
-#include "client/picture/layers.hpp"
+#include "client/picture/detail/layers.hpp"
 
 #include <algorithm>
 #include <cassert>

@@ -1,4 +1,4 @@
-#include "common/cli/help_format.hpp"
+#include "common/cli/detail/help_format.hpp"
 
 #include <algorithm>
 #include <sstream>

@@ -10,8 +10,8 @@
 #include <utility>
 #include <variant>
 
+#include "common/wire/detail/wire_checks.hpp"
 #include "common/wire/messages.hpp"
-#include "common/wire/wire_checks.hpp"
 
 namespace multitetra::wire {
 

@@ -1,10 +1,10 @@
-#include "common/wire/wire_request.hpp"
+#include "common/wire/detail/wire_request.hpp"
 
 #include <algorithm>
 #include <memory>
 #include <string>
 
-#include "common/wire/wire_vectors.hpp"
+#include "common/wire/detail/wire_vectors.hpp"
 
 namespace multitetra::wire {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "common/request/dataset_info.hpp"
-#include "common/wire/wire_checks.hpp"
+#include "common/wire/detail/wire_checks.hpp"
 #include "multitetra/v1/dataset.pb.h"
 
 namespace multitetra::wire {
