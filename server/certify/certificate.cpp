@@ -29,9 +29,11 @@ class OpenPlaces {
     const Vec3 q = to_grid_(b);
     const std::array<std::int32_t, 3> low = {border_.low.x, border_.low.y, border_.low.z};
     const std::array<std::int32_t, 3> high = {border_.high.x, border_.high.y, border_.high.z};
+    const auto both_are_at = [&](std::size_t axis, std::int32_t side) {
+      return std::max(std::abs(p[axis] - side), std::abs(q[axis] - side)) <= kTolerance;
+    };
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (std::max(p[axis], q[axis]) <= low[axis] + kTolerance) return true;
-      if (std::min(p[axis], q[axis]) >= high[axis] - kTolerance) return true;
+      if (both_are_at(axis, low[axis]) || both_are_at(axis, high[axis])) return true;
     }
     return has_void_ && is_near_void(p) && is_near_void(q);
   }

@@ -77,20 +77,17 @@ LatticeMesh surface_on_lattice(const Field& field, double isovalue) {
   return weld(pieces, options.lattice_resolution);
 }
 
-// The edge of the finest tetrahedra whose inside the lattice point lies in. Its ends differ by one
-// step along each axis where the point is between grid points, and of two neighbours along such an
-// axis the even ones belong together: every edge joins points of different kinds (DESIGN of the
-// framework: cube centre, face centre, edge midpoint, corner).
+// The ends of the edge of the finest tetrahedra whose inside the lattice point lies in. They differ
+// by one step along each axis where the point is between grid points. Every edge joins points of
+// different kinds (cube centre, face centre, edge midpoint, corner): along those axes one of them
+// has all its coordinates even, the other one odd.
 std::array<GridPoint, 2> edge_of(const LatticePoint& vertex, int resolution) {
   std::array<GridPoint, 2> ends;
   const auto set = [&](std::int32_t GridPoint::*axis, std::int32_t coordinate) {
     const std::int32_t below = coordinate >> resolution;
     const bool is_between = (coordinate & ((1 << resolution) - 1)) != 0;
-    const std::int32_t odd = is_between ? 1 : 0;
     ends[0].*axis = is_between ? below + (below & 1) : below;
     ends[1].*axis = is_between ? below + 1 - (below & 1) : below;
-    assert(std::abs(ends[0].*axis - ends[1].*axis) == odd);
-    (void)odd;
   };
   set(&GridPoint::x, vertex.x);
   set(&GridPoint::y, vertex.y);

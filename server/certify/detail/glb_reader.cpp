@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -167,6 +166,10 @@ class GlbReader {
     DracoMesh part;
     if (primitive.contains("extensions") && primitive["extensions"].contains(kDracoExtension)) {
       const json& draco = primitive["extensions"][kDracoExtension];
+      constexpr int kMostDracoMeshes = 10'000;
+      if (++draco_meshes_ > kMostDracoMeshes) {
+        throw MeshFault("it has more than 10000 meshes compressed with Draco");
+      }
       if (!draco.contains("bufferView") || !draco.contains("attributes") ||
           !draco["attributes"].contains("POSITION")) {
         throw MeshFault("its Draco extension has no positions");
@@ -177,8 +180,10 @@ class GlbReader {
       part = plain_part(primitive);
     }
     const auto first = mesh_.vertices.size();
-    if (first + part.positions.size() > std::numeric_limits<std::uint32_t>::max()) {
-      throw MeshFault("it has more than 2^32 vertices");
+    // A few bytes can put the same mesh into the scene a million times.
+    constexpr std::size_t kMostVertices = std::size_t{1} << 28;
+    if (first + part.positions.size() > kMostVertices) {
+      throw MeshFault("it has more than 2^28 vertices");
     }
     for (const Vec3& place : part.positions) mesh_.vertices.push_back(map(place));
     const bool is_mirrored = map.determinant() < 0;  // glTF turns the faces over then.
@@ -286,6 +291,7 @@ class GlbReader {
   std::string_view binary_;
   TriangleMesh mesh_;
   std::size_t nodes_ = 0;
+  int draco_meshes_ = 0;
 };
 
 }  // namespace

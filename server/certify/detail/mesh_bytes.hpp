@@ -1,5 +1,4 @@
-// What the readers of mesh files have in common. `what` is wrong is thrown as MeshFault, without
-// the name of the file.
+// What the readers of mesh files have in common.
 #pragma once
 
 #include <bit>
@@ -14,6 +13,7 @@
 
 namespace multitetra {
 
+// What is wrong with a file, without its name: read_mesh() knows it.
 class MeshFault : public std::runtime_error {
  public:
   explicit MeshFault(const std::string& what) : std::runtime_error(what) {}

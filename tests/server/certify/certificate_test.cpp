@@ -101,6 +101,14 @@ TEST_F(WrongSurface, OneWithAHoleIsFoundFromTheOtherSide) {
   EXPECT_FALSE(certificate.is_kept());
 }
 
+TEST_F(WrongSurface, OneBesideTheDataHasNoBorderThere) {
+  const Certificate certificate = certified(testing::shifted(surface(0), {-100, 0, 0}), {});
+  EXPECT_EQ(certificate.mesh.border_edges + certificate.mesh.open_edges,
+            certificate.reference.border_edges);
+  EXPECT_GT(certificate.mesh.open_edges, 0);
+  EXPECT_FALSE(certificate.is_kept());
+}
+
 TEST_F(WrongSurface, OneOfALargerErrorIsFound) {
   EXPECT_EQ(certified(surface(4), {.error = 0.05, .lattice = 5}).error, ErrorVerdict::kExceeded);
 }
