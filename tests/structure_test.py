@@ -30,9 +30,9 @@ ROOMS = {
     "server/core/simplification": ["server/core/surface"],
     "server/core/planning": ["server/core/simplification"],
     "server/store": ["common/base"],
-    "server/dataset/formats": ["common/request", "server/store"],
-    "server/dataset": ["server/core/spectrum", "server/dataset/formats"],
-    "server/dataset/families": ["server/dataset"],
+    "server/volume/formats": ["common/request", "server/store"],
+    "server/volume": ["server/core/framework", "server/volume/formats"],
+    "server/dataset": ["server/core/spectrum", "server/volume"],
     "server/dataset/objects": ["server/dataset"],
     "server/dataset/parts": ["server/dataset/objects"],
     "server/extraction": ["server/dataset/objects", "server/core/planning", "server/core/sampling", "common/wire"],
@@ -43,7 +43,7 @@ ROOMS = {
     "server/transport": ["server/session"],
     "server/http": ["server/transport", "server/trees", "common/cli", "common/image"],
     "server/gateway": ["server/http"],
-    "server/programs": ["server/gateway", "server/dataset/families", "server/dataset/parts"],
+    "server/programs": ["server/gateway", "server/dataset/parts"],
     "client": ["common/wire", "common/cli"],
     "client/picture": ["common/mesh", "common/image"],
     "client/commands": ["client", "client/picture"],
@@ -64,9 +64,7 @@ PRIVATE = {
     "server/core/fine_errors": ["fine_cells", "cell_samples", "cell_bits", "mixed_diamonds"],
     "server/core/surface": ["octree_cube_surface", "edge_vertices", "cell_gradient", "cell_values"],
     "server/core/simplification": ["collapsing_mesh", "quadric", "vectors", "collapse_fan", "successive_mapping"],
-    "server/dataset": ["image_payload", "nrrd_payload", "plain_payload", "payload_size", "brick_layers", "prepared_sinks",
-                       "sample_conversion", "numbered_files", "source_apart"],
-    "server/dataset/formats": ["vti_header", "header_bytes", "chunked_slices"],
+    "server/dataset": ["brick_layers", "prepared_sinks"],
     "server/dataset/parts": ["part_files"],
     "server/transport": ["session_admission", "idle_watch"],
     "server/gateway": ["upstream_questions", "forwarded_stream", "rendezvous"],
@@ -82,7 +80,7 @@ THIRD_PARTY = {
     r"CLI/": [],
     r"draco/": [],
     r"itk\w*\.h": [],
-    r"gdcm|hdf5|expat\.h|blosc\.h|zstd\.h|lz4\.h|bzlib\.h|zlib\.h|curl/": [],
+    r"gdcm|hdf5|expat\.h|tiff|png\.h|blosc\.h|zstd\.h|lz4\.h|bzlib\.h|zlib\.h|curl/": [],
     r"google/protobuf|\.pb\.h": ["common/wire"],
     r"spdlog/": [],
     r"openssl/": [],
@@ -122,6 +120,8 @@ def complaints():
             other = room_of(target)
             if other is None or other not in reachable(room):
                 yield f"{path}: {room} may not include {header}."
+            elif other != room and "detail" in target.parts and (str(path), header) not in ALLOWED:
+                yield f"{path}: {header} is a private matter of {other}."
             elif other != room and target.stem in PRIVATE.get(other, []) and (str(path), header) not in ALLOWED:
                 yield f"{path}: {header} is a private matter of {other}."
         if path.suffix == ".hpp" and path.stem not in PRIVATE.get(room, []):
