@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <fstream>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -15,10 +16,6 @@
 #include "server/volume/detail/streamed_volume.hpp"
 #include "server/volume/formats/cube_file.hpp"
 #include "server/volume/formats/described_raw.hpp"
-#include "server/volume/formats/detail/input_file.hpp"
-#include "server/volume/formats/detail/plain_slices.hpp"
-#include "server/volume/formats/detail/unpacking.hpp"
-#include "server/volume/formats/detail/volume_objects.hpp"
 #include "server/volume/formats/dicom_series.hpp"
 #include "server/volume/formats/hdf5_file.hpp"
 #include "server/volume/formats/image_stack.hpp"
@@ -70,52 +67,6 @@ ComponentChoice component_of(const VolumeChoice& choice) {
   return takes_first ? ComponentChoice{.kind = ComponentChoice::Kind::kIndex} : choice.component;
 }
 
-// ---- raw bytes
-
-// Throws unless the file has exactly the bytes that the layout needs.
-void check_raw_size(const fs::path& file, const RawLayout& layout, std::uint64_t sample_bytes) {
-  const std::uint64_t found = fs::file_size(file);
-  if (found >= layout.header_bytes && found - layout.header_bytes == sample_bytes) return;
-  fail_reading(file,
-               "it has " + std::to_string(found) + " bytes, and the given layout needs " +
-                   std::to_string(layout.header_bytes) + " of header and " +
-                   std::to_string(sample_bytes) + " of samples (" + std::to_string(layout.dims[0]) +
-                   " x " + std::to_string(layout.dims[1]) + " x " + std::to_string(layout.dims[2]) +
-                   " of type " + std::string(name(layout.type)) + ")",
-               "Correct the dims, the type or the header bytes");
-}
-
-ImageHeader header_of(const fs::path& file, const RawLayout& layout) {
-  ImageHeader header;
-  header.type = layout.type;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!std::isfinite(layout.spacing[axis]) || layout.spacing[axis] <= 0) {
-      fail_reading(file, "the given spacing " + std::to_string(layout.spacing[axis]) + " is none",
-                   "Spacings are numbers greater than 0");
-    }
-    header.dims[axis] = layout.dims[axis];
-    header.spacing[axis] = layout.spacing[axis];
-    header.index_to_world.columns[axis][axis] = layout.spacing[axis];
-  }
-  return header;
-}
-
-StoredVolume open_raw(const fs::path& file, const RawLayout& layout) {
-  const ImageHeader header = header_of(file, layout);
-  check_header(file, header);
-  const std::uint64_t sample_bytes =
-      header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2]);
-  const Packing packing = UnpackedStream::packing_at(InputFile(file), 0);
-  const bool exact = fs::file_size(file) == layout.header_bytes + sample_bytes;
-  if (!exact && (packing == Packing::kGzip || packing == Packing::kBzip2)) {
-    return {.header = header,
-            .slices = slices_in_file(file, layout.header_bytes, layout.endian, header)};
-  }
-  check_raw_size(file, layout, sample_bytes);
-  return {.header = header,
-          .slices = plain_slices(file, layout.header_bytes, layout.endian, header)};
-}
-
 // ---- whatever the path names
 
 // "file.h5:/path" is a file and a path inside it, unless there is a file of that name.
@@ -147,7 +98,7 @@ StoredVolume open_format(const fs::path& path, VolumeFormat format, const Volume
       return open_dicom(path, fs::is_directory(path) ? dicom_files(path) : std::vector{path},
                         choice);
     case VolumeFormat::kZarr:
-      return open_zarr(volume_objects(path.string()), choice);
+      return open_zarr(path.string(), choice);
     case VolumeFormat::kHdf5:
       return open_hdf5(path, choice);
     case VolumeFormat::kMrc:
@@ -173,18 +124,6 @@ std::string known_files() {
             std::string(format.files) + ")";
   }
   return text;
-}
-
-StoredVolume open_address(const std::string& address, const VolumeChoice& choice) {
-  std::shared_ptr<ObjectStore> store = volume_objects(address);
-  if (!is_zarr(*store)) {
-    fail_reading(address,
-                 "there is no zarr.json, .zattrs, .zgroup, .zarray or attributes.json below it",
-                 "Give the address of an OME-Zarr image or of a Zarr or N5 array, and the "
-                 "credentials that it "
-                 "needs");
-  }
-  return open_zarr(std::move(store), choice);
 }
 
 // Throws where something is chosen that a source of this format, or this one, does not have.
@@ -218,7 +157,7 @@ StoredVolume open_stored(const fs::path& path, const Opening& opening, const Vol
                          std::optional<VolumeFormat>& format) {
   if (is_address(path.string())) {
     format = VolumeFormat::kZarr;
-    return open_address(path.string(), choice);
+    return open_zarr(path.string(), choice);
   }
   if (!fs::exists(path)) {
     if (!is_stack_pattern(path.filename().string()) || opening.options.raw) {
@@ -234,7 +173,9 @@ StoredVolume open_stored(const fs::path& path, const Opening& opening, const Vol
     fail_reading(path, "this folder holds neither images (TIFF, PNG, DICOM) nor a Zarr or N5 array",
                  "Known are " + known_files());
   }
-  if (InputFile(path).beginning(4) == "\x89MTD") {
+  std::string beginning(4, '\0');
+  std::ifstream(path, std::ios::binary).read(beginning.data(), 4);
+  if (beginning == "\x89MTD") {
     fail_reading(path, "it is no volume, but a dataset already",
                  "Serve it, or prepare the volume that it was made of");
   }

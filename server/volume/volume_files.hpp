@@ -16,8 +16,6 @@
 // numbers. `meaning` tells which it is.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -25,19 +23,10 @@
 #include <string>
 
 #include "server/core/framework/volume.hpp"
-#include "server/volume/formats/endian.hpp"
+#include "server/volume/formats/described_raw.hpp"
 #include "server/volume/volume_source.hpp"
 
 namespace multitetra {
-
-// Where the samples are in a file without a header of its own, x fastest.
-struct RawLayout {
-  std::array<std::int32_t, 3> dims{};  // Samples along x, y, z; each at least 1.
-  StoredType type = StoredType::kU8;
-  Endian endian = Endian::kLittle;
-  std::uint64_t header_bytes = 0;  // Bytes before the first sample.
-  Vec3 spacing = {1, 1, 1};        // World units between samples, > 0.
-};
 
 struct VolumeFileOptions {
   std::optional<RawLayout> raw = std::nullopt;  // Given: the file is read as raw bytes.

@@ -30,7 +30,6 @@ class VolumeInMemory : public VolumeSource {
   }
 
   [[nodiscard]] Samples take_all() override { return std::move(samples_); }
-  [[nodiscard]] bool streams() const override { return false; }
 
  private:
   VolumeHeader header_;

@@ -52,10 +52,6 @@ class VolumeSource {
 
   // What else the source holds, where it is a file that tells.
   [[nodiscard]] virtual const SourceMembers& members() const;
-
-  // Whether the source needs memory for a slice or two only, whatever the size of the volume. One
-  // that does not holds all samples.
-  [[nodiscard]] virtual bool streams() const = 0;
 };
 
 // A volume in memory as a source.

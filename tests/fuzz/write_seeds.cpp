@@ -88,6 +88,13 @@ void write_volume_metadata(const std::filesystem::path& folder) {
       std::string(1, '\4') +
           R"({"dimensions":[5,6],"blockSize":[2,4],"dataType":"int16","compression":{"type":"raw"}})" +
           '\0' + std::string("\0\0\0\2\0\0\0\2\0\0\0\4", 12) + numbers);
+  write(folder, 8,
+        "\5ImageJ=1.53t\nimages=12\nchannels=2\nslices=3\nframes=2\nunit=micron\nspacing=2.5\n"
+        "finterval=0.5\n");
+  write(folder, 9,
+        "\6<OME><Image><Pixels DimensionOrder=\"XYCZT\" SizeZ=\"3\" SizeC=\"2\" SizeT=\"1\" "
+        "PhysicalSizeX=\"0.2\"><Channel Name=\"a\"/><TiffData IFD=\"3\" FirstZ=\"1\" "
+        "PlaneCount=\"3\"/></Pixels></Image></OME>");
 }
 
 // As fuzz_volume_file.cpp reads them: 4 x 3 x 2 samples in each format.
@@ -135,6 +142,18 @@ void write_volume_files(const std::filesystem::path& folder) {
                                          packed<std::uint32_t>({48}) + shorts + "</AppendedData>"));
   add(6, "ObjectFileName: v.raw\nResolution: 4 4 2\nSliceThickness: 1 1 2\nFormat: USHORT\n");
   add(7, packed<std::uint16_t>({4, 3, 2}) + shorts);
+  const std::string lines = "type: int16\nendian: little\n";
+  add(8, nrrd(lines + "dimension: 3\nsizes: 4 3 2\nencoding: raw\nspace: RAS\nspace directions: "
+                      "(1,0,0) (0,2,0) (0,0,3)\nspace origin: (1,2,3)\n",
+              shorts));
+  add(8, nrrd(lines + "dimension: 4\nsizes: 4 3 1 2\nencoding: gzip\nspacings: 1 2 3 4\n",
+              deflated(shorts, /*gzip=*/true)));
+  add(8, nrrd(lines + "dimension: 4\nsizes: 2 3 2 2\nencoding: text\nkinds: vector domain domain "
+                      "domain\n",
+              text));
+  add(9, meta_image_header("MET_SHORT", "LOCAL") + shorts);
+  add(10, legacy_vtk("BINARY", "short", shorts));
+  add(10, legacy_vtk("ASCII", "short", text));
 }
 
 }  // namespace

@@ -198,28 +198,8 @@ void SampleConversion::convert_from(const std::byte* stored, std::size_t count, 
 void SampleConversion::convert(const std::byte* stored, std::size_t count, Samples& into,
                                std::size_t first) {
   assert(!is_none_ && into.index() == static_cast<std::size_t>(type_));
-  switch (header_.type) {
-    case StoredType::kU8:
-      return convert_from<std::uint8_t>(stored, count, into, first);
-    case StoredType::kI8:
-      return convert_from<std::int8_t>(stored, count, into, first);
-    case StoredType::kU16:
-      return convert_from<std::uint16_t>(stored, count, into, first);
-    case StoredType::kI16:
-      return convert_from<std::int16_t>(stored, count, into, first);
-    case StoredType::kF32:
-      return convert_from<float>(stored, count, into, first);
-    case StoredType::kU32:
-      return convert_from<std::uint32_t>(stored, count, into, first);
-    case StoredType::kI32:
-      return convert_from<std::int32_t>(stored, count, into, first);
-    case StoredType::kU64:
-      return convert_from<std::uint64_t>(stored, count, into, first);
-    case StoredType::kI64:
-      return convert_from<std::int64_t>(stored, count, into, first);
-    case StoredType::kF64:
-      return convert_from<double>(stored, count, into, first);
-  }
+  with_number_type(header_.type,
+                   [&]<typename Stored>() { convert_from<Stored>(stored, count, into, first); });
 }
 
 void SampleConversion::tell(const Notice& notice) const {

@@ -44,7 +44,6 @@ struct PlainHeader {
   Vec3 spacing;
   Affine index_to_world;
   WorldSpace space;
-  bool streams;
 };
 
 std::string message_of(const VolumeSource& source) {
@@ -53,8 +52,7 @@ std::string message_of(const VolumeSource& source) {
                              .type = header.type,
                              .spacing = header.spacing,
                              .index_to_world = header.index_to_world,
-                             .space = header.meaning.space,
-                             .streams = source.streams()};
+                             .space = header.meaning.space};
   return bytes_from(plain) + header.meaning.length_unit + '\0' + header.meaning.value_unit + '\0';
 }
 
@@ -130,12 +128,10 @@ class SandboxedVolume : public VolumeSource {
                .meaning = {.space = plain.space,
                            .length_unit = texts.substr(0, end),
                            .value_unit = texts.substr(end + 1, texts.size() - end - 2)}};
-    streams_ = plain.streams;
   }
 
   [[nodiscard]] const VolumeHeader& header() const override { return header_; }
   [[nodiscard]] const SourceMembers& members() const override { return members_; }
-  [[nodiscard]] bool streams() const override { return streams_; }
 
   void read(std::int32_t first_slice, std::int32_t slices, Samples& into) override {
     resize(into, header_.type, static_cast<std::size_t>(slices) * header_.samples_per_slice());
@@ -175,13 +171,12 @@ class SandboxedVolume : public VolumeSource {
   ChildProcess child_;
   VolumeHeader header_;
   SourceMembers members_;
-  bool streams_ = false;
 };
 
 }  // namespace
 
-std::unique_ptr<VolumeSource> sandboxed_volume(const std::filesystem::path& path, const OpenSource& open,
-                                         Notice notice) {
+std::unique_ptr<VolumeSource> sandboxed_volume(const std::filesystem::path& path,
+                                               const OpenSource& open, Notice notice) {
   return std::make_unique<SandboxedVolume>(path, open, std::move(notice));
 }
 

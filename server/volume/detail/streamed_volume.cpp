@@ -61,7 +61,6 @@ class StreamedVolume : public VolumeSource {
   }
 
   [[nodiscard]] const SourceMembers& members() const override { return members_; }
-  [[nodiscard]] bool streams() const override { return true; }
 
  private:
   void note_searched(std::size_t slice, std::uint64_t infinite) {

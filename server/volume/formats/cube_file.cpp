@@ -1,7 +1,6 @@
 #include "server/volume/formats/cube_file.hpp"
 
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/detail/numbered_files.hpp"
 #include "server/volume/formats/detail/text_slices.hpp"
 
 namespace multitetra {
@@ -26,21 +26,6 @@ std::string_view next_line(std::string_view& text) {
   return line;
 }
 
-std::vector<double> numbers_in(std::string_view line) {
-  std::vector<double> numbers;
-  while (true) {
-    const std::size_t begin = line.find_first_not_of(" \t\r");
-    if (begin == std::string_view::npos) return numbers;
-    line.remove_prefix(begin);
-    const std::size_t length = std::min(line.find_first_of(" \t\r"), line.size());
-    double number = 0;
-    const auto [end, error] = std::from_chars(line.data(), line.data() + length, number);
-    if (error != std::errc() || end != line.data() + length || !std::isfinite(number)) return {};
-    numbers.push_back(number);
-    line.remove_prefix(length);
-  }
-}
-
 // The grid's four lines: a count and a place or step each.
 struct CubeGrid {
   std::int64_t atoms = 0;  // Negative: a line about orbitals follows the atoms.
@@ -55,7 +40,7 @@ std::optional<CubeGrid> grid_in(std::string_view& text) {
   next_line(text);
   CubeGrid grid;
   for (std::size_t i = 0; i < 4; ++i) {
-    const std::vector<double> numbers = numbers_in(next_line(text));
+    const std::vector<double> numbers = finite_numbers(std::string(next_line(text)));
     if (numbers.size() < 4 || numbers.size() > 5 || numbers[0] != std::round(numbers[0]) ||
         std::abs(numbers[0]) > 1e9) {
       return std::nullopt;
@@ -92,14 +77,14 @@ StoredVolume open_cube(const fs::path& path) {
                  "Get a whole copy of it");
   }
   for (std::int64_t i = 0; i < std::abs(grid->atoms); ++i) {
-    if (numbers_in(next_line(rest)).size() != 5) {
+    if (finite_numbers(std::string(next_line(rest))).size() != 5) {
       fail_reading(path, "the line of its atom " + std::to_string(i + 1) + " is no five numbers",
                    "Get a whole copy of it");
     }
   }
   std::int64_t components = grid->components;
   if (grid->atoms < 0) {  // The number of orbitals, then their numbers.
-    const std::vector<double> orbitals = numbers_in(next_line(rest));
+    const std::vector<double> orbitals = finite_numbers(std::string(next_line(rest)));
     if (orbitals.empty() || orbitals[0] < 1 || orbitals[0] > kMaxComponents ||
         orbitals.size() != static_cast<std::size_t>(orbitals[0]) + 1) {
       fail_reading(path, "the line of its orbitals is not understood",

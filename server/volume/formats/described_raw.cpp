@@ -22,28 +22,11 @@ constexpr std::size_t kMostDescriptionBytes = std::size_t{1} << 16;
 
 // The words that files and names use for types.
 std::optional<StoredType> type_word(std::string_view word) {
-  constexpr std::array<std::pair<std::string_view, StoredType>, 16> kWords = {
-      {{"uchar", StoredType::kU8},
-       {"uint8", StoredType::kU8},
-       {"byte", StoredType::kU8},
-       {"char", StoredType::kI8},
-       {"int8", StoredType::kI8},
-       {"ushort", StoredType::kU16},
-       {"uint16", StoredType::kU16},
-       {"short", StoredType::kI16},
-       {"int16", StoredType::kI16},
-       {"float", StoredType::kF32},
-       {"float32", StoredType::kF32},
-       {"double", StoredType::kF64},
-       {"float64", StoredType::kF64},
-       {"int32", StoredType::kI32},
-       {"uint32", StoredType::kU32},
-       {"ushort_12", StoredType::kU16}}};
   const std::string lower = lower_case(word);
-  for (const auto& [name, type] : kWords) {
-    if (name == lower) return type;
-  }
-  return stored_type_from(lower);
+  if (lower == "byte") return StoredType::kU8;
+  if (lower == "ushort_12") return StoredType::kU16;
+  const auto type = stored_type_from_word(lower);
+  return type ? type : stored_type_from(lower);
 }
 
 // Up to three numbers at the beginning of a text.
@@ -170,6 +153,36 @@ std::optional<DescribedRaw> told_by_name(const fs::path& file) {
 }
 
 }  // namespace
+
+StoredVolume open_raw(const fs::path& file, const RawLayout& layout) {
+  ImageHeader header{.type = layout.type};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    header.dims[axis] = layout.dims[axis];
+    if (layout.spacing[axis] > 0) continue;
+    fail_reading(file, "the given spacing " + std::to_string(layout.spacing[axis]) + " is none",
+                 "Spacings are numbers greater than 0");
+  }
+  set_box_axes(header, {0, 0, 0}, layout.spacing);
+  check_header(file, header);
+  const std::uint64_t found = InputFile(file).size();
+  const std::uint64_t needed = sample_bytes(header);
+  const Packing packing = UnpackedStream::packing_at(InputFile(file), 0);
+  if (found == layout.header_bytes + needed) {
+    return {.header = header,
+            .slices = plain_slices(file, layout.header_bytes, layout.endian, header)};
+  }
+  if (packing == Packing::kGzip || packing == Packing::kBzip2) {
+    return {.header = header,
+            .slices = slices_in_file(file, layout.header_bytes, layout.endian, header)};
+  }
+  fail_reading(file,
+               "it has " + std::to_string(found) + " bytes, and the given layout needs " +
+                   std::to_string(layout.header_bytes) + " of header and " +
+                   std::to_string(needed) + " of samples (" + std::to_string(layout.dims[0]) +
+                   " x " + std::to_string(layout.dims[1]) + " x " + std::to_string(layout.dims[2]) +
+                   " of type " + std::string(name(layout.type)) + ")",
+               "Correct the dims, the type or the header bytes");
+}
 
 bool is_raw_description(std::string_view beginning) {
   return beginning.starts_with("ObjectFileName:") &&

@@ -1,7 +1,8 @@
-// Raw samples whose layout stands elsewhere than in a header of a known format: in a text beside
-// them, in three numbers before them, or in their file's name.
+// Raw samples whose layout stands elsewhere than in a header of a known format: the caller knows
+// it, or it is in a text beside them, in three numbers before them, or in their file's name.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -12,6 +13,19 @@
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
+
+// Where the samples are in a file without a header of its own, x fastest.
+struct RawLayout {
+  std::array<std::int32_t, 3> dims{};  // Samples along x, y, z; each at least 1.
+  StoredType type = StoredType::kU8;
+  Endian endian = Endian::kLittle;
+  std::uint64_t header_bytes = 0;  // Bytes before the first sample.
+  Vec3 spacing = {1, 1, 1};        // World units between samples, > 0.
+};
+
+// The samples of a file, which may be packed by gzip or bzip2. Throws VolumeFileError unless it has
+// exactly the bytes that the layout needs.
+[[nodiscard]] StoredVolume open_raw(const std::filesystem::path& file, const RawLayout& layout);
 
 struct DescribedRaw {
   std::filesystem::path file;  // Of the samples, which may be packed (gzip, bzip2).

@@ -234,24 +234,7 @@ class DicomSlices : public StoredSlices {
         std::memcpy(into + i * sizeof(float), &value, sizeof(float));
       }
     };
-    switch (image.type) {
-      case StoredType::kU8:
-        return each(std::uint8_t{});
-      case StoredType::kI8:
-        return each(std::int8_t{});
-      case StoredType::kU16:
-        return each(std::uint16_t{});
-      case StoredType::kI16:
-        return each(std::int16_t{});
-      case StoredType::kU32:
-        return each(std::uint32_t{});
-      case StoredType::kI32:
-        return each(std::int32_t{});
-      case StoredType::kF32:
-        return each(float{});
-      default:
-        return each(double{});
-    }
+    with_number_type(image.type, [&]<typename Number>() { each(Number{}); });
   }
 
   std::vector<DicomImage> stack_;

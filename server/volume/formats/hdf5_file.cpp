@@ -4,6 +4,7 @@
 #include <hdf5_hl.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -58,37 +59,14 @@ std::optional<StoredType> type_of_dataset(hid_t dataset) {
   if (kind == H5T_ENUM && bytes == 1) return StoredType::kI8;  // How h5py writes truth values.
   if (kind != H5T_INTEGER) return std::nullopt;
   const bool is_signed = H5Tget_sign(type.get()) != H5T_SGN_NONE;
-  if (bytes == 1) return is_signed ? StoredType::kI8 : StoredType::kU8;
-  if (bytes == 2) return is_signed ? StoredType::kI16 : StoredType::kU16;
-  if (bytes == 4) return is_signed ? StoredType::kI32 : StoredType::kU32;
-  if (bytes == 8) return is_signed ? StoredType::kI64 : StoredType::kU64;
-  return std::nullopt;
+  return stored_type_from((is_signed ? "i" : "u") + std::to_string(8 * bytes));
 }
 
 hid_t memory_type(StoredType type) {
-  switch (type) {
-    case StoredType::kU8:
-      return H5T_NATIVE_UINT8;
-    case StoredType::kI8:
-      return H5T_NATIVE_INT8;
-    case StoredType::kU16:
-      return H5T_NATIVE_UINT16;
-    case StoredType::kI16:
-      return H5T_NATIVE_INT16;
-    case StoredType::kF32:
-      return H5T_NATIVE_FLOAT;
-    case StoredType::kU32:
-      return H5T_NATIVE_UINT32;
-    case StoredType::kI32:
-      return H5T_NATIVE_INT32;
-    case StoredType::kU64:
-      return H5T_NATIVE_UINT64;
-    case StoredType::kI64:
-      return H5T_NATIVE_INT64;
-    case StoredType::kF64:
-      return H5T_NATIVE_DOUBLE;
-  }
-  return -1;
+  const std::array<hid_t, 10> types = {
+      H5T_NATIVE_UINT8,  H5T_NATIVE_INT8,  H5T_NATIVE_UINT16, H5T_NATIVE_INT16, H5T_NATIVE_FLOAT,
+      H5T_NATIVE_UINT32, H5T_NATIVE_INT32, H5T_NATIVE_UINT64, H5T_NATIVE_INT64, H5T_NATIVE_DOUBLE};
+  return types[static_cast<std::size_t>(type)];
 }
 
 // Up to `most` numbers of an attribute; none when it is missing or no numbers.

@@ -1,7 +1,6 @@
 #include "server/volume/formats/legacy_vtk_file.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -27,23 +26,10 @@ constexpr std::size_t kMostVtkHeaderBytes = std::size_t{1} << 16;
 }
 
 StoredType legacy_vtk_type(const fs::path& file, const std::string& name) {
-  constexpr std::array<std::pair<std::string_view, StoredType>, 13> kTypes = {
-      {{"unsigned_char", StoredType::kU8},
-       {"char", StoredType::kI8},
-       {"unsigned_short", StoredType::kU16},
-       {"short", StoredType::kI16},
-       {"unsigned_int", StoredType::kU32},
-       {"int", StoredType::kI32},
-       {"unsigned_long", StoredType::kU64},
-       {"long", StoredType::kI64},
-       {"vtktypeuint64", StoredType::kU64},
-       {"vtktypeint64", StoredType::kI64},
-       {"vtkidtype", StoredType::kI32},  // As VTK writes it.
-       {"float", StoredType::kF32},
-       {"double", StoredType::kF64}}};
-  for (const auto& [word, type] : kTypes) {
-    if (word == lower_case(name)) return type;
-  }
+  std::string word = lower_case(name);
+  if (word == "vtkidtype") word = "int";  // As VTK writes it.
+  if (word.starts_with("vtktype")) word.erase(0, 7);
+  if (const auto type = stored_type_from_word(word)) return *type;
   fail_in_header(file, "the type of its samples is '" + name.substr(0, 40) + "'");
 }
 

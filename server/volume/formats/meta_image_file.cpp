@@ -70,23 +70,12 @@ MetaHeader read_meta_header(const fs::path& file) {
                "Check that it is a whole file of this format");
 }
 
+// Its long has 32 bits.
 StoredType meta_type(const fs::path& file, const std::string& name) {
-  constexpr std::array<std::pair<std::string_view, StoredType>, 12> kTypes = {
-      {{"MET_CHAR", StoredType::kI8},
-       {"MET_UCHAR", StoredType::kU8},
-       {"MET_SHORT", StoredType::kI16},
-       {"MET_USHORT", StoredType::kU16},
-       {"MET_INT", StoredType::kI32},
-       {"MET_UINT", StoredType::kU32},
-       {"MET_LONG", StoredType::kI32},
-       {"MET_ULONG", StoredType::kU32},
-       {"MET_LONG_LONG", StoredType::kI64},
-       {"MET_ULONG_LONG", StoredType::kU64},
-       {"MET_FLOAT", StoredType::kF32},
-       {"MET_DOUBLE", StoredType::kF64}}};
-  for (const auto& [word, type] : kTypes) {
-    if (word == name) return type;
-  }
+  const auto type = stored_type_from_word(name);
+  if (name == "MET_LONG") return StoredType::kI32;
+  if (name == "MET_ULONG") return StoredType::kU32;
+  if (type) return *type;
   fail_reading(file, "its ElementType is '" + name.substr(0, 40) + "'",
                "Give integers of 8 to 64 bits or floating-point numbers of 32 or 64 bits");
 }
@@ -97,12 +86,7 @@ std::optional<std::vector<double>> numbers_of(const fs::path& file, const MetaHe
                                               std::size_t count) {
   const std::string text = header.value(names);
   if (text.empty()) return std::nullopt;
-  std::vector<double> numbers;
-  for (const std::string& word : words_of(text)) {
-    const std::optional<double> number = finite_number(word);
-    if (!number) break;
-    numbers.push_back(*number);
-  }
+  std::vector<double> numbers = finite_numbers(text);
   if (numbers.size() >= count) return numbers;
   fail_reading(
       file, "its " + std::string(*names.begin()) + " is not " + std::to_string(count) + " numbers",

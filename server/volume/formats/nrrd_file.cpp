@@ -25,19 +25,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kCheckHeader = "Correct the header";
 
-// Numbers between white space, commas and brackets; none when a word is no number.
-std::vector<double> real_numbers(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c == ',' || c == '(' || c == ')'; }, ' ');
-  std::vector<double> numbers;
-  for (const std::string& word : words_of(text)) {
-    const std::optional<double> number = finite_number(word);
-    if (!number) return {};
-    numbers.push_back(*number);
-  }
-  return numbers;
-}
-
 std::string unquoted(std::string text) {
   std::erase(text, '"');
   return text;
@@ -46,38 +33,7 @@ std::string unquoted(std::string text) {
 // ---- which axis is what
 
 StoredType nrrd_type(const fs::path& file, const NrrdHeader& header) {
-  std::string word = lower_case(header.field("type"));
-  if (word.starts_with("signed ")) word.erase(0, 7);
-  if (word.ends_with(" int")) word.erase(word.size() - 4);
-  if (word.ends_with("_t")) word.erase(word.size() - 2);
-  constexpr std::array<std::pair<std::string_view, StoredType>, 24> kTypes = {
-      {{"char", StoredType::kI8},
-       {"int8", StoredType::kI8},
-       {"uchar", StoredType::kU8},
-       {"unsigned char", StoredType::kU8},
-       {"uint8", StoredType::kU8},
-       {"short", StoredType::kI16},
-       {"int16", StoredType::kI16},
-       {"ushort", StoredType::kU16},
-       {"unsigned short", StoredType::kU16},
-       {"uint16", StoredType::kU16},
-       {"int", StoredType::kI32},
-       {"int32", StoredType::kI32},
-       {"uint", StoredType::kU32},
-       {"unsigned", StoredType::kU32},
-       {"uint32", StoredType::kU32},
-       {"longlong", StoredType::kI64},
-       {"long long", StoredType::kI64},
-       {"int64", StoredType::kI64},
-       {"ulonglong", StoredType::kU64},
-       {"unsigned long long", StoredType::kU64},
-       {"uint64", StoredType::kU64},
-       {"float", StoredType::kF32},
-       {"double", StoredType::kF64},
-       {"float64", StoredType::kF64}}};
-  for (const auto& [name, type] : kTypes) {
-    if (name == word) return type;
-  }
+  if (const auto type = stored_type_from_word(header.field("type"))) return *type;
   fail_reading(file, "the type of its samples is '" + header.field("type").substr(0, 40) + "'",
                "Give integers of 8 to 64 bits or floating-point numbers of 32 or 64 bits");
 }
@@ -163,7 +119,7 @@ SourceTimes times_along(const NrrdHeader& header, std::size_t axis, std::int64_t
   for (const auto& [values, unit] :
        {std::pair{prefix + "values", prefix + "unit"},
         {"MultiVolume.FrameLabels", "MultiVolume.FrameIdentifyingUnits"}}) {
-    SourceTimes times{.count = count, .at = real_numbers(header.key(values))};
+    SourceTimes times{.count = count, .at = finite_numbers(header.key(values))};
     if (count > 1 && times.at.size() == static_cast<std::size_t>(count)) {
       times.unit = time_unit_from(header.key(unit));
       return times;
@@ -204,7 +160,7 @@ std::optional<Vec3> patient_signs(const fs::path& file, std::string_view written
 }
 
 std::optional<Vec3> vector_from(const std::string& text) {
-  std::vector<double> numbers = real_numbers(text);
+  std::vector<double> numbers = finite_numbers(text);
   if (numbers.size() < 2) return std::nullopt;
   numbers.resize(3);
   return Vec3{numbers[0], numbers[1], numbers[2]};
@@ -253,7 +209,7 @@ void place(const fs::path& file, const NrrdHeader& header, const NrrdAxes& axes,
     if (!directions.empty()) {
       const std::optional<Vec3> direction = vector_from(directions[axis]);
       if (direction) steps[i] = turned(*direction, signs);
-      is_flat = is_flat && real_numbers(directions[axis]).size() < 3;
+      is_flat = is_flat && finite_numbers(directions[axis]).size() < 3;
     } else if (!spacings.empty()) {
       steps[i][i] = finite_number(spacings[axis]).value_or(1);
     }

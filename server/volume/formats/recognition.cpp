@@ -10,7 +10,6 @@
 #include "server/volume/formats/described_raw.hpp"
 #include "server/volume/formats/detail/header_bytes.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
-#include "server/volume/formats/detail/volume_objects.hpp"
 #include "server/volume/formats/dicom_series.hpp"
 #include "server/volume/formats/hdf5_file.hpp"
 #include "server/volume/formats/mrc_file.hpp"
@@ -107,7 +106,7 @@ std::optional<VolumeFormat> by_name(const std::string& name) {
 }
 
 std::optional<VolumeFormat> format_of_folder(const fs::path& folder) {
-  if (is_zarr(*volume_objects(folder.string()))) return VolumeFormat::kZarr;
+  if (is_zarr(folder.string())) return VolumeFormat::kZarr;
   std::error_code error;
   bool has_tiff = false;
   bool has_png = false;

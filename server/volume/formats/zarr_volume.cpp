@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -11,6 +12,7 @@
 
 #include "server/volume/formats/detail/chunked_array.hpp"
 #include "server/volume/formats/detail/chunked_slices.hpp"
+#include "server/volume/formats/detail/volume_objects.hpp"
 
 namespace multitetra {
 namespace {
@@ -360,21 +362,30 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
           .channels = channels};
 }
 
-}  // namespace
-
-bool is_zarr(ObjectStore& store) {
+bool has_metadata(ObjectStore& store) {
   for (const char* key : {"zarr.json", ".zarray", ".zgroup", ".zattrs", "attributes.json"}) {
     if (text_of(store, key)) return true;
   }
   return false;
 }
 
-StoredVolume open_zarr(std::shared_ptr<ObjectStore> store, const VolumeChoice& choice) {
-  const std::filesystem::path place = store->place(choice.array);
+}  // namespace
+
+bool is_zarr(const std::string& place) { return has_metadata(*volume_objects(place)); }
+
+StoredVolume open_zarr(const std::string& place, const VolumeChoice& choice) {
+  std::shared_ptr<ObjectStore> store = volume_objects(place);
+  if (!has_metadata(*store)) {
+    fail_reading(place,
+                 "there is no zarr.json, .zattrs, .zgroup, .zarray or attributes.json below it",
+                 "Give the address of an OME-Zarr image or of a Zarr or N5 array, and the "
+                 "credentials that it needs");
+  }
+  const std::filesystem::path array = store->place(choice.array);
   try {
     return open_checked(std::move(store), choice);
   } catch (const Json::exception& problem) {  // A field of another type than it should have.
-    fail_reading(place, std::string("its metadata are damaged: ") + problem.what(),
+    fail_reading(array, std::string("its metadata are damaged: ") + problem.what(),
                  "Get a whole copy of it");
   }
 }

@@ -184,7 +184,6 @@ class LabelMap::Field : public VolumeSource {
   }
 
   [[nodiscard]] const VolumeHeader& header() const override { return header_; }
-  [[nodiscard]] bool streams() const override { return true; }
 
   void read(std::int32_t first_slice, std::int32_t slices, Samples& into) override {
     assert(first_slice >= 0 && slices >= 1 && first_slice <= header_.dims[2] - slices);

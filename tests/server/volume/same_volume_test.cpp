@@ -60,12 +60,15 @@ VolumeChoice choice_for(const std::string& name) {
 
 // Whether the format tells where the volume lies, or how far its samples are apart.
 bool tells_origin(const std::string& name) {
-  return !name.starts_with("n5") && !name.starts_with("raw");
+  return !name.starts_with("n5") && !name.starts_with("raw") && !name.starts_with("tiff");
 }
-bool tells_spacing(const std::string& name) { return name != "raw-gzip"; }
+bool tells_spacing(const std::string& name) {
+  return name != "raw-gzip" && name != "tiff-pages" && name != "tiff-stack";
+}
 
 std::string unit_told_by(const std::string& name) {
   if (name.starts_with("zarr") || name.starts_with("n5") || name.starts_with("nifti")) return "µm";
+  if (name.starts_with("tiff-ome")) return "µm";
   if (name.starts_with("mrc")) return "Å";
   if (name == "hdf5") return "m";
   return name.starts_with("dicom") ? "mm" : "";
@@ -116,6 +119,27 @@ TEST(SameVolume, IsReadBackwardsAsWell) {
       source->read(first, 2, slab);
       EXPECT_EQ(slab, Samples(std::vector<std::int16_t>(all.begin() + 480 * first,
                                                         all.begin() + 480 * (first + 2))));
+    }
+  }
+}
+
+TEST(SameVolume, IsAChannelOfAHyperstackOfImageJ) {
+  const TemporaryFolder folder;
+  const std::vector<WrittenFormat> formats = written_formats(folder.path());
+  const fs::path file = folder.path() / "imagej.tif";
+  if (!fs::exists(file)) GTEST_SKIP() << "NOT TESTED: there is no Python with tifffile";
+  const Volume expected = read_volume(formats.front().path);
+  const auto& all = std::get<std::vector<std::int16_t>>(expected.samples);
+  for (const int channel : {0, 1}) {
+    const Volume volume = read_volume(file, {.choice = {.channel = channel}});
+    EXPECT_EQ(volume.dims, expected.dims);
+    EXPECT_EQ(volume.meaning.length_unit, "µm");
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(volume.spacing[axis], expected.spacing[axis], 1e-6);
+    }
+    const auto& samples = std::get<std::vector<float>>(volume.samples);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      ASSERT_EQ(samples[i], static_cast<float>(all[i] + channel)) << i;
     }
   }
 }

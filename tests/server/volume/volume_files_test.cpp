@@ -346,6 +346,25 @@ TEST_F(VolumeFiles, SizesBeyondTheGridOrTheMemoryAreRefusedBeforeMemoryIsTaken) 
   expect_contains(error_of_reading(folder_.file("deep.nrrd", header("4097 4097 4097"))), "memory");
 }
 
+TEST_F(VolumeFiles, OptionsThatAFileHasNoUseForAreRefused) {
+  const fs::path file =
+      folder_.file("v.nrrd", nrrd(kNrrdLines + "type: uint8\n", packed<std::uint8_t>(values())));
+  const auto refusal = [&](const VolumeChoice& choice) {
+    return error_of_reading(file, {.choice = choice});
+  };
+  expect_contains(refusal({.array = "foo"}),
+                  "--array chooses nothing here: it has no named arrays");
+  expect_contains(refusal({.level = 1}), "--level chooses nothing here");
+  expect_contains(refusal({.time = 3}), "--time chooses nothing here: it has no times");
+  expect_contains(refusal({.channel = 3}),
+                  "it has no channels, but one volume of 4 x 3 x 2 samples. Leave --channel out");
+  expect_contains(refusal({.series = "2"}), "--series chooses nothing here");
+  expect_contains(refusal({.component = ComponentChoice::from("1").value()}), "no components");
+  EXPECT_EQ(read_volume(file, {.choice = {.time = 0}}).dims, kDims);
+  const fs::path points = folder_.file("v.vtk", legacy_vtk("BINARY", "char", std::string(24, 'x')));
+  expect_contains(error_of_reading(points, {.choice = {.time = 1}}), "it has no times");
+}
+
 TEST_F(VolumeFiles, ImagesOfAStackThatDifferAreRefusedByName) {
   folder_.file("stack/a.tif", tiff({std::string(12, 'x')}, 1));
   folder_.file("stack/b.tif", tiff({std::string(15, 'x')}, 1, 5));

@@ -283,6 +283,25 @@ def dicom():
     told("dicom-frames", folder / "frames")
 
 
+def tiff():
+    import tifffile
+    sizes = dict(zip(("PhysicalSizeX", "PhysicalSizeY", "PhysicalSizeZ"), SPACING))
+    metadata = {"axes": "ZYX", **sizes, **{f"{name}Unit": "µm" for name in sizes}}
+    for name, options in (("tiff-ome", {}), ("tiff-ome-tiled", {"tile": (16, 16), "compression": "zlib"}),
+                          ("tiff-ome-big", {"bigtiff": True, "byteorder": ">"})):
+        tifffile.imwrite(folder / f"{name}.ome.tif", volume, ome=True, metadata=metadata, **options)
+        told(name, folder / f"{name}.ome.tif")
+    tifffile.imwrite(folder / "pages.tif", volume, metadata=None)
+    told("tiff-pages", folder / "pages.tif")
+    (folder / "stack").mkdir()
+    for i in range(SHAPE[0]):
+        tifffile.imwrite(folder / "stack" / f"slice{i}.tif", volume[i], metadata=None)
+    told("tiff-stack", folder / "stack")
+    # Not the volume's type: the tests know it by name.
+    tifffile.imwrite(folder / "imagej.tif", numpy.stack([volume, volume + 1], 1).astype("f4"), imagej=True,
+                     resolution=(2, 4 / 3), metadata={"axes": "ZCYX", "spacing": 2.0, "unit": "um"})
+
+
 def mrc():
     head = bytearray(1024)
     struct.pack_into("<10i", head, 0, 24, 20, 12, 1, 0, 0, 0, 24, 20, 12)
@@ -325,7 +344,7 @@ vti()
 mrc()
 nifti()
 raw()
-for writer in (zarr_2, vti_lz4, hdf5, dicom):  # With packages of others.
+for writer in (zarr_2, vti_lz4, hdf5, dicom, tiff):  # With packages of others.
     try:
         writer()
     except ImportError as problem:

@@ -98,82 +98,31 @@ void put_json_number(std::vector<std::byte>& into, const Json& value) {
 std::vector<std::byte> fill_of(StoredType type, const Json& value) {
   std::vector<std::byte> fill(bytes_of(type));
   if (value.is_null()) return fill;
-  switch (type) {
-    case StoredType::kU8:
-      put_json_number<std::uint8_t>(fill, value);
-      break;
-    case StoredType::kI8:
-      put_json_number<std::int8_t>(fill, value);
-      break;
-    case StoredType::kU16:
-      put_json_number<std::uint16_t>(fill, value);
-      break;
-    case StoredType::kI16:
-      put_json_number<std::int16_t>(fill, value);
-      break;
-    case StoredType::kF32:
-      put_json_number<float>(fill, value);
-      break;
-    case StoredType::kU32:
-      put_json_number<std::uint32_t>(fill, value);
-      break;
-    case StoredType::kI32:
-      put_json_number<std::int32_t>(fill, value);
-      break;
-    case StoredType::kU64:
-      put_json_number<std::uint64_t>(fill, value);
-      break;
-    case StoredType::kI64:
-      put_json_number<std::int64_t>(fill, value);
-      break;
-    case StoredType::kF64:
-      put_json_number<double>(fill, value);
-      break;
-  }
+  with_number_type(type, [&]<typename Number>() { put_json_number<Number>(fill, value); });
   return fill;
 }
 
 // The names that Zarr 3 and N5 share; "bool" is a byte.
 StoredType long_type(const Json& value) {
-  constexpr std::array<std::pair<std::string_view, StoredType>, 11> kTypes = {
-      {{"uint8", StoredType::kU8},
-       {"int8", StoredType::kI8},
-       {"uint16", StoredType::kU16},
-       {"int16", StoredType::kI16},
-       {"float32", StoredType::kF32},
-       {"uint32", StoredType::kU32},
-       {"int32", StoredType::kI32},
-       {"uint64", StoredType::kU64},
-       {"int64", StoredType::kI64},
-       {"float64", StoredType::kF64},
-       {"bool", StoredType::kU8}}};
-  for (const auto& [word, type] : kTypes) {
-    if (value == word) return type;
-  }
+  const std::string word = value.is_string() ? value.get<std::string>() : std::string();
+  if (word == "bool") return StoredType::kU8;
+  const auto type = stored_type_from_word(word);
+  if (type && word.find_first_of("1368") != std::string::npos) return *type;
   refuse("its samples are of type " + shown(value) +
          "; known are integers of 8 to 64 bits and floats of 32 and 64");
 }
 
+// "<i2": the order of the bytes, what kind of number, how many bytes.
 void set_type_2(ArrayLayout& layout, const Json& value) {
-  constexpr std::array<std::pair<std::string_view, StoredType>, 11> kTypes = {
-      {{"u1", StoredType::kU8},
-       {"b1", StoredType::kU8},
-       {"i1", StoredType::kI8},
-       {"u2", StoredType::kU16},
-       {"i2", StoredType::kI16},
-       {"f4", StoredType::kF32},
-       {"u4", StoredType::kU32},
-       {"i4", StoredType::kI32},
-       {"u8", StoredType::kU64},
-       {"i8", StoredType::kI64},
-       {"f8", StoredType::kF64}}};
   const std::string word = value.is_string() ? value.get<std::string>() : std::string();
-  for (const auto& [name, type] : kTypes) {
-    if (word.size() != 3 || word.substr(1) != name) continue;
-    if (word[0] != '<' && word[0] != '>' && !(word[0] == '|' && bytes_of(type) == 1)) continue;
-    layout.type = type;
-    layout.endian = word[0] == '>' ? Endian::kBig : Endian::kLittle;
-    return;
+  if (word.size() == 3 && word[2] >= '1' && word[2] <= '8') {
+    const std::string kind(1, word[1] == 'b' && word[2] == '1' ? 'u' : word[1]);
+    const auto type = stored_type_from(kind + std::to_string(8 * (word[2] - '0')));
+    if (type && (word[0] == '<' || word[0] == '>' || (word[0] == '|' && bytes_of(*type) == 1))) {
+      layout.type = *type;
+      layout.endian = word[0] == '>' ? Endian::kBig : Endian::kLittle;
+      return;
+    }
   }
   refuse("its samples are of type " + shown(value) +
          "; known are integers of 8 to 64 bits and floats of 32 and 64");

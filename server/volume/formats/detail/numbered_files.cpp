@@ -112,4 +112,16 @@ std::optional<double> finite_number(std::string_view text) {
   return value;
 }
 
+std::vector<double> finite_numbers(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == ',' || c == '(' || c == ')'; }, ' ');
+  std::vector<double> numbers;
+  for (const std::string& word : words_of(text)) {
+    const std::optional<double> number = finite_number(word);
+    if (!number) return {};
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
 }  // namespace multitetra

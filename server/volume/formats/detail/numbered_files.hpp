@@ -45,5 +45,7 @@ struct NumberedFiles {
 // The number that all of `text` is; nullopt when it is none.
 [[nodiscard]] std::optional<std::int64_t> integer(std::string_view text);
 [[nodiscard]] std::optional<double> finite_number(std::string_view text);
+// The numbers between white space, commas and brackets; none when a word is no finite number.
+[[nodiscard]] std::vector<double> finite_numbers(std::string text);
 
 }  // namespace multitetra

@@ -1,7 +1,6 @@
 #include "server/volume/formats/detail/segment_names.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -26,14 +25,11 @@ struct Segment {
 
 // Three numbers from 0 to 1.
 std::optional<std::uint32_t> color_of_shares(const std::string& text) {
-  const std::vector<std::string> words = words_of(text);
-  if (words.size() != 3) return std::nullopt;
+  const std::vector<double> shares = finite_numbers(text);
+  if (shares.size() != 3) return std::nullopt;
   std::uint32_t color = 0;
-  for (const std::string& word : words) {
-    double share = 0;
-    const char* const end = word.data() + word.size();
-    const auto [at, error] = std::from_chars(word.data(), end, share);
-    if (error != std::errc() || at != end || !(share >= 0 && share <= 1)) return std::nullopt;
+  for (const double share : shares) {
+    if (!(share >= 0 && share <= 1)) return std::nullopt;
     color = color << 8 | static_cast<std::uint32_t>(std::lround(255 * share));
   }
   return color;

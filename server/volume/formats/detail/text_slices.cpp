@@ -102,28 +102,7 @@ class TextSlices : public StoredSlices {
   }
 
   void store(std::string_view word, std::byte* into) const {
-    switch (type_) {
-      case StoredType::kU8:
-        return store_as<std::uint8_t>(word, into);
-      case StoredType::kI8:
-        return store_as<std::int8_t>(word, into);
-      case StoredType::kU16:
-        return store_as<std::uint16_t>(word, into);
-      case StoredType::kI16:
-        return store_as<std::int16_t>(word, into);
-      case StoredType::kF32:
-        return store_as<float>(word, into);
-      case StoredType::kU32:
-        return store_as<std::uint32_t>(word, into);
-      case StoredType::kI32:
-        return store_as<std::int32_t>(word, into);
-      case StoredType::kU64:
-        return store_as<std::uint64_t>(word, into);
-      case StoredType::kI64:
-        return store_as<std::int64_t>(word, into);
-      case StoredType::kF64:
-        return store_as<double>(word, into);
-    }
+    with_number_type(type_, [&]<typename Number>() { store_as<Number>(word, into); });
   }
 
   NumbersInText numbers_;

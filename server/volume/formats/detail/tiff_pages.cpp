@@ -67,28 +67,16 @@ PageFormat format_of(TIFF* tiff) {
 }
 
 std::optional<StoredType> stored_type_of(const PageFormat& format) {
-  if (format.kind == SAMPLEFORMAT_IEEEFP) {
-    if (format.bits == 16 || format.bits == 32) return StoredType::kF32;
-    return format.bits == 64 ? std::optional(StoredType::kF64) : std::nullopt;
-  }
   const bool is_signed = format.kind == SAMPLEFORMAT_INT;
+  int bits = format.bits;
+  if (format.kind == SAMPLEFORMAT_IEEEFP) {
+    return stored_type_from("f" + std::to_string(bits == 16 ? 32 : bits));
+  }
   if (!is_signed && format.kind != SAMPLEFORMAT_UINT && format.kind != SAMPLEFORMAT_VOID) {
     return std::nullopt;
   }
-  if (!is_signed && format.bits >= 1 && format.bits < 8) return StoredType::kU8;
-  if (!is_signed && format.bits > 8 && format.bits < 16) return StoredType::kU16;
-  switch (format.bits) {
-    case 8:
-      return is_signed ? StoredType::kI8 : StoredType::kU8;
-    case 16:
-      return is_signed ? StoredType::kI16 : StoredType::kU16;
-    case 32:
-      return is_signed ? StoredType::kI32 : StoredType::kU32;
-    case 64:
-      return is_signed ? StoredType::kI64 : StoredType::kU64;
-    default:
-      return std::nullopt;
-  }
+  if (!is_signed && bits >= 1 && bits < 16) bits = bits <= 8 ? 8 : 16;
+  return stored_type_from((is_signed ? "i" : "u") + std::to_string(bits));
 }
 
 float float_of_half(std::uint16_t half) {

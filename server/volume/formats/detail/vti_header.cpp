@@ -18,24 +18,6 @@ constexpr std::size_t kMaxArrays = 4096;
 constexpr int kMaxDepth = 64;
 constexpr std::uint64_t kMaxMarkupBytes = std::uint64_t{1} << 26;  // Without text between tags.
 
-std::optional<StoredType> vtk_type(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, StoredType>, 10> kTypes = {
-      {{"UInt8", StoredType::kU8},
-       {"Int8", StoredType::kI8},
-       {"UInt16", StoredType::kU16},
-       {"Int16", StoredType::kI16},
-       {"Float32", StoredType::kF32},
-       {"UInt32", StoredType::kU32},
-       {"Int32", StoredType::kI32},
-       {"UInt64", StoredType::kU64},
-       {"Int64", StoredType::kI64},
-       {"Float64", StoredType::kF64}}};
-  for (const auto& [word, type] : kTypes) {
-    if (word == name) return type;
-  }
-  return std::nullopt;
-}
-
 // `count` numbers between white space and nothing else.
 template <typename Number, std::size_t count>
 bool read_numbers(const std::string& text, std::array<Number, count>& into) {
@@ -221,7 +203,7 @@ class VtiParser {
     if (header_.arrays.size() >= kMaxArrays) return complain("it has too many arrays");
     VtiArray array{.name = get("Name", ""), .of_cells = of_cells_, .section = section_};
     const std::string type = get("type", "");
-    const auto known = vtk_type(type);
+    const auto known = stored_type_from_word(type);
     if (!known) return;  // Of text or bits: nobody asks for it.
     array.type = *known;
     const std::string components = get("NumberOfComponents", "1");
