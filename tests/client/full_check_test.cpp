@@ -13,6 +13,7 @@
 #include "server/dataset/prepare.hpp"
 #include "server/dataset/written_nrrd.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "server/service/extracted_surfaces.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
 #include "tests/support/running_server.hpp"
@@ -123,7 +124,7 @@ TEST_F(FullCheck, OfAnHonestServerPassesAndTellsTheDistances) {
   const Volume volume = fields::gyroid(25, 0.1, 3);
   write_nrrd(folder_.path() / "gyroid.nrrd", volume);
   auto catalogue = std::make_shared<DatasetCatalogue>();
-  catalogue->add(std::make_shared<ExtractedSteps>(
+  catalogue->add(std::make_shared<ExtractedSurfaces>(
       std::make_shared<const SurfaceExtractor>(make_dataset(volume, "gyroid"))));
   const RunningServer server(catalogue);
   const std::string against = "--against " + (folder_.path() / "gyroid.nrrd").string();

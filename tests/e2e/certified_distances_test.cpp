@@ -14,6 +14,7 @@
 #include "server/dataset/prepare.hpp"
 #include "server/dataset/written_nrrd.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "server/service/extracted_surfaces.hpp"
 #include "tests/support/public_volume_list.hpp"
 #include "tests/support/running_server.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -49,7 +50,7 @@ TEST_P(CertifiedDistances, AreNeverAboveTheErrorAndTheLattice) {
   const DatasetPtr dataset = make_dataset(read_volume(path, {.raw = volume.raw}), "volume");
   const auto catalogue = std::make_shared<DatasetCatalogue>();
   catalogue->add(
-      std::make_shared<ExtractedSteps>(std::make_shared<const SurfaceExtractor>(dataset)));
+      std::make_shared<ExtractedSurfaces>(std::make_shared<const SurfaceExtractor>(dataset)));
   const testing::RunningServer server(catalogue);
   auto client = Client::connect(server.endpoint(), {.timeout = std::chrono::minutes(10)});
   ASSERT_TRUE(client) << client.error().error.text;

@@ -26,7 +26,7 @@ class Misjudged : public FakeSteps {
             "misjudged",
             [whole, &made](const StepRequest& step, const std::stop_token&) {
               ++made;
-              EncodedStep encoded;
+              TiledStep encoded;
               encoded.tiles.push_back({.summary = {.triangles = triangles_at(step.request, whole)},
                                        .payload = nullptr});
               return encoded;
