@@ -16,7 +16,7 @@ namespace multitetra {
 namespace {
 
 // Of what this program makes of a path: to be raised when the same path gives other bytes.
-constexpr std::string_view kNeuroglancerForm = "1 ";
+constexpr std::string_view kNeuroglancerForm = "2 ";
 constexpr std::string_view kIndexSuffix = ".index";
 constexpr std::string_view kInfo = "info";  // Files that tell of others end so.
 

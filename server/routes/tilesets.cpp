@@ -16,6 +16,8 @@
 namespace multitetra {
 namespace {
 
+// Of what this program makes of a cell: to be raised when the same path gives other bytes.
+constexpr std::string_view kTilesetForm = "2 ";
 constexpr std::string_view kSurfaceSuffix = ".glb";
 constexpr std::string_view kTilesetSuffix = ".json";
 
@@ -68,7 +70,8 @@ Result<TilesetRoute::Wanted> TilesetRoute::wanted(const TilesetFile& file, const
     if (!cell || !wanted.tree.contains(*cell)) return no_file(file);
     wanted.cell = *cell;
   }
-  wanted.key = id + ' ' + text_of(*settings) + ' ' + cell_name(wanted.cell) +
+  wanted.key = std::string(kTilesetForm) + id + ' ' + text_of(*settings) + ' ' +
+               cell_name(wanted.cell) +
                (wanted.is_surface ? " glb"
                 : wanted.is_first ? " first json"
                                   : " json");

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "server/core/planning/step_spec.hpp"
-#include "server/core/planning/surface_size.hpp"
 #include "server/core/spectrum/crossed_octants.hpp"
 #include "server/dataset/in_parallel.hpp"
 #include "server/extraction/reference_extractor.hpp"
@@ -76,16 +75,6 @@ void add_meshes(TiledStep& step, TiledSurface surface, const Shading& shading,
 }
 
 }  // namespace
-
-SurfaceSize size_of(const TiledStep& step) {
-  SurfaceSize size;
-  for (const EncodedTile& tile : step.tiles) {
-    size.triangles += tile.summary.triangles;
-    size.bytes += tile.summary.bytes;
-  }
-  size.extracted = kTrianglesATetrahedron * static_cast<double>(step.active_tetrahedra);
-  return size;
-}
 
 ExtractedSurfaces::ExtractedSurfaces(std::shared_ptr<const SurfaceExtractor> extractor,
                                      std::shared_ptr<StepCache> cache)

@@ -42,7 +42,8 @@ std::string counted(double triangles, double bytes) {
   const auto rounded = [](double number) {
     return std::to_string(static_cast<std::uint64_t>(std::ceil(number)));
   };
-  return rounded(triangles) + " triangles in " + rounded(bytes) + " bytes";
+  const std::string text = rounded(triangles) + " triangles";
+  return bytes > 0 ? text + " in " + rounded(bytes) + " bytes" : text;  // Meshes have none.
 }
 
 std::string budget_of(const IsosurfaceRequest& request) {
