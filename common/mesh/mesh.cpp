@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "common/mesh/vertex_numbers.hpp"
@@ -33,6 +34,31 @@ LatticeMesh index_triangles(std::span<const LatticeTriangle> triangles, int reso
                               numbers.number(triangle[2], mesh.vertices)});
   }
   return mesh;
+}
+
+LatticeMesh in_canonical_order(const LatticeMesh& mesh) {
+  std::vector<std::uint32_t> order(mesh.vertices.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return mesh.vertices[a].key() < mesh.vertices[b].key();
+  });
+  LatticeMesh result{.resolution = mesh.resolution, .vertices = {}, .triangles = {}};
+  result.vertices.reserve(order.size());
+  result.triangles.reserve(mesh.triangles.size());
+  std::vector<std::uint32_t> number_of(order.size());
+  for (const std::uint32_t vertex : order) {
+    number_of[vertex] = static_cast<std::uint32_t>(result.vertices.size());
+    result.vertices.push_back(mesh.vertices[vertex]);
+    if (!mesh.normals.empty()) result.normals.push_back(mesh.normals[vertex]);
+    if (!mesh.scalars.empty()) result.scalars.push_back(mesh.scalars[vertex]);
+  }
+  for (const TriangleIndices& t : mesh.triangles) {
+    TriangleIndices corners = {number_of[t[0]], number_of[t[1]], number_of[t[2]]};
+    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+    result.triangles.push_back(corners);
+  }
+  std::sort(result.triangles.begin(), result.triangles.end());
+  return result;
 }
 
 LatticeMesh weld(std::span<const LatticeMesh* const> meshes, int resolution) {

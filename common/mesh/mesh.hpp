@@ -34,6 +34,11 @@ struct LatticeMesh {
 [[nodiscard]] LatticeMesh index_triangles(std::span<const LatticeTriangle> triangles,
                                           int resolution);
 
+// The same mesh in the order that its triangles alone decide: vertices by their coordinates,
+// triangles from their first vertex on and by their vertices. Encoding and decoding, which keeps no
+// order, changes nothing of it.
+[[nodiscard]] LatticeMesh in_canonical_order(const LatticeMesh& mesh);
+
 // One mesh of several, of one resolution, welded by comparing integers. Vertices and triangles keep
 // their order. It has normals or scalars when all meshes have; a vertex has those of the first mesh
 // it is in.

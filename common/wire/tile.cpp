@@ -263,6 +263,19 @@ EncodedTile encode_tile(const LatticeMesh& mesh, const OctreeCube& cube,
           .payload = std::move(payload)};
 }
 
+void round_normals(std::vector<UnitVector>& normals, int bits) {
+  if (normals.empty()) return;
+  draco::OctahedronToolBox octahedron;
+  [[maybe_unused]] const bool is_possible = octahedron.SetQuantizationBits(bits);
+  assert(is_possible);
+  for (UnitVector& normal : normals) {
+    std::int32_t s = 0;
+    std::int32_t t = 0;
+    octahedron.FloatVectorToQuantizedOctahedralCoords(normal.data(), &s, &t);
+    octahedron.QuantizedOctahedralCoordsToUnitVector(s, t, normal.data());
+  }
+}
+
 Result<LatticeMesh> decode_tile(std::string_view payload, const TileSummary& promised,
                                 int lattice_resolution, int normal_bits) {
   assert(normal_bits == 0 || is_normal_bits(normal_bits));

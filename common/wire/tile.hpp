@@ -85,6 +85,10 @@ struct TileNormals {
 [[nodiscard]] Result<LatticeMesh> decode_tile(std::string_view payload, const TileSummary& promised,
                                               int lattice_resolution, int normal_bits = 0);
 
+// What decode_tile() gives for the normals of a mesh that was encoded with so many bits. Nothing
+// for none.
+void round_normals(std::vector<UnitVector>& normals, int bits);
+
 // A mesh in float positions as a Draco file (.drc) for other programs: explicit quantization over
 // the bounding box with `position_bits` (1 to 30) bits; normals, if there are, with kMaxNormalBits.
 [[nodiscard]] std::string encode_draco_file(const PositionedMesh& mesh, int position_bits);

@@ -24,11 +24,19 @@ std::uint64_t Shading::appearance() const {
          (source_ == NormalSource::kSamples ? 1U : 0U);
 }
 
+std::vector<UnitVector> Shading::normals(const TileMesh& tile) const {
+  if (bits_ == 0) return {};
+  return vertex_normals(volume_, tile.mesh.vertices, tile.mesh.resolution, source_);
+}
+
+std::vector<UnitVector> Shading::decoded_normals(const TileMesh& tile) const {
+  std::vector<UnitVector> directions = normals(tile);
+  round_normals(directions, bits_);
+  return directions;
+}
+
 EncodedTile Shading::encoded(const TileMesh& tile, const ContentDigest& content) const {
-  std::vector<UnitVector> directions;
-  if (bits_ != 0) {
-    directions = vertex_normals(volume_, tile.mesh.vertices, tile.mesh.resolution, source_);
-  }
+  const std::vector<UnitVector> directions = normals(tile);
   return encode_tile(tile.mesh, tile.cube, content, encoding_speed(tile),
                      {.directions = directions, .bits = bits_});
 }

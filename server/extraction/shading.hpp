@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "common/wire/tile.hpp"
 #include "server/core/planning/refinement_plan.hpp"
@@ -18,10 +19,14 @@ class Shading {
 
   // As in TileKey.
   [[nodiscard]] std::uint64_t appearance() const;
+  // One a vertex, or none: rounded as by encoding and decoding the tile.
+  [[nodiscard]] std::vector<UnitVector> decoded_normals(const TileMesh& tile) const;
   // The tile as it is sent; `content` is the digest of its mesh.
   [[nodiscard]] EncodedTile encoded(const TileMesh& tile, const ContentDigest& content) const;
 
  private:
+  [[nodiscard]] std::vector<UnitVector> normals(const TileMesh& tile) const;
+
   const PreparedVolume& volume_;
   int bits_;
   NormalSource source_;

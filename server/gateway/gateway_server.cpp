@@ -3,12 +3,12 @@
 #include <exception>
 #include <utility>
 
-#include "server/gateway/upstream_backend.hpp"
+#include "server/conversation/conversation.hpp"
+#include "server/gateway/remote_service.hpp"
 #include "server/gateway/upstream_pool.hpp"
-#include "server/http/http_listener.hpp"
 #include "server/operations/log.hpp"
+#include "server/routes/route_options.hpp"
 #include "server/transport/server_runtime.hpp"
-#include "server/transport/stream_session.hpp"
 #include "server/transport/tcp_listener.hpp"
 
 namespace multitetra {
@@ -20,6 +20,8 @@ class GatewayServer::Running {
     options_.session.agent = "multitetra-gateway/" MULTITETRA_VERSION;
     options_.upstream.secrets = load_upstream_secrets(options_.upstream_files);
     upstreams_ = std::make_shared<UpstreamPool>(runtime_.io().get_executor(), options_.upstream);
+    service_ = std::make_unique<RemoteService>(runtime_.io().get_executor(), upstreams_,
+                                               options_.requests);
     std::vector<MakeListener> listeners;
     if (options_.tcp) {
       listeners.emplace_back([this](const ServerContext& server) {
@@ -28,14 +30,16 @@ class GatewayServer::Running {
     }
     if (options_.http) {
       listeners.emplace_back([this](const ServerContext& server) {
-        return std::make_unique<HttpListener>(server, hooked(*options_.http));
+        return http_listener(*options_.http, options_.routes)(server);
       });
     }
-    runtime_.build({.new_session = [this](ClientContextPtr client) { return new_session(client); },
-                    .state = [this] { return state(); },
-                    .when_reloaded = [this] { reload_secrets(); },
-                    .when_stopping = [this] { upstreams_->stop(); }},
-                   listeners);
+    runtime_.build(
+        *service_,
+        {.new_conversation = [this](ClientContextPtr client) { return new_conversation(client); },
+         .state = [this] { return state(); },
+         .when_reloaded = [this] { reload_secrets(); },
+         .when_stopping = [this] { upstreams_->stop(); }},
+        listeners);
   }
 
   [[nodiscard]] ServerRuntime& runtime() { return runtime_; }
@@ -45,27 +49,16 @@ class GatewayServer::Running {
   void run() {
     upstreams_->look_after_upstreams();
     runtime_.run();
+    service_->join();
   }
 
  private:
-  HttpOptions hooked(HttpOptions http) {
-    http.hooks.is_ready = [this] { return upstreams_->is_ready(); };
-    http.hooks.find_tile = [this](const ContentDigest& digest, const TileCache::MaySee& may_see) {
-      return upstreams_->tiles().find_plain(digest, may_see);
-    };
-    http.hooks.catalogue_of = [this](std::string token) {
-      return upstreams_->catalogue(std::move(token));
-    };
-    return http;
-  }
-
-  StreamSessionPtr new_session(ClientContextPtr client) {
-    const asio::any_io_executor executor = runtime_.io().get_executor();
-    auto backend = std::make_shared<UpstreamBackend>(executor, upstreams_, client);
-    return std::make_shared<StreamSession>(executor, std::move(backend),
-                                           Session(std::make_shared<const DatasetCatalogue>(),
-                                                   options_.session, runtime_.admission().access()),
-                                           std::move(client), options_.idle_time);
+  ConversationPtr new_conversation(ClientContextPtr client) {
+    return std::make_shared<Conversation>(
+        runtime_.io().get_executor(), service_->open(client),
+        Session(std::make_shared<const DatasetCatalogue>(), options_.session,
+                runtime_.admission().access(), {}, options_.requests),
+        std::move(client), options_.idle_time);
   }
 
   ServiceState state() {
@@ -90,6 +83,7 @@ class GatewayServer::Running {
   GatewayServerOptions options_;
   ServerRuntime runtime_;
   std::shared_ptr<UpstreamPool> upstreams_;
+  std::unique_ptr<RemoteService> service_;  // Its threads end before what their work comes back to.
 };
 
 GatewayServer::GatewayServer(GatewayServerOptions options)

@@ -11,6 +11,7 @@
 
 #include "server/gateway/upstream_options.hpp"
 #include "server/http/http_options.hpp"
+#include "server/routes/route_options.hpp"
 #include "server/session/session.hpp"
 #include "server/transport/connection_options.hpp"
 #include "server/transport/server_runtime.hpp"
@@ -21,10 +22,12 @@ struct GatewayServerOptions {
   UpstreamOptions upstream = {};
   UpstreamFiles upstream_files = {};     // The secrets of `upstream` are read from them.
   std::optional<HttpOptions> http = {};  // None: no such listener.
+  RouteOptions routes = {};
   std::optional<TcpListenerOptions> tcp = {};
   ServerRuntimeOptions runtime = {};
   SessionOptions session = {};
-  std::chrono::milliseconds idle_time{0};  // As in SessionLimits.
+  RequestLimits requests = {};
+  std::chrono::milliseconds idle_time{0};  // As in ServerOptions.
 };
 
 class GatewayServer {

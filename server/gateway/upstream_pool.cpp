@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "common/net/coroutines.hpp"
-#include "server/gateway/rendezvous.hpp"
+#include "server/gateway/detail/rendezvous.hpp"
 #include "server/operations/log.hpp"
 
 namespace multitetra {
@@ -23,7 +23,7 @@ asio::awaitable<void> pause(asio::any_io_executor executor, std::chrono::millise
 
 }  // namespace
 
-EncodedStep UpstreamDataset::make(const StepRequest&, std::stop_token) const {
+TiledStep UpstreamDataset::make(const StepRequest&, std::stop_token) const {
   throw std::logic_error("A gateway makes no steps.");
 }
 StepSizes UpstreamDataset::sizes(std::stop_token, SizeAccuracy) const {

@@ -18,18 +18,18 @@
 #include "server/gateway/upstream_health.hpp"
 #include "server/gateway/upstream_link.hpp"
 #include "server/gateway/upstream_options.hpp"
-#include "server/stream/dataset_catalogue.hpp"
-#include "server/stream/tile_cache.hpp"
+#include "server/service/dataset_catalogue.hpp"
+#include "server/service/tile_cache.hpp"
 
 namespace multitetra {
 
 // A dataset as several servers offer it. The servers make its steps.
-class UpstreamDataset : public StepSource {
+class UpstreamDataset : public SurfaceProvider {
  public:
   explicit UpstreamDataset(DatasetInfo info) : info_(std::move(info)) {}
 
   [[nodiscard]] const DatasetInfo& info() const override { return info_; }
-  [[nodiscard]] EncodedStep make(const StepRequest& step, std::stop_token stop) const override;
+  [[nodiscard]] TiledStep make(const StepRequest& step, std::stop_token stop) const override;
   [[nodiscard]] StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
 
   std::vector<std::size_t> holders =

@@ -143,6 +143,14 @@ void meet_conditions(Answer& answer, const HttpRequest& request, std::string_vie
   }
 }
 
+Answer document_answer(std::string json, const HttpRequest& request) {
+  const std::string tag = tag_of(json);
+  Answer answer = json_answer(200, std::move(json));
+  add_field(answer, "Cache-Control", "no-cache");
+  meet_conditions(answer, request, tag);
+  return answer;
+}
+
 std::string head_of(const Answer& answer, bool keep_alive) {
   const auto reason = boost::beast::http::obsolete_reason(
       boost::beast::http::int_to_status(static_cast<unsigned>(answer.status)));

@@ -11,10 +11,11 @@
 #include "common/base/result.hpp"
 #include "common/base/scratch_file.hpp"
 #include "server/http/http_request.hpp"
-#include "server/http/viewer_files.hpp"
 
 namespace multitetra {
 
+// Bytes that are made once and sent to many, without a copy.
+using SharedBytes = std::shared_ptr<const std::string>;
 // Bytes that lie on the disk, and are read a piece at a time.
 using SharedFile = std::shared_ptr<const ScratchFile>;
 
@@ -40,6 +41,8 @@ void add_field(Answer& answer, std::string_view name, std::string_view value);
 
 // "application/json", as it is.
 [[nodiscard]] Answer json_answer(int status, std::string json);
+// JSON that is asked for again and again, and changes seldom.
+[[nodiscard]] Answer document_answer(std::string json, const HttpRequest& request);
 // {"error":{"code","text","request_id"}}; such an answer is stored by nobody.
 [[nodiscard]] Answer error_answer(int status, const Error& error, std::string_view request_id);
 // The same with the status that the code stands for.

@@ -1,29 +1,44 @@
 #include "server/http/http_connection.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <random>
 #include <utility>
 #include <vector>
 
 #include "common/net/coroutines.hpp"
-#include "server/http/slowest_reader.hpp"
+#include "server/http/detail/slowest_reader.hpp"
 #include "server/operations/log.hpp"
 
 namespace multitetra {
+namespace {
+
+// Names a request in its answer and in the log. Begins anywhere, so that ids of two runs do not
+// meet.
+std::string new_request_id() {
+  static std::atomic<std::uint64_t> next = (std::uint64_t{std::random_device{}()} << 32) | 1;
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(next++));
+  return text.data();
+}
+
+}  // namespace
 
 HttpConnection::HttpConnection(std::unique_ptr<ByteStream> stream, ClientContextPtr client,
-                               std::optional<Error> refusal, HttpService& service,
+                               std::optional<Error> refusal, RequestHandler& handler,
                                const HttpOptions& options)
     : stream_(std::move(stream)),
       client_(std::move(client)),
       refusal_(std::move(refusal)),
-      service_(service),
+      handler_(handler),
       options_(options),
       requests_(options.max_header_bytes) {
   set_usual_options(stream_->socket());
-  if (options_.send_buffer_bytes) {
+  if (options_.connection.send_buffer_bytes) {
     error_code ignored;
-    stream_->socket().set_option(asio::socket_base::send_buffer_size(*options_.send_buffer_bytes),
-                                 ignored);
+    stream_->socket().set_option(
+        asio::socket_base::send_buffer_size(*options_.connection.send_buffer_bytes), ignored);
   }
 }
 
@@ -52,15 +67,15 @@ void HttpConnection::end(const Error& why) {
   is_ending_ = true;
   if (!is_answering_) {  // Idle, or inside a request that nobody reads any more.
     stream_->close();
-  } else if (context_ && context_->session) {
-    context_->session->end(why);
+  } else if (context_ && context_->caller) {
+    context_->caller->close(why);
   } else {
-    deadline_.set(options_.linger);
+    deadline_.set(options_.connection.linger);
   }
 }
 
 void HttpConnection::keep_time(Clock::time_point now) {
-  if (context_ && context_->session) context_->session->keep_time(now);
+  if (context_ && context_->caller) context_->caller->keep_time(now);
   if (!deadline_.is_past(now)) return;
   log_line(LogLevel::kDebug, "closing the connection: it took too long",
            {{"peer", client_->facts().peer}});
@@ -69,7 +84,7 @@ void HttpConnection::keep_time(Clock::time_point now) {
 }
 
 asio::awaitable<void> HttpConnection::run() {
-  deadline_.set(options_.handshake_timeout);
+  deadline_.set(options_.connection.handshake_timeout);
   const error_code error = co_await stream_->handshake_as_server();
   if (error) {
     log_line_about(client_->facts().peer, LogLevel::kInfo, "no TLS: " + error.message(),
@@ -82,7 +97,7 @@ asio::awaitable<void> HttpConnection::run() {
     deadline_.clear();
     const auto context = std::make_shared<RequestContext>();
     context->client = client_;
-    context->request_id = service_.new_request_id();
+    context->request_id = new_request_id();
     context->watch = [this] { watch(); };
     const bool with_body = request->method() != http::verb::head;
     if (const auto admitted = check_admission(*request); !admitted) {
@@ -94,7 +109,7 @@ asio::awaitable<void> HttpConnection::run() {
       break;
     }
     context_ = context;
-    const Outcome outcome = co_await service_.answer(*request, *context);
+    const Outcome outcome = co_await handler_.answer(*request, *context);
     context_.reset();
     const auto* answer = std::get_if<Answer>(&outcome);
     if (!answer) {
@@ -115,7 +130,8 @@ asio::awaitable<void> HttpConnection::run() {
 void HttpConnection::tell(const HttpRequest* request, const RequestContext& context,
                           const Answer& answer, bool with_body) {
   const std::chrono::duration<double> taken = Clock::now() - context.began;
-  const std::string target = request ? without_token(view_of(request->target())) : std::string();
+  const std::string target =
+      request ? handler_.loggable(view_of(request->target())) : std::string();
   client_->admission().observer().http_answered(
       client_->facts(), {.id = context.request_id,
                          .kind = context.kind,
@@ -140,7 +156,7 @@ Result<void> HttpConnection::check_admission(const HttpRequest& request) {
 asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
   // Who has asked once may rest; who never did gets no longer than for the header itself.
   deadline_.set(std::exchange(has_asked_, true) ? options_.keep_alive_timeout
-                                                : options_.handshake_timeout);
+                                                : options_.connection.handshake_timeout);
   std::array<char, 8 * 1024> buffer;  // NOLINT: it is read into before it is looked at.
   bool is_inside = false;
   for (;;) {
@@ -149,7 +165,7 @@ asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
       const BrokenRequest& broken = request.error();
       is_answering_ = true;
       RequestContext context;
-      context.request_id = service_.new_request_id();
+      context.request_id = new_request_id();
       // Made before it is awaited: GCC 12 destroys an aggregate of an awaiting expression twice.
       const Answer answer = error_answer(broken.status, {ErrorCode::kMalformedMessage, broken.text},
                                          context.request_id);
@@ -159,7 +175,7 @@ asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
     }
     if (*request) co_return std::move(**request);
     if (requests_.is_inside() && !std::exchange(is_inside, true)) {
-      deadline_.set(options_.handshake_timeout);
+      deadline_.set(options_.connection.handshake_timeout);
     }
     const Transfer came = co_await stream_->read_some(asio::buffer(buffer));
     if (came.error) co_return std::nullopt;
@@ -177,7 +193,7 @@ asio::awaitable<bool> HttpConnection::write(const Answer& answer, bool with_body
     const std::string& bytes = shared ? **shared : std::get<std::string>(body.whole);
     parts[1] = asio::buffer(bytes.data() + body.first, body.length);
   }
-  deadline_.set(options_.write_timeout);
+  deadline_.set(options_.connection.write_timeout);
   const Transfer sent = co_await stream_->write(parts[0], parts[1]);
   client_->admission().observer().sent("http", sent.bytes);
   if (sent.error) co_return false;
@@ -189,8 +205,8 @@ asio::awaitable<bool> HttpConnection::write_file(const ScratchFile& file, std::u
                                                  std::uint64_t length) {
   constexpr std::uint64_t kPiece = 256 * 1024;
   std::vector<std::byte> piece(std::min(length, kPiece));
-  const SlowestReader slowest(Clock::now(), options_.write_timeout,
-                              options_.min_mesh_bytes_per_second);
+  const SlowestReader slowest(Clock::now(), options_.connection.write_timeout,
+                              options_.min_file_bytes_per_second);
   std::uint64_t taken = 0;
   while (length > 0) {
     piece.resize(std::min(length, kPiece));
@@ -230,7 +246,7 @@ bool HttpConnection::has_hung_up() {
 // What the client still sends is read and dropped for a moment: closing with unread bytes would
 // reset the connection and take our last words away from it.
 asio::awaitable<void> HttpConnection::hang_up() {
-  deadline_.set(options_.linger);
+  deadline_.set(options_.connection.linger);
   const error_code error = co_await stream_->shut_down();
   if (stream_->is_tls() && !error) co_return;  // Both sides have said that nothing more comes.
   co_await drop_the_rest();
@@ -238,7 +254,7 @@ asio::awaitable<void> HttpConnection::hang_up() {
 
 // Below TLS, which has failed.
 asio::awaitable<void> HttpConnection::refuse_plain_http() {
-  deadline_.set(options_.linger);
+  deadline_.set(options_.connection.linger);
   constexpr std::string_view kWords =
       "This port speaks TLS: write https:// in place of http://, and wss:// in place of ws://.\n";
   const std::string answer =

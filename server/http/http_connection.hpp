@@ -10,17 +10,17 @@
 #include "common/net/byte_stream.hpp"
 #include "server/http/http_options.hpp"
 #include "server/http/http_request.hpp"
-#include "server/http/http_service.hpp"
+#include "server/http/request_handler.hpp"
 #include "server/transport/connection.hpp"
 
 namespace multitetra {
 
 class HttpConnection : public Connection, public std::enable_shared_from_this<HttpConnection> {
  public:
-  // Service and options outlive the connection. With a `refusal` the first request is answered so,
+  // Handler and options outlive the connection. With a `refusal` the first request is answered so,
   // whatever it is.
   HttpConnection(std::unique_ptr<ByteStream> stream, ClientContextPtr client,
-                 std::optional<Error> refusal, HttpService& service, const HttpOptions& options);
+                 std::optional<Error> refusal, RequestHandler& handler, const HttpOptions& options);
 
   // Takes over the stream of a connection that becomes a WebSocket.
   using Upgrade = std::function<void(std::unique_ptr<ByteStream>, HttpRequest)>;
@@ -54,7 +54,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
   std::unique_ptr<ByteStream> stream_;
   ClientContextPtr client_;
   std::optional<Error> refusal_;
-  HttpService& service_;
+  RequestHandler& handler_;
   const HttpOptions& options_;
   std::optional<HttpRequest> upgrade_;
   Upgrade on_upgrade_;

@@ -8,13 +8,15 @@
 #include "server/transport/message_connection.hpp"
 
 namespace multitetra {
-HttpListener::HttpListener(const ServerContext& server, HttpOptions options)
+HttpListener::HttpListener(const ServerContext& server, HttpOptions options,
+                           std::unique_ptr<RequestHandler> handler)
     : server_(server),
       options_(std::move(options)),
-      service_(server_, options_),
+      handler_(std::move(handler)),
       acceptor_(server_.io, options_.listen, "--http"),
-      connections_(server_.io, std::min({options_.handshake_timeout, options_.keep_alive_timeout,
-                                         options_.write_timeout, options_.linger})) {}
+      connections_(server_.io,
+                   std::min({options_.connection.handshake_timeout, options_.keep_alive_timeout,
+                             options_.connection.write_timeout, options_.connection.linger})) {}
 
 std::string HttpListener::url() const {
   return http_url(acceptor_.endpoint(), /*is_secure=*/server_.admission.tls() != nullptr);
@@ -37,7 +39,7 @@ void HttpListener::accept(tcp::socket socket, const Peer& peer) {
   const std::uint64_t id = client->facts().connection;
   auto stream = std::make_unique<ByteStream>(std::move(socket), server_.admission.tls());
   const auto connection = std::make_shared<HttpConnection>(
-      std::move(stream), client, std::move(admitted.refusal), service_, options_);
+      std::move(stream), client, std::move(admitted.refusal), *handler_, options_);
   connections_.put(id, connection);
   try {
     connection->start(
@@ -55,22 +57,16 @@ void HttpListener::upgrade(const ClientContextPtr& client, std::unique_ptr<ByteS
                            HttpRequest request) {
   client->changes_to("websocket");
   const std::uint64_t id = client->facts().connection;
-  const WebSocketTimes times = {.handshake = options_.handshake_timeout,
+  const WebSocketTimes times = {.handshake = options_.connection.handshake_timeout,
                                 .idle = options_.idle_timeout};
   const auto connection = std::make_shared<MessageConnection>(
       std::move(stream),
       [request = std::move(request), times](ByteStream& over, TransportOptions options) {
         return accept_web_socket(over, request, times, options);
       },
-      client, service_.new_session(client), options_.connection());
+      client, server_.new_conversation(client), options_.connection);
   connection->start([this, id] { connections_.remove(id); });
   connections_.put(id, connection);
-}
-
-MakeListener http_listener(HttpOptions options) {
-  return [options = std::move(options)](const ServerContext& server) {
-    return std::make_unique<HttpListener>(server, options);
-  };
 }
 
 }  // namespace multitetra

@@ -5,7 +5,7 @@
 
 #include "common/net/byte_stream.hpp"
 #include "server/http/http_options.hpp"
-#include "server/http/http_service.hpp"
+#include "server/http/request_handler.hpp"
 #include "server/transport/acceptor.hpp"
 #include "server/transport/connection_table.hpp"
 #include "server/transport/listener.hpp"
@@ -15,7 +15,8 @@ namespace multitetra {
 class HttpListener : public Listener {
  public:
   // Binds and listens. Throws std::runtime_error that names the address when that fails.
-  HttpListener(const ServerContext& server, HttpOptions options);
+  HttpListener(const ServerContext& server, HttpOptions options,
+               std::unique_ptr<RequestHandler> handler);
 
   [[nodiscard]] Endpoint endpoint() const override { return acceptor_.endpoint(); }
   [[nodiscard]] std::string url() const override;
@@ -29,7 +30,7 @@ class HttpListener : public Listener {
 
   ServerContext server_;
   HttpOptions options_;
-  HttpService service_;
+  std::unique_ptr<RequestHandler> handler_;
   Acceptor acceptor_;
   ConnectionTable connections_;
 };

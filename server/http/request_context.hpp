@@ -8,8 +8,9 @@
 #include <string>
 #include <string_view>
 
+#include "server/http/answer.hpp"
 #include "server/operations/admission_control.hpp"
-#include "server/transport/stream_session.hpp"
+#include "server/service/surface_service.hpp"
 
 namespace multitetra {
 
@@ -18,9 +19,9 @@ struct RequestContext {
   std::string request_id = {};
   std::chrono::steady_clock::time_point began = std::chrono::steady_clock::now();
   const char* kind = "malformed";  // As name(Route) has it.
-  // The conversation that the answer comes from, while there is one.
-  StreamSessionPtr session = nullptr;
-  std::stop_source stop{std::nostopstate};  // Of work on other threads, where there is some.
+  // The service that answers, for requests that need it.
+  CallerPtr caller = nullptr;
+  std::stop_source stop{};  // Of work on other threads.
   // What is told of it in the log and counted, and its outcome there; null for what is quick.
   std::unique_ptr<RequestRecord> record = nullptr;
   std::string_view outcome = "complete";
@@ -29,10 +30,12 @@ struct RequestContext {
   // Called before what may take long: from then on the client is watched for hanging up.
   std::function<void()> watch = {};
 
+  // The answer that tells an error; counted, and the outcome in the log.
+  [[nodiscard]] Answer refused(const Error& error);
   // The client is gone: what is done for it ends soon.
   void leave() {
     stop.request_stop();
-    if (session) session->leave();
+    if (caller) caller->close();
   }
 };
 

@@ -75,9 +75,9 @@ std::string ClientContext::share() const {
   return "connection " + std::to_string(facts_.connection);
 }
 
-Result<void> ClientContext::may_ask() { return may_ask(1); }
-
-Result<void> ClientContext::may_ask(double cost) {
+Result<void> ClientContext::may_ask(std::size_t message_bytes) {
+  constexpr std::size_t kBytesOfARequest = 64 * 1024;
+  const double cost = 1 + static_cast<double>(message_bytes / kBytesOfARequest);
   const double now = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
   if (limited_.empty()) return {};
   const double wait = admission_.rates_.take(has_token_ ? share() : limited_, now, cost);
@@ -90,12 +90,6 @@ Result<void> ClientContext::may_ask(double cost) {
               " requests a second came " + (has_token_ ? "with your token" : "from your address") +
               "; wait for " + (seconds == 1 ? "a second." : shortest_text(seconds) + " seconds."),
       .retry_after = wait});
-}
-
-Result<void> ClientContext::may_ask_in_session(std::size_t message_bytes) {
-  constexpr std::size_t kBytesOfARequest = 64 * 1024;
-  if (std::string_view(facts_.protocol) == "http") return {};
-  return may_ask(1 + static_cast<double>(message_bytes / kBytesOfARequest));
 }
 
 Result<ByteReservations::Reservation> ClientContext::take_room(std::size_t bytes) {
@@ -189,6 +183,12 @@ RequestRecord::~RequestRecord() {
   } catch (...) {  // As above.
   }
   client_->admission().request_over();
+}
+
+void RequestRecord::is_about(double isovalue, double error, std::string_view unit) {
+  facts_.isovalue = isovalue;
+  facts_.error = error;
+  facts_.unit = unit;
 }
 
 void RequestRecord::sent_tile(std::size_t bytes) {

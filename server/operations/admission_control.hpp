@@ -75,18 +75,13 @@ class ClientContext {
   // that it names, or else one of its own.
   [[nodiscard]] std::string share() const;
   // Counts a request. kLimitExceeded when there were too many within a short time; it says when to
-  // come again.
-  [[nodiscard]] Result<void> may_ask();
-  // The same for a message of a conversation; long ones count for several, also where they are
-  // refused: to read them costs time. Over HTTP it counts nothing: there the listener asks
-  // once for each request, however many messages that takes.
-  [[nodiscard]] Result<void> may_ask_in_session(std::size_t message_bytes);
+  // come again. Long messages count for several, also where they are refused: to read them costs
+  // time.
+  [[nodiscard]] Result<void> may_ask(std::size_t message_bytes = 0);
   // Room for what waits, as long as the reservation lives. kUnavailable when there is none.
   [[nodiscard]] Result<ByteReservations::Reservation> take_room(std::size_t bytes);
 
  private:
-  [[nodiscard]] Result<void> may_ask(double cost);
-
   AdmissionControl& admission_;
   ClientFacts facts_;
   std::string address_;  // Without port, of the connection itself.
@@ -161,6 +156,8 @@ class RequestRecord {
   RequestRecord(const RequestRecord&) = delete;
   RequestRecord& operator=(const RequestRecord&) = delete;
 
+  // The surface that it is about, once that is known; the unit is that of the error.
+  void is_about(double isovalue, double error, std::string_view unit);
   void sent_tile(std::size_t bytes);
   void sent_step() { ++facts_.steps; }
   // The outcome as in RequestFacts. Only the first end counts.

@@ -20,10 +20,10 @@
 #include "server/programs/commands.hpp"
 #include "server/programs/progress.hpp"
 #include "server/programs/thread_options.hpp"
-#include "server/trees/cell_glb.hpp"
-#include "server/trees/neuroglancer.hpp"
-#include "server/trees/tileset.hpp"
-#include "server/trees/whole_levels.hpp"
+#include "server/tilesets/cell_glb.hpp"
+#include "server/tilesets/neuroglancer.hpp"
+#include "server/tilesets/tileset.hpp"
+#include "server/tilesets/whole_levels.hpp"
 
 namespace multitetra {
 namespace {

@@ -32,7 +32,7 @@
 #include "server/programs/commands.hpp"
 #include "server/programs/progress.hpp"
 #include "server/programs/thread_options.hpp"
-#include "server/stream/step_source.hpp"
+#include "server/service/extracted_surfaces.hpp"
 #include "server/stream/stream_plan.hpp"
 
 namespace multitetra {
@@ -184,7 +184,7 @@ WrittenModel write_model(const ExtractArguments& arguments, const ReferenceModel
 IsosurfaceRequest affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
                              const IsosurfaceRequest& asked) {
   if (!has_budget(asked)) return asked;
-  const auto made = make_next_step(ExtractedSteps(extractor),
+  const auto made = make_next_step(ExtractedSurfaces(extractor),
                                    {.request = asked, .steps = StepPolicy::kFinalOnly}, {});
   if (!made) throw std::runtime_error(made.error().text);
   return made->step.request;

@@ -6,7 +6,6 @@
 #include "common/cli/command_line.hpp"
 #include "common/cli/option_sources.hpp"
 #include "common/cli/program.hpp"
-#include "server/http/viewer_files.hpp"
 #include "server/operations/log.hpp"
 #include "server/operations/memory_return.hpp"
 #include "server/operations/prometheus_metrics.hpp"
@@ -22,7 +21,7 @@ int serve(const GatewayOptions& options) {
   warn_of_open_doors(options.listeners, /*is_gateway=*/true);
   GatewayServerOptions gateway_with = gateway_server_options(options);
   gateway_with.runtime.metrics = std::make_shared<PrometheusMetrics>();
-  if (gateway_with.http) gateway_with.http->viewer = find_viewer(options.listeners.viewer);
+  gateway_with.routes = route_options(options.listeners);
   GatewayServer gateway(std::move(gateway_with));
   for (const std::string& url : gateway.urls())
     log_line(LogLevel::kInfo, "listening on " + url, {});

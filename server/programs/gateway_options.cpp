@@ -49,6 +49,7 @@ GatewayServerOptions gateway_server_options(const GatewayOptions& o) {
       .tcp = tcp_options(o.listeners),
       .runtime = runtime_options(o.listeners),
       .session = session_options(o.listeners),
+      .requests = request_limits(o.listeners),
       .idle_time = milliseconds(o.listeners.idle_seconds)};
   for (const std::string& upstream : o.upstreams) {
     options.upstream.upstreams.push_back(upstream_from(upstream));

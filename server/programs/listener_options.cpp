@@ -173,6 +173,12 @@ std::vector<std::string> allowed_hosts(const ListenerOptions& o, const Endpoint&
   return {"localhost"};
 }
 
+ConnectionOptions connection_options(const ListenerOptions& o) {
+  return {.handshake_timeout = bounded(o.handshake_seconds),
+          .write_timeout = bounded(o.write_seconds),
+          .max_hello_bytes = static_cast<std::uint32_t>(o.max_hello_bytes)};
+}
+
 }  // namespace
 
 Option* add_bytes(Command& command, const std::string& name, std::size_t& value,
@@ -201,12 +207,7 @@ std::optional<TcpListenerOptions> tcp_options(const ListenerOptions& o) {
   if (o.tcp == "off") return std::nullopt;
   const Result<Endpoint> listen = parse_endpoint(o.tcp);
   if (!listen) throw UsageError("--tcp", listen.error().text);
-  return TcpListenerOptions{
-      .listen = *listen,
-      .connection = {.handshake_timeout = bounded(o.handshake_seconds),
-                     .write_timeout = bounded(o.write_seconds),
-                     .max_message_bytes = static_cast<std::uint32_t>(o.max_message_bytes),
-                     .max_hello_bytes = static_cast<std::uint32_t>(o.max_hello_bytes)}};
+  return TcpListenerOptions{.listen = *listen, .connection = connection_options(o)};
 }
 
 std::optional<HttpOptions> http_options(const ListenerOptions& o) {
@@ -218,11 +219,8 @@ std::optional<HttpOptions> http_options(const ListenerOptions& o) {
   HttpOptions http;
   http.listen = *listen;
   http.base_path = *base_path;
-  http.handshake_timeout = bounded(o.handshake_seconds);
-  http.write_timeout = bounded(o.write_seconds);
+  http.connection = connection_options(o);
   http.max_header_bytes = static_cast<std::uint32_t>(o.max_header_bytes);
-  http.max_message_bytes = static_cast<std::uint32_t>(o.max_message_bytes);
-  http.max_hello_bytes = static_cast<std::uint32_t>(o.max_hello_bytes);
   for (const std::string& origin : o.allowed_origins) {
     if (!is_origin(origin)) {
       throw UsageError("--allow-origin",
@@ -233,10 +231,14 @@ std::optional<HttpOptions> http_options(const ListenerOptions& o) {
   }
   http.allowed_origins = o.allowed_origins;
   http.allowed_hosts = allowed_hosts(o, *listen);
-  http.max_mesh_triangles = o.max_mesh_triangles;
-  http.mesh_cache_bytes = o.mesh_cache_bytes;
-  http.min_mesh_bytes_per_second = o.min_mesh_bytes_per_second;
+  http.min_file_bytes_per_second = o.min_mesh_bytes_per_second;
   return http;
+}
+
+RouteOptions route_options(const ListenerOptions& o) {
+  return {.max_mesh_triangles = o.max_mesh_triangles,
+          .mesh_cache_bytes = o.mesh_cache_bytes,
+          .viewer = find_viewer(o.viewer)};
 }
 
 ServerRuntimeOptions runtime_options(const ListenerOptions& o) {
@@ -265,9 +267,10 @@ ServerRuntimeOptions runtime_options(const ListenerOptions& o) {
 
 SessionOptions session_options(const ListenerOptions& o) {
   return {.max_message_bytes = static_cast<std::uint32_t>(o.max_message_bytes),
-          .max_questions = o.max_estimates,
-          .max_regions = o.max_regions};
+          .max_questions = o.max_estimates};
 }
+
+RequestLimits request_limits(const ListenerOptions& o) { return {.max_regions = o.max_regions}; }
 
 LogOptions log_options(const ListenerOptions& o) {
   return {.format = log_format_from(o.log_format).value(),

@@ -12,6 +12,7 @@
 #include "common/cli/command.hpp"
 #include "server/http/http_options.hpp"
 #include "server/operations/log.hpp"
+#include "server/routes/route_options.hpp"
 #include "server/session/session.hpp"
 #include "server/transport/connection_options.hpp"
 #include "server/transport/server_runtime.hpp"
@@ -43,9 +44,9 @@ struct ListenerOptions {
   double handshake_seconds = 10;
   double write_seconds = 60;
   double idle_seconds = 600;
-  std::uint64_t max_mesh_triangles = HttpOptions{}.max_mesh_triangles;
-  std::size_t mesh_cache_bytes = HttpOptions{}.mesh_cache_bytes;
-  std::size_t min_mesh_bytes_per_second = HttpOptions{}.min_mesh_bytes_per_second;
+  std::uint64_t max_mesh_triangles = RouteOptions{}.max_mesh_triangles;
+  std::size_t mesh_cache_bytes = RouteOptions{}.mesh_cache_bytes;
+  std::size_t min_mesh_bytes_per_second = HttpOptions{}.min_file_bytes_per_second;
 
   double drain_seconds = 30;
   std::string log_format = "text";
@@ -72,6 +73,9 @@ Option* add_seconds(Command& command, const std::string& name, double& value,
 [[nodiscard]] std::optional<HttpOptions> http_options(const ListenerOptions& options);
 // Without metrics; the admission control's observer is the request log.
 [[nodiscard]] ServerRuntimeOptions runtime_options(const ListenerOptions& options);
+// Reads the viewer's files.
+[[nodiscard]] RouteOptions route_options(const ListenerOptions& options);
+[[nodiscard]] RequestLimits request_limits(const ListenerOptions& options);
 [[nodiscard]] SessionOptions session_options(const ListenerOptions& options);
 [[nodiscard]] LogOptions log_options(const ListenerOptions& options);
 

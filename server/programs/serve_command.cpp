@@ -5,7 +5,6 @@
 
 #include "common/base/exit_codes.hpp"
 #include "common/cli/option_sources.hpp"
-#include "server/http/http_options.hpp"
 #include "server/operations/log.hpp"
 #include "server/operations/memory_return.hpp"
 #include "server/programs/commands.hpp"
@@ -22,15 +21,6 @@ struct ServeArguments {
   ServeOptions options;
   OptionSources sources;
 };
-
-std::vector<MakeListener> more_listeners(std::optional<HttpOptions> http,
-                                         const std::shared_ptr<StepCache>& cache) {
-  if (!http) return {};
-  http->hooks.find_tile = [cache](const ContentDigest& digest, const TileCache::MaySee& may_see) {
-    return cache->tiles().find_plain(digest, may_see);
-  };
-  return {http_listener(*std::move(http))};
-}
 
 // After SIGHUP. What cannot be read changes nothing but the log.
 void offer_again(Server& server, ServedDatasets& datasets) {
@@ -62,8 +52,10 @@ int serve(const ServeOptions& options) {
   make_room_for(options.listeners);
   warn_of_open_doors(options.listeners);
   ServerOptions server_with = server_options(options);
-  std::optional<HttpOptions> http = http_options(options.listeners);
-  if (http) http->viewer = find_viewer(options.listeners.viewer);
+  std::vector<MakeListener> listeners;
+  if (const auto http = http_options(options.listeners)) {
+    listeners.push_back(http_listener(*http, route_options(options.listeners)));
+  }
   const auto cache = std::make_shared<StepCache>(options.cache_bytes);
   const auto objects = std::make_shared<ObjectCache>(object_options(options));
   ServedDatasets datasets(options.datasets, cache, objects);
@@ -73,6 +65,7 @@ int serve(const ServeOptions& options) {
                     "There is no dataset that could be served; make one with: multitetra-server "
                     "prepare VOLUME -o FILE.mtd");
   }
+  server_with.service.cache = cache;
   server_with.metrics = std::make_shared<PrometheusMetrics>();
   server_with.state = [cache, objects] {
     const TileCache::Counts counts = cache->tiles().counts();
@@ -84,7 +77,7 @@ int serve(const ServeOptions& options) {
   };
   RepeatedWork* asked = nullptr;  // There before the server runs.
   server_with.when_reloaded = [&asked] { asked->ask(); };
-  Server server(catalogue, server_with, more_listeners(http, cache));
+  Server server(catalogue, server_with, listeners);
   // Datasets may be many, and on slow disks: they are not read by the thread that serves.
   RepeatedWork rescan([&] { offer_again(server, datasets); });
   asked = &rescan;

@@ -9,7 +9,7 @@
 #include "server/dataset/objects/manifest.hpp"
 #include "server/dataset/objects/object_dataset.hpp"
 #include "server/operations/log.hpp"
-#include "server/stream/step_source.hpp"
+#include "server/service/extracted_surfaces.hpp"
 
 namespace multitetra {
 namespace {
@@ -66,13 +66,13 @@ std::vector<fs::path> ServedDatasets::files() const {
   return files;
 }
 
-std::shared_ptr<const StepSource> ServedDatasets::source_of(const fs::path& file) {
+std::shared_ptr<const SurfaceProvider> ServedDatasets::source_of(const fs::path& file) {
   const auto before = opened_.find(file);
   const Identity identity = identity_of(file);
   if (before != opened_.end() && before->second.identity == identity) return before->second.source;
   try {
     const DatasetPtr dataset = open_any_dataset(file.string(), objects_);
-    const auto source = std::make_shared<ExtractedSteps>(
+    const auto source = std::make_shared<ExtractedSurfaces>(
         std::make_shared<SurfaceExtractor>(dataset, pool_), cache_);
     opened_.insert_or_assign(file, Opened{identity, source});
     log_line(LogLevel::kInfo, "serving",

@@ -16,7 +16,7 @@
 
 #include "server/dataset/objects/object_cache.hpp"
 #include "server/extraction/surface_extractor.hpp"
-#include "server/stream/dataset_catalogue.hpp"
+#include "server/service/dataset_catalogue.hpp"
 
 namespace multitetra {
 
@@ -52,12 +52,12 @@ class ServedDatasets {
   };
   struct Opened {
     Identity identity;
-    std::shared_ptr<const StepSource> source;
+    std::shared_ptr<const SurfaceProvider> source;
   };
   [[nodiscard]] Identity identity_of(const std::filesystem::path& file) const;
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
   // Null when it cannot be used, and nothing was served from under its name.
-  [[nodiscard]] std::shared_ptr<const StepSource> source_of(const std::filesystem::path& file);
+  [[nodiscard]] std::shared_ptr<const SurfaceProvider> source_of(const std::filesystem::path& file);
 
   std::vector<Input> inputs_;
   std::shared_ptr<StepCache> cache_;

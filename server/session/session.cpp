@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/request/lattice_limit.hpp"
-
 namespace multitetra {
 namespace {
 
@@ -12,7 +10,7 @@ Action reply(Error error, std::uint64_t request_id = 0) {
   return Send{ErrorReply{.request_id = request_id, .error = std::move(error)}};
 }
 
-// What forbids a stream whatever the dataset.
+// What forbids a stream whatever it is of.
 Result<void> check_stream(const OpenStream& open, std::uint64_t last_request_id,
                           std::size_t max_held_digests) {
   if (open.request_id <= last_request_id) {
@@ -21,23 +19,10 @@ Result<void> check_stream(const OpenStream& open, std::uint64_t last_request_id,
                     "; it must be greater than " + std::to_string(last_request_id) +
                     ", that of the last stream on this connection.");
   }
-  if (open.held.size() > max_held_digests) {
-    return fail(ErrorCode::kLimitExceeded, "The request names " + std::to_string(open.held.size()) +
-                                               " held tiles; at most " +
-                                               std::to_string(max_held_digests) + " are allowed.");
-  }
-  const auto request = validated(open.request);
-  if (!request) return tl::unexpected(request.error());
-  return {};
-}
-
-// Previews that no stream of this dataset can have begun with.
-Result<void> check_begun(const std::vector<Preview>& begun, const DatasetInfo& info) {
-  if (begun.empty() || begun.front().finest_spacing <= 1 << info.grid_exponent) return {};
-  return fail(ErrorCode::kInvalidArgument,
-              "OpenStream.begun names a preview with a finest spacing of " +
-                  std::to_string(begun.front().finest_spacing) + "; dataset \"" + info.name +
-                  "\" has a grid of " + std::to_string(1 << info.grid_exponent) + " steps a side.");
+  if (open.held.size() <= max_held_digests) return {};
+  return fail(ErrorCode::kLimitExceeded, "The request names " + std::to_string(open.held.size()) +
+                                             " held tiles; at most " +
+                                             std::to_string(max_held_digests) + " are allowed.");
 }
 
 std::string version_range(std::uint32_t low, std::uint32_t high) {
@@ -46,28 +31,19 @@ std::string version_range(std::uint32_t low, std::uint32_t high) {
 
 }  // namespace
 
-Result<void> check_limits(const SessionOptions& options, const IsosurfaceRequest& request) {
-  const std::size_t regions = request.thresholds.regions.size();
-  if (regions <= options.max_regions) return {};
-  return fail(ErrorCode::kLimitExceeded, "The threshold map has " + std::to_string(regions) +
-                                             " regions; this server allows " +
-                                             std::to_string(options.max_regions) + ".");
-}
-
 Session::Session(CataloguePtr catalogue, SessionOptions options, AccessListPtr access,
-                 LatestCatalogue latest)
+                 LatestCatalogue latest, RequestLimits limits)
     : catalogue_(std::move(catalogue)),
       latest_(std::move(latest)),
       options_(std::move(options)),
+      limits_(limits),
       access_(std::move(access)) {}
 
 Actions Session::renew(AccessListPtr access) {
   access_ = std::move(access);
   if (!is_welcomed_ || is_closed_ || !access_) return {};
-  auto rights = access_->rights_of(token_);
-  if (!rights) return end(rights.error());
-  rights_ = *std::move(rights);
-  return {};
+  const auto known = permit_.renew(access_);
+  return known ? Actions{} : end(known.error());
 }
 
 Actions Session::receive(const ClientMessage& message) {
@@ -116,12 +92,9 @@ Actions Session::answer(const Hello& hello) {
                 "The client names no codec of this server; it must know Draco on the lattice "
                 "(codec 1)."});
   }
-  if (access_) {
-    auto rights = access_->rights_of(hello.token);
-    if (!rights) return end(rights.error());
-    rights_ = *std::move(rights);
-    token_ = hello.token;
-  }
+  auto permit = Permit::of(hello.token, access_, catalogue_, limits_);
+  if (!permit) return end(permit.error());
+  permit_ = *std::move(permit);
   is_welcomed_ = true;
   return {Send{Welcome{.version = kProtocolVersion,
                        .codec = PayloadCodec::kDracoLattice,
@@ -130,53 +103,8 @@ Actions Session::answer(const Hello& hello) {
 }
 
 Actions Session::answer(const ListDatasets& list) {
-  if (latest_) catalogue_ = latest_();
-  std::vector<DatasetInfo> infos = catalogue_->infos();
-  std::erase_if(infos, [this](const DatasetInfo& info) { return !rights_.may_see(info.name); });
-  return {Send{DatasetList{.request_id = list.request_id, .datasets = std::move(infos)}}};
-}
-
-Result<std::shared_ptr<const StepSource>> Session::source_of(const std::string& dataset) const {
-  if (no_work_) return tl::unexpected(*no_work_);
-  // What a client may not see does not exist for it.
-  std::shared_ptr<const StepSource> source =
-      rights_.may_see(dataset) ? catalogue_->find(dataset) : nullptr;
-  if (!source) {
-    return fail(ErrorCode::kUnknownDataset,
-                "No dataset is named \"" + dataset +
-                    "\"; the list of datasets (multitetra-client list, /v1/datasets) tells those "
-                    "that are.");
-  }
-  return source;
-}
-
-Result<std::shared_ptr<const StepSource>> Session::source_of(
-    const std::string& dataset, const IsosurfaceRequest& request) const {
-  if (const auto checked = check_limits(options_, request); !checked) {
-    return tl::unexpected(checked.error());
-  }
-  auto source = source_of(dataset);
-  if (!source) return source;
-  if (const auto checked = check_lattice(request, (*source)->info()); !checked) {
-    return tl::unexpected(checked.error());
-  }
-  if (request.cell) {
-    if (const auto checked = check_cell(*request.cell, (*source)->info()); !checked) {
-      return tl::unexpected(checked.error());
-    }
-  }
-  return source;
-}
-
-Result<std::shared_ptr<const StepSource>> Session::field_for(const ScalarRequest& scalars,
-                                                             const DatasetInfo& surface) const {
-  if (const auto valid = validated(scalars); !valid) return tl::unexpected(valid.error());
-  auto field = source_of(scalars.dataset);
-  if (!field) return field;
-  if (const auto checked = check_same_world(surface, (*field)->info()); !checked) {
-    return tl::unexpected(checked.error());
-  }
-  return field;
+  if (latest_) permit_.offer(latest_());
+  return {Send{DatasetList{.request_id = list.request_id, .datasets = permit_.describe()}}};
 }
 
 Actions Session::answer(const OpenStream& open) {
@@ -184,22 +112,13 @@ Actions Session::answer(const OpenStream& open) {
       !checked) {
     return {reply(checked.error(), open.request_id)};
   }
-  auto found = source_of(open.dataset, open.request);
-  if (!found) return {reply(found.error(), open.request_id)};
-  if (const auto checked = check_begun(open.begun, (*found)->info()); !checked) {
-    return {reply(checked.error(), open.request_id)};
-  }
-  std::shared_ptr<const StepSource> scalars;
-  if (open.scalars) {
-    auto field = field_for(*open.scalars, (*found)->info());
-    if (!field) return {reply(field.error(), open.request_id)};
-    scalars = *std::move(field);
-  }
+  auto accepted = permit_.accept(open);
+  if (!accepted) return {reply(accepted.error(), open.request_id)};
   Actions actions;
   if (running_) actions.push_back(StopStream{*running_, StreamOutcome::kSuperseded});
   last_request_id_ = open.request_id;
   running_ = open.request_id;
-  actions.push_back(StartStream{open, *std::move(found), std::move(scalars)});
+  actions.push_back(*std::move(accepted));
   return actions;
 }
 
@@ -212,30 +131,16 @@ Actions Session::answer(const Cancel& cancel) {
 
 Actions Session::answer(const Ping& ping) { return {Send{Pong{.value = ping.value}}}; }
 
-Actions Session::answer(const Estimate& estimate) {
-  if (const auto request = validated(estimate.request); !request) {
-    return {reply(request.error(), estimate.request_id)};
-  }
-  return ask(estimate, source_of(estimate.dataset, estimate.request));
-}
+Actions Session::answer(const Estimate& estimate) { return ask(estimate); }
 
-Actions Session::answer(const Slice& slice) {
-  if (const auto plane = validated(slice.slice); !plane) {
-    return {reply(plane.error(), slice.request_id)};
-  }
-  return ask(slice, source_of(slice.dataset));
-}
+Actions Session::answer(const Slice& slice) { return ask(slice); }
 
-Actions Session::answer(const Probe& probe) {
-  if (const auto places = validated(probe.probe); !places) {
-    return {reply(places.error(), probe.request_id)};
-  }
-  return ask(probe, source_of(probe.dataset));
-}
+Actions Session::answer(const Probe& probe) { return ask(probe); }
 
-Actions Session::ask(Question question, Result<std::shared_ptr<const StepSource>> source) {
+Actions Session::ask(Question question) {
   const std::uint64_t request_id = request_id_of(question);
-  if (!source) return {reply(source.error(), request_id)};
+  auto accepted = permit_.accept(std::move(question));
+  if (!accepted) return {reply(accepted.error(), request_id)};
   if (questions_ >= options_.max_questions) {
     return {reply({ErrorCode::kLimitExceeded,
                    "There are " + std::to_string(questions_) +
@@ -244,7 +149,7 @@ Actions Session::ask(Question question, Result<std::shared_ptr<const StepSource>
                   request_id)};
   }
   ++questions_;
-  return {AnswerQuestion{std::move(question), *std::move(source)}};
+  return {*std::move(accepted)};
 }
 
 }  // namespace multitetra

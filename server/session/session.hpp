@@ -20,24 +20,12 @@
 #include "common/net/frame.hpp"
 #include "common/wire/messages.hpp"
 #include "server/operations/access_list.hpp"
-#include "server/stream/dataset_catalogue.hpp"
-#include "server/stream/questions.hpp"
+#include "server/service/permit.hpp"
 
 namespace multitetra {
 
 struct Send {
   ServerMessage message;
-};
-// Begin the stream of a request that was found good.
-struct StartStream {
-  OpenStream open;
-  std::shared_ptr<const StepSource> source;
-  std::shared_ptr<const StepSource> scalars = nullptr;  // Of open.scalars; null without.
-};
-// Find the answer to a question that was found good, and send it.
-struct AnswerQuestion {
-  Question question;
-  std::shared_ptr<const StepSource> source;
 };
 // Drop what is left of the running stream; its last message is StreamEnd with this outcome.
 struct StopStream {
@@ -56,13 +44,7 @@ struct SessionOptions {
   std::uint32_t max_message_bytes = kMaxClientFrameBytes;       // Told in Welcome.
   std::size_t max_held_digests = kMaxHeldDigests;               // In one OpenStream.
   std::size_t max_questions = 4;                                // Answered at the same time.
-  std::size_t max_regions = kMaxThresholdRegions;               // Of one threshold map.
 };
-
-// What is wrong with a request that is beyond what this server allows, though the protocol would
-// allow it.
-[[nodiscard]] Result<void> check_limits(const SessionOptions& options,
-                                        const IsosurfaceRequest& request);
 
 class Session {
  public:
@@ -73,7 +55,7 @@ class Session {
   // `latest` the catalogue is always the same one; with it a client has the datasets as they were
   // when it last listed them, and knows of no other version.
   Session(CataloguePtr catalogue, SessionOptions options, AccessListPtr access = nullptr,
-          LatestCatalogue latest = {});
+          LatestCatalogue latest = {}, RequestLimits limits = {});
 
   // A message that parsed.
   [[nodiscard]] Actions receive(const ClientMessage& message);
@@ -89,19 +71,18 @@ class Session {
   // received.
   void offer(CataloguePtr catalogue) { catalogue_ = std::move(catalogue); }
   // From now on every stream and question is refused with this error.
-  void refuse_work(Error why) { no_work_ = std::move(why); }
+  void refuse_work(Error why) { permit_.refuse_work(std::move(why)); }
 
   // The running stream has sent its last message.
   void stream_ended(std::uint64_t request_id);
   // A question was answered.
   void question_ended() { --questions_; }
 
+  [[nodiscard]] std::uint32_t max_message_bytes() const { return options_.max_message_bytes; }
   [[nodiscard]] bool is_welcomed() const { return is_welcomed_; }
   [[nodiscard]] bool is_closed() const { return is_closed_; }
   [[nodiscard]] const AccessListPtr& access() const { return access_; }
-  [[nodiscard]] const AccessRights& rights() const { return rights_; }  // Of a welcomed client.
-  // Whether those are the rights of a token that it showed.
-  [[nodiscard]] bool has_token() const { return access_ && !token_.empty(); }
+  [[nodiscard]] const Permit& permit() const { return permit_; }  // Of a welcomed client.
 
  private:
   Actions answer(const Hello& hello);
@@ -112,25 +93,14 @@ class Session {
   Actions answer(const Estimate& estimate);
   Actions answer(const Slice& slice);
   Actions answer(const Probe& probe);
-  // `source` is where the question finds its answer, or why it cannot.
-  Actions ask(Question question, Result<std::shared_ptr<const StepSource>> source);
-  // A dataset that there is for this client, or why there is none.
-  [[nodiscard]] Result<std::shared_ptr<const StepSource>> source_of(
-      const std::string& dataset) const;
-  // The field that shall colour a surface.
-  [[nodiscard]] Result<std::shared_ptr<const StepSource>> field_for(
-      const ScalarRequest& scalars, const DatasetInfo& surface) const;
-  // The same as source_of where a valid request for it can be met.
-  [[nodiscard]] Result<std::shared_ptr<const StepSource>> source_of(
-      const std::string& dataset, const IsosurfaceRequest& request) const;
+  Actions ask(Question question);
 
   CataloguePtr catalogue_;
   LatestCatalogue latest_;  // May be empty.
   SessionOptions options_;
+  RequestLimits limits_;
   AccessListPtr access_;
-  std::string token_;    // Of Hello.
-  AccessRights rights_;  // Of that token.
-  std::optional<Error> no_work_;
+  Permit permit_;  // Of a welcomed client.
   bool is_welcomed_ = false;
   bool is_closed_ = false;
   std::uint64_t last_request_id_ = 0;     // Of all streams ever started.

@@ -8,7 +8,7 @@
 
 namespace multitetra {
 
-Result<std::vector<ScalarsOfTile>> step_scalars(const EncodedStep& step,
+Result<std::vector<ScalarsOfTile>> step_scalars(const TiledStep& step,
                                                 const IsosurfaceRequest& request,
                                                 const DatasetInfo& surface,
                                                 const PreparedVolume& field,
@@ -20,16 +20,20 @@ Result<std::vector<ScalarsOfTile>> step_scalars(const EncodedStep& step,
       step.tiles.size(),
       [&](std::size_t i) {
         const EncodedTile& tile = step.tiles[i];
-        // Caches hold encoded tiles alone, and decoding takes a small part of what sampling does.
-        const auto mesh = decode_tile(*tile.payload, tile.summary, request.lattice_resolution,
-                                      request.normal_bits);
-        if (!mesh) {
-          damage[i] = mesh.error();
-          return;
+        Result<LatticeMesh> decoded;
+        if (step.meshes.empty()) {
+          // Caches hold encoded tiles alone; decoding takes a small part of what sampling does.
+          decoded = decode_tile(*tile.payload, tile.summary, request.lattice_resolution,
+                                request.normal_bits);
+          if (!decoded) {
+            damage[i] = decoded.error();
+            return;
+          }
         }
-        const VertexScalars found = vertex_scalars(field, *mesh, to_world);
+        const LatticeMesh& mesh = step.meshes.empty() ? *decoded : *step.meshes[i];
+        const VertexScalars found = vertex_scalars(field, mesh, to_world);
         scalars[i] = {.codes = std::make_shared<const std::string>(
-                          encode_scalars(mesh->vertices, found.values, range)),
+                          encode_scalars(mesh.vertices, found.values, range)),
                       .largest_deviation = found.largest_deviation};
       },
       stop);

@@ -8,7 +8,7 @@
 
 #include "common/request/scalar_request.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"
-#include "server/stream/step_cache.hpp"
+#include "server/stream/surface_provider.hpp"
 
 namespace multitetra {
 
@@ -22,7 +22,7 @@ struct ScalarsOfTile {
 // Cancelled soon after `stop` is triggered, and what the field throws when it turns out to be
 // damaged.
 [[nodiscard]] Result<std::vector<ScalarsOfTile>> step_scalars(
-    const EncodedStep& step, const IsosurfaceRequest& request, const DatasetInfo& surface,
+    const TiledStep& step, const IsosurfaceRequest& request, const DatasetInfo& surface,
     const PreparedVolume& field, const ScalarRange& range, std::stop_token stop);
 
 // Of all of them together.

@@ -42,7 +42,8 @@ std::string counted(double triangles, double bytes) {
   const auto rounded = [](double number) {
     return std::to_string(static_cast<std::uint64_t>(std::ceil(number)));
   };
-  return rounded(triangles) + " triangles in " + rounded(bytes) + " bytes";
+  const std::string text = rounded(triangles) + " triangles";
+  return bytes > 0 ? text + " in " + rounded(bytes) + " bytes" : text;  // Meshes have none.
 }
 
 std::string budget_of(const IsosurfaceRequest& request) {
@@ -55,7 +56,7 @@ std::string budget_of(const IsosurfaceRequest& request) {
 // What a final step is, and where on its budget's ladder.
 struct FinalStep {
   int rung = 0;
-  EncodedStep encoded;
+  TiledStep tiled;
 };
 
 // An estimate, as much larger or smaller as it was wrong about a surface that was made.
@@ -101,11 +102,18 @@ tl::unexpected<Error> budget_too_small(const SurfaceSize& coarsest,
   return fail(ErrorCode::kLimitExceeded, text + ".");
 }
 
+// Bytes are known of encoded tiles alone.
+TiledStep made(const SurfaceProvider& source, const StepRequest& step, bool as_meshes,
+               const std::stop_token& stop) {
+  const bool has_meshes = as_meshes && step.request.max_bytes == 0;
+  return has_meshes ? source.make_meshes(step, stop) : source.make(step, stop);
+}
+
 // Estimates only choose where on the ladder to look: what is given was made, is within the budget,
 // and has most of it, unless the request itself has less. Begins at `rung`. kLimitExceeded when not
 // even the coarsest surface fits.
-Result<FinalStep> make_within_budget(const StepSource& source, const BudgetLadder& ladder, int rung,
-                                     const std::stop_token& stop) {
+Result<FinalStep> make_within_budget(const SurfaceProvider& source, const BudgetLadder& ladder,
+                                     int rung, bool as_meshes, const std::stop_token& stop) {
   constexpr double kMostOfIt = 0.7;
   constexpr double kHalfOfIt = 0.5;
   constexpr double kAimedAt = 0.9;
@@ -115,11 +123,11 @@ Result<FinalStep> make_within_budget(const StepSource& source, const BudgetLadde
   std::optional<FinalStep> best;
   for (int surfaces = 1;; ++surfaces) {
     const IsosurfaceRequest request = ladder.at(rung);
-    EncodedStep encoded = source.make({.request = request}, stop);
-    const SurfaceSize made = size_of(encoded);
-    const double part = part_of_budget(made, request);
+    TiledStep tiled = made(source, {.request = request}, as_meshes, stop);
+    const SurfaceSize size = size_of(tiled);
+    const double part = part_of_budget(size, request);
     if (part <= 1) {
-      best = FinalStep{.rung = rung, .encoded = std::move(encoded)};
+      best = FinalStep{.rung = rung, .tiled = std::move(tiled)};
       fitting = {rung, part};
     } else {
       too_large = {rung, part};
@@ -131,10 +139,10 @@ Result<FinalStep> make_within_budget(const StepSource& source, const BudgetLadde
       if (is_good || is_good_enough || surfaces >= kMostSurfaces) return *std::move(best);
     }
     BudgetLadder::SizeOf estimated = source.sizes(stop, SizeAccuracy::kCareful).of;
-    if (from == ladder.size()) return budget_too_small(made, request, estimated, source.info());
-    const auto size = corrected(std::move(estimated), request, made);
+    if (from == ladder.size()) return budget_too_small(size, request, estimated, source.info());
+    const auto expected = corrected(std::move(estimated), request, size);
     const int to = fitting ? fitting->rung : ladder.size();
-    rung = next_rung(too_large, fitting, ladder.lowest_fitting(size, from, to, kAimedAt),
+    rung = next_rung(too_large, fitting, ladder.lowest_fitting(expected, from, to, kAimedAt),
                      ladder.last());
     // Where that was wrong again and again: halfway.
     if (!best && surfaces >= kFewSurfaces) rung = std::max(rung, (from + ladder.last()) / 2);
@@ -144,7 +152,7 @@ Result<FinalStep> make_within_budget(const StepSource& source, const BudgetLadde
 // The most triangles that a server gives in a final step.
 class TriangleLimit {
  public:
-  TriangleLimit(const StepSource& source, std::uint64_t most, std::stop_token stop)
+  TriangleLimit(const SurfaceProvider& source, std::uint64_t most, std::stop_token stop)
       : source_(source), most_(most), stop_(std::move(stop)) {}
 
   // Refuses where a quick estimate is sure of it. Looks at samples only where the
@@ -159,7 +167,7 @@ class TriangleLimit {
     return fail(ErrorCode::kLimitExceeded, words("about ", triangles, request, 1));
   }
   [[nodiscard]] Result<void> check_made(const IsosurfaceRequest& request,
-                                        const EncodedStep& step) const {
+                                        const TiledStep& step) const {
     const double triangles = size_of(step).triangles;
     if (most_ == 0 || triangles <= most()) return {};
     if (request.cell) {
@@ -199,7 +207,7 @@ class TriangleLimit {
     return text + ", or name a budget with max_triangles.";
   }
 
-  const StepSource& source_;
+  const SurfaceProvider& source_;
   std::uint64_t most_;
   std::stop_token stop_;
 };
@@ -215,19 +223,19 @@ PlanLimits plan_limits(StepPolicy steps, const StepLimits& limits) {
 }
 
 // A cell is made as it was asked for: it is too small for previews, and has no budget.
-Result<MadeStep> make_cell(const StepSource& source, const StreamState& state,
+Result<MadeStep> make_cell(const SurfaceProvider& source, const StreamState& state,
                            const std::stop_token& stop, const StepLimits& limits) {
-  MadeStep made{.step = final_step(state.request), .is_final = true, .encoded = {}, .after = state};
-  made.encoded = source.make(made.step, stop);
+  MadeStep cell{.step = final_step(state.request), .is_final = true, .encoded = {}, .after = state};
+  cell.encoded = made(source, cell.step, limits.as_meshes, stop);
   const auto allowed =
-      TriangleLimit(source, limits.max_triangles, stop).check_made(made.step.request, made.encoded);
+      TriangleLimit(source, limits.max_triangles, stop).check_made(cell.step.request, cell.encoded);
   if (!allowed) return tl::unexpected(allowed.error());
-  return made;
+  return cell;
 }
 
 }  // namespace
 
-Result<MadeStep> make_next_step(const StepSource& source, const StreamState& state,
+Result<MadeStep> make_next_step(const SurfaceProvider& source, const StreamState& state,
                                 std::stop_token stop, const StepLimits& limits) {
   if (state.request.cell) return make_cell(source, state, stop, limits);
   const DatasetInfo& info = source.info();
@@ -270,17 +278,17 @@ Result<MadeStep> make_next_step(const StepSource& source, const StreamState& sta
     }
     return made;
   }
-  Result<FinalStep> last = make_within_budget(source, ladder, affordable(), stop);
+  Result<FinalStep> last = make_within_budget(source, ladder, affordable(), limits.as_meshes, stop);
   if (!last) return tl::unexpected(last.error());
   made.after.rung = last->rung;
   made.step.request = ladder.at(last->rung);
-  made.encoded = std::move(last->encoded);
+  made.encoded = std::move(last->tiled);
   const auto allowed = limit.check_made(made.step.request, made.encoded);
   if (!allowed) return tl::unexpected(allowed.error());
   return made;
 }
 
-Result<EstimatedAnswer> estimate(const StepSource& source, const IsosurfaceRequest& request,
+Result<EstimatedAnswer> estimate(const SurfaceProvider& source, const IsosurfaceRequest& request,
                                  std::stop_token stop) {
   if (request.cell) {
     return fail(ErrorCode::kInvalidArgument,

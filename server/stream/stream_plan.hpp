@@ -10,7 +10,7 @@
 #include "common/wire/messages.hpp"
 #include "server/core/planning/refinement_plan.hpp"
 #include "server/stream/step_scalars.hpp"
-#include "server/stream/step_source.hpp"
+#include "server/stream/surface_provider.hpp"
 
 namespace multitetra {
 
@@ -29,7 +29,7 @@ struct MadeStep {
   bool is_final = false;
   // Nothing was made: of previews alone there are no more.
   bool is_over = false;
-  EncodedStep encoded = {};
+  TiledStep encoded = {};
   StreamState after = {};                   // Without this step among those that were shown.
   std::vector<ScalarsOfTile> scalars = {};  // Of the tiles, where the stream wants them.
 };
@@ -38,6 +38,7 @@ struct StepLimits {
   std::uint64_t max_triangles = 0;                 // Of a final step; 0: as many as it has.
   double bytes_per_second = kUsualBytesPerSecond;  // Of the link to the client.
   bool others_wait = false;  // For the threads: nothing is made that only comes sooner.
+  bool as_meshes = false;    // A final step is wanted as meshes (see SurfaceProvider::make_meshes).
 };
 
 // A final step with a budget is within it, and has most of it or the request's own error; and it
@@ -46,8 +47,9 @@ struct StepLimits {
 // sure, when the final step would have more triangles than that: the text says how large it is, or
 // at which error it would fit. Throws what the source throws; Cancelled soon after `stop` is
 // triggered.
-[[nodiscard]] Result<MadeStep> make_next_step(const StepSource& source, const StreamState& state,
-                                              std::stop_token stop, const StepLimits& limits = {});
+[[nodiscard]] Result<MadeStep> make_next_step(const SurfaceProvider& source,
+                                              const StreamState& state, std::stop_token stop,
+                                              const StepLimits& limits = {});
 
 // How large the answer to a request would be, and the request as its budget allows it: from a
 // sample (surface_sizes.hpp). kLimitExceeded when the coarsest surface seems to be larger.
@@ -55,7 +57,7 @@ struct EstimatedAnswer {
   SurfaceSize size;
   IsosurfaceRequest request;
 };
-[[nodiscard]] Result<EstimatedAnswer> estimate(const StepSource& source,
+[[nodiscard]] Result<EstimatedAnswer> estimate(const SurfaceProvider& source,
                                                const IsosurfaceRequest& request,
                                                std::stop_token stop);
 

@@ -1,14 +1,12 @@
 // One connection of a listener, whatever is spoken on it at the time.
 #pragma once
 
-#include <chrono>
 #include <memory>
 
 #include "common/base/result.hpp"
+#include "server/operations/deadline.hpp"
 
 namespace multitetra {
-
-using Clock = std::chrono::steady_clock;
 
 class Connection {
  public:
@@ -22,16 +20,5 @@ class Connection {
   virtual void keep_time(Clock::time_point now) = 0;
 };
 using ConnectionPtr = std::shared_ptr<Connection>;
-
-// A moment that is looked at by keep_time(); none at first.
-class Deadline {
- public:
-  void set(Clock::duration from_now) { at_ = Clock::now() + from_now; }
-  void clear() { at_ = Clock::time_point::max(); }
-  [[nodiscard]] bool is_past(Clock::time_point now) const { return now >= at_; }
-
- private:
-  Clock::time_point at_ = Clock::time_point::max();
-};
 
 }  // namespace multitetra

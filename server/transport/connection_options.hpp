@@ -14,8 +14,7 @@ struct ConnectionOptions {
   std::chrono::milliseconds handshake_timeout{10'000};  // From connecting to Welcome.
   std::chrono::milliseconds write_timeout{60'000};      // For one message to leave for the client.
   std::chrono::milliseconds linger{1'000};  // For the client to read our last words and hang up.
-  std::uint32_t max_message_bytes = kMaxClientFrameBytes;  // What we accept,
-  std::uint32_t max_hello_bytes = kMaxHelloFrameBytes;     // and before Welcome.
+  std::uint32_t max_hello_bytes = kMaxHelloFrameBytes;  // What we accept before Welcome.
   std::optional<int> send_buffer_bytes =
       std::nullopt;  // Of the socket; none leaves it to the system.
 };

@@ -13,8 +13,9 @@
 
 namespace multitetra {
 
-class StreamSession;
-using StreamSessionPtr = std::shared_ptr<StreamSession>;
+class Conversation;
+using ConversationPtr = std::shared_ptr<Conversation>;
+class SurfaceService;
 
 class Listener {
  public:
@@ -35,7 +36,8 @@ class Listener {
 struct ServerContext {
   asio::io_context& io;
   AdmissionControl& admission;
-  std::function<StreamSessionPtr(ClientContextPtr client)> new_session;
+  SurfaceService& service;
+  std::function<ConversationPtr(ClientContextPtr client)> new_conversation;
   std::function<std::string()> metrics = {};  // Prometheus text; empty: none are kept.
 };
 

@@ -9,12 +9,12 @@
 namespace multitetra {
 
 MessageConnection::MessageConnection(std::unique_ptr<ByteStream> stream, OpenTransport open,
-                                     ClientContextPtr client, StreamSessionPtr session,
+                                     ClientContextPtr client, ConversationPtr conversation,
                                      ConnectionOptions options)
     : stream_(std::move(stream)),
       open_(std::move(open)),
       client_(std::move(client)),
-      session_(std::move(session)),
+      conversation_(std::move(conversation)),
       options_(options) {
   set_usual_options(stream_->socket());
   if (options_.send_buffer_bytes) {
@@ -41,14 +41,14 @@ void MessageConnection::spawn(asio::awaitable<void> (MessageConnection::*corouti
 }
 
 void MessageConnection::end(const Error& why) {
-  session_->end(why);
+  conversation_->end(why);
   linger_.set(options_.linger);
 }
 
 void MessageConnection::keep_time(Clock::time_point now) {
   if (hello_.is_past(now)) {
     hello_.clear();
-    if (!session_->is_welcomed()) {
+    if (!conversation_->is_welcomed()) {
       end({ErrorCode::kUnavailable, "No Hello came in time; it opens a connection."});
       return;  // The time to read that begins now.
     }
@@ -56,19 +56,19 @@ void MessageConnection::keep_time(Clock::time_point now) {
   if (write_.is_past(now) || linger_.is_past(now)) {
     close();
   } else {
-    session_->keep_time(now);
+    conversation_->keep_time(now);
   }
 }
 
 asio::awaitable<void> MessageConnection::open_and_read() {
   auto opened = co_await open_(
-      *stream_, TransportOptions{.max_message_bytes =
-                                     std::min(options_.max_message_bytes, options_.max_hello_bytes),
+      *stream_, TransportOptions{.max_message_bytes = std::min(conversation_->max_message_bytes(),
+                                                               options_.max_hello_bytes),
                                  .read_buffer_bytes = 16 * 1024});
   open_ = {};
   if (!opened) {
     log(LogLevel::kInfo, opened.error().text);
-    session_->leave();
+    conversation_->leave();
     co_return;
   }
   transport_ = *std::move(opened);
@@ -78,29 +78,29 @@ asio::awaitable<void> MessageConnection::open_and_read() {
 
 asio::awaitable<void> MessageConnection::read() {
   for (;;) {
-    co_await session_->room();
+    co_await conversation_->room();
     const Result<std::string> content = co_await transport_->receive();
     if (!content) {
       if (content.error().code == ErrorCode::kUnavailable) break;
-      if (!session_->is_over()) end(content.error());
+      if (!conversation_->is_over()) end(content.error());
       co_await transport_->drain();
       break;
     }
-    if (session_->is_over()) continue;  // What comes after the end is dropped.
-    session_->receive(*content);
-    if (session_->is_welcomed()) transport_->set_limit(options_.max_message_bytes);
+    if (conversation_->is_over()) continue;  // What comes after the end is dropped.
+    conversation_->receive(*content);
+    if (conversation_->is_welcomed()) transport_->set_limit(conversation_->max_message_bytes());
   }
-  if (transport_->was_cut_off() && !session_->is_over()) {
+  if (transport_->was_cut_off() && !conversation_->is_over()) {
     log(LogLevel::kInfo, "left inside a message");
   }
-  session_->leave();
+  conversation_->leave();
 }
 
 asio::awaitable<void> MessageConnection::write() {
-  while (const auto message = co_await session_->next_message()) {
+  while (const auto message = co_await conversation_->next_message()) {
     std::string content = serialize(*message);
     if (content.size() > kMaxServerFrameBytes) {
-      session_->give_up(*message);
+      conversation_->give_up(*message);
       continue;
     }
     write_.set(options_.write_timeout);
@@ -112,7 +112,7 @@ asio::awaitable<void> MessageConnection::write() {
       co_return;
     }
     link_.write_ends(Clock::now(), *sent, stream_->unsent());
-    session_->link_carries(link_.bytes_per_second());
+    conversation_->link_carries(link_.bytes_per_second());
     client_->admission().observer().sent(client_->facts().protocol, *sent);
   }
   linger_.set(options_.linger);
@@ -121,7 +121,7 @@ asio::awaitable<void> MessageConnection::write() {
 
 void MessageConnection::close() {
   stream_->close();
-  session_->leave();
+  conversation_->leave();
 }
 
 void MessageConnection::coroutine_done(const std::exception_ptr& trouble) {

@@ -6,12 +6,12 @@
 #include <memory>
 
 #include "common/net/message_transport.hpp"
+#include "server/conversation/conversation.hpp"
 #include "server/operations/admission_control.hpp"
 #include "server/operations/log.hpp"
 #include "server/transport/connection.hpp"
 #include "server/transport/connection_options.hpp"
 #include "server/transport/link_rate.hpp"
-#include "server/transport/stream_session.hpp"
 
 namespace multitetra {
 
@@ -24,7 +24,7 @@ class MessageConnection : public Connection,
                           public std::enable_shared_from_this<MessageConnection> {
  public:
   MessageConnection(std::unique_ptr<ByteStream> stream, OpenTransport open, ClientContextPtr client,
-                    StreamSessionPtr session, ConnectionOptions options);
+                    ConversationPtr conversation, ConnectionOptions options);
 
   // Both coroutines keep the connection alive; `on_closed` is called once when they are done.
   void start(std::function<void()> on_closed);
@@ -45,7 +45,7 @@ class MessageConnection : public Connection,
   OpenTransport open_;
   std::unique_ptr<MessageTransport> transport_;
   ClientContextPtr client_;
-  StreamSessionPtr session_;
+  ConversationPtr conversation_;
   ConnectionOptions options_;
   LinkRate link_;
   std::function<void()> on_closed_;

@@ -17,24 +17,24 @@
 #include "common/net/endpoint.hpp"
 #include "server/operations/admission_control.hpp"
 #include "server/operations/prometheus_metrics.hpp"
+#include "server/service/dataset_catalogue.hpp"
+#include "server/service/local_service.hpp"
 #include "server/session/session.hpp"
-#include "server/stream/dataset_catalogue.hpp"
 #include "server/transport/connection_options.hpp"
 #include "server/transport/listener.hpp"
-#include "server/transport/session_limits.hpp"
 
 namespace multitetra {
 
 struct ServerOptions {
   Endpoint listen{.host = "127.0.0.1", .port = kDefaultPort};  // Port 0: the system chooses one.
   bool has_tcp_listener = true;
-  std::size_t workers = 2;  // Steps that are made at the same time, at least 1.
   // SIGINT and SIGTERM drain, a second one stops at once; SIGHUP reloads.
   bool heed_signals = false;
   std::chrono::milliseconds drain_time{30'000};  // For requests that run when it drains.
   AdmissionOptions admission = {};
+  LocalServiceOptions service = {};
   SessionOptions session = {};
-  SessionLimits limits = {};
+  std::chrono::milliseconds idle_time{0};  // Of a conversation without messages or work; 0: any.
   ConnectionOptions connection = {};
   // On the thread of run(), when certificate and tokens were read again.
   std::function<void()> when_reloaded = {};

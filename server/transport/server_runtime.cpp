@@ -41,11 +41,13 @@ class ServerRuntime::Running {
   [[nodiscard]] asio::io_context& io() { return io_; }
   [[nodiscard]] AdmissionControl& admission() { return admission_; }
 
-  void build(ServerHooks hooks, const std::vector<MakeListener>& listeners) {
+  void build(SurfaceService& service, ServerHooks hooks,
+             const std::vector<MakeListener>& listeners) {
     hooks_ = std::move(hooks);
     const ServerContext server = {.io = io_,
                                   .admission = admission_,
-                                  .new_session = hooks_.new_session,
+                                  .service = service,
+                                  .new_conversation = hooks_.new_conversation,
                                   .metrics = options_.metrics ? [this] { return metrics(); }
                                                               : std::function<std::string()>()};
     for (const MakeListener& make : listeners) listeners_.push_back(make(server));
@@ -157,8 +159,9 @@ ServerRuntime::~ServerRuntime() = default;
 
 asio::io_context& ServerRuntime::io() { return running_->io(); }
 AdmissionControl& ServerRuntime::admission() { return running_->admission(); }
-void ServerRuntime::build(ServerHooks hooks, const std::vector<MakeListener>& listeners) {
-  running_->build(std::move(hooks), listeners);
+void ServerRuntime::build(SurfaceService& service, ServerHooks hooks,
+                          const std::vector<MakeListener>& listeners) {
+  running_->build(service, std::move(hooks), listeners);
 }
 
 Endpoint ServerRuntime::endpoint(std::size_t listener) const {

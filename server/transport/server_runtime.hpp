@@ -33,7 +33,7 @@ struct ServerRuntimeOptions {
 
 // What a server or a gateway does when its listeners ask. Called on the thread of run().
 struct ServerHooks {
-  std::function<StreamSessionPtr(ClientContextPtr client)> new_session;
+  std::function<ConversationPtr(ClientContextPtr client)> new_conversation;
   std::function<ServiceState()> state = {};  // For the metrics, beside what the listeners know.
   std::function<void()> when_reloaded = {};
   std::function<void()> when_stopping = {};
@@ -50,7 +50,8 @@ class ServerRuntime {
 
   // All listeners are bound and listen. Once, before run(). Throws AddressError that names the
   // address when that fails.
-  void build(ServerHooks hooks, const std::vector<MakeListener>& listeners);
+  void build(SurfaceService& service, ServerHooks hooks,
+             const std::vector<MakeListener>& listeners);
   // Of the listeners in their order.
   [[nodiscard]] Endpoint endpoint(std::size_t listener) const;
   [[nodiscard]] std::vector<std::string> urls() const;

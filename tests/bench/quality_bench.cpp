@@ -23,7 +23,7 @@
 #include "common/mesh/surface_distance.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/surface_extractor.hpp"
-#include "server/stream/step_source.hpp"
+#include "server/service/extracted_surfaces.hpp"
 #include "tests/bench/shaped_link.hpp"
 #include "tests/support/running_server.hpp"
 
@@ -174,8 +174,8 @@ void run(const std::string& file, const std::vector<double>& isovalues, const Ar
     for (const Link& link : kLinks) {
       // Nothing is remembered from one link to the next, but what triangles cost.
       auto catalogue = std::make_shared<DatasetCatalogue>();
-      catalogue->add(std::make_shared<ExtractedSteps>(extractor));
-      testing::RunningServer server(catalogue, {.workers = with.threads});
+      catalogue->add(std::make_shared<ExtractedSurfaces>(extractor));
+      testing::RunningServer server(catalogue, {.service = {.workers = with.threads}});
       std::optional<ShapedLink> shaped;
       if (link.bytes_per_second > 0) shaped.emplace(server.endpoint(), link.bytes_per_second);
       Client client = value(Client::connect(shaped ? shaped->endpoint() : server.endpoint(), {}));

@@ -15,7 +15,7 @@
 
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/surface_extractor.hpp"
-#include "server/stream/step_source.hpp"
+#include "server/service/extracted_surfaces.hpp"
 #include "server/stream/stream_plan.hpp"
 
 namespace multitetra {
@@ -38,7 +38,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-Row measure(const ExtractedSteps& source, const IsosurfaceRequest& request) {
+Row measure(const ExtractedSurfaces& source, const IsosurfaceRequest& request) {
   Row row;
   Clock::time_point start = Clock::now();
   (void)make_next_step(source, {.request = request, .steps = StepPolicy::kFinalOnly, .shown = {}},
@@ -86,7 +86,7 @@ void print(const std::string& name, double isovalue, double error, const Row& ro
 
 void run(const std::string& file, const std::vector<double>& isovalues, bool simplify) {
   const DatasetPtr dataset = open_dataset(file);
-  const ExtractedSteps source(std::make_shared<const SurfaceExtractor>(dataset));
+  const ExtractedSurfaces source(std::make_shared<const SurfaceExtractor>(dataset));
   for (const double isovalue : isovalues) {
     for (const double error : {0.25, 1.0, 2.0}) {
       print(dataset->info.name, isovalue, error,

@@ -12,6 +12,7 @@
 #include "server/certify/certificate.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "server/service/extracted_surfaces.hpp"
 #include "server/volume/generators/written_nrrd.hpp"
 #include "tests/support/public_volume_list.hpp"
 #include "tests/support/running_server.hpp"
@@ -32,7 +33,7 @@ TEST_P(CertifiedDistances, AreNeverAboveTheErrorAndTheLattice) {
   const DatasetPtr dataset = make_dataset(source, "volume");
   const auto catalogue = std::make_shared<DatasetCatalogue>();
   catalogue->add(
-      std::make_shared<ExtractedSteps>(std::make_shared<const SurfaceExtractor>(dataset)));
+      std::make_shared<ExtractedSurfaces>(std::make_shared<const SurfaceExtractor>(dataset)));
   const testing::RunningServer server(catalogue);
   auto client = Client::connect(server.endpoint(), {.timeout = std::chrono::minutes(10)});
   ASSERT_TRUE(client) << client.error().error.text;

@@ -15,6 +15,7 @@
 #include "client/library/client.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "server/service/extracted_surfaces.hpp"
 #include "server/volume/volume_files.hpp"
 #include "tests/support/public_volume_list.hpp"
 #include "tests/support/running_server.hpp"
@@ -45,7 +46,7 @@ TEST_P(PublicIsosurfaces, HaveOneTopologyNoCrackAndArriveAsExtracted) {
   const DatasetInfo& info = dataset->info;
   const auto catalogue = std::make_shared<DatasetCatalogue>();
   catalogue->add(
-      std::make_shared<ExtractedSteps>(std::make_shared<const SurfaceExtractor>(dataset)));
+      std::make_shared<ExtractedSurfaces>(std::make_shared<const SurfaceExtractor>(dataset)));
   const testing::RunningServer server(catalogue);
   auto client = Client::connect(server.endpoint(), {.timeout = std::chrono::minutes(10)});
   ASSERT_TRUE(client) << client.error().error.text;

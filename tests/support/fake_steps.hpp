@@ -8,15 +8,15 @@
 
 #include "common/base/in_parallel.hpp"
 #include "common/wire/messages.hpp"
-#include "server/stream/dataset_catalogue.hpp"
+#include "server/service/dataset_catalogue.hpp"
 #include "tests/support/octahedra.hpp"
 #include "tests/support/waiting.hpp"
 
 namespace multitetra::testing {
 
-using MakeStep = std::function<EncodedStep(const StepRequest&, std::stop_token)>;
+using MakeStep = std::function<TiledStep(const StepRequest&, std::stop_token)>;
 
-inline EncodedStep octahedron_step(const StepRequest& step) {
+inline TiledStep octahedron_step(const StepRequest& step) {
   const bool is_fine = step.request.topology_tolerance == 0;
   return {
       .tetrahedra = 100, .active_tetrahedra = 10, .tiles = is_fine ? fine_tiles() : coarse_tiles()};
@@ -32,7 +32,7 @@ inline StepSizes fake_sizes() {
           .rough = [=](const IsosurfaceRequest&) { return size_at(1); }};
 }
 
-class FakeSteps : public StepSource {
+class FakeSteps : public SurfaceProvider {
  public:
   explicit FakeSteps(
       std::string name, MakeStep make = [](const StepRequest& step,
@@ -43,7 +43,7 @@ class FakeSteps : public StepSource {
   }
 
   [[nodiscard]] const DatasetInfo& info() const override { return info_; }
-  [[nodiscard]] EncodedStep make(const StepRequest& step, std::stop_token stop) const override {
+  [[nodiscard]] TiledStep make(const StepRequest& step, std::stop_token stop) const override {
     return make_(step, std::move(stop));
   }
   // Previews are a small part of the whole.
@@ -58,7 +58,7 @@ class FakeSteps : public StepSource {
 
 // Works until it is stopped, as a very long extraction does.
 inline MakeStep endless(Count& running) {
-  return [&running](const StepRequest&, const std::stop_token& stop) -> EncodedStep {
+  return [&running](const StepRequest&, const std::stop_token& stop) -> TiledStep {
     ++running;
     Gate().pass(stop);
     --running;
@@ -70,7 +70,7 @@ inline MakeStep endless(Count& running) {
 inline MakeStep heavy(std::size_t count, std::size_t bytes) {
   return [count, bytes](const StepRequest&, const std::stop_token&) {
     const auto payload = std::make_shared<const std::string>(bytes, 'x');
-    EncodedStep step;
+    TiledStep step;
     for (std::size_t i = 0; i < count; ++i) {
       const TileSummary summary{.cube = {.exponent = 0, .x = static_cast<std::int32_t>(i)},
                                 .digest = {1, i},
@@ -83,7 +83,8 @@ inline MakeStep heavy(std::size_t count, std::size_t bytes) {
   };
 }
 
-inline std::shared_ptr<DatasetCatalogue> catalogue_of(std::shared_ptr<const StepSource> source) {
+inline std::shared_ptr<DatasetCatalogue> catalogue_of(
+    std::shared_ptr<const SurfaceProvider> source) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
   catalogue->add(std::move(source));
   return catalogue;

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
@@ -12,21 +13,56 @@
 #include <gtest/gtest.h>
 
 #include "common/wire/messages.hpp"
-#include "server/http/http_listener.hpp"
 #include "server/operations/log.hpp"
+#include "server/routes/route_options.hpp"
 #include "server/transport/server.hpp"
 #include "tests/support/http_client.hpp"
 #include "tests/support/websocket_client.hpp"
 
 namespace multitetra::testing {
 
+// A service that says itself whether it is ready.
+class ReadyWhen : public SurfaceService {
+ public:
+  ReadyWhen(SurfaceService& service, std::function<bool()> is_ready)
+      : service_(service), is_ready_(std::move(is_ready)) {}
+  [[nodiscard]] CallerPtr open(ClientContextPtr client) override {
+    return service_.open(std::move(client));
+  }
+  [[nodiscard]] std::optional<EncodedTile> find_tile(const ContentDigest& digest,
+                                                     const TileCache::MaySee& may_see) override {
+    return service_.find_tile(digest, may_see);
+  }
+  [[nodiscard]] bool is_ready() const override { return is_ready_(); }
+
+ private:
+  SurfaceService& service_;
+  std::function<bool()> is_ready_;
+};
+
+// What a server has at hand from the start.
+inline std::shared_ptr<StepCache> cache_of(const EncodedTile& tile, const std::string& dataset) {
+  auto cache = std::make_shared<StepCache>(1 << 20);
+  cache->tiles().add({.digest = tile.summary.digest, .cube = tile.summary.cube, .dataset = dataset},
+                     tile);
+  return cache;
+}
+
 class RunningHttpServer {
  public:
-  explicit RunningHttpServer(CataloguePtr catalogue, HttpOptions options = {},
-                             ServerOptions server = {})
+  explicit RunningHttpServer(
+      CataloguePtr catalogue, HttpOptions options = {}, ServerOptions server = {},
+      RouteOptions routes = {}, std::function<bool()> is_ready = [] { return true; })
       : server_(std::move(catalogue), on_a_free_port(std::move(server)),
-                {[options = on_a_free_port(std::move(options))](const ServerContext& context) {
-                  return std::make_unique<HttpListener>(context, options);
+                {[this, is_ready = std::move(is_ready),
+                  listener = http_listener(on_a_free_port(std::move(options)), std::move(routes))](
+                     const ServerContext& context) {
+                  service_ = std::make_unique<ReadyWhen>(context.service, is_ready);
+                  return listener({.io = context.io,
+                                   .admission = context.admission,
+                                   .service = *service_,
+                                   .new_conversation = context.new_conversation,
+                                   .metrics = context.metrics});
                 }}),
         thread_([this] { server_.run(); }) {}
   ~RunningHttpServer() { stop(); }
@@ -49,6 +85,7 @@ class RunningHttpServer {
     return options;
   }
 
+  std::unique_ptr<ReadyWhen> service_;
   Server server_;
   std::thread thread_;
 };

@@ -19,6 +19,7 @@
 #include "client/library/client.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "server/service/extracted_surfaces.hpp"
 #include "tests/client/cutting_proxy.hpp"
 #include "tests/client/transport_listener.hpp"
 #include "tests/support/fields.hpp"
@@ -41,10 +42,10 @@ const IsosurfaceRequest kRequest = {.isovalue = 0.1, .error = 0.25};
 CataloguePtr gyroid(double amplitude = 0.4) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
   // Each of many cut connections asks for the same steps: the cache makes them once.
-  catalogue->add(
-      std::make_shared<ExtractedSteps>(std::make_shared<const SurfaceExtractor>(make_dataset(
-                                           testing::fields::gyroid(kSide, amplitude, 7), "gyroid")),
-                                       std::make_shared<StepCache>(std::size_t{64} << 20)));
+  catalogue->add(std::make_shared<ExtractedSurfaces>(
+      std::make_shared<const SurfaceExtractor>(
+          make_dataset(testing::fields::gyroid(kSide, amplitude, 7), "gyroid")),
+      std::make_shared<StepCache>(std::size_t{64} << 20)));
   return catalogue;
 }
 

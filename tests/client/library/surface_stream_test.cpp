@@ -8,6 +8,7 @@
 
 #include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "server/service/extracted_surfaces.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
 #include "tests/support/running_server.hpp"
@@ -23,7 +24,7 @@ DatasetPtr gyroid_dataset() { return make_dataset(testing::fields::gyroid(72, 0.
 CataloguePtr catalogue_of(const DatasetPtr& dataset) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
   catalogue->add(
-      std::make_shared<ExtractedSteps>(std::make_shared<const SurfaceExtractor>(dataset)));
+      std::make_shared<ExtractedSurfaces>(std::make_shared<const SurfaceExtractor>(dataset)));
   return catalogue;
 }
 

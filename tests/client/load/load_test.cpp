@@ -6,6 +6,7 @@
 #include "client/load/load_run.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "server/service/extracted_surfaces.hpp"
 #include "tests/client/cutting_proxy.hpp"
 #include "tests/client/transport_listener.hpp"
 #include "tests/support/fields.hpp"
@@ -112,8 +113,8 @@ TEST(LoadTimes, AQuantileIsTheLeastThatSoManyDoNotExceed) {
 CataloguePtr gyroid() {
   static const DatasetPtr dataset = make_dataset(testing::fields::gyroid(40, 0.4, 7), "gyroid");
   auto catalogue = std::make_shared<DatasetCatalogue>();
-  catalogue->add(std::make_shared<ExtractedSteps>(std::make_shared<const SurfaceExtractor>(dataset),
-                                                  std::make_shared<StepCache>(64 << 20)));
+  catalogue->add(std::make_shared<ExtractedSurfaces>(
+      std::make_shared<const SurfaceExtractor>(dataset), std::make_shared<StepCache>(64 << 20)));
   return catalogue;
 }
 

@@ -8,7 +8,7 @@
 #include "common/base/in_parallel.hpp"
 #include "server/extraction/simplified_surface.hpp"
 #include "server/extraction/surface_extractor.hpp"
-#include "server/stream/step_source.hpp"
+#include "server/service/extracted_surfaces.hpp"
 #include "server/stream/stream_plan.hpp"
 #include "tests/support/prepared_fields.hpp"
 
@@ -28,7 +28,7 @@ std::vector<DatasetPtr> datasets() {
 
 // As it is sent.
 SurfaceSize size_of(const DatasetPtr& dataset, const StepRequest& step) {
-  const ExtractedSteps source(std::make_shared<const SurfaceExtractor>(dataset));
+  const ExtractedSurfaces source(std::make_shared<const SurfaceExtractor>(dataset));
   return size_of(source.make(step, {}));
 }
 

@@ -3,6 +3,7 @@
 
 #include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "server/service/extracted_surfaces.hpp"
 #include "tests/server/gateway/gateway_client.hpp"
 #include "tests/server/gateway/running_gateway.hpp"
 #include "tests/support/fields.hpp"
@@ -15,10 +16,10 @@ using testing::RunningGateway;
 using testing::Upstream;
 using testing::WebSocketClient;
 
-std::shared_ptr<const StepSource> served(const std::string& name, double steepness) {
+std::shared_ptr<const SurfaceProvider> served(const std::string& name, double steepness) {
   Volume volume = testing::fields::sampled<float>(
       {17, 17, 17}, [steepness](int x, int y, int z) { return steepness * x + y + 100 * z; });
-  return std::make_shared<ExtractedSteps>(
+  return std::make_shared<ExtractedSurfaces>(
       std::make_shared<const SurfaceExtractor>(make_dataset(std::move(volume), name)));
 }
 

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "server/gateway/forwarded_stream.hpp"
-#include "server/gateway/rendezvous.hpp"
+#include "server/gateway/detail/forwarded_stream.hpp"
+#include "server/gateway/detail/rendezvous.hpp"
 #include "tests/server/gateway/gateway_client.hpp"
 #include "tests/server/gateway/running_gateway.hpp"
 #include "tests/support/fake_steps.hpp"

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/base/exit_codes.hpp"
 #include "tests/server/gateway/gateway_client.hpp"
 #include "tests/server/gateway/running_gateway.hpp"
 #include "tests/server/http/tls_request.hpp"

@@ -184,8 +184,7 @@ class IdleCount : public ServiceObserver {
 // With one server and a backoff beyond all patience a loss would fail the stream.
 TEST(LostUpstreams, ALinkThatTheServerClosedMeanwhileIsNoLoss) {
   const auto idle = std::make_shared<IdleCount>();
-  Upstream upstream(octahedron(),
-                    {.admission = {.observer = idle}, .limits = {.idle_time = 200ms}});
+  Upstream upstream(octahedron(), {.admission = {.observer = idle}, .idle_time = 200ms});
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()},
                                        .patience = 5s,
                                        .least_backoff = 20s,

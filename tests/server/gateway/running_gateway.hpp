@@ -47,7 +47,7 @@ class RunningGateway {
 // A server on TCP that can be lost: its connections are cut without a word.
 class Upstream {
  public:
-  explicit Upstream(std::shared_ptr<const StepSource> source, ServerOptions options = {})
+  explicit Upstream(std::shared_ptr<const SurfaceProvider> source, ServerOptions options = {})
       : Upstream(catalogue_of(std::move(source)), std::move(options)) {}
   explicit Upstream(CataloguePtr catalogue, ServerOptions options = {})
       : catalogue_(std::move(catalogue)), options_(std::move(options)) {

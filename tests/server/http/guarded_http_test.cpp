@@ -87,7 +87,7 @@ TEST(GuardedHttp, TellsWhoComesWithoutTlsThatThisPortSpeaksIt) {
 // The linger time would fail the test: it is not waited for when both have said goodbye.
 TEST(GuardedHttp, HangsUpAtOnceWhenATlsClientHasSaidGoodbye) {
   const ListenerCertificate certificate;
-  RunningHttpServer server(fake_catalogue("octahedron"), {.linger = 1h},
+  RunningHttpServer server(fake_catalogue("octahedron"), {.connection = {.linger = 1h}},
                            {.admission = {.tls = certificate.files()}});
   TlsRequest context(server.http().port, certificate);
   context.send(kAskWhetherAlive);

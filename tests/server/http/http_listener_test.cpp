@@ -17,6 +17,7 @@ namespace multitetra {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::cache_of;
 using testing::error_code_of;
 using testing::fake_catalogue;
 using testing::FakeSteps;
@@ -97,7 +98,8 @@ TEST(HttpListener, EndsConnectionsThatCannotBeFollowed) {
 }
 
 TEST(HttpListener, WaitsForAHeaderOnlySoLong) {
-  RunningHttpServer server(fake_catalogue("octahedron"), {.handshake_timeout = 80ms});
+  RunningHttpServer server(fake_catalogue("octahedron"),
+                           {.connection = {.handshake_timeout = 80ms}});
   HttpClient client(server.http());
   client.send("GET /livez HTTP/1.1\r\nHost:");
   EXPECT_EQ(client.rest(), "");
@@ -106,7 +108,7 @@ TEST(HttpListener, WaitsForAHeaderOnlySoLong) {
 // Who rests after a request may rest for longer than who never made one.
 TEST(HttpListener, WaitsForTheFirstRequestNoLongerThanForItsHeader) {
   RunningHttpServer server(fake_catalogue("octahedron"),
-                           {.handshake_timeout = 80ms, .keep_alive_timeout = 1h});
+                           {.connection = {.handshake_timeout = 80ms}, .keep_alive_timeout = 1h});
   HttpClient silent(server.http());
   EXPECT_EQ(silent.rest(), "");
 }
@@ -141,9 +143,9 @@ TEST(HttpListener, HasRoomForSoManyConnections) {
 
 TEST(HttpListener, TellsWhetherItIsReady) {
   std::atomic<bool> ready = true;
-  RunningHttpServer server(fake_catalogue("octahedron"),
-                           {.hooks = {.is_ready = [&] { return ready.load(); }}},
-                           {.metrics = std::make_shared<PrometheusMetrics>()});
+  RunningHttpServer server(fake_catalogue("octahedron"), {},
+                           {.metrics = std::make_shared<PrometheusMetrics>()}, {},
+                           [&] { return ready.load(); });
   HttpClient client(server.http());
   EXPECT_EQ(client.get("/readyz").result_int(), 200U);
   ready = false;
@@ -253,11 +255,8 @@ TEST(HttpListener, TellsAboutDatasetsAsInfoDoes) {
 
 TEST(HttpListener, ServesTilesThatAreAtHandToBeKeptForEver) {
   const auto tile = testing::fine_tiles().front();
-  RunningHttpServer server(fake_catalogue("octahedron"),
-                           {.hooks = {.find_tile = [&](const ContentDigest& digest, const auto&) {
-                              return digest == tile.summary.digest ? std::optional(tile)
-                                                                   : std::nullopt;
-                            }}});
+  RunningHttpServer server(fake_catalogue("octahedron"), {},
+                           {.service = {.cache = cache_of(tile, "octahedron")}});
   HttpClient client(server.http());
   const std::string path = "/v1/tiles/" + tile.summary.digest.hex();
   const auto whole = client.get(path);
@@ -282,9 +281,8 @@ TEST(HttpListener, WantsAGoodTokenWhereTokensAreNeeded) {
   const testing::TokensFile tokens(folder.path(), {{"alice", "good", "octahedron"}});
   const auto tile = testing::fine_tiles().front();
   RunningHttpServer server(
-      fake_catalogue("octahedron"),
-      {.hooks = {.find_tile = [&](const ContentDigest&, const auto&) { return tile; }}},
-      {.admission = {.tokens = tokens.path()}});
+      fake_catalogue("octahedron"), {},
+      {.admission = {.tokens = tokens.path()}, .service = {.cache = cache_of(tile, "octahedron")}});
   HttpClient client(server.http());
   for (const std::string& path :
        {"/v1/tiles/" + tile.summary.digest.hex(), std::string("/v1/datasets"),
@@ -308,15 +306,9 @@ TEST(HttpListener, GivesTilesToThoseWhoMaySeeTheirDataset) {
   const testing::TokensFile tokens(
       folder.path(), {{"alice", "good", "octahedron"}, {"bob", "other", "another-*"}});
   const auto tile = testing::fine_tiles().front();
-  TileCache tiles(1 << 20);
-  tiles.add({.digest = tile.summary.digest, .cube = tile.summary.cube, .dataset = "octahedron"},
-            tile);
-  RunningHttpServer server(fake_catalogue("octahedron"),
-                           {.hooks = {.find_tile =
-                                          [&](const ContentDigest& digest, const auto& may_see) {
-                                            return tiles.find_plain(digest, may_see);
-                                          }}},
-                           {.admission = {.tokens = tokens.path()}});
+  RunningHttpServer server(
+      fake_catalogue("octahedron"), {},
+      {.admission = {.tokens = tokens.path()}, .service = {.cache = cache_of(tile, "octahedron")}});
   HttpClient client(server.http());
   const std::string path = "/v1/tiles/" + tile.summary.digest.hex();
   EXPECT_EQ(client.get(path, "Authorization: Bearer good\r\n").result_int(), 200U);
@@ -337,7 +329,7 @@ class ViewerTest : public ::testing::Test {
 
 TEST_F(ViewerTest, MayTalkWithItsOwnHostAlone) {
   write("index.html", "<p>viewer");
-  RunningHttpServer server(fake_catalogue("octahedron"),
+  RunningHttpServer server(fake_catalogue("octahedron"), {}, {},
                            {.viewer = std::make_shared<ViewerFiles>(folder_.path() / "viewer")});
   const auto page = HttpClient(server.http()).get("/");
   std::map<std::string, std::string> policy;
@@ -358,8 +350,9 @@ TEST_F(ViewerTest, MayTalkWithItsOwnHostAlone) {
 TEST_F(ViewerTest, IsInFramesOfNamedOriginsAlone) {
   write("index.html", "<p>viewer");
   RunningHttpServer server(fake_catalogue("octahedron"),
-                           {.allowed_origins = {"https://journal.example", "*", "http://a:8888"},
-                            .viewer = std::make_shared<ViewerFiles>(folder_.path() / "viewer")});
+                           {.allowed_origins = {"https://journal.example", "*", "http://a:8888"}},
+                           {},
+                           {.viewer = std::make_shared<ViewerFiles>(folder_.path() / "viewer")});
   const std::string policy(HttpClient(server.http()).get("/")["Content-Security-Policy"]);
   EXPECT_TRUE(policy.ends_with("; frame-ancestors 'self' https://journal.example http://a:8888"))
       << policy;
@@ -373,7 +366,7 @@ TEST_F(ViewerTest, IsServedFromOneFolderOnly) {
   std::filesystem::create_symlink(folder_.path() / "secret.txt",
                                   folder_.path() / "viewer" / "link.txt");
   std::filesystem::create_directory_symlink(folder_.path(), folder_.path() / "viewer" / "up");
-  RunningHttpServer server(fake_catalogue("octahedron"),
+  RunningHttpServer server(fake_catalogue("octahedron"), {}, {},
                            {.viewer = std::make_shared<ViewerFiles>(folder_.path() / "viewer")});
   HttpClient client(server.http());
   const auto page = client.get("/");

@@ -5,9 +5,9 @@
 #include "server/http/http_request.hpp"
 #include "server/http/media.hpp"
 #include "server/http/origin.hpp"
-#include "server/http/route.hpp"
-#include "server/http/surface_query.hpp"
 #include "server/http/target.hpp"
+#include "server/routes/detail/surface_query.hpp"
+#include "server/routes/route.hpp"
 
 namespace multitetra {
 namespace {

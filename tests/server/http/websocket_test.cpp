@@ -111,7 +111,8 @@ TEST(WebSocketListener, TakesShortMessagesOnlyBeforeHello) {
 }
 
 TEST(WebSocketListener, WaitsForHelloOnlySoLong) {
-  RunningHttpServer server(fake_catalogue("octahedron"), {.handshake_timeout = 50ms});
+  RunningHttpServer server(fake_catalogue("octahedron"),
+                           {.connection = {.handshake_timeout = 50ms}});
   WebSocketClient client(server.http());
   EXPECT_EQ(client.receive_a<ErrorReply>().error.code, ErrorCode::kUnavailable);
   client.closed();
@@ -130,7 +131,7 @@ TEST(WebSocketListener, GivesUpAClientThatDoesNotRead) {
   const auto count = std::make_shared<EndCount>();
   RunningHttpServer server(
       catalogue_of(std::make_shared<FakeSteps>("octahedron", heavy(64, 1'000'000))),
-      {.write_timeout = 100ms, .linger = 10ms, .send_buffer_bytes = 64 * 1024},
+      {.connection = {.write_timeout = 100ms, .linger = 10ms, .send_buffer_bytes = 64 * 1024}},
       {.admission = {.observer = count}});
   WebSocketClient client(server.http());
   client.send(Hello{});

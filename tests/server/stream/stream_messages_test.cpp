@@ -91,7 +91,7 @@ TEST(StreamMessages, TellsWhatWasShownWithTheBytesOfAllItsTiles) {
   ASSERT_TRUE(state);
   ASSERT_EQ(state->shown.size(), 1U);
   EXPECT_EQ(state->shown[0].step, made_step({}).step);
-  EXPECT_EQ(state->shown[0].size.bytes, size_of(EncodedStep{.tiles = fine_tiles()}).bytes);
+  EXPECT_EQ(state->shown[0].size.bytes, size_of(TiledStep{.tiles = fine_tiles()}).bytes);
 }
 
 TEST(StreamMessages, AStepsEndCountsWhatWasSentAndSumsTheDigestsOfAllTiles) {

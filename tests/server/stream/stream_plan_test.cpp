@@ -26,7 +26,7 @@ class Misjudged : public FakeSteps {
             "misjudged",
             [whole, &made](const StepRequest& step, const std::stop_token&) {
               ++made;
-              EncodedStep encoded;
+              TiledStep encoded;
               encoded.tiles.push_back({.summary = {.triangles = triangles_at(step.request, whole)},
                                        .payload = nullptr});
               return encoded;
@@ -187,7 +187,7 @@ TEST(StreamPlan, ABudgetThatNothingMeetsIsRefused) {
   EXPECT_EQ(
       refused.error().text,
       "The budget of 5 triangles is too small: with its topology kept the surface has at least "
-      "15625 triangles in 0 bytes. Allow more, or let features of up to 1 voxels vanish with "
+      "15625 triangles. Allow more, or let features of up to 1 voxels vanish with "
       "topology_tolerance.");
   EXPECT_LE(made, 3);
 }

@@ -286,7 +286,7 @@ TEST(Limits, RequestsASecondAreAnsweredOneByOneAndTheConnectionGoesOn) {
 }
 
 TEST(Limits, RegionsOfAThresholdMap) {
-  const RunningServer server(fake_catalogue(), {.session = {.max_regions = 1}});
+  const RunningServer server(fake_catalogue(), {.service = {.requests = {.max_regions = 1}}});
   MessageSocket socket = server.greet();
   OpenStream request = open_fake(1);
   request.request.thresholds.regions.resize(2, {.shape = BallShape{.radius = 1}});
@@ -302,7 +302,7 @@ TEST(Limits, RegionsOfAThresholdMap) {
 TEST(Limits, WorkersTimeForOneRequest) {
   testing::Count running;
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
-                             {.workers = 1, .limits = {.request_time = 50ms}});
+                             {.service = {.workers = 1, .limits = {.request_time = 50ms}}});
   MessageSocket socket = server.greet();
   ASSERT_TRUE(socket.send(open_fake(1)));
   const ErrorReply given_up = receive<ErrorReply>(socket);
@@ -342,7 +342,7 @@ TEST(Limits, BytesOfStreamsThatHaveGoneAreFreeAgain) {
 TEST(Limits, AnIdleClientIsSentAwayAndABusyOneIsNot) {
   testing::Count running;
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
-                             {.limits = {.idle_time = 100ms}, .connection = {.linger = 10ms}});
+                             {.idle_time = 100ms, .connection = {.linger = 10ms}});
   MessageSocket busy = server.greet();
   ASSERT_TRUE(busy.send(open_fake(1)));
   MessageSocket idle = server.greet();
@@ -421,7 +421,7 @@ TEST(Limits, TrianglesOfAFinalStepWithAnErrorAtWhichItFits) {
   for (const double estimated : {1000.0, 420.0}) {  // Refused before it is made, and after.
     const RunningServer server(
         catalogue_of(std::make_shared<SizedSteps>("fake", /*triangles=*/1000, estimated)),
-        {.limits = {.max_triangles = 400}});
+        {.service = {.limits = {.max_triangles = 400}}});
     MessageSocket socket = server.greet();
     ASSERT_TRUE(socket.send(open_fake(1)));
     const ErrorReply refused = receive<ErrorReply>(socket);
@@ -439,7 +439,7 @@ TEST(Limits, TrianglesOfAFinalStepWithAnErrorAtWhichItFits) {
 
 TEST(Limits, WhatHasNotTooManyTrianglesIsGiven) {
   const RunningServer server(catalogue_of(std::make_shared<SizedSteps>("fake", 400, 470)),
-                             {.limits = {.max_triangles = 400}});
+                             {.service = {.limits = {.max_triangles = 400}}});
   MessageSocket socket = server.greet();
   ASSERT_TRUE(socket.send(open_fake(1)));
   EXPECT_TRUE(std::holds_alternative<StreamEnd>(after_steps(socket)));
@@ -582,7 +582,7 @@ TEST_F(SharesTest, WhoComesByManyConnectionsLeavesWorkersToOthers) {
   auto catalogue = fake_catalogue("quick");
   catalogue->add(std::make_shared<FakeSteps>("slow", endless(running_)));
   ServerOptions with = options();
-  with.workers = 3;
+  with.service.workers = 3;
   const RunningServer server(catalogue, with);
   std::vector<MessageSocket> many;
   for (int i = 0; i < 20; ++i) {
@@ -603,7 +603,7 @@ TEST_F(SharesTest, AGatewaysClientsHaveSharesOfTheirOwn) {
     auto catalogue = fake_catalogue("quick");
     catalogue->add(std::make_shared<FakeSteps>("slow", endless(running)));
     ServerOptions with;
-    with.workers = 4;
+    with.service.workers = 4;
     if (is_trusted) with.admission.trusted_proxies = *AddressRanges::parse({"127.0.0.1"});
     const RunningServer server(catalogue, with);
     const auto asking_for = [&](const std::string& name, const std::string& dataset) {
@@ -627,8 +627,8 @@ TEST_F(SharesTest, AGatewaysClientsHaveSharesOfTheirOwn) {
 
 TEST_F(SharesTest, WhoWaitsForMuchIsToldWhenToComeAgain) {
   ServerOptions with = options();
-  with.workers = 1;
-  with.limits.waiting_time = 1'200ms;
+  with.service.workers = 1;
+  with.service.limits.waiting_time = 1'200ms;
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running_))),
                              with);
   std::vector<MessageSocket> many;
@@ -661,7 +661,7 @@ OpenStream with_a_large_map(std::uint64_t id) {
 TEST_F(SharesTest, RequestsThatWaitTakeRoomOfTheQueue) {
   constexpr std::size_t kOfOne = 2 * kMaxThresholdRegions * sizeof(ThresholdRegion) + kOfARequest;
   ServerOptions with = options();
-  with.workers = 1;
+  with.service.workers = 1;
   with.admission.queue_bytes = 2 * (2 * kOfOne + kOfARequest);
   const auto notes = std::make_shared<Notes>();
   with.admission.observer = notes;

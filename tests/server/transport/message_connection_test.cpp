@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "common/net/async_event.hpp"
-#include "server/transport/worker_backend.hpp"
+#include "server/service/local_service.hpp"
 #include "tests/support/fake_steps.hpp"
 
 namespace multitetra {
@@ -59,15 +59,14 @@ class MessageConnectionTest : public ::testing::Test {
     client_.something_said.notify_all();
     run();
     EXPECT_TRUE(is_closed_);
-    workers_.join();
+    service_.workers().join();
   }
 
   void start(std::chrono::milliseconds idle_time = {}) {
     const ClientContextPtr context = admission_.admit("tcp", "127.0.0.1", "test").client;
-    auto session = std::make_shared<StreamSession>(
-        io_.get_executor(),
-        std::make_shared<WorkerBackend>(io_.get_executor(), workers_, context, SessionLimits{}),
-        Session(fake_catalogue(), {}), context, idle_time);
+    auto session =
+        std::make_shared<Conversation>(io_.get_executor(), service_.open(context),
+                                       Session(fake_catalogue(), {}), context, idle_time);
     connection_ = std::make_shared<MessageConnection>(
         std::make_unique<ByteStream>(tcp::socket(io_)),
         [this](ByteStream&,
@@ -95,7 +94,7 @@ class MessageConnectionTest : public ::testing::Test {
   const ConnectionOptions options_{.handshake_timeout = 10s};
   AdmissionControl admission_{{}};
   asio::io_context io_{1};
-  Workers workers_{1};
+  LocalService service_{io_.get_executor(), fake_catalogue(), {.workers = 1}};
   Client client_{io_};
   std::shared_ptr<MessageConnection> connection_;
   bool is_closed_ = false;

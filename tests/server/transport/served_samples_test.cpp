@@ -6,6 +6,7 @@
 #include "client/library/client.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "server/service/extracted_surfaces.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
 #include "tests/support/running_server.hpp"
@@ -18,7 +19,7 @@ using testing::RunningServer;
 Volume gyroid() { return testing::fields::gyroid(33, 0.2, 5); }
 
 CataloguePtr one_dataset() {
-  return testing::catalogue_of(std::make_shared<ExtractedSteps>(
+  return testing::catalogue_of(std::make_shared<ExtractedSurfaces>(
       std::make_shared<const SurfaceExtractor>(make_dataset(gyroid(), "gyroid"))));
 }
 
@@ -90,7 +91,7 @@ CataloguePtr coloured(DatasetPtr field) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
   for (const DatasetPtr& dataset : {make_dataset(std::move(surface), "gyroid"), std::move(field)}) {
     catalogue->add(
-        std::make_shared<ExtractedSteps>(std::make_shared<const SurfaceExtractor>(dataset)));
+        std::make_shared<ExtractedSurfaces>(std::make_shared<const SurfaceExtractor>(dataset)));
   }
   return catalogue;
 }

@@ -12,6 +12,7 @@
 #include "server/core/thresholds/threshold_map.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "server/service/extracted_surfaces.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
 #include "tests/support/running_server.hpp"
@@ -36,7 +37,7 @@ CataloguePtr all_datasets() {
   auto catalogue = std::make_shared<DatasetCatalogue>();
   for (const DatasetPtr& dataset : {noisy_gyroid(), masked(), closed_ball()}) {
     catalogue->add(
-        std::make_shared<ExtractedSteps>(std::make_shared<const SurfaceExtractor>(dataset)));
+        std::make_shared<ExtractedSurfaces>(std::make_shared<const SurfaceExtractor>(dataset)));
   }
   return catalogue;
 }
@@ -72,7 +73,7 @@ TEST(ServedSurfaces, AreTheExtractedOnesWithAnyNumberOfThreads) {
     SCOPED_TRACE(threads);
     const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
                                             threads);
-    RunningServer server(all_datasets(), {.workers = threads});
+    RunningServer server(all_datasets(), {.service = {.workers = threads}});
     Client client = client_of(server);
     const auto steps = fetch(client, dataset->info, request);
     ASSERT_GE(steps.size(), 2U);
@@ -100,7 +101,7 @@ TEST(ServedSurfaces, SimplifiedHaveTheSameTopologyInFewerBytesWithAnyNumberOfThr
     SCOPED_TRACE(threads);
     const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
                                             threads);
-    RunningServer again(all_datasets(), {.workers = threads});
+    RunningServer again(all_datasets(), {.service = {.workers = threads}});
     Client other = client_of(again);
     const auto steps = fetch(other, dataset->info, request);
     ASSERT_FALSE(steps.empty());
@@ -318,12 +319,12 @@ TEST(ServedSurfaces, CarryNormalsThatAgreeWithTheirTriangles) {
 
 // Where less error is allowed is what a user looks at.
 TEST(ServedSurfaces, ComeWithTheTilesOfTheFinestRegionFirst) {
-  const ExtractedSteps source(std::make_shared<const SurfaceExtractor>(noisy_gyroid()));
+  const ExtractedSurfaces source(std::make_shared<const SurfaceExtractor>(noisy_gyroid()));
   IsosurfaceRequest request{.isovalue = 0.1, .error = 4};
   request.thresholds.coordinates = CoordinateSystem::kIndex;
   request.thresholds.regions = {
       {.shape = BallShape{.centre = {50, 50, 50}, .radius = 12}, .threshold = 0}};
-  const EncodedStep step = source.make({.request = request}, {});
+  const TiledStep step = source.make({.request = request}, {});
   ASSERT_GE(step.tiles.size(), 3U);
   const ThresholdMap thresholds(request, source.info());
   double before = 0;
@@ -405,7 +406,7 @@ TEST(ServedSurfaces, OfADamagedBrickAreAnErrorAndNothingElseSuffers) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
   for (const DatasetPtr& dataset : {open_dataset(path), noisy_gyroid_named("other")}) {
     catalogue->add(
-        std::make_shared<ExtractedSteps>(std::make_shared<const SurfaceExtractor>(dataset)));
+        std::make_shared<ExtractedSurfaces>(std::make_shared<const SurfaceExtractor>(dataset)));
   }
   RunningServer server(catalogue);
   Client client = client_of(server);

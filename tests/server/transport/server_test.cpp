@@ -149,7 +149,7 @@ TEST(Server, OneWorkerServesTwoClientsOfWhichOneSupersedesItself) {
                              return step.request.isovalue == 1 ? endless(step, stop)
                                                                : octahedron_step(step);
                            })),
-                       {.workers = 1});
+                       {.service = {.workers = 1}});
   const auto brief = [](std::uint64_t id) {
     OpenStream request = open_fake(id, "fake", StepPolicy::kProgressive);
     request.request.isovalue = 2;
@@ -339,7 +339,7 @@ TEST(Server, AClientThatDoesNotReadHoldsOneStepAndNoWorker) {
                              ++made;
                              return heavy(step, stop);
                            })),
-                       {.workers = 1});
+                       {.service = {.workers = 1}});
   MessageSocket stalled = server.greet();
   ASSERT_TRUE(stalled.send(open_fake(1, "fake", StepPolicy::kProgressive)));
   ASSERT_TRUE(eventually([&] { return made == 1; }));
@@ -369,7 +369,7 @@ TEST(Server, WhatNobodyWaitsForIsMadeLast) {
                              made.push_back(step.request.isovalue);
                              return octahedron_step(step);
                            })),
-                       {.workers = 1});
+                       {.service = {.workers = 1}});
   std::vector<MessageSocket> clients;
   const auto ask = [&](double isovalue, Priority priority) {
     clients.push_back(server.greet());

@@ -1,0 +1,276 @@
+#include "server/conversation/conversation.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/net/coroutines.hpp"
+#include "common/net/frame.hpp"
+#include "server/conversation/detail/session_admission.hpp"
+#include "server/service/waiting_memory.hpp"
+#include "server/session/answers.hpp"
+
+namespace multitetra {
+
+using Clock = std::chrono::steady_clock;
+using Room = ByteReservations::Reservation;
+
+namespace {
+
+// Replies that wait until the client takes them; reading pauses beyond that.
+constexpr std::size_t kMaxWaitingReplies = 64;
+
+}  // namespace
+
+Conversation::Conversation(asio::any_io_executor executor, CallerPtr caller, Session session,
+                           ClientContextPtr client, std::chrono::milliseconds idle_time)
+    : executor_(executor),
+      caller_(std::move(caller)),
+      session_(std::move(session)),
+      client_(std::move(client)),
+      idleness_(idle_time, Clock::now()),
+      something_to_send_(executor),
+      replies_taken_(executor) {}
+
+// ---- what comes
+
+void Conversation::receive(std::string_view content) {
+  idleness_.note(Clock::now());
+  const auto message = parse_client_message(content);
+  const auto* hello = message ? std::get_if<Hello>(&*message) : nullptr;
+  if (!hello || session_.is_welcomed() || session_.is_closed() || is_greeting_) {
+    take(message, content.size());
+    return;
+  }
+  auto finding = caller_->find_catalogue(hello->token);
+  if (!finding) {
+    take(message, content.size());
+    return;
+  }
+  is_greeting_ = true;
+  // std::function copies what it is given, and this cannot be copied.
+  auto shared = std::make_shared<asio::awaitable<Result<CataloguePtr>>>(*std::move(finding));
+  spawn(executor_, [self = shared_from_this(), hello = *hello, bytes = content.size(), shared] {
+    return self->greet(hello, bytes, std::move(*shared));
+  });
+}
+
+asio::awaitable<void> Conversation::greet(Hello hello, std::size_t message_bytes,
+                                          asio::awaitable<Result<CataloguePtr>> finding) {
+  const auto self = shared_from_this();
+  const Result<CataloguePtr> found = co_await std::move(finding);
+  is_greeting_ = false;
+  if (is_over_) co_return;
+  if (found) {
+    session_.offer(*found);
+    take(ClientMessage(std::move(hello)), message_bytes);
+  } else {
+    perform(session_.end(found.error()));
+  }
+  replies_taken_.notify_all();
+}
+
+void Conversation::take(const tl::expected<ClientMessage, ParseError>& message,
+                        std::size_t message_bytes) {
+  constexpr std::size_t kLong = 64 * 1024;
+  constexpr double kLongestQuiet = 5;
+  Received received = receive_from(*client_, session_, message, message_bytes);
+  if (received.retry_after > 0 && message_bytes >= kLong) {
+    const std::chrono::duration<double> quiet(std::min(received.retry_after, kLongestQuiet));
+    quiet_until_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(quiet);
+  }
+  new_room_ = std::move(received.room);
+  perform(std::move(received.actions));
+  new_room_ = {};
+}
+
+void Conversation::end(const Error& error) { perform(session_.end(error)); }
+
+void Conversation::leave() {
+  is_over_ = true;
+  replies_.clear();
+  for (auto& [number, question] : questions_) question.stop.request_stop();
+  questions_.clear();
+  drop_stream();
+  leaving_.reset();
+  caller_->close();
+  something_to_send_.notify_all();
+  replies_taken_.notify_all();
+}
+
+void Conversation::keep_time(Clock::time_point now) {
+  if (is_over_) return;
+  if (quiet_until_ != Clock::time_point() && now >= quiet_until_) {
+    quiet_until_ = {};
+    replies_taken_.notify_all();
+  }
+  caller_->keep_time(now);
+  const bool is_busy = stream_ || !questions_.empty() || is_greeting_;
+  if (session_.is_closed() || !idleness_.is_exceeded(now, is_busy)) return;
+  client_->admission().observer().refused(client_->facts(), "idle_seconds");
+  end({ErrorCode::kUnavailable,
+       "Nothing was asked for a long time; connect again when there is something to ask."});
+}
+
+// ---- what is sent
+
+asio::awaitable<std::optional<ServerMessage>> Conversation::next_message() {
+  const auto self = shared_from_this();
+  leaving_.reset();  // Whoever asks for another message has sent the one before.
+  leaving_room_ = {};
+  for (;;) {
+    if (!replies_.empty()) {
+      Reply reply = std::move(replies_.front());
+      replies_.pop_front();
+      leaving_room_ = std::move(reply.room);
+      replies_taken_.notify_all();
+      co_return told(std::move(reply.message));
+    }
+    if (is_over_) co_return std::nullopt;
+    if (auto message = take_stream_message()) co_return message;
+    co_await something_to_send_.wait();
+  }
+}
+
+std::optional<ServerMessage> Conversation::take_stream_message() {
+  if (!stream_) return std::nullopt;
+  auto message = stream_->messages->take();
+  if (!message) return std::nullopt;
+  if (const auto* tile = std::get_if<Tile>(&*message)) {
+    stream_->record->sent_tile(tile->payload->size());
+  } else if (std::holds_alternative<StepEnd>(*message)) {
+    stream_->record->sent_step();
+  } else if (is_last(*message)) {
+    stream_->record->end(outcome_of(*message));
+    leaving_ = std::move(stream_->record);
+    session_.stream_ended(stream_->request_id);
+    drop_stream();
+  }
+  return told(*std::move(message));
+}
+
+ServerMessage Conversation::told(ServerMessage message) {
+  if (const auto* refusal = std::get_if<ErrorReply>(&message)) {
+    client_->admission().observer().error_answered(client_->facts(), refusal->error,
+                                                   refusal->request_id);
+  }
+  return message;
+}
+
+void Conversation::give_up(const ServerMessage& message) {
+  const std::string beyond = " has a message longer than " + std::to_string(kMaxServerFrameBytes) +
+                             " bytes, the most that is sent";
+  if (const auto* list = std::get_if<DatasetList>(&message)) {
+    const Error error = {ErrorCode::kLimitExceeded,
+                         "The list of datasets" + beyond + "; this server offers too many."};
+    replies_.push_front({ErrorReply{.request_id = list->request_id, .error = error}});
+  } else if (stream_) {
+    stream_->messages->fail(
+        {ErrorCode::kLimitExceeded, "The answer" + beyond + "; ask for a larger error."});
+  }
+}
+
+asio::awaitable<void> Conversation::room() {
+  const auto self = shared_from_this();
+  while (!has_room()) co_await replies_taken_.wait();
+}
+
+// Replies are short, but a list or a slice may have megabytes.
+bool Conversation::has_room() const {
+  if (is_over_) return true;
+  if (quiet_until_ != Clock::time_point()) return false;
+  const auto is_large = [](const Reply& reply) {
+    return std::holds_alternative<DatasetList>(reply.message) ||
+           std::holds_alternative<SliceReply>(reply.message);
+  };
+  return !is_greeting_ && replies_.size() < kMaxWaitingReplies &&
+         std::none_of(replies_.begin(), replies_.end(), is_large);
+}
+
+void Conversation::reply(ServerMessage message, Room room) {
+  replies_.push_back({std::move(message), std::move(room)});
+  something_to_send_.notify_all();
+}
+
+// ---- actions
+
+void Conversation::perform(Actions actions) {
+  for (Action& action : actions) {
+    std::visit([this](auto& a) { perform(std::move(a)); }, action);
+  }
+  something_to_send_.notify_all();
+}
+
+void Conversation::perform(Send action) {
+  auto room = client_->take_room(waiting_bytes(action.message));
+  if (const auto* list = std::get_if<DatasetList>(&action.message)) {
+    RequestRecord record(client_, {.kind = "list", .request = list->request_id});
+    record.end(room ? "complete" : name(room.error().code));
+    if (!room) action.message = ErrorReply{list->request_id, room.error()};
+  }
+  replies_.push_back({std::move(action.message), room ? *std::move(room) : Room()});
+}
+
+void Conversation::perform(StartStream action) {
+  const OpenStream& open = action.open;
+  stream_ = {.request_id = open.request_id,
+             .messages = nullptr,
+             .record = std::make_unique<RequestRecord>(
+                 client_, facts_of("stream", open.request_id, open.dataset, open.request)),
+             .room = std::move(new_room_)};
+  stream_->messages = caller_->steps(std::move(action), [weak = weak_from_this()] {
+    if (const auto self = weak.lock()) self->something_to_send_.notify_all();
+  });
+}
+
+void Conversation::perform(AnswerQuestion action) {
+  const std::uint64_t number = ++last_question_;
+  RunningQuestion& running = questions_[number];
+  running.request_id = request_id_of(action.question);
+  running.room = std::move(new_room_);
+  running.record = std::make_unique<RequestRecord>(client_, facts_of(action.question));
+  caller_->answer(std::move(action), running.stop.get_token(),
+                  [self = shared_from_this(), number](Result<QuestionReply> made) {
+                    self->answer_made(number, std::move(made));
+                  });
+}
+
+void Conversation::answer_made(std::uint64_t number, Result<QuestionReply> made) {
+  session_.question_ended();
+  const auto found = questions_.find(number);
+  if (found == questions_.end()) return;  // The client has left.
+  const RunningQuestion question = std::move(found->second);
+  questions_.erase(found);
+  if (is_over_) return;
+  idleness_.note(Clock::now());
+  auto room = client_->take_room(made ? waiting_bytes(*made) : 0);
+  if (!room) made = tl::unexpected(room.error());
+  question.record->end(made ? "complete" : name(made.error().code));
+  if (made) {
+    std::visit([&](auto& answer) { reply(std::move(answer), *std::move(room)); }, *made);
+  } else {
+    reply(ErrorReply{.request_id = question.request_id, .error = made.error()});
+  }
+}
+
+void Conversation::perform(StopStream action) {
+  if (!stream_) return;
+  stream_->messages->end(action.outcome);
+  ServerMessage last = stream_->messages->take().value();
+  stream_->record->end(outcome_of(last));
+  replies_.push_back({std::move(last)});
+  drop_stream();
+}
+
+void Conversation::perform(Close) {
+  is_over_ = true;
+  caller_->close();
+}
+
+void Conversation::drop_stream() {
+  if (!stream_) return;
+  stream_->messages->drop();
+  stream_.reset();
+  idleness_.note(Clock::now());
+}
+
+}  // namespace multitetra

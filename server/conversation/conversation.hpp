@@ -1,0 +1,121 @@
+// A session at work: performs its actions, has the service make what is answered, and hands out the
+// messages to send, one at a time. It knows no socket, so that TCP and WebSockets share it:
+//
+//   reading:  co_await room(); read a message; receive(content)
+//   writing:  while (auto message = co_await next_message()) write it
+//   and, as time goes by, keep_time(now)
+//
+// Memory is bounded whatever the client does: replies wait in a short queue, of which one may be a
+// list of datasets and some are slices, and reading pauses while it is full or has one of those;
+// stream messages are made when the writing loop asks for them. What waits has room in the
+// admission's queue, or is refused; who sends long messages too often is not read from for a while.
+//
+// Not thread-safe: everything runs on the executor, of which one thread runs at a time.
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+
+#include "common/net/async_event.hpp"
+#include "server/conversation/detail/idle_watch.hpp"
+#include "server/operations/admission_control.hpp"
+#include "server/service/surface_service.hpp"
+#include "server/session/session.hpp"
+
+namespace multitetra {
+
+class Conversation : public std::enable_shared_from_this<Conversation> {
+ public:
+  // `idle_time` without a message from the client, a stream or an estimate ends it; 0: nothing
+  // does.
+  Conversation(asio::any_io_executor executor, CallerPtr caller, Session session,
+               ClientContextPtr client, std::chrono::milliseconds idle_time = {});
+
+  // The content of one frame or one WebSocket message, of untrusted bytes.
+  void receive(std::string_view content);
+  // Says why, then ends the session.
+  void end(const Error& error);
+  // The client is gone: drops everything that was to be sent.
+  void leave();
+  // `message`, of next_message(), is too long to be sent: its request is answered with an error
+  // instead, and the session goes on.
+  void give_up(const ServerMessage& message);
+  void keep_time(std::chrono::steady_clock::time_point now);
+  // What the way to the client was found to carry.
+  void link_carries(double bytes_per_second) { caller_->link_carries(bytes_per_second); }
+
+  // The next message to send; nullopt when the session is over.
+  [[nodiscard]] asio::awaitable<std::optional<ServerMessage>> next_message();
+  // Returns when another message may be received.
+  [[nodiscard]] asio::awaitable<void> room();
+
+  // The longest message that may be received once the client is welcomed.
+  [[nodiscard]] std::uint32_t max_message_bytes() const { return session_.max_message_bytes(); }
+  [[nodiscard]] bool is_welcomed() const { return session_.is_welcomed(); }
+  [[nodiscard]] bool is_over() const { return is_over_; }
+
+ private:
+  struct Stream {
+    std::uint64_t request_id = 0;
+    SurfaceStreamPtr messages;
+    std::unique_ptr<RequestRecord> record;
+    ByteReservations::Reservation room = {};
+  };
+  struct RunningQuestion {
+    std::uint64_t request_id = 0;
+    std::unique_ptr<RequestRecord> record;
+    std::stop_source stop = {};
+    ByteReservations::Reservation room = {};
+  };
+  struct Reply {
+    ServerMessage message;
+    ByteReservations::Reservation room = {};
+  };
+
+  void take(const tl::expected<ClientMessage, ParseError>& message, std::size_t message_bytes);
+  asio::awaitable<void> greet(Hello hello, std::size_t message_bytes,
+                              asio::awaitable<Result<CataloguePtr>> finding);
+  void perform(Actions actions);
+  void perform(Send action);
+  void perform(StartStream action);
+  void perform(AnswerQuestion action);
+  void perform(StopStream action);
+  void perform(Close action);
+
+  void answer_made(std::uint64_t number, Result<QuestionReply> made);
+  [[nodiscard]] std::optional<ServerMessage> take_stream_message();
+  [[nodiscard]] ServerMessage told(ServerMessage message);
+  void reply(ServerMessage message, ByteReservations::Reservation room = {});
+  void drop_stream();
+  [[nodiscard]] bool has_room() const;
+
+  asio::any_io_executor executor_;
+  CallerPtr caller_;
+  Session session_;
+  ClientContextPtr client_;
+  bool is_over_ = false;
+  bool is_greeting_ = false;                // What there is for this client is being found out.
+  ByteReservations::Reservation new_room_;  // Of the request that is about to begin.
+  std::deque<Reply> replies_;
+  ByteReservations::Reservation leaving_room_;  // Of the reply that was taken last.
+  // Until then nothing is read.
+  std::chrono::steady_clock::time_point quiet_until_ = {};
+  std::optional<Stream> stream_;
+  // Of the stream that has ended last, until its last message has left.
+  std::unique_ptr<RequestRecord> leaving_;
+  std::map<std::uint64_t, RunningQuestion> questions_;  // By a number of their own.
+  std::uint64_t last_question_ = 0;
+  IdleWatch idleness_;
+  AsyncEvent something_to_send_;
+  AsyncEvent replies_taken_;
+};
+
+using ConversationPtr = std::shared_ptr<Conversation>;
+
+}  // namespace multitetra

@@ -1,0 +1,107 @@
+#include "server/conversation/detail/session_admission.hpp"
+
+#include <optional>
+#include <utility>
+
+#include "server/service/waiting_memory.hpp"
+
+namespace multitetra {
+namespace {
+
+// A message that makes work, and the memory that it takes while it waits.
+struct CountedRequest {
+  std::uint64_t id = 0;
+  std::size_t waiting_bytes = 0;
+};
+std::optional<CountedRequest> counted_request(const ClientMessage& message) {
+  if (const auto* list = std::get_if<ListDatasets>(&message)) {
+    return CountedRequest{.id = list->request_id};
+  }
+  if (const auto* open = std::get_if<OpenStream>(&message)) {
+    return CountedRequest{.id = open->request_id, .waiting_bytes = waiting_bytes(*open)};
+  }
+  std::optional<Question> question;
+  if (const auto* estimate = std::get_if<Estimate>(&message)) question = *estimate;
+  if (const auto* slice = std::get_if<Slice>(&message)) question = *slice;
+  if (const auto* probe = std::get_if<Probe>(&message)) question = *probe;
+  if (!question) return std::nullopt;
+  return CountedRequest{.id = request_id_of(*question), .waiting_bytes = waiting_bytes(*question)};
+}
+
+// Room for what waits, or why there shall be nothing to wait for.
+tl::expected<ByteReservations::Reservation, ErrorReply> admit(ClientContext& client,
+                                                              const Session& session,
+                                                              const ClientMessage& message,
+                                                              std::size_t message_bytes) {
+  const auto request = counted_request(message);
+  if (!request || !session.is_welcomed() || session.is_closed()) {
+    return ByteReservations::Reservation();
+  }
+  const auto refuse = [&](const Error& why) {
+    return tl::unexpected(ErrorReply{.request_id = request->id, .error = why});
+  };
+  if (const auto asked = client.may_ask(message_bytes); !asked) {
+    return refuse(asked.error());
+  }
+  auto room = client.take_room(request->waiting_bytes);
+  if (!room) return refuse(room.error());
+  return *std::move(room);
+}
+
+void append(Actions& actions, Actions more) {
+  for (Action& action : more) actions.push_back(std::move(action));
+}
+
+}  // namespace
+
+Received receive_from(ClientContext& client, Session& session,
+                      const tl::expected<ClientMessage, ParseError>& message,
+                      std::size_t message_bytes) {
+  const AdmissionControl& admission = client.admission();
+  Received received;
+  Actions& actions = received.actions;
+  if (const auto work = admission.may_begin_work(); !work) session.refuse_work(work.error());
+  const bool has_expired = session.permit().rights().has_expired(std::chrono::system_clock::now());
+  if (has_expired || session.access() != admission.access()) {
+    append(actions, session.renew(admission.access()));
+  }
+  const bool was_welcomed = session.is_welcomed();
+  if (!message) {
+    append(actions, session.receive(message.error()));
+  } else if (auto admitted = admit(client, session, *message, message_bytes)) {
+    received.room = *std::move(admitted);
+    append(actions, session.receive(*message));
+  } else {
+    received.retry_after = admitted.error().error.retry_after;
+    actions.push_back(Send{std::move(admitted.error())});
+  }
+  if (!was_welcomed && session.is_welcomed()) {
+    client.is_named(session.permit().rights().name(), session.permit().has_token());
+    if (const auto* hello = std::get_if<Hello>(&*message)) client.asks_for(hello->on_behalf_of);
+  }
+  return received;
+}
+
+RequestFacts facts_of(const Question& question) {
+  const std::uint64_t id = request_id_of(question);
+  if (const IsosurfaceRequest* request = request_of(question)) {
+    return facts_of(kind_of(question), id, dataset_of(question), *request);
+  }
+  RequestFacts facts;
+  facts.kind = kind_of(question);
+  facts.request = id;
+  facts.dataset = dataset_of(question);
+  return facts;
+}
+
+RequestFacts facts_of(const char* kind, std::uint64_t id, const std::string& dataset,
+                      const IsosurfaceRequest& request) {
+  return {.kind = kind,
+          .request = id,
+          .dataset = dataset,
+          .isovalue = request.isovalue,
+          .error = request.error,
+          .unit = name(request.unit)};
+}
+
+}  // namespace multitetra

@@ -1,0 +1,44 @@
+#include "server/gateway/detail/forwarded_stream.hpp"
+
+#include <span>
+#include <string_view>
+
+#include "server/dataset/checksum.hpp"
+
+namespace multitetra {
+namespace {
+
+std::uint64_t sum_of(std::string_view bytes) {
+  return checksum(std::as_bytes(std::span(bytes.data(), bytes.size())));
+}
+
+std::uint64_t identity_of(const ServerMessage& message) {
+  if (const auto* tile = std::get_if<Tile>(&message)) {
+    return sum_of(*tile->payload) * 31 + tile->index * 7 + tile->step;
+  }
+  if (const auto* end = std::get_if<StepEnd>(&message)) {
+    StepEnd timeless = *end;
+    timeless.seconds = 0;
+    return sum_of(serialize(timeless));
+  }
+  return sum_of(serialize(message));
+}
+
+}  // namespace
+
+ForwardedStream::Verdict ForwardedStream::next(const ServerMessage& message) {
+  const std::uint64_t identity = identity_of(message);
+  if (position_ < forwarded_.size()) {
+    return forwarded_[position_++] == identity ? Verdict::kPassOver : Verdict::kDiffers;
+  }
+  forwarded_.push_back(identity);
+  ++position_;
+  if (const auto* begin = std::get_if<StepBegin>(&message)) {
+    step_ = *begin;
+    note_begun(*begin, open_);
+  }
+  if (std::holds_alternative<StepEnd>(message)) ++steps_ended_;
+  return Verdict::kForward;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,38 @@
+// Questions (estimates, slices, probes) that servers answer for one client of a gateway.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "server/gateway/upstream_pool.hpp"
+#include "server/service/questions.hpp"
+
+namespace multitetra {
+
+class UpstreamQuestions {
+ public:
+  explicit UpstreamQuestions(std::shared_ptr<UpstreamPool> upstreams)
+      : upstreams_(std::move(upstreams)) {}
+
+  // What a server that has the dataset answers, or another one when it is lost; kUnavailable when
+  // none does, and for all that are waited for after close(). This must outlive the call.
+  [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask(
+      std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, Question question);
+  void close();
+
+  [[nodiscard]] bool are_running() const { return running_ > 0; }
+
+ private:
+  [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask_one(LinkPtr link, Question question);
+  [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask_some(
+      std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, Question question);
+
+  std::shared_ptr<UpstreamPool> upstreams_;
+  std::set<LinkPtr> links_;  // An answer is waited for on each.
+  std::size_t running_ = 0;
+  bool is_closed_ = false;
+};
+
+}  // namespace multitetra

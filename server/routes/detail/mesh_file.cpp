@@ -1,0 +1,135 @@
+#include "server/routes/detail/mesh_file.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "common/base/number_text.hpp"
+#include "common/mesh/components.hpp"
+#include "common/mesh/mesh_checks.hpp"
+#include "common/request/request_notices.hpp"
+#include "common/wire/scene_file.hpp"
+
+namespace multitetra {
+namespace {
+
+// Whoever holds the file holds its room.
+struct FileInItsRoom {
+  FileInItsRoom(const std::filesystem::path& folder, ByteReservations::Reservation room_of_it)
+      : room(std::move(room_of_it)), file(folder) {}
+  ByteReservations::Reservation room;
+  ScratchFile file;
+};
+
+Result<MeshTopology> checked(const Surface& surface, const DatasetInfo& info) {
+  const IsosurfaceRequest& request = surface.request;
+  const MeshTopology found =
+      topology(surface.mesh, data_border(info, request.lattice_resolution,
+                                         request.topology_tolerance, surface.finest_spacing));
+  if (found.is_sound()) return found;
+  return fail(ErrorCode::kDamagedData, "The mesh has a crack: this is the server's mistake.");
+}
+
+// Why a mesh may not be what its reader meant, a field each.
+void add_notices(Answer& answer, const MeshTopology& mesh, const IsosurfaceRequest& request,
+                 const DatasetInfo& info) {
+  std::vector<std::string> notices = request_notices(request, info);
+  if (mesh.triangles == 0) {
+    const std::string empty = empty_surface_text(request, info);
+    if (std::find(notices.begin(), notices.end(), empty) == notices.end()) notices.push_back(empty);
+  }
+  for (const std::string& notice : notices) add_field(answer, "Multitetra-Notice", notice);
+}
+
+// What all surfaces of a file are together.
+struct Totals {
+  MeshTopology topology;
+  double error_bound = 0;
+  ContentDigest digest;
+  std::size_t components_written = 0;
+
+  void add(const MeshTopology& mesh, const Surface& surface) {
+    topology.triangles += mesh.triangles;
+    topology.vertices += mesh.vertices;
+    topology.euler_characteristic += mesh.euler_characteristic;
+    topology.components += mesh.components;
+    error_bound = std::max(error_bound, surface.error_bound_world);
+    digest += surface.digest;
+  }
+};
+
+void add_facts(Answer& answer, const Totals& all) {
+  const MeshTopology& mesh = all.topology;
+  add_field(answer, "Multitetra-Triangles", std::to_string(mesh.triangles));
+  add_field(answer, "Multitetra-Vertices", std::to_string(mesh.vertices));
+  add_field(answer, "Multitetra-Euler-Characteristic", std::to_string(mesh.euler_characteristic));
+  add_field(answer, "Multitetra-Components", std::to_string(mesh.components));
+  add_field(answer, "Multitetra-Components-Written", std::to_string(all.components_written));
+  add_field(answer, "Multitetra-Error-Bound", shortest_text(all.error_bound));
+  add_field(answer, "Multitetra-Content-Digest", all.digest.hex());
+}
+
+PositionedMesh painted(const LatticeMesh& mesh, const std::optional<ScalarRange>& scalars,
+                       const DatasetInfo& info, const MeshForm& form) {
+  PositionedMesh placed =
+      positioned(mesh, form.is_in_world ? grid_to_world(info) : grid_to_index(info));
+  if (scalars) {
+    ColorScale scale = form.colors;
+    scale.low = scalars->low;
+    scale.high = scalars->high;
+    placed.colors = colors_of(placed.scalars, scale);
+  }
+  return placed;
+}
+
+std::string file_of(const std::vector<PositionedMesh>& meshes, const std::vector<double>& isovalues,
+                    MeshFormat format) {
+  if (meshes.size() == 1) return mesh_file(meshes.front(), format);
+  assert(format == MeshFormat::kGlb);
+  std::vector<ScenePart> parts;
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    parts.push_back({.name = "isovalue " + shortest_text(isovalues[i]), .mesh = &meshes[i]});
+  }
+  return scene_glb(parts);
+}
+
+}  // namespace
+
+Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& info,
+                              const MeshForm& form, const MeshPlace& place,
+                              const std::stop_token& stop) {
+  Answer told;
+  Totals all;
+  std::vector<PositionedMesh> meshes;
+  std::vector<double> isovalues;
+  for (Surface& surface : surfaces) {
+    if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client is gone.");
+    const auto found = checked(surface, info);
+    if (!found) return tl::unexpected(found.error());
+    add_notices(told, *found, surface.request, info);
+    all.add(*found, surface);
+    const MeshComponents components = components_of(surface.mesh);
+    const std::size_t written = components.count_from(form.min_component);
+    all.components_written += written;
+    if (written != components.diagonals.size()) {
+      surface.mesh = with_components(surface.mesh, components, form.min_component);
+    }
+    meshes.push_back(painted(surface.mesh, surface.scalars, info, form));
+    isovalues.push_back(surface.request.isovalue);
+    surface.mesh = {};
+  }
+  add_facts(told, all);
+  const std::string bytes = file_of(meshes, isovalues, form.format);
+  meshes.clear();
+  auto room = place.room(bytes.size());
+  if (!room) return tl::unexpected(room.error());
+  const auto stored = std::make_shared<FileInItsRoom>(place.folder, *std::move(room));
+  static_cast<void>(stored->file.put(std::as_bytes(std::span(bytes))));
+  return StoredMesh{.file = SharedFile(stored, &stored->file),
+                    .bytes = bytes.size(),
+                    .fields = std::move(told.fields)};
+}
+
+}  // namespace multitetra

@@ -1,0 +1,50 @@
+// Surfaces as one file: checked, and written where they take no memory.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "common/image/color_map.hpp"
+#include "common/request/dataset_info.hpp"
+#include "common/wire/mesh_files.hpp"
+#include "server/http/answer.hpp"
+#include "server/operations/byte_reservations.hpp"
+#include "server/service/surface.hpp"
+
+namespace multitetra {
+
+// A mesh in its file format, in a file without a name, which has its room on the disk.
+struct StoredMesh {
+  SharedFile file;
+  std::uint64_t bytes = 0;
+  std::string fields;  // Header fields that tell what it is.
+};
+
+struct MeshForm {
+  MeshFormat format = MeshFormat::kGlb;
+  bool is_in_world = true;  // Else in sample indices.
+  // Of scalars, where there are some; its ends are those of the step's scalars.
+  ColorScale colors = {.map = ColorMap::kViridis};
+  double min_component = 0;  // Components of a shorter diagonal, in samples, are left out.
+};
+
+// Where it is written, and what that takes.
+struct MeshPlace {
+  std::filesystem::path folder;
+  // Room for so many bytes, as long as the reservation lives.
+  std::function<Result<ByteReservations::Reservation>(std::uint64_t)> room;
+};
+
+// Takes about 120 bytes of memory a triangle while it works. kDamagedData when the mesh has a
+// crack; what place.room() says where there is none. kCancelled soon after `stop` is triggered.
+// Throws DatasetFileError when the folder cannot take it. Several surfaces, of one dataset, become
+// one GLB with a part for each, named by its isovalue; requires that format for them.
+[[nodiscard]] Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& info,
+                                            const MeshForm& form, const MeshPlace& place,
+                                            const std::stop_token& stop);
+
+}  // namespace multitetra

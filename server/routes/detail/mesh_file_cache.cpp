@@ -1,0 +1,61 @@
+#include "server/routes/detail/mesh_file_cache.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace multitetra {
+namespace {
+
+constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
+
+std::uint64_t disk_of(std::uint64_t capacity) { return capacity == 0 ? kUnlimited : capacity; }
+
+}  // namespace
+
+MeshFileCache::MeshFileCache(std::uint64_t capacity)
+    : capacity_(capacity),
+      disk_(disk_of(capacity), std::max<std::uint64_t>(disk_of(capacity) / 2, 1)),
+      kept_(capacity) {}
+
+std::optional<StoredMesh> MeshFileCache::find(const std::string& key) {
+  const std::lock_guard lock(mutex_);
+  const StoredMesh* const known = kept_.find(key);
+  if (known == nullptr) return std::nullopt;
+  return *known;
+}
+
+Result<ByteReservations::Reservation> MeshFileCache::reserve(const std::string& share,
+                                                             std::uint64_t bytes) {
+  constexpr double kRetryAfter = 10;
+  if (bytes > disk_.most_of_a_share()) {
+    return fail(ErrorCode::kLimitExceeded,
+                "The file has " + std::to_string(bytes) + " bytes, and this server holds at most " +
+                    std::to_string(disk_.most_of_a_share()) +
+                    " in one; allow a larger error, or take it as a stream.");
+  }
+  const std::lock_guard lock(mutex_);
+  for (;;) {
+    auto room = disk_.take(share, bytes);
+    if (room) return *std::move(room);
+    if (!kept_.drop_oldest()) break;
+  }
+  return tl::unexpected(
+      Error{.code = ErrorCode::kUnavailable,
+            .text = "This server's disk has no room for another file, because so many are being "
+                    "sent; ask again in 10 s.",
+            .retry_after = kRetryAfter});
+}
+
+void MeshFileCache::keep(const std::string& key, const StoredMesh& mesh) {
+  const std::lock_guard lock(mutex_);
+  kept_.add(key, mesh, weight_of(mesh));
+}
+
+// Each is an open file, of which a process has not many: small ones weigh so much that there are
+// never more than kMostFiles.
+std::size_t MeshFileCache::weight_of(const StoredMesh& mesh) const {
+  constexpr std::uint64_t kMostFiles = 128;
+  return std::max({mesh.bytes, capacity_ / kMostFiles, std::uint64_t{1}});
+}
+
+}  // namespace multitetra

@@ -1,0 +1,45 @@
+// The files of meshes on the disk: those that are being sent, and with the room that they leave,
+// those that are kept for the next request.
+//
+//   auto room = files.reserve(share, bytes);  // Forgets kept ones for it, the oldest first.
+//   if (room) files.keep(key, store(std::move(*room)));
+//   if (auto mesh = files.find(key)) send(*mesh);
+//
+// Safe to use from several threads at once. What it hands out may outlive it.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "server/operations/byte_reservations.hpp"
+#include "server/routes/detail/mesh_file.hpp"
+#include "server/service/lru_map.hpp"
+
+namespace multitetra {
+
+class MeshFileCache {
+ public:
+  // Of at most `capacity` bytes together, of which one share has half while others have none left.
+  // 0: none are kept, and as many as are wanted are being sent.
+  explicit MeshFileCache(std::uint64_t capacity);
+
+  [[nodiscard]] std::optional<StoredMesh> find(const std::string& key);
+  // For a file that is about to be written. kLimitExceeded when it is larger than one may be,
+  // kUnavailable while others are being sent that leave no room for it.
+  [[nodiscard]] Result<ByteReservations::Reservation> reserve(const std::string& share,
+                                                              std::uint64_t bytes);
+  void keep(const std::string& key, const StoredMesh& mesh);
+
+ private:
+  // Of a mesh among those that are kept.
+  [[nodiscard]] std::size_t weight_of(const StoredMesh& mesh) const;
+
+  const std::uint64_t capacity_;
+  ByteReservations disk_;
+  std::mutex mutex_;  // Guards kept_.
+  LruMap<std::string, StoredMesh> kept_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,15 @@
+# Writes a JSON file as C++: pieces, as a literal may not be too long.
+file(READ ${FROM} text)
+string(LENGTH "${text}" length)
+set(pieces "")
+set(at 0)
+while(at LESS length)
+  string(SUBSTRING "${text}" ${at} 8000 piece)
+  string(APPEND pieces "R\"~~(${piece})~~\"\n")
+  math(EXPR at "${at} + 8000")
+endwhile()
+file(WRITE ${TO} "#include \"server/routes/openapi.hpp\"
+namespace multitetra {
+const std::string_view kOpenApi = ${pieces};
+}  // namespace multitetra
+")

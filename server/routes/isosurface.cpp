@@ -1,0 +1,193 @@
+#include "server/routes/isosurface.hpp"
+
+#include <new>
+#include <utility>
+
+#include "common/base/number_text.hpp"
+#include "common/request/request_key.hpp"
+#include "common/request/shared_budget.hpp"
+#include "server/http/conditions.hpp"
+#include "server/http/media.hpp"
+#include "server/operations/log.hpp"
+#include "server/service/on_workers.hpp"
+
+namespace multitetra {
+namespace {
+
+// Of what this program makes of a request: to be raised when the same request gives other bytes.
+constexpr std::string_view kFormVersion = "4";
+
+// Of a mesh that takes its time.
+constexpr std::uint64_t kManyTriangles = 200'000;
+
+Result<StoredMesh> guarded_store(std::vector<Surface> surfaces, const DatasetInfo& info,
+                                 const MeshForm& form, const MeshPlace& place,
+                                 const std::stop_token& stop) {
+  try {
+    return store_mesh(std::move(surfaces), info, form, place, stop);
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::kLimitExceeded,
+                "The server has not enough memory for this mesh in one response; allow a larger "
+                "error, or take it as a stream.");
+  } catch (const std::exception& trouble) {
+    log_line(LogLevel::kError, std::string("making a mesh file failed: ") + trouble.what(),
+             {{"dataset", info.name}});
+    return fail(ErrorCode::kInternal,
+                "The server failed to make this mesh's file; its log says why.");
+  }
+}
+
+}  // namespace
+
+IsosurfaceRoute::IsosurfaceRoute(const RouteOptions& options)
+    : options_(options), meshes_(options.mesh_cache_bytes) {}
+
+Result<IsosurfaceRoute::Wanted> IsosurfaceRoute::wanted(const std::string& dataset,
+                                                        const Target& target,
+                                                        const HttpRequest& request,
+                                                        const RequestContext& context) {
+  const Permit& permit = context.caller->permit();
+  const auto query = parse_surface_query(target.query);
+  if (!query) return tl::unexpected(query.error());
+  auto info = permit.describe(dataset);
+  if (!info) return tl::unexpected(info.error());
+  auto surfaces = requests_for(*query, *info);
+  if (!surfaces) return tl::unexpected(surfaces.error());
+  auto scalars = scalars_for(*query);
+  if (!scalars) return tl::unexpected(scalars.error());
+  const auto format =
+      query->format ? query->format : accepted_format(field(request, http::field::accept));
+  if (!format) {
+    return fail(ErrorCode::kUnsupportedVersion,
+                "A mesh comes as model/gltf-binary, application/ply, model/stl, model/obj, "
+                "application/vnd.draco or application/vnd.vtk.polydata+xml, and the request "
+                "accepts none of them.");
+  }
+  if (surfaces->size() > 1 && *format != MeshFormat::kGlb) {
+    return fail(ErrorCode::kInvalidArgument,
+                "Several surfaces come in one file as format=glb alone; ask for one at a time.");
+  }
+  Wanted wanted{.info = std::move(*info),
+                .requests = *std::move(surfaces),
+                .scalars = *std::move(scalars),
+                .form = {.format = *format,
+                         .is_in_world = query->is_in_world,
+                         .colors = query->colors,
+                         .min_component = query->min_component},
+                .is_format_negotiated = !query->format,
+                .key = {},
+                .tag = {}};
+  wanted.key = std::string(kFormVersion) + ' ' + std::string(media_type(*format)) +
+               (query->is_in_world ? " w " : " i ") + key_of(wanted.info);
+  if (query->min_component > 0) wanted.key += " from " + shortest_text(query->min_component);
+  for (const IsosurfaceRequest& one : wanted.requests) wanted.key += ' ' + key_of(one);
+  bool is_told = wanted.info.content_id != 0;
+  if (wanted.scalars) {
+    const auto field = permit.describe(wanted.scalars->dataset);
+    if (!field) return tl::unexpected(field.error());
+    const ScalarRange range = range_for(*wanted.scalars, *field);
+    const ColorScale& colors = wanted.form.colors;
+    wanted.key += " colours " + std::string(name(colors.map)) + ' ' + shortest_text(range.low) +
+                  ' ' + shortest_text(range.high) + (colors.is_logarithmic ? " log" : "");
+    for (const std::uint8_t part : colors.no_value) wanted.key += ' ' + std::to_string(part);
+    wanted.key += ' ' + key_of(*field);
+    is_told = is_told && field->content_id != 0;
+  }
+  if (is_told) wanted.tag = tag_of(wanted.key);
+  return wanted;
+}
+
+asio::awaitable<Result<std::vector<Surface>>> IsosurfaceRoute::surfaces_of(const Wanted& wanted,
+                                                                           Caller& caller) {
+  std::vector<IsosurfaceRequest> requests = wanted.requests;
+  if (must_share(requests)) {
+    std::vector<EstimatedSize> sizes;
+    for (IsosurfaceRequest request : requests) {
+      request.max_triangles = request.max_bytes = 0;
+      const auto size = co_await caller.estimate(wanted.info.name, std::move(request));
+      if (!size) co_return tl::unexpected(size.error());
+      sizes.push_back({.triangles = size->triangles, .bytes = size->bytes});
+    }
+    share_budget(requests, sizes);
+  }
+  std::vector<Surface> surfaces;
+  std::uint64_t left = options_.max_mesh_triangles;
+  for (IsosurfaceRequest& request : requests) {
+    SurfaceRequest query{.dataset = wanted.info.name,
+                         .request = std::move(request),
+                         .scalars = wanted.scalars,
+                         .max_triangles = left};
+    auto surface = co_await caller.surface(std::move(query));
+    if (!surface) co_return tl::unexpected(surface.error());
+    left -= surface->mesh.triangles.size();
+    surfaces.push_back(*std::move(surface));
+  }
+  co_return surfaces;
+}
+
+asio::awaitable<Result<StoredMesh>> IsosurfaceRoute::make(const Wanted& wanted,
+                                                          RequestContext& context) {
+  if (context.watch) context.watch();
+  auto made = co_await surfaces_of(wanted, *context.caller);
+  if (!made) co_return tl::unexpected(made.error());
+  // Work on another thread is copied, and reservations end on this one.
+  const auto surfaces = std::make_shared<std::vector<Surface>>(*std::move(made));
+  std::vector<ByteReservations::Reservation> memory;
+  std::size_t triangles = 0;
+  for (Surface& surface : *surfaces) {
+    memory.push_back(std::move(surface.memory));
+    triangles += surface.mesh.triangles.size();
+  }
+  const std::string share = context.client->share();
+  const MeshPlace place = {
+      .folder = options_.temporary_folder,
+      .room = [this, share](std::uint64_t bytes) { return meshes_.reserve(share, bytes); }};
+  const bool is_large = triangles > kManyTriangles;
+  std::function<Result<StoredMesh>()> store = [surfaces, info = wanted.info, form = wanted.form,
+                                               place, stop = context.stop.get_token()] {
+    return guarded_store(std::move(*surfaces), info, form, place, stop);
+  };
+  auto stored = co_await on_workers<StoredMesh>(
+      assembling_, share, is_large ? "large mesh" : "small mesh", is_large, std::move(store));
+  if (stored && !wanted.tag.empty()) meshes_.keep(wanted.key, *stored);
+  co_return stored;
+}
+
+asio::awaitable<Answer> IsosurfaceRoute::answer(const std::string& dataset, const Target& target,
+                                                const HttpRequest& request,
+                                                RequestContext& context) {
+  const auto wanted = this->wanted(dataset, target, request, context);
+  if (!wanted) {
+    const bool is_unacceptable = wanted.error().code == ErrorCode::kUnsupportedVersion;
+    co_return is_unacceptable ? error_answer(406, wanted.error(), context.request_id)
+                              : context.refused(wanted.error());
+  }
+  Answer answer;
+  add_field(answer, "Content-Type", media_type(wanted->form.format));
+  add_field(answer, "Cache-Control", "no-cache");
+  if (wanted->is_format_negotiated) add_field(answer, "Vary", "Accept");
+  const std::optional<StoredMesh> known = meshes_.find(wanted->key);
+  const bool needs_none = request.method() == http::verb::head ||
+                          names_tag(field(request, http::field::if_none_match), wanted->tag);
+  const IsosurfaceRequest& first = wanted->requests.front();
+  context.record->is_about(first.isovalue, first.error, multitetra::name(first.unit));
+  StoredMesh mesh;
+  if (known) {
+    mesh = *known;
+  } else if (!needs_none) {
+    auto made = co_await make(*wanted, context);
+    if (!made) co_return context.refused(made.error());
+    mesh = *std::move(made);
+  }
+  if (mesh.file) {
+    answer.fields += mesh.fields;
+    answer.body = body_of(mesh.file, mesh.bytes);
+  } else {
+    answer.is_length_known = false;
+  }
+  if (!wanted->tag.empty()) meet_conditions(answer, request, wanted->tag);
+  if (answer.status == 200 && mesh.file && mesh.bytes == 0) answer.status = 204;
+  co_return answer;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,56 @@
+// Isosurfaces as files over HTTP: one mesh in one response.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/http/answer.hpp"
+#include "server/http/request_context.hpp"
+#include "server/http/target.hpp"
+#include "server/routes/detail/mesh_file.hpp"
+#include "server/routes/detail/mesh_file_cache.hpp"
+#include "server/routes/detail/surface_query.hpp"
+#include "server/routes/route_options.hpp"
+#include "server/service/workers.hpp"
+
+namespace multitetra {
+
+class IsosurfaceRoute {
+ public:
+  // The options outlive the route.
+  explicit IsosurfaceRoute(const RouteOptions& options);
+
+  // Makes nothing for HEAD, nor where the client has it already.
+  [[nodiscard]] asio::awaitable<Answer> answer(const std::string& dataset, const Target& target,
+                                               const HttpRequest& request, RequestContext& context);
+
+ private:
+  // Meshes that are made at the same time: each takes much memory. One of them is a small one, so
+  // that it does not wait for large ones, and no address or token has more than one large.
+  static constexpr std::size_t kAssembling = 3;
+
+  // What was asked for, in all that the file is a function of.
+  struct Wanted {
+    DatasetInfo info;
+    std::vector<IsosurfaceRequest> requests;  // A surface each.
+    std::optional<ScalarRequest> scalars;
+    MeshForm form;
+    bool is_format_negotiated = false;
+    std::string key;  // The same exactly for the same file.
+    std::string tag;  // In quotes; empty where the dataset does not tell its content.
+  };
+  [[nodiscard]] Result<Wanted> wanted(const std::string& dataset, const Target& target,
+                                      const HttpRequest& request, const RequestContext& context);
+  // Of all isovalues. A budget is shared in proportion to what estimates say.
+  [[nodiscard]] asio::awaitable<Result<std::vector<Surface>>> surfaces_of(const Wanted& wanted,
+                                                                          Caller& caller);
+  [[nodiscard]] asio::awaitable<Result<StoredMesh>> make(const Wanted& wanted,
+                                                         RequestContext& context);
+  const RouteOptions& options_;
+  MeshFileCache meshes_;
+  Workers assembling_{kAssembling};
+};
+
+}  // namespace multitetra

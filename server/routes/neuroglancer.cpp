@@ -1,0 +1,237 @@
+#include "server/routes/neuroglancer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <new>
+#include <utility>
+
+#include "common/request/request_key.hpp"
+#include "server/http/conditions.hpp"
+#include "server/operations/log.hpp"
+#include "server/service/on_workers.hpp"
+
+namespace multitetra {
+namespace {
+
+// Of what this program makes of a path: to be raised when the same path gives other bytes.
+constexpr std::string_view kNeuroglancerForm = "2 ";
+constexpr std::string_view kIndexSuffix = ".index";
+constexpr std::string_view kInfo = "info";  // Files that tell of others end so.
+
+SharedBytes shared(std::string bytes) {
+  return std::make_shared<const std::string>(std::move(bytes));
+}
+
+tl::unexpected<Error> nothing_there(const NeuroglancerFile& file) {
+  return fail(ErrorCode::kUnknownDataset,
+              "Nothing is at \"" + file.path +
+                  "\" of this dataset; there are surfaces/info, surfaces/SEGMENT.index and "
+                  "image/info, and what those tell of.");
+}
+
+// Of a mesh's file or a chunk, known before it is made. None for what is made of the dataset's
+// facts alone, and where the dataset does not tell its content: then the bytes have to.
+std::string lasting_tag(const NeuroglancerFile& file, const DatasetInfo& info) {
+  if (info.content_id == 0 || file.path.ends_with(kInfo)) return {};
+  const CellTree tree(info, {.error = file.error});
+  const std::string source = file.is_image ? "image" : text_of(tree.settings());
+  return tag_of(std::string(kNeuroglancerForm) + tree.id() + ' ' + source + ' ' + file.path);
+}
+
+using Meshes = std::vector<LatticeMesh>;
+
+Result<SharedBytes> fragment_of(const Meshes& pieces, const OctreeCube& cell, int resolution,
+                                const std::stop_token& stop) {
+  try {
+    if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client is gone.");
+    std::vector<const LatticeMesh*> pointers;
+    for (const LatticeMesh& piece : pieces) pointers.push_back(&piece);
+    return shared(mesh_fragment(weld(pointers, resolution), cell));
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::kLimitExceeded,
+                "The server has not enough memory for this mesh; allow a larger error.");
+  } catch (const std::exception& trouble) {
+    log_line(LogLevel::kError, std::string("making a fragment failed: ") + trouble.what(), {});
+    return fail(ErrorCode::kInternal, "The server failed to make this mesh; its log says why.");
+  }
+}
+
+// Values as the image's type has them; what has no value is 0 where the type has no NaN.
+void append_voxels(std::string& bytes, const std::string& values, SampleType type) {
+  const auto append_as = [&]<typename Voxel>(Voxel) {
+    for (std::size_t at = 0; at < values.size(); at += sizeof(float)) {
+      float value = 0;
+      std::memcpy(&value, values.data() + at, sizeof value);
+      if constexpr (!std::is_floating_point_v<Voxel>) {
+        if (std::isnan(value)) value = 0;
+      }
+      const auto voxel = static_cast<Voxel>(value);
+      bytes.append(reinterpret_cast<const char*>(&voxel), sizeof voxel);
+    }
+  };
+  switch (type) {
+    case SampleType::kU8:
+      return append_as(std::uint8_t{});
+    case SampleType::kI8:
+      return append_as(std::int8_t{});
+    case SampleType::kU16:
+      return append_as(std::uint16_t{});
+    case SampleType::kI16:
+      return append_as(std::int16_t{});
+    case SampleType::kF32:
+      return append_as(float{});
+  }
+}
+
+}  // namespace
+
+// The root's octants are all looked at; below, a cell is where a surface can be.
+asio::awaitable<Result<void>> NeuroglancerRoute::make_fragment(const CellTree& tree, MeshPtr mesh,
+                                                               RequestContext& context) {
+  const OctreeCube cell = mesh->left.front();
+  const std::string& dataset = tree.info().name;
+  const auto pieces = std::make_shared<Meshes>();
+  std::vector<ByteReservations::Reservation> memory;
+  std::vector<OctreeCube> below;
+  int resolution = kDefaultLatticeResolution;
+  for (int i = 0; i < (tree.is_leaf(cell) ? 1 : 8); ++i) {
+    const bool is_leaf = tree.is_leaf(cell);
+    IsosurfaceRequest request = is_leaf ? tree.request(cell) : tree.octant_request(cell.child(i));
+    request.normal_bits = 0;
+    resolution = request.lattice_resolution;
+    SurfaceRequest query{
+        .dataset = dataset, .request = request, .max_triangles = options_.max_mesh_triangles};
+    auto surface = co_await context.caller->surface(std::move(query));
+    if (!surface) co_return tl::unexpected(surface.error());
+    if (!is_leaf && surface->crossed_octants != 0) below.push_back(cell.child(i));
+    if (surface->mesh.triangles.empty()) continue;
+    memory.push_back(std::move(surface->memory));
+    pieces->push_back(std::move(surface->mesh));
+  }
+  std::function<Result<SharedBytes>()> write = [pieces, cell, resolution,
+                                                stop = context.stop.get_token()] {
+    return fragment_of(*pieces, cell, resolution, stop);
+  };
+  auto made = co_await on_workers<SharedBytes>(writing_, context.client->share(), "fragment",
+                                               /*is_long=*/false, std::move(write));
+  if (!made) co_return tl::unexpected(made.error());
+  // Somebody else who waits for the same may have been first.
+  const auto at = std::find(mesh->left.begin(), mesh->left.end(), cell);
+  if (at == mesh->left.end()) co_return Result<void>();
+  mesh->left.erase(at);
+  mesh->left.insert(mesh->left.end(), below.begin(), below.end());
+  mesh->bytes += (*made)->size();
+  mesh->fragments.emplace(cell, *std::move(made));
+  if (mesh->left.empty()) {
+    mesh->files = mesh_files_of(tree, mesh->fragments);
+    mesh->fragments.clear();
+  }
+  co_return Result<void>();
+}
+
+asio::awaitable<Result<NeuroglancerRoute::MeshPtr>> NeuroglancerRoute::mesh(
+    const CellTree& tree, RequestContext& context) {
+  const std::string key = tree.id() + ' ' + text_of(tree.settings());
+  const MeshPtr* const known = meshes_.find(key);
+  MeshPtr mesh = known != nullptr ? *known : std::make_shared<Mesh>(Mesh{.left = {tree.root()}});
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  while (!mesh->left.empty()) {
+    if (std::chrono::steady_clock::now() > until) {
+      co_return tl::unexpected(Error{.code = ErrorCode::kUnavailable,
+                                     .text = "The mesh is being made; ask again in 1 s.",
+                                     .retry_after = 1});
+    }
+    const auto made = co_await make_fragment(tree, mesh, context);
+    if (!made) co_return tl::unexpected(made.error());
+    if (mesh->bytes > kMostBytes) {
+      co_return fail(ErrorCode::kLimitExceeded,
+                     "The mesh has more than " + std::to_string(kMostBytes) +
+                         " bytes; allow a larger error with surfaces,error=ERROR.");
+    }
+    meshes_.add(key, mesh, mesh->bytes + 1024 * (1 + mesh->fragments.size()));
+  }
+  co_return mesh;
+}
+
+// Planes of samples, one after the other.
+asio::awaitable<Result<SharedBytes>> NeuroglancerRoute::image(const ImageChunk& chunk,
+                                                              const DatasetInfo& info,
+                                                              RequestContext& context) {
+  std::string bytes;
+  const auto step = static_cast<double>(chunk.step);
+  for (std::int32_t z = 0; z < chunk.size[2]; ++z) {
+    SliceRequest plane{.coordinates = CoordinateSystem::kIndex,
+                       .right = {step, 0, 0},
+                       .down = {0, step, 0},
+                       .width = static_cast<std::uint32_t>(chunk.size[0]),
+                       .height = static_cast<std::uint32_t>(chunk.size[1]),
+                       .interpolation = Interpolation::kNearest,
+                       .detail = SliceDetail::kFull};
+    plane.origin = {step * chunk.first[0], step * chunk.first[1], step * (chunk.first[2] + z)};
+    auto slice = co_await context.caller->slice(info.name, plane);
+    if (!slice) co_return tl::unexpected(slice.error());
+    append_voxels(bytes, *slice->values, info.type);
+  }
+  co_return shared(std::move(bytes));
+}
+
+asio::awaitable<Result<SharedBytes>> NeuroglancerRoute::content(const NeuroglancerFile& file,
+                                                                const DatasetInfo& info,
+                                                                RequestContext& context) {
+  if (context.watch) context.watch();
+  if (file.is_image) {
+    if (file.path == "info") co_return shared(image_info_json(info));
+    const std::size_t slash = file.path.find('/');
+    if (slash == std::string::npos) co_return nothing_there(file);
+    const auto chunk = image_chunk_from(info, std::string_view(file.path).substr(0, slash),
+                                        std::string_view(file.path).substr(slash + 1));
+    if (!chunk) co_return nothing_there(file);
+    co_return co_await image(*chunk, info, context);
+  }
+  if (file.path == "info") co_return shared(mesh_info_json());
+  if (file.path == "segment_properties/info") co_return shared(segment_properties_json(info));
+  std::string_view segment = file.path;
+  const bool is_index = segment.ends_with(kIndexSuffix);
+  if (is_index) segment.remove_suffix(kIndexSuffix.size());
+  const auto isovalue = isovalue_of_segment(segment);
+  if (!isovalue) co_return nothing_there(file);
+  const CellTree tree(info, {.isovalue = *isovalue, .error = file.error});
+  auto made = co_await mesh(tree, context);
+  if (!made) co_return tl::unexpected(made.error());
+  const MeshPtr mesh = *std::move(made);
+  if (mesh->files.data.empty()) {
+    co_return fail(ErrorCode::kUnknownDataset, "There is no surface at this isovalue.");
+  }
+  // As long as it is sent the mesh is there.
+  co_return SharedBytes(mesh, is_index ? &mesh->files.manifest : &mesh->files.data);
+}
+
+asio::awaitable<Answer> NeuroglancerRoute::answer(const NeuroglancerFile& file,
+                                                  const HttpRequest& request,
+                                                  RequestContext& context) {
+  const auto info = context.caller->permit().describe(file.dataset);
+  if (!info) co_return context.refused(info.error());
+  Answer answer;
+  const bool is_info = file.path.ends_with(kInfo);
+  add_field(answer, "Content-Type", is_info ? "application/json" : "application/octet-stream");
+  add_field(answer, "Cache-Control",
+            context.caller->permit().is_for_all() ? "public, no-cache" : "private, no-cache");
+  std::string tag = lasting_tag(file, *info);
+  const std::string_view had = field(request, http::field::if_none_match);
+  // A client that takes whatever there is has not seen that there is something.
+  if (!tag.empty() && had != "*" && names_tag(had, tag)) {
+    answer.is_length_known = false;
+  } else {
+    auto bytes = co_await content(file, *info, context);
+    if (!bytes) co_return context.refused(bytes.error());
+    const SharedBytes known = *std::move(bytes);
+    if (tag.empty()) tag = tag_of(std::string(kNeuroglancerForm) + *known);
+    answer.body = body_of(known);
+  }
+  meet_conditions(answer, request, tag);
+  co_return answer;
+}
+
+}  // namespace multitetra

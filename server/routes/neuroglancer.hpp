@@ -1,0 +1,65 @@
+// Neuroglancer's precomputed formats over HTTP: surfaces as multi-resolution meshes, the volume as
+// an image.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "server/http/answer.hpp"
+#include "server/http/request_context.hpp"
+#include "server/routes/route.hpp"
+#include "server/routes/route_options.hpp"
+#include "server/service/lru_map.hpp"
+#include "server/service/workers.hpp"
+#include "server/tilesets/neuroglancer.hpp"
+
+namespace multitetra {
+
+// On the executor's thread alone.
+class NeuroglancerRoute {
+ public:
+  // The options outlive the route.
+  explicit NeuroglancerRoute(const RouteOptions& options) : options_(options) {}
+
+  // A mesh's manifest tells the sizes of all its fragments, so the first who
+  // asks for it, or for what it tells of, waits until all are made; who has waited for a few
+  // seconds is asked to come again, and what was made until then is kept. All of it is asked of the
+  // service cell by cell, so a mesh has the limits of as many requests. Nothing is made where the
+  // client has it already.
+  [[nodiscard]] asio::awaitable<Answer> answer(const NeuroglancerFile& file,
+                                               const HttpRequest& request, RequestContext& context);
+
+ private:
+  // Of one segment.
+  struct Mesh {
+    // What is left to be looked at: the cells of the tree that are crossed and not yet made.
+    std::vector<OctreeCube> left;
+    MeshFragments fragments = {};
+    std::size_t bytes = 0;
+    MeshFiles files = {};  // When nothing is left.
+  };
+  using MeshPtr = std::shared_ptr<Mesh>;
+
+  [[nodiscard]] asio::awaitable<Result<SharedBytes>> content(const NeuroglancerFile& file,
+                                                             const DatasetInfo& info,
+                                                             RequestContext& context);
+  [[nodiscard]] asio::awaitable<Result<SharedBytes>> image(const ImageChunk& chunk,
+                                                           const DatasetInfo& info,
+                                                           RequestContext& context);
+  [[nodiscard]] asio::awaitable<Result<MeshPtr>> mesh(const CellTree& tree,
+                                                      RequestContext& context);
+  // Makes the first of the cells that are left.
+  [[nodiscard]] asio::awaitable<Result<void>> make_fragment(const CellTree& tree, MeshPtr mesh,
+                                                            RequestContext& context);
+
+  static constexpr std::size_t kKeptBytes = std::size_t{256} << 20;
+  static constexpr std::size_t kMostBytes = kKeptBytes / 2;  // Of one mesh.
+  static constexpr std::chrono::seconds kPatience{8};
+
+  const RouteOptions& options_;
+  LruMap<std::string, MeshPtr> meshes_{kKeptBytes};
+  Workers writing_{2};
+};
+
+}  // namespace multitetra

@@ -1,0 +1,70 @@
+// Where a request goes: its path as one of the things that are here. Pure.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "common/base/result.hpp"
+#include "common/mesh/content_digest.hpp"
+#include "server/http/target.hpp"
+
+namespace multitetra {
+
+struct Liveness {};          // /livez
+struct Readiness {};         // /readyz
+struct Metrics {};           // /metrics
+struct Description {};       // /v1/openapi.json
+struct WebSocketStream {};   // /v1/stream
+struct DatasetListing {};    // /v1/datasets
+struct DatasetDescription {  // /v1/datasets/{name}
+  std::string dataset;
+};
+struct SurfaceFile {  // /v1/datasets/{name}/isosurface
+  std::string dataset;
+};
+struct SliceOfSamples {  // /v1/datasets/{name}/slice
+  std::string dataset;
+};
+struct ValueAtPlaces {  // /v1/datasets/{name}/value
+  std::string dataset;
+};
+struct TileBytes {  // /v1/tiles/{hash}
+  ContentDigest digest;
+};
+// /v1/3dtiles/{name}/iso/{settings}/tileset.json, and below it {id}/{file}; the same behind
+// /v1/token/{token} for viewers that send no header.
+struct TilesetFile {
+  std::string dataset;
+  std::string settings;  // As tree_settings_from() reads them.
+  std::string id;        // Empty: of the dataset as it is now.
+  std::string file;
+  std::string token;
+};
+// /v1/neuroglancer/{name}/surfaces/{path}, or surfaces,error=0.5;
+// /v1/neuroglancer/{name}/image/{path}. Behind a token as trees are.
+struct NeuroglancerFile {
+  std::string dataset;
+  bool is_image = false;
+  double error = 0.25;  // Of the finest level, voxels.
+  std::string path;
+  std::string token;
+};
+struct ViewerFile {  // Whatever else: a file of the viewer, or nothing.
+  std::string path;  // As it was sent: names of files are never decoded.
+};
+
+using Route = std::variant<Liveness, Readiness, Metrics, Description, WebSocketStream,
+                           DatasetListing, DatasetDescription, SurfaceFile, SliceOfSamples,
+                           ValueAtPlaces, TileBytes, TilesetFile, NeuroglancerFile, ViewerFile>;
+
+// A request's target as a log may have it: a token in its path becomes "...".
+[[nodiscard]] std::string without_token(std::string_view target);
+
+// What is asked for, in a word for counting: "isosurface", "tile" and so on.
+[[nodiscard]] const char* name(const Route& route);
+
+// kInvalidArgument where a part of the path cannot be what it must be, as a tile's digest.
+[[nodiscard]] Result<Route> route_of(const Target& target);
+
+}  // namespace multitetra

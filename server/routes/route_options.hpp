@@ -1,0 +1,28 @@
+// What the routes of an HTTP listener offer, and how much of it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+
+#include "server/http/http_options.hpp"
+#include "server/routes/viewer_files.hpp"
+#include "server/transport/listener.hpp"
+
+namespace multitetra {
+
+struct RouteOptions {
+  // Of /v1/datasets/NAME/isosurface: the most triangles of one response, which take about 120 bytes
+  // of memory each while one is made; and how many bytes of files are being sent or kept for the
+  // next requests, and where: they have no names. 0: none are kept.
+  std::uint64_t max_mesh_triangles = 4'000'000;
+  std::uint64_t mesh_cache_bytes = std::uint64_t{512} << 20;
+  std::filesystem::path temporary_folder = std::filesystem::temp_directory_path();
+  std::shared_ptr<const ViewerFiles> viewer = std::make_shared<const ViewerFiles>();
+};
+
+// A listener for HTTP and WebSockets with all routes. Throws, when it is called, AddressError that
+// names the address when that cannot be listened on.
+[[nodiscard]] MakeListener http_listener(HttpOptions options, RouteOptions routes = {});
+
+}  // namespace multitetra

@@ -1,0 +1,211 @@
+#include "server/routes/router.hpp"
+
+#include <utility>
+
+#include "server/http/host.hpp"
+#include "server/http/http_listener.hpp"
+#include "server/http/origin.hpp"
+#include "server/http/upgrade.hpp"
+#include "server/routes/datasets.hpp"
+#include "server/routes/operations.hpp"
+#include "server/routes/tile.hpp"
+#include "server/routes/viewer.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr std::string_view kMethods = "GET, HEAD, OPTIONS";
+
+std::string_view bearer_token(const HttpRequest& request) {
+  constexpr std::string_view kScheme = "Bearer ";
+  const std::string_view said = field(request, http::field::authorization);
+  if (said.size() < kScheme.size() ||
+      !boost::beast::iequals({said.data(), kScheme.size()}, {kScheme.data(), kScheme.size()}))
+    return {};
+  return said.substr(kScheme.size());
+}
+
+// Of the path, for viewers that send no header, or of the header.
+std::string token_of(const Route& route, const HttpRequest& request) {
+  std::string token;
+  if (const auto* tileset = std::get_if<TilesetFile>(&route)) token = tileset->token;
+  if (const auto* file = std::get_if<NeuroglancerFile>(&route)) token = file->token;
+  return token.empty() ? std::string(bearer_token(request)) : token;
+}
+
+std::string dataset_of(const Route& route) {
+  return std::visit(
+      [](const auto& r) -> std::string {
+        if constexpr (requires { r.dataset; }) return r.dataset;
+        return {};
+      },
+      route);
+}
+
+// Memory that nobody else has, until the answer has left. Small ones are part of the connection.
+std::size_t waiting_bytes(const Answer& answer) {
+  constexpr std::size_t kSmall = 16 * 1024;
+  const auto* text = std::get_if<std::string>(&answer.body.whole);
+  return text != nullptr && text->size() > kSmall ? text->size() : 0;
+}
+
+Answer methods_answer() {
+  Answer answer{.status = 204};
+  add_field(answer, "Allow", kMethods);
+  return answer;
+}
+
+// The service is closed for a request when that is over, however it ends.
+class ServedRequest {
+ public:
+  explicit ServedRequest(RequestContext& context) : context_(context) {}
+  ~ServedRequest() {
+    if (const CallerPtr caller = std::exchange(context_.caller, nullptr)) caller->close();
+  }
+  ServedRequest(const ServedRequest&) = delete;
+  ServedRequest& operator=(const ServedRequest&) = delete;
+
+ private:
+  RequestContext& context_;
+};
+
+}  // namespace
+
+Router::Router(const ServerContext& server, HttpOptions http, RouteOptions routes)
+    : server_(server),
+      http_(std::move(http)),
+      routes_(std::move(routes)),
+      isosurfaces_(routes_),
+      tilesets_(routes_),
+      neuroglancer_(routes_) {}
+
+std::string Router::loggable(std::string_view target) const { return without_token(target); }
+
+asio::awaitable<Outcome> Router::answer(const HttpRequest& request, RequestContext& context) {
+  Outcome outcome = co_await routed(request, context);
+  if (const auto* answer = std::get_if<Answer>(&outcome)) {
+    auto room = context.client->take_room(waiting_bytes(*answer));
+    if (room) {
+      context.room = *std::move(room);
+    } else {
+      outcome = error_answer(room.error(), context.request_id);
+    }
+  }
+  if (auto* answer = std::get_if<Answer>(&outcome)) {
+    add_field(*answer, "X-Request-Id", context.request_id);
+    answer->fields +=
+        cross_origin_fields(field(request, http::field::origin), field(request, http::field::host),
+                            http_.allowed_origins, request.method() == http::verb::options);
+  }
+  co_return outcome;
+}
+
+asio::awaitable<Outcome> Router::routed(const HttpRequest& request, RequestContext& context) {
+  const std::string_view host = field(request, http::field::host);
+  if (!is_allowed_host(host, http_.allowed_hosts)) {
+    co_return error_answer(
+        421,
+        {ErrorCode::kInvalidArgument, "This server is not asked as \"" + std::string(host) +
+                                          "\"; whoever runs it can allow that with --allow-host."},
+        context.request_id);
+  }
+  if (request.method() == http::verb::options && request.target() == "*") {
+    co_return methods_answer();
+  }
+  const std::string_view path = without_authority(view_of(request.target()));
+  if (is_base_path(path, http_.base_path)) {
+    Answer answer{.status = 308};
+    add_field(answer, "Location", http_.base_path + "/");
+    co_return answer;
+  }
+  const auto target = parse_target(without_base_path(path, http_.base_path));
+  const auto route = target ? route_of(*target) : Result<Route>(tl::unexpected(target.error()));
+  if (!route) co_return error_answer(route.error(), context.request_id);
+  context.kind = name(*route);
+  if (request.method() == http::verb::options) {
+    co_return methods_answer();
+  }
+  if (request.method() != http::verb::get && request.method() != http::verb::head) {
+    Answer answer = error_answer(
+        405,
+        {ErrorCode::kInvalidArgument, "The method here is GET or HEAD, not " +
+                                          std::string(view_of(request.method_string())) + "."},
+        context.request_id);
+    add_field(answer, "Allow", kMethods);
+    co_return answer;
+  }
+  const std::string& id = context.request_id;
+  if (std::holds_alternative<WebSocketStream>(*route)) {
+    auto objection = upgrade_objection(request, http_.allowed_origins, id);
+    if (objection) co_return *std::move(objection);
+    co_return UpgradeToWebSocket{};
+  }
+  if (const auto* file = std::get_if<ViewerFile>(&*route)) {
+    co_return viewer_answer(*routes_.viewer, file->path, request, http_.allowed_origins, id);
+  }
+  if (std::holds_alternative<Liveness>(*route)) co_return liveness_answer();
+  if (std::holds_alternative<Readiness>(*route)) co_return readiness_answer(server_, id);
+  if (std::holds_alternative<Metrics>(*route)) co_return metrics_answer(server_, id);
+  if (std::holds_alternative<Description>(*route)) co_return description_answer(request);
+  const Asked asked = {.request = request, .target = *target, .context = context};
+  const ServedRequest under_way(context);
+  co_return co_await served(*route, asked);
+}
+
+asio::awaitable<Answer> Router::served(const Route& route, Asked asked) {
+  RequestContext& context = asked.context;
+  // A tile at hand costs nothing: a client may fetch as many as it likes.
+  const bool is_counted = !std::holds_alternative<TileBytes>(route);
+  if (is_counted) {
+    if (const auto allowed = context.client->may_ask(); !allowed) {
+      co_return error_answer(429, allowed.error(), context.request_id);
+    }
+  }
+  context.caller = server_.service.open(context.client);
+  const auto known = co_await context.caller->log_in(token_of(route, asked.request));
+  if (!known) co_return context.refused(known.error());
+  if (is_counted) {
+    RequestFacts facts;
+    facts.kind = context.kind;
+    facts.id = context.request_id;
+    facts.dataset = dataset_of(route);
+    context.record = std::make_unique<RequestRecord>(context.client, std::move(facts));
+  }
+  co_return co_await answer_by(route, asked);
+}
+
+asio::awaitable<Answer> Router::answer_by(const Route& route, Asked asked) {
+  RequestContext& context = asked.context;
+  if (const auto* file = std::get_if<TilesetFile>(&route)) {
+    co_return co_await tilesets_.answer(*file, asked.request, context);
+  }
+  if (const auto* file = std::get_if<NeuroglancerFile>(&route)) {
+    co_return co_await neuroglancer_.answer(*file, asked.request, context);
+  }
+  if (const auto* surface = std::get_if<SurfaceFile>(&route)) {
+    co_return co_await isosurfaces_.answer(surface->dataset, asked.target, asked.request, context);
+  }
+  if (const auto* slice = std::get_if<SliceOfSamples>(&route)) {
+    co_return co_await samples_.slice(slice->dataset, asked.target, asked.request, context);
+  }
+  if (const auto* value = std::get_if<ValueAtPlaces>(&route)) {
+    co_return co_await samples_.value(value->dataset, asked.target, context);
+  }
+  if (const auto* tile = std::get_if<TileBytes>(&route)) {
+    co_return tile_answer(server_.service, tile->digest, asked.request, context);
+  }
+  if (const auto* one = std::get_if<DatasetDescription>(&route)) {
+    co_return dataset_answer(one->dataset, asked.request, context);
+  }
+  co_return datasets_answer(asked.request, context);
+}
+
+MakeListener http_listener(HttpOptions options, RouteOptions routes) {
+  return [options = std::move(options),
+          routes = std::move(routes)](const ServerContext& server) -> std::unique_ptr<Listener> {
+    auto router = std::make_unique<Router>(server, options, routes);
+    return std::make_unique<HttpListener>(server, options, std::move(router));
+  };
+}
+
+}  // namespace multitetra

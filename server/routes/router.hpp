@@ -1,0 +1,50 @@
+// Brings each request to its route.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "server/http/http_options.hpp"
+#include "server/http/request_handler.hpp"
+#include "server/http/target.hpp"
+#include "server/routes/isosurface.hpp"
+#include "server/routes/neuroglancer.hpp"
+#include "server/routes/route.hpp"
+#include "server/routes/route_options.hpp"
+#include "server/routes/samples.hpp"
+#include "server/routes/tilesets.hpp"
+#include "server/transport/listener.hpp"
+
+namespace multitetra {
+
+class Router : public RequestHandler {
+ public:
+  // What `server` refers to outlives it.
+  Router(const ServerContext& server, HttpOptions http, RouteOptions routes);
+
+  [[nodiscard]] asio::awaitable<Outcome> answer(const HttpRequest& request,
+                                                RequestContext& context) override;
+  [[nodiscard]] std::string loggable(std::string_view target) const override;
+
+ private:
+  // What a route answers to; it adds nothing of what all answers have in common.
+  struct Asked {
+    const HttpRequest& request;
+    const Target& target;
+    RequestContext& context;
+  };
+  asio::awaitable<Outcome> routed(const HttpRequest& request, RequestContext& context);
+  // What the service answers, once the token was checked.
+  asio::awaitable<Answer> served(const Route& route, Asked asked);
+  asio::awaitable<Answer> answer_by(const Route& route, Asked asked);
+
+  const ServerContext server_;
+  const HttpOptions http_;
+  const RouteOptions routes_;
+  IsosurfaceRoute isosurfaces_;
+  SamplesRoute samples_;
+  TilesetRoute tilesets_;
+  NeuroglancerRoute neuroglancer_;
+};
+
+}  // namespace multitetra

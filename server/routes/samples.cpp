@@ -1,0 +1,151 @@
+#include "server/routes/samples.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <new>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/number_text.hpp"
+#include "common/cli/json_report.hpp"
+#include "common/image/png_file.hpp"
+#include "common/request/request_key.hpp"
+#include "server/http/conditions.hpp"
+#include "server/operations/log.hpp"
+#include "server/service/on_workers.hpp"
+
+namespace multitetra {
+namespace {
+
+// Of what this program makes of a slice: to be raised when the same query gives other bytes.
+constexpr std::string_view kSliceForm = "1";
+
+std::string text_of(const Vec3& v) {
+  return shortest_text(v[0]) + ',' + shortest_text(v[1]) + ',' + shortest_text(v[2]);
+}
+
+std::string rgb_text(const Rgb& color) {
+  return std::to_string(color[0]) + ',' + std::to_string(color[1]) + ',' +
+         std::to_string(color[2]) + ' ';
+}
+
+// The same exactly for the same bytes.
+std::string key_of(const DatasetInfo& info, const SliceRequest& slice, const SliceQuery& query,
+                   const ColorScale& scale) {
+  const std::string plane = serialize(ClientMessage(Slice{.dataset = info.name, .slice = slice}));
+  if (query.format == SliceFormat::kRaw)
+    return std::string(kSliceForm) + " raw " + key_of(info) + plane;
+  return std::string(kSliceForm) + " png " + std::string(name(scale.map)) + ' ' +
+         shortest_text(scale.low) + ' ' + shortest_text(scale.high) + ' ' +
+         (scale.is_logarithmic ? "log " : "") + (query.no_value ? rgb_text(*query.no_value) : "") +
+         key_of(info) + plane;
+}
+
+// Which values have which colours, and what those have that are none.
+struct PictureColors {
+  ColorScale scale;
+  bool has_no_value = false;  // The scale's own; else they are transparent.
+};
+
+std::string picture_of(const SliceReply& slice, const PictureColors& colors) {
+  Picture picture{.width = static_cast<int>(slice.width), .height = static_cast<int>(slice.height)};
+  picture.pixels.resize(slice.values->size() / sizeof(float));
+  for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
+    float value = 0;
+    std::memcpy(&value, slice.values->data() + i * sizeof value, sizeof value);
+    if (std::isnan(value) && !colors.has_no_value) continue;
+    const Rgb color = colors.scale(static_cast<double>(value));
+    picture.pixels[i] = {color[0], color[1], color[2], 255};
+  }
+  return png_file(picture, PngEffort::kQuick);
+}
+
+Result<std::string> guarded_picture(const SliceReply& slice, const PictureColors& colors) {
+  try {
+    return picture_of(slice, colors);
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::kLimitExceeded,
+                "The server has not enough memory for this picture; ask for fewer pixels.");
+  } catch (const std::exception& trouble) {
+    log_line(LogLevel::kError, std::string("drawing a slice failed: ") + trouble.what(), {});
+    return fail(ErrorCode::kInternal, "The server failed to draw this slice; its log says why.");
+  }
+}
+
+void add_plane(Answer& answer, const SliceRequest& plane) {
+  add_field(answer, "Multitetra-Width", std::to_string(plane.width));
+  add_field(answer, "Multitetra-Height", std::to_string(plane.height));
+  add_field(answer, "Multitetra-Origin", text_of(plane.origin));
+  add_field(answer, "Multitetra-Right", text_of(plane.right));
+  add_field(answer, "Multitetra-Down", text_of(plane.down));
+}
+
+Json json_of(const ProbedPlace& place) {
+  Json json = {
+      {"world", place.world}, {"index", place.index}, {"value", nullptr}, {"gradient", nullptr}};
+  if (place.value) json["value"] = *place.value;
+  if (place.gradient) json["gradient"] = *place.gradient;
+  return json;
+}
+
+}  // namespace
+
+asio::awaitable<Answer> SamplesRoute::slice(const std::string& dataset, const Target& target,
+                                            const HttpRequest& request, RequestContext& context) {
+  const auto query = parse_slice_query(target.query);
+  if (!query) co_return context.refused(query.error());
+  const auto info = context.caller->permit().describe(dataset);
+  if (!info) co_return context.refused(info.error());
+  const auto slice = slice_for(query->slice, *info);
+  if (!slice) co_return context.refused(slice.error());
+  const auto scale = scale_for(*query, *info);
+  if (!scale) co_return context.refused(scale.error());
+  Answer answer;
+  const bool is_raw = query->format == SliceFormat::kRaw;
+  add_field(answer, "Content-Type", is_raw ? "application/octet-stream" : "image/png");
+  add_field(answer, "Cache-Control", "no-cache");
+  add_plane(answer, in_indices(*slice, *info));
+  const std::string tag =
+      info->content_id == 0 ? "" : tag_of(key_of(*info, *slice, *query, *scale));
+  if (request.method() == http::verb::head ||
+      (!tag.empty() && names_tag(field(request, http::field::if_none_match), tag))) {
+    answer.is_length_known = false;
+  } else {
+    if (context.watch) context.watch();
+    const auto reply = co_await context.caller->slice(dataset, *slice);
+    if (!reply) co_return context.refused(reply.error());
+    add_field(answer, "Multitetra-Sample-Spacing", std::to_string(reply->sample_spacing));
+    if (is_raw) {
+      answer.body = body_of(reply->values);
+    } else {
+      const auto room = context.client->take_room(2 * reply->values->size());
+      if (!room) co_return context.refused(room.error());
+      std::function<Result<std::string>()> draw =
+          [slice = *reply, colors = PictureColors{*scale, query->no_value.has_value()}] {
+            return guarded_picture(slice, colors);
+          };
+      auto picture = co_await on_workers<std::string>(drawing_, context.client->share(),
+                                                      "picture of a slice", false, std::move(draw));
+      if (!picture) co_return context.refused(picture.error());
+      answer.body = body_of(*std::move(picture));
+    }
+  }
+  if (!tag.empty()) meet_conditions(answer, request, tag);
+  co_return answer;
+}
+
+asio::awaitable<Answer> SamplesRoute::value(const std::string& dataset, const Target& target,
+                                            RequestContext& context) {
+  const auto probe = parse_probe_query(target.query);
+  if (!probe) co_return context.refused(probe.error());
+  const auto reply = co_await context.caller->probe(dataset, *probe);
+  if (!reply) co_return context.refused(reply.error());
+  Json places = Json::array();
+  for (const ProbedPlace& place : reply->places) places.push_back(json_of(place));
+  Answer answer = json_answer(200, multitetra::text_of({{"places", std::move(places)}}));
+  add_field(answer, "Cache-Control", "no-cache");
+  co_return answer;
+}
+
+}  // namespace multitetra

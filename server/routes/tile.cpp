@@ -1,0 +1,28 @@
+#include "server/routes/tile.hpp"
+
+#include "server/http/media.hpp"
+
+namespace multitetra {
+
+Answer tile_answer(SurfaceService& service, const ContentDigest& digest, const HttpRequest& request,
+                   RequestContext& context) {
+  const Permit& permit = context.caller->permit();
+  const auto found = service.find_tile(
+      digest, [&](const std::string& dataset) { return permit.may_see(dataset); });
+  if (!found) {
+    return error_answer(404,
+                        {ErrorCode::kInvalidArgument,
+                         "The server does not hold this tile any more, or never had it; a stream "
+                         "brings it."},
+                        context.request_id);
+  }
+  Answer answer{.body = body_of(found->payload)};
+  add_field(answer, "Content-Type", media_type(MeshFormat::kDrc));
+  add_field(answer, "Cache-Control",
+            permit.is_for_all() ? "public, max-age=31536000, immutable"
+                                : "private, max-age=31536000, immutable");
+  meet_conditions(answer, request, '"' + digest.hex() + '"');
+  return answer;
+}
+
+}  // namespace multitetra

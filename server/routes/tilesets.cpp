@@ -1,0 +1,138 @@
+#include "server/routes/tilesets.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <memory>
+#include <new>
+#include <utility>
+
+#include "server/http/conditions.hpp"
+#include "server/http/media.hpp"
+#include "server/operations/log.hpp"
+#include "server/service/on_workers.hpp"
+#include "server/tilesets/cell_glb.hpp"
+#include "server/tilesets/tileset.hpp"
+
+namespace multitetra {
+namespace {
+
+// Of what this program makes of a cell: to be raised when the same path gives other bytes.
+constexpr std::string_view kTilesetForm = "2 ";
+constexpr std::string_view kSurfaceSuffix = ".glb";
+constexpr std::string_view kTilesetSuffix = ".json";
+
+Result<SharedBytes> surface_file(Surface& surface, const DatasetInfo& info, const OctreeCube& cell,
+                                 const std::stop_token& stop) {
+  try {
+    if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client is gone.");
+    return std::make_shared<const std::string>(cell_glb(std::move(surface.mesh), info, cell));
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::kLimitExceeded,
+                "The server has not enough memory for this cell's file; allow a larger error.");
+  } catch (const std::exception& trouble) {
+    log_line(LogLevel::kError, std::string("making a cell's file failed: ") + trouble.what(),
+             {{"dataset", info.name}});
+    return fail(ErrorCode::kInternal, "The server failed to make this file; its log says why.");
+  }
+}
+
+tl::unexpected<Error> no_file(const TilesetFile& file) {
+  return fail(ErrorCode::kUnknownDataset, "This tree has no file \"" + file.file +
+                                              "\"; tileset.json leads to those that there are.");
+}
+
+}  // namespace
+
+Result<TilesetRoute::Wanted> TilesetRoute::wanted(const TilesetFile& file, const Permit& permit) {
+  const auto settings = tree_settings_from(file.settings);
+  if (!settings) return tl::unexpected(settings.error());
+  auto info = permit.describe(file.dataset);
+  if (!info) return tl::unexpected(info.error());
+  const bool is_known = info->content_id != 0;
+  Wanted wanted{.tree = CellTree(std::move(*info), *settings),
+                .cell = {},
+                .is_first = file.id.empty(),
+                .is_known = is_known,
+                .key = {}};
+  const std::string id = wanted.tree.id();
+  wanted.cell = wanted.tree.root();
+  if (!wanted.is_first) {
+    if (file.id != id) {
+      return fail(
+          ErrorCode::kUnknownDataset,
+          "Dataset \"" + file.dataset + "\" is another one now; load its tileset.json again.");
+    }
+    const std::string_view name = file.file;
+    wanted.is_surface = name.ends_with(kSurfaceSuffix);
+    const std::string_view suffix = wanted.is_surface ? kSurfaceSuffix : kTilesetSuffix;
+    if (!name.ends_with(suffix)) return no_file(file);
+    const auto cell = cell_from(name.substr(0, name.size() - suffix.size()));
+    if (!cell || !wanted.tree.contains(*cell)) return no_file(file);
+    wanted.cell = *cell;
+  }
+  wanted.key = std::string(kTilesetForm) + id + ' ' + text_of(*settings) + ' ' +
+               cell_name(wanted.cell) +
+               (wanted.is_surface ? " glb"
+                : wanted.is_first ? " first json"
+                                  : " json");
+  return wanted;
+}
+
+asio::awaitable<Result<SharedBytes>> TilesetRoute::make(const Wanted& wanted,
+                                                        RequestContext& context) {
+  if (context.watch) context.watch();
+  const DatasetInfo& info = wanted.tree.info();
+  SurfaceRequest query{.dataset = info.name,
+                       .request = wanted.tree.request(wanted.cell),
+                       .max_triangles = options_.max_mesh_triangles};
+  auto made = co_await context.caller->surface(std::move(query));
+  if (!made) co_return tl::unexpected(made.error());
+  if (!wanted.is_surface) {
+    const CellFacts facts{.is_empty = made->mesh.triangles.empty(),
+                          .crossed_octants = made->crossed_octants};
+    const std::string folder = wanted.is_first ? wanted.tree.id() + "/" : "";
+    co_return std::make_shared<const std::string>(
+        tileset_json(wanted.tree, wanted.cell, facts, folder));
+  }
+  const ByteReservations::Reservation memory = std::move(made->memory);
+  std::function<Result<SharedBytes>()> write =
+      [surface = std::make_shared<Surface>(*std::move(made)), info, cell = wanted.cell,
+       stop = context.stop.get_token()] { return surface_file(*surface, info, cell, stop); };
+  co_return co_await on_workers<SharedBytes>(writing_, context.client->share(), "cell",
+                                             /*is_long=*/false, std::move(write));
+}
+
+asio::awaitable<Answer> TilesetRoute::answer(const TilesetFile& file, const HttpRequest& request,
+                                             RequestContext& context) {
+  const Permit& permit = context.caller->permit();
+  const auto wanted = this->wanted(file, permit);
+  if (!wanted) co_return context.refused(wanted.error());
+  const TreeSettings& settings = wanted->tree.settings();
+  context.record->is_about(settings.isovalue, settings.error, multitetra::name(LengthUnit::kVoxel));
+  const bool is_lasting = wanted->is_known && !wanted->is_first;
+  const std::string tag = wanted->is_known ? tag_of(wanted->key) : std::string();
+  Answer answer;
+  add_field(answer, "Content-Type",
+            wanted->is_surface ? media_type(MeshFormat::kGlb) : "application/json");
+  const std::string who = permit.is_for_all() ? "public" : "private";
+  add_field(answer, "Cache-Control",
+            who + (is_lasting ? ", max-age=31536000, immutable" : ", no-cache"));
+  const bool needs_none = request.method() == http::verb::head ||
+                          names_tag(field(request, http::field::if_none_match), tag);
+  const SharedBytes* const known = kept_.find(wanted->key);
+  if (known != nullptr) {
+    answer.body = body_of(*known);
+  } else if (needs_none) {
+    answer.is_length_known = false;
+  } else {
+    auto made = co_await make(*wanted, context);
+    if (!made) co_return context.refused(made.error());
+    const SharedBytes bytes = *std::move(made);
+    if (wanted->is_known) kept_.add(wanted->key, bytes, bytes->size() + wanted->key.size());
+    answer.body = body_of(bytes);
+  }
+  if (!tag.empty()) meet_conditions(answer, request, tag);
+  co_return answer;
+}
+
+}  // namespace multitetra

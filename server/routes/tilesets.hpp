@@ -1,0 +1,52 @@
+// Trees of cells over HTTP: 3D Tiles that are made while somebody looks at them.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "common/wire/tile.hpp"
+#include "server/http/answer.hpp"
+#include "server/http/request_context.hpp"
+#include "server/routes/route.hpp"
+#include "server/routes/route_options.hpp"
+#include "server/service/lru_map.hpp"
+#include "server/service/workers.hpp"
+#include "server/tilesets/cell_tree.hpp"
+
+namespace multitetra {
+
+// On the executor's thread alone.
+class TilesetRoute {
+ public:
+  // The options outlive the route.
+  explicit TilesetRoute(const RouteOptions& options) : options_(options) {}
+
+  // Every file costs no more than the surface in one cell, which is asked of the service like any
+  // other; nothing is made for HEAD, nor where the client has it already. Proxies may keep an
+  // answer for everybody where the permit is for all.
+  [[nodiscard]] asio::awaitable<Answer> answer(const TilesetFile& file, const HttpRequest& request,
+                                               RequestContext& context);
+
+ private:
+  // What was asked for, in all that the file is a function of.
+  struct Wanted {
+    CellTree tree;
+    OctreeCube cell;
+    bool is_surface = false;  // Else the cell's tileset.
+    bool is_first = false;    // tileset.json, of the dataset as it is now.
+    bool is_known = false;    // Whether the dataset tells its content.
+    std::string key;
+  };
+  [[nodiscard]] Result<Wanted> wanted(const TilesetFile& file, const Permit& permit);
+  [[nodiscard]] asio::awaitable<Result<SharedBytes>> make(const Wanted& wanted,
+                                                          RequestContext& context);
+
+  static constexpr std::size_t kKeptBytes = std::size_t{64} << 20;
+  static constexpr std::size_t kWriting = 2;  // Files of cells that are made at the same time.
+
+  const RouteOptions& options_;
+  LruMap<std::string, SharedBytes> kept_{kKeptBytes};
+  Workers writing_{kWriting};
+};
+
+}  // namespace multitetra

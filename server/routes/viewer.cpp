@@ -1,0 +1,91 @@
+#include "server/routes/viewer.hpp"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace multitetra {
+namespace {
+
+// The page talks with the host it came from and with no other: whatever an address tells it,
+// nothing that it knows, a token least of all, goes elsewhere. 'self' takes in WebSockets of that
+// host, in every browser that knows the colours of the page's style.
+constexpr std::string_view kPolicy =
+    "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; "
+    "connect-src 'self'; img-src 'self' blob: data:; "
+    "style-src 'self' 'unsafe-inline'; object-src 'none'; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'self'";  // The last of them: those who may besides come after it.
+
+constexpr std::string_view kPage =
+    "<!doctype html>\n"
+    "<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Multi-Tetra streaming</title>\n"
+    "<meta name=\"viewport\" content=\"width=device-width\">\n"
+    "<style>body{font:1rem/1.5 sans-serif;max-width:40rem;margin:3rem auto;padding:0 1rem}"
+    "</style></head><body>\n"
+    "<h1>Multi-Tetra streaming</h1>\n"
+    "<p>This server offers isosurfaces of volume data. Its web viewer is not installed here; "
+    "what there is:</p>\n"
+    "<ul><li><a href=\"v1/datasets\">v1/datasets</a>: the datasets</li>\n"
+    "<li>v1/datasets/NAME/isosurface?isovalue=V&amp;error=1&amp;format=glb: a mesh</li>\n"
+    "<li>v1/stream: the conversation over a WebSocket (multitetra.v1)</li>\n"
+    "<li><a href=\"v1/openapi.json\">v1/openapi.json</a>: all of it in detail</li></ul>\n"
+    "</body></html>\n";
+
+bool accepts(const HttpRequest& request, std::string_view coding) {
+  std::string_view accepted = field(request, http::field::accept_encoding);
+  const std::size_t at = accepted.find(coding);
+  if (at == std::string_view::npos) return false;
+  accepted.remove_prefix(at + coding.size());
+  return !accepted.starts_with(";q=0,") && accepted != ";q=0";
+}
+
+// Who may use the listener by name may show the page as well. "*" lets programs in, not frames: a
+// page that nobody has named could lay itself over the viewer and read what it shows.
+void say_policy(Answer& answer, const std::vector<std::string>& allowed_origins) {
+  std::string policy(kPolicy);
+  for (const std::string& origin : allowed_origins) {
+    if (origin != "*") policy += ' ' + origin;
+  }
+  add_field(answer, "Content-Security-Policy", policy);
+  add_field(answer, "X-Content-Type-Options", "nosniff");
+}
+
+}  // namespace
+
+Answer viewer_answer(const ViewerFiles& files, std::string_view path, const HttpRequest& request,
+                     const std::vector<std::string>& allowed_origins, std::string_view request_id) {
+  Answer answer;
+  const ViewerFileContent* const file = files.find(path);
+  if (!file && (path != "/" || !files.is_empty())) {
+    return error_answer(
+        404,
+        {ErrorCode::kInvalidArgument, "There is nothing at \"" + std::string(path) +
+                                          "\"; /v1/openapi.json tells what there is."},
+        request_id);
+  }
+  say_policy(answer, allowed_origins);
+  if (!file) {
+    add_field(answer, "Content-Type", "text/html; charset=utf-8");
+    add_field(answer, "Cache-Control", "no-cache");
+    answer.body = body_of(std::string(kPage));
+    return answer;
+  }
+  std::string tag = file->tag;
+  SharedBytes bytes = file->bytes;
+  if (file->gzip || file->brotli) add_field(answer, "Vary", "Accept-Encoding");
+  for (const auto& [coding, coded] : {std::pair("br", file->brotli), {"gzip", file->gzip}}) {
+    if (!coded || !accepts(request, coding)) continue;
+    add_field(answer, "Content-Encoding", coding);
+    tag.insert(tag.size() - 1, std::string("-") + coding);
+    bytes = coded;
+    break;
+  }
+  add_field(answer, "Content-Type", file->type);
+  add_field(answer, "Cache-Control",
+            file->is_named_by_content ? "public, max-age=31536000, immutable" : "no-cache");
+  answer.body = body_of(std::move(bytes));
+  meet_conditions(answer, request, tag);
+  return answer;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,157 @@
+#include "server/service/extracted_surfaces.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <string>
+#include <utility>
+
+#include "common/base/in_parallel.hpp"
+#include "server/core/planning/step_spec.hpp"
+#include "server/core/spectrum/crossed_octants.hpp"
+#include "server/extraction/reference_extractor.hpp"
+#include "server/extraction/shading.hpp"
+#include "server/extraction/surface_extractor.hpp"
+
+namespace multitetra {
+namespace {
+
+void sort_by_importance(std::vector<EncodedTile>& tiles, const StepSpec& spec) {
+  if (!spec.has_important_places()) return;
+  std::vector<std::pair<double, std::size_t>> order;
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    order.emplace_back(spec.importance(tiles[i].summary.cube), i);
+  }
+  std::sort(order.begin(), order.end());
+  std::vector<EncodedTile> sorted;
+  sorted.reserve(tiles.size());
+  for (const auto& [importance, index] : order) sorted.push_back(std::move(tiles[index]));
+  tiles = std::move(sorted);
+}
+
+// On all threads; tiles that the cache has are not encoded again.
+std::vector<EncodedTile> encode(const TiledSurface& surface, const Shading& shading,
+                                const std::string& dataset, TileCache& cache,
+                                const std::stop_token& stop) {
+  std::vector<EncodedTile> encoded(surface.tiles.size());
+  in_parallel(
+      encoded.size(),
+      [&](std::size_t i) {
+        const TileMesh& tile = surface.tiles[i];
+        const ContentDigest content = digest(tile.mesh);
+        const TileKey key = {content, tile.cube, shading.appearance(), tile.simplification_bound,
+                             dataset};
+        if (auto known = cache.find(key)) {
+          encoded[i] = *std::move(known);
+        } else {
+          encoded[i] = shading.encoded(tile, content);
+          encoded[i].summary.simplification_bound = tile.simplification_bound;
+          cache.add(key, encoded[i]);
+        }
+      },
+      stop);
+  return encoded;
+}
+
+// The tiles as they were extracted, without a payload; on all threads.
+void add_meshes(TiledStep& step, TiledSurface surface, const Shading& shading,
+                const std::stop_token& stop) {
+  step.tiles.resize(surface.tiles.size());
+  step.meshes.resize(surface.tiles.size());
+  in_parallel(
+      surface.tiles.size(),
+      [&](std::size_t i) {
+        TileMesh& tile = surface.tiles[i];
+        tile.mesh.normals = shading.decoded_normals(tile);
+        step.tiles[i].summary = {
+            .cube = tile.cube,
+            .digest = digest(tile.mesh),
+            .triangles = static_cast<std::uint32_t>(tile.mesh.triangles.size()),
+            .vertices = static_cast<std::uint32_t>(tile.mesh.vertices.size()),
+            .simplification_bound = tile.simplification_bound};
+        step.meshes[i] = std::make_shared<const LatticeMesh>(std::move(tile.mesh));
+      },
+      stop);
+}
+
+}  // namespace
+
+ExtractedSurfaces::ExtractedSurfaces(std::shared_ptr<const SurfaceExtractor> extractor,
+                                     std::shared_ptr<StepCache> cache)
+    : extractor_(std::move(extractor)),
+      cache_(cache ? std::move(cache) : std::make_shared<StepCache>(0)) {}
+
+const DatasetInfo& ExtractedSurfaces::info() const { return extractor_->dataset().info; }
+
+TiledStep ExtractedSurfaces::make(const StepRequest& step, std::stop_token stop) const {
+  return cache_->get(key_of(step, info()), stop, [&](const std::stop_token& all_stop) {
+    return extract(step, TileForm::kEncoded, all_stop);
+  });
+}
+
+TiledStep ExtractedSurfaces::make_meshes(const StepRequest& step, std::stop_token stop) const {
+  if (remembers(step)) return make(step, std::move(stop));
+  return meshes_.get(key_of(step, info()), stop, [&](const std::stop_token& all_stop) {
+    return extract(step, TileForm::kMesh, all_stop);
+  });
+}
+
+bool ExtractedSurfaces::remembers(const StepRequest& step) const {
+  return cache_->remembers(key_of(step, info()));
+}
+
+TiledStep ExtractedSurfaces::extract(const StepRequest& step, TileForm form,
+                                     const std::stop_token& stop) const {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  const StepSpec spec = step_spec(step, info(), stop);
+  TiledSurface surface = extractor_->extract(spec, stop);
+  const Shading shading(extractor_->dataset(), step);
+  TiledStep made{.tetrahedra = surface.tetrahedra,
+                 .active_tetrahedra = surface.active_tetrahedra,
+                 .tiles = {},
+                 .appearance = shading.appearance(),
+                 .dataset = info().name};
+  if (form == TileForm::kEncoded) {
+    made.tiles = encode(surface, shading, info().name, cache_->tiles(), stop);
+    sort_by_importance(made.tiles, spec);
+  } else {
+    add_meshes(made, std::move(surface), shading, stop);
+  }
+  if (const auto& cell = step.request.cell) {
+    made.crossed_octants =
+        crossed_octants(extractor_->dataset(), cell->cube, step.request.isovalue);
+  }
+  if (extractor_->dataset().check) extractor_->dataset().check();
+  const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  const std::lock_guard lock(costs_mutex_);
+  costs_.note(step.request.simplify, size_of(made).extracted, seconds);
+  return made;
+}
+
+StepCosts ExtractedSurfaces::costs() const {
+  const std::lock_guard lock(costs_mutex_);
+  return costs_.costs();
+}
+
+const PreparedVolume* ExtractedSurfaces::volume() const { return &extractor_->dataset(); }
+
+StepSizes ExtractedSurfaces::sizes(std::stop_token stop, SizeAccuracy accuracy) const {
+  StepSizes sizes = surface_sizes(*extractor_, std::move(stop), accuracy);
+  const std::function<void()> check = extractor_->dataset().check;
+  if (!check) return sizes;
+  return {.of =
+              [of = std::move(sizes.of), check](const StepRequest& step) {
+                const SurfaceSize size = of(step);
+                check();
+                return size;
+              },
+          .rough =
+              [rough = std::move(sizes.rough), check](const IsosurfaceRequest& request) {
+                const SurfaceSize size = rough(request);
+                check();
+                return size;
+              }};
+}
+
+}  // namespace multitetra

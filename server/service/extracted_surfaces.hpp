@@ -1,0 +1,45 @@
+// The surfaces of a dataset of this process: extracted, and encoded unless the cache has them.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <stop_token>
+#include <string>
+
+#include "server/service/detail/single_flight.hpp"
+#include "server/service/step_cache.hpp"
+#include "server/stream/surface_provider.hpp"
+
+namespace multitetra {
+
+class SurfaceExtractor;
+
+class ExtractedSurfaces : public SurfaceProvider {
+ public:
+  // Providers may share a cache; their datasets need different names then. Null: nothing is kept.
+  explicit ExtractedSurfaces(std::shared_ptr<const SurfaceExtractor> extractor,
+                             std::shared_ptr<StepCache> cache = nullptr);
+
+  [[nodiscard]] const DatasetInfo& info() const override;
+  [[nodiscard]] TiledStep make(const StepRequest& step, std::stop_token stop) const override;
+  // Not kept; encoded tiles where the cache has them. Equal requests at the same time are made
+  // once.
+  [[nodiscard]] TiledStep make_meshes(const StepRequest& step, std::stop_token stop) const override;
+  [[nodiscard]] bool remembers(const StepRequest& step) const override;
+  [[nodiscard]] StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
+  [[nodiscard]] StepCosts costs() const override;
+  [[nodiscard]] const PreparedVolume* volume() const override;
+
+ private:
+  enum class TileForm { kEncoded, kMesh };
+  [[nodiscard]] TiledStep extract(const StepRequest& step, TileForm form,
+                                  const std::stop_token& stop) const;
+
+  std::shared_ptr<const SurfaceExtractor> extractor_;
+  std::shared_ptr<StepCache> cache_;
+  mutable SingleFlight<std::string, TiledStep> meshes_;
+  mutable std::mutex costs_mutex_;
+  mutable LearnedCosts costs_;  // Guarded by costs_mutex_.
+};
+
+}  // namespace multitetra

@@ -1,0 +1,481 @@
+#include "server/service/local_service.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+#include <set>
+#include <utility>
+
+#include "common/base/number_text.hpp"
+#include "common/net/coroutines.hpp"
+#include "server/core/planning/budget.hpp"
+#include "server/core/spectrum/spectrum_layout.hpp"
+#include "server/core/thresholds/threshold_map.hpp"
+#include "server/dataset/byte_source.hpp"
+#include "common/base/in_parallel.hpp"
+#include "server/operations/deadline.hpp"
+#include "server/operations/log.hpp"
+#include "server/store/store_error.hpp"
+#include "server/stream/stream_messages.hpp"
+
+namespace multitetra {
+
+namespace {
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+constexpr double kStoreRetrySeconds = 5;
+
+// Runs on a worker. The client learns that something went wrong here; the log says what.
+template <typename Make>
+auto guarded(const SurfaceProvider& source, const char* what, const std::stop_token& stop,
+             const Make& make) -> decltype(make()) {
+  try {
+    if (stop.stop_requested()) throw Cancelled{};
+    return make();
+  } catch (const Cancelled&) {
+    return fail(ErrorCode::kCancelled, std::string("The ") + what + " was cancelled.");
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::kLimitExceeded,
+                std::string("The server has not enough memory for this ") + what +
+                    "; ask for a larger error.");
+  } catch (const DatasetFileError& damage) {
+    log_line(LogLevel::kError, damage.what(), {{"dataset", source.info().name}});
+    return fail(ErrorCode::kDamagedData, std::string("The dataset's file is damaged where this ") +
+                                             what + " needs it; the server's log says where.");
+  } catch (const StoreError& trouble) {
+    log_line(LogLevel::kError, trouble.what(), {{"dataset", source.info().name}});
+    return tl::unexpected(
+        Error{.code = ErrorCode::kUnavailable,
+              .text = std::string("The store of this dataset does not answer, or not "
+                                  "as it should, and this ") +
+                      what + " needs it; the server's log says more. Try again.",
+              .retry_after = kStoreRetrySeconds});
+  } catch (const std::exception& trouble) {
+    log_line(LogLevel::kError, std::string("making the ") + what + " failed: " + trouble.what(),
+             {{"dataset", source.info().name}});
+    return fail(ErrorCode::kInternal,
+                std::string("The server failed to make this ") + what + "; its log says why.");
+  }
+}
+
+// The scalars of a step that was made.
+Result<MadeStep> with_scalars(MadeStep made, const DatasetInfo& surface,
+                              const SurfaceProvider& field, const ScalarRange& range,
+                              const std::stop_token& stop) {
+  return guarded(field, "step", stop, [&]() -> Result<MadeStep> {
+    const PreparedVolume* volume = field.volume();
+    if (volume == nullptr) {
+      return fail(ErrorCode::kInternal, "This server has no samples of the colouring dataset.");
+    }
+    auto scalars = step_scalars(made.encoded, made.step.request, surface, *volume, range, stop);
+    if (!scalars) return tl::unexpected(scalars.error());
+    made.scalars = *std::move(scalars);
+    return std::move(made);
+  });
+}
+
+// What was made before is quickly found, and so is a first preview; what follows may take as long
+// as the whole.
+struct WorkKind {
+  std::string kind;
+  bool is_long = false;
+};
+WorkKind work_for(const SurfaceProvider& source, const StreamState& state) {
+  const std::string& dataset = source.info().name;
+  const IsosurfaceRequest& request = state.request;
+  // What a budget gives is only known when it was made.
+  if (!has_budget(request) && source.remembers(final_step(request))) {
+    return {.kind = dataset + " remembered", .is_long = false};
+  }
+  if (request.cell) {
+    return {.kind = dataset + " cell", .is_long = request.cell->finest_spacing < kSpectrumSpacing};
+  }
+  if (state.steps != StepPolicy::kFinalOnly && state.shown.empty()) {
+    return {.kind = dataset + " first preview", .is_long = false};
+  }
+  return {.kind = dataset + (request.simplify ? " simplified step" : " step"), .is_long = true};
+}
+
+// What takes longer with every place that is to be looked at.
+bool has_large_map(const IsosurfaceRequest* request) {
+  constexpr std::size_t kMany = 64;
+  return request && (request->thresholds.regions.size() > kMany || request->thresholds.grid);
+}
+
+// What takes about as long as others of its kind.
+WorkKind work_for(const SurfaceProvider& source, const Question& question) {
+  return {.kind = source.info().name + (is_long(question) ? " long " : " short ") +
+                  kind_of(question) + (has_large_map(request_of(question)) ? " of a map" : ""),
+          .is_long = is_long(question)};
+}
+
+Error come_again(const Backlog& backlog, double limit) {
+  const double share_of_time = backlog.seconds_until_done / backlog.seconds;
+  const double seconds = std::ceil(std::max(1.0, (backlog.seconds - limit) * share_of_time));
+  return {.code = ErrorCode::kUnavailable,
+          .text = "What you asked for already takes this server about " +
+                  shortest_text(std::ceil(backlog.seconds)) + " s; ask again in " +
+                  shortest_text(seconds) + " s.",
+          .retry_after = seconds};
+}
+
+Error too_long(std::chrono::milliseconds limit) {
+  return {ErrorCode::kLimitExceeded,
+          "The answer takes this server longer than the " +
+              shortest_text(static_cast<double>(limit.count()) / 1000) +
+              " s that it spends on one request; ask for a larger error."};
+}
+
+std::optional<ScalarRange> range_of(const StartStream& action) {
+  if (!action.scalars) return std::nullopt;
+  return range_for(*action.open.scalars, action.scalars->info());
+}
+
+// The next step of a stream, with its scalars; runs on a worker.
+Result<MadeStep> make_step(const StartStream& action, const StreamState& state,
+                           const StepLimits& limits, const std::stop_token& stop) {
+  const SurfaceProvider& source = *action.source;
+  auto made =
+      guarded(source, "step", stop, [&] { return make_next_step(source, state, stop, limits); });
+  if (!made || made->is_over || !action.scalars) return made;
+  return with_scalars(*std::move(made), source.info(), *action.scalars, *range_of(action), stop);
+}
+
+SurfaceTiles tiles_of(MadeStep step, const DatasetInfo& info, std::optional<ScalarRange> range) {
+  SurfaceTiles tiles{.begin = {.request = step.step.request,
+                               .error_bound_world = largest_threshold(step.step.request, info),
+                               .finest_spacing = step.step.finest_spacing,
+                               .tiles = {},
+                               .crossed_octants = step.encoded.crossed_octants,
+                               .scalars = range},
+                     .meshes = std::move(step.encoded.meshes)};
+  for (const EncodedTile& tile : step.encoded.tiles) {
+    tiles.begin.tiles.push_back(tile.summary);
+    tiles.payloads.push_back(tile.payload);
+    tiles.digest += tile.summary.digest;
+  }
+  for (const ScalarsOfTile& scalars : step.scalars) tiles.scalars.push_back(scalars.codes);
+  return tiles;
+}
+
+// The final surface of a request; runs on a worker.
+Result<Surface> make_mesh(const StartStream& action, std::uint64_t max_triangles, StepLimits limits,
+                          const std::stop_token& stop) {
+  limits.as_meshes = true;
+  const StreamState state{.request = action.open.request, .steps = StepPolicy::kFinalOnly};
+  auto made = make_step(action, state, limits, stop);
+  if (!made) return tl::unexpected(made.error());
+  SurfaceTiles tiles = tiles_of(*std::move(made), action.source->info(), range_of(action));
+  if (const auto allowed = check_triangles(tiles.begin, max_triangles); !allowed) {
+    return tl::unexpected(allowed.error());
+  }
+  return guarded(*action.source, "surface", stop,
+                 [&] { return assembled(std::move(tiles), stop); });
+}
+
+class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCaller> {
+ public:
+  LocalCaller(LocalService& service, ClientContextPtr client)
+      : Caller(std::move(client), service.options().requests),
+        service_(service),
+        queue_number_(service.workers().new_client()) {}
+
+  CataloguePtr catalogue() const override { return service_.catalogue(); }
+  SurfaceStreamPtr steps(StartStream action, std::function<void()> changed) override;
+  void answer(AnswerQuestion action, std::stop_token stop,
+              std::function<void(Result<QuestionReply>)> done) override;
+  void link_carries(double bytes_per_second) override { bytes_per_second_ = bytes_per_second; }
+  void keep_time(Clock::time_point now) override;
+
+ protected:
+  void make_surface(StartStream action, std::uint64_t max_triangles, std::stop_token stop,
+                    std::function<void(Result<Surface>)> done) override;
+
+ private:
+  class Stream;
+  using StreamPtr = std::shared_ptr<Stream>;
+
+  // An answer that is made in one piece.
+  struct Job {
+    explicit Job(std::stop_token left) : leave(std::move(left), [this] { stop.request_stop(); }) {}
+    std::stop_source stop;
+    Deadline worker;  // Once a worker has begun with it.
+    bool is_late = false;
+    std::stop_callback<std::function<void()>> leave;
+  };
+  using JobPtr = std::shared_ptr<Job>;
+  // `make(stop)` runs on a worker, and must not throw.
+  template <typename T>
+  void run(WorkKind work, Priority priority, std::stop_token left,
+           std::function<Result<T>(const std::stop_token&)> make,
+           std::function<void(Result<T>)> done);
+
+  // Unless one is being made: step_made() calls it again then.
+  void make_next_step();
+  void post(WorkKind work, Priority priority, std::function<void()> run);
+  // Why no more may wait, if so.
+  [[nodiscard]] std::optional<Error> check_backlog();
+  [[nodiscard]] StepLimits step_limits() const;
+  // A worker begins with it: from now on its time counts.
+  void step_begins(const StreamPtr& stream);
+  void step_made(const StreamPtr& stream, Result<MadeStep> step, double seconds);
+
+  LocalService& service_;
+  std::uint64_t queue_number_;
+  double bytes_per_second_ = kUsualBytesPerSecond;  // Of the way to the client.
+  StreamPtr stream_;                                // Null when none runs.
+  std::set<JobPtr> jobs_;
+  bool is_making_ = false;  // A step is with the workers: of stream_, or of one that was stopped.
+};
+
+// Workers hold it as well; they touch only action and stop.
+class LocalCaller::Stream : public SurfaceStream {
+ public:
+  Stream(std::weak_ptr<LocalCaller> caller, StartStream started, std::function<void()> changed)
+      : messages(started.open, started.source->info(), range_of(started)),
+        action(std::move(started)),
+        changed_(std::move(changed)),
+        caller_(std::move(caller)) {}
+
+  std::optional<ServerMessage> take() override {
+    if (!messages.has_message()) return std::nullopt;
+    ServerMessage message = messages.take();
+    const auto caller = caller_.lock();
+    if (caller && caller->stream_.get() == this) caller->make_next_step();
+    return message;
+  }
+  void end(StreamOutcome outcome) override {
+    stop.request_stop();
+    messages.end(outcome);
+    changed_();
+  }
+  void fail(Error error) override {
+    stop.request_stop();
+    messages.fail(std::move(error));
+    changed_();
+  }
+  // A worker may hold it still; what it took of others is given back now.
+  void drop() override {
+    stop.request_stop();
+    memory = {};
+    const auto caller = caller_.lock();
+    if (caller && caller->stream_.get() == this) caller->stream_.reset();
+  }
+  // Before anybody was told of it.
+  void refuse(Error error) { messages.fail(std::move(error)); }
+  void supply(MadeStep step, double seconds) {
+    messages.supply(std::move(step), seconds);
+    changed_();
+  }
+
+  StreamMessages messages;
+  const StartStream action;
+  std::stop_source stop;
+  double worker_seconds = 0;                  // Of the steps that were made.
+  Deadline worker;                            // While a step is with a worker.
+  ByteReservations::Reservation memory = {};  // Of the step that is being sent.
+
+ private:
+  std::function<void()> changed_;
+  std::weak_ptr<LocalCaller> caller_;
+};
+
+void LocalCaller::keep_time(Clock::time_point now) {
+  if (stream_ && stream_->worker.is_past(now)) {
+    stream_->worker.clear();
+    client()->admission().observer().refused(client()->facts(), "request_seconds");
+    stream_->fail(too_long(service_.options().limits.request_time));
+  }
+  for (const JobPtr& job : jobs_) {
+    if (!job->worker.is_past(now)) continue;
+    job->worker.clear();
+    job->is_late = true;
+    job->stop.request_stop();
+  }
+}
+
+void LocalCaller::post(WorkKind work, Priority priority, std::function<void()> run) {
+  service_.workers().post({.share = client()->share(), .number = queue_number_},
+                          {.run = std::move(run),
+                           .kind = std::move(work.kind),
+                           .is_long = work.is_long,
+                           .is_background = priority == Priority::kBackground});
+}
+
+std::optional<Error> LocalCaller::check_backlog() {
+  const Backlog backlog = service_.workers().backlog(client()->share());
+  const double limit =
+      std::chrono::duration<double>(service_.options().limits.waiting_time).count();
+  if (limit <= 0 || backlog.seconds <= limit) return std::nullopt;
+  client()->admission().observer().refused(client()->facts(), "waiting_seconds");
+  return come_again(backlog, limit);
+}
+
+StepLimits LocalCaller::step_limits() const {
+  return {.max_triangles = service_.options().limits.max_triangles,
+          .bytes_per_second = bytes_per_second_};
+}
+
+// ---- streams
+
+SurfaceStreamPtr LocalCaller::steps(StartStream action, std::function<void()> changed) {
+  const auto refusal = check_backlog();
+  stream_ = std::make_shared<Stream>(weak_from_this(), std::move(action), std::move(changed));
+  if (refusal) {
+    stream_->refuse(*refusal);
+  } else {
+    make_next_step();
+  }
+  return stream_;
+}
+
+void LocalCaller::make_next_step() {
+  if (is_making_ || !stream_) return;
+  const auto state = stream_->messages.wanted();
+  if (!state) return;
+  stream_->memory = {};
+  // The guard keeps the executor running until the step has come back. What belongs to the
+  // executor's thread is given back to it, and let go there.
+  auto make = [self = shared_from_this(), stream = stream_, state = *state, limits = step_limits(),
+               guard = asio::make_work_guard(service_.executor())]() mutable {
+    const asio::any_io_executor executor = guard.get_executor();
+    multitetra::post(executor, [self, stream] { self->step_begins(stream); });
+    const Clock::time_point start = Clock::now();
+    limits.others_wait = self->service_.workers().waiting() > 0;
+    auto made = make_step(stream->action, state, limits, stream->stop.get_token());
+    multitetra::post(executor, [self = std::move(self), stream = std::move(stream),
+                                made = std::make_shared<Result<MadeStep>>(std::move(made)),
+                                seconds = seconds_since(start)] {
+      self->step_made(stream, std::move(*made), seconds);
+    });
+  };
+  const StartStream& action = stream_->action;
+  post(work_for(*action.source, *state), action.open.priority, std::move(make));
+  is_making_ = true;
+}
+
+void LocalCaller::step_begins(const StreamPtr& stream) {
+  const std::chrono::milliseconds limit = service_.options().limits.request_time;
+  if (limit.count() <= 0 || stream != stream_) return;
+  const std::chrono::duration<double> left =
+      limit - std::chrono::duration<double>(stream->worker_seconds);
+  stream->worker.set(std::chrono::duration_cast<Clock::duration>(left));
+}
+
+void LocalCaller::step_made(const StreamPtr& stream, Result<MadeStep> step, double seconds) {
+  is_making_ = false;
+  stream->worker.clear();
+  client()->admission().observer().step_made(seconds);
+  if (stream != stream_) {  // It was stopped; the stream after it, if any, has waited.
+    make_next_step();
+    return;
+  }
+  stream->worker_seconds += seconds;
+  if (!step) {
+    stream->fail(step.error());
+    return;
+  }
+  const std::size_t bytes =
+      static_cast<std::size_t>(size_of(step->encoded).bytes) + bytes_of(step->scalars);
+  auto reservation = client()->take_room(bytes);
+  if (!reservation) {
+    stream->fail(reservation.error());
+    return;
+  }
+  stream->memory = *std::move(reservation);
+  stream->supply(*std::move(step), seconds);
+}
+
+// ---- surfaces and questions
+
+template <typename T>
+void LocalCaller::run(WorkKind work, Priority priority, std::stop_token left,
+                      std::function<Result<T>(const std::stop_token&)> make,
+                      std::function<void(Result<T>)> done) {
+  const asio::any_io_executor& executor = service_.executor();
+  if (const auto refusal = check_backlog()) {
+    multitetra::post(executor,
+                     [done = std::move(done), refusal] { done(tl::unexpected(*refusal)); });
+    return;
+  }
+  const auto job = std::make_shared<Job>(std::move(left));
+  jobs_.insert(job);
+  // What belongs to the executor's thread is given back to it, and let go there.
+  auto on_worker = [self = shared_from_this(), job, make = std::move(make), done = std::move(done),
+                    guard = asio::make_work_guard(executor)]() mutable {
+    const asio::any_io_executor back = guard.get_executor();
+    multitetra::post(back, [limit = self->service_.options().limits.request_time, job] {
+      if (limit.count() > 0) job->worker.set(limit);
+    });
+    const Clock::time_point start = Clock::now();
+    auto made = std::make_shared<Result<T>>(make(job->stop.get_token()));
+    make = nullptr;
+    multitetra::post(back, [self = std::move(self), job = std::move(job), made = std::move(made),
+                            done = std::move(done), seconds = seconds_since(start)] {
+      self->jobs_.erase(job);
+      if constexpr (std::is_same_v<T, Surface>) {
+        self->client()->admission().observer().step_made(seconds);
+      }
+      if (!*made && job->is_late) {
+        self->client()->admission().observer().refused(self->client()->facts(), "request_seconds");
+        *made = tl::unexpected(too_long(self->service_.options().limits.request_time));
+      }
+      done(std::move(*made));
+    });
+  };
+  post(std::move(work), priority, std::move(on_worker));
+}
+
+void LocalCaller::answer(AnswerQuestion action, std::stop_token stop,
+                         std::function<void(Result<QuestionReply>)> done) {
+  WorkKind work = work_for(*action.source, action.question);
+  const Priority priority = priority_of(action.question);
+  run<QuestionReply>(
+      std::move(work), priority, std::move(stop),
+      [action = std::move(action)](const std::stop_token& of_job) {
+        return guarded(*action.source, kind_of(action.question), of_job,
+                       [&] { return answered(*action.source, action.question, of_job); });
+      },
+      std::move(done));
+}
+
+void LocalCaller::make_surface(StartStream action, std::uint64_t max_triangles,
+                               std::stop_token stop, std::function<void(Result<Surface>)> done) {
+  const StreamState state{.request = action.open.request, .steps = StepPolicy::kFinalOnly};
+  WorkKind work = work_for(*action.source, state);
+  const Priority priority = action.open.priority;
+  run<Surface>(
+      std::move(work), priority, std::move(stop),
+      [action = std::move(action), max_triangles,
+       limits = step_limits()](const std::stop_token& of_job) {
+        return make_mesh(action, max_triangles, limits, of_job);
+      },
+      std::move(done));
+}
+
+}  // namespace
+
+// ---- the service
+
+LocalService::LocalService(asio::any_io_executor executor, CataloguePtr catalogue,
+                           LocalServiceOptions options)
+    : executor_(std::move(executor)),
+      catalogue_(std::move(catalogue)),
+      options_(std::move(options)),
+      workers_(options_.workers) {}
+LocalService::~LocalService() = default;
+
+CallerPtr LocalService::open(ClientContextPtr client) {
+  return std::make_shared<LocalCaller>(*this, std::move(client));
+}
+
+std::optional<EncodedTile> LocalService::find_tile(const ContentDigest& digest,
+                                                   const TileCache::MaySee& may_see) {
+  if (!options_.cache) return std::nullopt;
+  return options_.cache->tiles().find_plain(digest, may_see);
+}
+
+}  // namespace multitetra

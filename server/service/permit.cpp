@@ -1,0 +1,152 @@
+#include "server/service/permit.hpp"
+
+#include <utility>
+
+#include "common/request/lattice_limit.hpp"
+
+namespace multitetra {
+namespace {
+
+// Previews that no stream of this dataset can have begun with.
+Result<void> check_begun(const std::vector<Preview>& begun, const DatasetInfo& info) {
+  if (begun.empty() || begun.front().finest_spacing <= 1 << info.grid_exponent) return {};
+  return fail(ErrorCode::kInvalidArgument,
+              "OpenStream.begun names a preview with a finest spacing of " +
+                  std::to_string(begun.front().finest_spacing) + "; dataset \"" + info.name +
+                  "\" has a grid of " + std::to_string(1 << info.grid_exponent) + " steps a side.");
+}
+
+Result<void> check_limits(const RequestLimits& limits, const IsosurfaceRequest& request) {
+  const std::size_t regions = request.thresholds.regions.size();
+  if (regions <= limits.max_regions) return {};
+  return fail(ErrorCode::kLimitExceeded, "The threshold map has " + std::to_string(regions) +
+                                             " regions; this server allows " +
+                                             std::to_string(limits.max_regions) + ".");
+}
+
+Result<void> check(const Question& question) {
+  if (const auto* estimate = std::get_if<Estimate>(&question)) {
+    if (const auto valid = validated(estimate->request); !valid) {
+      return tl::unexpected(valid.error());
+    }
+  } else if (const auto* slice = std::get_if<Slice>(&question)) {
+    if (const auto valid = validated(slice->slice); !valid) return tl::unexpected(valid.error());
+  } else if (const auto valid = validated(std::get<Probe>(question).probe); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<Permit> Permit::of(std::string token, AccessListPtr access, CataloguePtr catalogue,
+                          RequestLimits limits) {
+  Permit permit;
+  permit.token_ = std::move(token);
+  permit.catalogue_ = std::move(catalogue);
+  permit.limits_ = limits;
+  if (const auto known = permit.renew(std::move(access)); !known) {
+    return tl::unexpected(known.error());
+  }
+  return permit;
+}
+
+Result<void> Permit::renew(AccessListPtr access) {
+  access_ = std::move(access);
+  if (!access_) {
+    rights_ = {};
+    return {};
+  }
+  auto rights = access_->rights_of(token_);
+  if (!rights) return tl::unexpected(rights.error());
+  rights_ = *std::move(rights);
+  return {};
+}
+
+// What a client may not see does not exist for it.
+Result<SurfaceProviderPtr> Permit::find(const std::string& dataset) const {
+  if (catalogue_ && rights_.may_see(dataset)) {
+    if (SurfaceProviderPtr found = catalogue_->find(dataset)) return found;
+  }
+  return fail(ErrorCode::kUnknownDataset,
+              "No dataset is named \"" + dataset +
+                  "\"; the list of datasets (multitetra-client list, /v1/datasets) tells those "
+                  "that are.");
+}
+
+bool Permit::may_see(const std::string& dataset) const { return find(dataset).has_value(); }
+
+std::vector<DatasetInfo> Permit::describe() const {
+  if (!catalogue_) return {};
+  std::vector<DatasetInfo> infos = catalogue_->infos();
+  std::erase_if(infos, [this](const DatasetInfo& info) { return !rights_.may_see(info.name); });
+  return infos;
+}
+
+Result<DatasetInfo> Permit::describe(const std::string& dataset) const {
+  const auto found = find(dataset);
+  if (!found) return tl::unexpected(found.error());
+  return (*found)->info();
+}
+
+Result<SurfaceProviderPtr> Permit::provider(const std::string& dataset) const {
+  if (no_work_) return tl::unexpected(*no_work_);
+  return find(dataset);
+}
+
+Result<SurfaceProviderPtr> Permit::provider(const std::string& dataset,
+                                            const IsosurfaceRequest& request) const {
+  if (const auto checked = check_limits(limits_, request); !checked) {
+    return tl::unexpected(checked.error());
+  }
+  auto source = provider(dataset);
+  if (!source) return source;
+  if (const auto checked = check_lattice(request, (*source)->info()); !checked) {
+    return tl::unexpected(checked.error());
+  }
+  if (request.cell) {
+    if (const auto checked = check_cell(*request.cell, (*source)->info()); !checked) {
+      return tl::unexpected(checked.error());
+    }
+  }
+  return source;
+}
+
+Result<SurfaceProviderPtr> Permit::field_for(const ScalarRequest& scalars,
+                                             const DatasetInfo& surface) const {
+  if (const auto valid = validated(scalars); !valid) return tl::unexpected(valid.error());
+  auto field = provider(scalars.dataset);
+  if (!field) return field;
+  if (const auto checked = check_same_world(surface, (*field)->info()); !checked) {
+    return tl::unexpected(checked.error());
+  }
+  return field;
+}
+
+Result<StartStream> Permit::accept(OpenStream open) const {
+  if (const auto valid = validated(open.request); !valid) return tl::unexpected(valid.error());
+  auto source = provider(open.dataset, open.request);
+  if (!source) return tl::unexpected(source.error());
+  const DatasetInfo& info = (*source)->info();
+  if (const auto checked = check_begun(open.begun, info); !checked) {
+    return tl::unexpected(checked.error());
+  }
+  SurfaceProviderPtr scalars;
+  if (open.scalars) {
+    auto field = field_for(*open.scalars, info);
+    if (!field) return tl::unexpected(field.error());
+    scalars = *std::move(field);
+  }
+  return StartStream{
+      .open = std::move(open), .source = *std::move(source), .scalars = std::move(scalars)};
+}
+
+Result<AnswerQuestion> Permit::accept(Question question) const {
+  if (const auto checked = check(question); !checked) return tl::unexpected(checked.error());
+  const IsosurfaceRequest* request = request_of(question);
+  auto source = request ? provider(dataset_of(question), *request) : provider(dataset_of(question));
+  if (!source) return tl::unexpected(source.error());
+  return AnswerQuestion{.question = std::move(question), .source = *std::move(source)};
+}
+
+}  // namespace multitetra

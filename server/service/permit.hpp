@@ -1,0 +1,90 @@
+// What a client may ask for, by the token that it showed: the datasets that exist for it, and which
+// requests for them are good. Every transport checks tokens and requests here, and nowhere else.
+// Pure.
+//
+//   const auto permit = Permit::of(token, admission.access(), catalogue);
+//   auto job = permit->accept(OpenStream{.dataset = "head", ...});
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/wire/messages.hpp"
+#include "server/operations/access_list.hpp"
+#include "server/service/dataset_catalogue.hpp"
+#include "server/service/questions.hpp"
+
+namespace multitetra {
+
+using SurfaceProviderPtr = std::shared_ptr<const SurfaceProvider>;
+
+// A stream whose request was found good.
+struct StartStream {
+  OpenStream open;
+  SurfaceProviderPtr source;
+  SurfaceProviderPtr scalars = nullptr;  // Of open.scalars; null without.
+};
+// A question that was found good.
+struct AnswerQuestion {
+  Question question;
+  SurfaceProviderPtr source;
+};
+
+// What a server allows of a request, though the protocol would allow more.
+struct RequestLimits {
+  std::size_t max_regions = kMaxThresholdRegions;  // Of one threshold map.
+};
+
+class Permit {
+ public:
+  Permit() = default;  // For nobody: no dataset exists.
+
+  // kUnauthenticated where the list does not know the token. Without a list everybody may see
+  // everything.
+  [[nodiscard]] static Result<Permit> of(std::string token, AccessListPtr access,
+                                         CataloguePtr catalogue, RequestLimits limits = {});
+
+  // Another list holds from now on: an error where it does not know the token.
+  [[nodiscard]] Result<void> renew(AccessListPtr access);
+  void offer(CataloguePtr catalogue) { catalogue_ = std::move(catalogue); }
+  // From now on nothing is accepted, with this error.
+  void refuse_work(Error why) { no_work_ = std::move(why); }
+
+  [[nodiscard]] const AccessListPtr& access() const { return access_; }
+  [[nodiscard]] const AccessRights& rights() const { return rights_; }
+  // Whether those are the rights of a token that was shown.
+  [[nodiscard]] bool has_token() const { return access_ && !token_.empty(); }
+  // Whether everybody has the same permit.
+  [[nodiscard]] bool is_for_all() const { return !access_ && token_.empty(); }
+  [[nodiscard]] bool may_see(const std::string& dataset) const;
+
+  // The datasets that there are for this client, by name; one of them, or kUnknownDataset.
+  [[nodiscard]] std::vector<DatasetInfo> describe() const;
+  [[nodiscard]] Result<DatasetInfo> describe(const std::string& dataset) const;
+
+  [[nodiscard]] Result<StartStream> accept(OpenStream open) const;
+  [[nodiscard]] Result<AnswerQuestion> accept(Question question) const;
+
+ private:
+  [[nodiscard]] Result<SurfaceProviderPtr> find(const std::string& dataset) const;
+  // Of a dataset for which there is work.
+  [[nodiscard]] Result<SurfaceProviderPtr> provider(const std::string& dataset) const;
+  // The same where a valid request for it can be met.
+  [[nodiscard]] Result<SurfaceProviderPtr> provider(const std::string& dataset,
+                                                    const IsosurfaceRequest& request) const;
+  // The field that shall colour a surface.
+  [[nodiscard]] Result<SurfaceProviderPtr> field_for(const ScalarRequest& scalars,
+                                                     const DatasetInfo& surface) const;
+
+  CataloguePtr catalogue_;
+  RequestLimits limits_;
+  AccessListPtr access_;
+  std::string token_;
+  AccessRights rights_;
+  std::optional<Error> no_work_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,36 @@
+// What is asked about a dataset besides its surfaces, and answered with one message: what a worker
+// does for a session.
+#pragma once
+
+#include <cstdint>
+#include <stop_token>
+#include <string>
+#include <variant>
+
+#include "common/wire/messages.hpp"
+#include "server/stream/surface_provider.hpp"
+
+namespace multitetra {
+
+using Question = std::variant<Estimate, Slice, Probe>;
+using QuestionReply = std::variant<EstimateReply, SliceReply, ProbeReply>;
+
+[[nodiscard]] std::uint64_t request_id_of(const Question& question);
+[[nodiscard]] const std::string& dataset_of(const Question& question);
+[[nodiscard]] Priority priority_of(const Question& question);
+// In a word, for the log: "estimate", "slice", "probe".
+[[nodiscard]] const char* kind_of(const Question& question);
+// Of the isosurface that is asked about, null where none is.
+[[nodiscard]] const IsosurfaceRequest* request_of(const Question& question);
+// Whether the answer may take as long as a step.
+[[nodiscard]] bool is_long(const Question& question);
+
+// Memory that a reply takes while it waits, where it is large.
+[[nodiscard]] std::size_t waiting_bytes(const QuestionReply& reply);
+
+// Requires a question of the source's dataset, validated. Throws what the source throws; Cancelled
+// soon after `stop` is triggered.
+[[nodiscard]] Result<QuestionReply> answered(const SurfaceProvider& source,
+                                             const Question& question, const std::stop_token& stop);
+
+}  // namespace multitetra

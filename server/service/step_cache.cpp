@@ -1,0 +1,64 @@
+#include "server/service/step_cache.hpp"
+
+#include <utility>
+
+namespace multitetra {
+
+TiledStep StepCache::get(const std::string& key, const std::stop_token& stop, const Make& make) {
+  if (auto step = remembered(key)) return *std::move(step);
+  return flights_.get(key, stop, [&](const std::stop_token& all_stop) {
+    TiledStep step = make(all_stop);
+    remember(key, step);
+    return step;
+  });
+}
+
+bool StepCache::remembers(const std::string& key) {
+  const std::lock_guard lock(mutex_);
+  const Outline* const found = outlines_.find(key);
+  return found != nullptr && tiles_.has_all(found->tiles);
+}
+
+std::optional<TiledStep> StepCache::remembered(const std::string& key) {
+  Outline outline;
+  {
+    const std::lock_guard lock(mutex_);
+    const Outline* const found = outlines_.find(key);
+    if (found == nullptr) return std::nullopt;
+    outline = *found;
+  }
+  TiledStep step{.tetrahedra = outline.tetrahedra,
+                 .active_tetrahedra = outline.active_tetrahedra,
+                 .tiles = {},
+                 .appearance = outline.appearance,
+                 .dataset = outline.dataset,
+                 .crossed_octants = outline.crossed_octants};
+  step.tiles.reserve(outline.tiles.size());
+  for (const TileKey& tile : outline.tiles) {
+    auto found = tiles_.find(tile);
+    if (!found) return std::nullopt;
+    step.tiles.push_back(*std::move(found));
+  }
+  return step;
+}
+
+void StepCache::remember(const std::string& key, const TiledStep& step) {
+  Outline outline{.tetrahedra = step.tetrahedra,
+                  .active_tetrahedra = step.active_tetrahedra,
+                  .appearance = step.appearance,
+                  .dataset = step.dataset,
+                  .crossed_octants = step.crossed_octants,
+                  .tiles = {}};
+  for (const EncodedTile& tile : step.tiles) {
+    const TileKey of = {tile.summary.digest, tile.summary.cube, step.appearance,
+                        tile.summary.simplification_bound, step.dataset};
+    tiles_.add(of, tile);
+    outline.tiles.push_back(of);
+  }
+  const std::size_t weight =
+      sizeof(Outline) + 2 * key.size() + 128 + outline.tiles.size() * sizeof(TileKey);
+  const std::lock_guard lock(mutex_);
+  outlines_.add(key, std::move(outline), weight);
+}
+
+}  // namespace multitetra

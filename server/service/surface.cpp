@@ -1,0 +1,102 @@
+#include "server/service/surface.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "common/wire/scalar_codes.hpp"
+#include "common/wire/tile.hpp"
+#include "common/base/in_parallel.hpp"
+
+namespace multitetra {
+namespace {
+
+Result<LatticeMesh> tile_of(const SurfaceTiles& tiles, std::size_t i) {
+  const IsosurfaceRequest& request = tiles.begin.request;
+  LatticeMesh mesh;
+  if (tiles.meshes.empty()) {
+    if (!tiles.payloads[i]) {
+      return fail(ErrorCode::kDamagedData, "Tile " + std::to_string(i) + " did not come.");
+    }
+    auto decoded = decode_tile(*tiles.payloads[i], tiles.begin.tiles[i], request.lattice_resolution,
+                               request.normal_bits);
+    if (!decoded) return decoded;
+    mesh = in_canonical_order(*decoded);
+  } else {
+    mesh = in_canonical_order(*tiles.meshes[i]);
+  }
+  if (tiles.begin.scalars) {
+    if (!tiles.scalars[i]) {
+      return fail(ErrorCode::kDamagedData,
+                  "The scalars of tile " + std::to_string(i) + " did not come.");
+    }
+    auto values = decode_scalars(*tiles.scalars[i], mesh.vertices, *tiles.begin.scalars);
+    if (!values) return tl::unexpected(values.error());
+    mesh.scalars = *std::move(values);
+  }
+  return mesh;
+}
+
+// Streams have tiles in an order of their own.
+std::vector<std::size_t> order_by_cube(const std::vector<TileSummary>& tiles) {
+  std::vector<std::size_t> order(tiles.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return tiles[a].cube < tiles[b].cube; });
+  return order;
+}
+
+}  // namespace
+
+std::uint64_t triangles_of(const StepBegin& step) {
+  std::uint64_t sum = 0;
+  for (const TileSummary& tile : step.tiles) sum += tile.triangles;
+  return sum;
+}
+
+std::size_t bytes_of(const LatticeMesh& mesh) {
+  return mesh.vertices.size() * sizeof(LatticePoint) +
+         mesh.triangles.size() * sizeof(TriangleIndices) +
+         mesh.normals.size() * sizeof(UnitVector) + mesh.scalars.size() * sizeof(float);
+}
+
+Result<void> check_triangles(const StepBegin& step, std::uint64_t max_triangles) {
+  const std::uint64_t triangles = triangles_of(step);
+  if (triangles <= max_triangles) return {};
+  return fail(ErrorCode::kLimitExceeded,
+              "The mesh has " + std::to_string(triangles) +
+                  " triangles, and one response holds at most " + std::to_string(max_triangles) +
+                  "; allow a larger error, name max_triangles, or take it as a stream.");
+}
+
+Result<Surface> assembled(SurfaceTiles tiles, const std::stop_token& stop) {
+  const std::vector<std::size_t> order = order_by_cube(tiles.begin.tiles);
+  std::vector<Result<LatticeMesh>> made(order.size());
+  in_parallel(
+      order.size(),
+      [&](std::size_t i) {
+        made[i] = tile_of(tiles, order[i]);
+        if (tiles.meshes.empty()) return;
+        tiles.meshes[order[i]].reset();  // Two meshes of everything would be one too many.
+      },
+      stop);
+  std::vector<const LatticeMesh*> pointers;
+  for (const Result<LatticeMesh>& tile : made) {
+    if (!tile) return tl::unexpected(tile.error());
+    pointers.push_back(&*tile);
+  }
+  Surface surface{.request = std::move(tiles.begin.request),
+                  .error_bound_world = tiles.begin.error_bound_world,
+                  .finest_spacing = tiles.begin.finest_spacing,
+                  .crossed_octants = tiles.begin.crossed_octants,
+                  .scalars = tiles.begin.scalars,
+                  .digest = tiles.digest};
+  surface.mesh = weld(pointers, surface.request.lattice_resolution);
+  if (digest(surface.mesh) != surface.digest) {
+    return fail(ErrorCode::kDamagedData,
+                "The surface is not the one that was announced: this is the server's mistake.");
+  }
+  return surface;
+}
+
+}  // namespace multitetra

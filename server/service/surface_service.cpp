@@ -1,0 +1,104 @@
+#include "server/service/surface_service.hpp"
+
+#include <utility>
+
+#include "server/service/on_workers.hpp"
+#include "server/service/waiting_memory.hpp"
+
+namespace multitetra {
+namespace {
+
+template <typename Reply>
+Result<Reply> the(Result<QuestionReply> reply) {
+  if (!reply) return tl::unexpected(reply.error());
+  return std::get<Reply>(*std::move(reply));
+}
+
+}  // namespace
+
+std::optional<asio::awaitable<Result<CataloguePtr>>> Caller::find_catalogue(
+    const std::string& token) {
+  if (!Permit::of(token, client_->admission().access(), nullptr)) return std::nullopt;
+  return ask_for_catalogue(token);
+}
+
+asio::awaitable<Result<void>> Caller::log_in(std::string token) {
+  const AdmissionControl& admission = client_->admission();
+  if (auto finding = find_catalogue(token)) {
+    const auto found = co_await *std::move(finding);
+    if (!found) co_return tl::unexpected(found.error());
+  }
+  auto permit = Permit::of(std::move(token), admission.access(), catalogue(), limits_);
+  if (!permit) co_return tl::unexpected(permit.error());
+  permit_ = *std::move(permit);
+  if (const auto work = admission.may_begin_work(); !work) permit_.refuse_work(work.error());
+  client_->is_named(permit_.rights().name(), permit_.has_token());
+  co_return Result<void>();
+}
+
+void Caller::close(std::optional<Error> why) {
+  if (!closed_) closed_ = why.value_or(Error{ErrorCode::kCancelled, "The client has gone."});
+  stop_.request_stop();
+  when_closed();
+}
+
+Error Caller::reason(const Error& error) const {
+  return error.code == ErrorCode::kCancelled && closed_ ? *closed_ : error;
+}
+
+asio::awaitable<Result<Surface>> Caller::surface(SurfaceRequest query) {
+  OpenStream open{.request_id = ++surfaces_,
+                  .dataset = std::move(query.dataset),
+                  .request = std::move(query.request),
+                  .steps = StepPolicy::kFinalOnly,
+                  .held = {},
+                  .scalars = std::move(query.scalars)};
+  const auto waiting = client_->take_room(waiting_bytes(open));
+  if (!waiting) co_return tl::unexpected(waiting.error());
+  auto action = permit_.accept(std::move(open));
+  if (!action) co_return tl::unexpected(action.error());
+  std::function<void(std::function<void(Result<Surface>)>)> start =
+      [&](std::function<void(Result<Surface>)> done) {
+        make_surface(*std::move(action), query.max_triangles, stop_.get_token(), std::move(done));
+      };
+  auto made = co_await result_of<Surface>(std::move(start));
+  if (!made) co_return tl::unexpected(reason(made.error()));
+  auto memory = client_->take_room(bytes_of(made->mesh));
+  if (!memory) co_return tl::unexpected(memory.error());
+  made->memory = *std::move(memory);
+  co_return made;
+}
+
+asio::awaitable<Result<QuestionReply>> Caller::ask(Question question) {
+  const auto waiting = client_->take_room(waiting_bytes(question));
+  if (!waiting) co_return tl::unexpected(waiting.error());
+  auto action = permit_.accept(std::move(question));
+  if (!action) co_return tl::unexpected(action.error());
+  std::function<void(std::function<void(Result<QuestionReply>)>)> start =
+      [&](std::function<void(Result<QuestionReply>)> done) {
+        answer(*std::move(action), stop_.get_token(), std::move(done));
+      };
+  auto made = co_await result_of<QuestionReply>(std::move(start));
+  if (!made) co_return tl::unexpected(reason(made.error()));
+  co_return made;
+}
+
+asio::awaitable<Result<EstimateReply>> Caller::estimate(std::string dataset,
+                                                        IsosurfaceRequest request) {
+  Question question =
+      Estimate{.request_id = 1, .dataset = std::move(dataset), .request = std::move(request)};
+  co_return the<EstimateReply>(co_await ask(std::move(question)));
+}
+
+asio::awaitable<Result<SliceReply>> Caller::slice(std::string dataset, SliceRequest slice) {
+  Question question = Slice{.request_id = 1, .dataset = std::move(dataset), .slice = slice};
+  co_return the<SliceReply>(co_await ask(std::move(question)));
+}
+
+asio::awaitable<Result<ProbeReply>> Caller::probe(std::string dataset, ProbeRequest probe) {
+  Question question =
+      Probe{.request_id = 1, .dataset = std::move(dataset), .probe = std::move(probe)};
+  co_return the<ProbeReply>(co_await ask(std::move(question)));
+}
+
+}  // namespace multitetra

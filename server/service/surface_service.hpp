@@ -1,0 +1,144 @@
+// What a server can do, as functions: every transport calls these, and nothing else. The workers of
+// this process answer (local_service.hpp), or other servers (gateway/remote_service.hpp).
+//
+//   const CallerPtr caller = service.open(client);
+//   if (auto known = co_await caller->log_in(token); !known) co_return refusal(known.error());
+//   auto surface = co_await caller->surface({.dataset = "head", .request = {.isovalue = 500.5}});
+//
+// Admission, the fair queue, memory, caches and limits of time are behind these functions. Values
+// go in and come out; where both sides are in one process nothing is serialized.
+//
+// Everything runs on one executor, of which one thread runs at a time. `changed` and `done` are
+// called there as well, never from inside the call that they were given to.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "common/net/net.hpp"
+#include "common/wire/messages.hpp"
+#include "server/operations/admission_control.hpp"
+#include "server/service/permit.hpp"
+#include "server/service/surface.hpp"
+#include "server/service/tile_cache.hpp"
+
+namespace multitetra {
+
+// A progressive stream whose steps are being made. Who does not want it any more calls drop().
+class SurfaceStream {
+ public:
+  virtual ~SurfaceStream() = default;
+
+  // The next message, if there is one now. StreamEnd or ErrorReply is the last.
+  [[nodiscard]] virtual std::optional<ServerMessage> take() = 0;
+  // What was not taken yet is dropped; the last message remains, to be taken at once. The first of
+  // these two decides.
+  virtual void end(StreamOutcome outcome) = 0;
+  virtual void fail(Error error) = 0;
+  // Nobody takes any more: what is done for it ends soon.
+  virtual void drop() = 0;
+};
+using SurfaceStreamPtr = std::shared_ptr<SurfaceStream>;
+
+struct SurfaceRequest {
+  std::string dataset = {};
+  IsosurfaceRequest request = {};
+  std::optional<ScalarRequest> scalars = {};
+  std::uint64_t max_triangles = std::numeric_limits<std::uint64_t>::max();
+};
+
+// The service for one client. It does one thing at a time for a coroutine; streams and questions of
+// a conversation may run beside each other.
+class Caller {
+ public:
+  Caller(ClientContextPtr client, RequestLimits limits)
+      : client_(std::move(client)), limits_(limits) {}
+  virtual ~Caller() = default;
+  Caller(const Caller&) = delete;
+  Caller& operator=(const Caller&) = delete;
+
+  // ---- for one request: by the rights of the token that was shown, with room for what waits
+
+  // First: what the bearer of the token may ask for. The client has the token's name from now on.
+  [[nodiscard]] asio::awaitable<Result<void>> log_in(std::string token);
+  [[nodiscard]] const Permit& permit() const { return permit_; }
+
+  // The final surface. kLimitExceeded for one of more than `max_triangles`.
+  [[nodiscard]] asio::awaitable<Result<Surface>> surface(SurfaceRequest query);
+  [[nodiscard]] asio::awaitable<Result<EstimateReply>> estimate(std::string dataset,
+                                                                IsosurfaceRequest request);
+  [[nodiscard]] asio::awaitable<Result<SliceReply>> slice(std::string dataset, SliceRequest slice);
+  [[nodiscard]] asio::awaitable<Result<ProbeReply>> probe(std::string dataset, ProbeRequest probe);
+
+  // ---- for conversations, which check with their permit and reserve room themselves
+
+  // What the bearer of a token is offered, where that must be found out; nullopt where catalogue()
+  // knows it, and for a token that the access list does not know: it is shown to no other server.
+  [[nodiscard]] std::optional<asio::awaitable<Result<CataloguePtr>>> find_catalogue(
+      const std::string& token);
+  // What is offered now, as far as it was found out.
+  [[nodiscard]] virtual CataloguePtr catalogue() const = 0;
+  // Begins a progressive stream; the one before was dropped. `changed` tells that there may be
+  // another message.
+  [[nodiscard]] virtual SurfaceStreamPtr steps(StartStream action,
+                                               std::function<void()> changed) = 0;
+  // `done` is told once, whatever happens; soon after `stop` is triggered.
+  virtual void answer(AnswerQuestion action, std::stop_token stop,
+                      std::function<void(Result<QuestionReply>)> done) = 0;
+  // What the way to the client was found to carry; streams are planned by it from now on.
+  virtual void link_carries(double /*bytes_per_second*/) {}
+
+  // ---- for both
+
+  // Ends what takes longer than it may.
+  virtual void keep_time(std::chrono::steady_clock::time_point now) = 0;
+  // What is done for the client ends soon: it has left, or the server ends `why`.
+  void close(std::optional<Error> why = std::nullopt);
+
+  [[nodiscard]] const RequestLimits& limits() const { return limits_; }
+
+ protected:
+  virtual void make_surface(StartStream action, std::uint64_t max_triangles, std::stop_token stop,
+                            std::function<void(Result<Surface>)> done) = 0;
+  [[nodiscard]] virtual std::optional<asio::awaitable<Result<CataloguePtr>>> ask_for_catalogue(
+      std::string /*token*/) {
+    return std::nullopt;
+  }
+  virtual void when_closed() {}
+
+  [[nodiscard]] const ClientContextPtr& client() const { return client_; }
+
+ private:
+  [[nodiscard]] asio::awaitable<Result<QuestionReply>> ask(Question question);
+  // Why there is none, where that is because of close().
+  [[nodiscard]] Error reason(const Error& error) const;
+
+  ClientContextPtr client_;
+  RequestLimits limits_;
+  Permit permit_;
+  std::uint64_t surfaces_ = 0;  // That were asked for.
+  std::stop_source stop_;
+  std::optional<Error> closed_;
+};
+using CallerPtr = std::shared_ptr<Caller>;
+
+// Outlives its callers.
+class SurfaceService {
+ public:
+  virtual ~SurfaceService() = default;
+
+  [[nodiscard]] virtual CallerPtr open(ClientContextPtr client) = 0;
+  // A tile without normals that is at hand, of a dataset that may be seen.
+  [[nodiscard]] virtual std::optional<EncodedTile> find_tile(const ContentDigest& digest,
+                                                             const TileCache::MaySee& may_see) = 0;
+  // Whether new work is welcome, besides what the admission says.
+  [[nodiscard]] virtual bool is_ready() const { return true; }
+};
+
+}  // namespace multitetra

@@ -1,0 +1,51 @@
+#include "server/service/tile_cache.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace multitetra {
+namespace {
+
+// What an entry takes beside its payload: keys in both directions and the summary.
+constexpr std::size_t kOverhead = 2 * sizeof(TileKey) + sizeof(EncodedTile) + 128;
+
+}  // namespace
+
+std::optional<EncodedTile> TileCache::find(const TileKey& key) {
+  const std::lock_guard lock(mutex_);
+  const EncodedTile* const found = tiles_.find(key);
+  ++(found != nullptr ? hits_ : misses_);
+  if (found == nullptr) return std::nullopt;
+  return *found;
+}
+
+bool TileCache::has_all(std::span<const TileKey> keys) const {
+  const std::lock_guard lock(mutex_);
+  return std::all_of(keys.begin(), keys.end(),
+                     [this](const TileKey& key) { return tiles_.contains(key); });
+}
+
+std::optional<EncodedTile> TileCache::find_plain(const ContentDigest& digest,
+                                                 const MaySee& may_see) {
+  constexpr std::int32_t kLeast = std::numeric_limits<std::int32_t>::min();
+  const TileKey first = {.digest = digest, .cube = {kLeast, kLeast, kLeast, kLeast}, .dataset = {}};
+  const std::lock_guard lock(mutex_);
+  const EncodedTile* const found = tiles_.find_from(
+      first, [&](const TileKey& key) { return key.digest == digest; },
+      [&](const TileKey& key) { return key.appearance == 0 && may_see(key.dataset); });
+  ++(found != nullptr ? hits_ : misses_);
+  if (found == nullptr) return std::nullopt;
+  return *found;
+}
+
+void TileCache::add(const TileKey& key, const EncodedTile& tile) {
+  const std::lock_guard lock(mutex_);
+  tiles_.add(key, tile, tile.payload->size() + kOverhead);
+}
+
+TileCache::Counts TileCache::counts() const {
+  const std::lock_guard lock(mutex_);
+  return {.hits = hits_, .misses = misses_, .tiles = tiles_.size(), .bytes = tiles_.weight()};
+}
+
+}  // namespace multitetra

@@ -1,0 +1,51 @@
+#include "server/service/waiting_memory.hpp"
+
+#include <variant>
+
+namespace multitetra {
+namespace {
+
+// Of any request: what a session, a backend and the log note of it.
+constexpr std::size_t kOfAnyRequest = 4096;
+constexpr std::size_t kOfAHeldTile = 64;  // In a set.
+
+std::size_t bytes_of(const IsosurfaceRequest& request) {
+  // One of the stream, and one of its next step.
+  constexpr std::size_t kCopies = 2;
+  const LocalThresholds& thresholds = request.thresholds;
+  const std::size_t grid =
+      thresholds.grid ? thresholds.grid->thresholds.size() * sizeof(float) : std::size_t{0};
+  return kCopies * thresholds.regions.size() * sizeof(ThresholdRegion) + grid;
+}
+
+std::size_t bytes_of(const DatasetInfo& info) {
+  return sizeof info + info.name.size() + info.histogram.counts.size() * sizeof(std::uint64_t) +
+         info.suggested_isovalues.size() * sizeof(double);
+}
+
+}  // namespace
+
+std::size_t waiting_bytes(const OpenStream& open) {
+  return kOfAnyRequest + bytes_of(open.request) + open.held.size() * kOfAHeldTile +
+         open.begun.size() * sizeof(Preview);
+}
+
+std::size_t waiting_bytes(const Question& question) {
+  if (const auto* estimate = std::get_if<Estimate>(&question)) {
+    return kOfAnyRequest + bytes_of(estimate->request);
+  }
+  if (const auto* probe = std::get_if<Probe>(&question)) {
+    return kOfAnyRequest + probe->probe.places.size() * (sizeof(Vec3) + sizeof(ProbedPlace));
+  }
+  return kOfAnyRequest;
+}
+
+std::size_t waiting_bytes(const ServerMessage& message) {
+  const auto* list = std::get_if<DatasetList>(&message);
+  if (list == nullptr) return 0;
+  std::size_t bytes = 0;
+  for (const DatasetInfo& info : list->datasets) bytes += bytes_of(info);
+  return 2 * bytes;  // As it is, and as it is sent.
+}
+
+}  // namespace multitetra

@@ -1,0 +1,60 @@
+// Where the surfaces of a dataset come from: for those who plan streams a dataset is what makes
+// steps.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "common/mesh/mesh.hpp"
+#include "common/request/dataset_info.hpp"
+#include "common/wire/tile.hpp"
+#include "server/core/planning/refinement_plan.hpp"
+#include "server/core/spectrum/prepared_volume.hpp"
+#include "server/extraction/surface_sizes.hpp"
+
+namespace multitetra {
+
+// A complete conforming model in tiles: encoded to be sent, or as meshes to be used in this
+// process.
+struct TiledStep {
+  std::uint64_t tetrahedra = 0;         // Of the model.
+  std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface.
+  std::vector<EncodedTile> tiles;       // In the order they are sent.
+  std::uint64_t appearance = 0;         // As in TileKey,
+  std::string dataset = {};             // and this as well.
+  std::uint32_t crossed_octants = 0;    // As in StepBegin.
+  // Either none, or one a tile, whose payload is null then. Its normals are what decoding gives.
+  std::vector<std::shared_ptr<const LatticeMesh>> meshes = {};
+};
+
+// Of all tiles together; meshes have no bytes.
+[[nodiscard]] SurfaceSize size_of(const TiledStep& step);
+
+// Immutable as seen from outside, and used by all clients at once. What it takes long for throws
+// Cancelled (of in_parallel.hpp) soon after `stop` is triggered.
+class SurfaceProvider {
+ public:
+  virtual ~SurfaceProvider() = default;
+
+  [[nodiscard]] virtual const DatasetInfo& info() const = 0;
+
+  // Requires a validated request. The same step gives the same tiles, on any thread.
+  [[nodiscard]] virtual TiledStep make(const StepRequest& step, std::stop_token stop) const = 0;
+  // The same, with meshes where that is less work than encoded tiles.
+  [[nodiscard]] virtual TiledStep make_meshes(const StepRequest& step, std::stop_token stop) const {
+    return make(step, std::move(stop));
+  }
+  // Whether make() would have this step without making it, as far as can be told now.
+  [[nodiscard]] virtual bool remembers(const StepRequest&) const { return false; }
+  // How large steps would be; valid while the provider lives.
+  [[nodiscard]] virtual StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const = 0;
+  // What steps cost here, without the link.
+  [[nodiscard]] virtual StepCosts costs() const { return {}; }
+  // The samples, while the provider lives; null where they are not here.
+  [[nodiscard]] virtual const PreparedVolume* volume() const { return nullptr; }
+};
+
+}  // namespace multitetra

@@ -1,0 +1,158 @@
+#include "server/tilesets/cell_tree.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "common/base/number_text.hpp"
+#include "common/request/request_key.hpp"
+#include "server/core/spectrum/spectrum_layout.hpp"
+#include "server/dataset/checksum.hpp"
+
+namespace multitetra {
+namespace {
+
+// To be raised when the same cell of the same dataset gets other content.
+constexpr const char* kTreeForm = "1 ";
+
+constexpr int kLeafExponent = 6;          // Smaller cells would be mostly border.
+constexpr int kLargestWholeExponent = 8;  // Larger ones would cost more than a first preview may.
+constexpr int kStepsOfPreview = 6;  // A preview's cell has 2^6 of its own steps a side, or less.
+constexpr double kLeastDoubled = 0.125;  // The error from which levels double, if leaves have none.
+constexpr int kTreeNormalBits = 8;
+
+std::optional<double> number_from(std::string_view text) {
+  double value = 0;
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (code != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) {
+    return std::nullopt;
+  }
+  return value;
+}
+
+}  // namespace
+
+Result<TreeSettings> tree_settings_from(std::string_view text) {
+  constexpr std::string_view kError = "error=";
+  const auto refuse = [&](const std::string& what) {
+    return fail(ErrorCode::kInvalidArgument,
+                "\"" + std::string(text) + "\": " + what +
+                    "; an isovalue and perhaps the error of the finest level in voxels are told as "
+                    "500.5 or 500.5,error=0.25.");
+  };
+  const std::size_t comma = text.find(',');
+  const auto isovalue = number_from(text.substr(0, comma));
+  if (!isovalue) return refuse("the isovalue is no finite number");
+  TreeSettings settings{.isovalue = *isovalue};
+  if (comma == std::string_view::npos) return settings;
+  const std::string_view rest = text.substr(comma + 1);
+  if (!rest.starts_with(kError)) return refuse("after the comma comes error=");
+  const auto error = number_from(rest.substr(kError.size()));
+  if (!error || *error < 0) return refuse("the error is no finite number from 0 on");
+  settings.error = *error;
+  return settings;
+}
+
+std::string text_of(const TreeSettings& settings) {
+  const std::string isovalue = shortest_text(settings.isovalue);
+  if (settings.error == TreeSettings{}.error) return isovalue;
+  return isovalue + ",error=" + shortest_text(settings.error);
+}
+
+std::string cell_name(const OctreeCube& cell) {
+  return std::to_string(cell.exponent) + "-" + std::to_string(cell.x) + "-" +
+         std::to_string(cell.y) + "-" + std::to_string(cell.z);
+}
+
+std::optional<OctreeCube> cell_from(std::string_view name) {
+  OctreeCube cell;
+  const char* at = name.data();
+  const char* const end = at + name.size();
+  for (std::int32_t* number : {&cell.exponent, &cell.x, &cell.y, &cell.z}) {
+    if (number != &cell.exponent && (at == end || *at++ != '-')) return std::nullopt;
+    const auto [rest, code] = std::from_chars(at, end, *number);
+    if (code != std::errc{}) return std::nullopt;
+    at = rest;
+  }
+  if (at != end || cell_name(cell) != name) return std::nullopt;
+  return cell;
+}
+
+CellTree::CellTree(DatasetInfo info, const TreeSettings& settings)
+    : info_(std::move(info)), settings_(settings) {}
+
+std::string CellTree::id() const {
+  const std::string content = kTreeForm + key_of(info_) + '\0' + info_.meaning.length_unit;
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%016llx",
+                static_cast<unsigned long long>(checksum(std::as_bytes(std::span(content)))));
+  return text.data();
+}
+
+int CellTree::leaf_exponent() const { return std::min(kLeafExponent, info_.grid_exponent); }
+
+bool CellTree::contains(const OctreeCube& cell) const {
+  if (cell.exponent < leaf_exponent() || cell.exponent > info_.grid_exponent) return false;
+  const std::int32_t along = std::int32_t{1} << (info_.grid_exponent - cell.exponent);
+  return std::min({cell.x, cell.y, cell.z}) >= 0 && std::max({cell.x, cell.y, cell.z}) < along;
+}
+
+bool CellTree::is_preview(int exponent) const {
+  return exponent > leaf_exponent() &&
+         (exponent == info_.grid_exponent || exponent > kLargestWholeExponent);
+}
+
+std::int32_t CellTree::finest_spacing(int exponent) const {
+  if (!is_preview(exponent)) return 1;
+  return std::max(kSpectrumSpacing, std::int32_t{1} << std::max(0, exponent - kStepsOfPreview));
+}
+
+int CellTree::lattice_resolution(int exponent) const {
+  constexpr int kOfPreviews = 3;  // Fine lattice steps are lost on coarse tetrahedra.
+  return std::min(is_preview(exponent) ? kOfPreviews : kDefaultLatticeResolution,
+                  kMaxLatticeBits - info_.grid_exponent);
+}
+
+double CellTree::threshold(int exponent) const {
+  if (exponent == leaf_exponent()) return settings_.error;
+  const double doubled =
+      std::ldexp(std::max(settings_.error, kLeastDoubled), exponent - leaf_exponent());
+  return is_preview(exponent) ? std::max(doubled, finest_spacing(exponent) / 2.0) : doubled;
+}
+
+double CellTree::error_bound(int exponent) const {
+  const Vec3& spacing = info_.spacing;
+  const double longest = std::hypot(spacing[0], spacing[1], spacing[2]);
+  // What rounding to the lattice adds, and what is smaller than a preview's tetrahedra.
+  const double step = is_preview(exponent)
+                          ? static_cast<double>(finest_spacing(exponent))
+                          : 1.0 / static_cast<double>(1 << lattice_resolution(exponent));
+  return threshold(exponent) * voxel_length(info_) + step * longest;
+}
+
+IsosurfaceRequest CellTree::request(const OctreeCube& cube, int level) const {
+  const std::int32_t finest = finest_spacing(level);
+  return {.isovalue = settings_.isovalue,
+          .error = threshold(level),
+          .topology_tolerance = is_preview(level) ? finest / 2.0 : 0,
+          .lattice_resolution = lattice_resolution(level),
+          .simplify = true,
+          .cell = SurfaceCell{.cube = cube, .finest_spacing = finest}};
+}
+
+IsosurfaceRequest CellTree::request(const OctreeCube& cell) const {
+  IsosurfaceRequest request = this->request(cell, cell.exponent);
+  request.normal_bits = kTreeNormalBits;
+  return request;
+}
+
+IsosurfaceRequest CellTree::octant_request(const OctreeCube& octant) const {
+  return request(octant, octant.exponent + 1);
+}
+
+}  // namespace multitetra

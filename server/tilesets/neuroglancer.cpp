@@ -1,0 +1,261 @@
+#include "server/tilesets/neuroglancer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <tuple>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/number_text.hpp"
+#include "common/wire/draco_primitive.hpp"
+#include "server/tilesets/metres.hpp"
+
+namespace multitetra {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kVertexBits = 16;
+constexpr std::int64_t kLastStep = (1 << kVertexBits) - 1;
+constexpr std::array<std::int32_t, 3> kChunk = {64, 64, 16};
+constexpr std::int32_t kLeastVoxels = 64;  // Of the coarsest scale, along the longest side.
+
+double nanometres_a_unit(const DatasetInfo& info) {
+  return 1e9 * metres_of(info.meaning.length_unit).value_or(1);
+}
+
+std::int32_t voxels(const DatasetInfo& info, std::size_t axis, std::int32_t step) {
+  return (info.dims[axis] + step - 1) / step;
+}
+
+bool has_scale(const DatasetInfo& info, std::int32_t step) {
+  const std::int32_t longest = *std::max_element(info.dims.begin(), info.dims.end());
+  return step == 1 || longest / step >= kLeastVoxels;
+}
+
+std::string scale_name(std::int32_t step) {
+  const std::string number = std::to_string(step);
+  return number + "_" + number + "_" + number;
+}
+
+void append_u32(std::string& bytes, std::uint32_t value) {
+  for (int byte = 0; byte < 4; ++byte) {
+    bytes.push_back(static_cast<char>(value >> (8 * byte) & 0xFF));
+  }
+}
+void append_u64(std::string& bytes, std::uint64_t value) {
+  append_u32(bytes, static_cast<std::uint32_t>(value));
+  append_u32(bytes, static_cast<std::uint32_t>(value >> 32));
+}
+void append_f32(std::string& bytes, double value) {
+  append_u32(bytes, std::bit_cast<std::uint32_t>(static_cast<float>(value)));
+}
+
+// Whether a comes before b when the bits of x, y and z take turns, x lowest: the axis with the
+// highest bit that differs decides.
+bool comes_before(const OctreeCube& a, const OctreeCube& b) {
+  const auto differing = [](std::int32_t p, std::int32_t q) {
+    return static_cast<std::uint32_t>(p ^ q);
+  };
+  const auto has_lower_top = [](std::uint32_t p, std::uint32_t q) { return p < q && p < (p ^ q); };
+  std::tuple<std::uint32_t, std::int32_t, std::int32_t> top = {differing(a.z, b.z), a.z, b.z};
+  for (const auto& [p, q] : {std::pair{a.y, b.y}, std::pair{a.x, b.x}}) {
+    if (has_lower_top(std::get<0>(top), differing(p, q))) top = {differing(p, q), p, q};
+  }
+  return std::get<1>(top) < std::get<2>(top);
+}
+
+}  // namespace
+
+std::uint64_t segment_of(double isovalue) {
+  return std::bit_cast<std::uint64_t>(isovalue == 0 ? -0.0 : isovalue);
+}
+
+std::optional<double> isovalue_of_segment(std::string_view segment) {
+  std::uint64_t bits = 0;
+  const auto [end, code] = std::from_chars(segment.data(), segment.data() + segment.size(), bits);
+  if (code != std::errc{} || end != segment.data() + segment.size()) return std::nullopt;
+  const auto isovalue = std::bit_cast<double>(bits);
+  if (!std::isfinite(isovalue)) return std::nullopt;
+  return isovalue == 0 ? 0.0 : isovalue;
+}
+
+std::string mesh_info_json(MeshLayout layout) {
+  Json info = {{"@type", "neuroglancer_multilod_draco"},
+               {"vertex_quantization_bits", kVertexBits},
+               {"transform", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}},
+               {"lod_scale_multiplier", 1},
+               {"segment_properties", "segment_properties"}};
+  if (layout == MeshLayout::kShards) {
+    info["sharding"] = {{"@type", "neuroglancer_uint64_sharded_v1"},
+                        {"preshift_bits", 0},
+                        {"hash", "identity"},
+                        {"minishard_bits", 0},
+                        {"shard_bits", 0},
+                        {"minishard_index_encoding", "raw"},
+                        {"data_encoding", "raw"}};
+  }
+  return info.dump() + "\n";
+}
+
+std::string segment_properties_json(const DatasetInfo& info) {
+  Json ids = Json::array();
+  Json labels = Json::array();
+  for (const double isovalue : info.suggested_isovalues) {
+    ids.push_back(std::to_string(segment_of(isovalue)));
+    std::string label = shortest_text(isovalue);
+    if (!info.meaning.value_unit.empty()) label += " " + info.meaning.value_unit;
+    labels.push_back(std::move(label));
+  }
+  const Json properties = {
+      {"@type", "neuroglancer_segment_properties"},
+      {"inline",
+       {{"ids", std::move(ids)},
+        {"properties",
+         Json::array({{{"id", "label"}, {"type", "label"}, {"values", std::move(labels)}}})}}}};
+  return properties.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string image_info_json(const DatasetInfo& info) {
+  static constexpr std::array<const char*, 5> kTypes = {"uint8", "int8", "uint16", "int16",
+                                                        "float32"};
+  Json scales = Json::array();
+  for (std::int32_t step = 1; has_scale(info, step); step *= 2) {
+    Json size = Json::array();
+    Json resolution = Json::array();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      size.push_back(voxels(info, axis, step));
+      resolution.push_back(info.spacing[axis] * nanometres_a_unit(info) * step);
+    }
+    scales.push_back({{"key", scale_name(step)},
+                      {"size", std::move(size)},
+                      {"resolution", std::move(resolution)},
+                      {"voxel_offset", {0, 0, 0}},
+                      {"chunk_sizes", {kChunk}},
+                      {"encoding", "raw"}});
+  }
+  const Json volume = {{"@type", "neuroglancer_multiscale_volume"},
+                       {"type", "image"},
+                       {"data_type", kTypes[static_cast<std::size_t>(info.type)]},
+                       {"num_channels", 1},
+                       {"scales", std::move(scales)}};
+  return volume.dump() + "\n";
+}
+
+std::optional<ImageChunk> image_chunk_from(const DatasetInfo& info, std::string_view scale,
+                                           std::string_view chunk) {
+  ImageChunk found;
+  while (has_scale(info, found.step) && scale_name(found.step) != scale) found.step *= 2;
+  if (!has_scale(info, found.step)) return std::nullopt;
+  const char* at = chunk.data();
+  const char* const end = at + chunk.size();
+  const auto number = [&](char before) -> std::optional<std::int32_t> {
+    if (before != 0 && (at == end || *at++ != before)) return std::nullopt;
+    std::int32_t value = 0;
+    const auto [rest, code] = std::from_chars(at, end, value);
+    if (code != std::errc{}) return std::nullopt;
+    at = rest;
+    return value;
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto first = number(axis == 0 ? '\0' : '_');
+    const auto last = first ? number('-') : std::nullopt;
+    const std::int32_t all = voxels(info, axis, found.step);
+    if (!last || *first < 0 || *first >= all || *first % kChunk[axis] != 0 ||
+        *last != std::min(all, *first + kChunk[axis])) {
+      return std::nullopt;
+    }
+    found.first[axis] = *first;
+    found.size[axis] = *last - *first;
+  }
+  if (at != end) return std::nullopt;
+  return found;
+}
+
+std::string mesh_fragment(const LatticeMesh& mesh, const OctreeCube& cell) {
+  const std::int64_t side = std::int64_t{cell.side()} << mesh.resolution;
+  // Rounded to nearest: what lies between two octants is on either side's border.
+  const auto quantized = [side](std::int32_t at, std::int32_t position) {
+    const std::int64_t local = at - position * side;
+    return static_cast<std::int32_t>((2 * local * kLastStep + side) / (2 * side));
+  };
+  std::vector<std::array<std::int32_t, 3>> positions;
+  positions.reserve(mesh.vertices.size());
+  for (const LatticePoint& p : mesh.vertices) {
+    positions.push_back({quantized(p.x, cell.x), quantized(p.y, cell.y), quantized(p.z, cell.z)});
+  }
+  std::vector<TriangleIndices> triangles;  // Only a lattice finer than the steps loses any.
+  for (const TriangleIndices& t : mesh.triangles) {
+    const auto& a = positions[t[0]];
+    const auto& b = positions[t[1]];
+    const auto& c = positions[t[2]];
+    if (a != b && b != c && c != a) triangles.push_back(t);
+  }
+  return triangles.empty() ? std::string() : encode_draco_integers(positions, triangles);
+}
+
+MeshFiles mesh_files_of(const CellTree& tree, const MeshFragments& fragments) {
+  const DatasetInfo& info = tree.info();
+  const double nanometres = nanometres_a_unit(info);
+  const int leaf = tree.leaf_exponent();
+  const int levels = info.grid_exponent - leaf + 1;
+  std::vector<std::vector<OctreeCube>> cells(static_cast<std::size_t>(levels));
+  for (const auto& [cell, bytes] : fragments) {
+    cells[static_cast<std::size_t>(cell.exponent - leaf)].push_back(cell);
+  }
+  MeshFiles files;
+  std::string& manifest = files.manifest;
+  for (const double step : info.spacing) append_f32(manifest, step * nanometres * (1 << leaf));
+  for (const double step : info.spacing) {
+    append_f32(manifest, (0.5 - info.margin) * step * nanometres);
+  }
+  append_u32(manifest, static_cast<std::uint32_t>(levels));
+  const double spacing = std::hypot(info.spacing[0], info.spacing[1], info.spacing[2]);
+  for (int exponent = leaf; exponent < leaf + levels; ++exponent) {
+    const double rounding = spacing * static_cast<double>(1 << exponent) / kLastStep / 2;
+    append_f32(manifest, (tree.error_bound(exponent) + rounding) * nanometres);
+  }
+  for (int i = 0; i < 3 * levels; ++i) append_f32(manifest, 0);
+  for (const auto& level : cells) append_u32(manifest, static_cast<std::uint32_t>(level.size()));
+  for (auto& level : cells) {
+    std::sort(level.begin(), level.end(), comes_before);
+    for (const auto axis : {&OctreeCube::x, &OctreeCube::y, &OctreeCube::z}) {
+      for (const OctreeCube& cell : level) {
+        append_u32(manifest, static_cast<std::uint32_t>(cell.*axis));
+      }
+    }
+    for (const OctreeCube& cell : level) {
+      const std::string& bytes = *fragments.at(cell);
+      append_u32(manifest, static_cast<std::uint32_t>(bytes.size()));
+      files.data += bytes;
+    }
+  }
+  return files;
+}
+
+// Places count from the end of the shard's index, those of a manifest from the end of the one
+// before it. Fragments lie right before their manifest.
+std::string mesh_shard(const std::map<std::uint64_t, MeshFiles>& segments) {
+  std::string content;
+  std::string keys;
+  std::string places;
+  std::string sizes;
+  std::uint64_t last = 0;
+  for (const auto& [segment, files] : segments) {
+    append_u64(keys, segment - std::exchange(last, segment));
+    append_u64(places, files.data.size());
+    append_u64(sizes, files.manifest.size());
+    content += files.data;
+    content += files.manifest;
+  }
+  std::string shard;
+  append_u64(shard, content.size());
+  append_u64(shard, content.size() + keys.size() + places.size() + sizes.size());
+  return shard + content + keys + places + sizes;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,123 @@
+#include "server/tilesets/tileset.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+#include "server/core/framework/box.hpp"
+#include "server/core/framework/level_extent.hpp"
+#include "server/tilesets/metres.hpp"
+
+namespace multitetra {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+double metres_a_unit(const DatasetInfo& info) {
+  return metres_of(info.meaning.length_unit).value_or(1);
+}
+
+double length_of(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
+
+// Where a surface can be, in grid coordinates.
+Box surface_box(const DatasetInfo& info) {
+  if (info.outside) return box_of(OctreeCube{info.grid_exponent, 0, 0, 0});
+  const auto place = [](GridPoint p) {
+    return Vec3{static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)};
+  };
+  return {place(first_sample(info)), place(last_sample(info))};
+}
+
+// In metres along the axes: what a tile's surface lies in.
+struct TileBox {
+  Vec3 centre;
+  Vec3 half;
+};
+
+TileBox tile_box(const OctreeCube& cell, const DatasetInfo& info) {
+  // A slice of samples has a thickness all the same: viewers divide by it.
+  constexpr double kThinnest = 1.0 / 64;
+  const Box box = clamped(box_of(cell), surface_box(info));
+  const Vec3 step = grid_step_metres(info);
+  TileBox tile{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    tile.centre[axis] = step[axis] * (box.low[axis] + box.high[axis]) / 2;
+    tile.half[axis] = step[axis] * std::max((box.high[axis] - box.low[axis]) / 2, kThinnest);
+  }
+  return tile;
+}
+
+// Centre and half axes.
+Json box_json(const TileBox& box) {
+  Json numbers = Json::array();
+  for (const double number : box.centre) numbers.push_back(number);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t row = 0; row < 3; ++row) numbers.push_back(row == axis ? box.half[row] : 0);
+  }
+  return {{"box", std::move(numbers)}};
+}
+
+Json transform_json(const DatasetInfo& info) {
+  const Affine map = grid_to_world(info);
+  Json numbers = Json::array();
+  for (const Vec3& column : map.columns) {
+    for (const double number : column) numbers.push_back(number / length_of(column));
+    numbers.push_back(0);
+  }
+  for (const double number : map.translation) numbers.push_back(metres_a_unit(info) * number);
+  numbers.push_back(1);
+  return numbers;
+}
+
+}  // namespace
+
+Vec3 grid_step_metres(const DatasetInfo& info) {
+  const Affine map = grid_to_world(info);
+  Vec3 step{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    step[axis] = metres_a_unit(info) * length_of(map.columns[axis]);
+  }
+  return step;
+}
+
+std::string tileset_json(const CellTree& tree, const OctreeCube& cell, const CellFacts& facts,
+                         std::string_view folder) {
+  const DatasetInfo& info = tree.info();
+  const auto box = [&](const OctreeCube& of) { return box_json(tile_box(of, info)); };
+  const auto error = [&](const OctreeCube& of) {
+    return metres_a_unit(info) * tree.error_bound(of.exponent);
+  };
+  const auto uri = [&](const OctreeCube& of, const char* suffix) {
+    return std::string(folder) + cell_name(of) + suffix;
+  };
+  // Nothing is shown until the tileset is: as wrong as it is large. The same where the first
+  // preview is too coarse for anything to be in it.
+  const double nothing_shown =
+      std::max(2 * length_of(tile_box(tree.root(), info).half), error(tree.root()));
+  const bool is_root = cell == tree.root();
+  Json tile;
+  if (is_root) tile["transform"] = transform_json(info);
+  tile["boundingVolume"] = box(cell);
+  tile["geometricError"] = is_root && facts.is_empty ? nothing_shown : error(cell);
+  tile["refine"] = "REPLACE";
+  if (!facts.is_empty) tile["content"] = {{"uri", uri(cell, ".glb")}};
+  Json children = Json::array();
+  for (int i = 0; i < 8 && !tree.is_leaf(cell); ++i) {
+    if ((facts.crossed_octants >> i & 1U) == 0) continue;
+    const OctreeCube child = cell.child(i);
+    children.push_back({{"boundingVolume", box(child)},
+                        {"geometricError", error(child)},
+                        {"content", {{"uri", uri(child, ".json")}}}});
+  }
+  if (!children.empty()) tile["children"] = std::move(children);
+  tile["extras"] = {{"cell", cell_name(cell)},
+                    {"isCertified", !tree.is_preview(cell.exponent)},
+                    {"errorBound", tree.error_bound(cell.exponent)}};
+  const Json tileset = {{"asset", {{"version", "1.1"}, {"tilesetVersion", tree.id()}}},
+                        {"geometricError", is_root ? nothing_shown : error(cell)},
+                        {"root", std::move(tile)}};
+  return tileset.dump() + "\n";
+}
+
+}  // namespace multitetra

@@ -1,0 +1,82 @@
+#include "server/tilesets/whole_levels.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "common/mesh/lattice.hpp"
+#include "common/wire/scene_file.hpp"
+#include "server/tilesets/metres.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr double kErrorRatio = 4;
+constexpr double kLeastError = 0.25;   // Voxels, of all levels but the finest.
+constexpr double kCoarsestShare = 16;  // Of the longest side, in its parts.
+constexpr int kNormalBits = 8;         // That there are normals; files of floats round none.
+constexpr double kScreenLines = 1080;
+constexpr double kScreenAspect = 16.0 / 9;
+
+// The share of the screen's area that a ball around the surface has where `error` is a pixel.
+double coverage_where_pixel(double error, double diameter) {
+  const double lines = diameter / (error * kScreenLines);
+  return std::min(1.0, std::numbers::pi / 4 * lines * lines / kScreenAspect);
+}
+
+double diagonal(const PositionedMesh& mesh) {
+  std::array<float, 3> low = mesh.positions.front();
+  std::array<float, 3> high = low;
+  for (const std::array<float, 3>& position : mesh.positions) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], position[axis]);
+      high[axis] = std::max(high[axis], position[axis]);
+    }
+  }
+  return std::hypot(double{high[0]} - low[0], double{high[1]} - low[1], double{high[2]} - low[2]);
+}
+
+}  // namespace
+
+std::vector<WholeLevel> whole_levels(const DatasetInfo& info, const TreeSettings& settings) {
+  const double coarsest = *std::max_element(info.dims.begin(), info.dims.end()) / kCoarsestShare;
+  const int resolution = std::min(kDefaultLatticeResolution, kMaxLatticeBits - info.grid_exponent);
+  const Vec3& spacing = info.spacing;
+  const double rounding =
+      std::hypot(spacing[0], spacing[1], spacing[2]) / static_cast<double>(1 << resolution);
+  std::vector<WholeLevel> levels;
+  double error = settings.error;
+  do {
+    levels.push_back({.request = {.isovalue = settings.isovalue,
+                                  .error = error,
+                                  .lattice_resolution = resolution,
+                                  .simplify = true,
+                                  .normal_bits = kNormalBits},
+                      .error_bound = error * voxel_length(info) + rounding});
+    error = kErrorRatio * std::max(error, kLeastError);
+  } while (error <= coarsest);
+  return levels;
+}
+
+std::string whole_levels_glb(std::span<const LevelMesh> levels, const DatasetInfo& info) {
+  const double metres = metres_of(info.meaning.length_unit).value_or(1);
+  std::vector<PositionedMesh> meshes;
+  meshes.reserve(levels.size());
+  for (const LevelMesh& level : levels) {
+    meshes.push_back(positioned(level.mesh, grid_to_world(info)));
+  }
+  std::vector<LevelOfDetail> details;
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    const bool is_coarsest = i + 1 == levels.size();
+    details.push_back({.mesh = &meshes[i],
+                       .error = levels[i].error_bound * metres,
+                       .screen_coverage = is_coarsest
+                                              ? 0
+                                              : coverage_where_pixel(levels[i + 1].error_bound,
+                                                                     diagonal(meshes.front()))});
+  }
+  return levels_glb(details, metres);
+}
+
+}  // namespace multitetra

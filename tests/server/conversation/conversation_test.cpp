@@ -1,0 +1,125 @@
+// A conversation without a network: the test plays the transport.
+#include "server/conversation/conversation.hpp"
+#include "server/operations/log.hpp"
+
+#include <future>
+
+#include <gtest/gtest.h>
+#include <boost/asio/use_future.hpp>
+
+#include "server/service/local_service.hpp"
+#include "tests/support/fake_steps.hpp"
+
+namespace multitetra {
+namespace {
+
+using testing::catalogue_of;
+using testing::FakeSteps;
+
+// A welcomed conversation whose only worker is busy until it is freed.
+class ConversationTest : public ::testing::Test {
+ protected:
+  ConversationTest() {
+    set_log_level(LogLevel::kOff);
+    service_.workers().post({.share = "another", .number = service_.workers().new_client()},
+                            {.run = [freed = freed_.get_future().share()] { freed.wait(); }});
+    receive(Hello{});
+    EXPECT_TRUE(std::holds_alternative<Welcome>(next()));
+  }
+  ~ConversationTest() override {
+    free_the_worker();
+    session_->leave();
+    io_.restart();
+    io_.run();
+    service_.workers().join();
+  }
+
+  void receive(const ClientMessage& message) { session_->receive(serialize(message)); }
+  void open(std::uint64_t id) {
+    receive(OpenStream{
+        .request_id = id, .dataset = "fake", .steps = StepPolicy::kFinalOnly, .held = {}});
+  }
+  ServerMessage next() {
+    auto message = asio::co_spawn(
+        io_, [this] { return session_->next_message(); }, asio::use_future);
+    io_.restart();
+    while (message.wait_for(std::chrono::seconds(0)) != std::future_status::ready) io_.run_one();
+    return message.get().value();
+  }
+  // Whether another message may be received now.
+  bool has_room() {
+    if (!room_.valid()) {
+      room_ = asio::co_spawn(
+          io_, [this] { return session_->room(); }, asio::use_future);
+    }
+    io_.restart();
+    io_.poll();
+    if (room_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
+    room_.get();
+    return true;
+  }
+  void free_the_worker() {
+    if (!std::exchange(is_free_, true)) freed_.set_value();
+  }
+
+  std::shared_ptr<FakeSteps> source_ = std::make_shared<FakeSteps>("fake");
+  // So seldom that even a slow machine sends more often.
+  AdmissionControl admission_{{.requests = {.per_second = 5, .burst = 300}}};
+  asio::io_context io_{1};
+  LocalService service_{io_.get_executor(), catalogue_of(source_), {.workers = 1}};
+  std::promise<void> freed_;
+  bool is_free_ = false;
+  std::future<void> room_;
+  ClientContextPtr client_ = admission_.admit("tcp", "127.0.0.1", "test").client;
+  std::shared_ptr<Conversation> session_ = std::make_shared<Conversation>(
+      io_.get_executor(), service_.open(client_), Session(catalogue_of(source_), {}), client_);
+};
+
+// Every stream that is kept, here or in the workers' queue, holds the source.
+TEST_F(ConversationTest, KeepsTwoStreamsAtMostHoweverManySupersedeEachOther) {
+  const long before = source_.use_count();
+  constexpr std::uint64_t kStreams = 100;
+  for (std::uint64_t id = 1; id <= kStreams; ++id) {
+    open(id);
+    EXPECT_LE(source_.use_count(), before + 2);
+  }
+  for (std::uint64_t id = 1; id < kStreams; ++id) {
+    EXPECT_EQ(std::get<StreamEnd>(next()).outcome, StreamOutcome::kSuperseded);
+  }
+  free_the_worker();
+  EXPECT_EQ(std::get<StepBegin>(next()).request_id, kStreams);
+}
+
+TEST_F(ConversationTest, ReceivesNothingMoreWhileAListOfDatasetsWaits) {
+  EXPECT_TRUE(has_room());
+  receive(Ping{1});
+  EXPECT_TRUE(has_room());
+  receive(ListDatasets{2});
+  EXPECT_FALSE(has_room());
+  EXPECT_TRUE(std::holds_alternative<Pong>(next()));
+  EXPECT_FALSE(has_room());
+  EXPECT_TRUE(std::holds_alternative<DatasetList>(next()));
+  EXPECT_TRUE(has_room());
+}
+
+TEST_F(ConversationTest, WhoSendsLongMessagesTooOftenIsNotReadFromForAWhile) {
+  OpenStream open{.request_id = 1, .dataset = "fake", .steps = StepPolicy::kFinalOnly, .held = {}};
+  for (std::uint64_t i = 0; i < kMaxHeldDigests; ++i) open.held.push_back({i, i});
+  receive(open);
+  std::optional<ServerMessage> reply;
+  do {
+    EXPECT_TRUE(has_room());
+    ++open.request_id;
+    receive(open);
+    reply = next();
+  } while (std::holds_alternative<StreamEnd>(*reply) && open.request_id < 1000);
+  const auto* refusal = std::get_if<ErrorReply>(&*reply);
+  ASSERT_NE(refusal, nullptr);
+  EXPECT_EQ(refusal->error.code, ErrorCode::kLimitExceeded);
+  EXPECT_FALSE(has_room());
+  session_->keep_time(std::chrono::steady_clock::now() + std::chrono::seconds(6));
+  EXPECT_TRUE(has_room());
+}
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,255 @@
+// Isosurfaces as files over HTTP.
+#include <atomic>
+#include <chrono>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "common/cli/json_report.hpp"
+#include "server/http/detail/slowest_reader.hpp"
+#include "server/routes/detail/mesh_file_cache.hpp"
+#include "tests/support/fake_steps.hpp"
+#include "tests/support/running_http_server.hpp"
+
+namespace multitetra {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::catalogue_of;
+using testing::error_code_of;
+using testing::FakeSteps;
+using testing::HttpClient;
+using testing::RunningHttpServer;
+
+// Octahedra whose content is told, and a count of how often they were made.
+class CountedSteps : public FakeSteps {
+ public:
+  explicit CountedSteps(std::atomic<int>& made)
+      : FakeSteps("octahedron",
+                  [&made](const StepRequest& step, const std::stop_token&) {
+                    ++made;
+                    return testing::octahedron_step(step);
+                  }),
+        info_(FakeSteps::info()) {
+    info_.content_id = 42;
+    info_.suggested_isovalues = {0.5};
+  }
+  [[nodiscard]] const DatasetInfo& info() const override { return info_; }
+
+ private:
+  DatasetInfo info_;
+};
+
+constexpr const char* kPath = "/v1/datasets/octahedron/isosurface?isovalue=0.5&format=ply";
+
+class IsosurfaceTest : public ::testing::Test {
+ protected:
+  std::atomic<int> made_ = 0;
+  RunningHttpServer server_{
+      catalogue_of(std::make_shared<CountedSteps>(made_)), {}, {}, {.max_mesh_triangles = 1000}};
+  HttpClient client_{server_.http()};
+};
+
+TEST_F(IsosurfaceTest, ComesAsAFileInEveryFormat) {
+  for (const auto& [format, type, start] : {std::tuple{"ply", "application/ply", "ply\n"},
+                                            {"glb", "model/gltf-binary", "glTF"},
+                                            {"stl", "model/stl", ""},
+                                            {"obj", "model/obj", ""},
+                                            {"vtp", "application/vnd.vtk.polydata+xml", "<?xml"},
+                                            {"drc", "application/vnd.draco", "DRACO"}}) {
+    const auto response = client_.get("/v1/datasets/octahedron/isosurface?isovalue=0.5&format=" +
+                                      std::string(format));
+    EXPECT_EQ(response.result_int(), 200U) << response.body();
+    EXPECT_EQ(response[http::field::content_type], type);
+    EXPECT_TRUE(response.body().starts_with(start));
+    EXPECT_EQ(response["Multitetra-Triangles"], "10");
+    EXPECT_EQ(response["Multitetra-Euler-Characteristic"], "2");
+  }
+}
+
+TEST_F(IsosurfaceTest, TellsWhenItIsHardlyWhatWasMeant) {
+  const std::string path = "/v1/datasets/octahedron/isosurface?format=ply";
+  EXPECT_EQ(client_.get(path + "&isovalue=0.5").count("Multitetra-Notice"), 0U);
+  const auto empty = client_.get(path + "&isovalue=1e9");
+  EXPECT_EQ(empty.result_int(), 200U);
+  EXPECT_NE(std::string(empty["Multitetra-Notice"]).find("none at isovalue 1e+09"),
+            std::string::npos);
+  const auto elsewhere = client_.get(path + "&isovalue=0.5&region=ball:900,0,0,1=0");
+  EXPECT_TRUE(std::string(elsewhere["Multitetra-Notice"]).starts_with("Region 1 is outside"));
+}
+
+TEST_F(IsosurfaceTest, ComesInTheFormatThatIsAccepted) {
+  const auto path = "/v1/datasets/octahedron/isosurface";
+  const auto stl = client_.get(path, "Accept: model/stl\r\n");
+  EXPECT_EQ(stl[http::field::content_type], "model/stl");
+  EXPECT_EQ(stl[http::field::vary], "Accept");
+  EXPECT_EQ(client_.get(path)[http::field::content_type], "model/gltf-binary");
+  EXPECT_EQ(client_.get(path, "Accept: text/html\r\n").result_int(), 406U);
+}
+
+TEST_F(IsosurfaceTest, IsMadeOnceAndKept) {
+  const auto first = client_.get(kPath);
+  const auto second = client_.get(kPath);
+  EXPECT_EQ(first.body(), second.body());
+  EXPECT_EQ(first[http::field::etag], second[http::field::etag]);
+  EXPECT_EQ(made_, 1);
+}
+
+TEST_F(IsosurfaceTest, IsNotMadeForWhoHasItOrAsksForItsHead) {
+  const auto head = client_.ask("HEAD", kPath);
+  EXPECT_EQ(head.result_int(), 200U);
+  EXPECT_EQ(head.count(http::field::content_length), 0U);
+  const std::string tag(head[http::field::etag]);
+  const auto known = client_.get(kPath, "If-None-Match: " + tag + "\r\n");
+  EXPECT_EQ(known.result_int(), 304U);
+  EXPECT_EQ(made_, 0);
+  const auto whole = client_.get(kPath);
+  EXPECT_EQ(whole[http::field::etag], tag);
+  const auto known_head = client_.ask("HEAD", kPath);
+  EXPECT_EQ(known_head[http::field::content_length], std::to_string(whole.body().size()));
+}
+
+TEST_F(IsosurfaceTest, ComesInPartsToo) {
+  const std::string whole = client_.get(kPath).body();
+  const auto part = client_.get(kPath, "Range: bytes=10-\r\n");
+  EXPECT_EQ(part.result_int(), 206U);
+  EXPECT_EQ(part.body(), whole.substr(10));
+  const auto changed = client_.get(kPath, "Range: bytes=10-\r\nIf-Range: \"other\"\r\n");
+  EXPECT_EQ(changed.result_int(), 200U);
+  EXPECT_EQ(changed.body(), whole);
+  EXPECT_EQ(client_.get(kPath, "Range: bytes=99999-\r\n").result_int(), 416U);
+}
+
+TEST_F(IsosurfaceTest, HasAnotherTagForAnotherRequest) {
+  const std::string path = kPath;
+  const auto tag = [&](const std::string& more) {
+    return std::string(client_.ask("HEAD", path + more)[http::field::etag]);
+  };
+  EXPECT_EQ(tag("&error=1"), tag("&error=1.0"));  // The default.
+  EXPECT_NE(tag(""), tag("&error=2"));
+  EXPECT_NE(tag(""), tag("&region=ball:1,2,3,4=0.5"));
+  EXPECT_NE(tag(""), tag("&coordinates=index"));
+}
+
+TEST_F(IsosurfaceTest, IsRefusedWithTheReason) {
+  const auto at = [&](const std::string& query) {
+    return client_.get("/v1/datasets/octahedron/isosurface?" + query);
+  };
+  EXPECT_EQ(at("isovalue=x").result_int(), 400U);
+  EXPECT_EQ(error_code_of(at("error=-1")), "invalid_argument");
+  EXPECT_EQ(error_code_of(at("nonsense=1")), "invalid_argument");
+  EXPECT_EQ(at("%zz").result_int(), 400U);
+  EXPECT_EQ(client_.get("/v1/datasets/none/isosurface").result_int(), 404U);
+}
+
+TEST(Isosurface, IsRefusedWhereItIsTooLargeForOneResponse) {
+  std::atomic<int> made = 0;
+  RunningHttpServer server(catalogue_of(std::make_shared<CountedSteps>(made)), {}, {},
+                           {.max_mesh_triangles = 9});
+  HttpClient client(server.http());
+  const auto response = client.get(kPath);
+  EXPECT_EQ(response.result_int(), 422U);
+  EXPECT_EQ(error_code_of(response), "limit_exceeded");
+}
+
+TEST(Isosurface, StopsBeingMadeWhenTheClientHangsUp) {
+  testing::Count running;
+  RunningHttpServer server(
+      catalogue_of(std::make_shared<FakeSteps>("octahedron", testing::endless(running))));
+  {
+    HttpClient client(server.http());
+    client.send(std::string("GET ") + kPath + " HTTP/1.1\r\nHost: x\r\n\r\n");
+    ASSERT_TRUE(running.reaches(1));
+  }
+  EXPECT_TRUE(running.reaches(0));
+}
+
+TEST(Isosurface, IsAnsweredWith503WhenTheServerStops) {
+  testing::Count running;
+  RunningHttpServer server(
+      catalogue_of(std::make_shared<FakeSteps>("octahedron", testing::endless(running))));
+  HttpClient client(server.http());
+  client.send(std::string("GET ") + kPath + " HTTP/1.1\r\nHost: x\r\n\r\n");
+  ASSERT_TRUE(running.reaches(1));
+  std::thread stopping([&] { server.stop(); });
+  EXPECT_EQ(client.receive().result_int(), 503U);
+  EXPECT_EQ(client.rest(), "");
+  stopping.join();
+}
+
+// ---- files on the disk
+
+StoredMesh stored(ByteReservations::Reservation room) {
+  struct Holder {
+    explicit Holder(ByteReservations::Reservation of_it) : room(std::move(of_it)) {}
+    ByteReservations::Reservation room;
+    ScratchFile file{std::filesystem::temp_directory_path()};
+  };
+  const std::uint64_t bytes = room.bytes();
+  const auto held = std::make_shared<Holder>(std::move(room));
+  return {.file = SharedFile(held, &held->file), .bytes = bytes, .fields = ""};
+}
+
+TEST(MeshFileCache, ForgetsWhatIsKeptForWhatIsWanted) {
+  MeshFileCache files(1000);
+  files.keep("a", stored(files.reserve("one", 400).value()));
+  files.keep("b", stored(files.reserve("another", 400).value()));
+  EXPECT_TRUE(files.find("a"));
+  EXPECT_TRUE(files.reserve("a third", 400));
+  EXPECT_TRUE(files.find("a")) << "was asked for last";
+  EXPECT_FALSE(files.find("b"));
+}
+
+TEST(MeshFileCache, WhatIsBeingSentCounts) {
+  MeshFileCache files(1000);
+  std::vector<StoredMesh> sent;
+  for (const char* share : {"one", "another"}) {
+    sent.push_back(stored(files.reserve(share, 500).value()));
+    files.keep(share, sent.back());
+  }
+  const auto refused = files.reserve("a third", 1);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
+  EXPECT_GT(refused.error().retry_after, 0);
+  sent.pop_back();
+  EXPECT_TRUE(files.reserve("a third", 500));
+}
+
+TEST(MeshFileCache, AShareHasHalfOfIt) {
+  MeshFileCache files(1000);
+  const auto first = files.reserve("one", 300);
+  EXPECT_FALSE(files.reserve("one", 300));
+  EXPECT_TRUE(files.reserve("another", 300));
+  const auto never = files.reserve("one", 501);
+  ASSERT_FALSE(never);
+  EXPECT_EQ(never.error().code, ErrorCode::kLimitExceeded) << "It is no use to come again.";
+}
+
+TEST(MeshFileCache, OfNoSizeKeepsNothingAndRefusesNothing) {
+  MeshFileCache files(0);
+  files.keep("a", stored(files.reserve("one", 400).value()));
+  EXPECT_FALSE(files.find("a"));
+}
+
+TEST(SlowestReader, HasTimeForEachPieceAndForAllTogether) {
+  using Clock = SlowestReader::Clock;
+  const Clock::time_point began{1000s};
+  const SlowestReader slowest(began, 60s, 1000);
+  EXPECT_EQ(slowest.deadline(began, 1000), began + 60s);
+  EXPECT_EQ(slowest.deadline(began + 59s, 10'000), began + 70s) << "at 1000 bytes a second";
+  EXPECT_EQ(slowest.deadline(began + 5s, 1'000'000), began + 65s) << "this piece";
+  EXPECT_EQ(SlowestReader(began, 60s, 0).deadline(began + 1h, 10), began + 1h + 60s);
+}
+
+TEST_F(IsosurfaceTest, ThatFindsNoRoomOnTheDiskIsRefused) {
+  RunningHttpServer small(catalogue_of(std::make_shared<CountedSteps>(made_)), {}, {},
+                          {.mesh_cache_bytes = 100});
+  HttpClient client(small.http());
+  const auto refused = client.get(kPath);
+  EXPECT_EQ(refused.result_int(), 422U);
+  EXPECT_NE(refused.body().find("this server holds at most 50 in one"), std::string::npos)
+      << refused.body();
+}
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,364 @@
+// The description that is served says what the server does: every path and status in it is
+// provoked, what is not in it does not happen, and bodies are of their schemas.
+#include <map>
+#include <set>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "common/cli/json_report.hpp"
+#include "server/dataset/prepare.hpp"
+#include "server/tilesets/neuroglancer.hpp"
+#include "tests/support/fake_steps.hpp"
+#include "tests/support/fields.hpp"
+#include "tests/support/running_http_server.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+using testing::catalogue_of;
+using testing::FakeSteps;
+using testing::HttpClient;
+using testing::kUpgradeFields;
+using testing::RunningHttpServer;
+
+// As much of JSON Schema as the description uses.
+class Schemas {
+ public:
+  explicit Schemas(const Json& document) : document_(document) {}
+
+  [[nodiscard]] const Json& resolved(const Json& node) const {
+    if (!node.contains("$ref")) return node;
+    return document_.at(Json::json_pointer(node.at("$ref").get<std::string>().substr(1)));
+  }
+  void expect(const Json& value, const Json& reference, const std::string& where) const {
+    const Json& schema = resolved(reference);
+    if (schema.contains("type")) {
+      EXPECT_TRUE(is_of(value, schema.at("type"))) << where << ": " << value;
+    }
+    if (schema.contains("enum")) {
+      const auto& words = schema.at("enum");
+      EXPECT_NE(std::find(words.begin(), words.end(), value), words.end()) << where;
+    }
+    if (value.is_object()) {
+      for (const auto& name : schema.value("required", Json::array())) {
+        EXPECT_TRUE(value.contains(name.get<std::string>())) << where << " has no " << name;
+      }
+    }
+    if (value.is_object() && schema.contains("properties")) {
+      for (const auto& [name, part] : value.items()) {
+        const bool is_known = schema.at("properties").contains(name);
+        EXPECT_TRUE(is_known) << where << " has " << name;
+        if (is_known) expect(part, schema.at("properties").at(name), where + "." + name);
+      }
+    }
+    if (value.is_array() && schema.contains("items")) {
+      EXPECT_GE(value.size(), schema.value("minItems", std::size_t{0})) << where;
+      EXPECT_LE(value.size(), schema.value("maxItems", value.size())) << where;
+      for (const auto& item : value) expect(item, schema.at("items"), where + "[]");
+    }
+  }
+
+ private:
+  static bool is_of(const Json& value, const Json& type) {
+    if (type.is_array()) {
+      return std::any_of(type.begin(), type.end(), [&](const Json& t) { return is_of(value, t); });
+    }
+    if (type == "object") return value.is_object();
+    if (type == "array") return value.is_array();
+    if (type == "string") return value.is_string();
+    if (type == "integer") return value.is_number_integer();
+    if (type == "number") return value.is_number();
+    if (type == "boolean") return value.is_boolean();
+    return type == "null" && value.is_null();
+  }
+  const Json& document_;
+};
+
+class TellingSteps : public FakeSteps {
+ public:
+  TellingSteps(std::string name, testing::MakeStep make)
+      : FakeSteps(std::move(name), std::move(make)), info_(FakeSteps::info()) {
+    info_.content_id = 1;
+  }
+  [[nodiscard]] const DatasetInfo& info() const override { return info_; }
+
+ private:
+  DatasetInfo info_;
+};
+
+// Noise that is there to be looked at.
+class SampledSteps : public FakeSteps {
+ public:
+  explicit SampledSteps(std::string name)
+      : FakeSteps(name), dataset_(make_dataset(testing::fields::noise({17, 17, 17}, 1), name)) {
+    info_ = dataset_->info;
+    info_.content_id = 2;
+  }
+  [[nodiscard]] const DatasetInfo& info() const override { return info_; }
+  [[nodiscard]] const PreparedVolume* volume() const override { return dataset_.get(); }
+
+ private:
+  DatasetPtr dataset_;
+  DatasetInfo info_;
+};
+
+// With the normals that the step asks for.
+TiledStep shaded(TiledStep step, const IsosurfaceRequest& request) {
+  if (request.normal_bits == 0) return step;
+  for (EncodedTile& tile : step.tiles) {
+    const auto mesh = decode_tile(*tile.payload, tile.summary, request.lattice_resolution);
+    const std::vector<UnitVector> up(mesh.value().vertices.size(), UnitVector{0, 0, 1});
+    tile = encode_tile(*mesh, tile.summary.cube, kDefaultEncodingSpeed,
+                       {.directions = up, .bits = request.normal_bits});
+  }
+  return step;
+}
+
+class OpenApiTest : public ::testing::Test {
+ protected:
+  OpenApiTest() {
+    const auto make = [](const StepRequest& step, const std::stop_token&) -> TiledStep {
+      if (step.request.isovalue == 13) throw std::runtime_error("trouble");
+      if (step.request.isovalue == 12) return {};
+      return shaded(testing::octahedron_step(step), step.request);
+    };
+    const auto catalogue = catalogue_of(std::make_shared<TellingSteps>("a b", make));
+    catalogue->add(std::make_shared<SampledSteps>("noise"));
+    const auto tile = testing::fine_tiles().front();
+    tile_path_ = "/v1/tiles/" + tile.summary.digest.hex();
+    server_ = std::make_unique<RunningHttpServer>(
+        catalogue, HttpOptions{},
+        ServerOptions{.admission = {.tokens = tokens_.path()},
+                      .service = {.cache = testing::cache_of(tile, "a b")},
+                      .metrics = std::make_shared<PrometheusMetrics>()},
+        RouteOptions{.max_mesh_triangles = 17}, [this] { return is_ready_.load(); });
+    bare_ = std::make_unique<RunningHttpServer>(catalogue);
+    HttpClient client(server_->http());
+    document_ = Json::parse(client.get("/v1/openapi.json").body());
+  }
+
+  // Asks, and compares with what the description says of `path` and the status that comes.
+  void ask(const std::string& path, const std::string& target, unsigned status,
+           const std::string& fields = {}, bool at_bare_server = false) {
+    HttpClient client((at_bare_server ? bare_ : server_)->http());
+    const auto response = client.get(target, fields);
+    ASSERT_EQ(response.result_int(), status) << target << ": " << response.body();
+    const Schemas schemas(document_);
+    const Json& responses = document_.at("paths").at(path).at("get").at("responses");
+    const std::string word = std::to_string(status);
+    ASSERT_TRUE(responses.contains(word)) << path << " " << word << " is not described";
+    seen_.insert(path + " " + word);
+    const Json& described = schemas.resolved(responses.at(word));
+    const Json headers = described.value("headers", Json::object());
+    for (const auto& [name, header] : headers.items()) {
+      if (!header.value("required", true)) continue;
+      EXPECT_EQ(response.count(name), 1U) << target << " has no " << name;
+    }
+    if (!described.contains("content")) return;
+    std::string type(response[http::field::content_type]);
+    type = type.substr(0, type.find(';'));
+    ASSERT_TRUE(described.at("content").contains(type)) << target << " is " << type;
+    if (type == "application/json") {
+      schemas.expect(Json::parse(response.body()), described.at("content").at(type).at("schema"),
+                     path);
+    }
+  }
+
+  void expect_parameters_are_described(const std::string& what) {
+    HttpClient client(server_->http());
+    const auto refusal = client.get("/v1/datasets/noise/" + what + "?nonsense=1").body();
+    std::set<std::string> known;
+    const std::string text = Json::parse(refusal).at("error").at("text");
+    std::string list = text.substr(text.rfind(": ") + 2);
+    list.pop_back();
+    for (std::size_t at = 0; at != std::string::npos;) {
+      const std::size_t comma = list.find(", ", at);
+      known.insert(list.substr(at, comma == std::string::npos ? comma : comma - at));
+      at = comma == std::string::npos ? comma : comma + 2;
+    }
+    std::set<std::string> described;
+    const Json& operation = document_.at("paths").at("/v1/datasets/{name}/" + what).at("get");
+    for (const auto& parameter : operation.at("parameters")) {
+      if (parameter.at("in") == "query") described.insert(parameter.at("name"));
+    }
+    EXPECT_EQ(described, known) << what;
+  }
+
+  // Who shows no token may see all; tokens that nobody has are refused.
+  TemporaryFolder folder_;
+  testing::TokensFile tokens_{folder_.path(), {{"clients", "", "*"}}};
+  std::atomic<bool> is_ready_ = true;
+  std::string tile_path_;
+  std::unique_ptr<RunningHttpServer> server_;
+  std::unique_ptr<RunningHttpServer> bare_;
+  Json document_;
+  std::set<std::string> seen_;
+};
+
+constexpr const char* kBad = "Authorization: Bearer bad\r\n";
+constexpr const char* kAny = "If-None-Match: *\r\n";
+
+TEST_F(OpenApiTest, IsWhatTheServerDoes) {
+  ask("/livez", "/livez", 200);
+  ask("/readyz", "/readyz", 200);
+  is_ready_ = false;
+  ask("/readyz", "/readyz", 503);
+  ask("/metrics", "/metrics", 200);
+  ask("/metrics", "/metrics", 404, "", /*at_bare_server=*/true);
+  ask("/v1/openapi.json", "/v1/openapi.json", 200);
+  ask("/v1/openapi.json", "/v1/openapi.json", 304, kAny);
+  ask("/v1/datasets", "/v1/datasets", 200);
+  ask("/v1/datasets", "/v1/datasets", 304, kAny);
+  ask("/v1/datasets/{name}", "/v1/datasets/a%20b", 200);
+  ask("/v1/datasets/{name}", "/v1/datasets/a%20b", 304, kAny);
+  ask("/v1/datasets/{name}", "/v1/datasets/none", 404);
+  ask("/v1/datasets", "/v1/datasets", 401, kBad);
+  ask("/v1/datasets/{name}", "/v1/datasets/a%20b", 401, kBad);
+
+  const std::string tile = "/v1/tiles/{hash}";
+  ask(tile, tile_path_, 200);
+  ask(tile, tile_path_, 206, "Range: bytes=0-1\r\n");
+  ask(tile, tile_path_, 304, kAny);
+  ask(tile, "/v1/tiles/12", 400);
+  ask(tile, tile_path_, 401, kBad);
+  ask(tile, "/v1/tiles/" + ContentDigest{}.hex(), 404);
+  ask(tile, tile_path_, 416, "Range: bytes=9999999-\r\n");
+
+  const std::string surface = "/v1/datasets/{name}/isosurface";
+  const std::string at = "/v1/datasets/a%20b/isosurface?isovalue=";
+  for (const auto* format : {"glb", "ply", "stl", "obj", "drc", "vtp"}) {
+    ask(surface, at + "1&format=" + format, 200);
+  }
+  ask(surface, at + "12&format=drc", 204);
+  ask(surface, at + "1", 206, "Range: bytes=0-1\r\n");
+  ask(surface, at + "1", 304, kAny);
+  ask(surface, at + "x", 400);
+  ask(surface, "/v1/datasets/none/isosurface", 404);
+  ask(surface, at + "1", 406, "Accept: text/html\r\n");
+  ask(surface, at + "1", 416, "Range: bytes=9999999-\r\n");
+  ask(surface, at + "13", 500);
+  ask(surface, at + "1", 401, kBad);
+
+  const std::string slice = "/v1/datasets/{name}/slice";
+  const std::string of_noise = "/v1/datasets/noise/slice";
+  ask(slice, of_noise, 200);
+  ask(slice, of_noise + "?format=raw&normal=1,1,0", 200);
+  ask(slice, of_noise, 206, "Range: bytes=0-1\r\n");
+  ask(slice, of_noise, 304, kAny);
+  ask(slice, of_noise + "?axis=w", 400);
+  ask(slice, of_noise, 401, kBad);
+  ask(slice, "/v1/datasets/none/slice", 404);
+  ask(slice, of_noise, 416, "Range: bytes=9999999-\r\n");
+  ask(slice, of_noise + "?width=2000000", 422);
+  ask(slice, "/v1/datasets/a%20b/slice", 500);
+  const std::string value = "/v1/datasets/{name}/value";
+  ask(value, "/v1/datasets/noise/value?at=1,2,3&at=-1,0,0", 200);
+  ask(value, "/v1/datasets/noise/value?at=1,2", 400);
+  ask(value, "/v1/datasets/noise/value?at=1,2,3", 401, kBad);
+  ask(value, "/v1/datasets/none/value?at=1,2,3", 404);
+  ask(value, "/v1/datasets/a%20b/value?at=1,2,3", 500);
+  std::string many = "/v1/datasets/noise/value?at=0,0,0";
+  for (int i = 0; i < 1024; ++i) many += "&at=0,0,0";
+  ask(value, many, 422);
+
+  const std::string tileset = "/v1/3dtiles/{name}/iso/{settings}/tileset.json";
+  const std::string tree = "/v1/3dtiles/a%20b/iso/";
+  ask(tileset, tree + "1/tileset.json", 200);
+  ask(tileset, tree + "1/tileset.json", 304, kAny);
+  ask(tileset, tree + "x/tileset.json", 400);
+  ask(tileset, tree + "1/tileset.json", 401, kBad);
+  ask(tileset, "/v1/3dtiles/none/iso/1/tileset.json", 404);
+  ask(tileset, tree + "13/tileset.json", 500);
+  const std::string cell = "/v1/3dtiles/{name}/iso/{settings}/{id}/{file}";
+  const std::string uri =
+      Json::parse(HttpClient(server_->http()).get(tree + "1/tileset.json").body())
+          .at("root")
+          .at("content")
+          .at("uri");
+  const std::string id = uri.substr(0, uri.find('/'));
+  const std::string root = uri.substr(0, uri.rfind('.'));
+  ask(cell, tree + "1/" + root + ".json", 200);
+  ask(cell, tree + "1/" + uri, 200);
+  ask(cell, tree + "1/" + uri, 206, "Range: bytes=0-1\r\n");
+  ask(cell, tree + "1/" + uri, 304, kAny);
+  ask(cell, tree + "x/" + uri, 400);
+  ask(cell, tree + "1/" + uri, 401, kBad);
+  ask(cell, tree + "1/" + id + "/none.glb", 404);
+  ask(cell, tree + "1/" + uri, 416, "Range: bytes=9999999-\r\n");
+  ask(cell, tree + "13/" + uri, 500);
+
+  const std::string mesh = "/v1/neuroglancer/{name}/{surfaces}/{path}";
+  const std::string image = "/v1/neuroglancer/{name}/image/{path}";
+  const auto index = [](double isovalue) {
+    return "/v1/neuroglancer/a%20b/surfaces/" + std::to_string(segment_of(isovalue)) + ".index";
+  };
+  ask(mesh, "/v1/neuroglancer/a%20b/surfaces/info", 200);
+  ask(mesh, index(1), 200);
+  ask(mesh, index(1), 206, "Range: bytes=0-1\r\n");
+  ask(mesh, index(1), 304, kAny);
+  ask(mesh, "/v1/neuroglancer/a%20b/surfaces,error=x/info", 400);
+  ask(mesh, index(1), 401, kBad);
+  ask(mesh, index(12), 404);
+  ask(mesh, index(1), 416, "Range: bytes=9999999-\r\n");
+  ask(mesh, index(13), 500);
+  const std::string voxels = "/v1/neuroglancer/noise/image/1_1_1/0-17_0-17_0-16";
+  ask(image, "/v1/neuroglancer/noise/image/info", 200);
+  ask(image, voxels, 200);
+  ask(image, voxels, 206, "Range: bytes=0-1\r\n");
+  ask(image, voxels, 304, kAny);
+  ask(image, "/v1/neuroglancer/noise/image", 400);
+  ask(image, voxels, 401, kBad);
+  ask(image, voxels + "x", 404);
+  ask(image, voxels, 416, "Range: bytes=9999999-\r\n");
+  ask(image, "/v1/neuroglancer/a%20b/image/1_1_1/0-64_0-64_0-16", 500);
+
+  ask("/v1/stream", "/v1/stream", 426);
+  ask("/v1/stream", "/v1/stream", 400, kUpgradeFields);
+  const std::string good =
+      std::string(kUpgradeFields) + "Sec-WebSocket-Protocol: multitetra.v1\r\n";
+  ask("/v1/stream", "/v1/stream", 403, good + "Origin: https://elsewhere\r\n");
+  ask("/v1/stream", "/v1/stream", 101, good);
+
+  // What other tests provoke: servers that stop, many requests, meshes above the limit.
+  const std::set<std::string> elsewhere = {"/v1/datasets 429",
+                                           "/v1/datasets/{name} 429",
+                                           surface + " 429",
+                                           "/v1/datasets 503",
+                                           "/v1/datasets/{name} 503",
+                                           surface + " 422",
+                                           surface + " 503",
+                                           slice + " 429",
+                                           slice + " 503",
+                                           value + " 429",
+                                           value + " 503",
+                                           tileset + " 422",
+                                           tileset + " 429",
+                                           tileset + " 503",
+                                           cell + " 422",
+                                           cell + " 429",
+                                           cell + " 503",
+                                           mesh + " 422",
+                                           mesh + " 429",
+                                           mesh + " 503",
+                                           image + " 422",
+                                           image + " 429",
+                                           image + " 503"};
+  for (const auto& [path, item] : document_.at("paths").items()) {
+    for (const auto& [status, unused] : item.at("get").at("responses").items()) {
+      const std::string one = path + " " + status;
+      EXPECT_TRUE(seen_.contains(one) || elsewhere.contains(one)) << one << " was not provoked";
+    }
+  }
+}
+
+// The parameters that it names are those that are understood.
+TEST_F(OpenApiTest, NamesTheParametersThatThereAre) {
+  for (const std::string what : {"isosurface", "slice", "value"}) {
+    expect_parameters_are_described(what);
+  }
+}
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,131 @@
+// Several surfaces, and surfaces in the colours of a field, as files over HTTP.
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <cstring>
+
+#include "common/cli/json_report.hpp"
+#include "server/dataset/prepare.hpp"
+#include "server/extraction/surface_extractor.hpp"
+#include "server/service/extracted_surfaces.hpp"
+#include "tests/support/fake_steps.hpp"
+#include "tests/support/fields.hpp"
+#include "tests/support/running_http_server.hpp"
+
+namespace multitetra {
+namespace {
+
+using testing::HttpClient;
+using testing::RunningHttpServer;
+
+CataloguePtr ball_and_height() {
+  auto catalogue = std::make_shared<DatasetCatalogue>();
+  Volume height =
+      testing::fields::sampled<std::uint8_t>({40, 40, 40}, [](int, int, int z) { return 5 * z; });
+  for (const DatasetPtr& dataset : {make_dataset(testing::fields::ball({33, 33, 33}, 12), "ball"),
+                                    make_dataset(std::move(height), "height")}) {
+    catalogue->add(
+        std::make_shared<ExtractedSurfaces>(std::make_shared<const SurfaceExtractor>(dataset)));
+  }
+  return catalogue;
+}
+
+class SceneTest : public ::testing::Test {
+ protected:
+  [[nodiscard]] HttpClient::Response get(const std::string& query) {
+    return client_.get("/v1/datasets/ball/isosurface?" + query);
+  }
+  void expect_refused(const std::string& query, const std::string& text, unsigned status = 400) {
+    const auto response = get(query);
+    EXPECT_EQ(response.result_int(), status) << query;
+    EXPECT_NE(response.body().find(text), std::string::npos) << query << ": " << response.body();
+  }
+  static Json json_of_glb(const std::string& file) {
+    std::uint32_t length = 0;
+    std::memcpy(&length, file.data() + 12, sizeof length);
+    return Json::parse(file.substr(20, length));
+  }
+
+  RunningHttpServer server_{ball_and_height()};
+  HttpClient client_{server_.http()};
+};
+
+TEST_F(SceneTest, SeveralIsovaluesAreNamedPartsOfOneFile) {
+  const auto response = get("isovalue=-2,0,2.5&error=0.5");
+  ASSERT_EQ(response.result_int(), 200U) << response.body();
+  EXPECT_EQ(response["Multitetra-Components"], "3");
+  EXPECT_EQ(response["Multitetra-Euler-Characteristic"], "6");
+  const Json gltf = json_of_glb(response.body());
+  ASSERT_EQ(gltf.at("nodes").size(), 3U);
+  EXPECT_EQ(gltf.at("nodes")[0].at("name"), "isovalue -2");
+  EXPECT_EQ(gltf.at("nodes")[2].at("name"), "isovalue 2.5");
+  EXPECT_EQ(gltf.at("materials").size(), 3U);
+  EXPECT_NE(gltf.at("materials")[0], gltf.at("materials")[1]);
+  EXPECT_EQ(gltf.at("scenes")[0].at("nodes"), (Json{0, 1, 2}));
+}
+
+TEST_F(SceneTest, SmallComponentsAreLeftOutWhereThatIsAskedFor) {
+  const auto whole = get("isovalue=-2,2.5&error=0");  // Balls of two sizes.
+  EXPECT_EQ(whole["Multitetra-Components-Written"], "2");
+  const auto large = get("isovalue=-2,2.5&error=0&min_component=40");
+  ASSERT_EQ(large.result_int(), 200U) << large.body();
+  EXPECT_EQ(large["Multitetra-Components"], "2");
+  EXPECT_EQ(large["Multitetra-Components-Written"], "1");
+  EXPECT_EQ(large["Multitetra-Content-Digest"], whole["Multitetra-Content-Digest"]);
+  EXPECT_EQ(json_of_glb(large.body()).at("nodes").size(), 1U);
+  expect_refused("min_component=-1", "at least 0");
+  expect_refused("min_component=x", "min_component");
+}
+
+TEST_F(SceneTest, SeveralSurfacesShareABudget) {
+  const auto plain = get("isovalue=-2,2&error=0.05");
+  const auto response = get("isovalue=-2,2&error=0.05&max_triangles=300");
+  ASSERT_EQ(response.result_int(), 200U) << response.body();
+  EXPECT_GT(std::stoi(std::string(plain["Multitetra-Triangles"])), 300);
+  EXPECT_LE(std::stoi(std::string(response["Multitetra-Triangles"])), 300);
+  expect_refused("isovalue=-2,2&max_triangles=1", "cannot be shared");
+}
+
+TEST_F(SceneTest, ASurfaceHasTheColoursOfAField) {
+  const auto ply = get("isovalue=0&error=0.5&color_by=height&colors=gray&format=ply");
+  ASSERT_EQ(ply.result_int(), 200U) << ply.body();
+  EXPECT_NE(ply.body().find("property float scalar\nproperty uchar red"), std::string::npos);
+  const std::string file = ply.body();
+  const std::size_t data = file.find("end_header\n") + 11;
+  float z = 0;
+  float scalar = 0;
+  std::memcpy(&z, file.data() + data + 8, sizeof z);
+  std::memcpy(&scalar, file.data() + data + 12, sizeof scalar);
+  EXPECT_NEAR(scalar, 5 * z, 0.01);
+  const auto red = static_cast<unsigned char>(file[data + 16]);
+  EXPECT_NEAR(red, 255 * 5 * z / 195, 1);
+  const Json gltf = json_of_glb(get("isovalue=0&error=0.5&color_by=height").body());
+  const Json& attributes = gltf.at("meshes")[0].at("primitives")[0].at("attributes");
+  EXPECT_TRUE(attributes.contains("COLOR_0") && attributes.contains("_SCALAR"));
+  const auto log =
+      get("isovalue=0&error=0.5&color_by=height&colors=gray&format=ply&color_range=1,100&"
+          "color_scale=log");
+  ASSERT_EQ(log.result_int(), 200U) << log.body();
+  const std::string logarithmic = log.body();
+  std::memcpy(&scalar, logarithmic.data() + logarithmic.find("end_header\n") + 23, sizeof scalar);
+  const auto gray = static_cast<unsigned char>(logarithmic[logarithmic.find("end_header\n") + 27]);
+  EXPECT_EQ(gray, color_at(ColorMap::kGray, std::log(scalar) / std::log(100.0))[0]);
+  EXPECT_NE(get("isovalue=0&error=0.5&color_by=height&format=vtp").body().find("Scalars="),
+            std::string::npos);
+}
+
+TEST_F(SceneTest, TellsWhatIsWrongWithAQuery) {
+  expect_refused("isovalue=1,2&format=ply", "format=glb alone");
+  expect_refused("isovalue=1,,2", "A,B,C");
+  expect_refused("isovalue=1&color_by=nothing", "No dataset", 404);
+  expect_refused("isovalue=1&color_range=1,2", "need color_by");
+  expect_refused("isovalue=1&color_scale=log", "need color_by");
+  expect_refused("isovalue=1&color_by=height&color_scale=log", "both above 0");
+  expect_refused("isovalue=1&color_by=height&color_scale=square", "linear or log");
+  expect_refused("isovalue=1&color_by=height&no_value=red", "RRGGBB");
+  expect_refused("isovalue=1&color_by=height&color_range=2,1", "the first is less");
+  expect_refused("isovalue=1&color_by=height&colors=jet", "viridis");
+}
+
+}  // namespace
+}  // namespace multitetra

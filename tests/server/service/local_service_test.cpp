@@ -1,0 +1,168 @@
+// The service of one process without a transport: the test is the route.
+#include "server/service/local_service.hpp"
+
+#include <chrono>
+#include <future>
+#include <memory>
+#include <utility>
+
+#include <gtest/gtest.h>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/use_future.hpp>
+
+#include "server/operations/log.hpp"
+#include "tests/support/fake_steps.hpp"
+
+namespace multitetra {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::catalogue_of;
+using testing::Count;
+using testing::FakeSteps;
+using testing::MakeStep;
+
+// A service with one dataset and a client that is known to it.
+struct Running {
+  explicit Running(MakeStep make, LocalServiceOptions options = {.workers = 1},
+                   AdmissionOptions admission_options = {})
+      : admission(std::move(admission_options)),
+        service(io.get_executor(), catalogue_of(std::make_shared<FakeSteps>("fake", make)),
+                std::move(options)) {
+    set_log_level(LogLevel::kOff);
+  }
+  ~Running() {
+    if (caller) caller->close();
+    io.restart();
+    io.run();
+    service.workers().join();
+  }
+  Running(const Running&) = delete;
+  Running& operator=(const Running&) = delete;
+
+  template <typename T>
+  std::future<T> start(asio::awaitable<T> coroutine) {
+    auto result = asio::co_spawn(io, std::move(coroutine), asio::use_future);
+    io.restart();
+    io.poll();
+    return result;
+  }
+  template <typename T>
+  T finish(std::future<T> result) {
+    io.restart();
+    while (result.wait_for(0s) != std::future_status::ready) io.run_one_for(10ms);
+    return result.get();
+  }
+  Result<void> log_in(const std::string& token = {}) {
+    caller = service.open(client);
+    return finish(start(caller->log_in(token)));
+  }
+  std::future<Result<Surface>> ask(SurfaceRequest request = {.dataset = "fake",
+                                                             .request = {.isovalue = 1}}) {
+    return start(caller->surface(std::move(request)));
+  }
+
+  AdmissionControl admission;
+  asio::io_context io{1};
+  LocalService service;
+  ClientContextPtr client = admission.admit("http", "127.0.0.1", "test").client;
+  CallerPtr caller;
+};
+
+TiledStep octahedra(const StepRequest& step, const std::stop_token&) {
+  return testing::octahedron_step(step);
+}
+
+TEST(LocalService, MakesAFinalSurfaceAsOneMesh) {
+  Running running(octahedra);
+  ASSERT_TRUE(running.log_in());
+  const auto surface = running.finish(running.ask());
+  ASSERT_TRUE(surface) << surface.error().text;
+  std::uint64_t triangles = 0;
+  ContentDigest digest;
+  for (const EncodedTile& tile : testing::fine_tiles()) {
+    triangles += tile.summary.triangles;
+    digest += tile.summary.digest;
+  }
+  EXPECT_EQ(surface->mesh.triangles.size(), triangles);
+  EXPECT_EQ(surface->digest, digest);
+  EXPECT_EQ(running.admission.queue().used(), bytes_of(surface->mesh)) << "as long as it lives";
+}
+
+TEST(LocalService, GivesNothingBeforeATokenWasChecked) {
+  Running running(octahedra);
+  running.caller = running.service.open(running.client);
+  EXPECT_EQ(running.finish(running.ask()).error().code, ErrorCode::kUnknownDataset);
+}
+
+TEST(LocalService, RefusesASurfaceOfTooManyTriangles) {
+  Running running(octahedra);
+  ASSERT_TRUE(running.log_in());
+  const auto refused = running.finish(
+      running.ask({.dataset = "fake", .request = {.isovalue = 1}, .max_triangles = 3}));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kLimitExceeded);
+  EXPECT_EQ(running.admission.queue().used(), 0U);
+}
+
+TEST(LocalService, ReservesMemoryForWhatWaitsAndForTheMesh) {
+  Running small(octahedra, {.workers = 1}, {.queue_bytes = 1000});
+  ASSERT_TRUE(small.log_in());
+  EXPECT_EQ(small.finish(small.ask()).error().code, ErrorCode::kUnavailable);
+}
+
+TEST(LocalService, ACallerThatIsClosedTakesNoWorkerAnyMore) {
+  Count working;
+  Running running(testing::endless(working));
+  ASSERT_TRUE(running.log_in());
+  auto surface = running.ask();
+  ASSERT_TRUE(working.reaches(1));
+  running.caller->close(Error{ErrorCode::kUnavailable, "The server stops."});
+  const auto refused = running.finish(std::move(surface));
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable) << "why it was closed";
+  EXPECT_TRUE(working.reaches(0));
+}
+
+TEST(LocalService, SpendsOnlySoMuchTimeOnARequest) {
+  Count working;
+  Running running(testing::endless(working), {.workers = 1, .limits = {.request_time = 20ms}});
+  ASSERT_TRUE(running.log_in());
+  auto surface = running.ask();
+  ASSERT_TRUE(working.reaches(1));
+  running.io.restart();
+  running.io.poll();
+  running.caller->keep_time(std::chrono::steady_clock::now() + 1h);
+  const auto refused = running.finish(std::move(surface));
+  EXPECT_EQ(refused.error().code, ErrorCode::kLimitExceeded);
+}
+
+TEST(LocalService, WhileTheServerDrainsDatasetsAreDescribedAndNothingIsBegun) {
+  Running running(octahedra);
+  running.admission.drain([] {});
+  ASSERT_TRUE(running.log_in());
+  EXPECT_TRUE(running.caller->permit().describe("fake"));
+  EXPECT_EQ(running.finish(running.ask()).error().code, ErrorCode::kUnavailable);
+}
+
+TEST(LocalService, ChecksRequestsAsForConversations) {
+  Running running(octahedra, {.workers = 1, .requests = {.max_regions = 0}});
+  ASSERT_TRUE(running.log_in());
+  SurfaceRequest request{.dataset = "fake", .request = {.isovalue = 1, .error = -1}};
+  EXPECT_EQ(running.finish(running.ask(request)).error().code, ErrorCode::kInvalidArgument);
+  request.request.error = 1;
+  request.request.thresholds.regions.resize(1);
+  EXPECT_FALSE(running.finish(running.ask(request)));
+}
+
+TEST(LocalService, OffersWhatThereIsWhenATokenIsChecked) {
+  Running running(octahedra);
+  ASSERT_TRUE(running.log_in());
+  running.service.offer(testing::fake_catalogue("another"));
+  EXPECT_TRUE(running.caller->permit().describe("fake")) << "as long as the request lasts";
+  ASSERT_TRUE(running.log_in());
+  EXPECT_FALSE(running.caller->permit().describe("fake"));
+  EXPECT_TRUE(running.caller->permit().describe("another"));
+}
+
+}  // namespace
+}  // namespace multitetra

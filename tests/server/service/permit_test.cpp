@@ -1,0 +1,74 @@
+#include "server/service/permit.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/fake_steps.hpp"
+
+namespace multitetra {
+namespace {
+
+using testing::fake_catalogue;
+using testing::FakeSteps;
+
+AccessListPtr list_of(const std::string& token, const std::string& datasets) {
+  auto list = std::make_shared<AccessList>();
+  list->add({.digest = digest_of_token(token), .rights = AccessRights("alice", {datasets})});
+  return list;
+}
+
+TEST(Permit, WithoutAListEverybodyMaySeeEverything) {
+  const auto permit = Permit::of("whatever", nullptr, fake_catalogue("head"));
+  ASSERT_TRUE(permit);
+  EXPECT_FALSE(permit->has_token());
+  EXPECT_TRUE(permit->describe("head"));
+  EXPECT_EQ(permit->describe().size(), 1U);
+}
+
+TEST(Permit, ATokenThatTheListDoesNotKnowHasNone) {
+  const AccessListPtr list = list_of("good", "*");
+  const auto refused = Permit::of("bad", list, fake_catalogue("head"));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnauthenticated);
+  EXPECT_TRUE(Permit::of("good", list, fake_catalogue("head")));
+}
+
+TEST(Permit, WhatMayNotBeSeenDoesNotExist) {
+  const auto permit = Permit::of("good", list_of("good", "frog-*"), fake_catalogue("head"));
+  ASSERT_TRUE(permit);
+  EXPECT_TRUE(permit->describe().empty());
+  EXPECT_FALSE(permit->may_see("head"));
+  const auto job = permit->accept(testing::open_fake(1, "head"));
+  ASSERT_FALSE(job);
+  EXPECT_EQ(job.error().code, ErrorCode::kUnknownDataset);
+  EXPECT_EQ(permit->accept(Probe{.dataset = "head", .probe = {.places = {{0, 0, 0}}}}).error().code,
+            ErrorCode::kUnknownDataset);
+}
+
+TEST(Permit, ColoursAreRightsOfTheirOwn) {
+  const auto catalogue = fake_catalogue("head");
+  catalogue->add(std::make_shared<FakeSteps>("dose"));
+  OpenStream open = testing::open_fake(1, "head");
+  open.scalars = ScalarRequest{.dataset = "dose"};
+  EXPECT_TRUE(Permit::of("", nullptr, catalogue)->accept(open));
+  const auto refused = Permit::of("good", list_of("good", "head"), catalogue)->accept(open);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnknownDataset);
+}
+
+TEST(Permit, AnotherListHoldsAtOnce) {
+  auto permit = Permit::of("good", list_of("good", "*"), fake_catalogue("head"));
+  ASSERT_TRUE(permit);
+  EXPECT_FALSE(permit->renew(list_of("other", "*")));
+  EXPECT_TRUE(permit->renew(list_of("good", "frog")));
+  EXPECT_FALSE(permit->may_see("head"));
+}
+
+TEST(Permit, WhileWorkIsRefusedDatasetsAreStillDescribed) {
+  auto permit = Permit::of("", nullptr, fake_catalogue("head"));
+  permit->refuse_work({ErrorCode::kUnavailable, "stopping"});
+  EXPECT_TRUE(permit->describe("head"));
+  EXPECT_EQ(permit->accept(testing::open_fake(1, "head")).error().code, ErrorCode::kUnavailable);
+}
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,106 @@
+// A surface is the same to the bit whether its tiles come as meshes from the extractor or as they
+// were encoded, in whatever order.
+#include "server/service/surface.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "common/mesh/mesh_checks.hpp"
+#include "server/extraction/surface_extractor.hpp"
+#include "server/service/extracted_surfaces.hpp"
+#include "tests/support/prepared_fields.hpp"
+
+namespace multitetra {
+namespace {
+
+class SurfaceTest : public ::testing::Test {
+ protected:
+  [[nodiscard]] static SurfaceTiles tiles_of(const TiledStep& step,
+                                             const IsosurfaceRequest& request) {
+    SurfaceTiles tiles{.begin = {.request = request, .tiles = {}}, .meshes = step.meshes};
+    for (const EncodedTile& tile : step.tiles) {
+      tiles.begin.tiles.push_back(tile.summary);
+      tiles.payloads.push_back(tile.payload);
+      tiles.digest += tile.summary.digest;
+    }
+    return tiles;
+  }
+  [[nodiscard]] TiledStep encoded(const IsosurfaceRequest& request) const {
+    return surfaces_.make(final_step(request), {});
+  }
+  [[nodiscard]] TiledStep meshes(const IsosurfaceRequest& request) const {
+    const ExtractedSurfaces fresh(extractor_);
+    return fresh.make_meshes(final_step(request), {});
+  }
+  static void expect_equal(const Result<Surface>& a, const Result<Surface>& b) {
+    ASSERT_TRUE(a) << a.error().text;
+    ASSERT_TRUE(b) << b.error().text;
+    EXPECT_GT(a->mesh.triangles.size(), 1000U);
+    EXPECT_EQ(a->digest, b->digest);
+    EXPECT_EQ(a->mesh.vertices, b->mesh.vertices);
+    EXPECT_EQ(a->mesh.triangles, b->mesh.triangles);
+    EXPECT_EQ(a->mesh.normals, b->mesh.normals);
+  }
+
+  std::shared_ptr<const SurfaceExtractor> extractor_ = std::make_shared<const SurfaceExtractor>(
+      testing::prepared({"gyroid", testing::fields::gyroid(40, 0.1, 8)}));
+  ExtractedSurfaces surfaces_{extractor_, std::make_shared<StepCache>(std::size_t{64} << 20)};
+};
+
+TEST_F(SurfaceTest, IsTheSameWithAndWithoutEncoding) {
+  for (const bool is_simplified : {false, true}) {
+    const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.25, .simplify = is_simplified};
+    const TiledStep made = meshes(request);
+    ASSERT_EQ(made.meshes.size(), made.tiles.size());
+    EXPECT_EQ(made.tiles.front().payload, nullptr);
+    expect_equal(assembled(tiles_of(made, request), {}),
+                 assembled(tiles_of(encoded(request), request), {}));
+  }
+}
+
+TEST_F(SurfaceTest, HasTheNormalsThatAClientDecodes) {
+  for (const int bits : {8, 9, 10}) {
+    const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.5, .normal_bits = bits};
+    expect_equal(assembled(tiles_of(meshes(request), request), {}),
+                 assembled(tiles_of(encoded(request), request), {}));
+  }
+}
+
+TEST_F(SurfaceTest, DoesNotDependOnTheOrderOfItsTiles) {
+  const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.25};
+  TiledStep step = encoded(request);
+  const auto surface = assembled(tiles_of(step, request), {});
+  std::shuffle(step.tiles.begin(), step.tiles.end(), std::mt19937(1));  // NOLINT: the same always.
+  expect_equal(surface, assembled(tiles_of(step, request), {}));
+  EXPECT_TRUE(topology(surface->mesh, data_border(surfaces_.info(), request.lattice_resolution, 0))
+                  .is_sound());
+}
+
+TEST_F(SurfaceTest, TakesTilesFromTheCacheWhereItHasThem) {
+  const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.25};
+  EXPECT_FALSE(surfaces_.make_meshes(final_step(request), {}).meshes.empty());
+  const TiledStep kept = encoded(request);
+  const TiledStep again = surfaces_.make_meshes(final_step(request), {});
+  EXPECT_TRUE(again.meshes.empty());
+  EXPECT_EQ(again.tiles.front().payload, kept.tiles.front().payload);
+}
+
+TEST_F(SurfaceTest, WithAMissingOrAWrongTileIsDamaged) {
+  const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.25};
+  SurfaceTiles missing = tiles_of(encoded(request), request);
+  missing.payloads.back() = nullptr;
+  EXPECT_EQ(assembled(std::move(missing), {}).error().code, ErrorCode::kDamagedData);
+  SurfaceTiles wrong = tiles_of(encoded(request), request);
+  wrong.payloads.back() = std::make_shared<const std::string>("nonsense");
+  EXPECT_EQ(assembled(std::move(wrong), {}).error().code, ErrorCode::kDamagedData);
+  SurfaceTiles other = tiles_of(meshes(request), request);
+  other.digest += ContentDigest{1, 2};
+  EXPECT_EQ(assembled(std::move(other), {}).error().code, ErrorCode::kDamagedData);
+}
+
+}  // namespace
+}  // namespace multitetra
