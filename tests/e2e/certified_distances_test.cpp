@@ -62,7 +62,11 @@ TEST_P(CertifiedDistances, AreNeverAboveTheErrorAndTheLattice) {
                                                .lattice = kDefaultLatticeResolution});
       EXPECT_TRUE(certificate.keeps_topology());
       EXPECT_EQ(certificate.mesh, fetched->step->topology);
-      EXPECT_EQ(certificate.reference, full->step->topology);
+      // At error 0 points without any error are fused: fewer triangles of the same surface.
+      EXPECT_GE(certificate.reference.triangles, full->step->topology.triangles);
+      EXPECT_EQ(certificate.reference.euler_characteristic,
+                full->step->topology.euler_characteristic);
+      EXPECT_EQ(certificate.reference.components, full->step->topology.components);
       const auto& [there, back] = certificate.distance;
       EXPECT_NE(certificate.error, ErrorVerdict::kExceeded)
           << there.maximum << " and " << back.maximum << " at (" << back.farthest[0] << ", "
