@@ -63,7 +63,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
  private:
   struct Stream {
     std::uint64_t request_id = 0;
-    SurfaceStreamPtr messages;
+    ProgressiveStreamPtr messages;
     std::unique_ptr<RequestRecord> record;
     ByteReservations::Reservation room = {};
   };

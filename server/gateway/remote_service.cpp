@@ -79,7 +79,7 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
         change_(executor) {}
 
   CataloguePtr catalogue() const override { return catalogue_; }
-  SurfaceStreamPtr steps(StartStream action, std::function<void()> changed) override;
+  ProgressiveStreamPtr steps(StartStream action, std::function<void()> changed) override;
   void answer(AnswerQuestion action, std::stop_token stop,
               std::function<void(Result<QuestionReply>)> done) override;
   void keep_time(std::chrono::steady_clock::time_point) override {}
@@ -129,7 +129,7 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
   AsyncEvent change_;
 };
 
-class RemoteCaller::Stream : public SurfaceStream {
+class RemoteCaller::Stream : public ProgressiveStream {
  public:
   using Clock = std::chrono::steady_clock;
 
@@ -227,10 +227,10 @@ void RemoteCaller::when_closed() {
 
 // ---- streams
 
-SurfaceStreamPtr RemoteCaller::steps(StartStream action, std::function<void()> changed) {
+ProgressiveStreamPtr RemoteCaller::steps(StartStream action, std::function<void()> changed) {
   const bool is_held = keep_holders_of_scalars(action);
   stream_ = std::make_shared<Stream>(weak_from_this(), std::move(action), std::move(changed));
-  const SurfaceStreamPtr started = stream_;
+  const ProgressiveStreamPtr started = stream_;
   if (!is_held) {
     stream_->refuse(
         {ErrorCode::kUnavailable,
@@ -393,7 +393,7 @@ asio::awaitable<void> RemoteCaller::bring_answer(AnswerQuestion action,
 asio::awaitable<Result<SurfaceTiles>> RemoteCaller::collect(StartStream action,
                                                             std::uint64_t max_triangles) {
   const auto changed = std::make_shared<AsyncEvent>(executor_);
-  const SurfaceStreamPtr stream = steps(std::move(action), [changed] { changed->notify_all(); });
+  const ProgressiveStreamPtr stream = steps(std::move(action), [changed] { changed->notify_all(); });
   SurfaceTiles tiles;
   for (;;) {
     auto message = stream->take();

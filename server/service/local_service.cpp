@@ -184,7 +184,7 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
         queue_number_(service.workers().new_client()) {}
 
   CataloguePtr catalogue() const override { return service_.catalogue(); }
-  SurfaceStreamPtr steps(StartStream action, std::function<void()> changed) override;
+  ProgressiveStreamPtr steps(StartStream action, std::function<void()> changed) override;
   void answer(AnswerQuestion action, std::stop_token stop,
               std::function<void(Result<QuestionReply>)> done) override;
   void link_carries(double bytes_per_second) override { bytes_per_second_ = bytes_per_second; }
@@ -232,7 +232,7 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
 };
 
 // Workers hold it as well; they touch only action and stop.
-class LocalCaller::Stream : public SurfaceStream {
+class LocalCaller::Stream : public ProgressiveStream {
  public:
   Stream(std::weak_ptr<LocalCaller> caller, StartStream started, std::function<void()> changed)
       : messages(started.open, started.source->info(), range_of(started)),
@@ -321,7 +321,7 @@ StepLimits LocalCaller::step_limits() const {
 
 // ---- streams
 
-SurfaceStreamPtr LocalCaller::steps(StartStream action, std::function<void()> changed) {
+ProgressiveStreamPtr LocalCaller::steps(StartStream action, std::function<void()> changed) {
   const auto refusal = check_backlog();
   stream_ = std::make_shared<Stream>(weak_from_this(), std::move(action), std::move(changed));
   if (refusal) {

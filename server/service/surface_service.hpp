@@ -31,9 +31,9 @@
 namespace multitetra {
 
 // A progressive stream whose steps are being made. Who does not want it any more calls drop().
-class SurfaceStream {
+class ProgressiveStream {
  public:
-  virtual ~SurfaceStream() = default;
+  virtual ~ProgressiveStream() = default;
 
   // The next message, if there is one now. StreamEnd or ErrorReply is the last.
   [[nodiscard]] virtual std::optional<ServerMessage> take() = 0;
@@ -44,7 +44,7 @@ class SurfaceStream {
   // Nobody takes any more: what is done for it ends soon.
   virtual void drop() = 0;
 };
-using SurfaceStreamPtr = std::shared_ptr<SurfaceStream>;
+using ProgressiveStreamPtr = std::shared_ptr<ProgressiveStream>;
 
 struct SurfaceRequest {
   std::string dataset = {};
@@ -86,7 +86,7 @@ class Caller {
   [[nodiscard]] virtual CataloguePtr catalogue() const = 0;
   // Begins a progressive stream; the one before was dropped. `changed` tells that there may be
   // another message.
-  [[nodiscard]] virtual SurfaceStreamPtr steps(StartStream action,
+  [[nodiscard]] virtual ProgressiveStreamPtr steps(StartStream action,
                                                std::function<void()> changed) = 0;
   // `done` is told once, whatever happens; soon after `stop` is triggered.
   virtual void answer(AnswerQuestion action, std::stop_token stop,
