@@ -41,7 +41,7 @@ struct MeshPlace {
 
 // Takes about 120 bytes of memory a triangle while it works. kDamagedData when a check of tiles or
 // mesh fails: the same that a client makes; what place.room() says where there is none. kCancelled
-// soon after `stop` is triggered. Throws DatasetFileError when the folder cannot take it.
+// soon after `stop` is triggered. Throws std::system_error when the folder cannot take it.
 // Several steps, of one dataset, become one GLB with a part for each, named by its isovalue;
 // requires that format for them.
 [[nodiscard]] Result<StoredMesh> store_mesh(const std::vector<OneShotSession::Step>& steps,
