@@ -41,7 +41,7 @@ struct MeshPlace {
 
 // Takes about 120 bytes of memory a triangle while it works. kDamagedData when the mesh has a
 // crack; what place.room() says where there is none. kCancelled soon after `stop` is triggered.
-// Throws DatasetFileError when the folder cannot take it. Several surfaces, of one dataset, become
+// Throws std::system_error when the folder cannot take it. Several surfaces, of one dataset, become
 // one GLB with a part for each, named by its isovalue; requires that format for them.
 [[nodiscard]] Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& info,
                                             const MeshForm& form, const MeshPlace& place,

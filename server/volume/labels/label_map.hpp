@@ -54,7 +54,7 @@ class LabelMap {
   // Reads `source` once, and puts its samples into a file without a name in `scratch_folder`.
   // `name` is the source's in sentences. Throws VolumeFileError when the source does, when a sample
   // is no whole number that f32 tells from its neighbours, or when there are more than
-  // kMostFoundLabels; DatasetFileError when the disk fails.
+  // kMostFoundLabels; std::system_error when the disk fails.
   LabelMap(const std::filesystem::path& name, VolumeSource& source,
            const std::filesystem::path& scratch_folder);
 
