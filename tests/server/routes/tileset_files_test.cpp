@@ -206,7 +206,7 @@ class CountedCells : public SurfaceProvider {
     ++made;
     return steps_.make(step, std::move(stop));
   }
-  [[nodiscard]] StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const override {
+  [[nodiscard]] SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const override {
     return steps_.sizes(std::move(stop), accuracy);
   }
   mutable std::atomic<int> made = 0;
