@@ -201,7 +201,7 @@ void Conversation::perform(Actions actions) {
 }
 
 void Conversation::perform(Send action) {
-  auto room = client_->take_room(waiting_bytes(action.message));
+  auto room = client_->reserve(waiting_bytes(action.message));
   if (const auto* list = std::get_if<DatasetList>(&action.message)) {
     RequestRecord record(client_, {.kind = "list", .request = list->request_id});
     record.end(room ? "complete" : name(room.error().code));
@@ -242,7 +242,7 @@ void Conversation::answer_made(std::uint64_t number, Result<QuestionReply> made)
   questions_.erase(found);
   if (is_over_) return;
   idleness_.note(Clock::now());
-  auto room = client_->take_room(made ? waiting_bytes(*made) : 0);
+  auto room = client_->reserve(made ? waiting_bytes(*made) : 0);
   if (!room) made = tl::unexpected(room.error());
   question.record->end(made ? "complete" : name(made.error().code));
   if (made) {

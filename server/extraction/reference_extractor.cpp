@@ -47,7 +47,8 @@ std::shared_ptr<const SaturatedErrors> exact_errors(const Field& field, const St
 
 }  // namespace
 
-StepSpec step_spec(const StepRequest& step, const DatasetInfo& info, const std::stop_token& stop) {
+ResolvedStep resolved_step(const StepRequest& step, const DatasetInfo& info,
+                           const std::stop_token& stop) {
   return {step, info, [&stop] { throw_if_stopped(stop); }};
 }
 
@@ -56,12 +57,12 @@ ReferenceExtractor::ReferenceExtractor(const PreparedVolume& dataset)
       volume_(whole_volume(dataset)),
       field_(volume_, dataset.info.outside, dataset.info.margin) {}
 
-std::shared_ptr<const Model> ReferenceExtractor::exact_model(const StepSpec& spec,
+std::shared_ptr<const Model> ReferenceExtractor::exact_model(const ResolvedStep& spec,
                                                              std::stop_token stop) const {
   return std::make_shared<ErrorBasedModel>(exact_errors(field_, spec.step(), stop), spec.model());
 }
 
-std::shared_ptr<const Model> ReferenceExtractor::spectrum_model(const StepSpec& spec,
+std::shared_ptr<const Model> ReferenceExtractor::spectrum_model(const ResolvedStep& spec,
                                                                 std::stop_token stop) const {
   const IsosurfaceRequest& request = spec.request();
   return std::make_shared<SpectrumModel>(
@@ -78,7 +79,7 @@ TiledSurface ReferenceExtractor::surface(const Model& model, const SurfaceOption
   return extract_in_parallel(FieldCubes(model, field_, options), root, exponent, stop);
 }
 
-TiledSurface ReferenceExtractor::extract(const StepSpec& spec, const Model& model,
+TiledSurface ReferenceExtractor::extract(const ResolvedStep& spec, const Model& model,
                                          std::stop_token stop) const {
   const SurfaceOptions options{.isovalue = spec.request().isovalue,
                                .lattice_resolution = spec.request().lattice_resolution};
@@ -87,7 +88,7 @@ TiledSurface ReferenceExtractor::extract(const StepSpec& spec, const Model& mode
   return tiled;
 }
 
-TiledSurface ReferenceExtractor::extract(const StepSpec& spec, std::stop_token stop) const {
+TiledSurface ReferenceExtractor::extract(const ResolvedStep& spec, std::stop_token stop) const {
   return extract(spec, *exact_model(spec, stop), stop);
 }
 

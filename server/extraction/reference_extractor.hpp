@@ -8,7 +8,7 @@
 
 #include "server/core/errors/error_based_model.hpp"
 #include "server/core/framework/field.hpp"
-#include "server/core/planning/step_spec.hpp"
+#include "server/core/planning/resolved_step.hpp"
 #include "server/core/surface/tiling.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/tiled_surface.hpp"
@@ -16,8 +16,8 @@
 namespace multitetra {
 
 // What follows from a step. Throws Cancelled soon after `stop` is triggered.
-[[nodiscard]] StepSpec step_spec(const StepRequest& step, const DatasetInfo& info,
-                                 const std::stop_token& stop = {});
+[[nodiscard]] ResolvedStep resolved_step(const StepRequest& step, const DatasetInfo& info,
+                                         const std::stop_token& stop = {});
 
 // Holds the whole volume in memory.
 class ReferenceExtractor {
@@ -30,11 +30,11 @@ class ReferenceExtractor {
   [[nodiscard]] const Field& field() const { return field_; }
 
   // The model with exact errors, after a pass over the volume.
-  [[nodiscard]] std::shared_ptr<const Model> exact_model(const StepSpec& spec,
+  [[nodiscard]] std::shared_ptr<const Model> exact_model(const ResolvedStep& spec,
                                                          std::stop_token stop = {}) const;
   // The model that SurfaceExtractor shows: with errors from the spectrum where it has them.
   // Requires a grid of more than kSpectrumSpacing steps a side.
-  [[nodiscard]] std::shared_ptr<const Model> spectrum_model(const StepSpec& spec,
+  [[nodiscard]] std::shared_ptr<const Model> spectrum_model(const ResolvedStep& spec,
                                                             std::stop_token stop = {}) const;
 
   // The isosurface of any model of this grid. Throws Cancelled soon after `stop` is triggered.
@@ -42,9 +42,9 @@ class ReferenceExtractor {
                                      std::stop_token stop = {}) const;
   // The surface of a step, simplified if it says so, from a model of the step; without one from
   // that with exact errors.
-  [[nodiscard]] TiledSurface extract(const StepSpec& spec, const Model& model,
+  [[nodiscard]] TiledSurface extract(const ResolvedStep& spec, const Model& model,
                                      std::stop_token stop = {}) const;
-  [[nodiscard]] TiledSurface extract(const StepSpec& spec, std::stop_token stop = {}) const;
+  [[nodiscard]] TiledSurface extract(const ResolvedStep& spec, std::stop_token stop = {}) const;
 
  private:
   const PreparedVolume& dataset_;

@@ -28,8 +28,8 @@ void add(SimplifiedBlocks& all, const SimplifiedBlocks& one) {
 // Blocks of one surface, each by itself.
 class BlockSampler {
  public:
-  BlockSampler(const SurfaceExtractor& extractor, const PreparedModel& model, const StepSpec& spec,
-               const std::stop_token& stop)
+  BlockSampler(const SurfaceExtractor& extractor, const PreparedModel& model,
+               const ResolvedStep& spec, const std::stop_token& stop)
       : extractor_(extractor),
         model_(model),
         spec_(spec),
@@ -106,7 +106,7 @@ class BlockSampler {
 
   const SurfaceExtractor& extractor_;
   const PreparedModel& model_;
-  const StepSpec& spec_;
+  const ResolvedStep& spec_;
   const std::stop_token& stop_;
   Shading shading_;
   DataBorder border_;
@@ -129,7 +129,7 @@ std::vector<OctreeCube> spread(const CubeSample& sample, std::size_t count, int 
 
 std::optional<SampledBlocks> sampled_blocks(const SurfaceExtractor& extractor,
                                             const PreparedModel& model, const CubeSample& sample,
-                                            const StepSpec& spec, const BlockCounts& counts,
+                                            const ResolvedStep& spec, const BlockCounts& counts,
                                             const std::stop_token& stop) {
   const int levels = extractor.dataset().info.grid_exponent - CubeSample::kExponent;
   if (levels < 1) return std::nullopt;

@@ -29,6 +29,6 @@ struct BlockCounts {
 // after `stop` is triggered.
 [[nodiscard]] std::optional<SampledBlocks> sampled_blocks(
     const SurfaceExtractor& extractor, const PreparedModel& model, const CubeSample& sample,
-    const StepSpec& spec, const BlockCounts& counts, const std::stop_token& stop);
+    const ResolvedStep& spec, const BlockCounts& counts, const std::stop_token& stop);
 
 }  // namespace multitetra

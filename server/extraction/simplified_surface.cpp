@@ -96,7 +96,7 @@ SimplificationWork simplify(TiledSurface& surface, int root_exponent,
   return joined.front().work;
 }
 
-void simplify(TiledSurface& surface, const StepSpec& spec, int root_exponent,
+void simplify(TiledSurface& surface, const ResolvedStep& spec, int root_exponent,
               const std::stop_token& stop) {
   if (!spec.request().simplify) return;
   simplify(

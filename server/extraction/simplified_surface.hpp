@@ -4,7 +4,7 @@
 #include <functional>
 #include <stop_token>
 
-#include "server/core/planning/step_spec.hpp"
+#include "server/core/planning/resolved_step.hpp"
 #include "server/core/simplification/simplified_cube.hpp"
 #include "server/extraction/tiled_surface.hpp"
 
@@ -28,7 +28,7 @@ SimplificationWork simplify(TiledSurface& surface, int root_exponent,
                             const SimplifiedTileLimits& limits = {});
 
 // The same as far as the step says so.
-void simplify(TiledSurface& surface, const StepSpec& spec, int root_exponent,
+void simplify(TiledSurface& surface, const ResolvedStep& spec, int root_exponent,
               const std::stop_token& stop);
 
 }  // namespace multitetra

@@ -64,7 +64,7 @@ CubeMemoryPool::Lease::~Lease() {
   pool_.free_.push_back(std::move(memory_));
 }
 
-PreparedModel prepared_model(const PreparedVolume& volume, const StepSpec& spec,
+PreparedModel prepared_model(const PreparedVolume& volume, const ResolvedStep& spec,
                              std::shared_ptr<const SpectrumErrors> spectrum) {
   const IsosurfaceRequest& request = spec.request();
   return {volume,
@@ -81,10 +81,10 @@ SurfaceExtractor::SurfaceExtractor(DatasetPtr dataset, std::shared_ptr<CubeMemor
       pool_(pool ? std::move(pool) : std::make_shared<CubeMemoryPool>()) {}
 
 TiledSurface SurfaceExtractor::extract(const StepRequest& step, std::stop_token stop) const {
-  return extract(step_spec(step, dataset_->info, stop), stop);
+  return extract(resolved_step(step, dataset_->info, stop), stop);
 }
 
-TiledSurface SurfaceExtractor::extract(const StepSpec& spec, std::stop_token stop) const {
+TiledSurface SurfaceExtractor::extract(const ResolvedStep& spec, std::stop_token stop) const {
   const DatasetInfo& info = dataset_->info;
   if (info.grid_exponent <= kSpectrumExponent) {
     // A grid of eight steps or fewer has no spectrum, and a pass over it costs nothing.

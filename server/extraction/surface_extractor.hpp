@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "server/core/fine_errors/prepared_model.hpp"
-#include "server/core/planning/step_spec.hpp"
+#include "server/core/planning/resolved_step.hpp"
 #include "server/core/surface/tiling.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/tiled_surface.hpp"
@@ -44,7 +44,7 @@ class CubeMemoryPool {
 // The model of a step. The volume must outlive it; requires a grid of more than kSpectrumSpacing
 // steps a side.
 [[nodiscard]] PreparedModel prepared_model(
-    const PreparedVolume& volume, const StepSpec& spec,
+    const PreparedVolume& volume, const ResolvedStep& spec,
     std::shared_ptr<const SpectrumErrors> spectrum = nullptr);
 
 // Safe to use from several threads at once.
@@ -58,7 +58,7 @@ class SurfaceExtractor {
 
   // Requires a validated request. Throws Cancelled soon after `stop` is triggered, and
   // DatasetFileError when the dataset turns out to be damaged.
-  [[nodiscard]] TiledSurface extract(const StepSpec& spec, std::stop_token stop = {}) const;
+  [[nodiscard]] TiledSurface extract(const ResolvedStep& spec, std::stop_token stop = {}) const;
   [[nodiscard]] TiledSurface extract(const StepRequest& step, std::stop_token stop = {}) const;
 
  private:

@@ -120,7 +120,7 @@ class SharedSpectrum {
  public:
   explicit SharedSpectrum(const PreparedVolume& volume) : volume_(volume) {}
 
-  [[nodiscard]] PreparedModel model(const StepSpec& spec) {
+  [[nodiscard]] PreparedModel model(const ResolvedStep& spec) {
     const IsosurfaceRequest& request = spec.request();
     if (!spectrum_ || request.isovalue != request_.isovalue ||
         request.measure != request_.measure || request.topology_rule != request_.topology_rule) {
@@ -140,7 +140,7 @@ class SharedSpectrum {
 SurfaceSize sampled_size(const SurfaceExtractor& extractor, SharedSpectrum& spectrum,
                          const StepRequest& step, SizeAccuracy accuracy,
                          const std::stop_token& stop) {
-  const StepSpec spec = step_spec(step, extractor.dataset().info, stop);
+  const ResolvedStep spec = resolved_step(step, extractor.dataset().info, stop);
   const PreparedModel model = spectrum.model(spec);
   if (step.finest_spacing >= kSpectrumSpacing && accuracy == SizeAccuracy::kQuick) {
     return preview_size(model, step, stop);
@@ -179,15 +179,15 @@ SurfaceSize sampled_size(const SurfaceExtractor& extractor, SharedSpectrum& spec
 
 }  // namespace
 
-StepSizes surface_sizes(const SurfaceExtractor& extractor, std::stop_token stop,
-                        SizeAccuracy accuracy) {
+SizeEstimates surface_sizes(const SurfaceExtractor& extractor, std::stop_token stop,
+                            SizeAccuracy accuracy) {
   const PreparedVolume& dataset = extractor.dataset();
   const auto spectrum = std::make_shared<SharedSpectrum>(dataset);
   const bool has_spectrum = dataset.info.grid_exponent > kSpectrumExponent;
   const auto on_small_grid = [&dataset, stop](const StepRequest& step) {
     // A pass over it costs nothing.
     return exact_size(
-        ReferenceExtractor(dataset).extract(step_spec(step, dataset.info, stop), stop), dataset,
+        ReferenceExtractor(dataset).extract(resolved_step(step, dataset.info, stop), stop), dataset,
         step);
   };
   return {.of =
@@ -199,7 +199,7 @@ StepSizes surface_sizes(const SurfaceExtractor& extractor, std::stop_token stop,
               [=, &dataset](const IsosurfaceRequest& request) {
                 const StepRequest step = {.request = request};
                 if (!has_spectrum) return on_small_grid(step);
-                const StepSpec spec = step_spec(step, dataset.info, stop);
+                const ResolvedStep spec = resolved_step(step, dataset.info, stop);
                 return rough_size(spectrum->model(spec), step, stop);
               },
           .to_fetch =

@@ -21,7 +21,8 @@ enum class SizeAccuracy {
 
 // For one thread at a time. The functions throw Cancelled soon after `stop` is triggered; the
 // extractor must outlive them.
-[[nodiscard]] StepSizes surface_sizes(const SurfaceExtractor& extractor, std::stop_token stop = {},
-                                      SizeAccuracy accuracy = SizeAccuracy::kQuick);
+[[nodiscard]] SizeEstimates surface_sizes(const SurfaceExtractor& extractor,
+                                          std::stop_token stop = {},
+                                          SizeAccuracy accuracy = SizeAccuracy::kQuick);
 
 }  // namespace multitetra

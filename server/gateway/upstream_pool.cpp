@@ -26,7 +26,7 @@ asio::awaitable<void> pause(asio::any_io_executor executor, std::chrono::millise
 TiledStep UpstreamDataset::make(const StepRequest&, std::stop_token) const {
   throw std::logic_error("A gateway makes no steps.");
 }
-StepSizes UpstreamDataset::sizes(std::stop_token, SizeAccuracy) const {
+SizeEstimates UpstreamDataset::sizes(std::stop_token, SizeAccuracy) const {
   throw std::logic_error("A gateway measures no steps.");
 }
 

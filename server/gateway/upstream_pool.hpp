@@ -30,7 +30,7 @@ class UpstreamDataset : public SurfaceProvider {
 
   [[nodiscard]] const DatasetInfo& info() const override { return info_; }
   [[nodiscard]] TiledStep make(const StepRequest& step, std::stop_token stop) const override;
-  [[nodiscard]] StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
+  [[nodiscard]] SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
 
   std::vector<std::size_t> holders =
       {};  // Upstreams that have exactly this one, first to ask first.

@@ -92,7 +92,7 @@ Result<void> ClientContext::may_ask(std::size_t message_bytes) {
       .retry_after = wait});
 }
 
-Result<ByteReservations::Reservation> ClientContext::take_room(std::size_t bytes) {
+Result<ByteReservations::Reservation> ClientContext::reserve(std::size_t bytes) {
   constexpr double kRetryAfter = 5;
   auto room = admission_.queue_.take(share(), bytes);
   if (room) return *std::move(room);

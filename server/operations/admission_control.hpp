@@ -79,7 +79,7 @@ class ClientContext {
   // time.
   [[nodiscard]] Result<void> may_ask(std::size_t message_bytes = 0);
   // Room for what waits, as long as the reservation lives. kUnavailable when there is none.
-  [[nodiscard]] Result<ByteReservations::Reservation> take_room(std::size_t bytes);
+  [[nodiscard]] Result<ByteReservations::Reservation> reserve(std::size_t bytes);
 
  private:
   AdmissionControl& admission_;

@@ -158,10 +158,10 @@ ReferenceModel reference_model(const ExtractArguments& arguments, const Prepared
         std::make_shared<UniformModel>(reference.extractor->field().grid(), *arguments.level);
   } else if (is_exact) {
     reference.model =
-        reference.extractor->exact_model(step_spec({.request = request}, dataset.info));
+        reference.extractor->exact_model(resolved_step({.request = request}, dataset.info));
   } else {
     reference.model =
-        reference.extractor->spectrum_model(step_spec({.request = request}, dataset.info));
+        reference.extractor->spectrum_model(resolved_step({.request = request}, dataset.info));
     reference.is_for_file_only = true;
   }
   return reference;
@@ -217,7 +217,8 @@ int extract(const ExtractArguments& arguments) {
   const ReferenceModel reference = reference_model(arguments, *dataset, request);
   const TiledSurface surface =
       reference.model && !reference.is_for_file_only
-          ? reference.extractor->extract(step_spec({.request = request}, info), *reference.model)
+          ? reference.extractor->extract(resolved_step({.request = request}, info),
+                                         *reference.model)
           : extractor->extract(StepRequest{.request = request});
   progress.begin("checks");
   std::vector<const LatticeMesh*> tiles;

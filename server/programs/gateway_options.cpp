@@ -48,8 +48,8 @@ GatewayServerOptions gateway_server_options(const GatewayOptions& o) {
       .http = http_options(o.listeners),
       .tcp = tcp_options(o.listeners),
       .runtime = runtime_options(o.listeners),
-      .session = session_options(o.listeners),
-      .requests = request_limits(o.listeners),
+      .session = o.listeners.session,
+      .requests = o.listeners.requests,
       .idle_time = milliseconds(o.listeners.idle_seconds)};
   for (const std::string& upstream : o.upstreams) {
     options.upstream.upstreams.push_back(upstream_from(upstream));

@@ -97,14 +97,14 @@ void add_limits_on_clients(Command& command, ListenerOptions& o) {
       ->within(0.0, 1e9)
       ->capture_default_str()
       ->group(kLimitsGroup);
-  add_count(command, "--max-estimates", o.max_estimates,
+  add_count(command, "--max-estimates", o.session.max_questions,
             "Estimates, slices and probes under way on one connection, beside its one stream")
       ->within(1, 64)
       ->group(kLimitsGroup);
-  add_count(command, "--max-regions", o.max_regions, "Of one threshold map")
+  add_count(command, "--max-regions", o.requests.max_regions, "Of one threshold map")
       ->within(std::size_t{0}, kMaxThresholdRegions)
       ->group(kLimitsGroup);
-  add_bytes(command, "--max-message-bytes", o.max_message_bytes, "A client's message")
+  add_bytes(command, "--max-message-bytes", o.session.max_message_bytes, "A client's message")
       ->within(std::size_t{1024}, std::size_t{kMaxClientFrameBytes})
       ->group(kLimitsGroup);
   add_bytes(command, "--max-hello-bytes", o.max_hello_bytes, "A client's first message")
@@ -125,13 +125,13 @@ void add_limits_on_time_and_meshes(Command& command, ListenerOptions& o) {
               "Without a message from the client or a stream to it")
       ->group(kLimitsGroup);
   command
-      .add_option("--max-mesh-triangles", o.max_mesh_triangles,
+      .add_option("--max-mesh-triangles", o.routes.max_mesh_triangles,
                   "The most triangles of a mesh in one HTTP response; while one is made it takes "
                   "about 120 bytes of memory for each")
       ->capture_default_str()
       ->group(kLimitsGroup);
   add_bytes(
-      command, "--mesh-cache-bytes", o.mesh_cache_bytes,
+      command, "--mesh-cache-bytes", o.routes.mesh_cache_bytes,
       "Disk for mesh files of HTTP in the temporary folder: those that are being sent, and with "
       "what they leave those that are kept for the next request; 0 keeps none")
       ->group(kLimitsGroup);
@@ -236,9 +236,9 @@ std::optional<HttpOptions> http_options(const ListenerOptions& o) {
 }
 
 RouteOptions route_options(const ListenerOptions& o) {
-  return {.max_mesh_triangles = o.max_mesh_triangles,
-          .mesh_cache_bytes = o.mesh_cache_bytes,
-          .viewer = find_viewer(o.viewer)};
+  RouteOptions routes = o.routes;
+  routes.viewer = find_viewer(o.viewer);
+  return routes;
 }
 
 ServerRuntimeOptions runtime_options(const ListenerOptions& o) {
@@ -264,13 +264,6 @@ ServerRuntimeOptions runtime_options(const ListenerOptions& o) {
           .admission = std::move(admission),
           .returns_memory = true};
 }
-
-SessionOptions session_options(const ListenerOptions& o) {
-  return {.max_message_bytes = static_cast<std::uint32_t>(o.max_message_bytes),
-          .max_questions = o.max_estimates};
-}
-
-RequestLimits request_limits(const ListenerOptions& o) { return {.max_regions = o.max_regions}; }
 
 LogOptions log_options(const ListenerOptions& o) {
   return {.format = log_format_from(o.log_format).value(),

@@ -36,16 +36,14 @@ struct ListenerOptions {
   std::size_t max_connections = 1024;
   std::size_t max_connections_per_address = 256;
   double max_requests_per_second = 200;
-  std::size_t max_estimates = 4;
-  std::size_t max_regions = kMaxThresholdRegions;
-  std::size_t max_message_bytes = kMaxClientFrameBytes;
+  SessionOptions session = {};
+  RequestLimits requests = {};
   std::size_t max_hello_bytes = kMaxHelloFrameBytes;
   std::size_t max_header_bytes = 16 * 1024;
   double handshake_seconds = 10;
   double write_seconds = 60;
   double idle_seconds = 600;
-  std::uint64_t max_mesh_triangles = RouteOptions{}.max_mesh_triangles;
-  std::size_t mesh_cache_bytes = RouteOptions{}.mesh_cache_bytes;
+  RouteOptions routes = {};  // The viewer's files are read at the start.
   std::size_t min_mesh_bytes_per_second = HttpOptions{}.min_file_bytes_per_second;
 
   double drain_seconds = 30;
@@ -73,10 +71,8 @@ Option* add_seconds(Command& command, const std::string& name, double& value,
 [[nodiscard]] std::optional<HttpOptions> http_options(const ListenerOptions& options);
 // Without metrics; the admission control's observer is the request log.
 [[nodiscard]] ServerRuntimeOptions runtime_options(const ListenerOptions& options);
-// Reads the viewer's files.
+// With the viewer's files, which are read now.
 [[nodiscard]] RouteOptions route_options(const ListenerOptions& options);
-[[nodiscard]] RequestLimits request_limits(const ListenerOptions& options);
-[[nodiscard]] SessionOptions session_options(const ListenerOptions& options);
 [[nodiscard]] LogOptions log_options(const ListenerOptions& options);
 
 // Tells in the log what others could do because of them: everybody may see everything, everything

@@ -56,7 +56,7 @@ int serve(const ServeOptions& options) {
   if (const auto http = http_options(options.listeners)) {
     listeners.push_back(http_listener(*http, route_options(options.listeners)));
   }
-  const auto cache = std::make_shared<StepCache>(options.cache_bytes);
+  const auto cache = std::make_shared<SurfaceCache>(options.cache_bytes);
   const auto objects = std::make_shared<ObjectCache>(object_options(options));
   ServedDatasets datasets(options.datasets, cache, objects);
   const CataloguePtr catalogue = datasets.read();

@@ -87,14 +87,14 @@ ServerOptions server_options(const ServeOptions& o) {
                                  .limits = {.request_time = milliseconds(o.max_request_seconds),
                                             .max_triangles = o.max_triangles,
                                             .waiting_time = milliseconds(o.max_waiting_seconds)},
-                                 .requests = request_limits(o.listeners)};
+                                 .requests = o.listeners.requests};
   return {.listen = tcp.value_or(TcpListenerOptions{}).listen,
           .has_tcp_listener = tcp.has_value(),
           .heed_signals = runtime.heed_signals,
           .drain_time = runtime.drain_time,
           .admission = std::move(runtime.admission),
           .service = std::move(service),
-          .session = session_options(o.listeners),
+          .session = o.listeners.session,
           .idle_time = milliseconds(o.listeners.idle_seconds),
           .connection = tcp.value_or(TcpListenerOptions{}).connection,
           .returns_memory = runtime.returns_memory};

@@ -24,7 +24,7 @@ std::string size_text(const DatasetInfo& info) {
 }  // namespace
 
 ServedDatasets::ServedDatasets(const std::vector<std::string>& inputs,
-                               std::shared_ptr<StepCache> cache,
+                               std::shared_ptr<SurfaceCache> cache,
                                std::shared_ptr<ObjectCache> objects)
     : cache_(std::move(cache)),
       objects_(std::move(objects)),

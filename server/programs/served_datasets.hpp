@@ -25,7 +25,7 @@ class ServedDatasets {
  public:
   // Files, addresses and folders of objects, and folders whose files named *.mtd and whose folders
   // of objects are meant.
-  ServedDatasets(const std::vector<std::string>& inputs, std::shared_ptr<StepCache> cache,
+  ServedDatasets(const std::vector<std::string>& inputs, std::shared_ptr<SurfaceCache> cache,
                  std::shared_ptr<ObjectCache> objects);
 
   // All that can be served now. A file that is the same as before stays open; one that cannot be
@@ -60,7 +60,7 @@ class ServedDatasets {
   [[nodiscard]] std::shared_ptr<const SurfaceProvider> source_of(const std::filesystem::path& file);
 
   std::vector<Input> inputs_;
-  std::shared_ptr<StepCache> cache_;
+  std::shared_ptr<SurfaceCache> cache_;
   std::shared_ptr<ObjectCache> objects_;
   std::shared_ptr<CubeMemoryPool> pool_;
   std::map<std::filesystem::path, Opened> opened_;

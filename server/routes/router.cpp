@@ -84,7 +84,7 @@ std::string Router::loggable(std::string_view target) const { return without_tok
 asio::awaitable<Outcome> Router::answer(const HttpRequest& request, RequestContext& context) {
   Outcome outcome = co_await routed(request, context);
   if (const auto* answer = std::get_if<Answer>(&outcome)) {
-    auto room = context.client->take_room(waiting_bytes(*answer));
+    auto room = context.client->reserve(waiting_bytes(*answer));
     if (room) {
       context.room = *std::move(room);
     } else {

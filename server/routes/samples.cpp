@@ -119,7 +119,7 @@ asio::awaitable<Answer> SamplesRoute::slice(const std::string& dataset, const Ta
     if (is_raw) {
       answer.body = body_of(reply->values);
     } else {
-      const auto room = context.client->take_room(2 * reply->values->size());
+      const auto room = context.client->reserve(2 * reply->values->size());
       if (!room) co_return context.refused(room.error());
       std::function<Result<std::string>()> draw =
           [slice = *reply, colors = PictureColors{*scale, query->no_value.has_value()}] {

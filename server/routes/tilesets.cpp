@@ -43,17 +43,30 @@ tl::unexpected<Error> no_file(const TilesetFile& file) {
 
 }  // namespace
 
-Result<TilesetRoute::Wanted> TilesetRoute::wanted(const TilesetFile& file, const Permit& permit) {
-  const auto settings = tree_settings_from(file.settings);
-  if (!settings) return tl::unexpected(settings.error());
+Result<TilesetRoute::WantedPtr> TilesetRoute::wanted(const TilesetFile& file,
+                                                     const Permit& permit) {
+  const std::string path = file.settings + '/' + file.id + '/' + file.file + '/' + file.dataset;
   auto info = permit.describe(file.dataset);
   if (!info) return tl::unexpected(info.error());
-  const bool is_known = info->content_id != 0;
-  Wanted wanted{.tree = CellTree(std::move(*info), *settings),
+  const WantedPtr* const known = paths_.find(path);
+  if (known != nullptr && (*known)->tree.info() == *info) return *known;
+  auto wanted = found(file, *std::move(info));
+  if (!wanted) return tl::unexpected(wanted.error());
+  const auto kept = std::make_shared<const Wanted>(*std::move(wanted));
+  paths_.add(path, kept, /*weight=*/1);
+  return kept;
+}
+
+Result<TilesetRoute::Wanted> TilesetRoute::found(const TilesetFile& file, DatasetInfo info) {
+  const auto settings = tree_settings_from(file.settings);
+  if (!settings) return tl::unexpected(settings.error());
+  const bool is_known = info.content_id != 0;
+  Wanted wanted{.tree = CellTree(std::move(info), *settings),
                 .cell = {},
                 .is_first = file.id.empty(),
                 .is_known = is_known,
-                .key = {}};
+                .key = {},
+                .tag = {}};
   const std::string id = wanted.tree.id();
   wanted.cell = wanted.tree.root();
   if (!wanted.is_first) {
@@ -75,6 +88,7 @@ Result<TilesetRoute::Wanted> TilesetRoute::wanted(const TilesetFile& file, const
                (wanted.is_surface ? " glb"
                 : wanted.is_first ? " first json"
                                   : " json");
+  if (is_known) wanted.tag = tag_of(wanted.key);
   return wanted;
 }
 
@@ -105,12 +119,13 @@ asio::awaitable<Result<SharedBytes>> TilesetRoute::make(const Wanted& wanted,
 asio::awaitable<Answer> TilesetRoute::answer(const TilesetFile& file, const HttpRequest& request,
                                              RequestContext& context) {
   const Permit& permit = context.caller->permit();
-  const auto wanted = this->wanted(file, permit);
-  if (!wanted) co_return context.refused(wanted.error());
+  const auto found = wanted(file, permit);
+  if (!found) co_return context.refused(found.error());
+  const WantedPtr wanted = *found;
   const TreeSettings& settings = wanted->tree.settings();
   context.record->is_about(settings.isovalue, settings.error, multitetra::name(LengthUnit::kVoxel));
   const bool is_lasting = wanted->is_known && !wanted->is_first;
-  const std::string tag = wanted->is_known ? tag_of(wanted->key) : std::string();
+  const std::string& tag = wanted->tag;
   Answer answer;
   add_field(answer, "Content-Type",
             wanted->is_surface ? media_type(MeshFormat::kGlb) : "application/json");

@@ -36,16 +36,22 @@ class TilesetRoute {
     bool is_first = false;    // tileset.json, of the dataset as it is now.
     bool is_known = false;    // Whether the dataset tells its content.
     std::string key;
+    std::string tag;  // In quotes; empty where the dataset does not tell its content.
   };
-  [[nodiscard]] Result<Wanted> wanted(const TilesetFile& file, const Permit& permit);
+  using WantedPtr = std::shared_ptr<const Wanted>;
+  [[nodiscard]] Result<WantedPtr> wanted(const TilesetFile& file, const Permit& permit);
+  [[nodiscard]] static Result<Wanted> found(const TilesetFile& file, DatasetInfo info);
   [[nodiscard]] asio::awaitable<Result<SharedBytes>> make(const Wanted& wanted,
                                                           RequestContext& context);
 
+  static constexpr std::size_t kKeptPaths = 1024;
   static constexpr std::size_t kKeptBytes = std::size_t{64} << 20;
   static constexpr std::size_t kWriting = 2;  // Files of cells that are made at the same time.
 
   const RouteOptions& options_;
   LruMap<std::string, SharedBytes> kept_{kKeptBytes};
+  // What paths stand for, as long as their dataset is the same.
+  LruMap<std::string, WantedPtr> paths_{kKeptPaths};
   Workers writing_{kWriting};
 };
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "common/base/in_parallel.hpp"
-#include "server/core/planning/step_spec.hpp"
+#include "server/core/planning/resolved_step.hpp"
 #include "server/core/spectrum/crossed_octants.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/shading.hpp"
@@ -16,7 +16,7 @@
 namespace multitetra {
 namespace {
 
-void sort_by_importance(std::vector<EncodedTile>& tiles, const StepSpec& spec) {
+void sort_by_importance(std::vector<EncodedTile>& tiles, const ResolvedStep& spec) {
   if (!spec.has_important_places()) return;
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t i = 0; i < tiles.size(); ++i) {
@@ -77,9 +77,9 @@ void add_meshes(TiledStep& step, TiledSurface surface, const Shading& shading,
 }  // namespace
 
 ExtractedSurfaces::ExtractedSurfaces(std::shared_ptr<const SurfaceExtractor> extractor,
-                                     std::shared_ptr<StepCache> cache)
+                                     std::shared_ptr<SurfaceCache> cache)
     : extractor_(std::move(extractor)),
-      cache_(cache ? std::move(cache) : std::make_shared<StepCache>(0)) {}
+      cache_(cache ? std::move(cache) : std::make_shared<SurfaceCache>(0)) {}
 
 const DatasetInfo& ExtractedSurfaces::info() const { return extractor_->dataset().info; }
 
@@ -104,7 +104,7 @@ TiledStep ExtractedSurfaces::extract(const StepRequest& step, TileForm form,
                                      const std::stop_token& stop) const {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
-  const StepSpec spec = step_spec(step, info(), stop);
+  const ResolvedStep spec = resolved_step(step, info(), stop);
   TiledSurface surface = extractor_->extract(spec, stop);
   const Shading shading(extractor_->dataset(), step);
   TiledStep made{.tetrahedra = surface.tetrahedra,
@@ -129,15 +129,15 @@ TiledStep ExtractedSurfaces::extract(const StepRequest& step, TileForm form,
   return made;
 }
 
-StepCosts ExtractedSurfaces::costs() const {
+CostEstimates ExtractedSurfaces::costs() const {
   const std::lock_guard lock(costs_mutex_);
   return costs_.costs();
 }
 
 const PreparedVolume* ExtractedSurfaces::volume() const { return &extractor_->dataset(); }
 
-StepSizes ExtractedSurfaces::sizes(std::stop_token stop, SizeAccuracy accuracy) const {
-  StepSizes sizes = surface_sizes(*extractor_, std::move(stop), accuracy);
+SizeEstimates ExtractedSurfaces::sizes(std::stop_token stop, SizeAccuracy accuracy) const {
+  SizeEstimates sizes = surface_sizes(*extractor_, std::move(stop), accuracy);
   const std::function<void()> check = extractor_->dataset().check;
   if (!check) return sizes;
   return {.of =

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "server/service/detail/single_flight.hpp"
-#include "server/service/step_cache.hpp"
+#include "server/service/surface_cache.hpp"
 #include "server/stream/surface_provider.hpp"
 
 namespace multitetra {
@@ -18,7 +18,7 @@ class ExtractedSurfaces : public SurfaceProvider {
  public:
   // Providers may share a cache; their datasets need different names then. Null: nothing is kept.
   explicit ExtractedSurfaces(std::shared_ptr<const SurfaceExtractor> extractor,
-                             std::shared_ptr<StepCache> cache = nullptr);
+                             std::shared_ptr<SurfaceCache> cache = nullptr);
 
   [[nodiscard]] const DatasetInfo& info() const override;
   [[nodiscard]] TiledStep make(const StepRequest& step, std::stop_token stop) const override;
@@ -26,8 +26,8 @@ class ExtractedSurfaces : public SurfaceProvider {
   // once.
   [[nodiscard]] TiledStep make_meshes(const StepRequest& step, std::stop_token stop) const override;
   [[nodiscard]] bool remembers(const StepRequest& step) const override;
-  [[nodiscard]] StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
-  [[nodiscard]] StepCosts costs() const override;
+  [[nodiscard]] SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
+  [[nodiscard]] CostEstimates costs() const override;
   [[nodiscard]] const PreparedVolume* volume() const override;
 
  private:
@@ -36,7 +36,7 @@ class ExtractedSurfaces : public SurfaceProvider {
                                   const std::stop_token& stop) const;
 
   std::shared_ptr<const SurfaceExtractor> extractor_;
-  std::shared_ptr<StepCache> cache_;
+  std::shared_ptr<SurfaceCache> cache_;
   mutable SingleFlight<std::string, TiledStep> meshes_;
   mutable std::mutex costs_mutex_;
   mutable LearnedCosts costs_;  // Guarded by costs_mutex_.

@@ -1,179 +1,20 @@
 #include "server/service/local_service.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <new>
 #include <set>
+#include <type_traits>
 #include <utility>
 
-#include "common/base/number_text.hpp"
 #include "common/net/coroutines.hpp"
-#include "server/core/planning/budget.hpp"
-#include "server/core/spectrum/spectrum_layout.hpp"
-#include "server/core/thresholds/threshold_map.hpp"
-#include "server/dataset/byte_source.hpp"
 #include "common/base/in_parallel.hpp"
 #include "server/operations/deadline.hpp"
-#include "server/operations/log.hpp"
-#include "server/store/store_error.hpp"
+#include "server/service/detail/local_work.hpp"
 #include "server/stream/stream_messages.hpp"
 
 namespace multitetra {
-
 namespace {
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-constexpr double kStoreRetrySeconds = 5;
-
-// Runs on a worker. The client learns that something went wrong here; the log says what.
-template <typename Make>
-auto guarded(const SurfaceProvider& source, const char* what, const std::stop_token& stop,
-             const Make& make) -> decltype(make()) {
-  try {
-    if (stop.stop_requested()) throw Cancelled{};
-    return make();
-  } catch (const Cancelled&) {
-    return fail(ErrorCode::kCancelled, std::string("The ") + what + " was cancelled.");
-  } catch (const std::bad_alloc&) {
-    return fail(ErrorCode::kLimitExceeded,
-                std::string("The server has not enough memory for this ") + what +
-                    "; ask for a larger error.");
-  } catch (const DatasetFileError& damage) {
-    log_line(LogLevel::kError, damage.what(), {{"dataset", source.info().name}});
-    return fail(ErrorCode::kDamagedData, std::string("The dataset's file is damaged where this ") +
-                                             what + " needs it; the server's log says where.");
-  } catch (const StoreError& trouble) {
-    log_line(LogLevel::kError, trouble.what(), {{"dataset", source.info().name}});
-    return tl::unexpected(
-        Error{.code = ErrorCode::kUnavailable,
-              .text = std::string("The store of this dataset does not answer, or not "
-                                  "as it should, and this ") +
-                      what + " needs it; the server's log says more. Try again.",
-              .retry_after = kStoreRetrySeconds});
-  } catch (const std::exception& trouble) {
-    log_line(LogLevel::kError, std::string("making the ") + what + " failed: " + trouble.what(),
-             {{"dataset", source.info().name}});
-    return fail(ErrorCode::kInternal,
-                std::string("The server failed to make this ") + what + "; its log says why.");
-  }
-}
-
-// The scalars of a step that was made.
-Result<MadeStep> with_scalars(MadeStep made, const DatasetInfo& surface,
-                              const SurfaceProvider& field, const ScalarRange& range,
-                              const std::stop_token& stop) {
-  return guarded(field, "step", stop, [&]() -> Result<MadeStep> {
-    const PreparedVolume* volume = field.volume();
-    if (volume == nullptr) {
-      return fail(ErrorCode::kInternal, "This server has no samples of the colouring dataset.");
-    }
-    auto scalars = step_scalars(made.encoded, made.step.request, surface, *volume, range, stop);
-    if (!scalars) return tl::unexpected(scalars.error());
-    made.scalars = *std::move(scalars);
-    return std::move(made);
-  });
-}
-
-// What was made before is quickly found, and so is a first preview; what follows may take as long
-// as the whole.
-struct WorkKind {
-  std::string kind;
-  bool is_long = false;
-};
-WorkKind work_for(const SurfaceProvider& source, const StreamState& state) {
-  const std::string& dataset = source.info().name;
-  const IsosurfaceRequest& request = state.request;
-  // What a budget gives is only known when it was made.
-  if (!has_budget(request) && source.remembers(final_step(request))) {
-    return {.kind = dataset + " remembered", .is_long = false};
-  }
-  if (request.cell) {
-    return {.kind = dataset + " cell", .is_long = request.cell->finest_spacing < kSpectrumSpacing};
-  }
-  if (state.steps != StepPolicy::kFinalOnly && state.shown.empty()) {
-    return {.kind = dataset + " first preview", .is_long = false};
-  }
-  return {.kind = dataset + (request.simplify ? " simplified step" : " step"), .is_long = true};
-}
-
-// What takes longer with every place that is to be looked at.
-bool has_large_map(const IsosurfaceRequest* request) {
-  constexpr std::size_t kMany = 64;
-  return request && (request->thresholds.regions.size() > kMany || request->thresholds.grid);
-}
-
-// What takes about as long as others of its kind.
-WorkKind work_for(const SurfaceProvider& source, const Question& question) {
-  return {.kind = source.info().name + (is_long(question) ? " long " : " short ") +
-                  kind_of(question) + (has_large_map(request_of(question)) ? " of a map" : ""),
-          .is_long = is_long(question)};
-}
-
-Error come_again(const Backlog& backlog, double limit) {
-  const double share_of_time = backlog.seconds_until_done / backlog.seconds;
-  const double seconds = std::ceil(std::max(1.0, (backlog.seconds - limit) * share_of_time));
-  return {.code = ErrorCode::kUnavailable,
-          .text = "What you asked for already takes this server about " +
-                  shortest_text(std::ceil(backlog.seconds)) + " s; ask again in " +
-                  shortest_text(seconds) + " s.",
-          .retry_after = seconds};
-}
-
-Error too_long(std::chrono::milliseconds limit) {
-  return {ErrorCode::kLimitExceeded,
-          "The answer takes this server longer than the " +
-              shortest_text(static_cast<double>(limit.count()) / 1000) +
-              " s that it spends on one request; ask for a larger error."};
-}
-
-std::optional<ScalarRange> range_of(const StartStream& action) {
-  if (!action.scalars) return std::nullopt;
-  return range_for(*action.open.scalars, action.scalars->info());
-}
-
-// The next step of a stream, with its scalars; runs on a worker.
-Result<MadeStep> make_step(const StartStream& action, const StreamState& state,
-                           const StepLimits& limits, const std::stop_token& stop) {
-  const SurfaceProvider& source = *action.source;
-  auto made =
-      guarded(source, "step", stop, [&] { return make_next_step(source, state, stop, limits); });
-  if (!made || made->is_over || !action.scalars) return made;
-  return with_scalars(*std::move(made), source.info(), *action.scalars, *range_of(action), stop);
-}
-
-SurfaceTiles tiles_of(MadeStep step, const DatasetInfo& info, std::optional<ScalarRange> range) {
-  SurfaceTiles tiles{.begin = {.request = step.step.request,
-                               .error_bound_world = largest_threshold(step.step.request, info),
-                               .finest_spacing = step.step.finest_spacing,
-                               .tiles = {},
-                               .crossed_octants = step.encoded.crossed_octants,
-                               .scalars = range},
-                     .meshes = std::move(step.encoded.meshes)};
-  for (const EncodedTile& tile : step.encoded.tiles) {
-    tiles.begin.tiles.push_back(tile.summary);
-    tiles.payloads.push_back(tile.payload);
-    tiles.digest += tile.summary.digest;
-  }
-  for (const ScalarsOfTile& scalars : step.scalars) tiles.scalars.push_back(scalars.codes);
-  return tiles;
-}
-
-// The final surface of a request; runs on a worker.
-Result<Surface> make_mesh(const StartStream& action, std::uint64_t max_triangles, StepLimits limits,
-                          const std::stop_token& stop) {
-  limits.as_meshes = true;
-  const StreamState state{.request = action.open.request, .steps = StepPolicy::kFinalOnly};
-  auto made = make_step(action, state, limits, stop);
-  if (!made) return tl::unexpected(made.error());
-  SurfaceTiles tiles = tiles_of(*std::move(made), action.source->info(), range_of(action));
-  if (const auto allowed = check_triangles(tiles.begin, max_triangles); !allowed) {
-    return tl::unexpected(allowed.error());
-  }
-  return guarded(*action.source, "surface", stop,
-                 [&] { return assembled(std::move(tiles), stop); });
 }
 
 class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCaller> {
@@ -218,7 +59,7 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
   void post(WorkKind work, Priority priority, std::function<void()> run);
   // Why no more may wait, if so.
   [[nodiscard]] std::optional<Error> check_backlog();
-  [[nodiscard]] StepLimits step_limits() const;
+  [[nodiscard]] MakingLimits step_limits() const;
   // A worker begins with it: from now on its time counts.
   void step_begins(const StreamPtr& stream);
   void step_made(const StreamPtr& stream, Result<MadeStep> step, double seconds);
@@ -314,7 +155,7 @@ std::optional<Error> LocalCaller::check_backlog() {
   return come_again(backlog, limit);
 }
 
-StepLimits LocalCaller::step_limits() const {
+MakingLimits LocalCaller::step_limits() const {
   return {.max_triangles = service_.options().limits.max_triangles,
           .bytes_per_second = bytes_per_second_};
 }
@@ -380,7 +221,7 @@ void LocalCaller::step_made(const StreamPtr& stream, Result<MadeStep> step, doub
   }
   const std::size_t bytes =
       static_cast<std::size_t>(size_of(step->encoded).bytes) + bytes_of(step->scalars);
-  auto reservation = client()->take_room(bytes);
+  auto reservation = client()->reserve(bytes);
   if (!reservation) {
     stream->fail(reservation.error());
     return;
@@ -436,8 +277,7 @@ void LocalCaller::answer(AnswerQuestion action, std::stop_token stop,
   run<QuestionReply>(
       std::move(work), priority, std::move(stop),
       [action = std::move(action)](const std::stop_token& of_job) {
-        return guarded(*action.source, kind_of(action.question), of_job,
-                       [&] { return answered(*action.source, action.question, of_job); });
+        return make_answer(action, of_job);
       },
       std::move(done));
 }

@@ -11,7 +11,7 @@
 
 #include "server/service/dataset_catalogue.hpp"
 #include "server/service/service_limits.hpp"
-#include "server/service/step_cache.hpp"
+#include "server/service/surface_cache.hpp"
 #include "server/service/surface_service.hpp"
 #include "server/service/workers.hpp"
 
@@ -21,7 +21,7 @@ struct LocalServiceOptions {
   std::size_t workers = 2;  // Steps that are made at the same time, at least 1.
   ServiceLimits limits = {};
   RequestLimits requests = {};
-  std::shared_ptr<StepCache> cache = nullptr;  // Whose tiles are found by their digest.
+  std::shared_ptr<SurfaceCache> cache = nullptr;  // Whose tiles are found by their digest.
 };
 
 class LocalService : public SurfaceService {

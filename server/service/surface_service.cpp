@@ -53,7 +53,7 @@ asio::awaitable<Result<Surface>> Caller::surface(SurfaceRequest query) {
                   .steps = StepPolicy::kFinalOnly,
                   .held = {},
                   .scalars = std::move(query.scalars)};
-  const auto waiting = client_->take_room(waiting_bytes(open));
+  const auto waiting = client_->reserve(waiting_bytes(open));
   if (!waiting) co_return tl::unexpected(waiting.error());
   auto action = permit_.accept(std::move(open));
   if (!action) co_return tl::unexpected(action.error());
@@ -63,14 +63,14 @@ asio::awaitable<Result<Surface>> Caller::surface(SurfaceRequest query) {
       };
   auto made = co_await result_of<Surface>(std::move(start));
   if (!made) co_return tl::unexpected(reason(made.error()));
-  auto memory = client_->take_room(bytes_of(made->mesh));
+  auto memory = client_->reserve(bytes_of(made->mesh));
   if (!memory) co_return tl::unexpected(memory.error());
   made->memory = *std::move(memory);
   co_return made;
 }
 
 asio::awaitable<Result<QuestionReply>> Caller::ask(Question question) {
-  const auto waiting = client_->take_room(waiting_bytes(question));
+  const auto waiting = client_->reserve(waiting_bytes(question));
   if (!waiting) co_return tl::unexpected(waiting.error());
   auto action = permit_.accept(std::move(question));
   if (!action) co_return tl::unexpected(action.error());

@@ -99,7 +99,7 @@ Actions Session::answer(const Hello& hello) {
   return {Send{Welcome{.version = kProtocolVersion,
                        .codec = PayloadCodec::kDracoLattice,
                        .agent = options_.agent,
-                       .max_message_bytes = options_.max_message_bytes}}};
+                       .max_message_bytes = max_message_bytes()}}};
 }
 
 Actions Session::answer(const ListDatasets& list) {

@@ -41,7 +41,7 @@ using Actions = std::vector<Action>;
 
 struct SessionOptions {
   std::string agent = "multitetra-server/" MULTITETRA_VERSION;  // Told in Welcome.
-  std::uint32_t max_message_bytes = kMaxClientFrameBytes;       // Told in Welcome.
+  std::size_t max_message_bytes = kMaxClientFrameBytes;         // Of a client that is welcomed.
   std::size_t max_held_digests = kMaxHeldDigests;               // In one OpenStream.
   std::size_t max_questions = 4;                                // Answered at the same time.
 };
@@ -78,7 +78,9 @@ class Session {
   // A question was answered.
   void question_ended() { --questions_; }
 
-  [[nodiscard]] std::uint32_t max_message_bytes() const { return options_.max_message_bytes; }
+  [[nodiscard]] std::uint32_t max_message_bytes() const {
+    return static_cast<std::uint32_t>(options_.max_message_bytes);
+  }
   [[nodiscard]] bool is_welcomed() const { return is_welcomed_; }
   [[nodiscard]] bool is_closed() const { return is_closed_; }
   [[nodiscard]] const AccessListPtr& access() const { return access_; }

@@ -18,7 +18,7 @@ namespace {
 double quick_is_within(const IsosurfaceRequest& request) { return request.simplify ? 3 : 1.6; }
 
 // A surface is never planned to be larger than its budget.
-StepSizes within(const StepSizes& sizes, const IsosurfaceRequest& budget) {
+SizeEstimates within(const SizeEstimates& sizes, const IsosurfaceRequest& budget) {
   SurfaceSize most = {.triangles = std::numeric_limits<double>::infinity(),
                       .bytes = std::numeric_limits<double>::infinity()};
   if (budget.max_triangles > 0) {
@@ -53,15 +53,15 @@ std::string budget_of(const IsosurfaceRequest& request) {
   return request.max_triangles == 0 ? bytes : triangles + " and " + bytes;
 }
 
-// What a final step is, and where on its budget's ladder.
+// What a final step is, and where on its budget's schedule.
 struct FinalStep {
-  int rung = 0;
+  int level = 0;
   TiledStep tiled;
 };
 
 // An estimate, as much larger or smaller as it was wrong about a surface that was made.
-BudgetLadder::SizeOf corrected(BudgetLadder::SizeOf estimated, const IsosurfaceRequest& request,
-                               const SurfaceSize& made) {
+ErrorSchedule::SizeOf corrected(ErrorSchedule::SizeOf estimated, const IsosurfaceRequest& request,
+                                const SurfaceSize& made) {
   const SurfaceSize expected = estimated({.request = request});
   const auto times = [](double is, double was_expected) {
     return was_expected > 0 && is > 0 ? is / was_expected : 1.0;
@@ -79,7 +79,7 @@ BudgetLadder::SizeOf corrected(BudgetLadder::SizeOf estimated, const IsosurfaceR
 // Not even the coarsest surface is within the budget.
 tl::unexpected<Error> budget_too_small(const SurfaceSize& coarsest,
                                        const IsosurfaceRequest& request,
-                                       const BudgetLadder::SizeOf& estimated,
+                                       const ErrorSchedule::SizeOf& estimated,
                                        const DatasetInfo& info) {
   std::string text = "The budget of " + budget_of(request) + " is too small: with its ";
   text += request.topology_tolerance > 0
@@ -109,43 +109,43 @@ TiledStep made(const SurfaceProvider& source, const StepRequest& step, bool as_m
   return has_meshes ? source.make_meshes(step, stop) : source.make(step, stop);
 }
 
-// Estimates only choose where on the ladder to look: what is given was made, is within the budget,
-// and has most of it, unless the request itself has less. Begins at `rung`. kLimitExceeded when not
-// even the coarsest surface fits.
-Result<FinalStep> make_within_budget(const SurfaceProvider& source, const BudgetLadder& ladder,
-                                     int rung, bool as_meshes, const std::stop_token& stop) {
+// Estimates only choose where on the schedule to look: what is given was made, is within the
+// budget, and has most of it, unless the request itself has less. Begins at `level`. kLimitExceeded
+// when not even the coarsest surface fits.
+Result<FinalStep> make_within_budget(const SurfaceProvider& source, const ErrorSchedule& schedule,
+                                     int level, bool as_meshes, const std::stop_token& stop) {
   constexpr double kMostOfIt = 0.7;
   constexpr double kHalfOfIt = 0.5;
   constexpr double kAimedAt = 0.9;
   constexpr int kFewSurfaces = 4;
   constexpr int kMostSurfaces = 7;  // That are made where little of the budget is used.
-  std::optional<MadeRung> too_large, fitting;
+  std::optional<MadeLevel> too_large, fitting;
   std::optional<FinalStep> best;
   for (int surfaces = 1;; ++surfaces) {
-    const IsosurfaceRequest request = ladder.at(rung);
+    const IsosurfaceRequest request = schedule.at(level);
     TiledStep tiled = made(source, {.request = request}, as_meshes, stop);
     const SurfaceSize size = size_of(tiled);
     const double part = part_of_budget(size, request);
     if (part <= 1) {
-      best = FinalStep{.rung = rung, .tiled = std::move(tiled)};
-      fitting = {rung, part};
+      best = FinalStep{.level = level, .tiled = std::move(tiled)};
+      fitting = {level, part};
     } else {
-      too_large = {rung, part};
+      too_large = {level, part};
     }
-    const int from = too_large ? too_large->rung + 1 : 0;
+    const int from = too_large ? too_large->level + 1 : 0;
     if (best) {
-      const bool is_good = fitting->part >= kMostOfIt || from == fitting->rung;
+      const bool is_good = fitting->part >= kMostOfIt || from == fitting->level;
       const bool is_good_enough = surfaces >= kFewSurfaces && fitting->part >= kHalfOfIt;
       if (is_good || is_good_enough || surfaces >= kMostSurfaces) return *std::move(best);
     }
-    BudgetLadder::SizeOf estimated = source.sizes(stop, SizeAccuracy::kCareful).of;
-    if (from == ladder.size()) return budget_too_small(size, request, estimated, source.info());
+    ErrorSchedule::SizeOf estimated = source.sizes(stop, SizeAccuracy::kCareful).of;
+    if (from == schedule.size()) return budget_too_small(size, request, estimated, source.info());
     const auto expected = corrected(std::move(estimated), request, size);
-    const int to = fitting ? fitting->rung : ladder.size();
-    rung = next_rung(too_large, fitting, ladder.lowest_fitting(expected, from, to, kAimedAt),
-                     ladder.last());
+    const int to = fitting ? fitting->level : schedule.size();
+    level = next_level(too_large, fitting, schedule.lowest_fitting(expected, from, to, kAimedAt),
+                       schedule.last());
     // Where that was wrong again and again: halfway.
-    if (!best && surfaces >= kFewSurfaces) rung = std::max(rung, (from + ladder.last()) / 2);
+    if (!best && surfaces >= kFewSurfaces) level = std::max(level, (from + schedule.last()) / 2);
   }
 }
 
@@ -158,7 +158,7 @@ class TriangleLimit {
   // Refuses where a quick estimate is sure of it. Looks at samples only where the
   // spectrum alone, which may be wrong in both directions, gives reason to.
   [[nodiscard]] Result<void> check_estimate(const IsosurfaceRequest& request,
-                                            const StepSizes& sizes) const {
+                                            const SizeEstimates& sizes) const {
     if (most_ == 0 || request.max_bytes > 0) return {};
     if (request.max_triangles > 0 && request.max_triangles <= most_) return {};
     if (sizes.rough(request).triangles <= most()) return {};
@@ -212,7 +212,7 @@ class TriangleLimit {
   std::stop_token stop_;
 };
 
-PlanLimits plan_limits(StepPolicy steps, const StepLimits& limits) {
+PlanLimits plan_limits(StepPolicy steps, const MakingLimits& limits) {
   PlanLimits of_plan = {.previews = steps != StepPolicy::kFinalOnly};
   double& certified = of_plan.certified_triangles;
   if (limits.max_triangles > 0) {
@@ -224,7 +224,7 @@ PlanLimits plan_limits(StepPolicy steps, const StepLimits& limits) {
 
 // A cell is made as it was asked for: it is too small for previews, and has no budget.
 Result<MadeStep> make_cell(const SurfaceProvider& source, const StreamState& state,
-                           const std::stop_token& stop, const StepLimits& limits) {
+                           const std::stop_token& stop, const MakingLimits& limits) {
   MadeStep cell{.step = final_step(state.request), .is_final = true, .encoded = {}, .after = state};
   cell.encoded = made(source, cell.step, limits.as_meshes, stop);
   const auto allowed =
@@ -236,10 +236,10 @@ Result<MadeStep> make_cell(const SurfaceProvider& source, const StreamState& sta
 }  // namespace
 
 Result<MadeStep> make_next_step(const SurfaceProvider& source, const StreamState& state,
-                                std::stop_token stop, const StepLimits& limits) {
+                                std::stop_token stop, const MakingLimits& limits) {
   if (state.request.cell) return make_cell(source, state, stop, limits);
   const DatasetInfo& info = source.info();
-  const StepSizes sizes = source.sizes(stop, SizeAccuracy::kQuick);
+  const SizeEstimates sizes = source.sizes(stop, SizeAccuracy::kQuick);
   const TriangleLimit limit(source, limits.max_triangles, stop);
   if (state.shown.empty()) {
     const auto allowed = limit.check_estimate(state.request, sizes);
@@ -247,24 +247,25 @@ Result<MadeStep> make_next_step(const SurfaceProvider& source, const StreamState
   }
   MadeStep made;
   made.after = state;
-  const BudgetLadder ladder(state.request, info);
+  const ErrorSchedule schedule(state.request, info);
   // Finding the threshold of a budget reads samples; a first preview must not wait for that.
   const bool is_repeated = state.shown.size() < state.begun.size();
   const bool has_previews = state.steps != StepPolicy::kFinalOnly;
   const bool is_first_preview = state.shown.empty() && (has_previews || is_repeated);
   const auto affordable = [&] {
-    std::optional<int>& rung = made.after.rung;
-    if (!rung) rung = ladder.lowest_fitting(source.sizes(stop, SizeAccuracy::kCareful).of);
-    return *rung;
+    std::optional<int>& level = made.after.level;
+    if (!level) level = schedule.lowest_fitting(source.sizes(stop, SizeAccuracy::kCareful).of);
+    return *level;
   };
-  const IsosurfaceRequest request = is_first_preview ? state.request : ladder.at(affordable());
-  StepCosts costs = source.costs();
+  const IsosurfaceRequest request = is_first_preview ? state.request : schedule.at(affordable());
+  CostEstimates costs = source.costs();
   costs.bytes_per_second = limits.bytes_per_second;
   costs.client_triangles_per_second = state.triangles_per_second;
-  const NextStep next =
-      is_repeated ? NextStep{.step = preview_step(request, state.begun[state.shown.size()], info)}
-                  : next_step(request, plan_limits(state.steps, limits), state.shown, info,
-                              within(sizes, request), costs);
+  const PlannedStep next =
+      is_repeated
+          ? PlannedStep{.step = preview_step(request, state.begun[state.shown.size()], info)}
+          : next_step(request, plan_limits(state.steps, limits), state.shown, info,
+                      within(sizes, request), costs);
   made.step = next.step;
   made.is_final = next.is_final;
   made.is_over = next.is_final && state.steps == StepPolicy::kPreviewsOnly && !state.shown.empty();
@@ -278,10 +279,11 @@ Result<MadeStep> make_next_step(const SurfaceProvider& source, const StreamState
     }
     return made;
   }
-  Result<FinalStep> last = make_within_budget(source, ladder, affordable(), limits.as_meshes, stop);
+  Result<FinalStep> last =
+      make_within_budget(source, schedule, affordable(), limits.as_meshes, stop);
   if (!last) return tl::unexpected(last.error());
-  made.after.rung = last->rung;
-  made.step.request = ladder.at(last->rung);
+  made.after.level = last->level;
+  made.step.request = schedule.at(last->level);
   made.encoded = std::move(last->tiled);
   const auto allowed = limit.check_made(made.step.request, made.encoded);
   if (!allowed) return tl::unexpected(allowed.error());
@@ -294,12 +296,12 @@ Result<EstimatedAnswer> estimate(const SurfaceProvider& source, const Isosurface
     return fail(ErrorCode::kInvalidArgument,
                 "An estimate is of a whole surface; leave the cell out.");
   }
-  const StepSizes sizes = source.sizes(std::move(stop), SizeAccuracy::kCareful);
-  const BudgetLadder ladder(request, source.info());
-  const int rung = ladder.lowest_fitting(sizes.of);
-  const IsosurfaceRequest affordable = ladder.at(rung);
+  const SizeEstimates sizes = source.sizes(std::move(stop), SizeAccuracy::kCareful);
+  const ErrorSchedule schedule(request, source.info());
+  const int level = schedule.lowest_fitting(sizes.of);
+  const IsosurfaceRequest affordable = schedule.at(level);
   const SurfaceSize size = sizes.of({.request = affordable});
-  if (rung == ladder.last() && !fits(size, affordable)) {
+  if (level == schedule.last() && !fits(size, affordable)) {
     return budget_too_small(size, affordable, sizes.of, source.info());
   }
   return EstimatedAnswer{.size = size, .request = affordable};

@@ -21,7 +21,7 @@ struct StreamState {
   std::vector<Preview> begun = {};  // With these it begins, whatever the plan would be.
   std::vector<ShownStep> shown = {};
   double triangles_per_second = 0;  // Of the client; 0: not known.
-  std::optional<int> rung = {};     // Of its budget's ladder, once it is known what fits.
+  std::optional<int> level = {};    // Of its budget's schedule, once it is known what fits.
 };
 
 struct MadeStep {
@@ -34,7 +34,7 @@ struct MadeStep {
   std::vector<ScalarsOfTile> scalars = {};  // Of the tiles, where the stream wants them.
 };
 
-struct StepLimits {
+struct MakingLimits {
   std::uint64_t max_triangles = 0;                 // Of a final step; 0: as many as it has.
   double bytes_per_second = kUsualBytesPerSecond;  // Of the link to the client.
   bool others_wait = false;  // For the threads: nothing is made that only comes sooner.
@@ -49,7 +49,7 @@ struct StepLimits {
 // triggered.
 [[nodiscard]] Result<MadeStep> make_next_step(const SurfaceProvider& source,
                                               const StreamState& state, std::stop_token stop,
-                                              const StepLimits& limits = {});
+                                              const MakingLimits& limits = {});
 
 // How large the answer to a request would be, and the request as its budget allows it: from a
 // sample (surface_sizes.hpp). kLimitExceeded when the coarsest surface seems to be larger.

@@ -50,9 +50,9 @@ class SurfaceProvider {
   // Whether make() would have this step without making it, as far as can be told now.
   [[nodiscard]] virtual bool remembers(const StepRequest&) const { return false; }
   // How large steps would be; valid while the provider lives.
-  [[nodiscard]] virtual StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const = 0;
+  [[nodiscard]] virtual SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const = 0;
   // What steps cost here, without the link.
-  [[nodiscard]] virtual StepCosts costs() const { return {}; }
+  [[nodiscard]] virtual CostEstimates costs() const { return {}; }
   // The samples, while the provider lives; null where they are not here.
   [[nodiscard]] virtual const PreparedVolume* volume() const { return nullptr; }
 };

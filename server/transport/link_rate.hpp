@@ -12,7 +12,7 @@
 #include <chrono>
 #include <cstdint>
 
-#include "server/core/planning/step_costs.hpp"
+#include "server/core/planning/cost_estimates.hpp"
 
 namespace multitetra {
 

@@ -91,7 +91,7 @@ def first_tile(server, dataset, isovalue):
 
 def large_mesh(program, volume, dataset, isovalue):
     """The seconds of the first answer of about a million triangles, from a server that has made nothing yet."""
-    path = f"/v1/datasets/{dataset}/isosurface?isovalue={isovalue}&error=0&simplify=false&max_triangles=1000000&format=glb"
+    path = f"/v1/datasets/{dataset}/isosurface?isovalue={isovalue}&error=0&simplify=off&max_triangles=1000000&format=glb"
     with Server(program, volume) as server:
         before_peak = server.peak_mebibytes()
         before = time.perf_counter()

@@ -109,7 +109,7 @@ Json counts_of(const ReferenceExtractor& extractor, const PreparedVolume& datase
                IsosurfaceRequest request) {
   request.measure = way.measure;
   request.topology_rule = way.rule;
-  const StepSpec spec = step_spec({.request = request}, dataset.info);
+  const ResolvedStep spec = resolved_step({.request = request}, dataset.info);
   const auto model =
       way.from_spectrum ? extractor.spectrum_model(spec) : extractor.exact_model(spec);
   Json counts = {{"error", request.error}};

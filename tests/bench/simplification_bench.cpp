@@ -124,7 +124,7 @@ int main(int argc, char** argv) {
                      delta * info.spacing[2] / voxel};
   const auto surface = [&](double error, std::size_t max) {
     const StepRequest request{.request = {.isovalue = isovalue, .error = error}};
-    const auto model = extractor.exact_model(step_spec(request, info));
+    const auto model = extractor.exact_model(resolved_step(request, info));
     return extractor.surface(*model, {.isovalue = isovalue, .max_triangles = max});
   };
   std::vector<SurfaceTriangle> full;

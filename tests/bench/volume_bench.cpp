@@ -87,8 +87,8 @@ Outcome encode(std::shared_ptr<const TiledSurface> surface) {
 }
 
 std::optional<StepRequest> first_preview(const SurfaceExtractor& extractor, double isovalue) {
-  const NextStep next = next_step(request_for(isovalue, kEncodedError), {}, {},
-                                  extractor.dataset().info, surface_sizes(extractor), {});
+  const PlannedStep next = next_step(request_for(isovalue, kEncodedError), {}, {},
+                                     extractor.dataset().info, surface_sizes(extractor), {});
   if (next.is_final) return std::nullopt;
   return next.step;
 }

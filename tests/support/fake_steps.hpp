@@ -23,7 +23,7 @@ inline TiledStep octahedron_step(const StepRequest& step) {
 }
 
 // A step with a coarser finest spacing is much smaller; the whole has a megabyte.
-inline StepSizes fake_sizes() {
+inline SizeEstimates fake_sizes() {
   const auto size_at = [](std::int32_t finest) {
     const double triangles = 1e6 / (finest * finest * finest);
     return SurfaceSize{.triangles = triangles, .bytes = triangles, .extracted = triangles};
@@ -47,7 +47,7 @@ class FakeSteps : public SurfaceProvider {
     return make_(step, std::move(stop));
   }
   // Previews are a small part of the whole.
-  [[nodiscard]] StepSizes sizes(std::stop_token, SizeAccuracy) const override {
+  [[nodiscard]] SizeEstimates sizes(std::stop_token, SizeAccuracy) const override {
     return fake_sizes();
   }
 

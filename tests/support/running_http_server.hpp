@@ -41,8 +41,8 @@ class ReadyWhen : public SurfaceService {
 };
 
 // What a server has at hand from the start.
-inline std::shared_ptr<StepCache> cache_of(const EncodedTile& tile, const std::string& dataset) {
-  auto cache = std::make_shared<StepCache>(1 << 20);
+inline std::shared_ptr<SurfaceCache> cache_of(const EncodedTile& tile, const std::string& dataset) {
+  auto cache = std::make_shared<SurfaceCache>(1 << 20);
   cache->tiles().add({.digest = tile.summary.digest, .cube = tile.summary.cube, .dataset = dataset},
                      tile);
   return cache;

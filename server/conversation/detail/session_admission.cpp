@@ -43,7 +43,7 @@ tl::expected<ByteReservations::Reservation, ErrorReply> admit(ClientContext& cli
   if (const auto asked = client.may_ask(message_bytes); !asked) {
     return refuse(asked.error());
   }
-  auto room = client.take_room(request->waiting_bytes);
+  auto room = client.reserve(request->waiting_bytes);
   if (!room) return refuse(room.error());
   return *std::move(room);
 }

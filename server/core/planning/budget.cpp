@@ -51,7 +51,7 @@ double part_of_budget(const SurfaceSize& size, const IsosurfaceRequest& request)
   return std::max(part(size.triangles, request.max_triangles), part(size.bytes, request.max_bytes));
 }
 
-BudgetLadder::BudgetLadder(const IsosurfaceRequest& request, const DatasetInfo& info)
+ErrorSchedule::ErrorSchedule(const IsosurfaceRequest& request, const DatasetInfo& info)
     : request_(request),
       unit_(request.unit == LengthUnit::kVoxel ? 1.0 : voxel_length(info)),
       floors_(kRungsAnOctave * (info.grid_exponent - kFirstOctave) + 1) {
@@ -59,19 +59,19 @@ BudgetLadder::BudgetLadder(const IsosurfaceRequest& request, const DatasetInfo& 
   while (below_ + 1 < floors_ && unit_ * floor_of(below_) <= least) ++below_;
 }
 
-IsosurfaceRequest BudgetLadder::at(int rung) const {
+IsosurfaceRequest ErrorSchedule::at(int level) const {
   IsosurfaceRequest result = request_;
-  if (rung > 0) {
+  if (level > 0) {
     result.thresholds.at_least =
-        std::max(request_.thresholds.at_least, unit_ * floor_of(below_ + rung - 1));
+        std::max(request_.thresholds.at_least, unit_ * floor_of(below_ + level - 1));
   }
   return result;
 }
 
-int BudgetLadder::lowest_fitting(const SizeOf& size_of, int from, int to, double part) const {
+int ErrorSchedule::lowest_fitting(const SizeOf& size_of, int from, int to, double part) const {
   if (!has_budget(request_)) return 0;
-  const auto fits_at = [&](int rung) {
-    return part_of_budget(size_of({.request = at(rung)}), request_) <= part;
+  const auto fits_at = [&](int level) {
+    return part_of_budget(size_of({.request = at(level)}), request_) <= part;
   };
   while (from < to) {
     const int middle = (from + to) / 2;
@@ -84,43 +84,43 @@ int BudgetLadder::lowest_fitting(const SizeOf& size_of, int from, int to, double
   return to;
 }
 
-int BudgetLadder::lowest_fitting(const SizeOf& estimate) const {
+int ErrorSchedule::lowest_fitting(const SizeOf& estimate) const {
   if (!has_budget(request_)) return 0;
   const double all = part_of_budget(estimate({.request = request_}), request_);
   return all <= kBudgetMargin ? 0 : lowest_fitting(estimate, 1, last(), kBudgetMargin);
 }
 
-int next_rung(const std::optional<MadeRung>& too_large, const std::optional<MadeRung>& fitting,
-              int estimated, int last) {
+int next_level(const std::optional<MadeLevel>& too_large, const std::optional<MadeLevel>& fitting,
+               int estimated, int last) {
   // Of an empty surface there is no logarithm.
-  const auto octaves = [](const MadeRung& made) {
+  const auto octaves = [](const MadeLevel& made) {
     return rough_log2(std::max(made.part, 1e-9) / kGoal);
   };
-  const int lowest = too_large ? too_large->rung + 1 : 0;
-  const int highest = fitting ? fitting->rung - 1 : last;
-  const auto whole = [](double rungs) {
-    return static_cast<int>(std::clamp(std::round(rungs), -1000.0, 1000.0));
+  const int lowest = too_large ? too_large->level + 1 : 0;
+  const int highest = fitting ? fitting->level - 1 : last;
+  const auto whole = [](double levels) {
+    return static_cast<int>(std::clamp(std::round(levels), -1000.0, 1000.0));
   };
-  int rung = estimated;
+  int level = estimated;
   if (too_large && fitting) {
     const double above = octaves(*too_large);
     const double share = above / std::max(above - octaves(*fitting), 1e-9);
-    rung = too_large->rung + whole(share * (fitting->rung - too_large->rung));
+    level = too_large->level + whole(share * (fitting->level - too_large->level));
   } else if (too_large) {
     const double above = kRungsAnOctave * octaves(*too_large);
-    rung = std::clamp(estimated, too_large->rung + whole(above / 4),
-                      too_large->rung + whole(4 * above));
+    level = std::clamp(estimated, too_large->level + whole(above / 4),
+                       too_large->level + whole(4 * above));
   } else if (fitting) {
     const double below = -kRungsAnOctave * octaves(*fitting);
-    rung = std::clamp(estimated, fitting->rung - whole(below), fitting->rung - whole(below / 4));
+    level = std::clamp(estimated, fitting->level - whole(below), fitting->level - whole(below / 4));
   }
-  return std::clamp(rung, lowest, highest);
+  return std::clamp(level, lowest, highest);
 }
 
 IsosurfaceRequest within_budget(const IsosurfaceRequest& request, const DatasetInfo& info,
-                                const BudgetLadder::SizeOf& estimate) {
-  const BudgetLadder ladder(request, info);
-  return ladder.at(ladder.lowest_fitting(estimate));
+                                const ErrorSchedule::SizeOf& estimate) {
+  const ErrorSchedule schedule(request, info);
+  return schedule.at(schedule.lowest_fitting(estimate));
 }
 
 }  // namespace multitetra

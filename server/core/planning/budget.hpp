@@ -4,9 +4,9 @@
 // octave. The topology is never given up for a budget; whoever allows features to vanish says so in
 // the request.
 //
-//   const BudgetLadder ladder(request, info);
-//   const int rung = ladder.lowest_fitting(size_of);
-//   const IsosurfaceRequest affordable = ladder.at(rung);
+//   const ErrorSchedule schedule(request, info);
+//   const int level = schedule.lowest_fitting(size_of);
+//   const IsosurfaceRequest affordable = schedule.at(level);
 #pragma once
 
 #include <functional>
@@ -30,23 +30,23 @@ namespace multitetra {
   return part_of_budget(size, request) <= 1;
 }
 
-// Requests that allow more and more. Rung 0 is the request itself; from rung to rung its
-// thresholds' floor rises, up to the side of the grid. Rungs below the request's own error are left
-// out.
-class BudgetLadder {
+// Requests that allow more and more. Level 0 is the request itself; from level to level its
+// thresholds' floor rises, up to the side of the grid. Levels below the request's own error are
+// left out.
+class ErrorSchedule {
  public:
   using SizeOf = std::function<SurfaceSize(const StepRequest&)>;
 
-  BudgetLadder(const IsosurfaceRequest& request, const DatasetInfo& info);
+  ErrorSchedule(const IsosurfaceRequest& request, const DatasetInfo& info);
 
   [[nodiscard]] int size() const { return 1 + floors_ - below_; }
   [[nodiscard]] int last() const { return size() - 1; }
-  [[nodiscard]] IsosurfaceRequest at(int rung) const;
+  [[nodiscard]] IsosurfaceRequest at(int level) const;
 
-  // The lowest rung in [from, to) whose size takes at most `part` of the budget; `to` when none
+  // The lowest level in [from, to) whose size takes at most `part` of the budget; `to` when none
   // does. 0 without a budget. Asks `size_of` some six times.
   [[nodiscard]] int lowest_fitting(const SizeOf& size_of, int from, int to, double part) const;
-  // Of all rungs, with room for what estimates are wrong by. The last rung when none fits.
+  // Of all levels, with room for what estimates are wrong by. The last level when none fits.
   [[nodiscard]] int lowest_fitting(const SizeOf& estimate) const;
 
  private:
@@ -57,22 +57,22 @@ class BudgetLadder {
 };
 
 // A surface that was made, and the part of the budget that it takes.
-struct MadeRung {
-  int rung = 0;
+struct MadeLevel {
+  int level = 0;
   double part = 0;
 };
 
-// The rung to make next, strictly between the highest that was too large and the lowest that fits,
+// The level to make next, strictly between the highest that was too large and the lowest that fits,
 // if there is one. Sizes fall about as a power of the threshold: between two that were made the
 // logarithm of the size is taken for linear, and what the estimate tells (`estimated`) is believed
 // as far as the power stays between 1 (upwards a fourth: what is too coarse costs little to make)
-// and 4. Requires that one of them is there, and a rung between them.
-[[nodiscard]] int next_rung(const std::optional<MadeRung>& too_large,
-                            const std::optional<MadeRung>& fitting, int estimated, int last);
+// and 4. Requires that one of them is there, and a level between them.
+[[nodiscard]] int next_level(const std::optional<MadeLevel>& too_large,
+                             const std::optional<MadeLevel>& fitting, int estimated, int last);
 
 // The request as its budget allows it; the request itself when it has none or fits already.
 [[nodiscard]] IsosurfaceRequest within_budget(const IsosurfaceRequest& request,
                                               const DatasetInfo& info,
-                                              const BudgetLadder::SizeOf& estimate);
+                                              const ErrorSchedule::SizeOf& estimate);
 
 }  // namespace multitetra

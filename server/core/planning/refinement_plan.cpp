@@ -41,7 +41,7 @@ struct Candidate {
   }
 };
 
-Candidate candidate(const StepRequest& step, const SurfaceSize& size, const StepCosts& costs) {
+Candidate candidate(const StepRequest& step, const SurfaceSize& size, const CostEstimates& costs) {
   return {.step = step,
           .triangles = size.triangles,
           .server = costs.server_seconds(size, step.request.simplify),
@@ -53,8 +53,8 @@ Candidate candidate(const StepRequest& step, const SurfaceSize& size, const Step
 // The steps that might be shown of one request.
 class Candidates {
  public:
-  Candidates(const IsosurfaceRequest& request, const DatasetInfo& info, const StepSizes& sizes,
-             const StepCosts& costs)
+  Candidates(const IsosurfaceRequest& request, const DatasetInfo& info, const SizeEstimates& sizes,
+             const CostEstimates& costs)
       : request_(request), info_(info), sizes_(sizes), costs_(costs) {}
 
   // Its size as the spectrum has it, or as what was shown lets expect, whichever is more: neither
@@ -124,13 +124,13 @@ class Candidates {
 
   const IsosurfaceRequest& request_;
   const DatasetInfo& info_;
-  const StepSizes& sizes_;
-  const StepCosts& costs_;
+  const SizeEstimates& sizes_;
+  const CostEstimates& costs_;
 };
 
 // nullopt: the final step comes as soon.
 std::optional<StepRequest> first_preview(const Candidates& candidates, const DatasetInfo& info,
-                                         const StepSizes& sizes) {
+                                         const SizeEstimates& sizes) {
   std::int32_t finest = kSpectrumSpacing;
   // Nobody looks at what is far away to find out that it is: sizes are found out by looking.
   while (sizes.to_fetch && is_worth_showing(2 * finest, info) &&
@@ -147,7 +147,7 @@ std::optional<StepRequest> first_preview(const Candidates& candidates, const Dat
   return coarsest;
 }
 
-double seconds_of(std::span<const ShownStep> shown, const StepCosts& costs) {
+double seconds_of(std::span<const ShownStep> shown, const CostEstimates& costs) {
   double seconds = 0;
   for (const ShownStep& step : shown) {
     seconds += step.seconds + costs.link_seconds(step.size) + costs.client_seconds(step.size);
@@ -158,7 +158,7 @@ double seconds_of(std::span<const ShownStep> shown, const StepCosts& costs) {
 // nullopt: none is worth its time.
 std::optional<StepRequest> further_preview(const Candidates& candidates,
                                            std::span<const ShownStep> shown,
-                                           const StepCosts& costs) {
+                                           const CostEstimates& costs) {
   const double before = std::max(seconds_of(shown, costs), kFirstServerSeconds);
   const double allowed = kPreviewShare * candidates.final_step(&shown.back()).seconds();
   std::optional<StepRequest> best;
@@ -200,9 +200,9 @@ StepRequest preview_step(const IsosurfaceRequest& request, const Preview& previe
   return step;
 }
 
-NextStep next_step(const IsosurfaceRequest& request, const PlanLimits& limits,
-                   std::span<const ShownStep> shown, const DatasetInfo& info,
-                   const StepSizes& sizes, const StepCosts& costs) {
+PlannedStep next_step(const IsosurfaceRequest& request, const PlanLimits& limits,
+                      std::span<const ShownStep> shown, const DatasetInfo& info,
+                      const SizeEstimates& sizes, const CostEstimates& costs) {
   std::optional<StepRequest> preview;
   if (limits.previews) {
     const Candidates candidates(request, info, sizes, costs);

@@ -6,7 +6,7 @@
 // it is f that makes a preview small, and a topology tolerance of f / 2 lets go what f cannot show.
 // A preview is simplified only where the bytes that this saves on the link are worth the time.
 //
-// What is shown is planned by time, of the server, on the link and of the client (StepCosts):
+// What is shown is planned by time, of the server, on the link and of the client (CostEstimates):
 //
 //     first      f = 8, 16, 32, ...    the finest that is there within kFirstServerSeconds and
 //                                      kFirstLinkSeconds and kFirstClientSeconds, and needs at most
@@ -35,7 +35,7 @@
 #include "common/request/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
 #include "common/request/preview.hpp"
-#include "server/core/planning/step_costs.hpp"
+#include "server/core/planning/cost_estimates.hpp"
 
 namespace multitetra {
 
@@ -54,7 +54,7 @@ struct StepRequest {
 }
 
 // Where the plan learns how large a step would be. Both may be estimates.
-struct StepSizes {
+struct SizeEstimates {
   // Of any step; costs a small part of making it.
   std::function<SurfaceSize(const StepRequest&)> of;
   // Of the request itself, from the spectrum alone; rather too small than too large.
@@ -70,7 +70,7 @@ struct ShownStep {
   double seconds = 0;  // The server's, to make it.
 };
 
-struct NextStep {
+struct PlannedStep {
   StepRequest step;
   bool is_final = false;
 };
@@ -98,9 +98,9 @@ struct PlanLimits {
 
 // What follows the steps that were shown, of which none is final: a preview or exactly `request`.
 // The same arguments give the same step. Each step refines the one before.
-[[nodiscard]] NextStep next_step(const IsosurfaceRequest& request, const PlanLimits& limits,
-                                 std::span<const ShownStep> shown, const DatasetInfo& info,
-                                 const StepSizes& sizes, const StepCosts& costs);
+[[nodiscard]] PlannedStep next_step(const IsosurfaceRequest& request, const PlanLimits& limits,
+                                    std::span<const ShownStep> shown, const DatasetInfo& info,
+                                    const SizeEstimates& sizes, const CostEstimates& costs);
 
 // Whatever is in it; and what it has on average.
 inline constexpr double kBytesATile = 250;

@@ -30,7 +30,7 @@ std::vector<double> sampled_triangles(const SurfaceExtractor& extractor, double 
       dataset.spectrum, isovalue, step.request.measure, step.request.topology_rule);
   const auto spec_of = [&](double error) {
     step.request.error = error;
-    return StepSpec(step, dataset.info);
+    return ResolvedStep(step, dataset.info);
   };
   const auto model_of = [&](double error) {
     return prepared_model(dataset, spec_of(error), spectrum);
@@ -62,7 +62,7 @@ std::vector<double> exact_triangles(const PreparedVolume& dataset, double isoval
                                     const std::vector<double>& errors, bool simplify) {
   std::vector<double> triangles;
   for (const double error : errors) {
-    const TiledSurface surface = ReferenceExtractor(dataset).extract(step_spec(
+    const TiledSurface surface = ReferenceExtractor(dataset).extract(resolved_step(
         {.request = {.isovalue = isovalue, .error = error, .simplify = simplify}}, dataset.info));
     double count = 0;
     for (const TileMesh& tile : surface.tiles) {

@@ -45,7 +45,7 @@ CataloguePtr gyroid(double amplitude = 0.4) {
   catalogue->add(std::make_shared<ExtractedSurfaces>(
       std::make_shared<const SurfaceExtractor>(
           make_dataset(testing::fields::gyroid(kSide, amplitude, 7), "gyroid")),
-      std::make_shared<StepCache>(std::size_t{64} << 20)));
+      std::make_shared<SurfaceCache>(std::size_t{64} << 20)));
   return catalogue;
 }
 

@@ -114,7 +114,7 @@ CataloguePtr gyroid() {
   static const DatasetPtr dataset = make_dataset(testing::fields::gyroid(40, 0.4, 7), "gyroid");
   auto catalogue = std::make_shared<DatasetCatalogue>();
   catalogue->add(std::make_shared<ExtractedSurfaces>(
-      std::make_shared<const SurfaceExtractor>(dataset), std::make_shared<StepCache>(64 << 20)));
+      std::make_shared<const SurfaceExtractor>(dataset), std::make_shared<SurfaceCache>(64 << 20)));
   return catalogue;
 }
 

@@ -79,6 +79,32 @@ TEST(Weld, OfNothingIsEmpty) {
   EXPECT_TRUE(mesh.vertices.empty());
 }
 
+TEST(InCanonicalOrder, IsDecidedByTheTrianglesAlone) {
+  const std::vector<LatticeTriangle> triangles = {{LatticePoint{0, 0, 0}, {4, 0, 0}, {0, 4, 0}},
+                                                  {LatticePoint{4, 0, 0}, {4, 4, 0}, {0, 4, 0}},
+                                                  {LatticePoint{4, 4, 0}, {0, 4, 4}, {0, 4, 0}}};
+  const std::vector<LatticeTriangle> turned = {{triangles[2][1], triangles[2][2], triangles[2][0]},
+                                               {triangles[0][2], triangles[0][0], triangles[0][1]},
+                                               triangles[1]};
+  LatticeMesh one = index_triangles(triangles, 5);
+  LatticeMesh other = index_triangles(turned, 5);
+  ASSERT_NE(one.vertices, other.vertices);
+  for (LatticeMesh* mesh : {&one, &other}) {
+    for (const LatticePoint& p : mesh->vertices) {
+      mesh->scalars.push_back(static_cast<float>(p.key()));
+      mesh->normals.push_back({static_cast<float>(p.x), static_cast<float>(p.y), 0});
+    }
+  }
+  const LatticeMesh a = in_canonical_order(one);
+  const LatticeMesh b = in_canonical_order(other);
+  EXPECT_EQ(a.vertices, b.vertices);
+  EXPECT_EQ(a.triangles, b.triangles);
+  EXPECT_EQ(a.scalars, b.scalars);
+  EXPECT_EQ(a.normals, b.normals);
+  EXPECT_EQ(digest(a), digest(one));
+  EXPECT_EQ(in_canonical_order(a).triangles, a.triangles);
+}
+
 TEST(Positioned, TurnsTrianglesOverExactlyWhenTheMapMirrors) {
   const LatticeMesh mesh = index_triangles(
       std::vector<LatticeTriangle>{{LatticePoint{32, 64, 0}, {0, 32, 0}, {0, 0, 32}}}, 5);

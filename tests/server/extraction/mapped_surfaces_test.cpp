@@ -111,9 +111,9 @@ TEST_P(MappedSurfaces, OfPreparedVolumesAreThoseOfTheReferenceWay) {
     const TiledSurface fast = extractor.extract(step);
     const TiledSurface slow =
         dataset->info.grid_exponent > kSpectrumExponent
-            ? reference.surface(*reference.spectrum_model(step_spec(step, dataset->info)),
+            ? reference.surface(*reference.spectrum_model(resolved_step(step, dataset->info)),
                                 {.isovalue = c.isovalue})
-            : reference.extract(step_spec(step, dataset->info));
+            : reference.extract(resolved_step(step, dataset->info));
     EXPECT_EQ(fast.tetrahedra, slow.tetrahedra);
     const LatticeMesh mesh = mesh_of(fast);
     EXPECT_EQ(digest(mesh), digest(mesh_of(slow)));

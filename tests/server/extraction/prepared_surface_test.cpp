@@ -77,7 +77,7 @@ TEST_P(PreparedSurface, IsThatOfTheSameModelByTheReferenceWay) {
                  << ", finest spacing " << step.finest_spacing);
     const TiledSurface fast = extractor.extract(step);
     const TiledSurface slow =
-        reference.surface(*reference.spectrum_model(step_spec(step, dataset->info)),
+        reference.surface(*reference.spectrum_model(resolved_step(step, dataset->info)),
                           {.isovalue = step.request.isovalue});
     EXPECT_EQ(fast.tetrahedra, slow.tetrahedra);
     EXPECT_EQ(fast.active_tetrahedra, slow.active_tetrahedra);
@@ -157,7 +157,7 @@ TEST_P(PreparedSurface, HasAtMostAFewMoreTetrahedraThanTheExactModel) {
     for (const double error : {0.0, 0.5, 2.0}) {
       const StepRequest step{.request = {.isovalue = isovalue, .error = error}};
       const std::uint64_t more = extractor.extract(step).tetrahedra;
-      const std::uint64_t fewer = reference.extract(step_spec(step, dataset->info)).tetrahedra;
+      const std::uint64_t fewer = reference.extract(resolved_step(step, dataset->info)).tetrahedra;
       EXPECT_GE(more, fewer) << isovalue << " " << error;
       with_spectrum += more;
       exact += fewer;
@@ -244,7 +244,7 @@ TEST(PreparedSurfaces, OfTinyGridsAreTheReferencesOwn) {
     const StepRequest step{.request = {.isovalue = 0.5, .error = 0.3}};
     const TiledSurface surface = SurfaceExtractor(dataset).extract(step);
     EXPECT_EQ(surface.tetrahedra,
-              ReferenceExtractor(*dataset).extract(step_spec(step, dataset->info)).tetrahedra);
+              ReferenceExtractor(*dataset).extract(resolved_step(step, dataset->info)).tetrahedra);
     EXPECT_GT(surface.active_tetrahedra, 0U);
   }
 }

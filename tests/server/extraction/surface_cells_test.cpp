@@ -81,7 +81,8 @@ TEST_P(SurfaceCells, HaveTogetherExactlyTheTrianglesOfTheWholeModel) {
           }
         }
         // The model is the same for every cell of one size.
-        const StepSpec spec = step_spec(with_cell(request, cubes.front(), finest), dataset->info);
+        const ResolvedStep spec =
+            resolved_step(with_cell(request, cubes.front(), finest), dataset->info);
         const ContentDigest whole =
             digest_of(reference.surface(*reference.spectrum_model(spec), {.isovalue = isovalue}));
         EXPECT_EQ(sum.hex(), whole.hex());

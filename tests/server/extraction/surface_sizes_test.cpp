@@ -55,7 +55,7 @@ TEST(SimplificationWork, IsAtLeastItsLongestChain) {
 TEST(SurfaceSizes, AreNearTheRealOnes) {
   for (const DatasetPtr& dataset : datasets()) {
     const SurfaceExtractor extractor(dataset);
-    const StepSizes sizes = surface_sizes(extractor, {}, SizeAccuracy::kCareful);
+    const SizeEstimates sizes = surface_sizes(extractor, {}, SizeAccuracy::kCareful);
     const double isovalue = dataset->info.min + 0.45 * (dataset->info.max - dataset->info.min);
     for (const double error : {0.0, 0.5, 2.0}) {
       for (const std::int32_t finest : {1, 4, 8}) {
@@ -76,8 +76,8 @@ TEST(SurfaceSizes, AreNearTheRealOnes) {
 TEST(SurfaceSizes, WithSimplificationAreNearWhatIsLeft) {
   for (const DatasetPtr& dataset : datasets()) {
     const SurfaceExtractor extractor(dataset);
-    const StepSizes sizes = surface_sizes(extractor, {}, SizeAccuracy::kCareful);
-    const StepSizes quickly = surface_sizes(extractor, {}, SizeAccuracy::kQuick);
+    const SizeEstimates sizes = surface_sizes(extractor, {}, SizeAccuracy::kCareful);
+    const SizeEstimates quickly = surface_sizes(extractor, {}, SizeAccuracy::kQuick);
     const double isovalue = dataset->info.min + 0.45 * (dataset->info.max - dataset->info.min);
     for (const double error : {0.0, 0.25, 1.0}) {
       SCOPED_TRACE(dataset->info.name + ", error " + std::to_string(error));
@@ -134,7 +134,7 @@ TEST(SurfaceSizes, OfFewTrianglesWithSimplificationAreTheRealOnes) {
 TEST(SurfaceSizes, AreRoughlyKnownForAnyMap) {
   const DatasetPtr dataset = datasets().front();
   const SurfaceExtractor extractor(dataset);
-  const StepSizes sizes = surface_sizes(extractor);
+  const SizeEstimates sizes = surface_sizes(extractor);
   const IsosurfaceRequest fine{.isovalue = 0.1, .error = 0.5};
   const double everywhere = sizes.rough(fine).triangles;
   IsosurfaceRequest same{.isovalue = 0.1, .error = 1000};
@@ -158,7 +158,7 @@ TEST(SurfaceSizes, AreGivenUpWhenStopped) {
   std::stop_source stop;
   stop.request_stop();
   for (const SizeAccuracy accuracy : {SizeAccuracy::kQuick, SizeAccuracy::kCareful}) {
-    const StepSizes sizes = surface_sizes(extractor, stop.get_token(), accuracy);
+    const SizeEstimates sizes = surface_sizes(extractor, stop.get_token(), accuracy);
     const IsosurfaceRequest request{.isovalue = 0.1};
     EXPECT_THROW((void)sizes.rough(request), Cancelled);
     EXPECT_THROW((void)sizes.of({.request = request}), Cancelled);

@@ -111,7 +111,7 @@ TEST(LostUpstreams, AStreamThatWasSilentForLongGoesToAnotherServerToo) {
 class SlowSteps : public FakeSteps {
  public:
   using FakeSteps::FakeSteps;
-  [[nodiscard]] StepCosts costs() const override { return {.plain = 1, .simplified = 1}; }
+  [[nodiscard]] CostEstimates costs() const override { return {.plain = 1, .simplified = 1}; }
 };
 
 // What the client has seen decides, not what the server that goes on would have planned.

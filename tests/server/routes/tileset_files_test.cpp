@@ -206,7 +206,7 @@ class CountedCells : public SurfaceProvider {
     ++made;
     return steps_.make(step, std::move(stop));
   }
-  [[nodiscard]] StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const override {
+  [[nodiscard]] SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const override {
     return steps_.sizes(std::move(stop), accuracy);
   }
   mutable std::atomic<int> made = 0;
@@ -218,13 +218,13 @@ class CountedCells : public SurfaceProvider {
 TEST_F(NeuroglancerFiles, AreNotMadeAgainForWhoHasThem) {
   const auto steps = std::make_shared<CountedCells>();
   RunningHttpServer other(testing::catalogue_of(steps));
-  HttpClient client(other.http());
   const std::string segment = std::to_string(segment_of(kIsovalue));
   for (const std::string& path :
        {at("surfaces,error=1/" + segment + ".index"), at("surfaces,error=1/" + segment),
         at("image/1_1_1/64-90_0-64_16-32")}) {
     const std::string tag(answer(path)[http::field::etag]);
     EXPECT_NE(tag, "") << path;
+    HttpClient client(other.http());
     const auto had = client.get(path, "If-None-Match: " + tag + "\r\n");
     EXPECT_EQ(had.result_int(), 304U) << path;
     EXPECT_EQ(had[http::field::etag], tag) << path;
@@ -232,6 +232,7 @@ TEST_F(NeuroglancerFiles, AreNotMadeAgainForWhoHasThem) {
   EXPECT_EQ(steps->made, 0);
   const std::string index = segment + ".index";
   const auto fine = answer(at("surfaces,error=1/" + index));
+  HttpClient client(other.http());
   const auto coarse = client.get(at("surfaces,error=2/" + index),
                                  "If-None-Match: " + std::string(fine[http::field::etag]) + "\r\n");
   EXPECT_NE(coarse.result_int(), 304U) << "another error is another file";

@@ -7,7 +7,7 @@
 
 #include "server/service/detail/single_flight.hpp"
 #include "server/service/lru_map.hpp"
-#include "server/service/step_cache.hpp"
+#include "server/service/surface_cache.hpp"
 #include "tests/support/octahedra.hpp"
 #include "tests/support/waiting.hpp"
 
@@ -175,14 +175,14 @@ TEST(SingleFlight, WhoCannotHaveACopyKeepsNobodyWaiting) {
   EXPECT_THROW(ask(), std::bad_alloc) << "it is computed anew";
 }
 
-// ---- StepCache
+// ---- SurfaceCache
 
 TiledStep step_of(std::vector<EncodedTile> tiles) {
   return {.tetrahedra = 100, .active_tetrahedra = 10, .tiles = std::move(tiles)};
 }
 
-TEST(StepCache, GivesTheSameStepWithoutMakingItAgain) {
-  StepCache cache(1 << 20);
+TEST(SurfaceCache, GivesTheSameStepWithoutMakingItAgain) {
+  SurfaceCache cache(1 << 20);
   int made = 0;
   const auto make = [&made](const std::stop_token&) {
     ++made;
@@ -202,8 +202,8 @@ TEST(StepCache, GivesTheSameStepWithoutMakingItAgain) {
   EXPECT_EQ(made, 2);
 }
 
-TEST(StepCache, ATileOfTwoStepsLiesInMemoryOnce) {
-  StepCache cache(1 << 20);
+TEST(SurfaceCache, ATileOfTwoStepsLiesInMemoryOnce) {
+  SurfaceCache cache(1 << 20);
   (void)cache.get("coarse", {}, [](const std::stop_token&) { return step_of(coarse_tiles()); });
   const std::size_t before = cache.tiles().counts().tiles;
   (void)cache.get("fine", {}, [](const std::stop_token&) { return step_of(fine_tiles()); });
@@ -211,8 +211,8 @@ TEST(StepCache, ATileOfTwoStepsLiesInMemoryOnce) {
 }
 
 // Simplification of two models may leave the same triangles at different distances from them.
-TEST(StepCache, ATileOfTwoStepsKeepsWhatEachPromises) {
-  StepCache cache(1 << 20);
+TEST(SurfaceCache, ATileOfTwoStepsKeepsWhatEachPromises) {
+  SurfaceCache cache(1 << 20);
   const auto simplified_to = [](double bound) {
     return [bound](const std::stop_token&) {
       TiledStep step = step_of(fine_tiles());
@@ -231,8 +231,8 @@ TEST(StepCache, ATileOfTwoStepsKeepsWhatEachPromises) {
   }
 }
 
-TEST(StepCache, OfNoBytesRemembersNothing) {
-  StepCache cache(0);
+TEST(SurfaceCache, OfNoBytesRemembersNothing) {
+  SurfaceCache cache(0);
   int made = 0;
   for (int i = 0; i < 3; ++i) {
     (void)cache.get("a", {}, [&made](const std::stop_token&) {
@@ -244,8 +244,8 @@ TEST(StepCache, OfNoBytesRemembersNothing) {
   EXPECT_EQ(cache.tiles().counts().bytes, 0U);
 }
 
-TEST(StepCache, StaysWithinItsBytesAndStaysRight) {
-  StepCache cache(5000);
+TEST(SurfaceCache, StaysWithinItsBytesAndStaysRight) {
+  SurfaceCache cache(5000);
   std::mt19937 random(5);
   for (int i = 0; i < 300; ++i) {
     const bool is_fine = random() % 2 == 0;

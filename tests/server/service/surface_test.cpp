@@ -48,7 +48,7 @@ class SurfaceTest : public ::testing::Test {
 
   std::shared_ptr<const SurfaceExtractor> extractor_ = std::make_shared<const SurfaceExtractor>(
       testing::prepared({"gyroid", testing::fields::gyroid(40, 0.1, 8)}));
-  ExtractedSurfaces surfaces_{extractor_, std::make_shared<StepCache>(std::size_t{64} << 20)};
+  ExtractedSurfaces surfaces_{extractor_, std::make_shared<SurfaceCache>(std::size_t{64} << 20)};
 };
 
 TEST_F(SurfaceTest, IsTheSameWithAndWithoutEncoding) {

@@ -34,7 +34,7 @@ class Misjudged : public FakeSteps {
         whole_(whole),
         part_(estimated_part) {}
 
-  [[nodiscard]] StepSizes sizes(std::stop_token, SizeAccuracy) const override {
+  [[nodiscard]] SizeEstimates sizes(std::stop_token, SizeAccuracy) const override {
     const auto of = [this](const IsosurfaceRequest& request) {
       const double triangles = part_ * triangles_at(request, whole_);
       return SurfaceSize{.triangles = triangles, .bytes = 0, .extracted = triangles};
@@ -100,7 +100,7 @@ TEST(StreamPlan, ABudgetIsMetByEstimatesThatAreAllTheSame) {
   class Constant : public Misjudged {
    public:
     using Misjudged::Misjudged;
-    [[nodiscard]] StepSizes sizes(std::stop_token, SizeAccuracy) const override {
+    [[nodiscard]] SizeEstimates sizes(std::stop_token, SizeAccuracy) const override {
       const auto of = [](const auto&) { return SurfaceSize{.triangles = 1e5, .extracted = 1e5}; };
       return {.of = of, .rough = of};
     }
@@ -122,7 +122,7 @@ TEST(StreamPlan, ABudgetIsUsedWhereEstimatesStopFallingFarTooEarly) {
   class Plateau : public Misjudged {
    public:
     using Misjudged::Misjudged;
-    [[nodiscard]] StepSizes sizes(std::stop_token stop, SizeAccuracy accuracy) const override {
+    [[nodiscard]] SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const override {
       const auto of = [real = Misjudged::sizes(stop, accuracy).of](const StepRequest& step) {
         SurfaceSize size = real(step);
         size.triangles = std::max(size.triangles, 5e5);
@@ -244,7 +244,7 @@ TEST(StreamPlan, ANamedModelOfTheRequestItselfKeepsToTheLimitOfTriangles) {
 
 TEST(StreamPlan, TheRequestsOwnModelComesSoonerOnlyWhereNobodyWaits) {
   const LargeSteps source;
-  const auto has_own_model = [&](StepPolicy steps, const StepLimits& limits) {
+  const auto has_own_model = [&](StepPolicy steps, const MakingLimits& limits) {
     StreamState state = {.request = {.error = 0.5, .simplify = true}, .steps = steps};
     for (;;) {
       const MadeStep made = make_next_step(source, state, {}, limits).value();
@@ -255,7 +255,7 @@ TEST(StreamPlan, TheRequestsOwnModelComesSoonerOnlyWhereNobodyWaits) {
           {.step = made.step, .size = source.sizes({}, SizeAccuracy::kQuick).of(made.step)});
     }
   };
-  const StepLimits alone = {.bytes_per_second = 1e9};
+  const MakingLimits alone = {.bytes_per_second = 1e9};
   EXPECT_TRUE(has_own_model(StepPolicy::kProgressive, alone));
   EXPECT_FALSE(has_own_model(StepPolicy::kPreviewsOnly, alone));
   EXPECT_FALSE(

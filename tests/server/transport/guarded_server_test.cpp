@@ -357,7 +357,7 @@ class EndlessSizes : public FakeSteps {
  public:
   EndlessSizes(const std::string& name, testing::Count& running)
       : FakeSteps(name), running_(running) {}
-  [[nodiscard]] StepSizes sizes(std::stop_token stop, SizeAccuracy) const override {
+  [[nodiscard]] SizeEstimates sizes(std::stop_token stop, SizeAccuracy) const override {
     ++running_;
     testing::Gate().pass(stop);
     --running_;
@@ -402,7 +402,7 @@ class SizedSteps : public FakeSteps {
  public:
   SizedSteps(const std::string& name, std::size_t triangles, double estimated)
       : FakeSteps(name, heavy(triangles, 10)), estimated_(estimated) {}
-  [[nodiscard]] StepSizes sizes(std::stop_token, SizeAccuracy) const override {
+  [[nodiscard]] SizeEstimates sizes(std::stop_token, SizeAccuracy) const override {
     const auto size_at = [estimated = estimated_](const IsosurfaceRequest& request) {
       const double floor = std::max(request.error, request.thresholds.at_least);
       return SurfaceSize{

@@ -87,53 +87,53 @@ TEST(Budget, AsksForFewSizes) {
   EXPECT_LE(asked, 10);
 }
 
-TEST(BudgetLadder, GivesUpALittleMoreFromRungToRung) {
+TEST(ErrorSchedule, GivesUpALittleMoreFromRungToRung) {
   IsosurfaceRequest request = request_for(1);
   request.error = 0.3;
-  const BudgetLadder ladder(request, dataset());
-  EXPECT_EQ(ladder.at(0), request);
+  const ErrorSchedule schedule(request, dataset());
+  EXPECT_EQ(schedule.at(0), request);
   double size = noisy_surface({request}).triangles;
   double floor = request.error;
-  for (int rung = 1; rung <= ladder.last(); ++rung) {
-    const double higher = ladder.at(rung).thresholds.at_least;
-    EXPECT_GT(higher, floor) << "every rung makes a difference";
+  for (int level = 1; level <= schedule.last(); ++level) {
+    const double higher = schedule.at(level).thresholds.at_least;
+    EXPECT_GT(higher, floor) << "every level makes a difference";
     EXPECT_LE(higher, 1.2 * floor);
     floor = higher;
-    EXPECT_LT(noisy_surface({ladder.at(rung)}).triangles, size);
-    size = noisy_surface({ladder.at(rung)}).triangles;
+    EXPECT_LT(noisy_surface({schedule.at(level)}).triangles, size);
+    size = noisy_surface({schedule.at(level)}).triangles;
   }
   EXPECT_EQ(floor, 256);
 }
 
 // A finer region, or a view, may need a floor that is below the error everywhere else.
-TEST(BudgetLadder, BeginsAtTheLeastThresholdOfAMap) {
+TEST(ErrorSchedule, BeginsAtTheLeastThresholdOfAMap) {
   IsosurfaceRequest request = request_for(1);
   request.error = 8;
   request.thresholds.regions = {{.shape = HalfSpaceShape{}, .threshold = 0.5}};
-  EXPECT_LT(BudgetLadder(request, dataset()).at(1).thresholds.at_least, 0.6);
+  EXPECT_LT(ErrorSchedule(request, dataset()).at(1).thresholds.at_least, 0.6);
   request.thresholds.regions.clear();
   request.thresholds.view = ThresholdView{};
-  EXPECT_LT(BudgetLadder(request, dataset()).at(1).thresholds.at_least, 0.1);
+  EXPECT_LT(ErrorSchedule(request, dataset()).at(1).thresholds.at_least, 0.1);
 }
 
-// Four rungs are an octave.
-TEST(BudgetLadder, GoesOnBetweenWhatWasTooLargeAndWhatFits) {
-  EXPECT_EQ(next_rung(MadeRung{0, 0.85 * 16}, MadeRung{20, 0.85 / 16}, 3, 40), 10);
-  EXPECT_EQ(next_rung(MadeRung{0, 1.1}, MadeRung{20, 0.01}, 3, 40), 1) << "nearest to the goal";
-  EXPECT_EQ(next_rung(MadeRung{0, 100}, MadeRung{2, 0}, 0, 40), 1) << "an empty surface";
+// Four levels are an octave.
+TEST(ErrorSchedule, GoesOnBetweenWhatWasTooLargeAndWhatFits) {
+  EXPECT_EQ(next_level(MadeLevel{0, 0.85 * 16}, MadeLevel{20, 0.85 / 16}, 3, 40), 10);
+  EXPECT_EQ(next_level(MadeLevel{0, 1.1}, MadeLevel{20, 0.01}, 3, 40), 1) << "nearest to the goal";
+  EXPECT_EQ(next_level(MadeLevel{0, 100}, MadeLevel{2, 0}, 0, 40), 1) << "an empty surface";
 }
 
-TEST(BudgetLadder, BelievesAnEstimateAsFarAsSizesArePowersOfTheThreshold) {
-  const MadeRung fits = {40, 0.85 / 8};  // Three octaves too small.
-  EXPECT_EQ(next_rung(std::nullopt, fits, 0, 47), 28) << "not all the way down";
-  EXPECT_EQ(next_rung(std::nullopt, fits, 39, 47), 37);
-  EXPECT_EQ(next_rung(std::nullopt, fits, 33, 47), 33);
-  EXPECT_EQ(next_rung(std::nullopt, MadeRung{1, 0.1}, 0, 47), 0);
-  const MadeRung is_too_large = {4, 0.85 * 8};
-  EXPECT_EQ(next_rung(is_too_large, std::nullopt, 5, 30), 7);
-  EXPECT_EQ(next_rung(is_too_large, std::nullopt, 12, 30), 12);
-  EXPECT_EQ(next_rung(is_too_large, std::nullopt, 30, 30), 30);
-  EXPECT_EQ(next_rung(MadeRung{29, 50}, std::nullopt, 30, 30), 30);
+TEST(ErrorSchedule, BelievesAnEstimateAsFarAsSizesArePowersOfTheThreshold) {
+  const MadeLevel fits = {40, 0.85 / 8};  // Three octaves too small.
+  EXPECT_EQ(next_level(std::nullopt, fits, 0, 47), 28) << "not all the way down";
+  EXPECT_EQ(next_level(std::nullopt, fits, 39, 47), 37);
+  EXPECT_EQ(next_level(std::nullopt, fits, 33, 47), 33);
+  EXPECT_EQ(next_level(std::nullopt, MadeLevel{1, 0.1}, 0, 47), 0);
+  const MadeLevel is_too_large = {4, 0.85 * 8};
+  EXPECT_EQ(next_level(is_too_large, std::nullopt, 5, 30), 7);
+  EXPECT_EQ(next_level(is_too_large, std::nullopt, 12, 30), 12);
+  EXPECT_EQ(next_level(is_too_large, std::nullopt, 30, 30), 30);
+  EXPECT_EQ(next_level(MadeLevel{29, 50}, std::nullopt, 30, 30), 30);
 }
 
 }  // namespace

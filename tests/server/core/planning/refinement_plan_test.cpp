@@ -21,7 +21,7 @@ struct Surface {
   double triangles = 2e6;
   double share_left = 0.1;  // By simplification.
 
-  [[nodiscard]] StepSizes sizes() const {
+  [[nodiscard]] SizeEstimates sizes() const {
     const auto size_at = [*this](const IsosurfaceRequest& request, double finest) {
       const double extracted = triangles / (finest * finest);
       const double left = request.simplify ? share_left * extracted : extracted;
@@ -34,8 +34,8 @@ struct Surface {
 };
 
 const IsosurfaceRequest kSimplified = {.error = 0.5, .simplify = true};
-constexpr StepCosts kFast = {.bytes_per_second = 1e9};
-constexpr StepCosts kSlow = {.bytes_per_second = 1.25e5};  // 1 Mbit/s.
+constexpr CostEstimates kFast = {.bytes_per_second = 1e9};
+constexpr CostEstimates kSlow = {.bytes_per_second = 1.25e5};  // 1 Mbit/s.
 
 struct Shown {
   StepRequest step;
@@ -45,13 +45,13 @@ struct Shown {
 
 // The whole stream, as the server makes it.
 std::vector<Shown> stream(const IsosurfaceRequest& request, const DatasetInfo& info,
-                          const Surface& surface = {}, const StepCosts& costs = {},
+                          const Surface& surface = {}, const CostEstimates& costs = {},
                           const PlanLimits& limits = {}) {
-  const StepSizes sizes = surface.sizes();
+  const SizeEstimates sizes = surface.sizes();
   std::vector<ShownStep> shown;
   std::vector<Shown> steps;
   for (;;) {
-    const NextStep next = next_step(request, limits, shown, info, sizes, costs);
+    const PlannedStep next = next_step(request, limits, shown, info, sizes, costs);
     const SurfaceSize size = sizes.of(next.step);
     const double seconds = costs.server_seconds(size, next.step.request.simplify);
     steps.push_back({next.step, seconds, costs.link_seconds(size)});
@@ -179,7 +179,7 @@ TEST(RefinementPlan, TheFirstNeedsNothingThatIsFinerThanTheSpectrum) {
 }
 
 TEST(RefinementPlan, TheFirstOfADatasetThatIsFarAwayLooksAtLittleOfIt) {
-  StepSizes sizes = Surface{.triangles = 1000}.sizes();  // Which would come at once.
+  SizeEstimates sizes = Surface{.triangles = 1000}.sizes();  // Which would come at once.
   sizes.to_fetch = [](std::int32_t finest) {
     return (std::uint64_t{400} << 20) / static_cast<std::uint64_t>(finest * finest);
   };
@@ -191,7 +191,7 @@ TEST(RefinementPlan, TheFirstOfADatasetThatIsFarAwayLooksAtLittleOfIt) {
     ADD_FAILURE() << "the size of the whole is looked for";
     return rough(request);
   };
-  const NextStep first = next_step(kSimplified, {}, {}, dataset(1025), sizes, kFast);
+  const PlannedStep first = next_step(kSimplified, {}, {}, dataset(1025), sizes, kFast);
   EXPECT_FALSE(first.is_final);
   EXPECT_EQ(first.step.finest_spacing, 16);
   sizes.to_fetch = [](std::int32_t finest) { return finest < 32 ? ~std::uint64_t{0} : 0; };
@@ -246,14 +246,14 @@ TEST(RefinementPlan, TheRequestsOwnBoundDoesNotComeSoonerWhereItMayNot) {
 // A telephone and a workstation on the same link.
 TEST(RefinementPlan, ASlowClientGetsNoPreviewThatItWouldDecodeForLong) {
   const DatasetInfo info = dataset(257);
-  StepCosts slow = kFast;
+  CostEstimates slow = kFast;
   slow.client_triangles_per_second = 2e5;
-  StepCosts fast = kFast;
+  CostEstimates fast = kFast;
   fast.client_triangles_per_second = 1e8;
   EXPECT_TRUE(has_certified(stream(kSimplified, info, {}, fast), kSimplified));
   const auto steps = stream(kSimplified, info, {}, slow);
   EXPECT_FALSE(has_certified(steps, kSimplified));
-  const StepSizes sizes = Surface{}.sizes();
+  const SizeEstimates sizes = Surface{}.sizes();
   const double whole = slow.client_seconds(sizes.of(steps.back().step)) + steps.back().server;
   EXPECT_LE(slow.client_seconds(sizes.of(steps[0].step)), kFirstClientSeconds);
   for (std::size_t i = 1; i + 1 < steps.size(); ++i) {
@@ -265,7 +265,7 @@ TEST(RefinementPlan, ASlowClientGetsNoPreviewThatItWouldDecodeForLong) {
 
 TEST(RefinementPlan, APreviewIsWhatItsNameSays) {
   const DatasetInfo info = dataset(257);
-  for (const StepCosts& costs : {kSlow, kFast}) {
+  for (const CostEstimates& costs : {kSlow, kFast}) {
     const auto steps = stream(kSimplified, info, {}, costs);
     for (std::size_t i = 0; i + 1 < steps.size(); ++i) {
       const StepRequest& step = steps[i].step;
@@ -310,8 +310,8 @@ TEST(RefinementPlan, MeansTheSameInVoxelsAndInWorldUnits) {
 TEST(LearnedCosts, FindWhatTrianglesCostOnThisMachine) {
   LearnedCosts learned;
   for (int i = 0; i < 30; ++i) {
-    learned.note(false, 1e5, StepCosts::kSecondsAStep + 0.02);
-    learned.note(true, 1e5, StepCosts::kSecondsAStep + 0.5);
+    learned.note(false, 1e5, CostEstimates::kSecondsAStep + 0.02);
+    learned.note(true, 1e5, CostEstimates::kSecondsAStep + 0.5);
   }
   EXPECT_NEAR(learned.costs().plain, 2e-7, 1e-9);
   EXPECT_NEAR(learned.costs().simplified, 5e-6, 1e-8);
@@ -328,7 +328,7 @@ TEST(LearnedCosts, TinyStepsTellNothing) {
   LearnedCosts learned;
   learned.note(true, 100, 10);
   learned.note(true, 0, 10);
-  EXPECT_EQ(learned.costs().simplified, StepCosts{}.simplified);
+  EXPECT_EQ(learned.costs().simplified, CostEstimates{}.simplified);
 }
 
 }  // namespace

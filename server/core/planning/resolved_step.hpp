@@ -2,7 +2,7 @@
 // model, what is left of them for simplification, which tiles come first, and what the step is
 // known by.
 //
-//   const StepSpec spec(step, info);
+//   const ResolvedStep spec(step, info);
 //   const PreparedModel model(volume, ..., spec.model());
 //   how = spec.simplification(cube);
 #pragma once
@@ -20,12 +20,12 @@
 namespace multitetra {
 
 // Immutable; safe to use from several threads at once.
-class StepSpec {
+class ResolvedStep {
  public:
   // Requires a validated request. With very many regions that takes long: `check`, if there is one,
   // is called again and again meanwhile and may throw.
-  StepSpec(const StepRequest& step, const DatasetInfo& info,
-           const std::function<void()>& check = {});
+  ResolvedStep(const StepRequest& step, const DatasetInfo& info,
+               const std::function<void()>& check = {});
 
   [[nodiscard]] const StepRequest& step() const { return step_; }
   [[nodiscard]] const IsosurfaceRequest& request() const { return step_.request; }

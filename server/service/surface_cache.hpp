@@ -20,11 +20,11 @@
 namespace multitetra {
 
 // Safe to use from several threads at once.
-class StepCache {
+class SurfaceCache {
  public:
   // Remembers tiles and steps of at most `capacity` bytes together; 0 remembers nothing, and equal
   // requests at the same time are still made once.
-  explicit StepCache(std::size_t capacity)
+  explicit SurfaceCache(std::size_t capacity)
       : tiles_(capacity - capacity / 16), outlines_(capacity / 16) {}
 
   using Make = std::function<TiledStep(std::stop_token)>;

@@ -1,4 +1,4 @@
-#include "server/core/planning/step_costs.hpp"
+#include "server/core/planning/cost_estimates.hpp"
 
 #include <algorithm>
 
@@ -14,7 +14,7 @@ constexpr double kMostAtOnce = 3;         // One step that had to wait is no new
 void LearnedCosts::note(bool is_simplified, double extracted, double seconds) {
   if (extracted < kLeastTriangles) return;
   double& known = is_simplified ? costs_.simplified : costs_.plain;
-  const double found = std::max(seconds - StepCosts::kSecondsAStep, 0.0) / extracted;
+  const double found = std::max(seconds - CostEstimates::kSecondsAStep, 0.0) / extracted;
   known += kWeight * (std::clamp(found, known / kMostAtOnce, known * kMostAtOnce) - known);
 }
 

@@ -1,12 +1,12 @@
-#include "server/core/planning/step_spec.hpp"
+#include "server/core/planning/resolved_step.hpp"
 
 #include "common/request/request_key.hpp"
 #include "server/core/simplification/threshold_shares.hpp"
 
 namespace multitetra {
 
-StepSpec::StepSpec(const StepRequest& step, const DatasetInfo& info,
-                   const std::function<void()>& check)
+ResolvedStep::ResolvedStep(const StepRequest& step, const DatasetInfo& info,
+                           const std::function<void()>& check)
     : step_(step),
       lattice_step_(info.spacing),
       thresholds_(step.request, info, check),
@@ -18,7 +18,7 @@ StepSpec::StepSpec(const StepRequest& step, const DatasetInfo& info,
   }
 }
 
-ModelOptions StepSpec::model() const {
+ModelOptions ResolvedStep::model() const {
   ModelOptions options{.thresholds = model_thresholds_,
                        .topology_tolerance = step_.request.topology_tolerance,
                        .finest_spacing = step_.finest_spacing};
@@ -26,14 +26,16 @@ ModelOptions StepSpec::model() const {
   return options;
 }
 
-SimplificationOptions StepSpec::simplification(const OctreeCube& cube) const {
+SimplificationOptions ResolvedStep::simplification(const OctreeCube& cube) const {
   return {.lattice_step = lattice_step_,
           .max_distance = (1 - kModelShare) * thresholds_.least_in(box_of(cube))};
 }
 
-bool StepSpec::has_important_places() const { return thresholds_.least() != thresholds_.largest(); }
+bool ResolvedStep::has_important_places() const {
+  return thresholds_.least() != thresholds_.largest();
+}
 
-double StepSpec::importance(const OctreeCube& cube) const {
+double ResolvedStep::importance(const OctreeCube& cube) const {
   return model_thresholds_.least_in(box_of(cube));
 }
 

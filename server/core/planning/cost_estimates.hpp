@@ -15,7 +15,7 @@ struct SurfaceSize {
 inline constexpr double kUsualBytesPerSecond = 1.25e6;
 
 // In seconds, for each triangle that is extracted; all threads together.
-struct StepCosts {
+struct CostEstimates {
   double plain = 0.4e-6;       // To extract and to encode it,
   double simplified = 2.5e-6;  // and to simplify it as well.
   double bytes_per_second = kUsualBytesPerSecond;
@@ -41,10 +41,10 @@ class LearnedCosts {
  public:
   // A step of so many extracted triangles took so long.
   void note(bool is_simplified, double extracted, double seconds);
-  [[nodiscard]] const StepCosts& costs() const { return costs_; }
+  [[nodiscard]] const CostEstimates& costs() const { return costs_; }
 
  private:
-  StepCosts costs_;
+  CostEstimates costs_;
 };
 
 }  // namespace multitetra

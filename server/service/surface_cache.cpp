@@ -1,10 +1,10 @@
-#include "server/service/step_cache.hpp"
+#include "server/service/surface_cache.hpp"
 
 #include <utility>
 
 namespace multitetra {
 
-TiledStep StepCache::get(const std::string& key, const std::stop_token& stop, const Make& make) {
+TiledStep SurfaceCache::get(const std::string& key, const std::stop_token& stop, const Make& make) {
   if (auto step = remembered(key)) return *std::move(step);
   return flights_.get(key, stop, [&](const std::stop_token& all_stop) {
     TiledStep step = make(all_stop);
@@ -13,13 +13,13 @@ TiledStep StepCache::get(const std::string& key, const std::stop_token& stop, co
   });
 }
 
-bool StepCache::remembers(const std::string& key) {
+bool SurfaceCache::remembers(const std::string& key) {
   const std::lock_guard lock(mutex_);
   const Outline* const found = outlines_.find(key);
   return found != nullptr && tiles_.has_all(found->tiles);
 }
 
-std::optional<TiledStep> StepCache::remembered(const std::string& key) {
+std::optional<TiledStep> SurfaceCache::remembered(const std::string& key) {
   Outline outline;
   {
     const std::lock_guard lock(mutex_);
@@ -42,7 +42,7 @@ std::optional<TiledStep> StepCache::remembered(const std::string& key) {
   return step;
 }
 
-void StepCache::remember(const std::string& key, const TiledStep& step) {
+void SurfaceCache::remember(const std::string& key, const TiledStep& step) {
   Outline outline{.tetrahedra = step.tetrahedra,
                   .active_tetrahedra = step.active_tetrahedra,
                   .appearance = step.appearance,
