@@ -9,7 +9,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 
 # The commands of the section: indented lines, but those about the PATH, the serving, and volumes that only readers have.
 sed -n '/^or step by step:/,/^Browsers and scripts/p' "$readme" | sed -n 's/^    //p' |
-  grep -v '^PATH=\|^bash \|serve head.mtd ' | sed '/^multitetra-server \(prepare\|convert\) /{/ head\.\(nrrd\|mtd\) /!d}' >commands
+  grep -v '^PATH=\|^bash \|serve head.mtd ' | sed '/^multitetra-server prepare /{/ head\.\(nrrd\|mtd\) /!d}' >commands
 grep -q 'threshold-grid importance.nrrd' commands || fail "README has no such section any more: $(cat commands)"
 # The script of an image stands after its first use there: people read on, a shell does not.
 sed -n "/^python3 - <<'EOF'/,/^EOF/p" commands >first
