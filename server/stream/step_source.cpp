@@ -127,7 +127,8 @@ StepSizes ExtractedSteps::sizes(std::stop_token stop, SizeAccuracy accuracy) con
                 const SurfaceSize size = rough(request);
                 check();
                 return size;
-              }};
+              },
+          .to_fetch = std::move(sizes.to_fetch)};
 }
 
 }  // namespace multitetra
