@@ -1,18 +1,18 @@
 #!/bin/bash
 # Prepares a volume over the nodes of a Slurm cluster: a plan, an array of parts, a merge that waits for all of them.
 #
-#   bash slurm.sh VOLUME FOLDER PARTS [options of sbatch]
-#   bash slurm.sh /lustre/big.nrrd /lustre/big 64 --partition=cpu --cpus-per-task=8 --mem=2G
+#   bash slurm.sh VOLUME DATASET PARTS [options of sbatch]
+#   bash slurm.sh /lustre/big.nrrd /lustre/big.mtd 64 --partition=cpu --cpus-per-task=8 --mem=2G
 #
-# VOLUME and FOLDER are paths that all nodes see. PREPARE_OPTIONS="--margin 1 --outside 0" tells how to read and prepare it. A part that fails or loses its node may run again at any time
-# (sbatch --requeue does it); after that: multitetra-server prepare --merge -o FOLDER.
+# VOLUME and DATASET are paths that all nodes see. PREPARE_OPTIONS="--margin 1 --outside 0" tells how to read and prepare it. A part that fails or loses its node may run again at any time
+# (sbatch --requeue does it); after that: multitetra-server prepare --merge -o DATASET.
 set -euo pipefail
 if [ $# -lt 3 ]; then
-  echo "usage: slurm.sh VOLUME FOLDER PARTS [options of sbatch]" >&2
+  echo "usage: slurm.sh VOLUME DATASET PARTS [options of sbatch]" >&2
   exit 2
 fi
 volume=$1
-folder=$2
+dataset=$2
 parts=$3
 shift 3
 
@@ -32,9 +32,9 @@ EOF
 }
 
 more_options=" ${PREPARE_OPTIONS:-}"
-plan=$(submit plan "$@" -- "$volume" -o "$folder" --plan "$parts")
+plan=$(submit plan "$@" -- "$volume" -o "$dataset" --plan "$parts")
 more_options+=" --part \$SLURM_ARRAY_TASK_ID/$parts --threads \${SLURM_CPUS_PER_TASK:-0}"
-array=$(submit part "$@" --array=1-"$parts" --dependency=afterok:"$plan" --kill-on-invalid-dep=yes -- "$volume" -o "$folder")
+array=$(submit part "$@" --array=1-"$parts" --dependency=afterok:"$plan" --kill-on-invalid-dep=yes -- "$volume" -o "$dataset")
 more_options=""
-merge=$(submit merge "$@" --dependency=afterok:"$array" --kill-on-invalid-dep=yes -- --merge -o "$folder")
+merge=$(submit merge "$@" --dependency=afterok:"$array" --kill-on-invalid-dep=yes -- --merge -o "$dataset")
 echo "plan $plan, parts $array, merge $merge"

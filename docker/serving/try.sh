@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # haproxy.cfg and caching_proxy.conf of this folder as they are, but for ports and folders, in front of three servers whose dataset is a
-# folder of objects behind another nginx. Half a minute; says what was seen and fails when a promise is broken.
+# file behind another nginx. Half a minute; says what was seen and fails when a promise is broken.
 #
 #   bash docker/serving/try.sh FOLDER-OF-PROGRAMS
 #
@@ -23,7 +23,7 @@ source "$project/tests/support/programs.sh"
 "$bin/multitetra-server" generate head --size 64 --noise 20 -o head.nrrd --quiet
 "$bin/multitetra-server" prepare head.nrrd -o head.mtd --name head --quiet
 mkdir -p store temporary cache
-"$bin/multitetra-server" convert head.mtd -o store/head --quiet
+cp head.mtd store/
 
 run_nginx() {  # run_nginx NAME PORT: with NAME.conf, until it listens.
   start "$1" nginx -p "$work" -c "$work/$1.conf" -g \
@@ -41,7 +41,7 @@ names=(one two three)
 servers=()
 server_pids=()
 for name in "${names[@]}"; do
-  start "$name" "$bin/multitetra-server" serve "http://127.0.0.1:$store/head" --tcp off --http 127.0.0.1:0 \
+  start "$name" "$bin/multitetra-server" serve "http://127.0.0.1:$store/head.mtd" --tcp off --http 127.0.0.1:0 \
     --cache-dir cache --max-requests-per-second 100000 --trusted-proxy 127.0.0.1
   server_pids+=("$pid")
   servers+=("$(url_of "$name" http)")

@@ -1,30 +1,72 @@
 #include "server/dataset/dataset.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <utility>
 #include <vector>
 
 #include "server/dataset/prepared_file.hpp"
-#include "server/dataset/small_sections.hpp"
+#include "server/store/bucket.hpp"
 
 namespace multitetra {
+namespace {
 
-DatasetPtr open_dataset(const std::filesystem::path& path) {
-  const auto file = std::make_shared<const PreparedFile>(path);
+constexpr const char* kSuffix = ".mtd";
+
+IsovalueBins bins_of(const std::string& place, std::span<const std::byte> bytes) {
+  const auto fail_with = [&](const std::string& what) {
+    throw DatasetFileError(place, "Section \"bins\": " + what + " Prepare the dataset again.");
+  };
+  std::vector<float> edges(bytes.size() / sizeof(float));
+  if (bytes.size() % sizeof(float) != 0 || edges.size() > IsovalueBins::kMaxCount + 1 ||
+      edges.size() == 1) {
+    fail_with("it has " + std::to_string(bytes.size()) + " bytes; it must have none, or 8 to " +
+              std::to_string(sizeof(float) * (IsovalueBins::kMaxCount + 1)) + " in fours.");
+  }
+  if (!edges.empty()) std::memcpy(edges.data(), bytes.data(), bytes.size());
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    if (!std::isfinite(edges[i]) || (i > 0 && edges[i] <= edges[i - 1])) {
+      fail_with("its edges are not finite numbers that increase.");
+    }
+  }
+  return IsovalueBins(std::move(edges));
+}
+
+}  // namespace
+
+DatasetPtr open_dataset(const std::string& place, std::shared_ptr<RemoteFiles> files) {
+  const auto file = std::make_shared<const PreparedFile>(place, std::move(files));
   DatasetInfo info = file->info();
   info.content_id = file->content_id();
-  check_small_sections(path, info, file->coarse().size(), file->ranges().size());
   return std::make_shared<const PreparedVolume>(
       PreparedVolume{.info = info,
                      .samples = file->samples(),
-                     .coarse = file->coarse(),
-                     .ranges = file->ranges(),
+                     .coarse = BytesOnDemand([file] { return file->coarse(); }),
+                     .ranges = BytesOnDemand([file] { return file->ranges(); }),
                      .spectrum = {.layout = SpectrumLayout(info),
-                                  .bins = bins_of(path, file->bins()),
+                                  .bins = bins_of(place, file->bins()),
                                   .voxel = static_cast<float>(voxel_length(info)),
                                   .bricks = file->spectrum()},
                      .owner = file,
                      .check = [file] { file->check(); }});
+}
+
+bool is_folder_of_datasets(const std::string& place) {
+  std::error_code ignored;
+  return is_address(place) ? is_bucket_folder(place, kSuffix)
+                           : std::filesystem::is_directory(place, ignored);
+}
+
+std::vector<std::string> datasets_in(const std::string& folder) {
+  if (is_address(folder)) return list_bucket(folder, kSuffix);
+  std::vector<std::string> found;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() == kSuffix) found.push_back(entry.path().string());
+  }
+  std::sort(found.begin(), found.end());
+  return found;
 }
 
 Volume whole_volume(const PreparedVolume& dataset) {

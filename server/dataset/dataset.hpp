@@ -5,13 +5,15 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "common/mesh/lattice.hpp"
 #include "common/request/dataset_info.hpp"
 #include "server/core/framework/volume.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"
+#include "server/store/remote_files.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
@@ -24,10 +26,18 @@ static_assert((std::int64_t{1} << kMaxGridExponent) + 1 == kMaxSide);
 
 using DatasetPtr = std::shared_ptr<const PreparedVolume>;
 
-// Maps the file into memory and verifies all but its large sections, see prepared_file.hpp. Damage
-// that is found later throws DatasetFileError out of whoever reads the brick. Throws
-// DatasetFileError.
-[[nodiscard]] DatasetPtr open_dataset(const std::filesystem::path& path);
+// A file, or an address of one (http://, https://, s3://bucket/key); see prepared_file.hpp. Those
+// that are opened with the same `files` share its caches and connections; without any, a small
+// cache is made for this dataset alone. Damage that is found later throws DatasetFileError out of
+// what reads the brick, trouble of a store StoreError. Throws these.
+[[nodiscard]] DatasetPtr open_dataset(const std::string& place,
+                                      std::shared_ptr<RemoteFiles> files = nullptr);
+
+// Whether a folder is meant, on this machine or in a bucket, whose files *.mtd are datasets.
+[[nodiscard]] bool is_folder_of_datasets(const std::string& place);
+
+// The files *.mtd in such a folder, by name. Throws std::filesystem::filesystem_error, StoreError.
+[[nodiscard]] std::vector<std::string> datasets_in(const std::string& folder);
 
 // All samples in one piece, for the exact pass over a volume. Needs memory for them, and reads
 // every brick.

@@ -6,9 +6,12 @@
 //   for (...) writer.add_spectrum_brick(index, bytes);   // Also between the samples.
 //   writer.finish(metadata, {.coarse = ..., .ranges = ..., .bins = ...});
 //
+// Samples and spectrum wait as they are in files without names beside the dataset, so that the disk
+// must hold them, too; finish() packs them on all threads and writes the file in its order.
+//
 // Guaranteed: the file appears whole or not at all (AtomicFile), also when the writer is killed or
-// the machine stops. Without finish() nothing appears. Where samples are zero for long, as far from
-// a label, the file has holes.
+// the machine stops. Without finish() nothing appears. The same bytes for the same content, for any
+// number of threads and in whatever order and pieces it came.
 #pragma once
 
 #include <algorithm>
@@ -23,6 +26,7 @@
 #include "common/base/atomic_file.hpp"
 #include "server/dataset/checksum.hpp"
 #include "server/dataset/prepared_format.hpp"
+#include "common/base/scratch_file.hpp"
 
 namespace multitetra {
 
@@ -43,7 +47,10 @@ struct SectionBytes {
           std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(offset), into.size(),
                       into.begin());
         }) {}
-  SectionBytes(std::uint64_t bytes, Read reader) : size(bytes), read(std::move(reader)) {}
+  SectionBytes(std::uint64_t bytes, const Scratch& scratch)
+      : size(bytes), read([&scratch](std::uint64_t offset, std::span<std::byte> into) {
+          scratch.get(offset, into);
+        }) {}
 
   std::uint64_t size = 0;
   Read read;
@@ -56,6 +63,9 @@ struct SmallSections {
   std::span<const std::byte> bins;
 };
 
+// Gives brick `index` of the samples, packed as pack_brick() does. Called from several threads.
+using PackedSamples = std::function<PackedBrick(std::size_t index)>;
+
 // All functions throw DatasetFileError when the disk fails. To be used by one thread at a time,
 // but for read_samples.
 class DatasetWriter {
@@ -66,40 +76,50 @@ class DatasetWriter {
   // layer. Requires that they end where a brick ends, and that no sample is infinite.
   void add_samples(std::span<const std::byte> bytes);
 
-  // The bytes of brick `first` and of those after it, from the unfinished file. Requires that they
-  // were added. From several threads at once, also while spectrum bricks are added.
+  // The bytes of brick `first` and of those after it. Requires that they were added. From several
+  // threads at once, also while spectrum bricks are added.
   void read_samples(std::size_t first, std::span<std::byte> into) const;
 
-  // In any order. Requires index < spectrum_bricks, each at most once, and fewer than 4 GiB. A
-  // brick that is never added is empty.
+  // In any order. Requires index < spectrum_bricks, each at most once, and at most
+  // most_spectrum_brick_bytes(). A brick that is never added is empty.
   void add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes);
 
   // Brings the file to the disk and gives it its name. Requires that all samples were added, that
   // the metadata passes `check_info` and agrees with the shape, and nothing after it.
   void finish(const DatasetMetadata& metadata, const SmallSections& small);
+  // The same with samples from elsewhere; requires that none were added.
+  void finish(const DatasetMetadata& metadata, const SmallSections& small,
+              const PackedSamples& samples);
 
  private:
-  void write(std::uint64_t offset, std::span<const std::byte> bytes);
-  void write_but_zeros(std::uint64_t offset, std::span<const std::byte> bytes);
-  void flush_spectrum();
-  void append_section(const char* name, const SectionBytes& bytes);
+  struct SpectrumPlace {
+    std::uint64_t offset = 0;  // In the scratch.
+    std::uint64_t size = 0;
+  };
+  void write(std::span<const std::byte> bytes);
+  void begin_section(const char* name);
+  void end_section() { sections_.back().checksum = sum_.value(); }
+  void write_section(const char* name, std::span<const std::byte> bytes);
+  void write_packed_section(const char* name, const SectionBytes& bytes);
+  // Returns the index.
+  template <typename Layout>
+  std::vector<BrickEntry> write_bricks(const char* name, const Layout& layout,
+                                       const PackedSamples& packed);
 
   std::filesystem::path path_;
   AtomicFile file_;
   DatasetShape shape_;
   BrickLayout layout_;
 
+  ScratchFile samples_;
   std::uint64_t sample_bytes_ = 0;  // Added so far.
-  RunningChecksum samples_checksum_;
-  std::vector<std::uint64_t> sample_checksums_;  // Of the bricks added so far.
+  ScratchFile spectrum_;
+  std::vector<SpectrumPlace> spectrum_places_;
 
-  std::uint64_t spectrum_begin_ = 0;  // In the file.
-  std::uint64_t spectrum_bytes_ = 0;  // Added so far, those in the buffer included.
-  RunningChecksum spectrum_checksum_;
-  std::vector<BrickPlace> spectrum_index_;
-  std::vector<std::byte> spectrum_buffer_;  // The last of them, not written yet.
-
-  SectionTable sections_;  // Filled by finish().
+  // Filled by finish().
+  SectionTable sections_;
+  std::uint64_t end_ = 0;  // Of what was written.
+  RunningChecksum sum_;    // Of the section that is written.
 };
 
 }  // namespace multitetra

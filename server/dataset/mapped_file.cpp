@@ -73,32 +73,27 @@ MappedFile::Guard* MappedFile::Guard::of(std::span<const std::byte> bytes) {
   return guard;
 }
 
-MappedFile::MappedFile(const FileSource& file)
-    : file_(file.file_), descriptor_(::fcntl(file.descriptor_, F_DUPFD_CLOEXEC, 0)) {
-  const auto fail_with_reason = [this](const char* what) {
-    const int reason = errno;
-    if (descriptor_ >= 0) ::close(descriptor_);
-    throw DatasetFileError(file_, what + (": " + std::generic_category().message(reason)) + ".");
-  };
-  if (descriptor_ < 0) fail_with_reason("it cannot be kept open");
-  opened_ = state();
-  if (file.size_ == 0) return;  // Nothing can be mapped of nothing.
+MappedFile::MappedFile(const std::filesystem::path& path) : file_(path), opened_(state()) {
+  if (file_.size_ == 0) return;  // Nothing can be mapped of nothing.
   void* const memory =
-      ::mmap(nullptr, file.size_, PROT_READ, MAP_SHARED, descriptor_, /*offset=*/0);
-  if (memory == MAP_FAILED) fail_with_reason("it cannot be mapped into memory");
-  bytes_ = {static_cast<const std::byte*>(memory), file.size_};
+      ::mmap(nullptr, file_.size_, PROT_READ, MAP_SHARED, file_.descriptor_, /*offset=*/0);
+  if (memory == MAP_FAILED) {
+    const int reason = errno;
+    throw DatasetFileError(
+        path, "it cannot be mapped into memory: " + std::generic_category().message(reason) + ".");
+  }
+  bytes_ = {static_cast<const std::byte*>(memory), file_.size_};
   guard_ = Guard::of(bytes_);
 }
 
 MappedFile::~MappedFile() {
   if (guard_ != nullptr) guard_->end = 0;
   if (!bytes_.empty()) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
-  ::close(descriptor_);
 }
 
 MappedFile::State MappedFile::state() const {
   struct stat status = {};
-  if (::fstat(descriptor_, &status) != 0) return {};
+  if (::fstat(file_.descriptor_, &status) != 0) return {};
   return {.size = status.st_size,
           .seconds = status.st_mtim.tv_sec,
           .nanoseconds = status.st_mtim.tv_nsec};
@@ -106,12 +101,12 @@ MappedFile::State MappedFile::state() const {
 
 void MappedFile::check() const {
   if (guard_ != nullptr && guard_->has_lost) {
-    throw DatasetFileError(file_,
+    throw DatasetFileError(file_.file_,
                            "a part of it is gone, or the disk cannot read it. Put the file "
                            "back under its name and start the server again.");
   }
   if (state() == opened_) return;
-  throw DatasetFileError(file_,
+  throw DatasetFileError(file_.file_,
                          "somebody wrote into it while it was open. Put a good file under its name "
                          "(by renaming, which harms nobody) and start the server again.");
 }

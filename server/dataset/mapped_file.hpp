@@ -19,18 +19,25 @@
 
 namespace multitetra {
 
-// It outlives its FileSource. Safe to use from several threads at once.
-class MappedFile {
+// Safe to use from several threads at once.
+class MappedFile : public ByteSource {
  public:
-  explicit MappedFile(const FileSource& file);  // Throws DatasetFileError.
-  ~MappedFile();
+  explicit MappedFile(const std::filesystem::path& path);  // Throws DatasetFileError.
+  ~MappedFile() override;
   MappedFile(const MappedFile&) = delete;
   MappedFile& operator=(const MappedFile&) = delete;
 
-  [[nodiscard]] std::span<const std::byte> bytes() const { return bytes_; }
+  [[nodiscard]] std::uint64_t size() const override { return bytes_.size(); }
+  // With pread, so that a disk that fails is an error.
+  void read(std::uint64_t offset, std::span<std::byte> into) const override {
+    file_.read(offset, into);
+  }
+  [[nodiscard]] KeptBytes bytes(std::uint64_t offset, std::size_t size) const override {
+    return bytes_.subspan(static_cast<std::size_t>(offset), size);
+  }
   // Throws DatasetFileError when the file is not what it was when it was opened. Costs less than a
   // microsecond.
-  void check() const;
+  void check() const override;
 
  private:
   struct Guard;  // Of this memory, where the handler finds it.
@@ -43,8 +50,7 @@ class MappedFile {
   };
   [[nodiscard]] State state() const;
 
-  std::filesystem::path file_;
-  int descriptor_ = -1;
+  FileSource file_;
   State opened_;
   std::span<const std::byte> bytes_;
   Guard* guard_ = nullptr;

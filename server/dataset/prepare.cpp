@@ -73,11 +73,6 @@ struct SmallParts {
         ranges(geometry, *ranges_scratch) {}
 };
 
-SectionBytes section_of(std::uint64_t size, const Scratch& scratch) {
-  return {size, [&scratch](std::uint64_t offset, std::span<std::byte> into) {
-            scratch.get(offset, into);
-          }};
-}
 std::vector<std::byte> bytes_of(std::uint64_t size, const Scratch& scratch) {
   std::vector<std::byte> bytes(size);
   scratch.get(0, bytes);
@@ -188,8 +183,8 @@ DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
   first_pass(source, options, sink, parts);
   second_pass(options, sink, parts);
   sink.writer().finish({.info = parts.info, .source = note, .program_version = MULTITETRA_VERSION},
-                       {.coarse = section_of(parts.coarse.bytes(), *parts.coarse_scratch),
-                        .ranges = section_of(parts.ranges.bytes(), *parts.ranges_scratch),
+                       {.coarse = SectionBytes(parts.coarse.bytes(), *parts.coarse_scratch),
+                        .ranges = SectionBytes(parts.ranges.bytes(), *parts.ranges_scratch),
                         .bins = std::as_bytes(std::span(parts.bins->edges()))});
   return parts.info;
 }

@@ -1,57 +1,153 @@
 #include "server/dataset/prepared_bricks.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <utility>
 
 namespace multitetra {
+namespace {
 
-PreparedBricks::PreparedBricks(std::filesystem::path file, std::span<const std::byte> bytes,
-                               const Section& section, std::size_t size,
-                               std::optional<SampleType> type, const MappedFile* mapped)
+// Of a far file: what a first preview reads lies in its first bytes, which come in one request
+// after that of the opening. Behind them so many bytes after a brick are fetched ahead.
+constexpr std::uint64_t kPreviewBytes = std::uint64_t{512} << 10;
+constexpr std::uint64_t kBytesAhead = std::uint64_t{4} << 20;
+
+// Marks the keys of constant bricks, which are shared by their values.
+constexpr std::uint64_t kConstantKey = std::uint64_t{1} << 63;
+
+}  // namespace
+
+PreparedBricks::PreparedBricks(BrickFile file, const char* section, std::size_t size,
+                               std::optional<SampleType> type)
     : file_(std::move(file)),
-      section_(section.name),
-      bytes_(bytes.subspan(section.offset, section.size)),
+      section_(file_.structure->section(section)),
       size_(size),
       type_(type),
-      mapped_(mapped),
-      verified_(size) {}
+      verified_(file_.source->is_far() ? 0 : size) {}
 
-KeptBytes PreparedBricks::brick(std::size_t index) const {
-  assert(index < size_);
-  if (mapped_ != nullptr) mapped_->check();
+KeptBytes PreparedBricks::brick(std::size_t number) const {
+  assert(number < size_);
+  file_.source->check();
   reads_.fetch_add(1, std::memory_order_relaxed);
-  const BrickPlace at = place(index);
-  if (at.size == 0) return {};
-  const std::span<const std::byte> bytes = bytes_.subspan(at.offset, at.size);
-  if (verified_.contains(index)) return bytes;
-  if (const auto whole = check_brick(section_, index, bytes, at.checksum, type_); !whole) {
-    throw DatasetFileError(file_, whole.error().text);
+  const BrickPlace& place = index()[number];
+  if (place.size() == 0) return {};
+  if (place.codec() == BrickCodec::kConstant && type_) return constant(number, place);
+  if (place.codec() == BrickCodec::kRaw && !is_far()) return in_place(number, place);
+  const MemoryCache::Key key{.owner = owner_, .item = number};
+  CachedBytes bytes = file_.cache->find(key);
+  if (!bytes) {
+    bytes = unpacked(number, place);
+    file_.cache->put(key, bytes);
   }
-  verified_.add(index);
+  const std::span<const std::byte> span = *bytes;
+  return {span, std::move(bytes)};
+}
+
+KeptBytes PreparedBricks::in_place(std::size_t number, const BrickPlace& place) const {
+  const FileRange range = range_of(place);
+  KeptBytes bytes = file_.source->bytes(range.offset, range.size);
+  if (verified_.contains(number)) return bytes;
+  (void)unpacked(number, place);
+  verified_.add(number);
   return bytes;
 }
 
-SampleBricks::SampleBricks(std::filesystem::path file, std::span<const std::byte> bytes,
-                           std::shared_ptr<const PreparedStructure> structure,
-                           const MappedFile* mapped)
-    : PreparedBricks(std::move(file), bytes, structure->section(section_names::kSamples),
-                     structure->sample_checksums.size(), structure->metadata.info.type, mapped),
-      structure_(std::move(structure)),
-      layout_(structure_->metadata.info.dims) {}
-
-BrickPlace SampleBricks::place(std::size_t index) const {
-  return sample_brick_place(*structure_, layout_, index);
+// Bricks of one value share their bytes: those of the largest of them that was looked at.
+KeptBytes PreparedBricks::constant(std::size_t number, const BrickPlace& place) const {
+  const FileRange range = range_of(place);
+  std::uint32_t value = 0;
+  const std::size_t size = bytes_of(number);
+  CachedBytes bytes;
+  if (range.size == static_cast<std::uint64_t>(bytes_per_sample(*type_))) {
+    const KeptBytes packed = file_.source->bytes(range.offset, range.size);
+    std::copy(packed.begin(), packed.end(), std::as_writable_bytes(std::span(&value, 1)).begin());
+    if (brick_checksum({packed.data(), packed.size()}) == place.checksum) {
+      bytes = file_.cache->find({.owner = owner_, .item = kConstantKey | value});
+    }
+  }
+  if (!bytes || bytes->size() < size) {
+    bytes = unpacked(number, place);
+    file_.cache->put({.owner = owner_, .item = kConstantKey | value}, bytes);
+  }
+  const auto span = std::span<const std::byte>(*bytes).first(size);
+  return {span, std::move(bytes)};
 }
 
-SpectrumBricks::SpectrumBricks(std::filesystem::path file, std::span<const std::byte> bytes,
-                               std::shared_ptr<const PreparedStructure> structure,
-                               const MappedFile* mapped)
-    : PreparedBricks(std::move(file), bytes, structure->section(section_names::kSpectrum),
-                     structure->spectrum_index.size(), std::nullopt, mapped),
-      structure_(std::move(structure)) {}
-
-BrickPlace SpectrumBricks::place(std::size_t index) const {
-  return structure_->spectrum_index[index];
+// Damage on the way from far is found once: it is fetched again.
+CachedBytes PreparedBricks::unpacked(std::size_t number, const BrickPlace& place) const {
+  const FileRange range = range_of(place);
+  look_ahead(place);
+  for (int attempt = 0;; ++attempt) {
+    const KeptBytes packed = file_.source->bytes(range.offset, range.size);
+    auto bytes = std::make_shared<std::vector<std::byte>>();
+    const auto whole = unpack_checked(section_.name, number, place, {packed.data(), packed.size()},
+                                      type_, type_ ? bytes_of(number) : 0, *bytes);
+    if (whole) return bytes;
+    if (!is_far() || attempt > 0) throw DatasetFileError(file_.place, whole.error().text);
+    file_.source->forget(range);
+  }
 }
+
+std::vector<FileRange> PreparedBricks::ranges_of(std::span<const std::size_t> bricks) const {
+  const std::span<const BrickPlace> places = index();
+  std::vector<FileRange> ranges;
+  ranges.reserve(bricks.size());
+  for (const std::size_t brick : bricks) ranges.push_back(range_of(places[brick]));
+  return ranges;
+}
+
+void PreparedBricks::will_need(std::span<const std::size_t> bricks) const {
+  if (!is_far()) return;
+  try {
+    file_.source->will_need(ranges_of(bricks));
+  } catch (const std::exception&) {  // NOLINT: the read that needs the index gets the error.
+  }
+}
+
+std::uint64_t PreparedBricks::bytes_to_fetch(std::span<const std::size_t> bricks) const {
+  return is_far() ? file_.source->bytes_to_fetch(ranges_of(bricks)) : 0;
+}
+
+void PreparedBricks::look_ahead(const BrickPlace& place) const {
+  const FileRange range = range_of(place);
+  if (type_ || !is_far() || file_.source->bytes_to_fetch({&range, 1}) == 0) return;
+  if (range.offset < kPreviewBytes) {
+    const std::uint64_t end = std::min(kPreviewBytes, file_.source->size());
+    (void)file_.source->bytes(range.offset, static_cast<std::size_t>(end - range.offset));
+    return;
+  }
+  const FileRange ahead{
+      .offset = range.offset,
+      .size = std::min(kBytesAhead, section_.offset + section_.size - range.offset)};
+  file_.source->will_need({&ahead, 1});
+}
+
+// ---- samples
+
+SampleBricks::SampleBricks(const BrickFile& file)
+    : PreparedBricks(file, section_names::kSamples,
+                     BrickLayout(file.structure->metadata.info.dims).size(),
+                     file.structure->metadata.info.type),
+      layout_(file.structure->metadata.info.dims) {}
+
+std::span<const BrickPlace> SampleBricks::index() const {
+  std::call_once(is_read_, [this] {
+    auto index = decode_sample_index(*file().source, *file().structure);
+    if (!index) throw DatasetFileError(file().place, index.error().text);
+    index_ = *std::move(index);
+  });
+  return index_;
+}
+
+std::size_t SampleBricks::bytes_of(std::size_t number) const {
+  return layout_.volume(layout_.at(number)) *
+         static_cast<std::size_t>(bytes_per_sample(file().structure->metadata.info.type));
+}
+
+// ---- spectrum
+
+SpectrumBricks::SpectrumBricks(const BrickFile& file)
+    : PreparedBricks(file, section_names::kSpectrum, file.structure->spectrum_index.size(),
+                     std::nullopt) {}
 
 }  // namespace multitetra

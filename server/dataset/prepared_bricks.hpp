@@ -1,21 +1,22 @@
-// The bricks of a prepared dataset, verified when they are first looked at.
+// The bricks of a prepared dataset, unpacked and verified when they are looked at.
 //
-// A brick's bytes are only handed out when they have their checksum. That is found out at the first
-// look and remembered, so that later looks cost next to nothing. Safe to use from several threads:
-// when two of them look first, both verify.
+// A brick's bytes are only handed out when they have their checksum. Raw bricks of a mapped file
+// are handed out in place, verified at the first look; others are unpacked into a cache that all
+// datasets share. Safe to use from several threads: when two of them look first, both unpack.
 #pragma once
 
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
+#include <mutex>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "server/core/spectrum/sample_bricks.hpp"
-#include "server/dataset/mapped_file.hpp"
 #include "server/dataset/prepared_format.hpp"
+#include "server/store/memory_cache.hpp"
 
 namespace multitetra {
 
@@ -38,64 +39,84 @@ class ConcurrentSet {
   std::vector<std::atomic<std::uint64_t>> words_;
 };
 
-// Reads from memory that somebody else keeps, which must not change; where it is a mapped file, one
-// that did is noticed.
+// What the bricks of a dataset have in common. Bytes that tests keep in memory are a source, too.
+struct BrickFile {
+  std::string place;  // For errors.
+  std::shared_ptr<const ByteSource> source = nullptr;
+  std::shared_ptr<const PreparedStructure> structure = nullptr;
+  std::shared_ptr<MemoryCache> cache = nullptr;
+};
+
 class PreparedBricks : public BrickSource {
  public:
   // Requires index < size(). Throws DatasetFileError, with the file, the section, the brick and
-  // what to do, when the brick is damaged.
+  // what to do, when the brick is damaged, and what the source throws.
   [[nodiscard]] KeptBytes brick(std::size_t index) const final;
+  void will_need(std::span<const std::size_t> bricks) const final;
+  [[nodiscard]] std::uint64_t bytes_to_fetch(std::span<const std::size_t> bricks) const final;
+  [[nodiscard]] bool is_far() const final { return file_.source->is_far(); }
 
   [[nodiscard]] std::size_t size() const { return size_; }
   // How often brick() was called so far.
   [[nodiscard]] std::uint64_t reads() const { return reads_.load(std::memory_order_relaxed); }
 
  protected:
-  // `file` is for errors. Requires the section to lie in `bytes`, those of the whole file, which
-  // lives as long as this. `mapped` is where they come from, if anywhere.
-  PreparedBricks(std::filesystem::path file, std::span<const std::byte> bytes,
-                 const Section& section, std::size_t size, std::optional<SampleType> type,
-                 const MappedFile* mapped);
+  // `type` is that of samples, none in the spectrum.
+  PreparedBricks(BrickFile file, const char* section, std::size_t size,
+                 std::optional<SampleType> type);
+
+  [[nodiscard]] const BrickFile& file() const { return file_; }
 
  private:
-  [[nodiscard]] virtual BrickPlace place(std::size_t index) const = 0;
+  // By number of the brick. May read it, and then throws what that throws.
+  [[nodiscard]] virtual std::span<const BrickPlace> index() const = 0;
+  // When it is unpacked; not asked for in the spectrum.
+  [[nodiscard]] virtual std::size_t bytes_of(std::size_t index) const = 0;
+  [[nodiscard]] KeptBytes in_place(std::size_t index, const BrickPlace& place) const;
+  [[nodiscard]] CachedBytes unpacked(std::size_t index, const BrickPlace& place) const;
+  [[nodiscard]] KeptBytes constant(std::size_t index, const BrickPlace& place) const;
+  [[nodiscard]] FileRange range_of(const BrickPlace& place) const {
+    return {.offset = section_.offset + place.offset, .size = place.size()};
+  }
+  [[nodiscard]] std::vector<FileRange> ranges_of(std::span<const std::size_t> bricks) const;
+  void look_ahead(const BrickPlace& place) const;
 
-  const std::filesystem::path file_;
-  const std::string section_;
-  const std::span<const std::byte> bytes_;  // Of the section.
+  const BrickFile file_;
+  const Section section_;
   const std::size_t size_;
   const std::optional<SampleType> type_;
-  const MappedFile* const mapped_;
+  const std::uint64_t owner_ = MemoryCache::new_owner();
   // Below, what threads write: away from what they only read.
   alignas(64) mutable std::atomic<std::uint64_t> reads_ = 0;
-  mutable ConcurrentSet verified_;
+  mutable ConcurrentSet verified_;  // Of those in place.
 };
 
-// The section "samples". A brick begins at a multiple of the size of its samples.
+// The section "samples". Its index is read at the first look, of a far file.
 class SampleBricks final : public PreparedBricks {
  public:
-  SampleBricks(std::filesystem::path file, std::span<const std::byte> bytes,
-               std::shared_ptr<const PreparedStructure> structure,
-               const MappedFile* mapped = nullptr);
+  explicit SampleBricks(const BrickFile& file);
+
+  // Reads the index. Throws DatasetFileError when it is damaged, and what the source throws.
+  [[nodiscard]] std::span<const BrickPlace> index() const override;
 
  private:
-  [[nodiscard]] BrickPlace place(std::size_t index) const override;
+  [[nodiscard]] std::size_t bytes_of(std::size_t index) const override;
 
-  const std::shared_ptr<const PreparedStructure> structure_;
   const BrickLayout layout_;
+  mutable std::once_flag is_read_;
+  mutable std::vector<BrickPlace> index_;
 };
 
-// The section "spectrum". A brick begins anywhere; many are empty.
+// The section "spectrum". Many bricks are empty.
 class SpectrumBricks final : public PreparedBricks {
  public:
-  SpectrumBricks(std::filesystem::path file, std::span<const std::byte> bytes,
-                 std::shared_ptr<const PreparedStructure> structure,
-                 const MappedFile* mapped = nullptr);
+  explicit SpectrumBricks(const BrickFile& file);
 
  private:
-  [[nodiscard]] BrickPlace place(std::size_t index) const override;
-
-  const std::shared_ptr<const PreparedStructure> structure_;
+  [[nodiscard]] std::span<const BrickPlace> index() const override {
+    return file().structure->spectrum_index;
+  }
+  [[nodiscard]] std::size_t bytes_of(std::size_t) const override { return 0; }
 };
 
 }  // namespace multitetra

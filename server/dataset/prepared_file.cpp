@@ -1,8 +1,9 @@
 #include "server/dataset/prepared_file.hpp"
 
+#include <mutex>
 #include <new>
-#include <span>
 #include <utility>
+#include <vector>
 
 #include "server/dataset/byte_source.hpp"
 #include "server/dataset/mapped_file.hpp"
@@ -10,45 +11,74 @@
 namespace multitetra {
 namespace {
 
-std::shared_ptr<const PreparedStructure> structure_of(const std::filesystem::path& path,
-                                                      const FileSource& file) {
+constexpr std::size_t kOwnCacheBytes = std::size_t{256} << 20;
+
+// Memory for an index that a damaged file asks for in vain is an error of that file.
+template <typename Read>
+auto whole_or_thrown(const std::string& place, const Read& read) {
   try {
-    auto structure = decode_structure(file);
-    if (!structure) throw DatasetFileError(path, structure.error().text);
-    return std::make_shared<const PreparedStructure>(*std::move(structure));
+    auto found = read();
+    if (!found) throw DatasetFileError(place, found.error().text);
+    return *std::move(found);
   } catch (const std::bad_alloc&) {
-    throw DatasetFileError(path, "there is not enough memory for its index.");
+    throw DatasetFileError(place, "there is not enough memory for its index.");
   }
+}
+
+BrickFile open_file(const std::string& place, std::shared_ptr<RemoteFiles> files) {
+  if (!files) {
+    files = std::make_shared<RemoteFiles>(RemoteFilesOptions{.memory_bytes = kOwnCacheBytes});
+  }
+  BrickFile file{.place = place, .cache = std::shared_ptr<MemoryCache>(files, &files->memory())};
+  if (is_address(place)) {
+    file.source = std::make_shared<const RemoteSource>(files->open(place));
+  } else {
+    file.source = std::make_shared<const MappedFile>(place);
+  }
+  file.structure = std::make_shared<const PreparedStructure>(
+      whole_or_thrown(place, [&] { return decode_structure(*file.source); }));
+  return file;
 }
 
 }  // namespace
 
 struct PreparedFile::Content {
-  Content(const std::filesystem::path& path, const FileSource& file)
-      : structure(structure_of(path, file)),
-        memory(file),
-        samples(path, memory.bytes(), structure, &memory),
-        spectrum(path, memory.bytes(), structure, &memory) {}
+  // A packed section, unpacked when it is first asked for.
+  struct SmallSection {
+    SmallSection() = default;
+    mutable std::once_flag is_read;
+    mutable std::vector<std::byte> bytes;
+  };
 
-  [[nodiscard]] std::span<const std::byte> bytes_of(const char* section_name) const {
-    const Section& section = structure->section(section_name);
-    return memory.bytes().subspan(section.offset, section.size);
+  explicit Content(BrickFile opened) : file(std::move(opened)), samples(file), spectrum(file) {
+    if (!file.source->is_far()) (void)samples.index();
   }
 
-  const std::shared_ptr<const PreparedStructure> structure;
-  const MappedFile memory;
+  [[nodiscard]] std::span<const std::byte> unpacked(const SmallSection& section, const char* name,
+                                                    std::uint64_t bytes) const {
+    std::call_once(section.is_read, [&] {
+      section.bytes = whole_or_thrown(file.place, [&] {
+        return read_packed_section(*file.source, file.structure->section(name), bytes);
+      });
+    });
+    return section.bytes;
+  }
+
+  const BrickFile file;
   const SampleBricks samples;
   const SpectrumBricks spectrum;
+  const SmallSection coarse;
+  const SmallSection ranges;
 };
 
-PreparedFile::PreparedFile(const std::filesystem::path& path)
-    : content_(std::make_shared<const Content>(path, FileSource(path))) {}
+PreparedFile::PreparedFile(const std::string& place, std::shared_ptr<RemoteFiles> files)
+    : content_(std::make_shared<const Content>(open_file(place, std::move(files)))) {}
 
-const DatasetMetadata& PreparedFile::metadata() const { return content_->structure->metadata; }
+const DatasetMetadata& PreparedFile::metadata() const { return content_->file.structure->metadata; }
+const SectionTable& PreparedFile::sections() const { return content_->file.structure->sections; }
+std::uint64_t PreparedFile::bytes() const { return content_->file.source->size(); }
 
-std::uint64_t PreparedFile::content_id() const {
-  return content_id_of(content_->structure->sections);
-}
+std::uint64_t PreparedFile::content_id() const { return content_id_of(sections()); }
 
 // The sources share the ownership of the whole content.
 std::shared_ptr<const PreparedBricks> PreparedFile::samples() const {
@@ -59,18 +89,16 @@ std::shared_ptr<const PreparedBricks> PreparedFile::spectrum() const {
   return {content_, &content_->spectrum};
 }
 
-void PreparedFile::check() const { content_->memory.check(); }
+void PreparedFile::check() const { content_->file.source->check(); }
 
 std::span<const std::byte> PreparedFile::coarse() const {
-  return content_->bytes_of(section_names::kCoarse);
+  return content_->unpacked(content_->coarse, section_names::kCoarse, coarse_bytes(info()));
 }
 
 std::span<const std::byte> PreparedFile::ranges() const {
-  return content_->bytes_of(section_names::kRanges);
+  return content_->unpacked(content_->ranges, section_names::kRanges, ranges_bytes(info()));
 }
 
-std::span<const std::byte> PreparedFile::bins() const {
-  return content_->bytes_of(section_names::kBins);
-}
+std::span<const std::byte> PreparedFile::bins() const { return content_->file.structure->bins; }
 
 }  // namespace multitetra

@@ -1,30 +1,31 @@
-// A prepared dataset on disk, opened for reading: one .mtd file. README.md in this folder describes
-// it byte by byte; DatasetWriter writes it.
+// A prepared dataset, opened for reading: one .mtd file on this machine or behind an address.
+// FORMAT.md describes it byte by byte; DatasetWriter writes it.
 //
 //   const PreparedFile head("head.mtd");
-//   const std::shared_ptr<const PreparedBricks> samples = head.samples();
-//   std::span<const std::byte> first = samples->brick(0);
+//   const PreparedFile far("https://store.example/head.mtd", files);
+//   const KeptBytes first = head.samples()->brick(0);
 //
-// Guaranteed: what is handed out is bit for bit what was written. Opening verifies everything but
-// the two large sections, which are mapped into memory: it takes milliseconds, and memory is only
-// needed for what is looked at. Those sections are verified brick by brick at the first look, see
-// prepared_bricks.hpp; verify_dataset.hpp verifies all of it at once. Any damage is a
-// DatasetFileError, and a damaged file never makes the reader allocate more than in proportion to
-// the file's size.
+// Guaranteed: what is handed out is bit for bit what was written. Opening verifies the structure
+// and the small sections (of a far file those that it fetches); it takes milliseconds, or one
+// request. Bricks are verified when they are looked at, see prepared_bricks.hpp; verify_dataset.hpp
+// verifies all at once. Any damage is a DatasetFileError, and a damaged file never makes the reader
+// allocate more than in proportion to the file's size.
 //
-// The file must stay as it is while it is open: replace it by renaming, as our writer does, and
-// never write into it. One that was changed nevertheless is noticed, as damage: by brick(), and by
-// check().
+// A file on this machine is mapped into memory. It must stay as it is while it is open: replace it
+// by renaming, as our writer does, and never write into it. One that was changed nevertheless is
+// noticed, as damage: by brick(), and by check(). A far file that was replaced is a StoreError.
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
+#include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 
 #include "common/request/dataset_info.hpp"
 #include "server/dataset/dataset_metadata.hpp"
 #include "server/dataset/prepared_bricks.hpp"
+#include "server/store/remote_files.hpp"
 
 namespace multitetra {
 
@@ -32,11 +33,13 @@ namespace multitetra {
 // one of the copies, or one of the sources, lives. Safe to use from several threads.
 class PreparedFile {
  public:
-  // Throws DatasetFileError.
-  explicit PreparedFile(const std::filesystem::path& path);
+  // Without `files` a small cache is made for this file alone. Throws DatasetFileError, StoreError.
+  explicit PreparedFile(const std::string& place, std::shared_ptr<RemoteFiles> files = nullptr);
 
   [[nodiscard]] const DatasetMetadata& metadata() const;
   [[nodiscard]] const DatasetInfo& info() const { return metadata().info; }
+  [[nodiscard]] const SectionTable& sections() const;
+  [[nodiscard]] std::uint64_t bytes() const;  // Of the file.
 
   // DatasetInfo::content_id, from checksums: no sample is read.
   [[nodiscard]] std::uint64_t content_id() const;
@@ -49,7 +52,8 @@ class PreparedFile {
   [[nodiscard]] std::shared_ptr<const PreparedBricks> samples() const;
   [[nodiscard]] std::shared_ptr<const PreparedBricks> spectrum() const;
 
-  // As they were given to DatasetWriter::finish; each begins at a multiple of 64 bytes.
+  // As they were given to DatasetWriter::finish. The first two are read and unpacked when they are
+  // first asked for, and throw what reading a brick throws.
   [[nodiscard]] std::span<const std::byte> coarse() const;
   [[nodiscard]] std::span<const std::byte> ranges() const;
   [[nodiscard]] std::span<const std::byte> bins() const;

@@ -8,8 +8,11 @@
 #include <string_view>
 #include <utility>
 
-#include "server/core/spectrum/spectrum_layout.hpp"
+#include "server/core/spectrum/isovalue_bins.hpp"
+#include "server/core/spectrum/prepared_volume.hpp"
+#include "server/dataset/brick_order.hpp"
 #include "server/dataset/checksum.hpp"
+#include "server/dataset/packed_bytes.hpp"
 
 namespace multitetra {
 namespace {
@@ -17,8 +20,9 @@ namespace {
 using namespace section_names;
 
 constexpr std::uint64_t kMaxMetadataBytes = std::uint64_t{1} << 20;
+constexpr std::uint64_t kMaxBinsBytes = sizeof(float) * (IsovalueBins::kMaxCount + 1);
 constexpr std::array<const char*, 8> kKnownSections = {
-    kSamples, kSpectrum, kCoarse, kRanges, kBins, kSampleChecksums, kSpectrumIndex, kMetadata};
+    kMetadata, kBins, kSpectrumIndex, kCoarse, kSpectrum, kRanges, kSamples, kSampleIndex};
 
 // All known sections are there, and those that are not known may be passed over.
 Result<void> check_names(const SectionTable& sections) {
@@ -58,44 +62,30 @@ Result<void> check_size(const Section& section, std::uint64_t needed) {
                                    std::to_string(needed) + ".");
 }
 
-// Reads a section of `count` items that follow each other. Returns what is wrong with it.
-template <typename Item>
-Result<void> read_items(const ByteSource& source, const Section& section, std::size_t count,
-                        std::vector<Item>& items) {
-  if (auto checked = check_size(section, std::uint64_t{count} * sizeof(Item)); !checked)
-    return checked;
-  items.resize(count);
-  return read_section(source, section, std::as_writable_bytes(std::span(items)));
-}
-
-Result<void> check_index(std::span<const BrickPlace> index, std::uint64_t section_size) {
-  for (std::size_t i = 0; i < index.size(); ++i) {
-    const bool is_whole = index[i].size != 0 || index[i] == BrickPlace{};
-    if (is_whole && index[i].reserved == 0) continue;
-    return damaged(kSpectrumIndex,
-                   "the entry of brick " + std::to_string(i) + " is not zero where it must be.");
+// Reads the index of a section whose bricks lie in the order of `layout`. Returns what is wrong.
+template <typename Layout>
+Result<std::vector<BrickPlace>> decode_index(const ByteSource& source, const Section& index,
+                                             const Section& bricks, const Layout& layout) {
+  const std::size_t count = layout.size();
+  if (const auto checked = check_size(index, std::uint64_t{count} * sizeof(BrickEntry)); !checked)
+    return tl::unexpected(checked.error());
+  std::vector<BrickEntry> entries(count);
+  if (const auto read = read_section(source, index, std::as_writable_bytes(std::span(entries)));
+      !read) {
+    return tl::unexpected(read.error());
   }
-  if (bricks_in_file_order(index, section_size)) return {};
-  return damaged(kSpectrumIndex, "its bricks overlap, or do not fill section \"spectrum\".");
-}
-
-// Fills what depends on the metadata. Returns what is wrong with it.
-Result<void> decode_indexes(const ByteSource& source, PreparedStructure& structure) {
-  const DatasetInfo& info = structure.metadata.info;
-  std::uint64_t bytes = static_cast<std::uint64_t>(bytes_per_sample(info.type));
-  for (const std::int32_t side : info.dims) bytes *= static_cast<std::uint64_t>(side);
-  if (auto checked = check_size(structure.section(kSamples), bytes); !checked) return checked;
-  if (auto checked = read_items(source, structure.section(kSampleChecksums),
-                                BrickLayout(info.dims).size(), structure.sample_checksums);
-      !checked) {
-    return checked;
-  }
-  if (auto checked = read_items(source, structure.section(kSpectrumIndex),
-                                SpectrumLayout(info).size(), structure.spectrum_index);
-      !checked) {
-    return checked;
-  }
-  return check_index(structure.spectrum_index, structure.section(kSpectrum).size);
+  std::vector<BrickPlace> places(count);
+  std::uint64_t end = 0;
+  std::size_t next = 0;
+  in_file_order(layout, [&](std::size_t brick) {
+    const BrickEntry& entry = entries[next++];
+    places[brick] = {.offset = brick_begin(end),
+                     .size_and_codec = entry.size_and_codec,
+                     .checksum = entry.checksum};
+    end = places[brick].offset + places[brick].size();
+  });
+  if (end == bricks.size) return places;
+  return damaged(index.name, "its bricks do not fill section \"" + bricks.name + "\".");
 }
 
 bool has_infinite(std::span<const std::byte> floats) {
@@ -119,6 +109,10 @@ const Section& PreparedStructure::section(std::string_view name) const {
   return *found;
 }
 
+std::uint32_t brick_checksum(std::span<const std::byte> packed) {
+  return static_cast<std::uint32_t>(checksum(packed));
+}
+
 Result<PreparedStructure> decode_structure(const ByteSource& source) {
   auto sections = decode_section_table(source);
   if (!sections) return tl::unexpected(sections.error());
@@ -129,9 +123,25 @@ Result<PreparedStructure> decode_structure(const ByteSource& source) {
   auto metadata = decode_metadata(source, structure.section(kMetadata));
   if (!metadata) return tl::unexpected(metadata.error());
   structure.metadata = *std::move(metadata);
-  if (const auto checked = decode_indexes(source, structure); !checked)
+  // What the metadata asks for is bounded by the size of the file from here on.
+  const std::size_t bricks = BrickLayout(structure.metadata.info.dims).size();
+  if (const auto checked =
+          check_size(structure.section(kSampleIndex), std::uint64_t{bricks} * sizeof(BrickEntry));
+      !checked) {
     return tl::unexpected(checked.error());
-  for (const char* const small : {kCoarse, kRanges, kBins}) {
+  }
+  const Section& bins = structure.section(kBins);
+  if (bins.size > kMaxBinsBytes) return damaged(kBins, "it is longer than all bins can be.");
+  structure.bins.resize(static_cast<std::size_t>(bins.size));
+  if (const auto read = read_section(source, bins, structure.bins); !read) {
+    return tl::unexpected(read.error());
+  }
+  auto index = decode_index(source, structure.section(kSpectrumIndex), structure.section(kSpectrum),
+                            SpectrumLayout(structure.metadata.info));
+  if (!index) return tl::unexpected(index.error());
+  structure.spectrum_index = *std::move(index);
+  if (source.is_far()) return structure;
+  for (const char* const small : {kCoarse, kRanges}) {
     if (const auto checked = check_section(source, structure.section(small)); !checked) {
       return tl::unexpected(checked.error());
     }
@@ -139,64 +149,77 @@ Result<PreparedStructure> decode_structure(const ByteSource& source) {
   return structure;
 }
 
+Result<std::vector<BrickPlace>> decode_sample_index(const ByteSource& source,
+                                                    const PreparedStructure& structure) {
+  return decode_index(source, structure.section(kSampleIndex), structure.section(kSamples),
+                      BrickLayout(structure.metadata.info.dims));
+}
+
+Result<std::vector<std::byte>> read_packed_section(const ByteSource& source, const Section& section,
+                                                   std::uint64_t bytes) {
+  // A constant piece has 8 bytes.
+  const std::uint64_t pieces = (bytes + kPieceBytes - 1) / kPieceBytes;
+  if (section.size < pieces * sizeof(std::uint32_t) || section.size > bytes + 4 * pieces) {
+    return damaged(section.name, "it has " + std::to_string(section.size) +
+                                     " bytes, which cannot be the " + std::to_string(bytes) +
+                                     " that the metadata needs.");
+  }
+  std::vector<std::byte> packed(static_cast<std::size_t>(section.size));
+  if (const auto read = read_section(source, section, packed); !read) {
+    return tl::unexpected(read.error());
+  }
+  std::vector<std::byte> unpacked(static_cast<std::size_t>(bytes));
+  if (const auto whole = unpack_bytes(section.name.c_str(), packed, unpacked); !whole) {
+    return tl::unexpected(whole.error());
+  }
+  return unpacked;
+}
+
+std::uint64_t coarse_bytes(const DatasetInfo& info) {
+  return static_cast<std::uint64_t>(bytes_per_sample(info.type)) * coarse_extent(info).size();
+}
+
+std::uint64_t ranges_bytes(const DatasetInfo& info) {
+  return 2 * static_cast<std::uint64_t>(bytes_per_sample(info.type)) * cell_extent(info).size();
+}
+
 std::uint64_t content_id_of(const SectionTable& sections) {
-  const std::array<std::uint64_t, 3> identity = {kPreparedFormatVersion,
-                                                 find_section(sections, kSampleChecksums)->checksum,
-                                                 find_section(sections, kBins)->checksum};
+  const std::array<std::uint64_t, 4> identity = {
+      kPreparedFormatVersion, find_section(sections, kSamples)->checksum,
+      find_section(sections, kSampleIndex)->checksum, find_section(sections, kBins)->checksum};
   return checksum(std::as_bytes(std::span(identity)));
 }
 
-Result<std::vector<BrickPlace>> decode_spectrum_index(std::span<const std::byte> bytes,
-                                                      std::size_t bricks,
-                                                      std::uint64_t spectrum_bytes) {
-  if (bytes.size() != bricks * sizeof(BrickPlace)) {
-    return damaged(kSpectrumIndex, "it has " + std::to_string(bytes.size()) +
-                                       " bytes, and what the metadata says needs " +
-                                       std::to_string(bricks * sizeof(BrickPlace)) + ".");
-  }
-  std::vector<BrickPlace> index(bricks);
-  if (!bytes.empty()) std::memcpy(index.data(), bytes.data(), bytes.size());
-  if (const auto checked = check_index(index, spectrum_bytes); !checked) {
-    return tl::unexpected(checked.error());
-  }
-  return index;
+std::size_t most_spectrum_brick_bytes() {
+  constexpr std::size_t kPlane = 8 * sizeof(std::uint64_t) + 3 * SpectrumLayout::kPoints;
+  return 4 + IsovalueBins::kMaxCount * (sizeof(std::uint32_t) + kPlane);
 }
 
-BrickPlace sample_brick_place(const PreparedStructure& structure, const BrickLayout& layout,
-                              std::size_t index) {
-  const auto width = static_cast<std::uint32_t>(bytes_per_sample(structure.metadata.info.type));
-  const GridCounts brick = layout.at(index);
-  return {.offset = layout.offset(brick) * width,
-          .size = static_cast<std::uint32_t>(layout.volume(brick)) * width,
-          .checksum = structure.sample_checksums[index]};
-}
-
-Result<void> check_brick(const std::string& section, std::size_t index,
-                         std::span<const std::byte> bytes, std::uint64_t expected,
-                         std::optional<SampleType> type) {
+Result<void> unpack_checked(const std::string& section, std::size_t index, const BrickPlace& place,
+                            std::span<const std::byte> packed, std::optional<SampleType> type,
+                            std::size_t bytes, std::vector<std::byte>& into) {
   const std::string brick = "brick " + std::to_string(index) + ": ";
-  if (checksum(bytes) != expected) return damaged(section, brick + "its checksum does not match.");
-  if (type == SampleType::kF32 && has_infinite(bytes)) {
+  if (brick_checksum(packed) != place.checksum) {
+    return damaged(section, brick + "its checksum does not match.");
+  }
+  if (!type) {
+    const auto size = unpacked_size(place.codec(), packed);
+    if (!size || *size > most_spectrum_brick_bytes()) {
+      return damaged(section, brick + "it cannot be unpacked.");
+    }
+    bytes = *size;
+  }
+  // A constant one has one sample.
+  const bool is_possible = !type || place.codec() != BrickCodec::kConstant ||
+                           packed.size() == static_cast<std::size_t>(bytes_per_sample(*type));
+  into.resize(bytes);
+  if (!is_possible || !unpack_brick(place.codec(), packed, into)) {
+    return damaged(section, brick + "it cannot be unpacked.");
+  }
+  if (type == SampleType::kF32 && has_infinite(into)) {
     return damaged(section, brick + "it has an infinite sample; samples are finite or NaN.");
   }
   return {};
-}
-
-std::optional<std::vector<std::size_t>> bricks_in_file_order(std::span<const BrickPlace> index,
-                                                             std::uint64_t section_size) {
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < index.size(); ++i) {
-    if (index[i].size != 0) order.push_back(i);
-  }
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return index[a].offset < index[b].offset; });
-  std::uint64_t end = 0;
-  for (const std::size_t i : order) {
-    if (index[i].offset != end) return std::nullopt;
-    end += index[i].size;
-  }
-  if (end != section_size) return std::nullopt;
-  return order;
 }
 
 }  // namespace multitetra

@@ -1,14 +1,16 @@
-// What the sections of a prepared dataset hold, without any I/O. README.md describes every byte.
+// What the sections of a prepared dataset hold, without any I/O. FORMAT.md describes every byte.
 //
-//   samples     the samples, in the bricks of core's BrickLayout, one brick after the other
-//   spectrum    the bricks of core's SpectrumLayout, in the order in which they were finished
-//   coarse, ranges, bins   what core keeps for a first look; bytes whose meaning only core knows
-//   smplsums    the checksum of each brick of samples
-//   specidx     place and checksum of each brick of the spectrum
-//   metadata    JSON text, see dataset_metadata.hpp
+//   metadata   JSON text, see dataset_metadata.hpp
+//   bins       the edges of the isovalue bins
+//   specidx    size, codec and checksum of each brick of the spectrum, in the order of the file
+//   coarse     every eighth sample, packed
+//   spectrum   the packed bricks of core's SpectrumLayout, from the coarsest level to the finest
+//   ranges     least and largest sample of each cell, packed
+//   samples    the packed bricks of core's BrickLayout, in Morton order
+//   smplidx    size, codec and checksum of each brick of samples, in the order of the file
 //
-// The first two are large and the others small. So a reader verifies all of the structure and the
-// small sections when it opens a file, and each brick when it first looks at it.
+// What opening and a first preview read lies together at the beginning. A reader verifies the small
+// sections when it reads them, and each brick when it unpacks it.
 #pragma once
 
 #include <cstddef>
@@ -21,6 +23,8 @@
 
 #include "common/base/result.hpp"
 #include "server/core/spectrum/sample_bricks.hpp"
+#include "server/core/spectrum/spectrum_layout.hpp"
+#include "server/dataset/brick_codec.hpp"
 #include "server/dataset/byte_source.hpp"
 #include "server/dataset/dataset_metadata.hpp"
 #include "server/dataset/section_table.hpp"
@@ -29,67 +33,91 @@ namespace multitetra {
 
 // The names, in the order in which they are written.
 namespace section_names {
-inline constexpr const char* kSamples = "samples";
-inline constexpr const char* kSpectrum = "spectrum";
-inline constexpr const char* kCoarse = "coarse";
-inline constexpr const char* kRanges = "ranges";
-inline constexpr const char* kBins = "bins";
-inline constexpr const char* kSampleChecksums = "smplsums";
-inline constexpr const char* kSpectrumIndex = "specidx";
 inline constexpr const char* kMetadata = "metadata";
+inline constexpr const char* kBins = "bins";
+inline constexpr const char* kSpectrumIndex = "specidx";
+inline constexpr const char* kCoarse = "coarse";
+inline constexpr const char* kSpectrum = "spectrum";
+inline constexpr const char* kRanges = "ranges";
+inline constexpr const char* kSamples = "samples";
+inline constexpr const char* kSampleIndex = "smplidx";
 }  // namespace section_names
 
 // One of the names above.
 [[nodiscard]] bool is_known_section(std::string_view name);
 
-// A brick as a part of its section. An empty brick is all zero.
-struct BrickPlace {
-  std::uint64_t offset = 0;  // In the section.
-  std::uint32_t size = 0;
-  std::uint32_t reserved = 0;  // Zero.
-  std::uint64_t checksum = 0;  // XXH3-64 of its bytes.
+// An entry of "specidx" and "smplidx": the bricks follow each other in their section in the order
+// of the entries, each at the next multiple of kBrickAlignment.
+struct BrickEntry {
+  std::uint32_t size_and_codec = 0;  // The codec in the highest four bits.
+  std::uint32_t checksum = 0;        // The lower half of the XXH3-64 of the packed bytes.
 
-  friend bool operator==(const BrickPlace&, const BrickPlace&) = default;
+  friend bool operator==(const BrickEntry&, const BrickEntry&) = default;
 };
-static_assert(sizeof(BrickPlace) == 24, "The section \"specidx\" is these, one after the other.");
+static_assert(sizeof(BrickEntry) == 8);
+inline constexpr std::uint64_t kBrickAlignment = 4;
+inline constexpr std::uint32_t kMostPackedBytes = (std::uint32_t{1} << 28) - 1;
+
+[[nodiscard]] inline std::uint32_t size_with_codec(std::size_t size, BrickCodec codec) {
+  return static_cast<std::uint32_t>(size) | static_cast<std::uint32_t>(codec) << 28;
+}
+[[nodiscard]] std::uint32_t brick_checksum(std::span<const std::byte> packed);
+[[nodiscard]] constexpr std::uint64_t brick_begin(std::uint64_t end_of_the_one_before) {
+  return (end_of_the_one_before + kBrickAlignment - 1) / kBrickAlignment * kBrickAlignment;
+}
+
+// A packed brick as a part of its section.
+struct BrickPlace {
+  std::uint64_t offset = 0;
+  std::uint32_t size_and_codec = 0;
+  std::uint32_t checksum = 0;
+
+  [[nodiscard]] std::uint32_t size() const { return size_and_codec & kMostPackedBytes; }
+  [[nodiscard]] BrickCodec codec() const { return static_cast<BrickCodec>(size_and_codec >> 28); }
+};
 
 // Everything about a file but the bricks themselves, and where those are.
 struct PreparedStructure {
   DatasetMetadata metadata;
   SectionTable sections;  // All of them, with the names above and perhaps others.
-  std::vector<std::uint64_t> sample_checksums;  // One for each brick.
-  std::vector<BrickPlace> spectrum_index;       // The same; filled bricks tile their section.
+  std::vector<std::byte> bins;
+  std::vector<BrickPlace> spectrum_index;  // By number of the brick.
 
   // Requires one of the names above.
   [[nodiscard]] const Section& section(std::string_view name) const;
 };
 
-// Verifies everything but the sections "samples" and "spectrum" and those it does not know.
-// kDamagedData, with the section and what is wrong, or kUnsupportedVersion. Allocates in proportion
-// to the size of the source at most: 8 bytes for a brick of samples, 24 for one of the spectrum.
+// Verifies header, table, metadata, bins and the index of the spectrum; of a source on this machine
+// also that the other small sections have their checksums. kDamagedData, with the section and what
+// is wrong, or kUnsupportedVersion. Allocates in proportion to the size of the source at most.
 [[nodiscard]] Result<PreparedStructure> decode_structure(const ByteSource& source);
+
+// The index of the samples, by number of the brick: 16 bytes of memory for each.
+[[nodiscard]] Result<std::vector<BrickPlace>> decode_sample_index(
+    const ByteSource& source, const PreparedStructure& structure);
+
+// The section "coarse" or "ranges" of that many bytes, unpacked. Bounds the memory by the size of
+// the section before it takes any.
+[[nodiscard]] Result<std::vector<std::byte>> read_packed_section(const ByteSource& source,
+                                                                 const Section& section,
+                                                                 std::uint64_t bytes);
+// How many bytes "coarse" and "ranges" have when unpacked.
+[[nodiscard]] std::uint64_t coarse_bytes(const DatasetInfo& info);
+[[nodiscard]] std::uint64_t ranges_bytes(const DatasetInfo& info);
 
 // DatasetInfo::content_id of what has these sections.
 [[nodiscard]] std::uint64_t content_id_of(const SectionTable& sections);
 
-// The section "specidx" from its bytes: kDamagedData when an entry is not what it must be, or the
-// bricks do not fill the section "spectrum".
-[[nodiscard]] Result<std::vector<BrickPlace>> decode_spectrum_index(
-    std::span<const std::byte> bytes, std::size_t bricks, std::uint64_t spectrum_bytes);
+// The most bytes that a brick of the spectrum has.
+[[nodiscard]] std::size_t most_spectrum_brick_bytes();
 
-// Where brick `index` of the samples is in their section.
-[[nodiscard]] BrickPlace sample_brick_place(const PreparedStructure& structure,
-                                            const BrickLayout& layout, std::size_t index);
-
-// What is wrong with the bytes of a brick of the section: they do not have their checksum, or
-// samples of `type` are infinite. `type` is none in the spectrum.
-[[nodiscard]] Result<void> check_brick(const std::string& section, std::size_t index,
-                                       std::span<const std::byte> bytes, std::uint64_t checksum,
-                                       std::optional<SampleType> type);
-
-// The places of the bricks that are not empty, in the order of the file; nullopt when they overlap
-// or leave gaps in a section of this size.
-[[nodiscard]] std::optional<std::vector<std::size_t>> bricks_in_file_order(
-    std::span<const BrickPlace> index, std::uint64_t section_size);
+// A brick out of its packed bytes, which have the checksum of the place. Of samples `type` is their
+// type and `bytes` their size; of the spectrum there is none, and the brick says its size.
+// kDamagedData when it cannot be unpacked, has another size, or has infinite samples.
+[[nodiscard]] Result<void> unpack_checked(const std::string& section, std::size_t index,
+                                          const BrickPlace& place,
+                                          std::span<const std::byte> packed,
+                                          std::optional<SampleType> type, std::size_t bytes,
+                                          std::vector<std::byte>& into);
 
 }  // namespace multitetra

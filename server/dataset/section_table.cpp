@@ -16,7 +16,9 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "Numbers and samples are copied as they are in memory.");
 
-constexpr std::string_view kMagic = "\x89MTD\r\n\x1a\n";
+constexpr std::string_view kMagic = "\x89MTD1\r\n\x1a";
+static_assert(kMagic.size() == kMagicBytes);
+constexpr std::string_view kMagicOf0 = "\x89MTD\r\n\x1a\n";  // Of releases 0.x.
 constexpr std::size_t kHeaderBytes = 24;
 constexpr std::size_t kEntryBytes = 40;
 constexpr std::size_t kNameBytes = 8;
@@ -59,16 +61,19 @@ std::string read_text(const ByteSource& source, std::uint64_t offset, std::uint6
 
 Result<void> check_version(std::uint32_t version) {
   if (version == kPreparedFormatVersion) return {};
-  const bool older = version < kPreparedFormatVersion;
   return fail(ErrorCode::kUnsupportedVersion,
               "It has format version " + std::to_string(version) +
                   ", and this program reads version " + std::to_string(kPreparedFormatVersion) +
-                  (older ? ". Prepare the dataset again."
-                         : ". Use a newer program or prepare the dataset again."));
+                  ". Use a newer program or prepare the dataset again.");
 }
 
 // The number of sections. The magic and the version come first: they say what the rest means.
 Result<std::uint32_t> decode_header(std::string_view header, std::uint64_t file_bytes) {
+  if (header.starts_with(kMagicOf0)) {
+    return fail(ErrorCode::kUnsupportedVersion,
+                "It was made by release 0.x of this program, and its format is no longer read: "
+                "prepare the dataset again.");
+  }
   if (!header.starts_with(kMagic)) {
     return fail(ErrorCode::kDamagedData,
                 "Section \"header\": the first 8 bytes are not those of a prepared dataset (.mtd). "
@@ -148,23 +153,6 @@ Result<SectionTable> decode_entries(std::string_view entries, std::uint64_t file
   return table;
 }
 
-// The zeros after the table, and before each section but the first.
-Result<void> check_padding(const ByteSource& source, std::string_view head,
-                           const SectionTable& table) {
-  if (head.find_first_not_of('\0', kHeaderBytes + kEntryBytes * table.size() + 8) !=
-      std::string_view::npos) {
-    return damaged("table", "the padding after it is not zero.");
-  }
-  for (std::size_t i = 1; i < table.size(); ++i) {
-    const std::uint64_t end = table[i - 1].offset + table[i - 1].size;
-    const std::string padding = read_text(source, end, table[i].offset - end);
-    if (padding.find_first_not_of('\0') != std::string::npos) {
-      return damaged(table[i].name, "the padding before it is not zero.");
-    }
-  }
-  return {};
-}
-
 }  // namespace
 
 tl::unexpected<Error> damaged(std::string_view section, std::string_view what) {
@@ -200,10 +188,25 @@ Result<SectionTable> decode_section_table(const ByteSource& source) {
   const std::string_view entries(head.data() + kHeaderBytes, covered - kHeaderBytes);
   auto table = decode_entries(entries, source.size());
   if (!table) return table;
-  if (const auto checked = check_padding(source, head, *table); !checked) {
+  if (head.find_first_not_of('\0', covered + 8) != std::string::npos) {
+    return damaged("table", "the padding after it is not zero.");
+  }
+  if (source.is_far()) return table;
+  if (const auto checked = check_padding(source, *table); !checked) {
     return tl::unexpected(checked.error());
   }
   return table;
+}
+
+Result<void> check_padding(const ByteSource& source, const SectionTable& table) {
+  for (std::size_t i = 1; i < table.size(); ++i) {
+    const std::uint64_t end = table[i - 1].offset + table[i - 1].size;
+    const std::string padding = read_text(source, end, table[i].offset - end);
+    if (padding.find_first_not_of('\0') != std::string::npos) {
+      return damaged(table[i].name, "the padding before it is not zero.");
+    }
+  }
+  return {};
 }
 
 const Section* find_section(const SectionTable& sections, std::string_view name) {
@@ -233,10 +236,16 @@ Result<void> read_section(const ByteSource& source, const Section& section,
   return damaged(section.name, "its checksum does not match.");
 }
 
+bool begins_as_dataset(std::span<const std::byte> bytes) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  return text.starts_with(kMagic) || text.starts_with(kMagicOf0);
+}
+
 bool begins_as_dataset(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
-  std::string begin(kMagic.size(), '\0');
-  return stream.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin == kMagic;
+  std::array<char, kMagicBytes> begin{};
+  return stream.read(begin.data(), begin.size()) &&
+         begins_as_dataset(std::as_bytes(std::span(begin)));
 }
 
 }  // namespace multitetra

@@ -1,5 +1,5 @@
 // The frame of a prepared dataset (.mtd): named sections of bytes, and what proves them whole. What
-// the sections hold is the matter of prepared_format.hpp; README.md describes every byte.
+// the sections hold is in prepared_format.hpp; FORMAT.md describes every byte.
 //
 //   0        24                24 + 40 n     + 8      4096
 //   +--------+-----------------+-------------+--------+-----------+-------+-----------+----
@@ -25,7 +25,7 @@
 
 namespace multitetra {
 
-inline constexpr std::uint32_t kPreparedFormatVersion = 2;
+inline constexpr std::uint32_t kPreparedFormatVersion = 1;
 inline constexpr std::uint64_t kHeadBytes = 4096;  // Header, table and zeros.
 inline constexpr std::size_t kMaxSections = 64;
 static_assert(24 + 40 * kMaxSections + 8 <= kHeadBytes);
@@ -49,9 +49,12 @@ using SectionTable = std::vector<Section>;  // In the order of the file.
 // section_begin says.
 [[nodiscard]] std::string encode_head(const SectionTable& sections);
 
-// Verifies header, table and all zeros between sections; no section is read. kDamagedData or
-// kUnsupportedVersion.
+// Verifies header, table and, of a source on this machine, the zeros between sections; no section
+// is read. kDamagedData or kUnsupportedVersion.
 [[nodiscard]] Result<SectionTable> decode_section_table(const ByteSource& source);
+
+// The zeros between sections.
+[[nodiscard]] Result<void> check_padding(const ByteSource& source, const SectionTable& table);
 
 // The section of this name; null when there is none.
 [[nodiscard]] const Section* find_section(const SectionTable& sections, std::string_view name);
@@ -64,7 +67,10 @@ using SectionTable = std::vector<Section>;  // In the order of the file.
 [[nodiscard]] Result<void> read_section(const ByteSource& source, const Section& section,
                                         std::span<std::byte> into);
 
-// Whether the file begins as a dataset of any version does; no if it cannot be read.
+// Whether these are the first bytes of a dataset of any version; kMagicBytes of them are enough.
+inline constexpr std::size_t kMagicBytes = 8;
+[[nodiscard]] bool begins_as_dataset(std::span<const std::byte> bytes);
+// The same of a file; no if it cannot be read.
 [[nodiscard]] bool begins_as_dataset(const std::filesystem::path& file);
 
 // kDamagedData: the section, what is wrong with it, and what to do.

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <new>
-#include <numeric>
+#include <optional>
 #include <string>
-#include <utility>
+#include <type_traits>
 #include <vector>
 
+#include "server/dataset/brick_order.hpp"
 #include "server/dataset/checksum.hpp"
 #include "server/dataset/prepared_format.hpp"
 #include "server/dataset/sample_facts.hpp"
@@ -37,66 +39,69 @@ class Ticker {
   const VerificationProgress& progress_;
 };
 
-// A brick's own checksum comes first, since it says where the damage is.
-class LargeSection {
- public:
-  LargeSection(const ByteSource& source, const Section& section, std::optional<SampleType> type,
-               Ticker& ticker)
-      : source_(source), section_(section), type_(type), ticker_(ticker) {}
-
-  // The next brick in the order of the file. Returns what is wrong with it.
-  Result<void> add(std::size_t index, const BrickPlace& place) {
-    brick_.resize(place.size);
-    source_.read(section_.offset + place.offset, brick_);
-    if (auto checked = check_brick(section_.name, index, brick_, place.checksum, type_); !checked) {
-      return checked;
+// Calls visit(bytes) with each brick of a section, unpacked, in the order of the file. A brick's
+// own checksum comes first, since it says where the damage is. `type` is none in the spectrum.
+template <typename Layout, typename Visit>
+Result<void> verify_bricks(const ByteSource& source, const Section& section, const Layout& layout,
+                           std::span<const BrickPlace> places, std::optional<SampleType> type,
+                           const Visit& visit, Ticker& ticker) {
+  Result<void> checked;
+  RunningChecksum sum;
+  std::uint64_t end = 0;
+  std::vector<std::byte> packed;
+  std::vector<std::byte> unpacked;
+  in_file_order(layout, [&](std::size_t brick) {
+    if (!checked) return;
+    const BrickPlace& place = places[brick];
+    // With the zeros before it.
+    packed.resize(static_cast<std::size_t>(place.offset + place.size() - end));
+    source.read(section.offset + end, packed);
+    sum.add(packed);
+    end += packed.size();
+    ticker.add(packed.size());
+    if (place.size() == 0) return;
+    std::size_t bytes = 0;
+    if constexpr (std::is_same_v<Layout, BrickLayout>) {
+      bytes = layout.volume(layout.at(brick)) * static_cast<std::size_t>(bytes_per_sample(*type));
     }
-    checksum_.add(brick_);
-    ticker_.add(brick_.size());
-    return {};
+    checked = unpack_checked(section.name, brick, place, std::span(packed).last(place.size()), type,
+                             bytes, unpacked);
+    if (checked) visit(unpacked);
+  });
+  if (checked && sum.value() != section.checksum) {
+    return damaged(section.name, "its checksum does not match.");
   }
-  // Of the brick that was added last.
-  [[nodiscard]] std::span<const std::byte> brick() const { return brick_; }
-
-  // When all bricks were added: what is wrong with the section.
-  [[nodiscard]] Result<void> whole() const {
-    if (checksum_.value() == section_.checksum) return {};
-    return damaged(section_.name, "its checksum does not match.");
-  }
-
- private:
-  const ByteSource& source_;
-  const Section& section_;
-  std::optional<SampleType> type_;
-  Ticker& ticker_;
-  RunningChecksum checksum_;
-  std::vector<std::byte> brick_;
-};
+  return checked;
+}
 
 Result<void> verify_samples(const ByteSource& source, const PreparedStructure& structure,
                             Ticker& ticker) {
   const DatasetInfo& info = structure.metadata.info;
-  const BrickLayout layout(info.dims);
-  LargeSection samples(source, structure.section(kSamples), info.type, ticker);
-  SampleFacts facts;
-  for (std::size_t i = 0; i < layout.size(); ++i) {
-    if (auto checked = samples.add(i, sample_brick_place(structure, layout, i)); !checked)
-      return checked;
-    facts.add(info.type, samples.brick());
+  const auto index = decode_sample_index(source, structure);
+  if (!index) return tl::unexpected(index.error());
+  for (const BrickPlace& place : *index) {
+    if (place.size() == 0) return damaged(kSampleIndex, "a brick of samples is empty.");
   }
-  if (auto checked = samples.whole(); !checked) return checked;
+  SampleFacts facts;
+  if (auto checked = verify_bricks(
+          source, structure.section(kSamples), BrickLayout(info.dims), *index, info.type,
+          [&](std::span<const std::byte> brick) { facts.add(info.type, brick); }, ticker);
+      !checked) {
+    return checked;
+  }
   return check_facts(info, facts);
 }
 
-Result<void> verify_spectrum(const ByteSource& source, const PreparedStructure& structure,
-                             Ticker& ticker) {
-  const Section& section = structure.section(kSpectrum);
-  LargeSection spectrum(source, section, std::nullopt, ticker);
-  const auto order = bricks_in_file_order(structure.spectrum_index, section.size);
-  for (const std::size_t i : order.value()) {  // decode_structure made sure that there is one.
-    if (auto checked = spectrum.add(i, structure.spectrum_index[i]); !checked) return checked;
+Result<void> verify_small_sections(const ByteSource& source, const PreparedStructure& structure) {
+  const DatasetInfo& info = structure.metadata.info;
+  if (auto checked = check_padding(source, structure.sections); !checked) return checked;
+  if (const auto coarse =
+          read_packed_section(source, structure.section(kCoarse), coarse_bytes(info));
+      !coarse) {
+    return tl::unexpected(coarse.error());
   }
-  return spectrum.whole();
+  const auto ranges = read_packed_section(source, structure.section(kRanges), ranges_bytes(info));
+  return ranges ? Result<void>() : tl::unexpected(ranges.error());
 }
 
 }  // namespace
@@ -105,9 +110,15 @@ Result<void> verify_bytes(const ByteSource& source, const VerificationProgress& 
   Ticker ticker(std::max<std::uint64_t>(source.size(), 1), progress);
   const auto structure = decode_structure(source);
   if (!structure) return tl::unexpected(structure.error());
+  if (auto checked = verify_small_sections(source, *structure); !checked) return checked;
+  if (auto checked = verify_bricks(
+          source, structure->section(kSpectrum), SpectrumLayout(structure->metadata.info),
+          structure->spectrum_index, std::nullopt, [](std::span<const std::byte>) {}, ticker);
+      !checked) {
+    return checked;
+  }
   if (auto checked = verify_samples(source, *structure, ticker); !checked) return checked;
-  if (auto checked = verify_spectrum(source, *structure, ticker); !checked) return checked;
-  // The small ones are verified already; there may be others, of later versions.
+  // There may be others, of later versions.
   for (const Section& section : structure->sections) {
     if (is_known_section(section.name)) continue;
     if (auto checked = check_section(source, section); !checked) return checked;
@@ -117,12 +128,19 @@ Result<void> verify_bytes(const ByteSource& source, const VerificationProgress& 
   return {};
 }
 
-void verify_dataset(const std::filesystem::path& path, const VerificationProgress& progress) {
+std::uint64_t verify_dataset(const std::string& place, const VerificationProgress& progress) {
   try {
-    const auto verified = verify_bytes(FileSource(path), progress);
-    if (!verified) throw DatasetFileError(path, verified.error().text);
+    std::unique_ptr<const ByteSource> source;
+    if (is_address(place)) {
+      source = std::make_unique<RemoteSource>(std::make_shared<RemoteFiles>()->open(place));
+    } else {
+      source = std::make_unique<FileSource>(place);
+    }
+    const auto verified = verify_bytes(*source, progress);
+    if (!verified) throw DatasetFileError(place, verified.error().text);
+    return source->size();
   } catch (const std::bad_alloc&) {
-    throw DatasetFileError(path, "there is not enough memory for its index.");
+    throw DatasetFileError(place, "there is not enough memory for its index.");
   }
 }
 

@@ -5,13 +5,13 @@
 // Guaranteed: any file that differs in a byte from one that our writer finished is reported, with
 // the section and, in the large sections, the brick. Beyond the checksums, the facts in the
 // metadata (range, void samples) must be those of the samples. Reads the file once, from front to
-// back but for the small sections, and needs memory for a brick and the indexes only. Nothing is
-// mapped: a disk that fails gives an error too.
+// back but for the small sections, and needs memory for them, a brick and the indexes only. Nothing
+// is mapped: a disk that fails gives an error too.
 #pragma once
 
-#include <filesystem>
+#include <cstdint>
 #include <functional>
-#include <optional>
+#include <string>
 
 #include "common/base/result.hpp"
 #include "server/dataset/byte_source.hpp"
@@ -22,8 +22,9 @@ namespace multitetra {
 // exception of it ends the verification.
 using VerificationProgress = std::function<void(double fraction)>;
 
-// Throws DatasetFileError, which names the file, the section, the brick and what to do.
-void verify_dataset(const std::filesystem::path& path, const VerificationProgress& progress = {});
+// A file or an address. Throws DatasetFileError, which names the file, the section, the brick and
+// what to do, and StoreError. Returns the size of the file.
+std::uint64_t verify_dataset(const std::string& place, const VerificationProgress& progress = {});
 
 // The same for bytes from anywhere: the first damage found, or nothing. Throws what the source and
 // `progress` throw.

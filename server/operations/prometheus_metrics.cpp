@@ -87,26 +87,26 @@ struct PrometheusMetrics::Families {
   Gauge& waiting_bytes =
       gauge(registry, "multitetra_queue_bytes", "Bytes of steps that wait for their clients.");
   Gauge& datasets = gauge(registry, "multitetra_datasets", "Datasets that are served.");
-  Family<Counter>& object_hits =
-      counter(registry, "multitetra_object_hits_total",
-              "Objects of datasets that were found in memory or on the disk, by where.");
-  Counter& object_fetches = counter(registry, "multitetra_object_fetches_total",
-                                    "Objects of datasets that came from their stores.")
+  Family<Counter>& block_hits =
+      counter(registry, "multitetra_block_hits_total",
+              "Blocks of files behind addresses that were found in memory or on the disk, by where.");
+  Counter& block_fetches = counter(registry, "multitetra_block_fetches_total",
+                                    "Blocks that came from their stores.")
                                 .Add({});
-  Counter& object_fetched_bytes =
-      counter(registry, "multitetra_object_fetched_bytes_total", "Their bytes.").Add({});
-  Counter& object_retries = counter(registry, "multitetra_object_retries_total",
+  Counter& block_fetched_bytes =
+      counter(registry, "multitetra_block_fetched_bytes_total", "Their bytes.").Add({});
+  Counter& block_retries = counter(registry, "multitetra_block_retries_total",
                                     "Requests to stores that were made once more.")
                                 .Add({});
-  Counter& object_failures = counter(registry, "multitetra_object_failures_total",
-                                     "Objects of datasets that could not be had.")
+  Counter& block_failures = counter(registry, "multitetra_block_failures_total",
+                                     "Requests to stores that failed for good.")
                                  .Add({});
-  Counter& object_evictions =
-      counter(registry, "multitetra_object_evictions_total",
-              "Objects of datasets that had to leave the memory for others.")
+  Counter& block_evictions =
+      counter(registry, "multitetra_block_evictions_total",
+              "Blocks and unpacked bricks that were removed from memory for others.")
           .Add({});
-  Gauge& object_bytes =
-      gauge(registry, "multitetra_object_bytes", "Bytes of objects of datasets in memory.");
+  Gauge& block_bytes =
+      gauge(registry, "multitetra_block_bytes", "Bytes of blocks and unpacked bricks in memory.");
   Family<Gauge>& upstreams = BuildGauge()
                                  .Name("multitetra_upstream_up")
                                  .Help("1 while a server behind this gateway can be reached.")
@@ -170,15 +170,15 @@ void PrometheusMetrics::sent(ProtocolName protocol, std::size_t bytes) {
   families_->sent.Add({{"door", protocol}}).Increment(static_cast<double>(bytes));
 }
 
-void PrometheusMetrics::tell_objects(Families& f, const ObjectState& objects) {
-  raise_to(f.object_hits.Add({{"where", "memory"}}), objects.memory_hits);
-  raise_to(f.object_hits.Add({{"where", "disk"}}), objects.disk_hits);
-  raise_to(f.object_fetches, objects.fetched);
-  raise_to(f.object_fetched_bytes, objects.fetched_bytes);
-  raise_to(f.object_retries, objects.retries);
-  raise_to(f.object_failures, objects.failures);
-  raise_to(f.object_evictions, objects.evictions);
-  f.object_bytes.Set(static_cast<double>(objects.memory_bytes));
+void PrometheusMetrics::tell_blocks(Families& f, const BlockState& blocks) {
+  raise_to(f.block_hits.Add({{"where", "memory"}}), blocks.memory_hits);
+  raise_to(f.block_hits.Add({{"where", "disk"}}), blocks.disk_hits);
+  raise_to(f.block_fetches, blocks.fetched);
+  raise_to(f.block_fetched_bytes, blocks.fetched_bytes);
+  raise_to(f.block_retries, blocks.retries);
+  raise_to(f.block_failures, blocks.failures);
+  raise_to(f.block_evictions, blocks.evictions);
+  f.block_bytes.Set(static_cast<double>(blocks.memory_bytes));
 }
 
 std::string PrometheusMetrics::text(const ServiceState& state) {
@@ -190,7 +190,7 @@ std::string PrometheusMetrics::text(const ServiceState& state) {
   f.waiting_jobs.Set(static_cast<double>(state.waiting_jobs));
   f.waiting_bytes.Set(static_cast<double>(state.waiting_bytes));
   f.datasets.Set(static_cast<double>(state.datasets));
-  if (state.objects) tell_objects(f, *state.objects);
+  if (state.blocks) tell_blocks(f, *state.blocks);
   for (const auto& [name, is_up] : state.upstreams) {
     f.upstreams.Add({{"upstream", name}}).Set(is_up ? 1 : 0);
   }

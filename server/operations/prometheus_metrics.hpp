@@ -15,14 +15,14 @@
 
 namespace multitetra {
 
-// Objects of datasets, as whoever reads them got them.
-struct ObjectState {
+// Blocks of files behind addresses.
+struct BlockState {
   std::uint64_t memory_hits = 0;
   std::uint64_t disk_hits = 0;
   std::uint64_t fetched = 0;  // From their stores,
   std::uint64_t fetched_bytes = 0;
   std::uint64_t retries = 0;       // Of requests to stores.
-  std::uint64_t failures = 0;      // Objects that could not be had.
+  std::uint64_t failures = 0;      // Requests that failed for good.
   std::uint64_t evictions = 0;     // From memory.
   std::uint64_t memory_bytes = 0;  // Now.
 };
@@ -37,7 +37,7 @@ struct ServiceState {
   std::size_t waiting_bytes = 0;  // Of steps, for their clients.
   std::size_t datasets = 0;
   bool is_draining = false;
-  std::optional<ObjectState> objects = {};  // Of a server.
+  std::optional<BlockState> blocks = {};  // Of a server.
   // Of a gateway: servers behind it by their addresses, and whether they could be reached.
   std::vector<std::pair<std::string, bool>> upstreams = {};
 };
@@ -63,7 +63,7 @@ class PrometheusMetrics : public ServiceObserver {
 
  private:
   struct Families;
-  static void tell_objects(Families& families, const ObjectState& objects);
+  static void tell_blocks(Families& families, const BlockState& blocks);
   std::unique_ptr<Families> families_;
 };
 

@@ -16,7 +16,6 @@ void add_prepare_command(Command& program, Run& run);
 void add_formats_command(Command& program, Run& run);
 void add_info_command(Command& program, Run& run);
 void add_plot_command(Command& program, Run& run);
-void add_convert_command(Command& program, Run& run);
 void add_verify_command(Command& program, Run& run);
 void add_extract_command(Command& program, Run& run);
 void add_certify_command(Command& program, Run& run);

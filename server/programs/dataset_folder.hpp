@@ -6,7 +6,7 @@
 
 #include "common/base/exit_codes.hpp"
 #include "common/cli/program.hpp"
-#include "server/dataset/objects/object_dataset.hpp"
+#include "server/dataset/dataset.hpp"
 
 namespace multitetra {
 
@@ -18,13 +18,13 @@ template <typename Work, typename Failed>
   const auto datasets = datasets_in(folder);
   if (datasets.empty()) throw ExitError(kUsage, "There is no dataset in " + folder + ".");
   ExitCode code = kOk;
-  for (const auto& dataset : datasets) {
+  for (const std::string& dataset : datasets) {
     try {
-      work(dataset.string());
+      work(dataset);
     } catch (const std::exception& problem) {
       code = kFailed;
       complain("multitetra-server", problem.what());
-      failed(dataset.string(), problem.what());
+      failed(dataset, problem.what());
     }
   }
   return code;

@@ -15,7 +15,7 @@
 #include "common/wire/mesh_files.hpp"
 #include "server/core/spectrum/crossed_octants.hpp"
 #include "server/core/surface/vertex_normals.hpp"
-#include "server/dataset/objects/object_dataset.hpp"
+#include "server/dataset/dataset.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/progress.hpp"
@@ -219,7 +219,7 @@ int export_trees(ExportArguments arguments) {
   }
   const ThreadLimit limit(arguments.threads);
   Progress progress("export", 1, arguments.quiet || arguments.json);
-  const DatasetPtr dataset = open_any_dataset(arguments.file);
+  const DatasetPtr dataset = open_dataset(arguments.file);
   const std::vector<double>& suggested = dataset->info.suggested_isovalues;
   if (arguments.isovalues.empty() && suggested.empty()) {
     throw UsageError("--isovalue", "the dataset suggests none; name one.");
@@ -275,7 +275,7 @@ void add_export_command(Command& program, Run& run) {
       "export", "Write a surface with its levels of detail as files for a web server");
   command
       ->add_option("file", arguments->file,
-                   "Dataset: a file (.mtd), a folder of objects, or an address of one")
+                   "Dataset: a file (.mtd) or an address of one (https://, s3://bucket/key)")
       ->required()
       ->type_name("DATASET");
   command->add_option("-o,--output", arguments->folder, "Folder to write to; it is made")

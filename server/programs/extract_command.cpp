@@ -24,7 +24,6 @@
 #include "server/core/planning/budget.hpp"
 #include "server/core/surface/vertex_normals.hpp"
 #include "server/dataset/dataset.hpp"
-#include "server/dataset/objects/object_dataset.hpp"
 #include "server/volume/volume_files.hpp"
 #include "server/extraction/model_file.hpp"
 #include "server/extraction/reference_extractor.hpp"
@@ -199,7 +198,7 @@ int extract(const ExtractArguments& arguments) {
   const bool has_model_file = !arguments.model_file.empty();
   Progress progress("extract", has_model_file ? 5 : 4, arguments.quiet || arguments.json);
   progress.begin("open");
-  const DatasetPtr dataset = open_any_dataset(arguments.file);
+  const DatasetPtr dataset = open_dataset(arguments.file);
   const DatasetInfo& info = dataset->info;
   const Result<IsosurfaceRequest> asked = request_of(arguments.surface, info);
   if (!asked) throw std::invalid_argument(asked.error().text);
@@ -285,7 +284,7 @@ void add_extract_command(Command& program, Run& run) {
       program.add_subcommand("extract", "Write one isosurface as a mesh file, without a network");
   command
       ->add_option("file", a->file,
-                   "Dataset: a file (.mtd), a folder of objects, or an address of one")
+                   "Dataset: a file (.mtd) or an address of one (https://, s3://bucket/key)")
       ->required()
       ->type_name("DATASET");
   command->add_option("-o,--output", a->output, "Mesh file: .ply, .stl, .obj, .glb, .drc or .vtp")

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -10,8 +9,7 @@
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "server/core/spectrum/isovalue_bins.hpp"
-#include "server/dataset/objects/object_dataset.hpp"
-#include "server/dataset/objects/object_structure.hpp"
+#include "server/dataset/dataset.hpp"
 #include "server/dataset/prepared_file.hpp"
 #include "server/dataset/prepared_format.hpp"
 #include "server/programs/commands.hpp"
@@ -56,49 +54,22 @@ std::uint64_t sample_bytes(const DatasetInfo& info) {
   return bytes;
 }
 
-// What is told of a file and of a dataset made of objects alike.
-struct KnownFacts {
-  DatasetMetadata metadata;
-  std::size_t bins = 0;
-  std::uint64_t bytes = 0;
-  std::string format;
-};
-
-std::size_t bins_between(std::size_t edge_bytes) {
-  const std::size_t edges = edge_bytes / sizeof(float);
+std::size_t bins_of(const PreparedFile& file) {
+  const std::size_t edges = file.bins().size() / sizeof(float);
   return edges == 0 ? 0 : edges - 1;
 }
 
-KnownFacts facts_of(const std::string& place) {
-  if (!is_object_dataset(place)) {
-    const PreparedFile file(place);
-    return {.metadata = file.metadata(),
-            .bins = bins_between(file.bins().size()),
-            .bytes = std::filesystem::file_size(place),
-            .format = std::to_string(kPreparedFormatVersion)};
-  }
-  const auto cache = std::make_shared<ObjectCache>();
-  const ObjectReader reader(cache->place(place), cache);
-  const ObjectStructure structure = reader.structure();
-  std::uint64_t bytes = structure.manifest.first.bytes + structure.manifest.later.bytes;
-  for (const char* const large : {section_names::kSamples, section_names::kSpectrum}) {
-    bytes += find_section(structure.manifest.sections, large)->size;
-  }
-  return {.metadata = structure.metadata,
-          .bins = bins_between(structure.bins.size()),
-          .bytes = bytes,
-          .format = std::to_string(kPreparedFormatVersion) + " in objects of version " +
-                    std::to_string(structure.manifest.shares_objects ? kSharedObjectsVersion
-                                                                     : kObjectsVersion)};
+std::uint64_t packed_sample_bytes(const PreparedFile& file) {
+  return find_section(file.sections(), section_names::kSamples)->size;
 }
 
-void print_facts(const std::string& file, const KnownFacts& facts) {
-  const DatasetInfo& info = facts.metadata.info;
-  const SourceNote& source = facts.metadata.source;
+void print_facts(const std::string& place, const PreparedFile& file) {
+  const DatasetInfo& info = file.info();
+  const SourceNote& source = file.metadata().source;
   const auto line = [](const char* what, const std::string& value) {
     std::cout << "  " << what << std::string(20 - std::string(what).size(), ' ') << value << "\n";
   };
-  std::cout << "\"" << info.name << "\" in " << file << "\n";
+  std::cout << "\"" << info.name << "\" in " << place << "\n";
   line("samples", std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) + " x " +
                       std::to_string(info.dims[2]) + " " + std::string(name(info.type)));
   if (info.member) line("member of family", human_member(*info.member));
@@ -121,21 +92,22 @@ void print_facts(const std::string& file, const KnownFacts& facts) {
   std::string isovalues;
   for (const double isovalue : info.suggested_isovalues) isovalues += human_number(isovalue) + "  ";
   line("suggested isovalues", isovalues.empty() ? "none" : isovalues);
-  line("size",
-       human_bytes(facts.bytes) + ", " + human_bytes(sample_bytes(info)) + " of it samples");
-  line("error spectrum", "errors for " + std::to_string(facts.bins) + " bins of isovalues");
-  line("format version", facts.format);
+  line("size", human_bytes(file.bytes()) + ", " + human_bytes(packed_sample_bytes(file)) +
+                   " of it samples, which have " + human_bytes(sample_bytes(info)) + " unpacked");
+  line("error spectrum", "errors for " + std::to_string(bins_of(file)) + " bins of isovalues");
+  line("format version", std::to_string(kPreparedFormatVersion));
   line("source", source.file + (source.digest.empty() ? "" : " (XXH3-128 " + source.digest + ")") +
                      (source.options.empty() ? "" : ", " + source.options));
 }
 
-Json json_of(const KnownFacts& facts) {
-  const DatasetInfo& info = facts.metadata.info;
-  const SourceNote& source = facts.metadata.source;
+Json json_of(const PreparedFile& file) {
+  const DatasetInfo& info = file.info();
+  const SourceNote& source = file.metadata().source;
   Json report = multitetra::json_of(info);
-  report["file_bytes"] = facts.bytes;
+  report["file_bytes"] = file.bytes();
   report["sample_bytes"] = sample_bytes(info);
-  report["spectrum_bins"] = facts.bins;
+  report["packed_sample_bytes"] = packed_sample_bytes(file);
+  report["spectrum_bins"] = bins_of(file);
   report["format_version"] = kPreparedFormatVersion;
   report["source"] = {
       {"file", source.file}, {"digest", source.digest}, {"options", source.options}};
@@ -145,11 +117,11 @@ Json json_of(const KnownFacts& facts) {
 int info_of_folder(const InfoArguments& arguments) {
   Json datasets = Json::array();
   const auto tell = [&](const std::string& place) {
-    const KnownFacts facts = facts_of(place);
+    const PreparedFile file(place);
     if (arguments.json) {
-      datasets.push_back(json_of(facts));
+      datasets.push_back(json_of(file));
     } else {
-      print_facts(place, facts);
+      print_facts(place, file);
     }
   };
   const ExitCode code = with_each_dataset(arguments.file, tell, [](const auto&...) {});
@@ -159,11 +131,11 @@ int info_of_folder(const InfoArguments& arguments) {
 
 int info(const InfoArguments& arguments) {
   if (is_folder_of_datasets(arguments.file)) return info_of_folder(arguments);
-  const KnownFacts facts = facts_of(arguments.file);
+  const PreparedFile file(arguments.file);
   if (arguments.json) {
-    std::cout << text_of(json_of(facts));
+    std::cout << text_of(json_of(file));
   } else {
-    print_facts(arguments.file, facts);
+    print_facts(arguments.file, file);
   }
   return kOk;
 }
@@ -175,8 +147,8 @@ void add_info_command(Command& program, Run& run) {
   Command* command = program.add_subcommand("info", "Tell what a dataset holds");
   command
       ->add_option("file", arguments->file,
-                   "Dataset: a file (.mtd), a folder of objects, or an address of one; of a folder "
-                   "of datasets all are told")
+                   "Dataset: a file (.mtd) or an address of one (https://, s3://bucket/key); of a "
+                   "folder, here or in a bucket, all are described")
       ->required()
       ->type_name("DATASET");
   command->add_flag("--json", arguments->json, "Print JSON, with the histogram");

@@ -11,7 +11,7 @@
 #include "common/cli/output_files.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "server/dataset/dataset.hpp"
-#include "server/dataset/objects/object_dataset.hpp"
+#include "server/dataset/dataset.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/plot/dataset_plot.hpp"
@@ -57,7 +57,7 @@ int plot(const PlotArguments& arguments) {
   require_outputs({{"--output", arguments.output}}, {{"file", arguments.file}});
   Progress progress("plot", 2, arguments.quiet || arguments.json);
   progress.begin("open");
-  const DatasetPtr dataset = open_any_dataset(arguments.file);
+  const DatasetPtr dataset = open_dataset(arguments.file);
   const SurfaceExtractor extractor(dataset);
   progress.begin("sizes");
   const SizeCurves curves = size_curves(
@@ -84,7 +84,7 @@ void add_plot_command(Command& program, Run& run) {
       "plot", "Draw a dataset's histogram and the sizes of its surfaces (SVG)");
   command
       ->add_option("file", a->file,
-                   "Dataset: a file (.mtd), a folder of objects, or an address of one")
+                   "Dataset: a file (.mtd) or an address of one (https://, s3://bucket/key)")
       ->required()
       ->type_name("DATASET");
   command->add_option("-o,--output", a->output, "Drawing to write (.svg)")

@@ -6,11 +6,12 @@
 #include <vector>
 
 #include "common/base/exit_codes.hpp"
-#include "server/dataset/objects/object_dataset.hpp"
-#include "server/dataset/parts/part_plan.hpp"
+#include "server/dataset/dataset.hpp"
+#include "server/dataset/partitioned/part_plan.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/dataset/source_note.hpp"
 #include "server/programs/commands.hpp"
+#include "server/programs/dataset_output.hpp"
 #include "server/programs/family_jobs.hpp"
 #include "server/programs/prepare_jobs.hpp"
 #include "server/programs/prepare_parts_command.hpp"
@@ -21,17 +22,18 @@
 namespace multitetra {
 namespace {
 
-// --plan, --part, --merge: into a folder of objects.
+// --plan, --part, --merge.
 int prepare_in_parts(const PrepareArguments& arguments) {
   const PartsReport report{.json = arguments.json, .quiet = arguments.quiet};
   const PartsArguments& parts = arguments.parts;
   if ((parts.plan > 0) + !parts.part.empty() + parts.merge != 1) {
     throw ExitError(kUsage, "--plan, --part and --merge are three commands; give one of them.");
   }
-  if (std::filesystem::path(arguments.output).extension() == ".mtd") {
-    throw ExitError(kUsage,
-                    "--output: parts become a folder of objects, whose name does not end in .mtd.");
+  if (is_address(arguments.output)) {
+    throw ExitError(kUsage, "--output: parts become a file on this machine, not " +
+                                arguments.output + "; copy it when it is there.");
   }
+  (void)DatasetOutput(arguments.output, arguments.force);
   if (arguments.inputs.size() != (parts.merge ? 0U : 1U)) {
     throw ExitError(kUsage, "--plan and --part take one volume, --merge takes none; " +
                                 std::to_string(arguments.inputs.size()) + " are given.");
@@ -69,7 +71,7 @@ class OutputFolder {
                                   " is a name for one dataset, and there are several volumes; give "
                                   "a folder.");
     }
-    is_new_ = std::filesystem::create_directories(path_);
+    is_new_ = !is_address(output) && std::filesystem::create_directories(path_);
   }
   ~OutputFolder() {
     std::error_code is_not_empty;
@@ -97,7 +99,7 @@ int prepare_many(const PrepareArguments& arguments) {
   }
   const OutputFolder folder(arguments.output);
   for (PrepareJob& job : jobs) job.choice = arguments.volume.parsed().choice;
-  LatestLabelMap maps(arguments.output);
+  LatestLabelMap maps(scratch_folder(arguments.output));
   return prepare_all(arguments, jobs, maps);
 }
 
@@ -134,7 +136,7 @@ int prepare_families(const PrepareArguments& arguments) {
   const auto notice = [&](const std::string& text) {
     if (!arguments.quiet) std::cerr << "prepare: " << text << "\n";
   };
-  LatestLabelMap maps(is_file ? output.parent_path() : output);
+  LatestLabelMap maps(scratch_folder(is_file ? output.parent_path() : output));
   try {
     std::vector<PrepareJob> jobs = family_jobs(arguments, maps, notice);
     if (!is_file) return prepare_all(arguments, jobs, maps);
@@ -171,7 +173,7 @@ int prepare(PrepareArguments& arguments) {
   (void)arguments.volume.parsed();
   (void)arguments.outside_value();
   if (arguments.family.are_given()) return prepare_families(arguments);
-  const bool into_folder = std::filesystem::is_directory(arguments.output);
+  const bool into_folder = is_folder_of_datasets(arguments.output);
   return into_folder || are_many(arguments.inputs) ? prepare_many(arguments)
                                                    : prepare_one_volume(arguments);
 }
@@ -192,8 +194,8 @@ void add_prepare_command(Command& program, Run& run) {
       ->type_name("SOURCE");
   command
       ->add_option("-o,--output", a->output,
-                   "Dataset file to write (.mtd); for several volumes and for families, a folder; "
-                   "with parts, a folder of objects")
+                   "Dataset file to write (.mtd), here or in a bucket (s3://bucket/head.mtd); for "
+                   "several volumes and for families, a folder")
       ->required()
       ->type_name("FILE");
   command->add_option("--name", a->name,
@@ -245,9 +247,9 @@ void add_prepare_command(Command& program, Run& run) {
       "  multitetra-server prepare flow_*.vti --time-series flow --times 0:0.1 --time-unit s -o "
       "flow/\n"
       "  multitetra-server prepare run.vti --field pressure,temperature -o run/\n"
-      "On several machines, into a folder that all of them see:\n"
-      "  multitetra-server prepare big.nrrd -o big --plan 8 | xargs -P 8 -d '\\n' -n 1 sh -c\n"
-      "  multitetra-server prepare --merge -o big");
+      "On several machines, in a folder that all of them see, or copying big.mtd.parts together:\n"
+      "  multitetra-server prepare big.nrrd -o big.mtd --plan 8 | xargs -P 8 -d '\\n' -n 1 sh -c\n"
+      "  multitetra-server prepare --merge -o big.mtd");
   command->callback([a, &run] { run = [a] { return prepare(*a); }; });
 }
 

@@ -64,12 +64,12 @@ std::vector<PrepareJob> jobs_for(const std::vector<std::string>& inputs, const f
 }
 
 bool is_up_to_date(const PrepareJob& job, const SourceNote& note) {
-  if (note.digest.empty()) return false;
+  if (note.digest.empty() || is_address(job.output.string())) return false;
   try {
     std::error_code error;
     const fs::file_time_type made = fs::last_write_time(job.output, error);
     if (error) return false;
-    const DatasetMetadata found = PreparedFile(job.output).metadata();
+    const DatasetMetadata found = PreparedFile(job.output.string()).metadata();
     if (found.source != note || found.info.name != job.name || found.info.member != job.member) {
       return false;
     }

@@ -37,7 +37,7 @@ struct PrepareJob {
 
 // Whether the job's dataset is there, whole, under its name, what it is in its family, and made
 // from a source and with options that `note` tells. Data files that a header names are not in its
-// digest, so the dataset must also be newer than all files beside the source.
+// digest, so the dataset must also be newer than all files beside the source. No for one in a bucket.
 [[nodiscard]] bool is_up_to_date(const PrepareJob& job, const SourceNote& note);
 
 }  // namespace multitetra

@@ -10,8 +10,8 @@
 #include "common/base/exit_codes.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
-#include "server/dataset/parts/part_plan.hpp"
-#include "server/dataset/parts/prepare_parts.hpp"
+#include "server/dataset/partitioned/part_plan.hpp"
+#include "server/dataset/partitioned/prepare_parts.hpp"
 #include "server/programs/progress.hpp"
 
 namespace multitetra {
@@ -91,7 +91,7 @@ int plan_parts(VolumeSource& source, const PrepareOptions& options, SourceNote n
 
 int make_part(VolumeSource& source, const std::string& output, const std::string& part,
               const PartsReport& report) {
-  const std::size_t number = part_number(part, plan_in(output).plan.parts);
+  const std::size_t number = part_number(part, plan_of(output).plan.parts);
   Progress progress("part " + part, 4, report.quiet || report.json);
   std::string pass;
   prepare_part(source, output, number, telling(progress, pass));
@@ -107,16 +107,16 @@ int make_part(VolumeSource& source, const std::string& output, const std::string
 int merge(const std::string& output, const PartsReport& report) {
   Progress progress("merge", 2, report.quiet || report.json);
   std::string pass;
-  const ConvertedObjects merged = merge_parts(output, telling(progress, pass));
+  const DatasetInfo merged = merge_parts(output, telling(progress, pass));
   progress.finish();
+  const std::uint64_t bytes = std::filesystem::file_size(output);
   if (report.json) {
     std::cout << text_of({{"output", output},
-                          {"objects", merged.objects},
-                          {"object_bytes", merged.bytes},
+                          {"dataset", json_of(merged)},
+                          {"file_bytes", bytes},
                           {"seconds", progress.seconds()}});
   } else if (!report.quiet) {
-    std::cout << output << ": " << human_count(merged.objects) << " objects, "
-              << human_bytes(merged.bytes) << "\n"
+    std::cout << output << ": \"" << merged.name << "\", " << human_bytes(bytes) << "\n"
               << "Next: multitetra-server serve " << output << "\n";
   }
   return kOk;

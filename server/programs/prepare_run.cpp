@@ -16,29 +16,18 @@
 #include "common/cli/output_files.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/dataset/prepared_file.hpp"
-#include "server/dataset/section_table.hpp"
 #include "server/dataset/source_note.hpp"
+#include "server/programs/dataset_output.hpp"
 #include "server/programs/progress.hpp"
 #include "server/volume/volume_files.hpp"
 
 namespace multitetra {
 namespace {
 
-// Throws unless the dataset may take this name: what is there may be nobody's but an older
-// dataset's, and the input's in no case.
-void check_output(const PrepareJob& job, bool force) {
-  const std::filesystem::path& output = job.output;
-  require_outputs({{"--output", output}}, {{"input", job.input}});
-  if (force) return;
-  if (output.extension() != ".mtd") {
-    throw ExitError(kUsage, "--output: the name of a dataset ends in .mtd, and \"" +
-                                output.string() + "\" does not; --force takes it all the same.");
-  }
-  if (std::filesystem::exists(output) && std::filesystem::file_size(output) > 0 &&
-      !begins_as_dataset(output)) {
-    throw ExitError(kUsage, "--output: " + output.string() +
-                                " is there already and no dataset; --force replaces it.");
-  }
+// Throws when the output is what the input is, or cannot be written.
+void require_free_output(const PrepareJob& job) {
+  if (is_address(job.output.string())) return;
+  require_outputs({{"--output", job.output}}, {{"input", job.input}});
 }
 
 // A label that a map does not have, which is no failure where it may come and go with time.
@@ -128,7 +117,7 @@ class Preparation {
       : arguments_(arguments), maps_(maps) {}
 
   // Throws what is wrong with the job.
-  Prepared prepare_one(const PrepareJob& job, const SourceNote& note) {
+  Prepared prepare_one(const PrepareJob& job, const SourceNote& note, DatasetOutput& output) {
     const std::optional<double> outside = arguments_.outside_value();
     Progress progress(job.member ? "prepare " + job.name : "prepare", 3,
                       arguments_.quiet || arguments_.json);
@@ -154,14 +143,18 @@ class Preparation {
       progress.update(static_cast<double>(done), static_cast<double>(all), "voxels");
     };
     Prepared prepared;
-    prepared.info = prepare(*source, how, job.output, note);
+    prepared.info = prepare(*source, how, output.file(), note);
+    output.finish([&](double fraction) {
+      if (pass != "upload") progress.begin(pass = "upload");
+      progress.update(100 * fraction, 100, "%");
+    });
     progress.finish();
     if (looks_like_labels(prepared.info)) {
       progress.note("'" + job.input +
                     "' has few different values and may be a label map: --label all prepares each "
                     "label as a smooth surface.");
     }
-    prepared.file_bytes = std::filesystem::file_size(job.output);
+    prepared.file_bytes = std::filesystem::file_size(output.file());
     prepared.seconds = progress.seconds();
     return prepared;
   }
@@ -180,7 +173,7 @@ class Preparation {
   // A job whose dataset is there already. Throws unless it lies on the same places.
   void see_prepared(const PrepareJob& job) {
     if (!job.member) return;
-    const DatasetInfo info = PreparedFile(job.output).info();
+    const DatasetInfo info = PreparedFile(job.output.string()).info();
     see(job, {info.dims, info.index_to_world, info.meaning});
   }
 
@@ -228,11 +221,12 @@ LabelMap LatestLabelMap::of(const std::string& input, const VolumeFileOptions& o
 }
 
 int prepare_single(const PrepareArguments& arguments, const PrepareJob& job) {
-  check_output(job, arguments.force);
-  LatestLabelMap maps(job.output.parent_path());
+  LatestLabelMap maps(scratch_folder(job.output.parent_path()));
   Preparation preparation(arguments, maps);
+  require_free_output(job);
+  DatasetOutput output(job.output, arguments.force);
   try {
-    const Prepared prepared = preparation.prepare_one(job, preparation.note_of(job));
+    const Prepared prepared = preparation.prepare_one(job, preparation.note_of(job), output);
     if (arguments.json) {
       std::cout << text_of(json_of(job, prepared));
     } else if (!arguments.quiet) {
@@ -257,7 +251,8 @@ int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>
       table += (job.member ? job.name : job.input) + ": " + outcome + "\n";
     };
     try {
-      check_output(job, arguments.force);
+      require_free_output(job);
+      DatasetOutput output(job.output, arguments.force);
       const SourceNote note = preparation.note_of(job);
       if (!arguments.force && is_up_to_date(job, note)) {
         preparation.see_prepared(job);
@@ -266,7 +261,7 @@ int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>
             {{"input", job.input}, {"file", job.output.string()}, {"up_to_date", true}});
         continue;
       }
-      const Prepared prepared = preparation.prepare_one(job, note);
+      const Prepared prepared = preparation.prepare_one(job, note, output);
       tell(facts_of(prepared) + ", " + human_seconds(prepared.seconds.at("total").get<double>()));
       reports.push_back(json_of(job, prepared));
     } catch (const MissingLabel& missing) {

@@ -34,7 +34,7 @@ void offer_again(Server& server, ServedDatasets& datasets) {
   }
 }
 
-ObjectState state_of(const ObjectCache::Counts& counts) {
+BlockState state_of(const RemoteFiles::Counts& counts) {
   return {.memory_hits = counts.memory_hits,
           .disk_hits = counts.disk_hits,
           .fetched = counts.fetched,
@@ -57,8 +57,8 @@ int serve(const ServeOptions& options) {
     listeners.push_back(http_listener(*http, route_options(options.listeners)));
   }
   const auto cache = std::make_shared<SurfaceCache>(options.cache_bytes);
-  const auto objects = std::make_shared<ObjectCache>(object_options(options));
-  ServedDatasets datasets(options.datasets, cache, objects);
+  const auto files = std::make_shared<RemoteFiles>(file_options(options));
+  ServedDatasets datasets(options.datasets, cache, files);
   const CataloguePtr catalogue = datasets.read();
   if (catalogue->size() == 0) {
     throw ExitError(kNoDataset,
@@ -67,13 +67,13 @@ int serve(const ServeOptions& options) {
   }
   server_with.service.cache = cache;
   server_with.metrics = std::make_shared<PrometheusMetrics>();
-  server_with.state = [cache, objects] {
+  server_with.state = [cache, files] {
     const TileCache::Counts counts = cache->tiles().counts();
     return ServiceState{.cache_hits = counts.hits,
                         .cache_misses = counts.misses,
                         .cached_tiles = counts.tiles,
                         .cache_bytes = counts.bytes,
-                        .objects = state_of(objects->counts())};
+                        .blocks = state_of(files->counts())};
   };
   RepeatedWork* asked = nullptr;  // There before the server runs.
   server_with.when_reloaded = [&asked] { asked->ask(); };
@@ -100,7 +100,7 @@ void add_serve_command(Command& program, Run& run) {
       "  multitetra-server serve head.mtd\n"
       "  multitetra-server serve datasets/ --tcp 0.0.0.0:7410 --tls-cert server.pem --tls-key "
       "server.key --tokens tokens\n"
-      "  multitetra-server serve https://store.example/volumes/head --cache-dir "
+      "  multitetra-server serve https://store.example/volumes/head.mtd --cache-dir "
       "/var/cache/multitetra\n"
       "Signals: SIGTERM and SIGINT drain, then stop; SIGHUP reads certificate, tokens\n"
       "and folders of datasets again; streams under way go on.\n"

@@ -8,14 +8,15 @@
 namespace multitetra {
 namespace {
 
-constexpr const char* kStoresGroup = "Datasets of objects";
+constexpr const char* kStoresGroup = "Bricks and datasets behind addresses";
 
 }  // namespace
 
 void add_serve_options(Command& command, ServeOptions& o) {
   command.add_option("datasets", o.datasets,
-                     "Dataset files (.mtd), folders of objects, directories of such, and addresses "
-                     "of objects (https://, s3://bucket/path); read again on SIGHUP");
+                     "Dataset files (.mtd) and folders of them, here, behind addresses "
+                     "(https://host/head.mtd) and in buckets (s3://bucket/head.mtd, "
+                     "s3://bucket/folder/); read again on SIGHUP");
   add_threads_option(command, o.threads);
   add_listener_options(command, o.listeners);
   command
@@ -38,42 +39,42 @@ void add_serve_options(Command& command, ServeOptions& o) {
   add_bytes(command, "--queue-bytes", o.queue_bytes,
             "Memory for steps that wait for their clients, all together")
       ->group(kLimitsGroup);
-  add_bytes(command, "--object-bytes", o.object_bytes,
-            "Memory for objects of datasets in folders of objects and behind addresses")
+  add_bytes(command, "--brick-bytes", o.brick_bytes,
+            "Memory for unpacked bricks, and for what was fetched of files behind addresses")
       ->group(kStoresGroup);
   command
       .add_option(
           "--cache-dir", o.cache_dir,
-          "Folder of this machine that keeps objects from behind addresses; several servers "
-          "may share it")
+          "Folder of this machine that keeps what was fetched of files behind addresses; several "
+          "servers may share it")
       ->group(kStoresGroup);
   add_bytes(command, "--cache-dir-bytes", o.cache_dir_bytes,
-            "Of that folder; the objects that were not used for longest go first")
+            "Of that folder; what was not used for longest is removed first")
       ->group(kStoresGroup);
   command
       .add_option("--store-connections", o.store_connections,
-                  "To one store at the same time, and objects that are fetched ahead")
+                  "To one host at the same time, and requests that fetch ahead")
       ->within(1, 256)
       ->capture_default_str()
       ->group(kStoresGroup);
   add_seconds(command, "--store-seconds", o.store_seconds,
-              "For one object from a store, with all that is tried again")
+              "For one request to a store, with all its retries")
       ->group(kStoresGroup);
 }
 
-ObjectCacheOptions object_options(const ServeOptions& o) {
-  HttpStoreOptions far;
+RemoteFilesOptions file_options(const ServeOptions& o) {
+  HttpStoreOptions http;
   const auto connections = static_cast<std::size_t>(o.store_connections);
-  far.connections = connections;
-  if (o.store_seconds > 0) far.deadline = milliseconds(o.store_seconds);
-  far.stalled = std::min(far.stalled, std::chrono::ceil<std::chrono::seconds>(far.deadline));
-  far.connecting = std::min(far.connecting, far.stalled);
-  far.rest_after_failure = std::chrono::seconds(2);
-  return {.memory_bytes = o.object_bytes,
+  http.connections = connections;
+  if (o.store_seconds > 0) http.deadline = milliseconds(o.store_seconds);
+  http.stalled = std::min(http.stalled, std::chrono::ceil<std::chrono::seconds>(http.deadline));
+  http.connecting = std::min(http.connecting, http.stalled);
+  http.rest_after_failure = std::chrono::seconds(2);
+  return {.memory_bytes = o.brick_bytes,
           .folder = o.cache_dir,
           .folder_bytes = o.cache_dir_bytes,
           .fetchers = connections,
-          .far = far};
+          .http = http};
 }
 
 ServerOptions server_options(const ServeOptions& o) {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/cli/command.hpp"
-#include "server/dataset/objects/object_cache.hpp"
 #include "server/programs/listener_options.hpp"
+#include "server/store/remote_files.hpp"
 #include "server/transport/server.hpp"
 
 namespace multitetra {
@@ -23,7 +23,7 @@ struct ServeOptions {
   double max_waiting_seconds = 600;
   std::size_t cache_bytes = std::size_t{512} << 20;
   std::size_t queue_bytes = std::size_t{1} << 30;
-  std::size_t object_bytes = std::size_t{512} << 20;
+  std::size_t brick_bytes = std::size_t{512} << 20;
   std::string cache_dir = {};
   std::size_t cache_dir_bytes = std::size_t{16} << 30;
   int store_connections = 8;
@@ -32,7 +32,7 @@ struct ServeOptions {
 
 void add_serve_options(Command& command, ServeOptions& options);
 
-[[nodiscard]] ObjectCacheOptions object_options(const ServeOptions& options);
+[[nodiscard]] RemoteFilesOptions file_options(const ServeOptions& options);
 
 // Throws UsageError that names the option.
 [[nodiscard]] ServerOptions server_options(const ServeOptions& options);

@@ -6,15 +6,12 @@
 #include <set>
 #include <utility>
 
-#include "server/dataset/objects/manifest.hpp"
-#include "server/dataset/objects/object_dataset.hpp"
+#include "server/dataset/dataset.hpp"
 #include "server/operations/log.hpp"
 #include "server/service/extracted_surfaces.hpp"
 
 namespace multitetra {
 namespace {
-
-namespace fs = std::filesystem;
 
 std::string size_text(const DatasetInfo& info) {
   return std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) + " x " +
@@ -24,28 +21,25 @@ std::string size_text(const DatasetInfo& info) {
 }  // namespace
 
 ServedDatasets::ServedDatasets(const std::vector<std::string>& inputs,
-                               std::shared_ptr<SurfaceCache> cache,
-                               std::shared_ptr<ObjectCache> objects)
+                               std::shared_ptr<SurfaceCache> cache, std::shared_ptr<RemoteFiles> files)
     : cache_(std::move(cache)),
-      objects_(std::move(objects)),
+      files_(std::move(files)),
       pool_(std::make_shared<CubeMemoryPool>()) {
   for (const std::string& input : inputs) {
     inputs_.push_back({input, is_folder_of_datasets(input)});
   }
 }
 
-ServedDatasets::Identity ServedDatasets::identity_of(const fs::path& file) const {
-  if (is_address(file.string())) {
+ServedDatasets::Identity ServedDatasets::identity_of(const std::string& place) const {
+  if (is_address(place)) {
     try {
-      const auto text = text_of(*objects_->place(file.string()).store, kManifestName);
-      return {.manifest = text.value_or("")};
+      return {.version = files_->version_of(place)};
     } catch (const StoreError&) {
-      return {};  // Opening it will tell.
+      return {};  // Opening it gives the reason.
     }
   }
-  const fs::path told = is_object_dataset(file.string()) ? file / kManifestName : file;
   struct stat status {};
-  if (::stat(told.c_str(), &status) != 0) return {};
+  if (::stat(place.c_str(), &status) != 0) return {};
   return {.device = status.st_dev,
           .inode = status.st_ino,
           .size = status.st_size,
@@ -53,32 +47,31 @@ ServedDatasets::Identity ServedDatasets::identity_of(const fs::path& file) const
 }
 
 // Each once, those of a folder by name.
-std::vector<fs::path> ServedDatasets::files() const {
-  std::vector<fs::path> files;
+std::vector<std::string> ServedDatasets::places() const {
+  std::vector<std::string> places;
   for (const auto& [input, is_folder] : inputs_) {
     if (!is_folder) {
-      files.push_back(input);
+      places.push_back(input);
       continue;
     }
-    const std::vector<fs::path> found = datasets_in(input);
-    files.insert(files.end(), found.begin(), found.end());
+    const std::vector<std::string> found = datasets_in(input);
+    places.insert(places.end(), found.begin(), found.end());
   }
-  return files;
+  return places;
 }
 
-std::shared_ptr<const SurfaceProvider> ServedDatasets::source_of(const fs::path& file) {
-  const auto before = opened_.find(file);
-  const Identity identity = identity_of(file);
+std::shared_ptr<const SurfaceProvider> ServedDatasets::source_of(const std::string& place) {
+  const auto before = opened_.find(place);
+  const Identity identity = identity_of(place);
   if (before != opened_.end() && before->second.identity == identity) return before->second.source;
   try {
-    const DatasetPtr dataset = open_any_dataset(file.string(), objects_);
+    const DatasetPtr dataset = open_dataset(place, files_);
     const auto source = std::make_shared<ExtractedSurfaces>(
         std::make_shared<SurfaceExtractor>(dataset, pool_), cache_);
-    opened_.insert_or_assign(file, Opened{identity, source});
-    log_line(LogLevel::kInfo, "serving",
-             {{"dataset", dataset->info.name},
-              {"file", file.string()},
-              {"size", size_text(dataset->info)}});
+    opened_.insert_or_assign(place, Opened{identity, source});
+    log_line(
+        LogLevel::kInfo, "serving",
+        {{"dataset", dataset->info.name}, {"file", place}, {"size", size_text(dataset->info)}});
     return source;
   } catch (const std::exception& error) {
     const bool was_served = before != opened_.end();
@@ -86,30 +79,29 @@ std::shared_ptr<const SurfaceProvider> ServedDatasets::source_of(const fs::path&
         LogLevel::kError,
         std::string(was_served ? "what was there before goes on being served: " : "left out: ") +
             error.what(),
-        {{"file", file.string()}});
+        {{"file", place}});
     return was_served ? before->second.source : nullptr;
   }
 }
 
 CataloguePtr ServedDatasets::read() {
   auto catalogue = std::make_shared<DatasetCatalogue>();
-  std::set<fs::path> there;
-  for (const fs::path& file : files()) {
-    if (!there.insert(file).second) continue;
-    const auto source = source_of(file);
+  std::set<std::string> there;
+  for (const std::string& place : places()) {
+    if (!there.insert(place).second) continue;
+    const auto source = source_of(place);
     if (!source) continue;
     try {
       catalogue->add(source);
     } catch (const std::invalid_argument& twice) {
-      log_line(LogLevel::kError, std::string("left out: ") + twice.what(),
-               {{"file", file.string()}});
+      log_line(LogLevel::kError, std::string("left out: ") + twice.what(), {{"file", place}});
     }
   }
   std::erase_if(opened_, [&](const auto& opened) {
-    const auto& [file, what] = opened;
-    if (there.contains(file)) return false;
+    const auto& [place, what] = opened;
+    if (there.contains(place)) return false;
     log_line(LogLevel::kInfo, "no longer served",
-             {{"dataset", what.source->info().name}, {"file", file.string()}});
+             {{"dataset", what.source->info().name}, {"file", place}});
     return true;
   });
   return catalogue;

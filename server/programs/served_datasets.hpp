@@ -8,14 +8,13 @@
 #include <sys/types.h>
 
 #include <cstdint>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "server/dataset/objects/object_cache.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "server/store/remote_files.hpp"
 #include "server/service/dataset_catalogue.hpp"
 
 namespace multitetra {
@@ -23,20 +22,20 @@ namespace multitetra {
 // To be used by one thread at a time.
 class ServedDatasets {
  public:
-  // Files, addresses and folders of objects, and folders whose files named *.mtd and whose folders
-  // of objects are meant.
+  // Files and addresses, and folders, here or in buckets, whose files *.mtd are meant.
   ServedDatasets(const std::vector<std::string>& inputs, std::shared_ptr<SurfaceCache> cache,
-                 std::shared_ptr<ObjectCache> objects);
+                 std::shared_ptr<RemoteFiles> files);
 
   // All that can be served now. A file that is the same as before stays open; one that cannot be
   // used is told in the log and left out, but what was served from under its name goes on being
-  // served. The log also tells what is new and what is gone. Throws std::filesystem_error when a
-  // folder cannot be read; then nothing changes.
+  // served. The log also tells what is new and what is gone. Throws
+  // std::filesystem::filesystem_error or StoreError when a folder cannot be read; then nothing
+  // changes.
   [[nodiscard]] CataloguePtr read();
 
  private:
   struct Input {
-    std::filesystem::path path;
+    std::string place;
     bool is_folder =
         false;  // Of datasets. As it was in the beginning: one that is gone for a while is no file.
   };
@@ -46,7 +45,7 @@ class ServedDatasets {
     ino_t inode = 0;
     off_t size = 0;
     std::int64_t modified = 0;  // Nanoseconds.
-    std::string manifest = {};  // Of a dataset behind an address: all that can be known of it.
+    std::string version = {};   // Of a file behind an address: all that can be known of it.
 
     friend bool operator==(const Identity&, const Identity&) = default;
   };
@@ -54,16 +53,16 @@ class ServedDatasets {
     Identity identity;
     std::shared_ptr<const SurfaceProvider> source;
   };
-  [[nodiscard]] Identity identity_of(const std::filesystem::path& file) const;
-  [[nodiscard]] std::vector<std::filesystem::path> files() const;
+  [[nodiscard]] Identity identity_of(const std::string& place) const;
+  [[nodiscard]] std::vector<std::string> places() const;
   // Null when it cannot be used, and nothing was served from under its name.
-  [[nodiscard]] std::shared_ptr<const SurfaceProvider> source_of(const std::filesystem::path& file);
+  [[nodiscard]] std::shared_ptr<const SurfaceProvider> source_of(const std::string& place);
 
   std::vector<Input> inputs_;
   std::shared_ptr<SurfaceCache> cache_;
-  std::shared_ptr<ObjectCache> objects_;
+  std::shared_ptr<RemoteFiles> files_;
   std::shared_ptr<CubeMemoryPool> pool_;
-  std::map<std::filesystem::path, Opened> opened_;
+  std::map<std::string, Opened> opened_;
 };
 
 }  // namespace multitetra

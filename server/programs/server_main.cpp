@@ -24,7 +24,6 @@ int run(int argc, char** argv) {
   add_formats_command(program, command);
   add_info_command(program, command);
   add_plot_command(program, command);
-  add_convert_command(program, command);
   add_verify_command(program, command);
   add_extract_command(program, command);
   add_certify_command(program, command);

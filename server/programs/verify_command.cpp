@@ -1,4 +1,3 @@
-#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -7,8 +6,7 @@
 
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
-#include "server/dataset/objects/convert_dataset.hpp"
-#include "server/dataset/objects/object_dataset.hpp"
+#include "server/dataset/dataset.hpp"
 #include "server/dataset/verify_dataset.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/dataset_folder.hpp"
@@ -28,13 +26,7 @@ Json verify_one(const std::string& place, const VerifyArguments& arguments) {
   Progress progress("verify", 1, arguments.quiet || arguments.json);
   progress.begin("checksums");
   const auto tell = [&](double fraction) { progress.update(100 * fraction, 100, "%"); };
-  std::uint64_t bytes = 0;
-  if (is_object_dataset(place)) {
-    bytes = verify_objects(place, std::make_shared<ObjectCache>(), tell).bytes;
-  } else {
-    verify_dataset(place, tell);
-    bytes = std::filesystem::file_size(place);
-  }
+  const std::uint64_t bytes = verify_dataset(place, tell);
   progress.finish();
   if (!arguments.quiet && !arguments.json) {
     std::cout << place << ": every byte is as it was written (" << human_bytes(bytes) << ")\n";
@@ -76,9 +68,10 @@ void add_verify_command(Command& program, Run& run) {
   Command* command = program.add_subcommand(
       "verify", "Check every byte of a dataset; serving checks only what it reads");
   command
-      ->add_option("file", arguments->file,
-                   "Dataset: a file (.mtd), a folder of objects, or an address of one; in a folder "
-                   "of datasets all are checked")
+      ->add_option(
+          "file", arguments->file,
+          "Dataset: a file (.mtd) or an address of one; in a folder, here or in a bucket, all "
+          "are checked")
       ->required()
       ->type_name("DATASET");
   command->add_flag("--json", arguments->json, "Print a JSON report");
@@ -86,7 +79,7 @@ void add_verify_command(Command& program, Run& run) {
   command->footer(
       "Examples:\n"
       "  multitetra-server verify head.mtd\n"
-      "  multitetra-server verify s3://volumes/head\n"
+      "  multitetra-server verify s3://volumes/head.mtd\n"
       "  multitetra-server verify datasets/\n"
       "Exit code 0: the dataset is whole. 1: damaged; the message names section and brick.");
   command->callback([arguments, &run] { run = [arguments] { return verify(*arguments); }; });

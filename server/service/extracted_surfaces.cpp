@@ -151,7 +151,8 @@ SizeEstimates ExtractedSurfaces::sizes(std::stop_token stop, SizeAccuracy accura
                 const SurfaceSize size = rough(request);
                 check();
                 return size;
-              }};
+              },
+          .to_fetch = std::move(sizes.to_fetch)};
 }
 
 }  // namespace multitetra

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Stores that others wrote, with a dataset of objects in them: verified, served, and turned back into a file.
+# Stores that others wrote, with a dataset in them: verified, served and extracted by ranges; of buckets also listed and filled.
 #   stores.sh FOLDER-OF-PROGRAMS [STORE...]     nginx s3rver radosgw
 #
 # nginx        a folder behind a web server
@@ -18,7 +18,8 @@ unset "${!AWS_@}"
 
 "$bin/multitetra-server" generate head --size 96 --noise 20 -o head.nrrd --quiet
 "$bin/multitetra-server" prepare head.nrrd -o head.mtd --name head --quiet
-"$bin/multitetra-server" convert head.mtd -o volumes/head --quiet
+mkdir volumes && cp head.mtd volumes/
+"$bin/multitetra-server" extract head.mtd --isovalue 100.5 --error 1 -o extracted.ply --quiet
 fetch() {  # fetch SERVER FILE: writes the surface, prints its digest.
   "$bin/multitetra-client" fetch --server "${1/http:/ws:}" --dataset head --isovalue 100.5 --error 1 --quiet \
     --report report.json -o "$2" && python3 -c 'import json; print(json.load(open("report.json"))["steps"][-1]["content_digest"])'
@@ -30,24 +31,26 @@ digest=$(fetch "$(url_of file http)" file.ply)
 hold_to_it() {  # hold_to_it STORE ADDRESS
   local server fetched
   "$bin/multitetra-server" verify "$2" --quiet || fail "$1: not verified"
-  "$bin/multitetra-server" convert "$2" -o "$1.mtd" --quiet || fail "$1: does not become a file"
-  cmp -s "$1.mtd" head.mtd || fail "$1: becomes another file"
+  "$bin/multitetra-server" extract "$2" --isovalue 100.5 --error 1 -o "$1-extracted.ply" --quiet || fail "$1: not extracted"
+  cmp -s "$1-extracted.ply" extracted.ply || fail "$1: another surface is extracted"
   start "$1-server" "$bin/multitetra-server" serve "$2" --tcp off --http 127.0.0.1:0 --cache-dir "$1-cache"
   server=$(url_of "$1-server" http)
   [ "$(fetch "$server" "$1.ply")" = "$digest" ] || fail "$1: another surface"
-  fetched=$(curl -sf "$server/metrics" | sed -n 's/^multitetra_object_fetches_total //p')
+  fetched=$(curl -sf "$server/metrics" | sed -n 's/^multitetra_block_fetches_total //p')
   [ "${fetched%.*}" -gt 0 ] || fail "$1: nothing was fetched"
-  echo "$1: verified, served ($fetched objects fetched), and turned back into a file"
+  echo "$1: verified, extracted, and served ($fetched blocks fetched)"
 }
 
-# Puts the objects into an S3 bucket as any client would, signed.
+# Makes a bucket, prepares into it and lists it.
 fill_bucket() {  # fill_bucket STORE: AWS_... say where.
-  local file put=(curl -sSf --aws-sigv4 aws:amz:us-east-1:s3 --user "$AWS_ACCESS_KEY_ID:$AWS_SECRET_ACCESS_KEY" -o out)
+  local put=(curl -sSf --aws-sigv4 aws:amz:us-east-1:s3 --user "$AWS_ACCESS_KEY_ID:$AWS_SECRET_ACCESS_KEY" -o out)
   digest_of() { echo "x-amz-content-sha256: $(sha256sum <"$1" | cut -d ' ' -f 1)"; }
   "${put[@]}" -H "$(digest_of /dev/null)" -X PUT "$AWS_ENDPOINT_URL/volumes" || fail "$1: no bucket"
-  while read -r file; do
-    "${put[@]}" -H "$(digest_of "volumes/$file")" -T "volumes/$file" "$AWS_ENDPOINT_URL/volumes/$file" || fail "$1: $file"
-  done < <(cd volumes && find head -type f)
+  "$bin/multitetra-server" prepare head.nrrd -o s3://volumes/in/head.mtd --name head --quiet || fail "$1: not prepared into the bucket"
+  "$bin/multitetra-server" prepare head.nrrd -o s3://volumes/in/head.mtd --name head --quiet || fail "$1: a dataset is not replaced"
+  "$bin/multitetra-server" info s3://volumes/in/ | grep -q '"head" in s3://volumes/in/head.mtd' || fail "$1: not listed"
+  "${put[@]}" -H "$(digest_of head.nrrd)" -T head.nrrd "$AWS_ENDPOINT_URL/volumes/other.mtd"
+  ! "$bin/multitetra-server" prepare head.nrrd -o s3://volumes/other.mtd --quiet 2>out || fail "$1: what is no dataset is replaced"
 }
 
 serve_nginx() {
@@ -55,7 +58,7 @@ serve_nginx() {
   local port
   port=$(free_port)
   start_static_nginx nginx "$port" "$work/volumes"
-  hold_to_it nginx "http://127.0.0.1:$port/head"
+  hold_to_it nginx "http://127.0.0.1:$port/head.mtd"
 }
 
 serve_s3rver() {
@@ -70,7 +73,7 @@ serve_s3rver() {
   for _ in $(seq 200); do curl -s -o /dev/null "http://127.0.0.1:$port/" && break; sleep 0.05; done
   export AWS_ENDPOINT_URL=http://127.0.0.1:$port AWS_ACCESS_KEY_ID=S3RVER AWS_SECRET_ACCESS_KEY=S3RVER AWS_REGION=us-east-1
   fill_bucket s3rver
-  hold_to_it s3rver s3://volumes/head
+  hold_to_it s3rver s3://volumes/in/head.mtd
   unset "${!AWS_@}"
 }
 
@@ -133,10 +136,10 @@ serve_radosgw() {
   for _ in $(seq 300); do curl -s -o /dev/null "http://127.0.0.1:$port/" && break; sleep 0.1; done
   export AWS_ENDPOINT_URL=http://127.0.0.1:$port AWS_ACCESS_KEY_ID=ACCESS AWS_SECRET_ACCESS_KEY=SECRET AWS_REGION=us-east-1
   fill_bucket radosgw
-  ! AWS_SECRET_ACCESS_KEY=wrong "$bin/multitetra-server" verify s3://volumes/head >out 2>&1 || fail "radosgw: believes a wrong signature"
-  grep -q '/volumes/head' out || fail "radosgw: what is said of a wrong signature: $(cat out)"
+  ! AWS_SECRET_ACCESS_KEY=wrong "$bin/multitetra-server" verify s3://volumes/in/head.mtd >out 2>&1 || fail "radosgw: believes a wrong signature"
+  grep -q '/volumes/in/head' out || fail "radosgw: what is said of a wrong signature: $(cat out)"
   echo "radosgw: with a wrong secret: $(cat out)"
-  hold_to_it radosgw s3://volumes/head
+  hold_to_it radosgw s3://volumes/in/head.mtd
   unset "${!AWS_@}" CEPH_CONF
 }
 

@@ -250,31 +250,3 @@ EOPY
   ends 0 "2 members, 0 failed" "$server" prepare in/gated --all-times -o gated
   says gated/gated.t0001.mtd '1000 to 1035'
 fi
-
-# --- a store of a series: what stays the same from one time to the next is there once
-python3 - <<'EOPY'
-import struct
-side = (260, 40, 40)
-samples = [b"".join(((x * 7 + y * 3 + z * 5) % 90 if x < 140 else 40 + t).to_bytes(1, "little")
-                    for z in range(side[2]) for y in range(side[1]) for x in range(side[0])) for t in range(3)]
-head = "NRRD0004\ntype: uint8\ndimension: 4\nsizes: %d %d %d 3\nspacings: 1 1 1 0.5\nencoding: raw\n\n" % side
-open("in/still.nrrd", "wb").write(head.encode() + b"".join(samples))
-EOPY
-ends 0 "3 members, 0 failed" "$server" prepare in/still.nrrd --all-times -o still
-ends 0 "3 datasets of" "$server" convert still -o store
-[ "$(find store/objects -type f | wc -l)" -lt "$(($(find store -name manifest.json | wc -l) * 8))" ] || fail "objects are not shared"
-"$server" convert still -o store --json --quiet >converted.json
-grep -q '"new_bytes": 0,' converted.json || fail "what is there is put again: $(cat converted.json)"
-ends 0 "0 B removed" "$server" convert still -o store --remove-others
-ends 2 "no dataset file" "$server" convert in -o other_store
-ends 2 "is a dataset; several become a store" "$server" convert still -o store/still.t0000
-"$server" verify store/still.t0001 --quiet || fail "a dataset of a store is not whole"
-says store/still.t0002 '"still", time 1'
-says store/still.t0002 'objects of version 2'
-"$server" convert store/still.t0001 -o back.mtd --quiet && cmp -s back.mtd still/still.t0001.mtd || fail "a dataset of a store does not come back"
-start server "$server" serve store --tcp 127.0.0.1:0 --http off
-url=$(url_of server tcp)
-"$client" fetch --server "$url" --dataset still.t0001 --isovalue 40.5 --error 0 -o x.ply --report report.json --quiet
-"$server" extract still/still.t0001.mtd --isovalue 40.5 --error 0 -o x.ply --json --quiet >x.json
-[ "$(digest report.json)" = "$(digest x.json)" ] || fail "a served dataset of a store is not the file's"
-ends_well server "$pid"

@@ -5,7 +5,7 @@
 //   'f'   a file without the zeros at the end of its head: the first kShortHead bytes, then what
 //         follows from byte 4096 on; the table's checksum is made right
 //   else  the sections, each with its length before it in two bytes, of a file that is right in
-//         all else
+//         all else, the checksums of bricks included
 #pragma once
 
 #include <algorithm>
@@ -23,9 +23,9 @@ namespace multitetra {
 
 inline constexpr std::size_t kShortHead = 24 + 40 * 8 + 8;
 inline constexpr std::array<const char*, 8> kFuzzedSections = {
-    section_names::kSamples,       section_names::kSpectrum, section_names::kCoarse,
-    section_names::kRanges,        section_names::kBins,     section_names::kSampleChecksums,
-    section_names::kSpectrumIndex, section_names::kMetadata};
+    section_names::kMetadata, section_names::kBins,       section_names::kSpectrumIndex,
+    section_names::kCoarse,   section_names::kSpectrum,   section_names::kRanges,
+    section_names::kSamples,  section_names::kSampleIndex};
 
 inline void mend_table_checksum(std::string& file) {
   if (file.size() < kHeadBytes) return;
@@ -56,11 +56,31 @@ inline std::string_view take_section(std::string_view& input) {
   return section;
 }
 
+// Makes the checksums in an index right, as far as its bricks lie in their section.
+inline void mend_brick_checksums(std::string& index, std::string_view bricks) {
+  std::uint64_t end = 0;
+  for (std::size_t at = 0; at + sizeof(BrickEntry) <= index.size(); at += sizeof(BrickEntry)) {
+    BrickEntry entry;
+    std::memcpy(&entry, index.data() + at, sizeof(entry));
+    const BrickPlace place{.offset = brick_begin(end), .size_and_codec = entry.size_and_codec};
+    end = place.offset + place.size();
+    if (end > bricks.size()) return;
+    entry.checksum =
+        brick_checksum(std::as_bytes(std::span(bricks)).subspan(place.offset, place.size()));
+    std::memcpy(index.data() + at, &entry, sizeof(entry));
+  }
+}
+
 inline std::string file_of_sections(std::string_view input) {
+  std::array<std::string, kFuzzedSections.size()> sections;
+  for (std::string& section : sections) section = take_section(input);
+  mend_brick_checksums(sections[2], sections[4]);
+  mend_brick_checksums(sections[7], sections[6]);
   SectionTable table;
   std::string file(kHeadBytes, '\0');
-  for (const char* const name : kFuzzedSections) {
-    const std::string_view section = take_section(input);
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    const char* const name = kFuzzedSections[i];
+    const std::string& section = sections[i];
     file.resize(section_begin(file.size()), '\0');
     table.push_back({.name = name,
                      .offset = file.size(),

@@ -43,9 +43,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   auto decoded = decode_structure(MemorySource(bytes));
   require(decoded.has_value() || !verified);
   if (!decoded) return 0;
-  const auto structure = std::make_shared<const PreparedStructure>(*std::move(decoded));
-  const bool samples = look_at_all(SampleBricks("memory", bytes, structure));
-  const bool spectrum = look_at_all(SpectrumBricks("memory", bytes, structure));
+  const BrickFile opened = {
+      .place = "memory",
+      .source = std::make_shared<const MemorySource>(bytes),
+      .structure = std::make_shared<const PreparedStructure>(*std::move(decoded)),
+      .cache = std::make_shared<MemoryCache>(std::size_t{1} << 20)};
+  const bool samples = look_at_all(SampleBricks(opened));
+  const bool spectrum = look_at_all(SpectrumBricks(opened));
   require((samples && spectrum) || !verified);
   return 0;
 }

@@ -186,7 +186,7 @@ int main(int argc, char** argv) {
           promised_tile(surfaces::torus(5, 6 + speed, 5, 0.2, seed), speed, 8 + speed % 3));
   }
   write(root / "fuzz_tile", ++number, promised_tile(surfaces::touching_octahedra(5), 5));
-  std::ifstream golden(MULTITETRA_TEST_DATA "/small_v2.mtd", std::ios::binary);
+  std::ifstream golden(MULTITETRA_TEST_DATA "/small.mtd", std::ios::binary);
   const std::string dataset{std::istreambuf_iterator<char>(golden), {}};
   write(root / "fuzz_dataset_file", ++number, input_of_bytes(dataset));
   write(root / "fuzz_dataset_file", ++number, input_of_sections(dataset));
@@ -205,12 +205,6 @@ int main(int argc, char** argv) {
         "GET / HTTP/1.0\r\n\r\n"}) {
     write(root / "fuzz_http_request", ++number, request);
   }
-  write(root / "fuzz_manifest", ++number,
-        R"({"content_id":"0123456789abcdef","file_version":2,"first":{"bytes":3,"objects":[")" +
-            std::string(64, 'a') +
-            R"("]},"format":"multitetra-objects","later":{"bytes":0,"objects":[]},"sections":[)"
-            R"({"bytes":9,"name":"samples","required":true},{"bytes":1,"checksum":)"
-            R"("0000000000000001","name":"bins","required":false}],"version":1})");
   write(root / "fuzz_label_names", ++number,
         "# labels\n0 0 0 0 0 0 0 \"Clear Label\"\n3 221 130 101 1 1 1 \"liver\"\r\n\n");
   write(root / "fuzz_label_names", ++number, "3 liver 221 130 101 255\n-4 \"left lung\" 1 2 3\n");

@@ -1,5 +1,5 @@
 // A prepared dataset that tests write, and what of it must come back. The one called small_prepared
-// is in the golden file small_v2.mtd.
+// is in the golden file small.mtd.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -36,8 +37,8 @@ struct PreparedExample {
   DatasetMetadata metadata;
   std::vector<std::string> sample_bricks;
   std::vector<std::string> spectrum_bricks;
-  std::string coarse = "what core knows at a glance";
-  std::string ranges = "least and greatest";
+  std::string coarse;  // As long as they must be, with any content.
+  std::string ranges;
   std::string bins;
 
   [[nodiscard]] DatasetShape shape() const {
@@ -72,6 +73,14 @@ struct PreparedExample {
                       .source = {.file = "small.nrrd", .digest = "0123"},
                       .program_version = "0.1.0"};
   example.sample_bricks = bricks_of(volume);
+  example.coarse.resize(coarse_bytes(example.metadata.info));
+  example.ranges.resize(ranges_bytes(example.metadata.info));
+  for (std::size_t i = 0; i < example.coarse.size(); ++i) {
+    example.coarse[i] = static_cast<char>('a' + i % 7);
+  }
+  for (std::size_t i = 0; i < example.ranges.size(); ++i) {
+    example.ranges[i] = static_cast<char>('k' + i % 11);
+  }
   example.spectrum_bricks.resize(SpectrumLayout(example.metadata.info).size());
   for (std::size_t i = 0; i < example.spectrum_bricks.size(); ++i) {
     if (i % 4 != 2) example.spectrum_bricks[i].assign(3 + 7 * (i % 5), static_cast<char>('a' + i));
@@ -120,10 +129,23 @@ inline void write_prepared(const std::filesystem::path& path, const PreparedExam
   finish(writer, example);
 }
 
+[[nodiscard]] inline std::string text_of(const KeptBytes& bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
 [[nodiscard]] inline std::vector<std::string> all_bricks(const PreparedBricks& source) {
   std::vector<std::string> bricks;
   for (std::size_t i = 0; i < source.size(); ++i) bricks.push_back(text_of(source.brick(i)));
   return bricks;
+}
+
+// Bytes in memory as an open file; they must outlive it.
+[[nodiscard]] inline BrickFile brick_file(std::span<const std::byte> bytes,
+                                          PreparedStructure structure) {
+  return {.place = "memory",
+          .source = std::make_shared<const MemorySource>(bytes),
+          .structure = std::make_shared<const PreparedStructure>(std::move(structure)),
+          .cache = std::make_shared<MemoryCache>(std::size_t{1} << 20)};
 }
 
 inline void expect_holds(const PreparedFile& file, const PreparedExample& example) {

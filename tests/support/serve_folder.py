@@ -1,27 +1,41 @@
-"""Serves a folder on a free port, with ranges; below /s3/volumes/ only to requests signed as S3 wants it, below /whole/
-without ranges; below /lies/KIND/N/ with a lie to the first N requests of each path:
+"""Serves a folder on a free port, with ranges, ETags and conditions; below /s3/volumes/ it is an S3 bucket: only for
+requests signed as S3 wants it, with listing and multipart uploads. Elsewhere it behaves badly:
 
-    503  truncated  wrong-bytes  wrong-range  lost (the connection ends)  stalled (nothing comes)
+    /whole/          without ranges
+    /no-conditions/  ignores If-Match and If-Unmodified-Since
+    /no-etag/        has Last-Modified only
+    /weak-etag/      has a weak ETag and Last-Modified
+    /no-version/     has neither
+    /lies/KIND/N/    the first N requests of each path get a lie:
+                     503  truncated  long  wrong-bytes  wrong-range  lost (the connection ends)  stalled (nothing comes)
+
+Uploads to names with "fails-part2" and "fails-complete" fail there.
 
     python3 serve_folder.py FOLDER
 
 Prints its address and its process.
 """
 import collections
+import email.utils
 import hashlib
 import hmac
 import http.server
 import os
 import pathlib
 import re
+import shutil
 import sys
 import time
+import urllib.parse
+import xml.sax.saxutils
 
 folder = pathlib.Path(sys.argv[1]).resolve()
-BUCKET = "/s3/volumes/"
-WHOLE = "/whole/"
+BUCKET = "/s3/volumes"
 LIES = re.compile(r"/lies/([\w-]+)/(\d+)/")
+BEHAVIOURS = ("whole", "no-conditions", "no-etag", "weak-etag", "no-version")
+KEYS_AN_ANSWER = 10
 asked = collections.Counter()
+uploads = {}
 
 
 def signed(secret, *texts):
@@ -31,7 +45,7 @@ def signed(secret, *texts):
     return key
 
 
-def is_signed(request):
+def is_signed(request, body):
     """Whether the signature (version 4) is that of the key "a secret", computed anew."""
     match = re.fullmatch(r"AWS4-HMAC-SHA256 Credential=reader/(\d+)/([^/]+)/s3/aws4_request, "
                          r"SignedHeaders=([^,]+), Signature=(\w+)", request.headers.get("Authorization", ""))
@@ -39,30 +53,42 @@ def is_signed(request):
         return False
     day, region, names, signature = match.groups()
     headers = "".join(f"{name}:{request.headers[name].strip()}\n" for name in names.split(";"))
-    payload = request.headers.get("x-amz-content-sha256") or hashlib.sha256(b"").hexdigest()
-    canonical = "\n".join(["GET", request.path, "", headers, names, payload])
+    payload = request.headers.get("x-amz-content-sha256", "")
+    if payload != hashlib.sha256(body).hexdigest():
+        return False
+    path, _, query = request.path.partition("?")
+    query = "&".join(sorted(query.split("&")))
+    canonical = "\n".join([request.command, path, query, headers, names, payload])
     text = "\n".join(["AWS4-HMAC-SHA256", request.headers["x-amz-date"], f"{day}/{region}/s3/aws4_request",
                       hashlib.sha256(canonical.encode()).hexdigest()])
     key = signed(b"AWS4a secret", day, region, "s3", "aws4_request")
     return hmac.compare_digest(signature, hmac.new(key, text.encode(), hashlib.sha256).hexdigest())
 
 
+def etag_of(data):
+    return f'"{hashlib.md5(data).hexdigest()}"'
+
+
 class Handler(http.server.BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
     wbufsize = 1 << 16  # Head and body in one packet.
+    kind = None
 
-    def answer(self, status, body=b"", content_range=None):
+    def answer(self, status, body=b"", headers=None):
         if self.kind == "wrong-bytes" and body:
             body = body[:-1] + bytes([body[-1] ^ 1])
         self.send_response(status)
-        if content_range:
-            self.send_header("Content-Range", content_range)
-        self.send_header("Content-Length", str(len(body)))
+        for name, value in (headers or {}).items():
+            self.send_header(name, value)
+        self.send_header("Content-Length", str(len(body) + (10 if self.kind == "long" else 0)))
         self.end_headers()
-        if self.kind == "truncated":
-            body = body[:len(body) // 2]
+        if self.kind in ("truncated", "long"):
+            body = body[:len(body) // 2] if self.kind == "truncated" else body
             self.close_connection = True
-        self.wfile.write(body)
+        try:
+            self.wfile.write(body)
+        except ConnectionError:  # A client that has had enough.
+            self.close_connection = True
 
     def lie(self, kind):
         """Whether that is the whole answer."""
@@ -81,33 +107,120 @@ class Handler(http.server.BaseHTTPRequestHandler):
         return True
 
     def do_GET(self):
-        path = self.path
+        path = urllib.parse.unquote(self.path.partition("?")[0])
         self.kind = None
         if lies := LIES.match(path):
             asked[path] += 1
+            is_lie = asked[path] <= int(lies[2])
             path = path[lies.end() - 1:]
-            if asked[self.path] <= int(lies[2]):
+            if is_lie:
                 self.kind = lies[1]
                 if self.lie(self.kind):
                     return
-        if path.startswith(BUCKET):
-            if not is_signed(self):
-                return self.answer(403)
+        behaviour = path.split("/")[1]
+        if path.startswith(BUCKET + "/"):
+            if not is_signed(self, b""):
+                return self.answer(403, b"<Error><Code>SignatureDoesNotMatch</Code></Error>")
+            if "?" in self.path:
+                return self.list_bucket()
             path = path[len(BUCKET):]
-        serves_ranges = not path.startswith(WHOLE)
-        file = (folder / path.removeprefix(WHOLE).lstrip("/")).resolve()
+        elif behaviour in BEHAVIOURS:
+            path = path[len(behaviour) + 1:]
+        file = (folder / path.lstrip("/")).resolve()
         if folder not in file.parents or not file.is_file():
             return self.answer(404)
+        self.send_file(file, behaviour)
+
+    def send_file(self, file, behaviour):
         data = file.read_bytes()
+        etag = etag_of(data)
+        modified = email.utils.formatdate(file.stat().st_mtime, usegmt=True)
+        headers = {"ETag": etag, "Last-Modified": modified}
+        if behaviour in ("no-etag", "no-version"):
+            del headers["ETag"]
+        if behaviour == "no-version":
+            del headers["Last-Modified"]
+        if behaviour == "weak-etag":
+            headers["ETag"] = "W/" + etag
+        if behaviour != "no-conditions":
+            fails = self.headers.get("If-Match", etag) != etag
+            if "If-Match" not in self.headers and "If-Unmodified-Since" in self.headers:
+                fails = self.headers["If-Unmodified-Since"] != modified
+            if fails:
+                return self.answer(412)
         span = re.fullmatch(r"bytes=(\d*)-(\d*)", self.headers.get("Range", ""))
-        if not span or not serves_ranges:
-            return self.answer(200, data)
+        if not span or behaviour == "whole":
+            return self.answer(200, data, headers)
         first, last = span.groups()
         begin = int(first) if first else max(0, len(data) - int(last))
         end = min(len(data), int(last) + 1) if first else len(data)
+        if begin >= len(data):
+            return self.answer(416, b"", headers)
         if self.kind == "wrong-range":
-            begin, end = begin // 2, begin // 2 + end - begin
-        self.answer(206, data[begin:end], f"bytes {begin}-{end - 1}/{len(data)}")
+            begin, end = begin + 1, end + 1
+        headers["Content-Range"] = f"bytes {begin}-{end - 1}/{len(data)}"
+        self.answer(206, data[begin:end], headers)
+
+    # ---- the bucket
+
+    def list_bucket(self):
+        query = urllib.parse.parse_qs(self.path.partition("?")[2])
+        prefix = query.get("prefix", [""])[0]
+        keys = sorted(str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file())
+        keys = [key for key in keys if key.startswith(prefix) and "/" not in key[len(prefix):]]
+        begin = int(query.get("continuation-token", ["0"])[0])
+        end = begin + KEYS_AN_ANSWER
+        xml_keys = "".join(f"<Contents><Key>{xml.sax.saxutils.escape(key)}</Key></Contents>" for key in keys[begin:end])
+        more = (f"<IsTruncated>true</IsTruncated><NextContinuationToken>{end}</NextContinuationToken>"
+                if end < len(keys) else "<IsTruncated>false</IsTruncated>")
+        self.answer(200, f"<ListBucketResult>{xml_keys}{more}</ListBucketResult>".encode())
+
+    def take(self):
+        """Body, file and query of a signed request that writes; None after an answer."""
+        body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
+        self.kind = None
+        if not self.path.startswith(BUCKET + "/") or not is_signed(self, body):
+            self.answer(403, b"<Error><Code>SignatureDoesNotMatch</Code></Error>")
+            return None
+        path, _, query = self.path.partition("?")
+        return (body, folder / urllib.parse.unquote(path[len(BUCKET) + 1:]),
+                urllib.parse.parse_qs(query, keep_blank_values=True))
+
+    def do_POST(self):
+        if not (taken := self.take()):
+            return None
+        body, file, query = taken
+        if "uploads" in query:
+            name = f"upload-{len(uploads)}+"  # With a letter that must be encoded.
+            uploads[name] = folder / ("." + name)
+            uploads[name].mkdir()
+            return self.answer(200, f"<X><UploadId>{name}</UploadId></X>".encode())
+        parts = uploads[query["uploadId"][0]]
+        if "fails-complete" in file.name:
+            return self.answer(200, b"<Error><Code>InternalError</Code></Error>")
+        there = etag_of(file.read_bytes()) if file.exists() else None
+        if (self.headers.get("If-None-Match") == "*" and there) or self.headers.get("If-Match", there) != there:
+            return self.answer(412)
+        numbers = re.findall(rb"<PartNumber>(\d+)</PartNumber><ETag>([^<]+)</ETag>", body)
+        data = b"".join((parts / number.decode()).read_bytes() for number, _ in numbers)
+        file.write_bytes(data)
+        shutil.rmtree(parts)
+        return self.answer(200, b"<CompleteMultipartUploadResult/>")
+
+    def do_PUT(self):
+        if not (taken := self.take()):
+            return None
+        body, file, query = taken
+        if "fails-part2" in file.name and query["partNumber"] == ["2"]:
+            return self.answer(500)
+        (uploads[query["uploadId"][0]] / query["partNumber"][0]).write_bytes(body)
+        return self.answer(200, b"", {"ETag": etag_of(body)})
+
+    def do_DELETE(self):
+        if not (taken := self.take()):
+            return None
+        shutil.rmtree(uploads[taken[2]["uploadId"][0]])
+        return self.answer(204)
 
     def log_message(self, *arguments):
         pass

@@ -91,13 +91,13 @@ TEST(DatasetWriter, AFullDiskIsReportedAndNothingIsLeft) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "a.mtd";
   const PreparedExample example = small_prepared();
-  for (const rlim_t bytes : {0U, 4200U, 4500U, 5000U}) {
+  for (const rlim_t bytes : {0U, 100U, 4200U, 5000U}) {
     const int status = status_of_child([&] {
       ::signal(SIGXFSZ, SIG_IGN);
       const rlimit limit = {bytes, bytes};
       ::setrlimit(RLIMIT_FSIZE, &limit);
       const std::string text = error_of_writing(path, example);
-      ::_exit(text.find("Cannot write " + path.string()) == 0 ? 7 : 8);
+      ::_exit(text.find("Cannot write ") == 0 ? 7 : 8);
     });
     EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 7) << bytes;
     EXPECT_EQ(entries_of(folder.path()), 0U) << bytes;
@@ -109,7 +109,7 @@ TEST(DatasetWriter, OfTwoWritersTheLastToFinishWins) {
   const fs::path path = folder.path() / "a.mtd";
   const PreparedExample example = small_prepared();
   PreparedExample other = example;
-  other.coarse = "another one";
+  other.coarse[0] = 'X';
   DatasetWriter first(path, example.shape());
   DatasetWriter second(path, other.shape());
   add_samples(first, example);

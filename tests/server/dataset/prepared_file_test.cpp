@@ -116,11 +116,13 @@ TEST(PreparedFile, SamplesAndSpectrumMayComeInAnyOrderAndInPiecesOfAnySize) {
   expect_holds(PreparedFile(folder.path() / "c.mtd"), example);
 }
 
-TEST(PreparedFile, BricksLargerThanTheWritersBufferComeBack) {
+TEST(PreparedFile, LargeBricksOfTheSpectrumComeBack) {
   const TemporaryFolder folder;
   PreparedExample example = small_prepared();
-  example.spectrum_bricks = {std::string(700'000, 'a'), std::string(2'500'000, 'b'), "",
-                             std::string(400'000, 'd')};
+  example.spectrum_bricks = {std::string(70'000, 'a'), std::string(400'000, 'b'), "",
+                             std::string(300'000, 'd')};
+  for (std::size_t i = 0; i < 400'000; ++i)
+    example.spectrum_bricks[1][i] = static_cast<char>(i / 9);
   write_prepared(folder.path() / "a.mtd", example);
   expect_holds(PreparedFile(folder.path() / "a.mtd"), example);
   EXPECT_EQ(error_of_verifying(folder.path() / "a.mtd"), "none");
@@ -144,7 +146,10 @@ TEST(PreparedFile, ADamagedBrickIsReportedWheneverItIsTouchedAndTheOthersAreNot)
   const fs::path path = folder.path() / "a.mtd";
   const PreparedExample example = small_prepared();
   write_prepared(path, example);
-  damage_file(path, "samples", 16 * 2 * 2 * 2 + 5);  // In brick 1.
+  // In brick 1.
+  const std::size_t in_brick_1 =
+      brick_begin(pack_brick(bytes_of(example.sample_bricks[0]), 2).bytes.size()) + 5;
+  damage_file(path, "samples", in_brick_1);
   const PreparedFile file(path);
   for (int times = 0; times < 2; ++times) {
     EXPECT_EQ(text_of(file.samples()->brick(0)), example.sample_bricks[0]);
@@ -156,18 +161,25 @@ TEST(PreparedFile, ADamagedBrickIsReportedWheneverItIsTouchedAndTheOthersAreNot)
   }
   EXPECT_EQ(all_bricks(*file.spectrum()), example.spectrum_bricks);
   expect_contains(error_of_verifying(path), "\"samples\": brick 1");
-  damage_file(path, "samples", 16 * 2 * 2 * 2 + 5);
+  damage_file(path, "samples", in_brick_1);
   EXPECT_EQ(error_of_verifying(path), "none");
 
-  damage_file(path, "spectrum", 0);  // Brick 3, which was added first.
-  expect_contains(error_of([&] { (void)PreparedFile(path).spectrum()->brick(3); }),
-                  "\"spectrum\": brick 3");
-  expect_contains(error_of_verifying(path), "\"spectrum\": brick 3");
+  // The coarsest level comes first.
+  std::size_t first = example.spectrum_bricks.size();
+  in_file_order(SpectrumLayout(example.metadata.info), [&](std::size_t brick) {
+    if (first == example.spectrum_bricks.size() && !example.spectrum_bricks[brick].empty()) {
+      first = brick;
+    }
+  });
+  damage_file(path, "spectrum", 0);
+  const std::string brick = "\"spectrum\": brick " + std::to_string(first);
+  expect_contains(error_of([&] { (void)PreparedFile(path).spectrum()->brick(first); }), brick);
+  expect_contains(error_of_verifying(path), brick);
 }
 
 TEST(PreparedFile, DamageOutsideTheBricksIsReportedAtTheOpening) {
   for (const char* section :
-       {"coarse", "ranges", "smplsums", "specidx", "metadata"}) {  // "bins" is empty here.
+       {"coarse", "ranges", "smplidx", "specidx", "metadata"}) {  // "bins" is empty here.
     const TemporaryFolder folder;
     const fs::path path = folder.path() / "a.mtd";
     write_prepared(path, small_prepared());
@@ -192,10 +204,10 @@ TEST(PreparedFile, WhatIsNoPreparedFileIsReported) {
   expect_contains(error_of_opening(folder.path() / "pipe.mtd"), "no regular file");
 }
 
-TEST(PreparedFile, AFileOfVersion1IsRefusedWithTheRemedy) {
-  const std::string text = error_of_opening(MULTITETRA_TEST_DATA "/small.mtd");
-  expect_contains(text, "version 1");
-  expect_contains(text, "Prepare the dataset again");
+TEST(PreparedFile, FilesOfRelease0AreRefusedWithTheRemedy) {
+  const std::string text = error_of_opening(MULTITETRA_TEST_DATA "/small_of_release_0.mtd");
+  expect_contains(text, "made by release 0.x");
+  expect_contains(text, "prepare the dataset again");
 }
 
 TEST(PreparedFile, WhatIsOpenStaysAsItIsWhenTheFileIsReplaced) {
@@ -262,12 +274,15 @@ TEST(PreparedFile, ThatIsCutWhileItIsOpenIsDamagedAndEndsNothing) {
   const PreparedFile file(path);
   const auto samples = file.samples();
   const std::byte first = samples->brick(0)[0];
+  const KeptBytes raw = file.spectrum()->brick(0);
+  const std::string bytes = bytes_of_file(path);
+  ASSERT_NE(bytes.find(text_of(raw)), std::string::npos) << "It is not read in place.";
   fs::resize_file(path, 4096);
   EXPECT_NE(error_of([&] { (void)samples->brick(0); }), "none") << static_cast<int>(first);
   EXPECT_NE(error_of([&] { file.check(); }), "none");
-  std::size_t sum = 0;  // What is not there any more can be looked at.
-  for (const std::byte byte : file.coarse()) sum += static_cast<std::size_t>(byte);
-  for (const std::byte byte : file.ranges()) sum += static_cast<std::size_t>(byte);
+  // What is not there any more can be looked at, in a brick that is read in place.
+  std::size_t sum = 0;
+  for (const std::byte byte : raw) sum += static_cast<std::size_t>(byte);
   EXPECT_EQ(sum, 0U);
   expect_contains(error_of([&] { file.check(); }), "head.mtd': a part of it is gone");
   const TemporaryFolder another;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -47,9 +48,9 @@ void expect_nothing_wrong_is_handed_out(std::string_view file, const PreparedExa
   auto decoded = structure_of(file);
   if (!decoded) return;
   EXPECT_EQ(decoded->metadata, example.metadata);
-  const auto structure = std::make_shared<const PreparedStructure>(*std::move(decoded));
-  const SampleBricks samples("memory", bytes_of(file), structure);
-  const SpectrumBricks spectrum("memory", bytes_of(file), structure);
+  const BrickFile opened = brick_file(bytes_of(file), *std::move(decoded));
+  const SampleBricks samples(opened);
+  const SpectrumBricks spectrum(opened);
   ASSERT_EQ(samples.size(), example.sample_bricks.size());
   ASSERT_EQ(spectrum.size(), example.spectrum_bricks.size());
   const auto look = [](const PreparedBricks& source, const std::vector<std::string>& expected) {
@@ -65,7 +66,7 @@ void expect_nothing_wrong_is_handed_out(std::string_view file, const PreparedExa
 }
 
 TEST(PreparedFormat, TheGoldenFileIsWhatThisVersionWritesAndReads) {
-  const std::string golden = bytes_of_file(MULTITETRA_TEST_DATA "/small_v2.mtd");
+  const std::string golden = bytes_of_file(MULTITETRA_TEST_DATA "/small.mtd");
   const PreparedExample example = small_prepared();
   EXPECT_TRUE(encoded(example) == golden)
       << "The format changed: raise its version, or keep it as it was.";
@@ -185,7 +186,7 @@ TEST(PreparedFormat, EveryMissingOrDoubledSectionIsReportedByName) {
 }
 
 TEST(PreparedFormat, SectionsOfAnotherSizeThanTheMetadataNeedsAreReported) {
-  for (const char* name : {"samples", "smplsums", "specidx"}) {
+  for (const char* name : {"specidx", "smplidx"}) {
     for (const bool longer : {false, true}) {
       std::vector<Part> parts = small_parts();
       std::string& bytes = bytes_of_part(parts, name);
@@ -197,7 +198,7 @@ TEST(PreparedFormat, SectionsOfAnotherSizeThanTheMetadataNeedsAreReported) {
 }
 
 TEST(PreparedFormat, OtherVersionsAreRefusedWithTheRemedy) {
-  for (const std::uint32_t version : {0U, 1U, 3U, 0xFFFFFFFFU}) {
+  for (const std::uint32_t version : {0U, 2U, 0xFFFFFFFFU}) {
     std::string file = encoded(small_prepared());
     put(file, 8, version);
     mend_table_checksum(file);
@@ -205,6 +206,14 @@ TEST(PreparedFormat, OtherVersionsAreRefusedWithTheRemedy) {
     expect_contains(error_in_structure(file), "version " + std::to_string(version));
     expect_contains(error_in_structure(file), "repare the dataset again");
   }
+}
+
+TEST(PreparedFormat, FilesOfRelease0AreRefusedWithTheRemedy) {
+  std::string file = encoded(small_prepared());
+  file.replace(0, 8, "\x89MTD\r\n\x1a\n");
+  EXPECT_EQ(structure_of(file).error().code, ErrorCode::kUnsupportedVersion);
+  expect_contains(error_in_structure(file), "made by release 0.x");
+  expect_contains(error_in_structure(file), "prepare the dataset again");
 }
 
 TEST(PreparedFormat, SizesAndOffsetsThatOverflowAreReported) {
@@ -234,51 +243,94 @@ TEST(PreparedFormat, NamesAndFlagsThatDoNotExistAreReported) {
   }
 }
 
-TEST(PreparedFormat, ASpectrumIndexThatIsNoTilingIsReported) {
+TEST(PreparedFormat, AnIndexThatDoesNotFillItsSectionIsReported) {
   const std::vector<Part> whole = small_parts();
-  constexpr std::size_t kOffset = 0;
-  constexpr std::size_t kSize = 8;
-  constexpr std::size_t kReserved = 12;
-  constexpr std::size_t kChecksum = 16;
-  struct Change {
-    std::size_t brick;
-    std::size_t field;
-    std::uint32_t value;
-  };
-  // Brick 2 is empty. The sizes of the others are 3, 10 and 24.
-  for (const Change& change :
-       {Change{0, kOffset, 1}, Change{0, kOffset + 4, 0x80000000U}, Change{3, kOffset, 1},
-        Change{0, kSize, 2}, Change{0, kSize, 4}, Change{0, kSize, 0xFFFFFFFFU},
-        Change{0, kSize, 0}, Change{1, kReserved, 1}, Change{2, kReserved, 1},
-        Change{2, kOffset, 37}, Change{2, kChecksum, 1}}) {
+  for (const auto& [index, bricks] :
+       {std::pair("specidx", "spectrum"), std::pair("smplidx", "samples")}) {
+    for (const std::uint32_t change : {1U << 2, 1U << 10, 1U << 27}) {
+      std::vector<Part> parts = whole;
+      std::string& bytes = bytes_of_part(parts, index);
+      std::uint32_t size = 0;
+      std::memcpy(&size, bytes.data(), sizeof(size));
+      put(bytes, 0, size ^ change);
+      expect_contains(error_in_bytes(file_of(parts)),
+                      "do not fill section \"" + std::string(bricks));
+      expect_nothing_wrong_is_handed_out(file_of(parts), small_prepared());
+    }
     std::vector<Part> parts = whole;
-    put(bytes_of_part(parts, "specidx"), 24 * change.brick + change.field, change.value);
-    expect_contains(error_in_structure(file_of(parts)), "\"specidx\"");
+    bytes_of_part(parts, bricks) += "xxxx";
+    expect_contains(error_in_bytes(file_of(parts)), "do not fill section \"" + std::string(bricks));
   }
-  std::vector<Part> parts = whole;
-  bytes_of_part(parts, "spectrum") += 'x';
-  expect_contains(error_in_structure(file_of(parts)), "do not fill section \"spectrum\"");
 }
 
 TEST(PreparedFormat, ABrickWithAnotherChecksumIsReportedAlsoWhenItsSectionIsWhole) {
   std::vector<Part> parts = small_parts();
-  bytes_of_part(parts, "samples")[140] = 5;  // In brick 1, behind 128 bytes.
+  bytes_of_part(parts, "samples").back() ^= 1;  // In brick 2, the last one.
   EXPECT_EQ(error_in_structure(file_of(parts)), "whole");
-  expect_contains(error_in_bytes(file_of(parts)), "\"samples\": brick 1: its checksum");
+  expect_contains(error_in_bytes(file_of(parts)), "\"samples\": brick 2: its checksum");
   expect_nothing_wrong_is_handed_out(file_of(parts), small_prepared());
 }
 
-TEST(PreparedFormat, AnInfiniteSampleIsReportedWhenItsBrickIsTouched) {
-  const PreparedExample finite = prepared_example(
+// Replaces the bytes of the only brick of a file of floats, checksums and all.
+std::string with_only_brick(BrickCodec codec, const std::string& packed) {
+  const PreparedExample example = prepared_example(
       {.dims = {3, 1, 1}, .index_to_world = {}, .samples = std::vector<float>{1, 2, 3}});
-  std::vector<Part> parts = parts_of(encoded(finite));
-  std::string& samples = bytes_of_part(parts, "samples");
-  put(samples, 4, -std::numeric_limits<float>::infinity());
-  put(bytes_of_part(parts, "smplsums"), 0, checksum(bytes_of(samples)));
-  const std::string file = file_of(parts);
-  expect_contains(error_in_bytes(file), "brick 0: it has an infinite sample");
-  const auto structure = std::make_shared<const PreparedStructure>(*structure_of(file));
-  EXPECT_THROW((void)SampleBricks("memory", bytes_of(file), structure).brick(0), DatasetFileError);
+  std::vector<Part> parts = parts_of(encoded(example));
+  bytes_of_part(parts, "samples") = packed;
+  std::string& index = bytes_of_part(parts, "smplidx");
+  put(index, 0, size_with_codec(packed.size(), codec));
+  put(index, 4, brick_checksum(bytes_of(packed)));
+  return file_of(parts);
+}
+
+void expect_only_brick_refused(const std::string& file, const std::string& reason) {
+  expect_contains(error_in_bytes(file), "brick 0: " + reason);
+  const BrickFile opened = brick_file(bytes_of(file), *structure_of(file));
+  EXPECT_THROW((void)SampleBricks(opened).brick(0), DatasetFileError);
+}
+
+TEST(PreparedFormat, AnInfiniteSampleIsReportedWhenItsBrickIsTouched) {
+  const std::array<float, 3> samples = {1, -std::numeric_limits<float>::infinity(), 3};
+  const auto raw = std::as_bytes(std::span(samples));
+  expect_only_brick_refused(with_only_brick(BrickCodec::kRaw, text_of(raw)),
+                            "it has an infinite sample");
+  expect_only_brick_refused(with_only_brick(BrickCodec::kConstant, text_of(raw.subspan(4, 4))),
+                            "it has an infinite sample");
+}
+
+TEST(PreparedFormat, BricksThatUnpackToSomethingElseAreReported) {
+  const std::vector<std::byte> longer(16, std::byte{7});
+  const std::vector<std::byte> many(100'000, std::byte{7});
+  for (const auto& [codec, packed] :
+       std::vector<std::pair<int, std::string>>{{0, "short"},
+                                                {0, text_of(std::span<const std::byte>(longer))},
+                                                {1, "12345"},
+                                                {2, "no frame"},
+                                                {2, std::string(40, '\xff')},
+                                                {3, "123456789012"},
+                                                {15, "123456789012"}}) {
+    expect_only_brick_refused(with_only_brick(static_cast<BrickCodec>(codec), packed),
+                              "it cannot be unpacked");
+  }
+  // A frame that says it has more than a brick can have.
+  std::vector<std::byte> ramp(many);
+  for (std::size_t i = 0; i < ramp.size(); ++i) ramp[i] = static_cast<std::byte>(i / 1000);
+  const PackedBrick frame = pack_brick(ramp, 4);
+  ASSERT_EQ(frame.codec, BrickCodec::kBlosc);
+  expect_only_brick_refused(
+      with_only_brick(frame.codec, text_of(std::span<const std::byte>(frame.bytes))),
+      "it cannot be unpacked");
+}
+
+TEST(PreparedFormat, PackedSectionsThatUnpackToSomethingElseAreReported) {
+  for (const char* const section : {"coarse", "ranges"}) {
+    for (const std::string& bytes : {std::string(), std::string(3, 'x'), std::string(13, 'x'),
+                                     std::string(1000, 'x'), std::string("\x03\0\0\x10xyz", 7)}) {
+      std::vector<Part> parts = small_parts();
+      bytes_of_part(parts, section) = bytes;
+      expect_contains(error_in_bytes(file_of(parts)), "\"" + std::string(section) + "\": ");
+    }
+  }
 }
 
 TEST(PreparedFormat, MetadataThatContradictsTheSamplesIsReportedByTheVerification) {
@@ -303,7 +355,7 @@ TEST(PreparedFormat, MetadataOfAHugeVolumeInASmallFileIsReported) {
   metadata.info.grid_exponent = 12;
   metadata.info.histogram.counts = {std::uint64_t{4097} * 4097 * 4097};
   bytes_of_part(parts, "metadata") = metadata_text(metadata);
-  expect_contains(error_in_structure(file_of(parts)), "\"samples\": it has 272 bytes");
+  expect_contains(error_in_structure(file_of(parts)), "\"smplidx\": it has 24 bytes");
   bytes_of_part(parts, "metadata").resize((1 << 20) + 1, ' ');
   expect_contains(error_in_structure(file_of(parts)), "more than 1048576");
 }

@@ -46,7 +46,7 @@ TEST(PrometheusMetrics, CountRequestsByTheirOutcomeWithTheirTilesBytesAndTimes) 
 TEST(PrometheusMetrics, TellWhatBecameOfObjectsOfDatasets) {
   PrometheusMetrics metrics;
   ServiceState state;
-  state.objects = ObjectState{.memory_hits = 7,
+  state.blocks = BlockState{.memory_hits = 7,
                               .disk_hits = 2,
                               .fetched = 3,
                               .fetched_bytes = 4000,
@@ -55,16 +55,16 @@ TEST(PrometheusMetrics, TellWhatBecameOfObjectsOfDatasets) {
                               .evictions = 6,
                               .memory_bytes = 3000};
   (void)metrics.text(state);
-  state.objects->memory_hits = 8;
+  state.blocks->memory_hits = 8;
   const std::string text = metrics.text(state);
-  EXPECT_TRUE(has(text, "multitetra_object_hits_total{where=\"memory\"} 8"));
-  EXPECT_TRUE(has(text, "multitetra_object_hits_total{where=\"disk\"} 2"));
-  EXPECT_TRUE(has(text, "multitetra_object_fetches_total 3"));
-  EXPECT_TRUE(has(text, "multitetra_object_fetched_bytes_total 4000"));
-  EXPECT_TRUE(has(text, "multitetra_object_retries_total 5"));
-  EXPECT_TRUE(has(text, "multitetra_object_failures_total 1"));
-  EXPECT_TRUE(has(text, "multitetra_object_evictions_total 6"));
-  EXPECT_TRUE(has(text, "multitetra_object_bytes 3000"));
+  EXPECT_TRUE(has(text, "multitetra_block_hits_total{where=\"memory\"} 8"));
+  EXPECT_TRUE(has(text, "multitetra_block_hits_total{where=\"disk\"} 2"));
+  EXPECT_TRUE(has(text, "multitetra_block_fetches_total 3"));
+  EXPECT_TRUE(has(text, "multitetra_block_fetched_bytes_total 4000"));
+  EXPECT_TRUE(has(text, "multitetra_block_retries_total 5"));
+  EXPECT_TRUE(has(text, "multitetra_block_failures_total 1"));
+  EXPECT_TRUE(has(text, "multitetra_block_evictions_total 6"));
+  EXPECT_TRUE(has(text, "multitetra_block_bytes 3000"));
 }
 
 TEST(PrometheusMetrics, CountConnectionsRefusalsAndErrorsByCode) {

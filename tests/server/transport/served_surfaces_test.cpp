@@ -400,7 +400,9 @@ TEST(ServedSurfaces, OfADamagedBrickAreAnErrorAndNothingElseSuffers) {
   prepare(*source_of(fields::gyroid(40, 0.2, 7)), {.name = "gyroid"}, path, {});
   {
     std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
-    file.seekp(4096 + 5);  // In the first brick of samples.
+    const Section samples = *find_section(
+        decode_section_table(FileSource(path)).value(), section_names::kSamples);
+    file.seekp(static_cast<std::streamoff>(samples.offset + samples.size / 2));
     file.put('\x55');
   }
   auto catalogue = std::make_shared<DatasetCatalogue>();

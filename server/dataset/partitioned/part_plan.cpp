@@ -1,0 +1,209 @@
+#include "server/dataset/partitioned/part_plan.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "server/core/framework/axes.hpp"
+#include "server/dataset/brick_order.hpp"
+#include "server/dataset/checksum.hpp"
+#include "server/dataset/partitioned/part_files.hpp"
+
+namespace multitetra {
+namespace {
+
+using PlanJson = nlohmann::json;
+
+constexpr const char* kPlanFormat = "multitetra-plan";
+constexpr std::int32_t kUnit = 8 * BrickLayout::kSampleSide;  // Samples along a cube.
+constexpr std::int32_t kHalo = BrickLayout::kSampleSide;
+static_assert(kHalo >= 2 * kSpectrumReach);
+
+// A box of cubes.
+struct UnitBox {
+  GridPoint begin;
+  GridPoint end;
+};
+
+void halve(const UnitBox& box, std::size_t parts, std::vector<UnitBox>& boxes) {
+  const GridPoint extent = box.end - box.begin;
+  if (parts == 1) {
+    boxes.push_back(box);
+    return;
+  }
+  int axis = 2;
+  for (const int other : {1, 0}) {
+    const std::int32_t length = axis == 2 && extent.z > 1 ? 4 * extent.z : extent[axis];
+    if (extent[other] > length) axis = other;
+  }
+  if (extent[axis] <= 1) {
+    boxes.push_back(box);
+    boxes.insert(boxes.end(), parts - 1, UnitBox{box.end, box.end});
+    return;
+  }
+  const std::size_t lower_parts = parts / 2;
+  const double share = static_cast<double>(lower_parts) / static_cast<double>(parts);
+  const auto cut =
+      std::clamp(static_cast<std::int32_t>(std::lround(share * extent[axis])), 1, extent[axis] - 1);
+  const auto with_cut = [&](GridPoint corner) {
+    return by_axis([&](int i) { return i == axis ? box.begin[i] + cut : corner[i]; });
+  };
+  const UnitBox lower = {box.begin, with_cut(box.end)};
+  const UnitBox upper = {with_cut(box.begin), box.end};
+  halve(lower, lower_parts, boxes);
+  halve(upper, parts - lower_parts, boxes);
+}
+
+}  // namespace
+
+std::uint64_t PartBox::samples() const {
+  if (is_empty()) return 0;
+  const GridPoint extent = end - begin;
+  return static_cast<std::uint64_t>(extent.x) * static_cast<std::uint64_t>(extent.y) *
+         static_cast<std::uint64_t>(extent.z);
+}
+
+std::vector<PartBox> part_boxes(const GridCounts& dims, std::size_t parts) {
+  assert(parts >= 1 && parts <= kMostParts);
+  const BrickLayout units(dims, kUnit);
+  std::vector<UnitBox> boxes;
+  halve({{}, {units.counts()[0], units.counts()[1], units.counts()[2]}}, parts, boxes);
+  std::vector<PartBox> found;
+  for (const UnitBox& box : boxes) {
+    const auto within = [&](GridPoint corner) {
+      return by_axis([&](int axis) {
+        return std::min(kUnit * corner[axis], dims[static_cast<std::size_t>(axis)]);
+      });
+    };
+    found.push_back({.begin = within(box.begin), .end = within(box.end)});
+  }
+  return found;
+}
+
+CellBox cells_of_part(const DatasetInfo& info, const PartBox& part, const CellBox& all) {
+  if (part.is_empty()) return {.begin = all.end, .end = all.end};
+  // The first cell whose lowest corner is that sample or lies behind it.
+  const auto first_from = [&](GridPoint samples) {
+    return by_axis([&](int axis) {
+      if (samples[axis] <= 0) return all.begin[axis];
+      if (samples[axis] >= info.dims[static_cast<std::size_t>(axis)]) return all.end[axis];
+      const std::int32_t in_grid = samples[axis] + info.margin;
+      return std::clamp((in_grid + kSpectrumSpacing - 1) / kSpectrumSpacing, all.begin[axis],
+                        all.end[axis]);
+    });
+  };
+  return {.begin = first_from(part.begin), .end = first_from(part.end)};
+}
+
+CellBox box_of(const LevelExtent& extent) {
+  return {.begin = extent.low, .end = extent.low + extent.extent};
+}
+
+std::vector<std::size_t> bricks_in(const BrickLayout& bricks, const PartBox& part) {
+  std::vector<std::size_t> found;
+  in_file_order(bricks, [&](std::size_t brick) {
+    const GridCounts at = bricks.at(brick);
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::int32_t sample = bricks.side() * at[static_cast<std::size_t>(axis)];
+      if (sample < part.begin[axis] || sample >= part.end[axis]) return;
+    }
+    found.push_back(brick);
+  });
+  return found;
+}
+
+PartBox with_halo(const DatasetInfo& info, const PartBox& part) {
+  return {.begin = by_axis([&](int axis) { return std::max(0, part.begin[axis] - kHalo); }),
+          .end = by_axis([&](int axis) {
+            return std::min(info.dims[static_cast<std::size_t>(axis)], part.end[axis] + kHalo);
+          })};
+}
+
+PartCosts costs_of(const DatasetInfo& info, const PartBox& part) {
+  if (part.is_empty()) return {};
+  constexpr double kSecondsASample = 1.5e-7;  // As noise of a release build takes.
+  constexpr std::uint64_t kSlabBytes = std::uint64_t{64} << 20;
+  const auto width = static_cast<std::uint64_t>(bytes_per_sample(info.type));
+  const std::uint64_t slice =
+      static_cast<std::uint64_t>(info.dims[0]) * static_cast<std::uint64_t>(info.dims[1]) * width;
+  const std::uint64_t samples = with_halo(info, part).samples();
+  return {.samples = samples,
+          .memory_bytes =
+              kMostColumnBytes + 3 * std::max(kSlabBytes, slice) + (std::uint64_t{64} << 20),
+          .disk_bytes = samples * width + part.samples(),
+          .core_seconds = kSecondsASample * static_cast<double>(samples)};
+}
+
+std::string plan_text(const PartPlan& plan) {
+  PlanJson json = {{"format", kPlanFormat},
+                   {"version", 1},
+                   {"parts", plan.parts},
+                   {"metadata", metadata_text(plan.metadata)},
+                   {"bins", plan.bins.edges()}};
+  return text_with_checksum(json);
+}
+
+Result<PartPlan> parse_plan(std::string_view text) {
+  const auto json = json_with_checksum(text, kPlanFormat);
+  if (!json) return tl::unexpected(json.error());
+  const auto bad = [](const std::string& what) {
+    return fail(ErrorCode::kDamagedData, "The plan " + what + " Plan again.");
+  };
+  const auto has = [&](const char* key, PlanJson::value_t type) {
+    return json->contains(key) && json->at(key).type() == type;
+  };
+  if (!has("parts", PlanJson::value_t::number_unsigned) ||
+      json->at("parts").get<std::uint64_t>() < 1 ||
+      json->at("parts").get<std::uint64_t>() > kMostParts) {
+    return bad("has no number of parts, 1 to " + std::to_string(kMostParts) + ".");
+  }
+  if (!has("metadata", PlanJson::value_t::string) || !has("bins", PlanJson::value_t::array)) {
+    return bad("has no metadata or no bins.");
+  }
+  auto metadata = parse_metadata(json->at("metadata").get_ref<const std::string&>());
+  if (!metadata) return bad("has bad metadata: " + metadata.error().text);
+  std::vector<float> edges;
+  for (const PlanJson& edge : json->at("bins")) {
+    const bool is_next = edge.is_number() && std::isfinite(edge.get<float>()) &&
+                         (edges.empty() || edge.get<float>() > edges.back());
+    if (!is_next) return bad("has bins whose edges do not increase.");
+    edges.push_back(edge.get<float>());
+  }
+  if (edges.size() == 1 || edges.size() > IsovalueBins::kMaxCount + 1) {
+    return bad("has more bins than there can be.");
+  }
+  return PartPlan{.metadata = *std::move(metadata),
+                  .bins = IsovalueBins(std::move(edges)),
+                  .parts = json->at("parts").get<std::size_t>()};
+}
+
+std::filesystem::path parts_folder(const std::filesystem::path& dataset) {
+  return dataset.string() + ".parts";
+}
+std::filesystem::path plan_file(const std::filesystem::path& dataset) {
+  return parts_folder(dataset) / "plan.json";
+}
+
+KnownPlan plan_of(const std::filesystem::path& dataset) {
+  const std::filesystem::path file = plan_file(dataset);
+  const auto text = small_text(file);
+  if (!text) {
+    throw DatasetFileError(file,
+                           "there is no plan. Make one with: multitetra-server prepare "
+                           "VOLUME -o " +
+                               dataset.string() + " --plan PARTS");
+  }
+  auto plan = parse_plan(*text);
+  if (!plan) throw DatasetFileError(file, plan.error().text);
+  return {.plan = *std::move(plan), .id = checksum(std::as_bytes(std::span(*text)))};
+}
+
+void write_plan(const std::filesystem::path& dataset, const PartPlan& plan) {
+  write_whole(plan_file(dataset), plan_text(plan));
+}
+
+}  // namespace multitetra

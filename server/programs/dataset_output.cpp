@@ -1,0 +1,68 @@
+#include "server/programs/dataset_output.hpp"
+
+#include <cerrno>
+#include <cstdlib>
+#include <string>
+#include <system_error>
+
+#include "common/base/exit_codes.hpp"
+#include "server/dataset/section_table.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path new_temporary_folder() {
+  std::string name = (fs::temp_directory_path() / "multitetra.XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) {
+    throw std::system_error(errno, std::generic_category(), "Cannot create " + name);
+  }
+  return name;
+}
+
+[[noreturn]] void refuse_to_replace(const fs::path& output) {
+  throw ExitError(kUsage, "--output: " + output.string() +
+                              " is there already and no dataset; --force replaces it.");
+}
+
+}  // namespace
+
+DatasetOutput::DatasetOutput(const fs::path& output, bool force) : output_(output), file_(output) {
+  if (!force && output.extension() != ".mtd") {
+    throw ExitError(kUsage, "--output: the name of a dataset ends in .mtd, and \"" +
+                                output.string() + "\" does not; --force takes it all the same.");
+  }
+  if (!is_address(output.string())) {
+    std::error_code none;
+    const auto size = fs::file_size(output, none);
+    if (!force && !none && size > 0 && !begins_as_dataset(output)) refuse_to_replace(output);
+    return;
+  }
+  if (!output.string().starts_with("s3://")) {
+    throw ExitError(kUsage, "--output: datasets are written to files and to s3://, not to " +
+                                output.string() + ".");
+  }
+  const auto there = find_object(output.string(), kMagicBytes);
+  if (there && !force && !begins_as_dataset(there->begin)) refuse_to_replace(output);
+  using Kind = UploadCondition::Kind;
+  condition_ = {.kind = force ? Kind::kAnything : (there ? Kind::kThisVersion : Kind::kNothing),
+                .etag = there ? there->etag : ""};
+  temporary_ = new_temporary_folder();
+  file_ = temporary_ / "dataset.mtd";
+}
+
+DatasetOutput::~DatasetOutput() {
+  std::error_code ignored;
+  if (!temporary_.empty()) fs::remove_all(temporary_, ignored);
+}
+
+void DatasetOutput::finish(const std::function<void(double fraction)>& progress) {
+  if (!temporary_.empty()) upload_file(file_, output_.string(), condition_, {}, progress);
+}
+
+fs::path scratch_folder(const fs::path& output) {
+  return is_address(output.string()) ? fs::temp_directory_path() : output;
+}
+
+}  // namespace multitetra

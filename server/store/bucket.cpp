@@ -1,0 +1,207 @@
+#include "server/store/bucket.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <map>
+#include <system_error>
+
+#include "server/store/detail/http_client.hpp"
+#include "server/store/store_error.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kMostAnswerBytes = std::uint64_t{16} << 20;
+constexpr std::uint64_t kPartBytes = std::uint64_t{16} << 20;  // At least 5 MiB,
+constexpr std::uint64_t kMostParts = 9999;                     // of at most 10 000.
+
+std::string text_of(const HttpAnswer& answer) {
+  return {reinterpret_cast<const char*>(answer.bytes.data()), answer.bytes.size()};
+}
+
+std::string plain_text(std::string_view xml) {
+  static const std::map<std::string_view, char> kEntities = {
+      {"&amp;", '&'}, {"&lt;", '<'}, {"&gt;", '>'}, {"&quot;", '"'}, {"&apos;", '\''}};
+  std::string text;
+  while (!xml.empty()) {
+    const auto entity = std::find_if(kEntities.begin(), kEntities.end(), [&](const auto& known) {
+      return xml.starts_with(known.first);
+    });
+    text += entity == kEntities.end() ? xml.front() : entity->second;
+    xml.remove_prefix(entity == kEntities.end() ? 1 : entity->first.size());
+  }
+  return text;
+}
+
+// The texts of all elements of this name.
+std::vector<std::string> elements_of(std::string_view xml, const std::string& name) {
+  std::vector<std::string> found;
+  const std::string begin = "<" + name + ">";
+  const std::string end = "</" + name + ">";
+  for (std::size_t at = xml.find(begin); at != std::string_view::npos; at = xml.find(begin)) {
+    xml.remove_prefix(at + begin.size());
+    found.push_back(plain_text(xml.substr(0, xml.find(end))));
+  }
+  return found;
+}
+
+std::string element_of(std::string_view xml, const std::string& name) {
+  const std::vector<std::string> found = elements_of(xml, name);
+  return found.empty() ? std::string() : found.front();
+}
+
+[[noreturn]] void fail_with(const std::string& address, const HttpAnswer& answer,
+                            const std::string& what) {
+  const std::string code = element_of(text_of(answer), "Code");
+  throw StoreError(address,
+                   what + ": the bucket answers with status " + std::to_string(answer.status) +
+                       (code.empty() ? "" : " (" + code + ")"),
+                   "Check the address, the network and the credentials");
+}
+
+HttpPlace bucket_place(const std::string& address) {
+  const HttpPlace place = http_place(address);
+  if (place.is_s3) return place;
+  throw StoreError(address, "it is not in a bucket", "Write s3://bucket/path");
+}
+
+// A multipart upload that is under way; aborted when it ends before it is complete.
+class Upload {
+ public:
+  Upload(const std::string& address, const HttpStoreOptions& options)
+      : address_(address), place_(bucket_place(address)), client_(true, options) {
+    const HttpAnswer answer = send("POST", "uploads=");
+    id_ = element_of(text_of(answer), "UploadId");
+    if (!answer.is_good() || id_.empty()) fail_with(address_, answer, "it cannot be written");
+  }
+  ~Upload() {
+    if (is_complete_) return;
+    try {
+      (void)send("DELETE", "uploadId=" + url_encoded(id_));
+    } catch (const StoreError&) {  // NOLINT: the bucket removes what is never completed.
+    }
+  }
+  Upload(const Upload&) = delete;
+  Upload& operator=(const Upload&) = delete;
+
+  void add_part(std::span<const std::byte> bytes) {
+    const HttpAnswer answer = send(
+        "PUT", "partNumber=" + std::to_string(etags_.size() + 1) + "&uploadId=" + url_encoded(id_),
+        bytes);
+    if (!answer.is_good() || answer.etag.empty())
+      fail_with(address_, answer, "it cannot be written");
+    etags_.push_back(answer.etag);
+  }
+
+  void complete(const UploadCondition& condition) {
+    std::string xml = "<CompleteMultipartUpload>";
+    for (std::size_t i = 0; i < etags_.size(); ++i) {
+      xml += "<Part><PartNumber>" + std::to_string(i + 1) + "</PartNumber><ETag>" + etags_[i] +
+             "</ETag></Part>";
+    }
+    xml += "</CompleteMultipartUpload>";
+    std::vector<std::string> headers;
+    if (condition.kind == UploadCondition::Kind::kNothing) headers = {"If-None-Match: *"};
+    if (condition.kind == UploadCondition::Kind::kThisVersion) {
+      headers = {"If-Match: " + condition.etag};
+    }
+    const HttpAnswer answer =
+        send("POST", "uploadId=" + url_encoded(id_), std::as_bytes(std::span(xml)), headers);
+    // A bucket may find out that it failed after it has begun to answer 200.
+    if (answer.status == 412 || answer.status == 409) {
+      throw StoreError(address_, "another file came there meanwhile", "Look at it, then try again");
+    }
+    if (!answer.is_good() || text_of(answer).find("<Error>") != std::string::npos) {
+      fail_with(address_, answer, "it cannot be written");
+    }
+    is_complete_ = true;
+  }
+
+ private:
+  HttpAnswer send(const std::string& method, const std::string& query,
+                  std::span<const std::byte> body = {}, std::vector<std::string> headers = {}) {
+    return client_.send({.address = place_.address() + "?" + query,
+                         .method = method,
+                         .headers = std::move(headers),
+                         .body = body,
+                         .most = kMostAnswerBytes});
+  }
+
+  std::string address_;
+  HttpPlace place_;
+  HttpClient client_;
+  std::string id_;
+  std::vector<std::string> etags_;
+  bool is_complete_ = false;
+};
+
+}  // namespace
+
+bool is_bucket_folder(std::string_view place, std::string_view suffix) {
+  return place.starts_with("s3://") && !place.ends_with(suffix);
+}
+
+std::vector<std::string> list_bucket(const std::string& folder, std::string_view suffix,
+                                     const HttpStoreOptions& options) {
+  const HttpPlace place = bucket_place(folder);
+  const std::string whole = folder.ends_with('/') ? folder : folder + "/";
+  const std::string bucket = whole.substr(0, whole.find('/', 5) + 1);  // "s3://bucket/"
+  const std::string prefix = whole.substr(bucket.size());
+  HttpClient client(true, options);
+  std::vector<std::string> found;
+  std::string next;
+  do {
+    // In the order of the alphabet, as the signature wants it.
+    const std::string query =
+        (next.empty() ? "" : "continuation-token=" + url_encoded(next) + "&") +
+        std::string("delimiter=%2F&list-type=2&prefix=") + url_encoded(prefix);
+    const HttpAnswer answer =
+        client.send({.address = place.origin + "/?" + query, .most = kMostAnswerBytes});
+    if (!answer.is_good()) fail_with(folder, answer, "it cannot be listed");
+    const std::string xml = text_of(answer);
+    for (const std::string& key : elements_of(xml, "Key")) {
+      if (key.ends_with(suffix)) found.push_back(bucket + key);
+    }
+    next = element_of(xml, "IsTruncated") == "true" ? element_of(xml, "NextContinuationToken") : "";
+  } while (!next.empty());
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+std::optional<StoredObject> find_object(const std::string& address, std::size_t bytes,
+                                        const HttpStoreOptions& options) {
+  const HttpPlace place = bucket_place(address);
+  HttpClient client(true, options);
+  HttpAnswer answer = client.send({.address = place.address(),
+                                   .range = ByteRange{.first = 0, .length = bytes},
+                                   .most = std::max<std::uint64_t>(bytes, kMostAnswerBytes)});
+  if (answer.status == 403 || answer.status == 404) return std::nullopt;
+  if (answer.status == 416) return StoredObject{.etag = answer.etag, .begin = {}};  // It is empty.
+  if (!answer.is_good()) fail_with(address, answer, "it cannot be read");
+  return StoredObject{.etag = answer.etag, .begin = std::move(answer.bytes)};
+}
+
+void upload_file(const fs::path& file, const std::string& address, const UploadCondition& condition,
+                 const HttpStoreOptions& options,
+                 const std::function<void(double fraction)>& progress) {
+  const std::uint64_t size = fs::file_size(file);
+  std::ifstream stream(file, std::ios::binary);
+  std::vector<std::byte> part;
+  Upload upload(address, options);
+  for (std::uint64_t done = 0; done < size; done += part.size()) {
+    part.resize(static_cast<std::size_t>(
+        std::min(std::max(kPartBytes, size / kMostParts + 1), size - done)));
+    if (!stream.read(reinterpret_cast<char*>(part.data()),
+                     static_cast<std::streamsize>(part.size()))) {
+      throw std::system_error(errno, std::generic_category(), "Cannot read " + file.string());
+    }
+    upload.add_part(part);
+    if (progress) progress(static_cast<double>(done + part.size()) / static_cast<double>(size));
+  }
+  upload.complete(condition);
+}
+
+}  // namespace multitetra

@@ -1,0 +1,49 @@
+// What a bucket (s3://bucket/...) can do beside giving bytes: tell what is in it, and take a file.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/store/http_options.hpp"
+
+namespace multitetra {
+
+// Whether a place below which files lie is meant: s3://bucket, s3://bucket/prefix/ and whatever
+// does not end in `suffix`.
+[[nodiscard]] bool is_bucket_folder(std::string_view place, std::string_view suffix);
+
+// The addresses of the objects directly below an s3:// folder that end in `suffix`, by name. Throws
+// StoreError.
+[[nodiscard]] std::vector<std::string> list_bucket(const std::string& folder,
+                                                   std::string_view suffix,
+                                                   const HttpStoreOptions& options = {});
+
+// What is there: its ETag and its first `bytes` bytes; nullopt when nothing is, or nothing that may
+// be read. Throws StoreError.
+struct StoredObject {
+  std::string etag;
+  std::vector<std::byte> begin;
+};
+[[nodiscard]] std::optional<StoredObject> find_object(const std::string& address, std::size_t bytes,
+                                                      const HttpStoreOptions& options = {});
+
+// What may be replaced by an upload.
+struct UploadCondition {
+  enum class Kind { kAnything, kNothing, kThisVersion };
+  Kind kind = Kind::kNothing;
+  std::string etag = {};  // Of kThisVersion.
+};
+
+// Puts the file there in parts, as one object that appears whole or not at all; an upload that
+// fails is aborted, so that none of its parts stay. Throws StoreError, also when what is there is
+// not what the condition says, and std::system_error when the file cannot be read.
+void upload_file(const std::filesystem::path& file, const std::string& address,
+                 const UploadCondition& condition, const HttpStoreOptions& options = {},
+                 const std::function<void(double fraction)>& progress = {});
+
+}  // namespace multitetra

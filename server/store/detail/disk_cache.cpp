@@ -1,0 +1,139 @@
+#include "server/store/detail/disk_cache.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+#include <system_error>
+#include <utility>
+
+#include "common/base/atomic_file.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kMeasuredAfter = 16;  // Measured anew after this part of the limit came.
+constexpr const char* kBlocks = "blocks";
+constexpr std::size_t kSumBytes = sizeof(std::uint64_t);  // Behind the block.
+
+// One process at a time; others do without.
+class FolderLock {
+ public:
+  explicit FolderLock(const fs::path& folder)
+      : descriptor_(::open((folder / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
+    is_held_ = descriptor_ >= 0 && ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0;
+  }
+  ~FolderLock() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+  [[nodiscard]] bool is_held() const { return is_held_; }
+
+ private:
+  int descriptor_;
+  bool is_held_ = false;
+};
+
+struct CachedBlock {
+  fs::file_time_type used;
+  std::uint64_t bytes = 0;
+  fs::path path;
+};
+
+std::vector<CachedBlock> blocks_in(const fs::path& folder) {
+  std::vector<CachedBlock> found;
+  std::error_code error;
+  for (fs::recursive_directory_iterator at(folder / kBlocks, error), end; !error && at != end;
+       at.increment(error)) {
+    std::error_code gone;  // Another process may remove it meanwhile.
+    if (!at->is_regular_file(gone)) continue;
+    const CachedBlock block{.used = at->last_write_time(gone),
+                            .bytes = gone ? 0 : at->file_size(gone),
+                            .path = at->path()};
+    if (!gone) found.push_back(block);
+  }
+  return found;
+}
+
+}  // namespace
+
+DiskCache::DiskCache(fs::path folder, std::uint64_t most_bytes)
+    : folder_(std::move(folder)), most_bytes_(most_bytes) {
+  if (fs::create_directories(folder_)) fs::permissions(folder_, fs::perms::owner_all);
+  evict();
+}
+
+fs::path DiskCache::path_of(const std::string& file, std::uint64_t block) const {
+  return folder_ / kBlocks / file / std::to_string(block);
+}
+
+std::optional<std::vector<std::byte>> DiskCache::find(const std::string& file,
+                                                      std::uint64_t block) const {
+  const fs::path path = path_of(file, block);
+  std::ifstream stream(path, std::ios::binary | std::ios::ate);
+  const auto size = static_cast<std::streamoff>(stream.tellg());
+  if (!stream || size < static_cast<std::streamoff>(kSumBytes)) return std::nullopt;
+  std::vector<std::byte> bytes(static_cast<std::size_t>(size));
+  stream.seekg(0);
+  if (!stream.read(reinterpret_cast<char*>(bytes.data()), size)) return std::nullopt;
+  std::uint64_t sum = 0;
+  std::memcpy(&sum, bytes.data() + bytes.size() - kSumBytes, kSumBytes);
+  bytes.resize(bytes.size() - kSumBytes);
+  if (XXH3_64bits(bytes.data(), bytes.size()) != sum) return std::nullopt;
+  ::utimensat(AT_FDCWD, path.c_str(), nullptr, 0);  // Its time of writing says when it was used.
+  return bytes;
+}
+
+void DiskCache::put(const std::string& file, std::uint64_t block,
+                    std::span<const std::byte> bytes) {
+  try {
+    const fs::path path = path_of(file, block);
+    fs::create_directories(path.parent_path());
+    const std::uint64_t sum = XXH3_64bits(bytes.data(), bytes.size());
+    AtomicFile into(path);
+    into.write_at(0, bytes);
+    into.write_at(bytes.size(), std::as_bytes(std::span(&sum, 1)));
+    into.commit(Durability::kProcessEnd);
+  } catch (const std::system_error&) {
+    return;  // A full disk is no trouble of the caller.
+  }
+  const std::lock_guard lock(mutex_);
+  put_since_ += bytes.size() + kSumBytes;
+  if (put_since_ < most_bytes_ / kMeasuredAfter) return;
+  put_since_ = 0;
+  evict();
+}
+
+void DiskCache::remove(const std::string& file, std::uint64_t block) {
+  std::error_code ignored;
+  fs::remove(path_of(file, block), ignored);
+}
+
+void DiskCache::evict() {
+  const FolderLock lock(folder_);
+  if (!lock.is_held()) return;
+  std::vector<CachedBlock> blocks = blocks_in(folder_);
+  std::uint64_t bytes = 0;
+  for (const CachedBlock& block : blocks) bytes += block.bytes;
+  // So much less that it is worth the look.
+  const std::uint64_t allowed = most_bytes_ - most_bytes_ / kMeasuredAfter;
+  if (bytes <= allowed) return;
+  std::sort(blocks.begin(), blocks.end(),
+            [](const CachedBlock& a, const CachedBlock& b) { return a.used < b.used; });
+  for (const CachedBlock& block : blocks) {
+    if (bytes <= allowed) break;
+    std::error_code ignored;
+    fs::remove(block.path, ignored);
+    bytes -= block.bytes;
+  }
+}
+
+}  // namespace multitetra

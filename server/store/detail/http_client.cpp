@@ -1,0 +1,349 @@
+#include "server/store/detail/http_client.hpp"
+
+#include <curl/curl.h>
+#include <openssl/evp.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdlib>
+#include <random>
+#include <thread>
+#include <utility>
+
+#include "server/store/store_error.hpp"
+
+namespace multitetra {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+std::string environment(const char* name) {
+  const char* const value = std::getenv(name);
+  return value == nullptr ? std::string() : std::string(value);
+}
+
+std::string aws_region() {
+  std::string region = environment("AWS_REGION");
+  if (region.empty()) region = environment("AWS_DEFAULT_REGION");
+  return region.empty() ? "us-east-1" : region;
+}
+
+std::string sha256_hex(std::span<const std::byte> bytes) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned size = 0;
+  EVP_Digest(bytes.data(), bytes.size(), digest.data(), &size, EVP_sha256(), nullptr);
+  std::string text;
+  for (unsigned i = 0; i < size; ++i) {
+    text += "0123456789abcdef"[digest[i] >> 4];
+    text += "0123456789abcdef"[digest[i] & 15];
+  }
+  return text;
+}
+
+std::string range_text(const ByteRange& range) {
+  if (range.first == ByteRange::kFromEnd) return "-" + std::to_string(range.length);
+  return std::to_string(range.first) + "-" + std::to_string(range.first + range.length - 1);
+}
+
+// "bytes 0-99/1234"; nullopt when it is no such thing.
+struct ContentRange {
+  std::uint64_t first = 0;
+  std::uint64_t last = 0;
+  std::optional<std::uint64_t> total;
+
+  static std::optional<ContentRange> from(std::string_view text) {
+    constexpr std::string_view kUnit = "bytes ";
+    if (!text.starts_with(kUnit)) return std::nullopt;
+    text.remove_prefix(kUnit.size());
+    ContentRange range;
+    const auto number = [&text](std::uint64_t& into, char end) {
+      const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), into);
+      if (error != std::errc()) return false;
+      text.remove_prefix(static_cast<std::size_t>(stop - text.data()));
+      if (end == '\0') return text.empty();
+      if (!text.starts_with(end)) return false;
+      text.remove_prefix(1);
+      return true;
+    };
+    if (!number(range.first, '-') || !number(range.last, '/')) return std::nullopt;
+    if (text != "*" && !number(range.total.emplace(), '\0')) return std::nullopt;
+    return range.first <= range.last ? std::optional(range) : std::nullopt;
+  }
+
+  // Whether it is what was wanted, cut off at the end of the whole at most.
+  [[nodiscard]] bool is(const ByteRange& wanted) const {
+    if (wanted.first == ByteRange::kFromEnd) {
+      return total && last + 1 == *total && last - first + 1 == std::min(wanted.length, *total);
+    }
+    const std::uint64_t end = wanted.first + wanted.length;
+    return first == wanted.first && last < end && (last + 1 == end || total == last + 1);
+  }
+};
+
+// What has come of a request so far.
+struct Transfer {
+  std::vector<std::byte>& bytes;
+  std::uint64_t most = 0;
+  bool too_large = false;
+};
+
+std::size_t take_bytes(char* data, std::size_t, std::size_t count, void* into) {
+  auto& transfer = *static_cast<Transfer*>(into);
+  if (count > transfer.most - transfer.bytes.size()) {
+    transfer.too_large = true;
+    return 0;  // Ends the transfer.
+  }
+  const auto* const first = reinterpret_cast<const std::byte*>(data);
+  transfer.bytes.insert(transfer.bytes.end(), first, first + count);
+  return count;
+}
+
+std::string header_of(CURL* curl, const char* name) {
+  curl_header* header = nullptr;
+  if (curl_easy_header(curl, name, 0, CURLH_HEADER, -1, &header) != CURLHE_OK) return {};
+  return header->value;
+}
+
+// Between a half of it and all of it: clients that failed together do not come again together.
+milliseconds shaken(milliseconds pause) {
+  thread_local std::minstd_rand random(std::random_device{}());
+  return milliseconds(std::uniform_int_distribution(pause.count() / 2, pause.count())(random));
+}
+
+}  // namespace
+
+// A connection that is used again; one thread at a time.
+struct HttpClient::Handle {
+  Handle() : curl(curl_easy_init()) {}
+  ~Handle() { curl_easy_cleanup(curl); }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  CURL* curl;
+};
+
+// What one try says.
+struct HttpClient::Outcome {
+  enum class Kind { kDone, kTryAgain, kFailed };
+  Kind kind = Kind::kFailed;
+  std::string problem = {};
+  std::string remedy = "Check the address, the network and the credentials";
+  milliseconds pause{0};  // What the server asks for.
+
+  static Outcome of(CURL* curl, CURLcode code, const HttpRequest& request, const Transfer& transfer,
+                    HttpAnswer& answer);
+  static Outcome of_part(CURL* curl, const HttpRequest& request, HttpAnswer& answer);
+};
+
+HttpClient::HttpClient(bool signs_for_s3, const HttpStoreOptions& options)
+    : options_(options), free_(options.connections) {
+  static std::once_flag once;
+  std::call_once(once, [] { curl_global_init(CURL_GLOBAL_DEFAULT); });
+  if (!signs_for_s3) return;
+  const std::string key = environment("AWS_ACCESS_KEY_ID");
+  const std::string secret = environment("AWS_SECRET_ACCESS_KEY");
+  if (key.empty() || secret.empty()) return;
+  user_ = key + ":" + secret;
+  sigv4_ = "aws:amz:" + aws_region() + ":s3";
+  session_ = environment("AWS_SESSION_TOKEN");
+}
+
+HttpClient::~HttpClient() = default;
+
+HttpAnswer HttpClient::send(const HttpRequest& request) {
+  fail_while_resting(request.address);
+  const Clock::time_point deadline = Clock::now() + options_.deadline;
+  const auto left = [&] {
+    return std::chrono::duration_cast<milliseconds>(deadline - Clock::now());
+  };
+  milliseconds pause = options_.first_pause;
+  Outcome outcome;
+  for (int attempt = 0; attempt < options_.tries; ++attempt) {
+    if (attempt > 0) {
+      const milliseconds wait =
+          std::min(std::max(outcome.pause, shaken(pause)), options_.longest_pause);
+      if (wait >= left()) break;
+      std::this_thread::sleep_for(wait);
+      if (options_.tries_again) options_.tries_again();
+      pause *= 2;
+    }
+    HttpAnswer answer;
+    outcome = attempted(request, left(), answer);
+    if (outcome.kind == Outcome::Kind::kDone) return answer;
+    if (outcome.kind == Outcome::Kind::kFailed) break;
+  }
+  if (outcome.kind == Outcome::Kind::kTryAgain) rest(outcome.problem);
+  throw StoreError(request.address, outcome.problem, outcome.remedy);
+}
+
+void HttpClient::fail_while_resting(const std::string& address) {
+  const std::lock_guard lock(mutex_);
+  if (Clock::now() >= rests_until_) return;
+  throw StoreError(address, "its store failed a moment ago: " + rests_since_,
+                   "It is tried again soon");
+}
+
+void HttpClient::rest(const std::string& problem) {
+  const std::lock_guard lock(mutex_);
+  rests_until_ = Clock::now() + options_.rest_after_failure;
+  rests_since_ = problem;
+}
+
+HttpClient::Outcome HttpClient::attempted(const HttpRequest& request, milliseconds left,
+                                          HttpAnswer& answer) {
+  std::unique_ptr<Handle> handle = idle_handle();
+  CURL* const curl = handle->curl;
+  Transfer transfer{.bytes = answer.bytes, .most = request.most};
+  curl_easy_reset(curl);
+  curl_easy_setopt(curl, CURLOPT_URL, request.address.c_str());
+  curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
+  curl_easy_setopt(curl, CURLOPT_FOLLOWLOCATION, 1L);
+  curl_easy_setopt(curl, CURLOPT_MAXREDIRS, 5L);
+  curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
+  curl_easy_setopt(curl, CURLOPT_REDIR_PROTOCOLS_STR, "http,https");
+  curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, static_cast<long>(options_.connecting.count()));
+  curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 1L);
+  curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, static_cast<long>(options_.stalled.count()));
+  curl_easy_setopt(curl, CURLOPT_TIMEOUT_MS, static_cast<long>(std::max<long>(1, left.count())));
+  curl_easy_setopt(curl, CURLOPT_USERAGENT, "multitetra");
+  curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, &take_bytes);
+  curl_easy_setopt(curl, CURLOPT_WRITEDATA, &transfer);
+  const std::string range = request.range ? range_text(*request.range) : std::string();
+  if (!range.empty()) curl_easy_setopt(curl, CURLOPT_RANGE, range.c_str());
+  curl_slist* headers = nullptr;
+  const auto add = [&](const std::string& header) {
+    headers = curl_slist_append(headers, header.c_str());
+  };
+  if (request.method != "GET") {
+    curl_easy_setopt(curl, CURLOPT_POSTFIELDSIZE_LARGE,
+                     static_cast<curl_off_t>(request.body.size()));
+    curl_easy_setopt(
+        curl, CURLOPT_POSTFIELDS,
+        request.body.empty() ? "" : reinterpret_cast<const char*>(request.body.data()));
+    curl_easy_setopt(curl, CURLOPT_CUSTOMREQUEST, request.method.c_str());
+    add("Content-Type: application/octet-stream");
+  }
+  for (const std::string& header : request.headers) add(header);
+  if (!user_.empty()) {
+    curl_easy_setopt(curl, CURLOPT_USERPWD, user_.c_str());
+    curl_easy_setopt(curl, CURLOPT_AWS_SIGV4, sigv4_.c_str());
+    // A signed request has to name the digest of its body; libcurl 7.88 does not by itself.
+    add("x-amz-content-sha256: " + sha256_hex(request.body));
+    if (!session_.empty()) add("x-amz-security-token: " + session_);
+  }
+  curl_easy_setopt(curl, CURLOPT_HTTPHEADER, headers);
+  const CURLcode code = curl_easy_perform(curl);
+  curl_slist_free_all(headers);
+  Outcome outcome = Outcome::of(curl, code, request, transfer, answer);
+  give_back(std::move(handle));
+  return outcome;
+}
+
+HttpClient::Outcome HttpClient::Outcome::of(CURL* curl, CURLcode code, const HttpRequest& request,
+                                            const Transfer& transfer, HttpAnswer& answer) {
+  if (transfer.too_large) {
+    return {.problem = "it has more than the " + std::to_string(transfer.most) +
+                       " bytes that it may have" +
+                       (request.range ? ", or the server does not serve ranges" : ""),
+            .remedy = "Check that it belongs there"};
+  }
+  if (code != CURLE_OK) {
+    const bool stays = code == CURLE_UNSUPPORTED_PROTOCOL || code == CURLE_URL_MALFORMAT ||
+                       code == CURLE_PEER_FAILED_VERIFICATION || code == CURLE_TOO_MANY_REDIRECTS;
+    return {.kind = stays ? Kind::kFailed : Kind::kTryAgain, .problem = curl_easy_strerror(code)};
+  }
+  curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &answer.status);
+  answer.etag = header_of(curl, "ETag");
+  answer.last_modified = header_of(curl, "Last-Modified");
+  if (answer.status == 429 || answer.status >= 500) {
+    curl_off_t seconds = 0;
+    curl_easy_getinfo(curl, CURLINFO_RETRY_AFTER, &seconds);
+    return {.kind = Kind::kTryAgain,
+            .problem = "the server answers with status " + std::to_string(answer.status),
+            .pause = milliseconds(1000 * std::clamp<curl_off_t>(seconds, 0, 3600))};
+  }
+  if (request.range && answer.status == 206) return of_part(curl, request, answer);
+  if (request.range && answer.is_good()) {
+    return {.problem = "the server does not serve ranges",
+            .remedy = "Use one that does, or a copy on this machine"};
+  }
+  return {.kind = Kind::kDone};
+}
+
+HttpClient::Outcome HttpClient::Outcome::of_part(CURL* curl, const HttpRequest& request,
+                                                 HttpAnswer& answer) {
+  const std::string text = header_of(curl, "Content-Range");
+  const auto range = ContentRange::from(text);
+  if (range && range->is(*request.range) && answer.bytes.size() == range->last - range->first + 1) {
+    answer.total = range->total.value_or(0);
+    return {.kind = Kind::kDone};
+  }
+  return {.kind = Kind::kTryAgain,
+          .problem = "asked for bytes " + range_text(*request.range) + ", the server sends " +
+                     std::to_string(answer.bytes.size()) + " bytes as \"" + text + "\"",
+          .remedy = "Use a server that serves ranges as HTTP wants it"};
+}
+
+std::unique_ptr<HttpClient::Handle> HttpClient::idle_handle() {
+  std::unique_lock lock(mutex_);
+  is_free_.wait(lock, [this] { return free_ > 0; });
+  --free_;
+  if (idle_.empty()) return std::make_unique<Handle>();
+  std::unique_ptr<Handle> handle = std::move(idle_.back());
+  idle_.pop_back();
+  return handle;
+}
+
+void HttpClient::give_back(std::unique_ptr<Handle> handle) {
+  const std::lock_guard lock(mutex_);
+  idle_.push_back(std::move(handle));
+  ++free_;
+  is_free_.notify_one();
+}
+
+bool is_address(std::string_view text) {
+  return text.starts_with("http://") || text.starts_with("https://") || text.starts_with("s3://");
+}
+
+HttpPlace http_place(const std::string& address) {
+  if (!is_address(address)) {
+    throw StoreError(address, "it is no address", "Write http://, https:// or s3://");
+  }
+  const bool is_s3 = address.starts_with("s3://");
+  const std::string rest = address.substr(address.find("//") + 2);
+  const std::string host = rest.substr(0, rest.find('/'));
+  const std::string path = rest.size() > host.size() ? rest.substr(host.size()) : "/";
+  if (host.empty()) {
+    throw StoreError(address, is_s3 ? "it names no bucket" : "it names no host",
+                     is_s3 ? "Write s3://bucket/path" : "Write https://host/path");
+  }
+  if (!is_s3)
+    return {.is_s3 = false,
+            .origin = address.substr(0, address.size() - rest.size()) + host,
+            .path = path};
+  std::string endpoint = environment("AWS_ENDPOINT_URL");
+  while (endpoint.ends_with('/')) endpoint.pop_back();
+  return {.is_s3 = true,
+          .origin = endpoint.empty() ? "https://" + host + ".s3." + aws_region() + ".amazonaws.com"
+                                     : endpoint + "/" + host,
+          .path = url_encoded(path, "/")};
+}
+
+std::string url_encoded(std::string_view text, std::string_view also) {
+  std::string encoded;
+  for (const char c : text) {
+    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                          (c >= '0' && c <= '9') ||
+                          std::string_view("-._~").find(c) != std::string_view::npos;
+    if (is_plain || also.find(c) != std::string_view::npos) {
+      encoded += c;
+      continue;
+    }
+    const auto byte = static_cast<unsigned char>(c);
+    encoded += {'%', "0123456789ABCDEF"[byte >> 4], "0123456789ABCDEF"[byte & 15]};
+  }
+  return encoded;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,100 @@
+// HTTP requests with retries, over connections that are kept: libcurl (HTTP/1.1, or 2 where the
+// server offers it), which is seen by http_client.cpp alone.
+//
+// Answers are checked: a 206 must be of the range that was asked for, and a body as long as its
+// header promised. What may pass (no connection, a body that ends too early, 429, 5xx) is tried
+// again after a pause that doubles and is random between its half and its whole, or after what
+// Retry-After says.
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "server/store/http_options.hpp"
+
+namespace multitetra {
+
+// Bytes first ... first + length - 1, or the last `length` ones where first is kFromEnd.
+struct ByteRange {
+  static constexpr std::uint64_t kFromEnd = ~std::uint64_t{0};
+  std::uint64_t first = 0;
+  std::uint64_t length = 0;
+};
+
+struct HttpRequest {
+  std::string address;
+  std::string method = "GET";
+  std::optional<ByteRange> range = std::nullopt;  // Of at least one byte; none: the whole.
+  std::vector<std::string> headers = {};
+  std::span<const std::byte> body = {};
+  std::uint64_t most = 0;  // Bytes of the answer; a larger one is an error.
+};
+
+struct HttpAnswer {
+  long status = 0;  // 2xx; or a 4xx that no retry changes.
+  std::vector<std::byte> bytes;
+  std::string etag;
+  std::string last_modified;
+  std::uint64_t total = 0;  // Of a 206: the size of the whole, 0 where it is not said.
+
+  [[nodiscard]] bool is_good() const { return status >= 200 && status < 300; }
+};
+
+// Safe to use from several threads at once; more than `connections` of them wait.
+class HttpClient {
+ public:
+  // With `signs_for_s3` requests carry Signature Version 4 where the environment has keys.
+  HttpClient(bool signs_for_s3, const HttpStoreOptions& options);
+  ~HttpClient();
+  HttpClient(const HttpClient&) = delete;
+  HttpClient& operator=(const HttpClient&) = delete;
+
+  // Throws StoreError when there is no answer, or none that can be used.
+  [[nodiscard]] HttpAnswer send(const HttpRequest& request);
+
+  [[nodiscard]] std::size_t connections() const { return options_.connections; }
+
+ private:
+  struct Handle;
+  struct Outcome;
+  void fail_while_resting(const std::string& address);
+  void rest(const std::string& problem);
+  Outcome attempted(const HttpRequest& request, std::chrono::milliseconds left, HttpAnswer& answer);
+  std::unique_ptr<Handle> idle_handle();
+  void give_back(std::unique_ptr<Handle> handle);
+
+  HttpStoreOptions options_;
+  std::string user_;
+  std::string sigv4_;
+  std::string session_;
+  std::mutex mutex_;  // Guards what follows.
+  std::condition_variable is_free_;
+  std::size_t free_;  // Connections that may be used besides.
+  std::vector<std::unique_ptr<Handle>> idle_;
+  std::chrono::steady_clock::time_point rests_until_;
+  std::string rests_since_;  // What was wrong then.
+};
+
+// A place in a bucket, or behind another address, as requests name it.
+struct HttpPlace {
+  bool is_s3 = false;
+  std::string origin;  // "https://host:port", and the bucket where it is part of the path.
+  std::string path;    // "/prefix/head.mtd", as in a URL.
+
+  [[nodiscard]] std::string address() const { return origin + path; }
+};
+
+// Throws StoreError for what is no address, and for a bucket without a name.
+[[nodiscard]] HttpPlace http_place(const std::string& address);
+
+// What libcurl makes of it in a URL: letters, digits and "-._~" as they are, and `also`.
+[[nodiscard]] std::string url_encoded(std::string_view text, std::string_view also = "");
+
+}  // namespace multitetra

@@ -1,0 +1,81 @@
+// Bytes in memory, the least recently used removed first when there are more than the limit.
+//
+//   MemoryCache cache(std::size_t{512} << 20);
+//   const std::uint64_t owner = MemoryCache::new_owner();
+//   cache.put({owner, 7}, bytes);
+//   if (const CachedBytes found = cache.find({owner, 7})) ...
+//
+// Guaranteed: what was found stays as long as the caller keeps it; memory is bounded by the limit
+// and what is in use. Threads that ask for different keys hardly ever wait for each other.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <unordered_map>
+#include <vector>
+
+namespace multitetra {
+
+using CachedBytes = std::shared_ptr<const std::vector<std::byte>>;
+
+// Safe to use from several threads at once.
+class MemoryCache {
+ public:
+  struct Key {
+    std::uint64_t owner = 0;
+    std::uint64_t item = 0;
+
+    friend bool operator==(const Key&, const Key&) = default;
+  };
+
+  explicit MemoryCache(std::size_t most_bytes) : most_bytes_(most_bytes) {}
+
+  // Different each time, so that users of one cache do not meet.
+  [[nodiscard]] static std::uint64_t new_owner();
+
+  // Null when it is not there.
+  [[nodiscard]] CachedBytes find(const Key& key);
+  void put(const Key& key, CachedBytes bytes);
+  void remove(const Key& key);
+
+  [[nodiscard]] std::size_t most_bytes() const { return most_bytes_; }
+
+  struct Counts {
+    std::uint64_t evictions = 0;
+    std::uint64_t bytes = 0;  // Now.
+  };
+  [[nodiscard]] Counts counts() const;
+
+ private:
+  struct Hash {
+    std::size_t operator()(const Key& key) const {
+      std::uint64_t mixed = (key.item + key.owner * 0x9e3779b97f4a7c15u) * 0xff51afd7ed558ccdu;
+      return static_cast<std::size_t>(mixed ^ mixed >> 32);
+    }
+  };
+  struct Entry {
+    Key key;
+    CachedBytes bytes;
+  };
+  struct Shard {
+    mutable std::mutex mutex;  // Guards what follows.
+    std::list<Entry> entries;  // The most recently used first.
+    std::unordered_map<Key, std::list<Entry>::iterator, Hash> index;
+    std::size_t bytes = 0;
+    std::uint64_t evictions = 0;
+  };
+  [[nodiscard]] Shard& shard_of(const Key& key) {
+    return shards_[Hash()(key) / 64 % shards_.size()];
+  }
+  static void remove_entry(Shard& shard, std::list<Entry>::iterator entry);
+
+  const std::size_t most_bytes_;
+  std::array<Shard, 16> shards_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,370 @@
+#include "server/store/remote_files.hpp"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cstring>
+#include <exception>
+#include <utility>
+
+#include "server/store/detail/disk_cache.hpp"
+#include "server/store/detail/http_client.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr long kPreconditionFailed = 412;
+
+std::string name_of_version(const std::string& address, const std::string& version) {
+  const std::string both = address + "\n" + version;
+  const XXH128_hash_t hash = XXH3_128bits(both.data(), both.size());
+  std::string name;
+  for (const std::uint64_t half : {std::uint64_t{hash.high64}, std::uint64_t{hash.low64}}) {
+    for (int shift = 60; shift >= 0; shift -= 4) name += "0123456789abcdef"[half >> shift & 15];
+  }
+  return name;
+}
+
+}  // namespace
+
+struct RemoteFiles::OpenFile {
+  std::string address;  // As it was given.
+  std::string url;
+  std::shared_ptr<HttpClient> client;
+  std::uint64_t size = 0;
+  std::string etag;           // Empty where there is none.
+  std::string last_modified;  // The same.
+  std::string version;
+  std::string cache_name;
+  std::uint64_t owner = MemoryCache::new_owner();
+
+  [[nodiscard]] std::uint64_t blocks() const { return (size + kBlockBytes - 1) / kBlockBytes; }
+  [[nodiscard]] std::size_t bytes_of(std::uint64_t block) const {
+    return static_cast<std::size_t>(
+        std::min<std::uint64_t>(kBlockBytes, size - block * kBlockBytes));
+  }
+  // Weak ETags cannot be compared by If-Match.
+  [[nodiscard]] std::vector<std::string> conditions() const {
+    if (!etag.empty() && !etag.starts_with("W/")) return {"If-Match: " + etag};
+    if (!last_modified.empty()) return {"If-Unmodified-Since: " + last_modified};
+    return {};
+  }
+  [[nodiscard]] bool is_version_of(const HttpAnswer& answer) const {
+    return answer.total == size &&
+           (etag.empty() ? answer.last_modified == last_modified : answer.etag == etag);
+  }
+};
+
+RemoteFiles::RemoteFiles(const RemoteFilesOptions& options)
+    : options_(options), memory_(options.memory_bytes) {
+  options_.http.tries_again = [this, also = options.http.tries_again] {
+    ++retries_;
+    if (also) also();
+  };
+  if (!options_.folder.empty()) {
+    disk_ = std::make_unique<DiskCache>(options_.folder, options_.folder_bytes);
+  }
+}
+
+RemoteFiles::~RemoteFiles() {
+  for (std::jthread& fetcher : fetchers_) fetcher.request_stop();
+  has_jobs_.notify_all();
+}
+
+std::shared_ptr<HttpClient> RemoteFiles::client_for(const std::string& origin, bool is_s3) {
+  const std::lock_guard lock(mutex_);
+  std::shared_ptr<HttpClient>& client = clients_[origin];
+  if (!client) client = std::make_shared<HttpClient>(is_s3, options_.http);
+  return client;
+}
+
+std::vector<std::byte> RemoteFiles::ask(const std::string& address, std::size_t bytes,
+                                        OpenFile& file) {
+  const HttpPlace place = http_place(address);
+  file.address = address;
+  file.url = place.address();
+  file.client = client_for(place.origin, place.is_s3);
+  HttpAnswer answer = file.client->send(
+      {.address = file.url, .range = ByteRange{.first = 0, .length = bytes}, .most = bytes});
+  if (!answer.is_good()) {
+    throw StoreError(address, "the server answers with status " + std::to_string(answer.status),
+                     "Check the address, the network and the credentials");
+  }
+  file.size = answer.total;
+  file.etag = answer.etag;
+  file.last_modified = answer.last_modified;
+  if (file.size == 0 || (file.etag.empty() && file.last_modified.empty())) {
+    throw StoreError(address,
+                     file.size == 0
+                         ? "the server does not say how long the file is"
+                         : "the server gives neither ETag nor Last-Modified, so that a file that "
+                           "is replaced would not be noticed",
+                     "Use a server that does, or a copy on this machine");
+  }
+  file.version =
+      (file.etag.empty() ? file.last_modified : file.etag) + " " + std::to_string(file.size);
+  file.cache_name = name_of_version(address, file.version);
+  const std::lock_guard lock(mutex_);
+  ++counts_.requests;
+  counts_.fetched_bytes += answer.bytes.size();
+  return std::move(answer.bytes);
+}
+
+std::string RemoteFiles::version_of(const std::string& address) {
+  OpenFile file;
+  (void)ask(address, 1, file);
+  return file.version;
+}
+
+std::shared_ptr<const RemoteFile> RemoteFiles::open(const std::string& address) {
+  auto file = std::make_shared<OpenFile>();
+  const std::vector<std::byte> bytes = ask(address, kOpeningBlocks * kBlockBytes, *file);
+  std::uint64_t block = 0;
+  for (auto begin = bytes.begin(); begin != bytes.end(); ++block) {
+    const auto end = begin + static_cast<std::ptrdiff_t>(file->bytes_of(block));
+    memory_.put({file->owner, block}, std::make_shared<const std::vector<std::byte>>(begin, end));
+    begin = end;
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    counts_.fetched += block;
+  }
+  return std::make_shared<const RemoteFile>(shared_from_this(), std::move(file));
+}
+
+// Blocks that are in memory, that another thread fetches, and runs of others, which are fetched
+// here.
+RemoteFiles::Blocks RemoteFiles::blocks(const OpenFilePtr& file, std::uint64_t first,
+                                        std::size_t count) {
+  Blocks found(count);
+  std::vector<std::shared_future<CachedBytes>> of_others(count);
+  std::vector<std::promise<CachedBytes>> promises(count);
+  std::vector<bool> is_ours(count);
+  {
+    const std::lock_guard lock(mutex_);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint64_t block = first + i;
+      found[i] = memory_.find({file->owner, block});
+      if (found[i]) {
+        ++counts_.memory_hits;
+        continue;
+      }
+      const auto [at, is_first] = under_way_.try_emplace({file->owner, block});
+      if (is_first) at->second = promises[i].get_future().share();
+      is_ours[i] = is_first;
+      if (!is_first) of_others[i] = at->second;
+    }
+  }
+  std::exception_ptr trouble;
+  for (std::size_t begin = 0; begin < count; ++begin) {
+    if (!is_ours[begin]) continue;
+    std::size_t end = begin;
+    while (end < count && is_ours[end]) ++end;
+    const auto run = std::span(found).subspan(begin, end - begin);
+    if (!trouble) {
+      try {
+        fetch_run(*file, first + begin, run);
+      } catch (...) {
+        trouble = std::current_exception();
+      }
+    }
+    for (std::size_t i = begin; i < end; ++i) {
+      if (found[i]) memory_.put({file->owner, first + i}, found[i]);
+    }
+    const std::lock_guard lock(mutex_);
+    for (std::size_t i = begin; i < end; ++i) {
+      under_way_.erase({file->owner, first + i});
+      if (found[i]) {
+        promises[i].set_value(found[i]);
+      } else {
+        promises[i].set_exception(trouble);
+      }
+    }
+    begin = end;
+  }
+  if (trouble) std::rethrow_exception(trouble);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!found[i]) found[i] = of_others[i].get();
+  }
+  return found;
+}
+
+// From the disk where they are there, else in one request.
+void RemoteFiles::fetch_run(const OpenFile& file, std::uint64_t first,
+                            std::span<CachedBytes> into) {
+  if (disk_) {
+    for (std::size_t i = 0; i < into.size(); ++i) {
+      auto bytes = disk_->find(file.cache_name, first + i);
+      if (!bytes || bytes->size() != file.bytes_of(first + i)) continue;
+      into[i] = std::make_shared<const std::vector<std::byte>>(*std::move(bytes));
+      const std::lock_guard lock(mutex_);
+      ++counts_.disk_hits;
+    }
+  }
+  for (std::size_t begin = 0; begin < into.size(); ++begin) {
+    if (into[begin]) continue;
+    std::size_t end = begin;
+    std::size_t bytes = 0;
+    while (end < into.size() && !into[end]) bytes += file.bytes_of(first + end++);
+    {
+      const std::lock_guard lock(mutex_);
+      ++counts_.requests;
+    }
+    try {
+      const HttpAnswer answer = file.client->send(
+          {.address = file.url,
+           .range = ByteRange{.first = (first + begin) * kBlockBytes, .length = bytes},
+           .headers = file.conditions(),
+           .most = bytes});
+      if (answer.status == kPreconditionFailed ||
+          (answer.is_good() && !file.is_version_of(answer))) {
+        throw StoreError(file.address, "the file was replaced since it was opened",
+                         "Open it again; a server does so on SIGHUP");
+      }
+      if (!answer.is_good() || answer.bytes.size() != bytes) {
+        throw StoreError(file.address,
+                         "the server answers with status " + std::to_string(answer.status),
+                         "Check the address, the network and the credentials");
+      }
+      const std::byte* from = answer.bytes.data();
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::size_t size = file.bytes_of(first + i);
+        into[i] = std::make_shared<const std::vector<std::byte>>(from, from + size);
+        from += size;
+        if (disk_) disk_->put(file.cache_name, first + i, *into[i]);
+      }
+    } catch (...) {
+      const std::lock_guard lock(mutex_);
+      ++counts_.failures;
+      throw;
+    }
+    const std::lock_guard lock(mutex_);
+    counts_.fetched += end - begin;
+    counts_.fetched_bytes += bytes;
+    begin = end;
+  }
+}
+
+// In order, each once.
+std::vector<std::uint64_t> RemoteFiles::missing_blocks(const OpenFile& file,
+                                                       std::span<const FileRange> ranges) {
+  std::vector<std::uint64_t> missing;
+  const std::lock_guard lock(mutex_);
+  for (const FileRange& range : ranges) {
+    if (range.size == 0) continue;
+    const std::uint64_t last = (range.offset + range.size - 1) / kBlockBytes;
+    for (std::uint64_t block = range.offset / kBlockBytes; block <= last; ++block) {
+      const bool is_known = (!missing.empty() && missing.back() == block) ||
+                            memory_.find({file.owner, block}) ||
+                            under_way_.contains({file.owner, block});
+      if (!is_known) missing.push_back(block);
+    }
+  }
+  std::sort(missing.begin(), missing.end());
+  missing.erase(std::unique(missing.begin(), missing.end()), missing.end());
+  return missing;
+}
+
+void RemoteFiles::fetch_ahead(const OpenFilePtr& file, std::span<const FileRange> ranges) {
+  const std::vector<std::uint64_t> missing = missing_blocks(*file, ranges);
+  const std::size_t most = options_.memory_bytes / 2 / kBlockBytes;
+  const std::lock_guard lock(mutex_);
+  std::size_t added = 0;
+  for (std::size_t i = 0; i < missing.size() && added < most;) {
+    std::size_t blocks = 1;
+    while (i + blocks < missing.size() && blocks < kRunBlocks &&
+           missing[i + blocks] == missing[i] + blocks) {
+      ++blocks;
+    }
+    jobs_.push_back({file, missing[i], blocks});
+    job_blocks_ += blocks;
+    added += blocks;
+    i += blocks;
+  }
+  // What was asked for before, and never fetched, may not be needed any more.
+  while (job_blocks_ > most + kRunBlocks) {
+    job_blocks_ -= jobs_.front().blocks;
+    jobs_.pop_front();
+  }
+  while (fetchers_.size() < std::min(options_.fetchers, jobs_.size())) {
+    fetchers_.emplace_back([this](const std::stop_token& stop) { work(stop); });
+  }
+  has_jobs_.notify_all();
+}
+
+std::uint64_t RemoteFiles::missing_bytes(const OpenFile& file, std::span<const FileRange> ranges) {
+  std::uint64_t bytes = 0;
+  for (const std::uint64_t block : missing_blocks(file, ranges)) bytes += file.bytes_of(block);
+  return bytes;
+}
+
+void RemoteFiles::forget(const OpenFile& file, const FileRange& range) {
+  if (range.size == 0) return;
+  for (std::uint64_t block = range.offset / kBlockBytes;
+       block <= (range.offset + range.size - 1) / kBlockBytes; ++block) {
+    memory_.remove({file.owner, block});
+    if (disk_) disk_->remove(file.cache_name, block);
+  }
+}
+
+void RemoteFiles::work(const std::stop_token& stop) {
+  while (true) {
+    std::unique_lock lock(mutex_);
+    if (!has_jobs_.wait(lock, stop, [this] { return !jobs_.empty(); })) return;
+    const Job job = std::move(jobs_.front());
+    jobs_.pop_front();
+    job_blocks_ -= job.blocks;
+    lock.unlock();
+    try {
+      (void)blocks(job.file, job.first, job.blocks);
+    } catch (const std::exception&) {  // NOLINT: the thread that needs the block gets the error.
+    }
+  }
+}
+
+RemoteFiles::Counts RemoteFiles::counts() const {
+  const std::lock_guard lock(mutex_);
+  Counts counts = counts_;
+  const MemoryCache::Counts memory = memory_.counts();
+  counts.evictions = memory.evictions;
+  counts.memory_bytes = memory.bytes;
+  counts.retries = retries_;
+  return counts;
+}
+
+// ---- RemoteFile
+
+const std::string& RemoteFile::address() const { return file_->address; }
+std::uint64_t RemoteFile::size() const { return file_->size; }
+const std::string& RemoteFile::version() const { return file_->version; }
+
+void RemoteFile::read(std::uint64_t offset, std::span<std::byte> into) const {
+  assert(offset <= size() && into.size() <= size() - offset);
+  constexpr std::size_t kMostAtOnce = 64;  // Blocks, so that memory stays small.
+  while (!into.empty()) {
+    const std::uint64_t first = offset / RemoteFiles::kBlockBytes;
+    const std::uint64_t last = (offset + into.size() - 1) / RemoteFiles::kBlockBytes;
+    const auto count =
+        static_cast<std::size_t>(std::min<std::uint64_t>(kMostAtOnce, last - first + 1));
+    for (const CachedBytes& block : files_->blocks(file_, first, count)) {
+      const auto begin = static_cast<std::size_t>(offset % RemoteFiles::kBlockBytes);
+      const std::size_t size = std::min(into.size(), block->size() - begin);
+      std::memcpy(into.data(), block->data() + begin, size);
+      into = into.subspan(size);
+      offset += size;
+    }
+  }
+}
+
+void RemoteFile::will_need(std::span<const FileRange> ranges) const {
+  files_->fetch_ahead(file_, ranges);
+}
+
+std::uint64_t RemoteFile::missing_bytes(std::span<const FileRange> ranges) const {
+  return files_->missing_bytes(*file_, ranges);
+}
+
+void RemoteFile::forget(const FileRange& range) const { files_->forget(*file_, range); }
+
+}  // namespace multitetra

@@ -1,0 +1,187 @@
+// Preparing over machines: the dataset of one process, bit for bit, whatever happens on the way.
+#include "server/dataset/partitioned/prepare_parts.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <numeric>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "server/dataset/byte_source.hpp"
+#include "server/dataset/partitioned/part_plan.hpp"
+#include "tests/support/prepared_fields.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+namespace fields = testing::fields;
+using testing::PreparedSetting;
+
+// What is in a folder, by name.
+std::map<std::string, std::string> content_of(const fs::path& folder) {
+  std::map<std::string, std::string> content;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) {
+      content[entry.path().lexically_relative(folder).string()] = bytes_of_file(entry.path());
+    }
+  }
+  return content;
+}
+
+PrepareOptions options_for(const PreparedSetting& setting) {
+  return {.name = setting.name, .outside = setting.outside, .margin = setting.margin};
+}
+
+// The dataset in a folder, and everything else there.
+std::map<std::string, std::string> by_one_process(const PreparedSetting& setting) {
+  const TemporaryFolder folder;
+  prepare(*source_of(setting.volume), options_for(setting), folder.path() / "all.mtd", {});
+  return content_of(folder.path());
+}
+
+void plan(const PreparedSetting& setting, const fs::path& dataset, std::size_t parts) {
+  const auto source = source_of(setting.volume);
+  VolumeSurvey found = survey(*source, options_for(setting));
+  write_plan(dataset,
+             {.metadata = {.info = found.info, .source = {}, .program_version = MULTITETRA_VERSION},
+              .bins = found.bins,
+              .parts = parts});
+}
+
+void make_part(const PreparedSetting& setting, const fs::path& dataset, std::size_t part) {
+  prepare_part(*source_of(setting.volume), dataset, part);
+}
+
+std::vector<PreparedSetting> settings() {
+  return {{"long", fields::integer_noise({20, 30, 300}, 90, 2), 3.0, 5},
+          {"wide", fields::noise({270, 140, 20}, 6)},
+          {"masked", fields::masked_gyroid(135, 10), std::nullopt, 3},
+          {"skewed", testing::skewed_noise({22, 131, 18}, 12), std::nullopt, 7},
+          {"small", fields::ball({9, 9, 9}, 3), 0.0, 1}};
+}
+
+TEST(PrepareParts, MakeTheDatasetOfOneProcessForAnyNumberOfParts) {
+  std::mt19937 random(7);
+  for (const PreparedSetting& setting : settings()) {
+    const auto expected = by_one_process(setting);
+    for (const std::size_t parts : {std::size_t{1}, std::size_t{2}, 2 + random() % 9}) {
+      SCOPED_TRACE(setting.name + ", parts: " + std::to_string(parts));
+      const TemporaryFolder folder;
+      plan(setting, folder.path() / "all.mtd", parts);
+      std::vector<std::size_t> order(parts);
+      std::iota(order.begin(), order.end(), 0);
+      std::shuffle(order.begin(), order.end(), random);
+      for (const std::size_t part : order) make_part(setting, folder.path() / "all.mtd", part);
+      merge_parts(folder.path() / "all.mtd");
+      EXPECT_EQ(content_of(folder.path()), expected);
+    }
+  }
+}
+
+TEST(PrepareParts, MayBeLostAndRepeated) {
+  const PreparedSetting setting = settings().front();
+  const auto expected = by_one_process(setting);
+  const TemporaryFolder folder;
+  plan(setting, folder.path() / "all.mtd", 3);
+  make_part(setting, folder.path() / "all.mtd", 2);
+  make_part(setting, folder.path() / "all.mtd", 0);
+  make_part(setting, folder.path() / "all.mtd", 2);
+  try {
+    merge_parts(folder.path() / "all.mtd");
+    FAIL();
+  } catch (const DatasetFileError& error) {
+    EXPECT_NE(std::string(error.what()).find("not there: 2."), std::string::npos) << error.what();
+  }
+  EXPECT_EQ(missing_parts(folder.path() / "all.mtd"), std::vector<std::size_t>{1});
+  make_part(setting, folder.path() / "all.mtd", 1);
+  // One that was killed after its files and before its record.
+  fs::remove(folder.path() / "all.mtd.parts" / "1.json");
+  EXPECT_EQ(missing_parts(folder.path() / "all.mtd"), std::vector<std::size_t>{0});
+  make_part(setting, folder.path() / "all.mtd", 0);
+  merge_parts(folder.path() / "all.mtd");
+  EXPECT_EQ(content_of(folder.path()), expected);
+}
+
+TEST(PrepareParts, MayBeCopiedTogether) {
+  const PreparedSetting setting = settings().front();
+  const auto expected = by_one_process(setting);
+  const TemporaryFolder machines;
+  const TemporaryFolder folder;
+  for (const std::size_t part : {0U, 1U, 2U}) {
+    const fs::path here = machines.path() / std::to_string(part) / "all.mtd";
+    fs::create_directory(here.parent_path());
+    plan(setting, here, 3);
+    make_part(setting, here, part);
+    fs::copy(parts_folder(here), parts_folder(folder.path() / "all.mtd"),
+             fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+  }
+  merge_parts(folder.path() / "all.mtd");
+  EXPECT_EQ(content_of(folder.path()), expected);
+}
+
+TEST(PrepareParts, ThatAreDamagedAreNotMerged) {
+  const PreparedSetting setting = settings().front();
+  const TemporaryFolder folder;
+  plan(setting, folder.path() / "all.mtd", 2);
+  make_part(setting, folder.path() / "all.mtd", 0);
+  make_part(setting, folder.path() / "all.mtd", 1);
+  for (const auto& [name, whole] : content_of(folder.path())) {
+    const fs::path file = folder.path() / name;
+    for (std::size_t i = 0; i < whole.size(); i += 1 + whole.size() / 12) {
+      std::string changed = whole;
+      changed[i] = static_cast<char>(changed[i] ^ 4);
+      if (whole[i] == ' ' || whole[i] == '\n') continue;  // Says nothing in JSON.
+      std::ofstream(file, std::ios::binary | std::ios::trunc) << changed;
+      EXPECT_ANY_THROW(merge_parts(folder.path() / "all.mtd")) << name << " " << i;
+      ASSERT_FALSE(fs::exists(folder.path() / "all.mtd"));
+    }
+    std::ofstream(file, std::ios::binary | std::ios::trunc) << whole;
+  }
+  merge_parts(folder.path() / "all.mtd");
+}
+
+TEST(PrepareParts, OfAnotherVolumeOrPlanAreRefused) {
+  const PreparedSetting setting = settings().front();
+  const TemporaryFolder folder;
+  plan(setting, folder.path() / "all.mtd", 2);
+  make_part(setting, folder.path() / "all.mtd", 0);
+  EXPECT_THROW(make_part(settings()[1], folder.path() / "all.mtd", 1), VolumeFileError);
+  EXPECT_THROW(make_part(setting, folder.path() / "all.mtd", 2), std::invalid_argument);
+  make_part(setting, folder.path() / "all.mtd", 1);
+  plan(setting, folder.path() / "all.mtd", 3);  // Planned anew: what is there belongs to nothing.
+  EXPECT_EQ(missing_parts(folder.path() / "all.mtd").size(), 3U);
+  EXPECT_THROW(merge_parts(folder.path() / "all.mtd"), DatasetFileError);
+}
+
+TEST(PartBoxes, AreTheVolumeAndWholeCubes) {
+  std::mt19937 random(3);
+  for (int i = 0; i < 200; ++i) {
+    const GridCounts dims = {static_cast<std::int32_t>(1 + random() % 700),
+                             static_cast<std::int32_t>(1 + random() % 700),
+                             static_cast<std::int32_t>(1 + random() % 700)};
+    const std::size_t parts = 1 + random() % 70;
+    const std::vector<PartBox> boxes = part_boxes(dims, parts);
+    ASSERT_EQ(boxes.size(), parts);
+    std::uint64_t samples = 0;
+    for (const PartBox& box : boxes) {
+      samples += box.samples();
+      for (int axis = 0; axis < 3; ++axis) {
+        const std::int32_t side = dims[static_cast<std::size_t>(axis)];
+        if (box.is_empty()) continue;
+        EXPECT_EQ(box.begin[axis] % 128, 0);
+        EXPECT_TRUE(box.end[axis] % 128 == 0 || box.end[axis] == side);
+      }
+    }
+    EXPECT_EQ(samples, static_cast<std::uint64_t>(dims[0]) * static_cast<std::uint64_t>(dims[1]) *
+                           static_cast<std::uint64_t>(dims[2]));
+  }
+}
+
+}  // namespace
+}  // namespace multitetra

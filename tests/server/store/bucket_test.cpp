@@ -1,0 +1,148 @@
+// A bucket as S3 speaks it: listed, and filled in parts, with signed requests.
+#include "server/store/bucket.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "server/store/store_error.hpp"
+#include "tests/support/folder_server.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+const HttpStoreOptions kQuick = {.tries = 2,
+                                 .first_pause = std::chrono::milliseconds(1),
+                                 .longest_pause = std::chrono::milliseconds(5)};
+
+class BucketTest : public ::testing::Test {
+ protected:
+  BucketTest() : server_(folder_.path()) {
+    setenv("AWS_ENDPOINT_URL", (server_.address() + "/s3").c_str(), 1);
+    setenv("AWS_ACCESS_KEY_ID", "reader", 1);
+    setenv("AWS_SECRET_ACCESS_KEY", "a secret", 1);
+  }
+  ~BucketTest() override {
+    for (const char* const name :
+         {"AWS_ENDPOINT_URL", "AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"}) {
+      unsetenv(name);
+    }
+  }
+  // A file of more than two parts.
+  [[nodiscard]] fs::path large_file() const {
+    std::string text((std::size_t{33} << 20) + 5, 'a');
+    for (std::size_t i = 0; i < text.size(); i += 1001) text[i] = static_cast<char>(i >> 10);
+    folder_.file("large", text);
+    return folder_.path() / "large";
+  }
+  template <typename Action>
+  static std::string trouble(const Action& action) {
+    try {
+      action();
+    } catch (const StoreError& error) {
+      return error.what();
+    }
+    return "none";
+  }
+  // Files of the bucket, with what is left of uploads.
+  [[nodiscard]] std::size_t files_in_bucket() const {
+    std::size_t files = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(folder_.path())) {
+      files += entry.is_regular_file() ? 1U : 0U;
+    }
+    return files;
+  }
+
+  const TemporaryFolder folder_;
+  const FolderServer server_;
+};
+
+TEST_F(BucketTest, ListsTheObjectsDirectlyBelowAPlace) {
+  for (const char* const name :
+       {"b.mtd", "a & b.mtd", "c.txt", "in/d.mtd", "in/e.mtd", "in/f/g.mtd"}) {
+    fs::create_directories((folder_.path() / name).parent_path());
+    folder_.file(name, "x");
+  }
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(list_bucket("s3://volumes", ".mtd", kQuick),
+            (Names{"s3://volumes/a & b.mtd", "s3://volumes/b.mtd"}));
+  for (const char* const place : {"s3://volumes/in", "s3://volumes/in/"}) {
+    EXPECT_EQ(list_bucket(place, ".mtd", kQuick),
+              (Names{"s3://volumes/in/d.mtd", "s3://volumes/in/e.mtd"}));
+  }
+  EXPECT_EQ(list_bucket("s3://volumes/none/", ".mtd", kQuick), Names{});
+}
+
+TEST_F(BucketTest, ListsMoreThanOneAnswerHolds) {
+  for (int i = 0; i < 25; ++i) folder_.file("x" + std::to_string(100 + i) + ".mtd", "x");
+  EXPECT_EQ(list_bucket("s3://volumes/", ".mtd", kQuick).size(), 25U);
+}
+
+TEST_F(BucketTest, SaysWhyItCannotBeListed) {
+  setenv("AWS_SECRET_ACCESS_KEY", "another secret", 1);
+  EXPECT_NE(trouble([] { (void)list_bucket("s3://volumes/", ".mtd", kQuick); }).find("status 403"),
+            std::string::npos);
+}
+
+TEST_F(BucketTest, TakesAFileInPartsAsOneObject) {
+  const fs::path file = large_file();
+  std::vector<double> fractions;
+  upload_file(file, "s3://volumes/new.mtd", {}, kQuick,
+              [&](double fraction) { fractions.push_back(fraction); });
+  EXPECT_TRUE(bytes_of_file(folder_.path() / "new.mtd") == bytes_of_file(file));
+  EXPECT_EQ(fractions.size(), 3U);
+  EXPECT_EQ(fractions.back(), 1);
+  EXPECT_EQ(files_in_bucket(), 2U) << "No part is left.";
+}
+
+TEST_F(BucketTest, ReplacesOnlyWhatWasThere) {
+  folder_.file("source", "new");
+  folder_.file("old.mtd", "old content");
+  const fs::path file = folder_.path() / "source";
+  const auto found = find_object("s3://volumes/old.mtd", 3, kQuick);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->begin.size(), 3U);
+  EXPECT_FALSE(find_object("s3://volumes/none.mtd", 3, kQuick));
+  using Kind = UploadCondition::Kind;
+  EXPECT_NE(trouble([&] {
+              upload_file(file, "s3://volumes/old.mtd", {}, kQuick);
+            }).find("another file came there"),
+            std::string::npos);
+  const UploadCondition same{.kind = Kind::kThisVersion, .etag = found->etag};
+  upload_file(file, "s3://volumes/old.mtd", same, kQuick);
+  EXPECT_EQ(bytes_of_file(folder_.path() / "old.mtd"), "new");
+  EXPECT_NE(trouble([&] {
+              upload_file(file, "s3://volumes/old.mtd", same, kQuick);
+            }).find("another file came there"),
+            std::string::npos);
+  upload_file(file, "s3://volumes/old.mtd", {.kind = Kind::kAnything}, kQuick);
+  EXPECT_EQ(files_in_bucket(), 2U) << "Nothing is left of those that failed.";
+}
+
+TEST_F(BucketTest, AbortsAnUploadThatFails) {
+  const fs::path file = large_file();
+  EXPECT_NE(trouble([&] {
+              upload_file(file, "s3://volumes/fails-part2.mtd", {}, kQuick);
+            }).find("status 500"),
+            std::string::npos);
+  EXPECT_NE(trouble([&] {
+              upload_file(file, "s3://volumes/fails-complete.mtd", {}, kQuick);
+            }).find("InternalError"),
+            std::string::npos);
+  EXPECT_EQ(files_in_bucket(), 1U);
+}
+
+TEST(BucketFolders, AreWhatDoesNotEndInTheSuffix) {
+  EXPECT_TRUE(is_bucket_folder("s3://volumes", ".mtd"));
+  EXPECT_TRUE(is_bucket_folder("s3://volumes/in/", ".mtd"));
+  EXPECT_FALSE(is_bucket_folder("s3://volumes/head.mtd", ".mtd"));
+  EXPECT_FALSE(is_bucket_folder("https://host/folder/", ".mtd"));
+}
+
+}  // namespace
+}  // namespace multitetra
