@@ -1,4 +1,4 @@
-// A stream session over one connection: one coroutine reads messages, one writes them, over TCP and
+// A conversation over one connection: one coroutine reads messages, one writes them, over TCP and
 // WebSockets alike.
 #pragma once
 

@@ -1,4 +1,4 @@
-// Stream sessions in frames over TCP, or TLS over TCP.
+// Conversations in frames over TCP, or TLS over TCP.
 #pragma once
 
 #include "server/transport/acceptor.hpp"
