@@ -65,7 +65,7 @@ PRIVATE = {
     "server/core/simplification": ["collapsing_mesh", "quadric", "vectors", "collapse_fan", "successive_mapping"],
     "server/dataset": ["brick_layers", "bricked_samples", "prepared_sinks", "mapped_file", "packed_bytes", "sample_facts"],
     "server/dataset/partitioned": ["part_files"],
-    "server/store": ["disk_cache", "http_client"],
+    "server/store": ["disk_cache", "store_client"],
     "server/certify": ["mesh_bytes", "vtp_reader", "exact_predicates", "triangle_intersection"],
 }
 # A folder that needs what is private of another, and why.

@@ -6,7 +6,7 @@
 #include <map>
 #include <system_error>
 
-#include "server/store/detail/http_client.hpp"
+#include "server/store/detail/store_client.hpp"
 #include "server/store/store_error.hpp"
 
 namespace multitetra {
@@ -132,7 +132,7 @@ class Upload {
 
   std::string address_;
   HttpPlace place_;
-  HttpClient client_;
+  StoreClient client_;
   std::string id_;
   std::vector<std::string> etags_;
   bool is_complete_ = false;
@@ -150,7 +150,7 @@ std::vector<std::string> list_bucket(const std::string& folder, std::string_view
   const std::string whole = folder.ends_with('/') ? folder : folder + "/";
   const std::string bucket = whole.substr(0, whole.find('/', 5) + 1);  // "s3://bucket/"
   const std::string prefix = whole.substr(bucket.size());
-  HttpClient client(true, options);
+  StoreClient client(true, options);
   std::vector<std::string> found;
   std::string next;
   do {
@@ -174,7 +174,7 @@ std::vector<std::string> list_bucket(const std::string& folder, std::string_view
 std::optional<StoredObject> find_object(const std::string& address, std::size_t bytes,
                                         const HttpStoreOptions& options) {
   const HttpPlace place = bucket_place(address);
-  HttpClient client(true, options);
+  StoreClient client(true, options);
   HttpAnswer answer = client.send({.address = place.address(),
                                    .range = ByteRange{.first = 0, .length = bytes},
                                    .most = std::max<std::uint64_t>(bytes, kMostAnswerBytes)});

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "server/store/detail/http_client.hpp"
+#include "server/store/detail/store_client.hpp"
 
 namespace multitetra {
 namespace {
@@ -41,7 +41,7 @@ class HttpStore : public ObjectStore {
   }
 
   std::string base_;  // Ends in '/'.
-  HttpClient client_;
+  StoreClient client_;
 };
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "server/store/detail/disk_cache.hpp"
-#include "server/store/detail/http_client.hpp"
+#include "server/store/detail/store_client.hpp"
 
 namespace multitetra {
 namespace {
@@ -31,7 +31,7 @@ std::string name_of_version(const std::string& address, const std::string& versi
 struct RemoteFiles::OpenFile {
   std::string address;  // As it was given.
   std::string url;
-  std::shared_ptr<HttpClient> client;
+  std::shared_ptr<StoreClient> client;
   std::uint64_t size = 0;
   std::string etag;           // Empty where there is none.
   std::string last_modified;  // The same.
@@ -72,10 +72,10 @@ RemoteFiles::~RemoteFiles() {
   has_jobs_.notify_all();
 }
 
-std::shared_ptr<HttpClient> RemoteFiles::client_for(const std::string& origin, bool is_s3) {
+std::shared_ptr<StoreClient> RemoteFiles::client_for(const std::string& origin, bool is_s3) {
   const std::lock_guard lock(mutex_);
-  std::shared_ptr<HttpClient>& client = clients_[origin];
-  if (!client) client = std::make_shared<HttpClient>(is_s3, options_.http);
+  std::shared_ptr<StoreClient>& client = clients_[origin];
+  if (!client) client = std::make_shared<StoreClient>(is_s3, options_.http);
   return client;
 }
 

@@ -37,7 +37,7 @@
 namespace multitetra {
 
 class DiskCache;
-class HttpClient;
+class StoreClient;
 class RemoteFile;
 
 struct RemoteFilesOptions {
@@ -110,7 +110,7 @@ class RemoteFiles : public std::enable_shared_from_this<RemoteFiles> {
   [[nodiscard]] std::vector<std::uint64_t> missing_blocks(const OpenFile& file,
                                                           std::span<const FileRange> ranges);
   void forget(const OpenFile& file, const FileRange& range);
-  std::shared_ptr<HttpClient> client_for(const std::string& origin, bool is_s3);
+  std::shared_ptr<StoreClient> client_for(const std::string& origin, bool is_s3);
   void work(const std::stop_token& stop);
 
   RemoteFilesOptions options_;
@@ -119,7 +119,7 @@ class RemoteFiles : public std::enable_shared_from_this<RemoteFiles> {
   std::atomic<std::uint64_t> retries_ = 0;
 
   mutable std::mutex mutex_;  // Guards what follows, but for the threads.
-  std::map<std::string, std::shared_ptr<HttpClient>> clients_;
+  std::map<std::string, std::shared_ptr<StoreClient>> clients_;
   std::map<std::pair<std::uint64_t, std::uint64_t>, std::shared_future<CachedBytes>> under_way_;
   Counts counts_;
   std::deque<Job> jobs_;

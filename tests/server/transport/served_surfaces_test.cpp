@@ -11,6 +11,8 @@
 #include "common/mesh/surface_distance.hpp"
 #include "server/core/thresholds/threshold_map.hpp"
 #include "server/dataset/prepare.hpp"
+#include "server/dataset/prepared_format.hpp"
+#include "server/dataset/section_table.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/service/extracted_surfaces.hpp"
 #include "tests/support/fake_steps.hpp"

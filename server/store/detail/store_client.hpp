@@ -48,13 +48,13 @@ struct HttpAnswer {
 };
 
 // Safe to use from several threads at once; more than `connections` of them wait.
-class HttpClient {
+class StoreClient {
  public:
   // With `signs_for_s3` requests carry Signature Version 4 where the environment has keys.
-  HttpClient(bool signs_for_s3, const HttpStoreOptions& options);
-  ~HttpClient();
-  HttpClient(const HttpClient&) = delete;
-  HttpClient& operator=(const HttpClient&) = delete;
+  StoreClient(bool signs_for_s3, const HttpStoreOptions& options);
+  ~StoreClient();
+  StoreClient(const StoreClient&) = delete;
+  StoreClient& operator=(const StoreClient&) = delete;
 
   // Throws StoreError when there is no answer, or none that can be used.
   [[nodiscard]] HttpAnswer send(const HttpRequest& request);

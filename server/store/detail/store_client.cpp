@@ -1,4 +1,4 @@
-#include "server/store/detail/http_client.hpp"
+#include "server/store/detail/store_client.hpp"
 
 #include <curl/curl.h>
 #include <openssl/evp.h>
@@ -115,7 +115,7 @@ milliseconds shaken(milliseconds pause) {
 }  // namespace
 
 // A connection that is used again; one thread at a time.
-struct HttpClient::Handle {
+struct StoreClient::Handle {
   Handle() : curl(curl_easy_init()) {}
   ~Handle() { curl_easy_cleanup(curl); }
   Handle(const Handle&) = delete;
@@ -124,7 +124,7 @@ struct HttpClient::Handle {
 };
 
 // What one try says.
-struct HttpClient::Outcome {
+struct StoreClient::Outcome {
   enum class Kind { kDone, kTryAgain, kFailed };
   Kind kind = Kind::kFailed;
   std::string problem = {};
@@ -136,7 +136,7 @@ struct HttpClient::Outcome {
   static Outcome of_part(CURL* curl, const HttpRequest& request, HttpAnswer& answer);
 };
 
-HttpClient::HttpClient(bool signs_for_s3, const HttpStoreOptions& options)
+StoreClient::StoreClient(bool signs_for_s3, const HttpStoreOptions& options)
     : options_(options), free_(options.connections) {
   static std::once_flag once;
   std::call_once(once, [] { curl_global_init(CURL_GLOBAL_DEFAULT); });
@@ -149,9 +149,9 @@ HttpClient::HttpClient(bool signs_for_s3, const HttpStoreOptions& options)
   session_ = environment("AWS_SESSION_TOKEN");
 }
 
-HttpClient::~HttpClient() = default;
+StoreClient::~StoreClient() = default;
 
-HttpAnswer HttpClient::send(const HttpRequest& request) {
+HttpAnswer StoreClient::send(const HttpRequest& request) {
   fail_while_resting(request.address);
   const Clock::time_point deadline = Clock::now() + options_.deadline;
   const auto left = [&] {
@@ -177,20 +177,20 @@ HttpAnswer HttpClient::send(const HttpRequest& request) {
   throw StoreError(request.address, outcome.problem, outcome.remedy);
 }
 
-void HttpClient::fail_while_resting(const std::string& address) {
+void StoreClient::fail_while_resting(const std::string& address) {
   const std::lock_guard lock(mutex_);
   if (Clock::now() >= rests_until_) return;
   throw StoreError(address, "its store failed a moment ago: " + rests_since_,
                    "It is tried again soon");
 }
 
-void HttpClient::rest(const std::string& problem) {
+void StoreClient::rest(const std::string& problem) {
   const std::lock_guard lock(mutex_);
   rests_until_ = Clock::now() + options_.rest_after_failure;
   rests_since_ = problem;
 }
 
-HttpClient::Outcome HttpClient::attempted(const HttpRequest& request, milliseconds left,
+StoreClient::Outcome StoreClient::attempted(const HttpRequest& request, milliseconds left,
                                           HttpAnswer& answer) {
   std::unique_ptr<Handle> handle = idle_handle();
   CURL* const curl = handle->curl;
@@ -240,7 +240,7 @@ HttpClient::Outcome HttpClient::attempted(const HttpRequest& request, millisecon
   return outcome;
 }
 
-HttpClient::Outcome HttpClient::Outcome::of(CURL* curl, CURLcode code, const HttpRequest& request,
+StoreClient::Outcome StoreClient::Outcome::of(CURL* curl, CURLcode code, const HttpRequest& request,
                                             const Transfer& transfer, HttpAnswer& answer) {
   if (transfer.too_large) {
     return {.problem = "it has more than the " + std::to_string(transfer.most) +
@@ -271,7 +271,7 @@ HttpClient::Outcome HttpClient::Outcome::of(CURL* curl, CURLcode code, const Htt
   return {.kind = Kind::kDone};
 }
 
-HttpClient::Outcome HttpClient::Outcome::of_part(CURL* curl, const HttpRequest& request,
+StoreClient::Outcome StoreClient::Outcome::of_part(CURL* curl, const HttpRequest& request,
                                                  HttpAnswer& answer) {
   const std::string text = header_of(curl, "Content-Range");
   const auto range = ContentRange::from(text);
@@ -285,7 +285,7 @@ HttpClient::Outcome HttpClient::Outcome::of_part(CURL* curl, const HttpRequest& 
           .remedy = "Use a server that serves ranges as HTTP wants it"};
 }
 
-std::unique_ptr<HttpClient::Handle> HttpClient::idle_handle() {
+std::unique_ptr<StoreClient::Handle> StoreClient::idle_handle() {
   std::unique_lock lock(mutex_);
   is_free_.wait(lock, [this] { return free_ > 0; });
   --free_;
@@ -295,7 +295,7 @@ std::unique_ptr<HttpClient::Handle> HttpClient::idle_handle() {
   return handle;
 }
 
-void HttpClient::give_back(std::unique_ptr<Handle> handle) {
+void StoreClient::give_back(std::unique_ptr<Handle> handle) {
   const std::lock_guard lock(mutex_);
   idle_.push_back(std::move(handle));
   ++free_;
