@@ -40,26 +40,27 @@ DatasetWriter::DatasetWriter(const std::filesystem::path& path, const DatasetSha
       file_(on_disk([&] { return AtomicFile(path); })),
       shape_(shape),
       layout_(shape.dims),
-      samples_(path.parent_path()),
-      spectrum_(path.parent_path()),
+      samples_(on_disk([&] { return ScratchFile(path.parent_path()); })),
+      spectrum_(on_disk([&] { return ScratchFile(path.parent_path()); })),
       spectrum_places_(shape.spectrum_bricks) {}
 
 void DatasetWriter::add_samples(std::span<const std::byte> bytes) {
   assert(sample_bytes_ + bytes.size() <= sample_bytes_in(shape_));
-  (void)samples_.put(bytes);
+  on_disk([&] { return samples_.put(bytes); });
   sample_bytes_ += bytes.size();
 }
 
 void DatasetWriter::read_samples(std::size_t first, std::span<std::byte> into) const {
   const auto width = static_cast<std::size_t>(bytes_per_sample(shape_.type));
-  samples_.get(layout_.offset(layout_.at(first)) * width, into);
+  on_disk([&] { samples_.get(layout_.offset(layout_.at(first)) * width, into); });
 }
 
 void DatasetWriter::add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes) {
   assert(index < spectrum_places_.size() && spectrum_places_[index].size == 0);
   assert(bytes.size() <= most_spectrum_brick_bytes());
   if (bytes.empty()) return;
-  spectrum_places_[index] = {.offset = spectrum_.put(bytes), .size = bytes.size()};
+  spectrum_places_[index] = {.offset = on_disk([&] { return spectrum_.put(bytes); }),
+                             .size = bytes.size()};
 }
 
 void DatasetWriter::finish(const DatasetMetadata& metadata, const SmallSections& small) {
@@ -89,15 +90,15 @@ void DatasetWriter::finish(const DatasetMetadata& metadata, const SmallSections&
   write_section(section_names::kSpectrumIndex, std::as_bytes(std::span(index)));
   const std::size_t index_section = sections_.size() - 1;
   write_packed_section(section_names::kCoarse, small.coarse);
+  write_packed_section(section_names::kRanges, small.ranges);
   index = write_bricks(section_names::kSpectrum, spectrum, [&](std::size_t brick) {
     std::vector<std::byte> bytes(spectrum_places_[brick].size);
-    spectrum_.get(spectrum_places_[brick].offset, bytes);
+    on_disk([&] { spectrum_.get(spectrum_places_[brick].offset, bytes); });
     return pack_sized(bytes);
   });
   const auto index_bytes = std::as_bytes(std::span(index));
   sections_[index_section].checksum = checksum(index_bytes);
   on_disk([&] { file_.write_at(sections_[index_section].offset, index_bytes); });
-  write_packed_section(section_names::kRanges, small.ranges);
   index = write_bricks(section_names::kSamples, layout_, samples);
   write_section(section_names::kSampleIndex, std::as_bytes(std::span(index)));
   const std::string head = encode_head(sections_);

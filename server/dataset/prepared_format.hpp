@@ -4,8 +4,8 @@
 //   bins       the edges of the isovalue bins
 //   specidx    size, codec and checksum of each brick of the spectrum, in the order of the file
 //   coarse     every eighth sample, packed
-//   spectrum   the packed bricks of core's SpectrumLayout, from the coarsest level to the finest
 //   ranges     least and largest sample of each cell, packed
+//   spectrum   the packed bricks of core's SpectrumLayout, from the coarsest level to the finest
 //   samples    the packed bricks of core's BrickLayout, in Morton order
 //   smplidx    size, codec and checksum of each brick of samples, in the order of the file
 //
@@ -37,8 +37,8 @@ inline constexpr const char* kMetadata = "metadata";
 inline constexpr const char* kBins = "bins";
 inline constexpr const char* kSpectrumIndex = "specidx";
 inline constexpr const char* kCoarse = "coarse";
-inline constexpr const char* kSpectrum = "spectrum";
 inline constexpr const char* kRanges = "ranges";
+inline constexpr const char* kSpectrum = "spectrum";
 inline constexpr const char* kSamples = "samples";
 inline constexpr const char* kSampleIndex = "smplidx";
 }  // namespace section_names

@@ -58,7 +58,7 @@ struct FileRange {
 class RemoteFiles : public std::enable_shared_from_this<RemoteFiles> {
  public:
   static constexpr std::size_t kBlockBytes = std::size_t{128} << 10;
-  static constexpr std::size_t kOpeningBlocks = 2;  // Fetched with the opening, in one request.
+  static constexpr std::size_t kOpeningBlocks = 3;  // Fetched with the opening, in one request.
   static constexpr std::size_t kRunBlocks = 8;      // Of one request ahead, at most.
 
   // Throws std::filesystem::filesystem_error when the folder cannot be made.

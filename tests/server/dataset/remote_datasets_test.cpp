@@ -147,8 +147,8 @@ TEST_F(RemoteDatasets, AFirstPreviewTakesLittle) {
   const SurfaceExtractor extractor(dataset);
   StepRequest step{.request = {.isovalue = 0.1}, .finest_spacing = 32};
   EXPECT_FALSE(extractor.extract(step, {}).tiles.empty());
-  EXPECT_LE(opened->counts().requests, 8U);
-  EXPECT_LE(opened->counts().fetched_bytes, 768U << 10);
+  EXPECT_LE(opened->counts().requests, 3U);
+  EXPECT_LE(opened->counts().fetched_bytes, 512U << 10);
 }
 
 }  // namespace

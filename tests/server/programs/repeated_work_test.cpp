@@ -1,4 +1,4 @@
-#include "server/programs/repeated_work.hpp"
+#include "server/programs/serving/repeated_work.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/programs/listener_options.hpp"
+#include "server/programs/serving/listener_options.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "server/programs/family_arguments.hpp"
+#include "server/programs/prepare/family_arguments.hpp"
 
 #include <charconv>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "server/programs/prepare_run.hpp"
+#include "server/programs/prepare/prepare_run.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,7 @@
 #include "server/dataset/prepare.hpp"
 #include "server/dataset/prepared_file.hpp"
 #include "server/dataset/source_note.hpp"
-#include "server/programs/dataset_output.hpp"
+#include "server/programs/prepare/dataset_output.hpp"
 #include "server/programs/progress.hpp"
 #include "server/volume/volume_files.hpp"
 

@@ -1,4 +1,4 @@
-#include "server/programs/prepare_arguments.hpp"
+#include "server/programs/prepare/prepare_arguments.hpp"
 
 namespace multitetra {
 namespace {

@@ -8,9 +8,9 @@
 #include "server/operations/log.hpp"
 #include "server/operations/memory_return.hpp"
 #include "server/programs/commands.hpp"
-#include "server/programs/repeated_work.hpp"
-#include "server/programs/serve_options.hpp"
-#include "server/programs/served_datasets.hpp"
+#include "server/programs/serving/repeated_work.hpp"
+#include "server/programs/serving/serve_options.hpp"
+#include "server/programs/serving/served_datasets.hpp"
 #include "server/programs/thread_options.hpp"
 #include "server/transport/server.hpp"
 

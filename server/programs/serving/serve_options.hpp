@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/cli/command.hpp"
-#include "server/programs/listener_options.hpp"
+#include "server/programs/serving/listener_options.hpp"
 #include "server/store/remote_files.hpp"
 #include "server/transport/server.hpp"
 

@@ -1,4 +1,4 @@
-#include "server/programs/served_datasets.hpp"
+#include "server/programs/serving/served_datasets.hpp"
 
 #include <sys/stat.h>
 

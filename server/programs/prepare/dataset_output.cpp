@@ -1,4 +1,4 @@
-#include "server/programs/dataset_output.hpp"
+#include "server/programs/prepare/dataset_output.hpp"
 
 #include <cerrno>
 #include <cstdlib>

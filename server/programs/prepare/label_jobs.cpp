@@ -1,4 +1,4 @@
-#include "server/programs/label_jobs.hpp"
+#include "server/programs/prepare/label_jobs.hpp"
 
 #include <algorithm>
 #include <utility>

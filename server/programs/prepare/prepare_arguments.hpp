@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "server/core/spectrum/isovalue_bins.hpp"
-#include "server/programs/family_arguments.hpp"
-#include "server/programs/prepare_parts_command.hpp"
+#include "server/programs/prepare/family_arguments.hpp"
+#include "server/programs/prepare/prepare_parts_command.hpp"
 #include "server/programs/volume_options.hpp"
 
 namespace multitetra {

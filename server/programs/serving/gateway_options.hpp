@@ -7,7 +7,7 @@
 
 #include "common/cli/command.hpp"
 #include "server/gateway/gateway_server.hpp"
-#include "server/programs/listener_options.hpp"
+#include "server/programs/serving/listener_options.hpp"
 
 namespace multitetra {
 

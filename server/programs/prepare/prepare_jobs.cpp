@@ -1,4 +1,4 @@
-#include "server/programs/prepare_jobs.hpp"
+#include "server/programs/prepare/prepare_jobs.hpp"
 
 #include <cstdint>
 #include <exception>

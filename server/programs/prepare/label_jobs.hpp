@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "server/programs/prepare_run.hpp"
+#include "server/programs/prepare/prepare_run.hpp"
 
 namespace multitetra {
 

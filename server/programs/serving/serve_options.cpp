@@ -1,4 +1,4 @@
-#include "server/programs/serve_options.hpp"
+#include "server/programs/serving/serve_options.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -1,4 +1,4 @@
-#include "server/programs/family_jobs.hpp"
+#include "server/programs/prepare/family_jobs.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "common/base/exit_codes.hpp"
-#include "server/programs/label_jobs.hpp"
+#include "server/programs/prepare/label_jobs.hpp"
 #include "server/volume/formats/image_stack.hpp"
 #include "server/volume/volume_files.hpp"
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "server/programs/prepare_arguments.hpp"
-#include "server/programs/prepare_jobs.hpp"
+#include "server/programs/prepare/prepare_arguments.hpp"
+#include "server/programs/prepare/prepare_jobs.hpp"
 #include "server/volume/labels/label_map.hpp"
 
 namespace multitetra {

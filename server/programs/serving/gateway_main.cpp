@@ -9,7 +9,7 @@
 #include "server/operations/log.hpp"
 #include "server/operations/memory_return.hpp"
 #include "server/operations/prometheus_metrics.hpp"
-#include "server/programs/gateway_options.hpp"
+#include "server/programs/serving/gateway_options.hpp"
 
 namespace multitetra {
 namespace {

@@ -1,4 +1,4 @@
-#include "server/programs/prepare_parts_command.hpp"
+#include "server/programs/prepare/prepare_parts_command.hpp"
 
 #include <charconv>
 #include <filesystem>

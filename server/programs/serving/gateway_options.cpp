@@ -1,4 +1,4 @@
-#include "server/programs/gateway_options.hpp"
+#include "server/programs/serving/gateway_options.hpp"
 
 #include <algorithm>
 
