@@ -315,16 +315,18 @@ void ShellEncoder::Work::code_corrections(const SampleBlock<Sample>& block,
     if (!edges_.any(y, z)) continue;
     for (int direction = first; direction < end; ++direction) {
       const EdgeDirection d = kEdgeDirection[direction];
+      const RowBits& crossed = edges_.crossed(direction, y, z);
+      if (!crossed.any()) continue;
       const std::int32_t* const from = rings_.levels(y, z);
-      const std::int32_t* const to = rings_.levels(y + d.y, z + d.z) + d.x;
-      for_each_sample(edges_.crossed(direction, y, z), [&](int x) {
+      const std::int32_t* const to = rings_.levels(y + d.y, z + d.z);
+      for_each_sample(crossed, [&](int x) {
         const double at_from = value(x, y, z);
         const double at_to = value(x + d.x, y + d.y, z + d.z);
         const std::int32_t steps = header_.steps();
         const std::int32_t cut = begins_at_other_end(d)
                                      ? steps - exact_cut(at_to, at_from, options.isovalue, steps)
                                      : exact_cut(at_from, at_to, options.isovalue, steps);
-        code_cut(coder, model_.corrections, scale_, steps, from[x], to[x], cut);
+        code_cut(coder, model_.corrections, scale_, steps, from[x], to[x + d.x], cut);
       });
     }
   }

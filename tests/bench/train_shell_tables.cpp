@@ -133,7 +133,7 @@ struct Counts {
     std::vector<int> result;
     for (const auto& [zeros, ones] : of) {
       const double p = (ones + 0.4) / (zeros + ones + 0.8);
-      result.push_back(std::clamp(static_cast<int>(p * 32768), 16, 32752));
+      result.push_back(std::clamp(static_cast<int>(p * 256), 0, 255));
     }
     return result;
   }
@@ -410,13 +410,19 @@ WeightSets trained_weights(Trainer& trainer, const std::vector<TrainingVolume>& 
   return sets;
 }
 
-template <typename Number>
-void print_table(const char* type, const char* name, const std::vector<Number>& numbers) {
-  std::cout << "inline constexpr " << type << " " << name << "[" << numbers.size() << "] = {";
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    std::cout << (i % 16 == 0 ? "\n    " : " ") << numbers[i] << ",";
+void print_table(const char* name, const std::vector<int>& numbers) {
+  constexpr std::size_t kWidth = 100;
+  std::cout << "inline constexpr uint8_t " << name << "[" << numbers.size() << "] = {\n";
+  std::string line = "   ";
+  for (const int number : numbers) {
+    const std::string word = " " + std::to_string(number) + ",";
+    if (line.size() + word.size() > kWidth) {
+      std::cout << line << "\n";
+      line = "   ";
+    }
+    line += word;
   }
-  std::cout << "\n};\n\n";
+  std::cout << line << "\n};\n\n";
 }
 
 void print_weights(const std::vector<std::array<int, kWeights>>& sets) {
@@ -430,7 +436,7 @@ void print_weights(const std::vector<std::array<int, kWeights>>& sets) {
 }
 
 template <std::size_t kCount>
-std::vector<int> as_vector(const uint16_t (&table)[kCount]) {
+std::vector<int> as_vector(const uint8_t (&table)[kCount]) {
   return {std::begin(table), std::end(table)};
 }
 
@@ -491,12 +497,12 @@ int run(const std::string& what, const std::string& list) {
          "magnitude_coder.hpp.\n";
   print_weights(weights);
   std::cout
-      << "// Where probabilities start, in units of 2^-15, in the order of the members of their "
+      << "// Where probabilities start: (b + 1/2) / 256, in the order of the members of their "
          "models; see\n// shell_model.hpp.\n";
-  print_table("uint16_t", "kTrainedSigns", signs);
-  print_table("uint16_t", "kTrainedExactValues", exact);
-  print_table("uint16_t", "kTrainedLevels", levels);
-  print_table("uint16_t", "kTrainedCorrections", corrections);
+  print_table("kTrainedSigns", signs);
+  print_table("kTrainedExactValues", exact);
+  print_table("kTrainedLevels", levels);
+  print_table("kTrainedCorrections", corrections);
   std::cout << "}  // namespace multitetra::shell\n";
   return 0;
 }

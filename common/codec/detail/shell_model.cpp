@@ -8,10 +8,13 @@ namespace {
 
 // A model is nothing but its probabilities, in the order of its members.
 template <typename Model, size_t kCount>
-void start_from(const uint16_t (&trained)[kCount], Model& model) {
+void start_from(const uint8_t (&trained)[kCount], Model& model) {
   static_assert(sizeof(Model) == kCount * sizeof(Probability));
   auto* probability = reinterpret_cast<Probability*>(&model);
-  for (const uint16_t start : trained) *probability++ = {.fast = start, .slow = start};
+  for (const uint8_t byte : trained) {
+    const auto start = static_cast<uint16_t>(128 * byte + 64);
+    *probability++ = {.fast = start, .slow = start};
+  }
 }
 
 }  // namespace
