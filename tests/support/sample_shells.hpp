@@ -9,7 +9,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -171,9 +170,9 @@ inline std::vector<LatticeTriangle> sorted_triangles(const LatticeMesh& mesh) {
 
 // The surface in a box: `value(x, y, z)` at its points, NaN where void. Every cell is six
 // tetrahedra around the diagonal from its corner with even coordinates.
-inline std::vector<LatticeTriangle> marched(const OwnedBox& box, double isovalue, int resolution,
-                                            std::int32_t spacing,
-                                            const std::function<double(int, int, int)>& value) {
+template <typename Value>
+std::vector<LatticeTriangle> marched(const OwnedBox& box, double isovalue, int resolution,
+                                     std::int32_t spacing, const Value& value) {
   constexpr std::array<std::array<int, 3>, 6> kOrders = {
       {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
   std::vector<LatticeTriangle> triangles;
@@ -224,7 +223,7 @@ inline std::vector<LatticeTriangle> marched(const OwnedBox& box, double isovalue
       }
     }
   }
-  return sorted_triangles(std::move(triangles));
+  return triangles;
 }
 
 }  // namespace multitetra::testing
