@@ -4,7 +4,7 @@
 //   if (read_shell_header(bytes, size, header) != ShellStatus::kOk) ...
 //   std::vector<ShellVertex> vertices(header.vertices);
 //   std::vector<ShellTriangle> triangles(header.triangles);
-//   auto decoder = std::make_unique<ShellDecoder>();   // 0.7 MB: keep it for the next tile
+//   auto decoder = std::make_unique<ShellDecoder>();   // 0.8 MB: keep it for the next tile
 //   if (decoder->decode(bytes, size, vertices.data(), triangles.data()) != ShellStatus::kOk) ...
 //
 // Any bytes are refused or give a mesh whose indices are below the number of vertices and whose

@@ -1,6 +1,7 @@
 #include "common/codec/shell_encoder.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -210,7 +211,8 @@ void ShellEncoder::Work::count_surface() {
     has_room = has_room &&
                marching_.add_vertices(edges_, z, 0, kDirectionsInSlice, vertices.data(), anywhere);
     if (z > 0) has_room = has_room && marching_.add_cells(z - 1, vertices.data(), found.data());
-    if (!has_room) break;  // Not possible: there is room for all.
+    assert(has_room);  // There is room for all.
+    if (!has_room) break;
   }
   header_.vertices = header_.has_void ? marching_.vertices() : crossed;
   header_.triangles = header_.has_void ? marching_.triangles() : triangles;
@@ -308,7 +310,8 @@ void ShellEncoder::Work::code_corrections(const SampleBlock<Sample>& block,
                                           RangeEncoder& coder) {
   const DataBox data(header_);
   const auto value = [&](int x, int y, int slice) {
-    const bool is_data = (data.row(y, slice) & samples_from_to(x, x + 1)).any();
+    const bool is_data =
+        header_.layers == 0 || (data.row(y, slice) & samples_from_to(x, x + 1)).any();
     return is_data ? value_at(block, x, y, slice) : static_cast<double>(header_.layer_value);
   };
   for (int y = 0; y < header_.samples[1]; ++y) {

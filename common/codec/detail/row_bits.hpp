@@ -75,6 +75,7 @@ inline void for_each_sample(RowBits row, const Visit& visit) {
 }
 
 // The row's bits from `bit` on; at least 25 of them are there.
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "A row's bytes hold its bits in order.");
 [[nodiscard]] inline uint32_t bits_from(const RowBits& row, int bit) {
   uint32_t word = 0;
   __builtin_memcpy(&word, reinterpret_cast<const unsigned char*>(&row) + (bit >> 3), sizeof(word));
