@@ -74,10 +74,12 @@ LatticeMesh through_bytes(const OwnedBox& box, const ShellOptions& options) {
 void expect_exact(const OwnedBox& box, const ShellOptions& options) {
   const LatticeMesh mesh = through_bytes(box, options);
   expect_sound(mesh);
-  EXPECT_EQ(
-      sorted_triangles(mesh),
-      marched(box, options.isovalue, options.lattice_resolution, 1 << options.spacing_exponent,
-              [&](int x, int y, int z) { return static_cast<double>(box.value(x, y, z)); }));
+  const auto value = [&box](int x, int y, int z) {
+    return static_cast<double>(box.value(x, y, z));
+  };
+  EXPECT_EQ(sorted_triangles(mesh),
+            sorted_triangles(marched(box, options.isovalue, options.lattice_resolution,
+                                     1 << options.spacing_exponent, value)));
 }
 
 // A volume's surface at a uniform level is what its tiles decode to, taken together.
