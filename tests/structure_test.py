@@ -14,6 +14,7 @@ PROJECT = pathlib.Path(__file__).resolve().parent.parent
 # Folder -> the folders that it may include besides itself; all that those may include, too.
 ROOMS = {
     "common/base": [],
+    "common/codec": ["common/base"],
     "common/image": ["common/base"],
     "common/mesh": ["common/base"],
     "common/request": ["common/mesh"],

@@ -17,6 +17,7 @@
 #include "tests/server/volume/written_volumes.hpp"
 #include "tests/support/sample_messages.hpp"
 #include "tests/support/surfaces.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace {
 
@@ -188,6 +189,11 @@ int main(int argc, char** argv) {
   write(root / "fuzz_tile", ++number, promised_tile(surfaces::touching_octahedra(5), 5));
   std::ifstream golden(MULTITETRA_TEST_DATA "/small.mtd", std::ios::binary);
   const std::string dataset{std::istreambuf_iterator<char>(golden), {}};
+  for (const std::string name : {"example", "exact", "lattice_exact", "quantized"}) {
+    const std::string shell = bytes_of_file(MULTITETRA_TEST_DATA "/shell_" + name + ".bin");
+    write(root / "fuzz_shell", ++number, shell);
+    write(root / "fuzz_shell_round_trip", ++number, shell);
+  }
   write(root / "fuzz_dataset_file", ++number, input_of_bytes(dataset));
   write(root / "fuzz_dataset_file", ++number, input_of_sections(dataset));
   for (const char* request :

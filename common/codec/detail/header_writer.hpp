@@ -1,0 +1,27 @@
+// A shell's header from what is asked for, and its bytes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/base/result.hpp"
+#include "common/codec/shell_encoder.hpp"
+#include "common/codec/shell_format.hpp"
+
+namespace multitetra::shell {
+
+[[nodiscard]] inline tl::unexpected<Error> not_encodable(std::string why) {
+  return fail(ErrorCode::kInvalidArgument, std::move(why));
+}
+
+// With all that is known before the samples are looked at. kInvalidArgument for what the format has
+// no place for.
+[[nodiscard]] Result<ShellHeader> header_for(const ShellBox& box, const ShellOptions& options);
+
+[[nodiscard]] std::vector<std::uint8_t> written_header(const ShellHeader& header,
+                                                       std::size_t raw_size);
+
+}  // namespace multitetra::shell

@@ -1,0 +1,54 @@
+// What the coder has learnt: probabilities by context. They start from trained values, so that
+// small tiles gain too, and follow the tile from there.
+#pragma once
+
+#include <stdint.h>
+
+#include "common/codec/detail/range_coder.hpp"
+#include "common/codec/shell_format.hpp"
+
+namespace multitetra::shell {
+
+// Of a field of bits; see sign_coder.hpp.
+struct SignModel {
+  static constexpr int kBlockContexts = 108;
+  static constexpr int kSampleContexts = 1 << 12;
+
+  Probability block_is_mixed[kBlockContexts];
+  Probability block_is_ones[kBlockContexts];
+  Probability sample[kSampleContexts];
+};
+
+// Of what predictions of values miss by; see magnitude_coder.hpp.
+struct ValueModel {
+  static constexpr int kScales = 24;   // Half octaves of what a prediction is likely to miss by.
+  static constexpr int kSupports = 4;  // How many neighbours it is made from.
+  static constexpr int kPlaces = 6;    // How near it is to the least value.
+  static constexpr int kExponents = 18;
+
+  Probability is_missed[kScales * kSupports][kPlaces];
+  Probability is_too_high[kScales * kSupports][kPlaces];
+  Probability is_longer[kScales * kSupports][2][kExponents];
+  Probability mantissa[kExponents][2][3];
+};
+
+// Of lattice-exact corrections, by the difference of levels along the edge; see corrections.hpp.
+struct CorrectionModel {
+  static constexpr int kDifferences = 96;
+  static constexpr int kDistances = 8;
+
+  Probability is_wrong[kDifferences];
+  Probability is_lower[kDifferences];
+  Probability is_further[kDistances];
+};
+
+struct ShellModel {
+  SignModel presence;
+  SignModel signs;
+  ValueModel values;
+  CorrectionModel corrections;
+
+  void begin(ShellValues kind);
+};
+
+}  // namespace multitetra::shell

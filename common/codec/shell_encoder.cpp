@@ -1,0 +1,414 @@
+#include "common/codec/shell_encoder.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+#include "common/codec/detail/corrections.hpp"
+#include "common/codec/detail/crossed_edges.hpp"
+#include "common/codec/detail/header_writer.hpp"
+#include "common/codec/detail/level_of_distance.hpp"
+#include "common/codec/detail/level_scale.hpp"
+#include "common/codec/detail/magnitude_coder.hpp"
+#include "common/codec/detail/marching.hpp"
+#include "common/codec/detail/range_encoder.hpp"
+#include "common/codec/detail/row_bits.hpp"
+#include "common/codec/detail/shell_model.hpp"
+#include "common/codec/detail/sign_coder.hpp"
+
+namespace multitetra::shell {
+
+namespace {
+
+// For an integer or float v: v > isovalue exactly when v > this, for floats as floats.
+template <typename Sample>
+[[nodiscard]] auto threshold_for(double isovalue) {
+  if constexpr (std::is_floating_point_v<Sample>) {
+    const auto nearest =
+        static_cast<float>(std::clamp(isovalue, -double{std::numeric_limits<float>::max()},
+                                      double{std::numeric_limits<float>::max()}));
+    return static_cast<double>(nearest) > isovalue
+               ? std::nextafter(nearest, -std::numeric_limits<float>::infinity())
+               : nearest;
+  } else {
+    using Limits = std::numeric_limits<Sample>;
+    // One below the least where all are above.
+    return static_cast<std::int32_t>(
+        std::clamp(std::floor(isovalue), double{Limits::min()} - 1, double{Limits::max()}));
+  }
+}
+
+// Bit i is whether holds(first[i]), eight samples at a time.
+template <typename Sample, typename Holds>
+[[nodiscard]] RowBits bits_of_row(const Sample* first, int count, const Holds& holds) {
+  std::uint64_t words[2] = {};
+  int x = 0;
+  for (; x + 8 <= count; x += 8) {
+    std::uint8_t bytes[8];
+    for (int i = 0; i < 8; ++i) bytes[i] = holds(first[x + i]) ? 1 : 0;
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes, sizeof(word));
+    words[x >> 6] |= (word * 0x0102040810204080U) >> 56 << (x & 63);
+  }
+  for (; x < count; ++x) words[x >> 6] |= std::uint64_t{holds(first[x]) ? 1U : 0U} << (x & 63);
+  return of_previous({words[0], words[1]});
+}
+
+// The bits of all samples; whether any is not set.
+template <typename Sample, typename Holds>
+bool fill_field(const SampleBlock<Sample>& block, const std::array<std::int32_t, 3>& size,
+                const Holds& holds, BitField& field) {
+  field.begin(size[0], size[1], size[2]);
+  bool all = true;
+  for (int z = 0; z < size[2]; ++z) {
+    for (int y = 0; y < size[1]; ++y) {
+      const RowBits bits =
+          bits_of_row(block.first + block.row * y + block.slice * z, size[0], holds);
+      field.row(y, z) = bits;
+      all = all && bits == field.inside();
+    }
+  }
+  return !all;
+}
+
+// Gives void samples the side of the sample before them, in x, else in y, else in z, which costs
+// least.
+void continue_into_void(const BitField& present, BitField& signs) {
+  for (int z = 0; z < signs.size(2); ++z) {
+    for (int y = 0; y < signs.size(1); ++y) {
+      const RowBits holes = signs.inside() & ~present.row(y, z);
+      for_each_sample(holes, [&](int x) {
+        const bool before = x > 0   ? signs.at(x - 1, y, z)
+                            : y > 0 ? signs.at(x, y - 1, z)
+                                    : z > 0 && signs.at(x, y, z - 1);
+        if (before) signs.row(y, z) |= samples_from_to(x, x + 1);
+      });
+    }
+  }
+}
+
+}  // namespace
+
+double displacement_bound(int levels_per_octave) {
+  return std::sqrt(3.0) * (0.5 - 1 / (1 + std::exp2(1.0 / levels_per_octave)));
+}
+
+class ShellEncoder::Work {
+ public:
+  void start(const ShellHeader& header) { header_ = header; }
+  template <typename Sample>
+  Result<std::vector<std::uint8_t>> encode(const SampleBlock<Sample>& block, const ShellBox& box,
+                                           const ShellOptions& options);
+
+ private:
+  template <typename Sample>
+  void find_signs(const SampleBlock<Sample>& block, const ShellBox& box, double isovalue);
+  void count_surface();
+  template <typename Sample>
+  Result<void> find_magnitudes(const SampleBlock<Sample>& block, const ShellOptions& options);
+  template <typename Sample, typename Magnitudes>
+  void code_samples(const SampleBlock<Sample>& block, const ShellOptions& options,
+                    const Magnitudes& magnitudes, RangeEncoder& coder);
+  template <typename Sample>
+  void code_corrections(const SampleBlock<Sample>& block, const ShellOptions& options, int z,
+                        int first, int end, RangeEncoder& coder);
+
+  // Of the data's samples, by coordinates of the box.
+  template <typename Sample>
+  [[nodiscard]] double value_at(const SampleBlock<Sample>& block, int x, int y, int z) const {
+    return static_cast<double>(
+        block.first[(x - header_.layer(0, false)) + block.row * (y - header_.layer(1, false)) +
+                    block.slice * (z - header_.layer(2, false))]);
+  }
+
+  [[nodiscard]] const BitField* present() const { return header_.has_void ? &present_ : nullptr; }
+
+  ShellHeader header_;
+  SignBlocks blocks_;
+  BitField unlayered_signs_;  // Before layers are put around the data.
+  BitField unlayered_present_;
+  BitField signs_;
+  BitField present_;
+  ShellModel model_;
+  CrossedEdges edges_;
+  SampleRings rings_;
+  LevelScale scale_;
+  Marching marching_;
+  std::vector<RowBits> coded_;  // Which samples are, row by row.
+  // Of coded samples, in their order: magnitudes, or levels that start at kZeroDistance.
+  std::vector<std::int32_t> magnitudes_;
+  std::vector<std::uint32_t> histogram_;
+};
+
+template <typename Sample>
+void ShellEncoder::Work::find_signs(const SampleBlock<Sample>& block, const ShellBox& box,
+                                    double isovalue) {
+  const auto threshold = threshold_for<Sample>(isovalue);
+  const bool has_layers = box.layers != 0;
+  BitField& signs = has_layers ? unlayered_signs_ : signs_;
+  fill_field(
+      block, box.data_samples, [threshold](Sample v) { return v > threshold; }, signs);
+  header_.has_void = false;
+  if constexpr (std::is_floating_point_v<Sample>) {
+    BitField& present = has_layers ? unlayered_present_ : present_;
+    header_.has_void = fill_field(
+        block, box.data_samples, [](Sample v) { return v == v; }, present);
+    if (header_.has_void) {
+      continue_into_void(present, signs);
+      present.finish();
+    }
+  }
+  signs.finish();
+  if (!has_layers) return;
+  const int low[3] = {header_.layer(0, false), header_.layer(1, false), header_.layer(2, false)};
+  const auto enclose = [&](const BitField& field, bool around, BitField& enclosed) {
+    enclosed = field;
+    enclosed.enclose(low, header_.samples, around);
+    enclosed.finish();
+  };
+  enclose(unlayered_signs_, header_.layer_is_positive, signs_);
+  if (header_.has_void) enclose(unlayered_present_, true, present_);
+}
+
+// Vertices, triangles, and which samples are coded.
+void ShellEncoder::Work::count_surface() {
+  const DataBox data(header_);
+  const int ny = header_.samples[1];
+  const int nz = header_.samples[2];
+  coded_.clear();
+  header_.vertices = max_vertices(header_);
+  header_.triangles = max_triangles(header_);
+  edges_.begin(signs_, present(), header_.origin);
+  marching_.begin(signs_, present(), header_);
+  // Only where samples are void do counts depend on more than signs: then cells are gone through.
+  std::vector<ShellVertex> vertices(header_.has_void ? header_.vertices : 0);
+  std::vector<ShellTriangle> found(header_.has_void ? header_.triangles : 0);
+  std::uint32_t crossed = 0;
+  std::uint32_t triangles = 0;
+  for (int z = 0; z < nz; ++z) {
+    edges_.find(z);
+    for (int y = 0; y < ny; ++y) {
+      const RowBits active = edges_.active(y, z);
+      coded_.push_back(active & data.row(y, z));
+      if (!edges_.any(y, z)) continue;
+      for (int d = 0; d < kEdgeDirections; ++d) {
+        crossed += static_cast<std::uint32_t>(count(edges_.crossed(d, y, z)));
+      }
+    }
+    if (!header_.has_void) {
+      if (z > 0) triangles += marching_.count_triangles(z - 1);
+      continue;
+    }
+    const auto anywhere = [](int, int, int) { return 1; };
+    bool has_room = true;
+    if (z > 0) {
+      has_room = marching_.add_vertices(edges_, z - 1, kDirectionsInSlice, kEdgeDirections,
+                                        vertices.data(), anywhere);
+    }
+    has_room = has_room &&
+               marching_.add_vertices(edges_, z, 0, kDirectionsInSlice, vertices.data(), anywhere);
+    if (z > 0) has_room = has_room && marching_.add_cells(z - 1, vertices.data(), found.data());
+    assert(has_room);  // There is room for all.
+    if (!has_room) break;
+  }
+  header_.vertices = header_.has_void ? marching_.vertices() : crossed;
+  header_.triangles = header_.has_void ? marching_.triangles() : triangles;
+}
+
+// The magnitudes of all coded samples; for exact shells as they are coded, else as levels, v = c
+// being kZeroDistance.
+constexpr std::int32_t kZeroDistance = std::numeric_limits<std::int32_t>::min();
+
+template <typename Sample>
+Result<void> ShellEncoder::Work::find_magnitudes(const SampleBlock<Sample>& block,
+                                                 const ShellOptions& options) {
+  magnitudes_.clear();
+  const bool is_exact = options.values == ShellValues::kExact;
+  const double below = std::floor(options.isovalue);
+  const auto below_as_integer = is_exact ? static_cast<std::int32_t>(below) : 0;
+  bool is_good = true;
+  std::size_t row = 0;
+  for (int z = 0; z < header_.samples[2]; ++z) {
+    for (int y = 0; y < header_.samples[1]; ++y) {
+      const RowBits coded = coded_[row++];
+      if (!coded.any()) continue;
+      const Sample* const samples = block.first + block.row * (y - header_.layer(1, false)) +
+                                    block.slice * (z - header_.layer(2, false)) -
+                                    header_.layer(0, false);
+      for_each_sample(coded, [&](int x) {
+        const Sample sample = samples[x];
+        if (is_exact) {
+          if constexpr (std::is_floating_point_v<Sample>) {
+            is_good = is_good && std::abs(sample) <= static_cast<float>(kMaxExactValue) &&
+                      std::floor(sample) == sample;
+            if (!is_good) return;
+          }
+          const std::int32_t above = static_cast<std::int32_t>(sample) - below_as_integer;
+          magnitudes_.push_back(above > 0 ? above - 1 : -above);
+        } else {
+          const double distance = std::abs(static_cast<double>(sample) - options.isovalue);
+          is_good = is_good && distance < std::numeric_limits<double>::infinity();
+          if (!is_good) return;
+          magnitudes_.push_back(distance > 0
+                                    ? level_of_distance(distance, header_.levels_per_octave)
+                                    : kZeroDistance);
+        }
+      });
+    }
+  }
+  if (!is_good) {
+    return not_encodable(is_exact ? "An exact sample shell holds integers of at most 2^24 only"
+                                  : "A sample next to the surface is infinite");
+  }
+  if (is_exact) return {};
+
+  std::int32_t layer_level = kZeroDistance;
+  if (header_.layers != 0) {
+    const double distance = std::abs(static_cast<double>(header_.layer_value) - options.isovalue);
+    if (distance > 0) layer_level = level_of_distance(distance, header_.levels_per_octave);
+  }
+  std::int32_t least = std::numeric_limits<std::int32_t>::max();
+  std::int32_t most = kZeroDistance;
+  const auto include = [&](std::int32_t level) {
+    if (level != kZeroDistance) least = std::min(least, level);
+    most = std::max(most, level);
+  };
+  for (const std::int32_t level : magnitudes_) include(level);
+  if (header_.layers != 0) include(layer_level);
+  if (most == kZeroDistance) least = most = 0;  // All are at the isovalue.
+  if (std::int64_t{most} - least + 2 > kMaxLevels) {
+    return not_encodable("The samples next to the surface are of too different magnitudes");
+  }
+  header_.first_level = least;
+  header_.levels = most - least + 2;
+  const auto number = [least](std::int32_t level) {
+    return level == kZeroDistance ? 0 : level - least + 1;
+  };
+  histogram_.assign(static_cast<std::size_t>(header_.levels), 0);
+  for (std::int32_t& level : magnitudes_) {
+    level = number(level);
+    ++histogram_[static_cast<std::size_t>(level)];
+  }
+  header_.layer_level = number(layer_level);
+  // 2^10 units are the median's octave.
+  std::size_t median = 0;
+  for (std::size_t seen = histogram_[0]; 2 * seen < magnitudes_.size();)
+    seen += histogram_[++median];
+  const std::int32_t median_level =
+      least + std::max<std::int32_t>(static_cast<std::int32_t>(median), 1) - 1;
+  header_.unit_exponent =
+      (median_level >> floor_log2(static_cast<std::uint32_t>(header_.levels_per_octave))) - 10;
+  return {};
+}
+
+template <typename Sample>
+void ShellEncoder::Work::code_corrections(const SampleBlock<Sample>& block,
+                                          const ShellOptions& options, int z, int first, int end,
+                                          RangeEncoder& coder) {
+  const DataBox data(header_);
+  const auto value = [&](int x, int y, int slice) {
+    const bool is_data =
+        header_.layers == 0 || (data.row(y, slice) & samples_from_to(x, x + 1)).any();
+    return is_data ? value_at(block, x, y, slice) : static_cast<double>(header_.layer_value);
+  };
+  for (int y = 0; y < header_.samples[1]; ++y) {
+    if (!edges_.any(y, z)) continue;
+    for (int direction = first; direction < end; ++direction) {
+      const EdgeDirection d = kEdgeDirection[direction];
+      const RowBits& crossed = edges_.crossed(direction, y, z);
+      if (!crossed.any()) continue;
+      const std::int32_t* const from = rings_.levels(y, z);
+      const std::int32_t* const to = rings_.levels(y + d.y, z + d.z);
+      for_each_sample(crossed, [&](int x) {
+        const double at_from = value(x, y, z);
+        const double at_to = value(x + d.x, y + d.y, z + d.z);
+        const std::int32_t steps = header_.steps();
+        const std::int32_t cut = begins_at_other_end(d)
+                                     ? steps - exact_cut(at_to, at_from, options.isovalue, steps)
+                                     : exact_cut(at_from, at_to, options.isovalue, steps);
+        code_cut(coder, model_.corrections, scale_, steps, from[x], to[x + d.x], cut);
+      });
+    }
+  }
+}
+
+template <typename Sample, typename Magnitudes>
+void ShellEncoder::Work::code_samples(const SampleBlock<Sample>& block, const ShellOptions& options,
+                                      const Magnitudes& magnitudes, RangeEncoder& coder) {
+  const bool has_corrections = options.values == ShellValues::kLatticeExact;
+  const int ny = header_.samples[1];
+  const DataBox data(header_);
+  RecentMeans recent = Magnitudes::start();
+  const std::int32_t* next = magnitudes_.data();
+  rings_.begin();
+  if (has_corrections) edges_.begin(signs_, present(), header_.origin);
+  for (int z = 0; z < header_.samples[2]; ++z) {
+    rings_.begin_slice(z, ny);
+    if (has_corrections) edges_.find(z);
+    for (int y = 0; y < ny; ++y) {
+      const RowBits coded = coded_[static_cast<std::size_t>(ny) * static_cast<std::size_t>(z) +
+                                   static_cast<std::size_t>(y)];
+      std::int32_t* const levels = rings_.levels(y, z);
+      code_row_of_samples(
+          coder, model_.values, magnitudes, signs_, coded, y, z, rings_, recent,
+          [&next] { return *next++; },
+          [levels](int x, std::int32_t magnitude) { levels[x] = magnitude; });
+      if (!has_corrections) continue;
+      for_each_sample(edges_.active(y, z) & ~coded,
+                      [&](int x) { levels[x] = header_.layer_level; });
+    }
+    if (!has_corrections) continue;
+    if (z > 0) {
+      code_corrections(block, options, z - 1, kDirectionsInSlice, kEdgeDirections, coder);
+    }
+    code_corrections(block, options, z, 0, kDirectionsInSlice, coder);
+  }
+}
+
+template <typename Sample>
+Result<std::vector<std::uint8_t>> ShellEncoder::Work::encode(const SampleBlock<Sample>& block,
+                                                             const ShellBox& box,
+                                                             const ShellOptions& options) {
+  find_signs(block, box, options.isovalue);
+  count_surface();
+  if (Result<void> found = find_magnitudes(block, options); !found) {
+    return tl::unexpected(found.error());
+  }
+  model_.begin(options.values);
+  RangeEncoder coder;
+  const bool has_layers = header_.layers != 0;
+  if (header_.has_void) {
+    code_signs(coder, model_.presence, blocks_, has_layers ? unlayered_present_ : present_);
+  }
+  code_signs(coder, model_.signs, blocks_, has_layers ? unlayered_signs_ : signs_);
+  if (options.values == ShellValues::kExact) {
+    code_samples(block, options, ExactMagnitudes(), coder);
+  } else {
+    scale_.begin(header_);
+    code_samples(block, options, LevelMagnitudes(scale_), coder);
+  }
+  coder.finish();
+  std::vector<std::uint8_t> bytes = written_header(header_, coder.raw().size());
+  bytes.insert(bytes.end(), coder.raw().begin(), coder.raw().end());
+  bytes.insert(bytes.end(), coder.bytes().begin(), coder.bytes().end());
+  return bytes;
+}
+
+ShellEncoder::ShellEncoder() : work_(std::make_unique<Work>()) {}
+ShellEncoder::~ShellEncoder() = default;
+ShellEncoder::ShellEncoder(ShellEncoder&&) noexcept = default;
+ShellEncoder& ShellEncoder::operator=(ShellEncoder&&) noexcept = default;
+
+Result<std::vector<std::uint8_t>> ShellEncoder::encode(const ShellBox& box,
+                                                       const ShellOptions& options) {
+  Result<ShellHeader> header = header_for(box, options);
+  if (!header) return tl::unexpected(header.error());
+  work_->start(*header);
+  return std::visit([&](const auto& block) { return work_->encode(block, box, options); },
+                    box.samples);
+}
+
+}  // namespace multitetra::shell

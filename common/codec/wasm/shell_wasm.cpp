@@ -1,0 +1,80 @@
+// The decoder of sample shells as WebAssembly. build.sh beside it compiles it.
+//
+// Usage, per tile, all numbers being 32 bits and pointers offsets into `memory`:
+//
+//   const at = shell_payload(bytes.length)   // where the payload goes; memory may have grown
+//   new Uint8Array(memory.buffer, at, bytes.length).set(bytes)
+//   shell_open() === 0                       // ShellStatus; then the counts are known
+//   shell_decode() === 0                     // memory may have grown again
+//   new Int32Array(memory.buffer, shell_vertices(), 3 * shell_vertex_count())
+//   new Uint32Array(memory.buffer, shell_triangles(), 3 * shell_triangle_count())
+//
+// The arrays are valid until the next shell_payload. Memory stays as large as the largest tile
+// needs, at most some 65 MB; a host that wants less looks at the counts before shell_decode.
+#include <stddef.h>
+#include <stdint.h>
+
+#include "common/codec/shell_decoder.hpp"
+
+extern "C" unsigned char __heap_base;  // The linker's: where memory is free.
+
+namespace {
+
+using multitetra::shell::ShellDecoder;
+using multitetra::shell::ShellHeader;
+using multitetra::shell::ShellStatus;
+using multitetra::shell::ShellTriangle;
+using multitetra::shell::ShellVertex;
+
+constexpr size_t kPage = 65536;
+
+ShellDecoder decoder;
+ShellHeader header;
+size_t payload_size = 0;
+
+uint8_t* payload() {
+  return reinterpret_cast<uint8_t*>((reinterpret_cast<size_t>(&__heap_base) + 15) & ~size_t{15});
+}
+ShellVertex* vertices() {
+  return reinterpret_cast<ShellVertex*>(payload() + ((payload_size + 15) & ~size_t{15}));
+}
+ShellTriangle* triangles() {
+  return reinterpret_cast<ShellTriangle*>(vertices() + header.vertices);
+}
+
+// False where the host gives no more memory.
+bool grow_to(const void* end) {
+  const size_t needed = (reinterpret_cast<size_t>(end) + kPage - 1) / kPage;
+  const size_t now = __builtin_wasm_memory_size(0);
+  return needed <= now || __builtin_wasm_memory_grow(0, needed - now) != static_cast<size_t>(-1);
+}
+
+}  // namespace
+
+#define MULTITETRA_EXPORT(name) extern "C" __attribute__((export_name(#name)))
+
+// 0 where there is no memory.
+MULTITETRA_EXPORT(shell_payload) uint8_t* shell_payload(size_t size) {
+  header = {};
+  payload_size = 0;
+  if (size > (size_t{1} << 30) || !grow_to(payload() + size)) return nullptr;
+  payload_size = size;
+  return payload();
+}
+MULTITETRA_EXPORT(shell_open) int32_t shell_open() {
+  const ShellStatus status = multitetra::shell::read_shell_header(payload(), payload_size, header);
+  if (status != ShellStatus::kOk) header = {};
+  return static_cast<int32_t>(status);
+}
+// -1 where there is no memory.
+MULTITETRA_EXPORT(shell_decode) int32_t shell_decode() {
+  if (!grow_to(triangles() + header.triangles)) return -1;
+  return static_cast<int32_t>(decoder.decode(payload(), payload_size, vertices(), triangles()));
+}
+MULTITETRA_EXPORT(shell_vertex_count) uint32_t shell_vertex_count() { return header.vertices; }
+MULTITETRA_EXPORT(shell_triangle_count) uint32_t shell_triangle_count() { return header.triangles; }
+MULTITETRA_EXPORT(shell_lattice_resolution) int32_t shell_lattice_resolution() {
+  return header.lattice_resolution;
+}
+MULTITETRA_EXPORT(shell_vertices) const ShellVertex* shell_vertices() { return vertices(); }
+MULTITETRA_EXPORT(shell_triangles) const ShellTriangle* shell_triangles() { return triangles(); }

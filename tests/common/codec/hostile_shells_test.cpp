@@ -1,0 +1,151 @@
+// Whatever bytes come, they are refused or give a sound mesh, in bounded time and memory.
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "tests/support/fields.hpp"
+#include "tests/support/sample_shells.hpp"
+
+namespace multitetra {
+namespace {
+
+using shell::ShellHeader;
+using shell::ShellStatus;
+using shell::ShellValues;
+using testing::box_in;
+using testing::decode_shell;
+using testing::DecodedShell;
+using testing::OwnedBox;
+namespace fields = testing::fields;
+
+void expect_refused_or_sound(const std::vector<std::uint8_t>& bytes) {
+  const DecodedShell decoded = decode_shell(bytes);
+  if (decoded.status != ShellStatus::kOk) return;
+  for (const TriangleIndices& triangle : decoded.mesh.triangles) {
+    for (const std::uint32_t corner : triangle) {
+      ASSERT_LT(corner, decoded.mesh.vertices.size());
+    }
+  }
+  for (const LatticePoint& vertex : decoded.mesh.vertices) ASSERT_TRUE(is_on_lattice(vertex));
+}
+
+std::vector<std::vector<std::uint8_t>> small_shells() {
+  std::vector<std::vector<std::uint8_t>> shells;
+  const auto add = [&](const Volume& volume, std::optional<double> outside,
+                       const shell::ShellOptions& options) {
+    const OwnedBox box = *box_in(volume, outside, outside ? 1 : 0, 1, {0, 0, 0}, {8, 8, 8});
+    shells.push_back(*shell::encode_shell(box.box(), options));
+  };
+  add(fields::integer_noise({9, 9, 9}, 200, 1), std::nullopt, {.isovalue = 100});
+  add(fields::integer_noise({7, 7, 7}, 200, 2), 7.0, {.isovalue = 100.5});
+  add(fields::masked_gyroid(9, 3), std::nullopt,
+      {.isovalue = 0.1, .values = ShellValues::kLatticeExact});
+  add(fields::masked_gyroid(7, 4), 3.0,
+      {.isovalue = 0.1, .values = ShellValues::kQuantized, .levels_per_octave = 2});
+  return shells;
+}
+
+TEST(HostileShells, PrefixesAreRefused) {
+  for (const auto& bytes : small_shells()) {
+    ASSERT_EQ(decode_shell(bytes).status, ShellStatus::kOk);
+    // The decoder supplies up to four zeros at the end: without the last bytes, the last values
+    // may be others.
+    constexpr std::size_t kSupplied = 4;
+    for (std::size_t size = 0; size < bytes.size(); ++size) {
+      const std::vector<std::uint8_t> prefix(bytes.begin(),
+                                             bytes.begin() + static_cast<std::ptrdiff_t>(size));
+      if (size + kSupplied < bytes.size()) {
+        EXPECT_NE(decode_shell(prefix).status, ShellStatus::kOk) << size;
+      } else {
+        expect_refused_or_sound(prefix);
+      }
+    }
+    std::vector<std::uint8_t> longer = bytes;
+    longer.insert(longer.end(), kSupplied + 1, 0);
+    EXPECT_EQ(decode_shell(longer).status, ShellStatus::kBadContents);
+  }
+}
+
+TEST(HostileShells, EveryChangedByteIsRefusedOrSound) {
+  for (const auto& bytes : small_shells()) {
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+      for (const int change : {0x01, 0x80, 0xff}) {
+        std::vector<std::uint8_t> changed = bytes;
+        changed[i] = static_cast<std::uint8_t>(changed[i] ^ change);
+        expect_refused_or_sound(changed);
+      }
+    }
+  }
+}
+
+TEST(HostileShells, NoiseBehindAHeaderIsRefusedOrSound) {
+  std::mt19937_64 random(5);
+  const auto shells = small_shells();
+  for (int trial = 0; trial < 2000; ++trial) {
+    std::vector<std::uint8_t> bytes = shells[static_cast<std::size_t>(trial) % shells.size()];
+    ShellHeader header;
+    ASSERT_EQ(shell::read_shell_header(bytes.data(), bytes.size(), header), ShellStatus::kOk);
+    for (std::size_t i = header.raw_begin; i < bytes.size(); ++i) {
+      bytes[i] = static_cast<std::uint8_t>(random());
+    }
+    expect_refused_or_sound(bytes);
+  }
+}
+
+// A header of the largest box that promises the most, with streams of one byte over and over.
+TEST(HostileShells, TheLargestBoxTakesBoundedTime) {
+  for (const int modes : {0x00, 0x10, 0x01, 0x11, 0x02, 0x1e}) {
+    for (const int filler : {0x00, 0x55, 0xaa, 0xff}) {
+      std::vector<std::uint8_t> bytes = {1, static_cast<std::uint8_t>(modes), 5, 0, 0, 0, 0, 63, 63,
+                                         63};
+      ShellHeader header;
+      bytes.insert(bytes.end(), {0x80, 0x80, 0x74, 0x80, 0x80, 0x80, 0x01});
+      if ((modes & 3) == 0) {
+        bytes.insert(bytes.end(), {0, 0, 0, 0, 0, 0, 0x59, 0x40});  // 100
+      } else {
+        bytes.insert(bytes.end(), {0, 0x80, 0x14, 0});
+      }
+      bytes.push_back(0);
+      bytes.resize(bytes.size() + 500000, static_cast<std::uint8_t>(filler));
+      ASSERT_EQ(shell::read_shell_header(bytes.data(), bytes.size(), header), ShellStatus::kOk)
+          << modes;
+      EXPECT_LE(header.vertices, shell::max_vertices(header));
+      EXPECT_LE(header.triangles, shell::max_triangles(header));
+      const auto start = std::chrono::steady_clock::now();
+      expect_refused_or_sound(bytes);
+      EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
+    }
+  }
+}
+
+TEST(ReadShellHeader, RefusesFieldsOutOfTheirRange) {
+  const std::vector<std::uint8_t> good = small_shells()[0];
+  const auto status = [&](std::size_t at, std::uint8_t byte) {
+    std::vector<std::uint8_t> bytes = good;
+    bytes[at] = byte;
+    ShellHeader header;
+    return shell::read_shell_header(bytes.data(), bytes.size(), header);
+  };
+  EXPECT_EQ(status(0, 1), ShellStatus::kOk);
+  EXPECT_EQ(status(0, 2), ShellStatus::kUnknownVersion);
+  EXPECT_EQ(status(1, 3), ShellStatus::kBadHeader);     // No such values.
+  EXPECT_EQ(status(1, 4), ShellStatus::kBadHeader);     // Exact shells have no levels.
+  EXPECT_EQ(status(1, 0x20), ShellStatus::kBadHeader);  // A bit that means nothing.
+  EXPECT_EQ(status(2, 0), ShellStatus::kBadHeader);     // No lattice.
+  EXPECT_EQ(status(2, 9), ShellStatus::kBadHeader);     // Too fine a lattice.
+  EXPECT_EQ(status(3, 64), ShellStatus::kBadHeader);    // A seventh side.
+  EXPECT_EQ(status(7, 64), ShellStatus::kBadHeader);    // 66 samples.
+  ShellHeader header;
+  for (std::size_t size = 0; size < 20; ++size) {
+    EXPECT_NE(shell::read_shell_header(good.data(), size, header), ShellStatus::kOk);
+  }
+  EXPECT_EQ(shell::read_shell_header(nullptr, 0, header), ShellStatus::kUnknownVersion);
+}
+
+}  // namespace
+}  // namespace multitetra

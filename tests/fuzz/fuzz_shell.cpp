@@ -1,0 +1,40 @@
+// Any bytes are refused or decode to a mesh whose indices and vertices are where they belong.
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "common/codec/shell_decoder.hpp"
+#include "tests/fuzz/require.hpp"
+
+namespace {
+
+using namespace multitetra::shell;
+
+// Boxes below the format's limit, for the sake of pace.
+constexpr std::uint32_t kMaxVertices = 1 << 16;
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const auto decoder = std::make_unique<ShellDecoder>();
+  ShellHeader header;
+  if (read_shell_header(data, size, header) != ShellStatus::kOk) return 0;
+  require(header.vertices <= max_vertices(header) && header.triangles <= max_triangles(header));
+  require(header.raw_begin <= header.range_begin && header.range_begin <= size);
+  if (max_vertices(header) > kMaxVertices) return 0;
+  std::vector<ShellVertex> vertices(header.vertices);
+  std::vector<ShellTriangle> triangles(header.triangles);
+  if (decoder->decode(data, size, vertices.data(), triangles.data()) != ShellStatus::kOk) return 0;
+  for (const ShellTriangle& triangle : triangles) {
+    for (const std::uint32_t corner : triangle.corners) require(corner < header.vertices);
+  }
+  for (const ShellVertex& vertex : vertices) {
+    const std::int32_t at[3] = {vertex.x, vertex.y, vertex.z};
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::int32_t low = header.origin[axis] * header.steps();
+      require(at[axis] >= low && at[axis] <= low + (header.samples[axis] - 1) * header.steps());
+    }
+  }
+  return 0;
+}
