@@ -10,7 +10,7 @@ namespace {
 // Of a far file: what a first preview reads lies in its first bytes, which come in one request
 // after that of the opening. Behind them so many bytes after a brick are fetched ahead.
 constexpr std::uint64_t kPreviewBytes = std::uint64_t{512} << 10;
-constexpr std::uint64_t kBytesAhead = std::uint64_t{4} << 20;
+constexpr std::uint64_t kBytesAhead = std::uint64_t{1} << 20;
 
 // Marks the keys of constant bricks, which are shared by their values.
 constexpr std::uint64_t kConstantKey = std::uint64_t{1} << 63;

@@ -38,8 +38,9 @@ class PreparedModel {
   [[nodiscard]] const FineErrorsOptions& fine_options() const { return fine_; }
 
   // For points of spacing kSpectrumSpacing and more.
+  // A point below the finest spacing is not looked up: its brick may be far away.
   [[nodiscard]] bool kept(const DividingPoint& point) const {
-    return options_.keeps(point, spectrum_->bound(point));
+    return may_keep(point.spacing()) && options_.keeps(point, spectrum_->bound(point));
   }
 
   // For a finer point p of spacing s, whose error is known: infinite when a flip keeps it.

@@ -78,7 +78,7 @@ struct PlannedStep {
 inline constexpr double kFirstServerSeconds = 0.05;
 inline constexpr double kFirstLinkSeconds = 0.1;
 inline constexpr double kFirstClientSeconds = 0.1;
-inline constexpr std::uint64_t kFirstFetchedBytes = std::uint64_t{256} << 10;
+inline constexpr std::uint64_t kFirstFetchedBytes = std::uint64_t{128} << 10;
 inline constexpr double kPatience = 5;
 inline constexpr double kPreviewShare = 0.2;
 inline constexpr double kCertifiedShare = 0.5;

@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "common/mesh/content_digest.hpp"
+#include "server/core/planning/refinement_plan.hpp"
 #include "server/dataset/verify_dataset.hpp"
+#include "server/extraction/read_ahead.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/support/folder_server.hpp"
 #include "tests/support/prepared_fields.hpp"
@@ -25,7 +27,7 @@ class RemoteDatasets : public ::testing::Test {
   }
 
   void prepare_noise(unsigned seed) const {
-    prepare(*source_of(fields::integer_noise({140, 40, 40}, 90, seed)), {.name = "noise"},
+    prepare(*source_of(fields::integer_noise({140, 70, 70}, 90, seed)), {.name = "noise"},
             folder_.path() / "noise.mtd", {});
   }
   static std::vector<ContentDigest> digests(const DatasetPtr& dataset) {
@@ -145,7 +147,11 @@ TEST_F(RemoteDatasets, AFirstPreviewTakesLittle) {
   const DatasetPtr dataset = open_dataset(server_.address() + "/large.mtd", opened);
   EXPECT_EQ(opened->counts().requests, 1U);
   const SurfaceExtractor extractor(dataset);
-  StepRequest step{.request = {.isovalue = 0.1}, .finest_spacing = 32};
+  // As plans choose it: so fine that what must be fetched beside the opening stays small.
+  std::int32_t finest = 8;
+  while (spectrum_bytes_to_fetch(*dataset, finest) > kFirstFetchedBytes) finest *= 2;
+  EXPECT_LE(finest, 64);
+  StepRequest step{.request = {.isovalue = 0.1}, .finest_spacing = finest};
   EXPECT_FALSE(extractor.extract(step, {}).tiles.empty());
   EXPECT_LE(opened->counts().requests, 3U);
   EXPECT_LE(opened->counts().fetched_bytes, 512U << 10);

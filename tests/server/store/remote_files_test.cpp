@@ -225,7 +225,7 @@ TEST_F(RemoteFilesTest, AreKeptOnDiskForTheNextStartAndForOthers) {
   for (int start = 0; start < 3; ++start) {
     const auto all = files(options);
     EXPECT_TRUE(part(*all->open(address()), 0, kSize) == content(1));
-    EXPECT_EQ(all->counts().disk_hits, start == 0 ? 0U : 39U);
+    EXPECT_EQ(all->counts().disk_hits, start == 0 ? 0U : 38U);
   }
   // Another version is another file.
   folder_.file("file", content(2));

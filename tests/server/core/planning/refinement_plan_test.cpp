@@ -181,7 +181,7 @@ TEST(RefinementPlan, TheFirstNeedsNothingThatIsFinerThanTheSpectrum) {
 TEST(RefinementPlan, TheFirstOfADatasetThatIsFarAwayLooksAtLittleOfIt) {
   SizeEstimates sizes = Surface{.triangles = 1000}.sizes();  // Which would come at once.
   sizes.to_fetch = [](std::int32_t finest) {
-    return (std::uint64_t{50} << 20) / static_cast<std::uint64_t>(finest * finest);
+    return (std::uint64_t{30} << 20) / static_cast<std::uint64_t>(finest * finest);
   };
   sizes.of = [of = sizes.of](const StepRequest& step) {
     EXPECT_GE(step.finest_spacing, 16);
