@@ -26,9 +26,9 @@ ModelOptions StepSpec::model() const {
   return options;
 }
 
-SimplificationOptions StepSpec::simplification(const OctreeCube& cube) const {
+SimplificationOptions StepSpec::simplification() const {
   return {.lattice_step = lattice_step_,
-          .max_distance = (1 - kModelShare) * thresholds_.least_in(box_of(cube))};
+          .max_distance = {thresholds_, 1 - kModelShare}};
 }
 
 bool StepSpec::has_important_places() const { return thresholds_.least() != thresholds_.largest(); }
