@@ -28,7 +28,8 @@ ModelOptions StepSpec::model() const {
 
 SimplificationOptions StepSpec::simplification() const {
   return {.lattice_step = lattice_step_,
-          .max_distance = {thresholds_, 1 - kModelShare}};
+          .max_distance = {thresholds_, 1 - kModelShare},
+          .is_embedded = step_.request.embedded};
 }
 
 bool StepSpec::has_important_places() const { return thresholds_.least() != thresholds_.largest(); }

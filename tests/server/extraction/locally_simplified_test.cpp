@@ -1,12 +1,14 @@
 // Simplified surfaces under threshold maps: no place is farther from the full surface than is
 // allowed there, and a map pays: what is coarse costs what it would cost alone.
 #include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
 
 #include <cmath>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "common/mesh/lattice_intersections.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/mesh/surface_distance.hpp"
 #include "server/extraction/surface_extractor.hpp"
@@ -84,6 +86,31 @@ TEST_P(LocallySimplified, NoPlaceIsFartherFromTheFullSurfaceThanIsAllowedThere) 
         distances(sampled_points(full_surface, 8000), NearestTriangle(surface), allowed);
     EXPECT_EQ(away.above_limit, 0U) << away.worst_distance << " of " << away.worst_limit;
     EXPECT_EQ(back.above_limit, 0U) << back.worst_distance << " of " << back.worst_limit;
+  }
+}
+
+TEST_P(LocallySimplified, AreTheSameForAnyNumberOfThreads) {
+  const DatasetPtr dataset = prepared(GetParam());
+  const SurfaceExtractor extractor(dataset);
+  std::mt19937_64 random(18);
+  IsosurfaceRequest request{.isovalue = 0.1, .error = 1, .simplify = true};
+  for (int i = 0; i < 3; ++i) {
+    SCOPED_TRACE(i);
+    if (i == 1) request.thresholds = random_thresholds(dataset->info, random);
+    request.embedded = i == 2;
+    const TiledSurface of_all = extractor.extract({.request = request});
+    const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+    const TiledSurface of_one = extractor.extract({.request = request});
+    ASSERT_EQ(of_one.tiles.size(), of_all.tiles.size());
+    for (std::size_t t = 0; t < of_one.tiles.size(); ++t) {
+      EXPECT_EQ(of_one.tiles[t].cube, of_all.tiles[t].cube);
+      EXPECT_EQ(of_one.tiles[t].mesh.vertices, of_all.tiles[t].mesh.vertices);
+      EXPECT_EQ(of_one.tiles[t].mesh.triangles, of_all.tiles[t].mesh.triangles);
+      EXPECT_EQ(of_one.tiles[t].simplification_bound, of_all.tiles[t].simplification_bound);
+    }
+    if (request.embedded) {
+      EXPECT_EQ(lattice_intersections(mesh_of(of_one)).pairs, 0U);
+    }
   }
 }
 

