@@ -24,10 +24,6 @@ struct TriangleBox {
     return low.x <= o.high.x && o.low.x <= high.x && low.y <= o.high.y && o.low.y <= high.y &&
            low.z <= o.high.z && o.low.z <= high.z;
   }
-  [[nodiscard]] bool contains(const TriangleBox& o) const {
-    return low.x <= o.low.x && o.high.x <= high.x && low.y <= o.low.y && o.high.y <= high.y &&
-           low.z <= o.low.z && o.high.z <= high.z;
-  }
 };
 [[nodiscard]] TriangleBox box_of(const LatticeTriangle& triangle);
 [[nodiscard]] TriangleBox box_around(const TriangleBox& a, const TriangleBox& b);

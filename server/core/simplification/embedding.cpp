@@ -2,16 +2,9 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
-#include <numbers>
 
 namespace multitetra {
 namespace {
-
-Vec3 direction(const LatticePoint& from, const LatticePoint& to) {
-  return {static_cast<double>(to.x - from.x), static_cast<double>(to.y - from.y),
-          static_cast<double>(to.z - from.z)};
-}
 
 // Of cells somewhat larger than the triangles are on average: most triangles are filed in those.
 int cell_exponent(const CollapsingMesh& mesh, std::span<const LatticePoint> vertices) {
@@ -49,16 +42,13 @@ LatticeTriangle Embedding::triangle(std::uint32_t index) const {
 }
 
 bool Embedding::allows(std::span<const std::uint32_t> ring) {
-  const LatticePoint& u = vertex(ring.front());
   const LatticePoint& v = vertex(CollapsingMesh::next(ring.front()));
-  star_.clear();
   fan_.clear();
   boxes_.clear();
-  TriangleBox all{u, u};
+  TriangleBox all{v, v};
   for (std::size_t k = 0; k < ring.size(); ++k) {
     const LatticePoint& first = vertex(CollapsingMesh::next(ring[k]));
     const LatticePoint& second = vertex(CollapsingMesh::previous(ring[k]));
-    star_.push_back({u, first, second});
     all = box_around(all, {first, first});
     if (k == 0 || k + 1 == ring.size()) continue;
     fan_.emplace_back(LatticeTriangle{v, first, second});
@@ -67,11 +57,6 @@ bool Embedding::allows(std::span<const std::uint32_t> ring) {
       if (intersect(fan_[j], fan_.back())) return false;
     }
   }
-  const auto is_at_ring = [&](const LatticeTriangle& other) {
-    return std::any_of(star_.begin(), star_.end(), [&](const auto& t) {
-      return t[1] == other[0] || t[1] == other[1] || t[1] == other[2];
-    });
-  };
   return !grid_.visit_near(all, [&](std::uint32_t t) {
     const bool goes = std::any_of(ring.begin(), ring.end(), [t](std::uint32_t corner) {
       return CollapsingMesh::triangle_of(corner) == t;
@@ -82,25 +67,8 @@ bool Embedding::allows(std::span<const std::uint32_t> ring) {
     for (std::size_t k = 0; k < fan_.size(); ++k) {
       if (boxes_[k].touches(box) && intersect(fan_[k], other)) return true;
     }
-    return all.contains(box) && !is_at_ring(other.triangle()) && is_between(other.triangle()[0]);
+    return false;
   });
-}
-
-// By the solid angle that the closed surface of both has there: none from outside. The place lies
-// on neither.
-bool Embedding::is_between(const LatticePoint& place) const {
-  const auto half_angle = [&](const LatticeTriangle& t) {
-    const Vec3 a = direction(place, t[0]);
-    const Vec3 b = direction(place, t[1]);
-    const Vec3 c = direction(place, t[2]);
-    const double la = length(a), lb = length(b), lc = length(c);
-    return std::atan2(dot(a, cross(b, c)),
-                      la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
-  };
-  double angle = 0;
-  for (const LatticeTriangle& t : star_) angle += half_angle(t);
-  for (const LatticePlane& t : fan_) angle -= half_angle(t.triangle());
-  return std::abs(angle) > std::numbers::pi;
 }
 
 void Embedding::keep(std::span<const std::uint32_t> ring) {

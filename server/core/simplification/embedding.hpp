@@ -1,6 +1,5 @@
 // Keeps a surface that does not cut itself that way: refuses collapses that would make triangles
-// meet anywhere but in the vertices and edges that they share, or that would move the surface
-// across a small component, which would then be on the other side of it.
+// meet anywhere but in the vertices and edges that they share.
 //
 // Only new triangles can meet others, and each collapse that is let through leaves a surface that
 // does not cut itself: so none of them does.
@@ -10,7 +9,6 @@
 #include <span>
 #include <vector>
 
-#include "common/base/vec3.hpp"
 #include "common/mesh/lattice_plane.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/mesh/triangle_grid.hpp"
@@ -37,15 +35,12 @@ class Embedding {
     return vertices_[mesh_.vertex(corner)];
   }
   [[nodiscard]] LatticeTriangle triangle(std::uint32_t index) const;
-  // Whether a place is between the triangles before and after the collapse.
-  [[nodiscard]] bool is_between(const LatticePoint& place) const;
 
   const CollapsingMesh& mesh_;
   std::span<const LatticePoint> vertices_;
   Obstacles obstacles_;
   TriangleGrid grid_;  // Obstacles come after the mesh's triangles.
-  // Of one collapse: the triangles that go, and the new ones with their boxes.
-  std::vector<LatticeTriangle> star_;
+  // Of one collapse: the new triangles and their boxes.
   std::vector<LatticePlane> fan_;
   std::vector<TriangleBox> boxes_;
 };

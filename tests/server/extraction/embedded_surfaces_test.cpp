@@ -24,7 +24,7 @@ LatticeMesh welded(const TiledSurface& surface) {
 class EmbeddedSurfaces : public ::testing::TestWithParam<PreparedSetting> {};
 
 std::vector<PreparedSetting> crowded_fields() {
-  return {{"noise", fields::noise({22, 25, 21}, 41)},
+  return {{"noise", fields::noise({15, 17, 14}, 41)},
           {"noisy_gyroid", fields::gyroid(36, 0.8, 45, {1, 1, 2})},
           {"closed_noise", fields::noise({18, 16, 17}, 42), 0.0, 1},
           {"adaptive_ball", fields::ball({50, 46, 52}, 18)}};
