@@ -65,7 +65,7 @@ void add_budget_options(Command& command, SurfaceArguments& a) {
       ->group(kSize);
   command
       .add_flag("--embedded", a.embedded,
-                "Simplified meshes that nowhere cut themselves, in two to three times the time")
+                "Simplified meshes that nowhere cut themselves, in two to four times the time")
       ->group(kSize);
   command
       .add_option("--max-triangles", a.max_triangles,

@@ -52,7 +52,7 @@ namespace multitetra {
 struct SimplificationOptions {
   Vec3 lattice_step = {1, 1, 1};     // Length of a lattice step along each axis.
   AllowedDistance max_distance = 0;  // In the unit of `lattice_step`.
-  // Whether a surface that does not cut itself stays so. It takes two to three times as long, and
+  // Whether a surface that does not cut itself stays so. It takes two to four times as long, and
   // leaves a few percent more triangles.
   bool is_embedded = false;
 
