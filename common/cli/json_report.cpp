@@ -87,6 +87,7 @@ Json json_of(const IsosurfaceRequest& request) {
   if (request.max_triangles != 0) json["max_triangles"] = request.max_triangles;
   if (request.max_bytes != 0) json["max_bytes"] = request.max_bytes;
   if (request.simplify) json["simplify"] = true;
+  if (request.embedded) json["embedded"] = true;
   if (request.normal_bits != 0) json["normal_bits"] = request.normal_bits;
   return json;
 }

@@ -65,6 +65,10 @@ void add_budget_options(Command& command, SurfaceArguments& a) {
       ->capture_default_str()
       ->group(kSize);
   command
+      .add_flag("--embedded", a.embedded,
+                "Simplified meshes that nowhere cut themselves, in two to four times the time")
+      ->group(kSize);
+  command
       .add_option("--max-triangles", a.max_triangles,
                   "The most triangles of each step, as 2M or 300k; errors are raised to meet it "
                   "(default: no limit)")
@@ -253,6 +257,7 @@ Result<std::vector<IsosurfaceRequest>> requests_of(const SurfaceArguments& argum
          .max_triangles = arguments.max_triangles,
          .max_bytes = arguments.max_bytes,
          .simplify = arguments.simplify == "on",
+         .embedded = arguments.embedded,
          .normal_bits = arguments.normal_bits});
     if (!request) return tl::unexpected(request.error());
     requests.push_back(*std::move(request));

@@ -47,6 +47,7 @@ struct SurfaceArguments {
   std::uint64_t max_bytes = 0;
   int normal_bits = 0;
   std::string simplify = "on";
+  bool embedded = false;
   bool allow_empty = false;
   double min_component = 0;  // Samples of diagonal.
   ThresholdFiles threshold_files = {};

@@ -60,6 +60,8 @@ struct IsosurfaceRequest {
   // Whether meshes get rid of triangles that the error does not need: see
   // server/core/simplification.
   bool simplify = false;
+  // With `simplify`: whether meshes may nowhere cut themselves. It takes two to four times as long.
+  bool embedded = false;
   int normal_bits = 0;  // Of each of a normal's two octahedral coordinates, 8 to 10; 0: no normals.
   // Only what lies in this cell; it comes in one step. None: everything. Goes with no budget.
   std::optional<SurfaceCell> cell = std::nullopt;

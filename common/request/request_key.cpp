@@ -100,6 +100,7 @@ std::string key_of(const IsosurfaceRequest& request) {
   key.add(request.max_triangles);
   key.add(request.max_bytes);
   key.add(request.simplify);
+  key.add(request.embedded);
   key.add(request.normal_bits);
   key.add_if(request.cell ? &*request.cell : nullptr);
   key.add(request.thresholds);

@@ -48,7 +48,7 @@ class BlockSampler {
     const auto before = static_cast<double>(tile.mesh.triangles.size());
     if (before == 0) return block;
     if (request().simplify) {
-      Simplified left = simplified(tile.mesh, spec_.simplification(cube), checkpoint());
+      Simplified left = simplified(tile.mesh, spec_.simplification(), checkpoint());
       block.triangles = counted(before, left.mesh);
       tile.simplification_bound = left.bound;
       tile.mesh = std::move(left.mesh);
@@ -69,7 +69,7 @@ class BlockSampler {
     for (int i = 0; i < 8; ++i) {
       const OctreeCube child = cube.child(i);
       if (!is_refined(model_, child)) continue;
-      const SimplificationOptions how = spec_.simplification(child);
+      const SimplificationOptions how = spec_.simplification();
       SimplifiedCube left{child, {}, {surface(child), how.lattice_step}};
       const auto before = static_cast<double>(left.rest.triangles());
       if (before == 0) continue;
@@ -82,7 +82,7 @@ class BlockSampler {
     const SimplifiedCube joined =
         join_simplified(cube, std::move(children),
                         own.triangles.empty() ? std::nullopt : std::optional(std::move(own)),
-                        spec_.simplification(cube), kNoLimits, checkpoint());
+                        spec_.simplification(), kNoLimits, checkpoint());
     counts.joined = counted(before, joined.rest.result().mesh);
     return counts;
   }

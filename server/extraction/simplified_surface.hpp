@@ -1,7 +1,6 @@
 // A surface that is simplified, as far as its step allows: on all threads.
 #pragma once
 
-#include <functional>
 #include <stop_token>
 
 #include "server/core/planning/resolved_step.hpp"
@@ -9,9 +8,6 @@
 #include "server/extraction/tiled_surface.hpp"
 
 namespace multitetra {
-
-// How the surface in a cube is simplified. A cube inside of it must not have a smaller distance.
-using SimplificationOfCubes = std::function<SimplificationOptions(const OctreeCube&)>;
 
 // In seconds of the processor: of all joins, and of the longest chain of joins that wait for each
 // other, which no number of threads makes shorter.
@@ -24,7 +20,7 @@ struct SimplificationWork {
 // it into tiles anew. The same for any number of threads. Throws Cancelled soon after `stop` is
 // triggered.
 SimplificationWork simplify(TiledSurface& surface, int root_exponent,
-                            const SimplificationOfCubes& how, const std::stop_token& stop,
+                            const SimplificationOptions& options, const std::stop_token& stop,
                             const SimplifiedTileLimits& limits = {});
 
 // The same as far as the step says so.

@@ -17,6 +17,7 @@
 #include "common/cli/surface_options.hpp"
 #include "common/cli/terminal.hpp"
 #include "common/mesh/content_digest.hpp"
+#include "common/mesh/lattice_intersections.hpp"
 #include "common/request/lattice_limit.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/request/threshold_shrinking.hpp"
@@ -103,13 +104,16 @@ Json json_of(const ExtractArguments& arguments, const WrittenModel& model) {
 // Without what was written.
 Json report_of(const ExtractArguments& arguments, const IsosurfaceRequest& request,
                const std::vector<std::string>& notices, const TiledSurface& surface,
-               const MeshTopology& topology, const ContentDigest& content,
+               const LatticeMesh& mesh, const MeshTopology& topology, const ContentDigest& content,
                const Progress& progress) {
   Json report = {{"tetrahedra", surface.tetrahedra},
                  {"active_tetrahedra", surface.active_tetrahedra}};
   report.update(json_of(topology));
   report["tiles"] = surface.tiles.size();
   report["simplification_bound_world"] = simplification_bound(surface);
+  if (request.embedded) {
+    report["self_intersecting_triangles"] = lattice_intersections(mesh).triangles;
+  }
   report["content_digest"] = content.hex();
   report["seconds"] = progress.seconds();
   report["parameters"] = json_of(request);
@@ -234,7 +238,8 @@ int extract(const ExtractArguments& arguments) {
   const ContentDigest content = digest(mesh);
 
   const auto report_now = [&] {
-    return report_of(arguments, request, notices.told(), surface, topology, content, progress);
+    return report_of(arguments, request, notices.told(), surface, mesh, topology, content,
+                     progress);
   };
   if (topology.triangles == 0) {
     notices.tell(empty_surface_text(request, info));

@@ -156,11 +156,7 @@ int main(int argc, char** argv) {
     }
     const double begin = cpu();
     const SimplificationWork work =
-        simplify(model, info.grid_exponent,
-                 [&](const OctreeCube&) {
-                   return SimplificationOptions{.lattice_step = step, .max_distance = budget};
-                 },
-                 {});
+        simplify(model, info.grid_exponent, {.lattice_step = step, .max_distance = budget}, {});
     small.seconds = cpu() - begin;
     std::printf("simplification: %.3f s of work, longest chain %.3f s (1/%.1f)\n", work.seconds,
                 work.longest_chain, work.seconds / work.longest_chain);

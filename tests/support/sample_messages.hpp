@@ -119,6 +119,7 @@ inline IsosurfaceRequest request(Random& random) {
       .max_triangles = random() % 2 == 0 ? random() : 0,
       .max_bytes = random() % 2 == 0 ? random() : 0,
       .simplify = random() % 2 == 0,
+      .embedded = random() % 2 == 0,
       .normal_bits = random() % 2 == 0 ? int_in(kMinNormalBits, kMaxNormalBits, random) : 0};
   if (request.max_triangles == 0 && request.max_bytes == 0) request.cell = surface_cell(random);
   return request;

@@ -190,6 +190,7 @@ void write_request(const IsosurfaceRequest& request, v1::IsosurfaceRequest& wire
   wire.set_max_triangles(request.max_triangles);
   wire.set_max_bytes(request.max_bytes);
   wire.set_simplify(request.simplify);
+  wire.set_embedded(request.embedded);
   wire.set_normal_bits(static_cast<std::uint32_t>(request.normal_bits));
   if (request.cell) write(*request.cell, *wire.mutable_cell());
 }
@@ -214,6 +215,7 @@ IsosurfaceRequest read_request(const v1::IsosurfaceRequest& wire, FieldChecks& c
   request.max_triangles = wire.max_triangles();
   request.max_bytes = wire.max_bytes();
   request.simplify = wire.simplify();
+  request.embedded = wire.embedded();
   request.normal_bits = to_int(wire.normal_bits());
   if (wire.has_cell()) request.cell = read(wire.cell());
   const Result<IsosurfaceRequest> valid = validated(request);

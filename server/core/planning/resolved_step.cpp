@@ -26,9 +26,10 @@ ModelOptions ResolvedStep::model() const {
   return options;
 }
 
-SimplificationOptions ResolvedStep::simplification(const OctreeCube& cube) const {
+SimplificationOptions ResolvedStep::simplification() const {
   return {.lattice_step = lattice_step_,
-          .max_distance = (1 - kModelShare) * thresholds_.least_in(box_of(cube))};
+          .max_distance = {thresholds_, 1 - kModelShare},
+          .is_embedded = step_.request.embedded};
 }
 
 bool ResolvedStep::has_important_places() const {

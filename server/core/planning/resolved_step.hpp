@@ -4,7 +4,7 @@
 //
 //   const ResolvedStep spec(step, info);
 //   const PreparedModel model(volume, ..., spec.model());
-//   how = spec.simplification(cube);
+//   how = spec.simplification();
 #pragma once
 
 #include <functional>
@@ -32,8 +32,8 @@ class ResolvedStep {
 
   // What the model keeps to: with simplification its part of the thresholds.
   [[nodiscard]] ModelOptions model() const;
-  // How the surface in a cube is simplified: the rest of the least threshold in it.
-  [[nodiscard]] SimplificationOptions simplification(const OctreeCube& cube) const;
+  // How the surface is simplified: to the rest of the thresholds.
+  [[nodiscard]] SimplificationOptions simplification() const;
   // Whether some places are more important than others; and the tile with the least number comes
   // first: where the least error is allowed, which is near the eye or in the finest region.
   [[nodiscard]] bool has_important_places() const;

@@ -1,16 +1,17 @@
 #include "server/core/simplification/collapse_fan.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "common/base/vec3.hpp"
 
 namespace multitetra {
 
-void CollapseFan::set_up(std::span<const Vec3> ring, double squared_limit) {
+void CollapseFan::set_up(std::span<const Vec3> ring, double limit) {
   sectors_ = static_cast<std::uint32_t>(ring.size()) - 2;
   apex_ = ring[0];
-  squared_limit_ = squared_limit;
+  limit_ = limit;
   largest_ = 0;
   spokes_.resize(ring.size());
   triangles_.resize(ring.size() - 1);
@@ -34,8 +35,11 @@ void CollapseFan::set_up(std::span<const Vec3> ring, double squared_limit) {
   }
 }
 
-std::optional<std::uint32_t> CollapseFan::sector_near(const Vec3& point) {
-  const Vec3 p = difference(point, apex_);
+std::optional<std::uint32_t> CollapseFan::sector_near(const Point& point) {
+  const double allowed = limit_ - point.error;
+  if (!(allowed >= 0)) return std::nullopt;
+  const double squared_limit = allowed * allowed;
+  const Vec3 p = difference(point.at, apex_);
   double nearest = std::numeric_limits<double>::infinity();
   std::uint32_t sector = 1;
   for (std::uint32_t k = 1; k <= sectors_; ++k) {
@@ -50,7 +54,7 @@ std::optional<std::uint32_t> CollapseFan::sector_near(const Vec3& point) {
       sector = k;
     }
   }
-  if (!(nearest <= squared_limit_)) {
+  if (!(nearest <= squared_limit)) {
     const auto look_at = [&](const Vec3& to, std::uint32_t k) {
       const double squared = squared_length(to);
       if (squared < nearest) {
@@ -69,40 +73,64 @@ std::optional<std::uint32_t> CollapseFan::sector_near(const Vec3& point) {
       const double t = std::clamp(dot(from, edge) / squared_length(edge), 0.0, 1.0);
       look_at(moved(from, -t, edge), k);
     }
-    if (!(nearest <= squared_limit_)) return std::nullopt;
+    if (!(nearest <= squared_limit)) return std::nullopt;
   }
-  largest_ = std::max(largest_, nearest);
+  largest_ = std::max(largest_, std::sqrt(nearest) + point.error);
   return sector;
 }
 
-// A pair of near points is enough, whichever it is.
-bool CollapseFan::is_near(const Vec3& low, const Vec3& high, std::uint32_t first,
-                          std::uint32_t last) {
-  const Vec3 p = difference(low, apex_);
-  const Vec3 pq = difference(high, low);
-  const double squared_pq = squared_length(pq);
-  const double along_pq = dot(p, pq);
-  for (std::uint32_t k = first; k <= last; ++k) {
-    const Spoke& spoke = spokes_[k];
-    const double mixed = dot(pq, spoke.along);
-    const double along_spoke = dot(p, spoke.along);
-    const double product = squared_pq * spoke.squared_length;
-    const double determinant = product - mixed * mixed;
-    double s = 0;
-    if (determinant > 1e-12 * product) {
-      s = std::clamp((mixed * along_spoke - along_pq * spoke.squared_length) / determinant, 0.0,
-                     1.0);
-    }
-    const double t = std::clamp((along_spoke + s * mixed) * spoke.inverse, 0.0, 1.0);
-    const Vec3 from = moved(p, -t, spoke.along);
-    double squared = squared_length(moved(from, s, pq));
-    if (!(squared <= squared_limit_)) {
-      s = std::clamp((t * mixed - along_pq) / squared_pq, 0.0, 1.0);
-      squared = squared_length(moved(from, s, pq));
-      if (!(squared <= squared_limit_)) return false;
-    }
-    largest_ = std::max(largest_, squared);
+CollapseFan::SeenEdge::SeenEdge(const Point& low_end, const Point& high_end, const Vec3& from)
+    : low(difference(low_end.at, from)),
+      along(difference(high_end.at, low_end.at)),
+      squared_length(multitetra::squared_length(along)),
+      low_along(dot(low, along)),
+      error(low_end.error),
+      rise(high_end.error - low_end.error) {}
+
+// At the pair of nearest points: it is the same one seen from both sides of an edge, which is what
+// limits that differ from triangle to triangle need.
+bool CollapseFan::is_near(const SeenEdge& edge, const Spoke& spoke) {
+  const double mixed = dot(edge.along, spoke.along);
+  const double along_spoke = dot(edge.low, spoke.along);
+  const double product = edge.squared_length * spoke.squared_length;
+  const double determinant = product - mixed * mixed;
+  double s = 0;
+  if (determinant > 1e-12 * product) {
+    s = std::clamp((mixed * along_spoke - edge.low_along * spoke.squared_length) / determinant, 0.0,
+                   1.0);
   }
+  const double t_of_line = (along_spoke + s * mixed) * spoke.inverse;
+  const double t = std::clamp(t_of_line, 0.0, 1.0);
+  if (t != t_of_line) {
+    s = std::clamp((t * mixed - edge.low_along) / edge.squared_length, 0.0, 1.0);
+  }
+  const Vec3 between = moved(moved(edge.low, -t, spoke.along), s, edge.along);
+  const double distance = std::sqrt(squared_length(between)) + edge.error + s * edge.rise;
+  if (!(distance <= limit_)) return false;
+  largest_ = std::max(largest_, distance);
+  return true;
+}
+
+bool CollapseFan::is_near(const Point& low, const Point& high, std::uint32_t first,
+                          std::uint32_t last) {
+  const SeenEdge edge(low, high, apex_);
+  for (std::uint32_t k = first; k <= last; ++k) {
+    if (!is_near(edge, spokes_[k])) return false;
+  }
+  return true;
+}
+
+bool CollapseFan::is_near_rim(const Point& low, const Point& high, const Vec3& begin,
+                              const Vec3& end) {
+  Spoke rim{.along = difference(end, begin)};
+  rim.squared_length = squared_length(rim.along);
+  rim.inverse = rim.squared_length > 0 ? 1 / rim.squared_length : 0;
+  return is_near(SeenEdge(low, high, begin), rim);
+}
+
+bool CollapseFan::is_near(double error) {
+  if (!(error <= limit_)) return false;
+  largest_ = std::max(largest_, error);
   return true;
 }
 

@@ -1,5 +1,8 @@
 // The triangles that a vertex gets in a collapse, as geometry: how near points and edges of another
 // surface are to them. The words are those of successive_mapping.hpp.
+//
+// Points and edges count as farther away than they are, by the errors of their vertices: how far
+// the surface that they belong to is from the one before it (see vertex_errors.hpp).
 #pragma once
 
 #include <cstdint>
@@ -13,19 +16,30 @@ namespace multitetra {
 
 class CollapseFan {
  public:
-  // Of v = w_0 with the ring w_0, w_1, ..., of three vertices at least. No squared distance above
-  // `squared_limit` counts as near.
-  void set_up(std::span<const Vec3> ring, double squared_limit);
+  // A vertex or a place on an edge, and its error.
+  struct Point {
+    Vec3 at = {};
+    double error = 0;
+  };
+
+  // Of v = w_0 with the ring w_0, w_1, ..., of three vertices at least. No distance above `limit`
+  // counts as near.
+  void set_up(std::span<const Vec3> ring, double limit);
 
   [[nodiscard]] std::uint32_t sectors() const { return sectors_; }
-  // Of the largest distance that counted as near since set_up.
-  [[nodiscard]] double largest_squared() const { return largest_; }
+  // The largest distance that counted as near since set_up, with the errors.
+  [[nodiscard]] double largest() const { return largest_; }
 
   // The sector that a point is straight above of, or else the nearest; nullopt when none is near.
-  [[nodiscard]] std::optional<std::uint32_t> sector_near(const Vec3& point);
+  [[nodiscard]] std::optional<std::uint32_t> sector_near(const Point& point);
   // Whether the edge from `low` to `high` is near to the spokes first .. last.
-  [[nodiscard]] bool is_near(const Vec3& low, const Vec3& high, std::uint32_t first,
+  [[nodiscard]] bool is_near(const Point& low, const Point& high, std::uint32_t first,
                              std::uint32_t last);
+  // Whether it is near to an edge at the fan's rim, which is from `begin` to `end`.
+  [[nodiscard]] bool is_near_rim(const Point& low, const Point& high, const Vec3& begin,
+                                 const Vec3& end);
+  // Whether a vertex that stays has an error within the limit.
+  [[nodiscard]] bool is_near(double error);
 
  private:
   // Of a triangle's sine, squared: a thinner one has no normal to measure heights along.
@@ -41,10 +55,23 @@ class CollapseFan {
     Vec3 normal;
     double inverse = 0;  // 1 / the normal's squared length; 0 of a thin triangle.
   };
+  // An edge, seen from where a spoke begins.
+  struct SeenEdge {
+    SeenEdge(const Point& low, const Point& high, const Vec3& from);
+
+    Vec3 low;
+    Vec3 along;
+    double squared_length;
+    double low_along;  // dot(low, along)
+    double error;      // At the low end,
+    double rise;       // and how much more it is at the high one.
+  };
+
+  [[nodiscard]] bool is_near(const SeenEdge& edge, const Spoke& spoke);
 
   std::uint32_t sectors_ = 0;
   Vec3 apex_ = {0, 0, 0};
-  double squared_limit_ = 0;
+  double limit_ = 0;
   double largest_ = 0;
   std::vector<Spoke> spokes_;        // From 1 on.
   std::vector<Triangle> triangles_;  // From 1 on.

@@ -5,12 +5,15 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "common/base/vec3.hpp"
+#include "server/core/simplification/collapse_checks.hpp"
 #include "server/core/simplification/collapsing_mesh.hpp"
+#include "server/core/simplification/first_stage.hpp"
 #include "server/core/simplification/quadric.hpp"
 #include "server/core/simplification/successive_mapping.hpp"
 
@@ -19,39 +22,32 @@ namespace {
 
 constexpr std::uint32_t kNone = CollapsingMesh::kNone;
 
-// Relative to one of the vertices: large coordinates would cost precision.
-std::vector<Vec3> positions_of(const LatticeMesh& mesh, const Vec3& step) {
+std::vector<Vec3> positions_of(const LatticeMesh& mesh, const PieceFrame& frame) {
   std::vector<Vec3> positions;
   positions.reserve(mesh.vertices.size());
-  for (const LatticePoint& p : mesh.vertices) {
-    const LatticePoint& o = mesh.vertices.front();
-    positions.push_back({step[0] * (p.x - o.x), step[1] * (p.y - o.y), step[2] * (p.z - o.z)});
-  }
+  for (const LatticePoint& p : mesh.vertices) positions.push_back(frame.position(p));
   return positions;
-}
-
-Vec3 normal_of(const Vec3& p, const Vec3& q, const Vec3& r) {
-  return cross(difference(q, p), difference(r, p));
 }
 
 }  // namespace
 
 class SimplifiedPiece::Run {
  public:
-  // The max_distance in units. Takes map and quadrics out of the piece: there is memory for them
-  // once.
-  Run(SimplifiedPiece& piece, double max_distance)
-      : max_distance_(max_distance),
-        positions_(positions_of(piece.mesh_, piece.proportions())),
+  // Takes map and quadrics out of the piece: there is memory for them once.
+  Run(SimplifiedPiece& piece, const PieceLimit& limit, std::vector<Vec3> positions,
+      std::optional<Obstacles> embedded)
+      : limit_(limit),
+        positions_(std::move(positions)),
         mesh_(piece.mesh_.triangles, static_cast<std::uint32_t>(piece.mesh_.vertices.size())),
-        carried_(mesh_, positions_, piece.map_, piece.parts_),
+        carried_(mesh_, positions_, piece.errors_, piece.map_, piece.parts_, limit_),
         quadrics_(std::move(piece.quadrics_)),
         states_(positions_.size()) {
     piece.map_ = {};
+    if (embedded) embedding_.emplace(mesh_, piece.mesh_.vertices, *embedded);
     for (std::uint32_t v = 0; v < positions_.size(); ++v) {
       if (mesh_.kind(v) == CollapsingMesh::VertexKind::kInner) open_.push_back(v);
     }
-    if (max_distance <= piece.least_tried_) open_around_seams(piece.parts_);
+    if (limit.largest() <= piece.least_tried_) open_around_seams(piece.parts_);
   }
 
   // Leaves in the piece what is left of it.
@@ -72,7 +68,7 @@ class SimplifiedPiece::Run {
     piece.map_ = carried_.map(numbers);
     piece.quadrics_ = std::move(quadrics_);
     piece.parts_.assign(piece.mesh_.triangles.size(), 0);
-    piece.least_tried_ = max_distance_;
+    piece.least_tried_ = limit_.largest();
   }
 
  private:
@@ -122,9 +118,9 @@ class SimplifiedPiece::Run {
     if (costs_.empty()) return false;
     const auto middle = costs_.begin() + static_cast<std::ptrdiff_t>(costs_.size() / 2);
     std::nth_element(costs_.begin(), middle, costs_.end());
-    limit_ = *middle;
+    dearest_ = *middle;
     for (const std::uint32_t v : open_) {
-      if (!states_[v].is_closed && states_[v].least_cost <= limit_) candidates_.push_back(v);
+      if (!states_[v].is_closed && states_[v].least_cost <= dearest_) candidates_.push_back(v);
     }
     return true;
   }
@@ -157,7 +153,7 @@ class SimplifiedPiece::Run {
     const bool was_stale = state.is_stale;
     find_costs(u);
     // When neighbours have changed in this pass it may have become too dear.
-    if (was_stale && state.least_cost > 1.5F * limit_) return;
+    if (was_stale && state.least_cost > 1.5F * dearest_) return;
     for (int tries = 0; tries < kTries && !ring_costs_.empty();) {
       const auto least = std::min_element(ring_costs_.begin(), ring_costs_.end());
       if (*least == std::numeric_limits<float>::infinity()) break;
@@ -166,7 +162,11 @@ class SimplifiedPiece::Run {
       const auto goal = ring_.begin() + static_cast<std::ptrdiff_t>(first);
       turned_.assign(goal, ring_.end());
       turned_.insert(turned_.end(), ring_.begin(), goal);
-      if (turns_over() || joins_borders() || !mesh_.keeps_topology(turned_)) continue;
+      find_places();
+      if (turns_over(positions_[u], places_) || joins_borders(mesh_, turned_) ||
+          !mesh_.keeps_topology(turned_)) {
+        continue;
+      }
       if (try_collapse(u)) return;
       ++tries;
     }
@@ -174,39 +174,18 @@ class SimplifiedPiece::Run {
     ++state.refusals;
   }
 
-  // Whether a new edge would join two vertices of the border, or a new triangle three. The surface
-  // beyond the border may have such an edge or triangle too.
-  bool joins_borders() const {
-    const auto is_inner = [&](std::uint32_t corner) {
-      return mesh_.kind(mesh_.vertex(CollapsingMesh::next(corner))) ==
-             CollapsingMesh::VertexKind::kInner;
-    };
-    if (turned_.size() == 3) return std::none_of(turned_.begin(), turned_.end(), is_inner);
-    if (is_inner(turned_[0])) return false;
-    for (std::size_t i = 2; i + 1 < turned_.size(); ++i) {
-      if (!is_inner(turned_[i])) return true;
+  void find_places() {
+    places_.clear();
+    for (const std::uint32_t corner : turned_) {
+      places_.push_back(positions_[mesh_.vertex(CollapsingMesh::next(corner))]);
     }
-    return false;
-  }
-
-  bool turns_over() const {
-    const std::uint32_t u = mesh_.vertex(turned_[0]);
-    const Vec3& to = positions_[mesh_.vertex(CollapsingMesh::next(turned_[0]))];
-    for (std::size_t i = 1; i + 1 < turned_.size(); ++i) {
-      const Vec3& q = positions_[mesh_.vertex(CollapsingMesh::next(turned_[i]))];
-      const Vec3& r = positions_[mesh_.vertex(CollapsingMesh::previous(turned_[i]))];
-      const Vec3 before = normal_of(positions_[u], q, r);
-      const Vec3 after = normal_of(to, q, r);
-      const double along = dot(before, after);
-      if (!(along > 0) || along * along < 0.04 * squared_length(before) * squared_length(after)) {
-        return true;
-      }
-    }
-    return false;
   }
 
   bool try_collapse(std::uint32_t u) {
-    if (!carried_.carry(turned_, max_distance_)) return false;
+    if (!carried_.fits(turned_)) return false;
+    if (embedding_ && !embedding_->allows(turned_)) return false;
+    carried_.keep(turned_);
+    if (embedding_) embedding_->keep(turned_);
     const std::uint32_t v = mesh_.vertex(CollapsingMesh::next(turned_[0]));
     mesh_.collapse(turned_);
     quadrics_[v].add(quadrics_[u].seen_from(difference(positions_[v], positions_[u])));
@@ -235,37 +214,36 @@ class SimplifiedPiece::Run {
     if (state.refusals < kRefusals) state.is_closed = false;
   }
 
-  double max_distance_;
+  const PieceLimit& limit_;
   std::vector<Vec3> positions_;
   CollapsingMesh mesh_;
   SuccessiveMapping carried_;
+  std::optional<Embedding> embedding_;
   std::vector<Quadric> quadrics_;  // Of vertices, seen from there.
   std::vector<State> states_;
   std::vector<std::uint32_t> open_;  // Vertices that may move some time.
-  float limit_ = 0;                  // Of a pass: the largest cost.
+  float dearest_ = 0;                // Of a pass: the largest cost.
   std::vector<float> costs_;
   std::vector<std::uint32_t> candidates_;
   std::vector<std::uint32_t> ring_;
   std::vector<float> ring_costs_;
-  std::vector<std::uint32_t> turned_;  // The ring from the collapse's goal on.
+  std::vector<std::uint32_t> turned_;  // The ring from the collapse's goal on,
+  std::vector<Vec3> places_;           // and where its vertices are.
 };
 
 SimplifiedPiece::SimplifiedPiece(LatticeMesh mesh, const Vec3& step)
     : mesh_(std::move(mesh)),
       step_(step),
       unit_(*std::min_element(step.begin(), step.end())),
-      quadrics_(mesh_.vertices.size()) {
-  const std::vector<Vec3> positions = positions_of(mesh_, proportions());
-  for (const auto& [p, q, r] : mesh_.triangles) {
-    const Quadric plane = Quadric::of_plane(normal_of(positions[p], positions[q], positions[r]));
-    quadrics_[p].add(plane);
-    quadrics_[q].add(plane);
-    quadrics_[r].add(plane);
-  }
-}
+      is_new_(true),
+      errors_(mesh_.vertices.size(), 0.0F),
+      quadrics_(mesh_.vertices.size()) {}
 
-Vec3 SimplifiedPiece::proportions() const {
-  return {step_[0] / unit_, step_[1] / unit_, step_[2] / unit_};
+PieceFrame SimplifiedPiece::frame() const {
+  return {.unit = unit_,
+          .proportions = {step_[0] / unit_, step_[1] / unit_, step_[2] / unit_},
+          .origin = mesh_.vertices.front(),
+          .lattice_per_voxel = static_cast<double>(1 << mesh_.resolution)};
 }
 
 SimplifiedPiece SimplifiedPiece::joined(std::vector<SimplifiedPiece> pieces) {
@@ -294,6 +272,7 @@ void SimplifiedPiece::reserve(std::span<const SimplifiedPiece> pieces) {
   mesh_.vertices.reserve(vertices);
   mesh_.triangles.reserve(triangles);
   parts_.reserve(triangles);
+  errors_.reserve(vertices);
   quadrics_.reserve(vertices);
   map_.carriers.reserve(vertices);
   map_.edges.reserve(edges);
@@ -302,6 +281,7 @@ void SimplifiedPiece::reserve(std::span<const SimplifiedPiece> pieces) {
 
 // Vertices that are carried belong to no other piece.
 void SimplifiedPiece::append(SimplifiedPiece piece, VertexNumbers& shared) {
+  if (piece.is_new_) piece.add_planes();
   const auto first_triangle = static_cast<std::uint32_t>(mesh_.triangles.size());
   std::vector<std::uint32_t> number(piece.mesh_.vertices.size());
   for (std::size_t v = 0; v < number.size(); ++v) {
@@ -314,6 +294,8 @@ void SimplifiedPiece::append(SimplifiedPiece piece, VertexNumbers& shared) {
     }
     quadrics_.resize(mesh_.vertices.size());
     quadrics_[number[v]].add(piece.quadrics_[v]);
+    errors_.resize(mesh_.vertices.size(), 0.0F);
+    errors_[number[v]] = std::max(errors_[number[v]], piece.errors_[v]);
   }
   // Parts come in ascending order; one that was never simplified has as many as triangles.
   const std::uint32_t first_part = parts_.empty() ? 0 : parts_.back() + 1;
@@ -326,12 +308,52 @@ void SimplifiedPiece::append(SimplifiedPiece piece, VertexNumbers& shared) {
   if (!piece.parts_.empty()) least_tried_ = std::min(least_tried_, piece.least_tried_);
 }
 
-void SimplifiedPiece::simplify(double max_distance, const std::function<void()>& checkpoint) {
-  const double in_units = max_distance / unit_;
-  if (in_units == 0 || mesh_.triangles.empty()) return;
+void SimplifiedPiece::add_planes() {
+  const PieceFrame in = frame();
+  for (const auto& [p, q, r] : mesh_.triangles) {
+    const Quadric plane =
+        Quadric::of_plane(normal_of(in.position(mesh_.vertices[p]), in.position(mesh_.vertices[q]),
+                                    in.position(mesh_.vertices[r])));
+    quadrics_[p].add(plane);
+    quadrics_[q].add(plane);
+    quadrics_[r].add(plane);
+  }
+}
+
+void SimplifiedPiece::begin(const AllowedDistance& max_distance, std::optional<Obstacles> embedded,
+                            const std::function<void()>& checkpoint) {
+  if (!is_new_ || max_distance.largest() == 0 || mesh_.triangles.empty()) return;
   SimplifiedPiece taken = std::exchange(*this, {});
-  Run(taken, in_units).simplify(taken, checkpoint);
+  const std::vector<Vec3> positions = positions_of(taken.mesh_, taken.frame());
+  const PieceLimit limit(max_distance, taken.frame(), positions);
+  FirstStage stage = first_stage(taken.mesh_, positions, limit, embedded, checkpoint);
+  taken.is_new_ = false;
+  taken.mesh_ = std::move(stage.mesh);
+  taken.errors_ = std::move(stage.errors);
+  for (const float error : taken.errors_) {
+    taken.map_.largest = std::max(taken.map_.largest, double{error});
+  }
+  taken.quadrics_.assign(taken.mesh_.vertices.size(), {});
+  taken.add_planes();
   *this = std::move(taken);
+}
+
+void SimplifiedPiece::simplify(const AllowedDistance& max_distance,
+                               const std::function<void()>& checkpoint,
+                               std::optional<Obstacles> embedded) {
+  if (max_distance.largest() == 0 || mesh_.triangles.empty()) return;
+  begin(max_distance, embedded, checkpoint);
+  SimplifiedPiece taken = std::exchange(*this, {});
+  std::vector<Vec3> positions = positions_of(taken.mesh_, taken.frame());
+  const PieceLimit limit(max_distance, taken.frame(), positions);
+  Run(taken, limit, std::move(positions), embedded).simplify(taken, checkpoint);
+  *this = std::move(taken);
+}
+
+void SimplifiedPiece::append_triangles(std::vector<LatticeTriangle>& triangles) const {
+  for (const auto& [p, q, r] : mesh_.triangles) {
+    triangles.push_back({mesh_.vertices[p], mesh_.vertices[q], mesh_.vertices[r]});
+  }
 }
 
 Simplified SimplifiedPiece::result() const {
@@ -353,9 +375,11 @@ Simplified SimplifiedPiece::result() const {
 
 Simplified simplified(const LatticeMesh& mesh, const SimplificationOptions& options,
                       const std::function<void()>& checkpoint) {
-  if (options.max_distance == 0 || mesh.triangles.empty()) return {.mesh = mesh, .bound = 0};
+  if (options.max_distance.largest() == 0 || mesh.triangles.empty()) {
+    return {.mesh = mesh, .bound = 0};
+  }
   SimplifiedPiece piece(mesh, options.lattice_step);
-  piece.simplify(options.max_distance, checkpoint);
+  piece.simplify(options.max_distance, checkpoint, options.embedded());
   return piece.result();
 }
 

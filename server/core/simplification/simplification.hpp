@@ -7,16 +7,19 @@
 // before. What is guaranteed:
 //
 //  * no point of either surface is farther from the other than `bound`, which is at most the
-//  `max_distance`
-//    (see successive_mapping.hpp for the proof);
+//    largest `max_distance` (see successive_mapping.hpp and vertex_errors.hpp for the proof);
+//  * where the `max_distance` differs from place to place, no point of either surface is farther
+//    from the other than is allowed where it lies, and where the points are that it was compared
+//    with;
 //  * the border, and every vertex without a closed ring of triangles around it, is as before:
 //    meshes that fit together still do;
 //  * the topology is the same: what was a manifold is one, with the same components and Euler
 //    characteristic; a component without border keeps four triangles at least;
 //  * no triangle turns by as much as a right angle in a collapse, and none is degenerate;
+//  * where it is asked for, a surface that does not cut itself still does not (see embedding.hpp);
 //  * the result is a function of the arguments alone, to the bit.
 //
-// With a `max_distance` of 0 nothing changes.
+// Where the `max_distance` is 0 nothing changes.
 //
 // A large surface is simplified in pieces, which are joined and simplified on: then what was border
 // between them goes as well. The bound stays one to the surface before anything was simplified.
@@ -31,20 +34,31 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "common/base/affine.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/mesh/vertex_numbers.hpp"
+#include "server/core/simplification/allowed_distance.hpp"
+#include "server/core/simplification/embedding.hpp"
+#include "server/core/simplification/first_stage.hpp"
 #include "server/core/simplification/quadric.hpp"
 #include "server/core/simplification/successive_mapping.hpp"
 
 namespace multitetra {
 
 struct SimplificationOptions {
-  Vec3 lattice_step = {1, 1, 1};  // Length of a lattice step along each axis.
-  double max_distance = 0;        // Finite and >= 0, in the unit of `lattice_step`.
+  Vec3 lattice_step = {1, 1, 1};     // Length of a lattice step along each axis.
+  AllowedDistance max_distance = 0;  // In the unit of `lattice_step`.
+  // Whether a surface that does not cut itself stays so. It takes two to four times as long, and
+  // leaves a few percent more triangles.
+  bool is_embedded = false;
+
+  [[nodiscard]] std::optional<Obstacles> embedded() const {
+    return is_embedded ? std::optional(Obstacles()) : std::nullopt;
+  }
 };
 
 struct Simplified {
@@ -72,33 +86,45 @@ class SimplifiedPiece {
 
   // `max_distance` as in SimplificationOptions. Pieces that were simplified with another one keep
   // the bound that they have, where it is the larger. When `checkpoint` throws, which is called now
-  // and then, nothing is left of the piece.
+  // and then, nothing is left of the piece. With `embedded` it stays a surface that does not cut
+  // itself, nor those obstacles.
   void simplify(
-      double max_distance, const std::function<void()>& checkpoint = [] {});
+      const AllowedDistance& max_distance, const std::function<void()>& checkpoint = [] {},
+      std::optional<Obstacles> embedded = std::nullopt);
+  // The first stage alone, which is quick. For a piece that is to be joined with others.
+  void begin(const AllowedDistance& max_distance, std::optional<Obstacles> embedded,
+             const std::function<void()>& checkpoint);
 
   [[nodiscard]] std::size_t triangles() const { return mesh_.triangles.size(); }
-  // Before anything was simplified.
+  // That it had when it was new, or when the first stage was through with it.
   [[nodiscard]] std::size_t vertices_before() const { return mesh_.vertices.size(); }
   [[nodiscard]] Simplified result() const;
+  // What is left.
+  void append_triangles(std::vector<LatticeTriangle>& triangles) const;
 
  private:
   class Run;
 
   void reserve(std::span<const SimplifiedPiece> pieces);
   void append(SimplifiedPiece piece, VertexNumbers& shared);
-  // Of a lattice step, where the shortest is 1: in which unit datasets are measured does not
-  // matter.
-  [[nodiscard]] Vec3 proportions() const;
+  // Of its triangles, to the quadrics.
+  void add_planes();
+  // In units, so that it does not matter in which unit datasets are measured. Requires a vertex.
+  [[nodiscard]] PieceFrame frame() const;
 
-  LatticeMesh mesh_;  // All vertices that ever were; the triangles that are left.
+  // All vertices that were there after the first stage; the triangles that are left.
+  LatticeMesh mesh_;
   Vec3 step_ = {1, 1, 1};
   double unit_ = 1;  // The shortest of them.
   // Of every triangle, as SuccessiveMapping takes them: in which of the pieces that were joined it
   // is.
   std::vector<std::uint32_t> parts_;
+  bool is_new_ = false;            // Neither simplified nor joined: the first stage comes first.
+  std::vector<float> errors_;      // Of the vertices, after the first stage; in units.
   std::vector<Quadric> quadrics_;  // Of the vertices, seen from there; in units.
   StoredMapping map_;              // In units.
-  double least_tried_ = 0;  // Budget, in units: no collapse within it is left inside of the parts.
+  // Limit, in units: no collapse within it is left inside of the parts.
+  double least_tried_ = 0;
 };
 
 }  // namespace multitetra

@@ -14,15 +14,39 @@ void cut_off(const SimplifiedCube& child, std::vector<TileMesh>& tiles) {
       {.cube = child.cube, .mesh = std::move(tile.mesh), .simplification_bound = tile.bound});
 }
 
+void append(const TileMesh& tile, std::vector<LatticeTriangle>& triangles) {
+  for (const auto& [p, q, r] : tile.mesh.triangles) {
+    triangles.push_back({tile.mesh.vertices[p], tile.mesh.vertices[q], tile.mesh.vertices[r]});
+  }
+}
+
 }  // namespace
 
 SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCube> children,
                                std::optional<LatticeMesh> own, const SimplificationOptions& options,
                                const SimplifiedTileLimits& limits,
-                               const std::function<void()>& checkpoint) {
+                               const std::function<void()>& checkpoint, Obstacles obstacles) {
   SimplifiedCube joined{.cube = cube, .tiles = {}, .rest = {}};
+  // With `is_embedded`: what is in the way, besides the pieces themselves.
+  std::vector<LatticeTriangle> others(obstacles.begin(), obstacles.end());
+  const auto embedded = [&] {
+    return options.is_embedded ? std::optional(Obstacles(others)) : std::nullopt;
+  };
+  if (options.is_embedded) {
+    for (const SimplifiedCube& child : children) {
+      for (const TileMesh& tile : child.tiles) append(tile, others);
+    }
+  }
+  const std::size_t without_rest = others.size();
   std::vector<SimplifiedPiece> pieces;
-  if (own) pieces.emplace_back(*std::move(own), options.lattice_step);
+  if (own) {
+    if (options.is_embedded) {
+      for (const SimplifiedCube& child : children) child.rest.append_triangles(others);
+    }
+    pieces.emplace_back(*std::move(own), options.lattice_step);
+    pieces.front().begin(options.max_distance, embedded(), checkpoint);
+    others.resize(without_rest);
+  }
   std::size_t triangles = own ? pieces.front().triangles() : 0;
   std::size_t vertices_before = own ? pieces.front().vertices_before() : 0;
   for (SimplifiedCube& child : children) {
@@ -40,6 +64,7 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
       triangles -= child.rest.triangles();
       vertices_before -= child.rest.vertices_before();
       cut_off(child, joined.tiles);
+      if (options.is_embedded) child.rest.append_triangles(others);
     } else if (child.rest.triangles() > 0) {
       pieces.push_back(std::move(child.rest));
     }
@@ -47,10 +72,10 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
   if (pieces.size() == 1) {
     joined.rest = std::move(pieces.front());
     // A child's rest has been simplified.
-    if (own) joined.rest.simplify(options.max_distance, checkpoint);
+    if (own) joined.rest.simplify(options.max_distance, checkpoint, embedded());
   } else if (pieces.size() > 1) {
     joined.rest = SimplifiedPiece::joined(std::move(pieces));
-    joined.rest.simplify(options.max_distance, checkpoint);
+    joined.rest.simplify(options.max_distance, checkpoint, embedded());
   }
   return joined;
 }

@@ -9,7 +9,7 @@
 
 namespace multitetra {
 
-double StoredMapping::bound() const { return std::sqrt(squared_bound) * (1 + kRounding); }
+double StoredMapping::bound() const { return largest * (1 + kRounding); }
 
 void StoredMapping::append(const StoredMapping& other, std::span<const std::uint32_t> vertices,
                            std::uint32_t first_triangle) {
@@ -33,19 +33,22 @@ void StoredMapping::append(const StoredMapping& other, std::span<const std::uint
     }
     edges.push_back(added);
   }
-  squared_bound = std::max(squared_bound, other.squared_bound);
+  largest = std::max(largest, other.largest);
 }
 
 SuccessiveMapping::SuccessiveMapping(const CollapsingMesh& mesh, std::span<const Vec3> positions,
-                                     const StoredMapping& map, std::span<const std::uint32_t> parts)
+                                     std::span<const float> errors, const StoredMapping& map,
+                                     std::span<const std::uint32_t> parts, const PieceLimit& limit)
     : mesh_(mesh),
       positions_(positions),
+      errors_(errors),
+      limit_(limit),
       edge_of_(4 * std::size_t{mesh.triangle_count()}, kNone),
       halves_begin_(positions.size() + 1, 0),
       vertices_(positions.size()),
       is_carried_(positions.size(), 0),
       first_carried_(mesh.triangle_count(), kNone),
-      squared_bound_(map.squared_bound) {
+      largest_(map.largest) {
   number_edges();
   add_edges(map, parts);
   add_crossings(map);
@@ -121,7 +124,7 @@ StoredMapping SuccessiveMapping::map(std::span<const std::uint32_t> numbers) con
   StoredMapping map{.carriers = std::vector<std::uint32_t>(positions_.size(), kNone),
                     .edges = {},
                     .crossings = {},
-                    .squared_bound = squared_bound_};
+                    .largest = largest_};
   std::vector<std::uint32_t> corner_at(edges_.size(), kNone);
   for (std::uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
     if (mesh_.is_removed(t)) continue;
@@ -164,7 +167,7 @@ void SuccessiveMapping::mark(std::span<const std::uint32_t> ring) {
 }
 
 bool SuccessiveMapping::place(std::uint32_t vertex) {
-  const auto sector = fan_.sector_near(positions_[vertex]);
+  const auto sector = fan_.sector_near(point(vertex));
   if (!sector) return false;
   vertices_[vertex].seen = now_;
   vertices_[vertex].sectors = {*sector, *sector};
@@ -172,17 +175,20 @@ bool SuccessiveMapping::place(std::uint32_t vertex) {
   return true;
 }
 
-bool SuccessiveMapping::carry(std::span<const std::uint32_t> ring, double limit) {
-  ++now_;
-  placed_.clear();
-  strands_.clear();
+bool SuccessiveMapping::fits(std::span<const std::uint32_t> ring) {
   ring_positions_.clear();
   for (const std::uint32_t corner : ring) {
     ring_positions_.push_back(positions_[mesh_.vertex(CollapsingMesh::next(corner))]);
   }
-  limit = std::min(limit, kLargestLimit);
+  return limit_.is_uniform() ? measure(ring, limit_.largest()) : measure_locally(ring);
+}
+
+bool SuccessiveMapping::measure(std::span<const std::uint32_t> ring, double limit) {
+  ++now_;
+  placed_.clear();
+  strands_.clear();
   // So that bound() <= limit.
-  fan_.set_up(ring_positions_, limit * limit * (1 - 4 * StoredMapping::kRounding));
+  fan_.set_up(ring_positions_, std::min(limit, kLargestLimit) * (1 - 2 * StoredMapping::kRounding));
   if (!place(mesh_.vertex(ring[0]))) return false;
   for (const std::uint32_t corner : ring) {
     for (std::uint32_t p = first_carried_[CollapsingMesh::triangle_of(corner)]; p != kNone;
@@ -191,9 +197,57 @@ bool SuccessiveMapping::carry(std::span<const std::uint32_t> ring, double limit)
     }
   }
   mark(ring);
-  if (!find_strands_of_vertices() || !find_strands_that_pass(ring)) return false;
-  keep(ring);
+  return find_strands_of_vertices() && find_strands_that_pass(ring);
+}
+
+// First as if nothing but the fan counted; then with what was found to lie there.
+bool SuccessiveMapping::measure_locally(std::span<const std::uint32_t> ring) {
+  const Box fan = box_of(ring_positions_);
+  double limit = limit_.least_near(fan, 0, 0);
+  for (int tries = 0; tries < 2 && limit > 0; ++tries) {
+    if (!measure(ring, limit)) return false;
+    region_ = fan;
+    largest_error_ = 0;
+    if (!measure_rim(ring)) return false;
+    for (const std::uint32_t p : placed_) {
+      include(p);
+      for (std::uint32_t h = halves_begin_[p]; h < halves_begin_[p + 1]; ++h) {
+        include(halves_[h].other);
+      }
+    }
+    const double distance = fan_.largest();
+    const double allowed = limit_.least_near(region_, largest_error_, distance);
+    if (distance <= allowed * (1 - 2 * StoredMapping::kRounding)) return true;
+    limit = allowed;
+  }
+  return false;
+}
+
+// What the fan's other pairs are: its vertices, and what crosses the edges around it; and all that
+// lies in it and passes through.
+bool SuccessiveMapping::measure_rim(std::span<const std::uint32_t> ring) {
+  for (std::uint32_t i = 0; i < ring.size(); ++i) {
+    const std::uint32_t w = mesh_.vertex(CollapsingMesh::next(ring[i]));
+    if (!fan_.is_near(point(w).error)) return false;
+    include(w);
+    const Vec3& begin = ring_positions_[i];
+    const Vec3& end = ring_positions_[i + 1 < ring.size() ? i + 1 : 0];
+    for (std::uint32_t c = edges_[edge_of_[ring[i]]].crossed; c != kNone;
+         c = crossings_[c].next_on) {
+      if (crossings_[c].half == kNone) continue;
+      const auto [low, high] = ends(crossings_[c].half);
+      if (!fan_.is_near_rim(point(low), point(high), begin, end)) return false;
+      include(low);
+      include(high);
+    }
+  }
+  // What passes comes in across the rim.
   return true;
+}
+
+void SuccessiveMapping::include(std::uint32_t vertex) {
+  multitetra::include(region_, positions_[vertex]);
+  largest_error_ = std::max(largest_error_, double{errors_[vertex]});
 }
 
 bool SuccessiveMapping::find_strands_of_vertices() {
@@ -259,10 +313,11 @@ SuccessiveMapping::Sectors SuccessiveMapping::sectors_at(std::uint32_t crossing,
 
 bool SuccessiveMapping::add_strand(std::uint32_t half, std::uint32_t before, std::uint32_t after,
                                    bool had_crossings) {
-  const std::uint32_t low = halves_[halves_[half].twin].other;
-  const std::uint32_t high = halves_[half].other;
+  const auto [low, high] = ends(half);
+  const CollapseFan::Point from_low = point(low);
+  const CollapseFan::Point to_high = point(high);
   const auto is_near = [&](std::uint32_t first, std::uint32_t last) {
-    return fan_.is_near(positions_[low], positions_[high], first, last);
+    return fan_.is_near(from_low, to_high, first, last);
   };
   const Sectors from = sectors_at(before, low);
   const Sectors to = sectors_at(after, high);
@@ -303,7 +358,7 @@ void SuccessiveMapping::keep(std::span<const std::uint32_t> ring) {
   is_carried_[placed_.front()] = 1;
   edge_of_[CollapsingMesh::previous(ring[1])] = edge_of_[ring[0]];
   edge_of_[CollapsingMesh::next(ring[fan_.sectors()])] = edge_of_[ring.back()];
-  squared_bound_ = std::max(squared_bound_, fan_.largest_squared());
+  largest_ = std::max(largest_, fan_.largest());
 }
 
 void SuccessiveMapping::keep_strand(const Strand& strand, std::span<const std::uint32_t> ring) {

@@ -50,9 +50,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/base/affine.hpp"
+#include "server/core/simplification/allowed_distance.hpp"
 #include "server/core/simplification/collapse_fan.hpp"
 #include "server/core/simplification/collapsing_mesh.hpp"
 
@@ -76,7 +78,7 @@ struct StoredMapping {
   std::vector<Edge> edges;
   // For every crossing, from the low end on: a corner opposite to the edge of N.
   std::vector<std::uint32_t> crossings;
-  double squared_bound = 0;  // No squared distance of a pair is larger, but for rounding.
+  double largest = 0;  // No distance of a pair is larger, but for rounding.
 
   // No distance is larger.
   [[nodiscard]] double bound() const;
@@ -89,14 +91,17 @@ struct StoredMapping {
 class SuccessiveMapping {
  public:
   // N is what `mesh` is now. Edges of N between triangles with different `parts` are edges of M
-  // that the map has not; without parts each triangle is one, and N is M. What is referred to must
-  // stay valid.
+  // that the map has not; without parts each triangle is one, and N is M. M's vertices have
+  // `errors`. What is referred to must stay valid.
   SuccessiveMapping(const CollapsingMesh& mesh, std::span<const Vec3> positions,
-                    const StoredMapping& map, std::span<const std::uint32_t> parts);
+                    std::span<const float> errors, const StoredMapping& map,
+                    std::span<const std::uint32_t> parts, const PieceLimit& limit);
 
-  // Whether u can collapse onto w_0 of its ring without any distance becoming larger than `limit`.
-  // `ring` are u's corners, and nothing is moved yet. If so, all is as after that collapse.
-  [[nodiscard]] bool carry(std::span<const std::uint32_t> ring, double limit);
+  // Whether u can collapse onto w_0 of its ring without any distance becoming larger than the
+  // limit. `ring` are u's corners, and nothing is moved yet.
+  [[nodiscard]] bool fits(std::span<const std::uint32_t> ring);
+  // Makes all as it is after that collapse, which was the last that was found to fit.
+  void keep(std::span<const std::uint32_t> ring);
 
   [[nodiscard]] bool is_carried(std::uint32_t vertex) const { return is_carried_[vertex] != 0; }
   // The map as it is; `numbers` are those of N's triangles there. Every edge of N has become one
@@ -149,6 +154,17 @@ class SuccessiveMapping {
   void number_edges();
   void add_edges(const StoredMapping& map, std::span<const std::uint32_t> parts);
   void add_crossings(const StoredMapping& map);
+  [[nodiscard]] bool measure(std::span<const std::uint32_t> ring, double limit);
+  [[nodiscard]] bool measure_locally(std::span<const std::uint32_t> ring);
+  [[nodiscard]] bool measure_rim(std::span<const std::uint32_t> ring);
+  void include(std::uint32_t vertex);
+  [[nodiscard]] CollapseFan::Point point(std::uint32_t vertex) const {
+    return {positions_[vertex], errors_[vertex]};
+  }
+  // Of the edge whose low half it is.
+  [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> ends(std::uint32_t half) const {
+    return {halves_[halves_[half].twin].other, halves_[half].other};
+  }
   [[nodiscard]] bool place(std::uint32_t vertex);
   void mark(std::span<const std::uint32_t> ring);
   [[nodiscard]] bool find_strands_of_vertices();
@@ -156,7 +172,6 @@ class SuccessiveMapping {
   [[nodiscard]] bool add_strand(std::uint32_t half, std::uint32_t before, std::uint32_t after,
                                 bool had_crossings);
   [[nodiscard]] Sectors sectors_at(std::uint32_t crossing, std::uint32_t vertex) const;
-  void keep(std::span<const std::uint32_t> ring);
   void keep_strand(const Strand& strand, std::span<const std::uint32_t> ring);
   [[nodiscard]] bool is_spoke(std::uint32_t edge) const {
     return edges_[edge].seen == now_ && edges_[edge].place == kSpoke;
@@ -164,6 +179,8 @@ class SuccessiveMapping {
 
   const CollapsingMesh& mesh_;
   std::span<const Vec3> positions_;
+  std::span<const float> errors_;
+  const PieceLimit& limit_;
   std::vector<Edge> edges_;
   std::vector<std::uint32_t> edge_of_;       // Opposite to a corner.
   std::vector<std::uint32_t> halves_begin_;  // At a vertex.
@@ -173,7 +190,7 @@ class SuccessiveMapping {
   std::vector<std::uint32_t> first_carried_;  // Of a triangle.
   std::vector<Crossing> crossings_;
   std::uint32_t free_ = kNone;
-  double squared_bound_ = 0;
+  double largest_ = 0;
 
   // Of one collapse.
   std::uint32_t now_ = 0;
@@ -181,6 +198,9 @@ class SuccessiveMapping {
   std::vector<Vec3> ring_positions_;
   std::vector<std::uint32_t> placed_;
   std::vector<Strand> strands_;
+  // Where limits differ: a box around all that lies in the fan, and the largest error in it.
+  Box region_ = {};
+  double largest_error_ = 0;
 };
 
 }  // namespace multitetra

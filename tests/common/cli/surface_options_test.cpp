@@ -39,6 +39,9 @@ TEST(SurfaceOptions, WithoutAnyAskForASimplifiedSurface) {
             (IsosurfaceRequest{.isovalue = 60.5, .error = 0.25, .simplify = true}));
   EXPECT_EQ(request({"--simplify", "off"}).value(),
             (IsosurfaceRequest{.isovalue = 60.5, .error = 0.25}));
+  EXPECT_EQ(
+      request({"--embedded"}).value(),
+      (IsosurfaceRequest{.isovalue = 60.5, .error = 0.25, .simplify = true, .embedded = true}));
 }
 
 TEST(SurfaceOptions, MayNameSeveralIsovaluesWhereSeveralSurfacesAreMeant) {

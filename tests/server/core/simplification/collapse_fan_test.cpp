@@ -47,21 +47,21 @@ TEST(CollapseFan, APointIsNearWhenItsDistanceIsWithinTheLimitAndCountsAsThatAtLe
     const std::vector<Vec3> ring = random.ring();
     const Vec3 point = random.point();
     const double distance = distance_to_fan(point, ring);
-    fan.set_up(ring, 0.99 * distance * distance);
-    EXPECT_FALSE(fan.sector_near(point));
-    EXPECT_EQ(fan.largest_squared(), 0);
-    fan.set_up(ring, 1.01 * distance * distance);
-    auto sector = fan.sector_near(point);
+    fan.set_up(ring, 0.99 * distance);
+    EXPECT_FALSE(fan.sector_near({point}));
+    EXPECT_EQ(fan.largest(), 0);
+    fan.set_up(ring, 1.01 * distance);
+    auto sector = fan.sector_near({point});
     ASSERT_TRUE(sector);
     ASSERT_LE(*sector, fan.sectors());
     // What it is straight above of comes first, so it may be within the limit and not the nearest.
-    EXPECT_GE(std::sqrt(fan.largest_squared()), distance - 1e-9);
-    EXPECT_LE(fan.largest_squared(), 1.01 * distance * distance);
+    EXPECT_GE(fan.largest(), distance - 1e-9);
+    EXPECT_LE(fan.largest(), 1.01 * distance);
     EXPECT_LE(distance_to_sector(point, ring, *sector), 1.01 * distance + 1e-9);
-    fan.set_up(ring, 1e6);
-    sector = fan.sector_near(point);
+    fan.set_up(ring, 1e3);
+    sector = fan.sector_near({point});
     ASSERT_TRUE(sector);
-    EXPECT_GE(std::sqrt(fan.largest_squared()), distance_to_sector(point, ring, *sector) - 1e-9);
+    EXPECT_GE(fan.largest(), distance_to_sector(point, ring, *sector) - 1e-9);
   }
 }
 
@@ -80,13 +80,13 @@ TEST(CollapseFan, AnEdgeIsNearToASpokeWhenTheirDistanceIsWithinTheLimit) {
         distance = std::min(distance, distance_to_triangle(on_spoke, edge));
       }
       const double least = std::max(distance - 4e-3, 0.0);  // Between two samples.
-      fan.set_up(ring, least * least);
+      fan.set_up(ring, least);
       if (least > 0) {
-        EXPECT_FALSE(fan.is_near(low, high, k, k));
+        EXPECT_FALSE(fan.is_near({low}, {high}, k, k));
       }
-      fan.set_up(ring, distance * distance * (1 + 1e-9));
-      EXPECT_TRUE(fan.is_near(low, high, k, k));
-      EXPECT_LE(std::sqrt(fan.largest_squared()), distance + 1e-9);
+      fan.set_up(ring, distance * (1 + 1e-9));
+      EXPECT_TRUE(fan.is_near({low}, {high}, k, k));
+      EXPECT_LE(fan.largest(), distance + 1e-9);
     }
   }
 }

@@ -1,0 +1,20 @@
+// Where a mesh cuts itself.
+#pragma once
+
+#include <cstddef>
+
+#include "common/mesh/mesh.hpp"
+
+namespace multitetra {
+
+struct LatticeIntersections {
+  std::size_t pairs = 0;      // Of triangles that intersect (lattice_plane.hpp).
+  std::size_t triangles = 0;  // That are in such pairs.
+
+  friend bool operator==(const LatticeIntersections&, const LatticeIntersections&) = default;
+};
+
+// Exact. Takes time like the number of triangles when these are of similar size.
+[[nodiscard]] LatticeIntersections lattice_intersections(const LatticeMesh& mesh);
+
+}  // namespace multitetra

@@ -1,0 +1,89 @@
+// How far simplification may move a surface, and where: the same everywhere, or a share of what a
+// threshold map allows at every place.
+#pragma once
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+#include "common/base/vec3.hpp"
+#include "common/mesh/lattice.hpp"
+#include "server/core/framework/box.hpp"
+#include "server/core/thresholds/threshold_map.hpp"
+
+namespace multitetra {
+
+class AllowedDistance {
+ public:
+  // The same everywhere: finite and >= 0. A number is a limit.
+  AllowedDistance(double everywhere = 0) : thresholds_(ThresholdMap::everywhere(everywhere)) {}
+  // `share` of the thresholds, above 0 and at most 1. The rest is the model's: the surface that is
+  // simplified may be that far from the one that the thresholds are about.
+  AllowedDistance(ThresholdMap thresholds, double share)
+      : thresholds_(std::move(thresholds)), share_(share) {}
+
+  [[nodiscard]] double largest() const { return share_ * thresholds_.largest(); }
+  // In a box of grid steps: no more than the least of the places in it.
+  [[nodiscard]] double least_in(const Box& box) const { return share_ * thresholds_.least_in(box); }
+  // How far the model may have moved what simplification may move by 1.
+  [[nodiscard]] double of_model() const { return (1 - share_) / share_; }
+
+ private:
+  ThresholdMap thresholds_;
+  double share_ = 1;
+};
+
+// Where the positions are that the simplification of a piece computes with: relative to one of its
+// vertices, in units of the shortest lattice step.
+struct PieceFrame {
+  double unit = 1;                // The length of that step.
+  Vec3 proportions = {1, 1, 1};   // Of a lattice step along each axis, in units.
+  LatticePoint origin = {};       // Large coordinates would cost precision.
+  double lattice_per_voxel = 32;  // Lattice steps per grid step.
+
+  [[nodiscard]] Vec3 position(const LatticePoint& p) const {
+    return {proportions[0] * (p.x - origin.x), proportions[1] * (p.y - origin.y),
+            proportions[2] * (p.z - origin.z)};
+  }
+  // The box of grid steps that holds all within `reach` units of a box of positions, before it is
+  // snapped to the lattice.
+  [[nodiscard]] Box grid_box(const Box& box, double reach) const;
+};
+
+[[nodiscard]] inline Box box_around(const Vec3& position) { return {position, position}; }
+inline void include(Box& box, const Vec3& position) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.low[axis] = std::min(box.low[axis], position[axis]);
+    box.high[axis] = std::max(box.high[axis], position[axis]);
+  }
+}
+[[nodiscard]] inline Box box_of(std::span<const Vec3> positions) {
+  Box box = box_around(positions.front());
+  for (const Vec3& position : positions) include(box, position);
+  return box;
+}
+
+// A limit for one piece: positions and lengths are in its frame.
+class PieceLimit {
+ public:
+  // Requires a position.
+  PieceLimit(const AllowedDistance& limit, const PieceFrame& frame,
+             std::span<const Vec3> positions);
+
+  // Whether it is `largest` everywhere in the piece.
+  [[nodiscard]] bool is_uniform() const { return is_uniform_; }
+  [[nodiscard]] double largest() const { return largest_; }
+  // No more than the least limit within `reach` of the box, and within what the model may have
+  // moved when simplification moves by `distance`.
+  [[nodiscard]] double least_near(const Box& box, double reach, double distance) const;
+  // In grid steps of the shortest axis.
+  [[nodiscard]] double in_voxels(double length) const { return length / frame_.lattice_per_voxel; }
+
+ private:
+  AllowedDistance limit_;
+  PieceFrame frame_;
+  double largest_;
+  bool is_uniform_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,183 @@
+// Simplified surfaces under threshold maps: no place is farther from the full surface than is
+// allowed there, and a map pays: what is coarse costs what it would cost alone.
+#include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
+
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "common/mesh/lattice_intersections.hpp"
+#include "common/mesh/mesh_checks.hpp"
+#include "common/mesh/surface_distance.hpp"
+#include "server/extraction/surface_extractor.hpp"
+#include "tests/support/prepared_fields.hpp"
+#include "tests/support/threshold_maps.hpp"
+
+namespace multitetra::testing {
+namespace {
+
+LatticeMesh mesh_of(const TiledSurface& surface) {
+  std::vector<const LatticeMesh*> tiles;
+  for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
+  return weld(tiles, kDefaultLatticeResolution);
+}
+
+// In world units along the grid's axes.
+std::vector<SurfaceTriangle> placed(const LatticeMesh& mesh, const DatasetInfo& info) {
+  std::vector<SurfaceTriangle> surface;
+  for (const TriangleIndices& t : mesh.triangles) {
+    SurfaceTriangle& triangle = surface.emplace_back();
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3 p = grid_coordinates(mesh.vertices[t[i]], mesh.resolution);
+      triangle[i] = {info.spacing[0] * p[0], info.spacing[1] * p[1], info.spacing[2] * p[2]};
+    }
+  }
+  return surface;
+}
+
+class LocallySimplified : public ::testing::TestWithParam<PreparedSetting> {};
+
+std::vector<PreparedSetting> fields_with_maps() {
+  return {{"noisy_gyroid", fields::gyroid(40, 0.6, 45)},
+          {"stretched_gyroid", fields::gyroid(33, 0.3, 46, {1, 1, 2})},
+          {"closed_noise", fields::noise({24, 25, 22}, 42), 0.0, 1},
+          {"ball", fields::ball({40, 38, 44}, 15)}};
+}
+INSTANTIATE_TEST_SUITE_P(Fields, LocallySimplified, ::testing::ValuesIn(fields_with_maps()),
+                         [](const auto& parameter) { return std::string(parameter.param.name); });
+
+TEST_P(LocallySimplified, NoPlaceIsFartherFromTheFullSurfaceThanIsAllowedThere) {
+  const DatasetPtr dataset = prepared(GetParam());
+  const DatasetInfo& info = dataset->info;
+  const SurfaceExtractor extractor(dataset);
+  const double isovalue = 0.1;
+  const LatticeMesh full =
+      mesh_of(extractor.extract({.request = {.isovalue = isovalue, .error = 0}}));
+  const auto full_surface = placed(full, info);
+  const NearestTriangle to_full(full_surface);
+  const DataBorder border = data_border(info, kDefaultLatticeResolution, 0);
+  const MeshTopology expected = topology(full, border);
+  // Both surfaces are rounded to the lattice.
+  const double rounding = 2 * std::hypot(info.spacing[0], info.spacing[1], info.spacing[2]) /
+                          (1 << kDefaultLatticeResolution);
+  std::mt19937_64 random(17);
+  for (int i = 0; i < 16; ++i) {
+    SCOPED_TRACE(i);
+    const IsosurfaceRequest request{.isovalue = isovalue,
+                                    .error = between(0, 4, random),
+                                    .unit = LengthUnit::kWorld,
+                                    .thresholds = random_thresholds(info, random),
+                                    .simplify = true};
+    const LatticeMesh small = mesh_of(extractor.extract({.request = request}));
+    const MeshTopology found = topology(small, border);
+    EXPECT_TRUE(found.is_sound());
+    EXPECT_EQ(found.euler_characteristic, expected.euler_characteristic);
+    EXPECT_EQ(found.components, expected.components);
+    const auto allowed = [&](const Vec3& place) {
+      const Vec3 grid = {place[0] / info.spacing[0], place[1] / info.spacing[1],
+                         place[2] / info.spacing[2]};
+      return threshold_at(request, info, grid) + rounding;
+    };
+    const auto surface = placed(small, info);
+    const DistanceStatistics away = distances(sampled_points(surface, 8000), to_full, allowed);
+    const DistanceStatistics back =
+        distances(sampled_points(full_surface, 8000), NearestTriangle(surface), allowed);
+    EXPECT_EQ(away.above_limit, 0U) << away.worst_distance << " of " << away.worst_limit;
+    EXPECT_EQ(back.above_limit, 0U) << back.worst_distance << " of " << back.worst_limit;
+  }
+}
+
+TEST_P(LocallySimplified, AreTheSameForAnyNumberOfThreads) {
+  const DatasetPtr dataset = prepared(GetParam());
+  const SurfaceExtractor extractor(dataset);
+  std::mt19937_64 random(18);
+  IsosurfaceRequest request{.isovalue = 0.1, .error = 1, .simplify = true};
+  for (int i = 0; i < 3; ++i) {
+    SCOPED_TRACE(i);
+    if (i == 1) request.thresholds = random_thresholds(dataset->info, random);
+    request.embedded = i == 2;
+    const TiledSurface of_all = extractor.extract({.request = request});
+    const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+    const TiledSurface of_one = extractor.extract({.request = request});
+    ASSERT_EQ(of_one.tiles.size(), of_all.tiles.size());
+    for (std::size_t t = 0; t < of_one.tiles.size(); ++t) {
+      EXPECT_EQ(of_one.tiles[t].cube, of_all.tiles[t].cube);
+      EXPECT_EQ(of_one.tiles[t].mesh.vertices, of_all.tiles[t].mesh.vertices);
+      EXPECT_EQ(of_one.tiles[t].mesh.triangles, of_all.tiles[t].mesh.triangles);
+      EXPECT_EQ(of_one.tiles[t].simplification_bound, of_all.tiles[t].simplification_bound);
+    }
+    if (request.embedded) {
+      EXPECT_EQ(lattice_intersections(mesh_of(of_one)).pairs, 0U);
+    }
+  }
+}
+
+class MapsThatPay : public ::testing::Test {
+ protected:
+  [[nodiscard]] LatticeMesh surface(double error, LocalThresholds thresholds = {}) const {
+    return mesh_of(extractor_.extract({.request = {.isovalue = 0.1,
+                                                   .error = error,
+                                                   .thresholds = std::move(thresholds),
+                                                   .simplify = true}}));
+  }
+  // Triangles with a corner in a box of samples.
+  [[nodiscard]] static double count_in(const LatticeMesh& mesh, const BoxShape& box) {
+    double count = 0;
+    for (const TriangleIndices& t : mesh.triangles) {
+      for (const std::uint32_t v : t) {
+        const Vec3 p = grid_coordinates(mesh.vertices[v], mesh.resolution);
+        bool is_inside = true;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          is_inside = is_inside && box.low[axis] <= p[axis] && p[axis] <= box.high[axis];
+        }
+        if (!is_inside) continue;
+        ++count;
+        break;
+      }
+    }
+    return count;
+  }
+  [[nodiscard]] static LocalThresholds fine_in(const BoxShape& box, double threshold) {
+    return {.coordinates = CoordinateSystem::kIndex,
+            .regions = {{.shape = box, .threshold = threshold}}};
+  }
+  [[nodiscard]] static double triangles(const LatticeMesh& mesh) {
+    return static_cast<double>(mesh.triangles.size());
+  }
+
+  SurfaceExtractor extractor_{prepared({"gyroid", fields::gyroid(97, 0.1, 45)})};
+};
+
+TEST_F(MapsThatPay, ASmallBoxCostsWhatItNeedsItself) {
+  const BoxShape box{.low = {46, 46, 46}, .high = {50, 50, 50}};
+  const LatticeMesh coarse = surface(2);
+  const LatticeMesh fine = surface(0.25);
+  const LatticeMesh mixed = surface(2, fine_in(box, 0.25));
+  EXPECT_GT(triangles(fine), 4 * triangles(coarse)) << "There is something to gain.";
+  EXPECT_LE(triangles(mixed), 1.3 * triangles(coarse) + count_in(fine, box));
+  EXPECT_GE(count_in(mixed, box), 0.5 * count_in(fine, box)) << "It is fine in the box.";
+}
+
+TEST_F(MapsThatPay, HalfAndHalfCostsLittleMoreThanTheHalvesAlone) {
+  const BoxShape half{.low = {-1, -1, -1}, .high = {97, 97, 48}};
+  const BoxShape other{.low = {-1, -1, 48}, .high = {97, 97, 97}};
+  const LatticeMesh coarse = surface(2);
+  const LatticeMesh fine = surface(0.25);
+  const LatticeMesh mixed = surface(2, fine_in(half, 0.25));
+  EXPECT_LE(triangles(mixed), 1.1 * (count_in(fine, half) + count_in(coarse, other)));
+}
+
+TEST_F(MapsThatPay, AViewCostsLessThanItsLeastThresholdEverywhere) {
+  const ThresholdView view{
+      .eye = {48, 48, -20}, .field_of_view = 45, .height_pixels = 800, .tolerance_pixels = 10};
+  const LatticeMesh seen = surface(1, {.coordinates = CoordinateSystem::kIndex, .view = view});
+  // At the distance of the nearest sample.
+  const LatticeMesh everywhere =
+      surface(2 * std::tan(22.5 / 180 * 3.141592653589793) * 20 * 10 / 800);
+  EXPECT_LT(triangles(seen), 0.5 * triangles(everywhere));
+}
+
+}  // namespace
+}  // namespace multitetra::testing
