@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "common/base/utf8.hpp"
+
 namespace multitetra {
 
 enum class Style { kBold, kRed, kYellow, kGreen, kDim };
@@ -15,10 +17,6 @@ enum class Style { kBold, kRed, kYellow, kGreen, kDim };
 
 // The text in that style if the descriptor has colours, else as it is.
 [[nodiscard]] std::string styled(Style style, std::string_view text, int descriptor);
-
-// Text from elsewhere as it may be printed: what could steer a terminal (control characters, of
-// whatever encoding) is written as \\xNN, and so is what is no UTF-8. Line ends stay.
-[[nodiscard]] std::string printable(std::string_view text);
 
 // What somebody should know though nothing failed: said on the standard error, each sentence once.
 class Notices {

@@ -56,12 +56,19 @@ void check_memory(const fs::path& file, const ImageHeader& header) {
   }
 }
 
+// Of the samples, where they are held as a whole: as stored, and converted to at most 4 bytes each.
+std::uint64_t held_bytes(const ImageHeader& header, bool as_a_whole) {
+  const auto samples = static_cast<std::uint64_t>(header.dims[0] * header.dims[1] * header.dims[2]);
+  const std::uint64_t stored = header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2]);
+  return as_a_whole ? stored + 4 * samples : 0;
+}
+
 // How a volume is opened: what for, and whom to tell.
 struct Opening {
   const VolumeFileOptions& options;
   Use use;
   const Notice& notice;
-  const std::function<void()>& header_is_known;
+  const HeaderIsKnown& header_is_known;
 };
 
 ComponentChoice component_of(const VolumeChoice& choice) {
@@ -110,8 +117,8 @@ std::unique_ptr<VolumeSource> open_image(const fs::path& path, VolumeFormat form
   const ImageFile file(path, format, choice);
   const ImageHeader header = file.header();
   check_header(path, header);
-  opening.header_is_known();
   const std::optional<PlainPayload> payload = file.plain_payload();
+  opening.header_is_known(held_bytes(header, !payload || opening.use == Use::kWhole));
   if (!payload || opening.use == Use::kWhole) check_memory(path, header);
   ComponentChoice component = component_of(choice);
   if (const auto time = file.component_of_time()) {
@@ -247,7 +254,7 @@ StoredVolume open_format(const fs::path& path, VolumeFormat format, const Volume
       return open_dicom(path, fs::is_directory(path) ? dicom_files(path) : std::vector{path},
                         choice);
     case VolumeFormat::kZarr:
-      return open_zarr(volume_objects(path.string()), choice);
+      return open_zarr(volume_objects(path.string(), choice.follow), choice);
     case VolumeFormat::kHdf5:
       return open_hdf5(path, choice);
     case VolumeFormat::kMrc:
@@ -276,7 +283,7 @@ std::string known_files() {
 }
 
 StoredVolume open_address(const std::string& address, const VolumeChoice& choice) {
-  std::shared_ptr<ObjectStore> store = volume_objects(address);
+  std::shared_ptr<ObjectStore> store = volume_objects(address, choice.follow);
   if (!is_zarr(*store)) {
     fail_reading(address,
                  "there is no zarr.json, .zattrs, .zgroup, .zarray or attributes.json below it",
@@ -292,7 +299,7 @@ std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Openin
   VolumeChoice choice = opening.options.choice;
   if (!inside.empty()) choice.array = inside;
   const auto as_source = [&](StoredVolume stored) {
-    opening.header_is_known();
+    opening.header_is_known(held_bytes(stored.header, opening.use == Use::kWhole));
     if (opening.use == Use::kWhole) check_memory(whole_path, stored.header);
     return streamed_volume(whole_path, std::move(stored), component_of(choice), opening.notice);
   };
@@ -331,7 +338,7 @@ std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Openin
 
 std::unique_ptr<VolumeSource> opened_apart(const fs::path& path, const VolumeFileOptions& options,
                                            Use use) {
-  const auto open = [&](const Notice& notice, const std::function<void()>& header_is_known) {
+  const auto open = [&](const Notice& notice, const HeaderIsKnown& header_is_known) {
     try {
       return open_path(path, {options, use, notice, header_is_known});
     } catch (const fs::filesystem_error& problem) {

@@ -12,6 +12,8 @@
 #include <thread>
 #include <utility>
 
+#include "common/base/text.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -110,9 +112,62 @@ struct Handle {
   CURL* curl;
 };
 
+// An address taken apart by libcurl.
+class Url {
+ public:
+  explicit Url(const std::string& text)
+      : url_(curl_url(), &curl_url_cleanup),
+        is_valid_(curl_url_set(url_.get(), CURLUPART_URL, text.c_str(), 0) == CURLUE_OK) {}
+
+  [[nodiscard]] bool is_valid() const { return is_valid_; }
+  // Empty where there is none.
+  [[nodiscard]] std::string part(CURLUPart which, unsigned flags = 0) const {
+    char* text = nullptr;
+    if (curl_url_get(url_.get(), which, &text, flags) != CURLUE_OK) return {};
+    std::string result(text);
+    curl_free(text);
+    return result;
+  }
+  [[nodiscard]] std::string scheme() const { return part(CURLUPART_SCHEME); }
+  [[nodiscard]] std::string host() const { return lower_case(part(CURLUPART_HOST)); }
+  [[nodiscard]] std::string port() const { return part(CURLUPART_PORT, CURLU_DEFAULT_PORT); }
+
+  void leave_out(CURLUPart which) { curl_url_set(url_.get(), which, nullptr, 0); }
+
+ private:
+  std::unique_ptr<CURLU, decltype(&curl_url_cleanup)> url_;
+  bool is_valid_;
+};
+
+// Whether credentials for `from` are for `to` as well: the same port of the same host, or its https.
+bool is_same_host(const Url& from, const Url& to) {
+  if (from.host() != to.host() || from.host().empty()) return false;
+  if (from.scheme() == to.scheme()) return from.port() == to.port();
+  return from.scheme() == "http" && to.scheme() == "https";
+}
+
+// A key as a part of an address: what is no plain character of a path is escaped, so that names
+// from metadata stay names.
+std::string escaped_key(std::string_view key) {
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  constexpr std::string_view kPlain = "-._~/!$&'()*+,;=:@";
+  std::string text;
+  for (const char c : key) {
+    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                          (c >= '0' && c <= '9') || kPlain.find(c) != std::string_view::npos;
+    const auto byte = static_cast<unsigned char>(c);
+    if (is_plain) {
+      text += c;
+    } else {
+      text += {'%', kDigits[byte >> 4], kDigits[byte & 15]};
+    }
+  }
+  return text;
+}
+
 // What one try says.
 struct Outcome {
-  enum class Kind { kDone, kMissing, kTryAgain, kFailed };
+  enum class Kind { kDone, kMissing, kRefused, kTryAgain, kFailed };
   Kind kind = Kind::kFailed;
   std::string problem = {};
   std::string remedy = "Check the address, the network and the credentials";
@@ -125,6 +180,13 @@ class HttpStore : public ObjectStore {
       : base_(std::move(base)), options_(options), free_(options.connections) {
     static std::once_flag once;
     std::call_once(once, [] { curl_global_init(CURL_GLOBAL_DEFAULT); });
+    Url url(base_);
+    if (!url.is_valid()) throw StoreError(base_, "it is no address", "Write http://host/path");
+    user_ = url.part(CURLUPART_USER, CURLU_URLDECODE);
+    if (!user_.empty()) user_ += ":" + url.part(CURLUPART_PASSWORD, CURLU_URLDECODE);
+    url.leave_out(CURLUPART_USER);
+    url.leave_out(CURLUPART_PASSWORD);
+    base_ = url.part(CURLUPART_URL);
     if (!is_s3) return;
     const std::string key = environment("AWS_ACCESS_KEY_ID");
     const std::string secret = environment("AWS_SECRET_ACCESS_KEY");
@@ -150,7 +212,13 @@ class HttpStore : public ObjectStore {
  private:
   std::optional<std::vector<std::byte>> fetched(const std::string& key, const Wanted& wanted,
                                                 std::uint64_t most) {
-    const std::string address = base_ + key;
+    const fs::path inside(key);
+    const bool leads_out = std::find(inside.begin(), inside.end(), "..") != inside.end();
+    if (leads_out && !options_.follow) {
+      throw StoreError(base_, "it names '" + key + "', which leads out of the address",
+                       "Correct its metadata, or allow it with --follow if you trust them");
+    }
+    const std::string address = base_ + escaped_key(key);
     fail_while_resting(address);
     const Clock::time_point deadline = Clock::now() + options_.deadline;
     milliseconds pause = options_.first_pause;
@@ -171,6 +239,9 @@ class HttpStore : public ObjectStore {
       if (outcome.kind == Outcome::Kind::kFailed) break;
     }
     if (outcome.kind == Outcome::Kind::kTryAgain) rest(outcome.problem);
+    if (outcome.kind == Outcome::Kind::kRefused) {
+      throw StoreRefusal(address, outcome.problem, outcome.remedy);
+    }
     throw StoreError(address, outcome.problem, outcome.remedy);
   }
 
@@ -189,10 +260,41 @@ class HttpStore : public ObjectStore {
   Outcome attempted(const std::string& address, const Wanted& wanted, Clock::time_point deadline,
                     Transfer& transfer) {
     std::unique_ptr<Handle> handle = idle_handle();
-    const CURLcode code = perform(handle->curl, address, wanted, deadline, transfer);
-    const Outcome outcome = judged(handle->curl, code, wanted, transfer);
+    const Outcome outcome = attempted_along_redirects(handle->curl, address, wanted, deadline, transfer);
     give_back(std::move(handle));
     return outcome;
+  }
+
+  Outcome attempted_along_redirects(CURL* curl, std::string address, const Wanted& wanted,
+                                    Clock::time_point deadline, Transfer& transfer) const {
+    constexpr int kMostRedirects = 5;
+    for (int redirects = 0;; ++redirects) {
+      const CURLcode code = perform(curl, address, wanted, deadline, transfer);
+      char* next = nullptr;
+      if (code == CURLE_OK) curl_easy_getinfo(curl, CURLINFO_REDIRECT_URL, &next);
+      if (next == nullptr) return judged(curl, code, wanted, transfer);
+      const std::string to(next);
+      if (const auto refusal = refused_redirect(address, to)) return *refusal;
+      if (redirects == kMostRedirects) {
+        return {.kind = Outcome::Kind::kFailed, .problem = "it is redirected again and again"};
+      }
+      address = to;
+      transfer.bytes.clear();
+    }
+  }
+
+  [[nodiscard]] std::optional<Outcome> refused_redirect(const std::string& from,
+                                                        const std::string& to) const {
+    const Url before(from);
+    const Url after(to);
+    const std::string problem = "the server redirects to '" + to + "'";
+    if (!after.is_valid() || (after.scheme() != "http" && after.scheme() != "https") ||
+        (before.scheme() == "https" && after.scheme() == "http")) {
+      return Outcome{.problem = problem + ", which is no https", .remedy = "Check the address"};
+    }
+    if (options_.follow || is_same_host(before, after)) return std::nullopt;
+    return Outcome{.problem = problem + ", which is another host",
+                   .remedy = "Give that address, or allow it with --follow if you trust the server"};
   }
 
   CURLcode perform(CURL* curl, const std::string& address, const Wanted& wanted,
@@ -201,12 +303,10 @@ class HttpStore : public ObjectStore {
     curl_easy_reset(curl);
     curl_easy_setopt(curl, CURLOPT_URL, address.c_str());
     curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
-    curl_easy_setopt(curl, CURLOPT_FOLLOWLOCATION, 1L);
-    curl_easy_setopt(curl, CURLOPT_MAXREDIRS, 5L);
+    curl_easy_setopt(curl, CURLOPT_FOLLOWLOCATION, 0L);
     curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
-    curl_easy_setopt(curl, CURLOPT_REDIR_PROTOCOLS_STR, "http,https");
     curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, static_cast<long>(options_.connecting.count()));
-    curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 1L);
+    curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 256L);
     curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, static_cast<long>(options_.stalled.count()));
     curl_easy_setopt(curl, CURLOPT_TIMEOUT_MS, static_cast<long>(std::max<long>(1, left)));
     curl_easy_setopt(curl, CURLOPT_USERAGENT, "multitetra");
@@ -215,8 +315,9 @@ class HttpStore : public ObjectStore {
     const std::string range = wanted.header();
     if (!range.empty()) curl_easy_setopt(curl, CURLOPT_RANGE, range.c_str());
     curl_slist* headers = nullptr;
-    if (!user_.empty()) {
-      curl_easy_setopt(curl, CURLOPT_USERPWD, user_.c_str());
+    const bool is_trusted = !user_.empty() && is_same_host(Url(base_), Url(address));
+    if (is_trusted) curl_easy_setopt(curl, CURLOPT_USERPWD, user_.c_str());
+    if (is_trusted && !sigv4_.empty()) {
       curl_easy_setopt(curl, CURLOPT_AWS_SIGV4, sigv4_.c_str());
       headers = curl_slist_append(headers, kNothingIsSent);
       if (!session_.empty()) {
@@ -252,8 +353,13 @@ class HttpStore : public ObjectStore {
               .problem = "the server does not serve ranges",
               .remedy = "Use one that does, or a copy on this machine"};
     }
-    // What buckets say of objects that are not there, with and without the right to list them.
-    if (status == 404 || status == 410 || status == 403) return {.kind = Kind::kMissing};
+    if (status == 404 || status == 410) return {.kind = Kind::kMissing};
+    if (status == 401 || status == 403) {
+      return {.kind = Kind::kRefused,
+              .problem = "the server refuses it with status " + std::to_string(status),
+              .remedy = "Check the credentials; a bucket says so of objects that are missing, too, "
+                        "unless it may be listed"};
+    }
     curl_off_t seconds = 0;
     curl_easy_getinfo(curl, CURLINFO_RETRY_AFTER, &seconds);
     const bool passes = status == 429 || status >= 500;
@@ -301,7 +407,7 @@ class HttpStore : public ObjectStore {
 
   std::string base_;  // Ends in '/'.
   HttpStoreOptions options_;
-  std::string user_;
+  std::string user_;  // "user:password", or the key and secret of S3; empty: none.
   std::string sigv4_;
   std::string session_;
   std::mutex mutex_;  // Guards what follows.

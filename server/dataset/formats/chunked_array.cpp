@@ -16,8 +16,8 @@ using Json = nlohmann::json;
 
 constexpr std::size_t kMostDimensions = 8;
 constexpr std::int64_t kMostLength = std::int64_t{1} << 40;
-constexpr std::uint64_t kMostChunkBytes = std::uint64_t{1} << 31;
-constexpr std::uint64_t kMostChunksOfAShard = std::uint64_t{1} << 22;
+constexpr std::uint64_t kMostChunkBytes = std::uint64_t{1} << 30;
+constexpr std::uint64_t kMostChunksOfAShard = std::uint64_t{1} << 20;
 
 // Thrown while metadata are read and turned into a Result at the edge of this file.
 struct Refused {
@@ -133,9 +133,12 @@ std::vector<std::byte> fill_of(StoredType type, const Json& value) {
   return fill;
 }
 
-// The names that Zarr 3 and N5 share; "bool" is a byte.
+constexpr std::string_view kHalf3 = "float16";
+constexpr std::string_view kHalf2 = "f2";
+
+// The names that Zarr 3 and N5 share; "bool" is a byte, and halves become floats.
 StoredType long_type(const Json& value) {
-  constexpr std::array<std::pair<std::string_view, StoredType>, 11> kTypes = {
+  constexpr std::array<std::pair<std::string_view, StoredType>, 12> kTypes = {
       {{"uint8", StoredType::kU8},
        {"int8", StoredType::kI8},
        {"uint16", StoredType::kU16},
@@ -146,16 +149,17 @@ StoredType long_type(const Json& value) {
        {"uint64", StoredType::kU64},
        {"int64", StoredType::kI64},
        {"float64", StoredType::kF64},
-       {"bool", StoredType::kU8}}};
+       {"bool", StoredType::kU8},
+       {kHalf3, StoredType::kF32}}};
   for (const auto& [word, type] : kTypes) {
     if (value == word) return type;
   }
   refuse("its samples are of type " + shown(value) +
-         "; known are integers of 8 to 64 bits and floats of 32 and 64");
+         "; known are integers of 8 to 64 bits and floats of 16 to 64");
 }
 
 void set_type_2(ArrayLayout& layout, const Json& value) {
-  constexpr std::array<std::pair<std::string_view, StoredType>, 11> kTypes = {
+  constexpr std::array<std::pair<std::string_view, StoredType>, 12> kTypes = {
       {{"u1", StoredType::kU8},
        {"b1", StoredType::kU8},
        {"i1", StoredType::kI8},
@@ -166,17 +170,19 @@ void set_type_2(ArrayLayout& layout, const Json& value) {
        {"i4", StoredType::kI32},
        {"u8", StoredType::kU64},
        {"i8", StoredType::kI64},
-       {"f8", StoredType::kF64}}};
+       {"f8", StoredType::kF64},
+       {kHalf2, StoredType::kF32}}};
   const std::string word = value.is_string() ? value.get<std::string>() : std::string();
   for (const auto& [name, type] : kTypes) {
     if (word.size() != 3 || word.substr(1) != name) continue;
     if (word[0] != '<' && word[0] != '>' && !(word[0] == '|' && bytes_of(type) == 1)) continue;
     layout.type = type;
+    layout.are_halves = name == kHalf2;
     layout.endian = word[0] == '>' ? Endian::kBig : Endian::kLittle;
     return;
   }
   refuse("its samples are of type " + shown(value) +
-         "; known are integers of 8 to 64 bits and floats of 32 and 64");
+         "; known are integers of 8 to 64 bits and floats of 16 to 64");
 }
 
 Packing packing_of(const Json& value) {
@@ -184,7 +190,7 @@ Packing packing_of(const Json& value) {
       value.is_string() ? packing_from(value.get<std::string>()) : std::optional<Packing>();
   if (packing) return *packing;
   refuse("its chunks are packed by " + shown(value) +
-         "; known are blosc, zstd, gzip, zlib, bz2 and none");
+         "; known are blosc, lz4, zstd, gzip, zlib, bz2 and none");
 }
 
 void add_packing(ArrayLayout& layout, Packing packing) {
@@ -304,6 +310,7 @@ ArrayLayout zarr_3(const Json& json) {
   ArrayLayout layout;
   layout.shape = lengths_of(json, "shape", 0);
   layout.type = long_type(member(json, "data_type"));
+  layout.are_halves = json.at("data_type") == kHalf3;
   const Json& grid = member(json, "chunk_grid");
   if (member(grid, "name") != "regular") refuse("its chunk grid is " + shown(grid.at("name")));
   layout.chunk = lengths_of(configuration_of(grid), "chunk_shape", 1);
@@ -361,6 +368,7 @@ ArrayLayout n5(const Json& json) {
   std::reverse(layout.shape.begin(), layout.shape.end());  // N5 tells the fastest one first.
   std::reverse(layout.chunk.begin(), layout.chunk.end());
   layout.type = long_type(member(json, "dataType"));
+  layout.are_halves = json.at("dataType") == kHalf3;
   layout.endian = Endian::kBig;
   layout.fill.resize(bytes_of(layout.type));
   layout.order = straight(layout.shape.size());
@@ -370,6 +378,7 @@ ArrayLayout n5(const Json& json) {
   if (json.contains("compression")) {
     const Json& compression = json.at("compression");
     const Packing packing = packing_of(member(compression, "type"));
+    if (packing == Packing::kSizedLz4) refuse("its blocks are packed by the lz4 of Java");
     const bool zlib = packing == Packing::kGzip && compression.value("useZlib", false);
     add_packing(layout, zlib ? Packing::kZlib : packing);
   } else {

@@ -74,11 +74,10 @@ class PackedSlices : public StoredSlices {
   }
 
  private:
-  // Behind the last slice: where the stream ends there, it must end well, or its bytes are not
-  // known to be those that were packed.
+  // Behind the last slice: other times may follow, but only a stream that ends well is known to
+  // hold the bytes that were packed.
   void require_end() {
-    std::byte more{};
-    (void)stream_->read_some({&more, 1});
+    stream_->require_good_end();
     stream_.reset();
   }
 

@@ -16,6 +16,7 @@
 #include "server/dataset/formats/nifti_file.hpp"
 #include "server/dataset/formats/volume_objects.hpp"
 #include "server/dataset/formats/zarr_volume.hpp"
+#include "server/dataset/formats/zip_store.hpp"
 
 namespace multitetra {
 namespace {
@@ -102,7 +103,7 @@ std::optional<VolumeFormat> by_name(const std::string& name) {
 }
 
 std::optional<VolumeFormat> format_of_folder(const fs::path& folder) {
-  if (is_zarr(*volume_objects(folder.string()))) return VolumeFormat::kZarr;
+  if (is_zarr(*volume_objects(folder.string(), /*follow=*/true))) return VolumeFormat::kZarr;
   std::error_code error;
   bool has_tiff = false;
   bool has_dicom = false;  // In this folder: those below may be of several volumes.
@@ -127,6 +128,9 @@ std::optional<VolumeFormat> recognized_format(const fs::path& path) {
   if (fs::is_directory(path, error)) return format_of_folder(path);
   const InputFile file(path);
   const std::string bytes = unpacked_beginning(file, kLookedAt);
+  if (is_zip(bytes) && is_zarr(*volume_objects(path.string(), /*follow=*/false))) {
+    return VolumeFormat::kZarr;
+  }
   if (const auto format = by_content(bytes)) return format;
   const std::string name = lower_case_name_of(path);
   if (const auto format = by_name(name)) return format;
