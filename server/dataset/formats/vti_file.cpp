@@ -364,16 +364,19 @@ const VtiArray& chosen(const fs::path& file, const VtiHeader& header, const std:
 }
 
 // The arrays beside the chosen one that have as many samples.
-std::vector<SourceField> fields_beside(const VtiHeader& header, const VtiArray& chosen) {
-  std::vector<SourceField> fields;
+SourceMembers members_beside(const VtiHeader& header, const VtiArray& chosen) {
+  SourceMembers members;
   for (const VtiArray& array : header.arrays) {
+    if (array.of_cells != chosen.of_cells || members.fields.size() == kMostSourceMembers) continue;
     const std::string name = member_name_from(array.name);
-    if (array.of_cells != chosen.of_cells || name.empty() || fields.size() == kMostSourceMembers) {
-      continue;
+    if (name.empty()) {
+      members.unnamed.push_back(array.name);
+    } else {
+      members.fields.push_back(
+          {.name = name, .array = array.name, .components = array.components});
     }
-    fields.push_back({.name = name, .array = array.name, .components = array.components});
   }
-  return fields;
+  return members;
 }
 
 // Where base64 or text between tags really begins: behind white space.
@@ -438,7 +441,7 @@ StoredVolume open_vti(const fs::path& path, const VolumeChoice& choice) {
   StoredVolume volume{
       .header = header,
       .slices = std::make_unique<VtiSlices>(std::move(file), std::move(bytes), slice_bytes),
-      .members = {.fields = fields_beside(vti, array)}};
+      .members = members_beside(vti, array)};
   if (vti.arrays.size() > 1 && choice.array.empty()) {
     volume.notices.push_back("'" + path.string() + "': of its " +
                              std::to_string(vti.arrays.size()) + " arrays '" + array.name +
