@@ -20,8 +20,7 @@ namespace multitetra {
 [[nodiscard]] inline std::string rounded_text(double value) {
   std::array<char, 32> text{};
   const auto digits = std::chars_format::general;
-  return {text.data(),
-          std::to_chars(text.data(), text.data() + text.size(), value, digits, 6).ptr};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value, digits, 6).ptr};
 }
 
 }  // namespace multitetra

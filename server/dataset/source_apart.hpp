@@ -12,7 +12,8 @@
 
 namespace multitetra {
 
-// Called with the bytes of samples that a source holds in memory as a whole; 0: it reads slab by slab.
+// Called with the bytes of samples that a source holds in memory as a whole; 0: it reads slab by
+// slab.
 using HeaderIsKnown = std::function<void(std::uint64_t held_bytes)>;
 
 // Opens a source. What it learns it tells through the notice that it is given; it calls
@@ -21,9 +22,9 @@ using OpenSource = std::function<std::unique_ptr<VolumeSource>(
     const Notice& notice, const HeaderIsKnown& header_is_known)>;
 
 // The source that `open` makes in another process. `path` is its name in sentences. Until the
-// header is known that process may have 1 GiB beyond what this one has, afterwards 6 GiB and what the
-// source holds as a whole, at most the machine's memory. Throws VolumeFileError as `open` does, and when the process crashes or is
-// silent for longer than any reader should be.
+// header is known that process may have 1 GiB beyond what this one has, afterwards 6 GiB and what
+// the source holds as a whole, at most the machine's memory. Throws VolumeFileError as `open` does,
+// and when the process crashes or is silent for longer than any reader should be.
 [[nodiscard]] std::unique_ptr<VolumeSource> open_apart(const std::filesystem::path& path,
                                                        const OpenSource& open, Notice notice);
 

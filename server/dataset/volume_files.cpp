@@ -9,15 +9,20 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/address_text.hpp"
 #include "common/base/child_process.hpp"
 #include "server/dataset/formats/cube_file.hpp"
 #include "server/dataset/formats/described_raw.hpp"
 #include "server/dataset/formats/dicom_series.hpp"
 #include "server/dataset/formats/hdf5_file.hpp"
 #include "server/dataset/formats/input_file.hpp"
+#include "server/dataset/formats/mgh_file.hpp"
 #include "server/dataset/formats/mrc_file.hpp"
+#include "server/dataset/formats/netcdf3_file.hpp"
 #include "server/dataset/formats/nifti_file.hpp"
+#include "server/dataset/formats/npy_file.hpp"
 #include "server/dataset/formats/plain_slices.hpp"
+#include "server/dataset/formats/pvti_file.hpp"
 #include "server/dataset/formats/recognition.hpp"
 #include "server/dataset/formats/unpacking.hpp"
 #include "server/dataset/formats/volume_objects.hpp"
@@ -250,6 +255,8 @@ StoredVolume open_format(const fs::path& path, VolumeFormat format, const Volume
       return open_stack(path);
     case VolumeFormat::kVti:
       return open_vti(path, choice);
+    case VolumeFormat::kPvti:
+      return open_pvti(path, choice);
     case VolumeFormat::kDicom:
       return open_dicom(path, fs::is_directory(path) ? dicom_files(path) : std::vector{path},
                         choice);
@@ -257,6 +264,12 @@ StoredVolume open_format(const fs::path& path, VolumeFormat format, const Volume
       return open_zarr(volume_objects(path.string(), choice.follow), choice);
     case VolumeFormat::kHdf5:
       return open_hdf5(path, choice);
+    case VolumeFormat::kNetcdf3:
+      return open_netcdf3(path, choice);
+    case VolumeFormat::kNpy:
+      return open_npy(path, choice);
+    case VolumeFormat::kMgh:
+      return open_mgh(path, choice);
     case VolumeFormat::kMrc:
       return open_mrc(path);
     case VolumeFormat::kCube:
@@ -301,7 +314,8 @@ std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Openin
   const auto as_source = [&](StoredVolume stored) {
     opening.header_is_known(held_bytes(stored.header, opening.use == Use::kWhole));
     if (opening.use == Use::kWhole) check_memory(whole_path, stored.header);
-    return streamed_volume(whole_path, std::move(stored), component_of(choice), opening.notice);
+    return streamed_volume(without_password(whole_path.string()), std::move(stored),
+                           component_of(choice), opening.notice);
   };
   if (is_address(whole_path.string())) {
     return as_source(open_address(whole_path.string(), opening.options.choice));

@@ -29,8 +29,8 @@ struct VolumeOptions {
   std::uint64_t header_bytes = 0;
   std::vector<double> spacing = {1, 1, 1};
 
-  // Adds --array, --level, --time, --channel, --series, --component, --follow, --resample, and what tells the
-  // layout of raw samples.
+  // Adds --array, --level, --time, --channel, --series, --component, --follow, --resample, and what
+  // tells the layout of raw samples.
   void add_to(Command& command);
   // What they say. Throws ExitError (kUsage) when a component is none.
   [[nodiscard]] VolumeFileOptions parsed() const;

@@ -139,7 +139,8 @@ class Url {
   bool is_valid_;
 };
 
-// Whether credentials for `from` are for `to` as well: the same port of the same host, or its https.
+// Whether credentials for `from` are for `to` as well: the same port of the same host, or its
+// https.
 bool is_same_host(const Url& from, const Url& to) {
   if (from.host() != to.host() || from.host().empty()) return false;
   if (from.scheme() == to.scheme()) return from.port() == to.port();
@@ -260,7 +261,8 @@ class HttpStore : public ObjectStore {
   Outcome attempted(const std::string& address, const Wanted& wanted, Clock::time_point deadline,
                     Transfer& transfer) {
     std::unique_ptr<Handle> handle = idle_handle();
-    const Outcome outcome = attempted_along_redirects(handle->curl, address, wanted, deadline, transfer);
+    const Outcome outcome =
+        attempted_along_redirects(handle->curl, address, wanted, deadline, transfer);
     give_back(std::move(handle));
     return outcome;
   }
@@ -293,8 +295,9 @@ class HttpStore : public ObjectStore {
       return Outcome{.problem = problem + ", which is no https", .remedy = "Check the address"};
     }
     if (options_.follow || is_same_host(before, after)) return std::nullopt;
-    return Outcome{.problem = problem + ", which is another host",
-                   .remedy = "Give that address, or allow it with --follow if you trust the server"};
+    return Outcome{
+        .problem = problem + ", which is another host",
+        .remedy = "Give that address, or allow it with --follow if you trust the server"};
   }
 
   CURLcode perform(CURL* curl, const std::string& address, const Wanted& wanted,
@@ -357,8 +360,9 @@ class HttpStore : public ObjectStore {
     if (status == 401 || status == 403) {
       return {.kind = Kind::kRefused,
               .problem = "the server refuses it with status " + std::to_string(status),
-              .remedy = "Check the credentials; a bucket says so of objects that are missing, too, "
-                        "unless it may be listed"};
+              .remedy =
+                  "Check the credentials; a bucket says so of objects that are missing, too, "
+                  "unless it may be listed"};
     }
     curl_off_t seconds = 0;
     curl_easy_getinfo(curl, CURLINFO_RETRY_AFTER, &seconds);

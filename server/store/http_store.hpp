@@ -27,7 +27,7 @@ struct HttpStoreOptions {
   std::chrono::milliseconds first_pause{100};     // Before the second try.
   std::chrono::milliseconds longest_pause{5000};  // Also of what Retry-After asks for.
   std::chrono::seconds connecting{20};
-  std::chrono::seconds stalled{30};            // Less than 256 bytes a second for so long end a try.
+  std::chrono::seconds stalled{30};  // Less than 256 bytes a second for so long end a try.
   std::chrono::milliseconds deadline{600000};  // Of a request with all its tries.
   // After a request that failed for good nobody else waits for this store: so long all fail at
   // once.

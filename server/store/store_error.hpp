@@ -15,9 +15,9 @@ class StoreError : public std::runtime_error {
  public:
   // "Cannot read '<place>': <problem>. <remedy>."
   StoreError(const std::string& place, const std::string& problem, const std::string& remedy)
-      : std::runtime_error(printable("Cannot read '" + without_password(place) + "': " + problem +
-                                         ". " + remedy + ".",
-                                     /*keeps_lines=*/false)) {}
+      : std::runtime_error(printable(
+            "Cannot read '" + without_password(place) + "': " + problem + ". " + remedy + ".",
+            /*keeps_lines=*/false)) {}
 };
 
 // A store that refuses an object (401, 403): it may be there or not.

@@ -1,12 +1,16 @@
 """Serves a folder on a free port, with ranges; below /s3/volumes/ only to requests signed as S3 wants it, below /whole/
 without ranges; below /lies/KIND/N/ with a lie to the first N requests of each path:
 
-    503  truncated  wrong-bytes  wrong-range  lost (the connection ends)  stalled (nothing comes)
+    401  403  503  401-blocks  403-blocks (of objects whose names are numbers)  truncated  wrong-bytes  wrong-range  lost (the connection ends)  stalled (nothing comes)
+
+Below /moved/ everything is redirected to the path behind it, below /redirect/HOST/ to that host; below /private/ only a user
+"reader" with the password "a secret" may read; below /headers/ every object is the text of the request's headers.
 
     python3 serve_folder.py FOLDER
 
 Prints its address and its process.
 """
+import base64
 import collections
 import hashlib
 import hmac
@@ -66,8 +70,10 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
     def lie(self, kind):
         """Whether that is the whole answer."""
-        if kind == "503":
-            self.send_response(503)
+        if kind.endswith("-blocks") and not self.path.rsplit("/", 1)[1].isdigit():
+            return False
+        if kind[:3] in ("401", "403", "503"):
+            self.send_response(int(kind[:3]))
             self.send_header("Retry-After", "0")
             self.send_header("Content-Length", "0")
             self.end_headers()
@@ -90,6 +96,18 @@ class Handler(http.server.BaseHTTPRequestHandler):
                 self.kind = lies[1]
                 if self.lie(self.kind):
                     return
+        if path.startswith("/moved/") or path.startswith("/redirect/"):
+            to = path[len("/moved"):] if path.startswith("/moved/") else "http://" + path[len("/redirect/"):]
+            self.send_response(302)
+            self.send_header("Location", to)
+            self.send_header("Content-Length", "0")
+            return self.end_headers()
+        if path.startswith("/headers/"):
+            return self.answer(200, str(self.headers).encode())
+        if path.startswith("/private/"):
+            if self.headers.get("Authorization") != "Basic " + base64.b64encode(b"reader:a secret").decode():
+                return self.answer(401)
+            path = path[len("/private"):]
         if path.startswith(BUCKET):
             if not is_signed(self):
                 return self.answer(403)

@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "server/dataset/formats/header_bytes.hpp"
 #include "server/dataset/formats/input_file.hpp"
+#include "server/dataset/formats/unpacking.hpp"
 
 namespace multitetra {
 namespace {
@@ -81,20 +83,20 @@ std::optional<CubeGrid> grid_in(std::string_view& text) {
 class CubeSlices : public StoredSlices {
  public:
   CubeSlices(const fs::path& file, std::uint64_t begin, const ImageHeader& header)
-      : file_(file), begin_(begin), at_(begin), header_(header) {}
+      : file_(file), packing_(whole_packing(file_)), begin_(begin), header_(header) {
+    begin_anew();
+  }
 
   void read(std::size_t first, std::size_t count, std::byte* into) override {
     const std::uint64_t slice = header_.slice_bytes() / sizeof(float);
-    if (first * slice < next_) {
-      at_ = begin_;
-      next_ = 0;
-      text_.clear();
-    }
+    if (first * slice < next_) begin_anew();
     while (next_ < first * slice) (void)next_number();
     for (std::uint64_t i = 0; i < count * slice; ++i) {
       const float number = next_number();
       std::memcpy(into + i * sizeof(float), &number, sizeof(float));
     }
+    const bool is_last = first + count == static_cast<std::size_t>(header_.dims[2]);
+    if (is_last && stream_) stream_->require_good_end();
   }
 
  private:
@@ -130,16 +132,35 @@ class CubeSlices : public StoredSlices {
     used_ = 0;
     const std::size_t before = text_.size();
     text_.resize(before + kPortion);
-    const std::size_t got =
-        file_.read_some(at_, std::as_writable_bytes(std::span(text_).subspan(before)));
+    const std::size_t got = read_some(std::as_writable_bytes(std::span(text_).subspan(before)));
     text_.resize(before + got);
     at_ += got;
     return got > 0;
   }
 
+  static Packing whole_packing(const InputFile& file) {
+    const Packing packing = UnpackedStream::packing_at(file, 0);
+    return packing == Packing::kGzip || packing == Packing::kBzip2 ? packing : Packing::kNone;
+  }
+  [[nodiscard]] std::size_t read_some(std::span<std::byte> into) {
+    return stream_ ? stream_->read_some(into) : file_.read_some(at_, into);
+  }
+  void begin_anew() {
+    next_ = 0;
+    text_.clear();
+    used_ = 0;
+    at_ = begin_;
+    if (packing_ == Packing::kNone) return;
+    stream_.emplace(file_, 0, packing_);
+    std::vector<std::byte> header(begin_);
+    (void)stream_->read_some(header);
+  }
+
   InputFile file_;
+  Packing packing_;
+  std::optional<UnpackedStream> stream_ = std::nullopt;  // None: the file is not packed.
   std::uint64_t begin_;
-  std::uint64_t at_;
+  std::uint64_t at_ = 0;
   ImageHeader header_;
   std::string text_;
   std::size_t used_ = 0;
@@ -152,7 +173,7 @@ bool is_cube(std::string_view beginning) { return grid_in(beginning).has_value()
 
 StoredVolume open_cube(const fs::path& path) {
   const InputFile file(path);
-  const std::string beginning = file.beginning(kMostHeaderBytes);
+  const std::string beginning = unpacked_beginning(file, kMostHeaderBytes);
   std::string_view rest = beginning;
   const std::optional<CubeGrid> grid = grid_in(rest);
   if (!grid) fail_reading(path, "it is no cube file", "Get a whole copy of it");

@@ -13,10 +13,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kOnGrid = 0.1;       // Of a step: how far a slice may be from its place.
-constexpr double kTold = 0.01;        // Of a step: a deviation that is worth a notice.
-constexpr double kTilt = 1e-3;        // Cosine of an axis with the step from slice to slice.
-constexpr double kMostSlices = 1e5;   // Of a grid that slices are interpolated to.
+constexpr double kOnGrid = 0.1;      // Of a step: how far a slice may be from its place.
+constexpr double kTold = 0.01;       // Of a step: a deviation that is worth a notice.
+constexpr double kTilt = 1e-3;       // Cosine of an axis with the step from slice to slice.
+constexpr double kMostSlices = 1e5;  // Of a grid that slices are interpolated to.
 
 double usual_gap(const std::vector<DicomImage>& stack) {
   std::vector<double> gaps;
@@ -64,9 +64,11 @@ DicomGrid even_grid(const std::vector<DicomImage>& stack, bool is_tilted) {
     const Vec3 way = difference(image.position, first.position);
     std::array<double, 2> shift{};
     // Without a tilt what is left is rounding, and no reason to blur slices.
-    if (is_tilted) shift = {dot(way, first.row) / first.spacing[0], dot(way, first.column) / first.spacing[1]};
+    if (is_tilted)
+      shift = {dot(way, first.row) / first.spacing[0], dot(way, first.column) / first.spacing[1]};
     for (std::size_t axis = 0; axis < 2; ++axis) {
-      if (std::abs(shift[axis] - std::round(shift[axis])) < kTold) shift[axis] = std::round(shift[axis]);
+      if (std::abs(shift[axis] - std::round(shift[axis])) < kTold)
+        shift[axis] = std::round(shift[axis]);
       low[axis] = std::min(low[axis], std::floor(shift[axis]));
       high[axis] = std::max(high[axis], std::ceil(shift[axis]));
     }
@@ -78,7 +80,8 @@ DicomGrid even_grid(const std::vector<DicomImage>& stack, bool is_tilted) {
                  .origin = first.position};
   for (std::size_t axis = 0; axis < 2; ++axis) {
     for (auto& shift : places.shift) shift[axis] -= low[axis];
-    grid.dims[axis] = first.size[axis] + static_cast<std::int64_t>(std::min(high[axis] - low[axis], kMostSlices));
+    grid.dims[axis] =
+        first.size[axis] + static_cast<std::int64_t>(std::min(high[axis] - low[axis], kMostSlices));
     for (std::size_t row = 0; row < 3; ++row) grid.origin[row] += grid.steps[axis][row] * low[axis];
   }
   grid.dims[2] = static_cast<std::int64_t>(std::min(intervals, kMostSlices)) + 1;
@@ -188,11 +191,11 @@ class ResampledSlices : public StoredSlices {
 DicomGrid dicom_grid(const fs::path& place, const std::vector<DicomImage>& stack, bool resample,
                      std::vector<std::string>& notices) {
   const DicomImage& first = stack.front();
-  DicomGrid grid{.dims = {first.size[0], first.size[1], static_cast<std::int64_t>(stack.size())},
-                 .steps = {scaled(first.row, first.spacing[0]),
-                           scaled(first.column, first.spacing[1]),
-                           scaled(cross(first.row, first.column), first.spacing[2])},
-                 .origin = first.position};
+  DicomGrid grid{
+      .dims = {first.size[0], first.size[1], static_cast<std::int64_t>(stack.size())},
+      .steps = {scaled(first.row, first.spacing[0]), scaled(first.column, first.spacing[1]),
+                scaled(cross(first.row, first.column), first.spacing[2])},
+      .origin = first.position};
   if (stack.size() == 1) return grid;
   const Vec3 step = scaled(difference(stack.back().position, first.position),
                            1 / static_cast<double>(stack.size() - 1));
@@ -223,15 +226,15 @@ DicomGrid dicom_grid(const fs::path& place, const std::vector<DicomImage>& stack
                  "Interpolate them onto a rectangular grid with --resample");
   }
   grid = even_grid(stack, is_tilted);
-  notices.push_back("'" + place.string() + "': its " + std::to_string(stack.size()) + " slices " +
-                    (is_even ? "" : "are not evenly spaced; they ") +
-                    (is_tilted ? (is_even ? "are shifted against each other (a tilted gantry); they "
-                                          : "and their tilt ")
-                               : "") +
-                    "are interpolated to " + std::to_string(grid.dims[2]) + " slices of " +
-                    std::to_string(grid.dims[0]) + " x " + std::to_string(grid.dims[1]) +
-                    " samples, " + rounded_text(length(grid.steps[2])) +
-                    " mm apart; what no slice reaches is void.");
+  notices.push_back(
+      "'" + place.string() + "': its " + std::to_string(stack.size()) + " slices " +
+      (is_even ? "" : "are not evenly spaced; they ") +
+      (is_tilted ? (is_even ? "are shifted against each other (a tilted gantry); they "
+                            : "and their tilt ")
+                 : "") +
+      "are interpolated to " + std::to_string(grid.dims[2]) + " slices of " +
+      std::to_string(grid.dims[0]) + " x " + std::to_string(grid.dims[1]) + " samples, " +
+      rounded_text(length(grid.steps[2])) + " mm apart; what no slice reaches is void.");
   return grid;
 }
 

@@ -17,7 +17,8 @@ namespace multitetra {
 
 // Where slices are before they are interpolated.
 struct SlicePlaces {
-  std::vector<double> at;  // Along the normal, in steps of the grid from its first slice on; rising.
+  std::vector<double>
+      at;  // Along the normal, in steps of the grid from its first slice on; rising.
   std::vector<std::array<double, 2>> shift;  // Of a slice's first sample on the grid, in samples.
   std::array<std::int64_t, 2> size{};        // Columns and rows of the slices.
 };
@@ -37,8 +38,8 @@ struct DicomGrid {
                                    const std::vector<DicomImage>& stack, bool resample,
                                    std::vector<std::string>& notices);
 
-// `slices`, floats with `components` numbers a sample, interpolated linearly to the grid; void (NaN)
-// where a shifted slice does not reach.
+// `slices`, floats with `components` numbers a sample, interpolated linearly to the grid; void
+// (NaN) where a shifted slice does not reach.
 [[nodiscard]] std::unique_ptr<StoredSlices> resampled_slices(std::unique_ptr<StoredSlices> slices,
                                                              const DicomGrid& grid,
                                                              std::int64_t components);

@@ -95,8 +95,7 @@ void read_groups(const gdcm::DataSet& item, FunctionalGroups& groups) {
   take(transformation, {0x0028, 0x1053}, 1, groups.slope);
   const DicomSequence rescale = sequence_at(item, transformation);
   if (rescale == nullptr || rescale->GetNumberOfItems() < 1) return;
-  groups.rescale_type =
-      text_at(rescale->GetItem(1).GetNestedDataSet(), gdcm::Tag(0x0028, 0x1054));
+  groups.rescale_type = text_at(rescale->GetItem(1).GetNestedDataSet(), gdcm::Tag(0x0028, 0x1054));
 }
 
 void apply(const FunctionalGroups& groups, DicomImage& image) {
@@ -182,9 +181,9 @@ bool read_dicom_header(const fs::path& path, DicomHeader& header) {
   kind.SetFromHeader(file.GetHeader());
   const char* const uid = kind.GetString();
   gdcm::UIDs known;
-  const char* const kind_name =
-      uid != nullptr && known.SetFromUID(uid) ? known.GetName() : nullptr;
-  const bool is_image = kind_name != nullptr && std::string_view(kind_name).ends_with("Image Storage");
+  const char* const kind_name = uid != nullptr && known.SetFromUID(uid) ? known.GetName() : nullptr;
+  const bool is_image =
+      kind_name != nullptr && std::string_view(kind_name).ends_with("Image Storage");
   if (!is_read || (is_image && !has_rows)) {
     fail_reading(path, "its header ends too early or is damaged", "Get a whole copy of it");
   }
@@ -196,7 +195,8 @@ bool read_dicom_header(const fs::path& path, DicomHeader& header) {
 // Whether there are more bytes than promised.
 bool check_pixels(const fs::path& path, const DicomHeader& header, const DicomImage& image,
                   const gdcm::PixelFormat& format) {
-  const gdcm::TransferSyntax& syntax = header.reader.GetFile().GetHeader().GetDataSetTransferSyntax();
+  const gdcm::TransferSyntax& syntax =
+      header.reader.GetFile().GetHeader().GetDataSetTransferSyntax();
   const InputFile file(path);
   if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) {
     check_deflated_dicom(file);
@@ -212,9 +212,8 @@ bool check_pixels(const fs::path& path, const DicomHeader& header, const DicomIm
       file, {.offset = header.pixels,
              .syntax = uid == nullptr ? std::string_view() : std::string_view(uid),
              .frames = static_cast<std::uint64_t>(image.frames),
-             .frame_samples =
-                 static_cast<std::uint64_t>(image.size[0] * image.size[1] *
-                                        (is_subsampled ? 2 : image.components)),
+             .frame_samples = static_cast<std::uint64_t>(image.size[0] * image.size[1] *
+                                                         (is_subsampled ? 2 : image.components)),
              .bits = format.GetBitsAllocated()});
 }
 
@@ -284,8 +283,7 @@ std::vector<DicomImage> dicom_images(const fs::path& path) {
     image.intercept = rescale[0];
     image.slope = rescale[1];
   }
-  image.value_unit =
-      value_unit_of(text_at(data, gdcm::Tag(0x0028, 0x1054)), data, image.modality);
+  image.value_unit = value_unit_of(text_at(data, gdcm::Tag(0x0028, 0x1054)), data, image.modality);
   const std::vector<double> cosines = gdcm::ImageHelper::GetDirectionCosinesValue(file);
   const std::vector<double> origin = gdcm::ImageHelper::GetOriginValue(file);
   const std::vector<double> spacing = gdcm::ImageHelper::GetSpacingValue(file);

@@ -156,7 +156,8 @@ void check_deflated_dicom(const InputFile& file) {
   // The length of the group in front stands in its first element, at byte 140.
   const std::string beginning = file.beginning(144);
   if (beginning.size() < 144) fail_cut_off(file, "the file ends in its header");
-  std::uint64_t at = 144 + std::uint64_t{HeaderBytes(beginning, Endian::kLittle).at<std::uint32_t>(140)};
+  std::uint64_t at =
+      144 + std::uint64_t{HeaderBytes(beginning, Endian::kLittle).at<std::uint32_t>(140)};
   z_stream stream = {};
   inflateInit2(&stream, -15);
   std::vector<std::byte> packed(std::size_t{1} << 16);

@@ -92,11 +92,12 @@ void keep_volume(const fs::path& place, std::vector<DicomImage>& images,
     if (first_out == images.end()) return;
     const std::vector<DicomImage> out(first_out, images.end());
     images.erase(first_out, images.end());
-    notices.push_back("'" + place.string() + "': " + std::to_string(out.size()) + " images " + what +
-                      " are left out: " + list_of(files_of(out)) + ".");
+    notices.push_back("'" + place.string() + "': " + std::to_string(out.size()) + " images " +
+                      what + " are left out: " + list_of(files_of(out)) + ".");
   };
   const auto is_slice = [](const DicomImage& image) { return !image.is_localizer; };
-  if (std::any_of(images.begin(), images.end(), is_slice)) leave_out("that are localizers", is_slice);
+  if (std::any_of(images.begin(), images.end(), is_slice))
+    leave_out("that are localizers", is_slice);
   std::vector<std::pair<DicomImage, std::size_t>> kinds;
   for (const DicomImage& image : images) {
     auto found = std::find_if(kinds.begin(), kinds.end(),
@@ -323,10 +324,9 @@ std::vector<fs::path> dicom_files(const fs::path& folder) {
   // A slice that is cut off in front of its mark would be missing without a word.
   for (const fs::path& other : others) {
     const fs::path suffix = other.extension();
-    const bool is_sibling =
-        lower_case(suffix.string()) == ".dcm" ||
-        (!files.empty() && other.parent_path() == files.front().parent_path() &&
-         suffix == files.front().extension() && InputFile(other).size() < 132);
+    const bool is_sibling = lower_case(suffix.string()) == ".dcm" ||
+                            (!files.empty() && other.parent_path() == files.front().parent_path() &&
+                             suffix == files.front().extension() && InputFile(other).size() < 132);
     if (!is_sibling) continue;
     fail_reading(other, "it is no DICOM file or is cut off in front of its header",
                  "Get a whole copy of it, or remove it from the series");

@@ -21,8 +21,8 @@ namespace multitetra {
 // The volume that the files of one series make up. Frames and slices are sorted by position; world
 // coordinates are LPS in mm; slopes and intercepts are those of each frame. Of several series
 // choice.series names one; of several images at each position choice.time chooses one. Localizers
-// and images of another shape are left out with a notice. Slices that are missing, not evenly spaced
-// (dicom_grid.hpp) or of a tilted gantry are interpolated with choice.resample. Throws
+// and images of another shape are left out with a notice. Slices that are missing, not evenly
+// spaced (dicom_grid.hpp) or of a tilted gantry are interpolated with choice.resample. Throws
 // VolumeFileError, also where a file is cut off. `place` is the source's name.
 [[nodiscard]] StoredVolume open_dicom(const std::filesystem::path& place,
                                       const std::vector<std::filesystem::path>& files,

@@ -156,8 +156,8 @@ herr_t read_scale(hid_t, unsigned, hid_t scale, void* into) {
   const std::vector<hsize_t> dims = hdf5_dims(scale);
   if (dims.size() != 1 || dims[0] < 1 || dims[0] > static_cast<hsize_t>(kMaxSide)) return 1;
   const Hdf5Id creation(H5Dget_create_plist(scale), &H5Pclose);
-  const bool is_elsewhere = H5Pget_external_count(creation.get()) > 0 ||
-                            H5Pget_layout(creation.get()) == H5D_VIRTUAL;
+  const bool is_elsewhere =
+      H5Pget_external_count(creation.get()) > 0 || H5Pget_layout(creation.get()) == H5D_VIRTUAL;
   if (is_elsewhere) return 1;  // In another file: nothing that a scale is worth.
   result.values.resize(dims[0]);
   if (H5Dread(scale, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, result.values.data()) < 0)
@@ -317,7 +317,8 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
   const std::optional<ImarisVolume> imaris = imaris_volume(path, file.get(), choice);
   const std::string name = imaris ? imaris->dataset : chosen_dataset(path, file.get(), choice);
   std::optional<Hdf5Id> found = open_hdf5_dataset(path, file.get(), name, choice.follow);
-  if (!found) fail_reading(path, "it has no dataset '" + name + "'", "Check the path inside the file");
+  if (!found)
+    fail_reading(path, "it has no dataset '" + name + "'", "Check the path inside the file");
   Hdf5Id dataset = *std::move(found);
   const std::optional<StoredType> type = type_of_dataset(dataset.get());
   std::vector<hsize_t> dims = hdf5_dims(dataset.get());
@@ -330,9 +331,9 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
   for (std::size_t axis = 0; axis < std::min<std::size_t>(dims.size(), 3); ++axis) {
     hsize_t& length = dims[dims.size() - 1 - axis];
     if (length > static_cast<hsize_t>(kMaxSide)) {
-      fail_reading(path, "a side of its dataset '" + name + "' has " + std::to_string(length) +
-                             " samples",
-                   "Each side must have 1 to " + std::to_string(kMaxSide) + " samples");
+      fail_reading(
+          path, "a side of its dataset '" + name + "' has " + std::to_string(length) + " samples",
+          "Each side must have 1 to " + std::to_string(kMaxSide) + " samples");
     }
     if (imaris) length = static_cast<hsize_t>(imaris->dims[axis]);
     header.dims[axis] = static_cast<std::int64_t>(length);

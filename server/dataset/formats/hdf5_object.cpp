@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kDeepest = 8;              // Virtual datasets of virtual datasets.
+constexpr int kDeepest = 8;  // Virtual datasets of virtual datasets.
 constexpr std::size_t kMostSources = 100'000;
 
 // The first thing that libhdf5 has against a file, as the innermost function says it.
@@ -76,8 +76,9 @@ void check_external_storage(const fs::path& file, hid_t dataset, hid_t creation,
     const std::uintmax_t found = fs::file_size(data);
     if (found < static_cast<std::uintmax_t>(offset) ||
         found - static_cast<std::uintmax_t>(offset) < here) {
-      fail_reading(data, "it is external storage of '" + file.filename().string() +
-                             "' and has fewer bytes than that needs",
+      fail_reading(data,
+                   "it is external storage of '" + file.filename().string() +
+                       "' and has fewer bytes than that needs",
                    "Get a whole copy of it");
     }
     needed -= here;
@@ -140,8 +141,9 @@ void check_sources(const fs::path& file, hid_t dataset, hid_t creation, bool fol
       LinkGuard guard{.file = in_file, .follow = follow};
       const Hdf5Id source = opened_guarded(in, name, guard);
       if (!source) {
-        fail_reading(file, "a source of its virtual dataset, '" + name + "' in '" +
-                               in_file.filename().string() + "', is missing",
+        fail_reading(file,
+                     "a source of its virtual dataset, '" + name + "' in '" +
+                         in_file.filename().string() + "', is missing",
                      "Get all files of it");
       }
       check_dataset(in_file, source.get(), follow, depth + 1);
@@ -208,7 +210,8 @@ std::string hdf5_text(hid_t object, const char* name) {
     return result;
   }
   const std::size_t size = H5Tget_size(type.get());
-  if ((count != 1 && size != 1) || static_cast<std::size_t>(count) * size > kMostTextBytes) return {};
+  if ((count != 1 && size != 1) || static_cast<std::size_t>(count) * size > kMostTextBytes)
+    return {};
   std::string text(static_cast<std::size_t>(count) * size, '\0');
   if (H5Aread(attribute.get(), type.get(), text.data()) < 0) return {};
   return text.substr(0, text.find('\0'));
@@ -239,8 +242,8 @@ std::optional<Hdf5Id> open_hdf5_dataset(const fs::path& file, hid_t in, const st
   Hdf5Id dataset = opened_guarded(in, name, guard);
   if (!dataset) return std::nullopt;
   const Hdf5Id own(H5Iget_file_id(dataset.get()), &H5Fclose);
-  const std::string real = sized_text(
-      [&](char* text, std::size_t size) { return H5Fget_name(own.get(), text, size); });
+  const std::string real =
+      sized_text([&](char* text, std::size_t size) { return H5Fget_name(own.get(), text, size); });
   check_dataset(real.empty() ? file : fs::path(real), dataset.get(), follow, 0);
   return dataset;
 }

@@ -74,12 +74,9 @@ std::string members_text(const SourceMembers& members) {
     labels.push_back({label.value, label.name,
                       label.color ? MembersJson(*label.color) : MembersJson(), stored, layer});
   }
-  return MembersJson{{"times", members.times.count},
-                     {"at", members.times.at},
-                     {"unit", members.times.unit},
-                     {"fields", std::move(fields)},
-                     {"labels", std::move(labels)},
-                     {"unnamed", members.unnamed}}
+  return MembersJson{{"times", members.times.count}, {"at", members.times.at},
+                     {"unit", members.times.unit},   {"fields", std::move(fields)},
+                     {"labels", std::move(labels)},  {"unnamed", members.unnamed}}
       .dump(-1, ' ', false, MembersJson::error_handler_t::replace);
 }
 

@@ -237,8 +237,8 @@ struct UnpackedStream::State {
   // Zeros fill up blocks of tapes and the like; anything else is part of something that is damaged.
   void require_nothing_left() {
     do {
-      const bool is_zero =
-          std::all_of(left.begin(), left.end(), [](std::byte byte) { return byte == std::byte{0}; });
+      const bool is_zero = std::all_of(left.begin(), left.end(),
+                                       [](std::byte byte) { return byte == std::byte{0}; });
       if (is_zero) continue;
       fail_reading(file.path(), "something that is not part of its packed samples lies behind them",
                    "Get a whole copy of it");

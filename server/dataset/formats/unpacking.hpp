@@ -16,7 +16,8 @@
 
 namespace multitetra {
 
-// kLz4 is a bare block, kSizedLz4 one behind its unpacked size in four bytes, as numcodecs writes it.
+// kLz4 is a bare block, kSizedLz4 one behind its unpacked size in four bytes, as numcodecs writes
+// it.
 enum class Packing { kNone, kGzip, kZlib, kZstd, kBlosc, kBzip2, kLz4, kSizedLz4 };
 
 // The packing that arrays call by this name (Zarr and N5: "gzip", "zlib", "zstd", "blosc", "bz2",

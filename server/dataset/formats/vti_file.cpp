@@ -372,8 +372,7 @@ SourceMembers members_beside(const VtiHeader& header, const VtiArray& chosen) {
     if (name.empty()) {
       members.unnamed.push_back(array.name);
     } else {
-      members.fields.push_back(
-          {.name = name, .array = array.name, .components = array.components});
+      members.fields.push_back({.name = name, .array = array.name, .components = array.components});
     }
   }
   return members;
@@ -416,7 +415,7 @@ std::unique_ptr<SampleBytes> sample_bytes(const InputFile& file, const VtiHeader
 
 }  // namespace
 
-StoredVolume open_vti(const fs::path& path, const VolumeChoice& choice) {
+VtiPiece open_vti_piece(const fs::path& path, const VolumeChoice& choice) {
   auto file = std::make_unique<InputFile>(path);
   const VtiHeader vti = read_header(*file);
   const VtiArray& array = chosen(path, vti, choice.array);
@@ -425,8 +424,8 @@ StoredVolume open_vti(const fs::path& path, const VolumeChoice& choice) {
   std::array<Vec3, 3> steps{};
   Vec3 origin = vti.origin;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::int64_t low = vti.extent[2 * axis];
-    header.dims[axis] = vti.extent[2 * axis + 1] - low + (array.of_cells ? 0 : 1);
+    const std::int64_t low = vti.piece[2 * axis];
+    header.dims[axis] = vti.piece[2 * axis + 1] - low + (array.of_cells ? 0 : 1);
     const double first = static_cast<double>(low) + (array.of_cells ? 0.5 : 0.0);
     for (std::size_t row = 0; row < 3; ++row) {
       steps[axis][row] = vti.directions[axis][row] * vti.spacing[axis];
@@ -447,7 +446,17 @@ StoredVolume open_vti(const fs::path& path, const VolumeChoice& choice) {
                              std::to_string(vti.arrays.size()) + " arrays '" + array.name +
                              "' is taken; --array chooses, --field makes a dataset of each.");
   }
-  return volume;
+  return {.volume = std::move(volume),
+          .extent = vti.piece,
+          .of_cells = array.of_cells,
+          .is_part = vti.piece != vti.extent};
+}
+
+StoredVolume open_vti(const fs::path& path, const VolumeChoice& choice) {
+  VtiPiece piece = open_vti_piece(path, choice);
+  if (!piece.is_part) return std::move(piece.volume);
+  fail_reading(path, "it is a piece of a larger image",
+               "Give the .pvti file that names its pieces");
 }
 
 }  // namespace multitetra

@@ -64,9 +64,7 @@ class ZipStore : public ObjectStore {
     return bytes;
   }
 
-  [[nodiscard]] fs::path place(const std::string& key) const override {
-    return file_.path() / key;
-  }
+  [[nodiscard]] fs::path place(const std::string& key) const override { return file_.path() / key; }
   [[nodiscard]] std::size_t parallel_requests() const override { return 4; }
 
  private:
@@ -208,7 +206,8 @@ class ZipStore : public ObjectStore {
     } else {
       file_.read(data, plain);
     }
-    const auto crc = ::crc32_z(0, reinterpret_cast<const unsigned char*>(plain.data()), plain.size());
+    const auto crc =
+        ::crc32_z(0, reinterpret_cast<const unsigned char*>(plain.data()), plain.size());
     if (crc != entry.crc) fail(key, "its checksum (CRC-32) is wrong");
     return plain;
   }

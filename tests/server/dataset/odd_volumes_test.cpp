@@ -67,10 +67,9 @@ void expect_read(const Fields& fields) {
   std::string notices;
   Volume volume;
   try {
-    volume = read_volume(fields[2], {.choice = choice_from(fields[3]),
-                                     .notice = [&](const std::string& text) {
-                                       notices += text + "\n";
-                                     }});
+    volume = read_volume(fields[2],
+                         {.choice = choice_from(fields[3]),
+                          .notice = [&](const std::string& text) { notices += text + "\n"; }});
   } catch (const VolumeFileError& problem) {
     ADD_FAILURE() << problem.what();
     return;
@@ -92,8 +91,8 @@ void expect_read(const Fields& fields) {
         std::size_t wrong = 0;
         for (std::size_t i = 0; i < expected.size(); ++i) {
           const auto sample = static_cast<float>(samples[i]);
-          const bool is_right = std::isnan(expected[i]) ? std::isnan(sample)
-                                                        : std::abs(sample - expected[i]) < 1e-3F;
+          const bool is_right =
+              std::isnan(expected[i]) ? std::isnan(sample) : std::abs(sample - expected[i]) < 1e-3F;
           if (is_right) continue;
           if (++wrong < 4) ADD_FAILURE() << i << ": " << sample << ", not " << expected[i];
         }
