@@ -66,7 +66,7 @@ PRIVATE = {
     "server/core/simplification": ["collapsing_mesh", "quadric", "vectors", "collapse_fan", "successive_mapping"],
     "server/dataset": ["image_payload", "nrrd_payload", "plain_payload", "payload_size", "brick_layers", "prepared_sinks",
                        "sample_conversion", "numbered_files", "source_apart"],
-    "server/dataset/formats": ["vti_header", "header_bytes", "chunked_slices"],
+    "server/dataset/formats": ["vti_header", "header_bytes", "chunked_slices", "hdf5_object", "imaris_volume"],
     "server/dataset/parts": ["part_files"],
     "server/transport": ["session_admission", "idle_watch"],
     "server/gateway": ["upstream_questions", "forwarded_stream", "rendezvous"],
