@@ -210,6 +210,12 @@ std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> i
   return stack;
 }
 
+// "IM-0001-0042" becomes "IM--".
+std::string without_digits(std::string name) {
+  std::erase_if(name, [](char c) { return c >= '0' && c <= '9'; });
+  return name;
+}
+
 class DicomSlices : public StoredSlices {
  public:
   DicomSlices(std::vector<DicomImage> stack, const ImageHeader& header, bool rescale)
@@ -323,10 +329,11 @@ std::vector<fs::path> dicom_files(const fs::path& folder) {
   }
   // A slice that is cut off in front of its mark would be missing without a word.
   for (const fs::path& other : others) {
-    const fs::path suffix = other.extension();
-    const bool is_sibling = lower_case(suffix.string()) == ".dcm" ||
-                            (!files.empty() && other.parent_path() == files.front().parent_path() &&
-                             suffix == files.front().extension() && InputFile(other).size() < 132);
+    const bool is_sibling =
+        lower_case(other.extension().string()) == ".dcm" ||
+        (!files.empty() && other.parent_path() == files.front().parent_path() &&
+         without_digits(other.filename().string()) ==
+             without_digits(files.front().filename().string()));
     if (!is_sibling) continue;
     fail_reading(other, "it is no DICOM file or is cut off in front of its header",
                  "Get a whole copy of it, or remove it from the series");

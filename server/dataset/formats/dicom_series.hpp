@@ -14,8 +14,8 @@ namespace multitetra {
 [[nodiscard]] bool is_dicom(std::string_view beginning);
 
 // The DICOM files below a folder, sorted by name; empty when there are none. Hidden files and
-// DICOMDIR are left out. Throws VolumeFileError for a .dcm file that is none, and for a file like
-// the others that ends before its mark.
+// DICOMDIR are left out. Throws VolumeFileError for a .dcm file that is none, and for one whose
+// name differs from that of a DICOM file in its digits alone.
 [[nodiscard]] std::vector<std::filesystem::path> dicom_files(const std::filesystem::path& folder);
 
 // The volume that the files of one series make up. Frames and slices are sorted by position; world

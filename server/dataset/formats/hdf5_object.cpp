@@ -163,6 +163,11 @@ void check_sources(const fs::path& file, hid_t dataset, hid_t creation, bool fol
 
 void check_dataset(const fs::path& file, hid_t dataset, bool follow, int depth) {
   const Hdf5Id creation(H5Dget_create_plist(dataset), &H5Pclose);
+  if (depth > 0 && H5Pget_external_count(creation.get()) > 0) {
+    // libhdf5 would look for it in the folder of the process.
+    fail_reading(file, "a source of a virtual dataset has its samples in another file",
+                 "Copy it into one dataset");
+  }
   check_external_storage(file, dataset, creation.get(), follow);
   if (H5Pget_layout(creation.get()) == H5D_VIRTUAL) {
     check_sources(file, dataset, creation.get(), follow, depth);

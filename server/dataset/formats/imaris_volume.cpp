@@ -25,18 +25,21 @@ std::string dataset_path(std::int64_t level, std::int64_t time, std::int64_t cha
          std::to_string(time) + "/Channel " + std::to_string(channel) + "/Data";
 }
 
-bool has_group(hid_t file, const std::string& path) {
-  // Each step of a path must be there before the next one is asked for.
-  for (std::size_t slash = path.find('/', 1); slash != std::string::npos;
-       slash = path.find('/', slash + 1)) {
-    if (H5Lexists(file, path.substr(0, slash).c_str(), H5P_DEFAULT) <= 0) return false;
+// Whether there is an object at the end of a path without links to other files, or other places.
+bool has_object(hid_t file, const std::string& path) {
+  for (std::size_t slash = path.find('/', 1);; slash = path.find('/', slash + 1)) {
+    const std::string step = path.substr(0, slash);
+    H5L_info_t link;
+    if (H5Lexists(file, step.c_str(), H5P_DEFAULT) <= 0 ||
+        H5Lget_info(file, step.c_str(), &link, H5P_DEFAULT) < 0 || link.type != H5L_TYPE_HARD)
+      return false;
+    if (slash == std::string::npos) return true;
   }
-  return H5Lexists(file, path.c_str(), H5P_DEFAULT) > 0;
 }
 
 std::int64_t count_of(hid_t file, const std::string& before) {
   std::int64_t count = 0;
-  while (count < kMostImages && has_group(file, before + std::to_string(count))) ++count;
+  while (count < kMostImages && has_object(file, before + std::to_string(count))) ++count;
   return count;
 }
 
@@ -57,7 +60,7 @@ std::vector<SourceField> imaris_channels(hid_t file, std::int64_t count) {
   for (std::int64_t i = 0; count > 1 && i < count; ++i) {
     const std::string path = "/DataSetInfo/Channel " + std::to_string(i);
     std::string name;
-    if (has_group(file, path)) {
+    if (has_object(file, path)) {
       const Hdf5Id group(H5Gopen2(file, path.c_str(), H5P_DEFAULT), &H5Gclose);
       name = member_name_from(hdf5_text(group.get(), "Name"));
     }
@@ -71,7 +74,7 @@ std::vector<SourceField> imaris_channels(hid_t file, std::int64_t count) {
 
 std::optional<ImarisVolume> imaris_volume(const fs::path& path, hid_t file,
                                           const VolumeChoice& choice) {
-  if (!has_group(file, dataset_path(0, 0, 0)) || !has_group(file, "/DataSetInfo/Image")) {
+  if (!has_object(file, dataset_path(0, 0, 0)) || !has_object(file, "/DataSetInfo/Image")) {
     return std::nullopt;
   }
   long long level = choice.level.value_or(0);
@@ -91,7 +94,7 @@ std::optional<ImarisVolume> imaris_volume(const fs::path& path, hid_t file,
     const std::string name = choice.array.starts_with('/') ? choice.array : "/" + choice.array;
     const char* const form = "/DataSet/ResolutionLevel %lld/TimePoint %lld/Channel %lld/Data";
     if (std::sscanf(name.c_str(), form, &level, &time, &channel) != 3) return std::nullopt;
-    if (name != dataset_path(level, time, channel) || !has_group(file, name)) return std::nullopt;
+    if (name != dataset_path(level, time, channel) || !has_object(file, name)) return std::nullopt;
   }
   ImarisVolume volume{.dataset = dataset_path(level, time, channel), .members = std::move(members)};
   const std::string channel_path = volume.dataset.substr(0, volume.dataset.rfind('/'));

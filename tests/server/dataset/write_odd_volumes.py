@@ -178,6 +178,9 @@ def dicom():
         path.write_bytes(data[:size] if size >= 0 else data[:len(data) + size])
         return folder / name
 
+    slices("with-text", even)
+    write("with-text/VERSION", b"1.0")
+    read("dicom-with-text", folder / "with-text", volume, **place)
     refuse("dicom-cut-off", cut("cut", -20), "cut off")
     refuse("dicom-cut-in-header", cut("cut-header", 400), "damaged")
     refuse("dicom-cut-before-header", cut("cut-all", 60, which=5), "no DICOM file or is cut off")
@@ -436,7 +439,9 @@ def zarrs():
     damaged = bytearray((folder / "stored.zip").read_bytes())
     damaged[damaged.index(volume.tobytes()) + 5] ^= 1
     refuse("zarr-zip-damaged", write("damaged.zip", bytes(damaged)), "CRC-32")
-    # Shards that are mostly index: 64 of them, with 2^18 chunks each.
+    long = zarr_2("long.zarr", (4, *SHAPE), (2_000_000, *SHAPE), blocks=[("0.0.0.0", b"")])
+    refuse("zarr-long-chunks", long, "chunks are too large", options="time=0")
+    # Shards that are mostly index: of 2^21 chunks each.
     write("shards.zarr/zarr.json", json.dumps({
         "zarr_format": 3, "node_type": "array", "shape": [8192, 8192, 1], "data_type": "uint8",
         "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": [2048, 1024, 1]}},
@@ -509,6 +514,11 @@ def hdf5():
         if sentence:
             refuse(f"hdf5-link-{name}", path, sentence)
         read(f"hdf5-link-{name}-followed", path, volume, options="follow" if sentence else "")
+
+    with h5py.File(folder / "virtual/link-pipe.h5", "w") as file:
+        file["DataSet"] = h5py.ExternalLink("../raw/pipe.raw", "/")
+        file["v"] = volume
+    read("hdf5-link-pipe", folder / "virtual/link-pipe.h5", volume)
 
     # Imaris: padded datasets, extents in attributes of single characters.
     def text(group, **attributes):
