@@ -225,7 +225,7 @@ EOPY
   "$2" - <<'EOPY'
 import h5py, numpy
 with h5py.File("in/odd.h5", "w") as file:
-    for name in ("p", "bell\aname", "q"):
+    for name in ("a", "bell\x07name", "q"):
         file[name] = numpy.arange(120, dtype="<i2").reshape(4, 5, 6)
 EOPY
   ends 0 "field '/bell\\x07name' is left out" "$server" prepare in/odd.h5 --field all -o odd

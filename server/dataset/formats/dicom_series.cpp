@@ -329,11 +329,10 @@ std::vector<fs::path> dicom_files(const fs::path& folder) {
   }
   // A slice that is cut off in front of its mark would be missing without a word.
   for (const fs::path& other : others) {
-    const bool is_sibling =
-        lower_case(other.extension().string()) == ".dcm" ||
-        (!files.empty() && other.parent_path() == files.front().parent_path() &&
-         without_digits(other.filename().string()) ==
-             without_digits(files.front().filename().string()));
+    const bool is_sibling = lower_case(other.extension().string()) == ".dcm" ||
+                            (!files.empty() && other.parent_path() == files.front().parent_path() &&
+                             without_digits(other.filename().string()) ==
+                                 without_digits(files.front().filename().string()));
     if (!is_sibling) continue;
     fail_reading(other, "it is no DICOM file or is cut off in front of its header",
                  "Get a whole copy of it, or remove it from the series");
