@@ -41,10 +41,13 @@ herr_t guard_link(const char*, const char*, const char* child_file, const char*,
   }
 }
 
-Hdf5Id opened_guarded(hid_t in, const std::string& name, LinkGuard& guard) {
+// External storage is looked for in the file's folder with `from_origin`; a dataset that is open so
+// is not opened otherwise.
+Hdf5Id opened_guarded(hid_t in, const std::string& name, LinkGuard& guard,
+                      bool from_origin = false) {
   const Hdf5Id access(H5Pcreate(H5P_DATASET_ACCESS), &H5Pclose);
   H5Pset_elink_cb(access.get(), &guard_link, &guard);
-  H5Pset_efile_prefix(access.get(), "${ORIGIN}");
+  if (from_origin) H5Pset_efile_prefix(access.get(), "${ORIGIN}");
   Hdf5Id dataset(H5Dopen2(in, name.c_str(), access.get()), &H5Dclose);
   if (!guard.refusal.empty()) throw VolumeFileError(guard.refusal);
   return dataset;
@@ -244,13 +247,17 @@ Hdf5Id open_hdf5_file(const fs::path& file) {
 std::optional<Hdf5Id> open_hdf5_dataset(const fs::path& file, hid_t in, const std::string& name,
                                         bool follow) {
   LinkGuard guard{.file = file, .follow = follow};
-  Hdf5Id dataset = opened_guarded(in, name, guard);
-  if (!dataset) return std::nullopt;
-  const Hdf5Id own(H5Iget_file_id(dataset.get()), &H5Fclose);
-  const std::string real =
-      sized_text([&](char* text, std::size_t size) { return H5Fget_name(own.get(), text, size); });
-  check_dataset(real.empty() ? file : fs::path(real), dataset.get(), follow, 0);
-  return dataset;
+  {
+    Hdf5Id dataset = opened_guarded(in, name, guard);
+    if (!dataset) return std::nullopt;
+    const Hdf5Id own(H5Iget_file_id(dataset.get()), &H5Fclose);
+    const std::string real = sized_text(
+        [&](char* text, std::size_t size) { return H5Fget_name(own.get(), text, size); });
+    check_dataset(real.empty() ? file : fs::path(real), dataset.get(), follow, 0);
+    const Hdf5Id creation(H5Dget_create_plist(dataset.get()), &H5Pclose);
+    if (H5Pget_external_count(creation.get()) <= 0) return dataset;
+  }
+  return opened_guarded(in, name, guard, /*from_origin=*/true);
 }
 
 }  // namespace multitetra
