@@ -16,4 +16,11 @@ namespace multitetra {
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
 }
 
+// With six digits at most: "0.05", "1e+300".
+[[nodiscard]] inline std::string rounded_text(double value) {
+  std::array<char, 32> text{};
+  const auto digits = std::chars_format::general;
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value, digits, 6).ptr};
+}
+
 }  // namespace multitetra

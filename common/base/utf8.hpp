@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <string_view>
 
 namespace multitetra {
@@ -31,6 +32,40 @@ namespace multitetra {
     text.remove_prefix(length);
   }
   return true;
+}
+
+// Whether the well-formed sequence at the start of `text` could steer a terminal or the order in
+// which characters are shown: control characters of whatever encoding, the marks of writing
+// directions, and separators of lines.
+[[nodiscard]] inline bool is_steering(std::string_view text) {
+  const auto byte = [text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  if (byte(0) < 0x20 || byte(0) == 0x7F) return true;
+  if (byte(0) == 0xC2) return byte(1) < 0xA0;
+  if (byte(0) == 0xD8) return byte(1) == 0x9C;  // U+061C
+  if (byte(0) != 0xE2 || (byte(1) != 0x80 && byte(1) != 0x81)) return false;
+  if (byte(1) == 0x81) return byte(2) >= 0xA6 && byte(2) <= 0xA9;  // U+2066 to U+2069
+  return byte(2) == 0x8E || byte(2) == 0x8F || (byte(2) >= 0xA8 && byte(2) <= 0xAE);
+}
+
+// Text from elsewhere as it may be printed: what is no UTF-8 or could steer (see above) is written
+// as \\xNN. Line ends stay where `keeps_lines`.
+[[nodiscard]] inline std::string printable(std::string_view text, bool keeps_lines = true) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string shown;
+  while (!text.empty()) {
+    const std::size_t length = utf8_sequence(text);
+    const bool is_line_end = keeps_lines && text[0] == '\n';
+    if (is_line_end || (length > 0 && !is_steering(text))) {
+      shown += text.substr(0, length);
+    } else {
+      for (const char c : text.substr(0, length > 0 ? length : 1)) {
+        const auto byte = static_cast<unsigned char>(c);
+        shown += {'\\', 'x', kDigits[byte >> 4], kDigits[byte & 15]};
+      }
+    }
+    text.remove_prefix(length > 0 ? length : 1);
+  }
+  return shown;
 }
 
 }  // namespace multitetra

@@ -6,8 +6,6 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "common/base/utf8.hpp"
-
 namespace multitetra {
 namespace {
 
@@ -43,27 +41,6 @@ bool has_colours(int descriptor) {
 std::string styled(Style style, std::string_view text, int descriptor) {
   if (!has_colours(descriptor)) return std::string(text);
   return std::string("\033[") + code_of(style) + "m" + std::string(text) + "\033[0m";
-}
-
-std::string printable(std::string_view text) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string shown;
-  while (!text.empty()) {
-    const std::size_t length = utf8_sequence(text);
-    const auto first = static_cast<unsigned char>(text[0]);
-    const bool is_control = (first < 0x20 && first != '\n') || first == 0x7F ||
-                            (first == 0xC2 && static_cast<unsigned char>(text[1]) < 0xA0);
-    if (length > 0 && !is_control) {
-      shown += text.substr(0, length);
-    } else {
-      for (const char c : text.substr(0, std::max<std::size_t>(length, 1))) {
-        const auto byte = static_cast<unsigned char>(c);
-        shown += {'\\', 'x', kDigits[byte >> 4], kDigits[byte & 15]};
-      }
-    }
-    text.remove_prefix(std::max<std::size_t>(length, 1));
-  }
-  return shown;
 }
 
 void Notices::tell(const std::string& text) {

@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "common/base/utf8.hpp"
+
 namespace multitetra {
 
 enum class Style { kBold, kRed, kYellow, kGreen, kDim };
@@ -16,12 +18,7 @@ enum class Style { kBold, kRed, kYellow, kGreen, kDim };
 // The text in that style if the descriptor has colours, else as it is.
 [[nodiscard]] std::string styled(Style style, std::string_view text, int descriptor);
 
-// Text from elsewhere as it may be printed: what could steer a terminal (control characters, of
-// whatever encoding) is written as \\xNN, and so is what is no UTF-8. Line ends stay.
-[[nodiscard]] std::string printable(std::string_view text);
-
-// Notices about something unusual that is no error: printed to the standard error, each sentence
-// once.
+// What somebody should know though nothing failed: said on the standard error, each sentence once.
 class Notices {
  public:
   void tell(const std::string& text);

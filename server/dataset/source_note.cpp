@@ -11,6 +11,7 @@
 #include <system_error>
 #include <vector>
 
+#include "common/base/address_text.hpp"
 #include "server/dataset/byte_source.hpp"
 
 namespace multitetra {
@@ -70,7 +71,9 @@ void add_folder(const std::filesystem::path& folder, Digest& digest) {
 
 SourceNote source_note(const std::filesystem::path& source) {
   const std::filesystem::path named = source.filename().empty() ? source.parent_path() : source;
-  SourceNote note = {.file = named.filename().string(), .digest = {}};
+  SourceNote note = {
+      .file = std::filesystem::path(without_password(named.string())).filename().string(),
+      .digest = {}};
   std::error_code error;
   Digest digest;
   if (std::filesystem::is_directory(source, error)) {

@@ -38,6 +38,8 @@ void VolumeOptions::add_to(Command& command) {
                      "Of several numbers a sample: one from 0 on, magnitude, or luminance (RGB)");
   command.add_flag("--follow", follow,
                    "Read data files that lie outside the folder of the header that names them");
+  command.add_flag("--resample", resample,
+                   "DICOM: interpolate uneven slices and those of a tilted gantry to an even grid");
   Option* layout = command.add_option("--dims", dims, "Raw file: samples along x,y,z")
                        ->delimiter(',')
                        ->expected(3)
@@ -71,6 +73,7 @@ std::string VolumeOptions::told() const {
   if (channel) tell("--channel", *channel);
   if (!series.empty()) tell("--series", series);
   if (!component.empty()) tell("--component", component);
+  if (resample) text << (text.view().empty() ? "" : " ") << "--resample";
   if (dims.empty()) return text.str();
   for (const std::int32_t side : dims) tell("--dims", side);
   tell("--type", type);
@@ -88,7 +91,8 @@ VolumeFileOptions VolumeOptions::parsed() const {
                     .channel = channel,
                     .series = series,
                     .component = {},
-                    .follow = follow};
+                    .follow = follow,
+                    .resample = resample};
   if (!component.empty()) options.choice.component = component_from(component);
   if (dims.empty()) return options;
   options.raw = RawLayout{.type = stored_type_from(type).value(),

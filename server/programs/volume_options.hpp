@@ -26,14 +26,15 @@ struct VolumeOptions {
   std::string series;
   std::string component;
   bool follow = false;
+  bool resample = false;
   std::vector<std::int32_t> dims;
   std::string type = "u8";
   std::string endian = "little";
   std::uint64_t header_bytes = 0;
   std::vector<double> spacing = {1, 1, 1};
 
-  // Adds --array, --level, --time, --channel, --series, --component, --follow, and what tells the
-  // layout of raw samples.
+  // Adds --array, --level, --time, --channel, --series, --component, --follow, --resample, and what
+  // tells the layout of raw samples.
   void add_to(Command& command);
   // What they say. Throws ExitError (kUsage) when a component is none.
   [[nodiscard]] VolumeFileOptions parsed() const;

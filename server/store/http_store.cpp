@@ -1,7 +1,9 @@
 #include "server/store/http_store.hpp"
 
+#include <algorithm>
 #include <utility>
 
+#include "common/base/address_text.hpp"
 #include "server/store/detail/store_client.hpp"
 
 namespace multitetra {
@@ -10,37 +12,54 @@ namespace {
 class HttpStore : public ObjectStore {
  public:
   HttpStore(std::string base, bool is_s3, const HttpStoreOptions& options)
-      : base_(std::move(base)), client_(is_s3, options) {}
+      : base_(std::move(base)), follow_(options.follow), client_(is_s3, options) {}
 
   std::optional<std::vector<std::byte>> get(const std::string& key, std::uint64_t most) override {
-    return fetched({.address = base_ + key, .most = most});
+    return fetched({.address = address_of(key), .most = most});
   }
 
   std::optional<std::vector<std::byte>> get_range(const std::string& key, std::uint64_t offset,
                                                   std::uint64_t length) override {
     if (length == 0) return std::vector<std::byte>();
-    return fetched({.address = base_ + key,
+    return fetched({.address = address_of(key),
                     .range = ByteRange{.first = offset, .length = length},
                     .most = length});
   }
 
   [[nodiscard]] std::filesystem::path place(const std::string& key) const override {
-    return base_ + key;
+    return without_password(base_ + key);
   }
   [[nodiscard]] std::size_t parallel_requests() const override { return client_.connections(); }
 
  private:
+  // Names from metadata stay names: what is no plain character of a path is escaped.
+  [[nodiscard]] std::string address_of(const std::string& key) const {
+    const std::filesystem::path inside(key);
+    const bool leads_out = std::find(inside.begin(), inside.end(), "..") != inside.end();
+    if (leads_out && !follow_) {
+      throw StoreError(base_, "it names '" + key + "', which leads out of the address",
+                       "Correct its metadata, or allow it with --follow if you trust them");
+    }
+    return base_ + url_encoded(key, "/!$&'()*+,;=:@");
+  }
+
   std::optional<std::vector<std::byte>> fetched(const HttpRequest& request) {
     HttpAnswer answer = client_.send(request);
     if (answer.is_good()) return std::move(answer.bytes);
-    // What buckets say of objects that are not there, with and without the right to list them.
-    if (answer.status == 404 || answer.status == 410 || answer.status == 403) return std::nullopt;
+    if (answer.status == 404 || answer.status == 410) return std::nullopt;
+    if (answer.status == 401 || answer.status == 403) {
+      throw StoreRefusal(
+          request.address, "the server refuses it with status " + std::to_string(answer.status),
+          "Check the credentials; a bucket says so of objects that are missing, too, unless it "
+          "may be listed");
+    }
     throw StoreError(request.address,
                      "the server answers with status " + std::to_string(answer.status),
                      "Check the address, the network and the credentials");
   }
 
   std::string base_;  // Ends in '/'.
+  bool follow_;
   StoreClient client_;
 };
 

@@ -66,7 +66,8 @@ class ObjectFile {
 
 class FolderStore : public ObjectStore {
  public:
-  explicit FolderStore(fs::path folder) : folder_(std::move(folder)) {}
+  FolderStore(fs::path folder, bool follow)
+      : folder_(std::move(folder)), follow_(follow), real_folder_(fs::weakly_canonical(folder_)) {}
 
   std::optional<std::vector<std::byte>> get(const std::string& key, std::uint64_t most) override {
     const std::optional<fs::path> path = path_of(key);
@@ -103,22 +104,32 @@ class FolderStore : public ObjectStore {
   // Keys come from metadata: they stay below the folder. None when nothing is there.
   [[nodiscard]] std::optional<fs::path> path_of(const std::string& key) const {
     const fs::path inside(key);
-    if (inside.is_absolute() || std::find(inside.begin(), inside.end(), "..") != inside.end()) {
-      throw StoreError(folder_.string(), "it names '" + key + "', which leads out of the folder",
-                       "Correct its metadata");
-    }
+    const bool names_out =
+        inside.is_absolute() || std::find(inside.begin(), inside.end(), "..") != inside.end();
+    if (names_out && !follow_) fail_leading_out(key);
     std::error_code error;
     if (!fs::exists(folder_ / inside, error)) return std::nullopt;
+    if (follow_) return folder_ / inside;
+    const fs::path real = fs::canonical(folder_ / inside, error);
+    const fs::path below = real.lexically_relative(real_folder_);
+    if (error || below.empty() || *below.begin() == "..") fail_leading_out(key);
     return folder_ / inside;
   }
 
+  [[noreturn]] void fail_leading_out(const std::string& key) const {
+    throw StoreError(folder_.string(), "it names '" + key + "', which leads out of the folder",
+                     "Put the file into the folder, or allow it with --follow if you trust it");
+  }
+
   fs::path folder_;
+  bool follow_;
+  fs::path real_folder_;
 };
 
 }  // namespace
 
-std::unique_ptr<ObjectStore> folder_store(fs::path folder) {
-  return std::make_unique<FolderStore>(std::move(folder));
+std::unique_ptr<ObjectStore> folder_store(fs::path folder, bool follow) {
+  return std::make_unique<FolderStore>(std::move(folder), follow);
 }
 
 std::optional<std::string> text_of(ObjectStore& store, const std::string& key) {

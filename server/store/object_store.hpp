@@ -36,8 +36,10 @@ class ObjectStore {
   [[nodiscard]] virtual std::size_t parallel_requests() const = 0;
 };
 
-// The files below a folder.
-[[nodiscard]] std::unique_ptr<ObjectStore> folder_store(std::filesystem::path folder);
+// The files below a folder. Links that lead out of it are followed only with `follow`, as are keys
+// with "..".
+[[nodiscard]] std::unique_ptr<ObjectStore> folder_store(std::filesystem::path folder,
+                                                        bool follow = true);
 
 // An object as text, at most 16 MiB of it; nullopt when there is none.
 [[nodiscard]] std::optional<std::string> text_of(ObjectStore& store, const std::string& key);

@@ -4,15 +4,26 @@
 #include <stdexcept>
 #include <string>
 
+#include "common/base/address_text.hpp"
+#include "common/base/utf8.hpp"
+
 namespace multitetra {
 
 // A store that cannot be reached, refuses, or answers what cannot be. The text names the place, the
-// problem and a remedy.
+// problem and a remedy, in one line without passwords.
 class StoreError : public std::runtime_error {
  public:
   // "Cannot read '<place>': <problem>. <remedy>."
   StoreError(const std::string& place, const std::string& problem, const std::string& remedy)
-      : std::runtime_error("Cannot read '" + place + "': " + problem + ". " + remedy + ".") {}
+      : std::runtime_error(printable(
+            "Cannot read '" + without_password(place) + "': " + problem + ". " + remedy + ".",
+            /*keeps_lines=*/false)) {}
+};
+
+// A store that refuses an object (401, 403): it may be there or not.
+class StoreRefusal : public StoreError {
+ public:
+  using StoreError::StoreError;
 };
 
 }  // namespace multitetra

@@ -10,23 +10,28 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/address_text.hpp"
 #include "common/base/child_process.hpp"
 #include "server/store/http_store.hpp"
 #include "server/volume/detail/sandboxed_reader.hpp"
 #include "server/volume/detail/streamed_volume.hpp"
 #include "server/volume/formats/cube_file.hpp"
 #include "server/volume/formats/described_raw.hpp"
-#include "server/volume/formats/dicom_series.hpp"
-#include "server/volume/formats/hdf5_file.hpp"
+#include "server/volume/formats/dicom/dicom_series.hpp"
+#include "server/volume/formats/hdf5/hdf5_file.hpp"
 #include "server/volume/formats/image_stack.hpp"
-#include "server/volume/formats/legacy_vtk_file.hpp"
 #include "server/volume/formats/meta_image_file.hpp"
+#include "server/volume/formats/mgh_file.hpp"
 #include "server/volume/formats/mrc_file.hpp"
+#include "server/volume/formats/netcdf3_file.hpp"
 #include "server/volume/formats/nifti_file.hpp"
+#include "server/volume/formats/npy_file.hpp"
 #include "server/volume/formats/nrrd_file.hpp"
 #include "server/volume/formats/recognition.hpp"
 #include "server/volume/formats/tiff_file.hpp"
-#include "server/volume/formats/vti_file.hpp"
+#include "server/volume/formats/vtk/legacy_vtk_file.hpp"
+#include "server/volume/formats/vtk/pvti_file.hpp"
+#include "server/volume/formats/vtk/vti_file.hpp"
 #include "server/volume/formats/zarr_volume.hpp"
 
 namespace multitetra {
@@ -54,12 +59,18 @@ void check_memory(const fs::path& file, const ImageHeader& header) {
   }
 }
 
+// Of the samples as a whole: as stored, and converted to at most 4 bytes each.
+std::uint64_t bytes_as_a_whole(const ImageHeader& header) {
+  const auto samples = static_cast<std::uint64_t>(header.dims[0] * header.dims[1] * header.dims[2]);
+  return header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2]) + 4 * samples;
+}
+
 // How a volume is opened: what for, and whom to tell.
 struct Opening {
   const VolumeFileOptions& options;
   Use use;
   const Notice& notice;
-  const std::function<void()>& header_is_known;
+  const HeaderIsKnown& header_is_known;
 };
 
 ComponentChoice component_of(const VolumeChoice& choice) {
@@ -94,6 +105,8 @@ StoredVolume open_format(const fs::path& path, VolumeFormat format, const Volume
       return open_image_stack(path);
     case VolumeFormat::kVti:
       return open_vti(path, choice);
+    case VolumeFormat::kPvti:
+      return open_pvti(path, choice);
     case VolumeFormat::kDicom:
       return open_dicom(path, fs::is_directory(path) ? dicom_files(path) : std::vector{path},
                         choice);
@@ -101,6 +114,12 @@ StoredVolume open_format(const fs::path& path, VolumeFormat format, const Volume
       return open_zarr(path.string(), choice);
     case VolumeFormat::kHdf5:
       return open_hdf5(path, choice);
+    case VolumeFormat::kNetcdf3:
+      return open_netcdf3(path, choice);
+    case VolumeFormat::kNpy:
+      return open_npy(path, choice);
+    case VolumeFormat::kMgh:
+      return open_mgh(path, choice);
     case VolumeFormat::kMrc:
       return open_mrc(path);
     case VolumeFormat::kCube:
@@ -139,11 +158,14 @@ void check_choice(const fs::path& path, std::optional<VolumeFormat> format,
                           : ""),
                  "Leave " + option + " out");
   };
-  const bool has_arrays = format == VolumeFormat::kVti || format == VolumeFormat::kZarr ||
-                          format == VolumeFormat::kHdf5;
+  const bool has_arrays = format == VolumeFormat::kVti || format == VolumeFormat::kPvti ||
+                          format == VolumeFormat::kZarr || format == VolumeFormat::kHdf5 ||
+                          format == VolumeFormat::kNetcdf3;
   if (!choice.array.empty() && !has_arrays) refuse("--array", "named arrays");
-  if (choice.level && format != VolumeFormat::kZarr) refuse("--level", "levels of resolution");
+  const bool has_levels = format == VolumeFormat::kZarr || format == VolumeFormat::kHdf5;
+  if (choice.level && !has_levels) refuse("--level", "levels of resolution");
   if (!choice.series.empty() && format != VolumeFormat::kDicom) refuse("--series", "DICOM series");
+  if (choice.resample && format != VolumeFormat::kDicom) refuse("--resample", "DICOM slices");
   if (choice.time.value_or(0) != 0 && volume.members.times.count <= 1) refuse("--time", "times");
   if (choice.channel.value_or(0) != 0 && volume.channels <= 1) refuse("--channel", "channels");
   if (choice.component.kind == ComponentChoice::Kind::kIndex && choice.component.index > 0 &&
@@ -192,18 +214,19 @@ std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Openin
   StoredVolume stored = open_stored(path, opening, choice, format);
   check_choice(path, format, choice, stored);
   check_header(path, stored.header);
-  opening.header_is_known();
+  opening.header_is_known(opening.use == Use::kWhole ? bytes_as_a_whole(stored.header) : 0);
   if (opening.use == Use::kWhole) check_memory(whole_path, stored.header);
   ComponentChoice component = component_of(choice);
   if (stored.component_of_time) {
     component = {.kind = ComponentChoice::Kind::kIndex, .index = *stored.component_of_time};
   }
-  return streamed_volume(whole_path, std::move(stored), component, opening.notice);
+  return streamed_volume(without_password(whole_path.string()), std::move(stored), component,
+                         opening.notice);
 }
 
 std::unique_ptr<VolumeSource> opened_in_sandbox(const fs::path& path,
                                                 const VolumeFileOptions& options, Use use) {
-  const auto open = [&](const Notice& notice, const std::function<void()>& header_is_known) {
+  const auto open = [&](const Notice& notice, const HeaderIsKnown& header_is_known) {
     try {
       return open_path(path, {options, use, notice, header_is_known});
     } catch (const fs::filesystem_error& problem) {

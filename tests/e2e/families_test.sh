@@ -222,6 +222,14 @@ EOPY
   ends 2 "prepare several of one shape with --field" "$server" prepare in/flow.h5 -o flow.mtd
   ends 0 "6 members, 0 failed" "$server" prepare in/flow.h5 --all-times --field all -o flow
   says flow/flow.p.t0001.mtd '"flow", field p, time 1.5 ms'
+  "$2" - <<'EOPY'
+import h5py, numpy
+with h5py.File("in/odd.h5", "w") as file:
+    for name in ("a", "bell\x07name", "q"):
+        file[name] = numpy.arange(120, dtype="<i2").reshape(4, 5, 6)
+EOPY
+  ends 0 "field '/bell\\x07name' is left out" "$server" prepare in/odd.h5 --field all -o odd
+  [ -f odd/odd.a.mtd ] && [ -f odd/odd.q.mtd ] || fail "a field that has a name is left out"
   says flow/flow.b_q.t0001.mtd '"flow", field b/q, time 1.5 ms'
   says flow/flow.b_q.t0001.mtd '127 to 246'
   ends 0 "1 member" "$server" prepare in/flow.h5 --field p --time 1 -o flow_one

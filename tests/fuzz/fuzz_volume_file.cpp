@@ -14,12 +14,12 @@
 
 #include "server/volume/formats/cube_file.hpp"
 #include "server/volume/formats/described_raw.hpp"
-#include "server/volume/formats/legacy_vtk_file.hpp"
 #include "server/volume/formats/meta_image_file.hpp"
 #include "server/volume/formats/mrc_file.hpp"
 #include "server/volume/formats/nifti_file.hpp"
 #include "server/volume/formats/nrrd_file.hpp"
-#include "server/volume/formats/vti_file.hpp"
+#include "server/volume/formats/vtk/legacy_vtk_file.hpp"
+#include "server/volume/formats/vtk/vti_file.hpp"
 #include "tests/fuzz/require.hpp"
 #include "tests/support/temporary_folder.hpp"
 

@@ -8,7 +8,7 @@
 
 #include "server/volume/formats/detail/chunked_array.hpp"
 #include "server/volume/formats/detail/tiff_description.hpp"
-#include "server/volume/formats/detail/vti_header.hpp"
+#include "server/volume/formats/vtk/detail/vti_header.hpp"
 #include "tests/fuzz/require.hpp"
 
 namespace multitetra {

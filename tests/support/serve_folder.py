@@ -6,8 +6,13 @@ requests signed as S3 wants it, with listing and multipart uploads. Elsewhere it
     /no-etag/        has Last-Modified only
     /weak-etag/      has a weak ETag and Last-Modified
     /no-version/     has neither
+    /moved/          redirects to the path behind it
+    /redirect/HOST/  redirects to that host
+    /private/        only for the user "reader" with the password "a secret"
+    /headers/        every object is the text of the request's headers
     /lies/KIND/N/    the first N requests of each path get a lie:
-                     503  truncated  long  wrong-bytes  wrong-range  lost (the connection ends)  stalled (nothing comes)
+                     401  403  503  401-blocks  403-blocks (of objects whose names are numbers)  truncated  long
+                     wrong-bytes  wrong-range  lost (the connection ends)  stalled (nothing comes)
 
 Uploads to names with "fails-part2" and "fails-complete" fail there.
 
@@ -15,6 +20,7 @@ Uploads to names with "fails-part2" and "fails-complete" fail there.
 
 Prints its address and its process.
 """
+import base64
 import collections
 import email.utils
 import hashlib
@@ -92,8 +98,10 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
     def lie(self, kind):
         """Whether that is the whole answer."""
-        if kind == "503":
-            self.send_response(503)
+        if kind.endswith("-blocks") and not self.path.rsplit("/", 1)[1].isdigit():
+            return False
+        if kind[:3] in ("401", "403", "503"):
+            self.send_response(int(kind[:3]))
             self.send_header("Retry-After", "0")
             self.send_header("Content-Length", "0")
             self.end_headers()
@@ -117,6 +125,18 @@ class Handler(http.server.BaseHTTPRequestHandler):
                 self.kind = lies[1]
                 if self.lie(self.kind):
                     return
+        if path.startswith("/moved/") or path.startswith("/redirect/"):
+            to = path[len("/moved"):] if path.startswith("/moved/") else "http://" + path[len("/redirect/"):]
+            self.send_response(302)
+            self.send_header("Location", to)
+            self.send_header("Content-Length", "0")
+            return self.end_headers()
+        if path.startswith("/headers/"):
+            return self.answer(200, str(self.headers).encode())
+        if path.startswith("/private/"):
+            if self.headers.get("Authorization") != "Basic " + base64.b64encode(b"reader:a secret").decode():
+                return self.answer(401)
+            path = path[len("/private"):]
         behaviour = path.split("/")[1]
         if path.startswith(BUCKET + "/"):
             if not is_signed(self, b""):

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "server/certify/detail/mesh_bytes.hpp"
-#include "server/volume/formats/vtk_arrays.hpp"
+#include "server/volume/formats/vtk/vtk_arrays.hpp"
 
 namespace multitetra {
 namespace {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/base/exit_codes.hpp"
+#include "common/base/utf8.hpp"
 #include "server/programs/prepare/label_jobs.hpp"
 #include "server/volume/formats/image_stack.hpp"
 #include "server/volume/volume_files.hpp"
@@ -130,6 +131,11 @@ std::vector<SourceField> asked_fields(const Family& family, const PrepareArgumen
   if (asked.fields.empty()) return {SourceField{}};
   std::vector<SourceField> fields;
   if (asked.wants_all_fields()) {
+    for (const std::string& name : family.members.unnamed) {
+      notice("'" + family.moments.front().input + "': field '" + printable(name, false) +
+             "' is left out, for its name is empty, too long or has control characters. Prepare "
+             "it by itself with --array.");
+    }
     const bool chooses = !arguments.volume.component.empty() || !asked.components.empty();
     for (const SourceField& field : there) {
       if (field.components == 1 || chooses) {

@@ -10,7 +10,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/address_text.hpp"
 #include "common/base/exit_codes.hpp"
+#include "common/base/utf8.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
@@ -23,6 +25,11 @@
 
 namespace multitetra {
 namespace {
+
+// What a job is called in lines for people.
+std::string shown_name(const PrepareJob& job) {
+  return printable(without_password(job.member ? job.name : job.input), /*keeps_lines=*/false);
+}
 
 // Throws when the output is what the input is, or cannot be written.
 void require_free_output(const PrepareJob& job) {
@@ -192,7 +199,7 @@ class Preparation {
 
 Json json_of(const PrepareJob& job, const Prepared& prepared) {
   return {{"dataset", json_of(prepared.info)},
-          {"input", job.input},
+          {"input", without_password(job.input)},
           {"file", job.output.string()},
           {"file_bytes", prepared.file_bytes},
           {"seconds", prepared.seconds}};
@@ -248,7 +255,7 @@ int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>
   std::size_t failed = 0;
   for (const PrepareJob& job : jobs) {
     const auto tell = [&](const std::string& outcome) {
-      table += (job.member ? job.name : job.input) + ": " + outcome + "\n";
+      table += shown_name(job) + ": " + outcome + "\n";
     };
     try {
       require_free_output(job);
@@ -257,8 +264,9 @@ int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>
       if (!arguments.force && is_up_to_date(job, note)) {
         preparation.see_prepared(job);
         tell("up to date");
-        reports.push_back(
-            {{"input", job.input}, {"file", job.output.string()}, {"up_to_date", true}});
+        reports.push_back({{"input", without_password(job.input)},
+                           {"file", job.output.string()},
+                           {"up_to_date", true}});
         continue;
       }
       const Prepared prepared = preparation.prepare_one(job, note, output);
@@ -269,13 +277,13 @@ int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>
       failed += comes_and_goes ? 0 : 1;
       tell((comes_and_goes ? "left out: " : "FAILED: ") + std::string(missing.what()));
       if (!comes_and_goes) failures += job.name + ": FAILED: " + missing.what() + "\n";
-      reports.push_back(
-          {{"input", job.input}, {comes_and_goes ? "left_out" : "error", missing.what()}});
+      reports.push_back({{"input", without_password(job.input)},
+                         {comes_and_goes ? "left_out" : "error", missing.what()}});
     } catch (const std::exception& problem) {
       ++failed;
       tell(std::string("FAILED: ") + problem.what());
-      failures += (job.member ? job.name : job.input) + ": FAILED: " + problem.what() + "\n";
-      reports.push_back({{"input", job.input}, {"error", problem.what()}});
+      failures += shown_name(job) + ": FAILED: " + problem.what() + "\n";
+      reports.push_back({{"input", without_password(job.input)}, {"error", problem.what()}});
     }
   }
   if (arguments.json) {

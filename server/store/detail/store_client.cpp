@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "common/base/text.hpp"
 #include "server/store/store_error.hpp"
 
 namespace multitetra {
@@ -106,6 +107,48 @@ std::string header_of(CURL* curl, const char* name) {
   return header->value;
 }
 
+// An address taken apart by libcurl.
+class Url {
+ public:
+  explicit Url(const std::string& text)
+      : url_(curl_url(), &curl_url_cleanup),
+        is_valid_(curl_url_set(url_.get(), CURLUPART_URL, text.c_str(), 0) == CURLUE_OK) {}
+
+  [[nodiscard]] bool is_valid() const { return is_valid_; }
+  // Empty where there is none.
+  [[nodiscard]] std::string part(CURLUPart which, unsigned flags = 0) const {
+    char* text = nullptr;
+    if (curl_url_get(url_.get(), which, &text, flags) != CURLUE_OK) return {};
+    std::string result(text);
+    curl_free(text);
+    return result;
+  }
+  [[nodiscard]] std::string scheme() const { return part(CURLUPART_SCHEME); }
+  [[nodiscard]] std::string host() const { return lower_case(part(CURLUPART_HOST)); }
+  [[nodiscard]] std::string port() const { return part(CURLUPART_PORT, CURLU_DEFAULT_PORT); }
+  // "user:password", or nothing.
+  [[nodiscard]] std::string user() const {
+    const std::string name = part(CURLUPART_USER, CURLU_URLDECODE);
+    return name.empty() ? name : name + ":" + part(CURLUPART_PASSWORD, CURLU_URLDECODE);
+  }
+  void leave_out_user() {
+    curl_url_set(url_.get(), CURLUPART_USER, nullptr, 0);
+    curl_url_set(url_.get(), CURLUPART_PASSWORD, nullptr, 0);
+  }
+
+ private:
+  std::unique_ptr<CURLU, decltype(&curl_url_cleanup)> url_;
+  bool is_valid_;
+};
+
+// Whether credentials for `from` are for `to` as well: the same port of the same host, or its
+// https.
+bool is_same_host(const Url& from, const Url& to) {
+  if (from.host() != to.host() || from.host().empty()) return false;
+  if (from.scheme() == to.scheme()) return from.port() == to.port();
+  return from.scheme() == "http" && to.scheme() == "https";
+}
+
 // Between a half of it and all of it: clients that failed together do not come again together.
 milliseconds shaken(milliseconds pause) {
   thread_local std::minstd_rand random(std::random_device{}());
@@ -114,12 +157,23 @@ milliseconds shaken(milliseconds pause) {
 
 }  // namespace
 
+// What a request is allowed by; empty where nothing is needed.
+struct StoreClient::Credentials {
+  std::string user;  // "user:password", or the key and secret of S3.
+  std::string sigv4 = {};
+  std::string session = {};
+};
+
 // A connection that is used again; one thread at a time.
 struct StoreClient::Handle {
   Handle() : curl(curl_easy_init()) {}
   ~Handle() { curl_easy_cleanup(curl); }
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
+
+  CURLcode perform(const HttpRequest& request, const HttpStoreOptions& options,
+                   const Credentials& credentials, milliseconds left, Transfer& transfer) const;
+
   CURL* curl;
 };
 
@@ -133,6 +187,9 @@ struct StoreClient::Outcome {
 
   static Outcome of(CURL* curl, CURLcode code, const HttpRequest& request, const Transfer& transfer,
                     HttpAnswer& answer);
+  // nullopt: it may be followed.
+  static std::optional<Outcome> of_redirect(const std::string& from, const std::string& to,
+                                            bool follow);
   static Outcome of_part(CURL* curl, const HttpRequest& request, HttpAnswer& answer);
 };
 
@@ -191,20 +248,70 @@ void StoreClient::rest(const std::string& problem) {
 }
 
 StoreClient::Outcome StoreClient::attempted(const HttpRequest& request, milliseconds left,
-                                          HttpAnswer& answer) {
+                                            HttpAnswer& answer) {
   std::unique_ptr<Handle> handle = idle_handle();
-  CURL* const curl = handle->curl;
-  Transfer transfer{.bytes = answer.bytes, .most = request.most};
+  const Outcome outcome = attempted_along_redirects(*handle, request, left, answer);
+  give_back(std::move(handle));
+  return outcome;
+}
+
+StoreClient::Outcome StoreClient::attempted_along_redirects(Handle& handle,
+                                                            const HttpRequest& request,
+                                                            milliseconds left, HttpAnswer& answer) {
+  constexpr int kMostRedirects = 5;
+  const Clock::time_point deadline = Clock::now() + left;
+  Url url(request.address);
+  if (!url.is_valid()) return {.problem = "it is no address", .remedy = "Write http://host/path"};
+  const Credentials credentials{
+      .user = sigv4_.empty() ? url.user() : user_, .sigv4 = sigv4_, .session = session_};
+  url.leave_out_user();
+  HttpRequest next = request;
+  next.address = url.part(CURLUPART_URL);
+  for (int redirects = 0;; ++redirects) {
+    const bool is_trusted = is_same_host(url, Url(next.address));
+    Transfer transfer{.bytes = answer.bytes, .most = request.most};
+    const auto rest = std::chrono::duration_cast<milliseconds>(deadline - Clock::now());
+    const CURLcode code =
+        handle.perform(next, options_, is_trusted ? credentials : Credentials(), rest, transfer);
+    char* found = nullptr;
+    if (code == CURLE_OK) curl_easy_getinfo(handle.curl, CURLINFO_REDIRECT_URL, &found);
+    if (found == nullptr) return Outcome::of(handle.curl, code, next, transfer, answer);
+    const std::string to(found);
+    if (const auto refused = Outcome::of_redirect(next.address, to, options_.follow)) {
+      return *refused;
+    }
+    if (redirects == kMostRedirects) return {.problem = "it is redirected again and again"};
+    next.address = to;
+    answer.bytes.clear();
+  }
+}
+
+std::optional<StoreClient::Outcome> StoreClient::Outcome::of_redirect(const std::string& from,
+                                                                      const std::string& to,
+                                                                      bool follow) {
+  const Url before(from);
+  const Url after(to);
+  const std::string problem = "the server redirects to '" + without_password(to) + "'";
+  if (!after.is_valid() || (after.scheme() != "http" && after.scheme() != "https") ||
+      (before.scheme() == "https" && after.scheme() == "http")) {
+    return Outcome{.problem = problem + ", which is no https", .remedy = "Check the address"};
+  }
+  if (follow || is_same_host(before, after)) return std::nullopt;
+  return Outcome{.problem = problem + ", which is another host",
+                 .remedy = "Give that address, or allow it with --follow if you trust the server"};
+}
+
+CURLcode StoreClient::Handle::perform(const HttpRequest& request, const HttpStoreOptions& options,
+                                      const Credentials& credentials, milliseconds left,
+                                      Transfer& transfer) const {
   curl_easy_reset(curl);
   curl_easy_setopt(curl, CURLOPT_URL, request.address.c_str());
   curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
-  curl_easy_setopt(curl, CURLOPT_FOLLOWLOCATION, 1L);
-  curl_easy_setopt(curl, CURLOPT_MAXREDIRS, 5L);
+  curl_easy_setopt(curl, CURLOPT_FOLLOWLOCATION, 0L);
   curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
-  curl_easy_setopt(curl, CURLOPT_REDIR_PROTOCOLS_STR, "http,https");
-  curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, static_cast<long>(options_.connecting.count()));
-  curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 1L);
-  curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, static_cast<long>(options_.stalled.count()));
+  curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, static_cast<long>(options.connecting.count()));
+  curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 256L);
+  curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, static_cast<long>(options.stalled.count()));
   curl_easy_setopt(curl, CURLOPT_TIMEOUT_MS, static_cast<long>(std::max<long>(1, left.count())));
   curl_easy_setopt(curl, CURLOPT_USERAGENT, "multitetra");
   curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, &take_bytes);
@@ -225,23 +332,21 @@ StoreClient::Outcome StoreClient::attempted(const HttpRequest& request, millisec
     add("Content-Type: application/octet-stream");
   }
   for (const std::string& header : request.headers) add(header);
-  if (!user_.empty()) {
-    curl_easy_setopt(curl, CURLOPT_USERPWD, user_.c_str());
-    curl_easy_setopt(curl, CURLOPT_AWS_SIGV4, sigv4_.c_str());
+  if (!credentials.user.empty()) curl_easy_setopt(curl, CURLOPT_USERPWD, credentials.user.c_str());
+  if (!credentials.sigv4.empty()) {
+    curl_easy_setopt(curl, CURLOPT_AWS_SIGV4, credentials.sigv4.c_str());
     // A signed request has to name the digest of its body; libcurl 7.88 does not by itself.
     add("x-amz-content-sha256: " + sha256_hex(request.body));
-    if (!session_.empty()) add("x-amz-security-token: " + session_);
+    if (!credentials.session.empty()) add("x-amz-security-token: " + credentials.session);
   }
   curl_easy_setopt(curl, CURLOPT_HTTPHEADER, headers);
   const CURLcode code = curl_easy_perform(curl);
   curl_slist_free_all(headers);
-  Outcome outcome = Outcome::of(curl, code, request, transfer, answer);
-  give_back(std::move(handle));
-  return outcome;
+  return code;
 }
 
 StoreClient::Outcome StoreClient::Outcome::of(CURL* curl, CURLcode code, const HttpRequest& request,
-                                            const Transfer& transfer, HttpAnswer& answer) {
+                                              const Transfer& transfer, HttpAnswer& answer) {
   if (transfer.too_large) {
     return {.problem = "it has more than the " + std::to_string(transfer.most) +
                        " bytes that it may have" +
@@ -272,7 +377,7 @@ StoreClient::Outcome StoreClient::Outcome::of(CURL* curl, CURLcode code, const H
 }
 
 StoreClient::Outcome StoreClient::Outcome::of_part(CURL* curl, const HttpRequest& request,
-                                                 HttpAnswer& answer) {
+                                                   HttpAnswer& answer) {
   const std::string text = header_of(curl, "Content-Range");
   const auto range = ContentRange::from(text);
   if (range && range->is(*request.range) && answer.bytes.size() == range->last - range->first + 1) {

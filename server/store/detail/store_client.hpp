@@ -1,10 +1,13 @@
 // HTTP requests with retries, over connections that are kept: libcurl (HTTP/1.1, or 2 where the
-// server offers it), which is seen by http_client.cpp alone.
+// server offers it), which is seen by store_client.cpp alone.
 //
 // Answers are checked: a 206 must be of the range that was asked for, and a body as long as its
 // header promised. What may pass (no connection, a body that ends too early, 429, 5xx) is tried
 // again after a pause that doubles and is random between its half and its whole, or after what
 // Retry-After says.
+//
+// Redirects are followed to the same host, and from http to its https; to other hosts only with
+// options.follow, and there without credentials.
 #pragma once
 
 #include <condition_variable>
@@ -62,11 +65,14 @@ class StoreClient {
   [[nodiscard]] std::size_t connections() const { return options_.connections; }
 
  private:
+  struct Credentials;
   struct Handle;
   struct Outcome;
   void fail_while_resting(const std::string& address);
   void rest(const std::string& problem);
   Outcome attempted(const HttpRequest& request, std::chrono::milliseconds left, HttpAnswer& answer);
+  Outcome attempted_along_redirects(Handle& handle, const HttpRequest& request,
+                                    std::chrono::milliseconds left, HttpAnswer& answer);
   std::unique_ptr<Handle> idle_handle();
   void give_back(std::unique_ptr<Handle> handle);
 

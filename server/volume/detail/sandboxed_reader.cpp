@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstring>
 #include <exception>
 #include <new>
@@ -28,6 +29,8 @@ constexpr char kSamples = 's';
 constexpr char kWanted = 'w';
 
 constexpr std::uint64_t kHeaderMemory = std::uint64_t{1} << 30;
+// A layer of chunks, a chunk, the samples that are asked for, and address space of threads.
+constexpr std::uint64_t kSamplesMemory = std::uint64_t{6} << 30;
 constexpr std::chrono::minutes kHeaderTime{2};
 constexpr std::chrono::hours kSamplesTime{1};
 
@@ -70,13 +73,12 @@ std::uint64_t machine_memory() {
 
 void serve_source(const OpenSource& open, ChildChannel& parent) {
   const auto notice = [&](const std::string& text) { parent.send(kNotice, text); };
-  const auto header_is_known = [&] {
-    set_memory_limit(machine_memory());
+  const auto header_is_known = [&](std::uint64_t held_bytes) {
+    set_memory_limit(std::min(kSamplesMemory + held_bytes, machine_memory()));
     parent.send(kHeaderKnown, {});
   };
   try {
     const std::unique_ptr<VolumeSource> source = open(notice, header_is_known);
-    set_memory_limit(machine_memory());
     parent.send(kMembers, members_text(source->members()));
     if (!parent.send(kOpened, message_of(*source))) return;
     ChildMessage message;

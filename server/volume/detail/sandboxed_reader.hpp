@@ -2,6 +2,7 @@
 // there, and memory and time are bounded.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -11,16 +12,20 @@
 
 namespace multitetra {
 
+// Called with the bytes of samples that a source holds in memory as a whole; 0: it reads slab by
+// slab.
+using HeaderIsKnown = std::function<void(std::uint64_t held_bytes)>;
+
 // Opens a source. What it finds out goes to the notice that it is given; it calls
 // `header_is_known` before it asks for memory for samples.
 using OpenSource = std::function<std::unique_ptr<VolumeSource>(
-    const Notice& notice, const std::function<void()>& header_is_known)>;
+    const Notice& notice, const HeaderIsKnown& header_is_known)>;
 
 // The source that `open` makes in another process. `path` is its name in sentences. Until the
-// header is known that process may have 1 GiB beyond what this one has, afterwards all of the
-// machine's memory. Throws VolumeFileError as `open` does, and when the process crashes or is
-// silent for longer than any reader should be.
+// header is known that process may have 1 GiB beyond what this one has, afterwards 6 GiB and what
+// the source holds as a whole, at most the machine's memory. Throws VolumeFileError as `open` does,
+// and when the process crashes or is silent for longer than any reader should be.
 [[nodiscard]] std::unique_ptr<VolumeSource> sandboxed_volume(const std::filesystem::path& path,
-                                                       const OpenSource& open, Notice notice);
+                                                             const OpenSource& open, Notice notice);
 
 }  // namespace multitetra

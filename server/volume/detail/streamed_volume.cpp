@@ -69,6 +69,9 @@ class StreamedVolume : public VolumeSource {
     infinite_ += infinite;
     if (++slices_searched_ < searched_.size()) return;
     conversion_.tell(notice_);
+    for (const std::string& finding : slices_->findings()) {
+      if (notice_) notice_(finding);
+    }
     tell_infinite(notice_, file_, infinite_);
   }
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/volume/formats/detail/header_bytes.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 #include "server/volume/formats/detail/numbered_files.hpp"
 #include "server/volume/formats/detail/text_slices.hpp"
@@ -68,7 +69,9 @@ bool is_cube(std::string_view beginning) { return grid_in(beginning).has_value()
 
 StoredVolume open_cube(const fs::path& path) {
   const InputFile file(path);
-  const std::string beginning = file.beginning(kMostHeaderBytes);
+  const Packing packing = UnpackedStream::packing_at(file, 0);
+  const bool is_packed = packing == Packing::kGzip || packing == Packing::kBzip2;
+  const std::string beginning = unpacked_beginning(file, kMostHeaderBytes);
   std::string_view rest = beginning;
   const std::optional<CubeGrid> grid = grid_in(rest);
   if (!grid) fail_reading(path, "it is no cube file", "Get a whole copy of it");
@@ -100,7 +103,10 @@ StoredVolume open_cube(const fs::path& path) {
   set_axes(path, header, {grid->steps[2], grid->steps[1], grid->steps[0]}, grid->origin);
   check_header(path, header);
   const auto begin = static_cast<std::uint64_t>(beginning.size() - rest.size());
-  return {.header = header, .slices = text_slices({.file = path, .begin = begin}, header)};
+  return {
+      .header = header,
+      .slices = text_slices(
+          {.file = path, .begin = begin, .packing = is_packed ? packing : Packing::kNone}, header)};
 }
 
 }  // namespace multitetra

@@ -51,9 +51,10 @@ Description description_in(const std::string& text) {
   Description result;
   std::istringstream in(text);
   for (std::string line; std::getline(in, line);) {
+    if (line.ends_with('\r')) line.pop_back();
+    line.resize(std::min(line.find('#'), line.size()));
     const std::size_t colon = line.find(':');
     if (colon == std::string::npos) continue;
-    if (line.ends_with('\r')) line.pop_back();
     const std::string key = lower_case(trimmed(line.substr(0, colon)));
     const std::string value(trimmed(std::string_view(line).substr(colon + 1)));
     const std::vector<double> numbers = leading_numbers(value);
@@ -111,11 +112,24 @@ void add_spacing_beside(const fs::path& file, DescribedRaw& raw) {
   raw.source += " and '" + beside.filename().string() + "'";
 }
 
+// The unpacked length of a gzip stream up to the end of a file, modulo 2^32, as its end says.
+std::optional<std::uint32_t> gzip_length(const InputFile& input) {
+  if (input.size() < 18) return std::nullopt;
+  std::string end(4, '\0');
+  input.read(input.size() - end.size(), std::as_writable_bytes(std::span(end)));
+  return HeaderBytes(end, Endian::kLittle).at<std::uint32_t>(0);
+}
+
+// Three counts in front of the samples; both, or the samples alone, may be packed with gzip.
 std::optional<DescribedRaw> counts_in_front(const fs::path& file) {
   constexpr std::size_t kBytes = 6;
   const InputFile input(file);
-  const std::string beginning = input.beginning(kBytes);
+  const std::string beginning = unpacked_beginning(input, kBytes);
   if (beginning.size() < kBytes) return std::nullopt;
+  const bool all_packed = UnpackedStream::packing_at(input, 0) == Packing::kGzip;
+  const bool samples_packed =
+      !all_packed && UnpackedStream::packing_at(input, kBytes) == Packing::kGzip;
+  const auto packed_length = all_packed || samples_packed ? gzip_length(input) : std::nullopt;
   for (const Endian endian : {Endian::kLittle, Endian::kBig}) {
     const HeaderBytes bytes(beginning, endian);
     DescribedRaw raw{
@@ -126,7 +140,12 @@ std::optional<DescribedRaw> counts_in_front(const fs::path& file) {
       samples *= static_cast<std::uint64_t>(raw.header.dims[axis]);
     }
     raw.header.type = StoredType::kU16;
-    if (samples == 0 || input.size() != kBytes + 2 * samples) continue;
+    const bool fits_plain = input.size() == kBytes + 2 * samples;
+    const std::uint64_t unpacked = 2 * samples + (all_packed ? kBytes : 0);
+    const bool fits_packed =
+        packed_length && *packed_length == static_cast<std::uint32_t>(unpacked);
+    if (samples == 0 || !(fits_plain || fits_packed)) continue;
+    raw.begins_packed = !fits_plain && samples_packed;
     set_box_axes(raw.header, {0, 0, 0}, {1, 1, 1});
     check_header(file, raw.header);
     return raw;
@@ -185,8 +204,15 @@ StoredVolume open_raw(const fs::path& file, const RawLayout& layout) {
 }
 
 bool is_raw_description(std::string_view beginning) {
-  return beginning.starts_with("ObjectFileName:") &&
-         beginning.find("Resolution:") != std::string_view::npos;
+  // Text, in whatever order, and with comments in front.
+  const bool is_text = std::all_of(beginning.begin(), beginning.end(), [](char c) {
+    return static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\r' || c == '\t';
+  });
+  if (!is_text) return false;
+  const std::string lower = lower_case(beginning);
+  return (lower.starts_with("objectfilename") ||
+          lower.find("\nobjectfilename") != std::string::npos) &&
+         lower.find("resolution") != std::string::npos;
 }
 
 DescribedRaw described_raw(const fs::path& file, bool follow) {
@@ -214,7 +240,7 @@ std::optional<DescribedRaw> layout_of_raw(const fs::path& file) {
   add_spacing_beside(stem, *raw);
   const InputFile input(file);
   const bool packed = UnpackedStream::packing_at(input, 0) == Packing::kGzip;
-  if (!packed && !file.extension().string().ends_with("z2") &&
+  if (!packed && !raw->begins_packed && !file.extension().string().ends_with("z2") &&
       input.size() != raw->offset + sample_bytes(raw->header)) {
     fail_reading(file,
                  "it has " + std::to_string(input.size()) + " bytes and " + raw->source +
@@ -225,6 +251,14 @@ std::optional<DescribedRaw> layout_of_raw(const fs::path& file) {
 }
 
 StoredVolume open_described(const DescribedRaw& raw) {
+  if (raw.begins_packed) {
+    return {.header = raw.header,
+            .slices = slices_in_parts(
+                {.parts = {{.file = raw.file, .offset = raw.offset, .packing = Packing::kGzip}},
+                 .part_bytes = sample_bytes(raw.header),
+                 .endian = raw.endian},
+                raw.header)};
+  }
   return {.header = raw.header,
           .slices = slices_in_file(raw.file, raw.offset, raw.endian, raw.header)};
 }

@@ -31,6 +31,7 @@ struct DescribedRaw {
   std::filesystem::path file;  // Of the samples, which may be packed (gzip, bzip2).
   std::string source;          // For a notice: what told the layout.
   std::uint64_t offset = 0;
+  bool begins_packed = false;  // A gzip stream of the samples begins at `offset` of the file.
   Endian endian = Endian::kLittle;
   ImageHeader header = {};
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "server/volume/formats/detail/half_floats.hpp"
 #include "server/volume/formats/detail/header_bytes.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 #include "server/volume/formats/detail/plain_slices.hpp"
@@ -14,14 +15,16 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMrcHeaderBytes = 1024;
+constexpr std::int32_t kHalfMode = 12;  // Floats of 16 bits.
 
 StoredType type_of_mode(const fs::path& file, std::int32_t mode) {
   if (mode == 0) return StoredType::kI8;
   if (mode == 1) return StoredType::kI16;
   if (mode == 2) return StoredType::kF32;
   if (mode == 6) return StoredType::kU16;
+  if (mode == kHalfMode) return StoredType::kF32;
   fail_reading(file, "its mode is " + std::to_string(mode),
-               "Known are the modes 0, 1, 2 and 6; save it as mode 2");
+               "Known are the modes 0, 1, 2, 6 and 12; save it as mode 2");
 }
 
 }  // namespace
@@ -72,9 +75,14 @@ StoredVolume open_mrc(const fs::path& path) {
   const std::int32_t extended = integer(92);
   if (extended < 0)
     fail_reading(path, "its extended header has a negative length", "Get a whole copy of it");
+  const std::uint64_t offset = kMrcHeaderBytes + static_cast<std::uint64_t>(extended);
+  if (integer(12) != kHalfMode) {
+    return {.header = header, .slices = slices_in_file(path, offset, endian, header)};
+  }
+  ImageHeader stored = header;
+  stored.type = StoredType::kU16;
   return {.header = header,
-          .slices = slices_in_file(path, kMrcHeaderBytes + static_cast<std::uint64_t>(extended),
-                                   endian, header)};
+          .slices = slices_of_halves(slices_in_file(path, offset, endian, stored), header)};
 }
 
 }  // namespace multitetra

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -80,9 +81,27 @@ bool is_version_2(std::string_view beginning) {
   return magic == std::string_view("n+2\0", 4) || magic == std::string_view("ni2\0", 4);
 }
 
+// Analyze 7.5: the same places, without the mark, and always in two files.
+bool is_analyze(std::string_view beginning) {
+  const auto endian = endian_of(beginning, kVersion1Bytes);
+  if (!endian || is_version_1(beginning) || beginning[38] != 'r') return false;
+  const HeaderBytes bytes(std::string(beginning.substr(0, kVersion1Bytes)), *endian);
+  return bytes.at<std::int16_t>(40) >= 1 && bytes.at<std::int16_t>(40) <= 7;
+}
+
 NiftiHeader header_in(const std::string& beginning) {
   NiftiHeader header;
-  if (is_version_1(beginning)) {
+  if (is_analyze(beginning)) {
+    const HeaderBytes bytes(beginning, *endian_of(beginning, kVersion1Bytes));
+    for (std::size_t i = 0; i < 8; ++i) {
+      header.dim[i] = bytes.at<std::int16_t>(40 + 2 * i);
+      header.pixdim[i] = static_cast<double>(bytes.at<float>(76 + 4 * i));
+    }
+    header.type = bytes.at<std::int16_t>(70);
+    header.offset = std::abs(static_cast<double>(bytes.at<float>(108)));
+    header.units = 2;  // mm
+    header.in_two_files = true;
+  } else if (is_version_1(beginning)) {
     const HeaderBytes bytes(beginning, *endian_of(beginning, kVersion1Bytes));
     read_fields<std::int16_t, float, std::int16_t>(
         bytes, {40, 76, 108, 112, 252, 254, 256, 280, 70}, header);
@@ -230,15 +249,30 @@ fs::path image_file(const fs::path& header, bool follow) {
 }  // namespace
 
 bool is_nifti(std::string_view beginning) {
-  return is_version_1(beginning) || is_version_2(beginning);
+  return is_version_1(beginning) || is_version_2(beginning) || is_analyze(beginning);
 }
 
-StoredVolume open_nifti(const fs::path& path, const VolumeChoice& choice) {
+std::optional<fs::path> nifti_header_of(const fs::path& image) {
+  const fs::path packed_stem = image.extension() == ".gz" ? image.stem() : image.filename();
+  if (packed_stem.extension() != ".img") return std::nullopt;
+  std::error_code error;
+  for (const char* suffix : {".hdr", ".hdr.gz"}) {
+    const fs::path header = image.parent_path() / (packed_stem.stem().string() + suffix);
+    if (fs::is_regular_file(header, error) &&
+        is_nifti(unpacked_beginning(InputFile(header), kVersion2Bytes))) {
+      return header;
+    }
+  }
+  return std::nullopt;
+}
+
+StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
+  const fs::path path = nifti_header_of(given).value_or(given);
   const std::string beginning = unpacked_beginning(InputFile(path), kVersion2Bytes);
   if (!is_nifti(beginning)) fail_reading(path, "it is no NIfTI file", "Get a whole copy of it");
   const NiftiHeader nifti = header_in(beginning);
-  const Endian endian = is_version_1(beginning) ? *endian_of(beginning, kVersion1Bytes)
-                                                : *endian_of(beginning, kVersion2Bytes);
+  const Endian endian = is_version_2(beginning) ? *endian_of(beginning, kVersion2Bytes)
+                                                : *endian_of(beginning, kVersion1Bytes);
   if (nifti.dim[0] < 2 || nifti.dim[0] > 7) {
     fail_reading(path, "it has " + std::to_string(nifti.dim[0]) + " dimensions", "Give 2 to 5");
   }

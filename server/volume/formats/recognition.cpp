@@ -10,10 +10,14 @@
 #include "server/volume/formats/described_raw.hpp"
 #include "server/volume/formats/detail/header_bytes.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
-#include "server/volume/formats/dicom_series.hpp"
-#include "server/volume/formats/hdf5_file.hpp"
+#include "server/volume/formats/detail/zip_store.hpp"
+#include "server/volume/formats/dicom/dicom_series.hpp"
+#include "server/volume/formats/hdf5/hdf5_file.hpp"
+#include "server/volume/formats/mgh_file.hpp"
 #include "server/volume/formats/mrc_file.hpp"
+#include "server/volume/formats/netcdf3_file.hpp"
 #include "server/volume/formats/nifti_file.hpp"
+#include "server/volume/formats/npy_file.hpp"
 #include "server/volume/formats/zarr_volume.hpp"
 
 namespace multitetra {
@@ -29,24 +33,29 @@ constexpr std::array kFormats = {
                       "--component"},
     FormatDescription{"MetaImage", ".mha, .mhd",
                       "raw, zlib, text; one data file, a list or a pattern; --time, --component"},
-    FormatDescription{"NIfTI 1 and 2", ".nii, .nii.gz, .hdr",
+    FormatDescription{"NIfTI 1 and 2, Analyze", ".nii, .nii.gz, .hdr, .img",
                       "all integers and floats, RGB; --time, --component"},
+    FormatDescription{"MGH", ".mgh, .mgz", "volumes of FreeSurfer; --time"},
     FormatDescription{"DICOM", "a folder, .dcm",
-                      "slices or frames, packed as GDCM has it; --series, --time"},
-    FormatDescription{"OME-Zarr 0.4 and 0.5", "a folder, http(s)://, s3://",
-                      "blosc, zstd, gzip, zlib, bz2; shards; --level, --channel, --time"},
+                      "slices or frames, packed as GDCM has it; --series, --time, --resample"},
+    FormatDescription{"OME-Zarr 0.4 and 0.5", "a folder, .zip, http(s)://, s3://",
+                      "blosc, lz4, zstd, gzip, zlib, bz2; shards; --level, --channel, --time"},
     FormatDescription{"Zarr 2 and 3, N5", "a folder, http(s)://, s3://",
                       "the same codecs; --array"},
-    FormatDescription{"VTK image data", ".vti", "text, base64, appended; zlib, LZ4; --array"},
+    FormatDescription{"VTK image data", ".vti, .pvti",
+                      "text, base64, appended; zlib, LZ4; --array"},
     FormatDescription{"legacy VTK", ".vtk", "structured points, text or binary; --component"},
     FormatDescription{"TIFF", ".tif, a folder, a pattern",
                       "pages (plain, ImageJ or OME-TIFF) or a file for each slice; --channel, "
                       "--time, --component"},
     FormatDescription{"PNG", ".png, a folder, a pattern", "a file for each slice; --component"},
     FormatDescription{"HDF5 and NetCDF-4", ".h5:/path, .nc:/path",
-                      "what libhdf5 unpacks; --time, --channel"},
-    FormatDescription{"MRC and CCP4", ".mrc, .map, .ccp4", "modes 0, 1, 2, 6; also gzipped"},
-    FormatDescription{"cube", ".cube, .cub", "densities and orbitals; --component"},
+                      "what libhdf5 unpacks, and LZF; --time, --channel"},
+    FormatDescription{"Imaris", ".ims", "--level, --time, --channel"},
+    FormatDescription{"NetCDF-3", ".nc, .nc:/name", "classic, 64-bit; --time, --channel"},
+    FormatDescription{"NumPy", ".npy", "2 to 4 dimensions; --time"},
+    FormatDescription{"MRC and CCP4", ".mrc, .map, .ccp4", "modes 0, 1, 2, 6, 12; also gzipped"},
+    FormatDescription{"cube", ".cube, .cub", "densities and orbitals; also gzipped; --component"},
     FormatDescription{
         "raw", ".raw, .raw.gz, .dat",
         "with --dims; or described by a .dat or .txt beside it, three counts in front, or its "
@@ -76,13 +85,19 @@ bool starts_meta_image(std::string_view bytes) {
 std::optional<VolumeFormat> by_content(std::string_view bytes) {
   if (bytes.starts_with("NRRD000")) return VolumeFormat::kNrrd;
   if (bytes.starts_with("# vtk DataFile")) return VolumeFormat::kLegacyVtk;
-  if (starts_vti(bytes)) return VolumeFormat::kVti;
+  if (starts_vti(bytes)) {
+    const bool is_parallel = bytes.find("\"PImageData\"") != std::string_view::npos;
+    return is_parallel ? VolumeFormat::kPvti : VolumeFormat::kVti;
+  }
   if (is_hdf5(bytes)) return VolumeFormat::kHdf5;
+  if (is_netcdf3(bytes)) return VolumeFormat::kNetcdf3;
+  if (is_npy(bytes)) return VolumeFormat::kNpy;
   if (is_dicom(bytes)) return VolumeFormat::kDicom;
   if (is_nifti(bytes)) return VolumeFormat::kNifti;
   if (is_mrc(bytes)) return VolumeFormat::kMrc;
   if (starts_tiff(bytes)) return VolumeFormat::kTiff;
   if (bytes.starts_with("\x89PNG")) return VolumeFormat::kImageStack;
+  if (is_mgh(bytes)) return VolumeFormat::kMgh;
   if (is_raw_description(bytes)) return VolumeFormat::kRawDescription;
   if (starts_meta_image(bytes)) return VolumeFormat::kMetaImage;
   return std::nullopt;
@@ -95,18 +110,20 @@ std::optional<VolumeFormat> by_name(const std::string& name) {
   if (ends_with(".nrrd", ".nhdr")) return VolumeFormat::kNrrd;
   if (ends_with(".mha", ".mhd")) return VolumeFormat::kMetaImage;
   if (ends_with(".nii", ".nii.gz")) return VolumeFormat::kNifti;
+  if (ends_with(".mgh", ".mgz")) return VolumeFormat::kMgh;
+  if (ends_with(".npy")) return VolumeFormat::kNpy;
   if (ends_with(".vtk")) return VolumeFormat::kLegacyVtk;
   if (ends_with(".vti")) return VolumeFormat::kVti;
   if (ends_with(".tif", ".tiff")) return VolumeFormat::kTiff;
   if (ends_with(".h5", ".hdf5", ".nc")) return VolumeFormat::kHdf5;
   if (ends_with(".dcm")) return VolumeFormat::kDicom;
   if (ends_with(".mrc", ".ccp4")) return VolumeFormat::kMrc;
-  if (ends_with(".cube", ".cub")) return VolumeFormat::kCube;
+  if (ends_with(".cube", ".cub", ".cube.gz", ".cub.gz")) return VolumeFormat::kCube;
   return std::nullopt;
 }
 
 std::optional<VolumeFormat> format_of_folder(const fs::path& folder) {
-  if (is_zarr(folder.string())) return VolumeFormat::kZarr;
+  if (is_zarr(folder.string(), /*follow=*/true)) return VolumeFormat::kZarr;
   std::error_code error;
   bool has_tiff = false;
   bool has_png = false;
@@ -134,7 +151,11 @@ std::optional<VolumeFormat> recognized_format(const fs::path& path) {
   if (fs::is_directory(path, error)) return format_of_folder(path);
   const InputFile file(path);
   const std::string bytes = unpacked_beginning(file, kLookedAt);
+  if (is_zip(bytes) && is_zarr(path.string(), /*follow=*/false)) {
+    return VolumeFormat::kZarr;
+  }
   if (const auto format = by_content(bytes)) return format;
+  if (nifti_header_of(path)) return VolumeFormat::kNifti;
   const std::string name = lower_case_name_of(path);
   if (const auto format = by_name(name)) return format;
   if (is_cube(bytes)) return VolumeFormat::kCube;

@@ -17,9 +17,13 @@ enum class VolumeFormat {
   kTiff,
   kImageStack,  // A slice in each image.
   kVti,
+  kPvti,
   kDicom,
-  kZarr,  // OME-Zarr, Zarr and N5.
+  kZarr,  // OME-Zarr, Zarr and N5; also in a zip archive.
   kHdf5,
+  kNetcdf3,
+  kNpy,
+  kMgh,
   kMrc,
   kCube,
   kRawDescription,  // A text that describes raw samples.

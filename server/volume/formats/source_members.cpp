@@ -74,11 +74,9 @@ std::string members_text(const SourceMembers& members) {
     labels.push_back({label.value, label.name,
                       label.color ? MembersJson(*label.color) : MembersJson(), stored, layer});
   }
-  return MembersJson{{"times", members.times.count},
-                     {"at", members.times.at},
-                     {"unit", members.times.unit},
-                     {"fields", std::move(fields)},
-                     {"labels", std::move(labels)}}
+  return MembersJson{{"times", members.times.count}, {"at", members.times.at},
+                     {"unit", members.times.unit},   {"fields", std::move(fields)},
+                     {"labels", std::move(labels)},  {"unnamed", members.unnamed}}
       .dump(-1, ' ', false, MembersJson::error_handler_t::replace);
 }
 
@@ -88,6 +86,7 @@ SourceMembers members_from(std::string_view text) {
   members.times = {.count = json.at("times").get<std::int64_t>(),
                    .at = json.at("at").get<std::vector<double>>(),
                    .unit = json.at("unit").get<std::string>()};
+  members.unnamed = json.at("unnamed").get<std::vector<std::string>>();
   for (const MembersJson& field : json.at("fields")) {
     members.fields.push_back(
         {.name = field.at(0).get<std::string>(), .array = field.at(1).get<std::string>()});

@@ -45,6 +45,8 @@ struct SourceMembers {
   std::vector<SourceField> fields = {};  // As the source orders them; none: it has one only.
   // Others may occur. Segments that overlap lie in several layers, each a component of the samples.
   std::vector<SourceLabel> labels = {};
+  // What would be fields, if its name could be one's.
+  std::vector<std::string> unnamed = {};
 
   friend bool operator==(const SourceMembers&, const SourceMembers&) = default;
 };

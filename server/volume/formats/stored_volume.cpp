@@ -5,7 +5,10 @@
 #include <cmath>
 #include <utility>
 
+#include "common/base/address_text.hpp"
+#include "common/base/number_text.hpp"
 #include "common/base/text.hpp"
+#include "common/base/utf8.hpp"
 #include "common/base/vec3.hpp"
 
 namespace multitetra {
@@ -19,7 +22,12 @@ constexpr std::array<std::string_view, 10> kStoredNames = {"u8",  "i8",  "u16", 
 }  // namespace
 
 void fail_reading(const fs::path& file, const std::string& problem, const std::string& remedy) {
-  throw VolumeFileError("Cannot read '" + file.string() + "': " + problem + ". " + remedy + ".");
+  constexpr std::size_t kMostBytes = 4000;
+  std::string text = printable(
+      "Cannot read '" + without_password(file.string()) + "': " + problem + ". " + remedy + ".",
+      /*keeps_lines=*/false);
+  if (text.size() > kMostBytes) text = text.substr(0, kMostBytes) + "...";
+  throw VolumeFileError(text);
 }
 
 std::size_t bytes_of(StoredType type) {
@@ -112,15 +120,15 @@ void check_header(const fs::path& file, const ImageHeader& header) {
   }
   if (!std::isfinite(header.slope) || header.slope == 0 || !std::isfinite(header.intercept)) {
     fail_reading(file,
-                 "its slope " + std::to_string(header.slope) + " and intercept " +
-                     std::to_string(header.intercept) + " give no values",
+                 "its slope " + rounded_text(header.slope) + " and intercept " +
+                     rounded_text(header.intercept) + " give no values",
                  "Correct the header: the slope is not 0 and both are finite");
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (std::isfinite(header.spacing[axis]) && header.spacing[axis] > 0) continue;
     fail_reading(file,
                  "its spacing along axis " + std::to_string(axis + 1) + " is " +
-                     std::to_string(header.spacing[axis]),
+                     rounded_text(header.spacing[axis]),
                  "Correct the header: spacings are positive numbers");
   }
   const double volume = header.index_to_world.determinant();

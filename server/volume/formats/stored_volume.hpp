@@ -93,6 +93,8 @@ class StoredSlices {
   // The slices first ... first + count - 1, in the byte order of this machine. Throws
   // VolumeFileError.
   virtual void read(std::size_t first, std::size_t count, std::byte* into) = 0;
+  // What a person should know of the slices that have been read, a sentence each.
+  [[nodiscard]] virtual std::vector<std::string> findings() const { return {}; }
 };
 
 struct StoredVolume {
@@ -126,7 +128,8 @@ struct VolumeChoice {
   std::optional<std::int64_t> channel = std::nullopt;  // From 0 on.
   std::string series = {};  // DICOM: a series' UID, or its number from 1 on.
   ComponentChoice component = {};
-  bool follow = false;  // Data files may lie outside the folder of the header that names them.
+  bool follow = false;    // Data files may lie outside the folder of the header that names them.
+  bool resample = false;  // DICOM: uneven and tilted slices are interpolated to a rectangular grid.
   // Where there are several and none is chosen, take the first: for whoever asks what there is.
   bool first = false;
 

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <exception>
 #include <map>
 #include <memory>
 #include <optional>
@@ -28,8 +29,27 @@ struct Placement {
   std::string value_unit = {};
 };
 
+// Some buckets refuse what is missing. There, and there alone, a refusal of metadata means that
+// there are none: a name that nothing can have shows it.
+bool refuses_what_is_missing(ObjectStore& store) {
+  try {
+    return text_of(store, "multitetra/asks/for/nothing").has_value();
+  } catch (const RefusedObject&) {
+    return true;
+  }
+}
+
+std::optional<std::string> metadata_at(ObjectStore& store, const std::string& key) {
+  try {
+    return text_of(store, key);
+  } catch (const RefusedObject&) {
+    if (refuses_what_is_missing(store)) return std::nullopt;
+    throw;
+  }
+}
+
 Json json_at(ObjectStore& store, const std::string& key) {
-  const std::optional<std::string> text = text_of(store, key);
+  const std::optional<std::string> text = metadata_at(store, key);
   if (!text) return {};
   Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
   if (json.is_discarded()) {
@@ -49,7 +69,7 @@ Json attributes_at(ObjectStore& store, const std::string& path) {
 
 std::optional<ArrayLayout> array_at(ObjectStore& store, const std::string& path) {
   const auto parsed = [&](const std::string& key, const auto& parse) -> std::optional<ArrayLayout> {
-    const std::optional<std::string> text = text_of(store, key);
+    const std::optional<std::string> text = metadata_at(store, key);
     if (!text) return std::nullopt;
     auto layout = parse(*text);
     if (layout) return *std::move(layout);
@@ -163,6 +183,15 @@ Placement placement_of(const ArrayLayout& array, const Json& attributes) {
     const std::string length_unit =
         resolution.is_object() ? resolution.value("unit", std::string()) : std::string();
     placement.units.assign(dimensions, length_unit);
+    // Neuroglancer keeps units beside the resolution, one or one each.
+    if (unit.is_string() && length_unit.empty()) {
+      placement.units.assign(dimensions, unit.get<std::string>());
+      placement.value_unit.clear();
+    }
+    for (std::size_t d = 0; unit.is_array() && unit.size() == dimensions && d < dimensions; ++d) {
+      const Json& own = unit[dimensions - 1 - d];
+      if (own.is_string()) placement.units[d] = own.get<std::string>();
+    }
   }
   return placement;
 }
@@ -363,18 +392,26 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
 }
 
 bool has_metadata(ObjectStore& store) {
+  std::exception_ptr refusal;
   for (const char* key : {"zarr.json", ".zarray", ".zgroup", ".zattrs", "attributes.json"}) {
-    if (text_of(store, key)) return true;
+    try {
+      if (text_of(store, key)) return true;
+    } catch (const RefusedObject&) {
+      if (!refusal) refusal = std::current_exception();
+    }
   }
+  if (refusal) std::rethrow_exception(refusal);
   return false;
 }
 
 }  // namespace
 
-bool is_zarr(const std::string& place) { return has_metadata(*volume_objects(place)); }
+bool is_zarr(const std::string& place, bool follow) {
+  return has_metadata(*volume_objects(place, follow));
+}
 
 StoredVolume open_zarr(const std::string& place, const VolumeChoice& choice) {
-  std::shared_ptr<ObjectStore> store = volume_objects(place);
+  std::shared_ptr<ObjectStore> store = volume_objects(place, choice.follow);
   if (!has_metadata(*store)) {
     fail_reading(place,
                  "there is no zarr.json, .zattrs, .zgroup, .zarray or attributes.json below it",

@@ -7,8 +7,9 @@
 
 namespace multitetra {
 
-// Whether the folder or address has metadata of Zarr or N5 at its root.
-[[nodiscard]] bool is_zarr(const std::string& place);
+// Whether the folder, zip archive or address has metadata of Zarr or N5 at its root. Links that
+// lead elsewhere are followed only with `follow`.
+[[nodiscard]] bool is_zarr(const std::string& place, bool follow);
 
 // The array choice.array, or the level choice.level of the image at the root (0, the finest, by
 // default), or the root itself. Of dimensions beyond x, y, z those named t and c are chosen by

@@ -64,6 +64,8 @@ TEST(Printable, TextIsTextAndControlsAreShown) {
   EXPECT_EQ(printable("\xc2"), "\\xc2") << "no UTF-8";
   EXPECT_EQ(printable("\xff\xfe"), "\\xff\\xfe");
   EXPECT_EQ(printable(""), "");
+  EXPECT_EQ(printable("a\u202Eb\u2066c\u061Cd"), "a\\xe2\\x80\\xaeb\\xe2\\x81\\xa6c\\xd8\\x9cd");
+  EXPECT_EQ(printable("a\nb", /*keeps_lines=*/false), "a\\x0ab");
 }
 
 }  // namespace

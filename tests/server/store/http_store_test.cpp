@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdlib>
 #include <string>
 #include <thread>
 #include <vector>
@@ -124,6 +125,73 @@ TEST_F(HttpStoreTest, HasAsManyConnectionsAsAllowedAndServesMoreThreads) {
     }
   }
   EXPECT_EQ(right, 60);
+}
+
+TEST_F(HttpStoreTest, TakesARefusalForNoAnswer) {
+  for (const char* const status : {"401", "403"}) {
+    const auto refusing = store(std::string("/lies/") + status + "/1000");
+    EXPECT_THROW((void)refusing->get("a/object", 10), StoreRefusal) << status;
+    EXPECT_THROW((void)refusing->get_range("a/none", 0, 10), StoreRefusal) << status;
+  }
+}
+
+TEST_F(HttpStoreTest, FollowsRedirectsToOtherHostsOnlyWhereThatIsAllowed) {
+  EXPECT_EQ(whole(*store("/moved/")), text_);
+  const std::string port = server_.address().substr(server_.address().rfind(':'));
+  const std::string elsewhere = "/redirect/localhost" + port + "/";
+  EXPECT_NE(trouble([&] { return whole(*store(elsewhere)); }).find("--follow"), std::string::npos);
+  HttpStoreOptions options = quick();
+  options.follow = true;
+  EXPECT_EQ(whole(*store(elsewhere, options)), text_);
+}
+
+TEST_F(HttpStoreTest, KeepsKeysBelowTheAddress) {
+  EXPECT_NE(trouble([&] { return store("/b/")->get("../a/object", 10'000); }).find("--follow"),
+            std::string::npos);
+  EXPECT_FALSE(store("/b/")->get("%2e%2e/a/object", 10'000));
+  EXPECT_FALSE(store("/a/")->get("object?part", 10'000));
+  HttpStoreOptions options = quick();
+  options.follow = true;
+  EXPECT_EQ(as_text(store("/b/", options)->get("../a/object", 10'000)), text_);
+}
+
+TEST_F(HttpStoreTest, GivesCredentialsToTheirHostAlone) {
+  const std::string host = server_.address().substr(7);
+  const std::string port = host.substr(host.rfind(':'));
+  HttpStoreOptions options = quick();
+  options.follow = true;
+  const auto with_user = [&](const std::string& below) {
+    return http_store("http://reader:a%20secret@" + host + below, options);
+  };
+  EXPECT_EQ(whole(*with_user("/private/")), text_);
+  EXPECT_EQ(whole(*with_user("/moved/private/")), text_);
+  const auto seen_by = [&](ObjectStore& store) { return as_text(store.get("x", 10'000)); };
+  EXPECT_NE(seen_by(*with_user("/headers/")).find("Authorization"), std::string::npos);
+  const std::string elsewhere = "/redirect/localhost" + port + "/headers/";
+  EXPECT_EQ(seen_by(*with_user(elsewhere)).find("Authorization"), std::string::npos);
+
+  setenv("AWS_ENDPOINT_URL",
+         (server_.address() + "/redirect/localhost" + port + "/headers").c_str(), 1);
+  setenv("AWS_ACCESS_KEY_ID", "reader", 1);
+  setenv("AWS_SECRET_ACCESS_KEY", "a secret", 1);
+  setenv("AWS_SESSION_TOKEN", "a token", 1);
+  const std::string seen = seen_by(*http_store("s3://volumes", options));
+  for (const char* name :
+       {"AWS_ENDPOINT_URL", "AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY", "AWS_SESSION_TOKEN"}) {
+    unsetenv(name);
+  }
+  EXPECT_NE(seen.find("Host: localhost"), std::string::npos);
+  EXPECT_EQ(seen.find("a token"), std::string::npos);
+  EXPECT_EQ(seen.find("Authorization"), std::string::npos);
+}
+
+TEST_F(HttpStoreTest, NamesNoPasswords) {
+  const std::string host = server_.address().substr(7);
+  const auto refusing = http_store("http://reader:wrong@" + host + "/private/", quick());
+  const std::string text = trouble([&] { return whole(*refusing); });
+  EXPECT_NE(text.find("status 401"), std::string::npos) << text;
+  EXPECT_EQ(text.find("wrong"), std::string::npos) << text;
+  EXPECT_EQ(refusing->place("x").string().find("wrong"), std::string::npos);
 }
 
 TEST(Addresses, OfBucketsWithoutANameAreRefused) {

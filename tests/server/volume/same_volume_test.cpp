@@ -197,6 +197,47 @@ TEST(SameVolume, IsReadOverHttpAndFromBucketsWithSignedRequests) {
   }
 }
 
+// What a store refuses is not what it has not.
+TEST(SameVolume, IsNotReadFromAStoreThatForbidsSomeOfIt) {
+  const TemporaryFolder folder;
+  const std::vector<WrittenFormat> formats = written_formats(folder.path());
+  if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
+  const fs::path chunk = folder.path() / "gzip.n5/1/1/1";
+  ASSERT_TRUE(fs::exists(chunk));
+  const FolderServer server(folder.path());
+  ASSERT_FALSE(server.address().empty());
+  for (const char* status : {"401", "403"}) {
+    // The metadata are asked for before, and each path is lied to by itself.
+    const std::string lies = std::string("/lies/") + status + "-blocks/1000/";
+    try {
+      (void)read_volume(server.address() + lies + "gzip.n5");
+      ADD_FAILURE() << status;
+    } catch (const VolumeFileError& problem) {
+      EXPECT_NE(std::string(problem.what()).find(std::string("status ") + status),
+                std::string::npos)
+          << problem.what();
+    }
+  }
+  fs::remove(chunk);
+  std::string notices;
+  (void)read_volume(server.address() + "/gzip.n5",
+                    {.notice = [&](const std::string& text) { notices += text; }});
+  EXPECT_NE(notices.find("1 of 27 chunks are missing"), std::string::npos) << notices;
+}
+
+TEST(SameVolume, ErrorsNameNoPasswordOfAnAddress) {
+  const TemporaryFolder folder;
+  const FolderServer server(folder.path());
+  ASSERT_FALSE(server.address().empty());
+  const std::string host = server.address().substr(7);
+  try {
+    (void)read_volume("http://reader:hidden@" + host + "/nothing");
+    ADD_FAILURE();
+  } catch (const VolumeFileError& problem) {
+    EXPECT_EQ(std::string(problem.what()).find("hidden"), std::string::npos) << problem.what();
+  }
+}
+
 // What comes instead of a range would be taken for its bytes.
 TEST(SameVolume, IsNotReadFromServersWithoutRanges) {
   const TemporaryFolder folder;

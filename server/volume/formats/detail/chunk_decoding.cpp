@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/volume/formats/detail/chunked_array.hpp"
+#include "server/volume/formats/detail/half_floats.hpp"
 
 namespace multitetra {
 namespace {
@@ -66,6 +67,10 @@ Result<std::vector<std::byte>> decoded(const std::vector<ChunkCodec>& codecs,
   return std::vector<std::byte>(stored.begin(), stored.end());
 }
 
+std::size_t stored_bytes(const ArrayLayout& layout) {
+  return layout.chunk_bytes() / bytes_of(layout.type) * layout.stored_width();
+}
+
 std::uint64_t big_endian(std::span<const std::byte> bytes) {
   std::uint64_t value = 0;
   for (const std::byte byte : bytes) value = value << 8 | std::to_integer<std::uint64_t>(byte);
@@ -74,6 +79,11 @@ std::uint64_t big_endian(std::span<const std::byte> bytes) {
 
 std::vector<std::byte> filled(const ArrayLayout& layout) {
   std::vector<std::byte> bytes(layout.chunk_bytes());
+  // Halves are filled with zeros: N5, the only one whose blocks may be short, has no other fill.
+  if (layout.are_halves) {
+    bytes.resize(bytes.size() / 2);
+    return bytes;
+  }
   for (std::size_t at = 0; at < bytes.size(); at += layout.fill.size()) {
     std::copy(layout.fill.begin(), layout.fill.end(),
               bytes.begin() + static_cast<std::ptrdiff_t>(at));
@@ -92,7 +102,7 @@ Result<std::vector<std::byte>> decode_block(const ArrayLayout& layout,
   if (big_endian(stored.first(2)) != 0) return damaged("it is no plain block");
   if (big_endian(stored.subspan(2, 2)) != dimensions) return damaged("it has other dimensions");
   std::vector<std::size_t> shape(dimensions);
-  std::size_t size = bytes_of(layout.type);
+  std::size_t size = layout.stored_width();
   for (std::size_t i = 0; i < dimensions; ++i) {
     const std::size_t d = dimensions - 1 - i;
     shape[d] = big_endian(stored.subspan(4 + 4 * i, 4));
@@ -102,16 +112,16 @@ Result<std::vector<std::byte>> decode_block(const ArrayLayout& layout,
     size *= shape[d];
   }
   auto numbers = decoded(layout.codecs, stored.subspan(head_bytes), size);
-  if (!numbers || size == layout.chunk_bytes()) return numbers;
+  if (!numbers || size == stored_bytes(layout)) return numbers;
   std::vector<std::byte> chunk = filled(layout);
-  const std::size_t row = shape.back() * bytes_of(layout.type);
+  const std::size_t row = shape.back() * layout.stored_width();
   std::vector<std::size_t> at(dimensions, 0);
   for (std::size_t from = 0; from < size; from += row) {
     std::size_t to = 0;
     for (std::size_t d = 0; d < dimensions; ++d) {
       to = to * static_cast<std::size_t>(layout.chunk[d]) + at[d];
     }
-    std::memcpy(chunk.data() + to * bytes_of(layout.type), numbers->data() + from, row);
+    std::memcpy(chunk.data() + to * layout.stored_width(), numbers->data() + from, row);
     for (std::size_t d = dimensions - 1; d-- > 0;) {
       if (++at[d] < shape[d]) break;
       at[d] = 0;
@@ -125,8 +135,9 @@ Result<std::vector<std::byte>> decode_block(const ArrayLayout& layout,
 Result<std::vector<std::byte>> decode_chunk(const ArrayLayout& layout,
                                             std::span<const std::byte> stored) {
   auto chunk = layout.has_block_headers ? decode_block(layout, stored)
-                                        : decoded(layout.codecs, stored, layout.chunk_bytes());
-  if (chunk) to_host_order(*chunk, bytes_of(layout.type), layout.endian);
+                                        : decoded(layout.codecs, stored, stored_bytes(layout));
+  if (chunk) to_host_order(*chunk, layout.stored_width(), layout.endian);
+  if (chunk && layout.are_halves) return floats_from_halves(*chunk);
   return chunk;
 }
 

@@ -16,8 +16,8 @@ using Json = nlohmann::json;
 
 constexpr std::size_t kMostDimensions = 8;
 constexpr std::int64_t kMostLength = std::int64_t{1} << 40;
-constexpr std::uint64_t kMostChunkBytes = std::uint64_t{1} << 31;
-constexpr std::uint64_t kMostChunksOfAShard = std::uint64_t{1} << 22;
+constexpr std::uint64_t kMostChunkBytes = std::uint64_t{1} << 30;
+constexpr std::uint64_t kMostChunksOfAShard = std::uint64_t{1} << 20;
 
 // Thrown while metadata are read and turned into a Result at the edge of this file.
 struct Refused {
@@ -102,30 +102,37 @@ std::vector<std::byte> fill_of(StoredType type, const Json& value) {
   return fill;
 }
 
-// The names that Zarr 3 and N5 share; "bool" is a byte.
+constexpr std::string_view kHalf3 = "float16";
+constexpr std::string_view kHalf2 = "f2";
+
+// The names that Zarr 3 and N5 share; "bool" is a byte, and halves become floats.
 StoredType long_type(const Json& value) {
   const std::string word = value.is_string() ? value.get<std::string>() : std::string();
   if (word == "bool") return StoredType::kU8;
+  if (word == kHalf3) return StoredType::kF32;
   const auto type = stored_type_from_word(word);
   if (type && word.find_first_of("1368") != std::string::npos) return *type;
   refuse("its samples are of type " + shown(value) +
-         "; known are integers of 8 to 64 bits and floats of 32 and 64");
+         "; known are integers of 8 to 64 bits and floats of 16 to 64");
 }
 
 // "<i2": the order of the bytes, what kind of number, how many bytes.
 void set_type_2(ArrayLayout& layout, const Json& value) {
   const std::string word = value.is_string() ? value.get<std::string>() : std::string();
   if (word.size() == 3 && word[2] >= '1' && word[2] <= '8') {
+    const bool are_halves = word.substr(1) == kHalf2;
     const std::string kind(1, word[1] == 'b' && word[2] == '1' ? 'u' : word[1]);
-    const auto type = stored_type_from(kind + std::to_string(8 * (word[2] - '0')));
+    const auto type = are_halves ? std::optional(StoredType::kF32)
+                                 : stored_type_from(kind + std::to_string(8 * (word[2] - '0')));
     if (type && (word[0] == '<' || word[0] == '>' || (word[0] == '|' && bytes_of(*type) == 1))) {
       layout.type = *type;
+      layout.are_halves = are_halves;
       layout.endian = word[0] == '>' ? Endian::kBig : Endian::kLittle;
       return;
     }
   }
   refuse("its samples are of type " + shown(value) +
-         "; known are integers of 8 to 64 bits and floats of 32 and 64");
+         "; known are integers of 8 to 64 bits and floats of 16 to 64");
 }
 
 Packing packing_of(const Json& value) {
@@ -133,7 +140,7 @@ Packing packing_of(const Json& value) {
       value.is_string() ? packing_from(value.get<std::string>()) : std::optional<Packing>();
   if (packing) return *packing;
   refuse("its chunks are packed by " + shown(value) +
-         "; known are blosc, zstd, gzip, zlib, bz2 and none");
+         "; known are blosc, lz4, zstd, gzip, zlib, bz2 and none");
 }
 
 void add_packing(ArrayLayout& layout, Packing packing) {
@@ -253,6 +260,7 @@ ArrayLayout zarr_3(const Json& json) {
   ArrayLayout layout;
   layout.shape = lengths_of(json, "shape", 0);
   layout.type = long_type(member(json, "data_type"));
+  layout.are_halves = json.at("data_type") == kHalf3;
   const Json& grid = member(json, "chunk_grid");
   if (member(grid, "name") != "regular") refuse("its chunk grid is " + shown(grid.at("name")));
   layout.chunk = lengths_of(configuration_of(grid), "chunk_shape", 1);
@@ -310,6 +318,7 @@ ArrayLayout n5(const Json& json) {
   std::reverse(layout.shape.begin(), layout.shape.end());  // N5 tells the fastest one first.
   std::reverse(layout.chunk.begin(), layout.chunk.end());
   layout.type = long_type(member(json, "dataType"));
+  layout.are_halves = json.at("dataType") == kHalf3;
   layout.endian = Endian::kBig;
   layout.fill.resize(bytes_of(layout.type));
   layout.order = straight(layout.shape.size());
@@ -319,6 +328,7 @@ ArrayLayout n5(const Json& json) {
   if (json.contains("compression")) {
     const Json& compression = json.at("compression");
     const Packing packing = packing_of(member(compression, "type"));
+    if (packing == Packing::kSizedLz4) refuse("its blocks are packed by the lz4 of Java");
     const bool zlib = packing == Packing::kGzip && compression.value("useZlib", false);
     add_packing(layout, zlib ? Packing::kZlib : packing);
   } else {

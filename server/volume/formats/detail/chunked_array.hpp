@@ -37,6 +37,7 @@ struct ArrayLayout {
   std::vector<std::int64_t> chunk;  // The shape of a chunk; inside shards, of an inner one.
   std::vector<std::size_t> order;   // Of the bytes in a chunk: dimensions, the slowest first.
   StoredType type = StoredType::kU8;
+  bool are_halves = false;  // Stored are floats of 16 bits; `type` is what they become, kF32.
   Endian endian = Endian::kLittle;
   std::vector<std::byte> fill;  // One number in host order: what missing chunks hold.
   std::vector<ChunkCodec> codecs;
@@ -47,7 +48,9 @@ struct ArrayLayout {
   bool has_block_headers = false;            // N5: each chunk says its own shape.
   std::vector<std::string> dimension_names;  // Empty, or one for each dimension.
 
+  // Of the numbers of a chunk in `type`, and as they are stored behind the codecs.
   [[nodiscard]] std::size_t chunk_bytes() const;
+  [[nodiscard]] std::size_t stored_width() const { return are_halves ? 2 : bytes_of(type); }
   // The key of the stored object (shard or chunk) with these numbers.
   [[nodiscard]] std::string key(const std::vector<std::int64_t>& object) const;
 };

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cstring>
 #include <exception>
-#include <map>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -13,6 +12,8 @@ namespace multitetra {
 namespace {
 
 constexpr std::uint64_t kMostLayerBytes = std::uint64_t{1} << 30;
+// Of chunks and indices of shards that are worked on at the same time; one is always allowed.
+constexpr std::uint64_t kMostWorkBytes = std::uint64_t{1} << 29;
 
 // Calls body(0) ... body(count - 1) on up to `threads` threads; throws what one of them threw.
 // Threads of its own: this may run in a forked process, where no pool has its threads.
@@ -47,7 +48,14 @@ class Chunks {
       : store_(std::move(store)), path_(std::move(path)), layout_(std::move(layout)) {}
 
   [[nodiscard]] const ArrayLayout& layout() const { return layout_; }
-  [[nodiscard]] std::size_t parallel_requests() const { return store_->parallel_requests(); }
+  [[nodiscard]] std::filesystem::path place() const { return store_->place(path_); }
+  // How many chunks may be fetched at once: what a chunk takes, packed and unpacked, and the index
+  // of its shard bound it.
+  [[nodiscard]] std::size_t parallel_requests() const {
+    const std::uint64_t index = layout_.shards ? 2 * shard_index_bytes(layout_) : 0;
+    const std::uint64_t each = 3 * std::uint64_t{layout_.chunk_bytes()} + index;
+    return std::clamp<std::size_t>(kMostWorkBytes / each, 1, store_->parallel_requests());
+  }
 
   // The numbers of a chunk; nullopt when it is missing.
   std::optional<std::vector<std::byte>> get(const std::vector<std::int64_t>& chunk) {
@@ -62,6 +70,7 @@ class Chunks {
 
  private:
   struct Shard {
+    std::vector<std::int64_t> object;
     std::once_flag read;
     std::vector<ShardEntry> entries;  // None when the shard is missing.
   };
@@ -115,10 +124,21 @@ class Chunks {
     return decoded(key, *stored, what);
   }
 
+  // Chunks are asked for shard by shard, so that few indices are kept: those in use, and one more.
   std::shared_ptr<Shard> shard_of(const std::vector<std::int64_t>& object) {
     const std::lock_guard lock(mutex_);
-    std::shared_ptr<Shard>& shard = shards_[object];
-    if (!shard) shard = std::make_shared<Shard>();
+    const auto found = std::find_if(shards_.begin(), shards_.end(),
+                                    [&](const auto& shard) { return shard->object == object; });
+    std::shared_ptr<Shard> shard;
+    if (found != shards_.end()) {
+      shard = *found;
+      shards_.erase(found);
+    } else {
+      shard = std::make_shared<Shard>();
+      shard->object = object;
+      if (shards_.size() > parallel_requests()) shards_.erase(shards_.begin());
+    }
+    shards_.push_back(shard);
     return shard;
   }
 
@@ -137,8 +157,8 @@ class Chunks {
   std::shared_ptr<ObjectStore> store_;
   std::string path_;
   ArrayLayout layout_;
-  std::mutex mutex_;  // Guards shards_.
-  std::map<std::vector<std::int64_t>, std::shared_ptr<Shard>> shards_;
+  std::mutex mutex_;                            // Guards shards_.
+  std::vector<std::shared_ptr<Shard>> shards_;  // The one used last comes last.
 };
 
 class ChunkedSlices : public StoredSlices {
@@ -159,6 +179,7 @@ class ChunkedSlices : public StoredSlices {
       chunk_[axis] = array.chunk[*volume_.axes[axis]];
     }
     slice_bytes_ = static_cast<std::size_t>(dims_[0] * dims_[1]) * bytes_of(array.type);
+    is_counted_.resize(static_cast<std::size_t>((dims_[2] + chunk_[2] - 1) / chunk_[2]));
   }
 
   void read(std::size_t first, std::size_t count, std::byte* into) override {
@@ -176,6 +197,13 @@ class ChunkedSlices : public StoredSlices {
     }
   }
 
+  [[nodiscard]] std::vector<std::string> findings() const override {
+    if (chunks_missing_ == 0) return {};
+    return {"'" + chunks_.place().string() + "': " + std::to_string(chunks_missing_) + " of " +
+            std::to_string(chunks_seen_) +
+            " chunks are missing; their samples are the array's fill value."};
+  }
+
  private:
   // Makes sure that the slices z ... stop - 1 of this layer of chunks are in loaded_.
   void load(std::int64_t layer, std::int64_t z, std::int64_t stop, std::int64_t layer_end) {
@@ -187,19 +215,45 @@ class ChunkedSlices : public StoredSlices {
     end_ = begin_;  // Nothing, until all of it is there.
     const std::int64_t new_end = whole ? layer_end : stop;
     loaded_.resize(static_cast<std::size_t>(new_end - begin_) * slice_bytes_);
-    const std::int64_t across = (dims_[0] + chunk_[0] - 1) / chunk_[0];
-    const std::int64_t down = (dims_[1] + chunk_[1] - 1) / chunk_[1];
     chunks_.forget();
-    on_threads(chunks_.parallel_requests(), static_cast<std::size_t>(across * down),
-               [&](std::size_t i) {
-                 const auto column = static_cast<std::int64_t>(i);
-                 place({column % across, column / across, layer}, new_end);
-               });
+    const std::vector<std::array<std::int64_t, 2>> columns = columns_by_shard();
+    std::atomic<std::uint64_t> missing = 0;
+    on_threads(chunks_.parallel_requests(), columns.size(), [&](std::size_t i) {
+      if (!place({columns[i][0], columns[i][1], layer}, new_end)) ++missing;
+    });
+    const auto number = static_cast<std::size_t>(layer);
+    if (!is_counted_[number]) {
+      is_counted_[number] = true;
+      chunks_seen_ += columns.size();
+      chunks_missing_ += missing;
+    }
     end_ = new_end;
   }
 
-  // Fetches the chunk with these numbers along x, y, z and copies what belongs to loaded_.
-  void place(const std::array<std::int64_t, 3>& number, std::int64_t new_end) {
+  // The chunks of a layer along x and y, those of one shard one after the other.
+  [[nodiscard]] std::vector<std::array<std::int64_t, 2>> columns_by_shard() const {
+    std::array<std::int64_t, 2> counts{};
+    std::array<std::int64_t, 2> of_shard = {1, 1};
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      counts[axis] = (dims_[axis] + chunk_[axis] - 1) / chunk_[axis];
+      const auto& shards = chunks_.layout().shards;
+      if (shards && volume_.axes[axis]) of_shard[axis] = shards->chunk_counts[*volume_.axes[axis]];
+    }
+    std::vector<std::array<std::int64_t, 2>> columns;
+    for (std::int64_t y = 0; y < counts[1]; ++y) {
+      for (std::int64_t x = 0; x < counts[0]; ++x) columns.push_back({x, y});
+    }
+    const auto shard_of = [&](const std::array<std::int64_t, 2>& column) {
+      return std::pair(column[1] / of_shard[1], column[0] / of_shard[0]);
+    };
+    std::stable_sort(columns.begin(), columns.end(),
+                     [&](const auto& a, const auto& b) { return shard_of(a) < shard_of(b); });
+    return columns;
+  }
+
+  // Fetches the chunk with these numbers along x, y, z and copies what belongs to loaded_. False
+  // when it is missing.
+  bool place(const std::array<std::int64_t, 3>& number, std::int64_t new_end) {
     const ArrayLayout& array = chunks_.layout();
     std::vector<std::int64_t> chunk(array.shape.size());
     std::size_t base = 0;
@@ -229,6 +283,7 @@ class ChunkedSlices : public StoredSlices {
         copy_row(numbers ? numbers->data() + from * width() : nullptr, stride[0], row, to);
       }
     }
+    return numbers.has_value();
   }
 
   void copy_row(const std::byte* from, std::size_t stride, std::size_t count, std::byte* to) const {
@@ -254,6 +309,9 @@ class ChunkedSlices : public StoredSlices {
   std::vector<std::byte> loaded_;  // The slices begin_ ... end_ - 1.
   std::int64_t begin_ = 0;
   std::int64_t end_ = 0;
+  std::vector<bool> is_counted_;  // The layers of chunks whose missing ones are counted.
+  std::uint64_t chunks_seen_ = 0;
+  std::uint64_t chunks_missing_ = 0;
 };
 
 }  // namespace

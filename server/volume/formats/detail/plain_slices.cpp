@@ -72,11 +72,10 @@ class OpenPart {
                  "Get a whole copy of it");
   }
 
-  // Behind the last sample: where the stream ends there, it must end well, or its bytes are not
-  // known to be those that were packed.
+  // Behind the last sample: other times may follow, but only a stream that ends well is known to
+  // hold the bytes that were packed.
   void require_end() {
-    std::byte more{};
-    (void)stream_->read_some({&more, 1});
+    if (part_.packing != Packing::kHex) stream_->require_good_end();
     stream_.reset();
   }
 

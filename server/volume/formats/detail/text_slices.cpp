@@ -4,10 +4,13 @@
 #include <charconv>
 #include <cstring>
 #include <limits>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "server/volume/formats/detail/input_file.hpp"
 
@@ -37,25 +40,51 @@ class TextSlices : public StoredSlices {
         file_(numbers_.file),
         type_(header.type),
         slice_numbers_(header.slice_bytes() / bytes_of(header.type)),
-        at_(numbers_.begin) {
-    if (numbers_.end == 0) numbers_.end = std::max(file_.size(), numbers_.begin);
+        slices_(static_cast<std::size_t>(header.dims[2])) {
+    if (numbers_.end == 0) {
+      numbers_.end = is_packed() ? std::numeric_limits<std::uint64_t>::max()
+                                 : std::max(file_.size(), numbers_.begin);
+    }
+    begin_anew();
   }
 
   void read(std::size_t first, std::size_t count, std::byte* into) override {
     const std::uint64_t wanted = numbers_.skipped + first * slice_numbers_;
-    if (wanted < next_) {
-      at_ = numbers_.begin;
-      next_ = 0;
-      text_.clear();
-      used_ = 0;
-    }
+    if (wanted < next_) begin_anew();
     while (next_ < wanted) next_word();
     for (std::uint64_t i = 0; i < count * slice_numbers_; ++i) {
       store(next_word(), into + i * bytes_of(type_));
     }
+    if (is_packed() && first + count == slices_) stream_->require_good_end();
   }
 
  private:
+  [[nodiscard]] bool is_packed() const { return numbers_.packing != Packing::kNone; }
+
+  void begin_anew() {
+    at_ = numbers_.begin;
+    next_ = 0;
+    text_.clear();
+    used_ = 0;
+    if (!is_packed()) return;
+    stream_.emplace(file_, 0, numbers_.packing);
+    std::vector<std::byte> before(numbers_.begin);
+    (void)stream_->read_some(before);
+  }
+
+  void read_portion(std::span<std::byte> into) {
+    if (!is_packed()) {
+      file_.read(at_, into);
+      at_ += into.size();
+      return;
+    }
+    const std::size_t got = stream_->read_some(into);
+    at_ += got;
+    if (got == into.size()) return;
+    text_.resize(text_.size() - (into.size() - got));
+    numbers_.end = at_;
+  }
+
   std::string_view next_word() {
     while (true) {
       used_ = std::min(text_.find_first_not_of(kBetweenNumbers, used_), text_.size());
@@ -75,8 +104,7 @@ class TextSlices : public StoredSlices {
       }
       const std::size_t before = text_.size();
       text_.resize(before + std::min<std::uint64_t>(kTextPortionBytes, numbers_.end - at_));
-      file_.read(at_, std::as_writable_bytes(std::span(text_).subspan(before)));
-      at_ += text_.size() - before;
+      read_portion(std::as_writable_bytes(std::span(text_).subspan(before)));
     }
   }
 
@@ -109,7 +137,9 @@ class TextSlices : public StoredSlices {
   InputFile file_;
   StoredType type_;
   std::uint64_t slice_numbers_;
-  std::uint64_t at_;  // The file's byte that comes after text_.
+  std::size_t slices_;
+  std::optional<UnpackedStream> stream_ = std::nullopt;  // None: the file is not packed.
+  std::uint64_t at_ = 0;                                 // The file's byte that comes after text_.
   std::string text_;
   std::size_t used_ = 0;    // Of text_.
   std::uint64_t next_ = 0;  // The number that comes next, counted from the first in the text.

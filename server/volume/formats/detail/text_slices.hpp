@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "server/volume/formats/detail/unpacking.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
@@ -15,6 +16,8 @@ struct NumbersInText {
   std::uint64_t begin = 0;
   std::uint64_t end = 0;  // 0: the end of the file.
   std::uint64_t skipped = 0;
+  // kGzip or kBzip2: of the whole file, and places are those in what it holds.
+  Packing packing = Packing::kNone;
 };
 
 // The slices of `header`, of numbers between white space or commas. They are read forwards; going

@@ -12,6 +12,7 @@
 #include <span>
 #include <utility>
 
+#include "server/volume/formats/detail/half_floats.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 
 namespace multitetra {
@@ -79,20 +80,6 @@ std::optional<StoredType> stored_type_of(const PageFormat& format) {
   return stored_type_from((is_signed ? "i" : "u") + std::to_string(bits));
 }
 
-float float_of_half(std::uint16_t half) {
-  const int exponent = half >> 10 & 0x1F;
-  const int fraction = half & 0x3FF;
-  const double sign = (half & 0x8000) != 0 ? -1 : 1;
-  double value = std::ldexp(fraction, -24);
-  if (exponent == 31) {
-    value = fraction == 0 ? std::numeric_limits<double>::infinity()
-                          : std::numeric_limits<double>::quiet_NaN();
-  } else if (exponent > 0) {
-    value = std::ldexp(fraction + 1024, exponent - 25);
-  }
-  return static_cast<float>(sign * value);
-}
-
 // `count` numbers of a row as the reader hands them out; `step` bytes lie between two of them.
 void unpack_row(const PageFormat& format, std::span<const std::byte> row, std::size_t count,
                 std::byte* into, std::size_t width, std::size_t step) {
@@ -107,7 +94,7 @@ void unpack_row(const PageFormat& format, std::span<const std::byte> row, std::s
     } else if (format.kind == SAMPLEFORMAT_IEEEFP && format.bits == 16) {
       std::uint16_t half = 0;
       std::memcpy(&half, row.data() + 2 * i, sizeof(half));
-      const float number = float_of_half(half);
+      const float number = float_from_half(half);
       std::memcpy(into, &number, sizeof(number));
     } else {
       std::memcpy(into, row.data() + width * i, width);

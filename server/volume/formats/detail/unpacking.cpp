@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <limits>
 
 #include "server/volume/formats/stored_volume.hpp"
@@ -144,7 +145,8 @@ Result<std::size_t> unpack_stream(Packing packing, std::span<const std::byte> pa
     if (spare.empty()) return damaged("it holds more bytes than it should");
     if (progress == StreamUnpacker::Progress::kDamaged) return damaged("it is damaged");
     if (progress == StreamUnpacker::Progress::kEnded) {
-      if (!may_have_members(packing) || packed.empty()) return room - into.size();
+      if (packed.empty()) return room - into.size();
+      if (!may_have_members(packing)) return damaged("it has bytes behind its end");
       unpacker.begin_next_member();
     } else if (packed.size() == packed_before && into.size() == into_before) {
       return damaged("it ends too early");
@@ -180,6 +182,16 @@ Result<std::size_t> unpack_lz4(std::span<const std::byte> packed, std::span<std:
   return static_cast<std::size_t>(done);
 }
 
+Result<std::size_t> unpack_sized_lz4(std::span<const std::byte> packed, std::span<std::byte> into) {
+  std::uint32_t size = 0;
+  if (packed.size() < sizeof(size)) return damaged("it ends in its size");
+  std::memcpy(&size, packed.data(), sizeof(size));  // Little-endian hosts only.
+  if (size > into.size()) return damaged("it holds more bytes than it should");
+  const Result<std::size_t> done = unpack_lz4(packed.subspan(sizeof(size)), into.first(size));
+  if (done && *done != size) return damaged("it holds fewer bytes than it says");
+  return done;
+}
+
 Result<std::size_t> unpack_into(Packing packing, std::span<const std::byte> packed,
                                 std::span<std::byte> into) {
   switch (packing) {
@@ -197,6 +209,8 @@ Result<std::size_t> unpack_into(Packing packing, std::span<const std::byte> pack
       return unpack_blosc(packed, into);
     case Packing::kLz4:
       return unpack_lz4(packed, into);
+    case Packing::kSizedLz4:
+      return unpack_sized_lz4(packed, into);
     case Packing::kHex:
       break;
   }
@@ -211,6 +225,7 @@ std::optional<Packing> packing_from(std::string_view name) {
   if (name == "zlib") return Packing::kZlib;
   if (name == "zstd") return Packing::kZstd;
   if (name == "blosc") return Packing::kBlosc;
+  if (name == "lz4") return Packing::kSizedLz4;
   if (name == "bz2" || name == "bzip2") return Packing::kBzip2;
   return std::nullopt;
 }
@@ -251,6 +266,18 @@ struct UnpackedStream::State {
     left = std::span<const std::byte>(portion).first(got);
     return got > 0;
   }
+
+  // Zeros fill up blocks of tapes and the like; anything else is part of something that is damaged.
+  void require_nothing_left() {
+    do {
+      const bool is_zero = std::all_of(left.begin(), left.end(),
+                                       [](std::byte byte) { return byte == std::byte{0}; });
+      if (is_zero) continue;
+      fail_reading(file.path(), "something that is not part of its packed samples lies behind them",
+                   "Get a whole copy of it");
+    } while (refill());
+    left = {};
+  }
 };
 
 UnpackedStream::UnpackedStream(const InputFile& file, std::uint64_t offset, Packing packing)
@@ -275,10 +302,20 @@ std::size_t UnpackedStream::read_some(std::span<std::byte> into) {
         if (state.left.empty()) state.refill();
         state.ended = !may_have_members(state.packing) || state.left.empty() ||
                       packing_at(state.file, state.offset - state.left.size()) != state.packing;
-        if (!state.ended) state.unpacker.begin_next_member();
+        if (state.ended) {
+          state.require_nothing_left();
+        } else {
+          state.unpacker.begin_next_member();
+        }
     }
   }
   return wanted - into.size();
+}
+
+void UnpackedStream::require_good_end() {
+  std::vector<std::byte> portion(kPackedPortionBytes);
+  while (read_some(portion) > 0) {
+  }
 }
 
 Packing UnpackedStream::packing_at(const InputFile& file, std::uint64_t offset) {

@@ -16,14 +16,16 @@
 
 namespace multitetra {
 
-enum class Packing { kNone, kGzip, kZlib, kZstd, kBlosc, kBzip2, kLz4, kHex };
+// kLz4 is a bare block, kSizedLz4 one behind its unpacked size in four bytes, as numcodecs writes
+// it.
+enum class Packing { kNone, kGzip, kZlib, kZstd, kBlosc, kBzip2, kLz4, kSizedLz4, kHex };
 
 // The packing that arrays call by this name (Zarr and N5: "gzip", "zlib", "zstd", "blosc", "bz2",
-// "bzip2", "lz4", "raw"); nullopt for others.
+// "bzip2", "lz4" (kSizedLz4), "raw"); nullopt for others.
 [[nodiscard]] std::optional<Packing> packing_from(std::string_view name);
 
 // Exactly into.size() bytes from all of `packed`. kDamagedData when the packed bytes are damaged,
-// end early, or hold another number of bytes. kLz4 is a bare block. Not for kHex.
+// end early, hold another number of bytes, or have something behind their end. Not for kHex.
 [[nodiscard]] Result<void> unpack(Packing packing, std::span<const std::byte> packed,
                                   std::span<std::byte> into);
 
@@ -45,8 +47,10 @@ class UnpackedStream {
   ~UnpackedStream();
 
   // The next bytes of the stream; fewer when it ends. Throws VolumeFileError when the stream is
-  // damaged or the file ends inside it.
+  // damaged, the file ends inside it, or something other than zeros lies behind it.
   std::size_t read_some(std::span<std::byte> into);
+  // Unpacks what is left, so that all checksums are compared. Throws as read_some does.
+  void require_good_end();
 
  private:
   struct State;

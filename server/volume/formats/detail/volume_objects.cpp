@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "server/store/http_store.hpp"
+#include "server/volume/formats/detail/zip_store.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
@@ -12,6 +13,8 @@ template <typename Action>
 auto as_volume_trouble(const Action& action) {
   try {
     return action();
+  } catch (const StoreRefusal& refusal) {
+    throw RefusedObject(refusal.what());
   } catch (const StoreError& error) {
     throw VolumeFileError(error.what());
   }
@@ -41,9 +44,13 @@ class VolumeObjects : public ObjectStore {
 
 }  // namespace
 
-std::shared_ptr<ObjectStore> volume_objects(const std::string& place) {
-  return std::make_shared<VolumeObjects>(as_volume_trouble(
-      [&] { return is_address(place) ? http_store(place) : folder_store(place); }));
+std::shared_ptr<ObjectStore> volume_objects(const std::string& place, bool follow) {
+  return std::make_shared<VolumeObjects>(as_volume_trouble([&] {
+    if (is_address(place)) return http_store(place, {.follow = follow});
+    std::error_code error;
+    if (std::filesystem::is_directory(place, error)) return folder_store(place, follow);
+    return zip_store(place);
+  }));
 }
 
 }  // namespace multitetra

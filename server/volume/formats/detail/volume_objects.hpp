@@ -5,11 +5,20 @@
 #include <string>
 
 #include "server/store/object_store.hpp"
+#include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
 
-// The files below a folder, or what lies below an address (http_store.hpp). Throws VolumeFileError,
-// now and from the store's functions, where the store throws StoreError.
-[[nodiscard]] std::shared_ptr<ObjectStore> volume_objects(const std::string& place);
+// An object that the store refuses: whether it is there is not known.
+class RefusedObject : public VolumeFileError {
+ public:
+  using VolumeFileError::VolumeFileError;
+};
+
+// The files below a folder, those in a zip archive, or what lies below an address (http_store.hpp).
+// Links, keys and redirects that lead elsewhere are followed only with `follow`. Throws
+// VolumeFileError, now and from the store's functions, where the store throws StoreError;
+// RefusedObject for StoreRefusal.
+[[nodiscard]] std::shared_ptr<ObjectStore> volume_objects(const std::string& place, bool follow);
 
 }  // namespace multitetra

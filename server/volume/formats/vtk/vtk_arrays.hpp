@@ -8,7 +8,7 @@
 #include <span>
 
 #include "server/volume/formats/detail/input_file.hpp"
-#include "server/volume/formats/detail/vti_header.hpp"
+#include "server/volume/formats/vtk/detail/vti_header.hpp"
 
 namespace multitetra {
 

@@ -1,4 +1,4 @@
-#include "server/volume/formats/legacy_vtk_file.hpp"
+#include "server/volume/formats/vtk/legacy_vtk_file.hpp"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "server/volume/formats/dicom_series.hpp"
+#include "server/volume/formats/dicom/dicom_series.hpp"
 
 #include <gdcmImageReader.h>
 #include <gdcmTrace.h>
@@ -11,11 +11,14 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 
+#include "common/base/text.hpp"
 #include "common/base/vec3.hpp"
-#include "server/volume/formats/detail/dicom_image.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/dicom/detail/dicom_grid.hpp"
+#include "server/volume/formats/dicom/detail/dicom_image.hpp"
 
 namespace multitetra {
 namespace {
@@ -23,7 +26,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMostFiles = 100'000;
-constexpr double kEvenly = 0.01;  // Of the distance of slices: how far one may be from its place.
 
 using Series = std::map<std::string, std::vector<DicomImage>>;
 
@@ -33,8 +35,8 @@ std::string list_of(const Series& series) {
   for (const auto& [uid, images] : series) {
     const DicomImage& first = images.front();
     text += (number == 0 ? "" : "; ") + std::to_string(number + 1) + ": " + uid + " (" +
-            first.modality + ", " + std::to_string(images.size()) + " files of " +
-            std::to_string(first.dims[0]) + " x " + std::to_string(first.dims[1]) +
+            first.modality + ", " + std::to_string(images.size()) + " images of " +
+            std::to_string(first.size[0]) + " x " + std::to_string(first.size[1]) +
             (first.description.empty() ? "" : ", " + first.description) + ")";
     if (++number == 20) return text + "; ...";
   }
@@ -59,18 +61,87 @@ std::vector<DicomImage> chosen_series(const fs::path& place, Series& series,
                "Choose one with --series, by its UID or its number in this list");
 }
 
-void require_alike(const std::vector<DicomImage>& images) {
+std::string list_of(const std::vector<fs::path>& files) {
+  std::string text;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (i == 5) return text + " and " + std::to_string(files.size() - i) + " more";
+    text += (i == 0 ? "'" : ", '") + files[i].filename().string() + "'";
+  }
+  return text;
+}
+
+// The files of these images, each once.
+std::vector<fs::path> files_of(const std::vector<DicomImage>& images) {
+  std::vector<fs::path> files;
+  for (const DicomImage& image : images) {
+    if (files.empty() || files.back() != image.file) files.push_back(image.file);
+  }
+  return files;
+}
+
+bool are_alike(const DicomImage& a, const DicomImage& b) {
+  const double turned = 2 - dot(a.row, b.row) - dot(a.column, b.column);
+  return a.size == b.size && a.type == b.type && a.components == b.components && turned < 1e-4;
+}
+
+// Leaves out localizers, and what has another size, type or orientation than most images have.
+void keep_volume(const fs::path& place, std::vector<DicomImage>& images,
+                 std::vector<std::string>& notices) {
+  const auto leave_out = [&](const std::string& what, const auto& stays) {
+    const auto first_out = std::stable_partition(images.begin(), images.end(), stays);
+    if (first_out == images.end()) return;
+    const std::vector<DicomImage> out(first_out, images.end());
+    images.erase(first_out, images.end());
+    notices.push_back("'" + place.string() + "': " + std::to_string(out.size()) + " images " +
+                      what + " are left out: " + list_of(files_of(out)) + ".");
+  };
+  const auto is_slice = [](const DicomImage& image) { return !image.is_localizer; };
+  if (std::any_of(images.begin(), images.end(), is_slice))
+    leave_out("that are localizers", is_slice);
+  std::vector<std::pair<DicomImage, std::size_t>> kinds;
+  for (const DicomImage& image : images) {
+    auto found = std::find_if(kinds.begin(), kinds.end(),
+                              [&](const auto& kind) { return are_alike(kind.first, image); });
+    if (found == kinds.end()) found = kinds.insert(kinds.end(), {image, 0});
+    ++found->second;
+    if (kinds.size() > 64) break;
+  }
+  const auto usual = std::max_element(
+      kinds.begin(), kinds.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (kinds.size() > 1 && 2 * usual->second <= images.size()) {
+    fail_reading(place,
+                 "its images have " + std::to_string(kinds.size()) +
+                     " sizes, types or orientations, none of which most of them have; '" +
+                     kinds[0].first.file.filename().string() + "' and '" +
+                     kinds[1].first.file.filename().string() + "' are not alike",
+                 "Give a folder with the slices of one volume only");
+  }
+  const DicomImage model = usual->first;
+  leave_out("of another size, type or orientation than most",
+            [&](const DicomImage& image) { return are_alike(image, model); });
+}
+
+// What a person should know of the files before their places are looked at.
+void note_origins(const fs::path& place, const std::vector<DicomImage>& images,
+                  std::vector<std::string>& notices) {
+  std::vector<DicomImage> strangers;
+  std::vector<DicomImage> longer;
   const DicomImage& first = images.front();
   for (const DicomImage& image : images) {
-    const double turned = 2 - dot(image.row, first.row) - dot(image.column, first.column);
-    if (image.dims == first.dims && image.type == first.type &&
-        image.components == first.components && turned < 1e-4) {
-      continue;
-    }
-    fail_reading(image.file,
-                 "its size, type or orientation is not that of '" + first.file.filename().string() +
-                     "' in the same series",
-                 "Give a folder with the slices of one volume only");
+    if (image.patient != first.patient || image.study != first.study) strangers.push_back(image);
+    if (image.has_excess_bytes && image.frame == 0) longer.push_back(image);
+  }
+  if (!strangers.empty()) {
+    notices.push_back("'" + place.string() + "': " + std::to_string(strangers.size()) +
+                      " images of this series are of another patient or study than '" +
+                      first.file.filename().string() + "': " + list_of(files_of(strangers)) +
+                      ". They are in the volume.");
+  }
+  if (!longer.empty()) {
+    notices.push_back("'" + place.string() +
+                      "': files have more pixel data than their headers promise; the rest is not "
+                      "looked at: " +
+                      list_of(files_of(longer)) + ".");
   }
 }
 
@@ -85,7 +156,7 @@ std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> i
         "': its slices have no positions; they are taken in the order of their numbers, one "
         "slice spacing apart.");
     std::sort(images.begin(), images.end(), [](const DicomImage& a, const DicomImage& b) {
-      return std::pair(a.number, a.file) < std::pair(b.number, b.file);
+      return std::tie(a.number, a.file, a.frame) < std::tie(b.number, b.file, b.frame);
     });
     const Vec3 normal = cross(images.front().row, images.front().column);
     for (std::size_t i = 0; i < images.size(); ++i) {
@@ -96,7 +167,8 @@ std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> i
     return images;
   }
   std::sort(images.begin(), images.end(), [](const DicomImage& a, const DicomImage& b) {
-    return std::tuple(a.along, a.number, a.file) < std::tuple(b.along, b.number, b.file);
+    return std::tie(a.along, a.number, a.file, a.frame) <
+           std::tie(b.along, b.number, b.file, b.frame);
   });
   std::vector<std::vector<DicomImage>> positions;
   for (DicomImage& image : images) {
@@ -138,40 +210,10 @@ std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> i
   return stack;
 }
 
-// The step from slice to slice. Throws when they are not evenly spaced.
-Vec3 slice_step(const fs::path& place, const std::vector<DicomImage>& stack) {
-  const DicomImage& first = stack.front();
-  const Vec3 normal = cross(first.row, first.column);
-  Vec3 step{};
-  if (stack.size() == 1) {
-    for (std::size_t row = 0; row < 3; ++row) step[row] = normal[row] * first.spacing[2];
-    return step;
-  }
-  std::vector<double> gaps;
-  for (std::size_t i = 1; i < stack.size(); ++i)
-    gaps.push_back(stack[i].along - stack[i - 1].along);
-  std::vector<double> sorted = gaps;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
-                   sorted.end());
-  const double usual = sorted[sorted.size() / 2];
-  for (std::size_t i = 0; i < gaps.size(); ++i) {
-    if (std::abs(gaps[i] - usual) <= kEvenly * usual) continue;
-    const double missing = std::round(gaps[i] / usual) - 1;
-    fail_reading(
-        place,
-        "between '" + stack[i].file.filename().string() + "' and '" +
-            stack[i + 1].file.filename().string() + "' are " + std::to_string(gaps[i]) +
-            " mm, and " + std::to_string(usual) + " mm between most slices" +
-            (missing >= 1 ? "; " + std::to_string(static_cast<int>(std::min(missing, 1e6))) +
-                                " seem to be missing"
-                          : ""),
-        "Get all slices, or resample the series to even distances");
-  }
-  for (std::size_t row = 0; row < 3; ++row) {
-    step[row] =
-        (stack.back().position[row] - first.position[row]) / static_cast<double>(stack.size() - 1);
-  }
-  return step;
+// "IM-0001-0042" becomes "IM--".
+std::string without_digits(std::string name) {
+  std::erase_if(name, [](char c) { return c >= '0' && c <= '9'; });
+  return name;
 }
 
 class DicomSlices : public StoredSlices {
@@ -181,22 +223,22 @@ class DicomSlices : public StoredSlices {
 
   void read(std::size_t first, std::size_t count, std::byte* into) override {
     for (std::size_t i = first; i < first + count; ++i, into += header_.slice_bytes()) {
-      const auto frames = static_cast<std::size_t>(stack_.front().dims[2]);
-      load(i / frames);
-      const std::size_t frame_bytes = pixels_.size() / frames;
-      const std::byte* const frame = pixels_.data() + i % frames * frame_bytes;
+      const DicomImage& image = stack_[i];
+      load(image);
+      const std::byte* const frame =
+          pixels_.data() + static_cast<std::size_t>(image.frame) * image.frame_bytes();
       if (rescale_) {
-        to_values(stack_[i / frames], frame, into);
+        to_values(image, frame, into);
       } else {
-        std::memcpy(into, frame, frame_bytes);
+        std::memcpy(into, frame, image.frame_bytes());
       }
     }
   }
 
  private:
-  void load(std::size_t index) {
-    if (loaded_ == index) return;
-    const DicomImage& image = stack_[index];
+  // All frames of the image's file.
+  void load(const DicomImage& image) {
+    if (loaded_ == image.file) return;
     gdcm::ImageReader reader;
     reader.SetFileName(image.file.c_str());
     if (!reader.Read()) {
@@ -204,9 +246,7 @@ class DicomSlices : public StoredSlices {
                    "Get a whole copy of it, or decompress it first");
     }
     const gdcm::Image& pixels = reader.GetImage();
-    const std::size_t needed =
-        static_cast<std::size_t>(image.dims[0] * image.dims[1] * image.dims[2] * image.components) *
-        bytes_of(image.type);
+    const std::size_t needed = static_cast<std::size_t>(image.frames) * image.frame_bytes();
     if (pixels.GetBufferLength() != needed || dicom_type(pixels.GetPixelFormat()) != image.type) {
       fail_reading(image.file,
                    "its image has " + std::to_string(pixels.GetBufferLength()) +
@@ -214,12 +254,12 @@ class DicomSlices : public StoredSlices {
                    "Get a whole copy of it");
     }
     pixels_.resize(needed);
-    loaded_ = ~std::size_t{0};
+    loaded_.clear();
     if (!pixels.GetBuffer(reinterpret_cast<char*>(pixels_.data()))) {
       fail_reading(image.file, "its pixels cannot be unpacked",
                    "Decompress it first, for example with gdcmconv --raw");
     }
-    loaded_ = index;
+    loaded_ = image.file;
   }
 
   // Slices with a slope of their own become values.
@@ -240,7 +280,7 @@ class DicomSlices : public StoredSlices {
   std::vector<DicomImage> stack_;
   ImageHeader header_;
   bool rescale_;
-  std::size_t loaded_ = ~std::size_t{0};
+  fs::path loaded_;  // The file that pixels_ are of; empty: none.
   std::vector<std::byte> pixels_;
 };
 
@@ -252,6 +292,7 @@ bool is_dicom(std::string_view beginning) {
 
 std::vector<fs::path> dicom_files(const fs::path& folder) {
   std::vector<fs::path> files;
+  std::vector<fs::path> others;
   std::error_code error;
   for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
@@ -263,7 +304,21 @@ std::vector<fs::path> dicom_files(const fs::path& folder) {
       fail_reading(folder, "it holds more than " + std::to_string(kMostFiles) + " DICOM files",
                    "Give the folder of one series");
     }
-    if (is_dicom(InputFile(entry->path()).beginning(132))) files.push_back(entry->path());
+    if (is_dicom(InputFile(entry->path()).beginning(132))) {
+      files.push_back(entry->path());
+    } else {
+      others.push_back(entry->path());
+    }
+  }
+  // A slice that is cut off in front of its mark would be missing without a word.
+  for (const fs::path& other : others) {
+    const bool is_sibling = lower_case(other.extension().string()) == ".dcm" ||
+                            (!files.empty() && other.parent_path() == files.front().parent_path() &&
+                             without_digits(other.filename().string()) ==
+                                 without_digits(files.front().filename().string()));
+    if (!is_sibling) continue;
+    fail_reading(other, "it is no DICOM file or is cut off in front of its header",
+                 "Get a whole copy of it, or remove it from the series");
   }
   std::sort(files.begin(), files.end());
   return files;
@@ -275,26 +330,31 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
   gdcm::Trace::ErrorOff();
   Series all;
   for (const fs::path& file : files) {
-    if (auto image = dicom_image(file)) all[image->series].push_back(*std::move(image));
+    for (DicomImage& image : dicom_images(file)) {
+      std::vector<DicomImage>& series = all[image.series];
+      series.push_back(std::move(image));
+    }
   }
   StoredVolume volume;
   std::vector<DicomImage> images = chosen_series(place, all, choice.series);
-  require_alike(images);
-  if (images.front().dims[2] > 1 && images.size() > 1) {
-    fail_reading(place, "its series has several files of several frames each",
+  note_origins(place, images, volume.notices);
+  keep_volume(place, images, volume.notices);
+  if (images.front().frames > 1 && !images.front().has_own_place &&
+      images.front().file != images.back().file) {
+    fail_reading(place, "its series has several files whose frames have no positions of their own",
                  "Give one of these files");
   }
   const std::vector<DicomImage> stack =
       stacked(place, std::move(images), choice, volume.notices, volume.members.times);
   const DicomImage& first = stack.front();
-  const auto differs = [&](const DicomImage& image) {
-    return image.slope != first.slope || image.intercept != first.intercept;
-  };
-  const bool rescale = std::any_of(stack.begin(), stack.end(), differs);
+  const DicomGrid grid = dicom_grid(place, stack, choice.resample, volume.notices);
+  const bool rescale =
+      grid.resampled || std::any_of(stack.begin(), stack.end(), [&](const DicomImage& image) {
+        return image.slope != first.slope || image.intercept != first.intercept;
+      });
 
   ImageHeader& header = volume.header;
-  header.dims = {first.dims[0], first.dims[1],
-                 first.dims[2] * static_cast<std::int64_t>(stack.size())};
+  header.dims = grid.dims;
   header.type = rescale ? StoredType::kF32 : first.type;
   header.components = first.components;
   header.meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = first.value_unit};
@@ -303,14 +363,14 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
     header.intercept = first.intercept;
     header.stored_bits = first.stored_bits;
   }
-  std::array<Vec3, 3> steps = {first.row, first.column, slice_step(place, stack)};
-  for (std::size_t axis = 0; axis < 2; ++axis) {
-    for (double& part : steps[axis]) part *= first.spacing[axis];
-  }
-  set_axes(place, header, steps, first.position);
+  set_axes(place, header, grid.steps, grid.origin);
   check_header(place, header);
-  const ImageHeader known = header;
-  volume.slices = std::make_unique<DicomSlices>(stack, known, rescale);
+  ImageHeader of_slices = header;
+  of_slices.dims = {first.size[0], first.size[1], static_cast<std::int64_t>(stack.size())};
+  volume.slices = std::make_unique<DicomSlices>(stack, of_slices, rescale);
+  if (grid.resampled) {
+    volume.slices = resampled_slices(std::move(volume.slices), grid, header.components);
+  }
   return volume;
 }
 

@@ -1,6 +1,5 @@
-#include "server/volume/formats/hdf5_file.hpp"
+#include "server/volume/formats/hdf5/hdf5_file.hpp"
 
-#include <hdf5.h>
 #include <hdf5_hl.h>
 
 #include <algorithm>
@@ -13,6 +12,9 @@
 #include <vector>
 
 #include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/hdf5/detail/hdf5_lzf.hpp"
+#include "server/volume/formats/hdf5/detail/hdf5_object.hpp"
+#include "server/volume/formats/hdf5/detail/imaris_volume.hpp"
 
 namespace multitetra {
 namespace {
@@ -20,33 +22,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMostDatasets = 10'000;
-
-// Owns an identifier of the library.
-class Hdf5Id {
- public:
-  using Close = herr_t (*)(hid_t);
-  Hdf5Id(hid_t id, Close close) : id_(id), close_(close) {}
-  ~Hdf5Id() {
-    if (id_ >= 0) close_(id_);
-  }
-  Hdf5Id(Hdf5Id&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-  Hdf5Id(const Hdf5Id&) = delete;
-  Hdf5Id& operator=(const Hdf5Id&) = delete;
-  [[nodiscard]] explicit operator bool() const { return id_ >= 0; }
-  [[nodiscard]] hid_t get() const { return id_; }
-
- private:
-  hid_t id_;
-  Close close_;
-};
-
-std::vector<hsize_t> dims_of(hid_t dataset) {
-  const Hdf5Id space(H5Dget_space(dataset), &H5Sclose);
-  const int rank = H5Sget_simple_extent_ndims(space.get());
-  std::vector<hsize_t> dims(rank > 0 ? static_cast<std::size_t>(rank) : 0);
-  if (rank > 0) H5Sget_simple_extent_dims(space.get(), dims.data(), nullptr);
-  return dims;
-}
 
 std::optional<StoredType> type_of_dataset(hid_t dataset) {
   const Hdf5Id type(H5Dget_type(dataset), &H5Tclose);
@@ -69,41 +44,6 @@ hid_t memory_type(StoredType type) {
   return types[static_cast<std::size_t>(type)];
 }
 
-// Up to `most` numbers of an attribute; none when it is missing or no numbers.
-std::vector<double> attribute_numbers(hid_t object, const char* name, std::size_t most) {
-  if (H5Aexists(object, name) <= 0) return {};
-  const Hdf5Id attribute(H5Aopen(object, name, H5P_DEFAULT), &H5Aclose);
-  const Hdf5Id space(H5Aget_space(attribute.get()), &H5Sclose);
-  const Hdf5Id type(H5Aget_type(attribute.get()), &H5Tclose);
-  const H5T_class_t kind = H5Tget_class(type.get());
-  const hssize_t count = H5Sget_simple_extent_npoints(space.get());
-  if ((kind != H5T_FLOAT && kind != H5T_INTEGER) || count < 1 ||
-      count > static_cast<hssize_t>(most))
-    return {};
-  std::vector<double> numbers(static_cast<std::size_t>(count));
-  if (H5Aread(attribute.get(), H5T_NATIVE_DOUBLE, numbers.data()) < 0) return {};
-  return numbers;
-}
-
-std::string attribute_text(hid_t object, const char* name) {
-  if (H5Aexists(object, name) <= 0) return {};
-  const Hdf5Id attribute(H5Aopen(object, name, H5P_DEFAULT), &H5Aclose);
-  const Hdf5Id type(H5Aget_type(attribute.get()), &H5Tclose);
-  const Hdf5Id space(H5Aget_space(attribute.get()), &H5Sclose);
-  if (H5Tget_class(type.get()) != H5T_STRING || H5Sget_simple_extent_npoints(space.get()) != 1)
-    return {};
-  if (H5Tis_variable_str(type.get()) > 0) {
-    char* text = nullptr;
-    if (H5Aread(attribute.get(), type.get(), &text) < 0 || text == nullptr) return {};
-    std::string result(text);
-    H5free_memory(text);
-    return result;
-  }
-  std::string text(H5Tget_size(type.get()), '\0');
-  if (text.size() > 4096 || H5Aread(attribute.get(), type.get(), text.data()) < 0) return {};
-  return text.substr(0, text.find('\0'));
-}
-
 // ---- which dataset
 
 struct FoundDatasets {
@@ -117,7 +57,7 @@ herr_t note_dataset(hid_t group, const char* name, const H5O_info_t* info, void*
   const Hdf5Id dataset(H5Dopen2(group, name, H5P_DEFAULT), &H5Dclose);
   if (!dataset) return 0;
   std::size_t sides = 0;
-  for (const hsize_t length : dims_of(dataset.get())) sides += length > 1;
+  for (const hsize_t length : hdf5_dims(dataset.get())) sides += length > 1;
   if (sides >= 2 && type_of_dataset(dataset.get())) names.emplace_back(std::string("/") + name);
   return 0;
 }
@@ -130,7 +70,7 @@ FoundDatasets datasets_in(hid_t file) {
 
 std::vector<hsize_t> dims_of_dataset(hid_t file, const std::string& name) {
   const Hdf5Id dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT), &H5Dclose);
-  return dataset ? dims_of(dataset.get()) : std::vector<hsize_t>();
+  return dataset ? hdf5_dims(dataset.get()) : std::vector<hsize_t>();
 }
 
 // The one with the most samples, the first of several.
@@ -145,7 +85,7 @@ std::string largest_dataset(hid_t file, const std::vector<std::string>& names) {
 }
 
 // Those of the chosen one's shape, called by what is behind the last slash where that is enough.
-std::vector<SourceField> fields_of_shape(hid_t file, const std::vector<hsize_t>& dims) {
+void add_fields_of_shape(hid_t file, const std::vector<hsize_t>& dims, SourceMembers& members) {
   std::vector<std::string> names;
   std::map<std::string, int> uses;
   for (const std::string& name : datasets_in(file).names) {
@@ -154,13 +94,15 @@ std::vector<SourceField> fields_of_shape(hid_t file, const std::vector<hsize_t>&
     ++uses[name.substr(name.rfind('/') + 1)];
   }
   std::sort(names.begin(), names.end());
-  std::vector<SourceField> fields;
   for (const std::string& name : names) {
     const std::string last = name.substr(name.rfind('/') + 1);
     const std::string told = member_name_from(uses[last] == 1 ? last : name.substr(1));
-    if (!told.empty()) fields.push_back({.name = told, .array = name});
+    if (told.empty()) {
+      members.unnamed.push_back(name);
+    } else {
+      members.fields.push_back({.name = told, .array = name});
+    }
   }
-  return fields;
 }
 
 std::string chosen_dataset(const fs::path& path, hid_t file, const VolumeChoice& choice) {
@@ -190,12 +132,16 @@ struct DimensionScale {
 
 herr_t read_scale(hid_t, unsigned, hid_t scale, void* into) {
   auto& result = *static_cast<DimensionScale*>(into);
-  const std::vector<hsize_t> dims = dims_of(scale);
+  const std::vector<hsize_t> dims = hdf5_dims(scale);
   if (dims.size() != 1 || dims[0] < 1 || dims[0] > static_cast<hsize_t>(kMaxSide)) return 1;
+  const Hdf5Id creation(H5Dget_create_plist(scale), &H5Pclose);
+  const bool is_elsewhere =
+      H5Pget_external_count(creation.get()) > 0 || H5Pget_layout(creation.get()) == H5D_VIRTUAL;
+  if (is_elsewhere) return 1;  // In another file: nothing that a scale is worth.
   result.values.resize(dims[0]);
   if (H5Dread(scale, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, result.values.data()) < 0)
     result.values.clear();
-  result.unit = attribute_text(scale, "units");
+  result.unit = hdf5_text(scale, "units");
   return 1;
 }
 
@@ -216,7 +162,7 @@ void place_volume(const fs::path& path, hid_t dataset, std::size_t rank, ImageHe
   Vec3 origin{};
   Vec3 spacing = {1, 1, 1};
   std::array<std::string, 3> units;
-  const std::vector<double> element = attribute_numbers(dataset, "element_size_um", 3);
+  const std::vector<double> element = hdf5_numbers(dataset, "element_size_um", 3);
   for (std::size_t axis = 0; axis < std::min<std::size_t>(rank, 3); ++axis) {
     if (element.size() == 3 && element[2 - axis] > 0) {
       spacing[axis] = element[2 - axis];
@@ -324,8 +270,7 @@ class Hdf5Slices : public StoredSlices {
         0)
       return;
     fail_reading(path_, "its slices from " + std::to_string(first) + " on cannot be read",
-                 "Get a whole copy of it; chunks must be packed by a filter that libhdf5 has "
-                 "(deflate, szip)");
+                 "Get a whole copy of it; chunks must be packed by deflate, szip or LZF");
   }
 
  private:
@@ -339,19 +284,28 @@ class Hdf5Slices : public StoredSlices {
 
 }  // namespace
 
-bool is_hdf5(std::string_view beginning) { return beginning.starts_with("\x89HDF\r\n\x1a\n"); }
+bool is_hdf5(std::string_view beginning) {
+  for (const std::size_t at : {0u, 512u, 1024u, 2048u}) {  // Behind what a program keeps in front.
+    if (beginning.size() > at && beginning.substr(at).starts_with("\x89HDF\r\n\x1a\n")) return true;
+  }
+  return false;
+}
 
 StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  (void)InputFile(path);  // Tells what is wrong with the file itself.
-  Hdf5Id file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), &H5Fclose);
-  if (!file) fail_reading(path, "it is no whole HDF5 file", "Get a whole copy of it");
-  const std::string name = chosen_dataset(path, file.get(), choice);
-  Hdf5Id dataset(H5Dopen2(file.get(), name.c_str(), H5P_DEFAULT), &H5Dclose);
-  if (!dataset)
+  register_hdf5_lzf();
+  Hdf5Id file = open_hdf5_file(path);
+  const std::optional<ImarisVolume> imaris = imaris_volume(path, file.get(), choice);
+  if (!imaris && choice.level) {
+    fail_reading(path, "--level chooses nothing here: it has no levels of resolution",
+                 "Leave --level out");
+  }
+  const std::string name = imaris ? imaris->dataset : chosen_dataset(path, file.get(), choice);
+  std::optional<Hdf5Id> found = open_hdf5_dataset(path, file.get(), name, choice.follow);
+  if (!found)
     fail_reading(path, "it has no dataset '" + name + "'", "Check the path inside the file");
+  Hdf5Id dataset = *std::move(found);
   const std::optional<StoredType> type = type_of_dataset(dataset.get());
-  const std::vector<hsize_t> dims = dims_of(dataset.get());
+  std::vector<hsize_t> dims = hdf5_dims(dataset.get());
   if (!type || dims.size() < 2 || dims.size() > 8) {
     fail_reading(path, "its dataset '" + name + "' is no array of numbers with 2 to 5 dimensions",
                  "Choose another one");
@@ -359,21 +313,37 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
   StoredVolume volume{.header = {.type = *type}, .slices = nullptr};
   ImageHeader& header = volume.header;
   for (std::size_t axis = 0; axis < std::min<std::size_t>(dims.size(), 3); ++axis) {
-    header.dims[axis] = static_cast<std::int64_t>(
-        std::min<hsize_t>(dims[dims.size() - 1 - axis], hsize_t{1} << 62));
+    hsize_t& length = dims[dims.size() - 1 - axis];
+    if (length > static_cast<hsize_t>(kMaxSide)) {
+      fail_reading(
+          path, "a side of its dataset '" + name + "' has " + std::to_string(length) + " samples",
+          "Each side must have 1 to " + std::to_string(kMaxSide) + " samples");
+    }
+    if (imaris) length = static_cast<hsize_t>(imaris->dims[axis]);
+    header.dims[axis] = static_cast<std::int64_t>(length);
   }
-  place_volume(path, dataset.get(), dims.size(), header, volume.notices);
-  header.meaning.value_unit = unit_from(attribute_text(dataset.get(), "units"));
-  const std::vector<double> slope = attribute_numbers(dataset.get(), "scale_factor", 1);
-  const std::vector<double> offset = attribute_numbers(dataset.get(), "add_offset", 1);
+  if (imaris) {
+    set_box_axes(header, imaris->origin, imaris->spacing);
+    header.meaning.length_unit = imaris->unit;
+    volume.members = imaris->members;
+    volume.channels = std::max<std::int64_t>(1, std::ssize(volume.members.fields));
+  } else {
+    place_volume(path, dataset.get(), dims.size(), header, volume.notices);
+  }
+  header.meaning.value_unit = unit_from(hdf5_text(dataset.get(), "units"));
+  const std::vector<double> slope = hdf5_numbers(dataset.get(), "scale_factor", 1);
+  const std::vector<double> offset = hdf5_numbers(dataset.get(), "add_offset", 1);
   if (!slope.empty()) header.slope = slope[0];
   if (!offset.empty()) header.intercept = offset[0];
-  const std::vector<double> fill = attribute_numbers(dataset.get(), "_FillValue", 1);
+  const std::vector<double> fill = hdf5_numbers(dataset.get(), "_FillValue", 1);
   if (!fill.empty()) header.missing = fill[0];
   check_header(path, header);
-  std::vector<hsize_t> at =
-      place_along_others(path, dims, choice, dataset.get(), volume.members.times, volume.channels);
-  if (choice.first) volume.members.fields = fields_of_shape(file.get(), dims);
+  std::vector<hsize_t> at(dims.size(), 0);
+  if (!imaris) {
+    at = place_along_others(path, dims, choice, dataset.get(), volume.members.times,
+                            volume.channels);
+    if (choice.first) add_fields_of_shape(file.get(), dims, volume.members);
+  }
   volume.slices = std::make_unique<Hdf5Slices>(path, std::move(file), std::move(dataset),
                                                std::move(at), dims, *type);
   return volume;

@@ -2,6 +2,8 @@
 // appended (raw or base64), plain or packed with zlib or LZ4.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 
 #include "server/volume/formats/stored_volume.hpp"
@@ -12,5 +14,15 @@ namespace multitetra {
 // else its first. A file without point arrays gives a cell array, whose samples lie at the middles
 // of the cells. Throws VolumeFileError.
 [[nodiscard]] StoredVolume open_vti(const std::filesystem::path& file, const VolumeChoice& choice);
+
+// One piece of a .pvti, which may be a part of its whole extent.
+struct VtiPiece {
+  StoredVolume volume;
+  std::array<std::int64_t, 6> extent{};  // Of the piece.
+  bool of_cells = false;
+  bool is_part = false;  // Of the whole extent that the file tells.
+};
+[[nodiscard]] VtiPiece open_vti_piece(const std::filesystem::path& file,
+                                      const VolumeChoice& choice);
 
 }  // namespace multitetra

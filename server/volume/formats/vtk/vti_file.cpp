@@ -1,4 +1,4 @@
-#include "server/volume/formats/vti_file.hpp"
+#include "server/volume/formats/vtk/vti_file.hpp"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/volume/formats/vtk_arrays.hpp"
+#include "server/volume/formats/vtk/vtk_arrays.hpp"
 
 namespace multitetra {
 namespace {
@@ -50,21 +50,23 @@ const VtiArray& chosen(const fs::path& file, const VtiHeader& header, const std:
 }
 
 // The arrays beside the chosen one that have as many samples.
-std::vector<SourceField> fields_beside(const VtiHeader& header, const VtiArray& chosen) {
-  std::vector<SourceField> fields;
+SourceMembers members_beside(const VtiHeader& header, const VtiArray& chosen) {
+  SourceMembers members;
   for (const VtiArray& array : header.arrays) {
+    if (array.of_cells != chosen.of_cells || members.fields.size() == kMostSourceMembers) continue;
     const std::string name = member_name_from(array.name);
-    if (array.of_cells != chosen.of_cells || name.empty() || fields.size() == kMostSourceMembers) {
-      continue;
+    if (name.empty()) {
+      members.unnamed.push_back(array.name);
+    } else {
+      members.fields.push_back({.name = name, .array = array.name, .components = array.components});
     }
-    fields.push_back({.name = name, .array = array.name, .components = array.components});
   }
-  return fields;
+  return members;
 }
 
 }  // namespace
 
-StoredVolume open_vti(const fs::path& path, const VolumeChoice& choice) {
+VtiPiece open_vti_piece(const fs::path& path, const VolumeChoice& choice) {
   auto arrays = std::make_unique<const VtkArrays>(path, VtkDataKind::kImageData);
   const VtiHeader& vti = arrays->header();
   const VtiArray& array = chosen(path, vti, choice.array);
@@ -73,8 +75,8 @@ StoredVolume open_vti(const fs::path& path, const VolumeChoice& choice) {
   std::array<Vec3, 3> steps{};
   Vec3 origin = vti.origin;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::int64_t low = vti.extent[2 * axis];
-    header.dims[axis] = vti.extent[2 * axis + 1] - low + (array.of_cells ? 0 : 1);
+    const std::int64_t low = vti.piece[2 * axis];
+    header.dims[axis] = vti.piece[2 * axis + 1] - low + (array.of_cells ? 0 : 1);
     const double first = static_cast<double>(low) + (array.of_cells ? 0.5 : 0.0);
     for (std::size_t row = 0; row < 3; ++row) {
       steps[axis][row] = vti.directions[axis][row] * vti.spacing[axis];
@@ -88,16 +90,27 @@ StoredVolume open_vti(const fs::path& path, const VolumeChoice& choice) {
                                        static_cast<std::uint64_t>(header.dims[2]) *
                                        static_cast<std::uint64_t>(header.components));
   const std::size_t slice_bytes = header.slice_bytes();
-  StoredVolume volume{
-      .header = header,
-      .slices = std::make_unique<VtiSlices>(std::move(arrays), std::move(bytes), slice_bytes),
-      .members = {.fields = fields_beside(vti, array)}};
+  VtiPiece piece{
+      .volume = {.header = header, .slices = nullptr, .members = members_beside(vti, array)},
+      .extent = vti.piece,
+      .of_cells = array.of_cells,
+      .is_part = vti.piece != vti.extent};
   if (vti.arrays.size() > 1 && choice.array.empty()) {
-    volume.notices.push_back("'" + path.string() + "': of its " +
-                             std::to_string(vti.arrays.size()) + " arrays '" + array.name +
-                             "' is taken; --array chooses, --field makes a dataset of each.");
+    piece.volume.notices.push_back("'" + path.string() + "': of its " +
+                                   std::to_string(vti.arrays.size()) + " arrays '" + array.name +
+                                   "' is taken; --array chooses, --field makes a dataset of each.");
   }
-  return volume;
+  // Last: the header and its arrays go with the slices.
+  piece.volume.slices =
+      std::make_unique<VtiSlices>(std::move(arrays), std::move(bytes), slice_bytes);
+  return piece;
+}
+
+StoredVolume open_vti(const fs::path& path, const VolumeChoice& choice) {
+  VtiPiece piece = open_vti_piece(path, choice);
+  if (!piece.is_part) return std::move(piece.volume);
+  fail_reading(path, "it is a piece of a larger image",
+               "Give the .pvti file that names its pieces");
 }
 
 }  // namespace multitetra

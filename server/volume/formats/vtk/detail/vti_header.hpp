@@ -33,6 +33,7 @@ enum class VtkDataKind { kImageData, kPolyData };
 
 struct VtiHeader {
   std::array<std::int64_t, 6> extent{};  // Of samples: x0 x1 y0 y1 z0 z1, both ends included.
+  std::array<std::int64_t, 6> piece{};   // Of those that the file has: a part, or the same.
   Vec3 origin{};
   Vec3 spacing = {1, 1, 1};
   std::array<Vec3, 3> directions = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};  // Of axes.
@@ -52,6 +53,13 @@ struct VtiHeader {
 
 // Gives the next bytes of the file; none at its end.
 using NextBytes = std::function<std::string_view()>;
+
+// What a .pvti file says of its pieces.
+struct PvtiHeader {
+  std::array<std::int64_t, 6> extent{};
+  std::vector<std::string> pieces;  // The files that they lie in.
+};
+[[nodiscard]] Result<PvtiHeader> parse_pvti(std::string_view text);
 
 // kDamagedData or kInvalidArgument with a sentence when it is no data of that kind that can be
 // read.

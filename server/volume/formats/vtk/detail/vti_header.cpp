@@ -1,4 +1,4 @@
-#include "server/volume/formats/detail/vti_header.hpp"
+#include "server/volume/formats/vtk/detail/vti_header.hpp"
 
 #include <expat.h>
 
@@ -16,6 +16,7 @@ using Attributes = std::map<std::string, std::string, std::less<>>;
 
 constexpr std::size_t kMaxArrays = 4096;
 constexpr int kMaxDepth = 64;
+constexpr std::uint64_t kMaxTagBytes = std::uint64_t{1} << 20;
 constexpr std::uint64_t kMaxMarkupBytes = std::uint64_t{1} << 26;  // Without text between tags.
 
 // `count` numbers between white space and nothing else.
@@ -57,6 +58,12 @@ class VtiParser {
       }
       before += bytes.size();
       if (last) return finished();
+      // A tag that does not end is parsed again with every portion, in quadratic time.
+      const std::int64_t parsed = XML_GetCurrentByteIndex(parser_.get());
+      if (before - static_cast<std::uint64_t>(std::max<std::int64_t>(parsed, 0)) > kMaxTagBytes) {
+        return fail(ErrorCode::kDamagedData,
+                    "a tag of its XML is longer than " + std::to_string(kMaxTagBytes) + " bytes");
+      }
     }
   }
 
@@ -168,9 +175,18 @@ class VtiParser {
   void start_piece(const std::string& extent) {
     std::array<std::int64_t, 6> piece{};
     if (++pieces_ > 1) return complain("it has several pieces; save it as one");
-    if (!read_numbers(extent, piece) || piece != header_.extent) {
-      complain("its piece has the extent '" + extent.substr(0, 100) + "' and the whole another");
+    bool is_inside = read_numbers(extent, piece);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::int64_t low = piece[2 * axis];
+      const std::int64_t high = piece[2 * axis + 1];
+      is_inside = is_inside && low <= high && low >= header_.extent[2 * axis] &&
+                  high <= header_.extent[2 * axis + 1];
     }
+    if (!is_inside) {
+      complain("its piece has the extent '" + extent.substr(0, 100) +
+               "', which is not inside the whole one");
+    }
+    header_.piece = piece;
   }
 
   void start_poly_piece(const std::string& points, const std::string& polys,
@@ -251,7 +267,6 @@ class VtiParser {
                                   std::uint64_t before) {
     bool in_tag = true;
     std::uint64_t at = appended_tag_;
-    constexpr std::uint64_t kMaxTagBytes = 1 << 16;
     while (!bytes.empty() && at < appended_tag_ + kMaxTagBytes) {
       for (; at - before < bytes.size(); ++at) {
         const char byte = bytes[at - before];
@@ -288,6 +303,48 @@ class VtiParser {
 };
 
 }  // namespace
+
+Result<PvtiHeader> parse_pvti(std::string_view text) {
+  struct Found {
+    PvtiHeader header;
+    bool is_whole = false;
+    bool is_parallel = false;
+  } found;
+  const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(
+      XML_ParserCreate(nullptr), &XML_ParserFree);
+  XML_SetUserData(parser.get(), &found);
+  XML_SetStartElementHandler(
+      parser.get(), [](void* into, const XML_Char* name, const XML_Char** attributes) {
+        auto& result = *static_cast<Found*>(into);
+        const std::string_view tag(name);
+        for (const XML_Char** at = attributes; *at != nullptr; at += 2) {
+          const std::string_view key(at[0]);
+          if (tag == "VTKFile" && key == "type") {
+            result.is_parallel = std::string_view(at[1]) == "PImageData";
+          }
+          if (tag == "PImageData" && key == "WholeExtent") {
+            result.is_whole = read_numbers(std::string(at[1]), result.header.extent);
+          }
+          if (tag == "Piece" && key == "Source") result.header.pieces.emplace_back(at[1]);
+        }
+      });
+  XML_SetEntityDeclHandler(
+      parser.get(),
+      [](void* into, const XML_Char*, int, const XML_Char*, int, const XML_Char*, const XML_Char*,
+         const XML_Char*, const XML_Char*) { static_cast<Found*>(into)->header.pieces.clear(); });
+  const auto state = XML_Parse(parser.get(), text.data(), static_cast<int>(text.size()), XML_TRUE);
+  if (state != XML_STATUS_OK) return fail(ErrorCode::kDamagedData, "its XML is damaged");
+  constexpr std::int64_t kFar = std::int64_t{1} << 40;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int64_t low = found.header.extent[2 * axis];
+    const std::int64_t high = found.header.extent[2 * axis + 1];
+    found.is_whole = found.is_whole && low <= high && low >= -kFar && high <= kFar;
+  }
+  if (!found.is_parallel || !found.is_whole) {
+    return fail(ErrorCode::kInvalidArgument, "it is no PImageData with six integers of an extent");
+  }
+  return found.header;
+}
 
 Result<VtiHeader> parse_vti(const NextBytes& next, VtkDataKind kind) {
   return VtiParser(kind).parse(next);

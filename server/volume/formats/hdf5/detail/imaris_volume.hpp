@@ -1,0 +1,27 @@
+// Imaris files (.ims): HDF5 with a pyramid of levels, times and channels, and extents in the world.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "server/volume/formats/hdf5/detail/hdf5_object.hpp"
+#include "server/volume/formats/source_members.hpp"
+
+namespace multitetra {
+
+struct ImarisVolume {
+  std::string dataset;                 // Its path in the file.
+  std::array<std::int64_t, 3> dims{};  // Of the image; the dataset may be padded.
+  Vec3 origin{};                       // Of the first sample: the middle of a voxel.
+  Vec3 spacing{};
+  std::string unit = {};
+  SourceMembers members = {};
+};
+
+// The volume that `choice` names by level, time, channel, or the path of its dataset; nullopt for
+// HDF5 files that are not of Imaris, and for paths that name no image. Throws VolumeFileError when
+// one must be chosen.
+[[nodiscard]] std::optional<ImarisVolume> imaris_volume(const std::filesystem::path& path,
+                                                        hid_t file, const VolumeChoice& choice);
+
+}  // namespace multitetra

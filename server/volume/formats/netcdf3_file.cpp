@@ -1,0 +1,457 @@
+#include "server/volume/formats/netcdf3_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/endian.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostNetcdfHeaderBytes = std::size_t{1} << 24;
+constexpr std::uint64_t kMostEntries = 100'000;
+
+struct NetcdfAttribute {
+  std::string name;
+  std::string text = {};             // Of characters,
+  std::vector<double> numbers = {};  // or of numbers.
+};
+
+struct NetcdfVariable {
+  std::string name;
+  std::vector<std::size_t> dimensions = {};
+  std::vector<NetcdfAttribute> attributes = {};
+  int type = 0;
+  std::uint64_t begin = 0;
+  bool has_records = false;  // Its first dimension grows: entries are one record apart.
+
+  [[nodiscard]] const NetcdfAttribute* attribute(std::string_view wanted) const {
+    const auto found = std::find_if(attributes.begin(), attributes.end(),
+                                    [&](const auto& entry) { return entry.name == wanted; });
+    return found == attributes.end() ? nullptr : &*found;
+  }
+};
+
+struct NetcdfHeader {
+  std::vector<std::pair<std::string, std::uint64_t>> dimensions;
+  std::vector<NetcdfVariable> variables;
+  std::uint64_t record_bytes = 0;
+
+  [[nodiscard]] std::vector<std::uint64_t> shape(const NetcdfVariable& variable) const {
+    std::vector<std::uint64_t> lengths;
+    for (const std::size_t d : variable.dimensions) lengths.push_back(dimensions[d].second);
+    return lengths;
+  }
+};
+
+// nullopt for characters and what is no type.
+std::optional<StoredType> netcdf_type(int code) {
+  constexpr std::array<std::optional<StoredType>, 12> kTypes = {
+      std::nullopt,     StoredType::kI8,  std::nullopt,     StoredType::kI16,
+      StoredType::kI32, StoredType::kF32, StoredType::kF64, StoredType::kU8,
+      StoredType::kU16, StoredType::kU32, StoredType::kI64, StoredType::kU64};
+  return code > 0 && code < static_cast<int>(kTypes.size()) ? kTypes[static_cast<std::size_t>(code)]
+                                                            : std::nullopt;
+}
+
+double number_from(StoredType type, const std::byte* bytes) {
+  const auto as = [&]<typename Number>(Number number) {
+    std::memcpy(&number, bytes, sizeof(number));
+    return static_cast<double>(number);
+  };
+  switch (type) {
+    case StoredType::kU8:
+      return as(std::uint8_t{});
+    case StoredType::kI8:
+      return as(std::int8_t{});
+    case StoredType::kU16:
+      return as(std::uint16_t{});
+    case StoredType::kI16:
+      return as(std::int16_t{});
+    case StoredType::kU32:
+      return as(std::uint32_t{});
+    case StoredType::kI32:
+      return as(std::int32_t{});
+    case StoredType::kU64:
+      return as(std::uint64_t{});
+    case StoredType::kI64:
+      return as(std::int64_t{});
+    case StoredType::kF32:
+      return as(float{});
+    case StoredType::kF64:
+      return as(double{});
+  }
+  return 0;
+}
+
+class NetcdfParser {
+ public:
+  explicit NetcdfParser(const InputFile& file)
+      : file_(file), bytes_(file.beginning(kMostNetcdfHeaderBytes)), at_(4) {
+    version_ = static_cast<unsigned char>(bytes_[3]);
+  }
+
+  NetcdfHeader parse() {
+    NetcdfHeader header;
+    std::uint64_t records = count();
+    for (std::uint64_t i = list(10); i > 0; --i) {
+      std::string name = text();
+      header.dimensions.emplace_back(std::move(name), count());
+    }
+    (void)attributes();
+    for (std::uint64_t i = list(11); i > 0; --i) header.variables.push_back(variable(header));
+    std::uint64_t record_variables = 0;
+    std::uint64_t exact = 0;  // Of one record without padding.
+    for (const NetcdfVariable& entry : header.variables) {
+      if (!entry.has_records) continue;
+      std::uint64_t bytes = entry.type == 2 ? 1 : type_bytes(entry.type);
+      for (std::size_t d = 1; d < entry.dimensions.size(); ++d) {
+        const std::uint64_t length = header.dimensions[entry.dimensions[d]].second;
+        if (length > 0 && bytes > (std::uint64_t{1} << 50) / length) damaged();
+        bytes *= length;
+      }
+      ++record_variables;
+      exact = bytes;
+      header.record_bytes += (bytes + 3) / 4 * 4;
+    }
+    if (record_variables == 1) header.record_bytes = exact;
+    // "Streaming": the count was never written; the file's length gives it.
+    const bool is_streaming = records == (version_ == 5 ? ~std::uint64_t{0} : 0xFFFFFFFF);
+    if (is_streaming) {
+      std::uint64_t first = file_.size();
+      for (const NetcdfVariable& entry : header.variables) {
+        if (entry.has_records) first = std::min(first, entry.begin);
+      }
+      records = header.record_bytes == 0 ? 0 : (file_.size() - first) / header.record_bytes;
+    }
+    for (auto& [name, length] : header.dimensions) {
+      if (length == 0) length = records;
+    }
+    return header;
+  }
+
+ private:
+  [[noreturn]] void damaged() const {
+    fail_reading(file_.path(), "its NetCDF header is damaged or cut off", "Get a whole copy of it");
+  }
+
+  static std::uint64_t type_bytes(int code) {
+    const auto type = netcdf_type(code);
+    return type ? bytes_of(*type) : 1;
+  }
+
+  template <typename Number>
+  Number take() {
+    if (bytes_.size() - at_ < sizeof(Number)) damaged();
+    Number number;
+    std::memcpy(&number, bytes_.data() + at_, sizeof(number));
+    to_host_order(std::as_writable_bytes(std::span(&number, 1)), sizeof(number), Endian::kBig);
+    at_ += sizeof(number);
+    return number;
+  }
+  std::uint64_t count() { return version_ == 5 ? take<std::uint64_t>() : take<std::uint32_t>(); }
+  std::uint64_t offset() { return version_ == 1 ? take<std::uint32_t>() : take<std::uint64_t>(); }
+
+  std::string text() {
+    const std::uint64_t length = count();
+    if (length > bytes_.size() - at_) damaged();
+    std::string result = bytes_.substr(at_, length);
+    skip((length + 3) / 4 * 4);
+    return result;
+  }
+  void skip(std::uint64_t bytes) {
+    if (bytes > bytes_.size() - at_) damaged();
+    at_ += bytes;
+  }
+
+  // The length of a list of dimensions (10), variables (11) or attributes (12).
+  std::uint64_t list(std::uint32_t expected) {
+    const auto tag = take<std::uint32_t>();
+    const std::uint64_t length = count();
+    if (length > kMostEntries || (length > 0 && tag != expected)) damaged();
+    return length;
+  }
+
+  std::vector<NetcdfAttribute> attributes() {
+    std::vector<NetcdfAttribute> result;
+    for (std::uint64_t i = list(12); i > 0; --i) {
+      NetcdfAttribute& attribute = result.emplace_back(NetcdfAttribute{.name = text()});
+      const int type = static_cast<int>(take<std::uint32_t>());
+      const std::uint64_t length = count();
+      const std::uint64_t width = type_bytes(type);
+      if (length > bytes_.size()) damaged();
+      const std::size_t begin = at_;
+      skip((length * width + 3) / 4 * 4);
+      if (type == 2) {
+        attribute.text = bytes_.substr(begin, length);
+        attribute.text.resize(std::min(attribute.text.find('\0'), attribute.text.size()));
+      } else if (const auto known = netcdf_type(type)) {
+        std::string raw = bytes_.substr(begin, std::min<std::uint64_t>(length, 16) * width);
+        const std::span<std::byte> numbers = std::as_writable_bytes(std::span(raw));
+        to_host_order(numbers, width, Endian::kBig);
+        for (std::size_t at = 0; at < raw.size(); at += width) {
+          attribute.numbers.push_back(number_from(*known, numbers.data() + at));
+        }
+      }
+    }
+    return result;
+  }
+
+  NetcdfVariable variable(const NetcdfHeader& header) {
+    NetcdfVariable result{.name = text()};
+    const std::uint64_t dimensions = count();
+    if (dimensions > 1024) damaged();
+    for (std::uint64_t d = 0; d < dimensions; ++d) {
+      const std::uint64_t dimension = count();
+      if (dimension >= header.dimensions.size()) damaged();
+      result.dimensions.push_back(dimension);
+      if (header.dimensions[dimension].second != 0) continue;
+      if (d > 0) damaged();  // Only the first one grows.
+      result.has_records = true;
+    }
+    result.attributes = attributes();
+    result.type = static_cast<int>(take<std::uint32_t>());
+    (void)count();  // Its size, which is wrong for large ones.
+    result.begin = offset();
+    return result;
+  }
+
+  const InputFile& file_;
+  std::string bytes_;
+  std::size_t at_;
+  int version_ = 1;
+};
+
+bool is_volume(const NetcdfVariable& variable, const NetcdfHeader& header) {
+  const std::vector<std::uint64_t> shape = header.shape(variable);
+  return netcdf_type(variable.type) &&
+         std::count_if(shape.begin(), shape.end(), [](std::uint64_t n) { return n > 1; }) >= 2;
+}
+
+const NetcdfVariable& chosen_variable(const fs::path& path, const NetcdfHeader& header,
+                                      const VolumeChoice& choice) {
+  const std::string wanted = choice.array.starts_with('/') ? choice.array.substr(1) : choice.array;
+  const NetcdfVariable* largest = nullptr;
+  double most = 0;
+  std::string names;
+  int count = 0;
+  for (const NetcdfVariable& variable : header.variables) {
+    if (!wanted.empty() && variable.name == wanted && netcdf_type(variable.type)) return variable;
+    if (!is_volume(variable, header)) continue;
+    double samples = 1;
+    for (const std::uint64_t length : header.shape(variable))
+      samples *= static_cast<double>(length);
+    if (largest == nullptr || samples > most) {
+      largest = &variable;
+      most = samples;
+    }
+    ++count;
+    if (names.size() < 600) names += (names.empty() ? "" : ", ") + variable.name;
+  }
+  if (wanted.empty() && largest != nullptr && (count == 1 || choice.first)) return *largest;
+  fail_reading(path,
+               wanted.empty() && count == 0
+                   ? "it has no variable of numbers with two or more dimensions"
+                   : (wanted.empty() ? "it has " + std::to_string(count) + " variables: "
+                                     : "it has no variable '" + wanted + "'; there are ") +
+                         names,
+               "Name one, as in '" + path.filename().string() + ":/name'");
+}
+
+// Slices of one variable, whose records may have others in between.
+class NetcdfSlices : public StoredSlices {
+ public:
+  NetcdfSlices(const fs::path& file, std::uint64_t begin, std::uint64_t step,
+               const ImageHeader& header)
+      : file_(file), begin_(begin), step_(step), header_(header) {
+    const std::uint64_t end =
+        begin + step * static_cast<std::uint64_t>(header.dims[2] - 1) + header.slice_bytes();
+    if (end <= file_.size()) return;
+    fail_reading(file,
+                 "it ends too early: its header promises " + std::to_string(end) + " bytes and " +
+                     std::to_string(file_.size()) + " are there",
+                 "Get a whole copy of it");
+  }
+
+  void read(std::size_t first, std::size_t count, std::byte* into) override {
+    for (std::size_t i = first; i < first + count; ++i, into += header_.slice_bytes()) {
+      const std::span<std::byte> slice(into, header_.slice_bytes());
+      file_.read(begin_ + i * step_, slice);
+      to_host_order(slice, bytes_of(header_.type), Endian::kBig);
+    }
+  }
+
+ private:
+  InputFile file_;
+  std::uint64_t begin_;
+  std::uint64_t step_;  // From slice to slice.
+  ImageHeader header_;
+};
+
+// The numbers of a coordinate variable of one dimension; none where there is none.
+std::vector<double> coordinates(const InputFile& file, const NetcdfHeader& header,
+                                std::size_t dimension, const NetcdfVariable*& found) {
+  const auto& [name, length] = header.dimensions[dimension];
+  for (const NetcdfVariable& variable : header.variables) {
+    const auto type = netcdf_type(variable.type);
+    if (variable.name != name || variable.dimensions != std::vector{dimension} || !type ||
+        length > static_cast<std::uint64_t>(kMaxSide))
+      continue;
+    found = &variable;
+    const std::size_t width = bytes_of(*type);
+    std::vector<double> numbers;
+    std::vector<std::byte> one(width);
+    for (std::uint64_t i = 0; i < length; ++i) {
+      const std::uint64_t step = variable.has_records ? header.record_bytes : width;
+      file.read(variable.begin + i * step, one);
+      to_host_order(one, width, Endian::kBig);
+      numbers.push_back(number_from(*type, one.data()));
+    }
+    return numbers;
+  }
+  return {};
+}
+
+std::optional<double> even_distance(const std::vector<double>& values) {
+  if (values.size() < 2) return std::nullopt;
+  const double step = (values.back() - values.front()) / static_cast<double>(values.size() - 1);
+  if (!std::isfinite(step) || step == 0) return std::nullopt;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double expected = values.front() + step * static_cast<double>(i);
+    if (!(std::abs(values[i] - expected) <= 1e-3 * std::abs(step))) return std::nullopt;
+  }
+  return step;
+}
+
+std::string units_of(const NetcdfVariable& variable) {
+  const NetcdfAttribute* const units = variable.attribute("units");
+  return units == nullptr ? std::string() : units->text;
+}
+
+void place_variable(const InputFile& file, const NetcdfHeader& netcdf,
+                    const NetcdfVariable& variable, StoredVolume& volume) {
+  Vec3 origin{};
+  Vec3 spacing = {1, 1, 1};
+  std::vector<std::string> units;
+  const std::size_t rank = variable.dimensions.size();
+  for (std::size_t axis = 0; axis < std::min<std::size_t>(rank, 3); ++axis) {
+    const NetcdfVariable* scale = nullptr;
+    const auto values = coordinates(file, netcdf, variable.dimensions[rank - 1 - axis], scale);
+    units.push_back(scale == nullptr ? std::string() : unit_from(units_of(*scale)));
+    if (values.size() < 2) continue;
+    if (const auto step = even_distance(values)) {
+      spacing[axis] = *step;
+      origin[axis] = values.front();
+    } else {
+      units.back().clear();
+      volume.notices.push_back("'" + file.path().string() + "': the coordinates along " +
+                               std::string(1, "xyz"[axis]) +
+                               " are not evenly spaced; samples are taken to be 1 apart there.");
+    }
+  }
+  const bool same = std::all_of(units.begin(), units.end(),
+                                [&](const std::string& unit) { return unit == units[0]; });
+  if (same) volume.header.meaning.length_unit = units[0];
+  set_box_axes(volume.header, origin, spacing);
+}
+
+// Which entry of a dimension in front of z, y, x.
+std::uint64_t chosen_entry(const fs::path& path, const std::string& name, std::uint64_t length,
+                           std::optional<std::int64_t> wanted, bool takes_first,
+                           const char* option) {
+  if (!wanted && length != 1 && !takes_first) {
+    fail_reading(path, "its dimension " + name + " has " + std::to_string(length) + " entries",
+                 std::string("Choose one with ") + option + ", from 0 on");
+  }
+  const std::int64_t entry = wanted.value_or(0);
+  if (entry >= 0 && static_cast<std::uint64_t>(entry) < length) {
+    return static_cast<std::uint64_t>(entry);
+  }
+  fail_reading(path, "its dimension " + name + " has no entry " + std::to_string(entry),
+               "Choose 0 to " + std::to_string(length) + " without the last");
+}
+
+}  // namespace
+
+bool is_netcdf3(std::string_view beginning) {
+  return beginning.size() >= 4 && beginning.starts_with("CDF") &&
+         (beginning[3] == 1 || beginning[3] == 2 || beginning[3] == 5);
+}
+
+StoredVolume open_netcdf3(const fs::path& path, const VolumeChoice& choice) {
+  const InputFile file(path);
+  if (!is_netcdf3(file.beginning(4))) {
+    fail_reading(path, "it is no NetCDF file", "Get a whole copy of it");
+  }
+  const NetcdfHeader netcdf = NetcdfParser(file).parse();
+  const NetcdfVariable& variable = chosen_variable(path, netcdf, choice);
+  const std::vector<std::uint64_t> shape = netcdf.shape(variable);
+  const std::size_t rank = shape.size();
+  if (rank < 2 || rank > 5) {
+    fail_reading(path,
+                 "its variable '" + variable.name + "' has " + std::to_string(rank) + " dimensions",
+                 "Choose one with 2 to 5");
+  }
+  StoredVolume volume{.header = {.type = *netcdf_type(variable.type)}, .slices = nullptr};
+  ImageHeader& header = volume.header;
+  for (std::size_t axis = 0; axis < std::min<std::size_t>(rank, 3); ++axis) {
+    const std::uint64_t length = shape[rank - 1 - axis];
+    if (length > static_cast<std::uint64_t>(kMaxSide)) {
+      fail_reading(path,
+                   "a side of its variable '" + variable.name + "' has " + std::to_string(length) +
+                       " samples",
+                   "Each side must have 1 to " + std::to_string(kMaxSide) + " samples");
+    }
+    header.dims[axis] = static_cast<std::int64_t>(length);
+  }
+  place_variable(file, netcdf, variable, volume);
+  header.meaning.value_unit = unit_from(units_of(variable));
+  const auto number = [&](const char* name) -> std::optional<double> {
+    const NetcdfAttribute* const attribute = variable.attribute(name);
+    if (attribute == nullptr || attribute->numbers.size() != 1) return std::nullopt;
+    return attribute->numbers[0];
+  };
+  header.slope = number("scale_factor").value_or(1);
+  header.intercept = number("add_offset").value_or(0);
+  header.missing = number("_FillValue");
+  if (!header.missing) header.missing = number("missing_value");
+  check_header(path, header);
+
+  // Bytes from one entry of each dimension to the next.
+  std::vector<std::uint64_t> strides(rank, bytes_of(header.type));
+  for (std::size_t d = rank - 1; d-- > 0;) strides[d] = strides[d + 1] * shape[d + 1];
+  if (variable.has_records) strides[0] = netcdf.record_bytes;
+  std::uint64_t begin = variable.begin;
+  const std::size_t others = rank > 3 ? rank - 3 : 0;
+  for (std::size_t d = 0; d < others; ++d) {
+    const bool is_channel = d > 0;
+    const std::string& name = netcdf.dimensions[variable.dimensions[d]].first;
+    if (is_channel) {
+      volume.channels = static_cast<std::int64_t>(shape[d]);
+    } else {
+      volume.members.times.count = static_cast<std::int64_t>(shape[d]);
+    }
+    begin +=
+        strides[d] * chosen_entry(path, name, shape[d], is_channel ? choice.channel : choice.time,
+                                  choice.first, is_channel ? "--channel" : "--time");
+  }
+  // Of a variable of rows that are records, slices would be torn apart.
+  if (rank == 2 && variable.has_records && strides[0] != shape[1] * strides[1]) {
+    fail_reading(path, "its variable '" + variable.name + "' has one line for each record",
+                 "Copy it into a file with fixed dimensions");
+  }
+  const std::uint64_t step = rank >= 3 ? strides[rank - 3] : header.slice_bytes();
+  volume.slices = std::make_unique<NetcdfSlices>(path, begin, step, header);
+  return volume;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,137 @@
+#include "server/volume/formats/npy_file.hpp"
+
+#include <array>
+#include <charconv>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/volume/formats/detail/half_floats.hpp"
+#include "server/volume/formats/detail/header_bytes.hpp"
+#include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/detail/plain_slices.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct NpyType {
+  std::string_view name;
+  StoredType type;
+  bool are_halves = false;
+};
+
+constexpr std::array<NpyType, 12> kNpyTypes = {{{"u1", StoredType::kU8},
+                                                {"b1", StoredType::kU8},
+                                                {"i1", StoredType::kI8},
+                                                {"u2", StoredType::kU16},
+                                                {"i2", StoredType::kI16},
+                                                {"f2", StoredType::kF32, true},
+                                                {"f4", StoredType::kF32},
+                                                {"u4", StoredType::kU32},
+                                                {"i4", StoredType::kI32},
+                                                {"u8", StoredType::kU64},
+                                                {"i8", StoredType::kI64},
+                                                {"f8", StoredType::kF64}}};
+
+// What stands behind 'key': in the header, a literal of Python; empty: nothing.
+std::string_view behind_key(std::string_view header, std::string_view key) {
+  const std::size_t at = header.find("'" + std::string(key) + "':");
+  if (at == std::string_view::npos) return {};
+  std::string_view rest = header.substr(at + key.size() + 3);
+  rest.remove_prefix(std::min(rest.find_first_not_of(' '), rest.size()));
+  return rest;
+}
+
+std::vector<std::int64_t> shape_in(std::string_view text) {
+  std::vector<std::int64_t> shape;
+  if (!text.starts_with('(')) return shape;
+  text.remove_prefix(1);
+  while (shape.size() < 8) {
+    text.remove_prefix(std::min(text.find_first_not_of(", "), text.size()));
+    std::int64_t length = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), length);
+    if (error != std::errc()) return text.starts_with(')') ? shape : std::vector<std::int64_t>();
+    shape.push_back(length);
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  }
+  return {};
+}
+
+}  // namespace
+
+bool is_npy(std::string_view beginning) { return beginning.starts_with("\x93NUMPY"); }
+
+StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
+  constexpr std::size_t kMostHeaderBytes = std::size_t{1} << 16;
+  const std::string beginning = unpacked_beginning(InputFile(path), kMostHeaderBytes);
+  if (!is_npy(beginning) || beginning.size() < 12) {
+    fail_reading(path, "it is no NumPy array", "Get a whole copy of it");
+  }
+  const HeaderBytes bytes(beginning.substr(0, 12), Endian::kLittle);
+  const bool is_short = beginning[6] == 1;
+  const std::uint64_t text_at = is_short ? 10 : 12;
+  const std::uint64_t length = is_short ? bytes.at<std::uint16_t>(8) : bytes.at<std::uint32_t>(8);
+  if (text_at + length > beginning.size()) {
+    fail_reading(path, "it ends in its header", "Get a whole copy of it");
+  }
+  const std::string_view text = std::string_view(beginning).substr(text_at, length);
+  const std::string_view descr = behind_key(text, "descr");
+  const std::vector<std::int64_t> shape = shape_in(behind_key(text, "shape"));
+  const NpyType* found = nullptr;
+  for (const NpyType& type : kNpyTypes) {
+    if (descr.size() > 5 && descr[0] == '\'' && descr[4] == '\'' && descr.substr(2, 2) == type.name)
+      found = &type;
+  }
+  if (found == nullptr) {
+    fail_reading(path, "its numbers are of the type " + std::string(descr.substr(0, 40)),
+                 "Save integers of 8 to 64 bits or floats of 16 to 64");
+  }
+  if (shape.size() < 2 || shape.size() > 4) {
+    fail_reading(path, "it has " + std::to_string(shape.size()) + " dimensions", "Save 2 to 4");
+  }
+  const bool is_fortran = behind_key(text, "fortran_order").starts_with("True");
+  if (is_fortran && shape.size() == 4) {
+    fail_reading(path, "its four dimensions are in the order of Fortran",
+                 "Save numpy.ascontiguousarray(array)");
+  }
+  ImageHeader header{.type = found->type};
+  const std::size_t spatial = std::min<std::size_t>(shape.size(), 3);
+  std::array<Vec3, 3> steps = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
+  for (std::size_t axis = 0; axis < spatial; ++axis) {
+    const std::size_t d = is_fortran ? axis : shape.size() - 1 - axis;
+    header.dims[axis] = shape[d];
+    if (is_fortran) {
+      steps[axis] = {0, 0, 0};
+      steps[axis][spatial - 1 - axis] = 1;
+    }
+  }
+  set_axes(path, header, steps, {0, 0, 0});
+  check_header(path, header);
+  SourceMembers members;
+  std::int64_t time = 0;
+  if (shape.size() == 4) {
+    members.times.count = shape[0];
+    if (shape[0] != 1 && !choice.time && !choice.first) {
+      fail_reading(path, "its first dimension has " + std::to_string(shape[0]) + " entries",
+                   "Choose one with --time, from 0 on, or prepare them with --all-times");
+    }
+    time = choice.time.value_or(0);
+    if (time < 0 || time >= shape[0]) {
+      fail_reading(path, "it has no time " + std::to_string(time),
+                   "Choose 0 to " + std::to_string(shape[0] - 1));
+    }
+  }
+  ImageHeader stored = header;
+  if (found->are_halves) stored.type = StoredType::kU16;
+  const std::uint64_t volume_bytes =
+      stored.slice_bytes() * static_cast<std::uint64_t>(stored.dims[2]);
+  const std::uint64_t offset = text_at + length + static_cast<std::uint64_t>(time) * volume_bytes;
+  const Endian endian = descr[1] == '>' ? Endian::kBig : Endian::kLittle;
+  auto slices = slices_in_file(path, offset, endian, stored);
+  if (found->are_halves) slices = slices_of_halves(std::move(slices), header);
+  return {.header = header, .slices = std::move(slices), .members = std::move(members)};
+}
+
+}  // namespace multitetra

@@ -1,0 +1,128 @@
+// Volumes that write_odd_volumes.py writes, each with what it means, are read so or refused in a
+// sentence.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "server/volume/volume_files.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Fields = std::vector<std::string>;
+
+std::vector<Fields> written_volumes(const fs::path& folder) {
+  const fs::path list = folder / "list.txt";
+  const std::string command = std::string(MULTITETRA_PYTHON) + " " + MULTITETRA_WRITE_ODD_VOLUMES +
+                              " " + folder.string() + " > " + list.string();
+  if (std::system(command.c_str()) != 0) return {};
+  std::vector<Fields> volumes;
+  std::ifstream in(list);
+  for (std::string line; std::getline(in, line);) {
+    Fields& fields = volumes.emplace_back();
+    std::istringstream words(line + "\t");
+    for (std::string field; std::getline(words, field, '\t');) fields.push_back(field);
+    if (fields[0] != "missing") continue;
+    std::cerr << "NOT TESTED: volumes that need the Python package " << fields[1] << "\n";
+    volumes.pop_back();
+  }
+  return volumes;
+}
+
+// "resample,follow,time=1,array=name"
+VolumeChoice choice_from(const std::string& options) {
+  VolumeChoice choice;
+  std::istringstream words(options);
+  for (std::string word; std::getline(words, word, ',');) {
+    const std::string value = word.substr(std::min(word.find('=') + 1, word.size()));
+    if (word == "resample") choice.resample = true;
+    if (word == "follow") choice.follow = true;
+    if (word.starts_with("time=")) choice.time = std::stoi(value);
+    if (word.starts_with("channel=")) choice.channel = std::stoi(value);
+    if (word.starts_with("level=")) choice.level = std::stoi(value);
+    if (word.starts_with("array=")) choice.array = value;
+  }
+  return choice;
+}
+
+std::vector<float> floats_of(const fs::path& file) {
+  const std::string bytes = bytes_of_file(file);
+  std::vector<float> numbers(bytes.size() / sizeof(float));
+  std::memcpy(numbers.data(), bytes.data(), bytes.size());
+  return numbers;
+}
+
+void expect_read(const Fields& fields) {
+  const auto number = [&](std::size_t at) { return std::stod(fields.at(5 + at)); };
+  std::string notices;
+  Volume volume;
+  try {
+    volume = read_volume(fields[2],
+                         {.choice = choice_from(fields[3]),
+                          .notice = [&](const std::string& text) { notices += text + "\n"; }});
+  } catch (const VolumeFileError& problem) {
+    ADD_FAILURE() << problem.what();
+    return;
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(volume.dims[axis], static_cast<std::int32_t>(number(axis))) << axis;
+    EXPECT_NEAR(volume.index_to_world.translation[axis], number(3 + axis), 1e-5) << axis;
+    for (std::size_t row = 0; row < 3; ++row) {
+      EXPECT_NEAR(volume.index_to_world.columns[axis][row], number(6 + 3 * axis + row), 1e-6)
+          << axis << row;
+    }
+  }
+  EXPECT_EQ(volume.meaning.length_unit, fields.at(20));
+  EXPECT_NE(notices.find(fields.at(21)), std::string::npos) << notices;
+  const std::vector<float> expected = floats_of(fields[4]);
+  std::visit(
+      [&](const auto& samples) {
+        ASSERT_EQ(samples.size(), expected.size());
+        std::size_t wrong = 0;
+        for (std::size_t i = 0; i < expected.size(); ++i) {
+          const auto sample = static_cast<float>(samples[i]);
+          const bool is_right =
+              std::isnan(expected[i]) ? std::isnan(sample) : std::abs(sample - expected[i]) < 1e-3F;
+          if (is_right) continue;
+          if (++wrong < 4) ADD_FAILURE() << i << ": " << sample << ", not " << expected[i];
+        }
+        EXPECT_EQ(wrong, 0u);
+      },
+      volume.samples);
+}
+
+void expect_refused(const Fields& fields) {
+  try {
+    (void)read_volume(fields[2], {.choice = choice_from(fields[3])});
+    ADD_FAILURE() << "it is read";
+  } catch (const VolumeFileError& problem) {
+    EXPECT_NE(std::string(problem.what()).find(fields.at(4)), std::string::npos) << problem.what();
+  }
+}
+
+TEST(OddVolumes, AreReadAsTheirWritersMeanThemOrRefused) {
+  const TemporaryFolder folder;
+  const std::vector<Fields> volumes = written_volumes(folder.path());
+  if (volumes.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
+  for (const Fields& fields : volumes) {
+    SCOPED_TRACE(fields.at(1));
+    if (fields[0] == "read") {
+      expect_read(fields);
+    } else {
+      expect_refused(fields);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace multitetra
