@@ -1,9 +1,8 @@
-"""The house: includes point one way, and private headers stay private.
+"""The layers: includes point one way, and headers in a folder detail/ stay private to their room.
 
     python3 tests/structure_test.py
 
-Each folder below is a library. It may include what stands on the lines above it, in its own list; who is a
-part of another folder's business only is named among the private headers.
+Each folder below is a library. It may include the folders that it lists, and all that those may include.
 """
 import pathlib
 import re
@@ -56,29 +55,11 @@ ROOMS = {
     "client/python": ["client/library"],
 }
 
-# What only its own folder and its tests include, besides all that lies in a folder detail/.
-PRIVATE = {
-    "server/core/thresholds": ["threshold_bound", "region_set", "region_octree", "threshold_pyramid", "view_threshold"],
-    "server/core/spectrum": ["coarse_level", "curve_tiles", "level_wavefront", "own_error_curve", "own_error_rows",
-                             "spectrum_column", "error_codes", "spectrum_brick", "error_curve"],
-    "server/core/fine_errors": ["fine_cells", "cell_samples", "cell_bits", "mixed_diamonds"],
-    "server/core/surface": ["octree_cube_surface", "edge_vertices", "cell_gradient", "cell_values"],
-    "server/core/simplification": ["collapsing_mesh", "quadric", "vectors", "collapse_fan", "successive_mapping"],
-    "server/dataset": ["brick_layers", "bricked_samples", "prepared_sinks", "mapped_file", "packed_bytes", "sample_facts"],
-    "server/dataset/partitioned": ["part_files"],
-    "server/store": ["disk_cache", "store_client"],
-    "server/certify": ["mesh_bytes", "vtp_reader", "exact_predicates", "triangle_intersection"],
-}
-# A folder that needs what is private of another, and why.
-ALLOWED = {
-}
-
 # Third-party headers that public headers do not show, and the folders whose business they are.
 THIRD_PARTY = {
     r"boost/": ["common/net", "server/http"],
     r"CLI/": [],
     r"draco/": [],
-    r"itk\w*\.h": [],
     r"gdcm|hdf5|expat\.h|tiff|png\.h|blosc\.h|zstd\.h|lz4\.h|bzlib\.h|zlib\.h|curl/": [],
     r"google/protobuf|\.pb\.h": ["common/wire"],
     r"spdlog/": [],
@@ -101,8 +82,8 @@ def reachable(room):
     return found
 
 
-def is_private(header, room):
-    return header.parent.name == "detail" or header.stem in PRIVATE.get(room, [])
+def is_private(header):
+    return "detail" in header.parts
 
 
 def complaints():
@@ -121,13 +102,11 @@ def complaints():
             if target.suffix != ".hpp":
                 continue
             other = room_of(target)
-            if (str(path), header) in ALLOWED:
-                continue
             if other is None or other not in reachable(room):
                 yield f"{path}: {room} may not include {header}."
-            elif other != room and is_private(target, other) and (str(path), header) not in ALLOWED:
+            elif other != room and is_private(target):
                 yield f"{path}: {header} is a private matter of {other}."
-        if path.suffix == ".hpp" and not is_private(path, room):
+        if path.suffix == ".hpp" and not is_private(path):
             for header in re.findall(r"#include [<\"]([^>\"]+)[>\"]", text):
                 for pattern, owners in THIRD_PARTY.items():
                     if re.match(pattern, header) and room not in owners:

@@ -6,7 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "server/certify/reference_surface.hpp"
+#include "server/certify/detail/reference_surface.hpp"
 #include "server/dataset/dataset.hpp"
 
 namespace multitetra {

@@ -6,8 +6,8 @@
 #include <variant>
 
 #include "common/base/scratch_file.hpp"
-#include "server/dataset/brick_layers.hpp"
-#include "server/dataset/prepared_sinks.hpp"
+#include "server/dataset/detail/brick_layers.hpp"
+#include "server/dataset/detail/prepared_sinks.hpp"
 
 namespace multitetra {
 namespace {

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "server/core/spectrum/spectrum_inputs.hpp"
-#include "server/dataset/bricked_samples.hpp"
+#include "server/dataset/detail/bricked_samples.hpp"
 #include "server/volume/volume_source.hpp"
 
 namespace multitetra {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/dataset/statistics.hpp"
+#include "server/dataset/detail/statistics.hpp"
 
 namespace multitetra {
 namespace {

@@ -9,8 +9,8 @@
 #include "server/core/spectrum/spectrum_layout.hpp"
 #include "server/dataset/brick_order.hpp"
 #include "common/base/in_parallel.hpp"
-#include "server/dataset/packed_bytes.hpp"
-#include "server/dataset/statistics.hpp"
+#include "server/dataset/detail/packed_bytes.hpp"
+#include "server/dataset/detail/statistics.hpp"
 
 namespace multitetra {
 namespace {

@@ -13,11 +13,11 @@
 #include "server/core/spectrum/plane_sources.hpp"
 #include "server/core/spectrum/spectrum_builder.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
-#include "server/dataset/brick_layers.hpp"
-#include "server/dataset/bricked_samples.hpp"
-#include "server/dataset/prepared_sinks.hpp"
-#include "server/dataset/statistics.hpp"
-#include "server/dataset/statistics_builder.hpp"
+#include "server/dataset/detail/brick_layers.hpp"
+#include "server/dataset/detail/bricked_samples.hpp"
+#include "server/dataset/detail/prepared_sinks.hpp"
+#include "server/dataset/detail/statistics.hpp"
+#include "server/dataset/detail/statistics_builder.hpp"
 
 namespace multitetra {
 namespace {

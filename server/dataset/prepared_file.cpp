@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "server/dataset/byte_source.hpp"
-#include "server/dataset/mapped_file.hpp"
+#include "server/dataset/detail/mapped_file.hpp"
 
 namespace multitetra {
 namespace {

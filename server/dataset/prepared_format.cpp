@@ -12,7 +12,7 @@
 #include "server/core/spectrum/prepared_volume.hpp"
 #include "server/dataset/brick_order.hpp"
 #include "server/dataset/checksum.hpp"
-#include "server/dataset/packed_bytes.hpp"
+#include "server/dataset/detail/packed_bytes.hpp"
 
 namespace multitetra {
 namespace {

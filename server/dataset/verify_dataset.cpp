@@ -12,7 +12,7 @@
 #include "server/dataset/brick_order.hpp"
 #include "server/dataset/checksum.hpp"
 #include "server/dataset/prepared_format.hpp"
-#include "server/dataset/sample_facts.hpp"
+#include "server/dataset/detail/sample_facts.hpp"
 
 namespace multitetra {
 namespace {

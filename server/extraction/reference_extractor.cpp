@@ -6,8 +6,8 @@
 #include "common/base/in_parallel.hpp"
 #include "server/core/errors/leaves.hpp"
 #include "server/core/fine_errors/spectrum_model.hpp"
-#include "server/extraction/parallel_surface.hpp"
-#include "server/extraction/simplified_surface.hpp"
+#include "server/extraction/detail/parallel_surface.hpp"
+#include "server/extraction/detail/simplified_surface.hpp"
 
 namespace multitetra {
 namespace {

@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "server/core/fine_errors/prepared_model.hpp"
-#include "server/extraction/parallel_surface.hpp"
-#include "server/extraction/read_ahead.hpp"
+#include "server/extraction/detail/parallel_surface.hpp"
+#include "server/extraction/detail/read_ahead.hpp"
 #include "server/extraction/reference_extractor.hpp"
-#include "server/extraction/simplified_surface.hpp"
+#include "server/extraction/detail/simplified_surface.hpp"
 
 namespace multitetra {
 namespace {

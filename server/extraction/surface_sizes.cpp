@@ -15,7 +15,7 @@
 #include "server/core/planning/surface_size.hpp"
 #include "server/core/simplification/threshold_shares.hpp"
 #include "server/core/surface/tiling.hpp"
-#include "server/extraction/read_ahead.hpp"
+#include "server/extraction/detail/read_ahead.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/sampled_blocks.hpp"
 #include "server/extraction/shading.hpp"

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "server/conversation/conversation.hpp"
-#include "server/gateway/remote_service.hpp"
-#include "server/gateway/upstream_pool.hpp"
+#include "server/gateway/detail/remote_service.hpp"
+#include "server/gateway/detail/upstream_pool.hpp"
 #include "server/operations/log.hpp"
 #include "server/routes/route_options.hpp"
 #include "server/transport/server_runtime.hpp"

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "common/net/websocket_transport.hpp"
-#include "server/http/http_connection.hpp"
+#include "server/http/detail/http_connection.hpp"
 #include "server/transport/message_connection.hpp"
 
 namespace multitetra {

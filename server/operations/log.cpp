@@ -12,7 +12,7 @@
 #include <spdlog/spdlog.h>
 #include <nlohmann/json.hpp>
 
-#include "server/operations/log_sampling.hpp"
+#include "server/operations/detail/log_sampling.hpp"
 
 namespace multitetra {
 namespace {

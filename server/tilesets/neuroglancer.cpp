@@ -12,7 +12,7 @@
 
 #include "common/base/number_text.hpp"
 #include "common/wire/draco_primitive.hpp"
-#include "server/tilesets/metres.hpp"
+#include "server/tilesets/detail/metres.hpp"
 
 namespace multitetra {
 namespace {

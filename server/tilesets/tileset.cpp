@@ -7,7 +7,7 @@
 
 #include "server/core/framework/box.hpp"
 #include "server/core/framework/level_extent.hpp"
-#include "server/tilesets/metres.hpp"
+#include "server/tilesets/detail/metres.hpp"
 
 namespace multitetra {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "common/mesh/lattice.hpp"
 #include "common/wire/scene_file.hpp"
-#include "server/tilesets/metres.hpp"
+#include "server/tilesets/detail/metres.hpp"
 
 namespace multitetra {
 namespace {

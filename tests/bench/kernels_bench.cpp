@@ -10,7 +10,7 @@
 
 #include "server/core/errors/leaves.hpp"
 #include "server/core/errors/own_error.hpp"
-#include "server/core/spectrum/own_error_curve.hpp"
+#include "server/core/spectrum/detail/own_error_curve.hpp"
 #include "server/core/surface/tiling.hpp"
 #include "server/core/surface/vertex_normals.hpp"
 #include "server/dataset/prepare.hpp"

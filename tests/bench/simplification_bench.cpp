@@ -21,7 +21,7 @@
 #include "server/core/simplification/simplification.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/reference_extractor.hpp"
-#include "server/extraction/simplified_surface.hpp"
+#include "server/extraction/detail/simplified_surface.hpp"
 #include "server/extraction/surface_extractor.hpp"
 
 #ifdef MULTITETRA_HAS_MESHOPTIMIZER

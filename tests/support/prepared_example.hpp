@@ -21,7 +21,7 @@
 #include "server/core/spectrum/spectrum_layout.hpp"
 #include "server/dataset/dataset_writer.hpp"
 #include "server/dataset/prepared_file.hpp"
-#include "server/dataset/statistics.hpp"
+#include "server/dataset/detail/statistics.hpp"
 
 namespace multitetra {
 

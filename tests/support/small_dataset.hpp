@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/dataset/statistics.hpp"
+#include "server/dataset/detail/statistics.hpp"
 
 namespace multitetra {
 

@@ -6,8 +6,8 @@
 #include <cstring>
 
 #include "server/core/errors/own_error.hpp"
-#include "server/core/fine_errors/cell_samples.hpp"
-#include "server/core/fine_errors/mixed_diamonds.hpp"
+#include "server/core/fine_errors/detail/cell_samples.hpp"
+#include "server/core/fine_errors/detail/mixed_diamonds.hpp"
 #include "server/core/framework/diamond.hpp"
 #include "server/core/framework/rounding.hpp"
 

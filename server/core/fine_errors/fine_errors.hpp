@@ -15,8 +15,8 @@
 
 #include "common/mesh/octree_cube.hpp"
 #include "common/request/isosurface_request.hpp"
-#include "server/core/fine_errors/cell_bits.hpp"
-#include "server/core/fine_errors/fine_cells.hpp"
+#include "server/core/fine_errors/detail/cell_bits.hpp"
+#include "server/core/fine_errors/detail/fine_cells.hpp"
 #include "server/core/framework/diamond_values.hpp"
 #include "server/core/framework/row_kinds.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"

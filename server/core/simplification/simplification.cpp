@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "common/base/vec3.hpp"
-#include "server/core/simplification/collapse_checks.hpp"
-#include "server/core/simplification/collapsing_mesh.hpp"
-#include "server/core/simplification/first_stage.hpp"
-#include "server/core/simplification/quadric.hpp"
-#include "server/core/simplification/successive_mapping.hpp"
+#include "server/core/simplification/detail/collapse_checks.hpp"
+#include "server/core/simplification/detail/collapsing_mesh.hpp"
+#include "server/core/simplification/detail/first_stage.hpp"
+#include "server/core/simplification/detail/quadric.hpp"
+#include "server/core/simplification/detail/successive_mapping.hpp"
 
 namespace multitetra {
 namespace {

@@ -41,11 +41,11 @@
 #include "common/base/affine.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/mesh/vertex_numbers.hpp"
-#include "server/core/simplification/allowed_distance.hpp"
-#include "server/core/simplification/embedding.hpp"
-#include "server/core/simplification/first_stage.hpp"
-#include "server/core/simplification/quadric.hpp"
-#include "server/core/simplification/successive_mapping.hpp"
+#include "server/core/simplification/detail/allowed_distance.hpp"
+#include "server/core/simplification/detail/embedding.hpp"
+#include "server/core/simplification/detail/first_stage.hpp"
+#include "server/core/simplification/detail/quadric.hpp"
+#include "server/core/simplification/detail/successive_mapping.hpp"
 
 namespace multitetra {
 

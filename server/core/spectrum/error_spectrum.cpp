@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "server/core/spectrum/error_codes.hpp"
-#include "server/core/spectrum/spectrum_brick.hpp"
+#include "server/core/spectrum/detail/error_codes.hpp"
+#include "server/core/spectrum/detail/spectrum_brick.hpp"
 
 namespace multitetra {
 

@@ -11,7 +11,7 @@
 
 #include "common/request/dataset_info.hpp"
 #include "server/core/framework/volume.hpp"
-#include "server/core/spectrum/level_wavefront.hpp"
+#include "server/core/spectrum/detail/level_wavefront.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"
 #include "server/core/spectrum/spectrum_inputs.hpp"
 

@@ -6,9 +6,9 @@
 #include <memory>
 #include <vector>
 
-#include "server/core/spectrum/coarse_level.hpp"
-#include "server/core/spectrum/curve_tiles.hpp"
-#include "server/core/spectrum/spectrum_column.hpp"
+#include "server/core/spectrum/detail/coarse_level.hpp"
+#include "server/core/spectrum/detail/curve_tiles.hpp"
+#include "server/core/spectrum/detail/spectrum_column.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
 
 namespace multitetra {

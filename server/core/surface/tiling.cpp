@@ -9,7 +9,7 @@
 #include "common/mesh/vertex_numbers.hpp"
 #include "server/core/errors/leaves.hpp"
 #include "server/core/surface/marching_tetrahedra.hpp"
-#include "server/core/surface/octree_cube_surface.hpp"
+#include "server/core/surface/detail/octree_cube_surface.hpp"
 
 namespace multitetra {
 namespace {

@@ -15,7 +15,7 @@
 #include "server/core/fine_errors/prepared_model.hpp"
 #include "server/core/framework/field.hpp"
 #include "server/core/surface/cube_surface.hpp"
-#include "server/core/surface/edge_vertices.hpp"
+#include "server/core/surface/detail/edge_vertices.hpp"
 
 namespace multitetra {
 

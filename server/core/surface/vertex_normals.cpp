@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "common/base/vec3.hpp"
-#include "server/core/surface/cell_gradient.hpp"
-#include "server/core/surface/cell_values.hpp"
+#include "server/core/surface/detail/cell_gradient.hpp"
+#include "server/core/surface/detail/cell_values.hpp"
 
 namespace multitetra {
 namespace {

@@ -5,11 +5,11 @@
 #include <limits>
 #include <optional>
 
-#include "server/core/thresholds/region_octree.hpp"
-#include "server/core/thresholds/region_set.hpp"
-#include "server/core/thresholds/threshold_bound.hpp"
-#include "server/core/thresholds/threshold_pyramid.hpp"
-#include "server/core/thresholds/view_threshold.hpp"
+#include "server/core/thresholds/detail/region_octree.hpp"
+#include "server/core/thresholds/detail/region_set.hpp"
+#include "server/core/thresholds/detail/threshold_bound.hpp"
+#include "server/core/thresholds/detail/threshold_pyramid.hpp"
+#include "server/core/thresholds/detail/view_threshold.hpp"
 
 namespace multitetra {
 namespace {

@@ -8,7 +8,7 @@
 #include "server/dataset/brick_codec.hpp"
 #include "server/dataset/dataset_writer.hpp"
 #include "common/base/in_parallel.hpp"
-#include "server/dataset/partitioned/part_files.hpp"
+#include "server/dataset/partitioned/detail/part_files.hpp"
 #include "server/dataset/partitioned/part_plan.hpp"
 #include "server/dataset/partitioned/prepare_parts.hpp"
 #include "server/dataset/prepared_format.hpp"

@@ -11,7 +11,7 @@
 #include "server/core/framework/axes.hpp"
 #include "server/dataset/brick_order.hpp"
 #include "server/dataset/checksum.hpp"
-#include "server/dataset/partitioned/part_files.hpp"
+#include "server/dataset/partitioned/detail/part_files.hpp"
 
 namespace multitetra {
 namespace {

@@ -9,7 +9,7 @@
 #include "server/core/spectrum/prepared_volume.hpp"
 #include "server/dataset/box_of_volume.hpp"
 #include "common/base/in_parallel.hpp"
-#include "server/dataset/partitioned/part_files.hpp"
+#include "server/dataset/partitioned/detail/part_files.hpp"
 #include "server/dataset/partitioned/part_plan.hpp"
 #include "server/dataset/partitioned/prepare_parts.hpp"
 #include "server/dataset/prepared_format.hpp"

@@ -6,7 +6,7 @@
 #include <set>
 #include <string>
 
-#include "server/gateway/upstream_pool.hpp"
+#include "server/gateway/detail/upstream_pool.hpp"
 #include "server/service/questions.hpp"
 
 namespace multitetra {

@@ -1,5 +1,5 @@
 // The full surface against its definition (tests/support/full_resolution_surface.hpp).
-#include "server/certify/reference_surface.hpp"
+#include "server/certify/detail/reference_surface.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -8,7 +8,7 @@
 
 #include "server/core/spectrum/spectrum_layout.hpp"
 #include "server/dataset/brick_order.hpp"
-#include "server/dataset/packed_bytes.hpp"
+#include "server/dataset/detail/packed_bytes.hpp"
 
 namespace multitetra {
 namespace {

@@ -8,7 +8,7 @@
 #include "common/mesh/content_digest.hpp"
 #include "server/core/planning/refinement_plan.hpp"
 #include "server/dataset/verify_dataset.hpp"
-#include "server/extraction/read_ahead.hpp"
+#include "server/extraction/detail/read_ahead.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/support/folder_server.hpp"
 #include "tests/support/prepared_fields.hpp"

@@ -1,4 +1,4 @@
-#include "server/dataset/statistics.hpp"
+#include "server/dataset/detail/statistics.hpp"
 
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
@@ -12,8 +12,8 @@
 #include <type_traits>
 #include <vector>
 
-#include "server/dataset/statistics_builder.hpp"
-#include "server/dataset/suggested_isovalues.hpp"
+#include "server/dataset/detail/statistics_builder.hpp"
+#include "server/dataset/detail/suggested_isovalues.hpp"
 #include "server/volume/generators/generators.hpp"
 
 namespace multitetra {

@@ -8,7 +8,7 @@
 #include "common/mesh/content_digest.hpp"
 #include "common/mesh/lattice_intersections.hpp"
 #include "common/mesh/mesh_checks.hpp"
-#include "server/extraction/simplified_surface.hpp"
+#include "server/extraction/detail/simplified_surface.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/support/prepared_fields.hpp"
 

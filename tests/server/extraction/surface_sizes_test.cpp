@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "common/base/in_parallel.hpp"
-#include "server/extraction/simplified_surface.hpp"
+#include "server/extraction/detail/simplified_surface.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/service/extracted_surfaces.hpp"
 #include "server/stream/stream_plan.hpp"

@@ -1,5 +1,5 @@
 // Servers come and go at times that the test names.
-#include "server/gateway/upstream_health.hpp"
+#include "server/gateway/detail/upstream_health.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <spdlog/spdlog.h>
 #include <nlohmann/json.hpp>
 
-#include "server/operations/log_sampling.hpp"
+#include "server/operations/detail/log_sampling.hpp"
 #include "server/operations/memory_return.hpp"
 
 namespace multitetra {

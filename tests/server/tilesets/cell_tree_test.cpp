@@ -6,7 +6,7 @@
 #include <set>
 
 #include "common/request/lattice_limit.hpp"
-#include "server/tilesets/metres.hpp"
+#include "server/tilesets/detail/metres.hpp"
 
 namespace multitetra {
 namespace {

@@ -1,4 +1,4 @@
-#include "server/core/fine_errors/mixed_diamonds.hpp"
+#include "server/core/fine_errors/detail/mixed_diamonds.hpp"
 
 #include <gtest/gtest.h>
 

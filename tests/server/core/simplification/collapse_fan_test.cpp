@@ -1,5 +1,5 @@
 // How near points and edges are to a fan, beside distances that know nothing of fans.
-#include "server/core/simplification/collapse_fan.hpp"
+#include "server/core/simplification/detail/collapse_fan.hpp"
 
 #include <gtest/gtest.h>
 

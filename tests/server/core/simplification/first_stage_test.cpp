@@ -1,4 +1,4 @@
-#include "server/core/simplification/first_stage.hpp"
+#include "server/core/simplification/detail/first_stage.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,8 +7,8 @@
 
 #include "server/core/errors/saturated_errors.hpp"
 #include "server/core/framework/rounding.hpp"
-#include "server/core/spectrum/error_codes.hpp"
-#include "server/core/spectrum/spectrum_brick.hpp"
+#include "server/core/spectrum/detail/error_codes.hpp"
+#include "server/core/spectrum/detail/spectrum_brick.hpp"
 #include "tests/support/prepared_fields.hpp"
 
 namespace multitetra::testing {

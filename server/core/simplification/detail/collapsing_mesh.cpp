@@ -1,0 +1,153 @@
+#include "server/core/simplification/detail/collapsing_mesh.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+namespace multitetra {
+
+CollapsingMesh::CollapsingMesh(std::span<const TriangleIndices> triangles,
+                               std::uint32_t vertex_count)
+    : corner_of_(vertex_count, kNone),
+      kinds_(vertex_count, VertexKind::kInner),
+      marks_(vertex_count, 0) {
+  triangles_.reserve(triangles.size());
+  for (const TriangleIndices& t : triangles) triangles_.push_back({.vertices = t});
+  find_opposites();
+  find_kinds();
+}
+
+// Every corner is filed under the vertex where the edge opposite to it begins. An edge has
+// opposites only when it belongs to two triangles, one in each direction.
+void CollapsingMesh::find_opposites() {
+  struct Filed {
+    std::uint32_t to = 0;  // Where the edge ends.
+    std::uint32_t corner = 0;
+  };
+  std::vector<std::uint32_t> begin(kinds_.size() + 1, 0);
+  for (const Triangle& t : triangles_) {
+    for (const std::uint32_t v : t.vertices) ++begin[v + 1];
+  }
+  for (std::size_t v = 1; v < begin.size(); ++v) begin[v] += begin[v - 1];
+  std::vector<Filed> filed(begin.back());
+  std::vector<std::uint32_t> end(begin.begin(), begin.end() - 1);
+  for (std::uint32_t i = 0; i < triangles_.size(); ++i) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t c = corner_of(i, k);
+      filed[end[vertex(next(c))]++] = {vertex(previous(c)), c};
+      corner_of_[vertex(c)] = c;
+    }
+  }
+  // How many edges go from one vertex to another, and the last one's corner.
+  const auto find = [&](std::uint32_t from, std::uint32_t to) {
+    std::pair<int, std::uint32_t> found = {0, kNone};
+    for (std::uint32_t i = begin[from]; i < begin[from + 1]; ++i) {
+      if (filed[i].to == to) found = {found.first + 1, filed[i].corner};
+    }
+    return found;
+  };
+  for (std::uint32_t from = 0; from < kinds_.size(); ++from) {
+    for (std::uint32_t i = begin[from]; i < begin[from + 1]; ++i) {
+      const auto [to, corner] = filed[i];
+      if (to < from) continue;
+      const auto [back, across] = find(to, from);
+      if (back == 1 && find(from, to).first == 1) link(corner, across);
+    }
+  }
+}
+
+// A vertex is irregular unless walking around it meets all of its corners.
+void CollapsingMesh::find_kinds() {
+  std::vector<std::uint32_t> valences(kinds_.size(), 0);
+  for (const Triangle& t : triangles_) {
+    for (const std::uint32_t v : t.vertices) ++valences[v];
+  }
+  for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
+    const std::uint32_t first = corner_of_[v];
+    if (first == kNone) {
+      kinds_[v] = VertexKind::kIrregular;
+      continue;
+    }
+    std::uint32_t met = 0;
+    std::uint32_t at = first;
+    do {
+      ++met;
+      const std::uint32_t across = opposite(next(at));
+      at = across == kNone ? kNone : next(across);
+    } while (at != kNone && at != first);
+    const bool is_closed = at == first;
+    if (!is_closed) {
+      for (at = opposite(previous(first)); at != kNone; at = opposite(previous(previous(at)))) {
+        ++met;
+      }
+    }
+    if (met != valences[v]) {
+      kinds_[v] = VertexKind::kIrregular;
+    } else if (!is_closed) {
+      kinds_[v] = VertexKind::kBorder;
+    }
+  }
+}
+
+void CollapsingMesh::ring(std::uint32_t inner, std::vector<std::uint32_t>& corners) const {
+  corners.clear();
+  const std::uint32_t first = corner_of_[inner];
+  std::uint32_t at = first;
+  do {
+    corners.push_back(at);
+    at = next(opposite(next(at)));
+  } while (at != first);
+}
+
+template <typename Visit>
+void CollapsingMesh::visit_neighbours(std::uint32_t vertex_index, const Visit& visit) const {
+  const std::uint32_t first = corner_of_[vertex_index];
+  std::uint32_t at = first;
+  do {
+    visit(vertex(next(at)));
+    const std::uint32_t across = opposite(next(at));
+    if (across == kNone) {
+      // An open fan: its last neighbour, and then those on the other side of the first corner.
+      visit(vertex(previous(at)));
+      for (at = first; opposite(previous(at)) != kNone;) {
+        at = previous(opposite(previous(at)));
+        visit(vertex(next(at)));
+      }
+      return;
+    }
+    at = next(across);
+  } while (at != first);
+}
+
+bool CollapsingMesh::keeps_topology(std::span<const std::uint32_t> ring) {
+  const std::uint32_t v = vertex(next(ring.front()));
+  if (kinds_[v] == VertexKind::kIrregular || ring.size() < 3) return false;
+  ++mark_;
+  for (const std::uint32_t c : ring) marks_[vertex(next(c))] = mark_;
+  int common = 0;
+  visit_neighbours(v, [&](std::uint32_t w) { common += marks_[w] == mark_ ? 1 : 0; });
+  if (common != 2) return false;
+  // Three triangles become one: there must not be its back already.
+  if (ring.size() > 3) return true;
+  const std::uint32_t across = opposite(ring[1]);
+  return across == kNone || vertex(across) != v;
+}
+
+void CollapsingMesh::link(std::uint32_t corner, std::uint32_t other) {
+  triangles_[corner / 4].opposite[corner % 4] = other;
+  if (other != kNone) triangles_[other / 4].opposite[other % 4] = corner;
+}
+
+void CollapsingMesh::collapse(std::span<const std::uint32_t> ring) {
+  const std::size_t last = ring.size() - 1;
+  const std::uint32_t v = vertex(next(ring[0]));
+  for (std::size_t i = 1; i < last; ++i) triangles_[ring[i] / 4].vertices[ring[i] % 4] = v;
+  triangles_[ring[0] / 4].is_removed = triangles_[ring[last] / 4].is_removed = true;
+  link(previous(ring[1]), opposite(ring[0]));
+  link(next(ring[last - 1]), opposite(ring[last]));
+  corner_of_[v] = ring[1];
+  corner_of_[vertex(next(ring[1]))] = next(ring[1]);
+  corner_of_[vertex(previous(ring[last - 1]))] = previous(ring[last - 1]);
+}
+
+}  // namespace multitetra

@@ -1,0 +1,186 @@
+#include "server/core/simplification/detail/first_stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "server/core/simplification/detail/collapse_checks.hpp"
+#include "server/core/simplification/detail/collapsing_mesh.hpp"
+#include "server/core/simplification/detail/vertex_errors.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr int kPasses = 4;
+constexpr double kLeastProgress = 0.01;  // Of the vertices: a pass that does less is the last.
+constexpr std::size_t kBetweenCheckpoints = 8192;
+constexpr std::size_t kMostNeighbours = 32;  // Work grows with their square.
+// What a squared length counts beside a squared height above the surface. With less of it more
+// triangles are long and thin in the end.
+constexpr double kOfLength = 0.5;
+
+// The part of the limit that this stage may use. With more of it the second stage has less to do
+// and more triangles are left, the more so the smaller the limit is.
+double own_part(double limit_in_voxels) {
+  constexpr double kOfOneVoxel = 0.14;
+  constexpr double kMost = 0.3;
+  return std::min(kOfOneVoxel * std::sqrt(limit_in_voxels), kMost);
+}
+
+class Sweeps {
+ public:
+  Sweeps(const LatticeMesh& mesh, std::span<const Vec3> positions, const PieceLimit& limit,
+         std::optional<Obstacles> embedded)
+      : positions_(positions),
+        limit_(limit),
+        largest_(own_limit(limit.largest())),
+        mesh_(mesh.triangles, static_cast<std::uint32_t>(positions.size())),
+        errors_(positions),
+        states_(positions.size()) {
+    if (embedded) embedding_.emplace(mesh_, mesh.vertices, *embedded);
+  }
+
+  void run(const std::function<void()>& checkpoint) {
+    std::vector<std::uint32_t> open;
+    for (std::uint32_t v = 0; v < positions_.size(); ++v) {
+      if (mesh_.kind(v) == CollapsingMesh::VertexKind::kInner) open.push_back(v);
+    }
+    for (int pass = 1; pass <= kPasses; ++pass) {
+      std::size_t kept = 0;
+      std::size_t gone = 0;
+      for (std::size_t i = 0; i < open.size(); ++i) {
+        if (i % kBetweenCheckpoints == 0) checkpoint();
+        const std::uint32_t u = open[i];
+        State& state = states_[u];
+        if (!state.is_closed && state.pass_as_goal != pass) {
+          if (try_vertex(u, pass)) {
+            ++gone;
+            continue;
+          }
+          state.is_closed = true;
+        }
+        open[kept++] = u;
+      }
+      open.resize(kept);
+      if (static_cast<double>(gone) < kLeastProgress * static_cast<double>(kept)) break;
+    }
+  }
+
+  [[nodiscard]] FirstStage result(const LatticeMesh& before) const {
+    FirstStage result{.mesh = {.resolution = before.resolution, .vertices = {}, .triangles = {}},
+                      .errors = {}};
+    std::vector<std::uint32_t> number(positions_.size(), CollapsingMesh::kNone);
+    for (std::uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
+      if (mesh_.is_removed(t)) continue;
+      TriangleIndices triangle = mesh_.triangle(t);
+      for (std::uint32_t& v : triangle) {
+        if (number[v] == CollapsingMesh::kNone) {
+          number[v] = static_cast<std::uint32_t>(result.mesh.vertices.size());
+          result.mesh.vertices.push_back(before.vertices[v]);
+          result.errors.push_back(rounded_up(errors_[v]));
+        }
+        v = number[v];
+      }
+      result.mesh.triangles.push_back(triangle);
+    }
+    return result;
+  }
+
+ private:
+  struct State {
+    std::uint8_t pass_as_goal = 0;  // The last in which another vertex was collapsed onto it.
+    bool is_closed = false;         // Refused, and nothing has changed since.
+  };
+
+  static float rounded_up(double error) {
+    const auto rounded = static_cast<float>(error);
+    return rounded < error ? std::nextafter(rounded, std::numeric_limits<float>::infinity())
+                           : rounded;
+  }
+
+  [[nodiscard]] double own_limit(double limit) const {
+    return own_part(limit_.in_voxels(limit)) * limit;
+  }
+
+  // In the fan. What belongs to it lies within the errors there, so within the limit.
+  [[nodiscard]] double limit_around(const Vec3& u) const {
+    if (limit_.is_uniform()) return largest_;
+    Box box = box_of(places_);
+    include(box, u);
+    const double there = own_limit(limit_.least_near(box, 0, 0));
+    return own_limit(limit_.least_near(box, there, there));
+  }
+
+  bool try_vertex(std::uint32_t u, int pass) {
+    mesh_.ring(u, ring_);
+    if (ring_.size() > kMostNeighbours) return false;
+    turn_to_goal(positions_[u]);
+    if (turns_over(positions_[u], places_) || joins_borders(mesh_, ring_)) return false;
+    const double limit = limit_around(positions_[u]);
+    if (!(limit > 0) || !errors_.fits(u, neighbours_, places_, limit)) return false;
+    if (!mesh_.keeps_topology(ring_)) return false;
+    if (embedding_ && !embedding_->allows(ring_)) return false;
+    errors_.keep();
+    if (embedding_) embedding_->keep(ring_);
+    mesh_.collapse(ring_);
+    states_[neighbours_.front()].pass_as_goal = static_cast<std::uint8_t>(pass);
+    for (const std::uint32_t w : neighbours_) states_[w].is_closed = false;
+    return true;
+  }
+
+  // The ring from the neighbour on that u costs least to move onto: along the surface, and near.
+  void turn_to_goal(const Vec3& u) {
+    places_.clear();
+    for (const std::uint32_t corner : ring_) {
+      places_.push_back(positions_[mesh_.vertex(CollapsingMesh::next(corner))]);
+    }
+    Vec3 normal = {0, 0, 0};
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      const Vec3& next = places_[i + 1 < places_.size() ? i + 1 : 0];
+      normal = sum(normal, normal_of(u, places_[i], next));
+    }
+    const double squared_normal = squared_length(normal);
+    const double inverse = squared_normal > 0 ? 1 / squared_normal : 0;
+    double least = std::numeric_limits<double>::infinity();
+    std::size_t goal = 0;
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      const Vec3 along = difference(u, places_[i]);
+      const double height = dot(along, normal);
+      const double cost = height * height * inverse + kOfLength * squared_length(along);
+      if (cost < least) {
+        least = cost;
+        goal = i;
+      }
+    }
+    std::rotate(ring_.begin(), ring_.begin() + static_cast<std::ptrdiff_t>(goal), ring_.end());
+    std::rotate(places_.begin(), places_.begin() + static_cast<std::ptrdiff_t>(goal),
+                places_.end());
+    neighbours_.clear();
+    for (const std::uint32_t corner : ring_) {
+      neighbours_.push_back(mesh_.vertex(CollapsingMesh::next(corner)));
+    }
+  }
+
+  std::span<const Vec3> positions_;
+  const PieceLimit& limit_;
+  double largest_;  // This stage's limit where it is the same everywhere.
+  CollapsingMesh mesh_;
+  VertexErrors errors_;
+  std::optional<Embedding> embedding_;
+  std::vector<State> states_;
+  std::vector<std::uint32_t> ring_, neighbours_;
+  std::vector<Vec3> places_;
+};
+
+}  // namespace
+
+FirstStage first_stage(const LatticeMesh& mesh, std::span<const Vec3> positions,
+                       const PieceLimit& limit, std::optional<Obstacles> embedded,
+                       const std::function<void()>& checkpoint) {
+  Sweeps sweeps(mesh, positions, limit, embedded);
+  sweeps.run(checkpoint);
+  return sweeps.result(mesh);
+}
+
+}  // namespace multitetra

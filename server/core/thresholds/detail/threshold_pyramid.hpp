@@ -1,0 +1,61 @@
+// The least threshold that a coarse grid says over a box: a pyramid of minima over its samples.
+//
+// Each sample is valid in its voxel, half a step around it, borders included. Over a box the least
+// of all voxels holds that the box's image in the grid's own indices touches; where the axes are
+// not parallel the image is the least box around it. Monotone (threshold_bound.hpp): the image and
+// the range of voxels of an inner box lie in those of the outer one.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "common/request/local_thresholds.hpp"
+#include "server/core/framework/box.hpp"
+#include "server/core/thresholds/detail/threshold_bound.hpp"
+
+namespace multitetra {
+
+class ThresholdPyramid {
+ public:
+  // `to_samples` maps grid coordinates to indices of the thresholds' own samples; `unit` is the
+  // length of 1 in their unit.
+  ThresholdPyramid(const ThresholdGrid& grid, const Affine& to_samples, double unit);
+
+  [[nodiscard]] ThresholdBound least_in(const Box& box) const;
+
+  // No less than what least_in says of any box within this one, unless nothing is said: then 0.
+  [[nodiscard]] double largest_in(const Box& box) const;
+
+ private:
+  struct Cell {
+    float least = 0;  // Infinite where nothing is said.
+    bool has_gap = false;
+  };
+  // Level l holds the minima of blocks of 2^l samples a side; the last has one cell.
+  struct Level {
+    std::array<std::int32_t, 3> dims = {};
+    std::vector<Cell> cells;
+    [[nodiscard]] const Cell& at(std::int32_t x, std::int32_t y, std::int32_t z) const {
+      return cells[static_cast<std::size_t>((std::int64_t{z} * dims[1] + y) * dims[0] + x)];
+    }
+  };
+  // Samples first to last on every axis.
+  struct Range {
+    std::array<std::int32_t, 3> first = {};
+    std::array<std::int32_t, 3> last = {};
+    bool is_empty = false;
+    bool leaves_grid = false;  // The box has places beyond the grid.
+  };
+
+  [[nodiscard]] Range range_of(const Box& box) const;
+  void add(int level, const std::array<std::int32_t, 3>& cell, const Range& range,
+           Cell& said) const;
+
+  Affine to_samples_;
+  double unit_;
+  std::vector<float> thresholds_;  // As given, NaN where nothing is said.
+  std::vector<Level> levels_;
+};
+
+}  // namespace multitetra

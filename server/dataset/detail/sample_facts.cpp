@@ -1,0 +1,58 @@
+#include "server/dataset/detail/sample_facts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "server/dataset/prepared_format.hpp"
+
+namespace multitetra {
+namespace {
+
+template <typename Sample>
+void add_samples(SampleFacts& facts, std::span<const std::byte> bytes) {
+  for (; bytes.size() >= sizeof(Sample); bytes = bytes.subspan(sizeof(Sample))) {
+    Sample sample{};
+    std::memcpy(&sample, bytes.data(), sizeof(Sample));
+    const auto value = static_cast<double>(sample);
+    if (std::isnan(value)) {
+      ++facts.void_samples;
+      continue;
+    }
+    facts.min = std::min(facts.min, value);
+    facts.max = std::max(facts.max, value);
+  }
+}
+
+}  // namespace
+
+void SampleFacts::add(SampleType type, std::span<const std::byte> bytes) {
+  switch (type) {
+    case SampleType::kU8:
+      return add_samples<std::uint8_t>(*this, bytes);
+    case SampleType::kI8:
+      return add_samples<std::int8_t>(*this, bytes);
+    case SampleType::kU16:
+      return add_samples<std::uint16_t>(*this, bytes);
+    case SampleType::kI16:
+      return add_samples<std::int16_t>(*this, bytes);
+    case SampleType::kF32:
+      return add_samples<float>(*this, bytes);
+  }
+}
+
+Result<void> check_facts(const DatasetInfo& info, SampleFacts facts) {
+  if (facts.min > facts.max) facts.min = facts.max = 0;  // All are void.
+  if (facts.min == info.min && facts.max == info.max && facts.void_samples == info.void_samples) {
+    return {};
+  }
+  return damaged(section_names::kMetadata,
+                 "it says that the samples range from " + std::to_string(info.min) + " to " +
+                     std::to_string(info.max) + " and " + std::to_string(info.void_samples) +
+                     " are void; they range from " + std::to_string(facts.min) + " to " +
+                     std::to_string(facts.max) + " and " + std::to_string(facts.void_samples) +
+                     " are void.");
+}
+
+}  // namespace multitetra

@@ -1,0 +1,151 @@
+#include "server/extraction/detail/simplified_surface.hpp"
+
+#include <ctime>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "common/base/in_parallel.hpp"
+#include "common/mesh/triangle_grid.hpp"
+
+namespace multitetra {
+namespace {
+
+// What lies in a cube, and in none of its children.
+using CubesOfOneSize = std::map<OctreeCube, std::optional<LatticeMesh>>;
+
+// By exponent: the cubes of the tiles, and all cubes around them.
+std::vector<CubesOfOneSize> cubes_around(std::vector<TileMesh> tiles, int root_exponent) {
+  std::vector<CubesOfOneSize> cubes(static_cast<std::size_t>(root_exponent) + 1);
+  const auto cubes_like = [&](const OctreeCube& cube) -> CubesOfOneSize& {
+    return cubes[static_cast<std::size_t>(cube.exponent)];
+  };
+  for (TileMesh& tile : tiles) {
+    cubes_like(tile.cube)[tile.cube] = std::move(tile.mesh);
+    for (OctreeCube cube = tile.cube; cube.exponent < root_exponent;) {
+      cube = cube.parent();
+      if (!cubes_like(cube).try_emplace(cube).second) break;
+    }
+  }
+  return cubes;
+}
+
+// For each cube the triangles that lie in no single cube of its size and reach into it: its own
+// surface stays in it, and so does what is in other cubes.
+using ObstaclesOfOneSize = std::map<OctreeCube, std::vector<LatticeTriangle>>;
+
+bool reaches_into(const LatticeTriangle& triangle, const OctreeCube& cube, int resolution) {
+  const TriangleBox box = box_of(triangle);
+  const auto overlaps = [&](std::int32_t low, std::int32_t high, std::int32_t position) {
+    const std::int64_t begin = std::int64_t{position} << (cube.exponent + resolution);
+    return high > begin && low < begin + (std::int64_t{1} << (cube.exponent + resolution));
+  };
+  return overlaps(box.low.x, box.high.x, cube.x) && overlaps(box.low.y, box.high.y, cube.y) &&
+         overlaps(box.low.z, box.high.z, cube.z);
+}
+
+// By exponent.
+std::vector<ObstaclesOfOneSize> obstacles_in(const std::vector<CubesOfOneSize>& cubes,
+                                             int resolution) {
+  std::vector<ObstaclesOfOneSize> obstacles(cubes.size());
+  for (std::size_t size = cubes.size() - 1; size-- > 0;) {
+    for (const auto& [cube, unused] : cubes[size]) {
+      std::vector<LatticeTriangle>& found = obstacles[size][cube];
+      const auto look_at = [&](const LatticeTriangle& triangle) {
+        if (reaches_into(triangle, cube, resolution)) found.push_back(triangle);
+      };
+      const auto& above = cubes[size + 1].at(cube.parent());
+      if (above) {
+        const auto& vertices = above->vertices;
+        for (const auto& [p, q, r] : above->triangles) {
+          look_at({vertices[p], vertices[q], vertices[r]});
+        }
+      }
+      for (const LatticeTriangle& triangle : obstacles[size + 1][cube.parent()]) look_at(triangle);
+    }
+  }
+  return obstacles;
+}
+
+double seconds_of_this_thread() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+// A cube, and what it took to simplify all that is in it.
+struct JoinedCube {
+  SimplifiedCube surface;
+  SimplificationWork work;
+};
+
+// The surface in the cubes of one size, from that in the cubes half as large.
+std::vector<JoinedCube> join_all(CubesOfOneSize cubes, const ObstaclesOfOneSize& obstacles,
+                                 std::vector<JoinedCube> halves,
+                                 const SimplificationOptions& options,
+                                 const SimplifiedTileLimits& limits, const std::stop_token& stop) {
+  struct Joining {
+    OctreeCube cube;
+    std::optional<LatticeMesh> own;
+    std::vector<SimplifiedCube> children;
+    SimplificationWork before;
+  };
+  std::vector<Joining> joining;
+  std::map<OctreeCube, std::size_t> index;
+  for (auto& [cube, own] : cubes) {
+    index[cube] = joining.size();
+    joining.push_back({cube, std::move(own), {}, {}});
+  }
+  for (JoinedCube& half : halves) {
+    Joining& whole = joining[index.at(half.surface.cube.parent())];
+    whole.children.push_back(std::move(half.surface));
+    whole.before.seconds += half.work.seconds;
+    whole.before.longest_chain = std::max(whole.before.longest_chain, half.work.longest_chain);
+  }
+  std::vector<JoinedCube> joined(joining.size());
+  in_parallel(
+      joining.size(),
+      [&](std::size_t i) {
+        Joining& one = joining[i];
+        const double start = seconds_of_this_thread();
+        const auto in_the_way = obstacles.find(one.cube);
+        joined[i].surface = join_simplified(
+            one.cube, std::move(one.children), std::move(one.own), options, limits,
+            [&stop] { throw_if_stopped(stop); },
+            in_the_way == obstacles.end() ? Obstacles() : Obstacles(in_the_way->second));
+        const double seconds = seconds_of_this_thread() - start;
+        joined[i].work = {.seconds = one.before.seconds + seconds,
+                          .longest_chain = one.before.longest_chain + seconds};
+      },
+      stop);
+  return joined;
+}
+
+}  // namespace
+
+SimplificationWork simplify(TiledSurface& surface, int root_exponent,
+                            const SimplificationOptions& options, const std::stop_token& stop,
+                            const SimplifiedTileLimits& limits) {
+  if (surface.tiles.empty()) return {};
+  const int resolution = surface.tiles.front().mesh.resolution;
+  std::vector<CubesOfOneSize> cubes = cubes_around(std::move(surface.tiles), root_exponent);
+  std::vector<ObstaclesOfOneSize> obstacles(cubes.size());
+  if (options.is_embedded) obstacles = obstacles_in(cubes, resolution);
+  std::vector<JoinedCube> joined;
+  for (std::size_t size = 0; size < cubes.size(); ++size) {
+    joined =
+        join_all(std::move(cubes[size]), obstacles[size], std::move(joined), options, limits, stop);
+  }
+  surface.tiles = finished_tiles(std::move(joined.front().surface));
+  return joined.front().work;
+}
+
+void simplify(TiledSurface& surface, const ResolvedStep& spec, int root_exponent,
+              const std::stop_token& stop) {
+  if (!spec.request().simplify) return;
+  simplify(surface, root_exponent, spec.simplification(), stop);
+}
+
+}  // namespace multitetra

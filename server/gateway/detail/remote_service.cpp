@@ -1,0 +1,475 @@
+#include "server/gateway/detail/remote_service.hpp"
+
+#include <algorithm>
+#include <deque>
+#include <exception>
+#include <iterator>
+#include <new>
+#include <optional>
+#include <utility>
+
+#include "common/net/async_event.hpp"
+#include "common/net/coroutines.hpp"
+#include "common/base/in_parallel.hpp"
+#include "server/gateway/detail/forwarded_stream.hpp"
+#include "server/gateway/detail/upstream_questions.hpp"
+#include "server/operations/log.hpp"
+#include "server/service/on_workers.hpp"
+#include "server/session/answers.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr std::size_t kMaxWaiting = 4;  // Beyond that nothing is read from a server.
+
+// What a server said, if it is of the kind that answers the question.
+std::optional<QuestionReply> reply_to(const Question& question, ServerMessage message) {
+  if (std::holds_alternative<Estimate>(question)) {
+    if (auto* reply = std::get_if<EstimateReply>(&message)) return *reply;
+  } else if (std::holds_alternative<Slice>(question)) {
+    if (auto* reply = std::get_if<SliceReply>(&message)) return std::move(*reply);
+  } else if (auto* reply = std::get_if<ProbeReply>(&message)) {
+    return std::move(*reply);
+  }
+  return std::nullopt;
+}
+
+// A server must have what colours a surface as well. False where none has both.
+bool keep_holders_of_scalars(StartStream& action) {
+  if (!action.scalars) return true;
+  const auto surface = std::dynamic_pointer_cast<const UpstreamDataset>(action.source);
+  const auto field = std::dynamic_pointer_cast<const UpstreamDataset>(action.scalars);
+  auto both = std::make_shared<UpstreamDataset>(surface->info());
+  std::copy_if(surface->holders.begin(), surface->holders.end(), std::back_inserter(both->holders),
+               [&](std::size_t holder) {
+                 return std::find(field->holders.begin(), field->holders.end(), holder) !=
+                        field->holders.end();
+               });
+  const bool is_held = !both->holders.empty();
+  action.source = std::move(both);
+  return is_held;
+}
+
+// Of a mesh that takes its time.
+constexpr std::uint64_t kManyTriangles = 200'000;
+
+Result<Surface> assembled_or_why_not(SurfaceTiles tiles, const std::stop_token& stop) {
+  try {
+    return assembled(std::move(tiles), stop);
+  } catch (const Cancelled&) {
+    return fail(ErrorCode::kCancelled, "The surface was cancelled.");
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::kLimitExceeded,
+                "The gateway has not enough memory for this surface; ask for a larger error.");
+  } catch (const std::exception& trouble) {
+    log_line(LogLevel::kError, std::string("assembling a surface failed: ") + trouble.what(), {});
+    return fail(ErrorCode::kInternal, "The gateway failed to assemble this surface.");
+  }
+}
+
+class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCaller> {
+ public:
+  RemoteCaller(asio::any_io_executor executor, std::shared_ptr<UpstreamPool> upstreams,
+               Workers& assembling, ClientContextPtr client, RequestLimits limits)
+      : Caller(std::move(client), limits),
+        executor_(executor),
+        upstreams_(std::move(upstreams)),
+        assembling_(assembling),
+        questions_(upstreams_),
+        change_(executor) {}
+
+  CataloguePtr catalogue() const override { return catalogue_; }
+  ProgressiveStreamPtr steps(StartStream action, std::function<void()> changed) override;
+  void answer(AnswerQuestion action, std::stop_token stop,
+              std::function<void(Result<QuestionReply>)> done) override;
+  void keep_time(std::chrono::steady_clock::time_point) override {}
+
+ protected:
+  std::optional<asio::awaitable<Result<CataloguePtr>>> ask_for_catalogue(
+      std::string token) override {
+    return offered(std::move(token));
+  }
+  void make_surface(StartStream action, std::uint64_t max_triangles, std::stop_token stop,
+                    std::function<void(Result<Surface>)> done) override;
+  void when_closed() override;
+
+ private:
+  class Stream;
+  using StreamPtr = std::shared_ptr<Stream>;
+
+  asio::awaitable<Result<CataloguePtr>> offered(std::string token);
+  // Brings all streams, one after the other, until it is closed.
+  asio::awaitable<void> bring_streams();
+  asio::awaitable<void> bring(StreamPtr stream);
+  // Makes sure that reached_ is a holder of its dataset; false when the stream cannot go on.
+  asio::awaitable<bool> reach_holder(StreamPtr stream);
+  // Until the stream is over (true) or the server lost (false).
+  asio::awaitable<bool> forward(StreamPtr stream);
+  void take(const StreamPtr& stream, ServerMessage message);
+  void cancel(Stream& stream);
+  [[nodiscard]] UpstreamClient upstream_client() const;
+  asio::awaitable<void> bring_answer(AnswerQuestion action,
+                                     std::function<void(Result<QuestionReply>)> done);
+  asio::awaitable<void> bring_surface(StartStream action, std::uint64_t max_triangles,
+                                      std::stop_token stop,
+                                      std::function<void(Result<Surface>)> done);
+  // All tiles of a stream's only step.
+  asio::awaitable<Result<SurfaceTiles>> collect(StartStream action, std::uint64_t max_triangles);
+
+  asio::any_io_executor executor_;
+  std::shared_ptr<UpstreamPool> upstreams_;
+  Workers& assembling_;
+  UpstreamQuestions questions_;
+  CataloguePtr catalogue_;
+  std::string token_;
+  bool is_closed_ = false;
+  bool is_bringing_ = false;
+  StreamPtr stream_;                              // Null when none runs.
+  std::optional<UpstreamPool::Reached> reached_;  // Of the last stream, for the next.
+  AsyncEvent change_;
+};
+
+class RemoteCaller::Stream : public ProgressiveStream {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  Stream(std::weak_ptr<RemoteCaller> caller, StartStream action, std::function<void()> changed)
+      : forwarded(std::move(action.open)),
+        dataset(std::dynamic_pointer_cast<const UpstreamDataset>(action.source)),
+        changed_(std::move(changed)),
+        caller_(std::move(caller)) {}
+
+  std::optional<ServerMessage> take() override {
+    if (waiting_.empty()) return std::nullopt;
+    ServerMessage message = std::move(waiting_.front());
+    waiting_.pop_front();
+    if (std::holds_alternative<StepEnd>(message)) ++steps_sent_;
+    if (const auto caller = caller_.lock()) caller->change_.notify_all();
+    return message;
+  }
+  void end(StreamOutcome outcome) override {
+    finish(StreamEnd{.request_id = id(), .outcome = outcome, .steps = steps_sent_});
+  }
+  void fail(Error error) override {
+    finish(ErrorReply{.request_id = id(), .error = std::move(error)});
+  }
+  void drop() override {
+    is_finished_ = true;
+    waiting_.clear();
+    stop();
+  }
+
+  // Before anybody was told of it.
+  void refuse(Error error) {
+    waiting_.push_back(ErrorReply{.request_id = id(), .error = std::move(error)});
+    is_finished_ = is_stopped = true;
+  }
+  // A message of the server; the last one ends the stream behind those that wait.
+  void put(ServerMessage message) {
+    const bool is_end = is_last(message);
+    waiting_.push_back(std::move(message));
+    if (is_end) is_stopped = true;
+    changed_();
+  }
+  [[nodiscard]] bool has_room() const { return waiting_.size() < kMaxWaiting; }
+  [[nodiscard]] std::uint64_t id() const { return forwarded.open().request_id; }
+
+  ForwardedStream forwarded;
+  std::shared_ptr<const UpstreamDataset> dataset;
+  bool is_asked = false;  // A server was asked for it, and has not ended it.
+  bool is_stopped = false;
+  std::optional<Clock::time_point> lost_at = {};  // Its server; none since a message was passed on.
+
+ private:
+  // The last message, in the place of what waits.
+  void finish(ServerMessage last) {
+    if (std::exchange(is_finished_, true)) return;
+    waiting_.clear();
+    waiting_.push_back(std::move(last));
+    stop();
+    changed_();
+  }
+  // Nothing more is wanted of it: the server is told, and ends it. Then its link is free for the
+  // next stream.
+  void stop() {
+    is_stopped = true;
+    if (const auto caller = caller_.lock()) caller->cancel(*this);
+  }
+
+  bool is_finished_ = false;  // The last message was decided here.
+  std::deque<ServerMessage> waiting_;
+  std::uint32_t steps_sent_ = 0;
+  std::function<void()> changed_;
+  std::weak_ptr<RemoteCaller> caller_;
+};
+
+asio::awaitable<Result<CataloguePtr>> RemoteCaller::offered(std::string token) {
+  token_ = token;
+  auto found = co_await upstreams_->catalogue(std::move(token));
+  if (found) catalogue_ = *found;
+  co_return found;
+}
+
+UpstreamClient RemoteCaller::upstream_client() const {
+  constexpr std::size_t kMostOfAName = 256;  // Names of tokens may be long.
+  return {.token = token_, .share = client()->share().substr(0, kMostOfAName)};
+}
+
+void RemoteCaller::when_closed() {
+  is_closed_ = true;
+  if (reached_) reached_->link->close();
+  questions_.close();
+  if (const StreamPtr stream = stream_) {
+    stream->fail({ErrorCode::kCancelled, "The client has gone."});
+  }
+  change_.notify_all();
+}
+
+// ---- streams
+
+ProgressiveStreamPtr RemoteCaller::steps(StartStream action, std::function<void()> changed) {
+  const bool is_held = keep_holders_of_scalars(action);
+  stream_ = std::make_shared<Stream>(weak_from_this(), std::move(action), std::move(changed));
+  const ProgressiveStreamPtr started = stream_;
+  if (!is_held) {
+    stream_->refuse(
+        {ErrorCode::kUnavailable,
+         "No server behind this gateway has both the surface's dataset and the one that "
+         "shall colour it."});
+  }
+  change_.notify_all();
+  if (!std::exchange(is_bringing_, true)) {
+    spawn(executor_, [self = shared_from_this()] { return self->bring_streams(); });
+  }
+  return started;
+}
+
+void RemoteCaller::cancel(Stream& stream) {
+  if (std::exchange(stream.is_asked, false) && reached_) {
+    reached_->link->send(Cancel{stream.id()});
+  }
+  if (stream_.get() == &stream) stream_.reset();
+  change_.notify_all();
+}
+
+asio::awaitable<void> RemoteCaller::bring_streams() {
+  const auto self = shared_from_this();
+  while (!is_closed_) {
+    if (const StreamPtr stream = stream_; stream && !stream->is_stopped) {
+      co_await bring(stream);
+    } else {
+      co_await change_.wait();
+    }
+  }
+  if (reached_) reached_->link->close();
+}
+
+asio::awaitable<bool> RemoteCaller::reach_holder(StreamPtr stream) {
+  const std::vector<std::size_t> holders = stream->dataset->holders;
+  const bool is_there =
+      reached_ && !reached_->link->is_lost() &&
+      std::find(holders.begin(), holders.end(), reached_->upstream) != holders.end();
+  if (is_there) co_return true;
+  if (reached_) reached_->link->close();
+  reached_.reset();
+  std::function<bool()> is_wanted = [this, stream] { return !stream->is_stopped && !is_closed_; };
+  UpstreamClient client = upstream_client();  // Not in the awaiting expression: see upstream_pool.
+  auto reached = co_await upstreams_->reach(stream->dataset, std::move(client), is_wanted);
+  if (!is_wanted()) {
+    if (reached) (*reached).link->close();
+    co_return false;
+  }
+  if (reached) {
+    reached_ = *std::move(reached);
+    co_return true;
+  }
+  stream->fail(reached.error());
+  co_return false;
+}
+
+asio::awaitable<void> RemoteCaller::bring(StreamPtr stream) {
+  while (!stream->is_stopped && co_await reach_holder(stream)) {
+    // A link that has been idle may have been closed since; that says nothing about its server.
+    const bool may_be_stale = std::exchange(reached_->was_used, true);
+    stream->forwarded.restart();
+    reached_->link->send(stream->forwarded.open());
+    stream->is_asked = true;
+    if (co_await forward(stream)) co_return;
+    stream->is_asked = false;
+    if (may_be_stale) continue;
+    log_line(LogLevel::kWarning, "a server was lost in a stream; another one is asked",
+             {{"connection", client()->facts().connection}, {"request", stream->id()}});
+    upstreams_->lost(reached_->upstream);
+    const Stream::Clock::time_point now = Stream::Clock::now();
+    if (!stream->lost_at) stream->lost_at = now;
+    if (now - *stream->lost_at > upstreams_->options().patience) {
+      stream->fail({ErrorCode::kUnavailable, "No server brings this stream; try again later."});
+    }
+  }
+}
+
+asio::awaitable<bool> RemoteCaller::forward(StreamPtr stream) {
+  const std::uint64_t id = stream->id();
+  const LinkPtr link = reached_->link;
+  for (;;) {
+    auto message = co_await link->receive();
+    if (!message) co_return stream->is_stopped || is_closed_;
+    const bool is_end = is_last(*message);
+    // A server that stops says so to the connection, and hangs up: as good as lost.
+    if (is_end && request_id_of(*message) == 0) {
+      link->close();
+      co_return stream->is_stopped || is_closed_;
+    }
+    if (request_id_of(*message) != id) continue;
+    if (!stream->is_stopped && is_about_stopping(*message)) {
+      link->close();
+      co_return false;
+    }
+    if (is_end) stream->is_asked = false;
+    if (!stream->is_stopped) take(stream, *std::move(message));
+    if (is_end) co_return true;
+    while (!stream->is_stopped && !is_closed_ && !stream->has_room()) co_await change_.wait();
+  }
+}
+
+void RemoteCaller::take(const StreamPtr& stream, ServerMessage message) {
+  if (is_last(message)) {
+    stream->put(std::move(message));
+    return;
+  }
+  switch (stream->forwarded.next(message)) {
+    case ForwardedStream::Verdict::kPassOver:
+      return;
+    case ForwardedStream::Verdict::kDiffers:
+      stream->fail({ErrorCode::kUnavailable,
+                    "A server was lost, and the one that goes on answers differently; ask again."});
+      return;
+    case ForwardedStream::Verdict::kForward:
+      break;
+  }
+  stream->lost_at.reset();
+  if (const auto* tile = std::get_if<Tile>(&message)) {
+    const StepBegin& step = stream->forwarded.step();
+    if (step.request.normal_bits == 0 && tile->index < step.tiles.size()) {
+      const TileSummary& summary = step.tiles[tile->index];
+      upstreams_->tiles().add(
+          {.digest = summary.digest, .cube = summary.cube, .dataset = stream->dataset->info().name},
+          {.summary = summary, .payload = tile->payload});
+    }
+  }
+  stream->put(std::move(message));
+}
+
+// ---- questions
+
+void RemoteCaller::answer(AnswerQuestion action, std::stop_token,
+                          std::function<void(Result<QuestionReply>)> done) {
+  spawn(executor_,
+        [self = shared_from_this(), action = std::move(action), done = std::move(done)]() mutable {
+          return self->bring_answer(std::move(action), std::move(done));
+        });
+}
+
+asio::awaitable<void> RemoteCaller::bring_answer(AnswerQuestion action,
+                                                 std::function<void(Result<QuestionReply>)> done) {
+  const auto self = shared_from_this();
+  auto dataset = std::dynamic_pointer_cast<const UpstreamDataset>(action.source);
+  UpstreamClient client = upstream_client();
+  auto answer = co_await questions_.ask(std::move(dataset), std::move(client), action.question);
+  if (!answer) {
+    done(tl::unexpected(answer.error()));
+  } else if (auto* refusal = std::get_if<ErrorReply>(&*answer)) {
+    done(tl::unexpected(refusal->error));
+  } else if (auto reply = reply_to(action.question, *std::move(answer))) {
+    done(*std::move(reply));
+  } else {
+    done(fail(ErrorCode::kInternal, std::string("A server answered something else than a ") +
+                                        kind_of(action.question) + " asks for."));
+  }
+}
+
+// ---- surfaces
+
+asio::awaitable<Result<SurfaceTiles>> RemoteCaller::collect(StartStream action,
+                                                            std::uint64_t max_triangles) {
+  const auto changed = std::make_shared<AsyncEvent>(executor_);
+  const ProgressiveStreamPtr stream = steps(std::move(action), [changed] { changed->notify_all(); });
+  SurfaceTiles tiles;
+  for (;;) {
+    auto message = stream->take();
+    if (is_closed_) co_return fail(ErrorCode::kCancelled, "The client has gone.");
+    if (!message) {
+      // Closing this changes the stream as well.
+      co_await changed->wait();
+    } else if (const auto* error = std::get_if<ErrorReply>(&*message)) {
+      co_return tl::unexpected(error->error);
+    } else if (auto* begin = std::get_if<StepBegin>(&*message)) {
+      tiles.begin = std::move(*begin);
+      tiles.payloads.resize(tiles.begin.tiles.size());
+      if (tiles.begin.scalars) tiles.scalars.resize(tiles.begin.tiles.size());
+      if (const auto allowed = check_triangles(tiles.begin, max_triangles); !allowed) {
+        stream->drop();
+        co_return tl::unexpected(allowed.error());
+      }
+    } else if (auto* tile = std::get_if<Tile>(&*message)) {
+      if (tile->index < tiles.payloads.size()) tiles.payloads[tile->index] = tile->payload;
+    } else if (auto* scalars = std::get_if<TileScalars>(&*message)) {
+      if (scalars->index < tiles.scalars.size()) tiles.scalars[scalars->index] = scalars->codes;
+    } else if (const auto* step = std::get_if<StepEnd>(&*message)) {
+      tiles.digest = step->digest;
+    } else if (const auto* end = std::get_if<StreamEnd>(&*message)) {
+      stream->drop();
+      if (end->outcome == StreamOutcome::kComplete) co_return tiles;
+      co_return fail(ErrorCode::kUnavailable, "The server stops; ask again later.");
+    }
+  }
+}
+
+asio::awaitable<void> RemoteCaller::bring_surface(StartStream action, std::uint64_t max_triangles,
+                                                  std::stop_token stop,
+                                                  std::function<void(Result<Surface>)> done) {
+  const auto self = shared_from_this();
+  auto collected = co_await collect(std::move(action), max_triangles);
+  if (!collected) {
+    done(tl::unexpected(collected.error()));
+    co_return;
+  }
+  const bool is_large = triangles_of(collected->begin) > kManyTriangles;
+  const auto tiles = std::make_shared<SurfaceTiles>(*std::move(collected));
+  std::function<Result<Surface>()> assemble = [tiles, stop] {
+    return assembled_or_why_not(std::move(*tiles), stop);
+  };
+  auto surface = co_await on_workers<Surface>(assembling_, client()->share(),
+                                              is_large ? "large mesh" : "small mesh", is_large,
+                                              std::move(assemble));
+  done(std::move(surface));
+}
+
+void RemoteCaller::make_surface(StartStream action, std::uint64_t max_triangles,
+                                std::stop_token stop, std::function<void(Result<Surface>)> done) {
+  spawn(executor_, [self = shared_from_this(), action = std::move(action), max_triangles,
+                    stop = std::move(stop), done = std::move(done)]() mutable {
+    return self->bring_surface(std::move(action), max_triangles, std::move(stop), std::move(done));
+  });
+}
+
+}  // namespace
+
+// ---- the service
+
+RemoteService::RemoteService(asio::any_io_executor executor,
+                             std::shared_ptr<UpstreamPool> upstreams, RequestLimits limits)
+    : executor_(std::move(executor)), upstreams_(std::move(upstreams)), limits_(limits) {}
+RemoteService::~RemoteService() = default;
+
+CallerPtr RemoteService::open(ClientContextPtr client) {
+  return std::make_shared<RemoteCaller>(executor_, upstreams_, assembling_, std::move(client),
+                                        limits_);
+}
+
+std::optional<EncodedTile> RemoteService::find_tile(const ContentDigest& digest,
+                                                    const TileCache::MaySee& may_see) {
+  return upstreams_->tiles().find_plain(digest, may_see);
+}
+
+}  // namespace multitetra

@@ -1,0 +1,271 @@
+#include "server/gateway/detail/upstream_pool.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "common/net/coroutines.hpp"
+#include "server/gateway/detail/rendezvous.hpp"
+#include "server/operations/log.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr std::size_t kMaxOffers = 256;
+constexpr const char* kNobody =
+    "No server behind this gateway can be reached now; try again later.";
+
+asio::awaitable<void> pause(asio::any_io_executor executor, std::chrono::milliseconds time) {
+  asio::steady_timer timer(executor, time);
+  co_await wait_on(timer);
+}
+
+}  // namespace
+
+TiledStep UpstreamDataset::make(const StepRequest&, std::stop_token) const {
+  throw std::logic_error("A gateway makes no steps.");
+}
+SizeEstimates UpstreamDataset::sizes(std::stop_token, SizeAccuracy) const {
+  throw std::logic_error("A gateway measures no steps.");
+}
+
+UpstreamPool::UpstreamPool(asio::any_io_executor executor, UpstreamOptions options)
+    : executor_(executor), options_(std::move(options)), tiles_(options_.tile_bytes) {
+  for (const Endpoint& upstream : options_.upstreams) {
+    upstreams_.push_back({.name = to_string(upstream),
+                          .health = UpstreamHealth(options_.least_backoff, options_.most_backoff),
+                          .timer = std::make_unique<asio::steady_timer>(executor)});
+  }
+}
+
+// ---- servers
+
+void UpstreamPool::note(std::size_t upstream, bool is_reached, const std::string& why) {
+  Upstream& one = upstreams_[upstream];
+  using Change = UpstreamHealth::Change;
+  const Change change = is_reached ? one.health.reached() : one.health.failed(Clock::now());
+  if (!is_reached) {
+    offers_.clear();
+    // The watching link may not have noticed yet; look_after() makes another one.
+    if (one.watched) one.watched->close();
+  }
+  if (change == Change::kLost) {
+    log_line(LogLevel::kWarning, "a server is lost", {{"upstream", one.name}, {"why", why}});
+  } else if (change == Change::kThere) {
+    log_line(LogLevel::kInfo, "a server is there", {{"upstream", one.name}});
+  }
+}
+
+void UpstreamPool::lost(std::size_t upstream) { note(upstream, false, "it hung up or stops"); }
+
+bool UpstreamPool::is_ready() const {
+  return std::any_of(upstreams_.begin(), upstreams_.end(),
+                     [](const Upstream& one) { return one.health.is_there(); });
+}
+
+std::vector<std::pair<std::string, bool>> UpstreamPool::upstreams() const {
+  std::vector<std::pair<std::string, bool>> all;
+  for (const Upstream& one : upstreams_) all.emplace_back(one.name, one.health.is_there());
+  return all;
+}
+
+std::string UpstreamPool::shown(const std::string& token) const {
+  return options_.secrets.token.value_or(token);
+}
+
+// A server that refuses us is there all the same.
+asio::awaitable<Result<LinkPtr>> UpstreamPool::link_to(std::size_t upstream,
+                                                       UpstreamClient client) {
+  Hello hello{.token = shown(client.token),
+              .agent = "multitetra-gateway/" MULTITETRA_VERSION,
+              .on_behalf_of = client.share};
+  LinkOptions options{.tls = options_.secrets.tls,
+                      .connect_timeout = options_.connect_timeout,
+                      .silence = options_.silence};
+  auto link = co_await UpstreamLink::connect(executor_, options_.upstreams[upstream],
+                                             std::move(hello), std::move(options));
+  // A token of our own that is refused is no client's concern.
+  const bool is_ours = options_.secrets.token.has_value();
+  const bool is_there = link || (link.error().code != ErrorCode::kUnavailable && !is_ours);
+  note(upstream, is_there, is_there ? "" : link.error().text);
+  // The log has addresses and reasons; clients need neither.
+  if (!is_there) co_return fail(ErrorCode::kUnavailable, kNobody);
+  if (link && is_stopped_) (*link)->close();
+  co_return link;
+}
+
+void UpstreamPool::look_after_upstreams() {
+  for (std::size_t i = 0; i < upstreams_.size(); ++i) {
+    spawn(executor_, [this, i] { return look_after(i); });
+  }
+}
+
+// A link that ends is made anew after a moment, or when its server may be tried again. A server
+// that refuses us, as when it wants a token that only clients have, is tried again after each
+// silence.
+asio::awaitable<void> UpstreamPool::look_after(std::size_t upstream) {
+  Upstream& one = upstreams_[upstream];
+  while (!is_stopped_) {
+    const UpstreamClient nobody;  // Named for the same reason as below.
+    const auto link = co_await link_to(upstream, nobody);
+    const Clock::time_point since = Clock::now();
+    Clock::time_point next = since + options_.silence;
+    if (link) {
+      next = since + options_.least_backoff;
+      one.watched = *link;
+      Result<ServerMessage> sign = co_await one.watched->receive();
+      while (sign) sign = co_await one.watched->receive();
+      one.watched.reset();
+    }
+    if (one.health.has_failed()) next = one.health.next_try();
+    if (is_stopped_) co_return;
+    one.timer->expires_at(next);
+    co_await wait_on(*one.timer);
+  }
+}
+
+void UpstreamPool::stop() {
+  is_stopped_ = true;
+  for (Upstream& one : upstreams_) {
+    one.timer->cancel();
+    if (one.watched) one.watched->close();
+  }
+}
+
+void UpstreamPool::use(UpstreamSecrets secrets) {
+  options_.secrets = std::move(secrets);
+  offers_.clear();
+}
+
+// ---- what they offer
+
+asio::awaitable<Result<std::vector<DatasetInfo>>> UpstreamPool::list_of(std::size_t upstream,
+                                                                        std::string token) {
+  // Made before it is awaited: GCC 12 destroys an aggregate of an awaiting expression twice.
+  UpstreamClient client{.token = std::move(token)};
+  const auto link = co_await link_to(upstream, std::move(client));
+  if (!link) co_return tl::unexpected(link.error());
+  (*link)->send(ListDatasets{.request_id = 1});
+  auto answer = co_await (*link)->receive();
+  (*link)->close();
+  if (!answer) co_return tl::unexpected(answer.error());
+  if (auto* list = std::get_if<DatasetList>(&*answer)) co_return std::move(list->datasets);
+  if (const auto* error = std::get_if<ErrorReply>(&*answer)) co_return tl::unexpected(error->error);
+  co_return fail(ErrorCode::kInternal, "A server did not answer with its list of datasets.");
+}
+
+asio::awaitable<Result<CataloguePtr>> UpstreamPool::catalogue(std::string token) {
+  const std::string key = shown(token);
+  if (const auto known = offers_.find(key);
+      known != offers_.end() && Clock::now() - known->second.at < options_.list_lifetime) {
+    co_return known->second.catalogue;
+  }
+  if (const auto found = asking_.find(key); found != asking_.end()) {
+    const std::shared_ptr<Asking> asking = found->second;
+    while (!asking->result) co_await asking->done.wait();
+    co_return *asking->result;
+  }
+  const auto asking = std::make_shared<Asking>(executor_);
+  asking_[key] = asking;
+  try {
+    asking->result = co_await ask_all(key);
+  } catch (const std::exception& error) {
+    asking->result = fail(ErrorCode::kInternal, "The gateway failed to list what there is.");
+    log_line(LogLevel::kError, std::string("listing failed: ") + error.what(), {});
+  }
+  asking_.erase(key);
+  asking->done.notify_all();
+  const Result<CataloguePtr>& found = *asking->result;
+  if (found) {
+    datasets_ = (*found)->size();
+    if (offers_.size() >= kMaxOffers) offers_.clear();
+    offers_[key] = {.at = Clock::now(), .catalogue = *found};
+  }
+  co_return found;
+}
+
+asio::awaitable<Result<CataloguePtr>> UpstreamPool::ask_all(std::string token) {
+  std::map<std::string, std::shared_ptr<UpstreamDataset>> merged;
+  std::optional<Error> trouble;
+  bool has_list = false;
+  // Servers that failed lately come last, and are left alone where another one has answered.
+  for (const bool is_late : {false, true}) {
+    for (std::size_t i = 0; i < upstreams_.size(); ++i) {
+      if (upstreams_[i].health.has_failed() != is_late || (is_late && has_list)) continue;
+      auto list = co_await list_of(i, token);
+      if (!list) {
+        if (!trouble || trouble->code == ErrorCode::kUnavailable) trouble = list.error();
+        continue;
+      }
+      has_list = true;
+      for (DatasetInfo& info : *list) {
+        auto& dataset = merged[info.name];
+        if (!dataset) dataset = std::make_shared<UpstreamDataset>(info);
+        if (dataset->info() == info) {
+          dataset->holders.push_back(i);
+        } else {
+          log_line(LogLevel::kWarning,
+                   "a server has another dataset of that name than the server before it, and is "
+                   "not asked for it",
+                   {{"upstream", upstreams_[i].name}, {"dataset", info.name}});
+        }
+      }
+    }
+  }
+  if (!has_list) co_return tl::unexpected(*trouble);
+  const auto catalogue = std::make_shared<DatasetCatalogue>();
+  for (const auto& [name, dataset] : merged) {
+    std::vector<std::string> names;
+    for (const std::size_t holder : dataset->holders) names.push_back(upstreams_[holder].name);
+    std::vector<std::size_t> ordered;
+    for (const std::size_t at : rendezvous_order(name, names)) {
+      ordered.push_back(dataset->holders[at]);
+    }
+    dataset->holders = std::move(ordered);
+    catalogue->add(dataset);
+  }
+  co_return catalogue;
+}
+
+// ---- who is asked
+
+asio::awaitable<std::vector<std::size_t>> UpstreamPool::holders_now(
+    std::shared_ptr<const UpstreamDataset> dataset, std::string token) {
+  const auto offered = co_await catalogue(std::move(token));
+  if (!offered) co_return dataset->holders;
+  const auto now =
+      std::dynamic_pointer_cast<const UpstreamDataset>((*offered)->find(dataset->info().name));
+  co_return now && now->info() == dataset->info() ? now->holders : dataset->holders;
+}
+
+// One that was just lost may be asked again in a moment, but not before one that is there.
+std::vector<std::size_t> UpstreamPool::in_the_order_to_ask(std::vector<std::size_t> holders) const {
+  std::stable_partition(holders.begin(), holders.end(),
+                        [this](std::size_t i) { return !upstreams_[i].health.has_failed(); });
+  return holders;
+}
+
+asio::awaitable<Result<UpstreamPool::Reached>> UpstreamPool::reach(
+    std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client,
+    std::function<bool()> is_wanted) {
+  const Clock::time_point deadline = Clock::now() + options_.patience;
+  std::vector<std::size_t> holders = dataset->holders;
+  for (;;) {
+    Error trouble = {ErrorCode::kUnavailable, kNobody};
+    for (const std::size_t holder : in_the_order_to_ask(holders)) {
+      if (!upstreams_[holder].health.may_be_asked(Clock::now())) continue;
+      auto link = co_await link_to(holder, client);
+      if (link) co_return Reached{.link = *std::move(link), .upstream = holder};
+      trouble = link.error();
+    }
+    if (is_stopped_ || !is_wanted() || trouble.code != ErrorCode::kUnavailable ||
+        Clock::now() >= deadline) {
+      co_return tl::unexpected(trouble);
+    }
+    co_await pause(executor_, options_.least_backoff);
+    holders = co_await holders_now(dataset, client.token);
+  }
+}
+
+}  // namespace multitetra

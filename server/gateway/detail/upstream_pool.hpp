@@ -1,0 +1,127 @@
+// Servers behind a gateway: which are there, what they offer, and who is asked for what.
+//
+// One thread: everything runs on the executor.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/net/async_event.hpp"
+#include "common/net/endpoint.hpp"
+#include "server/gateway/detail/upstream_health.hpp"
+#include "server/gateway/detail/upstream_link.hpp"
+#include "server/gateway/upstream_options.hpp"
+#include "server/service/dataset_catalogue.hpp"
+#include "server/service/tile_cache.hpp"
+
+namespace multitetra {
+
+// A dataset as several servers offer it. The servers make its steps.
+class UpstreamDataset : public SurfaceProvider {
+ public:
+  explicit UpstreamDataset(DatasetInfo info) : info_(std::move(info)) {}
+
+  [[nodiscard]] const DatasetInfo& info() const override { return info_; }
+  [[nodiscard]] TiledStep make(const StepRequest& step, std::stop_token stop) const override;
+  [[nodiscard]] SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
+
+  std::vector<std::size_t> holders =
+      {};  // Upstreams that have exactly this one, first to ask first.
+
+ private:
+  DatasetInfo info_;
+};
+
+// For whom a server is asked.
+struct UpstreamClient {
+  std::string token = {};
+  std::string share = {};  // As ClientContext::share(); empty: for the gateway itself.
+};
+
+class UpstreamPool {
+ public:
+  UpstreamPool(asio::any_io_executor executor, UpstreamOptions options);
+
+  // What the servers that can be reached offer to the bearer of the token (unless the gateway has
+  // its own): of datasets with the same name that differ, that of the first server. An error when
+  // none can be reached, or all refuse the token. Whoever asks at the same time is answered
+  // together.
+  [[nodiscard]] asio::awaitable<Result<CataloguePtr>> catalogue(std::string token);
+
+  // A link to the first holder of the dataset that can be reached, also to one that was away when
+  // the catalogue was made; waits as long as patience allows and is_wanted() is true.
+  struct Reached {
+    LinkPtr link;
+    std::size_t upstream = 0;
+    bool was_used = false;  // For a stream before: it may have ended since without anybody seeing.
+  };
+  [[nodiscard]] asio::awaitable<Result<Reached>> reach(
+      std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client,
+      std::function<bool()> is_wanted);
+  // The link to it was lost: others are preferred for a moment.
+  void lost(std::size_t upstream);
+
+  // Whether a server is there.
+  [[nodiscard]] bool is_ready() const;
+  // Each server by its address, and whether it is there.
+  [[nodiscard]] std::vector<std::pair<std::string, bool>> upstreams() const;
+  // How many datasets were offered when somebody asked last.
+  [[nodiscard]] std::size_t datasets() const { return datasets_; }
+  // Keeps a link to every server, to know at once when it goes and when it is back. Until stop().
+  void look_after_upstreams();
+  void stop();
+  // For links from now on.
+  void use(UpstreamSecrets secrets);
+  [[nodiscard]] TileCache& tiles() { return tiles_; }
+  [[nodiscard]] const UpstreamOptions& options() const { return options_; }
+
+ private:
+  using Clock = UpstreamHealth::Clock;
+  struct Upstream {
+    std::string name;
+    UpstreamHealth health;
+    LinkPtr watched = nullptr;
+    std::unique_ptr<asio::steady_timer> timer = nullptr;  // Until it is tried again.
+  };
+  struct Offer {
+    Clock::time_point at = {};
+    CataloguePtr catalogue;
+  };
+  // Somebody asks the servers, for all who want the same.
+  struct Asking {
+    explicit Asking(asio::any_io_executor executor) : done(executor) {}
+    AsyncEvent done;
+    std::optional<Result<CataloguePtr>> result;
+  };
+
+  [[nodiscard]] std::string shown(const std::string& token) const;
+  [[nodiscard]] asio::awaitable<Result<LinkPtr>> link_to(std::size_t upstream,
+                                                         UpstreamClient client);
+  [[nodiscard]] asio::awaitable<Result<std::vector<DatasetInfo>>> list_of(std::size_t upstream,
+                                                                          std::string token);
+  [[nodiscard]] std::vector<std::size_t> in_the_order_to_ask(
+      std::vector<std::size_t> holders) const;
+  [[nodiscard]] asio::awaitable<Result<CataloguePtr>> ask_all(std::string token);
+  [[nodiscard]] asio::awaitable<std::vector<std::size_t>> holders_now(
+      std::shared_ptr<const UpstreamDataset> dataset, std::string token);
+  asio::awaitable<void> look_after(std::size_t upstream);
+  void note(std::size_t upstream, bool is_reached, const std::string& why);
+
+  asio::any_io_executor executor_;
+  UpstreamOptions options_;
+  std::vector<Upstream> upstreams_;
+  std::map<std::string, Offer> offers_;  // By token.
+  std::map<std::string, std::shared_ptr<Asking>> asking_;
+  std::size_t datasets_ = 0;
+  TileCache tiles_;
+  bool is_stopped_ = false;
+};
+
+}  // namespace multitetra

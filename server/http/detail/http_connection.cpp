@@ -1,0 +1,280 @@
+#include "server/http/detail/http_connection.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "common/net/coroutines.hpp"
+#include "server/http/detail/slowest_reader.hpp"
+#include "server/operations/log.hpp"
+
+namespace multitetra {
+namespace {
+
+// Names a request in its answer and in the log. Begins anywhere, so that ids of two runs do not
+// meet.
+std::string new_request_id() {
+  static std::atomic<std::uint64_t> next = (std::uint64_t{std::random_device{}()} << 32) | 1;
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(next++));
+  return text.data();
+}
+
+}  // namespace
+
+HttpConnection::HttpConnection(std::unique_ptr<ByteStream> stream, ClientContextPtr client,
+                               std::optional<Error> refusal, RequestHandler& handler,
+                               const HttpOptions& options)
+    : stream_(std::move(stream)),
+      client_(std::move(client)),
+      refusal_(std::move(refusal)),
+      handler_(handler),
+      options_(options),
+      requests_(options.max_header_bytes) {
+  set_usual_options(stream_->socket());
+  if (options_.connection.send_buffer_bytes) {
+    error_code ignored;
+    stream_->socket().set_option(
+        asio::socket_base::send_buffer_size(*options_.connection.send_buffer_bytes), ignored);
+  }
+}
+
+void HttpConnection::start(Upgrade on_upgrade, std::function<void()> on_closed) {
+  on_upgrade_ = std::move(on_upgrade);
+  on_closed_ = std::move(on_closed);
+  spawn(
+      stream_->executor(), [self = shared_from_this()] { return self->run(); },
+      [self = shared_from_this()](const std::exception_ptr& trouble) {
+        try {
+          if (trouble) std::rethrow_exception(trouble);
+          if (self->upgrade_) {
+            self->on_upgrade_(std::move(self->stream_), *std::move(self->upgrade_));
+            return;
+          }
+        } catch (const std::exception& error) {
+          log_line(LogLevel::kError, std::string("closing the connection: ") + error.what(),
+                   {{"peer", self->client_->facts().peer}});
+        }
+        if (self->stream_) self->stream_->close();
+        self->on_closed_();
+      });
+}
+
+void HttpConnection::end(const Error& why) {
+  is_ending_ = true;
+  if (!is_answering_) {  // Idle, or inside a request that nobody reads any more.
+    stream_->close();
+  } else if (context_ && context_->caller) {
+    context_->caller->close(why);
+  } else {
+    deadline_.set(options_.connection.linger);
+  }
+}
+
+void HttpConnection::keep_time(Clock::time_point now) {
+  if (context_ && context_->caller) context_->caller->keep_time(now);
+  if (!deadline_.is_past(now)) return;
+  log_line(LogLevel::kDebug, "closing the connection: it took too long",
+           {{"peer", client_->facts().peer}});
+  deadline_.clear();
+  stream_->close();
+}
+
+asio::awaitable<void> HttpConnection::run() {
+  deadline_.set(options_.connection.handshake_timeout);
+  const error_code error = co_await stream_->handshake_as_server();
+  if (error) {
+    log_line_about(client_->facts().peer, LogLevel::kInfo, "no TLS: " + error.message(),
+                   {{"connection", client_->facts().connection}, {"peer", client_->facts().peer}});
+    if (ByteStream::was_plain_http(error)) co_await refuse_plain_http();
+    co_return;
+  }
+  while (auto request = co_await read_request()) {
+    is_answering_ = true;
+    deadline_.clear();
+    const auto context = std::make_shared<RequestContext>();
+    context->client = client_;
+    context->request_id = new_request_id();
+    context->watch = [this] { watch(); };
+    const bool with_body = request->method() != http::verb::head;
+    if (const auto admitted = check_admission(*request); !admitted) {
+      client_->admission().observer().error_answered(client_->facts(), admitted.error(), 0);
+      context->kind = "refused";
+      const Answer answer = error_answer(503, admitted.error(), context->request_id);
+      co_await write(answer, with_body, /*keep_alive=*/false);
+      tell(&*request, *context, answer, with_body);
+      break;
+    }
+    context_ = context;
+    const Outcome outcome = co_await handler_.answer(*request, *context);
+    context_.reset();
+    const auto* answer = std::get_if<Answer>(&outcome);
+    if (!answer) {
+      upgrade_ = std::move(request);
+      co_return;
+    }
+    const bool keep_alive = request->keep_alive() && !is_ending_;
+    const bool is_written = co_await write(*answer, with_body, keep_alive);
+    if (context->record && is_written) context->record->end(context->outcome);
+    tell(&*request, *context, *answer, with_body);
+    if (!is_written) co_return;
+    if (!keep_alive || is_ending_) break;
+    is_answering_ = false;
+  }
+  co_await hang_up();
+}
+
+void HttpConnection::tell(const HttpRequest* request, const RequestContext& context,
+                          const Answer& answer, bool with_body) {
+  const std::chrono::duration<double> taken = Clock::now() - context.began;
+  const std::string target =
+      request ? handler_.loggable(view_of(request->target())) : std::string();
+  client_->admission().observer().http_answered(
+      client_->facts(), {.id = context.request_id,
+                         .kind = context.kind,
+                         .method = request ? view_of(request->method_string()) : std::string_view(),
+                         .target = target,
+                         .status = answer.status,
+                         .bytes = with_body ? answer.body.length : 0,
+                         .seconds = taken.count()});
+}
+
+Result<void> HttpConnection::check_admission(const HttpRequest& request) {
+  if (refusal_) return tl::unexpected(*refusal_);
+  std::string hops;  // Proxies add to the last line, or another line.
+  const auto lines = request.equal_range("X-Forwarded-For");
+  for (auto line = lines.first; line != lines.second; ++line) {
+    if (!hops.empty()) hops += ',';
+    hops += view_of(line->value());
+  }
+  return client_->forwarded_for(hops);
+}
+
+asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
+  // Who has asked once may rest; who never did gets no longer than for the header itself.
+  deadline_.set(std::exchange(has_asked_, true) ? options_.keep_alive_timeout
+                                                : options_.connection.handshake_timeout);
+  std::array<char, 8 * 1024> buffer;  // NOLINT: it is read into before it is looked at.
+  bool is_inside = false;
+  for (;;) {
+    auto request = requests_.next();
+    if (!request) {
+      const BrokenRequest& broken = request.error();
+      is_answering_ = true;
+      RequestContext context;
+      context.request_id = new_request_id();
+      // Made before it is awaited: GCC 12 destroys an aggregate of an awaiting expression twice.
+      const Answer answer = error_answer(broken.status, {ErrorCode::kMalformedMessage, broken.text},
+                                         context.request_id);
+      co_await write(answer, /*with_body=*/true, /*keep_alive=*/false);
+      tell(nullptr, context, answer, /*with_body=*/true);
+      co_return std::nullopt;
+    }
+    if (*request) co_return std::move(**request);
+    if (requests_.is_inside() && !std::exchange(is_inside, true)) {
+      deadline_.set(options_.connection.handshake_timeout);
+    }
+    const Transfer came = co_await stream_->read_some(asio::buffer(buffer));
+    if (came.error) co_return std::nullopt;
+    requests_.feed({buffer.data(), came.bytes});
+  }
+}
+
+asio::awaitable<bool> HttpConnection::write(const Answer& answer, bool with_body, bool keep_alive) {
+  const std::string head = head_of(answer, keep_alive);
+  const Body& body = answer.body;
+  const auto* file = std::get_if<SharedFile>(&body.whole);
+  std::array<asio::const_buffer, 2> parts = {asio::buffer(head), asio::const_buffer()};
+  if (with_body && !file && body.length > 0) {
+    const auto* shared = std::get_if<SharedBytes>(&body.whole);
+    const std::string& bytes = shared ? **shared : std::get<std::string>(body.whole);
+    parts[1] = asio::buffer(bytes.data() + body.first, body.length);
+  }
+  deadline_.set(options_.connection.write_timeout);
+  const Transfer sent = co_await stream_->write(parts[0], parts[1]);
+  client_->admission().observer().sent("http", sent.bytes);
+  if (sent.error) co_return false;
+  if (!with_body || !file) co_return true;
+  co_return co_await write_file(**file, body.first, body.length);
+}
+
+asio::awaitable<bool> HttpConnection::write_file(const ScratchFile& file, std::uint64_t first,
+                                                 std::uint64_t length) {
+  constexpr std::uint64_t kPiece = 256 * 1024;
+  std::vector<std::byte> piece(std::min(length, kPiece));
+  const SlowestReader slowest(Clock::now(), options_.connection.write_timeout,
+                              options_.min_file_bytes_per_second);
+  std::uint64_t taken = 0;
+  while (length > 0) {
+    piece.resize(std::min(length, kPiece));
+    file.get(first, piece);
+    taken += piece.size();
+    const Clock::time_point now = Clock::now();
+    deadline_.set(slowest.deadline(now, taken) - now);
+    const Transfer sent = co_await stream_->write(asio::buffer(piece));
+    client_->admission().observer().sent("http", sent.bytes);
+    if (sent.error) co_return false;
+    first += piece.size();
+    length -= piece.size();
+  }
+  co_return true;
+}
+
+void HttpConnection::watch() {
+  if (std::exchange(is_watching_, true)) return;
+  stream_->socket().async_wait(tcp::socket::wait_read,
+                               [self = shared_from_this()](error_code error) {
+                                 self->is_watching_ = false;
+                                 if (self->context_ && (error || self->has_hung_up()))
+                                   self->context_->leave();
+                               });
+}
+
+// Something can be read: the next request, or the end.
+bool HttpConnection::has_hung_up() {
+  char byte = 0;
+  error_code error;
+  stream_->socket().non_blocking(true, error);
+  const std::size_t size =
+      stream_->socket().receive(asio::buffer(&byte, 1), tcp::socket::message_peek, error);
+  return error != asio::error::would_block && (error || size == 0);
+}
+
+// What the client still sends is read and dropped for a moment: closing with unread bytes would
+// reset the connection and take our last words away from it.
+asio::awaitable<void> HttpConnection::hang_up() {
+  deadline_.set(options_.connection.linger);
+  const error_code error = co_await stream_->shut_down();
+  if (stream_->is_tls() && !error) co_return;  // Both sides have said that nothing more comes.
+  co_await drop_the_rest();
+}
+
+// Below TLS, which has failed.
+asio::awaitable<void> HttpConnection::refuse_plain_http() {
+  deadline_.set(options_.connection.linger);
+  constexpr std::string_view kWords =
+      "This port speaks TLS: write https:// in place of http://, and wss:// in place of ws://.\n";
+  const std::string answer =
+      "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nConnection: close\r\n"
+      "Content-Length: " +
+      std::to_string(kWords.size()) + "\r\n\r\n" + std::string(kWords);
+  error_code error;
+  co_await asio::async_write(stream_->socket(), asio::buffer(answer), use_error(error));
+  if (error) co_return;
+  stream_->socket().shutdown(tcp::socket::shutdown_send, error);
+  co_await drop_the_rest();
+}
+
+// Until the other side hangs up, or the deadline: a socket that closes before loses what was said.
+asio::awaitable<void> HttpConnection::drop_the_rest() {
+  error_code error;
+  std::array<char, 1024> dropped;  // NOLINT: nobody looks at it.
+  while (!error) {
+    co_await stream_->socket().async_read_some(asio::buffer(dropped), use_error(error));
+  }
+}
+
+}  // namespace multitetra
