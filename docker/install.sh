@@ -67,7 +67,7 @@ export DEBIAN_FRONTEND=noninteractive
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 echo "Installing them; this takes a minute or two."
-if ! { "${as_root[@]}" apt-get update && "${as_root[@]}" apt-get install -y --no-install-recommends "${missing[@]}"; } \
+if ! { "${as_root[@]}" apt-get update && "${as_root[@]}" apt-get install -y --no-remove --no-install-recommends "${missing[@]}"; } \
   >"$log" 2>&1; then
   tail -n 20 "$log" >&2
   echo "apt-get failed; the lines above say why. These scripts know Debian 12 and its relatives." >&2
