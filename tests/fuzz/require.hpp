@@ -2,14 +2,14 @@
 // not, as it does with everything that is thrown out of a harness.
 #pragma once
 
-#include <source_location>
 #include <stdexcept>
 #include <string>
 
-inline void require(bool holds,
-                    const std::source_location& place = std::source_location::current()) {
+// The place is that of the call. Clang 14 has the builtins and no std::source_location.
+inline void require(bool holds, const char* file = __builtin_FILE(),
+                    int line = __builtin_LINE()) {
   if (!holds) {
-    throw std::logic_error(std::string("What must hold for every input does not: ") +
-                           place.file_name() + ":" + std::to_string(place.line()));
+    throw std::logic_error(std::string("A property does not hold: ") + file + ":" +
+                           std::to_string(line));
   }
 }
