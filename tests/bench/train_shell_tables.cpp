@@ -7,6 +7,9 @@
 // A line of volumes.txt is "file type nx ny nz isovalue...", the file being samples alone, little
 // endian, x fastest, and the type u8, u16, i16 or f32. Integers train what exact shells use, and
 // like floats what levels use. The volumes that benchmarks measure are never among them.
+// The tables were trained on these public volumes: cthead (8 and 16 bits), engine, bonsai_small,
+// Iguana, chris_t1, avg152T1, tooth (8 and 16 bits), headsq, stent, Brain_float, fuel, neghip and
+// viscousfingers.
 //
 // Weights: least squares over the active samples of all volumes, one set for each of the 128 ways
 // in which neighbours can be active, drawn towards one set for all. Probabilities: how often a bit

@@ -298,7 +298,7 @@ std::optional<StoreClient::Outcome> StoreClient::Outcome::of_redirect(const std:
   }
   if (follow || is_same_host(before, after)) return std::nullopt;
   return Outcome{.problem = problem + ", which is another host",
-                 .remedy = "Give that address, or allow it with --follow if you trust the server"};
+                 .remedy = "Give that address; `prepare --follow` allows it for volumes"};
 }
 
 CURLcode StoreClient::Handle::perform(const HttpRequest& request, const HttpStoreOptions& options,
