@@ -40,13 +40,11 @@ ClientResult<MessageSocket> welcomed_socket(const Endpoint& server, const TlsCon
   if (auto sent = socket->send(hello); !sent) return fail(Trouble::kNetwork, sent.error());
   const auto welcome = receive<Welcome>(*socket, "Welcome");
   if (!welcome) return tl::unexpected(welcome.error());
-  if (welcome->version != kProtocolVersion || welcome->codec != PayloadCodec::kDracoLattice) {
-    return fail(
-        Trouble::kServer,
-        {ErrorCode::kUnsupportedVersion,
-         "It welcomes with protocol version " + std::to_string(welcome->version) + " and codec " +
-             std::to_string(static_cast<int>(welcome->codec)) + "; this client asked for version " +
-             std::to_string(kProtocolVersion) + " and codec 1."});
+  if (welcome->version != kProtocolVersion) {
+    return fail(Trouble::kServer,
+                {ErrorCode::kUnsupportedVersion,
+                 "It welcomes with protocol version " + std::to_string(welcome->version) +
+                     "; this client asked for version " + std::to_string(kProtocolVersion) + "."});
   }
   return *std::move(socket);
 }

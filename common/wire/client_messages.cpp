@@ -1,9 +1,9 @@
 // Messages from the client to the server.
-#include <algorithm>
 #include <bit>
 #include <tuple>
 
 #include "common/wire/detail/wire_bytes.hpp"
+#include "common/wire/detail/wire_codecs.hpp"
 #include "common/wire/detail/wire_request.hpp"
 #include "common/wire/detail/wire_samples.hpp"
 #include "common/wire/detail/wire_scalars.hpp"
@@ -51,15 +51,18 @@ std::vector<Preview> read_begun(const google::protobuf::RepeatedPtrField<v1::Pre
   std::uint32_t coarser = 2 * kMaxPreviewSpacing;
   for (const v1::Preview& preview : wire) {
     const std::uint32_t finest = preview.finest_spacing();
-    const std::uint32_t least = preview.is_unsimplified() ? 1 : 2;
+    const std::uint32_t least = preview.is_unsimplified() || preview.has_shell() ? 1 : 2;
     checks.require(
         std::has_single_bit(finest) && finest >= least && finest < coarser,
         "OpenStream.begun.finest_spacing",
-        "must be a power of two from 2 (1 of an unsimplified one) to 2^19, each less than "
-        "the one before.");
+        "must be a power of two from 2 (1 of an unsimplified one and of shells) to 2^19, each less "
+        "than the one before.");
     coarser = finest;
     begun.push_back({.finest_spacing = static_cast<std::int32_t>(finest),
                      .is_unsimplified = preview.is_unsimplified()});
+    if (preview.has_shell()) {
+      begun.back().shell = read_shell_step("OpenStream.begun.shell", preview.shell(), checks);
+    }
     if (checks.first()) return {};
   }
   return begun;
@@ -81,13 +84,9 @@ Hello read(const v1::Hello& wire, FieldChecks& checks) {
   hello.max_version = wire.max_version() == 0 ? hello.min_version : wire.max_version();
   checks.integer("Hello.max_version", hello.max_version, hello.min_version, kMaxU32);
   if (!wire.codecs().empty()) {
-    const auto known = static_cast<int>(v1::PAYLOAD_CODEC_DRACO_LATTICE);
-    hello.codecs.clear();
-    if (std::find(wire.codecs().begin(), wire.codecs().end(), known) != wire.codecs().end()) {
-      hello.codecs.push_back(PayloadCodec::kDracoLattice);
-    }
-    checks.require(!hello.codecs.empty(), "Hello.codecs",
-                   "names no payload codec known here; known is 1 (Draco lattice).");
+    hello.codecs = known_codecs(wire.codecs());
+    checks.require(has_draco(hello.codecs), "Hello.codecs",
+                   "does not name 1 (Draco lattice), which every client must decode.");
   }
   checks.at_most("Hello.token", wire.token().size(), kMaxTokenBytes, "bytes");
   checks.at_most("Hello.agent", wire.agent().size(), kMaxNameBytes, "bytes");
@@ -117,12 +116,14 @@ void write(const OpenStream& open, v1::ClientMessage& message) {
     v1::Preview& begun = *wire.add_begun();
     begun.set_finest_spacing(static_cast<std::uint32_t>(preview.finest_spacing));
     begun.set_is_unsimplified(preview.is_unsimplified);
+    if (preview.shell) write_shell_step(*preview.shell, *begun.mutable_shell());
   }
   if (open.priority != Priority::kNormal) {
     wire.set_priority(to_wire<v1::Priority>(open.priority));
   }
   if (open.scalars) wire::write(*open.scalars, *wire.mutable_scalars());
   wire.set_triangles_per_second(open.triangles_per_second);
+  if (open.use != MeshUse::kKeep) wire.set_use(to_wire<v1::MeshUse>(open.use));
 }
 
 OpenStream read(const v1::OpenStream& wire, FieldChecks& checks) {
@@ -141,6 +142,8 @@ OpenStream read(const v1::OpenStream& wire, FieldChecks& checks) {
   if (wire.has_scalars()) open.scalars = wire::read(wire.scalars(), checks);
   checks.not_negative("OpenStream.triangles_per_second", wire.triangles_per_second());
   open.triangles_per_second = wire.triangles_per_second();
+  open.use = checks.enumerator<MeshUse>("OpenStream.use", wire.use(), MeshUse::kDisplay,
+                                        MeshUse::kKeep);
   return open;
 }
 
@@ -209,11 +212,12 @@ std::string serialize(const ClientMessage& message) {
 
 void note_begun(const StepBegin& step, OpenStream& open) {
   if (step.step < open.begun.size()) return;  // It has come again.
-  if (step.is_final) {
+  if (step.is_final && !step.shell) {
     open.steps = StepPolicy::kFinalOnly;
   } else if (open.begun.size() < kMaxPreviews) {
-    open.begun.push_back(
-        {.finest_spacing = step.finest_spacing, .is_unsimplified = step.is_unsimplified});
+    open.begun.push_back({.finest_spacing = step.finest_spacing,
+                          .is_unsimplified = step.is_unsimplified,
+                          .shell = step.shell});
   }
 }
 

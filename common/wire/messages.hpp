@@ -39,8 +39,8 @@ namespace multitetra {
 
 inline constexpr std::uint32_t kProtocolVersion = 1;
 
-// How a tile's payload is coded; negotiated in Hello and Welcome.
-enum class PayloadCodec { kDracoLattice = 1 };
+// How a tile's payload is coded; negotiated in Hello and Welcome. Everybody knows Draco.
+enum class PayloadCodec { kDracoLattice = 1, kSampleShell = 2 };
 
 // ---- client to server
 
@@ -66,6 +66,12 @@ enum class StepPolicy {
   kPreviewsOnly,  // The request itself only where it is there as soon as a preview.
 };
 
+// What the client does with the meshes of a stream.
+enum class MeshUse {
+  kKeep,     // The final step is the request itself.
+  kDisplay,  // The final step may be a full-resolution shell that is within all thresholds.
+};
+
 enum class Priority {
   kNormal,      // Somebody waits for it.
   kBackground,  // It comes after all that is normal.
@@ -86,6 +92,7 @@ struct OpenStream {
   std::optional<ScalarRequest> scalars = {};
   // That the client decodes, checks and shows; finite, >= 0. 0: it does not say.
   double triangles_per_second = 0;
+  MeshUse use = MeshUse::kKeep;
 };
 inline constexpr std::size_t kMaxHeldDigests = 8192;
 
@@ -127,7 +134,8 @@ using ClientMessage =
 
 struct Welcome {
   std::uint32_t version = kProtocolVersion;  // The version both speak from now on.
-  PayloadCodec codec = PayloadCodec::kDracoLattice;
+  // Of the payloads on this connection.
+  std::vector<PayloadCodec> codecs = {PayloadCodec::kDracoLattice};
   std::string agent = {};
   std::uint32_t max_message_bytes = 0;  // The longest client message that the server accepts.
 };
@@ -142,16 +150,16 @@ struct DatasetList {
 struct StepBegin {
   std::uint64_t request_id = 0;
   std::uint32_t step = 0;          // 0, 1, ... within the stream.
-  bool is_final = false;           // This step is the request itself.
+  bool is_final = false;  // This step is the request itself, or all that MeshUse::kDisplay needs.
   IsosurfaceRequest request = {};  // This step's own parameters; `error` in the request's unit.
   // The largest threshold anywhere, world units. It bounds the distance to the full surface
   // (lattice snapping excluded) when the measure is certified, topology_tolerance is 0 and
-  // finest_spacing is 1.
+  // finest_spacing is 1. Of shells: what quantized values move a vertex by at most, 0 with others.
   double error_bound_world = 0;
   std::int32_t finest_spacing = 1;  // Grid steps; no finer dividing point takes part.
-  PayloadCodec codec = PayloadCodec::kDracoLattice;
-  std::uint64_t tetrahedra = 0;         // Of the model.
-  std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface.
+  std::optional<ShellStep> shell = {};  // Of a step in sample shells; none: Draco.
+  std::uint64_t tetrahedra = 0;         // Of the model; 0 with shells.
+  std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface; 0 with shells.
   // All tiles of the step, those that the client holds included.
   std::vector<TileSummary> tiles = {};
   bool is_unsimplified = false;  // No tile is simplified, though the request allows it.

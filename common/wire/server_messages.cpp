@@ -6,6 +6,7 @@
 #include "common/base/utf8.hpp"
 #include "common/net/frame.hpp"
 #include "common/wire/detail/wire_bytes.hpp"
+#include "common/wire/detail/wire_codecs.hpp"
 #include "common/wire/detail/wire_dataset.hpp"
 #include "common/wire/detail/wire_request.hpp"
 #include "common/wire/detail/wire_samples.hpp"
@@ -35,11 +36,6 @@ std::string as_utf8(std::string_view text) {
     text.remove_prefix(std::max<std::size_t>(length, 1));
   }
   return result;
-}
-
-PayloadCodec read_codec(std::string_view field, int number, FieldChecks& checks) {
-  return checks.enumerator<PayloadCodec>(field, number, PayloadCodec::kDracoLattice,
-                                         PayloadCodec::kDracoLattice);
 }
 
 void write(const TileSummary& tile, v1::TileSummary& wire) {
@@ -79,7 +75,9 @@ TileSummary read(const v1::TileSummary& wire, FieldChecks& checks) {
 void write(const Welcome& welcome, v1::ServerMessage& message) {
   v1::Welcome& wire = *message.mutable_welcome();
   wire.set_version(welcome.version);
-  wire.set_codec(to_wire<v1::PayloadCodec>(welcome.codec));
+  for (const PayloadCodec codec : welcome.codecs) {
+    wire.add_codecs(to_wire<v1::PayloadCodec>(codec));
+  }
   wire.set_agent(welcome.agent);
   wire.set_max_message_bytes(welcome.max_message_bytes);
 }
@@ -87,10 +85,12 @@ void write(const Welcome& welcome, v1::ServerMessage& message) {
 Welcome read(const v1::Welcome& wire, FieldChecks& checks) {
   checks.integer("Welcome.version", wire.version(), 1, kMaxU32);
   checks.at_most("Welcome.agent", wire.agent().size(), kMaxNameBytes, "bytes");
-  return {.version = wire.version(),
-          .codec = read_codec("Welcome.codec", wire.codec(), checks),
-          .agent = wire.agent(),
-          .max_message_bytes = wire.max_message_bytes()};
+  Welcome welcome{.version = wire.version(),
+                  .agent = wire.agent(),
+                  .max_message_bytes = wire.max_message_bytes()};
+  if (!wire.codecs().empty()) welcome.codecs = known_codecs(wire.codecs());
+  checks.require(has_draco(welcome.codecs), "Welcome.codecs", "does not name 1 (Draco lattice).");
+  return welcome;
 }
 
 void write(const DatasetList& list, v1::ServerMessage& message) {
@@ -116,7 +116,8 @@ void write(const StepBegin& begin, v1::ServerMessage& message) {
   write_request(begin.request, *wire.mutable_request());
   wire.set_error_bound_world(begin.error_bound_world);
   wire.set_finest_spacing(static_cast<std::uint32_t>(begin.finest_spacing));
-  wire.set_codec(to_wire<v1::PayloadCodec>(begin.codec));
+  wire.set_codec(begin.shell ? v1::PAYLOAD_CODEC_SAMPLE_SHELL : v1::PAYLOAD_CODEC_DRACO_LATTICE);
+  if (begin.shell) write_shell_step(*begin.shell, *wire.mutable_shell());
   wire.set_is_unsimplified(begin.is_unsimplified);
   wire.set_crossed_octants(begin.crossed_octants);
   if (begin.scalars) wire::write(*begin.scalars, *wire.mutable_scalars());
@@ -139,10 +140,17 @@ StepBegin read(const v1::StepBegin& wire, FieldChecks& checks) {
   checks.require(std::has_single_bit(spacing) && spacing <= kMaxGridSteps,
                  "StepBegin.finest_spacing", "must be a power of two from 1 to 2^19.");
   begin.finest_spacing = static_cast<std::int32_t>(spacing);
-  begin.codec = read_codec("StepBegin.codec", wire.codec(), checks);
+  const auto codec =
+      checks.enumerator<PayloadCodec>("StepBegin.codec", wire.codec(), PayloadCodec::kSampleShell,
+                                      PayloadCodec::kDracoLattice);
+  checks.require(wire.has_shell() == (codec == PayloadCodec::kSampleShell), "StepBegin.shell",
+                 "must be set exactly where the codec is 2 (sample shells).");
+  if (wire.has_shell()) begin.shell = read_shell_step("StepBegin.shell", wire.shell(), checks);
   checks.integer("StepBegin.active_tetrahedra", wire.active_tetrahedra(), 0, wire.tetrahedra());
   checks.require(!wire.is_unsimplified() || !wire.is_final(), "StepBegin.is_unsimplified",
                  "must not be said of a final step, which is as the request says.");
+  checks.require(!wire.is_unsimplified() || !wire.has_shell(), "StepBegin.is_unsimplified",
+                 "must not be said of shells, which never are simplified.");
   begin.is_unsimplified = wire.is_unsimplified();
   checks.integer("StepBegin.crossed_octants", wire.crossed_octants(), 0, 0xFF);
   begin.crossed_octants = wire.crossed_octants();

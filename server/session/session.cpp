@@ -89,15 +89,14 @@ Actions Session::answer(const Hello& hello) {
   if (std::find(hello.codecs.begin(), hello.codecs.end(), PayloadCodec::kDracoLattice) ==
       hello.codecs.end()) {
     return end({ErrorCode::kInvalidArgument,
-                "The client names no codec of this server; it must know Draco on the lattice "
-                "(codec 1)."});
+                "The client does not decode Draco on the lattice (codec 1), which every client "
+                "must."});
   }
   auto permit = Permit::of(hello.token, access_, catalogue_, limits_);
   if (!permit) return end(permit.error());
   permit_ = *std::move(permit);
   is_welcomed_ = true;
   return {Send{Welcome{.version = kProtocolVersion,
-                       .codec = PayloadCodec::kDracoLattice,
                        .agent = options_.agent,
                        .max_message_bytes = max_message_bytes()}}};
 }

@@ -68,7 +68,6 @@ StepBegin StreamMessages::step_begin() const {
                   .request = step.request,
                   .error_bound_world = largest_threshold(step.request, info_),
                   .finest_spacing = step.finest_spacing,
-                  .codec = PayloadCodec::kDracoLattice,
                   .tetrahedra = current_.encoded.tetrahedra,
                   .active_tetrahedra = current_.encoded.active_tetrahedra,
                   .tiles = {}};

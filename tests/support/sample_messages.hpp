@@ -187,6 +187,19 @@ inline DatasetInfo dataset_info(Random& random) {
   return info;
 }
 
+inline ShellStep shell_step(Random& random) {
+  ShellStep step{.values = one_of<shell::ShellValues>(0, 2, random)};
+  if (step.values == shell::ShellValues::kQuantized) {
+    step.levels_per_octave = 1 << int_in(0, 3, random);
+  }
+  return step;
+}
+
+inline std::vector<PayloadCodec> codecs(Random& random) {
+  if (random() % 2 == 0) return {PayloadCodec::kDracoLattice};
+  return {PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell};
+}
+
 // The kind is the index of the alternative.
 inline ClientMessage client_message(std::size_t kind, Random& random) {
   switch (kind) {
@@ -194,6 +207,7 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
       Hello hello;
       hello.min_version = static_cast<std::uint32_t>(1 + up_to(3, random));
       hello.max_version = hello.min_version + static_cast<std::uint32_t>(up_to(3, random));
+      hello.codecs = codecs(random);
       hello.token = text(up_to(60, random), random);
       hello.agent = text(up_to(60, random), random);
       hello.on_behalf_of = text(up_to(60, random), random);
@@ -212,8 +226,10 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
       }
       for (int e = 19; e > 0; e -= int_in(1, 12, random)) {
         open.begun.push_back({.finest_spacing = 1 << e, .is_unsimplified = (random() & 1) != 0});
+        if (random() % 2 == 0) open.begun.back().shell = shell_step(random);
       }
       open.priority = one_of<Priority>(0, 1, random);
+      open.use = one_of<MeshUse>(0, 1, random);
       if (random() % 2 == 0) {
         open.scalars =
             ScalarRequest{.dataset = dataset_info(random).name, .bits = random() % 2 == 0 ? 8 : 16};
@@ -266,7 +282,8 @@ inline StepBegin step_begin(Random& random) {
   begin.request = request(random);
   begin.error_bound_world = std::abs(number(random));
   begin.finest_spacing = 1 << int_in(0, 19, random);
-  begin.is_unsimplified = !begin.is_final && (random() & 1) != 0;
+  if (random() % 2 == 0) begin.shell = shell_step(random);
+  begin.is_unsimplified = !begin.is_final && !begin.shell && (random() & 1) != 0;
   begin.crossed_octants = static_cast<std::uint32_t>(up_to(0xFF, random));
   begin.tetrahedra = random();
   begin.active_tetrahedra = up_to(begin.tetrahedra, random);
@@ -283,6 +300,7 @@ inline ServerMessage server_message(std::size_t kind, Random& random) {
   switch (kind) {
     case 0:
       return Welcome{.version = static_cast<std::uint32_t>(1 + up_to(9, random)),
+                     .codecs = codecs(random),
                      .agent = text(up_to(60, random), random),
                      .max_message_bytes = u32(random)};
     case 1: {
@@ -365,24 +383,24 @@ inline bool same(const ListDatasets& a, const ListDatasets& b) {
 }
 inline bool same(const OpenStream& a, const OpenStream& b) {
   return std::tie(a.request_id, a.dataset, a.request, a.steps, a.held, a.begun, a.priority,
-                  a.scalars) == std::tie(b.request_id, b.dataset, b.request, b.steps, b.held,
-                                         b.begun, b.priority, b.scalars);
+                  a.scalars, a.use) == std::tie(b.request_id, b.dataset, b.request, b.steps,
+                                                b.held, b.begun, b.priority, b.scalars, b.use);
 }
 inline bool same(const Cancel& a, const Cancel& b) { return a.request_id == b.request_id; }
 inline bool same(const Ping& a, const Ping& b) { return a.value == b.value; }
 inline bool same(const Welcome& a, const Welcome& b) {
-  return std::tie(a.version, a.codec, a.agent, a.max_message_bytes) ==
-         std::tie(b.version, b.codec, b.agent, b.max_message_bytes);
+  return std::tie(a.version, a.codecs, a.agent, a.max_message_bytes) ==
+         std::tie(b.version, b.codecs, b.agent, b.max_message_bytes);
 }
 inline bool same(const DatasetList& a, const DatasetList& b) {
   return std::tie(a.request_id, a.datasets) == std::tie(b.request_id, b.datasets);
 }
 inline bool same(const StepBegin& a, const StepBegin& b) {
   return std::tie(a.request_id, a.step, a.is_final, a.request, a.error_bound_world,
-                  a.finest_spacing, a.codec, a.tetrahedra, a.active_tetrahedra, a.tiles,
+                  a.finest_spacing, a.shell, a.tetrahedra, a.active_tetrahedra, a.tiles,
                   a.is_unsimplified, a.scalars, a.crossed_octants) ==
          std::tie(b.request_id, b.step, b.is_final, b.request, b.error_bound_world,
-                  b.finest_spacing, b.codec, b.tetrahedra, b.active_tetrahedra, b.tiles,
+                  b.finest_spacing, b.shell, b.tetrahedra, b.active_tetrahedra, b.tiles,
                   b.is_unsimplified, b.scalars, b.crossed_octants);
 }
 inline bool same(const TileScalars& a, const TileScalars& b) {

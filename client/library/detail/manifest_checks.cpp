@@ -126,7 +126,7 @@ std::string tile_name(const StepBegin& begin, std::size_t index) {
 std::optional<std::string> manifest_fault(const StepBegin& begin, const OpenStream& open,
                                           const DatasetInfo& info, const AssemblerLimits& limits) {
   if (auto fault = parameter_fault(begin, open.request)) return fault;
-  if (begin.codec != PayloadCodec::kDracoLattice) return "its codec was not negotiated";
+  if (begin.shell) return "its codec was not negotiated";
   if (begin.scalars.has_value() != open.scalars.has_value() ||
       (begin.scalars && begin.scalars->bits != open.scalars->bits)) {
     return "its scalars are not those that were asked for";

@@ -145,13 +145,16 @@ TEST(Messages, WithoutOptionalFieldsHaveTheirDocumentedDefaults) {
   EXPECT_EQ(defaults.request.lattice_resolution, 5);
 }
 
-TEST(Messages, ThatNameOnlyUnknownCodecsAreRefusedAndKnownOnesAreFound) {
-  const auto unknown = parse_client_message(field(1, field(3, "\x09")));
-  ASSERT_FALSE(unknown);
-  EXPECT_EQ(unknown.error().error.code, ErrorCode::kInvalidArgument);
-  const auto mixed = parse_client_message(field(1, field(3, "\x09\x01")));
+TEST(Messages, ThatDoNotNameDracoAreRefusedAndKnownCodecsAreFound) {
+  for (const std::string codecs : {"\x09", "\x02"}) {
+    const auto refused = parse_client_message(field(1, field(3, codecs)));
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().error.code, ErrorCode::kInvalidArgument);
+  }
+  const auto mixed = parse_client_message(field(1, field(3, "\x09\x02\x01\x02")));
   ASSERT_TRUE(mixed);
-  EXPECT_EQ(std::get<Hello>(*mixed).codecs, std::vector{PayloadCodec::kDracoLattice});
+  EXPECT_EQ(std::get<Hello>(*mixed).codecs,
+            (std::vector{PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell}));
 }
 
 TEST(Messages, WithTextThatIsNotUtf8AreMalformed) {
@@ -460,7 +463,6 @@ TEST(StepBegin, OutOfRangeIsRefused) {
   refuse([](StepBegin& b) { b.finest_spacing = 1 << 20; }, "finest_spacing");
   refuse([](StepBegin& b) { b.finest_spacing = -1; }, "finest_spacing");
   refuse([](StepBegin& b) { b.active_tetrahedra = 6; }, "active_tetrahedra");
-  refuse([](StepBegin& b) { b.codec = static_cast<PayloadCodec>(2); }, "StepBegin.codec");
   refuse([](StepBegin& b) { b.tiles[0].simplification_bound = -1; }, "simplification_bound");
   refuse([](StepBegin& b) { b.tiles[0].simplification_bound = kNaN; }, "simplification_bound");
   refuse([](StepBegin& b) { b.tiles[0].cube.exponent = 21; }, "cube_exponent");
@@ -540,6 +542,8 @@ TEST(ServerMessages, OutOfRangeAreRefused) {
   const auto payload = std::make_shared<const std::string>("x");
   expect_refused<Welcome>(
       {}, [](Welcome& w) { w.version = 0; }, "Welcome.version");
+  expect_refused<Welcome>(
+      {}, [](Welcome& w) { w.codecs = {PayloadCodec::kSampleShell}; }, "Welcome.codecs");
   expect_refused<Tile>(
       {9, 0, 0, payload}, [](Tile& t) { t.request_id = 0; }, "Tile.request_id");
   expect_refused<Tile>(
@@ -710,6 +714,8 @@ TEST(Messages, ThatNamePreviewsThatCannotBeAreRefused) {
   for (const std::int32_t spacing : {-1, 0, 1, 3, 1 << 20}) {
     expect_bad({{.finest_spacing = spacing}}, "power of two");
   }
+  expect_bad({{.finest_spacing = 1, .shell = ShellStep{.levels_per_octave = 1}}},
+             "OpenStream.begun.shell.levels_per_octave");
   expect_bad({{.finest_spacing = 4}, {.finest_spacing = 4}}, "less than the one before");
   expect_bad({{.finest_spacing = 4}, {.finest_spacing = 8}}, "less than the one before");
   expect_bad(std::vector<Preview>(21), "21 previews", ErrorCode::kLimitExceeded);
@@ -719,6 +725,48 @@ TEST(Messages, AFinalStepThatIsNotAsTheRequestSaysIsRefused) {
   expect_refused<StepBegin>(
       {.request_id = 1, .is_final = true}, [](StepBegin& begin) { begin.is_unsimplified = true; },
       "is_unsimplified");
+}
+
+TEST(StepBegin, HasAShellStepExactlyWhereItsCodecSaysSo) {
+  const std::string id = "\x08\x01";
+  const std::string shells = field(14, "\x08\x01");  // Exact ones.
+  EXPECT_TRUE(parse_server_message(field(3, id)));
+  EXPECT_TRUE(parse_server_message(field(3, id + "\x38\x02" + shells)));
+  for (const std::string& bad : {std::string("\x38\x02"), "\x38\x01" + shells, shells,
+                                 "\x38\x03" + shells}) {
+    const auto parsed = parse_server_message(field(3, id + bad));
+    ASSERT_FALSE(parsed);
+    EXPECT_NE(parsed.error().error.text.find("StepBegin."), std::string::npos);
+  }
+}
+
+TEST(StepBegin, WithShellsThatCannotBeIsRefused) {
+  const StepBegin good{.request_id = 1, .shell = quantized_shells(2)};
+  expect_refused<StepBegin>(
+      good, [](StepBegin& begin) { begin.shell->levels_per_octave = 3; },
+      "StepBegin.shell.levels_per_octave");
+  expect_refused<StepBegin>(
+      good, [](StepBegin& begin) { begin.shell->levels_per_octave = 0; },
+      "StepBegin.shell.levels_per_octave");
+  expect_refused<StepBegin>(
+      good, [](StepBegin& begin) { begin.shell->values = static_cast<shell::ShellValues>(3); },
+      "StepBegin.shell.values");
+  expect_refused<StepBegin>(
+      good, [](StepBegin& begin) { begin.is_unsimplified = true; }, "StepBegin.is_unsimplified");
+}
+
+TEST(NoteBegun, NamesAFinalStepOfShellsAsTheLastPreview) {
+  OpenStream open = {.request_id = 1, .dataset = "head", .use = MeshUse::kDisplay};
+  note_begun({.step = 0, .finest_spacing = 8, .shell = quantized_shells(1)}, open);
+  note_begun({.step = 1, .is_final = true, .finest_spacing = 1, .shell = quantized_shells(2)},
+             open);
+  const std::vector<Preview> both = {{.finest_spacing = 8, .shell = quantized_shells(1)},
+                                     {.finest_spacing = 1, .shell = quantized_shells(2)}};
+  EXPECT_EQ(open.begun, both);
+  EXPECT_EQ(open.steps, StepPolicy::kProgressive);
+  const auto parsed = parse_client_message(serialize(open));
+  ASSERT_TRUE(parsed) << parsed.error().error.text;
+  EXPECT_EQ(std::get<OpenStream>(*parsed).begun, both);
 }
 
 TEST(NoteBegun, MakesTheRequestThatGoesOnWhereTheStreamWas) {

@@ -1,0 +1,26 @@
+// What makes a step of sample shells out of a request and a finest spacing: the values of its
+// shells. Its surface is that of the uniform level of the spacing.
+#pragma once
+
+#include "common/codec/shell_format.hpp"
+
+namespace multitetra {
+
+struct ShellStep {
+  shell::ShellValues values = shell::ShellValues::kExact;
+  int levels_per_octave = 0;  // 1, 2, 4 or 8 of quantized values, else 0.
+
+  friend bool operator==(const ShellStep&, const ShellStep&) = default;
+};
+
+[[nodiscard]] constexpr ShellStep quantized_shells(int levels_per_octave) {
+  return {.values = shell::ShellValues::kQuantized, .levels_per_octave = levels_per_octave};
+}
+
+[[nodiscard]] constexpr bool is_possible(const ShellStep& step) {
+  const int levels = step.levels_per_octave;
+  if (step.values != shell::ShellValues::kQuantized) return levels == 0;
+  return levels == 1 || levels == 2 || levels == 4 || levels == 8;
+}
+
+}  // namespace multitetra

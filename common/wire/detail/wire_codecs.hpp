@@ -1,0 +1,21 @@
+// Payload codecs and the steps of sample shells as wire messages and back.
+#pragma once
+
+#include <vector>
+
+#include "common/wire/detail/wire_checks.hpp"
+#include "common/wire/messages.hpp"
+#include "multitetra/v1/conversation.pb.h"
+
+namespace multitetra::wire {
+
+// Those that are known here; others are passed over.
+[[nodiscard]] std::vector<PayloadCodec> known_codecs(
+    const google::protobuf::RepeatedField<int>& wire);
+[[nodiscard]] bool has_draco(const std::vector<PayloadCodec>& codecs);
+
+void write_shell_step(const ShellStep& step, v1::ShellStep& wire);
+[[nodiscard]] ShellStep read_shell_step(std::string_view field, const v1::ShellStep& wire,
+                                        FieldChecks& checks);
+
+}  // namespace multitetra::wire
