@@ -55,4 +55,9 @@ ContentDigest digest(const LatticeMesh& mesh) {
   return sum;
 }
 
+ContentDigest digest_of_bytes(std::string_view bytes) {
+  const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
+  return {hash.high64, hash.low64};
+}
+
 }  // namespace multitetra

@@ -41,4 +41,7 @@ struct ContentDigest {
 [[nodiscard]] ContentDigest digest(const std::array<LatticePoint, 3>& triangle, int resolution);
 [[nodiscard]] ContentDigest digest(const LatticeMesh& mesh);
 
+// Of any bytes: XXH3-128, seed 0.
+[[nodiscard]] ContentDigest digest_of_bytes(std::string_view bytes);
+
 }  // namespace multitetra

@@ -2,6 +2,9 @@
 // shells. Its surface is that of the uniform level of the spacing.
 #pragma once
 
+#include <cstdint>
+
+#include "common/base/vec3.hpp"
 #include "common/codec/shell_format.hpp"
 
 namespace multitetra {
@@ -22,5 +25,12 @@ struct ShellStep {
   if (step.values != shell::ShellValues::kQuantized) return levels == 0;
   return levels == 1 || levels == 2 || levels == 4 || levels == 8;
 }
+
+// What the shells move a vertex by at most, in world units, rounding to the lattice apart:
+// quantized ones (1/2 - 1 / (1 + 2^(1/L))) of the longest edge, a diagonal of a cell of the level,
+// others 0. At spacing 1 it bounds the two-sided Hausdorff distance to the full-resolution surface:
+// vertices move along their edges, and what lies between them moves no farther.
+[[nodiscard]] double error_bound(const ShellStep& step, const Vec3& sample_spacing,
+                                 std::int32_t finest_spacing);
 
 }  // namespace multitetra

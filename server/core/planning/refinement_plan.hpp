@@ -30,6 +30,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 
 #include "common/request/dataset_info.hpp"
@@ -44,6 +45,8 @@ struct StepRequest {
   IsosurfaceRequest request;
   std::int32_t finest_spacing =
       1;  // Grid steps, a power of two: no finer dividing point takes part.
+  // The surface is that of the uniform level of the spacing, in sample shells; none: in meshes.
+  std::optional<ShellStep> shell = {};
 
   friend bool operator==(const StepRequest&, const StepRequest&) = default;
 };

@@ -41,7 +41,14 @@ double ResolvedStep::importance(const OctreeCube& cube) const {
 }
 
 std::string key_of(const StepRequest& step, const DatasetInfo& info) {
-  return key_of(step.request) + std::to_string(step.finest_spacing) + ' ' + key_of(info);
+  if (!step.shell) {
+    return key_of(step.request) + std::to_string(step.finest_spacing) + ' ' + key_of(info);
+  }
+  const IsosurfaceRequest of_level = {.isovalue = step.request.isovalue,
+                                      .lattice_resolution = step.request.lattice_resolution};
+  return key_of(of_level) + std::to_string(step.finest_spacing) + " shells " +
+         std::to_string(static_cast<int>(step.shell->values)) + ' ' +
+         std::to_string(step.shell->levels_per_octave) + ' ' + key_of(info);
 }
 
 }  // namespace multitetra

@@ -47,6 +47,7 @@ class ResolvedStep {
 };
 
 // Everything that a step of a dataset is a function of, in bytes: equal exactly for equal steps.
+// The order of a step's tiles does not count where it has shells.
 [[nodiscard]] std::string key_of(const StepRequest& step, const DatasetInfo& info);
 
 }  // namespace multitetra

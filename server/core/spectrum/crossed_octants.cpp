@@ -67,6 +67,8 @@ bool reaches_outside(const DatasetInfo& info, const OctreeCube& cube) {
          is_beyond(cube.z, first.z, last.z);
 }
 
+}  // namespace
+
 bool is_crossed(const PreparedVolume& volume, const OctreeCube& cube, double isovalue) {
   Sides sides;
   if (volume.info.outside && reaches_outside(volume.info, cube)) {
@@ -79,8 +81,6 @@ bool is_crossed(const PreparedVolume& volume, const OctreeCube& cube, double iso
   });
   return sides.are_both();
 }
-
-}  // namespace
 
 std::uint32_t crossed_octants(const PreparedVolume& volume, const OctreeCube& cube,
                               double isovalue) {

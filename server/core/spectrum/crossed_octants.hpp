@@ -8,6 +8,11 @@
 
 namespace multitetra {
 
+// Whether the closed cube, of an exponent of at least kSpectrumExponent, holds values on both sides
+// of the isovalue, those outside of the data included. Void samples are on neither side.
+[[nodiscard]] bool is_crossed(const PreparedVolume& volume, const OctreeCube& cube,
+                              double isovalue);
+
 // Bit i is set where the closed cube.child(i) holds values on both sides of the isovalue (see
 // DESIGN, section 3): only there a model that is refined to cubes of that size has a surface,
 // whatever its thresholds are, since each of its tetrahedra has its corners in one such cube. What

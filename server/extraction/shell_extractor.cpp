@@ -1,0 +1,172 @@
+#include "server/extraction/shell_extractor.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "common/base/in_parallel.hpp"
+#include "common/codec/shell_encoder.hpp"
+#include "server/core/spectrum/spectrum_layout.hpp"
+#include "server/extraction/detail/level_samples.hpp"
+
+namespace multitetra {
+namespace {
+
+// What a thread works with, some 3 MB: kept from tile to tile.
+struct ShellMemory {
+  shell::ShellEncoder encoder;
+  SampleArray samples;
+};
+
+ShellMemory& memory_of_thread() {
+  thread_local ShellMemory memory;
+  return memory;
+}
+
+class ShellTiles {
+ public:
+  ShellTiles(const PreparedVolume& volume, const ShellLevel& level, std::uint32_t max_triangles)
+      : volume_(volume),
+        level_(level),
+        samples_(volume, level.isovalue, level.finest_spacing),
+        max_triangles_(max_triangles) {}
+
+  // The cubes of so many cells that can have a surface.
+  [[nodiscard]] std::vector<OctreeCube> cubes(int max_cells) const {
+    const DatasetInfo& info = volume_.info;
+    const int exponent =
+        std::min(info.grid_exponent, std::countr_zero(static_cast<unsigned>(max_cells)) +
+                                         exponent_of(level_.finest_spacing));
+    const GridPoint last = last_sample(info);
+    // Where the surface closes beyond the data, it does so within a cell of it.
+    const auto first_cube = [&](std::int32_t v) { return std::max(v - 1, 0) >> exponent; };
+    const auto last_cube = [&](std::int32_t v) {
+      return std::min(v, (1 << info.grid_exponent) - 1) >> exponent;
+    };
+    const std::int32_t first = first_cube(info.margin);
+    std::vector<OctreeCube> cubes;
+    for (std::int32_t x = first; x <= last_cube(last.x); ++x) {
+      for (std::int32_t y = first; y <= last_cube(last.y); ++y) {
+        for (std::int32_t z = first; z <= last_cube(last.z); ++z) {
+          const OctreeCube cube = {exponent, x, y, z};
+          if (samples_.may_be_crossed(cube)) cubes.push_back(cube);
+        }
+      }
+    }
+    return cubes;
+  }
+
+  void read_ahead(const std::vector<OctreeCube>& cubes) const {
+    if (level_.finest_spacing >= kSpectrumSpacing || !volume_.samples->is_far()) return;
+    std::vector<std::size_t> bricks;
+    for (const OctreeCube& cube : cubes) {
+      const auto box = level_box(volume_.info, cube, level_.finest_spacing);
+      if (box) samples_.add_bricks(cube, *box, bricks);
+    }
+    std::sort(bricks.begin(), bricks.end());
+    bricks.erase(std::unique(bricks.begin(), bricks.end()), bricks.end());
+    volume_.samples->will_need(bricks);
+  }
+
+  // Of one cube: none, one, or several smaller ones.
+  void add_tiles(const OctreeCube& cube, std::vector<EncodedTile>& tiles) const {
+    const auto box = level_box(volume_.info, cube, level_.finest_spacing);
+    if (!box) return;
+    const std::vector<std::uint8_t> bytes = encoded(cube, *box);
+    shell::ShellHeader header;
+    if (read_shell_header(bytes.data(), bytes.size(), header) != shell::ShellStatus::kOk) {
+      throw std::logic_error("A sample shell that was just written cannot be read.");
+    }
+    if (header.triangles == 0) return;
+    if (header.triangles > max_triangles_) {
+      for (int i = 0; i < 8; ++i) {
+        if (samples_.may_be_crossed(cube.child(i))) add_tiles(cube.child(i), tiles);
+      }
+      return;
+    }
+    auto payload = std::make_shared<const std::string>(bytes.begin(), bytes.end());
+    tiles.push_back({.summary = {.cube = cube,
+                                 .digest = digest_of_bytes(*payload),
+                                 .triangles = header.triangles,
+                                 .vertices = header.vertices,
+                                 .bytes = static_cast<std::uint32_t>(payload->size())},
+                     .payload = std::move(payload)});
+  }
+
+ private:
+  [[nodiscard]] std::vector<std::uint8_t> encoded(const OctreeCube& cube,
+                                                  const LevelBox& box) const {
+    ShellMemory& memory = memory_of_thread();
+    samples_.read(cube, box, memory.samples);
+    const GridPoint origin = box.origin();
+    shell::ShellBox coded{.samples = {},
+                          .data_samples = {box.count.x, box.count.y, box.count.z},
+                          .origin = {origin.x, origin.y, origin.z},
+                          .layers = box.layers,
+                          .layer_value = box.layers == 0 ? 0 : outside_value(volume_.info)};
+    std::visit(
+        [&]<typename Sample>(const std::vector<Sample>& samples) {
+          coded.samples =
+              shell::SampleBlock<Sample>{.first = samples.data(),
+                                         .row = box.count.x,
+                                         .slice = std::ptrdiff_t{box.count.x} * box.count.y};
+        },
+        memory.samples);
+    auto bytes =
+        memory.encoder.encode(coded, {.isovalue = level_.isovalue,
+                                      .values = level_.shell.values,
+                                      .levels_per_octave = level_.shell.levels_per_octave,
+                                      .lattice_resolution = level_.lattice_resolution,
+                                      .spacing_exponent = exponent_of(level_.finest_spacing)});
+    if (!bytes) throw std::logic_error(to_string(cube) + ": " + bytes.error().text);
+    return *std::move(bytes);
+  }
+
+  const PreparedVolume& volume_;
+  const ShellLevel& level_;
+  LevelSamples samples_;
+  std::uint32_t max_triangles_;
+};
+
+}  // namespace
+
+bool has_shells(const DatasetInfo& info, const ShellLevel& level) {
+  const int spacing_exponent = exponent_of(level.finest_spacing);
+  if (spacing_exponent >= info.grid_exponent || spacing_exponent > shell::kMaxSpacingExponent) {
+    return false;
+  }
+  if (level.shell.values == shell::ShellValues::kExact) {
+    return info.type != SampleType::kF32 && std::abs(level.isovalue) <= shell::kMaxExactValue - 1;
+  }
+  if (level.shell.values == shell::ShellValues::kLatticeExact &&
+      level.finest_spacing << level.lattice_resolution > shell::kMaxExactSteps) {
+    return false;
+  }
+  // Distances to floats span at most 282 octaves then, of the 320 that a shell has room for.
+  return level.isovalue == 0 ||
+         (std::abs(level.isovalue) >= 0x1p-100 && std::abs(level.isovalue) <= 0x1p200);
+}
+
+std::vector<EncodedTile> extract_shells(const PreparedVolume& volume, const ShellLevel& level,
+                                        const std::stop_token& stop, int max_cells,
+                                        std::uint32_t max_triangles) {
+  const ShellTiles shells(volume, level, max_triangles);
+  const std::vector<OctreeCube> cubes = shells.cubes(max_cells);
+  shells.read_ahead(cubes);
+  std::vector<std::vector<EncodedTile>> parts(cubes.size());
+  in_parallel(
+      cubes.size(), [&](std::size_t i) { shells.add_tiles(cubes[i], parts[i]); }, stop);
+  std::vector<EncodedTile> tiles;
+  for (auto& part : parts) std::move(part.begin(), part.end(), std::back_inserter(tiles));
+  std::sort(tiles.begin(), tiles.end(), [](const EncodedTile& a, const EncodedTile& b) {
+    return a.summary.cube < b.summary.cube;
+  });
+  if (volume.check) volume.check();
+  return tiles;
+}
+
+}  // namespace multitetra
