@@ -25,16 +25,10 @@ PAPER = {
 PAPER_HALVES = (2891024, 184228)
 PAPER_SECONDS = {"subdivision": 90, "fusion": {"box": 19, "head": 55}}  # On an R10000.
 
-VOLUME_ERRORS = ("0", "1", "4")  # Of the volumes that are drawn.
+VOLUME_ERRORS = ("0", "1", "4")  # For the pictures of volumes.
 
 WAYS = {"paper": "the paper's error and rule", "certified": "certified bound, exact rule",
         "spectrum": "the same from the spectrum"}
-READINGS = {
-    "flips": "ours (`--bound paper --topology-rule paper`): a point stays that lies between two of the other side",
-    "sides": "a point stays that fusing takes to the other side",
-    "appearing_is_free": "as ours, but a crossing that appears or vanishes is no error",
-    "lossless": "a point stays whose value fusing changes",
-}
 
 
 def count(number):
@@ -161,25 +155,6 @@ def head_figures(measured):
     return rows
 
 
-def differences(measured):
-    box, head = measured.counts("box"), measured.counts("head")
-    rows = []
-    for name, data in (("box", box), ("head", head)):
-        for reading, words in READINGS.items():
-            points = {point["error"]: point for point in data["readings"][reading]}
-            errors = [0, 1.5, 2.5, 4] if name == "box" else [0, 4]
-            cells = [f"{count(points[e]['tetrahedra'])}; {count(points[e]['triangles'])}" for e in errors]
-            rows.append([name, words] + (cells if name == "box" else [cells[0], "", "", cells[1]]))
-        printed = {e: f"**{count(t)}; {count(s)}**" for e, (t, s) in PAPER[name].items()}
-        rows.append([name, "**the paper**"] + [printed.get(e, "") for e in (0, 1.5, 2.5, 4)])
-    text = table(["", "reading", "error 0", "1.5", "2.5", "4"], rows, ["---", "---"] + ["---:"] * 4)
-    flying = head["flying_edges"]
-    if flying:
-        text += (f"\nFlying edges (marching cubes) makes {count(flying['triangles'])} triangles of our head at this "
-                 "isovalue, marching tetrahedra about three times as many.\n")
-    return text
-
-
 def few_triangles(measured):
     """At which isovalues our head has as few triangles as the paper's."""
     printed = PAPER["head"][0][1]
@@ -189,8 +164,7 @@ def few_triangles(measured):
     if not few:
         return f"Of ours the surface of no isovalue has as few triangles: the least has {count(others)}."
     return (f"Of {len(sizes)} isovalues over the range of ours only those from {min(few)} to {max(few)} have as few triangles as the "
-            f"paper's {count(printed)} at error 0, all others {count(others)} and more; marching *cubes* makes about as many of "
-            "the isovalue here (below the table).")
+            f"paper's {count(printed)} at error 0, all others {count(others)} and more.")
 
 
 def check_claims(claims):
@@ -261,23 +235,18 @@ middle, six times as near: triangles grow within a few voxels beyond it, and eve
 
 ![The border between the halves: fine triangles to the left, coarse ones to the right, no crack](head_border.png)
 
-## Where our numbers differ, and why
+## Where our numbers differ
 
-* **The box at error 0** has {count(box0["triangles"])} triangles and the paper's {count(PAPER["box"][0][1])}
-  ({same_triangles:+.1f} %): a solid box, closed on all sides, is most likely what the paper had. But the paper counts
-  {PAPER["box"][0][0] / box0["tetrahedra"]:.1f} times as many tetrahedra for them, and {PAPER["head"][0][0] / head0["tetrahedra"]:.1f}
-  times as many for the head. In ours, at error 0 all are fused where that changes nothing of *this* isosurface, so the
-  volume away from it is coarse already. Which ones the paper left is not known to us; where no value at all may change (the
-  last reading below), the head keeps more than the paper has.
-* **The box at larger errors** keeps {count(PAPER["box"][4][1])} triangles in the paper, {count(box4["triangles"])} in ours. Flat
-  faces fuse under our reading of the guard against flips, as no point of theirs lies between two of the other side. A guard
-  for every point that would change its side keeps far more than the paper's; none of the readings below gives its numbers.
-* **The head** has other values than the paper's, as its isovalue says, and one slice less. {few_triangles(measured)} At error 4
-  the tetrahedra agree within {abs(100 * (head4["tetrahedra"] / PAPER["head"][4][0] - 1)):.0f} %.
+* **The box at error 0**: {count(box0["triangles"])} triangles, the paper's {count(PAPER["box"][0][1])} ({same_triangles:+.1f} %). The
+  paper counts {PAPER["box"][0][0] / box0["tetrahedra"]:.1f} times as many tetrahedra, and
+  {PAPER["head"][0][0] / head0["tetrahedra"]:.1f} times as many for the head: in ours, all are fused at error 0 where that does not
+  change this isosurface.
+* **The box at larger errors**: {count(PAPER["box"][4][1])} triangles in the paper, {count(box4["triangles"])} in ours. Here a point
+  stays that lies between two of the other side, so flat faces fuse. No other reading of the paper's guard against flips that we
+  measured (`readings` in [paper.json](paper.json)) gives its numbers.
+* **The head** has other values than the paper's and one slice less. {few_triangles(measured)} At error 4 the tetrahedra agree
+  within {abs(100 * (head4["tetrahedra"] / PAPER["head"][4][0] - 1)):.0f} %.
 
-The readings of the paper's guard, measured (tetrahedra; triangles):
-
-{differences(measured)}
 ## What the conclusions promise
 
 * **Smooth change between levels in one image**: the two halves above, one mesh of {count(halves["triangles"])} triangles with
@@ -296,14 +265,10 @@ The readings of the paper's guard, measured (tetrahedra; triangles):
     ["tetrahedra"] + [count(volume["tetrahedra"]) for volume in volumes.values()],
     ["a picture takes"] + [f'{volume["seconds"]:.1f} s' for volume in volumes.values()],
 ])}
-  What lies above the isovalue glows. A model keeps to the field where the isosurface is; elsewhere it keeps to the side of the
-  isovalue only, so transfer functions that look deeper need a smaller error, or a second isovalue's model.
+  The error holds at the isosurface only: transfer functions for other values need a smaller error or another model.
 
-## Claims
-
-Folders are those of [`server/core`](../README.md), tests those that `bash tests/run.sh` runs.
-
-{claims}"""
+Each claim of the paper with its place in the code and its test: [claims](../../../tests/bench/paper/claims.md).
+"""
 
 
 def main():
