@@ -18,7 +18,7 @@ mkdir -p node_modules
 exec 9>node_modules/.multitetra_lock
 flock 9
 
-sources=$(find . ../../proto/multitetra -path ./node_modules -prune -o -path ./src/protocol/generated -prune -o \
+sources=$(find . ../../proto/multitetra ../../common/codec/wasm -path ./node_modules -prune -o -path ./src/protocol/generated -prune -o \
   -type f -print0 | sort -z | xargs -0 sha256sum | sha256sum)
 if [ -f "$output/index.html" ] && [ "$(cat "$output.sources" 2>/dev/null)" = "$sources" ]; then
   exit 0

@@ -73,7 +73,9 @@ const acts = {
   fit: () => viewer.fit(),
   reset: () => viewer.reset(),
   lookFrom: (direction: THREE.Vector3) => viewer.lookFrom(direction),
-  forget: () => viewer.measuring.forget(),
+  escape: () => {
+    if (!bar.closeCertificate()) viewer.measuring.forget();
+  },
   help: () => help.toggle(),
   fullScreen: () => void toggleFullScreen(),
   undo: () => changes.undo(settings.get(), (to) => viewer.set(to)),

@@ -4,8 +4,8 @@ import { type DatasetInfo, ErrorMeasure } from "./protocol/messages";
 import type { StepFacts } from "./state/progress";
 import { type AssemblerEffect, type StepOfTiles } from "./stream/assembler";
 import type { Wanted } from "./stream/conversation";
-import { voxelLength } from "./stream/dataset";
-import { preservesTopology } from "./stream/step_checks";
+import { longestCellDiagonal, voxelLength } from "./stream/dataset";
+import { preservesTopology, shellModeOf } from "./stream/step_checks";
 
 export type Committed = AssemblerEffect & { kind: "committed" };
 
@@ -14,6 +14,16 @@ export interface ShownSurface {
   resolution: number;
   request: Wanted["request"];
   facts: StepFacts;
+}
+
+// How far a place on it may lie from the full-resolution surface, in world units: the certified error, and the rounding of
+// vertices to the lattice, along their edges. Null: nothing is certified.
+export function boundOf({ info, resolution, facts }: ShownSurface): number | null {
+  return facts.isCertified ? facts.errorWorld + roundingBound(info, resolution) : null;
+}
+
+function roundingBound(info: DatasetInfo, resolution: number): number {
+  return longestCellDiagonal(info) / 2 ** (resolution + 1);
 }
 
 // On the way to a finer surface of the same isovalue, nothing coarser than what is there is shown.
@@ -53,7 +63,8 @@ export function factsOf(order: Wanted, { step, topology, sameAs }: Committed): S
     lengthUnit: order.info.lengthUnit,
     errorVoxels: begin.errorBoundWorld / voxelLength(order.info),
     pixels: begin.isFinal && request.maxTriangles === 0n ? (request.threshold?.view?.tolerancePixels ?? null) : null,
-    isCertified: request.measure === ErrorMeasure.CERTIFIED && isPreserving,
+    isCertified: (request.measure === ErrorMeasure.CERTIFIED || begin.shell !== undefined) && isPreserving,
+    shell: shellModeOf(begin),
     spacing: begin.finestSpacing || 1,
     preservesTopology: isPreserving,
     tolerance: request.topologyTolerance,

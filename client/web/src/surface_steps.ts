@@ -7,6 +7,7 @@
 import type { Effect, Wanted } from "./stream/conversation";
 import type { AssemblerEffect, StepOfTiles } from "./stream/assembler";
 import { dataBorder, latticeToWorld } from "./stream/dataset";
+import { shellModeOf } from "./stream/step_checks";
 import type { Moment } from "./swap_group";
 import { allChosen, type Chosen, type Frame, type Frames } from "./frames";
 import type { MeshTopology } from "./mesh/seams";
@@ -161,6 +162,7 @@ export class SurfaceSteps {
         payload,
         promised,
         resolution,
+        shell: shellModeOf(begin),
         hasNormals: order.request.normalBits > 0,
         linear: toWorld.slice(0, 9),
       }, this);

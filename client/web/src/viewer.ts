@@ -111,7 +111,7 @@ export class Viewer {
     this.orientation = new Orientation(this.stage, (direction) => this.lookFrom(direction));
     this.regionHandles = new RegionHandles(this.stage, this.canvas, (region, isDragging) => this.set({ region }, isDragging));
     this.measuring = new Measuring(this.stage, this.pool,
-      ({ info, world }) => this.questions.probe(info.name, world), () => this.canvas.focus());
+      (info, world) => this.questions.probe(info.name, world), (places) => this.set({ places }), () => this.canvas.focus());
     this.slices = new Slices(this.stage, this.pool, this.surfaces, this.questions,
       () => ({ info: this.info, settings: this.get(), range: this.rangeOf(this.info) }), (text) => this.notices.tell(text, true));
     const turn = (said: Partial<Settings>, isDragging: boolean) => this.set(said, isDragging);
@@ -265,6 +265,7 @@ export class Viewer {
       this.applyLook();
       if (now !== before && isOtherRequest(now, before)) this.ask();
       this.timeBar.show(now, this.times);
+      this.measuring.show(this.info, now.places);
       this.player.update();
       this.events.tell("settings", now);
     });
@@ -346,7 +347,8 @@ export class Viewer {
     this.orientation.show(this.settings.get().axes);
     this.events.tell("dataset", now);
     if (!isOther) return; // After a lost connection: the stream goes on by itself.
-    this.measuring.forget();
+    if (before) this.measuring.forget();
+    this.measuring.show(now, this.settings.get().places);
     const { low, high } = worldBox(now);
     this.stage.setBounds(low, high);
     const { eye, target } = this.settings.get();

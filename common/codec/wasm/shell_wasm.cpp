@@ -4,7 +4,7 @@
 //
 //   const at = shell_payload(bytes.length)   // where the payload goes; memory may have grown
 //   new Uint8Array(memory.buffer, at, bytes.length).set(bytes)
-//   shell_open() === 0                       // ShellStatus; then the counts are known
+//   shell_open() === 0                       // ShellStatus; then the header's fields are known
 //   shell_decode() === 0                     // memory may have grown again
 //   new Int32Array(memory.buffer, shell_vertices(), 3 * shell_vertex_count())
 //   new Uint32Array(memory.buffer, shell_triangles(), 3 * shell_triangle_count())
@@ -75,6 +75,22 @@ MULTITETRA_EXPORT(shell_vertex_count) uint32_t shell_vertex_count() { return hea
 MULTITETRA_EXPORT(shell_triangle_count) uint32_t shell_triangle_count() { return header.triangles; }
 MULTITETRA_EXPORT(shell_lattice_resolution) int32_t shell_lattice_resolution() {
   return header.lattice_resolution;
+}
+MULTITETRA_EXPORT(shell_spacing_exponent) int32_t shell_spacing_exponent() {
+  return header.spacing_exponent;
+}
+MULTITETRA_EXPORT(shell_values) int32_t shell_values() { return static_cast<int32_t>(header.values); }
+// L of quantized and lattice-exact shells, else 0.
+MULTITETRA_EXPORT(shell_levels_per_octave) int32_t shell_levels_per_octave() {
+  return header.levels_per_octave;
+}
+MULTITETRA_EXPORT(shell_has_void) int32_t shell_has_void() { return header.has_void ? 1 : 0; }
+// The box along axis 0, 1 or 2, in lattice coordinates, which are below 2^21.
+MULTITETRA_EXPORT(shell_low) int32_t shell_low(int32_t axis) {
+  return header.origin[axis] * header.steps();
+}
+MULTITETRA_EXPORT(shell_high) int32_t shell_high(int32_t axis) {
+  return (header.origin[axis] + header.samples[axis] - 1) * header.steps();
 }
 MULTITETRA_EXPORT(shell_vertices) const ShellVertex* shell_vertices() { return vertices(); }
 MULTITETRA_EXPORT(shell_triangles) const ShellTriangle* shell_triangles() { return triangles(); }

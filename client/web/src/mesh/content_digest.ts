@@ -41,6 +41,12 @@ export function packed(keys: readonly string[]): Uint8Array {
 
 export type TriangleHasher = (positions: Int32Array, triangles: Uint32Array) => ContentDigest;
 
+// A function that digests a tile's bytes, as manifests of sample shells name their tiles: hex() of one XXH3-128.
+export async function payloadHasher(): Promise<(payload: Uint8Array) => string> {
+  const hash = await createXXHash128(0, 0);
+  return (payload) => hash.init().update(payload).digest("hex");
+}
+
 // A function that digests meshes whose lattice has the given resolution. At most 2^20 triangles
 // at a time: the four sums of 32-bit parts then stay exact in doubles.
 export async function triangleHasher(resolution: number): Promise<TriangleHasher> {

@@ -6,10 +6,9 @@ import type { Decoder, DecoderModule } from "draco3d";
 
 import { hex, type TriangleHasher } from "./content_digest";
 import { PointNumbers } from "./point_numbers";
+import { TileDamage } from "./tile_damage";
 import { type LatticeMesh, nameOf, type OctreeCube, type TilePromise } from "./tile_mesh";
 import { payloadClaims } from "./tile_payload";
-
-export class TileDamage extends Error {}
 
 export interface TileDecoding {
   draco: DecoderModule;

@@ -18,9 +18,23 @@ export function isClosed(shown: StepFacts): boolean {
 export function sealWords(drawn: readonly DrawnSurface[]): string {
   const components = allComponents(drawn);
   if (hidesAny(components) && components.shown === 0) return "Nothing shown: all components hidden";
-  const closed = drawn.length > 1 ? "✓ Closed surfaces" : "✓ Closed surface";
-  const sound = drawn.every(({ shown }) => isClosed(shown)) ? closed : "✓ No cracks";
-  return hidesAny(components) ? `${sound}, ${grouped(components.shown)} of ${grouped(components.components)} components shown` : sound;
+  const sound = drawn.every(({ shown }) => isClosed(shown)) ? "✓ Watertight" : "✓ No cracks";
+  const words = [sound + withinWords(drawn)];
+  if (hidesAny(components)) words.push(`${grouped(components.shown)} of ${grouped(components.components)} components shown`);
+  return words.join(", ");
+}
+
+// ", within 0.25 mm", where that is certified of all of them.
+function withinWords(drawn: readonly DrawnSurface[]): string {
+  if (drawn.some(({ shown }) => shown.spacing > 1)) return ", preview";
+  if (!drawn.every(({ shown }) => shown.isCertified)) return "";
+  const { shown } = drawn.reduce((worst, one) => (one.shown.errorVoxels > worst.shown.errorVoxels ? one : worst));
+  return shown.errorWorld === 0 ? ", full resolution" : `, within ${errorLength(shown)}`;
+}
+
+// "0.25 mm", or in voxels where no unit is known.
+function errorLength(shown: StepFacts): string {
+  return shown.lengthUnit ? lengthText(shown.errorWorld, shown, 2) : counted(shown.errorVoxels, "voxel", 2);
 }
 
 function allComponents(drawn: readonly DrawnSurface[]): ShownComponents | null {
@@ -53,6 +67,16 @@ export function accuracyOf(shown: StepFacts, digits: number): { value: string; u
   return shown.isCertified ? { value: `≤ ${voxels}`, unit } : { value: voxels, unit };
 }
 
+// The same in the file's unit, where it has one, with the voxels beside it.
+export function accuracyInUnits(shown: StepFacts): { value: string; label: string } {
+  const { value, unit } = accuracyOf(shown, 2);
+  const label = shown.pixels === null ? "error" : "error anywhere";
+  if (shown.spacing > 1) return { value, label: unit };
+  if (!shown.lengthUnit) return { value: `${value} ${unit}`, label };
+  const bound = shown.isCertified ? "≤ " : "";
+  return { value: bound + lengthText(shown.errorWorld, shown, 2), label: `${label}, ${inDigits(shown.errorVoxels, 2)} ${unit}` };
+}
+
 export function errorWords(shown: StepFacts): string {
   if (shown.spacing > 1) {
     return `A preview that looks at one sample in ${shown.spacing} along each axis: parts may be missing, and what is there may ` +
@@ -78,16 +102,27 @@ function errorAnywhere(shown: StepFacts): string {
 
 export function certificateOf(drawn: readonly DrawnSurface[]): HTMLElement[] {
   const named = ({ number, shown }: DrawnSurface) => h("h3", {}, `Surface ${number}: isovalue ${inDigits(shown.isovalue, 6)}`);
-  return [
-    h("h2", {}, "Checked in this browser"),
-    ...drawn.flatMap((surface) => [...(drawn.length > 1 ? [named(surface)] : []), ...checksOf(surface)]),
-  ];
+  return drawn.flatMap((surface) => [
+    ...(drawn.length > 1 ? [named(surface)] : []),
+    h("p", { class: "certified-error" }, h("b", {}, errorHeadline(surface.shown)), ` ${errorWords(surface.shown)}`),
+    ...checksOf(surface),
+    ...promisesOf(surface.shown),
+  ]);
+}
+
+function errorHeadline(shown: StepFacts): string {
+  if (shown.spacing > 1) return "Preview.";
+  const { value, unit } = accuracyOf(shown, 3);
+  const world = shown.lengthUnit ? ` = ${lengthText(shown.errorWorld, shown)}` : "";
+  return `Error ${value} ${unit}${world}.`;
+}
+
+function row(name: string, value: string, tip: string): HTMLElement {
+  return h("div", { "data-tip": tip }, h("dt", {}, name), h("dd", {}, value));
 }
 
 function checksOf({ shown, components }: DrawnSurface): HTMLElement[] {
-  const { topology } = shown;
-  const row = (name: string, value: string, tip: string) =>
-    h("div", { "data-tip": tip }, h("dt", {}, name), h("dd", {}, value));
+  const { topology, shell } = shown;
   const rows = [
     row("Cracks", topology.openEdges === 0 ? "none" : grouped(topology.openEdges),
       "Every edge belongs to two triangles that agree on the outside, except where the data ends."),
@@ -95,19 +130,31 @@ function checksOf({ shown, components }: DrawnSurface): HTMLElement[] {
       : `${grouped(topology.borderEdges)} edges`, "The surface ends where the data ends."),
     row("Folds, degenerate triangles", grouped(topology.nonmanifoldEdges + topology.degenerateTriangles),
       "Edges of more than two triangles, and triangles without area."),
-    row("Connected parts", grouped(topology.components), "Pieces that hang together."),
+    row("Connected components", grouped(topology.components), "Pieces that hang together."),
     row("Euler characteristic", String(topology.eulerCharacteristic),
       "Vertices - edges + triangles: 2 for a ball, 0 for a ring; each hole takes 2 away."),
-    row("Topology", shown.preservesTopology
-      ? shown.sameTopologyAs !== null ? `preserved, same as in step ${shown.sameTopologyAs + 1}` : "preserved"
-      : shown.spacing > 1 ? "a preview: parts may be missing" : "as you asked, small parts may be missing",
-      "Whether parts, tunnels and hollows are exactly those of the full-resolution surface."),
+    ...(shown.sameTopologyAs === null ? [] : [row("Topology", `same as in step ${shown.sameTopologyAs + 1}`,
+      "Components and Euler characteristic were compared with those of an earlier step that promised the same topology.")]),
     row("Vertices, edges", `${grouped(topology.vertices)}, ${grouped(topology.edges)}`, "As counted here."),
-    row("Digest", shown.digest,
-      "The sum of one hash a triangle, computed here from what was decoded, equal to the server's."),
+    row("Triangles made", shell ? "here, from samples" : "by the server",
+      shell ? "Sample shells came: this browser marched them. The digest is that of their bytes."
+        : "Draco meshes came. The digest is that of their triangles, as decoded here."),
+    row("Digest", shown.digest, "The sum of one hash a triangle or payload, computed here, equal to the server's."),
   ];
   return [
     ...(hidesAny(components) ? [h("p", {}, `${componentWords(components)}. What follows is of the whole surface.`)] : []),
-    h("dl", {}, ...rows),
+    h("h2", {}, "Checked in this browser"), h("dl", {}, ...rows),
   ];
+}
+
+function promisesOf(shown: StepFacts): HTMLElement[] {
+  const topology = shown.preservesTopology ? "that of full resolution"
+    : shown.spacing > 1 ? "a preview: parts may be missing" : "as you asked, small parts may be missing";
+  const rows = [
+    row("Error", shown.isCertified ? "a bound, certified" : "no bound",
+      "The server computes the bound from the samples; this page has none of them beside the surface."),
+    row("Topology", topology, "Whether components, tunnels and hollows are exactly those of the full-resolution surface."),
+    row("Samples", "those of the dataset", "That the surface belongs to this dataset and isovalue."),
+  ];
+  return [h("h2", { class: "is-promise" }, "Promised by the server"), h("dl", {}, ...rows)];
 }

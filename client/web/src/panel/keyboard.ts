@@ -6,7 +6,7 @@ export interface KeyActs {
   turn: (azimuth: number, elevation: number, factor?: number) => void;
   fit: () => void;
   reset: () => void;
-  forget: () => void;
+  escape: () => void;
   help: () => void;
   fullScreen: () => void;
   undo: () => void;
@@ -25,7 +25,7 @@ export function installKeyboard(settings: Store<Settings>, acts: KeyActs): void 
     "-": () => acts.turn(0, 0, 1 / 0.88),
     f: acts.fit,
     r: acts.reset,
-    Escape: acts.forget,
+    Escape: acts.escape,
     "?": acts.help,
     z: acts.fullScreen,
     p: () => settings.set({ projection: settings.get().projection === "perspective" ? "orthographic" : "perspective" }),

@@ -1,7 +1,7 @@
-// One line about the surfaces that are shown and what comes, and the certificate behind it. What comes is told of
-// the first surface that is seen, what is there of all: none is called complete while another one comes.
+// One line about the surfaces that are shown and what comes: the error first. The certificate behind it has the rest, also
+// how the surface came. What comes is told of the first surface that is seen, what is there of all: none is called complete while another one comes.
 import type { DrawnSurface, StepFacts, SurfacesStatus, SurfaceSize } from "../state/progress";
-import { accuracyOf, certificateOf, errorWords, isEmpty, leastAccurate, sealWords, trianglesOf } from "./certificate";
+import { accuracyInUnits, certificateOf, errorWords, isEmpty, leastAccurate, sealWords, trianglesOf } from "./certificate";
 import { h } from "../shared/elements";
 import { grouped, inBytes, inSeconds, inTriangles } from "../shared/quantities";
 
@@ -23,12 +23,6 @@ class Fact {
   }
 }
 
-function errorLabel(shown: StepFacts): string {
-  const { unit } = accuracyOf(shown, 3);
-  if (shown.spacing > 1) return unit;
-  return shown.pixels === null ? `${unit} error` : `${unit} anywhere`;
-}
-
 function waitsForOthers({ progress, done, seen }: SurfacesStatus): boolean {
   const isDone = progress.shown?.isFinal === true && !progress.isStreaming;
   return isDone && progress.phase === "ready" && done < seen;
@@ -47,6 +41,7 @@ export class StatusBar {
   private readonly complete = new Fact("complete",
     "From the request until its final surface was checked and on the screen.");
   private readonly certificateButton: HTMLButtonElement;
+  private readonly certificates = h("div");
   private readonly certificate = h("div", { class: "certificate", id: "certificate", hidden: true });
   private certified: DrawnSurface[] = [];
   // What is said aloud: steps, not every tile.
@@ -61,14 +56,27 @@ export class StatusBar {
       "aria-controls": "certificate",
       "data-tip": "What this page has checked of the surface that is shown. Click for the details.",
     });
-    this.certificateButton.addEventListener("click", () => {
-      this.certificate.hidden = !this.certificate.hidden;
-      this.certificateButton.setAttribute("aria-expanded", String(!this.certificate.hidden));
-    });
-    const facts = [this.state, this.triangles, this.error, this.bytes, this.firstTile, this.complete];
+    this.certificateButton.addEventListener("click", () => this.open(this.certificate.hidden));
+    const came = [this.bytes, this.firstTile, this.complete].map(({ element }) => element);
+    this.certificate.append(this.certificates, h("h2", { class: "is-promise" }, "How it came"), h("div", { class: "came" }, ...came));
+    const facts = [this.state, this.error, this.triangles];
     this.element = h("footer", { class: "bar" }, this.meter, this.certificate,
       h("div", { class: "facts", role: "group", "aria-label": "The surface in numbers", tabindex: "0" }, ...facts.map(({ element }) => element)),
       this.spoken, this.certificateButton);
+  }
+
+  // Closes the certificate; false where it was not open.
+  closeCertificate(): boolean {
+    if (this.certificate.hidden) return false;
+    const hadKeyboard = this.certificate.contains(document.activeElement);
+    this.open(false);
+    if (hadKeyboard) this.certificateButton.focus();
+    return true;
+  }
+
+  private open(isOpen: boolean): void {
+    this.certificate.hidden = !isOpen;
+    this.certificateButton.setAttribute("aria-expanded", String(isOpen));
   }
 
   // `expected`: of the first surface.
@@ -81,9 +89,10 @@ export class StatusBar {
     this.showState(status);
     this.showTriangles(status, expected);
     const coarsest = leastAccurate(drawn);
+    const accuracy = coarsest && accuracyInUnits(coarsest);
     this.error.show(
-      coarsest && accuracyOf(coarsest, 3).value,
-      coarsest ? errorLabel(coarsest) : "",
+      accuracy && accuracy.value,
+      accuracy?.label ?? "",
       coarsest ? (drawn.length > 1 ? "Of the coarsest surface. " : "") + errorWords(coarsest) : undefined,
     );
     const [bytes, tiles, heldTiles] = (["bytes", "tiles", "heldTiles"] as const)
@@ -108,14 +117,11 @@ export class StatusBar {
       this.say(`${done} of ${seen}`, "surfaces are there");
       return;
     }
-    const coming = tilesToCome > 0 ? `Tile ${tilesReceived} of ${tilesToCome}` : "Asking…";
-    const complete = shown && isEmpty(shown) ? "No surface" : "Complete";
-    const atRest = shown ? (shown.isFinal ? complete : "Preview") : "Waiting";
-    const word = isStreaming ? coming : progress.phase === "ready" ? atRest : "Not connected";
-    const label = isStreaming
-      ? `step ${step + 1}`
-      : shown ? `step ${shown.step + 1}${shown.isFinal ? ", final" : " shown"}` : "";
-    this.say(word, label, isStreaming ? `Step ${step + 1} is coming` : word);
+    const atRest = shown ? (!shown.isFinal ? "Preview" : isEmpty(shown) ? "No surface" : "Complete") : "Waiting";
+    if (!isStreaming) return this.say(progress.phase === "ready" ? atRest : "Not connected", shown ? `step ${shown.step + 1}` : "");
+    const isFirst = progress.firstSurface === null;
+    const tiles = tilesToCome > 0 ? `${Math.round((100 * tilesReceived) / tilesToCome)} % of step ${step + 1}` : "asking the server";
+    this.say(isFirst ? "First preview…" : "Refining…", tiles, `${isFirst ? "The first preview" : `Step ${step + 1}`} is coming`);
   }
 
   private say(word: string, label: string, aloud = `${word} ${label}`): void {
@@ -135,6 +141,7 @@ export class StatusBar {
 
   private showCertificate(drawn: DrawnSurface[]): void {
     this.certificateButton.hidden = drawn.length === 0;
+    if (drawn.length === 0) this.open(false);
     const isKnown = drawn.length === this.certified.length && drawn.every(({ number, shown, components }, at) => {
       const known = this.certified[at];
       return number === known.number && shown === known.shown && components === known.components;
@@ -143,6 +150,6 @@ export class StatusBar {
     this.certified = drawn;
     this.certificateButton.textContent = sealWords(drawn);
     this.certificateButton.classList.toggle("is-quiet", drawn.every(({ components }) => components?.shown === 0));
-    this.certificate.replaceChildren(...certificateOf(drawn));
+    this.certificates.replaceChildren(...certificateOf(drawn));
   }
 }

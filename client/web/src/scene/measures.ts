@@ -1,6 +1,6 @@
 // Lengths, angles, areas and volumes, as numbers and in words.
 import type { Vec3 } from "../stream/dataset";
-import { inDigits } from "../shared/quantities";
+import { inDigits, withBound } from "../shared/quantities";
 
 export function distanceOf(a: Vec3, b: Vec3): number {
   return Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
@@ -15,12 +15,22 @@ export function angleAt(corner: Vec3, a: Vec3, b: Vec3): number | null {
   return cross === 0 && dot === 0 ? null : (Math.atan2(cross, dot) * 180) / Math.PI;
 }
 
-export function areaText(area: number, { lengthUnit }: { lengthUnit: string }): string {
-  return `${inDigits(area, 5)} ${lengthUnit || "unit"}²`;
+// What an area can tell depends on how far its surface may be off; nothing bounds its error then.
+export function areaText(area: number, { lengthUnit }: { lengthUnit: string }, isExact: boolean): string {
+  return `${isExact ? "" : "about "}${inDigits(area, isExact ? 5 : 2)} ${lengthUnit || "unit"}²`;
 }
 
-// Cubic millimetres of bodies are many: above a thousand they are told as millilitres as well.
-export function volumeText(volume: number, { lengthUnit }: { lengthUnit: string }): string {
-  const millilitres = lengthUnit === "mm" && volume >= 1000 ? ` = ${inDigits(volume / 1000, 5)} ml` : "";
-  return `${inDigits(volume, 5)} ${lengthUnit || "unit"}³${millilitres}`;
+// `bound`: how far the volume may be off; null: not known. Cubic millimetres of bodies are many: above a thousand they
+// are also given as millilitres.
+export function volumeText(volume: number, { lengthUnit }: { lengthUnit: string }, bound: number | null): string {
+  const text = (factor: number) =>
+    bound === null ? `about ${inDigits(volume * factor, 2)}` : withBound(volume * factor, bound * factor);
+  const millilitres = lengthUnit === "mm" && volume >= 1000 ? ` = ${text(1e-3)} ml` : "";
+  return `${text(1)} ${lengthUnit || "unit"}³${millilitres}`;
+}
+
+// `bound`: as of a volume.
+export function lengthWithBound(length: number, { lengthUnit }: { lengthUnit: string }, bound: number | null): string {
+  const text = bound === null ? `about ${inDigits(length, 2)}` : withBound(length, bound, 4);
+  return `${text} ${lengthUnit || (text === "1" ? "unit" : "units")}`;
 }

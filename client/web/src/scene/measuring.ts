@@ -1,37 +1,50 @@
 // What is told of picked places: where they are, what the field is there, the length between two, the angle at the second of
-// three, and the area and volume of the part that was picked last. A fourth place begins anew.
+// three, and the area and volume of the part that was picked last. A fourth place begins anew. Numbers carry their bounds
+// and no digit that means nothing.
 import * as THREE from "three";
 
-import { angleAt, areaText, distanceOf, volumeText } from "./measures";
+import { angleAt, areaText, distanceOf, lengthWithBound, volumeText } from "./measures";
 import { h } from "../shared/elements";
-import { counted, grouped, inDigits } from "../shared/quantities";
+import { grouped, inDigits } from "../shared/quantities";
 import type { MassProperties } from "../mesh/mass_properties";
 import type { DatasetInfo, ProbedPlace } from "../protocol/messages";
-import { latticeToWorld, lengthText, voxelLength, worldName } from "../stream/dataset";
+import { boundOf } from "../shown_surface";
+import { type MeasuredPlace, mostPlaces } from "../state/settings";
+import { applied, inverse, latticeToWorld, type Vec3, voxelLength, worldName } from "../stream/dataset";
 import type { TilePool } from "../workers/tile_pool";
 import { layers } from "./layers";
 import type { Picked } from "./picking";
 import type { Stage } from "./stage";
 
 const names = "ABC";
+export const measuredColour = "#ffd24a";
+
+// What is measured, for pictures of it.
+export interface Measurement {
+  places: Vec3[];
+  words: string[];
+}
+
+interface Place extends MeasuredPlace {
+  index: Vec3; // In samples.
+  surface: Picked["surface"];
+}
 
 export class Measuring {
   readonly element = h("div", { class: "picked", hidden: true, "aria-live": "polite" });
   readonly labels = h("div", { class: "pick-labels", "aria-hidden": "true" });
-  private picks: Picked[] = [];
+  private info: DatasetInfo | null = null;
+  private places: Place[] = [];
   private readonly dots: HTMLElement[] = [];
-  private readonly line: THREE.Line;
+  private readonly line = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: measuredColour, depthTest: false }));
 
   constructor(
     private readonly stage: Stage,
     private readonly pool: TilePool,
-    private readonly probe: (place: Picked) => Promise<ProbedPlace>,
+    private readonly probe: (info: DatasetInfo, world: Vec3) => Promise<ProbedPlace>,
+    private readonly changed: (places: readonly MeasuredPlace[]) => void,
     private readonly leave: () => void, // The keyboard goes to what is shown.
   ) {
-    this.line = new THREE.Line(
-      new THREE.BufferGeometry(),
-      new THREE.LineBasicMaterial({ color: 0xffd24a, depthTest: false }),
-    );
     this.line.renderOrder = 5;
     this.line.frustumCulled = false;
     this.line.layers.set(layers.overlay);
@@ -39,64 +52,93 @@ export class Measuring {
     stage.whenDrawn(() => this.follow());
   }
 
-  get places(): readonly Picked[] {
-    return this.picks;
-  }
-
-  add(place: Picked): void {
-    if (this.picks.length === names.length) this.picks = [];
-    this.picks.push(place);
+  add({ world, index, info, surface }: Picked): void {
+    const bound = surface ? boundOf(surface.tiles.shown) : 0; // A plane lies exactly where it is.
+    const before = this.places.length < mostPlaces && this.info === info ? this.places : [];
+    this.info = info;
+    this.places = [...before, { world, index, bound, surface }];
     this.tell();
   }
 
   forget(): void {
-    this.picks = [];
+    if (this.places.length === 0) return;
+    this.places = [];
     this.tell();
   }
 
+  // The places that the settings have; of those that were picked here more is known.
+  show(info: DatasetInfo | null, places: readonly MeasuredPlace[]): void {
+    const isSame = places.length === this.places.length && places.every((place, i) => isAt(place, this.places[i]));
+    if (!info || (isSame && (places.length === 0 || this.info?.name === info.name))) return;
+    const toIndex = inverse(info.indexToWorld);
+    this.info = info;
+    this.places = places.map((place) => this.places.find((known) => isAt(place, known)) ??
+      { ...place, index: applied(toIndex, place.world), surface: null });
+    this.write();
+  }
+
+  get measurement(): Measurement {
+    return { places: this.places.map(({ world }) => [...world]), words: [...this.lengths(), ...this.angle()] };
+  }
+
   private tell(): void {
-    const { picks } = this;
-    this.element.hidden = picks.length === 0;
-    this.dots.splice(0, Infinity, ...picks.map((_, i) => h("span", { class: "dot" }, names[i])));
-    this.labels.replaceChildren(...this.dots);
-    if (picks.length > 0) this.write();
-    this.line.visible = picks.length > 1;
-    if (picks.length > 1) this.line.geometry.setFromPoints(picks.map(({ world }) => new THREE.Vector3(...world)));
-    this.stage.invalidate();
+    this.write();
+    this.changed(this.places.map(({ world, bound }) => ({ world, bound })));
   }
 
   private write(): void {
-    const { picks } = this;
-    const { info } = picks[0];
-    const close = h("button", { type: "button", class: "close", "aria-label": "Forget the picked points" }, "×");
+    const { places, info } = this;
+    this.element.hidden = places.length === 0;
+    this.dots.splice(0, Infinity, ...places.map((_, i) => h("span", { class: "dot" }, names[i])));
+    this.labels.replaceChildren(...this.dots);
+    this.line.visible = places.length > 1;
+    this.line.geometry.dispose(); // A geometry keeps the number of points that it had first.
+    this.line.geometry = new THREE.BufferGeometry().setFromPoints(places.map(({ world }) => new THREE.Vector3(...world)));
+    if (info && places.length > 0) this.writeWords(info);
+    this.stage.invalidate();
+  }
+
+  private writeWords(info: DatasetInfo): void {
+    const { places } = this;
+    const close = h("button", { type: "button", class: "close", "aria-label": "Clear the measurement" }, "×");
     close.addEventListener("click", () => {
       this.forget();
       this.leave();
     });
-    this.element.replaceChildren(close, ...picks.map(({ world, index }, i) =>
-      h("p", {}, h("b", {}, names[i]), ` ${worldName(info)} ${world.map((v) => inDigits(v, 5)).join(", ")}`,
-        h("span", {}, ` sample ${index.map((v) => v.toFixed(1)).join(", ")}`))), this.fieldAt(picks[picks.length - 1]));
-    for (let i = 1; i < picks.length; ++i) {
-      const length = distanceOf(picks[i - 1].world, picks[i].world);
-      this.element.append(h("p", { class: "distance" }, `${names[i - 1]} to ${names[i]}: ${lengthText(length, info, 4)}`,
-        h("span", {}, ` (${counted(length / voxelLength(info), "voxel", 4)})`)));
-    }
-    const [a, b, c] = picks.map(({ world }) => world);
+    const last = places[places.length - 1];
+    this.element.replaceChildren(close,
+      ...places.map(({ world, index }, i) =>
+        h("p", {}, h("b", {}, names[i]), ` ${worldName(info)} ${world.map((v) => inDigits(v, 5)).join(", ")}`,
+          h("span", {}, ` sample ${index.map((v) => v.toFixed(1)).join(", ")}`))),
+      this.fieldAt(info, last.world),
+      ...[...this.lengths(), ...this.angle()].map((text) => h("p", { class: "distance" }, text)));
+    const next = ["Click another point to measure.", "Click a third point for the angle."][places.length - 1];
+    if (next) this.element.append(h("p", { class: "hint" }, next));
+    if (last.surface) this.element.append(this.partButton(last.surface));
+  }
+
+  private lengths(): string[] {
+    const { places, info } = this;
+    return places.slice(1).map((to, i) => {
+      const from = places[i];
+      const length = distanceOf(from.world, to.world);
+      const bound = from.bound === null || to.bound === null ? null : from.bound + to.bound;
+      const voxels = inDigits(length / voxelLength(info!), 3);
+      return `${names[i]} to ${names[i + 1]}: ${lengthWithBound(length, info!, bound)} (${voxels} voxels)`;
+    });
+  }
+
+  private angle(): string[] {
+    const [a, b, c] = this.places.map(({ world }) => world);
     const angle = c && angleAt(b, a, c);
-    if (angle) this.element.append(h("p", { class: "distance" }, `Angle at B: ${inDigits(angle, 4)}°`));
-    if (!c) {
-      const next = b ? "Click a third point for the angle." : "Click another point to measure.";
-      this.element.append(h("p", { class: "hint" }, next));
-    }
-    const { surface } = picks[picks.length - 1];
-    if (surface) this.element.append(this.partButton(surface));
+    return angle ? [`Angle at B: ${inDigits(angle, 3)}°`] : [];
   }
 
   // The place stays where what is there is not told.
-  private fieldAt(place: Picked): HTMLElement {
+  private fieldAt(info: DatasetInfo, world: readonly number[]): HTMLElement {
     const line = h("p", { class: "field" }, "\u00a0");
-    this.probe(place).then(
-      (found) => line.replaceChildren(...fieldWords(found, place.info)),
+    this.probe(info, [...world] as Vec3).then(
+      (found) => line.replaceChildren(...fieldWords(found, info)),
       () => (line.hidden = true),
     );
     return line;
@@ -108,13 +150,14 @@ export class Measuring {
       const { shown, drawn } = tiles;
       const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
       const found = await this.pool.measure(drawn, toWorld, hit).catch(() => null);
-      if (button.isConnected) button.replaceWith(h("p", { class: "part" }, ...partWords(found, shown.info)));
+      const words = partWords(found, shown.info, boundOf(shown), shown.facts.isCertified && shown.facts.errorWorld === 0);
+      if (button.isConnected) button.replaceWith(h("p", { class: "part" }, ...words));
     });
     return button;
   }
 
   private follow(): void {
-    this.picks.forEach(({ world }, i) => {
+    this.places.forEach(({ world }, i) => {
       const at = this.stage.project(new THREE.Vector3(...world));
       this.dots[i].hidden = !at;
       if (at) this.dots[i].style.transform = `translate(${at.x}px, ${at.y}px)`;
@@ -122,17 +165,29 @@ export class Measuring {
   }
 }
 
+// To the digits that addresses have.
+function isAt(place: MeasuredPlace, known: MeasuredPlace): boolean {
+  return place.world.every((value, axis) => Math.abs(value - known.world[axis]) <= 1e-5 * Math.max(1, Math.abs(value)));
+}
+
 function fieldWords({ value, gradient }: ProbedPlace, info: DatasetInfo): (Node | string)[] {
   if (value === undefined) return ["No field here."];
   const unit = info.valueUnit ? ` ${info.valueUnit}` : "";
   const slope = gradient.length === 3 ? Math.hypot(...gradient) : null;
-  const words = slope === null ? "" : `, gradient ${inDigits(slope, 4)}${unit} per ${info.lengthUnit || "unit"}`;
-  return [h("b", {}, `Value ${inDigits(value, 6)}${unit}`), h("span", {}, words)];
+  const words = slope === null ? "" : `, gradient ${inDigits(slope, 3)}${unit} per ${info.lengthUnit || "unit"}`;
+  return [h("b", {}, `Value ${inDigits(value, 4)}${unit}`), h("span", {}, words)];
 }
 
-function partWords(found: MassProperties | null, info: { lengthUnit: string }): (Node | string)[] {
+// `bound`: how far the surface may be off, in world units; null: not known.
+function partWords(
+  found: MassProperties | null, info: { lengthUnit: string }, bound: number | null, isFullResolution: boolean,
+): (Node | string)[] {
   if (!found) return ["The surface has changed meanwhile; pick again."];
   const { area, volume, triangles } = found;
-  const enclosed = volume === null ? "not closed, encloses nothing" : `volume ${volumeText(volume, info)}`;
-  return [h("b", {}, `Area ${areaText(area, info)}, ${enclosed}`), h("span", {}, ` (${grouped(triangles)} triangles)`)];
+  const enclosed = volume === null ? "not closed, encloses no volume"
+    : `volume ${volumeText(volume, info, bound === null ? null : bound * area)}`;
+  return [
+    h("b", {}, `Area ${areaText(area, info, isFullResolution)}, ${enclosed}`),
+    h("span", {}, ` (${grouped(triangles)} triangles${isFullResolution ? ", full resolution" : ""})`),
+  ];
 }

@@ -6,6 +6,7 @@ import { Priority, type DatasetInfo } from "../protocol/messages";
 import { session } from "../state/remembered";
 import { defaults } from "../state/settings";
 import { Conversation, type Effect } from "../stream/conversation";
+import { shellModeOf } from "../stream/step_checks";
 import { latticeToWorld } from "../stream/dataset";
 import { Link } from "../stream/link";
 import { isosurfaceRequest } from "../stream/request";
@@ -109,6 +110,7 @@ export class Thumbnails {
           payload: effect.payload,
           promised: effect.tile,
           resolution,
+          shell: shellModeOf(effect.begin),
           hasNormals: true,
           linear: latticeToWorld(order.info, resolution).slice(0, 9),
         }, this);

@@ -38,3 +38,14 @@ export function inDigits(value: number, digits = 4): string {
 export function counted(value: number, noun: string, digits = 3): string {
   return `${inDigits(value, digits)} ${noun}${value === 1 ? "" : "s"}`;
 }
+
+// "12.34 ± 0.05": the digits that mean something where the value may be off by `bound` either way; with no more digits
+// than `most` where it is exact.
+export function withBound(value: number, bound: number, most = 5): string {
+  if (!(bound > 0)) return inDigits(value, most);
+  const decade = Math.floor(Math.log10(bound));
+  const step = 10 ** (bound / 10 ** decade < 3 ? decade - 1 : decade); // One or two digits of the bound.
+  const decimals = Math.max(0, -Math.round(Math.log10(step)));
+  const rounded = Math.round(value / step) * step;
+  return `${rounded.toFixed(decimals)} ± ${(Math.ceil((bound + Math.abs(rounded - value)) / step - 1e-9) * step).toFixed(decimals)}`;
+}

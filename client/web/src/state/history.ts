@@ -1,11 +1,11 @@
 // Undo and redo of settings. Changes of the same settings that follow one another closely, as those of
-// a slider that is dragged, are one. Where one looks from, and at which time, is not undone with them.
+// a slider that is dragged, are one. Where one looks from, at which time, and what is measured is not undone with them.
 import type { Settings } from "./settings";
 
 const most = 100;
 const together = 700; // Milliseconds.
 
-type Undoable = Omit<Settings, "eye" | "target" | "theme" | "t" | "playing">;
+type Undoable = Omit<Settings, "eye" | "target" | "up" | "places" | "theme" | "t" | "playing">;
 
 export class History {
   private readonly before: Undoable[] = [];
@@ -49,7 +49,7 @@ export class History {
   }
 }
 
-function undoable({ eye: _eye, target: _target, theme: _theme, t: _t, playing: _playing, ...rest }: Settings): Undoable {
+function undoable({ eye: _eye, target: _target, up: _up, places: _places, theme: _theme, t: _t, playing: _playing, ...rest }: Settings): Undoable {
   return rest;
 }
 

@@ -1,6 +1,7 @@
 // What is told of the surface that is shown and of the one that comes: for the status bar and the
 // certificate.
 import type { MeshTopology } from "../mesh/seams";
+import type { ShellMode } from "../mesh/shell_decoder";
 
 export interface StepFacts {
   step: number;
@@ -13,6 +14,7 @@ export interface StepFacts {
   lengthUnit: string; // Of errorWorld; empty: not told.
   errorVoxels: number;
   isCertified: boolean; // The error is a bound.
+  shell: ShellMode | null; // It came as samples; null: as triangles.
   spacing: number; // Of a preview's samples: every such one is looked at; 1: it is of all of them.
   pixels: number | null; // Of the screen: the error allowed where the camera looked, if it was followed.
   preservesTopology: boolean;

@@ -22,6 +22,14 @@ export type Axis = "off" | "x" | "y" | "z";
 export type Projection = "perspective" | "orthographic";
 export type Theme = "auto" | "dark" | "light";
 
+export const mostPlaces = 3; // That are measured at a time: two lengths and an angle.
+
+// A place that was picked to be measured.
+export interface MeasuredPlace {
+  world: [number, number, number];
+  bound: number | null; // How far it may lie from where it was meant, in world units; null: not known.
+}
+
 // A surface beside the first one, of the same dataset or of another one in the same world.
 export interface FurtherSurface {
   dataset?: string; // Empty or not said: that of the first one.
@@ -67,10 +75,11 @@ export interface Settings {
   clipFlipped: boolean;
   filled: boolean; // The cut shows the samples inside of the surfaces.
   slice: Axis; // A plane of samples in the picture.
+  transparentAir: boolean; // Of its samples, those of air are not shown.
   sliceAt: number; // 0 to 1 along the axis.
   colours: ColourMap; // Of samples.
   level: number | null; // The sample value in the middle of the colours, and how many they span: null
-  windowWidth: number | null; // for all that the data has.
+  windowWidth: number | null; // for those that tell most of the data.
   samplesLog: boolean;
   axes: boolean;
   projection: Projection;
@@ -80,8 +89,10 @@ export interface Settings {
   playing: boolean; // One time after the other.
   speed: number; // Times a second, 0.1 to 60.
   loop: boolean; // After the last time comes the first.
+  up: [number, number, number]; // Of length 1: what is above in the picture, in world coordinates.
   eye: [number, number, number] | null; // World coordinates; null: the default view.
   target: [number, number, number] | null;
+  places: readonly MeasuredPlace[]; // At most three.
 }
 
 export const defaults: Settings = {
@@ -116,6 +127,7 @@ export const defaults: Settings = {
   clipFlipped: false,
   filled: true,
   slice: "off",
+  transparentAir: true,
   sliceAt: 0.5,
   colours: "grey",
   level: null,
@@ -129,8 +141,10 @@ export const defaults: Settings = {
   playing: false,
   speed: 10,
   loop: true,
+  up: [0, 0, 1],
   eye: null,
   target: null,
+  places: [],
 };
 
 // Whether the server is asked for something else now. Not for another dataset or time: whoever changes

@@ -6,7 +6,7 @@
 // Whatever cannot be read is passed over and can be told: an address from elsewhere never breaks the
 // page.
 import { colourMaps } from "../shared/colour_maps";
-import { defaults, type FurtherSurface, type Region, type Settings } from "./settings";
+import { defaults, type FurtherSurface, type MeasuredPlace, mostPlaces, type Region, type Settings } from "./settings";
 import { maxMinComponent, mostLabels } from "./surfaces";
 
 export function toAddress(settings: Settings): string {
@@ -20,6 +20,8 @@ export function toAddress(settings: Settings): string {
   }
   if (settings.surfaces.length > 0) said.set("surfaces", settings.surfaces.map(surfaceText).join(";"));
   if (settings.region) said.set("region", regionText(settings.region));
+  if (settings.up.some((part, axis) => part !== defaults.up[axis])) said.set("up", settings.up.map(short).join(","));
+  if (settings.places.length > 0) said.set("places", settings.places.map(placeText).join(";"));
   if (settings.eye) said.set("eye", settings.eye.map(short).join(","));
   if (settings.target) said.set("target", settings.target.map(short).join(","));
   return said.toString().replace(/%(2C|3A|3B|3D)/g, decodeURIComponent);
@@ -64,6 +66,7 @@ export function fromAddress(text: string): Partial<Settings> {
   set("fieldLog", yes("fieldLog"));
   set("noValue", colourFrom(said.get("noValue")));
   set("slice", word("slice", "off", "x", "y", "z"));
+  set("transparentAir", yes("transparentAir"));
   set("sliceAt", number("sliceAt", 0, 1));
   set("colours", word("colours", ...colourMaps));
   set("level", number("level", -Number.MAX_VALUE, Number.MAX_VALUE));
@@ -83,6 +86,8 @@ export function fromAddress(text: string): Partial<Settings> {
   set("loop", yes("loop"));
   set("theme", word("theme", "auto", "dark", "light"));
   set("region", regionFrom(said.get("region")));
+  set("up", upFrom(said.get("up")));
+  set("places", placesFrom(said.get("places")));
   set("eye", numbersFrom(said.get("eye"), 3) as Settings["eye"] | undefined);
   set("target", numbersFrom(said.get("target"), 3) as Settings["target"] | undefined);
   return settings;
@@ -110,7 +115,7 @@ export function edited(now: Settings, text: string): Settings {
 const plainNames = [
   "dataset", "t", "isovalue", "error", "bound", "rule", "tolerance", "followView", "pixels",
   "maxTriangles", "simplify", "shading", "wireframe", "colouring", "clip", "clipAt", "clipFlipped", "filled",
-  "slice", "sliceAt", "colours", "level", "windowWidth", "colourBy", "fieldColours", "fieldLevel",
+  "slice", "sliceAt", "transparentAir", "colours", "level", "windowWidth", "colourBy", "fieldColours", "fieldLevel",
   "fieldWindow", "fieldLog", "samplesLog", "axes",
   "projection", "occlusion", "opacity", "visible", "minComponent", "logScale", "playing", "speed", "loop", "theme",
 ] as const;
@@ -148,6 +153,31 @@ function surfacesFrom(text: string | null): FurtherSurface[] | undefined {
     return { ...(dataset ? { dataset } : {}), ...surface, ...(minComponent > 0 ? { minComponent } : {}) };
   });
   return surfaces.length < mostLabels && surfaces.every((one) => one !== null) ? surfaces : undefined;
+}
+
+// "12.5,3,-4,0.25": where it is, and its bound, if there is one.
+function placeText({ world, bound }: MeasuredPlace): string {
+  return [...world, ...(bound === null ? [] : [bound])].map(short).join(",");
+}
+
+function placesFrom(text: string | null): MeasuredPlace[] | undefined {
+  if (!text) return undefined;
+  const places = text.split(";").map((one): MeasuredPlace | null => {
+    const numbers = numbersFrom(one, 3) ?? numbersFrom(one, 4);
+    if (!numbers || numbers[3] < 0) return null;
+    const [x, y, z, bound = null] = numbers;
+    return { world: [x, y, z], bound };
+  });
+  return places.length <= mostPlaces && places.every((one) => one !== null) ? places : undefined;
+}
+
+// A direction, or an axis: "-y".
+function upFrom(text: string | null): Settings["up"] | undefined {
+  const [, sign, axis] = text?.match(/^([+-]?)([xyz])$/) ?? [];
+  const numbers = axis ? [..."xyz"].map((one) => (one === axis ? (sign === "-" ? -1 : 1) : 0)) : numbersFrom(text, 3);
+  const length = numbers ? Math.hypot(...numbers) : 0;
+  if (!numbers || !(length > 0) || !Number.isFinite(length)) return undefined;
+  return numbers.map((part) => part / length) as Settings["up"];
 }
 
 function nameFrom(text: string): string | undefined {

@@ -16,6 +16,7 @@ import {
   HelloSchema,
   type IsosurfaceRequest,
   ListDatasetsSchema,
+  MeshUse,
   OpenStreamSchema,
   type Preview,
   PreviewSchema,
@@ -174,7 +175,7 @@ export class Conversation {
     const value = create(HelloSchema, {
       minVersion: 1,
       maxVersion: 1,
-      codecs: [PayloadCodec.DRACO_LATTICE],
+      codecs: [PayloadCodec.SAMPLE_SHELL, PayloadCodec.DRACO_LATTICE],
       token: this.options.token(),
       agent: this.options.agent,
     });
@@ -290,11 +291,12 @@ export class Conversation {
   }
 
   private noteBegun(begin: StepBegin): void {
-    const { requestId, step, isFinal, finestSpacing, isUnsimplified } = begin;
+    const { requestId, step, isFinal, finestSpacing, isUnsimplified, shell } = begin;
     if (requestId === this.streamId) this.lastStep = begin;
     if (requestId !== this.streamId || step < this.begun.length) return;
-    if (isFinal) this.hasFinalBegun = true;
-    else this.begun.push(create(PreviewSchema, { finestSpacing, isUnsimplified }));
+    // A final step of shells is named like a preview: it comes instead of the request's own mesh.
+    if (isFinal && !shell) this.hasFinalBegun = true;
+    else this.begun.push(create(PreviewSchema, { finestSpacing, isUnsimplified, shell }));
   }
 
   private openStream(): Effect[] {
@@ -315,6 +317,7 @@ export class Conversation {
       priority: this.options.priority ?? Priority.UNSPECIFIED,
       scalars: order.scalars && create(ScalarRequestSchema, order.scalars),
       trianglesPerSecond: this.options.trianglesPerSecond?.() ?? 0,
+      use: MeshUse.DISPLAY,
     });
     return [
       { kind: "opened", order, stream: this.stream },

@@ -3,15 +3,18 @@
 import { create, equals } from "@bufbuild/protobuf";
 
 import { hex } from "../mesh/content_digest";
+import type { ShellMode } from "../mesh/shell_decoder";
 import { nameOf, type TilePromise } from "../mesh/tile_mesh";
 import {
   type DatasetInfo,
   type IsosurfaceRequest,
   IsosurfaceRequestSchema,
   PayloadCodec,
+  ShellValues,
   type StepBegin,
   ThresholdMapSchema,
 } from "../protocol/messages";
+import { longestCellDiagonal } from "./dataset";
 
 const maxTriangles = 60_000_000; // Of a step: about what a browser's memory takes.
 const maxTileTriangles = 2 ** 20;
@@ -28,11 +31,41 @@ export function promiseOf(summary: StepBegin["tiles"][number]): TilePromise {
 
 // Whether the step promises the topology of the full-resolution surface.
 export function preservesTopology(begin: StepBegin): boolean {
-  return begin.request?.topologyTolerance === 0 && begin.finestSpacing === 1;
+  return (begin.request?.topologyTolerance === 0 || begin.shell !== undefined) && begin.finestSpacing === 1;
+}
+
+// How the tiles of a step of sample shells are coded; null: they are Draco meshes.
+export function shellModeOf({ shell, finestSpacing }: StepBegin): ShellMode | null {
+  if (!shell) return null;
+  const { values, levelsPerOctave } = shell;
+  return { values: values - ShellValues.EXACT, levelsPerOctave, spacing: finestSpacing || 1 };
+}
+
+// How far vertices of shells may have moved along their edges, in world units. Zero for exact values.
+export function displacementBound({ levelsPerOctave, spacing }: ShellMode, info: DatasetInfo): number {
+  if (levelsPerOctave === 0) return 0;
+  return (0.5 - 1 / (1 + 2 ** (1 / levelsPerOctave))) * spacing * longestCellDiagonal(info);
+}
+
+function codecFault(begin: StepBegin, info: DatasetInfo): string | null {
+  const mode = shellModeOf(begin);
+  const isShell = begin.codec === PayloadCodec.SAMPLE_SHELL;
+  if (!isShell && begin.codec !== PayloadCodec.DRACO_LATTICE) return "its codec was not negotiated";
+  if (isShell !== (mode !== null)) return "its codec and what it says of sample shells contradict each other";
+  if (!mode) return null;
+  const isQuantized = begin.shell!.values === ShellValues.QUANTIZED;
+  const levels = isQuantized ? [1, 2, 4, 8] : [0];
+  if (!(mode.values in [0, 1, 2]) || !levels.includes(mode.levelsPerOctave)) return "its sample shells have unknown values";
+  const bound = displacementBound(mode, info);
+  if (mode.spacing === 1 && begin.errorBoundWorld < bound * (1 - 1e-9)) {
+    return `it promises an error of ${begin.errorBoundWorld}, and its sample shells allow ${bound}`;
+  }
+  return null;
 }
 
 export function manifestFault(begin: StepBegin, info: DatasetInfo): string | null {
-  if (begin.codec !== PayloadCodec.DRACO_LATTICE) return "its codec was not negotiated";
+  const fault = codecFault(begin, info);
+  if (fault) return fault;
   const cubes = new Set<string>();
   const keys = new Set<string>();
   let triangles = 0;

@@ -3,15 +3,19 @@
 import createDecoderModule from "draco3d/draco_decoder_nodejs.js";
 import dracoWasm from "draco3d/draco_decoder.wasm?url";
 
+import shellWasm from "../../../../common/codec/wasm/shell_decoder.wasm?url";
 import { type TriangleHasher, triangleHasher } from "../mesh/content_digest";
 import { fieldNormals, normalSums, packedNormals } from "../mesh/normals";
-import { decodeTile, TileDamage } from "../mesh/tile_decoder";
-import { rimOf } from "../mesh/tile_rim";
+import { shellDecoder } from "../mesh/shell_decoder";
+import { TileDamage } from "../mesh/tile_damage";
+import { decodeTile } from "../mesh/tile_decoder";
+import type { LatticeMesh } from "../mesh/tile_mesh";
+import { rimOf, type TileRim } from "../mesh/tile_rim";
 import type { DecodedTile, KeptTile, TileJob } from "./worker_messages";
 
-const draco = fetch(dracoWasm)
-  .then((response) => response.arrayBuffer())
-  .then((wasmBinary) => createDecoderModule({ wasmBinary }));
+const bytesOf = (url: string) => fetch(url).then((response) => response.arrayBuffer());
+const draco = bytesOf(dracoWasm).then((wasmBinary) => createDecoderModule({ wasmBinary }));
+const shells = bytesOf(shellWasm).then(shellDecoder);
 const hashers = new Map<number, Promise<TriangleHasher>>();
 let keeper: MessagePort;
 
@@ -21,13 +25,18 @@ function hasherFor(resolution: number): Promise<TriangleHasher> {
   return hasher;
 }
 
+async function meshOf({ payload, promised, resolution, shell, hasNormals }: TileJob): Promise<{ mesh: LatticeMesh; rim: TileRim }> {
+  if (shell) {
+    const { mesh, box, hasVoid } = (await shells)(payload, promised, shell, resolution);
+    return { mesh, rim: rimOf(mesh, hasVoid ? null : box) };
+  }
+  const hasher = await hasherFor(resolution);
+  const mesh = decodeTile(payload, promised, { draco: await draco, hasher, resolution, hasNormals });
+  return { mesh, rim: rimOf(mesh) };
+}
+
 async function decoded(job: TileJob): Promise<DecodedTile> {
-  const mesh = decodeTile(job.payload, job.promised, {
-    draco: await draco,
-    hasher: await hasherFor(job.resolution),
-    resolution: job.resolution,
-    hasNormals: job.hasNormals,
-  });
+  const { mesh, rim } = await meshOf(job);
   const sums = mesh.normals ? null : normalSums(mesh);
   const normals = mesh.normals ? fieldNormals(mesh.normals, job.linear) : packedNormals(sums!);
   const isShort = mesh.positions.length / 3 <= 65536;
@@ -41,7 +50,7 @@ async function decoded(job: TileJob): Promise<DecodedTile> {
     triangles: triangles.slice(),
     normals: normals.slice(),
     sums,
-    rim: rimOf(mesh),
+    rim,
   };
   keeper.postMessage(kept, [
     kept.positions.buffer,

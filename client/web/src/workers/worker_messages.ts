@@ -4,6 +4,7 @@ import type { CutPlane } from "../mesh/cut";
 import type { MassProperties } from "../mesh/mass_properties";
 import type { HalfSpace } from "../mesh/ray";
 import type { DataBorder, MeshTopology } from "../mesh/seams";
+import type { ShellMode } from "../mesh/shell_decoder";
 import type { LatticeBox, Triangles } from "../mesh/tile_components";
 import type { TilePromise } from "../mesh/tile_mesh";
 import type { TileRim } from "../mesh/tile_rim";
@@ -16,7 +17,8 @@ export interface TileJob {
   payload: Uint8Array;
   promised: TilePromise;
   resolution: number;
-  hasNormals: boolean;
+  shell: ShellMode | null; // Null: it is a Draco mesh,
+  hasNormals: boolean; // maybe with normals.
   linear: number[]; // Lattice -> world, 3 x 3 by columns.
 }
 

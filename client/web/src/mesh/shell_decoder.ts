@@ -1,0 +1,102 @@
+// A tile's sample shell -> a mesh on the lattice: the samples that the surface runs between are decoded and marched
+// here. The decoder is that of common/codec, compiled to WebAssembly; its README.md describes the format.
+//
+// Nothing the server sends is trusted. The payload is compared with its digest, the header with the manifest before
+// memory is taken for what it promises; the decoder then refuses the bytes or returns exactly so many vertices and
+// triangles, inside the header's box.
+import { payloadHasher } from "./content_digest";
+import { TileDamage } from "./tile_damage";
+import { type LatticeMesh, nameOf, type OctreeCube, type TilePromise } from "./tile_mesh";
+import type { LatticeBox } from "./tile_components";
+
+// What a step says of all its shells; `values` as in the header: 0 exact, 1 lattice-exact, 2 quantized.
+export interface ShellMode {
+  values: number;
+  levelsPerOctave: number; // 1, 2, 4 or 8 of quantized ones, else 0.
+  spacing: number; // Grid steps.
+}
+
+export interface MarchedTile {
+  mesh: LatticeMesh;
+  box: LatticeBox; // Of the samples.
+  hasVoid: boolean; // The surface may end inside of the box.
+}
+
+// Throws TileDamage.
+export type ShellDecoder = (payload: Uint8Array, promised: TilePromise, mode: ShellMode, resolution: number) => MarchedTile;
+
+// What common/codec/wasm/shell_wasm.cpp exports; pointers are offsets into `memory`.
+interface Exports {
+  memory: WebAssembly.Memory;
+  shell_payload(size: number): number;
+  shell_open(): number;
+  shell_decode(): number;
+  shell_vertex_count(): number;
+  shell_triangle_count(): number;
+  shell_vertices(): number;
+  shell_triangles(): number;
+  shell_lattice_resolution(): number;
+  shell_spacing_exponent(): number;
+  shell_values(): number;
+  shell_levels_per_octave(): number;
+  shell_has_void(): number;
+  shell_low(axis: number): number;
+  shell_high(axis: number): number;
+}
+
+const quantized = 2;
+const statuses = ["", "an unknown version", "a bad header", "contents that are damaged"];
+
+export async function shellDecoder(wasm: BufferSource): Promise<ShellDecoder> {
+  const { instance } = await WebAssembly.instantiate(wasm);
+  const shell = instance.exports as unknown as Exports;
+  const hashOf = await payloadHasher();
+  return (payload, promised, mode, resolution) => {
+    const damaged = (what: string) => new TileDamage(`Tile at ${nameOf(promised.cube)}: ${what}.`);
+    const digest = hashOf(payload);
+    if (digest !== promised.key) {
+      throw damaged(`its bytes have the digest ${digest}; the manifest promises ${promised.key}`);
+    }
+    const at = shell.shell_payload(payload.length);
+    if (at === 0) throw damaged(`there is no memory for its ${payload.length} bytes`);
+    new Uint8Array(shell.memory.buffer, at, payload.length).set(payload);
+    const opened = shell.shell_open();
+    if (opened !== 0) throw damaged(`its sample shell has ${statuses[opened] ?? "a fault"}`);
+    const fault = headerFault(shell, promised, mode, resolution);
+    if (fault) throw damaged(fault);
+    const decoded = shell.shell_decode();
+    if (decoded < 0) throw damaged(`there is no memory for its ${promised.triangles} triangles`);
+    if (decoded !== 0) throw damaged(`its sample shell has ${statuses[decoded] ?? "a fault"}`);
+    return {
+      // Copies: the decoder uses its memory again.
+      mesh: {
+        positions: new Int32Array(shell.memory.buffer, shell.shell_vertices(), 3 * promised.vertices).slice(),
+        triangles: new Uint32Array(shell.memory.buffer, shell.shell_triangles(), 3 * promised.triangles).slice(),
+        normals: null,
+      },
+      box: [0, 1, 2].flatMap(shell.shell_low).concat([0, 1, 2].map(shell.shell_high)) as LatticeBox,
+      hasVoid: shell.shell_has_void() !== 0,
+    };
+  };
+}
+
+function headerFault(shell: Exports, promised: TilePromise, mode: ShellMode, resolution: number): string | null {
+  const [vertices, triangles] = [shell.shell_vertex_count(), shell.shell_triangle_count()];
+  if (vertices !== promised.vertices || triangles !== promised.triangles) {
+    return `it claims ${triangles} triangles and ${vertices} vertices; the manifest promises ${promised.triangles} and ${promised.vertices}`;
+  }
+  const levels = shell.shell_values() === quantized ? shell.shell_levels_per_octave() : 0;
+  if (shell.shell_values() !== mode.values || levels !== mode.levelsPerOctave) {
+    return "the values of its samples are coded in another way than the step says";
+  }
+  if (shell.shell_lattice_resolution() !== resolution || 2 ** shell.shell_spacing_exponent() !== mode.spacing) {
+    return "its samples or its lattice have another spacing than the step's";
+  }
+  return isBoxInside(shell, promised.cube, resolution) ? null : "its samples lie outside the tile's cube";
+}
+
+function isBoxInside(shell: Exports, cube: OctreeCube, resolution: number): boolean {
+  const side = 2 ** (cube.exponent + resolution);
+  return [cube.x, cube.y, cube.z].every((place, axis) =>
+    shell.shell_low(axis) >= place * side && shell.shell_high(axis) <= (place + 1) * side);
+}
