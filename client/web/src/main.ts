@@ -56,6 +56,7 @@ const change = (said: Partial<Settings>, isDragging = false) => {
 };
 const panel = new Panel(settings, change, {
   reset: () => viewer.reset(),
+  roll: (radians) => viewer.roll(radians),
   screenshot: () => void downloads.screenshot(),
   download: (format) => void downloads.download(format),
   copyLink: () => void downloads.copyLink(address.addressed()),
@@ -81,9 +82,10 @@ const acts = {
   undo: () => changes.undo(settings.get(), (to) => viewer.set(to)),
   redo: () => changes.redo(settings.get(), (to) => viewer.set(to)),
   stepTime: (steps: number) => viewer.stepTime(steps),
+  roll: (radians: number) => viewer.roll(radians),
 };
 const hint = h("p", { class: "stage-hint", hidden: true },
-  "drag to turn · scroll to come closer · click to measure");
+  "drag to rotate · scroll to zoom · click to measure");
 for (const touch of ["pointerdown", "wheel", "keydown"]) {
   viewer.canvas.addEventListener(touch, () => hint.remove(), { once: true, passive: true });
 }
@@ -92,7 +94,7 @@ app.append(panel.element, bar.element, help.element);
 app.classList.toggle("is-embedded", new URLSearchParams(location.search).has("embed"));
 if (window.parent !== window) new Embedding(viewer, window.parent);
 installTooltips();
-installKeyboard(settings, acts);
+installKeyboard(viewer, acts);
 
 // ---- what changes lead to
 

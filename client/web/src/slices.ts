@@ -4,6 +4,7 @@ import { Plane, Vector3 } from "three";
 
 import type { DatasetInfo } from "./protocol/messages";
 import type { ColourScale } from "./shared/colour_maps";
+import { airBelow } from "./shared/sample_window";
 import { inLattice } from "./scene/picking";
 import { sliceGrid } from "./scene/slice_grid";
 import { SlicePlane } from "./scene/slice_plane";
@@ -46,7 +47,8 @@ export class Slices {
       return;
     }
     const scale = scaleOf(settings.level, settings.windowWidth, settings.samplesLog, range ?? info);
-    this.plane.setLook({ map: settings.colours, ...scale, above: where.isFilling ? leastIsovalue(settings, info) : -Infinity });
+    const air = settings.transparentAir ? airBelow(info) : -Infinity;
+    this.plane.setLook({ map: settings.colours, ...scale, above: where.isFilling ? leastIsovalue(settings, info) : air });
     const wanted = `${info.name} ${info.contentId} ${where.axis} ${where.at}`;
     if (wanted !== this.wanted) {
       this.wanted = wanted;
@@ -97,7 +99,8 @@ export class Slices {
   }
 }
 
-export type ValueRange = Pick<DatasetInfo, "min" | "max">;
+// `usual`: the window where none is said; all values if there is none.
+export type ValueRange = Pick<DatasetInfo, "min" | "max"> & { usual?: { level: number; width: number } };
 
 interface Place {
   axis: number;
@@ -112,12 +115,12 @@ export function slicePlace({ slice, sliceAt, clip, clipAt, filled }: Settings): 
   return null;
 }
 
-// The values of the first and the last colour: as said, or all that the data has.
+// The values of the first and the last colour: as said, else the usual ones, else all that the data has.
 export function windowOf(
-  level: number | null, windowWidth: number | null, { min, max }: ValueRange,
+  level: number | null, windowWidth: number | null, { min, max, usual }: ValueRange,
 ): { low: number; high: number } {
-  const width = windowWidth ?? max - min;
-  const middle = level ?? (min + max) / 2;
+  const width = windowWidth ?? usual?.width ?? max - min;
+  const middle = level ?? usual?.level ?? (min + max) / 2;
   return { low: middle - width / 2, high: middle + width / 2 };
 }
 

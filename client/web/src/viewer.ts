@@ -14,6 +14,7 @@ import { serverAddress } from "./own_address";
 import { isEmpty } from "./panel/certificate";
 import { h } from "./shared/elements";
 import { inDigits } from "./shared/quantities";
+import { isCt, usualWindow } from "./shared/sample_window";
 import { componentWords } from "./panel/component_filter";
 import { Notices } from "./panel/notices";
 import { TimeBar } from "./panel/time_bar";
@@ -68,7 +69,7 @@ export interface ViewerEvents {
 export class Viewer {
   readonly settings: Store<Settings>;
   readonly canvas = h("canvas", { tabindex: "0", role: "application", "aria-label":
-    "The surface. Drag to turn, scroll to come closer, right button or shift to move. Arrow keys turn, plus and minus zoom." });
+    "The surface. Drag to rotate, scroll to zoom, right button or Shift to pan. Arrow keys rotate, plus and minus zoom." });
   readonly stage: Stage;
   readonly pool = new TilePool(Math.min(6, Math.max(2, (navigator.hardwareConcurrency || 4) - 1)));
   readonly surfaces: SurfaceSet;
@@ -108,12 +109,12 @@ export class Viewer {
       leave: () => this.canvas.focus(),
     });
     this.surroundings = new Surroundings(this.stage);
-    this.orientation = new Orientation(this.stage, (direction) => this.lookFrom(direction));
+    this.orientation = new Orientation(this.stage, (direction) => this.lookFrom(direction), (up) => this.turnUp(up));
     this.regionHandles = new RegionHandles(this.stage, this.canvas, (region, isDragging) => this.set({ region }, isDragging));
     this.measuring = new Measuring(this.stage, this.pool,
       (info, world) => this.questions.probe(info.name, world), (places) => this.set({ places }), () => this.canvas.focus());
     this.slices = new Slices(this.stage, this.pool, this.surfaces, this.questions,
-      () => ({ info: this.info, settings: this.get(), range: this.rangeOf(this.info) }), (text) => this.notices.tell(text, true));
+      () => ({ info: this.info, settings: this.get(), range: this.sampleRange() }), (text) => this.notices.tell(text, true));
     const turn = (said: Partial<Settings>, isDragging: boolean) => this.set(said, isDragging);
     this.legends = {
       samples: new Legend({ label: "samples", colours: "colours", level: "level", width: "windowWidth", isLog: "samplesLog" }, turn),
@@ -150,6 +151,7 @@ export class Viewer {
     this.isDragging = isDragging;
     if (change.eye && change.target) this.stage.setView(change.eye, change.target);
     const before = this.settings.get();
+    if (isNewCut(change, before)) change = { clipFlipped: this.isSeenFromAbove(change.clip!), ...change };
     // The isovalue that one time suggests is not what another does: it stays from here.
     const isStaying = change.t !== undefined && change.dataset === undefined && before.isovalue === null && this.info;
     this.settings.set(isStaying ? { isovalue: suggestedIsovalue(isStaying), ...change } : change);
@@ -166,7 +168,8 @@ export class Viewer {
   choose(entry: Entry): void {
     if (this.info && isOfOneFamily(entry.info, this.info)) return;
     this.settings.set({
-      ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, eye: null, target: null, clip: "off",
+      ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, eye: null, target: null,
+      up: defaults.up, clip: "off", places: [],
     });
     this.use(entry.info);
   }
@@ -202,16 +205,30 @@ export class Viewer {
   }
 
   reset(): void {
-    this.settings.set({ eye: null, target: null });
+    this.settings.set({ eye: null, target: null, up: defaults.up });
     this.stage.defaultView();
     this.fit();
   }
 
   lookFrom(direction: THREE.Vector3): void {
-    // Straight down there is no up: a hair beside it there is.
-    const isAlongUp = Math.hypot(direction.x, direction.y) < 1e-6;
-    this.stage.lookFrom(isAlongUp ? direction.clone().add(new THREE.Vector3(0, -1e-4, 0)) : direction);
+    // Straight along it there is no up: a hair beside it there is.
+    const up = this.stage.camera.up;
+    const isAlongUp = direction.clone().normalize().cross(up).length() < 1e-6;
+    const hair = Math.abs(up.y) < 0.9 ? new THREE.Vector3(0, -1e-4, 0) : new THREE.Vector3(0, 0, -1e-4);
+    this.stage.lookFrom(isAlongUp ? direction.clone().add(hair) : direction);
     this.fit();
+  }
+
+  // Another direction is up, and one looks from the front.
+  private turnUp(up: Vec3): void {
+    this.set({ up });
+    this.stage.defaultView();
+    this.fit();
+  }
+
+  // Turns the picture clockwise around its middle; half a turn turns it upside down.
+  roll(radians: number): void {
+    this.set({ up: this.stage.rolledUp(radians) });
   }
 
   // What is shown, as PNG, on the page's background.
@@ -254,6 +271,13 @@ export class Viewer {
     return new THREE.Plane(new THREE.Vector3().setComponent(axis, sign), -sign * at);
   }
 
+  // Whether the eye lies farther along an axis than what it looks at: a cut then leaves what is behind it, and shows its face.
+  private isSeenFromAbove(clip: Settings["clip"]): boolean {
+    const { eye, target } = this.stage.view();
+    const axis = "xyz".indexOf(clip);
+    return eye[axis] > target[axis];
+  }
+
   // ---- what changes lead to
 
   private listen(): void {
@@ -262,6 +286,7 @@ export class Viewer {
       this.surroundings.show(now.axes);
       this.orientation.show(now.axes);
       this.regionHandles.show(now.region);
+      if (now === before || now.up !== before.up) this.stage.setUp(now.up);
       this.applyLook();
       if (now !== before && isOtherRequest(now, before)) this.ask();
       this.timeBar.show(now, this.times);
@@ -333,6 +358,13 @@ export class Viewer {
     return info && { ...rangeOf(this.list, info), valueUnit: info.valueUnit };
   }
 
+  // Of samples on slices; the colours of a series mean the same at all its times.
+  private sampleRange(): LegendValues | null {
+    const { info } = this;
+    const range = this.rangeOf(info);
+    return info && range && (this.times && !isCt(info) ? range : { ...range, usual: usualWindow(info) });
+  }
+
   private use(now: DatasetInfo): void {
     const { info: before } = this;
     const isOther = before?.name !== now.name || before.contentId !== now.contentId;
@@ -384,7 +416,7 @@ export class Viewer {
   }
 
   private showLegends(now: Settings): void {
-    this.legends.samples.show(now, slicePlace(now) ? this.rangeOf(this.info) : null, now.colourBy ? "samples" : "");
+    this.legends.samples.show(now, slicePlace(now) ? this.sampleRange() : null, now.colourBy ? "samples" : "");
     const field = now.colourBy ? named(this.list, now.colourBy) : null;
     const by = this.rangeOf(field);
     this.legends.field.show(now, by, field?.member?.field || now.colourBy);
@@ -411,6 +443,10 @@ export class Viewer {
     this.measuring.add(place);
     this.events.tell("picked", place);
   }
+}
+
+function isNewCut({ clip = "off", clipFlipped }: Partial<Settings>, before: Settings): boolean {
+  return clip !== "off" && clip !== before.clip && clipFlipped === undefined;
 }
 
 // Why there is nothing to see of a surface; null: there is something, or will be.

@@ -18,6 +18,7 @@ describe("Address", () => {
         { dataset: "a, b; 100 %", isovalue: -1e-7, error: 0.5, colour: "#00ff7f", opacity: 0.25, visible: false, minComponent: 30 },
       ],
       colour: "#123456", opacity: 0.5, visible: false, minComponent: 12.5, projection: "orthographic", occlusion: false, eye: [1, -2, 3.25], target: [0, 0, 1],
+      transparentAir: false, up: [0, -0.6, 0.8], places: [{ world: [1, -2.5, 3], bound: 0.25 }, { world: [0, 0, 1e-3], bound: null }],
     };
     expect(fromAddress(`#${toAddress(settings)}`)).toEqual(settings);
     const ball = { kind: "ball", centre: [1, 2, 3], radius: 4, error: 0.5 } as const;
@@ -26,6 +27,12 @@ describe("Address", () => {
     expect(fromAddress(said).region).toEqual(ball);
     const surfaces = [{ isovalue: 3, error: null, colour: "#d9775f", opacity: 0.5, visible: true }];
     expect(toAddress({ ...defaults, surfaces })).toBe("surfaces=3,d9775f,0.5");
+  });
+
+  test("TakesAnAxisForWhatIsUp", () => {
+    expect(fromAddress("#up=-y").up).toEqual([0, -1, 0]);
+    expect(fromAddress("#up=x").up).toEqual([1, 0, 0]);
+    expect(fromAddress("#up=0,3,4").up).toEqual([0, 0.6, 0.8]);
   });
 
   test("PassesOverWhatItCannotRead", () => {
@@ -37,6 +44,7 @@ describe("Address", () => {
       "#surfaces=1,ff0000,1,,seen", "#surfaces=1,ff0000;2", `#surfaces=${Array(1024).fill("1,ff0000").join(";")}`,
       "#surfaces=1,ff0000,1,,,%25E0", "#surfaces=1,ff0000,1,,,,-1", "#surfaces=1,ff0000,1,,,,many",
       "#minComponent=-1", "#minComponent=2e6", "#minComponent=dust", "#t=soon", "#speed=0", "#loop=2", "#noValue=grey",
+      "#up=w", "#up=0,0,0", "#up=1,2", "#places=1,2", "#places=1,2,3,-1", "#places=1,2,3,4,5", "#places=1,2,3;4,5,6;7,8,9;1,1,1",
     ]) {
       expect(fromAddress(text)).toEqual({});
     }

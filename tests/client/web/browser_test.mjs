@@ -132,7 +132,7 @@ async function tellsSizes(page) {
     return /about/.test(now) && now !== before;
   }, words);
   await slider.fill("0.5"); // Two voxels.
-  await page.click('label:has-text("Fewer triangles")');
+  await page.click('label:has-text("Simplify")');
   await page.waitForFunction(() => /simplify=false/.test(location.hash));
   await complete(page, ({ triangles }) => triangles > 1.25 * shown.triangles);
 }
@@ -188,7 +188,7 @@ async function givesFiles(page) {
 
 async function downloaded(page, word) {
   const isFolded = await page.locator(".actions").isHidden();
-  if (isFolded) await page.click('summary:has-text("Take it with you")');
+  if (isFolded) await page.click('summary:has-text("Export")');
   const coming = page.waitForEvent("download");
   await page.click(`.action:has-text("${word}")`);
   return readFileSync(await (await coming).path());
@@ -297,13 +297,13 @@ async function showsSeveral(page) {
 async function tellsOfTwoDatasets(page) {
   await open(page, "#dataset=head&isovalue=500.5&error=1");
   await complete(page);
-  assert.match(await page.textContent(".seal"), /Closed surface$/);
+  assert.match(await page.textContent(".seal"), /Watertight, within [\d.]+ voxels?$/);
   const bytes = await page.textContent(".fact.bytes");
   await open(page, "#dataset=head&isovalue=500.5&error=1&surfaces=900.5,00ff00;0.1,ff0000,,,,gyroid");
   await complete(page);
   const lines = await page.locator(".isoline").evaluateAll((all) => all.map((one) => one.getAttribute("aria-label")));
   assert.deepEqual(lines, ["Isovalue of surface 1", "Isovalue of surface 2"], "the gyroid's values are not the head's");
-  assert.match(await page.textContent(".seal"), /No cracks$/, "the gyroid ends where its data does");
+  assert.match(await page.textContent(".seal"), /No cracks, within/, "the gyroid ends where its data does");
   assert.notEqual(await page.textContent(".fact.bytes"), bytes);
   await page.click(".seal");
   assert.deepEqual(await page.locator(".certificate h3").allTextContents(),
@@ -325,7 +325,7 @@ async function measuresAPart(page) {
   const [, area, volume] = (await page.textContent(".part")).match(/Area ([\d.]+) \S+², volume ([\d.]+) /);
   // The same from the file that one takes along, of all parts.
   const whole = massOf(await downloaded(page, "STL"));
-  const parts = Number((await page.textContent(".certificate")).match(/Connected parts(\d+)/)[1]);
+  const parts = Number((await page.textContent(".certificate")).match(/Connected components(\d+)/)[1]);
   const share = parts === 1 ? 0.999 : 0.5;
   assert(Number(area) > share * whole.area && Number(area) < 1.001 * whole.area, `${area} of ${whole.area}`);
   if (parts === 1) assert(Math.abs(Number(volume) - whole.volume) < 1e-3 * whole.volume, `${volume}, ${whole.volume}`);
@@ -353,7 +353,7 @@ async function hidesDust(page) {
   assert.equal(whole.digest, large.digest, "what is checked is the whole surface");
   assert(Number((await page.textContent(".bytes span")).match(/in (\d+) tiles/)[1]) > 1, "components go across tiles");
   assert.match(await page.textContent(".certificate"), new RegExp(`${large.shown} components of ${large.all} shown \\(smaller than 6 samples hidden\\)`));
-  assert.match(await page.textContent(".certificate"), new RegExp(`Connected parts${large.all}`));
+  assert.match(await page.textContent(".certificate"), new RegExp(`Connected components${large.all}`));
   // Another size acts on what is here.
   const before = sent;
   const hide = async (samples, words) => {
@@ -361,7 +361,7 @@ async function hidesDust(page) {
     await page.keyboard.press("Enter");
     await page.waitForFunction((pattern) => new RegExp(pattern).test(document.querySelector(".seal").textContent), words, { timeout: patience });
   };
-  await hide("12", `Closed surface, ${larger.shown} of ${larger.all} components shown`);
+  await hide("12", `Watertight, full resolution, ${larger.shown} of ${larger.all} components shown`);
   await page.waitForFunction(() => /minComponent=12/.test(location.hash));
   await complete(page, ({ triangles }) => triangles === larger.faces);
   assert.deepEqual(sizesOf(await downloaded(page, "PLY")), [larger.vertices, larger.faces], "the file has what is shown");
@@ -380,7 +380,7 @@ async function hidesDust(page) {
   await page.focus(".stage canvas");
   await page.keyboard.press("Control+z");
   await page.waitForFunction(() => /minComponent=12/.test(location.hash));
-  await hide("", "^✓ Closed surface$");
+  await hide("", "^✓ Watertight, full resolution$");
   assert.deepEqual([before > 0, sent], [true, before], "the server is asked nothing");
 }
 

@@ -1,4 +1,4 @@
-import { accuracyOf, errorWords, leastAccurate, sealWords } from "../../../client/web/src/panel/certificate";
+import { accuracyInUnits, accuracyOf, errorWords, leastAccurate, sealWords } from "../../../client/web/src/panel/certificate";
 import type { DrawnSurface, ShownComponents, StepFacts } from "../../../client/web/src/state/progress";
 
 const facts = (said: Partial<StepFacts>) => ({
@@ -11,6 +11,12 @@ describe("Accuracy", () => {
     expect(accuracyOf(facts({}), 3)).toEqual({ value: "≤ 0.5", unit: "voxels" });
     expect(accuracyOf(facts({ errorVoxels: 1 }), 3)).toEqual({ value: "≤ 1", unit: "voxel" });
     expect(errorWords(facts({}))).toMatch(/^No point of this surface is farther than this \(0\.25 mm\)/);
+  });
+
+  test("IsShownInTheFilesUnitFirst", () => {
+    expect(accuracyInUnits(facts({}))).toEqual({ value: "≤ 0.25 mm", label: "error, 0.5 voxels" });
+    expect(accuracyInUnits(facts({ lengthUnit: "" }))).toEqual({ value: "≤ 0.5 voxels", label: "error" });
+    expect(accuracyInUnits(facts({ spacing: 4 }))).toEqual({ value: "1 in 4", label: "samples per axis" });
   });
 
   test("OfAPreviewIsItsSpacingBecauseItPromisesNoError", () => {
@@ -30,10 +36,20 @@ describe("TheSeal", () => {
   const drawn = (borderEdges: number, components: Partial<ShownComponents> | null = null) =>
     ({ number: 1, shown: facts({ topology: { borderEdges, components: 5 } as StepFacts["topology"] }), components }) as DrawnSurface;
 
-  test("SaysClosedOnlyWhereAllSurfacesAre", () => {
-    expect(sealWords([drawn(0)])).toBe("✓ Closed surface");
-    expect(sealWords([drawn(0), drawn(0)])).toBe("✓ Closed surfaces");
-    expect(sealWords([drawn(0), drawn(6762)])).toBe("✓ No cracks");
+  test("SaysWatertightOnlyWhereAllSurfacesAre", () => {
+    expect(sealWords([drawn(0)])).toBe("✓ Watertight, within 0.25 mm");
+    expect(sealWords([drawn(0), drawn(0)])).toBe("✓ Watertight, within 0.25 mm");
+    expect(sealWords([drawn(0), drawn(6762)])).toBe("✓ No cracks, within 0.25 mm");
+  });
+
+  test("NamesAnErrorOnlyWhereItIsCertifiedOfAll", () => {
+    const with_ = (said: Partial<StepFacts>) => { const one = drawn(0); return { ...one, shown: { ...one.shown, ...said } }; };
+    expect(sealWords([with_({ isCertified: false })])).toBe("✓ Watertight");
+    expect(sealWords([drawn(0), with_({ isCertified: false })])).toBe("✓ Watertight");
+    expect(sealWords([with_({ spacing: 4 })])).toBe("✓ Watertight, preview");
+    expect(sealWords([with_({ errorWorld: 0, errorVoxels: 0 })])).toBe("✓ Watertight, full resolution");
+    expect(sealWords([with_({ lengthUnit: "" })])).toBe("✓ Watertight, within 0.5 voxels");
+    expect(sealWords([drawn(0), with_({ errorWorld: 1, errorVoxels: 2 })])).toBe("✓ Watertight, within 1 mm");
   });
 
   test("CountsTheComponentsOfAll", () => {

@@ -100,7 +100,7 @@ async function showsOneTime(page) {
 async function savesTimes(page) {
   await open(page, "#dataset=flow&isovalue=0.5&error=2&occlusion=false", families);
   await complete(page);
-  await page.click('summary:has-text("Take it with you")');
+  await page.click('summary:has-text("Export")');
   const [download] = await Promise.all([
     page.waitForEvent("download", { timeout: patience }),
     page.click('button:has-text("Times: PNGs")'),

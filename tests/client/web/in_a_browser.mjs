@@ -125,7 +125,7 @@ export async function complete(page, isIt = () => true) {
       const text = (selector) => document.querySelector(selector)?.textContent ?? "";
       return {
         state: text(".state b"),
-        triangles: Number(text(".fact:nth-child(2) b").replace(/\D/g, "")),
+        triangles: Number(text(".fact.triangles b").replace(/\D/g, "")),
         digest: text(".certificate").match(/[0-9a-f]{32}/)?.[0],
       };
     });

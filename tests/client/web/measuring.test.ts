@@ -1,7 +1,8 @@
 import { cutLine } from "../../../client/web/src/mesh/cut";
 import { massProperties } from "../../../client/web/src/mesh/mass_properties";
 import { axisNames } from "../../../client/web/src/scene/axis_names";
-import { angleAt, areaText, distanceOf, volumeText } from "../../../client/web/src/scene/measures";
+import { angleAt, areaText, distanceOf, lengthWithBound, volumeText } from "../../../client/web/src/scene/measures";
+import { withBound } from "../../../client/web/src/shared/quantities";
 import { ticks } from "../../../client/web/src/scene/ticks";
 import { WorldSpace } from "../../../client/web/src/protocol/messages";
 
@@ -80,10 +81,28 @@ describe("Measures", () => {
     expect(angleAt([1, 1, 1], [1, 1, 1], [2, 1, 1])).toBeNull();
   });
 
-  test("AreToldInTheDatasetsUnit", () => {
-    expect(areaText(12.3456789, { lengthUnit: "mm" })).toBe("12.346 mm²");
-    expect(volumeText(123456, { lengthUnit: "mm" })).toBe("123460 mm³ = 123.46 ml");
-    expect(volumeText(2, { lengthUnit: "" })).toBe("2 unit³");
+  test("OfASurfaceAtFullResolutionHaveAllTheirDigits", () => {
+    expect(areaText(12.3456789, { lengthUnit: "mm" }, true)).toBe("12.346 mm²");
+    expect(volumeText(123456, { lengthUnit: "mm" }, 0)).toBe("123460 mm³ = 123.46 ml");
+    expect(volumeText(2, { lengthUnit: "" }, 0)).toBe("2 unit³");
+    expect(lengthWithBound(1.5, { lengthUnit: "mm" }, 0)).toBe("1.5 mm");
+  });
+
+  test("CarryTheirBoundAndNoDigitThatMeansNothing", () => {
+    expect(lengthWithBound(12.3456, { lengthUnit: "mm" }, 0.046)).toBe("12.35 ± 0.06 mm");
+    expect(lengthWithBound(12.3456, { lengthUnit: "mm" }, 0.0149)).toBe("12.346 ± 0.016 mm");
+    expect(volumeText(123456, { lengthUnit: "mm" }, 250)).toBe("123460 ± 260 mm³ = 123.46 ± 0.26 ml");
+    expect(areaText(12.3456789, { lengthUnit: "mm" }, false)).toBe("about 12 mm²");
+    for (const [value, bound] of [[3.14159, 0.3], [1e-7, 3e-9], [98765, 4321], [0.5, 7]]) {
+      const [shown, off] = withBound(value, bound).split(" ± ").map(Number);
+      expect(Math.abs(shown - value) + bound).toBeLessThanOrEqual(off * (1 + 1e-9));
+      expect(off).toBeLessThan(2.4 * bound);
+    }
+  });
+
+  test("WithoutABoundAreRoundedAndSaySo", () => {
+    expect(lengthWithBound(12.3456, { lengthUnit: "mm" }, null)).toBe("about 12 mm");
+    expect(volumeText(123.456, { lengthUnit: "" }, null)).toBe("about 120 unit³");
   });
 });
 

@@ -47,10 +47,12 @@ describe("Slices", () => {
     expect(slicePlace({ ...defaults, clip: "y", slice: "z", sliceAt: 0.1 })).toEqual({ axis: 2, at: 0.1, isFilling: false });
   });
 
-  test("HaveAllValuesUnlessAWindowIsSaid", () => {
+  test("HaveTheWindowThatIsSaidElseTheUsualOneElseAllValues", () => {
     const info = { min: -1000, max: 3000 };
     expect(windowOf(null, null, info)).toEqual({ low: -1000, high: 3000 });
     expect(windowOf(40, 400, info)).toEqual({ low: -160, high: 240 });
+    expect(windowOf(null, null, { ...info, usual: { level: 40, width: 80 } })).toEqual({ low: 0, high: 80 });
+    expect(windowOf(10, null, { ...info, usual: { level: 40, width: 80 } })).toEqual({ low: -30, high: 50 });
     expect(scaleOf(40, 400, false, info)).toEqual({ low: -160, high: 240, isLog: false });
   });
 });

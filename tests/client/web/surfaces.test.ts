@@ -42,7 +42,7 @@ describe("Surfaces", () => {
 
   test("HaveColoursOfTheirOwnAndABound", () => {
     let all: Settings = defaults;
-    for (let i = 0; i < 20; ++i) all = { ...all, ...withNewSurface(all, i) };
+    for (let i = 0; i < 20; ++i) all = { ...all, ...withNewSurface(all, i, 0) };
     const list = surfacesOf(all);
     expect(list).toHaveLength(mostSurfaces);
     expect(new Set(list.map(({ colour }) => colour)).size).toBe(mostSurfaces);

@@ -53,12 +53,12 @@ export function accuracyPart(change: Change, expected: HTMLElement): Part {
     text: (value) => (value === 0 ? "any number of triangles" : `${grouped(value)} triangles`),
   });
   const simplify = controls.toggle("simplify", {
-    label: "Fewer triangles",
+    label: "Simplify",
     tip: "Leaves out the triangles that the allowed error does not need: a few are left, the bound " +
       "holds. The server works longer for it.",
   });
   const follow = controls.toggle("followView", {
-    label: "Follow the camera",
+    label: "View-dependent detail",
     tip: "Fine where you look and near, coarse elsewhere; asks anew when the camera rests.",
   });
   const pixels = controls.slider("pixels", {

@@ -1,4 +1,4 @@
-// What one takes along: a link, a picture, a file.
+// What one exports: a link, a picture, a file.
 import type { MeshFormat } from "../workers/worker_messages";
 import { h } from "../shared/elements";
 
@@ -9,7 +9,6 @@ export interface DownloadsEvents {
   times: (form: "video" | "pictures") => void;
   screenshot: () => void;
   download: (format: MeshFormat) => void;
-  startOver: () => void;
 }
 
 export function downloadsPart(events: DownloadsEvents): DownloadsPart {
@@ -32,8 +31,7 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
     button("STL", "The shown surface for 3D printing.", () => events.download("stl")),
     button("Turn: video", "The surface turned once around, as a film (WebM).", () => events.turntable("video")),
     button("Turn: PNGs", "The same as 120 pictures in a ZIP file.", () => events.turntable("pictures")),
-    ...ofTimes,
-    button("Start over", "All settings as they were in the beginning.", events.startOver));
+    ...ofTimes);
   const showTimes = (hasTimes: boolean) => ofTimes.forEach((one) => (one.hidden = !hasTimes));
   showTimes(false);
   return { element, showTimes };

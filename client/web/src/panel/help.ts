@@ -2,29 +2,31 @@
 import { h } from "../shared/elements";
 
 const hands = [
-  ["Turn", "drag", "one finger"],
-  ["Come closer", "scroll", "pinch"],
-  ["Move", "right button, or Shift and drag", "two fingers"],
+  ["Rotate", "drag", "one finger"],
+  ["Zoom", "scroll", "pinch"],
+  ["Pan", "right button, or Shift and drag", "two fingers"],
   ["A place's coordinates", "click on the surface", "tap"],
   ["A length, an angle", "click on a second and a third place", "tap"],
 ] as const;
 
 const keys = [
-  ["Arrows", "turn"],
-  ["+ −", "come closer, go away"],
+  ["Arrows", "rotate"],
+  ["+ −", "zoom in, zoom out"],
   ["F", "the whole surface in the picture"],
-  ["R", "the view of the beginning"],
+  ["R", "reset view"],
+  ["U", "flip: upside down"],
+  ["[ ]", "roll"],
   ["W", "wireframe: the triangles"],
   ["C", "colours: plain, tiles, steps"],
   ["A", "axes, box and scale"],
   ["P", "perspective or parallel projection"],
-  ["O", "shade in hollows"],
+  ["O", "ambient occlusion"],
   ["X", "cut along x, y, z, not at all"],
-  ["Z", "the picture fills the screen"],
+  ["Z", "fullscreen"],
   ["Space", "plays the times of a series, or stops"],
   [", .", "the time before, the next one"],
-  ["Ctrl Z, Ctrl Y", "take back, do again"],
-  ["Esc", "forget picked places"],
+  ["Ctrl Z, Ctrl Y", "undo, redo"],
+  ["Esc", "close the certificate, clear the measurement"],
   ["← → on the histogram", "move the isovalue"],
   ["?", "this page"],
 ] as const;

@@ -6,6 +6,7 @@ import { surfacesOf, withSurface } from "../state/surfaces";
 import { suggestedIsovalue } from "../stream/request";
 import { h } from "../shared/elements";
 import { inDigits } from "../shared/quantities";
+import { tissueAt } from "../shared/sample_window";
 import { componentFilter } from "./component_filter";
 import { HistogramView } from "./histogram";
 import { toggle } from "./inputs";
@@ -33,9 +34,9 @@ export function isovaluePart(change: Change): Part & { histogram: HistogramView 
   });
   const filter = componentFilter("the surface", (minComponent) => change({ minComponent }));
   const chips = h("div", { class: "chips", role: "group", "aria-label": "Isovalues worth a look" });
-  const chip = (value: number) => {
+  const chip = (value: number, of: DatasetInfo) => {
     const button = h("button", { type: "button", "data-tip": "A value that parts the data well." },
-      inDigits(value));
+      `${inDigits(value)} ${tissueAt(value, of)}`.trim());
     button.dataset.value = String(value);
     button.addEventListener("click", () => change({ isovalue: value }));
     return button;
@@ -58,7 +59,7 @@ export function isovaluePart(change: Change): Part & { histogram: HistogramView 
       histogram.show(shown, lines, now.logScale);
       if (shown !== info) {
         const values = shown.suggestedIsovalues.slice(0, 5).sort((a, b) => a - b);
-        chips.replaceChildren(...(values.length > 1 ? values.map(chip) : []));
+        chips.replaceChildren(...(values.length > 1 ? values.map((value) => chip(value, shown)) : []));
         if (!info) histogram.invite(!hasDragged);
       }
       info = shown;

@@ -1,6 +1,5 @@
 // Keys that work wherever nothing is being typed. panel/help.ts tells them to the user.
 import type { Settings } from "../state/settings";
-import type { Store } from "../state/store";
 
 export interface KeyActs {
   turn: (azimuth: number, elevation: number, factor?: number) => void;
@@ -12,9 +11,15 @@ export interface KeyActs {
   undo: () => void;
   redo: () => void;
   stepTime: (steps: number) => void;
+  roll: (radians: number) => void;
 }
 
-export function installKeyboard(settings: Store<Settings>, acts: KeyActs): void {
+export interface Turned {
+  get: () => Settings;
+  set: (change: Partial<Settings>) => void;
+}
+
+export function installKeyboard(settings: Turned, acts: KeyActs): void {
   const turn = 0.09;
   const keys: Record<string, () => void> = {
     ArrowLeft: () => acts.turn(-turn, 0),
@@ -23,6 +28,9 @@ export function installKeyboard(settings: Store<Settings>, acts: KeyActs): void 
     ArrowDown: () => acts.turn(0, -turn),
     "+": () => acts.turn(0, 0, 0.88),
     "-": () => acts.turn(0, 0, 1 / 0.88),
+    "[": () => acts.roll(-turn),
+    "]": () => acts.roll(turn),
+    u: () => acts.roll(Math.PI),
     f: acts.fit,
     r: acts.reset,
     Escape: acts.escape,

@@ -20,6 +20,7 @@ export interface LegendValues {
   min: number;
   max: number;
   valueUnit: string;
+  usual?: { level: number; width: number }; // The window where none is said; all values if there is none.
 }
 
 const keys: Record<string, [number, number]> = {
@@ -29,7 +30,7 @@ const keys: Record<string, [number, number]> = {
 export class Legend {
   readonly element = h("div", {
     class: "legend", hidden: true, tabindex: "0", role: "slider",
-    "data-tip": "Drag sideways for the level, up and down for the window; a double click shows all values.",
+    "data-tip": "Drag sideways for the level, up and down for the window; a double click resets them.",
   });
   private readonly name = h("span", { class: "legend-name" });
   private readonly bar = h("div", { class: "legend-bar" });
@@ -102,9 +103,9 @@ export class Legend {
     const { info, settings } = this;
     if (!info || !settings) return;
     const { low, high } = this.window(settings, info);
-    const all = info.max - info.min || 1;
+    const all = (info.usual?.width ?? info.max - info.min) || 1;
     const level = Math.min(info.max, Math.max(info.min, (low + high) / 2 + sideways * all));
-    const windowWidth = Math.min(2 * all, Math.max(all / 2000, (high - low) * Math.exp(2 * upwards)));
+    const windowWidth = Math.min(2 * (info.max - info.min || 1), Math.max(all / 2000, (high - low) * Math.exp(2 * upwards)));
     const turned = { [this.names.level]: Number(level.toPrecision(6)), [this.names.width]: Number(windowWidth.toPrecision(6)) };
     this.turn(turned, isDragging);
   }

@@ -1,8 +1,9 @@
 // How the surface is shown: nothing here changes what it is, but that normals are sent or not.
+import { h } from "../shared/elements";
 import type { Change, Part } from "./part";
 import { SettingControls } from "./setting_controls";
 
-export function lookPart(change: Change): Part {
+export function lookPart(change: Change, roll: (radians: number) => void): Part {
   // The server makes nothing new of these: who drags one keeps it from nothing.
   const controls = new SettingControls((said) => change(said));
   const colouring = controls.choice("colouring", {
@@ -49,15 +50,23 @@ export function lookPart(change: Change): Part {
       ["orthographic", "Parallel", "Lengths are alike near and far: the scale holds everywhere."],
     ],
   });
+  const rolls = ([["Roll left", -1, "A quarter turn against the clock; [ and ] turn by a little."],
+    ["Roll right", 1, "A quarter turn with the clock; [ and ] turn by a little."], ["Flip", 2, "Upside down (U)."]] as const)
+    .map(([word, quarters, tip]) => {
+      const button = h("button", { type: "button", "data-tip": tip }, word);
+      button.addEventListener("click", () => roll((quarters * Math.PI) / 2));
+      return button;
+    });
+  const upright = h("div", { class: "chips", role: "group", "aria-label": "Roll" }, ...rolls);
   const occlusion = controls.toggle("occlusion", {
-    label: "Shade in hollows", tip: "Makes hollows darker; where it takes long, when nothing moves.",
+    label: "Ambient occlusion", tip: "Makes hollows darker; where it takes long, when nothing moves.",
   });
   const theme = controls.choice("theme", {
     label: "Theme", tip: "Light or dark, or as your system has it.",
     words: [["auto", "System"], ["dark", "Dark"], ["light", "Light"]],
   });
   return {
-    elements: [colouring, wireframe, shading, clip, clipAt, flip, filled, axes, projection, occlusion, theme],
+    elements: [colouring, wireframe, shading, clip, clipAt, flip, filled, axes, upright, projection, occlusion, theme],
     show: (settings) => {
       controls.show(settings);
       clipAt.hidden = flip.hidden = filled.hidden = settings.clip === "off";

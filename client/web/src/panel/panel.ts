@@ -21,8 +21,9 @@ import { slicePart } from "./slice_part";
 import { type SurfacesPart, surfacesPart } from "./surfaces_part";
 import { type DownloadsPart, downloadsPart, type DownloadsEvents } from "./downloads_part";
 
-export interface PanelEvents extends Omit<DownloadsEvents, "startOver">, BookmarksEvents {
+export interface PanelEvents extends DownloadsEvents, BookmarksEvents {
   reset: () => void;
+  roll: (radians: number) => void;
 }
 
 export class Panel {
@@ -47,11 +48,12 @@ export class Panel {
     events: PanelEvents,
     datasets: HTMLElement,
   ) {
-    const startOver = () => {
+    const resetAll = h("button", { type: "button", class: "action reset-all", "data-tip": "All settings but the dataset and the theme." }, "Reset all settings");
+    resetAll.addEventListener("click", () => {
       const { dataset, theme } = settings.get();
       change({ ...defaults, dataset, theme });
       events.reset();
-    };
+    });
     const isovalue = isovaluePart(change);
     const accuracy = accuracyPart(change, this.expected);
     const surfaces = (this.surfaces = surfacesPart(change));
@@ -65,8 +67,8 @@ export class Panel {
     const region = regionPart(change);
     const field = (this.field = fieldPart(change));
     const slice = slicePart(change);
-    const look = lookPart(change);
-    this.downloads = downloadsPart({ ...events, startOver });
+    const look = lookPart(change, events.roll);
+    this.downloads = downloadsPart(events);
     this.histogram = isovalue.histogram;
     this.parts = [family, isovalue, surfaces, labels, accuracy, region, field, slice, look];
     this.element = h("aside", { class: "panel", "aria-label": "Controls" },
@@ -80,7 +82,8 @@ export class Panel {
       folded("Slice of the samples", settings.get().slice !== "off", ...slice.elements),
       folded("Appearance", false, ...look.elements),
       folded("Bookmarks", false, ...bookmarksPart(events)),
-      folded("Take it with you", false, this.downloads.element),
+      folded("Export", false, this.downloads.element),
+      resetAll,
     );
     settings.watch(() => this.show());
   }

@@ -1,5 +1,8 @@
 // A plane of samples in the picture: where it lies and its colours. The legend in the picture has the rest.
+import type { DatasetInfo } from "../protocol/messages";
 import { colourMaps } from "../shared/colour_maps";
+import { h } from "../shared/elements";
+import { sampleWindows } from "../shared/sample_window";
 import type { Change, Part } from "./part";
 import { SettingControls } from "./setting_controls";
 
@@ -10,21 +13,36 @@ export function slicePart(change: Change): Part {
     words: [["off", "Off"], ["x", "x"], ["y", "y"], ["z", "z"]],
   });
   const at = controls.slider("sliceAt", {
-    label: "Lies at", tip: "Where the plane lies along its axis.",
+    label: "Position", tip: "Where the plane lies along its axis.",
     min: 0, max: 1, step: 0.002,
     text: (value) => `${(100 * value).toFixed(1)} %`,
   });
   const colours = controls.choice("colours", {
-    label: "Colours of samples", tip: "From small values to large ones; drag the legend in the picture to turn window and level.",
+    label: "Colours of samples", tip: "From small values to large ones; drag the legend in the picture to change level and window.",
     words: colourMaps.map((map) => [map, map] as const),
+  });
+  const windows = h("div", { class: "chips", role: "group", "aria-label": "Windows" });
+  const air = controls.toggle("transparentAir", {
+    label: "Transparent air", tip: "Samples of air, or of a dark background, are not drawn on the plane.",
   });
   const log = controls.toggle("samplesLog", {
     label: "Logarithmic", tip: "Equal factors of the values have equal steps of colour.",
   });
+  let known: DatasetInfo | null = null;
+  const showWindows = (info: DatasetInfo | null) => {
+    if (info === known) return;
+    known = info;
+    windows.replaceChildren(...(info ? sampleWindows(info) : []).map(({ name, level, width }) => {
+      const button = h("button", { type: "button", "data-tip": `Level ${level}, window ${width}${info!.valueUnit ? ` ${info!.valueUnit}` : ""}.` }, name);
+      button.addEventListener("click", () => change({ level, windowWidth: width }));
+      return button;
+    }));
+  };
   return {
-    elements: [slice, at, colours, log],
-    show: (settings) => {
+    elements: [slice, at, colours, windows, air, log],
+    show: (settings, info) => {
       controls.show(settings);
+      showWindows(info);
       at.hidden = settings.slice === "off";
     },
   };

@@ -31,7 +31,10 @@ export function surfacesPart(change: Change): SurfacesPart {
     type: "button", class: "action", "data-tip": "Another surface of the same data: skin around bone, for example.",
   }, "Add a surface");
   add.addEventListener("click", () => {
-    if (info) change(withNewSurface(settings, nextIsovalue(settings, info)));
+    if (!info) return;
+    const suggested = suggestedIsovalue(info);
+    const used = surfacesOf(settings).map(({ isovalue }) => isovalue ?? suggested);
+    change(withNewSurface(settings, nextIsovalue(used, info), suggested));
   });
   const rowAt = (at: number) => {
     const row = surfaceRow(at, (said, isDragging) => change(withSurface(settings, at, said), isDragging), () => {
@@ -68,11 +71,12 @@ export function surfacesPart(change: Change): SurfacesPart {
   };
 }
 
-// A value worth a look that has no surface yet; else one between the last and the largest.
-function nextIsovalue(settings: Settings, info: DatasetInfo): number {
-  const used = surfacesOf(settings).map(({ isovalue }) => isovalue ?? suggestedIsovalue(info));
-  const fresh = info.suggestedIsovalues.find((value) => !used.includes(value));
-  return fresh ?? Number(((Math.max(...used) + info.max) / 2).toPrecision(5));
+// The suggested value that is farthest from those that have a surface; else one between the last and the largest.
+export function nextIsovalue(used: readonly number[], { suggestedIsovalues, max }: Pick<DatasetInfo, "suggestedIsovalues" | "max">): number {
+  const distance = (value: number) => Math.min(...used.map((other) => Math.abs(other - value)));
+  const fresh = suggestedIsovalues.filter((value) => !used.includes(value));
+  if (fresh.length === 0) return Number(((Math.max(...used) + max) / 2).toPrecision(5));
+  return fresh.reduce((best, value) => (distance(value) > distance(best) ? value : best));
 }
 
 interface Row extends Pick<Control<SurfaceSettings>, "element"> {

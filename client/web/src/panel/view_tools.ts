@@ -25,9 +25,9 @@ export function viewTools(acts: ViewActs): HTMLElement {
   };
   return h("nav", { class: "tools", "aria-label": "View" },
     button("Fit", "Fit the surface", "The whole surface in the picture (F).", acts.fit),
-    button("Reset", "Reset the view", "The view of the beginning (R).", acts.reset),
+    button("Reset", "Reset view", "The view from the start (R).", acts.reset),
     ...directions.map(([word, x, y, z]) =>
       button(word, `${word} view`, "Look along an axis of the world.", () => acts.lookFrom(new THREE.Vector3(x, y, z)))),
-    button("Full", "Fill the screen", "The picture alone, on the whole screen (Z).", acts.fullScreen),
+    button("Fullscreen", "Fullscreen", "The picture alone (Z).", acts.fullScreen),
     button("?", "How to use it", "Mouse, fingers and keys (?).", acts.help));
 }

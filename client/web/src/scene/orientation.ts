@@ -1,25 +1,35 @@
 // A small picture of the world's axes as one sees them now, with the patient's letters where the space
-// is known. Each end is a button: one then looks from there.
+// is known. Each end is a button: one then looks from there. Where the space is not known, nothing says what is up: a
+// further button names the axis that is, and turns to the next one.
 import * as THREE from "three";
 
 import { h } from "../shared/elements";
-import type { DatasetInfo } from "../protocol/messages";
-import { axisNames } from "./axis_names";
+import { type DatasetInfo, WorldSpace } from "../protocol/messages";
+import type { Vec3 } from "../stream/dataset";
+import { type AxisName, axisNames } from "./axis_names";
 import type { Stage } from "./stage";
+
+const upOrder: readonly Vec3[] = [[0, 0, 1], [0, 0, -1], [0, 1, 0], [0, -1, 0], [1, 0, 0], [-1, 0, 0]];
 
 export class Orientation {
   readonly element = h("div", { class: "orientation", role: "group", "aria-label": "Look from a side", hidden: true });
+  private readonly turner = h("button", { type: "button", class: "turn-up", hidden: true });
+  private names: AxisName[] = [];
   private ends: { button: HTMLElement; arm: HTMLElement; direction: THREE.Vector3 }[] = [];
 
   constructor(
     private readonly stage: Stage,
     private readonly lookFrom: (direction: THREE.Vector3) => void,
+    turnUp: (up: Vec3) => void,
   ) {
+    this.turner.addEventListener("click", () => turnUp(upOrder[(this.upAt() + 1) % upOrder.length]));
     stage.whenDrawn(() => this.follow());
   }
 
   setDataset(info: DatasetInfo): void {
-    this.ends = axisNames(info).map(({ letter, word, direction }, i) => {
+    this.names = axisNames(info);
+    this.turner.hidden = info.space !== WorldSpace.UNSPECIFIED;
+    this.ends = this.names.map(({ letter, word, direction }, i) => {
       const button = h("button", {
         type: "button", class: `end axis-${"xyz"[i >> 1]}`, "aria-label": `Look from ${word}`, "data-tip": `Look from ${word}.`,
       }, letter);
@@ -27,7 +37,7 @@ export class Orientation {
       button.addEventListener("click", () => this.lookFrom(towards));
       return { button, arm: h("span", { class: `arm axis-${"xyz"[i >> 1]}` }), direction: towards };
     });
-    this.element.replaceChildren(...this.ends.map(({ arm }) => arm), ...this.ends.map(({ button }) => button));
+    this.element.replaceChildren(...this.ends.map(({ arm }) => arm), ...this.ends.map(({ button }) => button), this.turner);
     this.element.hidden = false;
     this.follow();
   }
@@ -36,8 +46,26 @@ export class Orientation {
     this.element.hidden = !isVisible || this.ends.length === 0;
   }
 
+  // The place in `upOrder`, of the axis that is nearest.
+  private upAt(): number {
+    const { up } = this.stage.camera;
+    const along = upOrder.map((axis) => up.dot(new THREE.Vector3(...axis)));
+    return along.indexOf(Math.max(...along));
+  }
+
+  private showUp(): void {
+    const place = (axis: Vec3) => this.names.find(({ direction }) => direction.every((part, i) => part === axis[i]))?.letter ?? "";
+    const [now, next] = [0, 1].map((step) => place(upOrder[(this.upAt() + step) % upOrder.length]));
+    const text = `up: ${now}`;
+    if (this.turner.textContent === text) return;
+    this.turner.textContent = text;
+    this.turner.setAttribute("data-tip", `The file does not say what is up. Click to turn ${next} up.`);
+    this.turner.setAttribute("aria-label", `${now} is up; turn ${next} up`);
+  }
+
   private follow(): void {
     if (this.element.hidden) return;
+    this.showUp();
     const toEye = this.stage.lens.quaternion.clone().invert();
     for (const { button, arm, direction } of this.ends) {
       const p = direction.clone().applyQuaternion(toEye);

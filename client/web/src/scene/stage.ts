@@ -100,9 +100,29 @@ export class Stage {
     this.controls.minDistance = 0.002 * this.sphere.radius;
   }
 
-  // From the front, a little from the side and from above: patients look along -y.
+  // From the front, a little from the side and from above: patients look along -y, where z is up.
   defaultView(): void {
-    this.lookFrom(new THREE.Vector3(0.55, -1, 0.32));
+    const upright = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 0, 1), this.camera.up);
+    this.lookFrom(new THREE.Vector3(0.55, -1, 0.32).applyQuaternion(upright));
+  }
+
+  // What is above in the picture; the place of the eye stays.
+  setUp(up: Vec3): void {
+    this.camera.up.set(...up).normalize();
+    this.flat.up.copy(this.camera.up);
+    // The controls take the direction when they are made, and have no way to change it.
+    const { _quat, _quatInverse } = this.controls as unknown as Record<"_quat" | "_quatInverse", THREE.Quaternion>;
+    _quat.setFromUnitVectors(this.camera.up, new THREE.Vector3(0, 1, 0));
+    _quatInverse.copy(_quat).invert();
+    this.controls.update();
+    this.invalidate();
+  }
+
+  // What is above after the picture is turned clockwise around its middle.
+  rolledUp(radians: number): Vec3 {
+    const ahead = this.controls.target.clone().sub(this.camera.position).normalize();
+    const up = new THREE.Vector3(0, 1, 0).applyQuaternion(this.camera.quaternion).applyAxisAngle(ahead, -radians);
+    return nearAxis(up).toArray();
   }
 
   lookFrom(direction: THREE.Vector3): void {
@@ -169,7 +189,7 @@ export class Stage {
     return {
       eye: this.camera.position.toArray(),
       target: this.controls.target.toArray(),
-      up: [0, 0, 1],
+      up: this.camera.up.toArray(),
       fieldOfView: this.camera.fov,
       heightPixels: Math.max(1, this.renderer.domElement.height),
       aspect: this.camera.aspect,
@@ -302,4 +322,10 @@ export class Stage {
     if (this.programs.areReady("scene", this.scene)) this.draw(false);
     this.invalidate();
   }
+}
+
+// The axis of the world where the direction is within half a degree of one.
+function nearAxis(direction: THREE.Vector3): THREE.Vector3 {
+  const axis = [0, 1, 2].find((one) => Math.abs(direction.getComponent(one)) > Math.cos(THREE.MathUtils.degToRad(0.5)));
+  return axis === undefined ? direction : new THREE.Vector3().setComponent(axis, Math.sign(direction.getComponent(axis)));
 }

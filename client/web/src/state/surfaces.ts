@@ -10,6 +10,8 @@ export const mostSurfaces = 8; // That one adds by hand,
 export const mostLabels = 1024; // and that a segmentation has.
 export const maxMinComponent = 1e6; // Samples, as everywhere in the project.
 
+const outerOpacity = 0.35;
+
 // Told apart by people who see few colours as well; the first two are bone and skin.
 const colours = ["#e0cdb4", "#d9775f", "#7fb3d5", "#e6c65c", "#8fc9a3", "#b7a3d9", "#d99bc4", "#9aa5b3"];
 
@@ -47,13 +49,16 @@ export function withAllSurfaces(
   return { ...change(first, 0), surfaces };
 }
 
-// Nothing more than `mostSurfaces`.
-export function withNewSurface(settings: Settings, isovalue: number): Partial<Settings> {
+// Nothing more than `mostSurfaces`. A surface encloses those of larger isovalues: of the new one and the first, the outer one
+// becomes translucent, unless it is. `suggested`: the first one's isovalue, where the settings have none.
+export function withNewSurface(settings: Settings, isovalue: number, suggested: number): Partial<Settings> {
   const used = surfacesOf(settings);
   if (used.length >= mostSurfaces) return {};
   const colour = colours.find((one) => used.every((surface) => surface.colour !== one)) ?? colours[0];
-  const surface = { isovalue, error: null, colour, opacity: 1, visible: true };
-  return { surfaces: [...settings.surfaces, surface] };
+  const isOuter = isovalue < (settings.isovalue ?? suggested);
+  const surface = { isovalue, error: null, colour, opacity: isOuter ? outerOpacity : 1, visible: true };
+  const surfaces = [...settings.surfaces, surface];
+  return isOuter || settings.opacity < 1 ? { surfaces } : { surfaces, opacity: outerOpacity };
 }
 
 // The first leaves its place to the second; the last one stays.

@@ -1,0 +1,76 @@
+import { nextIsovalue } from "../../../client/web/src/panel/surfaces_part";
+import {
+  airBelow, isCt, sampleWindows, tissueAt, usualWindow, type WindowedDataset,
+} from "../../../client/web/src/shared/sample_window";
+import { defaults } from "../../../client/web/src/state/settings";
+import { withNewSurface } from "../../../client/web/src/state/surfaces";
+
+// Counts of bins from 0 to their number.
+function dataset(counts: number[], said: Partial<WindowedDataset> = {}): WindowedDataset {
+  const histogram = { low: 0, high: counts.length, counts: counts.map(BigInt) } as WindowedDataset["histogram"];
+  return { min: 0, max: counts.length, valueUnit: "", histogram, ...said };
+}
+
+// A dark background, and a few values far above all others.
+const scan = dataset([900, 60, 8, ...Array<number>(40).fill(100), ...Array<number>(200).fill(0), 1]);
+const ct = dataset([1], { min: -1024, max: 3071, valueUnit: "HU" });
+
+describe("TheUsualWindow", () => {
+  test("LeavesOutTheBackgroundAndTheRareLargeValues", () => {
+    const { level, width } = usualWindow(scan);
+    expect(level - width / 2).toBeGreaterThan(2.9);
+    expect(level + width / 2).toBeLessThan(43.1);
+    expect(width).toBeGreaterThan(38);
+  });
+
+  test("IsThatOfSoftTissueInComputedTomography", () => {
+    expect(usualWindow(ct)).toMatchObject({ level: 40, width: 400 });
+    expect(sampleWindows(ct).map(({ name }) => name)).toEqual(["Soft tissue", "Bone", "Lung", "Brain", "All values"]);
+  });
+
+  test("IsAllValuesWhereNoHistogramIsKnown", () => {
+    expect(usualWindow({ min: -1, max: 3, valueUnit: "", histogram: undefined })).toEqual({ level: 1, width: 4 });
+    expect(usualWindow(dataset([], { min: 5, max: 5 }))).toEqual({ level: 5, width: 0 });
+  });
+
+  test("KeepsAllOfAFieldWithoutBackground", () => {
+    const { level, width } = usualWindow(dataset(Array<number>(100).fill(10)));
+    expect([level, width].map(Math.round)).toEqual([50, 99]);
+    expect(airBelow(dataset(Array<number>(100).fill(10)))).toBe(-Infinity);
+  });
+});
+
+describe("Air", () => {
+  test("IsTheBackgroundOrWhatTomographyHasBelowFat", () => {
+    expect(airBelow(scan)).toBe(3);
+    expect(airBelow(ct)).toBe(-500);
+  });
+});
+
+describe("ComputedTomography", () => {
+  test("IsKnownByItsUnitOrByItsValues", () => {
+    expect(isCt({ ...ct, valueUnit: "" })).toBe(true);
+    expect(isCt({ ...ct, valueUnit: "K" })).toBe(false);
+    expect(isCt({ min: 0, max: 4095, valueUnit: "", histogram: undefined })).toBe(false);
+  });
+
+  test("NamesWhatASurfaceShows", () => {
+    expect([-300.5, 0.5, 400.5, 2500].map((value) => tissueAt(value, ct))).toEqual(["skin", "soft tissue", "bone", "enamel, metal"]);
+    expect(tissueAt(400.5, scan)).toBe("");
+  });
+});
+
+describe("AnotherSurface", () => {
+  test("IsTheSuggestionFarthestFromThoseThatAreShown", () => {
+    const info = { suggestedIsovalues: [100, 120, 400, 90], max: 500 };
+    expect(nextIsovalue([100], info)).toBe(400);
+    expect(nextIsovalue([100, 400], info)).toBe(120);
+    expect(nextIsovalue([90, 100, 120, 400], info)).toBe(450);
+  });
+
+  test("LeavesTheOuterOneTranslucent", () => {
+    expect(withNewSurface(defaults, 400, 100)).toMatchObject({ opacity: 0.35, surfaces: [{ isovalue: 400, opacity: 1 }] });
+    expect(withNewSurface({ ...defaults, isovalue: 100 }, 50, 7)).toEqual({ surfaces: [expect.objectContaining({ isovalue: 50, opacity: 0.35 })] });
+    expect(withNewSurface({ ...defaults, opacity: 0.8 }, 400, 100)).not.toHaveProperty("opacity");
+  });
+});
