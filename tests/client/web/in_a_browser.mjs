@@ -157,23 +157,6 @@ export async function surfacePixels(page) {
   }, png);
 }
 
-// Whether a pixel of the page's rectangle has about this colour.
-export async function hasColour(page, clip, colour) {
-  const png = (await page.screenshot({ clip, timeout: patience })).toString("base64");
-  return reader.evaluate(async ([data, [red, green, blue]]) => {
-    const image = new Image();
-    image.src = `data:image/png;base64,${data}`;
-    await image.decode();
-    const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
-    context.drawImage(image, 0, 0);
-    const { data: rgba } = context.getImageData(0, 0, image.width, image.height);
-    for (let i = 0; i < rgba.length; i += 4) {
-      if (Math.abs(rgba[i] - red) + Math.abs(rgba[i + 1] - green) + Math.abs(rgba[i + 2] - blue) < 60) return true;
-    }
-    return false;
-  }, [png, colour]);
-}
-
 // Runs the server program to its end, silently; what it prints.
 export function run(...words) {
   return execFileSync(program, [...words, "--quiet"], { encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] });

@@ -12,7 +12,6 @@ import { boundOf } from "../shown_surface";
 import { type MeasuredPlace, mostPlaces } from "../state/settings";
 import { applied, inverse, latticeToWorld, type Vec3, voxelLength, worldName } from "../stream/dataset";
 import type { TilePool } from "../workers/tile_pool";
-import { layers } from "./layers";
 import type { Picked } from "./picking";
 import type { Stage } from "./stage";
 
@@ -36,7 +35,8 @@ export class Measuring {
   private info: DatasetInfo | null = null;
   private places: Place[] = [];
   private readonly dots: HTMLElement[] = [];
-  private readonly line = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: measuredColour, depthTest: false }));
+  private readonly drawing = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+  private readonly line = document.createElementNS("http://www.w3.org/2000/svg", "polyline");
 
   constructor(
     private readonly stage: Stage,
@@ -45,10 +45,7 @@ export class Measuring {
     private readonly changed: (places: readonly MeasuredPlace[]) => void,
     private readonly leave: () => void, // The keyboard goes to what is shown.
   ) {
-    this.line.renderOrder = 5;
-    this.line.frustumCulled = false;
-    this.line.layers.set(layers.overlay);
-    stage.scene.add(this.line);
+    this.drawing.append(this.line);
     stage.whenDrawn(() => this.follow());
   }
 
@@ -90,10 +87,7 @@ export class Measuring {
     const { places, info } = this;
     this.element.hidden = places.length === 0;
     this.dots.splice(0, Infinity, ...places.map((_, i) => h("span", { class: "dot" }, names[i])));
-    this.labels.replaceChildren(...this.dots);
-    this.line.visible = places.length > 1;
-    this.line.geometry.dispose(); // A geometry keeps the number of points that it had first.
-    this.line.geometry = new THREE.BufferGeometry().setFromPoints(places.map(({ world }) => new THREE.Vector3(...world)));
+    this.labels.replaceChildren(this.drawing, ...this.dots);
     if (info && places.length > 0) this.writeWords(info);
     this.stage.invalidate();
   }
@@ -157,11 +151,13 @@ export class Measuring {
   }
 
   private follow(): void {
-    this.places.forEach(({ world }, i) => {
-      const at = this.stage.project(new THREE.Vector3(...world));
+    const seen = this.places.map(({ world }) => this.stage.project(new THREE.Vector3(...world)));
+    seen.forEach((at, i) => {
       this.dots[i].hidden = !at;
       if (at) this.dots[i].style.transform = `translate(${at.x}px, ${at.y}px)`;
     });
+    const isWhole = seen.every((at) => at !== null); // None is behind the eye.
+    this.line.setAttribute("points", isWhole ? seen.map((at) => `${at!.x},${at!.y}`).join(" ") : "");
   }
 }
 
