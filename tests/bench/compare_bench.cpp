@@ -1,13 +1,14 @@
-// One surface by our streams and by what people use instead: bytes, triangles and seconds from
-// "isovalue named" to "encoded mesh", against the real distance to the full-resolution surface. A
-// part of compare.sh, which makes the page.
+// One surface by our streams and by other software: bytes, triangles and seconds from "isovalue
+// named" to "encoded mesh", against the real distance to the full-resolution surface. A part of
+// compare.sh, which makes the page.
 //
 //   compare_bench head.mtd --isovalue 500.5 --errors 0.1,0.25,0.5,1,2,4
 //
 // Prints JSON. All meshes are compressed by Draco, positions in steps of 1/32 voxel (ours) or not
 // much finer (14 bits over the bounding box). Distances are sampled both ways, in voxels and before
-// encoding, to the surface that marching tetrahedra makes at full resolution. Between the samples
-// that of flying edges is another one, so peers' distances to it are told as well.
+// encoding, to the surface that marching tetrahedra makes at full resolution. Flying edges
+// interpolates differently between the samples, so the other programs' distances to its surface are
+// listed as well.
 
 #include <algorithm>
 #include <array>

@@ -235,7 +235,7 @@ Json readings_of(const Arguments& arguments, const ReferenceExtractor& extractor
   return readings;
 }
 
-// Of the full surfaces over the whole range of values.
+// The triangles of full surfaces over the whole range of values.
 Json triangles_by_isovalue(const ReferenceExtractor& extractor, const PreparedVolume& dataset) {
   constexpr int kIsovalues = 40;
   Json sizes;
@@ -249,7 +249,7 @@ Json triangles_by_isovalue(const ReferenceExtractor& extractor, const PreparedVo
   return sizes;
 }
 
-// Of the volume as it is, without what is around it.
+// Flying edges on the volume itself, without its padding.
 Json flying_edges_of(const Arguments& arguments, const PreparedVolume& dataset) {
   if (!FlyingEdges::is_available()) return nullptr;
   const Volume volume = whole_volume(dataset);

@@ -1,8 +1,8 @@
-// What is on a person's screen, and when: a server of this process streams surfaces that nobody has
-// asked for before, over links of several speeds, and a client assembles and checks them. Prints
-// what was shown after 50, 100, 250 and 500 ms, a second, and at the end: the error that its step
-// was made for, and how far it really is from the full-resolution surface (99 % of the samples,
-// both ways, in voxels).
+// The quality of the shown mesh over time: a server of this process streams surfaces that were
+// never requested before, over links of several speeds, and a client assembles and checks them.
+// Prints what was shown after 50, 100, 250 and 500 ms, a second, and at the end: the error that its
+// step was made for, and its measured distance from the full-resolution surface (99 % of the
+// samples, both ways, in voxels).
 //
 //   quality_bench [--threads 2] [--error 0.5] head.mtd 500.5 1200.5 -- female.mtd 300
 //   quality_bench --json                   a line of JSON for every stream as well
@@ -180,7 +180,7 @@ void run(const std::string& file, const std::vector<double>& isovalues, const Ar
       if (link.bytes_per_second > 0) shaped.emplace(server.endpoint(), link.bytes_per_second);
       Client client = value(Client::connect(shaped ? shaped->endpoint() : server.endpoint(), {}));
       (void)value(client.list_datasets());
-      // A neighbouring isovalue first: what a server has learned when somebody drags.
+      // A neighbouring isovalue first: the server then has the estimates that it has during a drag.
       (void)fetched(client, info, {.isovalue = isovalues[i] * 1.01, .error = 2, .simplify = true});
       for (const double error : with.errors) {
         const IsosurfaceRequest request = {

@@ -26,7 +26,8 @@ using Clock = std::chrono::steady_clock;
 struct Row {
   std::vector<MadeStep> steps;
   std::vector<double> seconds;  // From the request to each step, as the server makes them.
-  double alone_seconds = 0;     // Of the final step, asked for alone.
+  // The final step, requested alone.
+  double alone_seconds = 0;
   struct Estimate {
     SurfaceSize size;
     double seconds = 0;

@@ -1,5 +1,5 @@
-// Makes common/codec/detail/trained_tables.hpp: what the coder of sample shells knows before it has
-// seen a tile.
+// Makes common/codec/detail/trained_tables.hpp: the initial probabilities of the coder of sample
+// shells.
 //
 //   train_shell_tables weights volumes.txt > new.hpp         then compile with new.hpp in its place
 //   train_shell_tables probabilities volumes.txt > new.hpp   and again

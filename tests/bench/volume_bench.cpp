@@ -1,11 +1,11 @@
-// How long answers about a prepared dataset take, beside VTK's flying edges on the same samples.
+// Times of queries of a prepared dataset, beside VTK's flying edges on the same samples.
 //
 //   volume_bench head.mtd --isovalue 500.5 --threads 1,2
 //
 // All of it runs in one process and round robin, after one run of each that is not counted, so that
-// a busy moment of the machine meets everybody. The clock stops before results are freed.
-// Extraction means indexed tiles in memory, and nothing is kept from one run to the next but the
-// file's pages and the knowledge that its bricks are whole.
+// a busy moment of the machine affects all. The clock stops before results are freed. Extraction
+// means indexed tiles in memory; nothing is kept from one run to the next but the file's pages and
+// the verified checksums of its bricks.
 
 #include <chrono>
 #include <exception>

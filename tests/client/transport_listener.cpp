@@ -110,7 +110,7 @@ class TransportListener::State {
     if (endpoint.is_web_socket()) endpoint.path = kStreamPath;
     return endpoint;
   }
-  // Which believes this listener and nobody else.
+  // Accepts the certificate of this listener only.
   [[nodiscard]] Trust trust() const {
     return {.ca_file = tls_ ? (folder_.path() / "certificate.pem").string() : ""};
   }

@@ -1,5 +1,5 @@
-// The path of an HTTP request from bytes to what is asked for: requests come out the same however
-// the bytes are cut into portions, and what they ask for is within its bounds.
+// The path of an HTTP request from bytes to a parsed query: requests are the same however the bytes
+// are cut into portions, and their values are within bounds.
 #include <cstddef>
 #include <cstdint>
 #include <string>

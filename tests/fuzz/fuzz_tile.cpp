@@ -13,8 +13,8 @@ namespace {
 
 using namespace multitetra;
 
-// The first 21 bytes are the part of the promise that the payload does not tell itself: the digest,
-// the number of vertices, and which normals are there.
+// The first 21 bytes are the part of the manifest that the payload does not contain: the digest,
+// the number of vertices, and which normals there are.
 constexpr std::size_t kPromiseBytes = 21;
 constexpr int kNormalBits[] = {0, 8, 9, 10};
 // Below kMaxTileTriangles, for the sake of pace.

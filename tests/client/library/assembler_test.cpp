@@ -193,7 +193,7 @@ TEST(Assembler, ContinuesAfterALostConnectionWithTheTilesItHolds) {
   EXPECT_EQ(outcome.steps.back()->topology.triangles, 10);
 }
 
-// The protocol allows to tell 8192 digests; who holds more gets the others sent.
+// The protocol limits announcements to 8192 digests; a client with more tiles receives the others.
 TEST(Assembler, ATileThatIsHeldButWasNotToldMayCome) {
   Assembler first(octahedra_info(), open_stream());
   ASSERT_TRUE(assemble(two_steps(), first).is_complete);
@@ -424,7 +424,7 @@ TEST(Assembler, AllStepsOfAStreamTogetherStayWithinTheLimits) {
   }
 }
 
-// ---- steps that are not what was asked for
+// ---- steps that differ from the request
 
 TEST(Assembler, TheFinalStepIsTheRequestItself) {
   const std::vector<std::function<void(StepBegin&)>> lies = {

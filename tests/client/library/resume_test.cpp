@@ -41,7 +41,7 @@ const IsosurfaceRequest kRequest = {.isovalue = 0.1, .error = 0.25};
 
 CataloguePtr gyroid(double amplitude = 0.4) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
-  // Each of many cut connections asks for the same steps: the cache makes them once.
+  // Each of many cut connections requests the same steps: the cache makes them once.
   catalogue->add(std::make_shared<ExtractedSurfaces>(
       std::make_shared<const SurfaceExtractor>(
           make_dataset(testing::fields::gyroid(kSide, amplitude, 7), "gyroid")),
@@ -136,7 +136,7 @@ class Resume : public ::testing::TestWithParam<Transport> {
   }
 
   RunningServer server_{shared_gyroid()};
-  std::vector<ContentDigest> digests_;  // Of the steps.
+  std::vector<ContentDigest> digests_;  // The digests of the steps.
   std::size_t tiles_ = 0;
   std::size_t messages_ = 0;
 };

@@ -55,7 +55,7 @@ TEST_F(TileFolderTest, IsWrittenAsItsHeaderSays) {
   EXPECT_TRUE(bytes().ends_with(*tile_.payload));
 }
 
-// A byte that says nothing may change; then the tile is the very same.
+// An unused byte may change; then the tile is the same.
 TEST_F(TileFolderTest, WhateverByteChangesTheTileIsRightOrPassedOver) {
   const std::string whole = bytes();
   int passed_over = 0;

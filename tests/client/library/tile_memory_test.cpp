@@ -51,7 +51,7 @@ TEST(TileMemory, ATileLargerThanTheMemoryDrivesNoOtherOut) {
   EXPECT_TRUE(memory.tiles().contains(digest_of(0)));
 }
 
-// Otherwise it would be sent again whenever somebody wants normals.
+// Otherwise it would be sent again for every request with normals.
 TEST(TileMemory, ATileThatComesAgainWithNormalsKeepsThem) {
   const auto with_normals = [] {
     LatticeMesh mesh = *mesh_of(5);

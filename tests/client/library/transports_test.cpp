@@ -158,11 +158,11 @@ TEST(Trust, AFileWithoutCertificatesIsRefused) {
   }
 }
 
-// ---- nobody there
+// ---- no server
 
 TEST(AServerThatIsNotThere, IsStartedAsItsAddressSays) {
   for (const Transport transport : {Transport::kTcp, Transport::kTls, Transport::kWebSocket}) {
-    // Port 1: nobody listens below 1024 unless root wants it.
+    // Port 1: only root can listen below 1024.
     const auto none = connect({.host = "127.0.0.1", .port = 1, .transport = transport}, {});
     ASSERT_FALSE(none);
     const std::string& text = none.error().error.text;

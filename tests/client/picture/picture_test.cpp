@@ -56,7 +56,7 @@ Picture picture_of(const PositionedMesh& mesh, double azimuth, double elevation,
 
 int brightness(const Pixel& pixel) { return pixel[0] + pixel[1] + pixel[2]; }
 
-// Of the pixels that the surface covers wholly or in part, on a transparent ground.
+// Counts of pixels that the surface covers wholly or in part, on a transparent ground.
 struct Covered {
   double share = 0;
   double x = 0;  // Their middle, from 0 to 1.

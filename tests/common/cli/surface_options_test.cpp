@@ -24,7 +24,7 @@ Result<IsosurfaceRequest> request(std::vector<std::string> words) {
   Command command("", "test");
   SurfaceArguments arguments;
   add_surface_options(command, arguments);
-  std::reverse(words.begin(), words.end());  // As CLI11 wants them.
+  std::reverse(words.begin(), words.end());  // In CLI11's order.
   command.app().parse(words);
   return request_of(arguments, info());
 }

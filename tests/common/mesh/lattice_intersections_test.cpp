@@ -1,5 +1,5 @@
-// Where meshes cut themselves, beside a judge that knows no grid and cuts nothing short: segments
-// against triangles, all pairs, in 128 bits.
+// Self-intersections of meshes, compared with a judge without grid and shortcuts: segments against
+// triangles, all pairs, in 128 bits.
 #include "common/mesh/lattice_intersections.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ Wide volume(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c,
 
 int sign(Wide v) { return v > 0 ? 1 : v < 0 ? -1 : 0; }
 
-// Of triangles in general position: no four corners of theirs in one plane but common ones.
+// For triangles in general position: no four corners of theirs in one plane but common ones.
 bool pierces(const LatticePoint& p, const LatticePoint& q, const LatticeTriangle& t) {
   if (sign(volume(t[0], t[1], t[2], p)) == sign(volume(t[0], t[1], t[2], q))) return false;
   const int a = sign(volume(p, q, t[0], t[1]));

@@ -167,7 +167,7 @@ TEST(Certificate, OfAMeshThatWasShiftedTellsByHowMuch) {
        {&certificate.distance.mesh_to_reference, &certificate.distance.reference_to_mesh}) {
     EXPECT_NEAR(way->maximum, 0.3, 0.06);
     EXPECT_NEAR(way->maximum_at_most, 0.3, 0.08);
-    EXPECT_NEAR(way->mean, 0.15, 0.03);  // Of 0.3 |cos| over a sphere.
+    EXPECT_NEAR(way->mean, 0.15, 0.03);  // The mean of 0.3 |cos| over a sphere.
     EXPECT_NEAR(way->farthest[1], 10, 2) << "at the poles of the balls";
   }
   EXPECT_EQ(certificate.error, ErrorVerdict::kExceeded);

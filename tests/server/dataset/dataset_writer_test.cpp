@@ -48,7 +48,7 @@ TEST(DatasetWriter, WithoutFinishTheOldFileStaysAndNothingElse) {
   }
 }
 
-// What a child process did that was told to `act`.
+// The status of a child process that calls `act`.
 int status_of_child(const std::function<void()>& act) {
   const pid_t child = ::fork();
   if (child == 0) {
@@ -80,7 +80,7 @@ TEST(DatasetWriter, KilledAtAnyStepItLeavesTheOldFileOrTheNewOne) {
       } else {
         EXPECT_FALSE(fs::exists(path));
       }
-      write_prepared(path, example);  // What the dead one left is in nobody's way.
+      write_prepared(path, example);  // The leftovers of the killed one do not interfere.
       expect_holds(PreparedFile(path), example);
     }
   }

@@ -97,7 +97,7 @@ TEST(PreparedFormat, EveryOtherLengthIsReportedAtTheOpening) {
   EXPECT_NE(error_in_structure(whole + whole), "whole");
 }
 
-// ---- files that somebody made with checksums that match
+// ---- faulty files with matching checksums
 
 struct Part {
   std::string name;

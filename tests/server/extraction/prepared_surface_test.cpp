@@ -219,7 +219,7 @@ TEST(PreparedSurfaces, ReadOnlyTheBricksNearTheSurface) {
        })});
   (void)SurfaceExtractor(counted.dataset).extract({.request = {.isovalue = 0, .error = 0}});
   EXPECT_GT(counted.bricks->read(), 0U);
-  EXPECT_LE(counted.bricks->read(), 64U);  // Of 343.
+  EXPECT_LE(counted.bricks->read(), 64U);  // There are 343.
 }
 
 TEST(PreparedSurfaces, AskForEveryBrickOnceInACube) {

@@ -46,7 +46,7 @@ LatticeMesh welded(const std::vector<TileMesh>& tiles) {
   return weld(meshes, kDefaultLatticeResolution);
 }
 
-// Of those in isovalues_of(), as many as are made in a moment.
+// The first of isovalues_of(), few enough to be quick.
 std::vector<double> some_isovalues(const PreparedVolume& dataset) {
   std::vector<double> isovalues = isovalues_of(dataset);
   isovalues.resize(2);

@@ -30,7 +30,7 @@ CataloguePtr gyroids(double steepness, std::uint64_t content_id) {
       std::make_shared<const SurfaceExtractor>(std::move(dataset))));
 }
 
-// As neuroglancer asks: again when it is told that the file is being made.
+// Retries as neuroglancer does while the file is being made.
 HttpClient::Response answer(HttpClient& client, const std::string& path) {
   for (int attempt = 1;; ++attempt) {
     auto response = client.get(path);

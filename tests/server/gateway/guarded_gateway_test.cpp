@@ -1,5 +1,4 @@
-// What a gateway keeps up on a network: who may come in, what it shows to the servers behind it,
-// and how it stops.
+// A gateway on a network: access, the credentials that it shows to its upstreams, and how it stops.
 #include <atomic>
 #include <chrono>
 #include <thread>

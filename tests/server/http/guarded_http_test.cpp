@@ -1,4 +1,4 @@
-// What the listener for HTTP keeps up on a network: TLS, limits, whom they count for, and draining.
+// The HTTP listener on a network: TLS, limits, the clients they apply to, and draining.
 #include <atomic>
 #include <chrono>
 #include <thread>

@@ -105,7 +105,7 @@ TEST(HttpListener, WaitsForAHeaderOnlySoLong) {
   EXPECT_EQ(client.rest(), "");
 }
 
-// Who rests after a request may rest for longer than who never made one.
+// The timeout after a request is longer than that before the first one.
 TEST(HttpListener, WaitsForTheFirstRequestNoLongerThanForItsHeader) {
   RunningHttpServer server(fake_catalogue("octahedron"),
                            {.connection = {.handshake_timeout = 80ms}, .keep_alive_timeout = 1h});

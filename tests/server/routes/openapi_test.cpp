@@ -1,5 +1,5 @@
-// The description that is served says what the server does: every path and status in it is
-// provoked, what is not in it does not happen, and bodies are of their schemas.
+// The served API description matches the server: every path and status in it is provoked, others do
+// not occur, and bodies match their schemas.
 #include <map>
 #include <set>
 
@@ -104,7 +104,7 @@ class SampledSteps : public FakeSteps {
   DatasetInfo info_;
 };
 
-// With the normals that the step asks for.
+// With the normals that the step has.
 TiledStep shaded(TiledStep step, const IsosurfaceRequest& request) {
   if (request.normal_bits == 0) return step;
   for (EncodedTile& tile : step.tiles) {
@@ -139,7 +139,7 @@ class OpenApiTest : public ::testing::Test {
     document_ = Json::parse(client.get("/v1/openapi.json").body());
   }
 
-  // Asks, and compares with what the description says of `path` and the status that comes.
+  // Sends a request, and compares the status with the description of `path`.
   void ask(const std::string& path, const std::string& target, unsigned status,
            const std::string& fields = {}, bool at_bare_server = false) {
     HttpClient client((at_bare_server ? bare_ : server_)->http());
@@ -186,7 +186,7 @@ class OpenApiTest : public ::testing::Test {
     EXPECT_EQ(described, known) << what;
   }
 
-  // Who shows no token may see all; tokens that nobody has are refused.
+  // Clients without a token may see all; unknown tokens are refused.
   TemporaryFolder folder_;
   testing::TokensFile tokens_{folder_.path(), {{"clients", "", "*"}}};
   std::atomic<bool> is_ready_ = true;

@@ -60,7 +60,7 @@ TEST(LruMap, AnEntryThatIsReplacedCountsOnce) {
 
 class SingleFlightTest : public ::testing::Test {
  protected:
-  // A computation that ends when it is told to, or stopped.
+  // A computation that ends when the test signals it, or when stopped.
   int compute(const std::stop_token& stop) {
     ++started_;
     if (may_end_.pass(stop)) return 42;

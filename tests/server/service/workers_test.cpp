@@ -18,7 +18,7 @@ FairQueue::Job long_job() {
   return {.run = [] {}, .is_long = true};
 }
 
-// One who has a share for himself, and one of several who have a share together.
+// A client with a share of its own, and one of several clients with a common share.
 FairQueue::Client alone(std::uint64_t number) {
   return {"share " + std::to_string(number), number};
 }

@@ -152,7 +152,7 @@ TEST_F(RemoteFilesTest, NeverMixAFileWithTheOneThatReplacedIt) {
     const auto file = all->open(address(server));
     const std::string version = file->version();
     EXPECT_EQ(all->version_of(address(server)), version);
-    // Of the same size; times in HTTP are seconds.
+    // The same size; times in HTTP are seconds.
     folder_.file("file", content(2));
     fs::last_write_time(folder_.path() / "file",
                         fs::file_time_type::clock::now() + std::chrono::seconds(5));

@@ -117,7 +117,8 @@ TEST(StreamPlan, ABudgetIsMetByEstimatesThatAreAllTheSame) {
   }
 }
 
-// As of large smooth surfaces, of which blocks tell nothing: what is left of them is mostly border.
+// Large smooth surfaces, whose blocks are useless as samples: what remains of them is mostly
+// border.
 TEST(StreamPlan, ABudgetIsUsedWhereEstimatesStopFallingFarTooEarly) {
   class Plateau : public Misjudged {
    public:

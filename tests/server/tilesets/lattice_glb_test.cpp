@@ -35,7 +35,7 @@ TEST(LatticeGlb, HasEveryVertexExactlyWhereItLies) {
 }
 
 TEST(LatticeGlb, OfTheLargestGridIsExactToo) {
-  const OctreeCube cube{12, 3, 0, 3};  // Of a grid of 2^14 steps, whose lattice has 2^20.
+  const OctreeCube cube{12, 3, 0, 3};  // In a grid of 2^14 steps, whose lattice has 2^20.
   const std::int32_t low = 3 * (1 << 18);
   const LatticeMesh mesh{
       .resolution = 6,

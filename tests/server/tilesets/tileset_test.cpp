@@ -73,7 +73,7 @@ TEST(Tileset, BoxesHoldTheCellsPartOfTheDataAndThoseOfChildrenLieInThem) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double half = inner[3 + 4 * axis];
       EXPECT_GT(half, 0);
-      if (half < 0.1 * mm) continue;  // Beyond the data: never said to be crossed.
+      if (half < 0.1 * mm) continue;  // Beyond the data: never marked as crossed.
       EXPECT_LE(std::abs(inner[axis] - outer[axis]) + half, outer[3 + 4 * axis] + 1e-12);
     }
   }

@@ -17,7 +17,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::fake_catalogue;
 
-// What a client says, as long as it is there, and what it hears.
+// The messages that a client sends and receives while it is connected.
 struct Client {
   explicit Client(asio::io_context& io) : something_said(io.get_executor()) {}
 

@@ -1,4 +1,4 @@
-// Slices and picked places through the whole service: asked, sampled, sent, read.
+// Slices and picked places through the whole service: requested, sampled, sent, read.
 #include <gtest/gtest.h>
 
 #include <cstring>

@@ -141,8 +141,8 @@ std::vector<SurfaceTriangle> in_world(const FetchedStep& step, const DatasetInfo
   return surface;
 }
 
-// Of a tile simplification takes what the least threshold there leaves it: a ball is kept as
-// exactly as it was asked for, and the rest loses much.
+// Simplification uses what the least threshold of a tile leaves: a ball is as exact as requested,
+// and the rest loses much.
 TEST(ServedSurfaces, SimplifiedKeepToTheirThresholdsWherever) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
@@ -402,8 +402,8 @@ TEST(ServedSurfaces, OfADamagedBrickAreAnErrorAndNothingElseSuffers) {
   prepare(*source_of(fields::gyroid(40, 0.2, 7)), {.name = "gyroid"}, path, {});
   {
     std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
-    const Section samples = *find_section(
-        decode_section_table(FileSource(path)).value(), section_names::kSamples);
+    const Section samples =
+        *find_section(decode_section_table(FileSource(path)).value(), section_names::kSamples);
     file.seekp(static_cast<std::streamoff>(samples.offset + samples.size / 2));
     file.put('\x55');
   }

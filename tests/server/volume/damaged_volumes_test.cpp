@@ -296,7 +296,7 @@ TEST_F(DamagedVolumes, ExtremeShapesAreReadOrRefusedInASentence) {
 
 // ---- random damage
 
-// MULTITETRA_MUTATIONS asks for more than the few of every day.
+// MULTITETRA_MUTATIONS sets more than the default.
 int mutations() {
   const char* const more = std::getenv("MULTITETRA_MUTATIONS");
   return more == nullptr ? 8 : std::atoi(more);

@@ -108,7 +108,7 @@ TEST(Generators, HeadSurfaceHalfWayIsWhereTheEllipsoidIs) {
   EXPECT_NEAR(-1 + 0.02 * (i - a / (b - a)), -0.69, 0.002);
 }
 
-// Of every bit of every sample: pinned below, so that a difference on any machine shows.
+// A hash of every bit of every sample: pinned below, so that a difference on any machine shows.
 std::uint64_t fingerprint(const Volume& volume) {
   std::uint64_t sum = 0;
   std::visit(

@@ -1,4 +1,4 @@
-// The public volumes that developers have beside the repository: what their list says of them.
+// The public volumes that developers have beside the repository, compared with their list.
 #include <gtest/gtest.h>
 
 #include <algorithm>

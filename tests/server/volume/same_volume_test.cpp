@@ -26,7 +26,7 @@ struct WrittenFormat {
   fs::path path;
 };
 
-// What the script writes into `folder`. Packages that are missing are told, loudly.
+// The formats that the script writes into `folder`. Prints a warning for missing packages.
 std::vector<WrittenFormat> written_formats(const fs::path& folder) {
   const fs::path list = folder / "list.txt";
   const std::string command = std::string(MULTITETRA_PYTHON) + " " + MULTITETRA_WRITE_VOLUMES +
@@ -58,7 +58,7 @@ VolumeChoice choice_for(const std::string& name) {
   return choice;
 }
 
-// Whether the format tells where the volume lies, or how far its samples are apart.
+// Whether the format stores origin and spacing.
 bool tells_origin(const std::string& name) {
   return !name.starts_with("n5") && !name.starts_with("raw") && !name.starts_with("tiff");
 }
@@ -207,7 +207,7 @@ TEST(SameVolume, IsNotReadFromAStoreThatForbidsSomeOfIt) {
   const FolderServer server(folder.path());
   ASSERT_FALSE(server.address().empty());
   for (const char* status : {"401", "403"}) {
-    // The metadata are asked for before, and each path is lied to by itself.
+    // The metadata are read before, and each path is faulty by itself.
     const std::string lies = std::string("/lies/") + status + "-blocks/1000/";
     try {
       (void)read_volume(server.address() + lies + "gzip.n5");

@@ -262,7 +262,8 @@ TEST(VertexScalars, TellHowFarTheFieldIsFromWhatIsInterpolated) {
   const DatasetPtr dataset = make_dataset(parabola, "parabola", std::nullopt, 0);
   const VertexScalars scalars = vertex_scalars(*dataset, square(), {});
   EXPECT_EQ(scalars.values, (std::vector<double>{4, 36, 36, 4}));
-  // The diagonal's middle, at x = 4: 16 instead of 20. Border edges have no neighbour to tell.
+  // The diagonal's middle, at x = 4: 16 instead of 20. Border edges have no neighbour to compare
+  // with.
   EXPECT_EQ(scalars.largest_deviation, 4);
   const Affine beside = {.columns = Affine{}.columns, .translation = {5, 0, 0}};
   const VertexScalars half = vertex_scalars(*dataset, square(), beside);

@@ -1,4 +1,4 @@
-// Names and colours of labels in text files of two kinds, and what is said of lines that are none.
+// Names and colours of labels in text files of two kinds, and errors for invalid lines.
 #include "server/volume/labels/label_names.hpp"
 
 #include <gtest/gtest.h>
@@ -32,8 +32,9 @@ constexpr const char* kTable =
 TEST(LabelNames, AreThoseOfItkSnap) {
   const auto labels = parse_label_names(kSnap);
   ASSERT_TRUE(labels) << labels.error().text;
-  EXPECT_EQ(*labels, (std::vector<Label>{{.value = 0, .name = "Clear Label", .color = 0},
-                                         {.value = 3, .name = "liver, \xc3\xa0 gauche", .color = 0xdd8265}}));
+  EXPECT_EQ(*labels, (std::vector<Label>{
+                         {.value = 0, .name = "Clear Label", .color = 0},
+                         {.value = 3, .name = "liver, \xc3\xa0 gauche", .color = 0xdd8265}}));
 }
 
 TEST(LabelNames, AreThoseOfSlicerAndFreeSurfer) {
@@ -46,11 +47,13 @@ TEST(LabelNames, AreThoseOfSlicerAndFreeSurfer) {
 }
 
 TEST(LabelNames, AreRefusedWithTheLineAndWhatWouldBeRight) {
-  for (const char* line :
-       {"x liver 1 2 3", "3 liver 1 2", "3 liver 1 2 256", "3 liver 1 2 -1", "3 liver 1 2 3 4 5",
-        "3 \"liver 1 2 3", "3.5 liver 1 2 3", "3 liv\x01" "er 1 2 3", "3 \xff 1 2 3", "3 liver 1 2 3 x",
-        "3 1 2 3 1 1 1 liver", "99999999999999999999 liver 1 2 3", "9007199254740993 liver 1 2 3 x",
-        "\"3\" liver 1 2 3", "3"}) {
+  for (const char* line : {"x liver 1 2 3", "3 liver 1 2", "3 liver 1 2 256", "3 liver 1 2 -1",
+                           "3 liver 1 2 3 4 5", "3 \"liver 1 2 3", "3.5 liver 1 2 3",
+                           "3 liv\x01"
+                           "er 1 2 3",
+                           "3 \xff 1 2 3", "3 liver 1 2 3 x", "3 1 2 3 1 1 1 liver",
+                           "99999999999999999999 liver 1 2 3", "9007199254740993 liver 1 2 3 x",
+                           "\"3\" liver 1 2 3", "3"}) {
     const auto labels = parse_label_names("# first\n1 one 1 1 1\n" + std::string(line) + "\n");
     ASSERT_FALSE(labels) << line;
     expect_contains(labels.error().text, "line 3 is no label such as '3 liver 221 130 101 255'");
