@@ -194,7 +194,7 @@ TEST(Assembler, ContinuesAfterALostConnectionWithTheTilesItHolds) {
 }
 
 // The protocol limits announcements to 8192 digests; a client with more tiles receives the others.
-TEST(Assembler, ATileThatIsHeldButWasNotToldMayCome) {
+TEST(Assembler, AcceptsAHeldTileThatWasNotAnnounced) {
   Assembler first(octahedra_info(), open_stream());
   ASSERT_TRUE(assemble(two_steps(), first).is_complete);
   ASSERT_EQ(first.held().size(), 3U);
@@ -241,7 +241,7 @@ TEST(Assembler, ACancelledStreamKeepsWhatWasShown) {
   }
 }
 
-TEST(Assembler, ARefusalIsNoFailedCheck) {
+TEST(Assembler, ARefusalDoesNotFailACheck) {
   const Outcome outcome = assemble({ErrorReply{kId, {ErrorCode::kInvalidArgument, "..."}}});
   EXPECT_FALSE(outcome.failed_check);
   ASSERT_TRUE(outcome.refusal);
@@ -250,7 +250,7 @@ TEST(Assembler, ARefusalIsNoFailedCheck) {
 
 // ---- every message lost, twice, or out of place
 
-TEST(Assembler, NoMessageOfAStreamCanBeLostUnnoticed) {
+TEST(Assembler, DetectsAnyLostMessage) {
   const Messages stream = two_steps();
   for (std::size_t lost = 0; lost < stream.size(); ++lost) {
     Messages damaged = stream;
@@ -259,7 +259,7 @@ TEST(Assembler, NoMessageOfAStreamCanBeLostUnnoticed) {
   }
 }
 
-TEST(Assembler, NoMessageOfAStreamCanComeTwice) {
+TEST(Assembler, RefusesRepeatedMessages) {
   const Messages stream = two_steps();
   for (std::size_t twice = 0; twice < stream.size(); ++twice) {
     Messages damaged = stream;
@@ -288,7 +288,7 @@ TEST(Assembler, ATileCannotComeTwice) {
   expect_fault(stream, "tile 0 (cube 4:0/0/0) comes, but is there already");
 }
 
-TEST(Assembler, ATileThatIsHeldCannotComeAgain) {
+TEST(Assembler, RefusesATileThatWasAnnouncedAsHeld) {
   Messages stream = two_steps();
   stream.insert(stream.begin() + 5, Tile{kId, 1, 0, coarse_tiles()[0].payload});
   expect_fault(stream, "tile 0 (cube 4:0/0/0) comes, but is there already");
@@ -300,7 +300,7 @@ TEST(Assembler, ATileNeedsAPlaceInTheManifest) {
   expect_fault(stream, "tile 2 comes, but there are only 2");
 }
 
-TEST(Assembler, MessagesOfARequestNeverMadeAreAFault) {
+TEST(Assembler, RefusesMessagesOfUnknownRequests) {
   for (const std::size_t index : {0U, 1U, 3U, 7U}) {
     Messages stream = two_steps();
     std::visit(
@@ -314,7 +314,7 @@ TEST(Assembler, MessagesOfARequestNeverMadeAreAFault) {
 
 // ---- damaged contents
 
-TEST(Assembler, ADamagedPayloadIsFoundWhereverItsByteChanges) {
+TEST(Assembler, DetectsAnyChangedPayloadByte) {
   const Messages stream = two_steps();
   const std::string payload = *std::get<Tile>(stream[1]).payload;
   for (std::size_t byte = 0; byte < payload.size(); ++byte) {
@@ -362,7 +362,7 @@ TEST(Assembler, AManifestNamesEveryTileOnce) {
   expect_fault(stream, "same content");
 }
 
-TEST(Assembler, TotalsOfAStepMustBeWhatCame) {
+TEST(Assembler, StepTotalsMustMatchTheReceivedTiles) {
   Messages stream = two_steps();
   ++at<StepEnd>(stream, 3).tiles_sent;
   expect_fault(stream, "the server counts 3 tiles");
@@ -461,7 +461,7 @@ TEST(Assembler, NoStepFollowsTheFinalOne) {
 
 // ---- torn surfaces, each tile of which is fine by itself
 
-TEST(Assembler, ACrackBetweenTilesIsFound) {
+TEST(Assembler, DetectsACrackBetweenTiles) {
   auto moved = half_octahedron(1);
   for (LatticeTriangle& triangle : moved) {
     for (LatticePoint& p : triangle) {
@@ -472,11 +472,11 @@ TEST(Assembler, ACrackBetweenTilesIsFound) {
   expect_fault(stream_of({{.tiles = torn}}), "8 open edges");
 }
 
-TEST(Assembler, AMissingTileIsFoundEvenIfTheManifestLeavesItOut) {
+TEST(Assembler, DetectsAMissingTileThatTheManifestOmits) {
   expect_fault(stream_of({{.tiles = {coarse_tiles()[0]}}}), "the mesh is torn: 4 open edges");
 }
 
-TEST(Assembler, TrianglesTurnedOverAreFound) {
+TEST(Assembler, DetectsFlippedTriangles) {
   auto turned = half_octahedron(1);
   for (LatticeTriangle& triangle : turned) std::swap(triangle[1], triangle[2]);
   const Tiles folded = {coarse_tiles()[0], tile_of(turned, cube_of_half(1))};

@@ -80,7 +80,7 @@ TEST(Client, LeavesAServerThatSpeaksAnotherVersion) {
   }
 }
 
-TEST(Retries, AskNoSoonerThanTheServerSays) {
+TEST(Retries, WaitForTheServersDelay) {
   std::vector<std::chrono::milliseconds> waits;
   Retries retries({.most = 2,
                    .first_wait = std::chrono::milliseconds(1),

@@ -44,7 +44,7 @@ std::string head(const std::string& type, const std::string& encoding,
          "\ndimension: 3\nsizes: 2 2 1\nencoding: " + encoding + "\n" + more;
 }
 
-TEST_F(NrrdThresholds, AreReadWithTheirPlaceInTheWorld) {
+TEST_F(NrrdThresholds, ReadsOriginAndDirections) {
   const ThresholdGrid grid = good(head("float", "ascii") + "\n0.5 1\n2 nan\n");
   EXPECT_EQ(grid.dims, (std::array{2, 2, 1}));
   EXPECT_EQ(grid.index_to_world, (Affine{.columns = {Vec3{0, 2, 0}, Vec3{3, 0, 0}, Vec3{0, 0, 4}},
@@ -55,7 +55,7 @@ TEST_F(NrrdThresholds, AreReadWithTheirPlaceInTheWorld) {
   EXPECT_TRUE(std::isnan(grid.thresholds[3]));
 }
 
-TEST_F(NrrdThresholds, OfRasAndLasAreTurnedIntoLps) {
+TEST_F(NrrdThresholds, ConvertsRasAndLasToLps) {
   const auto translation = [&](const std::string& space) {
     return good(head("float", "ascii",
                      "space: " + space + "\n" + kPlace.substr(kPlace.find('\n') + 1)) +
@@ -80,7 +80,7 @@ std::string big_and_little(bool is_big) {
   return bytes;
 }
 
-TEST_F(NrrdThresholds, MayHaveAnyTypeAndByteOrder) {
+TEST_F(NrrdThresholds, ReadsAnyTypeAndByteOrder) {
   const auto check = [&]<typename Number>(const std::string& type, Number) {
     for (const bool is_big : {false, true}) {
       const std::string endian = is_big ? "endian: big\n" : "endian: little\n";
@@ -115,7 +115,7 @@ std::string gzipped(const std::string& bytes) {
   return packed;
 }
 
-TEST_F(NrrdThresholds, MayBeZippedSkippedOrInAnotherFile) {
+TEST_F(NrrdThresholds, ReadsPackedOffsetAndDetachedData) {
   const std::string raw = big_and_little<float>(false);
   const std::vector<float> expected = {1, 2, 3, 4};
   const std::string little = "endian: little\n";
@@ -133,7 +133,7 @@ TEST_F(NrrdThresholds, MayBeZippedSkippedOrInAnotherFile) {
   EXPECT_EQ(good(head("float", "raw", little + "datafile: samples.bin\n")).thresholds, expected);
 }
 
-TEST_F(NrrdThresholds, WithoutDirectionsHaveSpacings) {
+TEST_F(NrrdThresholds, UsesSpacingsWithoutDirections) {
   const ThresholdGrid grid = good(
       "NRRD0001\r\ntype: uchar\r\ndimension: 2\r\nsizes: 2 1\r\nspacings: 3 nan\r\nencoding: "
       "raw\r\n\r\n\x07\x08");
@@ -143,7 +143,7 @@ TEST_F(NrrdThresholds, WithoutDirectionsHaveSpacings) {
   EXPECT_EQ(grid.thresholds, (std::vector<float>{7, 8}));
 }
 
-TEST_F(NrrdThresholds, OfManySamplesAreShrunkByMinimum) {
+TEST_F(NrrdThresholds, ShrinksLargeImagesByMinimum) {
   std::string samples(80 * 80 * 80, '\5');
   samples[0] = 1;
   const ThresholdGrid grid =
@@ -153,7 +153,7 @@ TEST_F(NrrdThresholds, OfManySamplesAreShrunkByMinimum) {
   EXPECT_EQ(grid.thresholds.back(), 5.0F);
 }
 
-TEST_F(NrrdThresholds, ThatCannotBeReadAreNamedWithTheReason) {
+TEST_F(NrrdThresholds, NamesUnreadableFilesWithTheReason) {
   EXPECT_NE(
       read_nrrd_thresholds(folder_.path() / "none", 1).error().text.find("there is no such file"),
       std::string::npos);
@@ -186,7 +186,7 @@ TEST_F(NrrdThresholds, ThatCannotBeReadAreNamedWithTheReason) {
             std::string::npos);
 }
 
-TEST_F(NrrdThresholds, ThatAreDamagedAnywhereAreReadOrRefused) {
+TEST_F(NrrdThresholds, ReadsOrRefusesDamagedFiles) {
   std::mt19937 random(3);
   const std::string raw = big_and_little<float>(false);
   for (const std::string& whole :

@@ -61,7 +61,7 @@ FetchReport octahedron_report() {
   return report;
 }
 
-TEST(Report, TellsEveryStepInTheWordsThatProgramsRead) {
+TEST(Report, ListsEveryStepInJson) {
   const FetchReport report = octahedron_report();
   const StepEnd& end = report.steps.front().step->end;
   const json read = json::parse(json_report(report));
@@ -99,7 +99,7 @@ TEST(Report, TellsEveryStepInTheWordsThatProgramsRead) {
   EXPECT_EQ(read["steps"][0].at("checks").size(), 6U);
 }
 
-TEST(Report, OfAFetchThatFailedSaysWhyAndKeepsTheSteps) {
+TEST(Report, KeepsTheStepsAndTheReasonOfAFailedFetch) {
   FetchReport report = octahedron_report();
   report.mesh_file.clear();
   report.error = Error{ErrorCode::kUnavailable, "The connection was lost."};
@@ -110,7 +110,7 @@ TEST(Report, OfAFetchThatFailedSaysWhyAndKeepsTheSteps) {
   EXPECT_EQ(read.at("steps").size(), 1U);
 }
 
-TEST(Report, TheTableTellsPreviewsFromStepsThatPreserveTheTopology) {
+TEST(Report, TableMarksPreviews) {
   FetchReport report = octahedron_report();
   EXPECT_EQ(checks_table(report.steps).find("preview"), std::string::npos);
   CommittedStep preview = *report.steps.front().step;
@@ -120,7 +120,7 @@ TEST(Report, TheTableTellsPreviewsFromStepsThatPreserveTheTopology) {
   EXPECT_NE(checks_table(report.steps).find("preview"), std::string::npos);
 }
 
-TEST(Report, TheTableTellsAFinalStepWithoutThePromiseOfTopologyFromAPreview) {
+TEST(Report, TableMarksFinalStepsWithoutTopologyGuarantee) {
   CommittedStep tolerant = *octahedron_report().steps.front().step;
   tolerant.begin.request.topology_tolerance = 2;
   const std::string table =
@@ -129,7 +129,7 @@ TEST(Report, TheTableTellsAFinalStepWithoutThePromiseOfTopologyFromAPreview) {
   EXPECT_NE(table.find(" no\n"), std::string::npos) << table;
 }
 
-TEST(Report, TheLineOfAStepTellsTheErrorThatItAllows) {
+TEST(Report, StepLineShowsTheAllowedError) {
   CommittedStep step = *octahedron_report().steps.front().step;
   const auto line = [&step] {
     DatasetInfo info = testing::octahedra_info();
@@ -149,7 +149,7 @@ TEST(Report, TheLineOfAStepTellsTheErrorThatItAllows) {
   EXPECT_EQ(line().find("step 0 (unsimplified): "), 0U) << line();
 }
 
-TEST(Report, TheLineOfAPreviewTellsItsSpacingAndNoErrorBecauseItPromisesNone) {
+TEST(Report, PreviewLineShowsTheSpacingAndNoError) {
   CommittedStep step = *octahedron_report().steps.front().step;
   step.begin.is_final = false;
   step.begin.finest_spacing = 4;
@@ -190,7 +190,7 @@ class ReportOfProgram : public ::testing::Test {
                                   ("multitetra_report_test_" + std::to_string(::getpid()));
 };
 
-TEST_F(ReportOfProgram, IsWrittenWhenAllIsWell) {
+TEST_F(ReportOfProgram, IsWrittenOnSuccess) {
   EXPECT_EQ(fetch_from(octahedron_stream()), 0);
   EXPECT_FALSE(report().contains("error"));
   EXPECT_EQ(report().at("mesh_file"), (folder_ / "mesh.ply").string());

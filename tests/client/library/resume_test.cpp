@@ -141,7 +141,7 @@ class Resume : public ::testing::TestWithParam<Transport> {
   std::size_t messages_ = 0;
 };
 
-TEST_P(Resume, ACutAtAnyMessageCostsNoTileAndNoStep) {
+TEST_P(Resume, ContinuesAfterACutAtAnyMessage) {
   for (std::size_t passed = 0; passed < messages_; passed += stride(1)) {
     SCOPED_TRACE(::testing::Message() << "cut after " << passed << " of " << messages_);
     const CuttingProxy proxy({server_.endpoint()},
@@ -151,7 +151,7 @@ TEST_P(Resume, ACutAtAnyMessageCostsNoTileAndNoStep) {
   }
 }
 
-TEST_P(Resume, ACutInsideAFrameIsNoOther) {
+TEST_P(Resume, ContinuesAfterACutInsideAFrame) {
   for (std::size_t passed = 0; passed < messages_; passed += stride(3)) {
     for (const std::size_t bytes : {1U, 4U, 5U, 1'000'000U}) {
       SCOPED_TRACE(::testing::Message() << bytes << " bytes behind " << passed << " messages");
@@ -163,13 +163,13 @@ TEST_P(Resume, ACutInsideAFrameIsNoOther) {
   }
 }
 
-TEST_P(Resume, ItGoesOnAsLongAsEachConnectionBringsATile) {
+TEST_P(Resume, ContinuesWhileEachConnectionBringsATile) {
   const CuttingProxy proxy({server_.endpoint()}, [](int) { return Cut{.tiles = 1}; });
   expect_the_same(Way(GetParam(), proxy.endpoint()).fetch(1), proxy);
   EXPECT_GE(static_cast<std::size_t>(proxy.connections()), tiles_);
 }
 
-TEST_P(Resume, ItGivesUpWhenNothingNewComes) {
+TEST_P(Resume, GivesUpWithoutProgress) {
   for (const int retries : {0, 1, 3}) {
     const CuttingProxy proxy({server_.endpoint()}, [](int) { return Cut{.messages = 3}; });
     const auto steps = Way(GetParam(), proxy.endpoint()).fetch(retries);
@@ -180,7 +180,7 @@ TEST_P(Resume, ItGivesUpWhenNothingNewComes) {
   }
 }
 
-TEST_P(Resume, AnotherDatasetUnderTheNameIsNoContinuation) {
+TEST_P(Resume, RefusesAReplacedDataset) {
   const RunningServer other(gyroid(/*amplitude=*/0.3));
   const CuttingProxy proxy({server_.endpoint(), other.endpoint()},
                            [](int i) { return i == 0 ? Cut{.tiles = 1} : Cut{}; });

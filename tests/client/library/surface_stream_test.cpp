@@ -85,7 +85,7 @@ TEST_F(SurfaceStreamTest, ShowsEveryStepUntilTheNext) {
   EXPECT_EQ(shown->end.digest, extracted_digest(dataset_, at(0.1).request));
 }
 
-TEST_F(SurfaceStreamTest, WithoutPatienceTakesOneMessageAtATime) {
+TEST_F(SurfaceStreamTest, ZeroTimeoutTakesOneMessageAtATime) {
   Client client = connected();
   TileMemory tiles;
   SurfaceStream stream(client, tiles);
@@ -202,7 +202,7 @@ TEST_F(SurfaceStreamTest, ADragThroughAHundredIsovaluesEndsWithTheLastAndInBound
 }
 
 // The sources of this test take their time, so that nothing comes for several timeouts.
-TEST(BusyServer, IsWaitedForHoweverLongItTakes) {
+TEST(BusyServer, IsRetriedUntilItAccepts) {
   using testing::FakeSteps;
   const RunningServer server(testing::catalogue_of(
       std::make_shared<FakeSteps>("fake", [](const StepRequest& step, const std::stop_token&) {

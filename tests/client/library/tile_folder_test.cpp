@@ -37,7 +37,7 @@ class TileFolderTest : public ::testing::Test {
   TileFolder folder_{temporary_.path() / "tiles"};
 };
 
-TEST_F(TileFolderTest, ALaterRunFindsWhatWasKept) {
+TEST_F(TileFolderTest, ALaterRunFindsStoredTiles) {
   TileMemory memory;
   const auto loaded = load(memory);
   EXPECT_EQ(loaded.tiles, 1U);
@@ -47,7 +47,7 @@ TEST_F(TileFolderTest, ALaterRunFindsWhatWasKept) {
   EXPECT_EQ(digest(*tiles.at(tile_.summary.digest)), tile_.summary.digest);
 }
 
-TEST_F(TileFolderTest, IsWrittenAsItsHeaderSays) {
+TEST_F(TileFolderTest, FileLayoutMatchesItsDescription) {
   EXPECT_TRUE(bytes().starts_with(
       "multitetra tile 1\nlattice 5 cube 4 1 0 0 triangles 6 vertices 6 bytes " +
       std::to_string(tile_.payload->size()) + " normals 0\n"))
@@ -56,7 +56,7 @@ TEST_F(TileFolderTest, IsWrittenAsItsHeaderSays) {
 }
 
 // An unused byte may change; then the tile is the same.
-TEST_F(TileFolderTest, WhateverByteChangesTheTileIsRightOrPassedOver) {
+TEST_F(TileFolderTest, SkipsTilesWithChangedBytes) {
   const std::string whole = bytes();
   int passed_over = 0;
   for (std::size_t i = 0; i < whole.size(); ++i) {
@@ -77,7 +77,7 @@ TEST_F(TileFolderTest, WhateverByteChangesTheTileIsRightOrPassedOver) {
   EXPECT_GT(passed_over, static_cast<int>(2 * whole.size()));
 }
 
-TEST_F(TileFolderTest, AFileOfAnyOtherLengthIsPassedOver) {
+TEST_F(TileFolderTest, SkipsFilesOfAnyOtherLength) {
   const std::string whole = bytes();
   for (std::size_t length = 0; length < whole.size(); ++length) {
     write(whole.substr(0, length));
@@ -89,7 +89,7 @@ TEST_F(TileFolderTest, AFileOfAnyOtherLengthIsPassedOver) {
   EXPECT_EQ(load(memory).damaged, 1U);
 }
 
-TEST_F(TileFolderTest, NumbersBeyondTheirRangesArePassedOver) {
+TEST_F(TileFolderTest, SkipsNumbersOutOfRange) {
   const std::string whole = bytes();
   const std::string payload = *tile_.payload;
   for (const char* line : {"lattice 0 cube 4 1 0 0 triangles 6 vertices 6",

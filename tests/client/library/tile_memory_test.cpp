@@ -14,7 +14,7 @@ std::shared_ptr<const LatticeMesh> mesh_of(std::size_t triangles) {
   return std::make_shared<const LatticeMesh>(std::move(mesh));
 }
 
-TEST(TileMemory, TheLongestUnusedTileGoesFirst) {
+TEST(TileMemory, EvictsTheLeastRecentlyUsedTile) {
   TileMemory memory({.tiles = 3});
   for (std::uint64_t i = 0; i < 3; ++i) memory.keep(digest_of(i), mesh_of(1));
   memory.use(digest_of(0));
@@ -43,7 +43,7 @@ TEST(TileMemory, StaysWithinItsLimitsWhateverIsKept) {
   }
 }
 
-TEST(TileMemory, ATileLargerThanTheMemoryDrivesNoOtherOut) {
+TEST(TileMemory, ATileLargerThanTheMemoryEvictsNothing) {
   TileMemory memory({.triangles = 100});
   memory.keep(digest_of(0), mesh_of(60));
   memory.keep(digest_of(1), mesh_of(101));
@@ -52,7 +52,7 @@ TEST(TileMemory, ATileLargerThanTheMemoryDrivesNoOtherOut) {
 }
 
 // Otherwise it would be sent again for every request with normals.
-TEST(TileMemory, ATileThatComesAgainWithNormalsKeepsThem) {
+TEST(TileMemory, KeepsNormalsOfARepeatedTile) {
   const auto with_normals = [] {
     LatticeMesh mesh = *mesh_of(5);
     mesh.normals.resize(mesh.vertices.size(), {0, 0, 1});
@@ -69,7 +69,7 @@ TEST(TileMemory, ATileThatComesAgainWithNormalsKeepsThem) {
   EXPECT_EQ(memory.triangles(), 5U);
 }
 
-TEST(TileMemory, NamesTheLargestOfTooMany) {
+TEST(TileMemory, ListsTheLargestTilesFirst) {
   TileMemory memory;
   for (std::uint64_t i = 0; i < 10; ++i) memory.keep(digest_of(i), mesh_of(1 + i * 7 % 10));
   EXPECT_EQ(memory.digests_to_name().size(), 10U);

@@ -62,7 +62,7 @@ TEST_P(ThroughAListener, ASilentServerIsLeftAfterTheTimeout) {
 }
 
 // The wait for a message that is given up does not harm the message.
-TEST_P(ThroughAListener, WhoLooksInNowAndThenMissesNothing) {
+TEST_P(ThroughAListener, PollingReceivesEveryMessage) {
   const ScriptedServer server(framed_messages(Messages{
       Welcome{},
       Tile{.request_id = 1, .payload = std::make_shared<const std::string>(3'000'000, 'a')}}));
@@ -132,7 +132,7 @@ TEST_P(Certificates, OfTheHostAndTheAuthorityIsAccepted) {
   EXPECT_EQ(refusal_of(listener, "localhost", listener.trust()), "");
 }
 
-TEST_P(Certificates, AreNotLookedAtByWhoSaysSo) {
+TEST_P(Certificates, AreIgnoredWithInsecure) {
   const TransportListener listener(GetParam(), server_.endpoint(),
                                    {.certificate_names = "DNS:example.org"});
   EXPECT_EQ(refusal_of(listener, "127.0.0.1", {.insecure = true}), "");
@@ -160,7 +160,7 @@ TEST(Trust, AFileWithoutCertificatesIsRefused) {
 
 // ---- no server
 
-TEST(AServerThatIsNotThere, IsStartedAsItsAddressSays) {
+TEST(AServerThatIsNotThere, IsStartedOnItsAddress) {
   for (const Transport transport : {Transport::kTcp, Transport::kTls, Transport::kWebSocket}) {
     // Port 1: only root can listen below 1024.
     const auto none = connect({.host = "127.0.0.1", .port = 1, .transport = transport}, {});

@@ -94,7 +94,7 @@ TEST_F(AtomicFileTest, OfTwoWritersTheLastCommitWins) {
   EXPECT_EQ(entries(), Names{"file.mtd"});
 }
 
-TEST_F(AtomicFileTest, WhoHoldsTheOldFileOpenStillReadsIt) {
+TEST_F(AtomicFileTest, AnOpenOldFileKeepsItsContent) {
   std::ofstream(file_) << "old";
   std::ifstream old(file_);
   AtomicFile file(file_);
@@ -128,7 +128,7 @@ TEST_F(AtomicFileTest, AKilledWriterLeavesTheOldFileAndNothingElse) {
   }
 }
 
-TEST_F(AtomicFileTest, WhatAKilledWriterHasLeftIsRemovedLaterAndNothingElseIs) {
+TEST_F(AtomicFileTest, RemovesOnlyLeftoversOfKilledWriters) {
   write_half_and_die(file_, AtomicFile::Before::kHidden);
   ASSERT_EQ(entries().size(), 1U);
   const fs::path left = folder_ / entries().front();
@@ -207,7 +207,7 @@ TEST_F(AtomicFileTest, ALongNameHasRoomForItsTemporary) {
   EXPECT_TRUE(fs::exists(longest));
 }
 
-TEST_F(AtomicFileTest, TroubleNamesTheFileAndItsReason) {
+TEST_F(AtomicFileTest, ErrorsNameTheFileAndTheReason) {
   fs::create_directories(folder_ / "taken" / "inside");
   std::ofstream(folder_ / "no_folder") << "x";
   for (const fs::path& path :

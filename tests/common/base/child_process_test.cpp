@@ -32,13 +32,13 @@ std::string failure_of(const std::function<std::string()>& work) {
   return "made";
 }
 
-TEST(ChildProcess, GivesWhatItMakes) {
+TEST(ChildProcess, ReturnsItsMessages) {
   const std::string large(3'000'000, 'x');
   EXPECT_EQ(made_apart([&] { return large; }, kMemory, milliseconds(5000)), large);
   EXPECT_EQ(made_apart([] { return std::string(); }, kMemory, milliseconds(5000)), "");
 }
 
-TEST(ChildProcess, CrashesHangsAndHungerEndItAndNothingElse) {
+TEST(ChildProcess, IsolatesCrashesHangsAndMemoryExhaustion) {
   EXPECT_EQ(failure_of([]() -> std::string { throw std::invalid_argument("in words"); }),
             "in words");
   expect_contains(failure_of([]() -> std::string {
@@ -60,7 +60,7 @@ TEST(ChildProcess, CrashesHangsAndHungerEndItAndNothingElse) {
 #endif
 }
 
-TEST(ChildProcess, AnswersQuestionsAsLongAsItIsAsked) {
+TEST(ChildProcess, AnswersRepeatedRequests) {
   ChildProcess child(
       [](ChildChannel& parent) {
         ChildMessage message;

@@ -14,7 +14,7 @@ TEST(ParseNumber, TakesAllOfTheTextOrNothing) {
   }
 }
 
-TEST(ParseNumbers, NeedsAsManyAsAreAskedFor) {
+TEST(ParseNumbers, RequiresTheGivenCount) {
   EXPECT_EQ(parse_numbers<double>("1.5,-2", 2), (std::vector<double>{1.5, -2}));
   EXPECT_EQ(parse_numbers<int>("640x480", 2, 'x'), (std::vector<int>{640, 480}));
   for (const char* wrong : {"", "1", "1,", ",1", "1,2,3", "1,,2", "1,2,"}) {

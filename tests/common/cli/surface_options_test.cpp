@@ -34,7 +34,7 @@ std::string refusal(std::vector<std::string> words) {
   return refused ? "accepted" : refused.error().text;
 }
 
-TEST(SurfaceOptions, WithoutAnyAskForASimplifiedSurface) {
+TEST(SurfaceOptions, DefaultToASimplifiedSurface) {
   EXPECT_EQ(request({}).value(),
             (IsosurfaceRequest{.isovalue = 60.5, .error = 0.25, .simplify = true}));
   EXPECT_EQ(request({"--simplify", "off"}).value(),
@@ -44,7 +44,7 @@ TEST(SurfaceOptions, WithoutAnyAskForASimplifiedSurface) {
       (IsosurfaceRequest{.isovalue = 60.5, .error = 0.25, .simplify = true, .embedded = true}));
 }
 
-TEST(SurfaceOptions, MayNameSeveralIsovaluesWhereSeveralSurfacesAreMeant) {
+TEST(SurfaceOptions, AcceptSeveralIsovalues) {
   const auto isovalues_of = [](std::vector<std::string> words) {
     Command command("", "test");
     SurfaceArguments arguments;
@@ -157,7 +157,7 @@ TEST(JsonReport, HoldsTheMapWhereThereIsOne) {
   EXPECT_FALSE(map.contains("grid"));
 }
 
-TEST(SurfaceOptions, TurnTheMeshIntoTheSpaceThatIsWanted) {
+TEST(SurfaceOptions, ConvertTheMeshToTheRequestedSpace) {
   DatasetInfo patient = info();
   patient.index_to_world = {.columns = {Vec3{2, 0, 0}, Vec3{0, 0, 3}, Vec3{0, 4, 0}},
                             .translation = {10, 20, 30}};
@@ -190,7 +190,7 @@ TEST(SurfaceOptions, TurnTheMeshIntoTheSpaceThatIsWanted) {
   EXPECT_NE(unknown.error().text.find("did not tell"), std::string::npos);
 }
 
-TEST(SurfaceOptions, LeaveOutDustOnlyWhenTheyAreToldTo) {
+TEST(SurfaceOptions, RemoveSmallComponentsOnlyOnRequest) {
   LatticeMesh mesh{.vertices = {}, .triangles = {}};
   for (const std::int32_t side : {1, 640, 2}) {  // Triangles far from one another.
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size());

@@ -331,7 +331,7 @@ TEST(SampleShell, SameSamplesGiveTheSameBytes) {
   EXPECT_EQ(*first, *again);
 }
 
-TEST(SampleShellEncoder, RefusesWhatTheFormatHasNoPlaceFor) {
+TEST(SampleShellEncoder, RefusesInputBeyondTheFormat) {
   const Volume volume = fields::noise({9, 9, 9}, 25);
   const OwnedBox good = *box_in(volume, std::nullopt, 0, 1, {0, 0, 0}, {8, 8, 8});
   const ShellOptions options{.isovalue = 0.5, .values = ShellValues::kLatticeExact};

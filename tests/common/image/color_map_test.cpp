@@ -50,7 +50,7 @@ TEST_F(ColorMapTest, ColoursAreThoseOfAllPrograms) {
   EXPECT_EQ(maps.size(), 4U);
 }
 
-TEST_F(ColorMapTest, WhatIsNoNumberHasItsOwnColour) {
+TEST_F(ColorMapTest, NanHasItsOwnColour) {
   const ColorScale scale{.map = ColorMap::kViridis, .no_value = {1, 2, 3}};
   EXPECT_EQ(scale(std::numeric_limits<double>::quiet_NaN()), (Rgb{1, 2, 3}));
   EXPECT_EQ(scale(std::numeric_limits<double>::infinity()), scale(1));

@@ -59,7 +59,7 @@ TEST(MeshComponents, OfExactlyThatDiagonalStay) {
   EXPECT_EQ(components.count_from(7), 1U);
 }
 
-TEST(MeshComponents, ThatAreSmallGoAndTheOthersStayAsTheyAre) {
+TEST(MeshComponents, RemovesOnlySmallOnes) {
   const LatticeMesh mesh = dust_and_a_planet();
   const MeshComponents components = components_of(mesh);
   const LatticeMesh all = with_components(mesh, components, 0);

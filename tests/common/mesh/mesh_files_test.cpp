@@ -351,7 +351,7 @@ TEST(WriteFile, ReplacesTheWholeFileAndLeavesNothingElse) {
   EXPECT_EQ(entries(folder), std::vector<std::string>{"mesh.ply"});
 }
 
-TEST(WriteFile, ThatCannotNamesThePathAndTheReason) {
+TEST(WriteFile, NamesThePathAndTheReasonOfAFailure) {
   const std::filesystem::path folder = ::testing::TempDir() + "multitetra_write_file_fails";
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder / "taken.ply" / "inside");

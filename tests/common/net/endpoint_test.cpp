@@ -22,7 +22,7 @@ TEST(Endpoint, IsReadAsUsersWriteIt) {
   }
 }
 
-TEST(Endpoint, WhatIsNoAddressIsRefusedWithAnExample) {
+TEST(Endpoint, RefusesInvalidAddressesWithAnExample) {
   for (const std::string text : {"",
                                  "tcp://",
                                  ":80",
@@ -52,7 +52,7 @@ TEST(Endpoint, WhatIsNoAddressIsRefusedWithAnExample) {
   }
 }
 
-TEST(ServerUrl, SaysHowMessagesTravel) {
+TEST(ServerUrl, SelectsTheTransport) {
   const std::vector<std::pair<std::string, Endpoint>> good = {
       {"localhost", {"localhost", kDefaultPort}},
       {"tcp://[::1]:80", {"::1", 80}},
@@ -72,7 +72,7 @@ TEST(ServerUrl, SaysHowMessagesTravel) {
   }
 }
 
-TEST(ServerUrl, WhatIsNoneIsRefused) {
+TEST(ServerUrl, RefusesInvalidUrls) {
   for (const std::string text :
        {"http://example.org", "ws://", "ws:///v1/stream", "wss://:443", "ws://a:/", "ws://a:1x/",
         "ws://a/b c", "ws://a/\r\nHost: b", "tls://a/path", "tcp://a:1/v1/stream", "WS://a"}) {
@@ -96,7 +96,7 @@ TEST(Endpoint, IsReadBackAsItIsWritten) {
   EXPECT_EQ(to_string(Endpoint{"::1", 7410}), "tcp://[::1]:7410");
 }
 
-TEST(Endpoint, ThisMachineIsMeantByItsLoopbackAlone) {
+TEST(Endpoint, OnlyLoopbackIsThisMachine) {
   for (const char* host : {"localhost", "127.0.0.1", "127.1.2.3", "::1"}) {
     EXPECT_TRUE(is_this_machine(host)) << host;
   }

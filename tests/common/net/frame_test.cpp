@@ -106,7 +106,7 @@ TEST(FrameReader, KeepsNoMoreThanWhatWasNotYetReturned) {
   }
 }
 
-TEST(FrameReader, TellsWhichOtherLanguageIsSpoken) {
+TEST(FrameReader, NamesOtherProtocols) {
   for (const auto& [bytes, words] :
        std::vector<std::pair<std::string, std::string>>{{"HTTP/1.1 400 Bad Request", "ws://"},
                                                         {"GET / HTTP/1.1", "an HTTP request came"},

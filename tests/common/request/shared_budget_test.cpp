@@ -23,7 +23,7 @@ TEST(SharedBudget, IsSharedInProportionAndNeverExceeded) {
             (std::vector<std::uint64_t>{251, 751}));
 }
 
-TEST(SharedBudget, OfNothingIsNoLimitForAnybody) {
+TEST(SharedBudget, WithoutABudgetThereIsNoLimit) {
   EXPECT_EQ(shares_of(0, std::vector<std::uint64_t>{5, 6}), (std::vector<std::uint64_t>{0, 0}));
 }
 

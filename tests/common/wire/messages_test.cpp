@@ -689,7 +689,7 @@ TEST(ThresholdMaps, OfMillionsOfEmptyRegionsAreRefusedBeforeTheyAreParsed) {
   EXPECT_EQ(begin.error().error.code, ErrorCode::kLimitExceeded);
 }
 
-TEST(Messages, TellHowFastAClientIs) {
+TEST(Messages, CarryTheClientsSpeed) {
   for (const double speed : {0.0, 1e6}) {
     const auto parsed = parse_client_message(
         serialize(OpenStream{.request_id = 1, .dataset = "head", .triangles_per_second = speed}));
@@ -732,8 +732,8 @@ TEST(StepBegin, HasAShellStepExactlyWhereItsCodecSaysSo) {
   const std::string shells = field(14, "\x08\x01");  // Exact ones.
   EXPECT_TRUE(parse_server_message(field(3, id)));
   EXPECT_TRUE(parse_server_message(field(3, id + "\x38\x02" + shells)));
-  for (const std::string& bad : {std::string("\x38\x02"), "\x38\x01" + shells, shells,
-                                 "\x38\x03" + shells}) {
+  for (const std::string& bad :
+       {std::string("\x38\x02"), "\x38\x01" + shells, shells, "\x38\x03" + shells}) {
     const auto parsed = parse_server_message(field(3, id + bad));
     ASSERT_FALSE(parsed);
     EXPECT_NE(parsed.error().error.text.find("StepBegin."), std::string::npos);
@@ -791,7 +791,7 @@ TEST(NoteBegun, MakesTheRequestThatGoesOnWhereTheStreamWas) {
   EXPECT_EQ(open.steps, StepPolicy::kFinalOnly);
 }
 
-TEST(NoteBegun, KnowsTheRequestsOwnModelFromTheFinalStep) {
+TEST(NoteBegun, DistinguishesTheRequestsModelFromTheFinalStep) {
   OpenStream open = {.request_id = 1, .dataset = "head", .request = {.simplify = true}};
   note_begun({.step = 0, .finest_spacing = 8, .is_unsimplified = true}, open);
   note_begun({.step = 1, .finest_spacing = 1, .is_unsimplified = true}, open);

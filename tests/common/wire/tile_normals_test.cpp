@@ -99,7 +99,7 @@ TEST(TileNormals, ChangeNothingButTheBytes) {
   EXPECT_EQ(digest(*decode_tile(*shaded.payload, shaded.summary, 5, 8)), plain.summary.digest);
 }
 
-TEST(TileNormals, OtherThanPromisedAreRefused) {
+TEST(TileNormals, RefusesOtherNormalsThanRequested) {
   const LatticeMesh mesh = torn_surface();
   const auto directions = random_directions(mesh.vertices.size(), 1);
   const EncodedTile plain = encode_tile(mesh, surfaces::kCube);

@@ -94,7 +94,7 @@ TEST(Tile, OfTheSameMeshHasTheSameBytes) {
   EXPECT_EQ(*small_tile().payload, *small_tile().payload);
 }
 
-TEST(Tile, ThatIsNotWhatWasPromisedIsRefused) {
+TEST(Tile, RefusesTilesThatDifferFromTheManifest) {
   const EncodedTile tile = small_tile();
   const auto decode = [&tile](auto change) {
     TileSummary promised = tile.summary;
@@ -180,7 +180,7 @@ std::string boast(std::uint32_t triangles, std::size_t bytes) {
   return payload;
 }
 
-TEST(Tile, OfAFewBytesThatClaimsBillionsOfTrianglesIsRefusedBeforeItIsDecoded) {
+TEST(Tile, RefusesClaimsOfBillionsOfTrianglesBeforeDecoding) {
   TileSummary promised{
       .cube = surfaces::kCube, .digest = {}, .triangles = 100, .vertices = 50, .bytes = 61};
   for (const std::uint32_t triangles : {0xFFFFFFFFU, 0x80000000U, 0x01000000U, 101U}) {
@@ -194,7 +194,7 @@ TEST(Tile, OfAFewBytesThatClaimsBillionsOfTrianglesIsRefusedBeforeItIsDecoded) {
   expect_damaged(decode_tile(boast(0x80000000U, 61), promised, 5), "at most 1048576");
 }
 
-TEST(Tile, WhoseNumbersContradictEachOtherIsRefusedBeforeItIsDecoded) {
+TEST(Tile, RefusesContradictoryCountsBeforeDecoding) {
   const std::string start("DRACO\2\2\1\1\0\0\0", 12);
   const std::string zero(1, '\0');
   const auto claims = [&](std::uint32_t vertices, std::uint32_t triangles, std::uint32_t symbols,

@@ -75,7 +75,7 @@ class WrongSurface : public ::testing::Test {
   CertifyOptions half_ = {.error = 0.5, .lattice = 5};
 };
 
-TEST_F(WrongSurface, TheRightOneIsKept) {
+TEST_F(WrongSurface, AcceptsTheRightSurface) {
   const Certificate certificate = certified(surface(0.5), half_);
   EXPECT_TRUE(certificate.is_kept());
   EXPECT_EQ(certificate.error, ErrorVerdict::kKept);
@@ -83,13 +83,13 @@ TEST_F(WrongSurface, TheRightOneIsKept) {
   EXPECT_FALSE(certificate.is_watertight()) << "it ends at the border of the data";
 }
 
-TEST_F(WrongSurface, OneThatWasMovedIsFound) {
+TEST_F(WrongSurface, DetectsAShift) {
   const Certificate certificate = certified(testing::shifted(surface(0.5), {1, 0, 0}), half_);
   EXPECT_EQ(certificate.error, ErrorVerdict::kExceeded);
   EXPECT_FALSE(certificate.is_kept());
 }
 
-TEST_F(WrongSurface, OneWithAHoleIsFoundFromTheOtherSide) {
+TEST_F(WrongSurface, DetectsAHole) {
   TriangleMesh mesh = surface(0);
   std::erase_if(mesh.triangles, [&](const TriangleIndices& t) {
     return length(difference(mesh.vertices[t[0]], {12, 12, 12})) < 5;
@@ -109,11 +109,11 @@ TEST_F(WrongSurface, OneBesideTheDataHasNoBorderThere) {
   EXPECT_FALSE(certificate.is_kept());
 }
 
-TEST_F(WrongSurface, OneOfALargerErrorIsFound) {
+TEST_F(WrongSurface, DetectsALargerError) {
   EXPECT_EQ(certified(surface(4), {.error = 0.05, .lattice = 5}).error, ErrorVerdict::kExceeded);
 }
 
-TEST_F(WrongSurface, AnEmptyOneIsFound) {
+TEST_F(WrongSurface, DetectsAnEmptySurface) {
   const Certificate certificate = certified({}, half_);
   EXPECT_EQ(certificate.error, ErrorVerdict::kExceeded);
   EXPECT_TRUE(std::isinf(certificate.maximum()));
@@ -121,7 +121,7 @@ TEST_F(WrongSurface, AnEmptyOneIsFound) {
   EXPECT_TRUE(json["distances"]["full_to_mesh"]["world"]["maximum"].is_null());
 }
 
-TEST_F(WrongSurface, WithoutABoundIsToldAndNotRefused) {
+TEST_F(WrongSurface, WithoutABoundIsMeasuredOnly) {
   const TriangleMesh mesh = testing::shifted(surface(0), {0.3, 0, 0});
   const Certificate certificate = certified(mesh, {});
   EXPECT_EQ(certificate.error, ErrorVerdict::kNotAsked);
@@ -157,7 +157,7 @@ Volume two_balls() {
   });
 }
 
-TEST(Certificate, OfAMeshThatWasShiftedTellsByHowMuch) {
+TEST(Certificate, MeasuresAShift) {
   const Volume volume = two_balls();
   const DatasetPtr dataset = make_dataset(volume, "balls");
   const TriangleMesh mesh = extracted(dataset, {.isovalue = 0.0, .error = 0});

@@ -352,7 +352,7 @@ TEST_F(MeshFile, OfVtpThatIsWrongIsRefused) {
 
 // ---- damage
 
-TEST_F(MeshFile, ThatIsNoneIsRefusedWithItsName) {
+TEST_F(MeshFile, RefusesOtherFilesByName) {
   EXPECT_NE(complaint("a.ply", "GIF89a").find("no format known here"), std::string::npos);
   EXPECT_NE(complaint("a.xyz", "0 0 0\n").find("a.xyz"), std::string::npos);
   EXPECT_THROW((void)read_mesh(folder_.path() / "missing.stl"), VolumeFileError);
@@ -360,7 +360,7 @@ TEST_F(MeshFile, ThatIsNoneIsRefusedWithItsName) {
 }
 
 // Whatever the bytes are, there is a mesh with its vertices or a sentence.
-TEST_F(MeshFile, ThatIsDamagedAnywhereIsReadOrRefused) {
+TEST_F(MeshFile, ReadsOrRefusesDamagedFiles) {
   std::mt19937 random(5);
   const LatticeMesh torus = surfaces::torus(3, 6, 5, 0.2, 1);
   PositionedMesh mesh = positioned(torus, {});

@@ -116,7 +116,7 @@ TEST(Prepare, WritesTheSameBytesWithAnyMemory) {
   }
 }
 
-TEST(Prepare, TellsHowFarItIs) {
+TEST(Prepare, ReportsProgress) {
   const TemporaryFolder folder;
   std::vector<std::string> passes;
   std::uint64_t last = 0;

@@ -175,7 +175,7 @@ TEST(SampleStatisticsBuilder, EveryIntegerThatOccursIsADistinctValue) {
   EXPECT_EQ(distinct(std::vector<std::int16_t>{-32768, 32767, 5}, 3), (Values{-32768, 5, 32767}));
 }
 
-TEST(SampleStatisticsBuilder, DistinctFloatsAreToldToFifteenBitsOfTheFraction) {
+TEST(SampleStatisticsBuilder, DistinctFloatsHaveFifteenBitsOfTheFraction) {
   using Values = std::vector<float>;
   const auto distinct = [](const std::vector<float>& samples) {
     return built(samples, samples.size(), 3).distinct_values();
@@ -210,7 +210,7 @@ TEST(SampleStatisticsBuilder, DistinctFloatsAscendAndLieCloselyBelowTheSamples) 
   }
 }
 
-TEST(SampleStatisticsBuilder, NoSamplesAreNoTrouble) {
+TEST(SampleStatisticsBuilder, AcceptsNoSamples) {
   for (const SampleType type : {SampleType::kU8, SampleType::kI16, SampleType::kF32}) {
     const SampleStatistics facts = SampleStatisticsBuilder(type).finish();
     EXPECT_EQ(facts.min, 0);
@@ -236,7 +236,7 @@ TEST(SuggestedIsovalues, PartTheClassesOfAHistogram) {
   EXPECT_TRUE(suggests(43, 77));
 }
 
-TEST(SuggestedIsovalues, ThoseThatShowAnotherSurfaceComeFirst) {
+TEST(SuggestedIsovalues, PreferDifferentSurfaces) {
   // Two large classes far apart, with a long slope between them, and a small class above.
   Histogram histogram{.low = 0, .high = 200, .counts = std::vector<std::uint64_t>(200, 20)};
   for (std::size_t bin = 0; bin < 10; ++bin) {
@@ -269,7 +269,7 @@ TEST(SuggestedIsovalues, LieInsideTheRangeAndNeverOnAnInteger) {
   }
 }
 
-TEST(Describe, TellsTheFactsOfAVolume) {
+TEST(Describe, PrintsTheFactsOfAVolume) {
   Volume volume = generate(GeneratorKind::kBox, {.size = 17});
   volume.spacing = {1, 2, 3};
   volume.index_to_world = {.columns = {Vec3{1, 0, 0}, Vec3{0, 2, 0}, Vec3{0, 0, 3}},

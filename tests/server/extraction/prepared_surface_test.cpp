@@ -222,7 +222,7 @@ TEST(PreparedSurfaces, ReadOnlyTheBricksNearTheSurface) {
   EXPECT_LE(counted.bricks->read(), 64U);  // There are 343.
 }
 
-TEST(PreparedSurfaces, AskForEveryBrickOnceInACube) {
+TEST(PreparedSurfaces, ReadEveryBrickOnceInACube) {
   // With a margin cells of eight samples lie across bricks.
   for (const std::int32_t margin : {0, 3}) {
     const Counted counted({"noise", fields::noise({50, 41, 37}, 6), std::nullopt, margin});

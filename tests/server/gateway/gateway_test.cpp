@@ -27,7 +27,7 @@ using testing::WebSocketClient;
 
 // ---- pure parts
 
-TEST(Rendezvous, MovesOnlyTheNamesOfWhoIsGone) {
+TEST(Rendezvous, MovesOnlyTheNamesOfALostServer) {
   const std::vector<std::string> three = {"a", "b", "c"};
   std::array<int, 3> first{};
   for (int i = 0; i < 300; ++i) {
@@ -42,7 +42,7 @@ TEST(Rendezvous, MovesOnlyTheNamesOfWhoIsGone) {
   for (const int share : first) EXPECT_GT(share, 60);
 }
 
-TEST(ForwardedStream, PassesOverWhatTheClientHasSeenAndNoticesADifference) {
+TEST(ForwardedStream, SkipsSeenStepsAndDetectsDifferences) {
   const auto payload = std::make_shared<const std::string>("bytes");
   const ServerMessage begin = StepBegin{.request_id = 1};
   const ServerMessage tile = Tile{.request_id = 1, .index = 3, .payload = payload};
@@ -66,7 +66,7 @@ TEST(ForwardedStream, PassesOverWhatTheClientHasSeenAndNoticesADifference) {
   EXPECT_EQ(stream.next(other), Verdict::kDiffers);
 }
 
-TEST(ForwardedStream, AsksTheNextServerForWhatItHasBegunWith) {
+TEST(ForwardedStream, ContinuesOnTheNextServer) {
   ForwardedStream stream{OpenStream{.request_id = 1}};
   (void)stream.next(StepBegin{.request_id = 1, .finest_spacing = 8, .is_unsimplified = true});
   EXPECT_EQ(stream.open().begun,
@@ -103,7 +103,7 @@ std::vector<std::string> timeless(std::vector<ServerMessage> messages) {
   return bytes;
 }
 
-TEST(GatewayTest, HoldsTheConversationThatAServerWouldHold) {
+TEST(GatewayTest, BehavesAsAServer) {
   Upstream upstream(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   WebSocketClient client(gateway.http());
@@ -126,7 +126,7 @@ TEST(GatewayTest, HoldsTheConversationThatAServerWouldHold) {
   EXPECT_EQ(timeless(all_of_stream(client)).size(), messages.size());
 }
 
-TEST(GatewayTest, SaysThatNoServerIsThere) {
+TEST(GatewayTest, ReportsThatNoServerIsReachable) {
   Endpoint nobody;
   { nobody = Upstream(octahedron()).endpoint(); }
   RunningGateway gateway({.upstream = {.upstreams = {nobody}}});

@@ -53,7 +53,7 @@ TEST(GuardedGateway, ShowsServersTheTokensOfItsClients) {
 }
 
 // It has no tokens file, so what the servers say holds.
-TEST(GuardedGateway, GivesTilesToThoseToWhomAServerShowsTheirDataset) {
+TEST(GuardedGateway, SendsTilesOnlyOfVisibleDatasets) {
   const TemporaryFolder folder;
   const TokensFile tokens(folder.path(), {{"alice", "right", "*"}, {"bob", "few", "none-*"}});
   Upstream upstream(octahedron(), {.admission = {.tokens = tokens.path()}});
@@ -94,7 +94,7 @@ TEST(GuardedGateway, KnowsItsOwnTokensAndShowsServersItsOwn) {
       << "The gateway's own token is none of its clients'.";
 }
 
-TEST(GuardedGateway, AReloadedListHoldsForThoseWhoAreThere) {
+TEST(GuardedGateway, AReloadedListAppliesToOpenConnections) {
   const TemporaryFolder folder;
   Upstream upstream(octahedron());
   const auto file = folder.file("tokens", access_line("alice", "right", {"*"}));
@@ -141,7 +141,7 @@ TEST(GuardedGateway, HasTlsAtItsOwnListener) {
   EXPECT_TRUE(visit.read_to_end().starts_with("HTTP/1.1 200 "));
 }
 
-TEST(GuardedGateway, ATokenFileThatCannotBeReadIsToldAtTheStart) {
+TEST(GuardedGateway, ReportsAnUnreadableTokenFileAtTheStart) {
   EXPECT_THROW(GatewayServer({.upstream_files = {.token = "/nowhere/token"}}), ExitError);
 }
 

@@ -11,14 +11,14 @@ using Change = UpstreamHealth::Change;
 
 constexpr UpstreamHealth::Clock::time_point kStart{1h};
 
-TEST(UpstreamHealth, NothingIsKnownOfAServerThatWasNeverTried) {
+TEST(UpstreamHealth, AnUntriedServerIsUnknown) {
   const UpstreamHealth health(100ms, 1s);
   EXPECT_FALSE(health.is_there());
   EXPECT_FALSE(health.has_failed());
   EXPECT_TRUE(health.may_be_asked(kStart));
 }
 
-TEST(UpstreamHealth, TellsEachChangeOnce) {
+TEST(UpstreamHealth, ReportsEachChangeOnce) {
   UpstreamHealth health(100ms, 1s);
   EXPECT_EQ(health.reached(), Change::kThere);
   EXPECT_EQ(health.reached(), Change::kNone);
@@ -28,7 +28,7 @@ TEST(UpstreamHealth, TellsEachChangeOnce) {
   EXPECT_TRUE(health.is_there());
 }
 
-TEST(UpstreamHealth, AServerThatFailsAtOnceIsToldToo) {
+TEST(UpstreamHealth, ReportsAServerThatFailsAtOnce) {
   UpstreamHealth health(100ms, 1s);
   EXPECT_EQ(health.failed(kStart), Change::kLost);
   EXPECT_FALSE(health.is_there());
@@ -46,7 +46,7 @@ TEST(UpstreamHealth, WaitsTwiceAsLongAfterEachFailureUpToTheMost) {
   }
 }
 
-TEST(UpstreamHealth, AServerThatCameBackIsForgivenWhatWasBefore) {
+TEST(UpstreamHealth, ARecoveredServerStartsAfresh) {
   UpstreamHealth health(100ms, 10s);
   for (int i = 0; i < 5; ++i) health.failed(kStart);
   health.reached();

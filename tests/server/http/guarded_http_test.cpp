@@ -55,7 +55,7 @@ TEST(GuardedHttp, BehindATrustedProxyLimitsCountForItsClients) {
   EXPECT_EQ(status_of(first, "X-Forwarded-For: 192.0.2.1\r\n"), 200U) << "asks again";
 }
 
-TEST(GuardedHttp, NobodyElseSaysWhoItIs) {
+TEST(GuardedHttp, ForwardedForFromUntrustedPeersIsIgnored) {
   RunningHttpServer server(fake_catalogue("octahedron"), {},
                            {.admission = {.connections = {.total = 10, .per_name = 1}}});
   HttpClient first(server.http());
@@ -73,7 +73,7 @@ TEST(GuardedHttp, SpeaksTlsWithItsCertificate) {
   EXPECT_TRUE(context.read_to_end().starts_with("HTTP/1.1 200 "));
 }
 
-TEST(GuardedHttp, TellsWhoComesWithoutTlsThatThisPortSpeaksIt) {
+TEST(GuardedHttp, RefusesPlainHttpWithAnExplanation) {
   const ListenerCertificate certificate;
   RunningHttpServer server(fake_catalogue("octahedron"), {},
                            {.admission = {.tls = certificate.files()}});
@@ -85,7 +85,7 @@ TEST(GuardedHttp, TellsWhoComesWithoutTlsThatThisPortSpeaksIt) {
 }
 
 // The linger time would fail the test: it is not waited for when both have said goodbye.
-TEST(GuardedHttp, HangsUpAtOnceWhenATlsClientHasSaidGoodbye) {
+TEST(GuardedHttp, ClosesAfterCloseNotify) {
   const ListenerCertificate certificate;
   RunningHttpServer server(fake_catalogue("octahedron"), {.connection = {.linger = 1h}},
                            {.admission = {.tls = certificate.files()}});

@@ -44,7 +44,7 @@ TEST(HttpListener, AnswersRequestsThatWereSentAheadInTheirOrder) {
   EXPECT_EQ(client.receive().body(), "{\"status\":\"ok\"}\n");
 }
 
-TEST(HttpListener, HangsUpWhereTheClientWantsThat) {
+TEST(HttpListener, ClosesOnRequest) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient closing(server.http());
   EXPECT_EQ(closing.get("/livez", "Connection: close\r\n")[http::field::connection], "close");
@@ -55,7 +55,7 @@ TEST(HttpListener, HangsUpWhereTheClientWantsThat) {
   EXPECT_EQ(old.rest(), "");
 }
 
-TEST(HttpListener, SaysInJsonWhatWasWrongAndNamesTheRequest) {
+TEST(HttpListener, ErrorsAreJsonWithTheRequestId) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
   const auto response = client.get("/v1/datasets/none");
@@ -141,7 +141,7 @@ TEST(HttpListener, HasRoomForSoManyConnections) {
   EXPECT_EQ(first.get("/livez").result_int(), 200U);
 }
 
-TEST(HttpListener, TellsWhetherItIsReady) {
+TEST(HttpListener, ReportsReadiness) {
   std::atomic<bool> ready = true;
   RunningHttpServer server(fake_catalogue("octahedron"), {},
                            {.metrics = std::make_shared<PrometheusMetrics>()}, {},
@@ -194,7 +194,7 @@ TEST(HttpListener, LetsPagesOfAllowedOriginsReadItsAnswers) {
   EXPECT_EQ(preflight["Access-Control-Allow-Methods"], "GET, HEAD, OPTIONS");
 }
 
-TEST(HttpListener, IsAskedByItsOwnNamesAlone) {
+TEST(HttpListener, RefusesOtherHostNames) {
   RunningHttpServer server(fake_catalogue("octahedron"), {.allowed_hosts = {"volumes.example"}});
   const auto status_as = [&](const std::string& host) {
     HttpClient client(server.http());
@@ -216,7 +216,7 @@ TEST(HttpListener, IsAskedByItsOwnNamesAlone) {
   EXPECT_EQ(client.receive().result_int(), 421U);
 }
 
-TEST(Hosts, AreAddressesLocalhostAndWhatIsAllowed) {
+TEST(Hosts, AllowAddressesLocalhostAndConfiguredNames) {
   const std::vector<std::string> allowed = {".site.example", "one.example"};
   for (const char* host : {"site.example", "a.site.example:80", "a.b.SITE.example.", "one.example",
                            "", "10.1.2.3:99", "[fe80::1]", "app.localhost"}) {
@@ -236,7 +236,7 @@ TEST(Hosts, AreAddressesLocalhostAndWhatIsAllowed) {
   }
 }
 
-TEST(HttpListener, TellsAboutDatasetsAsInfoDoes) {
+TEST(HttpListener, DescribesDatasetsAsInfoDoes) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
   const auto list = client.get("/v1/datasets");
@@ -276,7 +276,7 @@ TEST(HttpListener, ServesTilesThatAreAtHandToBeKeptForEver) {
   EXPECT_EQ(client.get("/v1/tiles/xyz").result_int(), 400U);
 }
 
-TEST(HttpListener, WantsAGoodTokenWhereTokensAreNeeded) {
+TEST(HttpListener, RequiresAValidToken) {
   const TemporaryFolder folder;
   const testing::TokensFile tokens(folder.path(), {{"alice", "good", "octahedron"}});
   const auto tile = testing::fine_tiles().front();
@@ -301,7 +301,7 @@ TEST(HttpListener, WantsAGoodTokenWhereTokensAreNeeded) {
   EXPECT_EQ(client.get("/livez").result_int(), 200U);
 }
 
-TEST(HttpListener, GivesTilesToThoseWhoMaySeeTheirDataset) {
+TEST(HttpListener, SendsTilesOnlyOfVisibleDatasets) {
   const TemporaryFolder folder;
   const testing::TokensFile tokens(
       folder.path(), {{"alice", "good", "octahedron"}, {"bob", "other", "another-*"}});
@@ -327,7 +327,7 @@ class ViewerTest : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(ViewerTest, MayTalkWithItsOwnHostAlone) {
+TEST_F(ViewerTest, ConnectsToItsOwnHostOnly) {
   write("index.html", "<p>viewer");
   RunningHttpServer server(fake_catalogue("octahedron"), {}, {},
                            {.viewer = std::make_shared<ViewerFiles>(folder_.path() / "viewer")});

@@ -42,7 +42,7 @@ int status_of(std::string_view bytes) {
   return request ? (*request ? 200 : 0) : request.error().status;
 }
 
-TEST(RequestReader, RefusesWhatItCannotFollow) {
+TEST(RequestReader, RefusesInvalidRequests) {
   EXPECT_EQ(status_of("GET / HTTP/1.1\r\nHost: x\r\n\r\n"), 200);
   EXPECT_EQ(status_of("GET / HTTP/1.1\r\nHost: x\r\n"), 0);
   EXPECT_EQ(status_of("\x16\x03\x01 no HTTP at all\r\n\r\n"), 400);
@@ -64,7 +64,7 @@ TEST(RequestReader, RefusesEveryTransferEncoding) {
   }
 }
 
-TEST(RequestReader, WantsTheHostOnce) {
+TEST(RequestReader, RequiresExactlyOneHost) {
   EXPECT_EQ(status_of("GET / HTTP/1.1\r\n\r\n"), 400);
   EXPECT_EQ(status_of("GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n"), 400);
   EXPECT_EQ(status_of("GET / HTTP/1.0\r\n\r\n"), 200) << "did not know it";
@@ -150,7 +150,7 @@ SurfaceQuery query_of(std::string_view query) {
   return parse_surface_query(parse_target("/?" + std::string(query)).value().query).value();
 }
 
-TEST(SurfaceQuery, SaysAllThatTheCommandLineSays) {
+TEST(SurfaceQuery, HasEveryOptionOfTheCommandLine) {
   const SurfaceQuery query = query_of(
       "isovalue=-3e%2B2&error=0.25&unit=world&bound=paper&topology_rule=paper&topology_tolerance=2&"
       "lattice=4&region=ball:1,2,3,4=0.5&region=box:0,0,0,1,1,1=0&region_unit=index&"
@@ -176,7 +176,7 @@ TEST(SurfaceQuery, SaysAllThatTheCommandLineSays) {
   EXPECT_EQ(query.format, MeshFormat::kStl);
 }
 
-TEST(SurfaceQuery, SaysTheSameDefaultsWhenItSaysNothing) {
+TEST(SurfaceQuery, HasTheDefaultsOfTheCommandLine) {
   const SurfaceQuery query = query_of("");
   EXPECT_EQ(query.request, (IsosurfaceRequest{.error = 0.25, .simplify = true}));
   EXPECT_TRUE(query.isovalues.empty());
@@ -184,7 +184,7 @@ TEST(SurfaceQuery, SaysTheSameDefaultsWhenItSaysNothing) {
   EXPECT_FALSE(query.format);
 }
 
-TEST(SurfaceQuery, NamesTheParameterThatIsWrong) {
+TEST(SurfaceQuery, NamesTheInvalidParameter) {
   for (const auto& [query, named] : {std::pair{"isovalue=x", "isovalue"},
                                      {"error=1,5", "error"},
                                      {"error=1&error=2", "error"},
@@ -250,7 +250,7 @@ TEST(Ranges, ArePassedOverWhenTheContentIsAnother) {
 
 // ---- formats and origins
 
-TEST(Media, PrefersWhatTheClientPrefers) {
+TEST(Media, HonoursTheClientsPreference) {
   EXPECT_EQ(accepted_format(""), MeshFormat::kGlb);
   EXPECT_EQ(accepted_format("*/*"), MeshFormat::kGlb);
   EXPECT_EQ(accepted_format("text/html, model/stl"), MeshFormat::kStl);

@@ -141,7 +141,7 @@ TEST(WebSocketListener, GivesUpAClientThatDoesNotRead) {
   EXPECT_NE(client.closed().code, websocket::close_code::normal);
 }
 
-TEST(WebSocketListener, TellsItsClientsThatTheServerStops) {
+TEST(WebSocketListener, InformsClientsOfAShutdown) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   WebSocketClient client(server.http());
   client.send(Hello{});

@@ -27,7 +27,7 @@ TEST(AccessList, ATokenHasTheRightsOfItsLine) {
   EXPECT_TRUE(list.rights_of("secret-b")->may_see("foot"));
 }
 
-TEST(AccessList, WithoutAKnownTokenNobodyEnters) {
+TEST(AccessList, RefusesUnknownTokens) {
   const AccessList list = parsed(access_line("alice", "secret", {"*"}));
   for (const std::string& token :
        std::vector<std::string>{"", "secre", "secret ", "Secret", "alice"}) {
@@ -39,7 +39,7 @@ TEST(AccessList, WithoutAKnownTokenNobodyEnters) {
   EXPECT_FALSE(parsed("").rights_of("secret"));
 }
 
-TEST(AccessList, ALineWithoutTokenIsAboutThoseWhoHaveNone) {
+TEST(AccessList, ALineWithoutATokenAppliesToAnonymousClients) {
   const AccessList list = parsed("guests none public-*\n" + access_line("a", "secret", {"*"}));
   const auto guest = list.rights_of("");
   ASSERT_TRUE(guest);
@@ -99,7 +99,7 @@ TEST(AccessList, AFileThatCannotBeReadOrParsedIsNamed) {
   }
 }
 
-TEST(AccessRights, EverythingUnlessSomethingIsSaid) {
+TEST(AccessRights, AllowEverythingByDefault) {
   EXPECT_TRUE(AccessRights().may_see("anything"));
   EXPECT_FALSE(AccessRights("a", {}).may_see("anything"));
 }
@@ -138,7 +138,7 @@ TEST(Patterns, ManyStarsTakeNoLongTime) {
   EXPECT_FALSE(matches(pattern + "b", std::string(10'000, 'a')));
 }
 
-TEST(AccessList, ATokenEndsWhenItsLineSaysSo) {
+TEST(AccessList, ATokenExpiresAtItsTime) {
   const auto end = time_from("2027-01-31T12:00:00Z").value();
   const AccessList list = parsed(access_line("alice", "secret", {"head-*"}, end) +
                                  "\nguests none public expires=2027-01-31T12:00:00Z\n");

@@ -43,17 +43,17 @@ TEST(PrometheusMetrics, CountRequestsByTheirOutcomeWithTheirTilesBytesAndTimes) 
   EXPECT_TRUE(has(text, "multitetra_last_tile_seconds_count{door=\"websocket\"} 1"));
 }
 
-TEST(PrometheusMetrics, TellWhatBecameOfObjectsOfDatasets) {
+TEST(PrometheusMetrics, CountReadsOfDatasets) {
   PrometheusMetrics metrics;
   ServiceState state;
   state.blocks = BlockState{.memory_hits = 7,
-                              .disk_hits = 2,
-                              .fetched = 3,
-                              .fetched_bytes = 4000,
-                              .retries = 5,
-                              .failures = 1,
-                              .evictions = 6,
-                              .memory_bytes = 3000};
+                            .disk_hits = 2,
+                            .fetched = 3,
+                            .fetched_bytes = 4000,
+                            .retries = 5,
+                            .failures = 1,
+                            .evictions = 6,
+                            .memory_bytes = 3000};
   (void)metrics.text(state);
   state.blocks->memory_hits = 8;
   const std::string text = metrics.text(state);
@@ -87,7 +87,7 @@ TEST(PrometheusMetrics, CountConnectionsRefusalsAndErrorsByCode) {
   EXPECT_TRUE(has(text, "multitetra_step_seconds_count 1"));
 }
 
-TEST(PrometheusMetrics, TellTheStateOfCacheQueueAndProcess) {
+TEST(PrometheusMetrics, ShowTheStateOfCacheQueueAndProcess) {
   PrometheusMetrics metrics;
   (void)metrics.text({.cache_hits = 3});
   const std::string text = metrics.text({.cache_hits = 7,

@@ -86,7 +86,7 @@ TEST(RequestLog, SmallRequestsThatSucceedAreForDebugging) {
   EXPECT_EQ(logged(LogLevel::kDebug, work).size(), 3U);
 }
 
-TEST(RequestLog, RefusalsAndErrorsSayWhy) {
+TEST(RequestLog, RefusalsAndErrorsHaveAReason) {
   const auto lines = logged(LogLevel::kInfo, [](RequestLog& log) {
     log.refused(kAlice, "connections");
     log.error_answered(kAlice, {ErrorCode::kUnknownDataset, "There is none."}, 3);
@@ -114,7 +114,7 @@ TEST(RequestLog, TokensInATargetStayOutOfIt) {
 }
 
 // One client's flood takes neither the disk nor the lines about others.
-TEST(RequestLog, OfAFloodOnlySoMuchIsWrittenAndHowMuchWasNotIsTold) {
+TEST(RequestLog, SamplesFloodsAndCountsLeftOutLines) {
   const ClientFacts flooding{.peer = "192.0.2.66:1"};
   const auto lines = logged(LogLevel::kInfo, [&](RequestLog& log) {
     for (int i = 0; i < 10'000; ++i) {

@@ -200,7 +200,7 @@ class OpenApiTest : public ::testing::Test {
 constexpr const char* kBad = "Authorization: Bearer bad\r\n";
 constexpr const char* kAny = "If-None-Match: *\r\n";
 
-TEST_F(OpenApiTest, IsWhatTheServerDoes) {
+TEST_F(OpenApiTest, MatchesTheServer) {
   ask("/livez", "/livez", 200);
   ask("/readyz", "/readyz", 200);
   is_ready_ = false;
@@ -354,7 +354,7 @@ TEST_F(OpenApiTest, IsWhatTheServerDoes) {
 }
 
 // The parameters that it names are those that are understood.
-TEST_F(OpenApiTest, NamesTheParametersThatThereAre) {
+TEST_F(OpenApiTest, ListsAllParameters) {
   for (const std::string what : {"isosurface", "slice", "value"}) {
     expect_parameters_are_described(what);
   }

@@ -64,7 +64,7 @@ TEST_F(SceneTest, SeveralIsovaluesAreNamedPartsOfOneFile) {
   EXPECT_EQ(gltf.at("scenes")[0].at("nodes"), (Json{0, 1, 2}));
 }
 
-TEST_F(SceneTest, SmallComponentsAreLeftOutWhereThatIsAskedFor) {
+TEST_F(SceneTest, SmallComponentsAreRemovedOnRequest) {
   const auto whole = get("isovalue=-2,2.5&error=0");  // Balls of two sizes.
   EXPECT_EQ(whole["Multitetra-Components-Written"], "2");
   const auto large = get("isovalue=-2,2.5&error=0&min_component=40");
@@ -114,7 +114,7 @@ TEST_F(SceneTest, ASurfaceHasTheColoursOfAField) {
             std::string::npos);
 }
 
-TEST_F(SceneTest, TellsWhatIsWrongWithAQuery) {
+TEST_F(SceneTest, NamesTheFaultOfAQuery) {
   expect_refused("isovalue=1,2&format=ply", "format=glb alone");
   expect_refused("isovalue=1,,2", "A,B,C");
   expect_refused("isovalue=1&color_by=nothing", "No dataset", 404);

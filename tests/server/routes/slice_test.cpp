@@ -103,7 +103,7 @@ TEST_F(SliceTest, HasAPlaceOutsideOfTheDataNoValue) {
       values("origin=-1,0,0&right=1,0,0&down=0,1,0&width=2&height=2&coordinates=index").front()));
 }
 
-TEST_F(SliceTest, TellsWhatIsWrongWithAQuery) {
+TEST_F(SliceTest, NamesTheFaultOfAQuery) {
   expect_refused("slice?axis=q", "axis=q: must be x, y or z");
   expect_refused("slice?axis=z&at=9", "at=0 to 8");
   expect_refused("slice?axis=z&normal=0,0,1", "not by several of these");

@@ -22,7 +22,7 @@ using testing::Gate;
 
 // ---- LruMap
 
-TEST(LruMap, ForgetsWhatWasNotUsedForLongest) {
+TEST(LruMap, EvictsTheLeastRecentlyUsed) {
   LruMap<int, std::string> map(3);
   map.add(1, "one", 1);
   map.add(2, "two", 1);
@@ -83,7 +83,7 @@ class SingleFlightTest : public ::testing::Test {
   Gate may_end_;
 };
 
-TEST_F(SingleFlightTest, ComputesOnceForAllWhoAskMeanwhile) {
+TEST_F(SingleFlightTest, ComputesOnceForConcurrentCallers) {
   std::vector<std::future<int>> askers;
   for (int i = 0; i < 6; ++i) askers.push_back(ask());
   ASSERT_TRUE(are_waiting(6));
@@ -94,7 +94,7 @@ TEST_F(SingleFlightTest, ComputesOnceForAllWhoAskMeanwhile) {
   EXPECT_EQ(started_, 2) << "it keeps nothing";
 }
 
-TEST_F(SingleFlightTest, WhoComputesMayLeaveWithoutHarmToTheOthers) {
+TEST_F(SingleFlightTest, TheComputingCallerMayLeave) {
   std::stop_source first_stop;
   auto first = ask(first_stop.get_token());
   ASSERT_TRUE(started_.reaches(1));
@@ -108,7 +108,7 @@ TEST_F(SingleFlightTest, WhoComputesMayLeaveWithoutHarmToTheOthers) {
   EXPECT_EQ(started_, 1);
 }
 
-TEST_F(SingleFlightTest, WhoWaitsLeavesAtOnceWhenStopped) {
+TEST_F(SingleFlightTest, AStoppedCallerLeavesAtOnce) {
   auto first = ask();
   ASSERT_TRUE(started_.reaches(1));
   std::stop_source stop;
@@ -121,7 +121,7 @@ TEST_F(SingleFlightTest, WhoWaitsLeavesAtOnceWhenStopped) {
   EXPECT_EQ(first.get(), 42);
 }
 
-TEST_F(SingleFlightTest, StopsWhenNobodyIsLeftAndBeginsAnewForTheNext) {
+TEST_F(SingleFlightTest, StopsWithoutCallersAndRestartsForTheNext) {
   std::stop_source stop;
   auto first = ask(stop.get_token());
   auto second = ask(stop.get_token());
@@ -134,7 +134,7 @@ TEST_F(SingleFlightTest, StopsWhenNobodyIsLeftAndBeginsAnewForTheNext) {
   EXPECT_EQ(ask().get(), 42);
 }
 
-TEST_F(SingleFlightTest, AFailureIsEverybodysAndIsForgotten) {
+TEST_F(SingleFlightTest, AFailureReachesAllCallersAndIsNotCached) {
   const auto fail = [&](const std::stop_token&) -> int {
     may_end_.pass();
     throw std::runtime_error("no");
@@ -157,7 +157,7 @@ struct Uncopyable {
   Uncopyable& operator=(Uncopyable&&) noexcept = default;
 };
 
-TEST(SingleFlight, WhoCannotHaveACopyKeepsNobodyWaiting) {
+TEST(SingleFlight, ACopyThatThrowsBlocksNoOtherCaller) {
   SingleFlight<std::string, Uncopyable> flights;
   Gate may_end;
   const auto ask = [&] {
@@ -231,7 +231,7 @@ TEST(SurfaceCache, ATileOfTwoStepsKeepsWhatEachPromises) {
   }
 }
 
-TEST(SurfaceCache, OfNoBytesRemembersNothing) {
+TEST(SurfaceCache, OfZeroBytesCachesNothing) {
   SurfaceCache cache(0);
   int made = 0;
   for (int i = 0; i < 3; ++i) {

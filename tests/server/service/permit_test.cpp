@@ -16,7 +16,7 @@ AccessListPtr list_of(const std::string& token, const std::string& datasets) {
   return list;
 }
 
-TEST(Permit, WithoutAListEverybodyMaySeeEverything) {
+TEST(Permit, WithoutAListAllDatasetsAreVisible) {
   const auto permit = Permit::of("whatever", nullptr, fake_catalogue("head"));
   ASSERT_TRUE(permit);
   EXPECT_FALSE(permit->has_token());
@@ -24,7 +24,7 @@ TEST(Permit, WithoutAListEverybodyMaySeeEverything) {
   EXPECT_EQ(permit->describe().size(), 1U);
 }
 
-TEST(Permit, ATokenThatTheListDoesNotKnowHasNone) {
+TEST(Permit, RefusesUnknownTokens) {
   const AccessListPtr list = list_of("good", "*");
   const auto refused = Permit::of("bad", list, fake_catalogue("head"));
   ASSERT_FALSE(refused);
@@ -32,7 +32,7 @@ TEST(Permit, ATokenThatTheListDoesNotKnowHasNone) {
   EXPECT_TRUE(Permit::of("good", list, fake_catalogue("head")));
 }
 
-TEST(Permit, WhatMayNotBeSeenDoesNotExist) {
+TEST(Permit, HiddenDatasetsDoNotExist) {
   const auto permit = Permit::of("good", list_of("good", "frog-*"), fake_catalogue("head"));
   ASSERT_TRUE(permit);
   EXPECT_TRUE(permit->describe().empty());

@@ -67,7 +67,7 @@ FairQueue::Job background_job(bool is_long = false) {
   return {.run = [] {}, .is_long = is_long, .is_background = true};
 }
 
-TEST(FairQueue, WhatIsInTheBackgroundComesLastWhoeverAsks) {
+TEST(FairQueue, BackgroundJobsComeLast) {
   FairQueue queue(2);
   for (int i = 0; i < 2; ++i) queue.add(alone(0), background_job());
   for (int i = 0; i < 3; ++i) queue.add(alone(1), short_job());
@@ -75,7 +75,7 @@ TEST(FairQueue, WhatIsInTheBackgroundComesLastWhoeverAsks) {
   EXPECT_EQ(order_of_service(queue, {{0, 0.01}, {1, 1.0}, {2, 5.0}}), "bcbbcaa");
 }
 
-TEST(FairQueue, WhatIsInTheBackgroundIsDoneWhereNothingElseCouldBe) {
+TEST(FairQueue, BackgroundJobsUseIdleWorkers) {
   FairQueue queue(1);
   queue.add(alone(0), long_job());
   queue.add(alone(1), long_job());
@@ -100,7 +100,7 @@ TEST(FairQueue, BeingIdleSavesNothingUp) {
   EXPECT_LE(std::count(order.begin(), order.end(), 'b'), 6) << order;
 }
 
-TEST(FairQueue, LongJobsLeaveRoomForShortOnes) {
+TEST(FairQueue, LongJobsLeaveWorkersToShortOnes) {
   FairQueue queue(1);
   queue.add(alone(0), long_job());
   queue.add(alone(1), long_job());
@@ -159,7 +159,7 @@ TEST(FairQueue, AShareLeavesWorkersToOthers) {
   EXPECT_EQ(queue.take()->client.number, 0U) << "and another one's long job beside them";
 }
 
-TEST(FairQueue, WhatAJobIsExpectedToTakeCountsFromItsBeginning) {
+TEST(FairQueue, ExpectedTimeCountsFromTheBeginningOfAJob) {
   FairQueue queue(1);
   const auto costing = [](double seconds) {
     return FairQueue::Job{.run = [] {}, .expected_seconds = seconds};
@@ -178,7 +178,7 @@ TEST(FairQueue, WhatAJobIsExpectedToTakeCountsFromItsBeginning) {
   EXPECT_EQ(queue.expected_seconds(alone(1).share), 0);
 }
 
-TEST(FairQueue, ForgetsWhoHasBeenServed) {
+TEST(FairQueue, ForgetsIdleClients) {
   FairQueue queue(1);
   for (std::uint64_t client = 0; client < 100; ++client) queue.add(alone(client), short_job());
   for (int i = 0; i < 100; ++i) serve_next(queue, 1.0);

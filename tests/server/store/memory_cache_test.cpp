@@ -12,7 +12,7 @@ CachedBytes bytes_of_size(std::size_t size, int value) {
   return std::make_shared<const std::vector<std::byte>>(size, static_cast<std::byte>(value));
 }
 
-TEST(MemoryCache, GivesWhatWasPutToTheSameKeyOnly) {
+TEST(MemoryCache, ReturnsBytesOfTheSameKeyOnly) {
   MemoryCache cache(1 << 20);
   cache.put({1, 7}, bytes_of_size(10, 1));
   cache.put({2, 7}, bytes_of_size(10, 2));
@@ -40,7 +40,7 @@ TEST(MemoryCache, StaysWithinItsLimitAndKeepsWhatWasUsedLast) {
   EXPECT_EQ(cache.find({1, 1}), nullptr);
 }
 
-TEST(MemoryCache, WhatWasFoundStaysWhenItIsEvicted) {
+TEST(MemoryCache, FoundBytesSurviveEviction) {
   MemoryCache cache(0);
   const CachedBytes bytes = bytes_of_size(100, 5);
   cache.put({1, 1}, bytes);

@@ -108,7 +108,7 @@ TEST_F(RemoteFilesTest, StayWithinTheirMemory) {
   EXPECT_EQ(none->counts().memory_bytes, 0U);
 }
 
-TEST_F(RemoteFilesTest, FetchAheadWithoutWaitingInFewRequests) {
+TEST_F(RemoteFilesTest, PrefetchInFewRequestsWithoutWaiting) {
   const auto all = files();
   const auto file = all->open(address());
   const std::vector<FileRange> ranges = {
@@ -120,7 +120,7 @@ TEST_F(RemoteFilesTest, FetchAheadWithoutWaitingInFewRequests) {
   EXPECT_EQ(file->missing_bytes(ranges), 0U);
 }
 
-TEST_F(RemoteFilesTest, AskOnceForWhatManyThreadsWant) {
+TEST_F(RemoteFilesTest, FetchOnceForManyThreads) {
   const auto all = files();
   const auto file = all->open(address());
   {
@@ -136,7 +136,7 @@ TEST_F(RemoteFilesTest, AskOnceForWhatManyThreadsWant) {
   EXPECT_EQ(all->counts().fetched, 41U);
 }
 
-TEST_F(RemoteFilesTest, EndWhileTheyFetchAhead) {
+TEST_F(RemoteFilesTest, EndDuringAPrefetch) {
   for (int i = 0; i < 10; ++i) {
     const auto all = files();
     const FileRange whole{0, kSize};
@@ -182,7 +182,7 @@ TEST_F(RemoteFilesTest, RefuseServersThatCannotServeThem) {
             std::string::npos);
 }
 
-TEST_F(RemoteFilesTest, GiveTheBytesThroughTroubleThatPasses) {
+TEST_F(RemoteFilesTest, RetryTransientFailures) {
   for (const char* const lie : {"503", "truncated", "lost", "wrong-range", "long"}) {
     const auto all = files();
     const auto file = all->open(address(std::string("/lies/") + lie + "/2"));
@@ -190,7 +190,7 @@ TEST_F(RemoteFilesTest, GiveTheBytesThroughTroubleThatPasses) {
   }
 }
 
-TEST_F(RemoteFilesTest, SayWhatDoesNotPass) {
+TEST_F(RemoteFilesTest, ReportPermanentFailures) {
   for (const char* const lie : {"503", "truncated", "lost", "wrong-range"}) {
     const auto all = files();
     const std::string text =
@@ -208,7 +208,7 @@ TEST_F(RemoteFilesTest, WaitForAServerThatStallsNoLongerThanTheDeadline) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
 }
 
-TEST_F(RemoteFilesTest, ForgetWhatIsDamaged) {
+TEST_F(RemoteFilesTest, DiscardDamagedBlocks) {
   const auto all = files();
   const auto file = all->open(address());
   (void)part(*file, 0, kSize);

@@ -40,7 +40,7 @@ std::size_t count_tiles(const std::vector<ServerMessage>& messages) {
       [](const ServerMessage& message) { return std::holds_alternative<Tile>(message); }));
 }
 
-TEST(StreamMessages, WantsOneStepAtATimeAndSaysSoOnce) {
+TEST(StreamMessages, RequestsOneStepAtATime) {
   StreamMessages stream(progressive(), octahedra_info());
   EXPECT_FALSE(stream.has_message());
   EXPECT_TRUE(stream.wanted());
@@ -82,7 +82,7 @@ TEST(StreamMessages, SendsEveryStepThatIsMadeThenTheEnd) {
   EXPECT_FALSE(stream.wanted());
 }
 
-TEST(StreamMessages, TellsWhatWasShownWithTheBytesOfAllItsTiles) {
+TEST(StreamMessages, ReportsShownStepsWithTheirBytes) {
   StreamMessages stream(progressive(), octahedra_info());
   (void)stream.wanted();
   stream.supply(made_step(fine_tiles()), 0);
@@ -136,7 +136,7 @@ TEST(StreamMessages, AnEmptySurfaceIsAStepWithoutTiles) {
   EXPECT_EQ(std::get<StreamEnd>(messages[2]).steps, 1U);
 }
 
-TEST(StreamMessages, TheBoundIsToldInWorldUnits) {
+TEST(StreamMessages, BoundsAreInWorldUnits) {
   DatasetInfo info = octahedra_info();
   info.spacing = {3, 0.5, 1};
   OpenStream open = progressive();

@@ -29,7 +29,7 @@ TEST(TreeSettings, AreReadAsTheyAreWritten) {
   EXPECT_EQ(tree_settings_from("7")->error, 0.25);
 }
 
-TEST(TreeSettings, ThatAreNoneAreRefusedWithAnExample) {
+TEST(TreeSettings, RefusesInvalidTextWithAnExample) {
   for (const char* text : {"", "x", "1 ", "nan", "inf", "1e999", "1,", "1,error", "1,error=",
                            "1,error=-1", "1,error=nan", "1,error=1,error=2", "1,tau=2"}) {
     const auto settings = tree_settings_from(text);
@@ -83,7 +83,7 @@ TEST(CellTree, HasTheCellsOfItsLevelsInTheGrid) {
   EXPECT_FALSE(tree.contains({9, 0, 0, 0}));
 }
 
-TEST(CellTree, ItsIdTellsWhenTheContentWouldBeOther) {
+TEST(CellTree, ItsIdChangesWithTheContent) {
   DatasetInfo info = info_of(7);
   std::set<std::string> ids = {CellTree(info, {}).id()};
   info.content_id = 5;

@@ -106,7 +106,7 @@ class MessageConnectionTest : public ::testing::Test {
   }
 };
 
-TEST_F(MessageConnectionTest, WithoutHelloInTimeItEndsAndSaysWhy) {
+TEST_F(MessageConnectionTest, EndsWithAReasonWithoutHello) {
   start();
   keep_time(9s);
   EXPECT_TRUE(client_.heard.empty());
@@ -126,7 +126,7 @@ TEST_F(MessageConnectionTest, OnceWelcomedAnIdleClientStaysHoweverLateItIs) {
   ASSERT_TRUE(heard_last<Pong>());
 }
 
-TEST_F(MessageConnectionTest, WithALimitAnIdleClientIsSentAwayAndOneThatAsksStays) {
+TEST_F(MessageConnectionTest, IdleLimitDisconnectsIdleClientsOnly) {
   start(60s);
   say(Hello{});
   keep_time(59s);
@@ -138,7 +138,7 @@ TEST_F(MessageConnectionTest, WithALimitAnIdleClientIsSentAwayAndOneThatAsksStay
   EXPECT_EQ(std::get<ErrorReply>(client_.heard.back()).error.code, ErrorCode::kUnavailable);
 }
 
-TEST(IdleWatch, CountsFromWhatWasNotedLastAndBeingBusyIsNoted) {
+TEST(IdleWatch, CountsFromTheLastNoteOrWork) {
   const IdleWatch::Clock::time_point start{};
   IdleWatch watch(10s, start);
   EXPECT_FALSE(watch.is_exceeded(start + 9s, false));

@@ -146,7 +146,7 @@ TEST(ServedSamples, TilesThatAreHeldAreColouredAllTheSame) {
   EXPECT_EQ(again->step->mesh.scalars.size(), again->step->mesh.vertices.size());
 }
 
-TEST(ServedSamples, AFieldOfAnotherWorldOrOfNoNameColoursNothing) {
+TEST(ServedSamples, RefusesScalarsOfUnknownOrOtherWorlds) {
   const RunningServer server(coloured(heat(WorldSpace::kRas)));
   Client client = client_of(server);
   const auto infos = client.list_datasets();

@@ -133,7 +133,7 @@ TEST_F(DamagedVolumes, NanInfinityAndExtremesMeanTheSameInEveryFormat) {
       integers, SampleType::kF32);
 }
 
-TEST_F(DamagedVolumes, TheLargestRoundingErrorIsTold) {
+TEST_F(DamagedVolumes, ReportsTheLargestRoundingError) {
   std::vector<double> numbers = values();
   numbers[4] = 9007199254740993.0;  // Becomes 2^53 as a double already.
   numbers[5] = 16777217;            // Not a float: one off.
@@ -204,7 +204,7 @@ TEST_F(DamagedVolumes, CubeFilesHaveTheirThirdAxisFastest) {
 
 // ---- headers that end their readers
 
-TEST_F(DamagedVolumes, HeadersThatCrashOrHangLibrariesAreErrors) {
+TEST_F(DamagedVolumes, SurvivesHeadersThatCrashLibraries) {
   const std::string shorts = packed<std::int16_t>(values());
   const std::string good =
       "type: int16\ndimension: 3\nsizes: 4 3 2\nencoding: raw\nendian: little\n";

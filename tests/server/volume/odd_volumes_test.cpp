@@ -110,7 +110,7 @@ void expect_refused(const Fields& fields) {
   }
 }
 
-TEST(OddVolumes, AreReadAsTheirWritersMeanThemOrRefused) {
+TEST(OddVolumes, AreReadAsTheirWritersIntended) {
   const TemporaryFolder folder;
   const std::vector<Fields> volumes = written_volumes(folder.path());
   if (volumes.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";

@@ -266,7 +266,7 @@ TEST_F(VolumeFiles, WrittenNrrdComesBackBitForBit) {
 
 // ---- what cannot be read
 
-TEST_F(VolumeFiles, AMissingFileAndAnUnknownSuffixSayWhatWouldBeRight) {
+TEST_F(VolumeFiles, MissingFilesAndUnknownSuffixesHaveARemedy) {
   expect_contains(error_of_reading(folder_.path() / "none.nrrd"), "no such file");
   const std::string unknown = error_of_reading(folder_.file("v.dat", "bytes"));
   for (const char* suffix : {".nrrd", ".nhdr", ".mha", ".mhd", ".nii.gz", ".vtk", ".tif"}) {
@@ -289,7 +289,7 @@ TEST_F(VolumeFiles, RawBytesOfAnotherNumberNameBothNumbers) {
   error_of_reading(file, {.raw = RawLayout{.dims = {5, 3, 2}, .header_bytes = 31}});
 }
 
-TEST_F(VolumeFiles, AFileThatEndsTooEarlyIsNeverTakenForWhole) {
+TEST_F(VolumeFiles, RefusesTruncatedFiles) {
   const std::string shorts = packed<std::int16_t>(values());
   const std::string nii = nifti({4, 16}, shorts, Endian::kLittle);
   std::string text;
@@ -346,7 +346,7 @@ TEST_F(VolumeFiles, SizesBeyondTheGridOrTheMemoryAreRefusedBeforeMemoryIsTaken) 
   expect_contains(error_of_reading(folder_.file("deep.nrrd", header("4097 4097 4097"))), "memory");
 }
 
-TEST_F(VolumeFiles, OptionsThatAFileHasNoUseForAreRefused) {
+TEST_F(VolumeFiles, RefusesUnusedOptions) {
   const fs::path file =
       folder_.file("v.nrrd", nrrd(kNrrdLines + "type: uint8\n", packed<std::uint8_t>(values())));
   const auto refusal = [&](const VolumeChoice& choice) {

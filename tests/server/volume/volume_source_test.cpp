@@ -259,7 +259,7 @@ TEST_F(VolumeSources, FilesThatEndTooEarlyAreRefusedWhenOpened) {
   EXPECT_NE(error_of_opening(folder_.path() / "list.nhdr").find("part.2"), std::string::npos);
 }
 
-TEST_F(VolumeSources, ADataFileThatVanishesOrShrinksIsTold) {
+TEST_F(VolumeSources, ReportsVanishedAndTruncatedDataFiles) {
   const std::string shorts = packed<std::int16_t>(values());
   const std::string header = "encoding: raw\nendian: little\ndata file: v.raw\n";
   const fs::path file = nhdr_file("v.nhdr", "short", header);
@@ -289,7 +289,7 @@ TEST_F(VolumeSources, UnusualNrrdHeadersAreRefused) {
   }
 }
 
-TEST_F(VolumeSources, PatternsThatAreNoneAreRefused) {
+TEST_F(VolumeSources, RefusesInvalidPatterns) {
   const std::string little = "encoding: raw\nendian: little\n";
   for (const char* pattern :
        {"v.%d.%s 1 2 1", "v.%d%n 1 2 1", "v%99d.raw 1 2 1", "v%99999999999d.raw 1 2 1",

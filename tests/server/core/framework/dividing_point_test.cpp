@@ -94,7 +94,7 @@ TEST_P(DividingPoints, HaveTheChildrenThatTheTreeGivesThem) {
   }
 }
 
-TEST_P(DividingPoints, AreChildrenOfTheirParentsAndOfNobodyElse) {
+TEST_P(DividingPoints, AreChildrenOfExactlyTheirParents) {
   std::set<std::pair<GridPoint, GridPoint>> down;
   std::set<std::pair<GridPoint, GridPoint>> up;
   for_every_point(grid_, [&](const DividingPoint& p) {

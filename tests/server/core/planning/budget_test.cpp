@@ -29,7 +29,7 @@ IsosurfaceRequest request_for(std::uint64_t max_triangles, std::uint64_t max_byt
   return {.isovalue = 1, .error = 0.25, .max_triangles = max_triangles, .max_bytes = max_bytes};
 }
 
-TEST(Budget, LeavesARequestAloneThatHasNoneOrFits) {
+TEST(Budget, KeepsRequestsThatFit) {
   for (const std::uint64_t triangles : {std::uint64_t{0}, std::uint64_t{5'000'000}}) {
     const IsosurfaceRequest request = request_for(triangles);
     EXPECT_EQ(within_budget(request, dataset(), noisy_surface), request);
@@ -78,7 +78,7 @@ TEST(Budget, MeansTheSameInWorldUnits) {
                    0.5 * voxels.thresholds.at_least);
 }
 
-TEST(Budget, AsksForFewSizes) {
+TEST(Budget, NeedsFewSizeEstimates) {
   int asked = 0;
   (void)within_budget(request_for(1), dataset(), [&asked](const StepRequest& step) {
     ++asked;
@@ -87,7 +87,7 @@ TEST(Budget, AsksForFewSizes) {
   EXPECT_LE(asked, 10);
 }
 
-TEST(ErrorSchedule, GivesUpALittleMoreFromRungToRung) {
+TEST(ErrorSchedule, GrowsFromLevelToLevel) {
   IsosurfaceRequest request = request_for(1);
   request.error = 0.3;
   const ErrorSchedule schedule(request, dataset());
@@ -123,7 +123,7 @@ TEST(ErrorSchedule, GoesOnBetweenWhatWasTooLargeAndWhatFits) {
   EXPECT_EQ(next_level(MadeLevel{0, 100}, MadeLevel{2, 0}, 0, 40), 1) << "an empty surface";
 }
 
-TEST(ErrorSchedule, BelievesAnEstimateAsFarAsSizesArePowersOfTheThreshold) {
+TEST(ErrorSchedule, ExtrapolatesSizesAsPowersOfTheThreshold) {
   const MadeLevel fits = {40, 0.85 / 8};  // Three octaves too small.
   EXPECT_EQ(next_level(std::nullopt, fits, 0, 47), 28) << "not all the way down";
   EXPECT_EQ(next_level(std::nullopt, fits, 39, 47), 37);

@@ -317,14 +317,14 @@ TEST(LearnedCosts, FindWhatTrianglesCostOnThisMachine) {
   EXPECT_NEAR(learned.costs().simplified, 5e-6, 1e-8);
 }
 
-TEST(LearnedCosts, OneStepThatHadToWaitIsNoNewMachine) {
+TEST(LearnedCosts, IgnoreASingleSlowStep) {
   LearnedCosts learned;
   const double before = learned.costs().plain;
   learned.note(false, 1e5, 1000);
   EXPECT_LE(learned.costs().plain, 2 * before);
 }
 
-TEST(LearnedCosts, TinyStepsTellNothing) {
+TEST(LearnedCosts, IgnoreTinySteps) {
   LearnedCosts learned;
   learned.note(true, 100, 10);
   learned.note(true, 0, 10);

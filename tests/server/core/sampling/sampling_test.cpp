@@ -257,7 +257,7 @@ TEST(VertexScalars, OfALinearFieldHaveNoDeviationWhereverItsSamplesLie) {
   }
 }
 
-TEST(VertexScalars, TellHowFarTheFieldIsFromWhatIsInterpolated) {
+TEST(VertexScalars, BoundTheInterpolationError) {
   const Volume parabola = fields::sampled<float>({9, 9, 9}, [](int x, int, int) { return x * x; });
   const DatasetPtr dataset = make_dataset(parabola, "parabola", std::nullopt, 0);
   const VertexScalars scalars = vertex_scalars(*dataset, square(), {});

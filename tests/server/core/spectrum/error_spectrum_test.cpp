@@ -91,7 +91,7 @@ TEST_P(ErrorSpectrumOf, IsTheSameForAnyMemory) {
   }
 }
 
-TEST(ErrorSpectrum, SaysNothingBeyondTheRangeOfValues) {
+TEST(ErrorSpectrum, IsEmptyBeyondTheRangeOfValues) {
   const DatasetPtr dataset = prepared({"gyroid", fields::gyroid(33, 0.3, 1)});
   for (const double isovalue : {-100.0, dataset->info.min - 1e-9, dataset->info.max, 1e300}) {
     const SpectrumErrors spectrum(dataset->spectrum, isovalue, ErrorMeasure::kCertified,

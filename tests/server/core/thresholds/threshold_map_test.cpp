@@ -94,7 +94,7 @@ void for_random_maps(int count, const Visit& visit) {
   }
 }
 
-TEST(ThresholdMap, AtAPlaceIsWhatItsDefinitionSays) {
+TEST(ThresholdMap, AtAPlaceMatchesItsDefinition) {
   for_random_maps(300, [](const auto& info, const auto& request, const auto& map, auto& random) {
     for (int i = 0; i < 30; ++i) {
       const Vec3 place = random_grid_place(info, random);
@@ -158,7 +158,7 @@ TEST(ThresholdMap, OfTheRegionOfAParentIsNeverAboveItsChildrens) {
   });
 }
 
-TEST(ThresholdMap, KnowsBoundsOfAllItsThresholds) {
+TEST(ThresholdMap, BoundsAllItsThresholds) {
   for_random_maps(200, [](const auto& info, const auto& request, const auto& map, auto& random) {
     EXPECT_EQ(map.largest(), largest_threshold(request, info));
     for (int i = 0; i < 40; ++i) {
@@ -243,7 +243,7 @@ TEST(ThresholdMap, OfRegionsIsThatOfTheLastThatContainsThePlace) {
   EXPECT_EQ(map.largest(), 4);
 }
 
-TEST(ThresholdMap, OfTheMinimumIsTheLeastOfAllThatSaySomething) {
+TEST(ThresholdMap, MinimumTakesTheLeastOfAllParts) {
   const ThresholdMap map = map_of({.combination = Combination::kMinimum,
                                    .regions = {slab(0, 30, 1), slab(10, 20, 3), slab(40, 50, 7)}});
   EXPECT_EQ(map.least_in(box(12, 14)), 1);
@@ -399,7 +399,7 @@ TEST(ThresholdMap, OfTenThousandRegionsIsMonotoneAndNeverAboveAPlace) {
   }
 }
 
-TEST(ThresholdMap, OfVeryManyRegionsIsGivenUpWhenSomebodySaysSo) {
+TEST(ThresholdMap, CanBeCancelledWithManyRegions) {
   std::mt19937_64 random(12);
   const DatasetInfo info = cube_of(257);
   IsosurfaceRequest request{.error = 4};

@@ -125,7 +125,7 @@ TEST(PrepareParts, MayBeCopiedTogether) {
   EXPECT_EQ(content_of(folder.path()), expected);
 }
 
-TEST(PrepareParts, ThatAreDamagedAreNotMerged) {
+TEST(PrepareParts, RefusesToMergeDamagedParts) {
   const PreparedSetting setting = settings().front();
   const TemporaryFolder folder;
   plan(setting, folder.path() / "all.mtd", 2);

@@ -21,7 +21,7 @@ TEST(ImageStack, NaturalOrderCountsRunsOfDigits) {
   }
 }
 
-TEST(ImageStack, PatternsAreToldFromNames) {
+TEST(ImageStack, DistinguishesPatternsFromNames) {
   for (const char* pattern : {"a*.tif", "a?.tif", "a%d.tif", "a%03d.tif"}) {
     EXPECT_TRUE(is_stack_pattern(pattern)) << pattern;
   }

@@ -129,7 +129,7 @@ TEST_F(NrrdFile, ComponentsMayComeFirstOrLast) {
       "neither the first nor the last");
 }
 
-TEST_F(NrrdFile, HeadersThatSayTooLittleAreRefused) {
+TEST_F(NrrdFile, RefusesIncompleteHeaders) {
   const std::string shorts = "NRRD0004\ntype: int16\ndimension: 3\nsizes: 3 2 2\n";
   expect_contains(refusal(shorts + "encoding: raw\n"), "endian");
   expect_contains(refusal(shorts + "endian: little\n"), "encoding is ''");

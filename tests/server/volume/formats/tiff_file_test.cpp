@@ -283,7 +283,7 @@ TEST_F(TiffFile, LargeStacksOfImageJHaveOnePageThatTheSamplesOfOthersFollow) {
   expect_contains(refusal(folder_.file("cut.tif", bytes_of_file(file))), "ends too early");
 }
 
-TEST_F(TiffFile, OmeDescriptionsOrderPagesAndTellUnits) {
+TEST_F(TiffFile, OmeDescriptionsOrderPagesAndHaveUnits) {
   const std::string description =
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?><OME "
       "xmlns=\"http://www.openmicroscopy.org/\"><Image "

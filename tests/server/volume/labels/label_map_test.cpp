@@ -143,7 +143,7 @@ TEST(LabelMap, HasNoLabelWhereSamplesAreVoid) {
   EXPECT_LT(field_of(map, 2)[7], 0.5F);
 }
 
-TEST(LabelMap, RefusesWhatIsNone) {
+TEST(LabelMap, RefusesVolumesWithoutLabels) {
   const TemporaryFolder folder;
   const auto refusal = [&](Volume volume) -> std::string {
     try {

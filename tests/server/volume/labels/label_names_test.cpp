@@ -91,7 +91,7 @@ TEST(LabelNames, OfChangedTextsAreNamesOrARefusal) {
   }
 }
 
-TEST(LabelNames, OfFilesThatAreNoneAreRefused) {
+TEST(LabelNames, RefusesOtherFiles) {
   const TemporaryFolder folder;
   const auto refusal = [&](const std::string& name, const std::string& text) -> std::string {
     if (!text.empty()) std::ofstream(folder.path() / name, std::ios::binary) << text;
