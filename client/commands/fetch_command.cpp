@@ -139,12 +139,13 @@ class KeptTiles {
     };
     return {.retries = std::move(retries),
             .tiles = &memory_,
-            .on_tile = [this, &report](const TileSummary& tile, const IsosurfaceRequest& step,
+            .on_tile = [this, &report](const TileSummary& tile, const StepBegin& step,
                                        const std::string& payload) {
               ++report.received.tiles;
               report.received.payload_bytes += payload.size();
-              if (!folder_) return;
-              folder_->keep(tile, step.lattice_resolution, step.normal_bits, payload);
+              if (!folder_ || step.shell) return;  // Tiles of the final mesh have none.
+              folder_->keep(tile, step.request.lattice_resolution, step.request.normal_bits,
+                            payload);
             }};
   }
 
@@ -224,6 +225,7 @@ int fetch(const FetchArguments& arguments) {
   const DatasetInfo& info = surface->info;
   const Output output(arguments, *format, info);
   KeptTiles kept(arguments);
+  const bool has_previews = arguments.previews || !arguments.steps_directory.empty();
   std::vector<FetchReport> reports;
   std::vector<OutputSurface> surfaces;
   for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -231,7 +233,7 @@ int fetch(const FetchArguments& arguments) {
         {.server = surface->server,
          .open = {.dataset = info.name,
                   .request = surface->requests[i],
-                  .steps = arguments.final_only ? StepPolicy::kFinalOnly : StepPolicy::kProgressive,
+                  .steps = has_previews ? StepPolicy::kProgressive : StepPolicy::kFinalOnly,
                   .held = {},
                   .scalars = *scalars},
          .notices = surface->notices.told(),
@@ -262,12 +264,14 @@ int fetch(const FetchArguments& arguments) {
 }
 
 void add_fetch(Command& app, FetchArguments& a) {
-  Command* command = app.add_subcommand(
-      "fetch", "Fetch an isosurface, coarse first, check it and write it as a mesh file");
+  Command* command =
+      app.add_subcommand("fetch", "Fetch an isosurface, check it and write it as a mesh file");
   add_order_options(*command, a.order, Isovalues::kSeveral);
   add_output_options(*command, a.order.surface);
   add_color_options(*command, a.colors);
-  command->add_flag("--final-only", a.final_only, "No previews");
+  command->add_flag("--previews", a.previews,
+                    "Fetch and check coarser surfaces first, as a viewer does; --save-steps does "
+                    "so, too");
   command
       ->add_option("--retries", a.retries,
                    "How often in a row to try again when the server cannot be reached or the "

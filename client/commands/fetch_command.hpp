@@ -12,7 +12,7 @@ namespace multitetra {
 struct FetchArguments {
   SurfaceOrder order;
   ColorArguments colors;
-  bool final_only = false;
+  bool previews = false;
   int retries = 5;
   std::string resume_directory;
   std::string mesh;

@@ -2,13 +2,25 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "client/library/detail/manifest_checks.hpp"
+#include "common/base/in_parallel.hpp"
 #include "common/wire/scalar_codes.hpp"
+#include "common/wire/shell_tile.hpp"
 
 namespace multitetra {
 
 namespace {
+
+// So many are worth all threads; more would be decoded late.
+constexpr std::uint64_t kTrianglesDecodedAtOnce = 400'000;
+
+ShellTileForm shell_form(const StepBegin& begin) {
+  return {.lattice_resolution = begin.request.lattice_resolution,
+          .finest_spacing = begin.finest_spacing,
+          .shell = *begin.shell};
+}
 
 bool is_as_promised(const LatticeMesh& mesh, const TileSummary& promised, int resolution) {
   return mesh.resolution == resolution && mesh.triangles.size() == promised.triangles &&
@@ -57,12 +69,15 @@ Result<Progress> Assembler::receive(const ServerMessage& message) {
   if (!progress) {
     failed_ = progress.error();
     tiles_.clear();
+    waiting_.clear();
   }
   return progress;
 }
 
 Result<Progress> Assembler::take(const StepBegin& begin) {
   tiles_.clear();
+  waiting_.clear();
+  waiting_triangles_ = 0;
   for (std::size_t i = 0; i < begin.tiles.size(); ++i) {
     const auto held = held_.find(begin.tiles[i].digest);
     tiles_.push_back(held == held_.end() ? nullptr : held->second);
@@ -79,6 +94,18 @@ Result<Progress> Assembler::take(const StepBegin& begin) {
 Result<Progress> Assembler::take(const Tile& tile) {
   const StepBegin& begin = ledger_.step();
   const TileSummary& promised = begin.tiles[tile.index];
+  if (begin.shell) {
+    const auto checked = check_shell_tile(*tile.payload, promised, shell_form(begin));
+    if (!checked) {
+      return step_fault(tile.step,
+                        tile_name(begin, tile.index) + " is damaged: " + checked.error().text);
+    }
+    waiting_.push_back({.index = tile.index, .payload = tile.payload});
+    waiting_triangles_ += promised.triangles;
+    if (waiting_triangles_ < kTrianglesDecodedAtOnce) return Progress{};
+    if (const auto decoded = decode_waiting(); !decoded) return tl::unexpected(decoded.error());
+    return Progress{};
+  }
   auto mesh = decode_tile(*tile.payload, promised, begin.request.lattice_resolution,
                           begin.request.normal_bits);
   if (!mesh) {
@@ -88,6 +115,28 @@ Result<Progress> Assembler::take(const Tile& tile) {
   tiles_[tile.index] = std::make_shared<const LatticeMesh>(*std::move(mesh));
   held_.emplace(promised.digest, tiles_[tile.index]);
   return Progress{};
+}
+
+Result<void> Assembler::decode_waiting() {
+  const std::vector<WaitingTile> waiting = std::exchange(waiting_, {});
+  waiting_triangles_ = 0;
+  if (waiting.empty()) return {};
+  const StepBegin& begin = ledger_.step();
+  const ShellTileForm form = shell_form(begin);
+  std::vector<Result<LatticeMesh>> decoded(waiting.size());
+  in_parallel(waiting.size(), [&](std::size_t i) {
+    decoded[i] = decode_shell_tile(*waiting[i].payload, begin.tiles[waiting[i].index], form);
+  });
+  for (std::size_t i = 0; i < waiting.size(); ++i) {
+    const std::uint32_t index = waiting[i].index;
+    if (!decoded[i]) {
+      return step_fault(begin.step,
+                        tile_name(begin, index) + " is damaged: " + decoded[i].error().text);
+    }
+    tiles_[index] = std::make_shared<const LatticeMesh>(*std::move(decoded[i]));
+    held_.emplace(begin.tiles[index].digest, tiles_[index]);
+  }
+  return {};
 }
 
 Result<Progress> Assembler::take(const TileScalars& scalars) {
@@ -131,6 +180,7 @@ double Assembler::largest_deviation() const {
 
 Result<Progress> Assembler::take(const StepEnd& end) {
   const StepBegin& begin = ledger_.step();
+  if (const auto decoded = decode_waiting(); !decoded) return tl::unexpected(decoded.error());
   auto step = std::make_shared<CommittedStep>();
   step->begin = begin;
   step->end = end;
@@ -138,7 +188,8 @@ Result<Progress> Assembler::take(const StepEnd& end) {
   if (!mesh) return tl::unexpected(mesh.error());
   step->mesh = *std::move(mesh);
   step->largest_scalar_deviation = largest_deviation();
-  const ContentDigest found = digest(step->mesh);
+  // Of shells, the digests of payloads add up to that of the step, which the ledger has seen.
+  const ContentDigest found = begin.shell ? end.digest : digest(step->mesh);
   if (found != end.digest) {
     return step_fault(end.step,
                       "its digest is " + found.hex() + "; the server says " + end.digest.hex());

@@ -63,9 +63,11 @@ class Assembler {
 
   // The step to show: the last that was committed, null before the first.
   [[nodiscard]] const CommittedStepPtr& shown() const { return shown_; }
-  // All tiles that need not be sent again, those of an unfinished step included: what a repeated
-  // request may name as held after a lost connection.
+  // All tiles that need not be sent again, those of an unfinished step included as far as they are
+  // decoded: what a repeated request may name as held after a lost connection.
   [[nodiscard]] const HeldTiles& held() const { return held_; }
+  // Sample shells are decoded many at a time, on all threads: decodes those that still wait.
+  [[nodiscard]] Result<void> decode_waiting();
 
  private:
   struct Invariants {
@@ -94,6 +96,12 @@ class Assembler {
   [[nodiscard]] std::optional<std::string> topology_fault(const StepBegin& begin,
                                                           const MeshTopology& topology);
 
+  // A sample shell that has what was promised of it.
+  struct WaitingTile {
+    std::uint32_t index = 0;
+    std::shared_ptr<const std::string> payload;
+  };
+
   struct TileValues {
     std::vector<float> values;
     double largest_deviation = 0;
@@ -102,7 +110,9 @@ class Assembler {
   DatasetInfo info_;
   HeldTiles held_;
   StreamLedger ledger_;
-  std::vector<TilePtr> tiles_;                   // Of the step; null: not there yet.
+  std::vector<TilePtr> tiles_;        // Of the step; null: not there yet.
+  std::vector<WaitingTile> waiting_;  // Of the step.
+  std::uint64_t waiting_triangles_ = 0;
   std::map<ContentDigest, TileValues> scalars_;  // That came in this stream.
   CommittedStepPtr shown_;
   std::optional<Invariants> invariants_;  // Of the steps that preserve the topology.

@@ -34,7 +34,7 @@ ClientResult<MessageSocket> welcomed_socket(const Endpoint& server, const TlsCon
   if (!socket) return fail(Trouble::kNetwork, socket.error());
   const Hello hello{.min_version = kProtocolVersion,
                     .max_version = kProtocolVersion,
-                    .codecs = {PayloadCodec::kDracoLattice},
+                    .codecs = options.codecs,
                     .token = options.token,
                     .agent = options.agent};
   if (auto sent = socket->send(hello); !sent) return fail(Trouble::kNetwork, sent.error());

@@ -47,6 +47,8 @@ struct ClientOptions {
   std::string agent = "multitetra-client/" MULTITETRA_VERSION;
   std::string token = {};
   Trust trust = {};  // For tls:// and wss://.
+  // Draco must be among them.
+  std::vector<PayloadCodec> codecs = {PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell};
   AssemblerLimits limits = {};
   Interrupt interrupt = {};  // Ends a wait with kCancelled, and the connection with it.
 };
@@ -65,9 +67,10 @@ struct ReceivedTiles {
   std::uint64_t payload_bytes = 0;
 };
 
-// Gets a tile that passed its checks, the lattice resolution of its step, and its bytes.
-using TileListener = std::function<void(const TileSummary& tile, const IsosurfaceRequest& step,
-                                        const std::string& payload)>;
+// Gets a tile that has what was promised of it, its step, and its bytes. Those of sample shells are
+// decoded later.
+using TileListener =
+    std::function<void(const TileSummary& tile, const StepBegin& step, const std::string& payload)>;
 
 struct FetchOptions {
   RetryOptions retries = {};    // After a lost connection; a new tile is progress.

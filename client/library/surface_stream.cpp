@@ -26,6 +26,11 @@ ClientResult<void> SurfaceStream::open(const DatasetInfo& info, OpenStream open)
 }
 
 ClientResult<void> SurfaceStream::ask() {
+  if (assembler_) {
+    (void)assembler_->decode_waiting();  // Tiles that cannot be decoded are asked for again.
+    keep_decoded();
+  }
+  arrived_.clear();
   open_.request_id = client_.next_request_id();
   open_.held = tiles_.digests_to_name(kMaxHeldDigests, open_.request.normal_bits != 0);
   begun_.reset();
@@ -112,11 +117,23 @@ void SurfaceStream::keep(const ServerMessage& message) {
   } else if (const auto* tile = std::get_if<Tile>(&message)) {
     if (tile->request_id != open_.request_id) return;
     const TileSummary& summary = begun_->tiles[tile->index];
-    tiles_.keep(summary.digest, assembler_->held().at(summary.digest));
+    arrived_.push_back(summary.digest);
+    keep_decoded();
     ++received_.tiles;
     received_.payload_bytes += tile->payload->size();
-    if (listener_) listener_(summary, begun_->request, *tile->payload);
+    if (listener_) listener_(summary, *begun_, *tile->payload);
+  } else if (std::holds_alternative<StepEnd>(message)) {
+    keep_decoded();
   }
+}
+
+void SurfaceStream::keep_decoded() {
+  std::erase_if(arrived_, [this](const ContentDigest& digest) {
+    const auto found = assembler_->held().find(digest);
+    if (found == assembler_->held().end()) return false;
+    tiles_.keep(digest, found->second);
+    return true;
+  });
 }
 
 }  // namespace multitetra

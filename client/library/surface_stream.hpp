@@ -69,7 +69,7 @@ class SurfaceStream {
   // Over all requests and connections.
   [[nodiscard]] const ReceivedTiles& received() const { return received_; }
 
-  // Told of every tile that came, once it has passed its checks.
+  // Told of every tile that came and has what was promised of it.
   void set_tile_listener(TileListener listener) { listener_ = std::move(listener); }
 
  private:
@@ -77,6 +77,7 @@ class SurfaceStream {
   ClientResult<std::optional<StreamNews>> take(const ServerMessage& message);
   ClientResult<std::optional<StreamNews>> take_step(const CommittedStepPtr& step);
   void keep(const ServerMessage& message);
+  void keep_decoded();
   [[nodiscard]] double seconds() const;
 
   Client& client_;
@@ -90,6 +91,7 @@ class SurfaceStream {
   OpenStream open_;
   std::optional<Assembler> assembler_;  // None when no request runs.
   std::optional<StepBegin> begun_;      // The step whose tiles come.
+  std::vector<ContentDigest> arrived_;  // Tiles that are not in the memory yet.
   std::vector<ContentDigest> given_;    // The digests of the steps that were given, in order.
   std::chrono::steady_clock::time_point started_;
   double first_byte_seconds_ = 0;

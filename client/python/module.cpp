@@ -214,8 +214,9 @@ class Connection {
 
   // Begins a stream and returns its number.
   std::uint64_t open(const std::string& dataset, const IsosurfaceRequest& request, bool final_only,
-                     const std::optional<ScalarRequest>& scalars) {
+                     bool display, const std::optional<ScalarRequest>& scalars) {
     OpenStream open{.dataset = dataset, .request = request, .scalars = scalars};
+    if (display) open.use = MeshUse::kDisplay;
     if (final_only) open.steps = StepPolicy::kFinalOnly;
     open_info_ = info(dataset);
     open_request_ = request;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <iterator>
 #include <stdexcept>
 #include <string>
@@ -133,23 +132,6 @@ class ShellTiles {
 };
 
 }  // namespace
-
-bool has_shells(const DatasetInfo& info, const ShellLevel& level) {
-  const int spacing_exponent = exponent_of(level.finest_spacing);
-  if (spacing_exponent >= info.grid_exponent || spacing_exponent > shell::kMaxSpacingExponent) {
-    return false;
-  }
-  if (level.shell.values == shell::ShellValues::kExact) {
-    return info.type != SampleType::kF32 && std::abs(level.isovalue) <= shell::kMaxExactValue - 1;
-  }
-  if (level.shell.values == shell::ShellValues::kLatticeExact &&
-      level.finest_spacing << level.lattice_resolution > shell::kMaxExactSteps) {
-    return false;
-  }
-  // Distances to floats span at most 282 octaves then, of the 320 that a shell has room for.
-  return level.isovalue == 0 ||
-         (std::abs(level.isovalue) >= 0x1p-100 && std::abs(level.isovalue) <= 0x1p200);
-}
 
 std::vector<EncodedTile> extract_shells(const PreparedVolume& volume, const ShellLevel& level,
                                         const std::stop_token& stop, int max_cells,

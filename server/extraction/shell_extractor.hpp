@@ -11,24 +11,12 @@
 #include <vector>
 
 #include "common/wire/tile.hpp"
-#include "server/core/planning/refinement_plan.hpp"
+#include "server/core/planning/shell_steps.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"
 
 namespace multitetra {
 
 inline constexpr int kShellCells = 64;
-
-// What a set of shells is a function of, besides the dataset.
-struct ShellLevel {
-  double isovalue = 0;
-  int lattice_resolution = kDefaultLatticeResolution;
-  std::int32_t finest_spacing = 1;
-  ShellStep shell = {};
-};
-
-// Whether the dataset has such shells: exact ones need integer samples, lattice-exact ones at most
-// 256 lattice steps an edge, and the format has a largest spacing and isovalues that it can hold.
-[[nodiscard]] bool has_shells(const DatasetInfo& info, const ShellLevel& level);
 
 // The tiles that are not empty, sorted by cube, encoded on all threads and the same for any number
 // of them. The digest of a tile is that of its payload. Requires has_shells(). Throws Cancelled

@@ -16,6 +16,7 @@
 #include "server/core/simplification/threshold_shares.hpp"
 #include "server/core/surface/tiling.hpp"
 #include "server/extraction/detail/read_ahead.hpp"
+#include "server/extraction/detail/shell_size.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/sampled_blocks.hpp"
 #include "server/extraction/shading.hpp"
@@ -191,7 +192,8 @@ SizeEstimates surface_sizes(const SurfaceExtractor& extractor, std::stop_token s
         step);
   };
   return {.of =
-              [=, &extractor](const StepRequest& step) {
+              [=, &extractor, &dataset](const StepRequest& step) {
+                if (step.shell) return shell_size(dataset, step);
                 return has_spectrum ? sampled_size(extractor, *spectrum, step, accuracy, stop)
                                     : on_small_grid(step);
               },

@@ -39,6 +39,10 @@ class AccessRights {
   [[nodiscard]] const std::string& name() const { return name_; }  // For the log; may be empty.
   [[nodiscard]] const std::vector<std::string>& datasets() const { return datasets_; }
 
+  // It gets meshes alone, never the samples that sample shells are made of.
+  void allow_surfaces_only() { surfaces_only_ = true; }
+  [[nodiscard]] bool surfaces_only() const { return surfaces_only_; }
+
   using Time = std::chrono::sys_seconds;
   void expire_at(Time time) { expires_ = time; }
   [[nodiscard]] const std::optional<Time>& expires() const { return expires_; }
@@ -51,6 +55,7 @@ class AccessRights {
   std::string name_;
   std::vector<std::string> datasets_ = {"*"};  // Patterns, of which one must match.
   std::optional<Time> expires_;                // None: never.
+  bool surfaces_only_ = false;
 };
 
 // Whether `text` is what `pattern` says: * stands for any characters, ? for one, all others for

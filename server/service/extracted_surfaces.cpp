@@ -1,7 +1,6 @@
 #include "server/service/extracted_surfaces.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <functional>
 #include <string>
 #include <utility>
@@ -11,6 +10,7 @@
 #include "server/core/spectrum/crossed_octants.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/shading.hpp"
+#include "server/extraction/shell_extractor.hpp"
 #include "server/extraction/surface_extractor.hpp"
 
 namespace multitetra {
@@ -84,9 +84,28 @@ ExtractedSurfaces::ExtractedSurfaces(std::shared_ptr<const SurfaceExtractor> ext
 const DatasetInfo& ExtractedSurfaces::info() const { return extractor_->dataset().info; }
 
 TiledStep ExtractedSurfaces::make(const StepRequest& step, std::stop_token stop) const {
-  return cache_->get(key_of(step, info()), stop, [&](const std::stop_token& all_stop) {
-    return extract(step, TileForm::kEncoded, all_stop);
+  const std::string key = key_of(step, info());
+  if (!step.shell) {
+    return cache_->get(key, stop, [&](const std::stop_token& all_stop) {
+      return extract(step, TileForm::kEncoded, all_stop);
+    });
+  }
+  TiledStep made = cache_->get(key, stop, [&](const std::stop_token& all_stop) {
+    return extract_in_shells(step, all_stop);
   });
+  sort_by_importance(made.tiles, resolved_step(step, info(), stop));  // Of this request.
+  return made;
+}
+
+TiledStep ExtractedSurfaces::extract_in_shells(const StepRequest& step,
+                                               const std::stop_token& stop) const {
+  const Clock::time_point start = Clock::now();
+  TiledStep made{.tiles = extract_shells(extractor_->dataset(), level_of(step), stop),
+                 .appearance = kShellAppearance,
+                 .dataset = info().name,
+                 .is_in_shells = true};
+  note_costs(step, made, start);
+  return made;
 }
 
 TiledStep ExtractedSurfaces::make_meshes(const StepRequest& step, std::stop_token stop) const {
@@ -102,7 +121,6 @@ bool ExtractedSurfaces::remembers(const StepRequest& step) const {
 
 TiledStep ExtractedSurfaces::extract(const StepRequest& step, TileForm form,
                                      const std::stop_token& stop) const {
-  using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
   const ResolvedStep spec = resolved_step(step, info(), stop);
   TiledSurface surface = extractor_->extract(spec, stop);
@@ -123,10 +141,15 @@ TiledStep ExtractedSurfaces::extract(const StepRequest& step, TileForm form,
         crossed_octants(extractor_->dataset(), cell->cube, step.request.isovalue);
   }
   if (extractor_->dataset().check) extractor_->dataset().check();
+  note_costs(step, made, start);
+  return made;
+}
+
+void ExtractedSurfaces::note_costs(const StepRequest& step, const TiledStep& made,
+                                   Clock::time_point start) const {
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   const std::lock_guard lock(costs_mutex_);
-  costs_.note(step.request.simplify, size_of(made).extracted, seconds);
-  return made;
+  costs_.note(form_of(step), size_of(made).extracted, seconds);
 }
 
 CostEstimates ExtractedSurfaces::costs() const {

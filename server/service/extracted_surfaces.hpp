@@ -1,6 +1,7 @@
 // The surfaces of a dataset of this process: extracted, and encoded unless the cache has them.
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <mutex>
 #include <stop_token>
@@ -34,6 +35,10 @@ class ExtractedSurfaces : public SurfaceProvider {
   enum class TileForm { kEncoded, kMesh };
   [[nodiscard]] TiledStep extract(const StepRequest& step, TileForm form,
                                   const std::stop_token& stop) const;
+  [[nodiscard]] TiledStep extract_in_shells(const StepRequest& step,
+                                            const std::stop_token& stop) const;
+  using Clock = std::chrono::steady_clock;
+  void note_costs(const StepRequest& step, const TiledStep& made, Clock::time_point start) const;
 
   std::shared_ptr<const SurfaceExtractor> extractor_;
   std::shared_ptr<SurfaceCache> cache_;

@@ -4,8 +4,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "common/net/coroutines.hpp"
 #include "common/base/in_parallel.hpp"
+#include "common/net/coroutines.hpp"
 #include "server/operations/deadline.hpp"
 #include "server/service/detail/local_work.hpp"
 #include "server/stream/stream_messages.hpp"
@@ -76,7 +76,7 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
 class LocalCaller::Stream : public ProgressiveStream {
  public:
   Stream(std::weak_ptr<LocalCaller> caller, StartStream started, std::function<void()> changed)
-      : messages(started.open, started.source->info(), range_of(started)),
+      : messages(started.open, started.source->info(), range_of(started), started.shells),
         action(std::move(started)),
         changed_(std::move(changed)),
         caller_(std::move(caller)) {}

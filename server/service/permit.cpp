@@ -1,19 +1,35 @@
 #include "server/service/permit.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "common/request/lattice_limit.hpp"
+#include "server/core/planning/shell_steps.hpp"
 
 namespace multitetra {
 namespace {
 
 // Previews that no stream of this dataset can have begun with.
-Result<void> check_begun(const std::vector<Preview>& begun, const DatasetInfo& info) {
-  if (begun.empty() || begun.front().finest_spacing <= 1 << info.grid_exponent) return {};
-  return fail(ErrorCode::kInvalidArgument,
-              "OpenStream.begun names a preview with a finest spacing of " +
-                  std::to_string(begun.front().finest_spacing) + "; dataset \"" + info.name +
-                  "\" has a grid of " + std::to_string(1 << info.grid_exponent) + " steps a side.");
+Result<void> check_begun(const OpenStream& open, const DatasetInfo& info, bool shells) {
+  const std::vector<Preview>& begun = open.begun;
+  if (!begun.empty() && begun.front().finest_spacing > 1 << info.grid_exponent) {
+    return fail(ErrorCode::kInvalidArgument,
+                "OpenStream.begun names a preview with a finest spacing of " +
+                    std::to_string(begun.front().finest_spacing) + "; dataset \"" + info.name +
+                    "\" has a grid of " + std::to_string(1 << info.grid_exponent) +
+                    " steps a side.");
+  }
+  for (const Preview& preview : begun) {
+    if (!preview.shell) continue;
+    const bool is_possible = shells && allows_shells(open.request) &&
+                             has_shells(info, level_of(preview_step(open.request, preview, info)));
+    if (is_possible) continue;
+    return fail(
+        ErrorCode::kInvalidArgument,
+        "OpenStream.begun names sample shells that this client, this request or dataset \"" +
+            info.name + "\" cannot have; leave them out.");
+  }
+  return {};
 }
 
 Result<void> check_limits(const RequestLimits& limits, const IsosurfaceRequest& request) {
@@ -61,6 +77,16 @@ Result<void> Permit::renew(AccessListPtr access) {
   if (!rights) return tl::unexpected(rights.error());
   rights_ = *std::move(rights);
   return {};
+}
+
+void Permit::decodes(const std::vector<PayloadCodec>& codecs) {
+  decodes_shells_ = std::count(codecs.begin(), codecs.end(), PayloadCodec::kSampleShell) > 0;
+}
+
+std::vector<PayloadCodec> Permit::codecs() const {
+  std::vector<PayloadCodec> codecs = {PayloadCodec::kDracoLattice};
+  if (decodes_shells_ && !rights_.surfaces_only()) codecs.push_back(PayloadCodec::kSampleShell);
+  return codecs;
 }
 
 // What a client may not see does not exist for it.
@@ -128,7 +154,8 @@ Result<StartStream> Permit::accept(OpenStream open) const {
   auto source = provider(open.dataset, open.request);
   if (!source) return tl::unexpected(source.error());
   const DatasetInfo& info = (*source)->info();
-  if (const auto checked = check_begun(open.begun, info); !checked) {
+  const bool shells = decodes_shells_ && !rights_.surfaces_only() && !open.scalars;
+  if (const auto checked = check_begun(open, info, shells); !checked) {
     return tl::unexpected(checked.error());
   }
   SurfaceProviderPtr scalars;
@@ -137,8 +164,10 @@ Result<StartStream> Permit::accept(OpenStream open) const {
     if (!field) return tl::unexpected(field.error());
     scalars = *std::move(field);
   }
-  return StartStream{
-      .open = std::move(open), .source = *std::move(source), .scalars = std::move(scalars)};
+  return StartStream{.open = std::move(open),
+                     .source = *std::move(source),
+                     .scalars = std::move(scalars),
+                     .shells = shells};
 }
 
 Result<AnswerQuestion> Permit::accept(Question question) const {

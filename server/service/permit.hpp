@@ -26,6 +26,7 @@ struct StartStream {
   OpenStream open;
   SurfaceProviderPtr source;
   SurfaceProviderPtr scalars = nullptr;  // Of open.scalars; null without.
+  bool shells = false;                   // Its steps may have them.
 };
 // A question that was found good.
 struct AnswerQuestion {
@@ -50,6 +51,10 @@ class Permit {
   // Another list holds from now on: an error where it does not know the token.
   [[nodiscard]] Result<void> renew(AccessListPtr access);
   void offer(CataloguePtr catalogue) { catalogue_ = std::move(catalogue); }
+  // Which codecs the client decodes; Draco, unless this is called.
+  void decodes(const std::vector<PayloadCodec>& codecs);
+  // Those that its payloads may have.
+  [[nodiscard]] std::vector<PayloadCodec> codecs() const;
   // From now on nothing is accepted, with this error.
   void refuse_work(Error why) { no_work_ = std::move(why); }
 
@@ -85,6 +90,7 @@ class Permit {
   std::string token_;
   AccessRights rights_;
   std::optional<Error> no_work_;
+  bool decodes_shells_ = false;
 };
 
 }  // namespace multitetra

@@ -32,7 +32,8 @@ std::optional<TiledStep> SurfaceCache::remembered(const std::string& key) {
                  .tiles = {},
                  .appearance = outline.appearance,
                  .dataset = outline.dataset,
-                 .crossed_octants = outline.crossed_octants};
+                 .crossed_octants = outline.crossed_octants,
+                 .is_in_shells = outline.is_in_shells};
   step.tiles.reserve(outline.tiles.size());
   for (const TileKey& tile : outline.tiles) {
     auto found = tiles_.find(tile);
@@ -48,6 +49,7 @@ void SurfaceCache::remember(const std::string& key, const TiledStep& step) {
                   .appearance = step.appearance,
                   .dataset = step.dataset,
                   .crossed_octants = step.crossed_octants,
+                  .is_in_shells = step.is_in_shells,
                   .tiles = {}};
   for (const EncodedTile& tile : step.tiles) {
     const TileKey of = {tile.summary.digest, tile.summary.cube, step.appearance,

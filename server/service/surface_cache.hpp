@@ -46,6 +46,7 @@ class SurfaceCache {
     std::uint64_t appearance = 0;
     std::string dataset;
     std::uint32_t crossed_octants = 0;
+    bool is_in_shells = false;
     std::vector<TileKey> tiles;
   };
   [[nodiscard]] std::optional<TiledStep> remembered(const std::string& key);

@@ -16,11 +16,15 @@
 
 namespace multitetra {
 
+// Of tiles in sample shells, which are none of plain triangles.
+inline constexpr std::uint64_t kShellAppearance = ~std::uint64_t{0};
+
 // What an encoded tile is a function of. The digest covers the lattice resolution.
 struct TileKey {
   ContentDigest digest;
   OctreeCube cube;
-  std::uint64_t appearance = 0;  // Of what is not geometry (normals); 0 without.
+  // Of what is not geometry (normals), kShellAppearance of a sample shell; 0 without.
+  std::uint64_t appearance = 0;
   // The same triangles may be what is left of different ones.
   double simplification_bound = 0;
   // Whose it is: not everybody may see every dataset.

@@ -95,8 +95,10 @@ Actions Session::answer(const Hello& hello) {
   auto permit = Permit::of(hello.token, access_, catalogue_, limits_);
   if (!permit) return end(permit.error());
   permit_ = *std::move(permit);
+  permit_.decodes(hello.codecs);
   is_welcomed_ = true;
   return {Send{Welcome{.version = kProtocolVersion,
+                       .codecs = permit_.codecs(),
                        .agent = options_.agent,
                        .max_message_bytes = max_message_bytes()}}};
 }

@@ -8,13 +8,15 @@
 namespace multitetra {
 
 StreamMessages::StreamMessages(const OpenStream& open, const DatasetInfo& info,
-                               std::optional<ScalarRange> scalars)
+                               std::optional<ScalarRange> scalars, bool shells)
     : request_id_(open.request_id),
       info_(info),
       state_{.request = open.request,
              .steps = open.steps,
              .begun = open.begun,
-             .triangles_per_second = open.triangles_per_second},
+             .triangles_per_second = open.triangles_per_second,
+             .shells = shells,
+             .use = open.use},
       scalars_(scalars),
       known_(open.held.begin(), open.held.end()) {}
 
@@ -62,17 +64,20 @@ ServerMessage StreamMessages::take() {
 
 StepBegin StreamMessages::step_begin() const {
   const StepRequest& step = current_.step;
-  StepBegin begin{.request_id = request_id_,
-                  .step = step_,
-                  .is_final = current_.is_final,
-                  .request = step.request,
-                  .error_bound_world = largest_threshold(step.request, info_),
-                  .finest_spacing = step.finest_spacing,
-                  .tetrahedra = current_.encoded.tetrahedra,
-                  .active_tetrahedra = current_.encoded.active_tetrahedra,
-                  .tiles = {}};
+  StepBegin begin{
+      .request_id = request_id_,
+      .step = step_,
+      .is_final = current_.is_final,
+      .request = step.request,
+      .error_bound_world = step.shell ? error_bound(*step.shell, info_.spacing, step.finest_spacing)
+                                      : largest_threshold(step.request, info_),
+      .finest_spacing = step.finest_spacing,
+      .shell = step.shell,
+      .tetrahedra = current_.encoded.tetrahedra,
+      .active_tetrahedra = current_.encoded.active_tetrahedra,
+      .tiles = {}};
   // Clients find the request as they made it; what the preview leaves out of it is told beside.
-  begin.is_unsimplified = state_.request.simplify && !step.request.simplify;
+  begin.is_unsimplified = state_.request.simplify && !step.request.simplify && !step.shell;
   begin.request.simplify = state_.request.simplify;
   begin.crossed_octants = current_.encoded.crossed_octants;
   begin.scalars = scalars_;

@@ -21,9 +21,10 @@ namespace multitetra {
 
 class StreamMessages {
  public:
-  // `scalars` is what the codes of its tiles mean, if it has any.
+  // `scalars` is what the codes of its tiles mean, if it has any; `shells` says whether steps may
+  // have them.
   StreamMessages(const OpenStream& open, const DatasetInfo& info,
-                 std::optional<ScalarRange> scalars = {});
+                 std::optional<ScalarRange> scalars = {}, bool shells = false);
 
   [[nodiscard]] std::uint64_t request_id() const { return request_id_; }
 

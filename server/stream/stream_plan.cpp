@@ -10,6 +10,7 @@
 
 #include "common/base/number_text.hpp"
 #include "server/core/planning/budget.hpp"
+#include "server/core/planning/shell_steps.hpp"
 
 namespace multitetra {
 namespace {
@@ -212,13 +213,18 @@ class TriangleLimit {
   std::stop_token stop_;
 };
 
-PlanLimits plan_limits(StepPolicy steps, const MakingLimits& limits) {
-  PlanLimits of_plan = {.previews = steps != StepPolicy::kFinalOnly};
-  double& certified = of_plan.certified_triangles;
+PlanLimits plan_limits(const StreamState& state, const MakingLimits& limits) {
+  PlanLimits of_plan = {.previews = state.steps != StepPolicy::kFinalOnly,
+                        .shells = state.shells,
+                        .is_display = state.use == MeshUse::kDisplay};
   if (limits.max_triangles > 0) {
-    certified = std::min(certified, static_cast<double>(limits.max_triangles));
+    const auto most = static_cast<double>(limits.max_triangles);
+    of_plan.certified_triangles = std::min(of_plan.certified_triangles, most);
+    of_plan.shell_triangles = std::min(of_plan.shell_triangles, most);
   }
-  if (limits.others_wait || steps != StepPolicy::kProgressive) certified = 0;
+  if (limits.others_wait || state.steps != StepPolicy::kProgressive) {
+    of_plan.certified_triangles = 0;
+  }
   return of_plan;
 }
 
@@ -264,20 +270,24 @@ Result<MadeStep> make_next_step(const SurfaceProvider& source, const StreamState
   const PlannedStep next =
       is_repeated
           ? PlannedStep{.step = preview_step(request, state.begun[state.shown.size()], info)}
-          : next_step(request, plan_limits(state.steps, limits), state.shown, info,
+          : next_step(request, plan_limits(state, limits), state.shown, info,
                       within(sizes, request), costs);
   made.step = next.step;
-  made.is_final = next.is_final;
-  made.is_over = next.is_final && state.steps == StepPolicy::kPreviewsOnly && !state.shown.empty();
+  made.is_final = next.is_final || (state.use == MeshUse::kDisplay &&
+                                    is_enough_to_display(next.step, state.request, info));
+  made.is_over = made.is_final && !is_repeated && state.steps == StepPolicy::kPreviewsOnly &&
+                 !state.shown.empty();
   if (made.is_over) return made;
-  if (!next.is_final) {
+  if (!made.is_final || next.step.shell) {
     made.encoded = source.make(next.step, stop);
     // The plan has kept to the limit as far as it could tell; whoever names steps has not.
-    if (is_repeated && next.step.finest_spacing == 1) {
-      const auto allowed = limit.check_made(next.step.request, made.encoded);
-      if (!allowed) return tl::unexpected(allowed.error());
+    Result<void> allowed;
+    if (made.is_final || (is_repeated && next.step.finest_spacing == 1)) {
+      allowed = limit.check_made(next.step.request, made.encoded);
     }
-    return made;
+    if (allowed) return made;
+    if (is_repeated) return tl::unexpected(allowed.error());
+    made.step = final_step(request);  // Which may have fewer triangles.
   }
   Result<FinalStep> last =
       make_within_budget(source, schedule, affordable(), limits.as_meshes, stop);

@@ -22,6 +22,8 @@ struct StreamState {
   std::vector<ShownStep> shown = {};
   double triangles_per_second = 0;  // Of the client; 0: not known.
   std::optional<int> level = {};    // Of its budget's schedule, once it is known what fits.
+  bool shells = false;              // The client decodes them, and may.
+  MeshUse use = MeshUse::kKeep;
 };
 
 struct MadeStep {

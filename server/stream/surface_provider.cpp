@@ -10,7 +10,9 @@ SurfaceSize size_of(const TiledStep& step) {
     size.triangles += tile.summary.triangles;
     size.bytes += tile.summary.bytes;
   }
-  size.extracted = kTrianglesATetrahedron * static_cast<double>(step.active_tetrahedra);
+  size.extracted = step.is_in_shells
+                       ? size.triangles
+                       : kTrianglesATetrahedron * static_cast<double>(step.active_tetrahedra);
   return size;
 }
 

@@ -26,6 +26,7 @@ struct TiledStep {
   std::uint64_t appearance = 0;         // As in TileKey,
   std::string dataset = {};             // and this as well.
   std::uint32_t crossed_octants = 0;    // As in StepBegin.
+  bool is_in_shells = false;
   // Either none, or one a tile, whose payload is null then. Its normals are what decoding gives.
   std::vector<std::shared_ptr<const LatticeMesh>> meshes = {};
 };

@@ -48,7 +48,7 @@ class Programs:
         return json.loads(done.stdout), ""
 
     def fetch(self, dataset, isovalue, *options):
-        return self.ask("fetch", dataset, isovalue, "--final-only", "--quiet", "-o", self.mesh, *options)
+        return self.ask("fetch", dataset, isovalue, "--quiet", "-o", self.mesh, *options)
 
 
 def size(report, unit):

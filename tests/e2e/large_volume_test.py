@@ -81,7 +81,7 @@ def main():
                 url = re.search(r"listening on (tcp://\S+)", log.read_text())
             report, seconds = run(
                 programs / "multitetra-client", "fetch", "--server", url.group(1), "--isovalue", "127.5", "--error", "2",
-                "--coordinates", "index", "--timeout", "600", "-o", work / "long.ply", "--json", "--quiet")
+                "--coordinates", "index", "--timeout", "600", "--previews", "-o", work / "long.ply", "--json", "--quiet")
             first, final = report["steps"][0], report["steps"][-1]
             status = pathlib.Path(f"/proc/{server.pid}/status").read_text()
             print(f"first step after {first['seconds']:.2f} s, all after {seconds:.1f} s: {final['triangles']} triangles; "

@@ -297,10 +297,10 @@ offers() {
 offers "fetch" "$client" fe
 offers "snapshot" "$client" sn
 offers "voxel world" "$client" fetch --unit ""
-offers "--final-only" "$client" fetch --fin
+offers "--previews" "$client" fetch --pre
 offers "" "$client" fetch --retries ""
 offers "torus.mtd" "$server" info torus.m
-"$client" --help-all | grep -e --final-only >/dev/null || fail "--help-all lacks the options of a command"
+"$client" --help-all | grep -e --previews >/dev/null || fail "--help-all lacks the options of a command"
 ends 2 "cube" "$server" generate cube -o x.nrrd
 ends 2 "2 to 4097" "$server" generate sphere --size 1 -o x.nrrd
 head -c 2000 torus.mtd >cut.mtd

@@ -1,6 +1,7 @@
 #include "client/library/detail/manifest_checks.hpp"
 
 #include <bit>
+#include <cmath>
 #include <set>
 
 namespace multitetra {
@@ -91,6 +92,23 @@ std::optional<std::string> simplification_fault(const TileSummary& tile, const S
          ", more than the step's error bound of " + std::to_string(begin.error_bound_world);
 }
 
+// Sample shells carry samples alone, and their bound follows from them.
+std::optional<std::string> shell_fault(const StepBegin& begin, const OpenStream& open,
+                                       const DatasetInfo& info) {
+  if (open.request.cell || open.request.normal_bits != 0 || open.scalars) {
+    return "it has sample shells, in which cells, normals and scalars do not come";
+  }
+  if (begin.is_final && open.use == MeshUse::kKeep) {
+    return "the final step has sample shells, though its mesh shall be kept";
+  }
+  // Other machines round exponential functions in another way.
+  constexpr double kRounding = 1e-9;
+  const double bound = error_bound(*begin.shell, info.spacing, begin.finest_spacing);
+  if (std::abs(begin.error_bound_world - bound) <= kRounding * bound) return std::nullopt;
+  return "its error bound is said to be " + std::to_string(begin.error_bound_world) +
+         ", that of its shells is " + std::to_string(bound);
+}
+
 std::string too_many(const char* what, std::uint64_t count, std::uint64_t limit) {
   return "it announces " + std::to_string(count) + " " + what + "; this client allows " +
          std::to_string(limit);
@@ -126,7 +144,9 @@ std::string tile_name(const StepBegin& begin, std::size_t index) {
 std::optional<std::string> manifest_fault(const StepBegin& begin, const OpenStream& open,
                                           const DatasetInfo& info, const AssemblerLimits& limits) {
   if (auto fault = parameter_fault(begin, open.request)) return fault;
-  if (begin.shell) return "its codec was not negotiated";
+  if (begin.shell) {
+    if (auto fault = shell_fault(begin, open, info)) return fault;
+  }
   if (begin.scalars.has_value() != open.scalars.has_value() ||
       (begin.scalars && begin.scalars->bits != open.scalars->bits)) {
     return "its scalars are not those that were asked for";

@@ -93,7 +93,7 @@ class Connection:
     @takes_a_request
     def isosurface(self, dataset, isovalue, color_by=None, color_range=None, **request):
         """The surface as it was asked for, without previews: a Mesh."""
-        *_, step = self._steps(dataset, isosurface_request(isovalue, **request), True, color_by, color_range)
+        *_, step = self._steps(dataset, isosurface_request(isovalue, **request), True, False, color_by, color_range)
         return step.mesh
 
     @takes_a_request
@@ -102,18 +102,20 @@ class Connection:
         asked = self._client.share_budget(dataset, [isosurface_request(one, **request) for one in isovalues])
         meshes = []
         for one in asked:
-            *_, step = self._steps(dataset, one, True, color_by, color_range)
+            *_, step = self._steps(dataset, one, True, False, color_by, color_range)
             meshes.append(step.mesh)
         return meshes
 
     @takes_a_request
-    def steps(self, dataset, isovalue, final_only=False, color_by=None, color_range=None, **request):
+    def steps(self, dataset, isovalue, final_only=False, display=False, color_by=None, color_range=None, **request):
         """Yields Steps, coarse first; the last one is the surface as it was asked for.
 
+        display: the meshes are drawn and not kept, so the last one may be the full-resolution surface within the error,
+            with more triangles, where that comes sooner
         color_by: a dataset in the same world, whose values at the vertices are `scalars` of the mesh; color_range:
             (low, high), which values they span, those of that dataset if None
         """
-        yield from self._steps(dataset, isosurface_request(isovalue, **request), final_only, color_by, color_range)
+        yield from self._steps(dataset, isosurface_request(isovalue, **request), final_only, display, color_by, color_range)
 
     @takes_a_request
     def estimate(self, dataset, isovalue, **request):
@@ -143,11 +145,11 @@ class Connection:
         self._client.info(dataset)
         return self._client.probe(dataset, np.asarray(places, float).reshape(-1, 3), coordinates)
 
-    def _steps(self, dataset, request, final_only, color_by, color_range):
+    def _steps(self, dataset, request, final_only, display, color_by, color_range):
         if color_by is None and color_range is not None:
             raise ValueError("color_range needs color_by, whose values it is of.")
         scalars = None if color_by is None else _client.ScalarRequest(color_by, color_range)
-        stream = self._client.open(dataset, request, final_only, scalars)
+        stream = self._client.open(dataset, request, final_only, display, scalars)
         try:
             while (step := self._client.next(stream)) is not None:
                 if step.is_final and step.empty_text:

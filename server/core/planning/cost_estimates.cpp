@@ -11,9 +11,11 @@ constexpr double kMostAtOnce = 3;         // One step that had to wait is no new
 
 }  // namespace
 
-void LearnedCosts::note(bool is_simplified, double extracted, double seconds) {
+void LearnedCosts::note(StepForm form, double extracted, double seconds) {
   if (extracted < kLeastTriangles) return;
-  double& known = is_simplified ? costs_.simplified : costs_.plain;
+  double& known = form == StepForm::kShells       ? costs_.shells
+                  : form == StepForm::kSimplified ? costs_.simplified
+                                                  : costs_.plain;
   const double found = std::max(seconds - CostEstimates::kSecondsAStep, 0.0) / extracted;
   known += kWeight * (std::clamp(found, known / kMostAtOnce, known * kMostAtOnce) - known);
 }

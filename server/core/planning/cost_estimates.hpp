@@ -14,15 +14,23 @@ struct SurfaceSize {
 // Ten Mbit/s, until a link has shown what it carries.
 inline constexpr double kUsualBytesPerSecond = 1.25e6;
 
+// What a step's tiles are made as.
+enum class StepForm { kPlain, kSimplified, kShells };
+
 // In seconds, for each triangle that is extracted; all threads together.
 struct CostEstimates {
   double plain = 0.4e-6;       // To extract and to encode it,
-  double simplified = 2.5e-6;  // and to simplify it as well.
+  double simplified = 2.5e-6;  // and to simplify it as well;
+  double shells = 0.03e-6;     // to encode the samples around it.
   double bytes_per_second = kUsualBytesPerSecond;
   double client_triangles_per_second = 0;  // 0: it takes no time.
 
-  [[nodiscard]] double server_seconds(const SurfaceSize& size, bool is_simplified) const {
-    return kSecondsAStep + size.extracted * (is_simplified ? simplified : plain);
+  [[nodiscard]] double a_triangle(StepForm form) const {
+    if (form == StepForm::kShells) return shells;
+    return form == StepForm::kSimplified ? simplified : plain;
+  }
+  [[nodiscard]] double server_seconds(const SurfaceSize& size, StepForm form) const {
+    return kSecondsAStep + size.extracted * a_triangle(form);
   }
   [[nodiscard]] double link_seconds(const SurfaceSize& size) const {
     return size.bytes / bytes_per_second;
@@ -40,7 +48,7 @@ struct CostEstimates {
 class LearnedCosts {
  public:
   // A step of so many extracted triangles took so long.
-  void note(bool is_simplified, double extracted, double seconds);
+  void note(StepForm form, double extracted, double seconds);
   [[nodiscard]] const CostEstimates& costs() const { return costs_; }
 
  private:

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "server/core/planning/budget.hpp"
+#include "server/core/planning/shell_steps.hpp"
 #include "server/core/planning/simplified_size.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
 #include "server/core/thresholds/threshold_map.hpp"
@@ -44,7 +45,7 @@ struct Candidate {
 Candidate candidate(const StepRequest& step, const SurfaceSize& size, const CostEstimates& costs) {
   return {.step = step,
           .triangles = size.triangles,
-          .server = costs.server_seconds(size, step.request.simplify),
+          .server = costs.server_seconds(size, form_of(step)),
           .link = costs.link_seconds(size),
           .client = costs.client_seconds(size),
           .is_within_budget = fits(size, step.request)};
@@ -53,13 +54,32 @@ Candidate candidate(const StepRequest& step, const SurfaceSize& size, const Cost
 // The steps that might be shown of one request.
 class Candidates {
  public:
-  Candidates(const IsosurfaceRequest& request, const DatasetInfo& info, const SizeEstimates& sizes,
-             const CostEstimates& costs)
-      : request_(request), info_(info), sizes_(sizes), costs_(costs) {}
+  Candidates(const IsosurfaceRequest& request, const PlanLimits& limits, const DatasetInfo& info,
+             const SizeEstimates& sizes, const CostEstimates& costs)
+      : request_(request), limits_(limits), info_(info), sizes_(sizes), costs_(costs) {
+    if (!limits.shells || !allows_shells(request)) return;
+    certified_shells_ = multitetra::certified_shells(request, info);
+    has_shells_ = true;
+  }
+
+  // What the stream ends with.
+  [[nodiscard]] Candidate final_step(const ShownStep* shown = nullptr) const {
+    const Candidate itself = request_itself(shown);
+    if (!may_end_with_shells()) return itself;
+    const Candidate shells = certified(shown);
+    const bool is_possible = shells.triangles <= limits_.shell_triangles;
+    return is_possible && shells.seconds() <= itself.seconds() ? shells : itself;
+  }
+  [[nodiscard]] bool has_certified_shells() const { return certified_shells_.has_value(); }
+  // Whether shells that meet the request are a final step, never a preview.
+  [[nodiscard]] bool may_end_with_shells() const {
+    return limits_.is_display && certified_shells_ &&
+           is_enough_to_display(*certified_shells_, request_, info_);
+  }
 
   // Its size as the spectrum has it, or as what was shown lets expect, whichever is more: neither
   // looks at fine samples.
-  [[nodiscard]] Candidate final_step(const ShownStep* shown = nullptr) const {
+  [[nodiscard]] Candidate request_itself(const ShownStep* shown) const {
     const StepRequest step = {.request = request_};
     SurfaceSize size = sizes_.rough(request_);
     if (shown) {
@@ -74,16 +94,19 @@ class Candidates {
   [[nodiscard]] Candidate measured(std::int32_t finest) const {
     return quicker(finest, [this](const StepRequest& step) { return sizes_.of(step); });
   }
-  // The request's own model without simplification, by what was shown.
-  [[nodiscard]] Candidate certified(const ShownStep& shown) const {
-    const StepRequest plain =
-        preview_step(request_, {.finest_spacing = 1, .is_unsimplified = true}, info_);
-    const double triangles = growth(shown, 1) * shown.size.extracted;
-    return candidate(plain,
-                     {.triangles = triangles,
-                      .bytes = estimated_bytes(triangles, plain),
-                      .extracted = triangles},
-                     costs_);
+  // The request's own model without simplification, or the full resolution in shells, by what was
+  // shown.
+  [[nodiscard]] Candidate certified(const ShownStep* shown) const {
+    const StepRequest step =
+        certified_shells_
+            ? *certified_shells_
+            : preview_step(request_, {.finest_spacing = 1, .is_unsimplified = true}, info_);
+    const double triangles =
+        shown ? growth(*shown, 1) * shown->size.extracted : sizes_.of(step).extracted;
+    return candidate(
+        step,
+        {.triangles = triangles, .bytes = estimated_bytes(triangles, step), .extracted = triangles},
+        costs_);
   }
   // By what a coarser one had.
   [[nodiscard]] Candidate refined(const ShownStep& shown, std::int32_t finest) const {
@@ -94,7 +117,7 @@ class Candidates {
       const double triangles = !step.request.simplify ? extracted
                                : was_simplified       ? factor * shown.size.triangles
                                                       : kLeftOfPreview * extracted;
-      const bool is_alike = step.request.simplify == was_simplified;
+      const bool is_alike = form_of(step) == form_of(shown.step);
       const double of_estimate =
           is_alike
               ? shown.size.bytes / std::max(estimated_bytes(shown.size.triangles, shown.step), 1.0)
@@ -113,6 +136,13 @@ class Candidates {
 
   template <typename SizeOf>
   [[nodiscard]] Candidate quicker(std::int32_t finest, const SizeOf& size_of) const {
+    if (has_shells_) {
+      const StepRequest shells = preview_step(
+          request_, {.finest_spacing = finest, .shell = quantized_shells(kPreviewLevels)}, info_);
+      if (multitetra::has_shells(info_, level_of(shells))) {
+        return candidate(shells, size_of(shells), costs_);
+      }
+    }
     const StepRequest plain =
         preview_step(request_, {.finest_spacing = finest, .is_unsimplified = true}, info_);
     const Candidate found = candidate(plain, size_of(plain), costs_);
@@ -123,9 +153,12 @@ class Candidates {
   }
 
   const IsosurfaceRequest& request_;
+  const PlanLimits& limits_;
   const DatasetInfo& info_;
   const SizeEstimates& sizes_;
   const CostEstimates& costs_;
+  bool has_shells_ = false;
+  std::optional<StepRequest> certified_shells_;
 };
 
 // nullopt: the final step comes as soon.
@@ -174,11 +207,14 @@ std::optional<StepRequest> further_preview(const Candidates& candidates,
 // The request's own bound sooner than simplification gets there. nullopt: it is not worth its time.
 std::optional<StepRequest> certified_preview(const Candidates& candidates, const ShownStep& shown,
                                              const PlanLimits& limits) {
-  if (shown.step.finest_spacing == 1) return std::nullopt;
-  const Candidate preview = candidates.certified(shown);
+  if (shown.step.finest_spacing == 1 || candidates.may_end_with_shells()) return std::nullopt;
+  const Candidate preview = candidates.certified(&shown);
   const double allowed = kCertifiedShare * candidates.final_step(&shown).seconds();
-  const bool is_worth_it = preview.is_within_budget && preview.seconds() <= allowed &&
-                           preview.triangles <= limits.certified_triangles;
+  const double most = preview.step.shell && limits.certified_triangles > 0
+                          ? limits.shell_triangles
+                          : limits.certified_triangles;
+  const bool is_worth_it =
+      preview.is_within_budget && preview.seconds() <= allowed && preview.triangles <= most;
   if (!is_worth_it) return std::nullopt;
   return preview.step;
 }
@@ -190,34 +226,55 @@ StepRequest preview_step(const IsosurfaceRequest& request, const Preview& previe
   const std::int32_t finest = preview.finest_spacing;
   const double unit = request.unit == LengthUnit::kVoxel ? 1.0 : voxel_length(info);
   StepRequest step{.request = request, .finest_spacing = finest};
-  step.request.simplify = request.simplify && !preview.is_unsimplified;
+  step.request.simplify = request.simplify && !preview.is_unsimplified && !preview.shell;
+  step.shell = preview.shell;
   if (finest == 1) return step;
   double& floor = step.request.thresholds.at_least;
   floor = std::min(std::max(floor, finest / 2.0 * unit), std::numeric_limits<double>::max());
   step.request.topology_tolerance = std::max(request.topology_tolerance, finest / 2.0);
-  // Fine lattice steps are lost on coarse tetrahedra.
-  step.request.lattice_resolution = std::min(request.lattice_resolution, finest >= 8 ? 3 : 4);
+  // Fine lattice steps are lost on coarse tetrahedra; shells pay nothing for them.
+  if (!preview.shell)
+    step.request.lattice_resolution = std::min(request.lattice_resolution, finest >= 8 ? 3 : 4);
   return step;
 }
 
 PlannedStep next_step(const IsosurfaceRequest& request, const PlanLimits& limits,
                       std::span<const ShownStep> shown, const DatasetInfo& info,
                       const SizeEstimates& sizes, const CostEstimates& costs) {
+  const Candidates candidates(request, limits, info, sizes, costs);
   std::optional<StepRequest> preview;
   if (limits.previews) {
-    const Candidates candidates(request, info, sizes, costs);
     preview = shown.empty() ? first_preview(candidates, info, sizes)
                             : further_preview(candidates, shown, costs);
     const bool is_simplified = request.simplify && largest_threshold(request, info) > 0;
-    if (!preview && !shown.empty() && is_simplified) {
+    if (!preview && !shown.empty() && (is_simplified || candidates.has_certified_shells())) {
       preview = certified_preview(candidates, shown.back(), limits);
     }
   }
   if (preview) return {.step = *preview, .is_final = false};
+  if (candidates.may_end_with_shells()) {
+    return {.step = candidates.final_step(shown.empty() ? nullptr : &shown.back()).step,
+            .is_final = true};
+  }
   return {.step = final_step(request), .is_final = true};
 }
 
+namespace {
+
+// Of a triangle in shells, as measured on public volumes: 1.3 to 4.6 bits a vertex, of which there
+// is half a one a triangle; coarse levels are less smooth.
+double shell_bytes_a_triangle(const StepRequest& step) {
+  const ShellStep& shell = *step.shell;
+  const double bits = shell.values == shell::ShellValues::kQuantized
+                          ? 1.3 + 0.43 * std::log2(shell.levels_per_octave)
+                          : 4;
+  return bits / 16 * (step.finest_spacing > 1 ? 1.4 : 1);
+}
+
+}  // namespace
+
 double estimated_bytes(double triangles, const StepRequest& step) {
+  if (step.shell) return triangles * shell_bytes_a_triangle(step) + kBytesATile;
   const int normal_bits = step.request.normal_bits;
   const double normals = normal_bits == 0 ? 0 : 0.6 + 0.15 * (normal_bits - kMinNormalBits);
   const double a_triangle =

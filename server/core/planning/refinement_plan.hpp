@@ -15,12 +15,16 @@
 //     next       at most half of f     the finest that takes no longer than all before, else the
 //                                      next one if it takes at most kPatience times as long
 //     certified  f = 1                 the request's own model, where it is only simplification
-//                                      that takes so long: it keeps the same bound, in more
-//                                      triangles
+//                                      that takes so long, or the full resolution in shells: it
+//                                      keeps the same bound, in more triangles
 //     final      f = 1                 the request itself, when another preview would delay it by
 //                                      more than kPreviewShare of its own time, or the certified
 //                                      one by more than kCertifiedShare: what it delays has nothing
 //                                      new to show
+//
+// Where the client decodes sample shells, previews have these, which take a part of the time and
+// the bytes; and where it keeps no mesh, the certified one is the final step unless the request
+// itself is complete sooner.
 //
 // A preview keeps to the request's budget too, as far as forecasts tell. The first one never looks
 // at samples that are finer than the spectrum. Which steps come depends on the machines and the
@@ -50,6 +54,11 @@ struct StepRequest {
 
   friend bool operator==(const StepRequest&, const StepRequest&) = default;
 };
+
+[[nodiscard]] inline StepForm form_of(const StepRequest& step) {
+  if (step.shell) return StepForm::kShells;
+  return step.request.simplify ? StepForm::kSimplified : StepForm::kPlain;
+}
 
 // The request itself as a step.
 [[nodiscard]] inline StepRequest final_step(const IsosurfaceRequest& request) {
@@ -87,12 +96,20 @@ inline constexpr double kPreviewShare = 0.2;
 inline constexpr double kCertifiedShare = 0.5;
 // More are not worth decoding and drawing for a moment.
 inline constexpr double kMostCertifiedTriangles = 2.5e6;
+// Of a certified step of shells, which is quickly made and decoded.
+inline constexpr double kMostShellTriangles = 12e6;
+// The levels an octave of previews: what they move is small beside what their spacing leaves out.
+inline constexpr int kPreviewLevels = 2;
 
 // What else a plan depends on.
 struct PlanLimits {
   bool previews = true;
   // Of the certified preview; 0 where nothing may be made only to be there sooner.
   double certified_triangles = kMostCertifiedTriangles;
+  bool shells = false;      // The client decodes them.
+  bool is_display = false;  // It keeps no mesh.
+  // Of a final step of shells.
+  double shell_triangles = kMostShellTriangles;
 };
 
 // The preview of a request that a Preview names.
@@ -111,7 +128,7 @@ inline constexpr double kTrianglesATile = 10'000;
 
 // What a mesh of so many triangles takes when it is encoded, as measured on public volumes: about
 // 1.3 bytes a triangle at the default resolution and 0.19 for every doubling of it; with normals of
-// 8 bits 0.6 more, and 0.15 for every bit beyond.
+// 8 bits 0.6 more, and 0.15 for every bit beyond. In sample shells 0.08 to 0.25, by their values.
 [[nodiscard]] double estimated_bytes(double triangles, const StepRequest& step);
 
 }  // namespace multitetra

@@ -8,9 +8,9 @@
 #include <optional>
 #include <utility>
 
+#include "common/base/in_parallel.hpp"
 #include "common/net/async_event.hpp"
 #include "common/net/coroutines.hpp"
-#include "common/base/in_parallel.hpp"
 #include "server/gateway/detail/forwarded_stream.hpp"
 #include "server/gateway/detail/upstream_questions.hpp"
 #include "server/operations/log.hpp"
@@ -136,6 +136,7 @@ class RemoteCaller::Stream : public ProgressiveStream {
   Stream(std::weak_ptr<RemoteCaller> caller, StartStream action, std::function<void()> changed)
       : forwarded(std::move(action.open)),
         dataset(std::dynamic_pointer_cast<const UpstreamDataset>(action.source)),
+        shells(action.shells),
         changed_(std::move(changed)),
         caller_(std::move(caller)) {}
 
@@ -176,6 +177,7 @@ class RemoteCaller::Stream : public ProgressiveStream {
 
   ForwardedStream forwarded;
   std::shared_ptr<const UpstreamDataset> dataset;
+  const bool shells;      // Its steps may have them; the same for all streams of a client.
   bool is_asked = false;  // A server was asked for it, and has not ended it.
   bool is_stopped = false;
   std::optional<Clock::time_point> lost_at = {};  // Its server; none since a message was passed on.
@@ -274,6 +276,7 @@ asio::awaitable<bool> RemoteCaller::reach_holder(StreamPtr stream) {
   reached_.reset();
   std::function<bool()> is_wanted = [this, stream] { return !stream->is_stopped && !is_closed_; };
   UpstreamClient client = upstream_client();  // Not in the awaiting expression: see upstream_pool.
+  client.shells = stream->shells;
   auto reached = co_await upstreams_->reach(stream->dataset, std::move(client), is_wanted);
   if (!is_wanted()) {
     if (reached) (*reached).link->close();
@@ -350,7 +353,7 @@ void RemoteCaller::take(const StreamPtr& stream, ServerMessage message) {
   stream->lost_at.reset();
   if (const auto* tile = std::get_if<Tile>(&message)) {
     const StepBegin& step = stream->forwarded.step();
-    if (step.request.normal_bits == 0 && tile->index < step.tiles.size()) {
+    if (step.request.normal_bits == 0 && !step.shell && tile->index < step.tiles.size()) {
       const TileSummary& summary = step.tiles[tile->index];
       upstreams_->tiles().add(
           {.digest = summary.digest, .cube = summary.cube, .dataset = stream->dataset->info().name},
@@ -393,7 +396,8 @@ asio::awaitable<void> RemoteCaller::bring_answer(AnswerQuestion action,
 asio::awaitable<Result<SurfaceTiles>> RemoteCaller::collect(StartStream action,
                                                             std::uint64_t max_triangles) {
   const auto changed = std::make_shared<AsyncEvent>(executor_);
-  const ProgressiveStreamPtr stream = steps(std::move(action), [changed] { changed->notify_all(); });
+  const ProgressiveStreamPtr stream =
+      steps(std::move(action), [changed] { changed->notify_all(); });
   SurfaceTiles tiles;
   for (;;) {
     auto message = stream->take();

@@ -80,6 +80,7 @@ asio::awaitable<Result<LinkPtr>> UpstreamPool::link_to(std::size_t upstream,
   Hello hello{.token = shown(client.token),
               .agent = "multitetra-gateway/" MULTITETRA_VERSION,
               .on_behalf_of = client.share};
+  if (client.shells) hello.codecs.push_back(PayloadCodec::kSampleShell);
   LinkOptions options{.tls = options_.secrets.tls,
                       .connect_timeout = options_.connect_timeout,
                       .silence = options_.silence};

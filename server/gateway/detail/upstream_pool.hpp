@@ -43,6 +43,7 @@ class UpstreamDataset : public SurfaceProvider {
 struct UpstreamClient {
   std::string token = {};
   std::string share = {};  // As ClientContext::share(); empty: for the gateway itself.
+  bool shells = false;     // It decodes them, and may.
 };
 
 class UpstreamPool {

@@ -63,7 +63,8 @@ RetryOptions at_once(int most) {
 
 // As a program goes about it: connect, list, fetch, and again from the start of what was lost.
 ClientResult<std::vector<FetchedStep>> fetch_from(const Endpoint& server, int retries,
-                                                  const Trust& trust = {}) {
+                                                  const Trust& trust = {},
+                                                  MeshUse use = MeshUse::kKeep) {
   Retries again(at_once(retries));
   for (;;) {
     auto client = Client::connect(server, {.timeout = std::chrono::seconds(30), .trust = trust});
@@ -71,10 +72,10 @@ ClientResult<std::vector<FetchedStep>> fetch_from(const Endpoint& server, int re
     if (!datasets && again.wait_after(datasets.error().error)) continue;
     if (!datasets) return tl::unexpected(datasets.error());
     std::vector<FetchedStep> steps;
-    const auto fetched =
-        client->fetch(datasets->front(), {.dataset = "gyroid", .request = kRequest, .held = {}},
-                      [&steps](const FetchedStep& step) { steps.push_back(step); },
-                      {.retries = at_once(retries)});
+    const auto fetched = client->fetch(
+        datasets->front(), {.dataset = "gyroid", .request = kRequest, .held = {}, .use = use},
+        [&steps](const FetchedStep& step) { steps.push_back(step); },
+        {.retries = at_once(retries)});
     if (!fetched) return tl::unexpected(fetched.error());
     return steps;
   }
@@ -114,6 +115,7 @@ class Resume : public ::testing::TestWithParam<Transport> {
     ASSERT_TRUE(steps) << steps.error().error.text;
     for (const FetchedStep& step : *steps) digests_.push_back(step.step->end.digest);
     tiles_ = proxy.tiles().size();
+    final_tiles_ = steps->back().step->begin.tiles.size();
     messages_ = static_cast<std::size_t>(proxy.messages());
     ASSERT_GE(digests_.size(), 2U);
     ASSERT_GE(tiles_, 8U);
@@ -138,6 +140,7 @@ class Resume : public ::testing::TestWithParam<Transport> {
   RunningServer server_{shared_gyroid()};
   std::vector<ContentDigest> digests_;  // The digests of the steps.
   std::size_t tiles_ = 0;
+  std::size_t final_tiles_ = 0;
   std::size_t messages_ = 0;
 };
 
@@ -187,6 +190,31 @@ TEST_P(Resume, RefusesAReplacedDataset) {
   const auto steps = Way(GetParam(), proxy.endpoint()).fetch(3);
   ASSERT_FALSE(steps);
   EXPECT_EQ(steps.error().error.code, ErrorCode::kUnknownDataset);
+}
+
+// A stream that ends with sample shells is repeated with these, though its plan may be another one.
+TEST(ResumeToDisplay, ACutAtAnyMessageCostsNoTileAndNoStep) {
+  const RunningServer server(shared_gyroid());
+  const auto digests_of = [](const ClientResult<std::vector<FetchedStep>>& steps) {
+    std::vector<ContentDigest> digests;
+    if (!steps) ADD_FAILURE() << steps.error().error.text;
+    EXPECT_TRUE(steps && steps->back().step->begin.shell);
+    for (std::size_t i = 0; steps && i < steps->size(); ++i) {
+      digests.push_back((*steps)[i].step->end.digest);
+    }
+    return digests;
+  };
+  const CuttingProxy whole({server.endpoint()}, [](int) { return Cut{}; });
+  const auto expected = digests_of(fetch_from(whole.endpoint(), 0, {}, MeshUse::kDisplay));
+  const std::size_t tiles = whole.tiles().size();
+  for (std::size_t passed = 2; passed < static_cast<std::size_t>(whole.messages()); ++passed) {
+    SCOPED_TRACE(::testing::Message() << "cut after " << passed);
+    const CuttingProxy proxy({server.endpoint()},
+                             [&](int i) { return i == 0 ? Cut{.messages = passed} : Cut{}; });
+    EXPECT_EQ(digests_of(fetch_from(proxy.endpoint(), 1, {}, MeshUse::kDisplay)), expected);
+    EXPECT_TRUE(are_distinct(proxy.tiles()));
+    EXPECT_EQ(proxy.tiles().size(), tiles);
+  }
 }
 
 std::string name_of(const ::testing::TestParamInfo<Transport>& way) {
@@ -257,7 +285,7 @@ class ResumeOfProgram : public Resume {
 };
 
 TEST_P(ResumeOfProgram, AKilledRunIsContinued) {
-  const std::size_t enough = tiles_ / 2;
+  const std::size_t enough = final_tiles_ / 2;
   std::vector<ContentDigest> sent;
   {
     const CuttingProxy proxy({server_.endpoint()},
@@ -277,15 +305,15 @@ TEST_P(ResumeOfProgram, AKilledRunIsContinued) {
   EXPECT_TRUE(has_the_whole_surface());
   for (const ContentDigest& tile : proxy.tiles()) sent.push_back(tile);
   EXPECT_TRUE(are_distinct(sent));
-  EXPECT_EQ(sent.size(), tiles_);
+  EXPECT_EQ(sent.size(), final_tiles_);
   EXPECT_EQ(report().at("tiles_held"), enough);
-  EXPECT_EQ(report().at("tiles_received"), tiles_ - enough);
+  EXPECT_EQ(report().at("tiles_received"), final_tiles_ - enough);
 }
 
 TEST_P(ResumeOfProgram, ADamagedFileIsFetchedAgain) {
   ASSERT_EQ(exit_code_of(start(server_.endpoint())), 0);
   const auto files = tile_files();
-  ASSERT_EQ(files.size(), tiles_);
+  ASSERT_EQ(files.size(), final_tiles_);
   fs::resize_file(files[0], fs::file_size(files[0]) / 2);
   {
     std::fstream file(files[1], std::ios::in | std::ios::out | std::ios::binary);
@@ -298,7 +326,7 @@ TEST_P(ResumeOfProgram, ADamagedFileIsFetchedAgain) {
   EXPECT_TRUE(has_the_whole_surface());
   EXPECT_EQ(proxy.tiles().size(), 3U);
   EXPECT_EQ(exit_code_of(start(server_.endpoint())), 0);
-  EXPECT_EQ(report().at("tiles_held"), tiles_) << "they are whole again";
+  EXPECT_EQ(report().at("tiles_held"), final_tiles_) << "they are whole again";
 }
 
 INSTANTIATE_TEST_SUITE_P(, ResumeOfProgram,

@@ -201,6 +201,52 @@ TEST_F(SurfaceStreamTest, ADragThroughAHundredIsovaluesEndsWithTheLastAndInBound
   EXPECT_GT(stream.received().tiles, kLimits.tiles) << "more came than the memory may hold";
 }
 
+TEST_F(SurfaceStreamTest, AStreamToDisplayEndsWithShellsThatHaveTheTopologyOfTheRequest) {
+  Client client = connected();
+  TileMemory tiles;
+  SurfaceStream stream(client, tiles);
+  OpenStream to_keep = at(0.1);
+  to_keep.request.simplify = true;
+  ASSERT_TRUE(stream.open(info_, to_keep));
+  std::vector<FetchedStep> kept;
+  EXPECT_EQ(finish(stream, &kept), StreamOutcome::kComplete);
+  EXPECT_FALSE(kept.back().step->begin.shell) << "a mesh to be kept is the request itself";
+  EXPECT_TRUE(kept.front().step->begin.shell) << "its previews may be shells";
+  OpenStream to_display = to_keep;
+  to_display.use = MeshUse::kDisplay;
+  std::vector<FetchedStep> displayed;
+  ASSERT_TRUE(stream.open(info_, to_display));
+  EXPECT_EQ(finish(stream, &displayed), StreamOutcome::kComplete);
+  const CommittedStep& last = *displayed.back().step;
+  EXPECT_TRUE(last.begin.is_final);
+  ASSERT_TRUE(last.begin.shell);
+  EXPECT_EQ(last.begin.finest_spacing, 1);
+  EXPECT_LE(last.begin.error_bound_world, 0.25);
+  EXPECT_EQ(last.topology.euler_characteristic, kept.back().step->topology.euler_characteristic);
+  EXPECT_EQ(last.topology.components, kept.back().step->topology.components);
+  // All of it is held: nothing travels again.
+  const std::uint64_t received = stream.received().tiles;
+  to_display.steps = StepPolicy::kFinalOnly;
+  ASSERT_TRUE(stream.open(info_, to_display));
+  displayed.clear();
+  EXPECT_EQ(finish(stream, &displayed), StreamOutcome::kComplete);
+  EXPECT_EQ(displayed.back().step->end.digest, last.end.digest);
+  EXPECT_EQ(stream.received().tiles, received);
+}
+
+TEST_F(SurfaceStreamTest, AClientThatDoesNotDecodeShellsGetsNone) {
+  auto client = Client::connect(server_.endpoint(), {.codecs = {PayloadCodec::kDracoLattice}});
+  ASSERT_TRUE(client);
+  TileMemory tiles;
+  SurfaceStream stream(*client, tiles);
+  OpenStream open = at(0.1);
+  open.use = MeshUse::kDisplay;
+  ASSERT_TRUE(stream.open(info_, open));
+  std::vector<FetchedStep> steps;
+  EXPECT_EQ(finish(stream, &steps), StreamOutcome::kComplete);
+  for (const FetchedStep& step : steps) EXPECT_FALSE(step.step->begin.shell);
+}
+
 // The sources of this test take their time, so that nothing comes for several timeouts.
 TEST(BusyServer, IsRetriedUntilItAccepts) {
   using testing::FakeSteps;

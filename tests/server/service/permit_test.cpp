@@ -1,5 +1,7 @@
 #include "server/service/permit.hpp"
 
+#include <array>
+
 #include <gtest/gtest.h>
 
 #include "tests/support/fake_steps.hpp"
@@ -53,6 +55,47 @@ TEST(Permit, ColoursAreRightsOfTheirOwn) {
   const auto refused = Permit::of("good", list_of("good", "head"), catalogue)->accept(open);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kUnknownDataset);
+}
+
+TEST(Permit, ShellsAreForClientsThatDecodeThemAndMaySeeSamples) {
+  constexpr std::array kBoth = {PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell};
+  const std::vector<PayloadCodec> both(kBoth.begin(), kBoth.end());
+  AccessRights meshes_alone("bob", {"*"});
+  meshes_alone.allow_surfaces_only();
+  auto list = std::make_shared<AccessList>();
+  list->add({.digest = digest_of_token("samples"), .rights = AccessRights("alice", {"*"})});
+  list->add({.digest = digest_of_token("surfaces"), .rights = meshes_alone});
+  const auto permit_of = [&](const std::string& token, const std::vector<PayloadCodec>& codecs) {
+    auto permit = Permit::of(token, list, fake_catalogue("head")).value();
+    permit.decodes(codecs);
+    return permit;
+  };
+  const auto with_shells = permit_of("samples", both);
+  EXPECT_EQ(with_shells.codecs(), both);
+  EXPECT_TRUE(with_shells.accept(testing::open_fake(1, "head"))->shells);
+  for (const auto& without :
+       {permit_of("surfaces", both), permit_of("samples", {PayloadCodec::kDracoLattice})}) {
+    EXPECT_EQ(without.codecs(), std::vector{PayloadCodec::kDracoLattice});
+    EXPECT_FALSE(without.accept(testing::open_fake(1, "head"))->shells);
+    OpenStream open = testing::open_fake(1, "head");
+    open.begun = {{.finest_spacing = 4, .shell = quantized_shells(2)}};
+    const auto refused = without.accept(open);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+    EXPECT_TRUE(with_shells.accept(open));
+  }
+}
+
+TEST(Permit, ShellsThatTheDatasetCannotHaveAreNoPreviews) {
+  auto permit = Permit::of("", nullptr, fake_catalogue("head")).value();
+  permit.decodes({PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell});
+  OpenStream open = testing::open_fake(1, "head");
+  open.begun = {{.finest_spacing = 64, .shell = quantized_shells(2)}};  // Of 64 steps a side.
+  EXPECT_FALSE(permit.accept(open));
+  open.begun = {{.finest_spacing = 32, .shell = quantized_shells(2)}};
+  EXPECT_TRUE(permit.accept(open));
+  open.request.normal_bits = 8;
+  EXPECT_FALSE(permit.accept(open));
 }
 
 TEST(Permit, AnotherListHoldsAtOnce) {

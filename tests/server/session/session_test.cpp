@@ -109,6 +109,16 @@ TEST(Session, EndsWithoutACommonCodec) {
             (Words{"error invalid_argument 0", "close"}));
 }
 
+TEST(Session, WelcomesWithTheCodecsThatPayloadsMayHave) {
+  const auto codecs_for = [](std::vector<PayloadCodec> codecs) {
+    const Actions actions = fresh_session().receive(Hello{.codecs = std::move(codecs)});
+    return std::get<Welcome>(std::get<Send>(actions.front()).message).codecs;
+  };
+  const std::vector both = {PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell};
+  EXPECT_EQ(codecs_for(both), both);
+  EXPECT_EQ(codecs_for({PayloadCodec::kDracoLattice}), std::vector{PayloadCodec::kDracoLattice});
+}
+
 TEST(Session, RefusesASecondHelloAndGoesOn) {
   Session session = welcomed_session();
   EXPECT_EQ(words(session.receive(Hello{})), Words{"error unexpected_message 0"});

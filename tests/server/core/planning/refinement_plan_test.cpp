@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "server/core/planning/shell_steps.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -53,7 +55,7 @@ std::vector<Shown> stream(const IsosurfaceRequest& request, const DatasetInfo& i
   for (;;) {
     const PlannedStep next = next_step(request, limits, shown, info, sizes, costs);
     const SurfaceSize size = sizes.of(next.step);
-    const double seconds = costs.server_seconds(size, next.step.request.simplify);
+    const double seconds = costs.server_seconds(size, form_of(next.step));
     steps.push_back({next.step, seconds, costs.link_seconds(size)});
     if (next.is_final) return steps;
     shown.push_back({.step = next.step, .size = size, .seconds = seconds});
@@ -305,13 +307,123 @@ TEST(RefinementPlan, MeansTheSameInVoxelsAndInWorldUnits) {
   }
 }
 
+// ---- sample shells
+
+constexpr PlanLimits kShellsToKeep = {.shells = true};
+constexpr PlanLimits kShellsToDisplay = {.shells = true, .is_display = true};
+const IsosurfaceRequest kHalf = {.isovalue = 3.5, .error = 0.5, .simplify = true};
+
+TEST(RefinementPlan, PreviewsHaveShellsWhereTheClientDecodesThem) {
+  for (const auto& one : stream(kHalf, dataset(257))) EXPECT_FALSE(one.step.shell);
+  const auto steps = stream(kHalf, dataset(257), {}, {}, kShellsToKeep);
+  ASSERT_GE(steps.size(), 3U);
+  for (std::size_t i = 0; i + 1 < steps.size(); ++i) {
+    const StepRequest& step = steps[i].step;
+    ASSERT_TRUE(step.shell);
+    EXPECT_FALSE(step.request.simplify);
+    EXPECT_TRUE(step.finest_spacing > 1 || i + 2 == steps.size()) << "the certified one";
+  }
+  EXPECT_EQ(steps.back().step, final_step(kHalf)) << "who keeps the mesh gets what it asked for";
+}
+
+TEST(RefinementPlan, EndsWithShellsWhereNoMeshIsKeptAndTheyAreSooner) {
+  const auto steps = stream(kHalf, dataset(257), {}, kFast, kShellsToDisplay);
+  const StepRequest& last = steps.back().step;
+  ASSERT_TRUE(last.shell);
+  EXPECT_EQ(last.finest_spacing, 1);
+  EXPECT_EQ(*last.shell, quantized_shells(1)) << "0.289 voxels are within 0.5";
+  for (std::size_t i = 0; i + 1 < steps.size(); ++i) EXPECT_GT(steps[i].step.finest_spacing, 1);
+  const auto alone = stream(kHalf, dataset(257), {}, kFast,
+                            {.previews = false, .shells = true, .is_display = true});
+  ASSERT_EQ(alone.size(), 1U);
+  EXPECT_EQ(alone[0].step, last);
+}
+
+TEST(RefinementPlan, EndsWithTheRequestWhereShellsAreNoAnswerToIt) {
+  const auto last_of = [](const IsosurfaceRequest& request, const CostEstimates& costs = kFast,
+                          PlanLimits limits = kShellsToDisplay) {
+    return stream(request, dataset(257), {}, costs, limits).back().step;
+  };
+  const auto expect_itself = [&](IsosurfaceRequest request) {
+    EXPECT_EQ(last_of(request), final_step(request));
+  };
+  expect_itself({.isovalue = 3.5, .error = 1, .simplify = true});
+  expect_itself({.isovalue = 3.5, .error = 0.5, .simplify = true, .normal_bits = 8});
+  expect_itself({.isovalue = 3.5, .error = 0.5, .max_triangles = 10'000'000, .simplify = true});
+  // A client that takes its time with triangles.
+  EXPECT_EQ(last_of(kHalf, {.bytes_per_second = 1e9, .client_triangles_per_second = 1e5}),
+            final_step(kHalf));
+  PlanLimits few = kShellsToDisplay;
+  few.shell_triangles = 1000;
+  EXPECT_EQ(last_of(kHalf, kFast, few), final_step(kHalf));
+}
+
+TEST(RefinementPlan, AShellStepIsWhatItsNameSays) {
+  const auto steps = stream(kHalf, dataset(513), {.triangles = 1e7}, {}, kShellsToKeep);
+  for (std::size_t i = 0; i + 1 < steps.size(); ++i) {
+    const StepRequest& step = steps[i].step;
+    EXPECT_EQ(preview_step(kHalf, {.finest_spacing = step.finest_spacing, .shell = step.shell},
+                           dataset(513)),
+              step);
+  }
+}
+
+TEST(CertifiedShells, AreTheCheapestWithinAllThresholds) {
+  DatasetInfo info = dataset(129);
+  info.type = SampleType::kU16;
+  const auto shell_for = [&](double error) {
+    const auto step = certified_shells({.isovalue = 3.5, .error = error}, info);
+    return step ? step->shell : std::nullopt;
+  };
+  EXPECT_EQ(shell_for(5), quantized_shells(1));
+  EXPECT_EQ(shell_for(0.29), quantized_shells(1));
+  EXPECT_EQ(shell_for(0.2), quantized_shells(2));
+  EXPECT_EQ(shell_for(0.08), quantized_shells(4));
+  EXPECT_EQ(shell_for(0.04), quantized_shells(8));
+  EXPECT_EQ(shell_for(0), ShellStep{.values = shell::ShellValues::kExact});
+  info.type = SampleType::kF32;
+  EXPECT_EQ(shell_for(0), ShellStep{.values = shell::ShellValues::kLatticeExact});
+  // In slices that are far from each other a vertex moves farther.
+  info.spacing = {1, 1, 3};
+  EXPECT_EQ(shell_for(0.2), quantized_shells(4));
+  // Wherever a region allows less.
+  IsosurfaceRequest request = {.isovalue = 3.5, .error = 5};
+  request.thresholds.regions = {
+      {.shape = BoxShape{.low = {1, 1, 1}, .high = {2, 2, 2}}, .threshold = 0}};
+  const auto step = certified_shells(request, info);
+  ASSERT_TRUE(step);
+  EXPECT_EQ(step->shell->values, shell::ShellValues::kLatticeExact);
+}
+
+TEST(IsEnoughToDisplay, DependsOnRequestAndStepAlone) {
+  const DatasetInfo info = dataset(129);
+  const auto step_of = [&](const IsosurfaceRequest& request, std::int32_t finest, int levels) {
+    return preview_step(request, {.finest_spacing = finest, .shell = quantized_shells(levels)},
+                        info);
+  };
+  EXPECT_TRUE(is_enough_to_display(step_of(kHalf, 1, 1), kHalf, info));
+  EXPECT_TRUE(is_enough_to_display(step_of(kHalf, 1, 8), kHalf, info));
+  EXPECT_FALSE(is_enough_to_display(step_of(kHalf, 2, 8), kHalf, info));
+  IsosurfaceRequest fine = kHalf;
+  fine.error = 0.1;
+  EXPECT_FALSE(is_enough_to_display(step_of(fine, 1, 2), fine, info));
+  EXPECT_TRUE(is_enough_to_display(step_of(fine, 1, 4), fine, info));
+  IsosurfaceRequest coarse = kHalf;
+  coarse.error = 1;
+  EXPECT_FALSE(is_enough_to_display(step_of(coarse, 1, 1), coarse, info));
+  IsosurfaceRequest budget = kHalf;
+  budget.max_bytes = 1'000'000'000;
+  EXPECT_FALSE(is_enough_to_display(step_of(budget, 1, 1), budget, info));
+  EXPECT_FALSE(is_enough_to_display(final_step(kHalf), kHalf, info));
+}
+
 // ---- costs
 
 TEST(LearnedCosts, FindWhatTrianglesCostOnThisMachine) {
   LearnedCosts learned;
   for (int i = 0; i < 30; ++i) {
-    learned.note(false, 1e5, CostEstimates::kSecondsAStep + 0.02);
-    learned.note(true, 1e5, CostEstimates::kSecondsAStep + 0.5);
+    learned.note(StepForm::kPlain, 1e5, CostEstimates::kSecondsAStep + 0.02);
+    learned.note(StepForm::kSimplified, 1e5, CostEstimates::kSecondsAStep + 0.5);
   }
   EXPECT_NEAR(learned.costs().plain, 2e-7, 1e-9);
   EXPECT_NEAR(learned.costs().simplified, 5e-6, 1e-8);
@@ -320,14 +432,14 @@ TEST(LearnedCosts, FindWhatTrianglesCostOnThisMachine) {
 TEST(LearnedCosts, IgnoreASingleSlowStep) {
   LearnedCosts learned;
   const double before = learned.costs().plain;
-  learned.note(false, 1e5, 1000);
+  learned.note(StepForm::kPlain, 1e5, 1000);
   EXPECT_LE(learned.costs().plain, 2 * before);
 }
 
 TEST(LearnedCosts, IgnoreTinySteps) {
   LearnedCosts learned;
-  learned.note(true, 100, 10);
-  learned.note(true, 0, 10);
+  learned.note(StepForm::kSimplified, 100, 10);
+  learned.note(StepForm::kSimplified, 0, 10);
   EXPECT_EQ(learned.costs().simplified, CostEstimates{}.simplified);
 }
 

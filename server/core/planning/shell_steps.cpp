@@ -1,0 +1,53 @@
+#include "server/core/planning/shell_steps.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "server/core/planning/budget.hpp"
+#include "server/core/thresholds/threshold_map.hpp"
+
+namespace multitetra {
+
+bool has_shells(const DatasetInfo& info, const ShellLevel& level) {
+  const int spacing_exponent = exponent_of(level.finest_spacing);
+  if (spacing_exponent >= info.grid_exponent || spacing_exponent > shell::kMaxSpacingExponent) {
+    return false;
+  }
+  if (level.shell.values == shell::ShellValues::kExact) {
+    return info.type != SampleType::kF32 && std::abs(level.isovalue) <= shell::kMaxExactValue - 1;
+  }
+  if (level.shell.values == shell::ShellValues::kLatticeExact &&
+      level.finest_spacing << level.lattice_resolution > shell::kMaxExactSteps) {
+    return false;
+  }
+  // Distances to floats span at most 282 octaves then, of the 320 that a shell has room for.
+  return level.isovalue == 0 ||
+         (std::abs(level.isovalue) >= 0x1p-100 && std::abs(level.isovalue) <= 0x1p200);
+}
+
+std::optional<StepRequest> certified_shells(const IsosurfaceRequest& request,
+                                            const DatasetInfo& info) {
+  using shell::ShellValues;
+  constexpr std::array<ShellStep, 6> kByBytes = {quantized_shells(1),
+                                                 quantized_shells(2),
+                                                 quantized_shells(4),
+                                                 quantized_shells(8),
+                                                 ShellStep{.values = ShellValues::kExact},
+                                                 ShellStep{.values = ShellValues::kLatticeExact}};
+  const double least = ThresholdMap(request, info).least();
+  for (const ShellStep& shell : kByBytes) {
+    if (error_bound(shell, info.spacing, 1) > least) continue;
+    const StepRequest step = preview_step(request, {.finest_spacing = 1, .shell = shell}, info);
+    if (has_shells(info, level_of(step))) return step;
+  }
+  return std::nullopt;
+}
+
+bool is_enough_to_display(const StepRequest& step, const IsosurfaceRequest& request,
+                          const DatasetInfo& info) {
+  if (!step.shell || step.finest_spacing != 1 || has_budget(request)) return false;
+  const double least = ThresholdMap(request, info).least();
+  return least < voxel_length(info) && error_bound(*step.shell, info.spacing, 1) <= least;
+}
+
+}  // namespace multitetra

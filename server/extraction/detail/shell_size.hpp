@@ -1,0 +1,13 @@
+// How large the sample shells of a step would be, from the coarse samples alone.
+#pragma once
+
+#include "server/core/planning/shell_steps.hpp"
+#include "server/core/spectrum/prepared_volume.hpp"
+
+namespace multitetra {
+
+// Requires a step of shells. Within a factor of two on smooth fields; a field that is rough below
+// kSpectrumSpacing has more.
+[[nodiscard]] SurfaceSize shell_size(const PreparedVolume& volume, const StepRequest& step);
+
+}  // namespace multitetra
