@@ -18,6 +18,7 @@ namespace {
 
 constexpr std::string_view kNoToken = "none";
 constexpr std::string_view kExpires = "expires=";
+constexpr std::string_view kSurfacesOnly = "only=surfaces";
 constexpr std::string_view kHexDigits = "0123456789abcdef";
 
 int value_of_hex(char digit) {
@@ -63,12 +64,17 @@ tl::unexpected<Error> bad_line(std::size_t number, const std::string& what) {
                   "NAME");
 }
 
-// The words behind the token's: patterns of datasets, and perhaps when it expires. What is wrong
-// with them is a string.
+// The words behind the token's: patterns of datasets, and perhaps when it expires and that it is
+// for surfaces only.
 Result<AccessRights> rights_from(const std::vector<std::string>& words, std::size_t line) {
   std::vector<std::string> datasets;
   std::optional<AccessRights::Time> expires;
+  bool surfaces_only = false;
   for (std::size_t i = 2; i < words.size(); ++i) {
+    if (words[i] == kSurfacesOnly) {
+      surfaces_only = true;
+      continue;
+    }
     if (!words[i].starts_with(kExpires)) {
       datasets.push_back(words[i]);
       continue;
@@ -83,6 +89,7 @@ Result<AccessRights> rights_from(const std::vector<std::string>& words, std::siz
   if (datasets.empty()) return bad_line(line, "names no datasets");
   AccessRights rights(words[0], std::move(datasets));
   if (expires) rights.expire_at(*expires);
+  if (surfaces_only) rights.allow_surfaces_only();
   return rights;
 }
 
@@ -193,10 +200,11 @@ std::string new_token() {
 
 std::string access_line(std::string_view name, std::string_view token,
                         const std::vector<std::string>& datasets,
-                        std::optional<AccessRights::Time> expires) {
+                        std::optional<AccessRights::Time> expires, bool surfaces_only) {
   std::string line = std::string(name) + " " + hex(digest_of_token(token));
   for (const std::string& dataset : datasets) line += " " + dataset;
   if (expires) line += " " + std::string(kExpires) + time_text(*expires);
+  if (surfaces_only) line += " " + std::string(kSurfacesOnly);
   return line;
 }
 

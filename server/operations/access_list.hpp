@@ -3,7 +3,7 @@
 //   # name    SHA-256 of the token, in hex       datasets, with * and ?
 //   alice     9f86d081884c7d659a2feaa0c55ad0...  head-* embryo
 //   lab       5e884898da28047151d0e56f8dc629...  * expires=2027-01-31T12:00:00Z
-//   guests    none                               public-*
+//   guests    none                               public-* only=surfaces
 //
 //   const auto list = parse_access_list(text);
 //   const auto rights = list->rights_of(hello.token);  // kUnauthenticated: nobody's token.
@@ -12,7 +12,8 @@
 // No token is stored, only its hash: tokens are random and long, so that the hash gives nothing
 // away. A line with `none` is about clients without a token. The same name may have several lines,
 // as while a token is replaced by another. A line that says when it expires (UTC) is as good as
-// none from then on.
+// none from then on. With `only=surfaces` it gives meshes alone: no sample shells, slices or
+// probes, which hold samples.
 #pragma once
 
 #include <array>
@@ -39,7 +40,7 @@ class AccessRights {
   [[nodiscard]] const std::string& name() const { return name_; }  // For the log; may be empty.
   [[nodiscard]] const std::vector<std::string>& datasets() const { return datasets_; }
 
-  // It gets meshes alone, never the samples that sample shells are made of.
+  // It gives meshes alone: nothing that holds samples.
   void allow_surfaces_only() { surfaces_only_ = true; }
   [[nodiscard]] bool surfaces_only() const { return surfaces_only_; }
 
@@ -103,7 +104,8 @@ using AccessListPtr = std::shared_ptr<const AccessList>;
 [[nodiscard]] std::string new_token();
 [[nodiscard]] std::string access_line(std::string_view name, std::string_view token,
                                       const std::vector<std::string>& datasets,
-                                      std::optional<AccessRights::Time> expires = {});
+                                      std::optional<AccessRights::Time> expires = {},
+                                      bool surfaces_only = false);
 
 // A moment as the file has it, "2027-01-31T12:00:00Z"; none where it is no such moment.
 [[nodiscard]] std::string time_text(AccessRights::Time time);

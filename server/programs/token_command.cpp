@@ -24,6 +24,7 @@ struct TokenArguments {
   std::vector<std::string> datasets = {"*"};
   std::string file;
   std::string expires;
+  bool surfaces_only = false;
   bool replace = false;
   bool json = false;
 };
@@ -78,7 +79,8 @@ int make_token(const TokenArguments& arguments) {
   const std::string& name = arguments.words.front();
   const auto expires = expiry_of(arguments.expires);
   const std::string token = new_token();
-  const std::string line = access_line(name, token, arguments.datasets, expires);
+  const std::string line =
+      access_line(name, token, arguments.datasets, expires, arguments.surfaces_only);
   if (const auto made = parse_access_list(line); !made || made->size() != 1) {
     throw std::invalid_argument(
         "NAME and datasets must be words: without spaces and \"#\" in "
@@ -90,6 +92,7 @@ int make_token(const TokenArguments& arguments) {
                           {"token", token},
                           {"line", line},
                           {"datasets", arguments.datasets},
+                          {"surfaces_only", arguments.surfaces_only},
                           {"expires", expires ? Json(time_text(*expires)) : Json(nullptr)}});
   } else if (arguments.file.empty()) {
     std::cout << "token: " << token << "\nline:  " << line << "\n";
@@ -103,6 +106,7 @@ Json json_of(const AccessRights& rights, bool has_token) {
   return {{"name", rights.name()},
           {"has_token", has_token},
           {"datasets", rights.datasets()},
+          {"surfaces_only", rights.surfaces_only()},
           {"expires", rights.expires() ? Json(time_text(*rights.expires())) : Json(nullptr)},
           {"has_expired", rights.has_expired(std::chrono::system_clock::now())}};
 }
@@ -110,6 +114,7 @@ Json json_of(const AccessRights& rights, bool has_token) {
 std::string text_of_rights(const AccessRights& rights, bool has_token) {
   std::string text = rights.name();
   for (const std::string& dataset : rights.datasets()) text += " " + dataset;
+  if (rights.surfaces_only()) text += "  (surfaces only)";
   if (!has_token) text += "  (whoever has no token)";
   if (!rights.expires()) return text + "\n";
   const bool is_over = rights.has_expired(std::chrono::system_clock::now());
@@ -188,6 +193,8 @@ void add_token_command(Command& program, Run& run) {
                    "When a new token ends: days as 30d, hours as 12h, or a moment as "
                    "2027-01-31T12:00:00Z (default: never)")
       ->type_name("WHEN");
+  command->add_flag("--surfaces-only", a->surfaces_only,
+                    "It gives meshes alone: no samples, as slices and probes show them");
   command->add_flag("--replace", a->replace, "Make the token that NAME has by now invalid");
   command->add_flag("--json", a->json, "Print JSON");
   command->footer(

@@ -85,7 +85,7 @@ void Permit::decodes(const std::vector<PayloadCodec>& codecs) {
 
 std::vector<PayloadCodec> Permit::codecs() const {
   std::vector<PayloadCodec> codecs = {PayloadCodec::kDracoLattice};
-  if (decodes_shells_ && !rights_.surfaces_only()) codecs.push_back(PayloadCodec::kSampleShell);
+  if (decodes_shells_ && !is_for_surfaces_only()) codecs.push_back(PayloadCodec::kSampleShell);
   return codecs;
 }
 
@@ -154,7 +154,7 @@ Result<StartStream> Permit::accept(OpenStream open) const {
   auto source = provider(open.dataset, open.request);
   if (!source) return tl::unexpected(source.error());
   const DatasetInfo& info = (*source)->info();
-  const bool shells = decodes_shells_ && !rights_.surfaces_only() && !open.scalars;
+  const bool shells = decodes_shells_ && !is_for_surfaces_only() && !open.scalars;
   if (const auto checked = check_begun(open, info, shells); !checked) {
     return tl::unexpected(checked.error());
   }
@@ -172,6 +172,10 @@ Result<StartStream> Permit::accept(OpenStream open) const {
 
 Result<AnswerQuestion> Permit::accept(Question question) const {
   if (const auto checked = check(question); !checked) return tl::unexpected(checked.error());
+  if (is_for_surfaces_only() && !std::holds_alternative<Estimate>(question)) {
+    return fail(ErrorCode::kInvalidArgument,
+                "Slices and probes show samples; this client may see surfaces only.");
+  }
   const IsosurfaceRequest* request = request_of(question);
   auto source = request ? provider(dataset_of(question), *request) : provider(dataset_of(question));
   if (!source) return tl::unexpected(source.error());

@@ -37,6 +37,7 @@ struct AnswerQuestion {
 // What a server allows of a request, though the protocol would allow more.
 struct RequestLimits {
   std::size_t max_regions = kMaxThresholdRegions;  // Of one threshold map.
+  bool surfaces_only = false;                      // Nothing that holds samples, for anyone.
 };
 
 class Permit {
@@ -80,6 +81,9 @@ class Permit {
   // The same where a valid request for it can be met.
   [[nodiscard]] Result<SurfaceProviderPtr> provider(const std::string& dataset,
                                                     const IsosurfaceRequest& request) const;
+  [[nodiscard]] bool is_for_surfaces_only() const {
+    return limits_.surfaces_only || rights_.surfaces_only();
+  }
   // The field that shall colour a surface.
   [[nodiscard]] Result<SurfaceProviderPtr> field_for(const ScalarRequest& scalars,
                                                      const DatasetInfo& surface) const;

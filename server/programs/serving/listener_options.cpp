@@ -104,6 +104,10 @@ void add_limits_on_clients(Command& command, ListenerOptions& o) {
   add_count(command, "--max-regions", o.requests.max_regions, "Of one threshold map")
       ->within(std::size_t{0}, kMaxThresholdRegions)
       ->group(kLimitsGroup);
+  command
+      .add_flag("--surfaces-only", o.requests.surfaces_only,
+                "Give meshes alone: no sample shells, slices or probes, which hold samples")
+      ->group(kLimitsGroup);
   add_bytes(command, "--max-message-bytes", o.session.max_message_bytes, "A client's message")
       ->within(std::size_t{1024}, std::size_t{kMaxClientFrameBytes})
       ->group(kLimitsGroup);

@@ -49,6 +49,17 @@ TEST(AccessList, ALineWithoutATokenAppliesToAnonymousClients) {
   EXPECT_FALSE(list.rights_of("wrong")) << "A wrong token is no token of a guest.";
 }
 
+TEST(AccessList, ALineMayBeForSurfacesOnly) {
+  const AccessList list =
+      parsed(access_line("alice", "a", {"*"}, {}, /*surfaces_only=*/true) + "\n" +
+             access_line("bob", "b", {"*"}) + "\nguests none public-* only=surfaces\n");
+  EXPECT_TRUE(list.rights_of("a")->surfaces_only());
+  EXPECT_FALSE(list.rights_of("b")->surfaces_only());
+  EXPECT_TRUE(list.rights_of("")->surfaces_only());
+  EXPECT_TRUE(list.rights_of("")->may_see("public-1"));
+  EXPECT_FALSE(parse_access_list(access_line("alice", "a", {}, {}, true)));
+}
+
 TEST(AccessList, TheDigestIsSha256) {
   EXPECT_EQ(access_line("a", "abc", {"*"}),
             "a ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad *");

@@ -86,6 +86,25 @@ TEST(Permit, ShellsAreForClientsThatDecodeThemAndMaySeeSamples) {
   }
 }
 
+TEST(Permit, SurfacesOnlyRefusesWhatShowsSamples) {
+  AccessRights meshes_alone("bob", {"*"});
+  meshes_alone.allow_surfaces_only();
+  auto list = std::make_shared<AccessList>();
+  list->add({.digest = digest_of_token("surfaces"), .rights = meshes_alone});
+  for (const auto& permit :
+       {Permit::of("surfaces", list, fake_catalogue("head")).value(),
+        Permit::of("", nullptr, fake_catalogue("head"), {.surfaces_only = true}).value()}) {
+    EXPECT_TRUE(permit.accept(testing::open_fake(1, "head")));
+    EXPECT_TRUE(permit.accept(Estimate{.dataset = "head"}));
+    EXPECT_EQ(
+        permit.accept(Probe{.dataset = "head", .probe = {.places = {{0, 0, 0}}}}).error().code,
+        ErrorCode::kInvalidArgument);
+    EXPECT_FALSE(permit.accept(
+        Slice{.dataset = "head",
+              .slice = {.right = {1, 0, 0}, .down = {0, 1, 0}, .width = 2, .height = 2}}));
+  }
+}
+
 TEST(Permit, ShellsThatTheDatasetCannotHaveAreNoPreviews) {
   auto permit = Permit::of("", nullptr, fake_catalogue("head")).value();
   permit.decodes({PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell});
