@@ -8,33 +8,22 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
 #include "common/base/scratch_file.hpp"
+#include "server/volume/labels/label_borders.hpp"
+#include "server/volume/labels/label_smoothing.hpp"
 
 namespace multitetra {
 namespace {
 
-// Of the kernel; they add up to 2^4 along an axis, so to 2^12 along three.
-constexpr std::array<std::uint32_t, 5> kWeights = {1, 4, 6, 4, 1};
-constexpr std::int32_t kReach = 2;
-constexpr std::int32_t kWhole = 1 << 12;
-constexpr std::int32_t kSteps = 256;  // Of the field's values from 0 to 1.
-
 // Beyond it not every whole number is an f32.
 constexpr float kFarthestWhole = 16'777'216;
 
-// The field where the kernel sees `sum` of kWhole inside of the label. Halves are rounded away from
-// one half, so that the fields of two complementary indicators add up to 1.
-float field_value(std::int32_t sum, bool is_inside) {
-  const std::int32_t over = sum - kWhole / 2;
-  const std::int32_t steps = (std::abs(over) * kSteps + kWhole / 2) / kWhole;
-  const std::int32_t value = kSteps / 2 + (over < 0 ? -steps : steps);
-  constexpr std::int32_t kHalf = kSteps / 2;
-  const std::int32_t held = is_inside ? std::max(value, kHalf + 1) : std::min(value, kHalf - 1);
-  return static_cast<float>(held) / static_cast<float>(kSteps);
-}
+// Void samples have no label: none that can occur.
+constexpr std::int32_t kVoidLabel = std::numeric_limits<std::int32_t>::min();
 
 // ---- which labels there are
 
@@ -109,16 +98,44 @@ std::span<const std::byte> bytes_of_all(const Samples& samples) {
 
 }  // namespace
 
+// A label map in a file. Copies of slices in the type of the samples are made into `stored`, which
+// is a caller's own.
 struct LabelMap::Content {
   VolumeHeader header;
   ScratchFile scratch;
   std::vector<FoundLabel> labels;
+  std::optional<LabelBorders> borders;
 
-  explicit Content(VolumeHeader map, const std::filesystem::path& folder)
+  Content(VolumeHeader map, const std::filesystem::path& folder)
       : header(std::move(map)), scratch(folder) {}
 
   [[nodiscard]] std::size_t slice_bytes() const {
     return header.samples_per_slice() * static_cast<std::size_t>(bytes_per_sample(header.type));
+  }
+  [[nodiscard]] Samples empty_slice() const {
+    constexpr std::array<Samples (*)(), 5> kMake = {
+        [] { return Samples(std::vector<std::uint8_t>()); },
+        [] { return Samples(std::vector<std::int8_t>()); },
+        [] { return Samples(std::vector<std::uint16_t>()); },
+        [] { return Samples(std::vector<std::int16_t>()); },
+        [] { return Samples(std::vector<float>()); }};
+    Samples slice = kMake[static_cast<std::size_t>(header.type)]();
+    std::visit([&](auto& samples) { samples.resize(header.samples_per_slice()); }, slice);
+    return slice;
+  }
+  void read(std::int32_t z, std::span<std::int32_t> into, Samples& stored) const {
+    std::visit(
+        [&](auto& samples) {
+          scratch.get(static_cast<std::uint64_t>(z) * slice_bytes(),
+                      std::as_writable_bytes(std::span(samples)));
+          std::transform(samples.begin(), samples.end(), into.begin(), [](auto sample) {
+            if constexpr (std::is_same_v<decltype(sample), float>) {
+              if (std::isnan(sample)) return kVoidLabel;
+            }
+            return static_cast<std::int32_t>(sample);
+          });
+        },
+        stored);
   }
 };
 
@@ -128,41 +145,44 @@ namespace {
 
 // A slice of the indicator, and smoothed along x and y.
 struct SmoothSlice {
+  std::int32_t z = -1;
   std::vector<std::uint8_t> inside;
+  std::vector<std::uint8_t> near;   // Inside, or one of the eight neighbours in the slice is.
   std::vector<std::uint16_t> sums;  // At most 2^8.
 };
-
-// What lies `step` away from `at`, of `side` samples; the last ones go on.
-std::size_t held_within(std::int32_t at, std::int32_t step, std::int32_t side) {
-  return static_cast<std::size_t>(std::clamp(at + step, 0, side - 1));
-}
 
 // Smoothes along x, then along y.
 void smooth(const std::array<std::int32_t, 3>& dims, SmoothSlice& slice) {
   const auto width = static_cast<std::size_t>(dims[0]);
   std::vector<std::uint16_t> rows(slice.inside.size());
+  std::vector<std::uint8_t> near_rows(slice.inside.size());
   for (std::size_t y = 0; y < static_cast<std::size_t>(dims[1]); ++y) {
     const std::uint8_t* const from = slice.inside.data() + y * width;
     for (std::int32_t x = 0; x < dims[0]; ++x) {
       std::uint32_t sum = 0;
-      for (std::int32_t k = -kReach; k <= kReach; ++k) {
-        sum += kWeights[static_cast<std::size_t>(k + kReach)] * from[held_within(x, k, dims[0])];
+      for (std::int32_t k = -kSmoothingReach; k <= kSmoothingReach; ++k) {
+        sum += smoothing_weight(k) * from[held_within(x, k, dims[0])];
       }
-      rows[y * width + static_cast<std::size_t>(x)] = static_cast<std::uint16_t>(sum);
+      const std::size_t at = y * width + static_cast<std::size_t>(x);
+      rows[at] = static_cast<std::uint16_t>(sum);
+      near_rows[at] = static_cast<std::uint8_t>(from[held_within(x, -1, dims[0])] | from[x] |
+                                                from[held_within(x, 1, dims[0])]);
     }
   }
   slice.sums.resize(slice.inside.size());
+  slice.near.resize(slice.inside.size());
   for (std::int32_t y = 0; y < dims[1]; ++y) {
-    std::array<const std::uint16_t*, kWeights.size()> from{};
-    for (std::int32_t k = -kReach; k <= kReach; ++k) {
-      from[static_cast<std::size_t>(k + kReach)] =
-          rows.data() + held_within(y, k, dims[1]) * width;
-    }
-    std::uint16_t* const into = slice.sums.data() + static_cast<std::size_t>(y) * width;
+    const std::size_t to = static_cast<std::size_t>(y) * width;
+    const std::size_t below = held_within(y, -1, dims[1]) * width;
+    const std::size_t above = held_within(y, 1, dims[1]) * width;
     for (std::size_t x = 0; x < width; ++x) {
       std::uint32_t sum = 0;
-      for (std::size_t k = 0; k < kWeights.size(); ++k) sum += kWeights[k] * from[k][x];
-      into[x] = static_cast<std::uint16_t>(sum);
+      for (std::int32_t k = -kSmoothingReach; k <= kSmoothingReach; ++k) {
+        sum += smoothing_weight(k) * rows[held_within(y, k, dims[1]) * width + x];
+      }
+      slice.sums[to + x] = static_cast<std::uint16_t>(sum);
+      slice.near[to + x] = static_cast<std::uint8_t>(near_rows[below + x] | near_rows[to + x] |
+                                                     near_rows[above + x]);
     }
   }
 }
@@ -171,16 +191,18 @@ void smooth(const std::array<std::int32_t, 3>& dims, SmoothSlice& slice) {
 
 class LabelMap::Field : public VolumeSource {
  public:
-  Field(std::shared_ptr<const Content> map, double value, std::int32_t first_slice,
-             std::int32_t last_slice)
+  Field(std::shared_ptr<const Content> map, std::int32_t label, std::int32_t first_slice,
+        std::int32_t last_slice)
       : map_(std::move(map)),
         header_(map_->header),
-        value_(value),
+        label_(label),
         first_(first_slice),
-        last_(last_slice) {
+        last_(last_slice),
+        stored_(map_->empty_slice()),
+        labels_(header_.samples_per_slice()),
+        magnitudes_(header_.samples_per_slice()) {
     header_.type = SampleType::kF32;
     header_.meaning.value_unit.clear();
-    resize_for(map_->header.type);
   }
 
   [[nodiscard]] const VolumeHeader& header() const override { return header_; }
@@ -193,67 +215,69 @@ class LabelMap::Field : public VolumeSource {
     values.assign(static_cast<std::size_t>(slices) * slice, 0.0F);
     for (std::int32_t i = 0; i < slices; ++i) {
       const std::int32_t z = first_slice + i;
-      if (z < first_ - kReach || z > last_ + kReach) continue;  // The label is out of reach.
+      // Elsewhere the label is out of reach.
+      if (z < first_ - kSmoothingReach || z > last_ + kSmoothingReach) continue;
       make_slice(z, std::span(values).subspan(static_cast<std::size_t>(i) * slice, slice));
     }
   }
 
  private:
-  void resize_for(SampleType type) {
-    constexpr std::array<Samples (*)(), 5> kMake = {
-        [] { return Samples(std::vector<std::uint8_t>()); },
-        [] { return Samples(std::vector<std::int8_t>()); },
-        [] { return Samples(std::vector<std::uint16_t>()); },
-        [] { return Samples(std::vector<std::int16_t>()); },
-        [] { return Samples(std::vector<float>()); }};
-    stored_ = kMake[static_cast<std::size_t>(type)]();
-    std::visit([&](auto& samples) { samples.resize(header_.samples_per_slice()); }, stored_);
-  }
+  static constexpr std::size_t kSlices = 2 * kSmoothingReach + 1;
 
   void make_slice(std::int32_t z, std::span<float> into) {
-    std::array<const SmoothSlice*, kWeights.size()> from{};
-    for (std::int32_t k = -kReach; k <= kReach; ++k) {
-      from[static_cast<std::size_t>(k + kReach)] =
+    std::array<const SmoothSlice*, kSlices> from{};
+    for (std::int32_t k = -kSmoothingReach; k <= kSmoothingReach; ++k) {
+      from[static_cast<std::size_t>(k + kSmoothingReach)] =
           &smooth_slice(static_cast<std::int32_t>(held_within(z, k, header_.dims[2])));
     }
-    const std::vector<std::uint8_t>& inside = from[kReach]->inside;
+    map_->borders->magnitudes(z, magnitudes_);
+    const SmoothSlice& here = *from[kSmoothingReach];
+    const SmoothSlice& below = *from[kSmoothingReach - 1];
+    const SmoothSlice& above = *from[kSmoothingReach + 1];
+    constexpr int kHalf = kFieldSteps / 2;
     for (std::size_t i = 0; i < into.size(); ++i) {
       std::uint32_t sum = 0;
-      for (std::size_t k = 0; k < kWeights.size(); ++k) sum += kWeights[k] * from[k]->sums[i];
-      into[i] = field_value(static_cast<std::int32_t>(sum), inside[i] != 0);
+      for (std::size_t k = 0; k < kSlices; ++k) {
+        sum += smoothing_weight(static_cast<std::int32_t>(k) - kSmoothingReach) * from[k]->sums[i];
+      }
+      const bool is_inside = here.inside[i] != 0;
+      const bool is_beside = (below.near[i] | here.near[i] | above.near[i]) != 0;
+      const int magnitude = magnitudes_[i];
+      int steps = smoothed_steps(sum);
+      if (magnitude != 0 && is_beside) {
+        steps = is_inside ? kHalf + magnitude : kHalf - magnitude;
+      } else {
+        steps = is_inside ? std::max(steps, kHalf + LabelBorders::kLeast)
+                          : std::min(steps, kHalf - LabelBorders::kLeast);
+      }
+      into[i] = static_cast<float>(steps) / static_cast<float>(kFieldSteps);
     }
   }
 
-  // The last kWeights.size() slices stay, and any so many that follow each other have places of
-  // their own among them.
+  // The last kSlices stay, and any so many that follow each other have places of their own among
+  // them.
   const SmoothSlice& smooth_slice(std::int32_t z) {
-    const std::size_t place = static_cast<std::size_t>(z) % kWeights.size();
-    SmoothSlice& slice = kept_[place];
-    if (kept_z_[place] == z) return slice;
-    const std::uint64_t bytes = map_->slice_bytes();
-    std::visit(
-        [&](auto& samples) {
-          map_->scratch.get(static_cast<std::uint64_t>(z) * bytes,
-                            std::as_writable_bytes(std::span(samples)));
-          slice.inside.resize(samples.size());
-          std::transform(samples.begin(), samples.end(), slice.inside.begin(), [&](auto sample) {
-            return static_cast<std::uint8_t>(static_cast<double>(sample) == value_);
-          });
-        },
-        stored_);
+    SmoothSlice& slice = kept_[static_cast<std::size_t>(z) % kSlices];
+    if (slice.z == z) return slice;
+    map_->read(z, labels_, stored_);
+    slice.inside.resize(labels_.size());
+    std::transform(
+        labels_.begin(), labels_.end(), slice.inside.begin(),
+        [&](std::int32_t label) { return static_cast<std::uint8_t>(label == label_ ? 1 : 0); });
     smooth(header_.dims, slice);
-    kept_z_[place] = z;
+    slice.z = z;
     return slice;
   }
 
   std::shared_ptr<const Content> map_;
   VolumeHeader header_;
-  double value_;
+  std::int32_t label_;
   std::int32_t first_;
   std::int32_t last_;
-  Samples stored_;  // A slice of the map.
-  std::array<SmoothSlice, kWeights.size()> kept_;
-  std::array<std::int32_t, kWeights.size()> kept_z_ = {-1, -1, -1, -1, -1};
+  Samples stored_;
+  std::vector<std::int32_t> labels_;
+  std::vector<std::uint8_t> magnitudes_;
+  std::array<SmoothSlice, kSlices> kept_;
 };
 
 LabelMap::LabelMap(const std::filesystem::path& name, VolumeSource& source,
@@ -271,6 +295,17 @@ LabelMap::LabelMap(const std::filesystem::path& name, VolumeSource& source,
     (void)content->scratch.put(bytes_of_all(slab));
   }
   content->labels = census.found();
+  Samples stored = content->empty_slice();
+  content->borders.emplace(
+      header.dims,
+      [&](std::int32_t z, std::span<std::int32_t> into) { content->read(z, into, stored); },
+      scratch_folder);
+  const std::map<std::int32_t, double>& shortfalls = content->borders->shortfalls();
+  for (FoundLabel& label : content->labels) {
+    const auto shortfall = shortfalls.find(static_cast<std::int32_t>(label.value));
+    label.surface_samples = static_cast<double>(label.samples) -
+                            (shortfall == shortfalls.end() ? 0 : shortfall->second);
+  }
   content_ = content;
 }
 
@@ -283,9 +318,11 @@ std::unique_ptr<VolumeSource> LabelMap::field(double value) const {
   const bool is_there = found != content_->labels.end() && found->value == value;
   const std::int32_t slices = content_->header.dims[2];
   // The background may be anywhere; a label that does not occur is nowhere.
-  const std::int32_t first = is_there ? found->first_slice : value == 0 ? 0 : slices + kReach + 1;
-  const std::int32_t last = is_there ? found->last_slice : value == 0 ? slices - 1 : -kReach - 1;
-  return std::make_unique<Field>(content_, value, first, last);
+  const std::int32_t nowhere = slices + kSmoothingReach + 1;
+  const std::int32_t first = is_there ? found->first_slice : value == 0 ? 0 : nowhere;
+  const std::int32_t last = is_there ? found->last_slice : value == 0 ? slices - 1 : -nowhere;
+  const auto label = is_there ? static_cast<std::int32_t>(value) : 0;
+  return std::make_unique<Field>(content_, label, first, last);
 }
 
 }  // namespace multitetra

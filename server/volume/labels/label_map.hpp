@@ -5,18 +5,18 @@
 //   const LabelMap map("seg.nii.gz", *source, "/var/tmp");   // Reads the source once.
 //   for (const FoundLabel& label : map.labels()) prepare(*map.field(label.value), ...);
 //
-// The field is f32 with values n / 256, n from 0 to 256: the label's indicator (1 inside, 0
-// outside) smoothed along each axis by the weights 1 4 6 4 1 (over 16), rounded, and then held on
-// the right side: samples of the label are at least 129/256, all others at most 127/256. Beyond the
-// map's ends its last samples go on.
+// The field is f32 with values n / 256, n from 0 to 256. Beside another label it is one half plus
+// (in the label) or minus (outside) the sample's magnitude, see label_borders.hpp; elsewhere the
+// label's indicator, smoothed along each axis by the weights 1 4 6 4 1 (over 16) and rounded. Beyond
+// the map's ends its last samples go on.
 //
 // Guaranteed:
-// * Every sample is on its side of 0.5, so the isosurface cuts exactly those edges of the grid
-//   that lead out of the label, each less than half a step from its middle: thin parts stay, and
-//   nothing merges.
-// * Where only two labels are within two samples of a place (background is one of them), their
-//   fields add up to 1 exactly there: their boundaries are the same, without a gap between. Where
-//   three meet, gaps of less than a step may stay.
+// * Every sample is on its side of 0.5, by at least 4/256: the isosurface cuts exactly those edges
+//   of the grid that lead out of the label. Thin parts stay, and nothing merges.
+// * Two labels that touch (background is one) have the same crossing on every edge between them, so
+//   the same triangles wherever no third label is within the tetrahedron; where three labels meet,
+//   gaps of less than a step may stay. Where a map has two labels, their fields add up to 1.
+// * What the surface holds of a label is known: FoundLabel::surface_samples.
 #pragma once
 
 #include <array>
@@ -44,6 +44,9 @@ inline constexpr std::size_t kMostFoundLabels = 65'536;
 struct FoundLabel {
   double value = 0;  // Whole.
   std::uint64_t samples = 0;
+  // The volume in the surface, in volumes of a sample. Of samples at the
+  // map's ends the half beyond counts.
+  double surface_samples = 0;
   std::int32_t first_slice = 0;  // That it is in, and
   std::int32_t last_slice = 0;   // the last one.
 };

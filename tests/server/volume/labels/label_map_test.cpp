@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <random>
 #include <string>
 #include <vector>
@@ -42,6 +43,36 @@ LabelMap map_of(const Volume& volume, const TemporaryFolder& folder) {
 
 std::vector<float> field_of(const LabelMap& map, double label) {
   return std::get<std::vector<float>>(map.field(label)->take_all());
+}
+
+DatasetPtr dataset_of(const LabelMap& map, double label) {
+  return prepare_in_memory(*map.field(label),
+                           {.name = "label",
+                            .suggested_isovalues = {kLabelBoundary},
+                            .bin_edges = {kLabelBinEdges.begin(), kLabelBinEdges.end()}});
+}
+
+TiledSurface surface_of(const LabelMap& map, double label) {
+  return SurfaceExtractor(dataset_of(map, label))
+      .extract({.request = {.isovalue = kLabelBoundary, .error = 0}});
+}
+
+// In volumes of a sample. Requires a closed surface.
+double volume_in(const TiledSurface& surface) {
+  double sum = 0;
+  for (const TileMesh& tile : surface.tiles) {
+    for (const TriangleIndices& t : tile.mesh.triangles) {
+      std::array<std::array<double, 3>, 3> v{};
+      for (std::size_t i = 0; i < 3; ++i) {
+        const LatticePoint& p = tile.mesh.vertices[t[i]];
+        v[i] = {p.x / 32.0, p.y / 32.0, p.z / 32.0};
+      }
+      sum += v[0][0] * (v[1][1] * v[2][2] - v[1][2] * v[2][1]) +
+             v[0][1] * (v[1][2] * v[2][0] - v[1][0] * v[2][2]) +
+             v[0][2] * (v[1][0] * v[2][1] - v[1][1] * v[2][0]);
+    }
+  }
+  return sum / 6;
 }
 
 double label_at(const Volume& volume, std::size_t i) {
@@ -83,8 +114,8 @@ TEST(LabelMap, HasEverySampleOnItsSideInStepsOf256) {
       for (std::size_t i = 0; i < field.size(); ++i) {
         const bool is_inside = label_at(volume, i) == label;
         ASSERT_EQ(field[i] * 256, std::trunc(field[i] * 256));
-        ASSERT_GE(field[i], is_inside ? 129.0F / 256 : 0.0F);
-        ASSERT_LE(field[i], is_inside ? 1.0F : 127.0F / 256);
+        ASSERT_GE(field[i], is_inside ? 132.0F / 256 : 0.0F);
+        ASSERT_LE(field[i], is_inside ? 1.0F : 124.0F / 256);
       }
     }
   }
@@ -170,10 +201,7 @@ TEST(LabelMap, SmoothsWithinTheBoundOfAVoxelAndBetterThanItsSteps) {
   // A ball's boundary: where it must be, and how smooth it is.
   const TemporaryFolder folder;
   const LabelMap map = map_of(labels_of<std::uint8_t>({33, 33, 33}, ball_in_a_box), folder);
-  const auto dataset = prepare_in_memory(
-      *map.field(1), {.name = "ball",
-                      .suggested_isovalues = {kLabelBoundary},
-                      .bin_edges = {kLabelBinEdges.begin(), kLabelBinEdges.end()}});
+  const DatasetPtr dataset = dataset_of(map, 1);
   EXPECT_EQ(dataset->info.suggested_isovalues, std::vector<double>{0.5});
   const TiledSurface surface =
       SurfaceExtractor(dataset).extract({.request = {.isovalue = 0.5, .error = 0}});
@@ -226,9 +254,7 @@ TEST(LabelMap, HasOneSurfaceBetweenTwoLabelsAtEveryThreshold) {
         })}) {
     const LabelMap map = map_of(volume, folder);
     const auto extractor_of = [&](double label) {
-      return SurfaceExtractor(prepare_in_memory(
-          *map.field(label),
-          {.name = "label", .bin_edges = {kLabelBinEdges.begin(), kLabelBinEdges.end()}}));
+      return SurfaceExtractor(dataset_of(map, label));
     };
     const SurfaceExtractor one = extractor_of(1);
     const SurfaceExtractor two = extractor_of(2);
@@ -241,6 +267,139 @@ TEST(LabelMap, HasOneSurfaceBetweenTwoLabelsAtEveryThreshold) {
       EXPECT_EQ(inner.size(), outer.size()) << error;
       EXPECT_EQ(inner, outer) << error;
     }
+  }
+}
+
+// What is held of label 1: by the surface, and as the map says; both as parts of its samples.
+struct Kept {
+  double in_surface = 0;
+  double as_found = 0;
+};
+
+Kept kept_of(const std::function<bool(int, int, int)>& is_inside) {
+  const TemporaryFolder folder;
+  const LabelMap map = map_of(labels_of<std::uint8_t>({26, 27, 25},
+                                                      [&](int x, int y, int z) {
+                                                        return is_inside(x, y, z) ? 1 : 0;
+                                                      }),
+                              folder);
+  const FoundLabel& found = map.labels()[0];
+  const auto samples = static_cast<double>(found.samples);
+  return {volume_in(surface_of(map, 1)) / samples, found.surface_samples / samples};
+}
+
+// A tube of `width` samples a side whose axis is `along`, or a diagonal of those axes.
+std::function<bool(int, int, int)> tube(int width, std::array<int, 3> along, int first) {
+  return [=](int x, int y, int z) {
+    const std::array<int, 3> at = {x, y, z};
+    for (int start = 4; start < 18; ++start) {
+      bool is_inside = true;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const int low = along[axis] != 0 ? start : first;
+        is_inside = is_inside && at[axis] >= low && at[axis] < low + width;
+      }
+      if (is_inside) return true;
+    }
+    return false;
+  };
+}
+
+TEST(LabelMap, KeepsTheVolumeOfTubes) {
+  for (const int width : {1, 2, 3}) {
+    for (const std::array<int, 3>& along :
+         {std::array{1, 0, 0}, std::array{0, 0, 1}, std::array{1, 1, 0}, std::array{1, 1, 1}}) {
+      for (const int first : {9, 10}) {
+        const Kept kept = kept_of(tube(width, along, first));
+        const double allowed = width == 1 ? 0.1 : 0.05;
+        EXPECT_NEAR(kept.in_surface, 1, allowed)
+            << width << " along " << along[0] << along[1] << along[2] << " from " << first;
+        EXPECT_NEAR(kept.as_found, kept.in_surface, 0.03);  // Vertices lie on the lattice.
+      }
+    }
+  }
+}
+
+TEST(LabelMap, KeepsTheVolumeOfSheetsAndBalls) {
+  for (const int width : {1, 2, 3}) {
+    const Kept kept = kept_of([&](int x, int y, int z) {
+      return std::min({x, y}) >= 4 && std::max({x, y}) < 20 && z >= 9 && z < 9 + width;
+    });
+    EXPECT_NEAR(kept.in_surface, 1, 0.03) << width;
+  }
+  const Kept oblique = kept_of([](int x, int y, int z) {
+    return x + y == 22 && std::min({x, y, z}) >= 4 && z < 20;
+  });
+  EXPECT_NEAR(oblique.in_surface, 1, 0.05);
+  for (const int radius : {2, 3, 4, 5, 6, 7, 8}) {
+    const Kept kept = kept_of([&](int x, int y, int z) {
+      return std::hypot(x - 12.3, y - 12.6, z - 12.1) < radius;
+    });
+    EXPECT_NEAR(kept.in_surface, 1, radius == 2 ? 0.05 : 0.02) << radius;
+    EXPECT_NEAR(kept.as_found, kept.in_surface, 0.02) << radius;
+  }
+}
+
+TEST(LabelMap, KeepsTheVolumesOfThinLabelsThatTouch) {
+  const TemporaryFolder folder;
+  const LabelMap map = map_of(labels_of<std::uint8_t>({24, 24, 24},
+                                                      [](int x, int y, int z) {
+                                                        if (std::min(x, y) < 4 ||
+                                                            std::max(x, y) >= 20)
+                                                          return 0;
+                                                        if (z == 8) return 1;
+                                                        if (z == 9 || z == 10) return 2;
+                                                        return z > 10 && z < 18 ? 3 : 0;
+                                                      }),
+                              folder);
+  for (const FoundLabel& found : map.labels()) {
+    const auto samples = static_cast<double>(found.samples);
+    EXPECT_NEAR(volume_in(surface_of(map, found.value)) / samples, 1, 0.05) << found.value;
+    EXPECT_NEAR(found.surface_samples / samples, 1, 0.05) << found.value;
+  }
+}
+
+TEST(LabelMap, HasTheSameTrianglesWhereTwoLabelsTouchBesideAThird) {
+  // Blocks of 5 x 5 x 5 side by side in the background.
+  const TemporaryFolder folder;
+  const LabelMap map = map_of(labels_of<std::uint8_t>({20, 15, 15},
+                                                      [](int x, int y, int z) {
+                                                        if (std::min(y, z) < 5 ||
+                                                            std::max(y, z) >= 10)
+                                                          return 0;
+                                                        return x < 5    ? 0
+                                                               : x < 10 ? 1
+                                                               : x < 15 ? 2
+                                                                        : 0;
+                                                      }),
+                              folder);
+  const auto one = places_of(surface_of(map, 1));
+  const auto two = places_of(surface_of(map, 2));
+  std::vector<LatticeTriangle> shared;
+  std::set_intersection(one.begin(), one.end(), two.begin(), two.end(), std::back_inserter(shared));
+  // The face between them has 4 x 4 cells with these two labels alone, each with at least two
+  // triangles.
+  EXPECT_GE(shared.size(), 32);
+  const auto vertices_at_border = [](const std::vector<LatticeTriangle>& triangles) {
+    std::vector<LatticePoint> corners;
+    for (const LatticePoint& p : corners_of(triangles)) {
+      // Between samples 9 and 10 of x, and inside of both blocks.
+      if (p.x > 9 * 32 && p.x < 10 * 32 && std::min(p.y, p.z) >= 5 * 32 &&
+          std::max(p.y, p.z) <= 9 * 32) {
+        corners.push_back(p);
+      }
+    }
+    return corners;
+  };
+  EXPECT_EQ(vertices_at_border(one), vertices_at_border(two));
+  EXPECT_GE(vertices_at_border(one).size(), 25);
+}
+
+TEST(LabelMap, FindsTheSameSurfaceWhereASingleSampleHasTenEdgesOrTwentySix) {
+  // The framework has 26 edges at samples whose coordinates are all odd or all even, 10 at others.
+  for (const std::array<int, 3>& at : {std::array{12, 12, 12}, std::array{12, 12, 13}}) {
+    const Kept kept = kept_of([&](int x, int y, int z) { return std::array{x, y, z} == at; });
+    EXPECT_GT(kept.in_surface, 0.4);
+    EXPECT_NEAR(kept.as_found, kept.in_surface, 0.05);
   }
 }
 

@@ -1,0 +1,359 @@
+#include "server/volume/labels/label_borders.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "server/volume/labels/label_cell.hpp"
+#include "server/volume/labels/label_smoothing.hpp"
+
+namespace multitetra {
+namespace {
+
+// More rounds keep more of what is one sample thick along a diagonal; more averaging keeps surfaces
+// smoother. A flat border moves by a step where magnitudes change by 0.375 of the field's range, so
+// that a gain of that mends it in one round.
+constexpr int kRounds = 8;
+constexpr std::int32_t kAveragings = 4;
+constexpr double kGain = 0.35 * kFieldSteps;
+
+// A volume that is missing, and how many samples share it.
+struct Shortfall {
+  float volume = 0;
+  float weight = 0;
+};
+
+// From one border sample to another one of its label, a neighbour or itself.
+struct Link {
+  std::uint32_t number = 0;  // In its slice,
+  std::int32_t above = 0;    // which is so far above.
+  float weight = 0;
+};
+
+struct BorderSlice {
+  std::int32_t z = -1;
+  std::vector<std::uint32_t> numbers;  // For every sample: of a border sample, from 1; else 0.
+  // Of the border samples:
+  std::vector<std::uint32_t> places;  // In the slice, increasing.
+  std::vector<std::int32_t> labels;
+  std::vector<std::uint8_t> magnitudes;
+  std::vector<std::uint32_t> links_end;
+  std::array<std::vector<Shortfall>, kAveragings + 1> shortfalls;  // Averaged so many times.
+  std::vector<Link> links;
+};
+
+std::size_t slice_samples(const LabelBorders::Dims& dims) {
+  return static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]);
+}
+
+// ---- finding the border samples
+
+// Marks the corners of the cells between two slices that have more than one label.
+void mark_mixed(const LabelBorders::Dims& dims, std::span<const std::int32_t> lower,
+                std::span<const std::int32_t> upper, std::span<std::uint8_t> lower_marks,
+                std::span<std::uint8_t> upper_marks) {
+  const auto width = static_cast<std::size_t>(dims[0]);
+  for (std::size_t row = 0; row + width < lower.size(); row += width) {
+    for (std::size_t x = row; x + 1 < row + width; ++x) {
+      const std::int32_t label = lower[x];
+      const std::int32_t difference =
+          (lower[x + 1] ^ label) | (lower[x + width] ^ label) | (lower[x + width + 1] ^ label) |
+          (upper[x] ^ label) | (upper[x + 1] ^ label) | (upper[x + width] ^ label) |
+          (upper[x + width + 1] ^ label);
+      if (difference == 0) continue;
+      for (const std::span<std::uint8_t> marks : {lower_marks, upper_marks}) {
+        marks[x] = marks[x + 1] = marks[x + width] = marks[x + width + 1] = 1;
+      }
+    }
+  }
+}
+
+// A window of label slices, and what of them is at a border.
+class BorderSearch {
+ public:
+  BorderSearch(const LabelBorders::Dims& dims, const LabelBorders::ReadSlice& read)
+      : dims_(dims), read_(read) {
+    for (auto& slice : labels_) slice.resize(slice_samples(dims));
+    for (auto& slice : marks_) slice.resize(slice_samples(dims));
+  }
+
+  // The magnitudes that slices begin with, one slice after the other. Returns how many are not 0.
+  std::uint32_t next(std::span<std::uint8_t> into) {
+    const std::int32_t z = next_++;
+    const std::int32_t ahead = std::min(z + kSmoothingReach, dims_[2] - 1);
+    for (; read_until_ <= ahead; ++read_until_) read_(read_until_, labels(read_until_));
+    if (z == 0) std::fill(marks(0).begin(), marks(0).end(), std::uint8_t{0});
+    if (z + 1 < dims_[2]) {
+      std::fill(marks(z + 1).begin(), marks(z + 1).end(), std::uint8_t{0});
+      mark_mixed(dims_, labels(z), labels(z + 1), marks(z), marks(z + 1));
+    }
+    std::uint32_t count = 0;
+    const std::span<const std::uint8_t> marked = marks(z);
+    for (std::size_t i = 0; i < into.size(); ++i) {
+      into[i] = 0;
+      if (marked[i] == 0) continue;
+      into[i] = first_magnitude(i, z);
+      ++count;
+    }
+    return count;
+  }
+
+ private:
+  static constexpr std::size_t kSlices = 2 * kSmoothingReach + 1;
+
+  std::span<std::int32_t> labels(std::int32_t z) {
+    return labels_[static_cast<std::size_t>(z) % kSlices];
+  }
+  std::span<std::uint8_t> marks(std::int32_t z) {
+    return marks_[static_cast<std::size_t>(z) % marks_.size()];
+  }
+
+  // The indicator of the sample's own label, smoothed, above one half.
+  std::uint8_t first_magnitude(std::size_t place, std::int32_t z) {
+    const auto x = static_cast<std::int32_t>(place % static_cast<std::size_t>(dims_[0]));
+    const auto y = static_cast<std::int32_t>(place / static_cast<std::size_t>(dims_[0]));
+    const std::int32_t label = labels(z)[place];
+    std::uint32_t sum = 0;
+    for (std::int32_t k = -kSmoothingReach; k <= kSmoothingReach; ++k) {
+      const std::span<const std::int32_t> slice =
+          labels(static_cast<std::int32_t>(held_within(z, k, dims_[2])));
+      for (std::int32_t j = -kSmoothingReach; j <= kSmoothingReach; ++j) {
+        const std::size_t row = held_within(y, j, dims_[1]) * static_cast<std::size_t>(dims_[0]);
+        for (std::int32_t i = -kSmoothingReach; i <= kSmoothingReach; ++i) {
+          if (slice[row + held_within(x, i, dims_[0])] != label) continue;
+          sum += smoothing_weight(i) * smoothing_weight(j) * smoothing_weight(k);
+        }
+      }
+    }
+    const int above = smoothed_steps(sum) - kFieldSteps / 2;
+    return static_cast<std::uint8_t>(
+        std::clamp(above, LabelBorders::kLeast, LabelBorders::kMost));
+  }
+
+  const LabelBorders::Dims& dims_;
+  const LabelBorders::ReadSlice& read_;
+  std::int32_t next_ = 0;
+  std::int32_t read_until_ = 0;
+  std::array<std::vector<std::int32_t>, kSlices> labels_;
+  std::array<std::vector<std::uint8_t>, 2> marks_;
+};
+
+}  // namespace
+
+// ---- correcting their magnitudes
+
+// A pass over all slices. The shortfalls of a slice are complete when the next one is loaded, and
+// each averaging takes those of both neighbours; so each stage is a slice behind the one before.
+class LabelBorders::Round {
+ public:
+  Round(const LabelBorders& borders, const ReadSlice& read)
+      : borders_(borders),
+        dims_(borders.dims_),
+        read_(read),
+        stored_(slice_samples(dims_)),
+        stored_labels_(slice_samples(dims_)) {
+    for (BorderSlice& slice : window_) slice.numbers.resize(slice_samples(dims_));
+  }
+
+  // `corrected` is called with every slice that has border samples, and its new magnitudes.
+  void correct(const std::function<void(std::int32_t, std::span<const std::uint8_t>)>& corrected) {
+    for (std::int32_t z = 0; z <= dims_[2] + kAveragings; ++z) {
+      load(z);
+      add_cells(z - 1, [](std::int32_t, double) {});
+      for (std::int32_t stage = 1; stage <= kAveragings; ++stage) average(z - 1 - stage, stage);
+      BorderSlice* const done = find(z - 1 - kAveragings);
+      if (done == nullptr || done->places.empty()) continue;
+      magnitudes_of(*done);
+      corrected(done->z, stored_);
+    }
+  }
+
+  [[nodiscard]] std::map<std::int32_t, double> shortfalls() {
+    std::map<std::int32_t, double> sums;
+    for (std::int32_t z = 0; z < dims_[2]; ++z) {
+      load(z);
+      add_cells(z - 1, [&](std::int32_t label, double volume) { sums[label] += volume; });
+    }
+    return sums;
+  }
+
+ private:
+  // From the slice that is loaded to the one below that which is averaged last.
+  static constexpr std::size_t kWindow = kAveragings + 3;
+
+  BorderSlice* find(std::int32_t z) {
+    if (z < 0 || z >= dims_[2]) return nullptr;
+    return &window_[static_cast<std::size_t>(z) % kWindow];
+  }
+
+  void load(std::int32_t z) {
+    BorderSlice* const slice = find(z);
+    if (slice == nullptr) return;
+    for (const std::uint32_t place : slice->places) slice->numbers[place] = 0;
+    slice->z = z;
+    slice->places.clear();
+    slice->labels.clear();
+    slice->magnitudes.clear();
+    const std::uint32_t count = borders_.border_samples_[static_cast<std::size_t>(z)];
+    if (count > 0) {
+      borders_.magnitudes(z, stored_);
+      read_(z, stored_labels_);
+      for (std::size_t i = 0; i < stored_.size(); ++i) {
+        if (stored_[i] == 0) continue;
+        slice->places.push_back(static_cast<std::uint32_t>(i));
+        slice->labels.push_back(stored_labels_[i]);
+        slice->magnitudes.push_back(stored_[i]);
+        slice->numbers[i] = static_cast<std::uint32_t>(slice->places.size());
+      }
+    }
+    slice->shortfalls[0].assign(count, {});
+  }
+
+  // Shortfalls in the cells between slice z and the next one.
+  template <typename Seen>
+  void add_cells(std::int32_t z, const Seen& seen) {
+    BorderSlice* const lower = find(z);
+    BorderSlice* const upper = find(z + 1);
+    if (lower == nullptr || upper == nullptr || upper->places.empty()) return;
+    const auto width = static_cast<std::size_t>(dims_[0]);
+    for (const std::uint32_t place : lower->places) {
+      const std::size_t x = place % width;
+      const std::size_t y = place / width;
+      if (x + 1 == width || y + 1 == static_cast<std::size_t>(dims_[1])) continue;
+      LabelCell cell;
+      std::array<Shortfall*, 8> shares{};
+      bool is_mixed = true;
+      for (std::size_t corner = 0; corner < 8 && is_mixed; ++corner) {
+        BorderSlice& slice = corner < 4 ? *lower : *upper;
+        const std::uint32_t number =
+            slice.numbers[place + (corner & 1) + ((corner & 2) != 0 ? width : 0)];
+        is_mixed = number != 0;
+        if (!is_mixed) break;
+        cell.labels[corner] = slice.labels[number - 1];
+        cell.magnitudes[corner] = slice.magnitudes[number - 1];
+        shares[corner] = &slice.shortfalls[0][number - 1];
+      }
+      if (!is_mixed) continue;
+      cell.even_corner = static_cast<unsigned>((x & 1) | (y & 1) << 1) |
+                         (static_cast<unsigned>(z) & 1U) << 2;
+      add_cell(cell, shares, seen);
+    }
+  }
+
+  template <typename Seen>
+  static void add_cell(const LabelCell& cell, const std::array<Shortfall*, 8>& shares,
+                       const Seen& seen) {
+    for (std::size_t first = 0; first < 8; ++first) {
+      const std::int32_t label = cell.labels[first];
+      const auto begin = cell.labels.begin();
+      if (std::find(begin, begin + static_cast<std::ptrdiff_t>(first), label) !=
+          begin + static_cast<std::ptrdiff_t>(first)) {
+        continue;
+      }
+      const auto count = static_cast<double>(std::count(begin, cell.labels.end(), label));
+      if (count == 8) return;
+      const double missing = count / 8 - part_of_cell(cell, label);
+      seen(label, missing);
+      for (std::size_t corner = first; corner < 8; ++corner) {
+        if (cell.labels[corner] != label) continue;
+        shares[corner]->volume += static_cast<float>(missing / count);
+        shares[corner]->weight += static_cast<float>(1 / count);
+      }
+    }
+  }
+
+  void link(BorderSlice& slice) {
+    slice.links.clear();
+    slice.links_end.clear();
+    const std::int32_t width = dims_[0];
+    for (std::size_t i = 0; i < slice.places.size(); ++i) {
+      const auto x = static_cast<std::int32_t>(slice.places[i]) % width;
+      const auto y = static_cast<std::int32_t>(slice.places[i]) / width;
+      for (std::int32_t above = -1; above <= 1; ++above) {
+        const BorderSlice* const other = find(slice.z + above);
+        if (other == nullptr || other->places.empty()) continue;
+        for (std::int32_t v = std::max(y - 1, 0); v <= std::min(y + 1, dims_[1] - 1); ++v) {
+          for (std::int32_t u = std::max(x - 1, 0); u <= std::min(x + 1, width - 1); ++u) {
+            const std::uint32_t number = other->numbers[static_cast<std::size_t>(u + width * v)];
+            if (number == 0 || other->labels[number - 1] != slice.labels[i]) continue;
+            const int steps = (above != 0 ? 1 : 0) + (u != x ? 1 : 0) + (v != y ? 1 : 0);
+            slice.links.push_back({number - 1, above, static_cast<float>(8 >> steps)});
+          }
+        }
+      }
+      slice.links_end.push_back(static_cast<std::uint32_t>(slice.links.size()));
+    }
+  }
+
+  // Weighs with 1 2 1 along each axis.
+  void average(std::int32_t z, std::int32_t stage) {
+    BorderSlice* const slice = find(z);
+    if (slice == nullptr) return;
+    if (stage == 1) link(*slice);
+    const auto from = static_cast<std::size_t>(stage - 1);
+    std::vector<Shortfall>& into = slice->shortfalls[static_cast<std::size_t>(stage)];
+    into.resize(slice->places.size());
+    const std::array<BorderSlice*, 3> slices = {find(z - 1), slice, find(z + 1)};
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < into.size(); ++i) {
+      Shortfall sum;
+      for (; next < slice->links_end[i]; ++next) {
+        const Link& link = slice->links[next];
+        const Shortfall& other =
+            slices[static_cast<std::size_t>(link.above + 1)]->shortfalls[from][link.number];
+        sum.volume += link.weight * other.volume;
+        sum.weight += link.weight * other.weight;
+      }
+      into[i] = sum;
+    }
+  }
+
+  // The corrected ones, into stored_.
+  void magnitudes_of(const BorderSlice& slice) {
+    std::fill(stored_.begin(), stored_.end(), std::uint8_t{0});
+    for (std::size_t i = 0; i < slice.places.size(); ++i) {
+      const Shortfall& shortfall = slice.shortfalls[kAveragings][i];
+      const double change = kGain * static_cast<double>(shortfall.volume) /
+                            static_cast<double>(shortfall.weight);
+      const double magnitude = std::floor(slice.magnitudes[i] + change + 0.5);
+      stored_[slice.places[i]] = static_cast<std::uint8_t>(
+          std::clamp(magnitude, static_cast<double>(kLeast), static_cast<double>(kMost)));
+    }
+  }
+
+  const LabelBorders& borders_;
+  const Dims& dims_;
+  const ReadSlice& read_;
+  std::array<BorderSlice, kWindow> window_;
+  std::vector<std::uint8_t> stored_;
+  std::vector<std::int32_t> stored_labels_;
+};
+
+LabelBorders::LabelBorders(const Dims& dims, const ReadSlice& read,
+                           const std::filesystem::path& scratch_folder)
+    : dims_(dims), scratch_(std::make_unique<ScratchFile>(scratch_folder)) {
+  const std::uint64_t bytes = slice_samples(dims);
+  const auto store = [&](std::int32_t z, std::span<const std::uint8_t> magnitudes) {
+    scratch_->put_at(static_cast<std::uint64_t>(z) * bytes, std::as_bytes(magnitudes));
+  };
+  BorderSearch search(dims_, read);
+  std::vector<std::uint8_t> first(bytes);
+  for (std::int32_t z = 0; z < dims[2]; ++z) {
+    border_samples_.push_back(search.next(first));
+    if (border_samples_.back() > 0) store(z, first);
+  }
+  Round round(*this, read);
+  for (int i = 0; i < kRounds; ++i) round.correct(store);
+  shortfalls_ = round.shortfalls();
+}
+
+void LabelBorders::magnitudes(std::int32_t z, std::span<std::uint8_t> into) const {
+  if (border_samples_[static_cast<std::size_t>(z)] == 0) {
+    std::fill(into.begin(), into.end(), std::uint8_t{0});
+    return;
+  }
+  scratch_->get(static_cast<std::uint64_t>(z) * into.size(), std::as_writable_bytes(into));
+}
+
+}  // namespace multitetra
