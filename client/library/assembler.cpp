@@ -169,6 +169,18 @@ Result<LatticeMesh> Assembler::welded_step() const {
   return welded(tiles, resolution);
 }
 
+JoinedTiles Assembler::joined_step(const DataBorder& border) const {
+  const StepBegin& begin = ledger_.step();
+  std::vector<TileInCube> tiles;
+  for (std::size_t i = 0; i < tiles_.size(); ++i) {
+    tiles.push_back({.mesh = tiles_[i].get(), .cube = begin.tiles[i].cube});
+  }
+  const ForEachTile for_each = [](std::size_t count, const std::function<void(std::size_t)>& body) {
+    in_parallel(count, body);
+  };
+  return joined_tiles(tiles, begin.request.lattice_resolution, border, for_each);
+}
+
 double Assembler::largest_deviation() const {
   double largest = 0;
   for (const TileSummary& tile : ledger_.step().tiles) {
@@ -184,9 +196,18 @@ Result<Progress> Assembler::take(const StepEnd& end) {
   auto step = std::make_shared<CommittedStep>();
   step->begin = begin;
   step->end = end;
-  auto mesh = welded_step();
-  if (!mesh) return tl::unexpected(mesh.error());
-  step->mesh = *std::move(mesh);
+  const DataBorder border = data_border(info_, begin.request.lattice_resolution,
+                                        begin.request.topology_tolerance, begin.finest_spacing);
+  if (begin.shell) {
+    JoinedTiles joined = joined_step(border);
+    step->mesh = std::move(joined.mesh);
+    step->topology = joined.topology;
+  } else {
+    auto mesh = welded_step();
+    if (!mesh) return tl::unexpected(mesh.error());
+    step->mesh = *std::move(mesh);
+    step->topology = topology(step->mesh, border);
+  }
   step->largest_scalar_deviation = largest_deviation();
   // Of shells, the digests of payloads add up to that of the step, which the ledger has seen.
   const ContentDigest found = begin.shell ? end.digest : digest(step->mesh);
@@ -194,9 +215,6 @@ Result<Progress> Assembler::take(const StepEnd& end) {
     return step_fault(end.step,
                       "its digest is " + found.hex() + "; the server says " + end.digest.hex());
   }
-  step->topology =
-      topology(step->mesh, data_border(info_, begin.request.lattice_resolution,
-                                       begin.request.topology_tolerance, begin.finest_spacing));
   if (const auto torn = topology_fault(begin, step->topology)) return step_fault(end.step, *torn);
   step->checks = {"tiles_complete", "tile_digests", "inside_cubes", "step_digest", "sound_mesh"};
   if (preserves_topology(begin)) step->checks.emplace_back("topology_preserved");

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "client/library/stream_ledger.hpp"
+#include "common/mesh/joined_tiles.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/wire/messages.hpp"
@@ -92,6 +93,8 @@ class Assembler {
 
   // The tiles of the pending step as one mesh, with their scalars if it has some.
   [[nodiscard]] Result<LatticeMesh> welded_step() const;
+  // The same of sample shells, and its topology.
+  [[nodiscard]] JoinedTiles joined_step(const DataBorder& border) const;
   [[nodiscard]] double largest_deviation() const;  // Of the scalars of the pending step.
   [[nodiscard]] std::optional<std::string> topology_fault(const StepBegin& begin,
                                                           const MeshTopology& topology);

@@ -4,18 +4,10 @@
 #include <vector>
 
 #include "common/mesh/detail/disjoint_sets.hpp"
+#include "common/mesh/detail/edge_uses.hpp"
 
 namespace multitetra {
 namespace {
-
-// The other end of a directed edge, packed so that the edges from one lower vertex sort by their
-// upper vertex.
-struct EdgeUse {
-  std::uint32_t upper;
-  bool upwards;  // The triangle runs from the lower index to the upper one.
-
-  friend auto operator<=>(const EdgeUse&, const EdgeUse&) = default;
-};
 
 bool is_degenerate(const TriangleIndices& t) {
   return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
@@ -45,46 +37,22 @@ MeshTopology topology(std::size_t vertices, std::span<const TriangleIndices> tri
   result.vertices = static_cast<std::int64_t>(vertices);
   result.triangles = static_cast<std::int64_t>(triangles.size());
 
-  // Edges sorted into buckets by their lower vertex: a counting sort, then a short sort in each
-  // bucket.
-  std::vector<std::uint32_t> first(vertices + 2, 0);
   DisjointSets components(vertices);
   for (const TriangleIndices& t : triangles) {
     components.join(t[0], t[1]);
     components.join(t[1], t[2]);
-    if (is_degenerate(t)) {
-      ++result.degenerate_triangles;
-      continue;
-    }
-    for (std::size_t i = 0; i < 3; ++i) ++first[std::min(t[i], t[(i + 1) % 3]) + 2];
+    if (is_degenerate(t)) ++result.degenerate_triangles;
   }
-  std::partial_sum(first.begin(), first.end(), first.begin());
-  std::vector<EdgeUse> uses(first.back());
-  for (const TriangleIndices& t : triangles) {
-    if (is_degenerate(t)) continue;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::uint32_t from = t[i];
-      const std::uint32_t to = t[(i + 1) % 3];
-      uses[first[std::min(from, to) + 1]++] = {std::max(from, to), from < to};
+  const auto each_use = [triangles](const auto& use) {
+    for (const TriangleIndices& t : triangles) {
+      if (is_degenerate(t)) continue;
+      for (std::size_t i = 0; i < 3; ++i) use(t[i], t[(i + 1) % 3]);
     }
-  }
-
-  for (std::uint32_t lower = 0; lower < vertices; ++lower) {
-    const auto begin = uses.begin() + first[lower];
-    const auto end = uses.begin() + first[lower + 1];
-    std::sort(begin, end);
-    for (auto edge = begin; edge != end;) {
-      const auto next =
-          std::find_if(edge, end, [&](const EdgeUse& u) { return u.upper != edge->upper; });
-      ++result.edges;
-      if (next - edge == 1) {
-        ++(is_on_border(lower, edge->upper) ? result.border_edges : result.open_edges);
-      } else if (next - edge != 2 || edge->upwards == (edge + 1)->upwards) {
-        ++result.nonmanifold_edges;
-      }
-      edge = next;
-    }
-  }
+  };
+  visit_edges(vertices, each_use, [&](std::uint32_t lower, std::span<const EdgeUse> uses) {
+    count_edge(
+        uses, [&] { return is_on_border(lower, uses.front().upper); }, result);
+  });
   result.euler_characteristic = result.vertices - result.edges + result.triangles;
   result.components = components.count();
   return result;

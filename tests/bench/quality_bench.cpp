@@ -6,6 +6,10 @@
 //
 //   quality_bench [--threads 2] [--error 0.5] head.mtd 500.5 1200.5 -- female.mtd 300
 //   quality_bench --json                   a line of JSON for every stream as well
+//
+// Every stream is fetched by a client that decodes Draco alone, by one that decodes sample shells,
+// too, and by one that keeps no mesh. `certified` is when the first step that is within the error,
+// with the topology of the full surface, is complete and checked, and how much had come by then.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -100,10 +104,25 @@ struct Stream {
   std::vector<FetchedStep> steps;
 };
 
-Stream fetched(Client& client, const DatasetInfo& info, const IsosurfaceRequest& request) {
+struct Way {
+  const char* name;
+  std::vector<PayloadCodec> codecs;
+  MeshUse use;
+};
+const std::vector<Way>& ways() {
+  static const std::vector<PayloadCodec> kDraco = {PayloadCodec::kDracoLattice};
+  static const std::vector<PayloadCodec> kBoth = ClientOptions{}.codecs;
+  static const std::vector<Way> all = {{"draco", kDraco, MeshUse::kKeep},
+                                       {"samples", kBoth, MeshUse::kKeep},
+                                       {"display", kBoth, MeshUse::kDisplay}};
+  return all;
+}
+
+Stream fetched(Client& client, const DatasetInfo& info, const IsosurfaceRequest& request,
+               MeshUse use) {
   TileMemory tiles({.tiles = 4096, .triangles = 20'000'000});
   SurfaceStream stream(client, tiles);
-  value(stream.open(info, {.dataset = info.name, .request = request, .held = {}}));
+  value(stream.open(info, {.dataset = info.name, .request = request, .held = {}, .use = use}));
   Stream all;
   for (;;) {
     StreamNews news = value(stream.next(std::chrono::seconds(10)));
@@ -113,16 +132,35 @@ Stream fetched(Client& client, const DatasetInfo& info, const IsosurfaceRequest&
 }
 
 std::string name_of(const StepBegin& step) {
+  if (step.shell) {
+    const int levels = step.shell->levels_per_octave;
+    return std::to_string(step.finest_spacing) + "v" + (levels > 0 ? std::to_string(levels) : "");
+  }
   return std::to_string(step.finest_spacing) +
          (step.request.simplify && !step.is_unsimplified ? "s" : "");
 }
 
-void report(const std::string& volume, const char* link, const IsosurfaceRequest& request,
+std::string certified_text(const Stream& stream, double error_world) {
+  std::uint64_t bytes = 0;
+  for (const FetchedStep& fetched : stream.steps) {
+    const CommittedStep& step = *fetched.step;
+    bytes += step.end.payload_bytes;
+    if (!preserves_topology(step.begin) || step.begin.error_bound_world > error_world) continue;
+    char text[64];
+    std::snprintf(text, sizeof(text), "%.3f s, %.0f KiB", fetched.seconds,
+                  static_cast<double>(bytes) / 1024);
+    return text;
+  }
+  return "never";
+}
+
+void report(const std::string& volume, const std::string& link, const IsosurfaceRequest& request,
             const Stream& stream, const FullSurface& full, const DatasetInfo& info, bool json) {
   std::vector<double> far;
   for (const FetchedStep& step : stream.steps) far.push_back(full.percentile_99(step.step->mesh));
   const double voxel = voxel_length(info);
-  std::printf("| %s, %g | %s | %g |", volume.c_str(), request.isovalue, link, request.error);
+  std::printf("| %s, %g | %s | %g | %s |", volume.c_str(), request.isovalue, link.c_str(),
+              request.error, certified_text(stream, request.error * voxel).c_str());
   const auto cell = [&](std::size_t i) {
     std::printf(" %.3g; %.2f |", stream.steps[i].step->begin.error_bound_world / voxel, far[i]);
   };
@@ -147,7 +185,7 @@ void report(const std::string& volume, const char* link, const IsosurfaceRequest
   std::puts(" |");
   if (json) {
     std::printf("{\"volume\":\"%s\",\"isovalue\":%g,\"link\":\"%s\",\"error\":%g,\"steps\":[",
-                volume.c_str(), request.isovalue, link, request.error);
+                volume.c_str(), request.isovalue, link.c_str(), request.error);
     for (std::size_t i = 0; i < stream.steps.size(); ++i) {
       std::printf("%s{\"seconds\":%.4f,\"error\":%g,\"p99\":%.4f,\"triangles\":%zu}",
                   i == 0 ? "" : ",", stream.steps[i].seconds,
@@ -163,6 +201,14 @@ struct Arguments {
   std::size_t threads = 2;
   std::vector<double> errors = {0.5, 2};
   bool json = false;
+
+  [[nodiscard]] static std::vector<std::pair<Link, Way>> streams() {
+    std::vector<std::pair<Link, Way>> all;
+    for (const Link& link : kLinks) {
+      for (const Way& way : ways()) all.emplace_back(link, way);
+    }
+    return all;
+  }
 };
 
 void run(const std::string& file, const std::vector<double>& isovalues, const Arguments& with) {
@@ -171,22 +217,24 @@ void run(const std::string& file, const std::vector<double>& isovalues, const Ar
   const DatasetInfo& info = dataset->info;
   for (std::size_t i = 0; i < isovalues.size(); ++i) {
     const FullSurface full(*extractor, isovalues[i]);
-    for (const Link& link : kLinks) {
+    for (const auto& [link, way] : with.streams()) {
       // Nothing is remembered from one link to the next, but what triangles cost.
       auto catalogue = std::make_shared<DatasetCatalogue>();
       catalogue->add(std::make_shared<ExtractedSurfaces>(extractor));
       testing::RunningServer server(catalogue, {.service = {.workers = with.threads}});
       std::optional<ShapedLink> shaped;
       if (link.bytes_per_second > 0) shaped.emplace(server.endpoint(), link.bytes_per_second);
-      Client client = value(Client::connect(shaped ? shaped->endpoint() : server.endpoint(), {}));
+      Client client = value(
+          Client::connect(shaped ? shaped->endpoint() : server.endpoint(), {.codecs = way.codecs}));
       (void)value(client.list_datasets());
       // A neighbouring isovalue first: the server then has the estimates that it has during a drag.
-      (void)fetched(client, info, {.isovalue = isovalues[i] * 1.01, .error = 2, .simplify = true});
+      (void)fetched(client, info, {.isovalue = isovalues[i] * 1.01, .error = 2, .simplify = true},
+                    way.use);
       for (const double error : with.errors) {
         const IsosurfaceRequest request = {
             .isovalue = isovalues[i], .error = error, .simplify = true};
-        report(info.name, link.name, request, fetched(client, info, request), full, info,
-               with.json);
+        report(info.name, std::string(link.name) + ", " + way.name, request,
+               fetched(client, info, request, way.use), full, info, with.json);
       }
     }
   }
@@ -208,10 +256,12 @@ int main_with(const std::vector<std::string>& words) {
   }
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, arguments.threads);
   std::puts(
-      "| volume, isovalue | link | error | after 50 ms: error; p99 | 100 ms | 250 ms | 500 ms | 1 "
+      "| volume, isovalue | link | error | certified | after 50 ms: error; p99 | 100 ms | 250 ms | "
+      "500 ms | 1 "
       "s "
-      "| end | complete | steps (finest spacing, s: simplified): triangles, bytes, there after "
-      "(made in) |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+      "| end | complete | steps (finest spacing, s: simplified, v: samples): triangles, bytes, "
+      "there after "
+      "(made in) |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
   while (i < words.size()) {
     const std::string file = words[i++];
     std::vector<double> isovalues;

@@ -3,6 +3,9 @@
 #include <bit>
 #include <cmath>
 #include <set>
+#include <vector>
+
+#include "common/mesh/joined_tiles.hpp"
 
 namespace multitetra {
 namespace {
@@ -101,6 +104,9 @@ std::optional<std::string> shell_fault(const StepBegin& begin, const OpenStream&
   if (begin.is_final && open.use == MeshUse::kKeep) {
     return "the final step has sample shells, though its mesh shall be kept";
   }
+  std::vector<OctreeCube> cubes;
+  for (const TileSummary& tile : begin.tiles) cubes.push_back(tile.cube);
+  if (!are_apart(cubes)) return "the cubes of its sample shells overlap";
   // Other machines round exponential functions in another way.
   constexpr double kRounding = 1e-9;
   const double bound = error_bound(*begin.shell, info.spacing, begin.finest_spacing);

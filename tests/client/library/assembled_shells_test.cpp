@@ -185,6 +185,12 @@ TEST(AssembledShells, ThatLeaveAHoleAreRefused) {
   expect_refused_shells([](ShellStream& stream) { stream.tiles.pop_back(); }, "open edges");
 }
 
+TEST(AssembledShells, ThatOverlapAreRefused) {
+  expect_refused_shells(
+      [](ShellStream& stream) { stream.tiles[0].summary.cube = OctreeCube{.exponent = 5}; },
+      "overlap");
+}
+
 TEST(AssembledShells, AreNoAnswerToAClientThatKeepsTheMesh) {
   OpenStream to_keep = to_display();
   to_keep.use = MeshUse::kKeep;

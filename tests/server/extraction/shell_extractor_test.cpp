@@ -11,6 +11,7 @@
 #include <cmath>
 
 #include "common/base/in_parallel.hpp"
+#include "common/mesh/joined_tiles.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "server/core/errors/leaves.hpp"
 #include "server/extraction/reference_extractor.hpp"
@@ -146,6 +147,54 @@ TEST_P(ExtractShells, HaveTheTopologyOfEverySurfaceThatKeepsIt) {
       EXPECT_EQ(found.components, expected.components);
     }
   }
+}
+
+TEST_P(ExtractShells, JoinToTheWeldedMeshWithItsTopology) {
+  const DatasetPtr dataset = prepared(GetParam());
+  const ForEachTile for_each = [](std::size_t count, const std::function<void(std::size_t)>& body) {
+    in_parallel(count, body);
+  };
+  for (const std::int32_t spacing : {1, 2}) {
+    const ShellLevel level = {.isovalue = isovalues_of(*dataset)[0],
+                              .finest_spacing = spacing,
+                              .shell = quantized_shells(4)};
+    const auto shells = extract_shells(*dataset, level, {}, 8);
+    const auto meshes = decoded(shells);
+    std::vector<TileInCube> tiles;
+    std::vector<OctreeCube> cubes;
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+      tiles.push_back({.mesh = &meshes[i], .cube = shells[i].summary.cube});
+      cubes.push_back(shells[i].summary.cube);
+    }
+    EXPECT_TRUE(are_apart(cubes));
+    // Also where a surface ends that should not.
+    DataBorder nowhere = data_border(dataset->info, level.lattice_resolution, 0, spacing);
+    nowhere.low = {-1, -1, -1};
+    nowhere.high = {1 << 20, 1 << 20, 1 << 20};
+    for (const DataBorder& border :
+         {nowhere, data_border(dataset->info, level.lattice_resolution, 0, spacing)}) {
+      const JoinedTiles joined = joined_tiles(tiles, level.lattice_resolution, border, for_each);
+      const LatticeMesh expected = welded(meshes, level.lattice_resolution);
+      EXPECT_EQ(joined.topology, topology(expected, border));
+      EXPECT_EQ(joined.mesh.vertices.size(), expected.vertices.size());
+      EXPECT_EQ(sorted_triangles(joined.mesh), sorted_triangles(expected));
+    }
+    if (meshes.size() < 2) continue;
+    // A tile twice, and one that is missing.
+    std::vector<TileInCube> without(tiles.begin() + 1, tiles.end());
+    std::vector<const LatticeMesh*> left;
+    for (const TileInCube& tile : without) left.push_back(tile.mesh);
+    EXPECT_EQ(joined_tiles(without, level.lattice_resolution, nowhere, for_each).topology,
+              topology(weld(left, level.lattice_resolution), nowhere));
+  }
+}
+
+TEST(AreApart, FindsCubesInOthers) {
+  const OctreeCube cube = {.exponent = 4, .x = 1, .y = 2, .z = 3};
+  EXPECT_TRUE(are_apart(std::vector{cube, OctreeCube{4, 1, 2, 2}, OctreeCube{3, 0, 0, 0}}));
+  EXPECT_FALSE(are_apart(std::vector{cube, cube}));
+  EXPECT_FALSE(are_apart(std::vector{cube, cube.child(5)}));
+  EXPECT_FALSE(are_apart(std::vector{cube.child(5).child(2), cube}));
 }
 
 DatasetPtr prepared_noise() {
