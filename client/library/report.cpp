@@ -30,6 +30,7 @@ Json step_json(const FetchedStep& fetched) {
                 begin.finest_spacing > 1 ? Json(nullptr) : Json(begin.error_bound_world)},
                {"simplification_bound_world", simplification_bound(begin)},
                {"finest_spacing", begin.finest_spacing},
+               {"codec", begin.shell ? "sample_shell" : "draco"},
                {"tetrahedra", begin.tetrahedra},
                {"active_tetrahedra", begin.active_tetrahedra}};
   json.update(json_of(fetched.step->topology));
@@ -108,6 +109,7 @@ std::string step_line(const FetchedStep& fetched, const DatasetInfo& info) {
   const auto triangles = static_cast<std::uint64_t>(fetched.step->topology.triangles);
   const std::string kind = begin.is_final             ? " (final)"
                            : begin.finest_spacing > 1 ? " (preview)"
+                           : begin.shell              ? " (samples)"
                                                       : " (unsimplified)";
   return "step " + std::to_string(begin.step) + kind + ": " + "isovalue " +
          shortest_text(begin.request.isovalue) + ", " + accuracy_of(begin, info) + ", " +

@@ -32,7 +32,7 @@ struct FetchReport {
 // final step in the world; null: there is none, or it has a border), tiles_held,
 // tiles_received, bytes_received, reconnections, steps, and, of a fetch that failed, error: {code,
 // text}. A step's keys are those of json_report.hpp and: step, final, parameters, error_bound_world
-// (null: a preview has none), finest_spacing, tetrahedra, active_tetrahedra, tiles, tiles_received,
+// (null: a preview has none), finest_spacing, codec (draco, sample_shell), tetrahedra, active_tetrahedra, tiles, tiles_received,
 // bytes (of payload), first_byte_seconds, seconds, server_seconds, content_digest, checks. After a
 // lost connection tiles_received and bytes of a step are those that came since.
 [[nodiscard]] std::string json_report(const FetchReport& report);

@@ -7,6 +7,7 @@
 
 #include "common/net/frame.hpp"
 #include "common/wire/messages.hpp"
+#include "common/wire/shell_tile.hpp"
 
 namespace multitetra {
 namespace {
@@ -61,6 +62,13 @@ LatticeMesh triangle() {
       std::vector<LatticeTriangle>{{LatticePoint{16, 0, 0}, {0, 16, 0}, {0, 0, 16}}}, 5);
 }
 
+std::string shell_example() {
+  std::ifstream file(std::filesystem::path(MULTITETRA_TEST_DATA) / "shell_example.bin",
+                     std::ios::binary);
+  EXPECT_TRUE(file);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
 // What the page shall say, given the payload of its tile: Draco's bytes may change between
 // versions, their meaning may not.
 std::vector<Spoken> expected(const std::string& payload) {
@@ -74,6 +82,18 @@ std::vector<Spoken> expected(const std::string& payload) {
                   .triangles = 1,
                   .vertices = 3,
                   .bytes = static_cast<std::uint32_t>(payload.size())}};
+  // The codec's own example: the surface around one sample.
+  const auto shell = std::make_shared<const std::string>(shell_example());
+  StepBegin in_shells{.request_id = 2,
+                      .is_final = true,
+                      .request = {.isovalue = 34.5, .error = 0},
+                      .shell = ShellStep{}};
+  in_shells.tiles = {{.cube = {1, 0, 0, 0},
+                      .digest = digest_of_bytes(*shell),
+                      .triangles = 48,
+                      .vertices = 26,
+                      .bytes = static_cast<std::uint32_t>(shell->size())}};
+  const std::vector kBoth = {PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell};
   const Tile tile{.request_id = 1, .payload = std::make_shared<const std::string>(payload)};
   const StepEnd end{.request_id = 1,
                     .tiles_sent = 1,
@@ -81,9 +101,10 @@ std::vector<Spoken> expected(const std::string& payload) {
                     .digest = digest(mesh),
                     .seconds = 0.25};
   return {
-      {"client: Hello", framed_message(ClientMessage(Hello{.agent = "demo"}))},
-      {"server: Welcome", framed_message(ServerMessage(Welcome{
-                              .agent = "demo", .max_message_bytes = kMaxClientFrameBytes}))},
+      {"client: Hello", framed_message(ClientMessage(Hello{.codecs = kBoth, .agent = "demo"}))},
+      {"server: Welcome",
+       framed_message(ServerMessage(
+           Welcome{.codecs = kBoth, .agent = "demo", .max_message_bytes = kMaxClientFrameBytes}))},
       {"client: OpenStream",
        framed_message(ClientMessage(OpenStream{.request_id = 1,
                                                .dataset = "corner",
@@ -95,10 +116,24 @@ std::vector<Spoken> expected(const std::string& payload) {
       {"server: StreamEnd", framed_message(ServerMessage(StreamEnd{.request_id = 1, .steps = 1}))},
       {"client: Cancel", framed_message(ClientMessage(Cancel{.request_id = 1}))},
       {"client: OpenStream",
-       framed_message(ClientMessage(OpenStream{.request_id = 2, .dataset = "coroner"}))},
+       framed_message(ClientMessage(OpenStream{.request_id = 2,
+                                               .dataset = "drop",
+                                               .request = in_shells.request,
+                                               .steps = StepPolicy::kFinalOnly,
+                                               .use = MeshUse::kDisplay}))},
+      {"server: StepBegin", framed_message(ServerMessage(in_shells))},
+      {"server: Tile", framed_message(ServerMessage(Tile{.request_id = 2, .payload = shell}))},
+      {"server: StepEnd", framed_message(ServerMessage(StepEnd{.request_id = 2,
+                                                               .tiles_sent = 1,
+                                                               .payload_bytes = shell->size(),
+                                                               .digest = digest_of_bytes(*shell),
+                                                               .seconds = 0.25}))},
+      {"server: StreamEnd", framed_message(ServerMessage(StreamEnd{.request_id = 2, .steps = 1}))},
+      {"client: OpenStream",
+       framed_message(ClientMessage(OpenStream{.request_id = 3, .dataset = "coroner"}))},
       {"server: ErrorReply",
        framed_message(ServerMessage(ErrorReply{
-           .request_id = 2,
+           .request_id = 3,
            .error = {ErrorCode::kUnknownDataset,
                      "No dataset is named \"coroner\"; ListDatasets tells those that are."}}))},
   };
@@ -133,6 +168,8 @@ TEST(ConversationExample, OfThePageGivesTheTriangle) {
     if (spoken.title.starts_with("server")) reader.feed(spoken.frame);
   }
   std::optional<TileSummary> promised;
+  std::optional<ShellStep> shell;
+  std::size_t triangles_of_shell = 0;
   std::optional<LatticeMesh> mesh;
   while (true) {
     const auto frame = reader.next();
@@ -140,9 +177,18 @@ TEST(ConversationExample, OfThePageGivesTheTriangle) {
     if (!*frame) break;
     const auto message = parse_server_message(**frame);
     ASSERT_TRUE(message) << message.error().error.text;
-    if (const auto* begin = std::get_if<StepBegin>(&*message)) promised = begin->tiles.at(0);
+    if (const auto* begin = std::get_if<StepBegin>(&*message)) {
+      promised = begin->tiles.at(0);
+      shell = begin->shell;
+    }
     if (const auto* tile = std::get_if<Tile>(&*message)) {
       ASSERT_TRUE(promised);
+      if (shell) {
+        const auto marched = decode_shell_tile(*tile->payload, *promised, {.shell = *shell});
+        ASSERT_TRUE(marched) << marched.error().text;
+        triangles_of_shell = marched->triangles.size();
+        continue;
+      }
       const auto decoded = decode_tile(*tile->payload, *promised, 5);
       ASSERT_TRUE(decoded) << decoded.error().text;
       mesh = *decoded;
@@ -150,6 +196,7 @@ TEST(ConversationExample, OfThePageGivesTheTriangle) {
   }
   ASSERT_TRUE(mesh);
   EXPECT_EQ(digest(*mesh), digest(triangle()));
+  EXPECT_EQ(triangles_of_shell, 48U);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // A gateway in front of servers: what clients see of it is what a server would show them, also when
 // a server is lost.
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 
@@ -77,6 +78,16 @@ TEST(ForwardedStream, ContinuesOnTheNextServer) {
   EXPECT_EQ(stream.open().steps, StepPolicy::kFinalOnly);
 }
 
+TEST(ForwardedStream, NamesShellsThatEndAStreamAsItsLastPreview) {
+  ForwardedStream stream{OpenStream{.request_id = 1, .use = MeshUse::kDisplay}};
+  const ShellStep shell = quantized_shells(2);
+  (void)stream.next(StepBegin{.request_id = 1, .finest_spacing = 8, .shell = shell});
+  (void)stream.next(StepBegin{.request_id = 1, .step = 1, .is_final = true, .shell = shell});
+  EXPECT_EQ(stream.open().begun, (std::vector<Preview>{{.finest_spacing = 8, .shell = shell},
+                                                       {.finest_spacing = 1, .shell = shell}}));
+  EXPECT_EQ(stream.open().steps, StepPolicy::kProgressive);
+}
+
 // ---- over sockets
 
 void greet(WebSocketClient& client) {
@@ -124,6 +135,33 @@ TEST(GatewayTest, BehavesAsAServer) {
   EXPECT_EQ(client.receive_a<Pong>().value, 5U);
   open(client, 3);
   EXPECT_EQ(timeless(all_of_stream(client)).size(), messages.size());
+}
+
+TEST(GatewayTest, RelaysShellsToClientsThatDecodeThem) {
+  Upstream upstream(octahedron());
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
+  const auto shells_for = [&](const std::vector<PayloadCodec>& codecs) {
+    WebSocketClient client(gateway.http());
+    client.send(Hello{.codecs = codecs});
+    EXPECT_EQ(client.receive_a<Welcome>().codecs, codecs);
+    client.send(OpenStream{.request_id = 1,
+                           .dataset = "octahedron",
+                           .request = {.isovalue = 1, .error = 0.5},
+                           .use = MeshUse::kDisplay});
+    const auto messages = all_of_stream(client);
+    EXPECT_TRUE(std::holds_alternative<StreamEnd>(messages.back()));
+    std::vector<bool> shells;
+    for (const ServerMessage& message : messages) {
+      if (const auto* begin = std::get_if<StepBegin>(&message)) {
+        shells.push_back(begin->shell.has_value());
+      }
+    }
+    return shells;
+  };
+  const auto with = shells_for({PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell});
+  EXPECT_EQ(std::count(with.begin(), with.end(), false), 0);
+  const auto without = shells_for({PayloadCodec::kDracoLattice});
+  EXPECT_EQ(std::count(without.begin(), without.end(), true), 0);
 }
 
 TEST(GatewayTest, ReportsThatNoServerIsReachable) {
