@@ -50,9 +50,9 @@ Result<DatasetInfo> chosen(const std::string& name, const std::vector<DatasetInf
                                   [&](const DatasetInfo& info) { return info.name == name; });
   if (found != datasets.end()) return *found;
   for (const DatasetInfo& info : datasets) {
-    if (!info.member || info.member->family != name) continue;
+    if (!info.member || info.member->series != name) continue;
     return fail(ErrorCode::kUnknownDataset, "\"" + name +
-                                                "\" is a family of datasets; choose one of them, "
+                                                "\" is a series of datasets; choose one of them, "
                                                 "as --dataset " +
                                                 info.name + ".");
   }

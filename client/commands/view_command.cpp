@@ -147,12 +147,12 @@ Result<std::string> viewer_address(const ViewArguments& a) {
   if (a.isovalue) say("isovalue", shortest_text(*a.isovalue));
   if (a.error != defaults.error) say("error", shortest_text(a.error));
   if (a.bound != defaults.bound) say("bound", a.bound);
-  if (a.topology_rule != defaults.topology_rule) say("rule", a.topology_rule);
-  if (a.topology_tolerance > 0) say("tolerance", shortest_text(a.topology_tolerance));
-  if (a.max_triangles > 0) say("maxTriangles", std::to_string(a.max_triangles));
+  if (a.topology_rule != defaults.topology_rule) say("topology_rule", a.topology_rule);
+  if (a.topology_tolerance > 0) say("topology_tolerance", shortest_text(a.topology_tolerance));
+  if (a.max_triangles > 0) say("max_triangles", std::to_string(a.max_triangles));
   if (a.simplify != defaults.simplify) say("simplify", "false");
   if (a.clip != defaults.clip) say("clip", a.clip);
-  if (a.min_component > 0) say("minComponent", shortest_text(a.min_component));
+  if (a.min_component > 0) say("min_component", shortest_text(a.min_component));
   if (!a.region.empty()) {
     const auto region = region_words(a.region);
     if (!region) return tl::unexpected(region.error());

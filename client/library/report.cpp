@@ -158,7 +158,7 @@ std::string text_list(const std::vector<DatasetInfo>& datasets) {
   const bool has_members = std::any_of(datasets.begin(), datasets.end(),
                                        [](const DatasetInfo& info) { return info.member; });
   std::vector<Row> rows = {{"DATASET", "SAMPLES", "TYPE", "VALUES", "SUGGESTED ISOVALUES"}};
-  if (has_members) rows.front().push_back("MEMBER OF FAMILY");
+  if (has_members) rows.front().push_back("MEMBER OF SERIES");
   for (const DatasetInfo& info : datasets) {
     std::string isovalues;
     for (const double isovalue : info.suggested_isovalues) {

@@ -360,12 +360,12 @@ void define_datasets(py::module_& module) {
       .def_readonly("value", &Label::value)
       .def_readonly("name", &Label::name)
       .def_readonly("color", &Label::color);
-  py::class_<FamilyMember>(module, "FamilyMember")
-      .def_readonly("family", &FamilyMember::family)
-      .def_readonly("field", &FamilyMember::field)
-      .def_readonly("time", &FamilyMember::time)
-      .def_readonly("time_unit", &FamilyMember::time_unit)
-      .def_readonly("label", &FamilyMember::label);
+  py::class_<SeriesMember>(module, "SeriesMember")
+      .def_readonly("series", &SeriesMember::series)
+      .def_readonly("field", &SeriesMember::field)
+      .def_readonly("time", &SeriesMember::time)
+      .def_readonly("time_unit", &SeriesMember::time_unit)
+      .def_readonly("label", &SeriesMember::label);
   py::class_<DatasetInfo>(module, "DatasetInfo")
       .def_readonly("name", &DatasetInfo::name)
       .def_readonly("dims", &DatasetInfo::dims)

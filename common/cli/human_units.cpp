@@ -65,8 +65,8 @@ std::string human_error(double world, LengthUnit unit, const DatasetInfo& info) 
   return voxels + (voxels == "1" ? " voxel (" : " voxels (") + length + ")";
 }
 
-std::string human_member(const FamilyMember& member) {
-  std::string text = "\"" + member.family + "\"";
+std::string human_member(const SeriesMember& member) {
+  std::string text = "\"" + member.series + "\"";
   if (!member.field.empty()) text += ", field " + member.field;
   if (member.time) {
     text += ", time " + human_number(*member.time);

@@ -25,6 +25,6 @@ namespace multitetra {
 [[nodiscard]] std::string human_error(double world, LengthUnit unit, const DatasetInfo& info);
 
 // "heart", field p, time 0.25 s, label 3 (liver, #dd8265): what of it is known.
-[[nodiscard]] std::string human_member(const FamilyMember& member);
+[[nodiscard]] std::string human_member(const SeriesMember& member);
 
 }  // namespace multitetra

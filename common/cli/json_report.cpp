@@ -64,13 +64,13 @@ Json json_of(const ThresholdView& view) {
 }  // namespace
 
 Json json_of(const LocalThresholds& thresholds) {
-  Json json = {{"coordinates", name(thresholds.coordinates)},
-               {"combination", name(thresholds.combination)},
+  Json json = {{"region_unit", name(thresholds.coordinates)},
+               {"combine", name(thresholds.combination)},
                {"at_least", thresholds.at_least}};
   for (const ThresholdRegion& region : thresholds.regions) {
     json["regions"].push_back(json_of(region));
   }
-  if (thresholds.grid) json["grid"] = json_of(*thresholds.grid);
+  if (thresholds.grid) json["threshold_grid"] = json_of(*thresholds.grid);
   if (thresholds.view) json["view"] = json_of(*thresholds.view);
   return json;
 }
@@ -82,13 +82,13 @@ Json json_of(const IsosurfaceRequest& request) {
                {"bound", name(request.measure)},
                {"topology_rule", name(request.topology_rule)},
                {"topology_tolerance", request.topology_tolerance},
-               {"lattice_resolution", request.lattice_resolution}};
+               {"lattice", request.lattice_resolution}};
   if (request.thresholds != LocalThresholds{}) json["thresholds"] = json_of(request.thresholds);
   if (request.max_triangles != 0) json["max_triangles"] = request.max_triangles;
   if (request.max_bytes != 0) json["max_bytes"] = request.max_bytes;
   if (request.simplify) json["simplify"] = true;
   if (request.embedded) json["embedded"] = true;
-  if (request.normal_bits != 0) json["normal_bits"] = request.normal_bits;
+  if (request.normal_bits != 0) json["normals"] = request.normal_bits;
   return json;
 }
 
@@ -104,14 +104,14 @@ Json json_of(const MeshTopology& topology) {
           {"degenerate_triangles", topology.degenerate_triangles}};
 }
 
-Json json_of(const FamilyMember& member) {
+Json json_of(const SeriesMember& member) {
   Json label;
   if (member.label) {
     label = {{"value", member.label->value},
              {"name", member.label->name},
              {"color", member.label->color ? Json(color_text(*member.label->color)) : Json()}};
   }
-  return {{"family", member.family},
+  return {{"series", member.series},
           {"field", member.field},
           {"time", member.time ? Json(*member.time) : Json()},
           {"time_unit", member.time_unit},

@@ -14,12 +14,12 @@ namespace multitetra {
 
 using Json = nlohmann::ordered_json;
 
-// isovalue, error, unit, bound, topology_rule, topology_tolerance, lattice_resolution; where they
-// are not their defaults also thresholds, max_triangles, max_bytes, simplify, normal_bits
+// isovalue, error, unit, bound, topology_rule, topology_tolerance, lattice; where they are not
+// their defaults also thresholds, max_triangles, max_bytes, simplify, embedded, normals
 [[nodiscard]] Json json_of(const IsosurfaceRequest& request);
 
-// coordinates, combination, at_least, regions, grid (its samples as a summary), view; the latter
-// three where there are any
+// region_unit, combine, at_least, regions, threshold_grid (its samples as a summary), view; the
+// latter three where there are any
 [[nodiscard]] Json json_of(const LocalThresholds& thresholds);
 
 // is_empty, triangles, vertices, euler_characteristic, components, border_edges, open_edges,

@@ -10,8 +10,8 @@
 
 #include "common/base/affine.hpp"
 #include "common/mesh/mesh_checks.hpp"
-#include "common/request/family_member.hpp"
 #include "common/request/physical_meaning.hpp"
+#include "common/request/series_member.hpp"
 
 namespace multitetra {
 
@@ -47,7 +47,7 @@ struct DatasetInfo {
   // The same exactly if samples and bins of errors are the same, so that equal requests have equal
   // answers; 0: not told.
   std::uint64_t content_id = 0;
-  std::optional<FamilyMember> member = std::nullopt;  // None: a dataset of its own.
+  std::optional<SeriesMember> member = std::nullopt;  // None: a dataset of its own.
 
   friend bool operator==(const DatasetInfo&, const DatasetInfo&) = default;
 };

@@ -70,7 +70,7 @@ metric() {
   for one in "$@"; do curl -sf "$one/metrics"; done | awk -v name="$name" '$1 == name { sum += $2 } END { print sum + 0 }'
 }
 mesh() { echo "/v1/datasets/head/isosurface?isovalue=$1&error=2&format=${2:-glb}"; }
-made='multitetra_requests_total{door="http",kind="isosurface",outcome="complete"}'
+made='multitetra_requests_total{kind="isosurface",outcome="complete",transport="http"}'
 
 # ---- repeats
 
@@ -118,7 +118,7 @@ for one in "${servers[@]}"; do shares+=("$(metric "$made" "$one")"); done
 echo "hashing: $three_servers % of the tiles in the memory of three servers (${shares[*]} meshes), $one_server % of one alone"
 
 # A mesh for neuroglancer is made for its first file, and its other one is at the same server.
-for door in "$haproxy" "$nginx"; do
+for listener in "$haproxy" "$nginx"; do
   for isovalue in 100.5 200.5 300.5; do
     segment=$(python3 -c 'import struct, sys; print(struct.unpack("<Q", struct.pack("<d", float(sys.argv[1])))[0])' "$isovalue")
     answered='multitetra_http_answers_total{kind="neuroglancer",status="200"}'
@@ -126,12 +126,12 @@ for door in "$haproxy" "$nginx"; do
     for one in "${servers[@]}"; do before+=("$(metric "$answered" "$one")"); done
     for file in .index ''; do
       # Answers while it is made say when to come again.
-      curl -sf --retry 60 -o out "$door/v1/neuroglancer/head/surfaces,error=2/$segment$file" ||
-        fail "$door: no mesh for neuroglancer at $isovalue"
+      curl -sf --retry 60 -o out "$listener/v1/neuroglancer/head/surfaces,error=2/$segment$file" ||
+        fail "$listener: no mesh for neuroglancer at $isovalue"
     done
     for at in 0 1 2; do
       more=$(($(metric "$answered" "${servers[at]}") - before[at]))
-      [ "$more" != 1 ] || fail "$door: the two files of a mesh for neuroglancer come from two servers"
+      [ "$more" != 1 ] || fail "$listener: the two files of a mesh for neuroglancer come from two servers"
     done
   done
 done
@@ -142,10 +142,10 @@ done
 digest() { python3 -c 'import json, sys; print(json.load(open(sys.argv[1]))["steps"][-1]["content_digest"])' "$1"; }
 "$bin/multitetra-client" fetch --server "${alone/http:/ws:}" --dataset head --isovalue 100.5 --error 0.5 --quiet \
   --report alone.json -o alone.ply
-for door in "$haproxy" "$nginx"; do
-  "$bin/multitetra-client" fetch --server "${door/http:/ws:}" --dataset head --isovalue 100.5 --error 0.5 --quiet \
-    --report report.json -o fetched.ply || { fail "a stream through $door"; continue; }
-  [ "$(digest report.json)" = "$(digest alone.json)" ] || fail "a stream through $door is another mesh"
+for listener in "$haproxy" "$nginx"; do
+  "$bin/multitetra-client" fetch --server "${listener/http:/ws:}" --dataset head --isovalue 100.5 --error 0.5 --quiet \
+    --report report.json -o fetched.ply || { fail "a stream through $listener"; continue; }
+  [ "$(digest report.json)" = "$(digest alone.json)" ] || fail "a stream through $listener is another mesh"
 done
 echo "streams: the same mesh over WebSockets through HAProxy and nginx"
 
@@ -159,8 +159,8 @@ kill -9 "${server_pids[1]}"
 wait "${server_pids[1]}" 2>/dev/null || true
 lost=0
 for isovalue in $(seq -290.5 100 700); do
-  for door in "$haproxy" "$nginx"; do
-    curl -sf -o out "$door$(mesh "$isovalue")" || { lost=$((lost + 1)); fail "$door: no mesh at $isovalue while a server is lost"; }
+  for listener in "$haproxy" "$nginx"; do
+    curl -sf -o out "$listener$(mesh "$isovalue")" || { lost=$((lost + 1)); fail "$listener: no mesh at $isovalue while a server is lost"; }
   done
 done
 wait "$load" || fail "clients lost results: $(cat load.log)"

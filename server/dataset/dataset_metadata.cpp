@@ -121,8 +121,8 @@ Json to_json(const Affine& map) {
 }
 
 // Fields that say nothing are left out.
-Json to_json(const FamilyMember& member) {
-  Json json = {{"family", member.family}};
+Json to_json(const SeriesMember& member) {
+  Json json = {{"series", member.series}};
   if (!member.field.empty()) json["field"] = member.field;
   if (member.time) json["time"] = *member.time;
   if (!member.time_unit.empty()) json["time_unit"] = member.time_unit;
@@ -133,9 +133,9 @@ Json to_json(const FamilyMember& member) {
   return json;
 }
 
-FamilyMember member_from(const Json& json, std::string& trouble) {
+SeriesMember member_from(const Json& json, std::string& trouble) {
   Fields fields(json, trouble);
-  FamilyMember member{.family = fields.text("family"),
+  SeriesMember member{.series = fields.text("series"),
                       .field = fields.later_text("field"),
                       .time = fields.later_number("time"),
                       .time_unit = fields.later_text("time_unit")};

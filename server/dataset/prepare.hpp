@@ -28,7 +28,7 @@ struct PrepareOptions {
   std::optional<double> outside = std::nullopt;  // The value beyond the data; none means void.
   std::int32_t margin = 0;                       // Grid steps around the data.
   int bins = IsovalueBins::kDefaultCount;        // Of the error spectrum, 1 to kMaxCount.
-  std::optional<FamilyMember> member = std::nullopt;
+  std::optional<SeriesMember> member = std::nullopt;
   // Where these are given: instead of those that the histogram suggests, and of even bins. Edges
   // increase strictly; those beyond the values are left out.
   std::vector<double> suggested_isovalues = {};

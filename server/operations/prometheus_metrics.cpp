@@ -87,20 +87,20 @@ struct PrometheusMetrics::Families {
   Gauge& waiting_bytes =
       gauge(registry, "multitetra_queue_bytes", "Bytes of steps that wait for their clients.");
   Gauge& datasets = gauge(registry, "multitetra_datasets", "Datasets that are served.");
-  Family<Counter>& block_hits =
-      counter(registry, "multitetra_block_hits_total",
-              "Blocks of files behind addresses that were found in memory or on the disk, by where.");
-  Counter& block_fetches = counter(registry, "multitetra_block_fetches_total",
-                                    "Blocks that came from their stores.")
-                                .Add({});
+  Family<Counter>& block_hits = counter(
+      registry, "multitetra_block_hits_total",
+      "Blocks of files behind addresses that were found in memory or on the disk, by where.");
+  Counter& block_fetches =
+      counter(registry, "multitetra_block_fetches_total", "Blocks that came from their stores.")
+          .Add({});
   Counter& block_fetched_bytes =
       counter(registry, "multitetra_block_fetched_bytes_total", "Their bytes.").Add({});
   Counter& block_retries = counter(registry, "multitetra_block_retries_total",
-                                    "Requests to stores that were made once more.")
-                                .Add({});
+                                   "Requests to stores that were made once more.")
+                               .Add({});
   Counter& block_failures = counter(registry, "multitetra_block_failures_total",
-                                     "Requests to stores that failed for good.")
-                                 .Add({});
+                                    "Requests to stores that failed for good.")
+                                .Add({});
   Counter& block_evictions =
       counter(registry, "multitetra_block_evictions_total",
               "Blocks and unpacked bricks that were removed from memory for others.")
@@ -119,16 +119,16 @@ PrometheusMetrics::PrometheusMetrics() : families_(std::make_unique<Families>())
 PrometheusMetrics::~PrometheusMetrics() = default;
 
 void PrometheusMetrics::connected(const ClientFacts& client) {
-  families_->connections.Add({{"door", client.protocol}}).Increment();
-  families_->sessions.Add({{"door", client.protocol}}).Increment();
+  families_->connections.Add({{"transport", client.protocol}}).Increment();
+  families_->sessions.Add({{"transport", client.protocol}}).Increment();
 }
 
 void PrometheusMetrics::disconnected(const ClientFacts& client, double) {
-  families_->sessions.Add({{"door", client.protocol}}).Decrement();
+  families_->sessions.Add({{"transport", client.protocol}}).Decrement();
 }
 
 void PrometheusMetrics::refused(const ClientFacts& client, const char* reason) {
-  families_->refused.Add({{"door", client.protocol}, {"limit", reason}}).Increment();
+  families_->refused.Add({{"transport", client.protocol}, {"limit", reason}}).Increment();
 }
 
 void PrometheusMetrics::request_began(const ClientFacts&, const char* kind) {
@@ -139,23 +139,25 @@ void PrometheusMetrics::request_ended(const ClientFacts& client, const RequestFa
   Families& f = *families_;
   f.running.Add({{"kind", facts.kind}}).Decrement();
   f.requests
-      .Add({{"door", client.protocol},
+      .Add({{"transport", client.protocol},
             {"kind", facts.kind},
             {"outcome", std::string(facts.outcome)}})
       .Increment();
   f.tiles.Increment(static_cast<double>(facts.tiles));
   f.tile_bytes.Increment(static_cast<double>(facts.bytes));
   if (facts.seconds_to_first_tile) {
-    f.first_tile.Add({{"door", client.protocol}}, kSeconds).Observe(*facts.seconds_to_first_tile);
+    f.first_tile.Add({{"transport", client.protocol}}, kSeconds)
+        .Observe(*facts.seconds_to_first_tile);
   }
   if (facts.seconds_to_last_tile && facts.outcome == "complete") {
-    f.last_tile.Add({{"door", client.protocol}}, kSeconds).Observe(*facts.seconds_to_last_tile);
+    f.last_tile.Add({{"transport", client.protocol}}, kSeconds)
+        .Observe(*facts.seconds_to_last_tile);
   }
 }
 
 void PrometheusMetrics::error_answered(const ClientFacts& client, const Error& error,
                                        std::uint64_t) {
-  families_->errors.Add({{"door", client.protocol}, {"code", std::string(name(error.code))}})
+  families_->errors.Add({{"transport", client.protocol}, {"code", std::string(name(error.code))}})
       .Increment();
 }
 
@@ -167,7 +169,7 @@ void PrometheusMetrics::http_answered(const ClientFacts&, const HttpFacts& facts
 void PrometheusMetrics::step_made(double seconds) { families_->steps.Observe(seconds); }
 
 void PrometheusMetrics::sent(ProtocolName protocol, std::size_t bytes) {
-  families_->sent.Add({{"door", protocol}}).Increment(static_cast<double>(bytes));
+  families_->sent.Add({{"transport", protocol}}).Increment(static_cast<double>(bytes));
 }
 
 void PrometheusMetrics::tell_blocks(Families& f, const BlockState& blocks) {

@@ -77,13 +77,13 @@ LogValue request_of(const RequestFacts& facts) {
 void RequestLog::connected(const ClientFacts& client) {
   log_line_about(
       client.peer, level_of(client), "connected",
-      {{"connection", client.connection}, {"door", client.protocol}, {"peer", client.peer}});
+      {{"connection", client.connection}, {"transport", client.protocol}, {"peer", client.peer}});
 }
 
 void RequestLog::disconnected(const ClientFacts& client, double seconds) {
   log_line_about(client.peer, level_of(client), "disconnected",
                  {{"connection", client.connection},
-                  {"door", client.protocol},
+                  {"transport", client.protocol},
                   {"peer", client.peer},
                   {"name", unless_empty(client.name)},
                   {"seconds", seconds}});
@@ -92,7 +92,7 @@ void RequestLog::disconnected(const ClientFacts& client, double seconds) {
 void RequestLog::refused(const ClientFacts& client, const char* limit) {
   log_line_about(client.peer, LogLevel::kWarning, "refused",
                  {{"connection", client.connection},
-                  {"door", client.protocol},
+                  {"transport", client.protocol},
                   {"peer", client.peer},
                   {"limit", limit}});
 }

@@ -1,4 +1,4 @@
-// A browser's own WebSocket, from a door's own page and from a page of another origin.
+// A browser's own WebSocket, from a listener's own page and from a page of another origin.
 //
 //   node browser.mjs TOKEN HTTPS-URL...
 import assert from "node:assert/strict";
@@ -7,7 +7,7 @@ import { createRequire } from "node:module";
 
 const installed = createRequire(new URL("../../client/web/package.json", import.meta.url));
 const { chromium } = installed("playwright-core");
-const [token, ...doors] = process.argv.slice(2);
+const [token, ...listeners] = process.argv.slice(2);
 
 const elsewhere = createServer((_, response) => {
   response.setHeader("Content-Type", "text/html");
@@ -20,25 +20,25 @@ const browser = await chromium.launch({
 });
 try {
   const page = await browser.newPage({ ignoreHTTPSErrors: true });
-  for (const door of doors) {
-    const stream = `${door.replace("https:", "wss:")}/v1/stream`;
-    await page.goto(`${door}/v1/openapi.json`);
+  for (const listener of listeners) {
+    const stream = `${listener.replace("https:", "wss:")}/v1/stream`;
+    await page.goto(`${listener}/v1/openapi.json`);
     const kinds = await page.evaluate(converse, { stream, token });
-    assert.equal(kinds[0], 1, `${door}: Welcome is the first message`);
-    assert.deepEqual(kinds.slice(1), [8], `${door}: then a Pong`);
+    assert.equal(kinds[0], 1, `${listener}: Welcome is the first message`);
+    assert.deepEqual(kinds.slice(1), [8], `${listener}: then a Pong`);
     const status = await page.evaluate(
       async ({ token }) => (await fetch("/v1/datasets", { headers: { Authorization: `Bearer ${token}` } })).status,
       { token },
     );
-    assert.equal(status, 200, `${door}: its own page may ask over HTTP`);
+    assert.equal(status, 200, `${listener}: its own page may ask over HTTP`);
 
     await page.goto(`http://127.0.0.1:${elsewhere.address().port}/`);
-    assert.deepEqual(await page.evaluate(converse, { stream, token }), [], `${door}: another origin's page is refused`);
+    assert.deepEqual(await page.evaluate(converse, { stream, token }), [], `${listener}: another origin's page is refused`);
     const answer = await page.evaluate(
-      (door) => fetch(`${door}/v1/openapi.json`).then((a) => a.status, () => "refused"),
-      door,
+      (listener) => fetch(`${listener}/v1/openapi.json`).then((a) => a.status, () => "refused"),
+      listener,
     );
-    assert.equal(answer, "refused", `${door}: another origin's page may not read`);
+    assert.equal(answer, "refused", `${listener}: another origin's page may not read`);
   }
 } finally {
   await browser.close();

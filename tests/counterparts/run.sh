@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The doors as programs of others speak to them: see README.md.
+# The listeners, as other programs use them: see README.md.
 #   run.sh FOLDER-OF-PROGRAMS [COUNTERPART...]     client curl websockets browser gltf wrk locust tiles neuroglancer paraview
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)

@@ -34,7 +34,7 @@ async def talk(url, token, certificate):
         _, datasets = await receive(socket, "dataset_list")
         assert [info.name for info in datasets.datasets] == ["head"]
         request = request_pb2.IsosurfaceRequest(
-            isovalue=datasets.datasets[0].suggested_isovalues[0], threshold=request_pb2.ThresholdMap(everywhere=1)
+            isovalue=datasets.datasets[0].suggested_isovalues[0], threshold=request_pb2.ThresholdMap(error=1)
         )
         await send(socket, open_stream=pb.OpenStream(request_id=2, dataset="head", request=request))
         tiles, steps, kind = 0, 0, ""

@@ -16,7 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (const SourceLabel& segment : segments_in(text)) {
     require(numbers.insert(segment.label.value).second);
     require(segment.layer >= 0 && segment.layer < kMaxComponents);
-    require(check_member({.family = "segments", .label = segment.label}).has_value());
+    require(check_member({.series = "segments", .label = segment.label}).has_value());
   }
   const auto labels = parse_label_names(text);
   if (!labels) {
@@ -26,7 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::set<double> values;
   for (const Label& label : *labels) {
     require(values.insert(label.value).second);
-    require(check_member({.family = "labels", .label = label}).has_value());
+    require(check_member({.series = "labels", .label = label}).has_value());
   }
   return 0;
 }

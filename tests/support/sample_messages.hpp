@@ -140,9 +140,9 @@ inline TileSummary tile_summary(Random& random) {
   return tile;
 }
 
-inline std::optional<FamilyMember> family_member(Random& random) {
+inline std::optional<SeriesMember> series_member(Random& random) {
   if (random() % 2 == 0) return std::nullopt;
-  FamilyMember member{.family = "family " + std::to_string(up_to(9, random)),
+  SeriesMember member{.series = "series " + std::to_string(up_to(9, random)),
                       .field = text(up_to(kMaxMemberTextBytes, random), random),
                       .time_unit = text(up_to(64, random), random)};
   if (random() % 2 == 0) member.time = number(random);
@@ -183,7 +183,7 @@ inline DatasetInfo dataset_info(Random& random) {
   info.meaning = {.space = one_of<WorldSpace>(0, 2, random),
                   .length_unit = text(up_to(64, random), random),
                   .value_unit = text(up_to(64, random), random)};
-  info.member = family_member(random);
+  info.member = series_member(random);
   return info;
 }
 

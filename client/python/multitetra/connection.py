@@ -82,12 +82,12 @@ class Connection:
         """A DatasetInfo each: name, dims, min, max, suggested_isovalues and so on."""
         return self._client.datasets()
 
-    def family(self, name):
-        """The DatasetInfo of a family's members (times, fields, labels), by field, time and label.
+    def series(self, name):
+        """The DatasetInfo of a series' members (times, fields, labels), by field, time and label.
 
         What each is among them is in its `member`: field, time (or None) and time_unit, label (or None).
         """
-        members = [info for info in self.datasets() if info.member and info.member.family == name]
+        members = [info for info in self.datasets() if info.member and info.member.series == name]
         return sorted(members, key=lambda info: (info.member.field, info.member.time or 0, _label_value(info.member)))
 
     @takes_a_request

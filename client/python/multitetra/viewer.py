@@ -23,9 +23,9 @@ from IPython.display import HTML, Javascript, display
 
 # Of client/web/src/state/settings.ts, which says what they mean.
 SETTINGS = frozenset(
-    "dataset isovalue error bound rule tolerance region followView pixels maxTriangles simplify surfaces colour opacity "
-    "visible minComponent shading wireframe colouring clip clipAt clipFlipped filled slice sliceAt colours level "
-    "windowWidth axes projection occlusion colourBy fieldColours fieldLevel fieldWindow fieldLog noValue samplesLog logScale "
+    "dataset isovalue error bound topologyRule topologyTolerance region followView pixels maxTriangles simplify surfaces colour opacity "
+    "visible minComponent shading wireframe colouring clip clipAt clipFlipped filled slice sliceAt sliceColors level "
+    "windowWidth axes projection occlusion colorBy colors fieldLevel fieldWindow fieldLog noValueColor samplesLog logScale "
     "theme eye target t playing speed loop".split()
 )
 MODULE = "multitetra_viewer"

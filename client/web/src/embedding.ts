@@ -75,8 +75,8 @@ export class Embedding {
 
 function memberOf({ member }: DatasetInfo): object | null {
   if (!member) return null;
-  const { family, field, time = null, timeUnit, label } = member;
-  return { family, field, time, timeUnit, label: label ? { value: label.value, name: label.name } : null };
+  const { series, field, time = null, timeUnit, label } = member;
+  return { series, field, time, timeUnit, label: label ? { value: label.value, name: label.name } : null };
 }
 
 // A preview has no error: what the server allows itself for one is not how far it may lie from the surface.

@@ -20,7 +20,7 @@ import { installTooltips } from "./panel/tooltip";
 import { viewTools } from "./panel/view_tools";
 import { Thumbnails } from "./scene/thumbnails";
 import { Bookmarks } from "./state/bookmarks";
-import { type Entry, entriesOf } from "./state/families";
+import { type Entry, entriesOf } from "./state/series";
 import { History } from "./state/history";
 import { forever } from "./state/remembered";
 import type { Settings } from "./state/settings";

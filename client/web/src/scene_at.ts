@@ -2,7 +2,7 @@
 // of their colours.
 import type { Moment } from "./swap_group";
 import type { DatasetInfo } from "./protocol/messages";
-import { atTime, isOfOneFamily, named, rangeOf, timeOf } from "./state/families";
+import { atTime, isOfOneSeries, named, rangeOf, timeOf } from "./state/series";
 import type { Settings } from "./state/settings";
 import { surfacesOf } from "./state/surfaces";
 import type { ScalarWish } from "./stream/conversation";
@@ -18,12 +18,12 @@ export function sceneOf(list: readonly DatasetInfo[], settings: Settings, info: 
   const time = timeOf(info);
   const own = (name: string) => {
     const one = named(list, name);
-    return one && (isOfOneFamily(one, info) ? atTime(list, one, time) : one);
+    return one && (isOfOneSeries(one, info) ? atTime(list, one, time) : one);
   };
   return {
-    moment: { scene: info.member?.family || info.name, time },
+    moment: { scene: info.member?.series || info.name, time },
     infos: surfacesOf(settings).map(({ dataset }) => (dataset ? own(dataset) : info)),
-    scalars: settings.colourBy ? wishOf(list, own(settings.colourBy), settings.colourBy) : undefined,
+    scalars: settings.colorBy ? wishOf(list, own(settings.colorBy), settings.colorBy) : undefined,
   };
 }
 

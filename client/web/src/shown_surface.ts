@@ -40,7 +40,7 @@ export function isStepBack(before: ShownSurface | null, order: Wanted, facts: St
 // what one of them drops the other may show.
 export function memoryOf(surface: number, order: Wanted): string {
   const { info, request } = order;
-  return `${surface}:${info.name}/${request.normalBits}/`;
+  return `${surface}:${info.name}/${request.normals}/`;
 }
 
 export function idsOf(surface: number, order: Wanted, step: StepOfTiles): string[] {
@@ -63,7 +63,7 @@ export function factsOf(order: Wanted, { step, topology, sameAs }: Committed): S
     lengthUnit: order.info.lengthUnit,
     errorVoxels: begin.errorBoundWorld / voxelLength(order.info),
     pixels: begin.isFinal && request.maxTriangles === 0n ? (request.threshold?.view?.tolerancePixels ?? null) : null,
-    isCertified: (request.measure === ErrorMeasure.CERTIFIED || begin.shell !== undefined) && isPreserving,
+    isCertified: (request.bound === ErrorMeasure.CERTIFIED || begin.shell !== undefined) && isPreserving,
     shell: shellModeOf(begin),
     spacing: begin.finestSpacing || 1,
     preservesTopology: isPreserving,

@@ -48,7 +48,7 @@ export class Slices {
     }
     const scale = scaleOf(settings.level, settings.windowWidth, settings.samplesLog, range ?? info);
     const air = settings.transparentAir ? airBelow(info) : -Infinity;
-    this.plane.setLook({ map: settings.colours, ...scale, above: where.isFilling ? leastIsovalue(settings, info) : air });
+    this.plane.setLook({ map: settings.sliceColors, ...scale, above: where.isFilling ? leastIsovalue(settings, info) : air });
     const wanted = `${info.name} ${info.contentId} ${where.axis} ${where.at}`;
     if (wanted !== this.wanted) {
       this.wanted = wanted;

@@ -13,7 +13,7 @@ import { allChosen, type Chosen, type Frame, type Frames } from "./frames";
 import type { MeshTopology } from "./mesh/seams";
 import type { Surface } from "./scene/surface";
 import { type Committed, factsOf, idsOf, isStepBack, memoryOf, type ShownSurface } from "./shown_surface";
-import { isOfOneFamily } from "./state/families";
+import { isOfOneSeries } from "./state/series";
 import { noProgress, type Progress, type ShownComponents } from "./state/progress";
 import type { Store } from "./state/store";
 import type { StepSpeed } from "./stream/step_speed";
@@ -151,7 +151,7 @@ export class SurfaceSteps {
       bytesReceived: bytesReceived + payload.length,
       firstTile: firstTile ?? performance.now() - this.started,
     });
-    const resolution = begin.request!.latticeResolution; // A preview's may be less.
+    const resolution = begin.request!.lattice; // A preview's may be less.
     const toWorld = latticeToWorld(order.info, resolution);
     const { triangles } = this.arrived.get(begin.step)!;
     this.arrived.set(begin.step, { triangles: triangles + promised.triangles, lastAt: performance.now() });
@@ -163,7 +163,7 @@ export class SurfaceSteps {
         promised,
         resolution,
         shell: shellModeOf(begin),
-        hasNormals: order.request.normalBits > 0,
+        hasNormals: order.request.normals > 0,
         linear: toWorld.slice(0, 9),
       }, this);
       this.parts.surface.add(tile, toWorld, begin.step);
@@ -189,7 +189,7 @@ export class SurfaceSteps {
     const { begin } = step;
     const ids = idsOf(this.parts.number, order, step);
     const { triangles, lastAt } = this.arrived.get(begin.step)!;
-    const { latticeResolution: resolution, topologyTolerance } = begin.request!;
+    const { lattice: resolution, topologyTolerance } = begin.request!;
     const border = dataBorder(order.info, resolution, topologyTolerance, begin.finestSpacing || 1);
     const [result, chosen] = await Promise.all([
       this.parts.pool.certify(ids, border).catch(() => null),
@@ -213,7 +213,7 @@ export class SurfaceSteps {
     for (const { id, normals } of this.certified?.result.normals ?? []) surface.setNormals(id, normals);
     const frame: Frame = {
       ids: idsOf(number, order, committed.step),
-      shown: { info: order.info, resolution: begin.request!.latticeResolution, request: begin.request!, facts },
+      shown: { info: order.info, resolution: begin.request!.lattice, request: begin.request!, facts },
       chosen: this.certified?.chosen ?? allChosen,
     };
     if (facts.isFinal && asked) frames.keep({ ...asked.order, info: order.info }, frame);
@@ -226,7 +226,7 @@ export class SurfaceSteps {
   // time does not stay beside them.
   offerNothing({ order: { info }, moment }: Asked): void {
     const { shown } = this;
-    if (!shown || !isOfOneFamily(shown.info, info)) return;
+    if (!shown || !isOfOneSeries(shown.info, info)) return;
     this.events.offer(moment, () => shown.info !== info && this.showNothing());
   }
 
@@ -249,7 +249,7 @@ export class SurfaceSteps {
       firstSurface: firstSurface ?? elapsed,
       complete: shown.facts.isFinal ? elapsed : null,
     });
-    this.events.shown(shown, !before || !isOfOneFamily(before.info, shown.info));
+    this.events.shown(shown, !before || !isOfOneSeries(before.info, shown.info));
     void this.chooseAnew(); // It may have waited, and others been wanted meanwhile.
   }
 

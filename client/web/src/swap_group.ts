@@ -1,7 +1,7 @@
 // Surfaces of one view that change together: where the time changes, all visible surfaces are swapped between two frames, so
 // that surfaces of different times are never drawn at once.
 export interface Moment {
-  scene: string; // What is looked at: a family, or a dataset of its own.
+  scene: string; // What is looked at: a series, or a dataset of its own.
   time: number | null;
 }
 

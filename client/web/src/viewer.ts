@@ -31,8 +31,8 @@ import type { ShownSurface } from "./shown_surface";
 import { Events } from "./state/events";
 import type { Progress, ShownComponents, StepFacts } from "./state/progress";
 import {
-  atTime, type Entry, familyOf, isOfOneFamily, named, rangeOf, settingsOfEntry, timeOf, timesOf,
-} from "./state/families";
+  atTime, type Entry, seriesOf, isOfOneSeries, named, rangeOf, settingsOfEntry, timeOf, timesOf,
+} from "./state/series";
 import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { type Vec3, worldBox } from "./stream/dataset";
@@ -117,9 +117,9 @@ export class Viewer {
       () => ({ info: this.info, settings: this.get(), range: this.sampleRange() }), (text) => this.notices.tell(text, true));
     const turn = (said: Partial<Settings>, isDragging: boolean) => this.set(said, isDragging);
     this.legends = {
-      samples: new Legend({ label: "samples", colours: "colours", level: "level", width: "windowWidth", isLog: "samplesLog" }, turn),
+      samples: new Legend({ label: "samples", colours: "sliceColors", level: "level", width: "windowWidth", isLog: "samplesLog" }, turn),
       field: new Legend({
-        label: "the surface's colours", colours: "fieldColours", level: "fieldLevel", width: "fieldWindow", isLog: "fieldLog",
+        label: "the surface's colours", colours: "colors", level: "fieldLevel", width: "fieldWindow", isLog: "fieldLog",
       }, turn),
     };
     this.player = new TimePlayer(() => this.played(), {
@@ -166,7 +166,7 @@ export class Viewer {
 
   // Another dataset, seen as it is seen first.
   choose(entry: Entry): void {
-    if (this.info && isOfOneFamily(entry.info, this.info)) return;
+    if (this.info && isOfOneSeries(entry.info, this.info)) return;
     this.settings.set({
       ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, eye: null, target: null,
       up: defaults.up, clip: "off", places: [],
@@ -328,10 +328,10 @@ export class Viewer {
     const found = dataset ? named(list, dataset) : list[0];
     if (!found) return dataset ? this.tellUnknown(dataset) : undefined;
     // All labels of a segmentation, where no surfaces are named; one alone is shown where it is named.
-    const family = surfaces.length === 0 && found.member?.label ? familyOf(list, found) : null;
-    if (!family || family.labels.length < 2) return this.use(atTime(list, found, t));
-    const label = family.labels.find(({ name }) => name === dataset)?.name ?? null;
-    const said = settingsOfEntry({ name: family.name, info: found, family }, label);
+    const series = surfaces.length === 0 && found.member?.label ? seriesOf(list, found) : null;
+    if (!series || series.labels.length < 2) return this.use(atTime(list, found, t));
+    const label = series.labels.find(({ name }) => name === dataset)?.name ?? null;
+    const said = settingsOfEntry({ name: series.name, info: found, series }, label);
     this.settings.set(said);
     this.use(atTime(list, named(list, said.dataset!) ?? found, t));
   }
@@ -368,7 +368,7 @@ export class Viewer {
   private use(now: DatasetInfo): void {
     const { info: before } = this;
     const isOther = before?.name !== now.name || before.contentId !== now.contentId;
-    const isMember = before !== null && before.name !== now.name && isOfOneFamily(before, now);
+    const isMember = before !== null && before.name !== now.name && isOfOneSeries(before, now);
     this.info = now;
     this.notices.clear();
     this.timeBar.show(this.get(), this.times);
@@ -416,14 +416,14 @@ export class Viewer {
   }
 
   private showLegends(now: Settings): void {
-    this.legends.samples.show(now, slicePlace(now) ? this.sampleRange() : null, now.colourBy ? "samples" : "");
-    const field = now.colourBy ? named(this.list, now.colourBy) : null;
+    this.legends.samples.show(now, slicePlace(now) ? this.sampleRange() : null, now.colorBy ? "samples" : "");
+    const field = now.colorBy ? named(this.list, now.colorBy) : null;
     const by = this.rangeOf(field);
-    this.legends.field.show(now, by, field?.member?.field || now.colourBy);
+    this.legends.field.show(now, by, field?.member?.field || now.colorBy);
     if (!by) return;
     this.surfaces.field.setRange(by.min, by.max);
     const scale = scaleOf(now.fieldLevel, now.fieldWindow, now.fieldLog, by);
-    this.surfaces.field.setLook({ map: now.fieldColours, ...scale }, now.noValue);
+    this.surfaces.field.setLook({ map: now.colors, ...scale }, now.noValueColor);
   }
 
   private tellShown(at: number, shown: ShownSurface, isFirst: boolean): void {

@@ -54,8 +54,8 @@ void read_places(const v1::DatasetInfo& wire, DatasetInfo& info, FieldChecks& ch
                  "DatasetInfo.grid_exponent", "is too small for the samples and the margin.");
 }
 
-void write(const FamilyMember& member, v1::FamilyMember& wire) {
-  wire.set_family(member.family);
+void write(const SeriesMember& member, v1::SeriesMember& wire) {
+  wire.set_series(member.series);
   wire.set_field(member.field);
   if (member.time) wire.set_time(*member.time);
   wire.set_time_unit(member.time_unit);
@@ -65,9 +65,9 @@ void write(const FamilyMember& member, v1::FamilyMember& wire) {
   if (member.label->color) wire.mutable_label()->set_color(*member.label->color);
 }
 
-FamilyMember read(const v1::FamilyMember& wire, FieldChecks& checks) {
-  FamilyMember member{
-      .family = wire.family(), .field = wire.field(), .time_unit = wire.time_unit()};
+SeriesMember read(const v1::SeriesMember& wire, FieldChecks& checks) {
+  SeriesMember member{
+      .series = wire.series(), .field = wire.field(), .time_unit = wire.time_unit()};
   if (wire.has_time()) member.time = wire.time();
   if (wire.has_label()) {
     member.label = {.value = wire.label().value(), .name = wire.label().name()};

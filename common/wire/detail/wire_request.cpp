@@ -116,17 +116,17 @@ ThresholdView read(const v1::ThresholdView& wire, FieldChecks& checks) {
 // Defaults are left out, so that a request without a map is as short as it can be.
 void write(const LocalThresholds& thresholds, v1::ThresholdMap& wire) {
   if (thresholds.coordinates != CoordinateSystem{}) {
-    wire.set_coordinates(to_wire<v1::CoordinateSystem>(thresholds.coordinates));
+    wire.set_region_unit(to_wire<v1::CoordinateSystem>(thresholds.coordinates));
   }
   if (thresholds.combination != Combination{}) {
-    wire.set_combination(to_wire<v1::Combination>(thresholds.combination));
+    wire.set_combine(to_wire<v1::Combination>(thresholds.combination));
   }
   for (const ThresholdRegion& region : thresholds.regions) {
     v1::ThresholdRegion& wire_region = *wire.add_regions();
     wire_region.set_threshold(region.threshold);
     std::visit([&](const auto& shape) { write(shape, wire_region); }, region.shape);
   }
-  if (thresholds.grid) write(*thresholds.grid, *wire.mutable_grid());
+  if (thresholds.grid) write(*thresholds.grid, *wire.mutable_threshold_grid());
   if (thresholds.view) write(*thresholds.view, *wire.mutable_view());
   wire.set_at_least(thresholds.at_least);
 }
@@ -134,17 +134,17 @@ void write(const LocalThresholds& thresholds, v1::ThresholdMap& wire) {
 LocalThresholds read(const v1::ThresholdMap& wire, FieldChecks& checks) {
   LocalThresholds thresholds;
   thresholds.coordinates = checks.enumerator<CoordinateSystem>(
-      "IsosurfaceRequest.threshold.coordinates", wire.coordinates(), CoordinateSystem::kIndex,
+      "IsosurfaceRequest.threshold.region_unit", wire.region_unit(), CoordinateSystem::kIndex,
       CoordinateSystem::kWorld);
   thresholds.combination =
-      checks.enumerator<Combination>("IsosurfaceRequest.threshold.combination", wire.combination(),
+      checks.enumerator<Combination>("IsosurfaceRequest.threshold.combine", wire.combine(),
                                      Combination::kMinimum, Combination::kInOrder);
   thresholds.regions.reserve(static_cast<std::size_t>(wire.regions_size()));
   for (const v1::ThresholdRegion& region : wire.regions()) {
     thresholds.regions.push_back(read(region, checks));
   }
-  if (wire.has_grid()) {
-    thresholds.grid = std::make_shared<const ThresholdGrid>(read(wire.grid(), checks));
+  if (wire.has_threshold_grid()) {
+    thresholds.grid = std::make_shared<const ThresholdGrid>(read(wire.threshold_grid(), checks));
   }
   if (wire.has_view()) thresholds.view = read(wire.view(), checks);
   thresholds.at_least = wire.at_least();
@@ -180,43 +180,43 @@ SurfaceCell read(const v1::SurfaceCell& wire) {
 
 void write_request(const IsosurfaceRequest& request, v1::IsosurfaceRequest& wire) {
   wire.set_isovalue(request.isovalue);
-  wire.mutable_threshold()->set_everywhere(request.error);
+  wire.mutable_threshold()->set_error(request.error);
   wire.mutable_threshold()->set_unit(to_wire<v1::LengthUnit>(request.unit));
   write(request.thresholds, *wire.mutable_threshold());
-  wire.set_measure(to_wire<v1::ErrorMeasure>(request.measure));
+  wire.set_bound(to_wire<v1::ErrorMeasure>(request.measure));
   wire.set_topology_rule(to_wire<v1::TopologyRule>(request.topology_rule));
   wire.set_topology_tolerance(request.topology_tolerance);
-  wire.set_lattice_resolution(static_cast<std::uint32_t>(request.lattice_resolution));
+  wire.set_lattice(static_cast<std::uint32_t>(request.lattice_resolution));
   wire.set_max_triangles(request.max_triangles);
   wire.set_max_bytes(request.max_bytes);
   wire.set_simplify(request.simplify);
   wire.set_embedded(request.embedded);
-  wire.set_normal_bits(static_cast<std::uint32_t>(request.normal_bits));
+  wire.set_normals(static_cast<std::uint32_t>(request.normal_bits));
   if (request.cell) write(*request.cell, *wire.mutable_cell());
 }
 
 IsosurfaceRequest read_request(const v1::IsosurfaceRequest& wire, FieldChecks& checks) {
   IsosurfaceRequest request;
   request.isovalue = wire.isovalue();
-  if (wire.has_threshold()) request.error = wire.threshold().everywhere();
+  if (wire.has_threshold()) request.error = wire.threshold().error();
   request.unit =
       checks.enumerator<LengthUnit>("IsosurfaceRequest.threshold.unit", wire.threshold().unit(),
                                     LengthUnit::kWorld, LengthUnit::kVoxel);
   request.thresholds = read(wire.threshold(), checks);
-  request.measure = checks.enumerator<ErrorMeasure>("IsosurfaceRequest.measure", wire.measure(),
+  request.measure = checks.enumerator<ErrorMeasure>("IsosurfaceRequest.bound", wire.bound(),
                                                     ErrorMeasure::kPaper, ErrorMeasure::kCertified);
   request.topology_rule =
       checks.enumerator<TopologyRule>("IsosurfaceRequest.topology_rule", wire.topology_rule(),
                                       TopologyRule::kPaper, TopologyRule::kExact);
   request.topology_tolerance = wire.topology_tolerance();
-  if (wire.lattice_resolution() != 0) {
-    request.lattice_resolution = to_int(wire.lattice_resolution());
+  if (wire.lattice() != 0) {
+    request.lattice_resolution = to_int(wire.lattice());
   }
   request.max_triangles = wire.max_triangles();
   request.max_bytes = wire.max_bytes();
   request.simplify = wire.simplify();
   request.embedded = wire.embedded();
-  request.normal_bits = to_int(wire.normal_bits());
+  request.normal_bits = to_int(wire.normals());
   if (wire.has_cell()) request.cell = read(wire.cell());
   const Result<IsosurfaceRequest> valid = validated(request);
   if (!valid) checks.fail(valid.error().code, valid.error().text);

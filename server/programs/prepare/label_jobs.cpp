@@ -28,7 +28,7 @@ PrepareJob job_of_label(const PrepareJob& volume, const Label& label, double sto
 LabelJobs::LabelJobs(const PrepareArguments& arguments, LatestLabelMap& maps,
                      const std::string& input, std::vector<SourceLabel> named)
     : arguments_(arguments), maps_(maps), named_(std::move(named)) {
-  const FamilyArguments& asked = arguments.family;
+  const SeriesArguments& asked = arguments.series;
   has_layers_ =
       have_layers(named_) && arguments.volume.component.empty() && asked.components.empty();
   if (has_layers_ && !asked.labels.empty()) {
@@ -41,14 +41,14 @@ LabelJobs::LabelJobs(const PrepareArguments& arguments, LatestLabelMap& maps,
 }
 
 std::vector<PrepareJob> LabelJobs::of(const PrepareJob& volume) const {
-  if (arguments_.family.labels.empty()) return {volume};
+  if (arguments_.series.labels.empty()) return {volume};
   return has_layers_ ? of_layers(volume) : of_map(volume);
 }
 
 std::vector<PrepareJob> LabelJobs::of_map(const PrepareJob& volume) const {
-  const bool wants_all = arguments_.family.wants_all_labels();
+  const bool wants_all = arguments_.series.wants_all_labels();
   const std::vector<double> values =
-      wants_all ? found_in(volume) : arguments_.family.label_values();
+      wants_all ? found_in(volume) : arguments_.series.label_values();
   if (values.size() > kMostLabelsAtOnce && wants_all) {
     throw ExitError(kUsage, "'" + volume.input + "' has " + std::to_string(values.size()) +
                                 " labels, and --label all makes a dataset of each, of at most " +
@@ -73,10 +73,10 @@ std::vector<PrepareJob> LabelJobs::of_layers(const PrepareJob& volume) const {
     PrepareJob map = volume;  // A layer is one.
     map.choice.component = {.kind = ComponentChoice::Kind::kIndex, .index = layer};
     std::vector<double> there;  // Of all, those are wanted that are not empty.
-    if (arguments_.family.wants_all_labels()) there = found_in(map);
+    if (arguments_.series.wants_all_labels()) there = found_in(map);
     for (const auto& [label, stored, of_layer] : segments) {
       const bool is_there = std::find(there.begin(), there.end(), stored) != there.end();
-      if (arguments_.family.wants_all_labels() && !is_there) continue;
+      if (arguments_.series.wants_all_labels() && !is_there) continue;
       jobs.push_back(job_of_label(map, renamed(label), stored));
     }
   }
@@ -85,9 +85,9 @@ std::vector<PrepareJob> LabelJobs::of_layers(const PrepareJob& volume) const {
 }
 
 std::vector<SourceLabel> LabelJobs::wanted_segments(const std::string& input) const {
-  if (arguments_.family.wants_all_labels()) return named_;
+  if (arguments_.series.wants_all_labels()) return named_;
   std::vector<SourceLabel> segments;
-  for (const double number : arguments_.family.label_values()) {
+  for (const double number : arguments_.series.label_values()) {
     const auto found = std::find_if(named_.begin(), named_.end(), [&](const SourceLabel& segment) {
       return segment.label.value == number;
     });

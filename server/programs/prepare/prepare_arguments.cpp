@@ -4,19 +4,19 @@ namespace multitetra {
 namespace {
 
 // A label ends where the data do: most segmentations are of things that are whole.
-const char* usual_outside(const FamilyArguments& family) {
-  return family.labels.empty() ? "void" : "0";
+const char* usual_outside(const SeriesArguments& series) {
+  return series.labels.empty() ? "void" : "0";
 }
-int usual_margin(const FamilyArguments& family) { return family.labels.empty() ? 0 : 1; }
+int usual_margin(const SeriesArguments& series) { return series.labels.empty() ? 0 : 1; }
 
 }  // namespace
 
 std::optional<double> PrepareArguments::outside_value() const {
-  return outside_from(outside.empty() ? usual_outside(family) : outside);
+  return outside_from(outside.empty() ? usual_outside(series) : outside);
 }
 
 std::int32_t PrepareArguments::margin_steps() const {
-  return margin.value_or(usual_margin(family));
+  return margin.value_or(usual_margin(series));
 }
 
 std::string PrepareArguments::told() const {
@@ -24,9 +24,9 @@ std::string PrepareArguments::told() const {
   const auto tell = [&](const char* option, const std::string& value, const std::string& usual) {
     if (value != usual) text += std::string(text.empty() ? "" : " ") + option + " " + value;
   };
-  const std::string usual = usual_outside(family);
+  const std::string usual = usual_outside(series);
   tell("--outside", outside.empty() ? usual : outside, usual);
-  tell("--margin", std::to_string(margin_steps()), std::to_string(usual_margin(family)));
+  tell("--margin", std::to_string(margin_steps()), std::to_string(usual_margin(series)));
   tell("--bins", std::to_string(bins), std::to_string(IsovalueBins::kDefaultCount));
   return text;
 }

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "server/core/spectrum/isovalue_bins.hpp"
-#include "server/programs/prepare/family_arguments.hpp"
 #include "server/programs/prepare/prepare_parts_command.hpp"
+#include "server/programs/prepare/series_arguments.hpp"
 #include "server/programs/volume_options.hpp"
 
 namespace multitetra {
@@ -20,7 +20,7 @@ struct PrepareArguments {
   std::string outside;        // Empty: void, and 0 around labels.
   std::optional<int> margin;  // None: 0, and 1 around labels: they close.
   VolumeOptions volume;
-  FamilyArguments family;
+  SeriesArguments series;
   PartsArguments parts;
   int bins = IsovalueBins::kDefaultCount;
   int threads = 0;

@@ -12,10 +12,10 @@
 #include "server/dataset/source_note.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/prepare/dataset_output.hpp"
-#include "server/programs/prepare/family_jobs.hpp"
 #include "server/programs/prepare/prepare_jobs.hpp"
 #include "server/programs/prepare/prepare_parts_command.hpp"
 #include "server/programs/prepare/prepare_run.hpp"
+#include "server/programs/prepare/series_jobs.hpp"
 #include "server/programs/thread_options.hpp"
 #include "server/volume/volume_files.hpp"
 
@@ -61,7 +61,7 @@ int prepare_in_parts(const PrepareArguments& arguments) {
   }
 }
 
-// Several volumes, or members of families, become datasets in a folder. It is gone in the end if it
+// Several volumes, or members of series, become datasets in a folder. It is gone in the end if it
 // is new and nothing came into it.
 class OutputFolder {
  public:
@@ -113,21 +113,21 @@ int prepare_one_volume(const PrepareArguments& arguments) {
 }
 
 void require_one_way(const PrepareArguments& arguments) {
-  const FamilyArguments& family = arguments.family;
+  const SeriesArguments& series = arguments.series;
   const VolumeOptions& volume = arguments.volume;
   const auto refuse = [](bool both, const char* a, const char* b) {
     if (!both) return;
     throw ExitError(kUsage, std::string(a) + " and " + b + " exclude each other.");
   };
-  refuse(arguments.parts.are_given(), "Families (--label, --all-times, --field, --time-series)",
+  refuse(arguments.parts.are_given(), "Series (--label, --all-times, --field, --time-series)",
          "--plan, --part, --merge");
-  refuse(family.all_times && volume.time.has_value(), "--all-times", "--time");
-  refuse(!family.fields.empty() && !volume.array.empty(), "--field", "--array");
-  refuse(!family.fields.empty() && volume.channel.has_value(), "--field", "--channel");
-  refuse(!family.time_series.empty() && !arguments.name.empty(), "--time-series", "--name");
+  refuse(series.all_times && volume.time.has_value(), "--all-times", "--time");
+  refuse(!series.fields.empty() && !volume.array.empty(), "--field", "--array");
+  refuse(!series.fields.empty() && volume.channel.has_value(), "--field", "--channel");
+  refuse(!series.time_series.empty() && !arguments.name.empty(), "--time-series", "--name");
 }
 
-int prepare_families(const PrepareArguments& arguments) {
+int prepare_series(const PrepareArguments& arguments) {
   require_one_way(arguments);
   const std::filesystem::path output = arguments.output;
   const bool is_file = output.extension() == ".mtd";  // One label or field needs no folder.
@@ -138,7 +138,7 @@ int prepare_families(const PrepareArguments& arguments) {
   };
   LatestLabelMap maps(scratch_folder(is_file ? output.parent_path() : output));
   try {
-    std::vector<PrepareJob> jobs = family_jobs(arguments, maps, notice);
+    std::vector<PrepareJob> jobs = series_jobs(arguments, maps, notice);
     if (!is_file) return prepare_all(arguments, jobs, maps);
     if (jobs.size() != 1) {
       throw ExitError(kUsage, "--output: " + arguments.output + " is a name for one dataset, and " +
@@ -151,13 +151,13 @@ int prepare_families(const PrepareArguments& arguments) {
   }
 }
 
-// "0,1,magnitude" chooses several components, each a field of a family.
+// "0,1,magnitude" chooses several components, each a field of a series.
 void split_components(PrepareArguments& arguments) {
   std::string& component = arguments.volume.component;
   if (component.find(',') == std::string::npos) return;
   for (std::size_t begin = 0; begin <= component.size();) {
     const std::size_t end = std::min(component.find(',', begin), component.size());
-    arguments.family.components.push_back(component.substr(begin, end - begin));
+    arguments.series.components.push_back(component.substr(begin, end - begin));
     begin = end + 1;
   }
   component.clear();
@@ -166,13 +166,13 @@ void split_components(PrepareArguments& arguments) {
 int prepare(PrepareArguments& arguments) {
   const ThreadLimit limit(arguments.threads);
   split_components(arguments);
-  arguments.family.check();
-  if (arguments.family.are_given() && arguments.parts.are_given()) require_one_way(arguments);
+  arguments.series.check();
+  if (arguments.series.are_given() && arguments.parts.are_given()) require_one_way(arguments);
   if (arguments.parts.are_given()) return prepare_in_parts(arguments);
   if (arguments.inputs.empty()) throw ExitError(kUsage, "Name a volume to prepare.");
   (void)arguments.volume.parsed();
   (void)arguments.outside_value();
-  if (arguments.family.are_given()) return prepare_families(arguments);
+  if (arguments.series.are_given()) return prepare_series(arguments);
   const bool into_folder = is_folder_of_datasets(arguments.output);
   return into_folder || are_many(arguments.inputs) ? prepare_many(arguments)
                                                    : prepare_one_volume(arguments);
@@ -195,7 +195,7 @@ void add_prepare_command(Command& program, Run& run) {
   command
       ->add_option("-o,--output", a->output,
                    "Dataset file to write (.mtd), here or in a bucket (s3://bucket/head.mtd); for "
-                   "several volumes and for families, a folder")
+                   "several volumes and for series, a folder")
       ->required()
       ->type_name("FILE");
   command->add_option("--name", a->name,
@@ -211,7 +211,7 @@ void add_prepare_command(Command& program, Run& run) {
           "0, and 1 for labels)")
       ->within(0, 4096);
   a->volume.add_to(*command);
-  a->family.add_to(*command);
+  a->series.add_to(*command);
   command
       ->add_option("--bins", a->bins,
                    "Bins of isovalues that errors are stored for; more bins, a larger file")
@@ -241,7 +241,7 @@ void add_prepare_command(Command& program, Run& run) {
       "  multitetra-server prepare dicom_folder -o scan.mtd --series 2\n"
       "  multitetra-server prepare image.zarr -o cells.mtd --channel 1 --time 0\n"
       "  multitetra-server prepare run.h5:/fields/density -o density.mtd\n"
-      "Families, datasets on the same places:\n"
+      "Series, datasets on the same places:\n"
       "  multitetra-server prepare seg.nii.gz --label all -o organs/\n"
       "  multitetra-server prepare heart4d.nii.gz --all-times -o heart/\n"
       "  multitetra-server prepare flow_*.vti --time-series flow --times 0:0.1 --time-unit s -o "

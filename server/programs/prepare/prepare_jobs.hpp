@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "common/request/family_member.hpp"
+#include "common/request/series_member.hpp"
 #include "server/dataset/source_note.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
@@ -17,7 +17,7 @@ struct PrepareJob {
   std::filesystem::path output;
   std::string name;          // Of the dataset.
   VolumeChoice choice = {};  // Of what the input holds.
-  std::optional<FamilyMember> member = std::nullopt;
+  std::optional<SeriesMember> member = std::nullopt;
   double stored_label = 0;             // What samples of the member's label have in the label map.
   std::vector<std::string> told = {};  // What was chosen for a member: "--time 3".
 };
@@ -35,9 +35,10 @@ struct PrepareJob {
 [[nodiscard]] std::vector<PrepareJob> jobs_for(const std::vector<std::string>& inputs,
                                                const std::filesystem::path& folder);
 
-// Whether the job's dataset is there, whole, under its name, what it is in its family, and made
+// Whether the job's dataset is there, whole, under its name, what it is in its series, and made
 // from a source and with options that `note` tells. Data files that a header names are not in its
-// digest, so the dataset must also be newer than all files beside the source. No for one in a bucket.
+// digest, so the dataset must also be newer than all files beside the source. No for one in a
+// bucket.
 [[nodiscard]] bool is_up_to_date(const PrepareJob& job, const SourceNote& note);
 
 }  // namespace multitetra

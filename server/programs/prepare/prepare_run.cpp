@@ -74,7 +74,7 @@ std::unique_ptr<VolumeSource> open_job(const PrepareJob& job, const VolumeFileOp
   return map.field(value);
 }
 
-// Of members of a family, which lie on the same places.
+// Of members of a series, which lie on the same places.
 struct Places {
   std::array<std::int32_t, 3> dims{};
   Affine index_to_world;
@@ -89,7 +89,7 @@ void require_same_places(const PrepareJob& job, const Places& found, const Place
            std::to_string(places.dims[2]);
   };
   const auto refuse = [&](const std::string& difference) {
-    fail_reading(job.input, difference + "; members of a family lie on the same places",
+    fail_reading(job.input, difference + "; members of a series lie on the same places",
                  "Resample it, or prepare it for itself");
   };
   if (found.dims != first.dims) {
@@ -117,7 +117,7 @@ struct Prepared {
   Json seconds;
 };
 
-// Prepares jobs one by one. Those of one family must lie on the same places.
+// Prepares jobs one by one. Those of one series must lie on the same places.
 class Preparation {
  public:
   Preparation(const PrepareArguments& arguments, LatestLabelMap& maps)
@@ -187,14 +187,14 @@ class Preparation {
  private:
   void see(const PrepareJob& job, const Places& places) {
     if (!job.member) return;
-    const auto [first, is_new] = first_.try_emplace(job.member->family, places, job.input);
+    const auto [first, is_new] = first_.try_emplace(job.member->series, places, job.input);
     if (!is_new) require_same_places(job, places, first->second.first, first->second.second);
   }
 
   const PrepareArguments& arguments_;
   LatestLabelMap& maps_;
   std::map<std::string, SourceNote> notes_;
-  std::map<std::string, std::pair<Places, std::string>> first_;  // By family, with its input.
+  std::map<std::string, std::pair<Places, std::string>> first_;  // By series, with its input.
 };
 
 Json json_of(const PrepareJob& job, const Prepared& prepared) {
@@ -291,7 +291,7 @@ int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>
   } else if (arguments.quiet) {
     std::cerr << failures;
   } else {
-    const std::string what = arguments.family.are_given() ? " member" : " volume";
+    const std::string what = arguments.series.are_given() ? " member" : " volume";
     std::cout << table << jobs.size() << what << (jobs.size() == 1 ? ", " : "s, ") << failed
               << " failed.\n";
     if (failed < jobs.size()) {

@@ -18,7 +18,7 @@ int serve(const GatewayOptions& options) {
   let_memory_go_back();
   start_log(log_options(options.listeners));
   make_room_for(options.listeners);
-  warn_of_open_doors(options.listeners, /*is_gateway=*/true);
+  warn_of_open_listeners(options.listeners, /*is_gateway=*/true);
   GatewayServerOptions gateway_with = gateway_server_options(options);
   gateway_with.runtime.metrics = std::make_shared<PrometheusMetrics>();
   gateway_with.routes = route_options(options.listeners);

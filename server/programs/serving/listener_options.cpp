@@ -29,7 +29,7 @@ void add_addresses(Command& command, ListenerOptions& o) {
   command
       .add_option("--tcp", o.tcp,
                   "Address and port for frames over TCP; port 0 takes a free one; off: no such "
-                  "door")
+                  "listener")
       ->capture_default_str();
   command
       .add_option("--http", o.http,
@@ -274,7 +274,7 @@ LogOptions log_options(const ListenerOptions& o) {
           .level = log_level_from(o.log_level).value()};
 }
 
-void warn_of_open_doors(const ListenerOptions& o, bool is_gateway) {
+void warn_of_open_listeners(const ListenerOptions& o, bool is_gateway) {
   const auto is_reachable = [](const auto& listener) {
     return listener && !is_this_machine(listener->listen.host);
   };

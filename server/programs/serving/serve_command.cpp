@@ -50,7 +50,7 @@ int serve(const ServeOptions& options) {
   const ThreadLimit limit(options.threads);
   start_log(log_options(options.listeners));
   make_room_for(options.listeners);
-  warn_of_open_doors(options.listeners);
+  warn_of_open_listeners(options.listeners);
   ServerOptions server_with = server_options(options);
   std::vector<MakeListener> listeners;
   if (const auto http = http_options(options.listeners)) {

@@ -1,5 +1,5 @@
 // What a source holds beside one volume, all of it on the same places: times, fields, and the
-// names of labels. Readers tell what they know of it; who prepares a family asks.
+// names of labels. Readers tell what they know of it; who prepares a series asks.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/request/family_member.hpp"
+#include "common/request/series_member.hpp"
 
 namespace multitetra {
 

@@ -263,7 +263,7 @@ std::vector<SourceLabel> labels_of(const Json& attributes) {
   });
   std::vector<SourceLabel> list;
   for (const auto& [value, label] : labels) {
-    if (!check_member({.family = "labels", .label = label})) continue;
+    if (!check_member({.series = "labels", .label = label})) continue;
     list.push_back({.label = label, .stored = value});
   }
   return list;

@@ -82,7 +82,7 @@ std::optional<Label> label_of(std::string_view line) {
   if (!label) label = table_label(*words);
   if (!value || !label) return std::nullopt;
   label->value = static_cast<double>(*value);
-  return check_member({.family = "labels", .label = *label}) ? label : std::nullopt;
+  return check_member({.series = "labels", .label = *label}) ? label : std::nullopt;
 }
 
 }  // namespace
@@ -108,7 +108,8 @@ Result<std::vector<Label>> parse_label_names(std::string_view text) {
                    "255)");
     }
     if (!seen.insert(label->value).second) {
-      return wrong(number, "names label " + std::to_string(static_cast<std::int64_t>(label->value)) +
+      return wrong(number, "names label " +
+                               std::to_string(static_cast<std::int64_t>(label->value)) +
                                " a second time");
     }
     labels.push_back(*std::move(label));

@@ -144,13 +144,13 @@ class Package(unittest.TestCase):
             np.testing.assert_allclose(ours.sum(axis=0), theirs.sum(axis=0), rtol=1e-5)
             np.testing.assert_allclose(ours.min(axis=0), theirs.min(axis=0), rtol=1e-6)
 
-    def test_a_family_is_in_the_order_of_its_times(self):
+    def test_a_series_is_in_the_order_of_its_times(self):
         with multitetra.connect(self.urls[0]) as server:
-            members = server.family("times")
+            members = server.series("times")
             self.assertEqual([info.name for info in members], ["times.t0000", "times.t0001", "times.t0002"])
             self.assertEqual([(info.member.time, info.member.time_unit) for info in members], [(0, "ms"), (0.5, "ms"), (1, "ms")])
             self.assertIsNone(members[0].member.label)
-            self.assertEqual(server.family("gyroid"), [])
+            self.assertEqual(server.series("gyroid"), [])
 
     def test_a_slice_is_a_layer_of_the_samples_and_a_place_has_its_own(self):
         with multitetra.connect(self.urls[1]) as server:

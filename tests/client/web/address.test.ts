@@ -9,10 +9,10 @@ describe("Address", () => {
 
   test("CarriesEverySetting", () => {
     const settings: Settings = {
-      dataset: "a head & more", t: 0.25, isovalue: -300.5, error: 0.5, bound: "paper", rule: "paper", tolerance: 2,
+      dataset: "a head & more", t: 0.25, isovalue: -300.5, error: 0.5, bound: "paper", topologyRule: "paper", topologyTolerance: 2,
       region: { kind: "box", low: [1, 2, 3], high: [4, 5, 6.5], error: 0 }, followView: true, pixels: 2,
       maxTriangles: 100000, simplify: false, shading: "facets", wireframe: true, colouring: "steps", clip: "y", clipAt: 0.25,
-      clipFlipped: true, filled: false, slice: "z", sliceAt: 0.75, colours: "viridis", level: 40, colourBy: "a dose", fieldColours: "coolwarm", fieldLevel: -1, fieldWindow: 2.5, fieldLog: true, noValue: "#102030", samplesLog: true, windowWidth: 400, axes: false, logScale: false, theme: "light", playing: true, speed: 24, loop: false,
+      clipFlipped: true, filled: false, slice: "z", sliceAt: 0.75, sliceColors: "viridis", level: 40, colorBy: "a dose", colors: "coolwarm", fieldLevel: -1, fieldWindow: 2.5, fieldLog: true, noValueColor: "#102030", samplesLog: true, windowWidth: 400, axes: false, logScale: false, theme: "light", playing: true, speed: 24, loop: false,
       surfaces: [
         { isovalue: 400.5, error: null, colour: "#f0e6d2", opacity: 1, visible: true },
         { dataset: "a, b; 100 %", isovalue: -1e-7, error: 0.5, colour: "#00ff7f", opacity: 0.25, visible: false, minComponent: 30 },
@@ -39,15 +39,28 @@ describe("Address", () => {
     for (const text of [
       "#error=-1", "#error=NaN", "#isovalue=", "#isovalue=much", "#bound=guess", "#region=box:1,2=3",
       "#region=ball:1,2,3,-4=1", "#region=box:5,0,0,1,1,1=1", "#eye=1,2", "#clip=w", "#%%%", "#=&&=",
-      "#wireframe=perhaps", "#maxTriangles=1e99", "#theme=__proto__",
+      "#wireframe=perhaps", "#max_triangles=1e99", "#theme=__proto__",
       "#colour=red", "#opacity=1.5", "#surfaces=much", "#surfaces=1,ff0000,2", "#surfaces=1,ff0000,1,-1",
       "#surfaces=1,ff0000,1,,seen", "#surfaces=1,ff0000;2", `#surfaces=${Array(1024).fill("1,ff0000").join(";")}`,
       "#surfaces=1,ff0000,1,,,%25E0", "#surfaces=1,ff0000,1,,,,-1", "#surfaces=1,ff0000,1,,,,many",
-      "#minComponent=-1", "#minComponent=2e6", "#minComponent=dust", "#t=soon", "#speed=0", "#loop=2", "#noValue=grey",
+      "#min_component=-1", "#min_component=2e6", "#min_component=dust", "#t=soon", "#speed=0", "#loop=2", "#no_value_color=grey",
       "#up=w", "#up=0,0,0", "#up=1,2", "#places=1,2", "#places=1,2,3,-1", "#places=1,2,3,4,5", "#places=1,2,3;4,5,6;7,8,9;1,1,1",
     ]) {
       expect(fromAddress(text)).toEqual({});
     }
+  });
+
+  test("HasNamesInSnakeCaseAndNoOthers", () => {
+    const said = { ...defaults, maxTriangles: 5, topologyRule: "paper", topologyTolerance: 2, colorBy: "dose" } as const;
+    expect(toAddress(said)).toBe("topology_rule=paper&topology_tolerance=2&max_triangles=5&color_by=dose");
+    expect(fromAddress("#maxTriangles=5")).toEqual({});
+    expect(misread("#maxTriangles=5")).toEqual(["maxTriangles=5"]);
+  });
+
+  test("NamesAnErrorByItsQuality", () => {
+    expect(fromAddress("#quality=draft")).toEqual({ error: 2 });
+    expect(fromAddress("#quality=exact&simplify=off")).toEqual({ error: 0, simplify: false });
+    expect(misread("#quality=best")).toEqual(["quality=best"]);
   });
 
   test("TellsWhatItHasPassedOver", () => {

@@ -354,7 +354,7 @@ async function hidesDust(page) {
   let sent = 0; // Over the surface's connection: its picture in the list has another.
   page.once("websocket", (socket) => socket.on("framesent", () => ++sent));
   // From the first frame on of an address that says so.
-  await open(page, "#dataset=dusty&isovalue=100&error=0&axes=false&minComponent=6", await serveFolder(folder));
+  await open(page, "#dataset=dusty&isovalue=100&error=0&axes=false&min_component=6", await serveFolder(folder));
   const whole = await complete(page, ({ triangles }) => triangles === large.faces);
   assert.equal(whole.digest, large.digest, "what is checked is the whole surface");
   assert(Number((await page.textContent(".bytes span")).match(/in (\d+) tiles/)[1]) > 1, "components go across tiles");
@@ -368,7 +368,7 @@ async function hidesDust(page) {
     await page.waitForFunction((pattern) => new RegExp(pattern).test(document.querySelector(".seal").textContent), words, { timeout: patience });
   };
   await hide("12", `Watertight, full resolution, ${larger.shown} of ${larger.all} components shown`);
-  await page.waitForFunction(() => /minComponent=12/.test(location.hash));
+  await page.waitForFunction(() => /min_component=12/.test(location.hash));
   await complete(page, ({ triangles }) => triangles === larger.faces);
   assert.deepEqual(sizesOf(await downloaded(page, "PLY")), [larger.vertices, larger.faces], "the file has what is shown");
   assert((await surfacePixels(page)).share > 0.03);
@@ -385,7 +385,7 @@ async function hidesDust(page) {
   assert((await surfacePixels(page)).share < 0.001, "nothing is left of it");
   await page.focus(".stage canvas");
   await page.keyboard.press("Control+z");
-  await page.waitForFunction(() => /minComponent=12/.test(location.hash));
+  await page.waitForFunction(() => /min_component=12/.test(location.hash));
   await hide("", "^✓ Watertight, full resolution$");
   assert.deepEqual([before > 0, sent], [true, before], "the server is asked nothing");
 }
@@ -439,7 +439,7 @@ function massOf(stl) {
 
 async function showsASlice(page) {
   const view = "eye=16,-60,16&target=16,16,16";
-  await open(page, `#dataset=gyroid&isovalue=0.5&visible=false&axes=false&occlusion=false&${view}&slice=y&colours=coolwarm`);
+  await open(page, `#dataset=gyroid&isovalue=0.5&visible=false&axes=false&occlusion=false&${view}&slice=y&slice_colors=coolwarm`);
   await page.waitForFunction(() => document.querySelector(".state b").textContent === "Complete", null, { timeout: patience });
   const canvas = await page.locator(".stage canvas").boundingBox();
   const coloured = async (hash) => {
@@ -449,7 +449,7 @@ async function showsASlice(page) {
   };
   const all = await coloured("&axes=false");
   assert(all > 0.05, `samples are shown: ${all}`);
-  assert((await coloured("&level=5&windowWidth=1")) < 0.2 * all, "above all values nothing is red");
+  assert((await coloured("&level=5&window_width=1")) < 0.2 * all, "above all values nothing is red");
   const value = async (share) => {
     await page.mouse.click(canvas.x + share * canvas.width, canvas.y + canvas.height / 2);
     await page.waitForFunction(() => /Value/.test(document.querySelector(".picked .field")?.textContent ?? ""), null, { timeout: patience });
@@ -462,7 +462,7 @@ async function showsASlice(page) {
   assert.notEqual(here.value, there.value);
   await page.focus(".legend:not([hidden])");
   await page.keyboard.press("ArrowUp");
-  await page.waitForFunction(() => !/windowWidth=1(&|$)/.test(location.hash));
+  await page.waitForFunction(() => !/window_width=1(&|$)/.test(location.hash));
 }
 
 async function takesBack(page) {
@@ -488,12 +488,12 @@ async function takesBack(page) {
 
 async function coloursByAField(page) {
   // Grey where the other field does not reach; else blue or red.
-  await open(page, "#dataset=head&isovalue=300.5&error=2&axes=false&colour=808080&fieldColours=coolwarm");
+  await open(page, "#dataset=head&isovalue=300.5&error=2&axes=false&colour=808080&colors=coolwarm");
   await complete(page);
   const plain = (await surfacePixels(page)).share;
   await page.click('summary:has-text("Colour by a field")');
   await page.selectOption('[aria-label="Colour the surfaces by"]', "gyroid");
-  await page.waitForFunction(() => /colourBy=gyroid/.test(location.hash));
+  await page.waitForFunction(() => /color_by=gyroid/.test(location.hash));
   await page.waitForFunction(() => /Between vertices/.test(document.querySelector("details[open] .hint:not([hidden])")?.textContent ?? ""), null, { timeout: patience });
   await complete(page);
   const coloured = (await surfacePixels(page)).share;

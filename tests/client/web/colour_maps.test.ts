@@ -12,7 +12,7 @@ describe("Colours", () => {
     expect(golden.length).toBeGreaterThan(400);
     for (const [name, kind, low, high, value, colour] of golden) {
       const scale = { low: Number(low), high: Number(high), isLog: kind === "log" };
-      const map = (name === "gray" ? "grey" : name) as ColourMap;
+      const map = name as ColourMap;
       const rgb = colourAt(map, shareOf(Number(value), scale));
       expect(rgb.map((v) => v.toString(16).padStart(2, "0")).join(""), `${name} ${kind} ${value}`).toBe(colour);
     }

@@ -2,7 +2,7 @@ import { ExpectedSizes } from "../../../client/web/src/expected_sizes";
 import { dataset, request } from "./golden_stream";
 
 const info = dataset();
-const order = (isovalue: number, normalBits = 8) => ({ info, request: { ...request(), isovalue, normalBits } });
+const order = (isovalue: number, normals = 8) => ({ info, request: { ...request(), isovalue, normals } });
 const size = (triangles: number) => ({ triangles, bytes: 2 * triangles, errorVoxels: 1 });
 
 describe("ExpectedSizes", () => {

@@ -47,11 +47,11 @@ export function dataset(): DatasetInfo {
 export function request(): IsosurfaceRequest {
   return create(IsosurfaceRequestSchema, {
     isovalue: 0.1,
-    threshold: create(ThresholdMapSchema, { everywhere: 0.5, unit: 1, coordinates: 1, combination: 1 }),
-    measure: 1,
+    threshold: create(ThresholdMapSchema, { error: 0.5, unit: 1, regionUnit: 1, combine: 1 }),
+    bound: 1,
     topologyRule: 1,
-    latticeResolution: 5,
-    normalBits: 8,
+    lattice: 5,
+    normals: 8,
   });
 }
 

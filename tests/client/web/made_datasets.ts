@@ -1,5 +1,5 @@
 // Datasets as a server could tell of them.
-import { create, type DatasetInfo, DatasetInfoSchema, FamilyMemberSchema } from "../../../client/web/src/protocol/messages";
+import { create, type DatasetInfo, DatasetInfoSchema, SeriesMemberSchema } from "../../../client/web/src/protocol/messages";
 
 export function plain(name: string): DatasetInfo {
   return create(DatasetInfoSchema, { name, dims: [9, 9, 9], spacing: [1, 1, 1], min: 0, max: 1, gridExponent: 4 });
@@ -12,6 +12,6 @@ interface Said {
   label?: { value: number; name: string; color?: number };
 }
 
-export function member(name: string, family: string, said: Said): DatasetInfo {
-  return { ...plain(name), member: create(FamilyMemberSchema, { family, ...said }) };
+export function member(name: string, series: string, said: Said): DatasetInfo {
+  return { ...plain(name), member: create(SeriesMemberSchema, { series, ...said }) };
 }

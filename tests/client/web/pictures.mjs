@@ -22,11 +22,11 @@ const pictures = {
   viewer: ["#dataset=visible-female-head&isovalue=-300.5", 1120, 720],
   viewer_scene: [
     "#dataset=visible-female-head&isovalue=-300.5&error=2&opacity=0.35&colour=e8b89a&surfaces=400.5,f0e6d2&clip=z" +
-      "&clipAt=0.66&clipFlipped=true&level=40&windowWidth=400&axes=false&eye=470,-110,1960&target=256,235,1610" +
-      "&colourBy=dose&fieldColours=viridis", 1120, 720,
+      "&clip_at=0.66&clip_flipped=true&level=40&window_width=400&axes=false&eye=470,-110,1960&target=256,235,1610" +
+      "&color_by=dose&colors=viridis", 1120, 720,
   ],
   viewer_times: [
-    "#dataset=flow&isovalue=0.3&error=0.1&colourBy=flow.heat.t0000&fieldColours=coolwarm&speed=5&playing=true", 1120, 720,
+    "#dataset=flow&isovalue=0.3&error=0.1&color_by=flow.heat.t0000&colors=coolwarm&speed=5&playing=true", 1120, 720,
   ],
   viewer_labels: ["#dataset=frog&error=1&eye=-60,-290,560&target=240,225,95&axes=false", 1120, 720],
   viewer_narrow: ["#dataset=visible-female-head&isovalue=300.5&error=2", 360, 740],

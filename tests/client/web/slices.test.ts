@@ -61,8 +61,8 @@ describe("ColourMaps", () => {
   test("GoFromTheirFirstColourToTheirLastAndStayThere", () => {
     expect(colourAt("viridis", -3)).toEqual([0x44, 0x01, 0x54]);
     expect(colourAt("viridis", 7)).toEqual([0xfd, 0xe7, 0x25]);
-    expect(colourAt("grey", 0.5)).toEqual([128, 128, 128]);
-    expect([...colourRow("grey", 3)]).toEqual([0, 0, 0, 255, 128, 128, 128, 255, 255, 255, 255, 255]);
+    expect(colourAt("gray", 0.5)).toEqual([128, 128, 128]);
+    expect([...colourRow("gray", 3)]).toEqual([0, 0, 0, 255, 128, 128, 128, 255, 255, 255, 255, 255]);
   });
 
   // Except where there is a middle, more is lighter: in print, and to who sees few colours.

@@ -10,8 +10,8 @@ export class Server {
 
   // A second start takes the port of the first.
   async start() {
-    const doors = ["--tcp", "tcp://127.0.0.1:0", "--http", `http://127.0.0.1:${this.port}`];
-    this.process = spawn(this.program, [...this.words, ...doors], { stdio: ["ignore", "pipe", "pipe"] });
+    const listeners = ["--tcp", "tcp://127.0.0.1:0", "--http", `http://127.0.0.1:${this.port}`];
+    this.process = spawn(this.program, [...this.words, ...listeners], { stdio: ["ignore", "pipe", "pipe"] });
     this.port = await new Promise((resolve, reject) => {
       let said = "";
       const read = (bytes) => {

@@ -148,8 +148,8 @@ TEST(JsonReport, HoldsTheMapWhereThereIsOne) {
   const Json json = json_of(*asked);
   EXPECT_EQ(json["max_bytes"], 7);
   const Json& map = json["thresholds"];
-  EXPECT_EQ(map["coordinates"], "world");
-  EXPECT_EQ(map["combination"], "order");
+  EXPECT_EQ(map["region_unit"], "world");
+  EXPECT_EQ(map["combine"], "order");
   EXPECT_EQ(map["regions"][0]["ball"]["radius"], 4);
   EXPECT_EQ(map["regions"][1]["halfspace"]["offset"], 4);
   EXPECT_EQ(map["regions"][1]["threshold"], 1);

@@ -516,25 +516,25 @@ TEST(DatasetList, OutOfRangeIsRefused) {
   refuse([](DatasetInfo& d) { d.suggested_isovalues = {kNaN}; }, "suggested_isovalues");
   refuse([](DatasetInfo& d) { d.suggested_isovalues.resize(257); }, "suggested_isovalues",
          ErrorCode::kLimitExceeded);
-  const auto refuse_member = [&](std::function<void(FamilyMember&)> spoil, const char* field) {
+  const auto refuse_member = [&](std::function<void(SeriesMember&)> spoil, const char* field) {
     refuse(
         [&](DatasetInfo& d) {
-          d.member = {.family = "f", .label = Label{}};
+          d.member = {.series = "f", .label = Label{}};
           spoil(*d.member);
         },
         field);
   };
-  refuse_member([](FamilyMember& m) { m.family = ""; }, "DatasetInfo.member.family");
-  refuse_member([](FamilyMember& m) { m.family = "a/b"; }, "DatasetInfo.member.family");
-  refuse_member([](FamilyMember& m) { m.field = "a\nb"; }, "DatasetInfo.member.field");
-  refuse_member([](FamilyMember& m) { m.field.assign(256, 'x'); }, "DatasetInfo.member.field");
-  refuse_member([](FamilyMember& m) { m.time = kInfinity; }, "DatasetInfo.member.time");
-  refuse_member([](FamilyMember& m) { m.time_unit.assign(65, 's'); },
+  refuse_member([](SeriesMember& m) { m.series = ""; }, "DatasetInfo.member.series");
+  refuse_member([](SeriesMember& m) { m.series = "a/b"; }, "DatasetInfo.member.series");
+  refuse_member([](SeriesMember& m) { m.field = "a\nb"; }, "DatasetInfo.member.field");
+  refuse_member([](SeriesMember& m) { m.field.assign(256, 'x'); }, "DatasetInfo.member.field");
+  refuse_member([](SeriesMember& m) { m.time = kInfinity; }, "DatasetInfo.member.time");
+  refuse_member([](SeriesMember& m) { m.time_unit.assign(65, 's'); },
                 "DatasetInfo.member.time_unit");
-  refuse_member([](FamilyMember& m) { m.label->value = 0.5; }, "DatasetInfo.member.label.value");
-  refuse_member([](FamilyMember& m) { m.label->value = kNaN; }, "DatasetInfo.member.label.value");
-  refuse_member([](FamilyMember& m) { m.label->name = "\x7F"; }, "DatasetInfo.member.label.name");
-  refuse_member([](FamilyMember& m) { m.label->color = 0x1000000; },
+  refuse_member([](SeriesMember& m) { m.label->value = 0.5; }, "DatasetInfo.member.label.value");
+  refuse_member([](SeriesMember& m) { m.label->value = kNaN; }, "DatasetInfo.member.label.value");
+  refuse_member([](SeriesMember& m) { m.label->name = "\x7F"; }, "DatasetInfo.member.label.name");
+  refuse_member([](SeriesMember& m) { m.label->color = 0x1000000; },
                 "DatasetInfo.member.label.color");
 }
 

@@ -8,15 +8,15 @@ import assert from "node:assert/strict";
 
 import { inChromium, origin, picture, settled } from "./in_chromium.mjs";
 
-const [token, ...doors] = process.argv.slice(2);
+const [token, ...listeners] = process.argv.slice(2);
 const kSegment = (1n << 63n).toString(); // The bits of -0, which stands for 0.
 const kMiddle = [30.5, 45.5, 33.5]; // Voxels.
 const kDimensions = { x: [0.0005, "m"], y: [0.00075, "m"], z: [0.00125, "m"] }; // Of a voxel.
 const kScale = 0.15; // The smallest of a voxel's sides a pixel.
 const kAlongAxes = { z: [0, 0, 0, 1], y: [Math.SQRT1_2, 0, 0, Math.SQRT1_2], x: [0, Math.SQRT1_2, 0, Math.SQRT1_2] };
 
-function layers(door) {
-  const folder = `precomputed://${door}/v1/token/${token}/neuroglancer/lump`;
+function layers(listener) {
+  const folder = `precomputed://${listener}/v1/token/${token}/neuroglancer/lump`;
   const shader = "void main() { emitRGB(toRaw(getDataValue()) > 0.0 ? vec3(1, 0, 0) : vec3(0, 0, 0.3)); }";
   return [
     { type: "image", name: "image", source: `${folder}/image`, shader },
@@ -72,8 +72,8 @@ async function box(page, color) {
 }
 
 await inChromium(async (page) => {
-  for (const [number, door] of doors.entries()) {
-    const [image, surface] = layers(door);
+  for (const [number, listener] of listeners.entries()) {
+    const [image, surface] = layers(listener);
     for (const [axis, orientation] of Object.entries(kAlongAxes)) {
       await show(page, {
         layers: [image],

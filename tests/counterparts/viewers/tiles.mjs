@@ -7,21 +7,21 @@ import assert from "node:assert/strict";
 import { inChromium, origin, picture, settled } from "./in_chromium.mjs";
 import { leavesOf } from "./trees.mjs";
 
-const [token, tree, ...doors] = process.argv.slice(2);
-const leaves = await leavesOf(`${doors[0]}/v1/3dtiles/${tree}/tileset.json`, token);
+const [token, tree, ...listeners] = process.argv.slice(2);
+const leaves = await leavesOf(`${listeners[0]}/v1/3dtiles/${tree}/tileset.json`, token);
 assert(leaves.tiles > 8, "more than two levels");
 
 const viewers = {
-  tiles: (door) => [`${door}/v1/3dtiles/${tree}/tileset.json`, token],
-  cesium: (door) => [`${door}/v1/token/${token}/3dtiles/${tree}/tileset.json`],
+  tiles: (listener) => [`${listener}/v1/3dtiles/${tree}/tileset.json`, token],
+  cesium: (listener) => [`${listener}/v1/token/${token}/3dtiles/${tree}/tileset.json`],
 };
 
 await inChromium(async (page, trouble) => {
-  for (const [number, door] of doors.entries()) {
+  for (const [number, listener] of listeners.entries()) {
     for (const [viewer, words] of Object.entries(viewers)) {
       await page.goto(`${origin}/${viewer}.html`);
       await page.waitForFunction("window.counterpart");
-      await page.evaluate((words) => window.counterpart.open(...words), words(door));
+      await page.evaluate((words) => window.counterpart.open(...words), words(listener));
       const look = async (radii, error, name) => {
         await page.evaluate(([radii, error]) => window.counterpart.look(radii, error), [radii, error]);
         await settled(page, () => page.evaluate("!counterpart.isBusy()"));

@@ -44,12 +44,12 @@ TEST(DatasetMetadata, SpaceAndUnitsComeBackAndMayBeMissing) {
   EXPECT_FALSE(parse_metadata(metadata_text(metadata)));
 }
 
-TEST(DatasetMetadata, FamilyMembersComeBackAndDamagedOnesAreNamed) {
+TEST(DatasetMetadata, SeriesMembersComeBackAndDamagedOnesAreNamed) {
   DatasetMetadata metadata = small_prepared().metadata;
-  for (const FamilyMember& member :
-       {FamilyMember{.family = "heart"},
-        FamilyMember{.family = "heart", .field = "p", .time = 0.1, .time_unit = "s"},
-        FamilyMember{.family = "heart",
+  for (const SeriesMember& member :
+       {SeriesMember{.series = "heart"},
+        SeriesMember{.series = "heart", .field = "p", .time = 0.1, .time_unit = "s"},
+        SeriesMember{.series = "heart",
         .label = Label{.value = 3, .name = "liver", .color = 0x00dd65}}}) {
     metadata.info.member = member;
     const auto result = parse_metadata(metadata_text(metadata));
@@ -58,8 +58,8 @@ TEST(DatasetMetadata, FamilyMembersComeBackAndDamagedOnesAreNamed) {
   }
   const std::string whole = metadata_text(metadata);
   for (const auto& [from, to, told] :
-       {std::array{"\"#00dd65\"", "\"red\"", "color"}, std::array{"\"heart\"", "7", "family"},
-        std::array{"\"heart\"", "\"\"", "member.family"}, std::array{":3.0", ":3.5", "whole"}}) {
+       {std::array{"\"#00dd65\"", "\"red\"", "color"}, std::array{"\"heart\"", "7", "series"},
+        std::array{"\"heart\"", "\"\"", "member.series"}, std::array{":3.0", ":3.5", "whole"}}) {
     std::string spoilt = whole;
     const std::size_t at = spoilt.find("\"member\":");
     ASSERT_NE(at, std::string::npos);

@@ -178,10 +178,10 @@ TEST(GuardedGateway, CountsWhatItPassesOn) {
   HttpClient http(gateway.http());
   const std::string text = http.get("/metrics").body();
   for (const std::string& line :
-       {std::string("multitetra_requests_total{door=\"websocket\",kind=\"stream\","
-                    "outcome=\"complete\"} 1\n"),
-        std::string("multitetra_requests_total{door=\"websocket\",kind=\"estimate\","
-                    "outcome=\"complete\"} 1\n"),
+       {std::string("multitetra_requests_total{kind=\"stream\",outcome=\"complete\","
+                    "transport=\"websocket\"} 1\n"),
+        std::string("multitetra_requests_total{kind=\"estimate\",outcome=\"complete\","
+                    "transport=\"websocket\"} 1\n"),
         "multitetra_upstream_up{upstream=\"" + to_string(upstream.endpoint()) + "\"} 1\n",
         std::string("multitetra_datasets 1\n")}) {
     EXPECT_NE(text.find(line), std::string::npos) << line << text;

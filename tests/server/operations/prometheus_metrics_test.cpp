@@ -29,18 +29,20 @@ TEST(PrometheusMetrics, CountRequestsByTheirOutcomeWithTheirTilesBytesAndTimes) 
   metrics.request_ended(kWebSocketClient, {.tiles = 1, .bytes = 10, .outcome = "cancelled"});
   const std::string text = metrics.text({});
   EXPECT_TRUE(has(text,
-                  "multitetra_requests_total{door=\"websocket\",kind=\"stream\","
-                  "outcome=\"complete\"} 1"));
+                  "multitetra_requests_total{kind=\"stream\",outcome=\"complete\","
+                  "transport=\"websocket\"} 1"));
   EXPECT_TRUE(has(text,
-                  "multitetra_requests_total{door=\"websocket\",kind=\"stream\","
-                  "outcome=\"cancelled\"} 1"));
+                  "multitetra_requests_total{kind=\"stream\",outcome=\"cancelled\","
+                  "transport=\"websocket\"} 1"));
   EXPECT_TRUE(has(text, "multitetra_requests_running{kind=\"stream\"} 0"));
   EXPECT_TRUE(has(text, "multitetra_tiles_total 6"));
   EXPECT_TRUE(has(text, "multitetra_tile_bytes_total 1010"));
-  EXPECT_TRUE(has(text, "multitetra_first_tile_seconds_count{door=\"websocket\"} 1"));
-  EXPECT_TRUE(has(text, "multitetra_first_tile_seconds_bucket{door=\"websocket\",le=\"0.01\"} 0"));
-  EXPECT_TRUE(has(text, "multitetra_first_tile_seconds_bucket{door=\"websocket\",le=\"0.025\"} 1"));
-  EXPECT_TRUE(has(text, "multitetra_last_tile_seconds_count{door=\"websocket\"} 1"));
+  EXPECT_TRUE(has(text, "multitetra_first_tile_seconds_count{transport=\"websocket\"} 1"));
+  EXPECT_TRUE(
+      has(text, "multitetra_first_tile_seconds_bucket{transport=\"websocket\",le=\"0.01\"} 0"));
+  EXPECT_TRUE(
+      has(text, "multitetra_first_tile_seconds_bucket{transport=\"websocket\",le=\"0.025\"} 1"));
+  EXPECT_TRUE(has(text, "multitetra_last_tile_seconds_count{transport=\"websocket\"} 1"));
 }
 
 TEST(PrometheusMetrics, CountReadsOfDatasets) {
@@ -77,13 +79,14 @@ TEST(PrometheusMetrics, CountConnectionsRefusalsAndErrorsByCode) {
   metrics.sent("websocket", 123);
   metrics.step_made(0.2);
   const std::string text = metrics.text({});
-  EXPECT_TRUE(has(text, "multitetra_connections_total{door=\"websocket\"} 2"));
-  EXPECT_TRUE(has(text, "multitetra_sessions{door=\"websocket\"} 1"));
-  EXPECT_TRUE(has(text, "multitetra_refused_total{door=\"websocket\",limit=\"connections\"} 1"));
-  EXPECT_TRUE(has(text, "multitetra_errors_total{code=\"unknown_dataset\",door=\"websocket\"} 1") ||
-              has(text, "multitetra_errors_total{door=\"websocket\",code=\"unknown_dataset\"} 1"))
+  EXPECT_TRUE(has(text, "multitetra_connections_total{transport=\"websocket\"} 2"));
+  EXPECT_TRUE(has(text, "multitetra_sessions{transport=\"websocket\"} 1"));
+  EXPECT_TRUE(
+      has(text, "multitetra_refused_total{limit=\"connections\",transport=\"websocket\"} 1"));
+  EXPECT_TRUE(
+      has(text, "multitetra_errors_total{code=\"unknown_dataset\",transport=\"websocket\"} 1"))
       << text;
-  EXPECT_TRUE(has(text, "multitetra_sent_bytes_total{door=\"websocket\"} 123"));
+  EXPECT_TRUE(has(text, "multitetra_sent_bytes_total{transport=\"websocket\"} 123"));
   EXPECT_TRUE(has(text, "multitetra_step_seconds_count 1"));
 }
 

@@ -28,7 +28,7 @@ export function accuracyPart(change: Change, expected: HTMLElement): Part {
       ["paper", "Estimated", "The measure of the 1997 method; the real distance may exceed it."],
     ],
   });
-  const rule = controls.choice("rule", {
+  const rule = controls.choice("topologyRule", {
     label: "Keeping the topology",
     tip: "Which points must stay so that parts, tunnels and hollows stay.",
     words: [
@@ -36,7 +36,7 @@ export function accuracyPart(change: Change, expected: HTMLElement): Part {
       ["paper", "Cautious", "Every change of sign counts, as in the 1997 method."],
     ],
   });
-  const tolerance = controls.slider("tolerance", {
+  const tolerance = controls.slider("topologyTolerance", {
     label: "Features that may vanish",
     tip: "Parts, tunnels and hollows up to this size may be left out. 0 keeps every one of them.",
     min: 0, max: 4, step: 1,

@@ -1,6 +1,6 @@
-// What the server has: a picture and the facts of each dataset, or of a family of them; one is chosen.
+// What the server has: a picture and the facts of each dataset, or of a series of them; one is chosen.
 import type { DatasetInfo } from "../protocol/messages";
-import type { Entry, Family } from "../state/families";
+import type { Entry, Series } from "../state/series";
 import { sampleTypeName } from "../stream/dataset";
 import { h } from "../shared/elements";
 import { grouped, inDigits } from "../shared/quantities";
@@ -42,7 +42,7 @@ export class DatasetList {
   }
 
   choose(info: DatasetInfo): void {
-    const name = this.entries.find(({ info: own, family }) => own === info || family?.members.includes(info))?.name;
+    const name = this.entries.find(({ info: own, series }) => own === info || series?.members.includes(info))?.name;
     for (const [other, card] of this.cards) {
       card.setAttribute("aria-pressed", String(other === name));
       if (other === name) card.scrollIntoView({ block: "nearest" });
@@ -54,7 +54,7 @@ export class DatasetList {
   }
 
   private card(entry: Entry): HTMLElement {
-    const { info, name, family } = entry;
+    const { info, name, series } = entry;
     const [x, y, z] = info.dims;
     const samples = x * y * z;
     const million = samples >= 1e6 ? `${inDigits(samples / 1e6, 3)} M` : grouped(samples);
@@ -72,7 +72,7 @@ export class DatasetList {
       h("img", { alt: "", src: blank, width: "64", height: "48" }),
       h("span", { class: "dataset-name" }, name),
       h("span", { class: "dataset-facts" },
-        `${x} × ${y} × ${z} · ${family ? wordsOf(family) : sampleTypeName(info.type)}`),
+        `${x} × ${y} × ${z} · ${series ? wordsOf(series) : sampleTypeName(info.type)}`),
     );
     card.dataset.name = name;
     card.addEventListener("click", () => this.events.chosen(entry));
@@ -82,7 +82,7 @@ export class DatasetList {
 }
 
 // "12 times, 2 fields".
-function wordsOf({ times, fields, labels }: Family): string {
+function wordsOf({ times, fields, labels }: Series): string {
   const counts = [[times.length, "times"], [fields.length, "fields"], [labels.length, "labels"]] as const;
   return counts.filter(([count]) => count > 1).map(([count, noun]) => `${count} ${noun}`).join(", ");
 }

@@ -1,7 +1,7 @@
-// A second field that colours the surfaces: another one of the same family, or any dataset in the same world.
+// A second field that colours the surfaces: another one of the same series, or any dataset in the same world.
 import type { DatasetInfo } from "../protocol/messages";
 import { colourMaps } from "../shared/colour_maps";
-import { entriesOf, familyOf, isOfOneFamily, named, ofField } from "../state/families";
+import { entriesOf, seriesOf, isOfOneSeries, named, ofField } from "../state/series";
 import type { Progress } from "../state/progress";
 import { h } from "../shared/elements";
 import { inDigits } from "../shared/quantities";
@@ -14,15 +14,15 @@ export interface FieldPart extends Part {
 }
 
 interface Offer {
-  name: string; // Of the dataset, or of its family.
+  name: string; // Of the dataset, or of its series.
   words: string;
 }
 
 export function fieldPart(change: Change): FieldPart {
   const controls = new SettingControls(change);
   const choice = h("select", { class: "select", "aria-label": "Colour the surfaces by" });
-  choice.addEventListener("change", () => change({ colourBy: choice.value, fieldLevel: null, fieldWindow: null }));
-  const colours = controls.choice("fieldColours", {
+  choice.addEventListener("change", () => change({ colorBy: choice.value, fieldLevel: null, fieldWindow: null }));
+  const colours = controls.choice("colors", {
     label: "Colours", tip: "From small values to large ones; drag the legend in the picture to turn the range.",
     words: colourMaps.map((map) => [map, map] as const),
   });
@@ -30,7 +30,7 @@ export function fieldPart(change: Change): FieldPart {
     label: "Logarithmic", tip: "Equal factors of the values have equal steps of colour.",
   });
   const none = h("input", { type: "color", "aria-label": "Colour where there is no value" });
-  none.addEventListener("input", () => change({ noValue: none.value }));
+  none.addEventListener("input", () => change({ noValueColor: none.value }));
   const noneRow = h("label", { class: "control toggle", "data-tip": "Of places where the field has no value." },
     h("span", {}, "Where there is none"), none);
   const told = h("p", { class: "hint", "data-tip":
@@ -48,7 +48,7 @@ export function fieldPart(change: Change): FieldPart {
     if (key !== offered) {
       offered = key;
       choice.replaceChildren(h("option", { value: "" }, "Nothing: one colour each"),
-        ...group("Fields of the same family", fields), ...group(fields.length > 0 ? "Other datasets" : "Datasets", rest));
+        ...group("Fields of the same series", fields), ...group(fields.length > 0 ? "Other datasets" : "Datasets", rest));
     }
     choice.value = chosen;
   };
@@ -56,11 +56,11 @@ export function fieldPart(change: Change): FieldPart {
     elements: [choice, colours, log, noneRow, told],
     show: (settings, shown) => {
       controls.show(settings);
-      none.value = settings.noValue;
-      colours.hidden = log.hidden = noneRow.hidden = told.hidden = settings.colourBy === "";
-      if (info === shown && wanted === settings.colourBy) return;
+      none.value = settings.noValueColor;
+      colours.hidden = log.hidden = noneRow.hidden = told.hidden = settings.colorBy === "";
+      if (info === shown && wanted === settings.colorBy) return;
       info = shown;
-      wanted = settings.colourBy;
+      wanted = settings.colorBy;
       offer();
     },
     showDatasets: (now) => {
@@ -80,28 +80,28 @@ function group(label: string, offers: readonly Offer[]): HTMLElement[] {
 
 // A field is named by its first time, so that the names stay while the times go by.
 function offersFor(list: readonly DatasetInfo[], info: DatasetInfo): { fields: Offer[]; others: Offer[] } {
-  const family = familyOf(list, info);
-  const fields = family && family.fields.length > 1 ? family.fields : [];
+  const series = seriesOf(list, info);
+  const fields = series && series.fields.length > 1 ? series.fields : [];
   return {
     fields: fields.map((field) => ({ name: firstOf(list, info, field), words: field || "(no name)" })),
     others: entriesOf(list)
-      .filter((one) => isInSameWorld(one.info, info) && !(fields.length > 0 && isOfOneFamily(one.info, info)))
+      .filter((one) => isInSameWorld(one.info, info) && !(fields.length > 0 && isOfOneSeries(one.info, info)))
       .map(({ name }) => ({ name, words: name })),
   };
 }
 
 function firstOf(list: readonly DatasetInfo[], info: DatasetInfo, field: string): string {
-  const family = familyOf(list, info)!;
-  const first = named(list, family.name)!;
-  return (ofField(family, first, field) ?? info).name;
+  const series = seriesOf(list, info)!;
+  const first = named(list, series.name)!;
+  return (ofField(series, first, field) ?? info).name;
 }
 
 // What of the offers the wanted one is.
 function chosenOf(list: readonly DatasetInfo[], info: DatasetInfo | null, wanted: string): string {
   const by = named(list, wanted);
   if (!wanted || !by || !info) return wanted;
-  if (isOfOneFamily(by, info) && by.member && (familyOf(list, by)?.fields.length ?? 0) > 1) return firstOf(list, info, by.member.field);
-  return familyOf(list, by)?.name ?? by.name;
+  if (isOfOneSeries(by, info) && by.member && (seriesOf(list, by)?.fields.length ?? 0) > 1) return firstOf(list, info, by.member.field);
+  return seriesOf(list, by)?.name ?? by.name;
 }
 
 // The server says no where worlds differ; what is known to differ is not offered.

@@ -1,7 +1,7 @@
 // The labels of a segmentation: of each its colour, name, opacity and whether it is shown. Those that are
 // hidden are not loaded.
 import type { DatasetInfo, Label } from "../protocol/messages";
-import { labelOf } from "../state/families";
+import { labelOf } from "../state/series";
 import type { Progress } from "../state/progress";
 import type { Settings } from "../state/settings";
 import { type SurfaceSettings, surfacesOf, withAllSurfaces, withSurface } from "../state/surfaces";

@@ -9,7 +9,7 @@ import { inDigits } from "../shared/quantities";
 // The names of the settings that a legend shows and turns.
 export interface LegendNames {
   label: string;
-  colours: "colours" | "fieldColours";
+  colours: "sliceColors" | "colors";
   level: "level" | "fieldLevel";
   width: "windowWidth" | "fieldWindow";
   isLog: "samplesLog" | "fieldLog";

@@ -1,7 +1,7 @@
 // The side panel: everything one can turn, in the order in which one needs it.
 import type { DatasetInfo } from "../protocol/messages";
 import type { Progress, SurfaceSize } from "../state/progress";
-import { timesOf } from "../state/families";
+import { timesOf } from "../state/series";
 import { defaults, type Settings } from "../state/settings";
 import type { Store } from "../state/store";
 import { accuracyPart } from "./accuracy_part";
@@ -9,7 +9,7 @@ import { bookmarksPart, type BookmarksEvents } from "./bookmarks_part";
 import { h } from "../shared/elements";
 import { inBytes, inTriangles } from "../shared/quantities";
 import type { HistogramView } from "./histogram";
-import { type FamilyPart, familyPart } from "./family_part";
+import { type SeriesPart, seriesPart } from "./series_part";
 import { type FieldPart, fieldPart } from "./field_part";
 import { folded, section } from "./inputs";
 import { isovaluePart } from "./isovalue_part";
@@ -32,7 +32,7 @@ export class Panel {
   private readonly parts: Part[];
   private readonly surfaces: SurfacesPart;
   private readonly field: FieldPart;
-  private readonly family: FamilyPart;
+  private readonly series: SeriesPart;
   private readonly labels: LabelsPart;
   private readonly downloads: DownloadsPart;
   private list: readonly DatasetInfo[] = [];
@@ -57,7 +57,7 @@ export class Panel {
     const isovalue = isovaluePart(change);
     const accuracy = accuracyPart(change, this.expected);
     const surfaces = (this.surfaces = surfacesPart(change));
-    const family = (this.family = familyPart(change));
+    const series = (this.series = seriesPart(change));
     const labels = (this.labels = labelsPart(change));
     this.ofValues = [
       h("section", {}, ...isovalue.elements),
@@ -70,15 +70,15 @@ export class Panel {
     const look = lookPart(change, events.roll);
     this.downloads = downloadsPart(events);
     this.histogram = isovalue.histogram;
-    this.parts = [family, isovalue, surfaces, labels, accuracy, region, field, slice, look];
+    this.parts = [series, isovalue, surfaces, labels, accuracy, region, field, slice, look];
     this.element = h("aside", { class: "panel", "aria-label": "Controls" },
       h("header", {}, h("h1", {}, "Multi-Tetra"), h("p", {}, "surfaces of volume data, streamed")),
-      section("Dataset", datasets, ...family.elements),
+      section("Dataset", datasets, ...series.elements),
       ...this.ofLabels,
       ...this.ofValues,
       section("Accuracy", ...accuracy.elements),
       folded("Finer in one place", false, ...region.elements),
-      folded("Colour by a field", settings.get().colourBy !== "", ...field.elements),
+      folded("Colour by a field", settings.get().colorBy !== "", ...field.elements),
       folded("Slice of the samples", settings.get().slice !== "off", ...slice.elements),
       folded("Appearance", false, ...look.elements),
       folded("Bookmarks", false, ...bookmarksPart(events)),
@@ -101,7 +101,7 @@ export class Panel {
 
   showDatasets(list: readonly DatasetInfo[]): void {
     this.list = list;
-    for (const part of [this.field, this.family, this.labels, this.surfaces]) part.showDatasets(list);
+    for (const part of [this.field, this.series, this.labels, this.surfaces]) part.showDatasets(list);
     this.show();
   }
 

@@ -17,7 +17,7 @@ export function slicePart(change: Change): Part {
     min: 0, max: 1, step: 0.002,
     text: (value) => `${(100 * value).toFixed(1)} %`,
   });
-  const colours = controls.choice("colours", {
+  const colours = controls.choice("sliceColors", {
     label: "Colours of samples", tip: "From small values to large ones; drag the legend in the picture to change level and window.",
     words: colourMaps.map((map) => [map, map] as const),
   });

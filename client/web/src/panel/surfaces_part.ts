@@ -2,7 +2,7 @@
 // come of it. Their lines are in the histogram.
 import type { DatasetInfo } from "../protocol/messages";
 import type { Progress } from "../state/progress";
-import { labelOf } from "../state/families";
+import { labelOf } from "../state/series";
 import type { Settings } from "../state/settings";
 import {
   mostSurfaces, type SurfaceSettings, surfacesOf, withNewSurface, withoutSurface, withSurface,

@@ -1,6 +1,6 @@
 // Times over the picture: play, a slider, which time it is, how fast, and whether it begins again.
 import type { Settings } from "../state/settings";
-import { timeText } from "../state/families";
+import { timeText } from "../state/series";
 import type { Pace } from "../time_player";
 import { h } from "../shared/elements";
 import { inDigits } from "../shared/quantities";

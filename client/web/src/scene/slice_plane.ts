@@ -68,7 +68,7 @@ export class SlicePlane {
   private readonly quad = new THREE.Mesh(new THREE.BufferGeometry(), this.material);
   private readonly lines = new THREE.Group();
   private shown: SliceValues | null = null;
-  private look: SliceLook = { map: "grey", low: 0, high: 1, isLog: false, above: -Infinity };
+  private look: SliceLook = { map: "gray", low: 0, high: 1, isLog: false, above: -Infinity };
   private map: ColourMap | null = null;
 
   constructor(scene: THREE.Scene, private readonly invalidate: () => void) {

@@ -33,7 +33,7 @@ const stepPalette = ["#c75146", "#dd8a4a", "#e3c567", "#a7c17a", "#5ea58b", "#4d
 
 // What of the settings is one surface's look.
 export type SurfaceLook =
-  Pick<Settings, "wireframe" | "shading" | "colour" | "opacity" | "visible" | "colourBy"> & { colouring: Colouring };
+  Pick<Settings, "wireframe" | "shading" | "colour" | "opacity" | "visible" | "colorBy"> & { colouring: Colouring };
 
 export class Surface {
   budget = mostTriangles; // Kept of this one.
@@ -54,7 +54,7 @@ export class Surface {
     opacity: 0.24,
     depthWrite: false,
   });
-  private look: SurfaceLook = { colouring: "plain", wireframe: false, shading: "field", colour: "#e0cdb4", opacity: 1, visible: true, colourBy: "" };
+  private look: SurfaceLook = { colouring: "plain", wireframe: false, shading: "field", colour: "#e0cdb4", opacity: 1, visible: true, colorBy: "" };
   private clip: THREE.Plane[] = [];
 
   constructor(
@@ -152,7 +152,7 @@ export class Surface {
   private isDrawable(): boolean {
     const first = this.uploads.find((id) => this.tiles.has(id));
     if (!first) return true;
-    const kind = `surface ${this.isTranslucent} ${this.look.colourBy !== ""} ${this.look.shading === "facets"}`;
+    const kind = `surface ${this.isTranslucent} ${this.look.colorBy !== ""} ${this.look.shading === "facets"}`;
     return this.programs.areReady(kind, this.tiles.get(first)!.mesh);
   }
 
@@ -241,7 +241,7 @@ export class Surface {
     const { isTranslucent: wasTranslucent, look: before } = this;
     this.look = look;
     this.clip = clip ? [clip] : [];
-    if (wasTranslucent !== this.isTranslucent || before.colourBy !== look.colourBy) this.forgetMaterials();
+    if (wasTranslucent !== this.isTranslucent || before.colorBy !== look.colorBy) this.forgetMaterials();
     if (before.colour !== look.colour) this.recolour(before.colour);
     for (const material of this.materials.values()) this.refresh(material);
     this.lines.clippingPlanes = this.clip;
@@ -331,7 +331,7 @@ export class Surface {
     if (this.look.colouring === "steps") colour = stepPalette[stepNumber % stepPalette.length];
     let material = this.materials.get(colour);
     if (!material) {
-      material = surfaceMaterial(colour, this.isTranslucent, this.look.colourBy === "" ? null : this.field);
+      material = surfaceMaterial(colour, this.isTranslucent, this.look.colorBy === "" ? null : this.field);
       this.refresh(material);
       this.materials.set(colour, material);
     }

@@ -85,7 +85,7 @@ export class Thumbnails {
 
   private open(): Effect[] {
     const info = this.current!;
-    const request = isosurfaceRequest(info, { ...defaults, error: 2, tolerance: 8 }, null);
+    const request = isosurfaceRequest(info, { ...defaults, error: 2, topologyTolerance: 8 }, null);
     return this.conversation!.want({ info, request });
   }
 
@@ -101,7 +101,7 @@ export class Thumbnails {
   private async follow({ effect, order }: Effect & { kind: "stream" }): Promise<void> {
     const { conversation, stream } = this;
     if (effect.kind === "decode") {
-      const resolution = effect.begin.request!.latticeResolution;
+      const resolution = effect.begin.request!.lattice;
       const id = `thumbnail/${effect.tile.key}`;
       try {
         const tile = await this.pool.decode({

@@ -1,9 +1,9 @@
 // Colours for numbers: maps whose lightness tells more from less also in print and to those who see few
-// colours (viridis, cividis), one with a middle (coolwarm), and grey. The same as those of
+// colours (viridis, cividis), one with a middle (coolwarm), and gray. The same as those of
 // common/image/color_map.cpp, to the byte, and a scale means here what it means there; where the maps
 // come from is told there.
 const maps = {
-  grey: ["#000000", "#ffffff"],
+  gray: ["#000000", "#ffffff"],
   viridis: ["#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"],
   cividis: [
     "#00204d", "#00306f", "#2a406c", "#48526b", "#5e626e", "#727374", "#878479", "#9e9677", "#b6a971", "#d0be67", "#ead357", "#ffea46",

@@ -43,13 +43,13 @@ export interface FurtherSurface {
 
 export interface Settings {
   // What is asked for.
-  dataset: string; // Or a family of datasets: the first of it.
-  t: number | null; // The time that is shown, of a family that has times: the nearest. Null: the dataset's own.
+  dataset: string; // Or a series of datasets: the first of it.
+  t: number | null; // The time that is shown, of a series that has times: the nearest. Null: the dataset's own.
   isovalue: number | null; // Null: the dataset's own suggestion.
   error: number; // Voxels, 0 to 8.
   bound: "certified" | "paper";
-  rule: "exact" | "paper";
-  tolerance: number; // Voxels.
+  topologyRule: "exact" | "paper";
+  topologyTolerance: number; // Voxels.
   region: Region | null;
   followView: boolean;
   pixels: number; // Allowed error on the screen when the view is followed.
@@ -61,12 +61,12 @@ export interface Settings {
   opacity: number;
   visible: boolean;
   minComponent: number; // Samples: components whose bounding box has a shorter diagonal are hidden. 0: none.
-  colourBy: string; // A dataset whose values colour the surfaces; empty: none.
-  fieldColours: ColourMap; // Of those values, as are the next two.
+  colorBy: string; // A dataset whose values colour the surfaces; empty: none.
+  colors: ColourMap; // Of those values, as are the next two.
   fieldLevel: number | null;
   fieldWindow: number | null;
   fieldLog: boolean; // Equal factors of the values have equal steps of colour.
-  noValue: string; // The colour where the field has no value.
+  noValueColor: string; // The colour where the field has no value.
   shading: Shading;
   wireframe: boolean;
   colouring: Colouring;
@@ -77,7 +77,7 @@ export interface Settings {
   slice: Axis; // A plane of samples in the picture.
   transparentAir: boolean; // Of its samples, those of air are not shown.
   sliceAt: number; // 0 to 1 along the axis.
-  colours: ColourMap; // Of samples.
+  sliceColors: ColourMap; // Of samples.
   level: number | null; // The sample value in the middle of the colours, and how many they span: null
   windowWidth: number | null; // for those that tell most of the data.
   samplesLog: boolean;
@@ -101,8 +101,8 @@ export const defaults: Settings = {
   isovalue: null,
   error: 0.25,
   bound: "certified",
-  rule: "exact",
-  tolerance: 0,
+  topologyRule: "exact",
+  topologyTolerance: 0,
   region: null,
   followView: false,
   pixels: 1,
@@ -113,12 +113,12 @@ export const defaults: Settings = {
   opacity: 1,
   visible: true,
   minComponent: 0,
-  colourBy: "",
-  fieldColours: "viridis",
+  colorBy: "",
+  colors: "viridis",
   fieldLevel: null,
   fieldWindow: null,
   fieldLog: false,
-  noValue: "#808080",
+  noValueColor: "#808080",
   shading: "field",
   wireframe: false,
   colouring: "plain",
@@ -129,7 +129,7 @@ export const defaults: Settings = {
   slice: "off",
   transparentAir: true,
   sliceAt: 0.5,
-  colours: "grey",
+  sliceColors: "gray",
   level: null,
   windowWidth: null,
   samplesLog: false,
@@ -160,6 +160,6 @@ export function isOtherRequest(now: Settings, before: Settings): boolean {
 }
 
 const asking = [
-  "isovalue", "error", "bound", "rule", "tolerance", "region", "followView", "maxTriangles", "simplify",
-  "colourBy",
+  "isovalue", "error", "bound", "topologyRule", "topologyTolerance", "region", "followView", "maxTriangles", "simplify",
+  "colorBy",
 ] as const;

@@ -3,6 +3,9 @@
 //
 //   #dataset=head&isovalue=500.5&error=0.5&region=box:0,0,0,10,10,10=0.25&eye=1,2,3&target=0,0,0
 //
+// The names are those of the settings in snake_case; what a request has is called as in an HTTP query, and
+// `quality` may stand for an error there, too.
+//
 // Whatever cannot be read is passed over and can be told: an address from elsewhere never breaks the
 // page.
 import { colourMaps } from "../shared/colour_maps";
@@ -12,11 +15,11 @@ import { maxMinComponent, mostLabels } from "./surfaces";
 export function toAddress(settings: Settings): string {
   const said = new URLSearchParams();
   const add = (name: string, value: string | number | boolean | null, usual: unknown) => {
-    if (value !== usual && value !== null) said.set(name, String(value));
+    if (value !== usual && value !== null) said.set(addressName(name), String(value));
   };
   for (const name of plainNames) add(name, settings[name], defaults[name]);
-  for (const name of ["colour", "noValue"] as const) {
-    if (settings[name] !== defaults[name]) said.set(name, settings[name].slice(1));
+  for (const name of ["colour", "noValueColor"] as const) {
+    if (settings[name] !== defaults[name]) said.set(addressName(name), settings[name].slice(1));
   }
   if (settings.surfaces.length > 0) said.set("surfaces", settings.surfaces.map(surfaceText).join(";"));
   if (settings.region) said.set("region", regionText(settings.region));
@@ -28,7 +31,7 @@ export function toAddress(settings: Settings): string {
 }
 
 export function fromAddress(text: string): Partial<Settings> {
-  const said = new URLSearchParams(text.replace(/^#/, ""));
+  const said = new Map(wordsOf(text).map(({ setting, value }) => [setting, value]));
   const settings: Partial<Settings> = {};
   const set = <K extends keyof Settings>(name: K, value: Settings[K] | undefined) => {
     if (value !== undefined) settings[name] = value;
@@ -39,15 +42,14 @@ export function fromAddress(text: string): Partial<Settings> {
     const value = said.get(name)?.trim() ? Number(said.get(name)) : NaN;
     return value >= low && value <= high ? value : undefined;
   };
-  const yes = (name: string) =>
-    said.get(name) === "true" ? true : said.get(name) === "false" ? false : undefined;
+  const yes = (name: string) => switches.get(said.get(name) ?? "");
   set("dataset", said.get("dataset") ?? undefined);
   set("t", number("t", -Number.MAX_VALUE, Number.MAX_VALUE));
   set("isovalue", number("isovalue", -Number.MAX_VALUE, Number.MAX_VALUE));
-  set("error", number("error", 0, 1e6));
+  set("error", number("error", 0, 1e6) ?? qualities.get(said.get("quality") ?? ""));
   set("bound", word("bound", "certified", "paper"));
-  set("rule", word("rule", "exact", "paper"));
-  set("tolerance", number("tolerance", 0, 1e6));
+  set("topologyRule", word("topologyRule", "exact", "paper"));
+  set("topologyTolerance", number("topologyTolerance", 0, 1e6));
   set("followView", yes("followView"));
   set("pixels", number("pixels", 0.1, 100));
   set("maxTriangles", number("maxTriangles", 0, 1e9));
@@ -59,16 +61,16 @@ export function fromAddress(text: string): Partial<Settings> {
   set("clipAt", number("clipAt", 0, 1));
   set("clipFlipped", yes("clipFlipped"));
   set("filled", yes("filled"));
-  set("colourBy", said.get("colourBy") ?? undefined);
-  set("fieldColours", word("fieldColours", ...colourMaps));
+  set("colorBy", said.get("colorBy") ?? undefined);
+  set("colors", word("colors", ...colourMaps));
   set("fieldLevel", number("fieldLevel", -Number.MAX_VALUE, Number.MAX_VALUE));
   set("fieldWindow", number("fieldWindow", 0, Number.MAX_VALUE));
   set("fieldLog", yes("fieldLog"));
-  set("noValue", colourFrom(said.get("noValue")));
+  set("noValueColor", colourFrom(said.get("noValueColor")));
   set("slice", word("slice", "off", "x", "y", "z"));
   set("transparentAir", yes("transparentAir"));
   set("sliceAt", number("sliceAt", 0, 1));
-  set("colours", word("colours", ...colourMaps));
+  set("sliceColors", word("sliceColors", ...colourMaps));
   set("level", number("level", -Number.MAX_VALUE, Number.MAX_VALUE));
   set("windowWidth", number("windowWidth", 0, Number.MAX_VALUE));
   set("samplesLog", yes("samplesLog"));
@@ -97,25 +99,50 @@ export function fromAddress(text: string): Partial<Settings> {
 // be shown.
 export function misread(text: string): string[] {
   const read = fromAddress(text);
-  return [...new URLSearchParams(text.replace(/^#/, ""))]
-    .filter(([name]) => name !== "token" && !Object.hasOwn(read, name))
-    .map(([name, value]) => `${name}=${value}`);
+  const isRead = ({ setting, value }: Word) => Object.hasOwn(read, setting) || (setting === "quality" && qualities.has(value));
+  return wordsOf(text)
+    .filter((word) => word.name !== "token" && !isRead(word))
+    .map(({ name, value }) => `${name}=${value}`);
 }
 
 // The settings after somebody has edited the address: what it does not say is as usual, but what it
 // says and nobody can read stays as it was.
 export function edited(now: Settings, text: string): Settings {
   const kept = misread(text)
-    .map((said) => said.slice(0, said.indexOf("=")))
+    .map((said) => settingName(said.slice(0, said.indexOf("="))))
     .filter((name): name is keyof Settings => Object.hasOwn(now, name));
   const asTheyWere = Object.fromEntries(kept.map((name) => [name, now[name]]));
   return { ...defaults, ...asTheyWere, ...fromAddress(text) };
 }
 
+// "clipAt" <-> "clip_at".
+function addressName(name: string): string {
+  return name.replace(/[A-Z]/g, (letter) => `_${letter.toLowerCase()}`);
+}
+function settingName(name: string): string {
+  return name.replace(/_([a-z])/g, (_, letter: string) => letter.toUpperCase());
+}
+
+interface Word {
+  name: string; // As it is written.
+  setting: string; // Empty for a name with capitals, which no address has.
+  value: string;
+}
+
+function wordsOf(text: string): Word[] {
+  const words = [...new URLSearchParams(text.replace(/^#/, ""))];
+  return words.map(([name, value]) => ({ name, setting: /[A-Z]/.test(name) ? "" : settingName(name), value }));
+}
+
+const switches: ReadonlyMap<string, boolean> = new Map([["true", true], ["on", true], ["false", false], ["off", false]]);
+
+// Errors in voxels by the names that commands and HTTP have for them.
+const qualities: ReadonlyMap<string, number> = new Map([["draft", 2], ["normal", 0.5], ["fine", 0.25], ["exact", 0]]);
+
 const plainNames = [
-  "dataset", "t", "isovalue", "error", "bound", "rule", "tolerance", "followView", "pixels",
+  "dataset", "t", "isovalue", "error", "bound", "topologyRule", "topologyTolerance", "followView", "pixels",
   "maxTriangles", "simplify", "shading", "wireframe", "colouring", "clip", "clipAt", "clipFlipped", "filled",
-  "slice", "sliceAt", "transparentAir", "colours", "level", "windowWidth", "colourBy", "fieldColours", "fieldLevel",
+  "slice", "sliceAt", "transparentAir", "sliceColors", "level", "windowWidth", "colorBy", "colors", "fieldLevel",
   "fieldWindow", "fieldLog", "samplesLog", "axes",
   "projection", "occlusion", "opacity", "visible", "minComponent", "logScale", "playing", "speed", "loop", "theme",
 ] as const;

@@ -51,21 +51,21 @@ export function isosurfaceRequest(
   return create(IsosurfaceRequestSchema, {
     isovalue: settings.isovalue ?? suggestedIsovalue(info),
     threshold: create(ThresholdMapSchema, {
-      everywhere: settings.error,
+      error: settings.error,
       unit: LengthUnit.VOXEL,
-      coordinates: CoordinateSystem.WORLD,
-      combination: Combination.IN_ORDER,
+      regionUnit: CoordinateSystem.WORLD,
+      combine: Combination.IN_ORDER,
       regions: settings.region ? [thresholdRegion(settings.region)] : [],
       view: settings.followView && view ? thresholdView(view, settings.pixels) : undefined,
       atLeast: 0,
     }),
-    measure: settings.bound === "certified" ? ErrorMeasure.CERTIFIED : ErrorMeasure.PAPER,
-    topologyRule: settings.rule === "exact" ? TopologyRule.EXACT : TopologyRule.PAPER,
-    topologyTolerance: settings.tolerance,
-    latticeResolution: latticeResolution(info),
+    bound: settings.bound === "certified" ? ErrorMeasure.CERTIFIED : ErrorMeasure.PAPER,
+    topologyRule: settings.topologyRule === "exact" ? TopologyRule.EXACT : TopologyRule.PAPER,
+    topologyTolerance: settings.topologyTolerance,
+    lattice: latticeResolution(info),
     maxTriangles: BigInt(settings.maxTriangles),
     simplify: settings.simplify,
-    normalBits: settings.shading === "field" ? normalBits : 0,
+    normals: settings.shading === "field" ? normalBits : 0,
   });
 }
 

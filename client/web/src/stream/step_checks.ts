@@ -99,7 +99,7 @@ export function parameterFault(begin: StepBegin, asked: IsosurfaceRequest): stri
   if (least.given < least.asked || given.topologyTolerance < asked.topologyTolerance) {
     return "it is said to be finer than the request";
   }
-  if (given.threshold.everywhere < asked.threshold.everywhere) {
+  if (given.threshold.error < asked.threshold.error) {
     return "its error is below the request's";
   }
   const mayDiffer = !begin.isFinal || asked.maxTriangles > 0n || asked.maxBytes > 0n;
@@ -109,11 +109,11 @@ export function parameterFault(begin: StepBegin, asked: IsosurfaceRequest): stri
     threshold: create(ThresholdMapSchema, {
       ...given.threshold,
       ...(mayDiffer ? { atLeast: least.asked } : {}),
-      ...(begin.isFinal ? {} : { everywhere: asked.threshold.everywhere }),
-      combination: given.threshold.combination || 1,
-      coordinates: given.threshold.coordinates || 1,
+      ...(begin.isFinal ? {} : { error: asked.threshold.error }),
+      combine: given.threshold.combine || 1,
+      regionUnit: given.threshold.regionUnit || 1,
     }),
-    ...(begin.isFinal ? {} : { latticeResolution: asked.latticeResolution }),
+    ...(begin.isFinal ? {} : { lattice: asked.lattice }),
   });
   if (!equals(IsosurfaceRequestSchema, compared, asked)) {
     return "its parameters differ from the request in more than accuracy";

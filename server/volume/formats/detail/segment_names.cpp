@@ -72,7 +72,7 @@ std::vector<SourceLabel> segments_in(std::string_view header, std::int64_t most_
     if (!taken.emplace(segment.layer, *segment.value).second) continue;
     const auto stored = static_cast<double>(*segment.value);
     Label label{.value = stored, .name = std::move(segment.name), .color = segment.color};
-    if (!check_member({.family = "segments", .label = label})) continue;
+    if (!check_member({.series = "segments", .label = label})) continue;
     labels.push_back(
         {.label = std::move(label), .stored = stored, .layer = static_cast<int>(segment.layer)});
   }

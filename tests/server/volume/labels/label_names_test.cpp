@@ -85,7 +85,7 @@ TEST(LabelNames, OfChangedTextsAreNamesOrARefusal) {
         continue;
       }
       for (const Label& label : *labels) {
-        EXPECT_TRUE(check_member({.family = "f", .label = label})) << text;
+        EXPECT_TRUE(check_member({.series = "f", .label = label})) << text;
       }
     }
   }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Families of datasets as users make and serve them: the labels of a segmentation, the times of a series, the fields of a
-# simulation. Usage: families_test.sh DIRECTORY_OF_PROGRAMS [PYTHON_WITH_H5PY]
+# Series of datasets as users make and serve them: the labels of a segmentation, the times of a series, the fields of a
+# simulation. Usage: series_test.sh DIRECTORY_OF_PROGRAMS [PYTHON_WITH_H5PY]
 set -euo pipefail
 
 bin=$(cd "$1" && pwd)
@@ -118,10 +118,10 @@ import json
 datasets = json.load(open("datasets.json"))["datasets"]
 assert [d["member"]["label"] for d in datasets] == [
     {"value": 3, "name": "hepar", "color": "#010203"}, {"value": 7, "name": "rest of it", "color": None}], datasets
-assert {d["member"]["family"] for d in datasets} == {"organs"}
+assert {d["member"]["series"] for d in datasets} == {"organs"}
 EOPY
 "$client" list --server "$url" | grep -F "\"organs\", label 3 (hepar, #010203)" >/dev/null || fail "list does not tell members: $("$client" list --server "$url")"
-ends 1 '"organs" is a family of datasets; choose one of them' "$client" fetch --server "$url" --dataset organs -o x.ply
+ends 1 '"organs" is a series of datasets; choose one of them' "$client" fetch --server "$url" --dataset organs -o x.ply
 "$client" fetch --server "$url" --dataset organs.label3 --isovalue 0.5 --error 0 --color-by organs.label7 -o coloured.ply --report report.json --quiet
 [ "$(digest report.json)" = "$(digest inner.json)" ] || fail "a fetched label is not the extracted one"
 grep -aq "property float" coloured.ply || fail "no values of the other label at the vertices"
@@ -190,7 +190,7 @@ says run/run.hot_cold.t0001.mtd '"run", field hot/cold, time 0.1 s'
 says run/run.pressure.t0001.mtd 'run_9.vti'
 ends 0 '"run.pressure.t0002", 12 x 12 x 12 f32' "$server" prepare in/run_*.vti --time-series run --field all -o frames
 says frames/run.pressure.t0002.mtd '"run", field pressure, time 2'
-ends 1 "members of a family lie on the same places" "$server" prepare in/run_9.vti in/small.vti --time-series mixed --field pressure -o mixed
+ends 1 "members of a series lie on the same places" "$server" prepare in/run_9.vti in/small.vti --time-series mixed --field pressure -o mixed
 ends 2 "has no field density. Its fields are pressure, hot/cold" "$server" prepare in/run_2.vti --field density -o run
 ends 2 "no '/'" "$server" prepare in/run_9.vti --time-series a/b --field pressure -o mixed
 ends 0 "has one time only" "$server" prepare in/run_9.vti --all-times --field pressure -o one_time

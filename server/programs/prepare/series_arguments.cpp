@@ -1,4 +1,4 @@
-#include "server/programs/prepare/family_arguments.hpp"
+#include "server/programs/prepare/series_arguments.hpp"
 
 #include <charconv>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include <set>
 
 #include "common/base/exit_codes.hpp"
-#include "common/request/family_member.hpp"
 #include "common/request/physical_meaning.hpp"
+#include "common/request/series_member.hpp"
 
 namespace multitetra {
 namespace {
@@ -40,7 +40,7 @@ void require_unique(const std::vector<std::string>& values, const char* option) 
 
 }  // namespace
 
-void FamilyArguments::add_to(Command& command) {
+void SeriesArguments::add_to(Command& command) {
   command
       .add_option(
           "--label", labels,
@@ -75,7 +75,7 @@ void FamilyArguments::add_to(Command& command) {
   command.add_option("--time-unit", time_unit, "Unit of the times, such as s")->type_name("UNIT");
 }
 
-void FamilyArguments::check() const {
+void SeriesArguments::check() const {
   require_unique(labels, "--label");
   require_unique(fields, "--field");
   require_unique(components, "--component");
@@ -93,13 +93,13 @@ void FamilyArguments::check() const {
     wrong_use("--time-unit must be UTF-8 of at most " + std::to_string(kMaxUnitBytes) +
               " bytes without control characters.");
   }
-  if (!time_series.empty() && !check_member({.family = time_series})) {
+  if (!time_series.empty() && !check_member({.series = time_series})) {
     wrong_use("--time-series must have 1 to 255 bytes of UTF-8, no '/' and no control characters.");
   }
   if (!wants_all_labels()) (void)label_values();
 }
 
-std::vector<double> FamilyArguments::label_values() const {
+std::vector<double> SeriesArguments::label_values() const {
   std::vector<double> values;
   for (const std::string& label : labels) {
     const std::optional<double> value = finite_number(label);
@@ -111,7 +111,7 @@ std::vector<double> FamilyArguments::label_values() const {
   return values;
 }
 
-std::vector<double> FamilyArguments::time_values(std::size_t count) const {
+std::vector<double> SeriesArguments::time_values(std::size_t count) const {
   std::vector<double> values;
   if (times.empty()) return values;
   const std::size_t colon = times.find(':');

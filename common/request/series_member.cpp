@@ -1,4 +1,4 @@
-#include "common/request/family_member.hpp"
+#include "common/request/series_member.hpp"
 
 #include <cmath>
 #include <cstdio>
@@ -29,11 +29,11 @@ Result<void> check_label(const Label& label) {
 
 }  // namespace
 
-Result<void> check_member(const FamilyMember& member) {
-  const std::string& family = member.family;
-  if (family.empty() || family.size() > kMaxMemberTextBytes || !is_plain_text(family) ||
-      family.find('/') != std::string::npos) {
-    return wrong("family must have 1 to 255 bytes of UTF-8, no '/' and no control characters.");
+Result<void> check_member(const SeriesMember& member) {
+  const std::string& series = member.series;
+  if (series.empty() || series.size() > kMaxMemberTextBytes || !is_plain_text(series) ||
+      series.find('/') != std::string::npos) {
+    return wrong("series must have 1 to 255 bytes of UTF-8, no '/' and no control characters.");
   }
   if (member.field.size() > kMaxMemberTextBytes || !is_plain_text(member.field)) {
     return wrong("field must be UTF-8 of at most 255 bytes without control characters.");

@@ -1,5 +1,5 @@
-// What a dataset is in its family: several datasets on the same places, such as the times of a
-// series, the fields of a simulation, the labels of a segmentation. Each is a dataset of its own;
+// What a dataset is in its series: several datasets on the same grid, such as the times of a scan,
+// the fields of a simulation, the labels of a segmentation. Each is a dataset of its own;
 // dims, spacing, index_to_world, margin, outside and space are common to all of them.
 #pragma once
 
@@ -22,8 +22,8 @@ struct Label {
   friend bool operator==(const Label&, const Label&) = default;
 };
 
-struct FamilyMember {
-  std::string family;      // As a dataset's name.
+struct SeriesMember {
+  std::string series;      // As a dataset's name.
   std::string field = {};  // As its file calls it; empty: the only one.
   std::optional<double> time =
       std::nullopt;            // In time_unit; finite. None: not one of several times.
@@ -31,14 +31,14 @@ struct FamilyMember {
   std::optional<Label> label =
       std::nullopt;  // Whose smooth field the dataset is; the boundary is at 0.5.
 
-  friend bool operator==(const FamilyMember&, const FamilyMember&) = default;
+  friend bool operator==(const SeriesMember&, const SeriesMember&) = default;
 };
 
 inline constexpr std::size_t kMaxMemberTextBytes = 255;       // Of names of fields and labels.
 inline constexpr double kMaxLabelValue = 9007199254740992.0;  // 2^53; either sign.
 
 // kInvalidArgument, with the field and what is allowed, unless every field is within its range.
-[[nodiscard]] Result<void> check_member(const FamilyMember& member);
+[[nodiscard]] Result<void> check_member(const SeriesMember& member);
 
 // "#dd8265" for 0xdd8265, and back; none for other texts.
 [[nodiscard]] std::string color_text(std::uint32_t color);

@@ -5,7 +5,7 @@ import type { DatasetInfo, Label } from "../protocol/messages";
 import { labelColour } from "./label_colours";
 import { defaults, type FurtherSurface, type Settings } from "./settings";
 
-export interface Family {
+export interface Series {
   name: string;
   members: readonly DatasetInfo[]; // As they are listed; two or more.
   times: readonly number[]; // That differ, ascending; none: it has no times.
@@ -18,29 +18,29 @@ export interface Family {
 export interface Entry {
   name: string;
   info: DatasetInfo;
-  family: Family | null;
+  series: Series | null;
 }
 
 export const labelIsovalue = 0.5; // Where the boundary of every label is.
 const mostLabelsAtFirst = 24; // That are shown before anybody has said which.
 
-// In the order of the list: a family is where its first member is.
+// In the order of the list: a series is where its first member is.
 export function entriesOf(list: readonly DatasetInfo[]): Entry[] {
   const seen = new Set<string>();
   return list.flatMap((info): Entry[] => {
-    if (info.member && seen.has(info.member.family)) return [];
-    const family = familyOf(list, info);
-    if (!family) return [{ name: info.name, info, family }];
-    seen.add(family.name);
-    return [{ name: family.name, info: firstOf(family), family }];
+    if (info.member && seen.has(info.member.series)) return [];
+    const series = seriesOf(list, info);
+    if (!series) return [{ name: info.name, info, series }];
+    seen.add(series.name);
+    return [{ name: series.name, info: firstOf(series), series }];
   });
 }
 
 // Null: it belongs to none, or to one of which there is nobody else.
-export function familyOf(list: readonly DatasetInfo[], info: DatasetInfo): Family | null {
-  const name = info.member?.family;
+export function seriesOf(list: readonly DatasetInfo[], info: DatasetInfo): Series | null {
+  const name = info.member?.series;
   if (!name) return null;
-  const members = list.filter(({ member }) => member?.family === name);
+  const members = list.filter(({ member }) => member?.series === name);
   if (members.length < 2) return null;
   const times = members.map(timeOf).filter((time) => time !== null);
   const byLabel = new Map([...members].reverse().map((one) => [one.member!.label?.value, one]));
@@ -60,13 +60,13 @@ export function timeOf({ member }: DatasetInfo): number | null {
   return time !== undefined && Number.isFinite(time) ? time : null;
 }
 
-// The dataset of that name; else the first of the family of that name.
+// The dataset of that name; else the first of the series of that name.
 export function named(list: readonly DatasetInfo[], name: string): DatasetInfo | null {
   const own = list.find((info) => info.name === name);
   if (own) return own;
-  const member = list.find((info) => info.member?.family === name);
-  const family = member && familyOf(list, member);
-  return family ? firstOf(family) : null;
+  const member = list.find((info) => info.member?.series === name);
+  const series = member && seriesOf(list, member);
+  return series ? firstOf(series) : null;
 }
 
 // The same field and label at the nearest time there is; itself where it has no other times.
@@ -82,9 +82,9 @@ export function timesOf(list: readonly DatasetInfo[], info: DatasetInfo): number
 }
 
 // The same label at the same time, of another field.
-export function ofField(family: Family, info: DatasetInfo, field: string): DatasetInfo | null {
+export function ofField(series: Series, info: DatasetInfo, field: string): DatasetInfo | null {
   const isIt = ({ member }: DatasetInfo) => member!.field === field && member!.label?.value === info.member!.label?.value;
-  const found = family.members.filter(isIt);
+  const found = series.members.filter(isIt);
   return found.find((one) => timeOf(one) === timeOf(info)) ?? found[0] ?? null;
 }
 
@@ -94,8 +94,8 @@ export function rangeOf(list: readonly DatasetInfo[], info: DatasetInfo): { min:
   return { min: Math.min(...all.map(({ min }) => min)), max: Math.max(...all.map(({ max }) => max)) };
 }
 
-export function isOfOneFamily(a: DatasetInfo, b: DatasetInfo): boolean {
-  return a.name === b.name || (!!a.member && a.member.family === b.member?.family);
+export function isOfOneSeries(a: DatasetInfo, b: DatasetInfo): boolean {
+  return a.name === b.name || (!!a.member && a.member.series === b.member?.series);
 }
 
 // "0.25 s"; "frame 3" where no unit is told.
@@ -111,8 +111,8 @@ export function labelOf(list: readonly DatasetInfo[], name: string): Label | nul
 
 // What is looked at when an entry is chosen: all labels of a segmentation, else one surface. Where one
 // label is named, the others are there to be shown.
-export function settingsOfEntry({ info, family }: Entry, named: string | null = null): Partial<Settings> {
-  const labels = family?.labels ?? [];
+export function settingsOfEntry({ info, series }: Entry, named: string | null = null): Partial<Settings> {
+  const labels = series?.labels ?? [];
   const isShown = ({ name }: DatasetInfo, at: number) => (named ? name === named : at < mostLabelsAtFirst);
   const [first, ...others] = labels.map((one, at) => surfaceOfLabel(one, isShown(one, at)));
   if (!first) return { dataset: info.name, isovalue: null, surfaces: [] };
@@ -125,7 +125,7 @@ function surfaceOfLabel({ name: dataset, member }: DatasetInfo, visible: boolean
   return { dataset, isovalue: labelIsovalue, error: null, colour: labelColour(value, color), opacity: defaults.opacity, visible };
 }
 
-function firstOf({ members, labels }: Family): DatasetInfo {
+function firstOf({ members, labels }: Series): DatasetInfo {
   const first = labels[0] ?? members[0];
   const like = members.filter(({ member }) =>
     member!.field === first.member!.field && member!.label?.value === first.member!.label?.value);
@@ -136,6 +136,6 @@ function firstOf({ members, labels }: Family): DatasetInfo {
 function alike(list: readonly DatasetInfo[], { member }: DatasetInfo): DatasetInfo[] {
   if (!member) return [];
   return list.filter((one) =>
-    one.member?.family === member.family && one.member.field === member.field &&
+    one.member?.series === member.series && one.member.field === member.field &&
     one.member.label?.value === member.label?.value && timeOf(one) !== null);
 }

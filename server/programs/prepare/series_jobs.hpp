@@ -1,4 +1,4 @@
-// Which datasets the members of a family become: one for each time, field and label.
+// Which datasets the members of a series become: one for each time, field and label.
 #pragma once
 
 #include <functional>
@@ -9,12 +9,12 @@
 
 namespace multitetra {
 
-inline constexpr std::size_t kMostFamilyJobs = 16'384;
+inline constexpr std::size_t kMostSeriesJobs = 16'384;
 
-// Requires arguments.family.are_given(). Looks into the volumes, and with --label all reads them.
+// Requires arguments.series.are_given(). Looks into the volumes, and with --label all reads them.
 // Labels of one map follow each other. `notice` is told what a person should know. Throws ExitError
 // (kUsage) when what is asked for is not there, VolumeFileError when a volume cannot be read.
-[[nodiscard]] std::vector<PrepareJob> family_jobs(
+[[nodiscard]] std::vector<PrepareJob> series_jobs(
     const PrepareArguments& arguments, LatestLabelMap& maps,
     const std::function<void(const std::string&)>& notice);
 

@@ -1,4 +1,4 @@
-// What `prepare` can be told about families: which labels, times and fields become datasets.
+// What `prepare` can be told about series: which labels, times and fields become datasets.
 #pragma once
 
 #include <optional>
@@ -9,13 +9,13 @@
 
 namespace multitetra {
 
-struct FamilyArguments {
+struct SeriesArguments {
   std::vector<std::string> labels;  // Numbers, or "all" alone.
   std::string label_names;          // A file.
   bool all_times = false;
   std::vector<std::string> fields;  // Names, or "all" alone.
   std::vector<std::string> components;
-  std::string time_series;  // The family's name.
+  std::string time_series;  // The series' name.
   std::string times;        // "0,0.1,0.3" or "0:0.1".
   std::string time_unit;
 
@@ -23,7 +23,7 @@ struct FamilyArguments {
   // Throws ExitError (kUsage) when what is given does not go together.
   void check() const;
 
-  // Whether they make a family of a volume.
+  // Whether they make a series of a volume.
   [[nodiscard]] bool are_given() const {
     return !labels.empty() || all_times || !fields.empty() || !components.empty() ||
            !time_series.empty();

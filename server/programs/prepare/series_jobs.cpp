@@ -1,4 +1,4 @@
-#include "server/programs/prepare/family_jobs.hpp"
+#include "server/programs/prepare/series_jobs.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -16,14 +16,14 @@ namespace {
 
 using Notice = std::function<void(const std::string&)>;
 
-// One time of a family: a volume, or one of those in it.
+// One time of a series: a volume, or one of those in it.
 struct Moment {
   std::string input;
   std::optional<std::int64_t> index = std::nullopt;  // In the input.
   std::optional<double> time = std::nullopt;
 };
 
-struct Family {
+struct SeriesSource {
   std::string name;
   std::vector<Moment> moments;
   std::string time_unit = {};
@@ -50,23 +50,23 @@ std::vector<double> frame_numbers(std::size_t count) {
 
 // ---- times
 
-Family family_of_volume(const std::string& input, const std::string& name,
-                        const PrepareArguments& arguments, const Notice& notice) {
-  Family family{
+SeriesSource series_of_volume(const std::string& input, const std::string& name,
+                              const PrepareArguments& arguments, const Notice& notice) {
+  SeriesSource series{
       .name = name, .moments = {{.input = input}}, .members = members_of(input, arguments)};
-  const FamilyArguments& asked = arguments.family;
-  const SourceTimes& told = family.members.times;
-  if (!asked.all_times) return family;
-  if (told.count > std::int64_t{kMostFamilyJobs}) {
+  const SeriesArguments& asked = arguments.series;
+  const SourceTimes& told = series.members.times;
+  if (!asked.all_times) return series;
+  if (told.count > std::int64_t{kMostSeriesJobs}) {
     throw ExitError(kUsage, "'" + input + "' has " + std::to_string(told.count) +
                                 " times; --all-times makes a dataset of each, at most " +
-                                std::to_string(kMostFamilyJobs) + ".");
+                                std::to_string(kMostSeriesJobs) + ".");
   }
   const auto count = static_cast<std::size_t>(told.count);
   std::vector<double> times = asked.time_values(count);
   if (times.empty() && !told.at.empty() && increase(told.at)) {
     times = told.at;
-    family.time_unit = told.unit;
+    series.time_unit = told.unit;
   }
   if (times.empty()) {
     notice("'" + input + "' " +
@@ -74,16 +74,16 @@ Family family_of_volume(const std::string& input, const std::string& name,
                       : "has one time only."));
     times = frame_numbers(count);
   }
-  if (!asked.time_unit.empty()) family.time_unit = asked.time_unit;
-  family.moments.clear();
+  if (!asked.time_unit.empty()) series.time_unit = asked.time_unit;
+  series.moments.clear();
   for (std::size_t i = 0; i < count; ++i) {
-    family.moments.push_back(
+    series.moments.push_back(
         {.input = input, .index = static_cast<std::int64_t>(i), .time = times[i]});
   }
-  return family;
+  return series;
 }
 
-Family family_of_series(const PrepareArguments& arguments) {
+SeriesSource series_of_files(const PrepareArguments& arguments) {
   std::vector<std::string> inputs;
   for (const PrepareJob& job : jobs_for(arguments.inputs, arguments.output)) {
     inputs.push_back(job.input);
@@ -92,17 +92,17 @@ Family family_of_series(const PrepareArguments& arguments) {
     throw ExitError(kUsage, "There is no volume in " + arguments.inputs.front() + ".");
   std::sort(inputs.begin(), inputs.end(),
             [](const std::string& a, const std::string& b) { return naturally_less(a, b); });
-  const FamilyArguments& asked = arguments.family;
+  const SeriesArguments& asked = arguments.series;
   std::vector<double> times = asked.time_values(inputs.size());
   if (times.empty()) times = frame_numbers(inputs.size());
-  Family family{.name = asked.time_series,
-                .moments = {},
-                .time_unit = asked.time_unit,
-                .members = members_of(inputs.front(), arguments)};
+  SeriesSource series{.name = asked.time_series,
+                      .moments = {},
+                      .time_unit = asked.time_unit,
+                      .members = members_of(inputs.front(), arguments)};
   for (std::size_t i = 0; i < inputs.size(); ++i) {
-    family.moments.push_back({.input = inputs[i], .time = times[i]});
+    series.moments.push_back({.input = inputs[i], .time = times[i]});
   }
-  return family;
+  return series;
 }
 
 // ---- fields
@@ -123,16 +123,16 @@ std::string list_of_names(const std::vector<SourceField>& fields) {
   return names;
 }
 
-std::vector<SourceField> asked_fields(const Family& family, const PrepareArguments& arguments,
+std::vector<SourceField> asked_fields(const SeriesSource& series, const PrepareArguments& arguments,
                                       const Notice& notice) {
-  const std::vector<SourceField>& there = family.members.fields;
-  const FamilyArguments& asked = arguments.family;
-  const std::string& input = family.moments.front().input;
+  const std::vector<SourceField>& there = series.members.fields;
+  const SeriesArguments& asked = arguments.series;
+  const std::string& input = series.moments.front().input;
   if (asked.fields.empty()) return {SourceField{}};
   std::vector<SourceField> fields;
   if (asked.wants_all_fields()) {
-    for (const std::string& name : family.members.unnamed) {
-      notice("'" + family.moments.front().input + "': field '" + printable(name, false) +
+    for (const std::string& name : series.members.unnamed) {
+      notice("'" + series.moments.front().input + "': field '" + printable(name, false) +
              "' is left out, for its name is empty, too long or has control characters. Prepare "
              "it by itself with --array.");
     }
@@ -163,13 +163,13 @@ std::vector<SourceField> asked_fields(const Family& family, const PrepareArgumen
   return fields;
 }
 
-std::vector<FieldChoice> field_choices(const Family& family, const PrepareArguments& arguments,
-                                       const Notice& notice) {
+std::vector<FieldChoice> field_choices(const SeriesSource& series,
+                                       const PrepareArguments& arguments, const Notice& notice) {
   std::vector<FieldChoice> choices;
-  for (const SourceField& field : asked_fields(family, arguments, notice)) {
-    if (arguments.family.components.empty())
+  for (const SourceField& field : asked_fields(series, arguments, notice)) {
+    if (arguments.series.components.empty())
       choices.push_back({.name = field.name, .source = field});
-    for (const std::string& component : arguments.family.components) {
+    for (const std::string& component : arguments.series.components) {
       const bool is_number = component.find_first_not_of("0123456789") == std::string::npos;
       const std::string told = is_number ? "component" + component : component;
       choices.push_back({.name = field.name.empty() ? told : field.name + " " + told,
@@ -214,24 +214,24 @@ std::string time_part(std::size_t frame) {
   return text;
 }
 
-void add_jobs(const Family& family, const PrepareArguments& arguments, LatestLabelMap& maps,
+void add_jobs(const SeriesSource& series, const PrepareArguments& arguments, LatestLabelMap& maps,
               const Notice& notice, std::vector<PrepareJob>& jobs) {
-  const std::vector<FieldChoice> fields = field_choices(family, arguments, notice);
+  const std::vector<FieldChoice> fields = field_choices(series, arguments, notice);
   const std::vector<std::string> parts = field_parts(fields);
-  const LabelJobs labels(arguments, maps, family.moments.front().input, family.members.labels);
+  const LabelJobs labels(arguments, maps, series.moments.front().input, series.members.labels);
   if (!labels.notice().empty()) notice(labels.notice());
-  for (std::size_t frame = 0; frame < family.moments.size(); ++frame) {
-    const Moment& moment = family.moments[frame];
+  for (std::size_t frame = 0; frame < series.moments.size(); ++frame) {
+    const Moment& moment = series.moments[frame];
     for (std::size_t f = 0; f < fields.size(); ++f) {
       const FieldChoice& field = fields[f];
       PrepareJob volume{.input = moment.input,
                         .output = {},
-                        .name = family.name,
+                        .name = series.name,
                         .choice = arguments.volume.parsed().choice,
-                        .member = FamilyMember{.family = family.name,
+                        .member = SeriesMember{.series = series.name,
                                                .field = field.name,
                                                .time = moment.time,
-                                               .time_unit = family.time_unit}};
+                                               .time_unit = series.time_unit}};
       if (!field.name.empty()) volume.name += "." + parts[f];
       if (moment.time) volume.name += time_part(frame);
       if (moment.index) {
@@ -254,8 +254,8 @@ void add_jobs(const Family& family, const PrepareArguments& arguments, LatestLab
         job.output = std::filesystem::path(arguments.output) / (job.name + ".mtd");
         jobs.push_back(std::move(job));
       }
-      if (jobs.size() > kMostFamilyJobs) {
-        throw ExitError(kUsage, "There are more than " + std::to_string(kMostFamilyJobs) +
+      if (jobs.size() > kMostSeriesJobs) {
+        throw ExitError(kUsage, "There are more than " + std::to_string(kMostSeriesJobs) +
                                     " members. Prepare fewer times, fields or labels at once.");
       }
     }
@@ -264,11 +264,11 @@ void add_jobs(const Family& family, const PrepareArguments& arguments, LatestLab
 
 }  // namespace
 
-std::vector<PrepareJob> family_jobs(const PrepareArguments& arguments, LatestLabelMap& maps,
+std::vector<PrepareJob> series_jobs(const PrepareArguments& arguments, LatestLabelMap& maps,
                                     const Notice& notice) {
   std::vector<PrepareJob> jobs;
-  if (!arguments.family.time_series.empty()) {
-    add_jobs(family_of_series(arguments), arguments, maps, notice, jobs);
+  if (!arguments.series.time_series.empty()) {
+    add_jobs(series_of_files(arguments), arguments, maps, notice, jobs);
     return jobs;
   }
   const std::vector<PrepareJob> volumes = jobs_for(arguments.inputs, arguments.output);
@@ -279,7 +279,7 @@ std::vector<PrepareJob> family_jobs(const PrepareArguments& arguments, LatestLab
   }
   for (const PrepareJob& volume : volumes) {
     const std::string& name = arguments.name.empty() ? volume.name : arguments.name;
-    add_jobs(family_of_volume(volume.input, name, arguments, notice), arguments, maps, notice,
+    add_jobs(series_of_volume(volume.input, name, arguments, notice), arguments, maps, notice,
              jobs);
   }
   return jobs;

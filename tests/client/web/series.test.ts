@@ -1,8 +1,8 @@
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
 import { sceneOf } from "../../../client/web/src/scene_at";
 import {
-  atTime, entriesOf, familyOf, labelIsovalue, named, ofField, rangeOf, settingsOfEntry, timesOf, timeText,
-} from "../../../client/web/src/state/families";
+  atTime, entriesOf, seriesOf, labelIsovalue, named, ofField, rangeOf, settingsOfEntry, timesOf, timeText,
+} from "../../../client/web/src/state/series";
 import { labelColour } from "../../../client/web/src/state/label_colours";
 import { defaults } from "../../../client/web/src/state/settings";
 import { member, plain } from "./made_datasets";
@@ -13,18 +13,18 @@ const labels = [9, 1, 4].map((value) => member(`seg.label${value}`, "seg", { lab
 const list = [plain("head"), ...flow, plain("fuel"), ...labels];
 const names = (all: readonly DatasetInfo[]) => all.map(({ name }) => name);
 
-describe("Families", () => {
+describe("Series", () => {
   test("AreOneEntryEach", () => {
     expect(entriesOf(list).map(({ name, info }) => [name, info.name])).toEqual([
       ["head", "head"], ["flow", "flow.speed.t0"], ["fuel", "fuel"], ["seg", "seg.label1"],
     ]);
-    expect(familyOf(list, flow[0])).toMatchObject({ times: [0, 0.25, 0.5], timeUnit: "s", fields: ["speed", "heat"], labels: [] });
-    expect(names(familyOf(list, labels[0])!.labels)).toEqual(["seg.label1", "seg.label4", "seg.label9"]);
+    expect(seriesOf(list, flow[0])).toMatchObject({ times: [0, 0.25, 0.5], timeUnit: "s", fields: ["speed", "heat"], labels: [] });
+    expect(names(seriesOf(list, labels[0])!.labels)).toEqual(["seg.label1", "seg.label4", "seg.label9"]);
   });
 
   test("OfOneAreADataset", () => {
     const alone = member("a.t0", "a", { time: 0 });
-    expect(entriesOf([alone])).toEqual([{ name: "a.t0", info: alone, family: null }]);
+    expect(entriesOf([alone])).toEqual([{ name: "a.t0", info: alone, series: null }]);
   });
 
   test("HaveTheNearestTimeOfTheSameField", () => {
@@ -38,15 +38,15 @@ describe("Families", () => {
 
   test("PassOverTimesThatAreNone", () => {
     const broken = [NaN, 1, 2].map((time) => member(`b.t${time}`, "b", { time }));
-    expect(familyOf(broken, broken[0])!.times).toEqual([1, 2]);
+    expect(seriesOf(broken, broken[0])!.times).toEqual([1, 2]);
     expect(timesOf(broken, broken[1])).toEqual([1, 2]);
     expect(atTime(broken, broken[0], 1)).toBe(broken[0]);
   });
 
   test("HaveAnotherFieldAtTheSameTime", () => {
-    const family = familyOf(list, flow[0])!;
-    expect(ofField(family, flow[4], "heat")!.name).toBe("flow.heat.t0.25");
-    expect(ofField(family, flow[4], "salt")).toBeNull();
+    const series = seriesOf(list, flow[0])!;
+    expect(ofField(series, flow[4], "heat")!.name).toBe("flow.heat.t0.25");
+    expect(ofField(series, flow[4], "salt")).toBeNull();
   });
 
   test("AreNamedWhereNoDatasetIsCalledSo", () => {
@@ -109,13 +109,13 @@ describe("AScene", () => {
   test("HasAllSurfacesAndColoursAtOneTime", () => {
     const further = { isovalue: 1, error: null, colour: "#ffffff", opacity: 1, visible: true };
     const settings = {
-      ...defaults, dataset: "flow", colourBy: "flow.heat.t0",
+      ...defaults, dataset: "flow", colorBy: "flow.heat.t0",
       surfaces: [{ ...further, dataset: "" }, { ...further, dataset: "flow.heat.t0" }, { ...further, dataset: "head" }, { ...further, dataset: "gone" }],
     };
     const scene = sceneOf(list, settings, atTime(list, flow[0], 0.25));
     expect(scene.infos.map((info) => info?.name)).toEqual(["flow.speed.t0.25", "flow.speed.t0.25", "flow.heat.t0.25", "head", undefined]);
     expect(scene.moment).toEqual({ scene: "flow", time: 0.25 });
     expect(scene.scalars).toEqual({ dataset: "flow.heat.t0.25", low: 0, high: 1 });
-    expect(sceneOf(list, { ...defaults, colourBy: "gone" }, list[0]).scalars).toEqual({ dataset: "gone" });
+    expect(sceneOf(list, { ...defaults, colorBy: "gone" }, list[0]).scalars).toEqual({ dataset: "gone" });
   });
 });

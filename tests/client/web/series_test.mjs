@@ -1,6 +1,6 @@
-// Families of datasets as a person meets them: labels of a segmentation, times and fields of a simulation.
+// Series of datasets as a person meets them: labels of a segmentation, times and fields of a simulation.
 //
-//   node family_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
+//   node series_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
 import assert from "node:assert/strict";
 import { mkdirSync, readFileSync, rmSync } from "node:fs";
 import path from "node:path";
@@ -10,12 +10,12 @@ import { complete, finish, open, patience, run, scratch, serveFolder, surfacePix
 import { samplesOf, writeNrrd, writeVti } from "./made_volumes.mjs";
 
 const size = 33;
-const folder = path.join(scratch, "families");
+const folder = path.join(scratch, "series");
 rmSync(folder, { recursive: true, force: true });
 mkdirSync(folder, { recursive: true });
 prepareLabels();
 prepareTimes();
-const families = await serveFolder(folder);
+const series = await serveFolder(folder);
 
 await test("ShowsTheLabelsOfASegmentation", showsLabels);
 await test("LoadsNoLabelThatIsHidden", loadsWhatIsShown);
@@ -27,9 +27,9 @@ await finish();
 // ----
 
 async function showsLabels(page) {
-  await open(page, "#dataset=seg", families);
+  await open(page, "#dataset=seg", series);
   await complete(page);
-  assert.equal(await page.locator(".dataset").count(), 2, "a family is one entry");
+  assert.equal(await page.locator(".dataset").count(), 2, "a series is one entry");
   assert.deepEqual(await page.locator(".label-name").allTextContents(), ["label 2", "label 5", "label 9"]);
   await settled(page);
   await examine(page);
@@ -47,7 +47,7 @@ async function showsLabels(page) {
 async function loadsWhatIsShown(page) {
   let streams = 0;
   page.on("websocket", () => ++streams);
-  await open(page, "#dataset=seg.label2&isovalue=0.5&surfaces=0.5,ff0000,,,hidden,seg.label5;0.5,00ff00,,,hidden,seg.label9", families);
+  await open(page, "#dataset=seg.label2&isovalue=0.5&surfaces=0.5,ff0000,,,hidden,seg.label5;0.5,00ff00,,,hidden,seg.label9", series);
   await complete(page);
   await page.waitForSelector('.dataset img[src^="data:image/png"]', { timeout: patience });
   assert.equal(streams, 2, "one surface is shown, over one connection; small pictures have another");
@@ -57,7 +57,7 @@ async function loadsWhatIsShown(page) {
 }
 
 async function playsTimes(page) {
-  await open(page, "#dataset=flow&isovalue=0.5&error=1&occlusion=false&speed=20", families);
+  await open(page, "#dataset=flow&isovalue=0.5&error=1&occlusion=false&speed=20", series);
   const first = await complete(page);
   assert.equal(await page.textContent(".times .time"), "0 s");
   assert.match(await page.textContent('.dataset[aria-pressed="true"]'), /4 times, 2 fields/);
@@ -83,7 +83,7 @@ async function playsTimes(page) {
 // Two surfaces, of which one is larger with every time: what the picture's two rows of facts tell belongs together.
 async function showsOneTime(page) {
   const state = "isovalue=0.5&error=1&simplify=false&occlusion=false&surfaces=0.8,7fb3d5&speed=30&playing=true";
-  await open(page, `#dataset=flow&${state}`, families);
+  await open(page, `#dataset=flow&${state}`, series);
   await page.waitForFunction(() => document.querySelector(".times .pace")?.textContent.endsWith(" of"), null, { timeout: patience });
   const together = await page.evaluate(async () => {
     const seen = new Set();
@@ -98,7 +98,7 @@ async function showsOneTime(page) {
 }
 
 async function savesTimes(page) {
-  await open(page, "#dataset=flow&isovalue=0.5&error=2&occlusion=false", families);
+  await open(page, "#dataset=flow&isovalue=0.5&error=2&occlusion=false", series);
   await complete(page);
   await page.click('summary:has-text("Export")');
   const [download] = await Promise.all([
