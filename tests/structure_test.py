@@ -16,7 +16,7 @@ ROOMS = {
     "common/codec": ["common/base"],
     "common/image": ["common/base"],
     "common/mesh": ["common/base"],
-    "common/request": ["common/mesh", "common/codec"],
+    "common/request": ["common/image", "common/mesh", "common/codec"],
     "common/net": ["common/base"],
     "common/wire": ["common/request", "common/net"],
     "common/cli": ["common/request"],

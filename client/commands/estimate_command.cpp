@@ -26,7 +26,8 @@ void print(const EstimateReply& reply, const IsosurfaceRequest& request, const D
 void add_estimate(Command& app, EstimateArguments& a) {
   Command* command =
       app.add_subcommand("estimate", "Tell how large an isosurface would be, without making it");
-  add_order_options(*command, a.order);
+  add_order_options(*command, a.order,
+                    {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize});
   command->add_flag("--json", a.json, "Print JSON");
   command->footer(
       std::string("What comes is mostly within a third of that, simplified; of large smooth "

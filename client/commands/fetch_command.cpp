@@ -34,7 +34,7 @@ struct Part {
 std::vector<Part> parts_of(const FetchArguments& arguments, MeshFormat format) {
   const std::filesystem::path file = arguments.mesh;
   const std::filesystem::path steps = arguments.steps_directory;
-  const std::vector<double>& isovalues = arguments.order.surface.isovalues;
+  const std::vector<double>& isovalues = arguments.order.surface.query.isovalues;
   if (isovalues.size() < 2) return {{.name = {}, .mesh_file = file, .steps_directory = steps}};
   std::vector<Part> parts;
   for (const double isovalue : isovalues) {
@@ -63,7 +63,7 @@ class Output {
   // A step as it is written.
   [[nodiscard]] OutputSurface surface_of(const FetchedStep& fetched) const {
     OutputSurface surface = output_surface(fetched.step->mesh, arguments_.order.surface, info_);
-    paint(surface.mesh, fetched.step->begin, arguments_.colors);
+    paint(surface.mesh, fetched.step->begin, arguments_.order.surface.query.colors);
     return surface;
   }
   void final_steps(std::span<const Part> parts, std::span<const OutputSurface> surfaces) const {
@@ -80,8 +80,9 @@ class Output {
   }
   // Also of a fetch that failed, with the steps that came.
   void report(std::span<const FetchReport> reports) const {
-    const std::string text = arguments_.order.surface.isovalues.size() < 2 ? json_report(reports[0])
-                                                                           : json_report(reports);
+    const std::string text = arguments_.order.surface.query.isovalues.size() < 2
+                                 ? json_report(reports[0])
+                                 : json_report(reports);
     if (!arguments_.report.empty()) write_file(arguments_.report, text);
     if (arguments_.json) {
       std::cout << text;
@@ -203,8 +204,6 @@ int fetch(const FetchArguments& arguments) {
                                 ".drc or .vtp.");
   }
 
-  const auto scalars = scalars_of(arguments.colors);
-  if (!scalars) return complain(kUsage, scalars.error().text);
   const std::vector<Part> parts = parts_of(arguments, *format);
   std::vector<NamedFile> outputs = {{"--output", arguments.mesh}, {"--report", arguments.report}};
   if (parts.front().mesh_file != arguments.mesh) {
@@ -235,9 +234,9 @@ int fetch(const FetchArguments& arguments) {
                   .request = surface->requests[i],
                   .steps = has_previews ? StepPolicy::kProgressive : StepPolicy::kFinalOnly,
                   .held = {},
-                  .scalars = *scalars},
+                  .scalars = surface->scalars},
          .notices = surface->notices.told(),
-         .coordinates = arguments.order.surface.coordinates,
+         .coordinates = std::string(name(arguments.order.surface.query.coordinates)),
          .mesh_file = {},
          .steps = {}});
     auto part = fetch_part(arguments, parts[i], *surface, output, kept, reports.back());
@@ -264,11 +263,25 @@ int fetch(const FetchArguments& arguments) {
 }
 
 void add_fetch(Command& app, FetchArguments& a) {
-  Command* command =
-      app.add_subcommand("fetch", "Fetch an isosurface, check it and write it as a mesh file");
-  add_order_options(*command, a.order, Isovalues::kSeveral);
+  Command* command = app.add_subcommand(
+      "fetch", "Fetch an isosurface, check it and write it as a mesh file");
+  add_order_options(
+      *command, a.order,
+      {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize, FieldGroup::kColors});
   add_output_options(*command, a.order.surface);
-  add_color_options(*command, a.colors);
+  command
+      ->add_option("-o,--output", a.mesh,
+                   "Mesh file: .ply, .stl, .obj, .glb, .drc or .vtp. Several surfaces are parts of "
+                   "one .glb, or one file each, with the isovalue in its name")
+      ->required()
+      ->type_name("FILE");
+  command
+      ->add_option("--resume", a.resume_directory,
+                   "Keep tiles in this folder and fetch only missing ones; a run that was stopped "
+                   "continues where it was")
+      ->type_name("DIR");
+  command->add_flag("--quiet", a.quiet, "Print errors only");
+  command->begin_group("Transfer and reports");
   command->add_flag("--previews", a.previews,
                     "Fetch and check coarser surfaces first, as a viewer does; --save-steps does "
                     "so, too");
@@ -279,24 +292,12 @@ void add_fetch(Command& app, FetchArguments& a) {
       ->within(0, 1'000'000)
       ->capture_default_str();
   command
-      ->add_option("--resume", a.resume_directory,
-                   "Keep the tiles that come in this directory, and do not fetch those that are "
-                   "there: a run that was stopped goes on where it was")
-      ->type_name("DIR");
-  command
-      ->add_option("-o,--output", a.mesh,
-                   "Mesh file: .ply, .stl, .obj, .glb, .drc or .vtp. Several surfaces are parts of "
-                   "one .glb, or one file each, with the isovalue in its name")
-      ->required()
-      ->type_name("FILE");
-  command
       ->add_option("--report", a.report,
                    "Write a JSON report of all steps to this file, also when the fetch fails")
       ->type_name("FILE");
   command->add_option("--save-steps", a.steps_directory, "Write every step to this directory")
       ->type_name("DIR");
   command->add_flag("--json", a.json, "Print the JSON report");
-  command->add_flag("--quiet", a.quiet, "Say nothing unless something is wrong");
   command->footer(
       std::string("Examples:\n"
                   "  multitetra-client fetch --dataset head -o head.ply\n"

@@ -3,7 +3,6 @@
 
 #include <string>
 
-#include "client/commands/color_options.hpp"
 #include "client/commands/ordered_surface.hpp"
 #include "common/cli/command.hpp"
 
@@ -11,7 +10,6 @@ namespace multitetra {
 
 struct FetchArguments {
   SurfaceOrder order;
-  ColorArguments colors;
   bool previews = false;
   int retries = 5;
   std::string resume_directory;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/base/nearest_word.hpp"
 #include "common/request/request_notices.hpp"
-#include "common/request/shared_budget.hpp"
 
 namespace multitetra {
 namespace {
@@ -56,8 +56,10 @@ Result<DatasetInfo> chosen(const std::string& name, const std::vector<DatasetInf
                                                 "as --dataset " +
                                                 info.name + ".");
   }
-  return fail(ErrorCode::kUnknownDataset,
-              "The server has no dataset \"" + name + "\"; it has " + names(datasets) + ".");
+  std::vector<std::string> known;
+  for (const DatasetInfo& info : datasets) known.push_back(info.name);
+  return fail(ErrorCode::kUnknownDataset, "The server has no dataset \"" + name + "\"; it has " +
+                                              names(datasets) + "." + did_you_mean(name, known));
 }
 
 }  // namespace
@@ -81,13 +83,13 @@ OrExitCode<ConnectedServer> connected_to(const ServerArguments& arguments,
   return ConnectedServer{access->server, std::move(client), std::move(datasets)};
 }
 
-void add_order_options(Command& command, SurfaceOrder& order, Isovalues isovalues) {
+void add_order_options(Command& command, SurfaceOrder& order,
+                       std::initializer_list<FieldGroup> fields) {
   command
       .add_option("--dataset", order.dataset,
-                  "Name of the dataset, as `multitetra-client list` tells; not needed where there "
-                  "is only one")
+                  "Name of the dataset, from `list`; needed where there are several")
       ->type_name("NAME");
-  add_surface_options(command, order.surface, isovalues);
+  add_request_options(command, order.surface, fields);
   add_server_options(command, order.server);
 }
 
@@ -101,16 +103,15 @@ OrExitCode<OrderedSurface> ordered(const SurfaceOrder& order, const RetryOptions
   }
   auto requests = requests_of(order.surface, *info);
   if (!requests) return told(complain(kUsage, requests.error().text));
+  auto scalars = scalars_for(order.surface.query);
+  if (!scalars) return told(complain(kUsage, scalars.error().text));
   Notices notices;
   for (const IsosurfaceRequest& request : *requests) notices.tell(request_notices(request, *info));
-  return OrderedSurface{connected->server, std::move(connected->client), *std::move(info),
-                        *std::move(requests), std::move(notices)};
+  return OrderedSurface{connected->server,    std::move(connected->client), *std::move(info),
+                        *std::move(requests), *std::move(scalars),          std::move(notices)};
 }
 
 OrExitCode<void> share_budget(OrderedSurface& surface) {
-  if (const auto allowed = check_shared_budget(surface.requests); !allowed) {
-    return told(complain(kUsage, allowed.error().text));
-  }
   const auto shared = surface.client.share_budget(surface.info.name, surface.requests);
   if (!shared) return told(complain(shared.error()));
   return {};

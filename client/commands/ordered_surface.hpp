@@ -2,6 +2,8 @@
 // first half of every command that is about one surface.
 #pragma once
 
+#include <initializer_list>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,15 +39,16 @@ struct SurfaceOrder {
       .threshold_files = {.formats = "A NRRD file", .read = read_nrrd_thresholds}};
 };
 
-// Adds all options of an order.
+// Adds all options of an order: the fields of these groups.
 void add_order_options(Command& command, SurfaceOrder& order,
-                       Isovalues isovalues = Isovalues::kOne);
+                       std::initializer_list<FieldGroup> fields);
 
 struct OrderedSurface {
   Endpoint server;
   Client client;
   DatasetInfo info;
   std::vector<IsosurfaceRequest> requests;  // At least one; without shares of a budget.
+  std::optional<ScalarRequest> scalars;     // Of each of them; none: no colors.
   Notices notices;                          // What is odd about the requests.
 };
 

@@ -32,23 +32,20 @@ void add_server_options(Command& command, ServerArguments& a) {
   const std::string group = "Server";
   command
       .add_option("--server", a.server,
-                  "Where the server listens: tcp://HOST:PORT, tls://HOST:PORT, ws://HOST:PORT or "
-                  "wss://HOST:PORT; or, behind a proxy, wss://HOST/PATH/")
+                  "Address, such as wss://HOST:PORT; tcp://, tls:// and ws:// as well, or behind a "
+                  "proxy wss://HOST/PATH/")
       ->envname("MULTITETRA_SERVER")
       ->type_name("ADDRESS")
-      ->capture_default_str()
-      ->group(group);
+      ->capture_default_str();
   command
-      .add_option("--token", a.token,
-                  "What the server knows us by; others on this machine can read it here, unlike in "
-                  "--token-file or the environment")
+      .add_option(
+          "--token", a.token,
+          "Access token; others on this machine can read it here, unlike in --token-file or "
+          "the environment")
       ->envname("MULTITETRA_TOKEN")
       ->group(group);
-  command
-      .add_option("--token-file", a.token_file,
-                  "A file whose first line is the token, instead of --token")
-      ->type_name("FILE")
-      ->group(group);
+  command.add_option("--token-file", a.token_file, "File whose first line is the access token")
+      ->type_name("FILE");
   command
       .add_option("--ca", a.ca_file,
                   "Trust these authorities (PEM) and no others, for tls:// and wss://")

@@ -109,7 +109,8 @@ Result<std::vector<DrawnSurface>> looks_of(const SnapshotArguments& arguments) {
   const auto wrong = [](const std::string& text) {
     return fail(ErrorCode::kInvalidArgument, text);
   };
-  const std::size_t count = std::max<std::size_t>(1, arguments.order.surface.isovalues.size());
+  const std::size_t count =
+      std::max<std::size_t>(1, arguments.order.surface.query.isovalues.size());
   const auto fits = [&](std::size_t named) { return named == 0 || named == 1 || named == count; };
   const std::string surfaces = std::to_string(count) + (count == 1 ? " surface" : " surfaces");
   if (!fits(arguments.opacities.size())) {
@@ -148,8 +149,7 @@ Result<std::vector<DrawnSurface>> looks_of(const SnapshotArguments& arguments) {
 }
 
 // Fetches every surface that was ordered.
-ClientResult<Taken> taken_surfaces(const SnapshotArguments& arguments, OrderedSurface& surface,
-                                   const std::optional<ScalarRequest>& scalars) {
+ClientResult<Taken> taken_surfaces(const SnapshotArguments& arguments, OrderedSurface& surface) {
   Taken taken;
   const auto asked = Clock::now();
   for (const IsosurfaceRequest& request : surface.requests) {
@@ -158,7 +158,7 @@ ClientResult<Taken> taken_surfaces(const SnapshotArguments& arguments, OrderedSu
                                                .request = request,
                                                .steps = StepPolicy::kFinalOnly,
                                                .held = {},
-                                               .scalars = scalars},
+                                               .scalars = surface.scalars},
                                               [](const FetchedStep&) {});
     if (!fetched) return tl::unexpected(fetched.error());
     const CommittedStep& step = *fetched->step;
@@ -167,7 +167,7 @@ ClientResult<Taken> taken_surfaces(const SnapshotArguments& arguments, OrderedSu
                       .bytes = step.end.payload_bytes,
                       .error_bound_world = step.begin.error_bound_world,
                       .drawn = output_surface(step.mesh, arguments.order.surface, surface.info)};
-    paint(each.drawn.mesh, step.begin, arguments.colors);
+    paint(each.drawn.mesh, step.begin, arguments.order.surface.query.colors);
     const std::string accuracy = accuracy_text(step);
     if (!accuracy.empty() && !arguments.quiet) std::cerr << accuracy << std::endl;
     if (each.topology.triangles == 0) {
@@ -214,8 +214,6 @@ int snapshot(const SnapshotArguments& arguments) {
   }
   const auto size = parse_picture_size(arguments.size);
   if (!size) return complain(kUsage, size.error().text);
-  const auto scalars = scalars_of(arguments.colors);
-  if (!scalars) return complain(kUsage, scalars.error().text);
   auto looks = looks_of(arguments);
   if (!looks) return complain(kUsage, looks.error().text);
   require_outputs({{"--output", arguments.picture}},
@@ -223,7 +221,7 @@ int snapshot(const SnapshotArguments& arguments) {
   auto surface = ordered(arguments.order);
   if (!surface) return surface.error();
   if (const auto shared = share_budget(*surface); !shared) return shared.error();
-  auto taken = taken_surfaces(arguments, *surface, *scalars);
+  auto taken = taken_surfaces(arguments, *surface);
   if (!taken) return complain(taken.error());
   const bool is_any_empty =
       std::any_of(taken->surfaces.begin(), taken->surfaces.end(),
@@ -261,21 +259,18 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
   const std::string group = "Picture";
   command->add_option("--size", a.size, "Width and height in pixels")
       ->type_name("WxH")
-      ->capture_default_str()
-      ->group(group);
+      ->capture_default_str();
   command
       ->add_option("--azimuth", a.azimuth,
-                   "Degrees around the z axis: 0 looks along +y, as at a patient's face, 90 along "
+                   "Degrees around the z axis; 0 looks along +y, as at a patient's face, 90 along "
                    "-x")
       ->within(-3600.0, 3600.0)
       ->type_name("DEGREES")
-      ->capture_default_str()
-      ->group(group);
+      ->capture_default_str();
   command->add_option("--elevation", a.elevation, "Degrees: -90 looks from below, 90 from above")
       ->within(-90.0, 90.0)
       ->type_name("DEGREES")
-      ->capture_default_str()
-      ->group(group);
+      ->capture_default_str();
   command->add_option("--background", a.background, "What is behind the surface")
       ->one_of({"dark", "light", "transparent"})
       ->capture_default_str()
@@ -306,12 +301,15 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
       ->within(1, 1024)
       ->group(group);
   // A picture shows creases where the triangles' own normals are averaged: the field's are smooth.
-  a.order.surface.normal_bits = kMinNormalBits;
-  add_order_options(*command, a.order, Isovalues::kSeveral);
+  a.order.surface.query.request.normal_bits = kMinNormalBits;
+  add_order_options(
+      *command, a.order,
+      {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize, FieldGroup::kColors});
+  command->option("--normals").default_text(std::to_string(kMinNormalBits));
   add_output_options(*command, a.order.surface);
-  add_color_options(*command, a.colors);
+  command->begin_group("Reports");
   command->add_flag("--json", a.json, "Print a JSON report");
-  command->add_flag("--quiet", a.quiet, "Say nothing unless something is wrong");
+  command->add_flag("--quiet", a.quiet, "Print errors only");
   command->footer(
       std::string(
           "The same surface, size and direction give the same picture, byte for byte.\n"

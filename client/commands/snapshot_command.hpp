@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "client/commands/color_options.hpp"
 #include "client/commands/ordered_surface.hpp"
 #include "client/picture/camera.hpp"
 #include "common/cli/command.hpp"
@@ -12,10 +11,7 @@
 namespace multitetra {
 
 struct SnapshotArguments {
-  SnapshotArguments() { order.surface.normal_bits = 8; }
-
   SurfaceOrder order;
-  ColorArguments colors;
   std::string picture;
   std::string size = "1280x960";  // WIDTHxHEIGHT in pixels.
   double azimuth = kDefaultAzimuth;

@@ -1,15 +1,14 @@
 #include "client/commands/view_command.hpp"
 
+#include <algorithm>
 #include <array>
-#include <cmath>
 #include <iostream>
 #include <string_view>
 #include <variant>
 
 #include "client/commands/program.hpp"
-#include "common/base/number_text.hpp"
+#include "common/cli/surface_options.hpp"
 #include "common/net/endpoint.hpp"
-#include "common/request/threshold_parser.hpp"
 
 namespace multitetra {
 namespace {
@@ -17,7 +16,7 @@ namespace {
 // Letters, digits and a few harmless signs stay; every other byte is written as %XX.
 std::string percent_encoded(std::string_view text) {
   constexpr std::string_view kPlain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._~";
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._~,:=";
   constexpr std::string_view kDigits = "0123456789ABCDEF";
   std::string encoded;
   for (const char c : text) {
@@ -31,22 +30,25 @@ std::string percent_encoded(std::string_view text) {
   return encoded;
 }
 
-std::string joined(const Vec3& place) {
-  return shortest_text(place[0]) + "," + shortest_text(place[1]) + "," + shortest_text(place[2]);
-}
+// Fields of a request that the viewer reads in its address.
+constexpr std::array<std::string_view, 12> kViewerFields = {
+    "isovalue",      "error",    "quality", "bound",         "topology_rule", "topology_tolerance",
+    "max_triangles", "simplify", "region",  "min_component", "color_by",      "colors"};
 
-Result<std::string> region_words(const std::string& word) {
-  const auto region = parse_region(word);
-  if (!region) return tl::unexpected(region.error());
-  const std::string threshold = "=" + shortest_text(region->threshold);
-  if (const auto* box = std::get_if<BoxShape>(&region->shape)) {
-    return "box:" + joined(box->low) + "," + joined(box->high) + threshold;
+// What the viewer could not show. kInvalidArgument.
+Result<void> check_shown(const SurfaceQuery& query) {
+  DatasetInfo info;
+  info.suggested_isovalues = {0};
+  if (const auto valid = requests_for(query, info); !valid) return tl::unexpected(valid.error());
+  if (query.isovalues.size() > 1) {
+    return fail(ErrorCode::kInvalidArgument, "--isovalue: give one; more are added in the viewer.");
   }
-  if (const auto* ball = std::get_if<BallShape>(&region->shape)) {
-    return "ball:" + joined(ball->centre) + "," + shortest_text(ball->radius) + threshold;
+  const auto& regions = query.request.thresholds.regions;
+  if (regions.size() > 1 ||
+      (regions.size() == 1 && std::holds_alternative<HalfSpaceShape>(regions.front().shape))) {
+    return fail(ErrorCode::kInvalidArgument, "--region: the viewer shows one box or ball.");
   }
-  return fail(ErrorCode::kInvalidArgument,
-              "The viewer shows boxes and balls; \"" + word + "\" is neither.");
+  return {};
 }
 
 // Where the page is: beside the conversation, for those who travel over HTTP.
@@ -73,47 +75,31 @@ void add_view(Command& app, ViewArguments& a) {
       app.add_subcommand("view", "Print the address at which a browser shows a surface");
   command
       ->add_option("--http", a.http,
-                   "Address of the server's HTTP listener (default: what --server says, else "
-                   "http://127.0.0.1:7480)")
+                   "Address of the viewer; default: the host of --server, or "
+                   "http://127.0.0.1:7480")
       ->type_name("ADDRESS");
   command
       ->add_option("--server", a.server,
-                   "The server as other commands have it: ws://HOST:PORT is where its viewer is, "
-                   "too; of tcp://HOST:PORT the viewer is taken to be at port 7480")
+                   "Address of the server; ws://HOST:PORT is that of its viewer, too, and for "
+                   "tcp://HOST:PORT the viewer is at port 7480")
       ->envname("MULTITETRA_SERVER")
       ->type_name("ADDRESS");
   command->add_option("--dataset", a.dataset, "Name of the dataset (default: the first)");
-  command->add_option("--isovalue", a.isovalue,
-                      "Value of the surface (default: the dataset's first suggestion)");
-  command->add_option("--error", a.error, "Largest allowed error, in voxels")
-      ->capture_default_str();
-  command->add_option("--bound", a.bound, "certified bounds the real distance, paper need not")
-      ->one_of({"paper", "certified"})
-      ->capture_default_str();
-  command->add_option("--topology-rule", a.topology_rule, "Which flips of sign are kept")
-      ->one_of({"exact", "paper"})
-      ->capture_default_str();
-  command
-      ->add_option("--topology-tolerance", a.topology_tolerance,
-                   "Features up to this many voxels may vanish")
-      ->capture_default_str();
-  command->add_option("--max-triangles", a.max_triangles, "The most triangles");
-  command->add_option("--simplify", a.simplify, "on: a few of the triangles, within the same error")
-      ->one_of({"on", "off"})
-      ->capture_default_str();
+  for (const RequestField& field : request_fields()) {
+    if (std::find(kViewerFields.begin(), kViewerFields.end(), field.name) == kViewerFields.end()) {
+      continue;
+    }
+    add_request_option(*command, field, [&a, &field](const std::string& text) {
+      const Objection wrong = field.set(field, text, a.query);
+      const bool is_count = field.name == "max_triangles";
+      a.fields.emplace_back(field.name,
+                            is_count ? std::to_string(a.query.request.max_triangles) : text);
+      return wrong;
+    });
+  }
   command->add_option("--clip", a.clip, "Cut the surface open in the middle of an axis")
       ->one_of({"off", "x", "y", "z"})
       ->capture_default_str();
-  command
-      ->add_option("--min-component", a.min_component,
-                   "Hide connected components whose bounding box has a shorter diagonal, as the "
-                   "dust that noise makes")
-      ->within(0.0, 1e6)
-      ->type_name("SAMPLES")
-      ->capture_default_str();
-  command->add_option("--region", a.region,
-                      "Another error in a region: box:X0,Y0,Z0,X1,Y1,Z1=TAU or ball:X,Y,Z,R=TAU, "
-                      "in world coordinates");
   command->footer(
       std::string(
           "Examples:\n"
@@ -131,33 +117,14 @@ Result<std::string> viewer_address(const ViewArguments& a) {
                     "\" is no address of an HTTP listener; one looks like "
                     "http://127.0.0.1:7480.");
   }
-  const auto is_length = [](double value) { return std::isfinite(value) && value >= 0; };
-  if (!is_length(a.error) || !is_length(a.topology_tolerance) ||
-      !std::isfinite(a.isovalue.value_or(0))) {
-    return fail(ErrorCode::kInvalidArgument,
-                "Isovalue, error and tolerance are finite numbers, the latter two not negative.");
-  }
+  if (const auto checked = check_shown(a.query); !checked) return tl::unexpected(checked.error());
   std::string words;
-  const auto say = [&words](std::string_view name, std::string value) {
-    std::erase(value, '+');  // Of exponents, which need none: in an address it stands for a blank.
-    words.append(words.empty() ? "#" : "&").append(name).append("=").append(value);
+  const auto say = [&words](std::string_view name, std::string_view value) {
+    words.append(words.empty() ? "#" : "&").append(name).append("=").append(percent_encoded(value));
   };
-  const ViewArguments defaults;
-  if (!a.dataset.empty()) say("dataset", percent_encoded(a.dataset));
-  if (a.isovalue) say("isovalue", shortest_text(*a.isovalue));
-  if (a.error != defaults.error) say("error", shortest_text(a.error));
-  if (a.bound != defaults.bound) say("bound", a.bound);
-  if (a.topology_rule != defaults.topology_rule) say("topology_rule", a.topology_rule);
-  if (a.topology_tolerance > 0) say("topology_tolerance", shortest_text(a.topology_tolerance));
-  if (a.max_triangles > 0) say("max_triangles", std::to_string(a.max_triangles));
-  if (a.simplify != defaults.simplify) say("simplify", "false");
-  if (a.clip != defaults.clip) say("clip", a.clip);
-  if (a.min_component > 0) say("min_component", shortest_text(a.min_component));
-  if (!a.region.empty()) {
-    const auto region = region_words(a.region);
-    if (!region) return tl::unexpected(region.error());
-    say("region", *region);
-  }
+  if (!a.dataset.empty()) say("dataset", a.dataset);
+  for (const auto& [name, text] : a.fields) say(name, text);
+  if (a.clip != ViewArguments{}.clip) say("clip", a.clip);
   return *site + (site->ends_with('/') ? "" : "/") + words;
 }
 

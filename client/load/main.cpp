@@ -59,19 +59,25 @@ std::chrono::milliseconds milliseconds(double seconds) {
 
 void add_options(Command& app, LoadArguments& a) {
   add_server_options(app, a.server);
-  app.add_option("--dataset", a.dataset, "Ask for this dataset only");
+  app.add_option("--dataset", a.dataset, "Request this dataset only");
   app.add_option("--script", a.script, "What the clients do")
       ->one_of({"random-isovalues", "drag", "roi", "mixed", "stalled", "slow", "leaving", "garbage",
                 "greedy", "hoarding"})
       ->capture_default_str();
-  app.add_option("--clients", a.clients, "How many there are")
+  app.add_option("--clients", a.clients, "Number of clients")
       ->within(1, 100'000)
       ->capture_default_str();
+  app.add_option("--duration", a.duration, "Seconds during which they send requests")
+      ->within(0.1, 86400.0)
+      ->capture_default_str();
+  app.add_option("--check", a.check, "light or full")
+      ->one_of({"light", "full"})
+      ->capture_default_str();
+  app.add_option("--seed", a.seed, "The same seed gives the same scripts")->capture_default_str();
+  app.add_flag("--json", a.json, "Print JSON");
+  app.begin_group("Scripts");
   app.add_option("--idle", a.idle, "Clients besides, who are there first and ask for nothing")
       ->within(0, 100'000)
-      ->capture_default_str();
-  app.add_option("--duration", a.duration, "Seconds for which they ask for more")
-      ->within(0.1, 86400.0)
       ->capture_default_str();
   app.add_option("--ramp", a.ramp,
                  "Seconds over which they come; default: 1 for 200 clients, at most a quarter of "
@@ -92,14 +98,9 @@ void add_options(Command& app, LoadArguments& a) {
   app.add_option("--simplify", a.simplify, "on: simplified meshes; off: all triangles")
       ->one_of({"on", "off"})
       ->capture_default_str();
-  app.add_option("--seed", a.seed, "The same seed gives the same scripts")->capture_default_str();
   app.add_option("--threads", a.threads, "Of this program; 0: one for each two processors")
       ->within(0, 256)
       ->capture_default_str();
-  app.add_option("--check", a.check, "light or full")
-      ->one_of({"light", "full"})
-      ->capture_default_str();
-  app.add_flag("--json", a.json, "Print JSON");
   app.footer(kHelp);
 }
 

@@ -10,8 +10,10 @@
 #include <pybind11/stl.h>
 
 #include "client/library/fetch.hpp"
+#include "common/base/number_text.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/request/shared_budget.hpp"
+#include "common/request/surface_query.hpp"
 
 namespace py = pybind11;
 using namespace pybind11::literals;
@@ -103,29 +105,66 @@ py::object mesh_of(const LatticeMesh& mesh, const Affine& grid_to_world) {
 
 // ---- requests
 
-IsosurfaceRequest request_of(double isovalue, double error, const std::string& unit,
-                             const std::string& bound, const std::string& topology_rule,
-                             double topology_tolerance, std::vector<ThresholdRegion> regions,
-                             const std::optional<ThresholdView>& view,
-                             const std::shared_ptr<ThresholdGrid>& grid, const std::string& combine,
-                             const std::string& region_unit, std::uint64_t max_triangles,
-                             std::uint64_t max_bytes, int normals, bool simplify) {
-  return {.isovalue = isovalue,
-          .error = error,
-          .unit = word(length_unit_from(unit), "unit", unit),
-          .measure = word(error_measure_from(bound), "bound", bound),
-          .topology_rule = word(topology_rule_from(topology_rule), "topology_rule", topology_rule),
-          .topology_tolerance = topology_tolerance,
-          .thresholds = {.coordinates =
-                             word(coordinate_system_from(region_unit), "region_unit", region_unit),
-                         .combination = word(combination_from(combine), "combine", combine),
-                         .regions = std::move(regions),
-                         .grid = grid,
-                         .view = view},
-          .max_triangles = max_triangles,
-          .max_bytes = max_bytes,
-          .simplify = simplify,
-          .normal_bits = normals};
+// A value of Python as the table of fields reads it: numbers, words, True for "on", and sequences
+// of numbers.
+std::string text_of(const py::handle& value) {
+  if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "on" : "off";
+  if (py::isinstance<py::str>(value) || py::isinstance<py::int_>(value)) return py::str(value);
+  if (py::hasattr(value, "__float__")) return shortest_text(value.cast<double>());
+  std::string text;
+  for (const py::handle each : value) text += (text.empty() ? "" : ",") + text_of(each);
+  return text;
+}
+
+// The plural where a field may be repeated, as its value is a list.
+std::string keyword_of(const RequestField& field) {
+  return std::string(field.name) + (field.is_repeatable ? "s" : "");
+}
+
+// What is about a file is for Python's users to do, and the isovalue is an argument of its own.
+bool is_keyword(const RequestField& field) {
+  const bool is_of_file = field.group == FieldGroup::kFile || field.name == "colors" ||
+                          field.name == "color_scale" || field.name == "no_value_color";
+  return !is_of_file && field.name != "isovalue";
+}
+
+void set(const RequestField& field, const py::handle& value, SurfaceQuery& query) {
+  const std::string text = text_of(value);
+  if (const Objection wrong = field.set(field, text, query)) {
+    raise(PyExc_ValueError, keyword_of(field) + " " + text + ": " + *wrong + ".");
+  }
+}
+
+// The request, and what colors its surface.
+std::pair<IsosurfaceRequest, std::optional<ScalarRequest>> surface_request(
+    double isovalue, const std::shared_ptr<ThresholdGrid>& threshold_grid,
+    const py::dict& keywords) {
+  SurfaceQuery query{.isovalues = {isovalue}};
+  query.request.thresholds.grid = threshold_grid;
+  for (const auto& [key, value] : keywords) {
+    const auto name = key.cast<std::string>();
+    const auto fields = request_fields();
+    const auto field = std::find_if(fields.begin(), fields.end(), [&](const RequestField& f) {
+      return is_keyword(f) && keyword_of(f) == name;
+    });
+    if (field == fields.end()) raise(PyExc_TypeError, "A request has no \"" + name + "\".");
+    if (value.is_none()) continue;
+    if (!field->is_repeatable) set(*field, value, query);
+    if (field->is_repeatable) {
+      for (const py::handle each : value) set(*field, each, query);
+    }
+  }
+  return {argument(requests_for(query, DatasetInfo{})).front(), argument(scalars_for(query))};
+}
+
+// Of every keyword its name, the form of its value, its default as text, and what it means.
+py::list request_keywords() {
+  py::list keywords;
+  for (const RequestField& field : request_fields()) {
+    if (!is_keyword(field)) continue;
+    keywords.append(py::make_tuple(keyword_of(field), field.form, field.usual, field.help));
+  }
+  return keywords;
 }
 
 std::shared_ptr<ThresholdGrid> grid_of(
@@ -318,37 +357,11 @@ class Connection {
 // ---- what Python sees
 
 void define_requests(py::module_& module) {
-  py::class_<ThresholdRegion>(module, "Region");
-  py::class_<ThresholdView>(module, "View");
-  py::class_<ThresholdGrid, std::shared_ptr<ThresholdGrid>>(module, "Grid");
+  py::class_<ThresholdGrid, std::shared_ptr<ThresholdGrid>>(module, "ThresholdGrid");
   py::class_<IsosurfaceRequest>(module, "IsosurfaceRequest");
-  module.def("isosurface_request", &request_of);
-  module.def(
-      "box",
-      [](const Vec3& low, const Vec3& high, double error) {
-        return ThresholdRegion{BoxShape{low, high}, error};
-      },
-      "low"_a, "high"_a, "error"_a, "An axis-parallel box with an error of its own.");
-  module.def(
-      "ball",
-      [](const Vec3& centre, double radius, double error) {
-        return ThresholdRegion{BallShape{centre, radius}, error};
-      },
-      "centre"_a, "radius"_a, "error"_a, "A ball with an error of its own.");
-  module.def(
-      "half_space",
-      [](const Vec3& normal, double offset, double error) {
-        return ThresholdRegion{HalfSpaceShape{normal, offset}, error};
-      },
-      "normal"_a, "offset"_a, "error"_a,
-      "The places x with normal . x >= offset, with an error of their own.");
-  module.def(
-      "view",
-      [](const Vec3& eye, double field_of_view, double height_pixels, double tolerance_pixels) {
-        return ThresholdView{eye, field_of_view, height_pixels, tolerance_pixels};
-      },
-      "eye"_a, "field_of_view"_a, "height_pixels"_a, "tolerance_pixels"_a = 1.0,
-      "Errors that look the same on a screen: `field_of_view` is vertical, in degrees.");
+  py::class_<ScalarRequest>(module, "ScalarRequest");
+  module.def("surface_request", &surface_request);
+  module.def("request_keywords", &request_keywords);
   module.def("grid", &grid_of, "thresholds"_a, "spacing"_a = Vec3{1, 1, 1},
              "origin"_a = Vec3{0, 0, 0},
              "Errors at the samples of an array (x, y, z), each for the voxel around it; NaN: none "
@@ -472,13 +485,6 @@ void define_answers(py::module_& module) {
 }
 
 void define_connection(py::module_& module) {
-  py::class_<ScalarRequest>(module, "ScalarRequest")
-      .def(
-          py::init([](std::string dataset, const std::optional<std::pair<double, double>>& limits) {
-            ScalarRequest request{.dataset = std::move(dataset)};
-            if (limits) request.limits = {.low = limits->first, .high = limits->second};
-            return request;
-          }));
   py::class_<Connection>(module, "Connection")
       .def(py::init<const std::string&, std::string, std::string, bool, double>())
       .def("close", &Connection::close)

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdint>
 #include <optional>
 #include <string_view>
 #include <system_error>
@@ -21,21 +22,36 @@ template <typename Number, typename... Base>
   return value;
 }
 
-// "1.5,-2,3e4": `count` numbers with `separator` between them; nullopt for anything else.
+// "1.5,-2,3e4": `least` to `most` numbers with `separator` between them; nullopt for anything else.
 template <typename Number>
-[[nodiscard]] std::optional<std::vector<Number>> parse_numbers(std::string_view text,
-                                                               std::size_t count,
-                                                               char separator = ',') {
+[[nodiscard]] std::optional<std::vector<Number>> parse_number_list(std::string_view text,
+                                                                   std::size_t least,
+                                                                   std::size_t most,
+                                                                   char separator = ',') {
   std::vector<Number> numbers;
   for (std::size_t at = 0; at <= text.size();) {
     const std::size_t next = std::min(text.find(separator, at), text.size());
     const auto number = parse_number<Number>(text.substr(at, next - at));
-    if (!number || numbers.size() == count) return std::nullopt;
+    if (!number || numbers.size() == most) return std::nullopt;
     numbers.push_back(*number);
     at = next + 1;
   }
-  if (numbers.size() != count) return std::nullopt;
+  if (numbers.size() < least) return std::nullopt;
   return numbers;
 }
+
+// The same for exactly `count` numbers.
+template <typename Number>
+[[nodiscard]] std::optional<std::vector<Number>> parse_numbers(std::string_view text,
+                                                               std::size_t count,
+                                                               char separator = ',') {
+  return parse_number_list<Number>(text, count, count, separator);
+}
+
+// A whole number that may have a unit behind it: k (1 000) or M for a count such as "2M"; B, K, KB,
+// KiB (1 024) and so on up to TiB for bytes such as "500KiB"; of either case. nullopt for anything
+// else.
+[[nodiscard]] std::optional<std::uint64_t> parse_count(std::string_view text);
+[[nodiscard]] std::optional<std::uint64_t> parse_bytes(std::string_view text);
 
 }  // namespace multitetra

@@ -93,6 +93,11 @@ Option* Option::capture_default_str() {
   return this;
 }
 
+Option* Option::default_text(const std::string& text) {
+  option_->default_str(text);
+  return this;
+}
+
 // ---- commands
 
 Command::Command(const std::string& description, const std::string& name)
@@ -125,11 +130,30 @@ Option* Command::add_flag(const std::string& names, bool& value, const std::stri
   return added(*app_->add_flag(names, value, help));
 }
 
+Option* Command::add_parsed(const std::string& names, Parse parse, const std::string& help) {
+  const std::string name = names.substr(names.rfind(',') + 1);
+  const CLI::callback_t callback = [name, parse = std::move(parse)](const CLI::results_t& texts) {
+    for (const std::string& text : texts) {
+      if (const auto wrong = parse(text)) throw CLI::ValidationError(name + " " + text, *wrong);
+    }
+    return true;
+  };
+  return added(*app_->add_option(names, callback, help));
+}
+
+Option* Command::add_switch(const std::string& names, Parse parse, const std::string& help) {
+  return added(*app_->add_flag_callback(
+      names, [parse = std::move(parse)] { (void)parse("on"); }, help));
+}
+
+Option Command::option(const std::string& name) { return Option(*app_->get_option(name)); }
+
 Command* Command::add_subcommand(const std::string& name, const std::string& description) {
   CLI::App& app = *app_->add_subcommand(name, description);
   return subcommands_.emplace_back(std::unique_ptr<Command>(new Command(app))).get();
 }
 
+void Command::begin_group(const std::string& title) { app_->option_defaults()->group(title); }
 void Command::require_subcommand() { app_->require_subcommand(1); }
 void Command::footer(std::string text) { app_->footer(std::move(text)); }
 void Command::callback(std::function<void()> parsed) { app_->callback(std::move(parsed)); }

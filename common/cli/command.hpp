@@ -4,14 +4,19 @@
 //   Command program("Does this and that.", "multitetra-this");
 //   std::string file;
 //   program.add_option("-o,--output", file, "File to write")->required()->type_name("FILE");
+//   program.footer("Examples:\n  multitetra-this -o out\n");
 //   if (const auto code = parse_command_line(program, argc, argv)) return *code;
 //
 // Values are set when the line is parsed; what they are before is their default. They must outlive
 // the parsing, options their command. Pointers are valid as long as the program.
+//
+// --help lists the options that have no group, for these are the everyday ones, each on one line:
+// its description up to the first "; " or ". ". --help-all lists all, by group.
 #pragma once
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -56,6 +61,7 @@ class Option {
   Option* type_name(const std::string& name);
   Option* group(const std::string& title);
   Option* capture_default_str();  // Shows its present value as the default.
+  Option* default_text(const std::string& text);
 
  private:
   CLI::Option* option_;
@@ -74,9 +80,19 @@ class Command {
   template <typename T>
   Option* add_option(const std::string& names, T& value, const std::string& help);
   Option* add_flag(const std::string& names, bool& value, const std::string& help);
+  // An option whose every value `parse` takes, or says what is wrong with it, such as "must be
+  // voxel or world". A switch has no value behind it, and is parsed as "on".
+  using Parse = std::function<std::optional<std::string>(const std::string& text)>;
+  Option* add_parsed(const std::string& names, Parse parse, const std::string& help);
+  Option* add_switch(const std::string& names, Parse parse, const std::string& help);
+  [[nodiscard]] Option option(const std::string& name);  // One that there is.
   Command* add_subcommand(const std::string& name, const std::string& description);
   void require_subcommand();
-  // What follows the options in --help.
+  // The group of the options that are added from now on, unless they have one of their own; none:
+  // they are everyday options.
+  void begin_group(const std::string& title = "Options");
+  // What follows the options in --help; a paragraph "Examples:" in it, whose lines are indented,
+  // precedes them.
   void footer(std::string text);
   // Called after parsing if this command was chosen. May throw UsageError.
   void callback(std::function<void()> parsed);

@@ -9,6 +9,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/cli/detail/help_format.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -18,6 +20,14 @@ std::string environment_name(const CLI::Option& option) {
     return c == '-' ? '_' : static_cast<char>(std::toupper(c));
   });
   return name;
+}
+
+// In lines of a comment.
+std::string commented(const std::string& text) {
+  std::istringstream lines(wrapped(text, 98));
+  std::string comment;
+  for (std::string line; std::getline(lines, line);) comment += "# " + line + "\n";
+  return comment;
 }
 
 // CLI11's marks for the begin and end of a section.
@@ -41,7 +51,7 @@ CLI::Option& option_named(const CLI::App& command, const CLI::ConfigItem& item,
   }
   throw UsageError(file.string(),
                    "there is no option \"" + item.fullname() +
-                       "\"; --help tells those that there are, and here they have no dashes.");
+                       "\"; --print-config prints those that there are, without dashes.");
 }
 
 }  // namespace
@@ -53,12 +63,12 @@ void add_option_sources(Command& command, OptionSources& sources) {
   }
   command
       .add_option("--config", sources.config_file,
-                  "A file (TOML) with options by their long names; flags and the environment are "
-                  "stronger")
+                  "A file (TOML) with options by their long names; flags and the environment "
+                  "override it")
       ->flag_only();
   command
       .add_flag("--print-config", sources.print_config,
-                "Print all options as they are, in the form of --config, and stop")
+                "Print the configuration with a comment for each key, and stop")
       ->flag_only();
 }
 
@@ -82,10 +92,18 @@ void read_config_file(const Command& command, const std::filesystem::path& file)
 
 std::string config_text(const Command& command) {
   std::istringstream lines(
-      command.app().config_to_str(/*default_also=*/true, /*write_description=*/false));
+      command.app().config_to_str(/*default_also=*/true, /*write_description=*/true));
   std::string text;
+  std::string comment;  // Of the command, a group or the next option.
   for (std::string line; std::getline(lines, line);) {
-    if (!line.ends_with("=\"\"")) text += line + "\n";  // Options without a value are left out.
+    if (line.starts_with("#")) {
+      text += comment;
+      comment = (text.empty() ? "" : "\n") + commented(line.substr(1));
+    } else if (!line.empty()) {
+      // Options without a value are left out.
+      if (!line.ends_with("=\"\"")) text += comment + line + "\n";
+      comment.clear();
+    }
   }
   return text;
 }

@@ -30,7 +30,7 @@ void add_option_sources(Command& command, OptionSources& sources);
 // file cannot be read, names an option that there is not, or twice, or a value is no good.
 void read_config_file(const Command& command, const std::filesystem::path& file);
 
-// All options as they are now, in the file's form.
+// All options as they are now, in the file's form, each with its description as a comment.
 [[nodiscard]] std::string config_text(const Command& command);
 
 }  // namespace multitetra

@@ -1,11 +1,10 @@
-// How an isosurface is asked for on a command line: the same options for the server's `extract` and
-// the client's `fetch`.
+// How an isosurface is requested on a command line: the same options for the server's `extract` and
+// the client's commands, made from the table of request fields.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <optional>
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -14,8 +13,7 @@
 #include "common/cli/command.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/request/dataset_info.hpp"
-#include "common/request/isosurface_request.hpp"
-#include "common/request/local_thresholds.hpp"
+#include "common/request/surface_query.hpp"
 
 namespace multitetra {
 
@@ -29,47 +27,33 @@ struct ThresholdFiles {
 };
 
 struct SurfaceArguments {
-  std::vector<double> isovalues = {};  // None: the dataset's first suggestion.
-  double error = 0.25;
-  std::string unit = "voxel";
-  std::string bound = "certified";
-  std::string topology_rule = "exact";
-  double topology_tolerance = 0;
-  int lattice_resolution = kDefaultLatticeResolution;
-  std::string coordinates = "world";
+  SurfaceQuery query = {};
   std::string space = "native";
-  std::vector<std::string> regions = {};  // As parse_region reads them.
-  std::string region_unit = "world";
-  std::string view = {};            // As parse_view reads it; empty: none.
   std::string threshold_grid = {};  // A file for threshold_files; empty: none.
-  std::string combination = "order";
-  std::uint64_t max_triangles = 0;
-  std::uint64_t max_bytes = 0;
-  int normal_bits = 0;
-  std::string simplify = "on";
-  bool embedded = false;
   bool allow_empty = false;
-  double min_component = 0;  // Samples of diagonal.
   ThresholdFiles threshold_files = {};
 };
 
-enum class Isovalues { kOne, kSeveral };
-void add_surface_options(Command& command, SurfaceArguments& arguments,
-                         Isovalues isovalues = Isovalues::kOne);
-// For commands that write a surface: --allow-empty, --min-component.
+// The option of one field, as --max-triangles of max_triangles; `parse` takes its values.
+void add_request_option(Command& command, const RequestField& field, Command::Parse parse);
+
+// The options of all fields of these groups, and with kThresholds --threshold-grid.
+void add_request_options(Command& command, SurfaceArguments& arguments,
+                         std::initializer_list<FieldGroup> groups);
+// For commands that write a surface: the group kFile, --space, --allow-empty.
 void add_output_options(Command& command, SurfaceArguments& arguments);
 
-// The request, checked. kInvalidArgument or kLimitExceeded where a value is out of its range or not
-// understood, the dataset's world has no space that could become the one asked for, the grid's file
+// The requests, at least one, checked. kInvalidArgument or kLimitExceeded where a value is out of
+// its range, the dataset's world has no space that could become the requested one, the grid's file
 // cannot be read, or no isovalue is given and the dataset suggests none.
-[[nodiscard]] Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments,
-                                                   const DatasetInfo& info);
-// One for every isovalue, at least one; a budget is that of each.
 [[nodiscard]] Result<std::vector<IsosurfaceRequest>> requests_of(const SurfaceArguments& arguments,
                                                                  const DatasetInfo& info);
+// For commands about one surface: also kInvalidArgument where several isovalues are given.
+[[nodiscard]] Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments,
+                                                   const DatasetInfo& info);
 
-// Grid coordinates -> the coordinates that were asked for. Requires arguments that request_of found
-// good for this dataset.
+// Grid coordinates -> the requested coordinates. Requires arguments that requests_of accepts for
+// this dataset.
 [[nodiscard]] Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info);
 // A surface there, with its normals, without the components that are too small.
 struct OutputSurface {

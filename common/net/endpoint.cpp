@@ -53,6 +53,13 @@ std::optional<Endpoint> address_from(std::string_view text, const Scheme& scheme
   }
   Endpoint endpoint{
       .host = std::string(parts->first), .port = scheme.port, .transport = scheme.transport};
+  if (text.find_first_not_of("0123456789") == std::string_view::npos) {
+    const auto port = parse_number<std::uint16_t>(text);
+    if (!port) return std::nullopt;
+    endpoint.host = "127.0.0.1";
+    endpoint.port = *port;
+    return endpoint;
+  }
   if (parts->second.empty()) return endpoint;
   if (parts->second.front() != ':') return std::nullopt;
   const auto port = parse_number<std::uint16_t>(parts->second.substr(1));

@@ -36,9 +36,9 @@ struct Endpoint {
   friend bool operator==(const Endpoint&, const Endpoint&) = default;
 };
 
-// Where a server listens: "HOST", "HOST:PORT" or either behind "tcp://"; an IPv6 address is written
-// in brackets, as in "tcp://[::1]:7410". Port 0 is allowed: a listener then takes a free one.
-// kInvalidArgument, with the text and an example, otherwise.
+// Where a server listens: "HOST", "HOST:PORT", "PORT" of this machine or one of them behind
+// "tcp://"; an IPv6 address is written in brackets, as in "tcp://[::1]:7410". Port 0 is allowed: a
+// listener then takes a free one. kInvalidArgument, with the text and an example, otherwise.
 [[nodiscard]] Result<Endpoint> parse_endpoint(std::string_view text);
 
 // Where a client connects: the same, or "tls://HOST:PORT", "ws://HOST:PORT/PATH",

@@ -1,4 +1,4 @@
-# Completion for bash of all Multi-Tetra programs, from what their --help prints. For use without the package:
+# Completion for bash of all Multi-Tetra programs, from what their --help-all prints. For use without the package:
 #   source docker/debian/completion.bash
 _multitetra() {
   local program=${COMP_WORDS[0]} current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]}
@@ -7,7 +7,7 @@ _multitetra() {
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
     if grep -qx -- "$word" <<<"$commands"; then command=$word; break; fi
   done
-  help=$("$program" $command --help 2>/dev/null)
+  help=$("$program" $command --help-all 2>/dev/null)
   if [[ $previous == -* ]]; then   # "--option VALUE" with one space between; a flag has more behind it.
     value=$(sed -nE "s/^  ([^ ]*,)?$previous ([^ ]+).*/\2/p" <<<"$help" | head -n 1)
   fi

@@ -11,11 +11,11 @@
 #include "common/cli/json_report.hpp"
 #include "server/certify/certificate_report.hpp"
 #include "server/certify/mesh_file.hpp"
-#include "server/volume/volume_files.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/progress.hpp"
 #include "server/programs/thread_options.hpp"
 #include "server/programs/volume_options.hpp"
+#include "server/volume/volume_files.hpp"
 
 namespace multitetra {
 namespace {
@@ -115,35 +115,33 @@ void add_certify_command(Command& program, Run& run) {
       ->type_name("MESH");
   command
       ->add_option("--volume", a->volume,
-                   "The volume that the mesh is a surface of: a file or folder of any format "
-                   "(`formats` lists them)")
+                   "Volume to compare with; a file or folder of any format (`formats` lists them)")
       ->required()
       ->type_name("FILE");
-  command->add_option("--isovalue", a->isovalue, "Value of the surface, in units of the samples")
-      ->required();
-  command->add_option(
-      "--error", a->error,
-      "Largest distance that is allowed, of any point of one surface from the other; without it "
-      "distances are told only");
+  command->add_option("--isovalue", a->isovalue, "Value of the surface")->required();
+  command->add_option("--error", a->error,
+                      "Largest allowed two-sided distance; without it distances are only printed");
   command
       ->add_option("--unit", a->unit,
-                   "Unit of --error: voxel, the smallest spacing, or world, that of the volume's "
-                   "world coordinates, as mm")
+                   "Unit of --error; voxel is the smallest spacing, world the unit of world "
+                   "coordinates")
       ->one_of({"voxel", "world"})
       ->capture_default_str();
   command
-      ->add_option(
-          "--lattice", a->lattice,
-          "The mesh's vertices are rounded to 2^-R grid steps, as by `extract --lattice R` "
-          "and `fetch` (5 if they were not told): --error is exceeded only beyond that "
-          "rounding")
+      ->add_option("--lattice", a->lattice,
+                   "Allow for vertices rounded to 2^-R grid steps; those of `extract` and `fetch` "
+                   "are, with R "
+                   "5 by default")
       ->within(kMinLatticeResolution, kMaxLatticeResolution)
       ->type_name("R");
   command->add_flag("--any-topology", a->any_topology,
-                    "Components, holes and cracks of the mesh do not matter, only --error does");
+                    "Check the distance only, not components, holes and cracks");
   command->add_flag("--self-intersections", a->self_intersections,
-                    "Count the triangles that intersect or touch others which are no neighbours, "
-                    "exactly");
+                    "Count self-intersecting triangles; exactly, also those that touch");
+  add_threads_option(*command, a->threads);
+  command->add_flag("--json", a->json, "Print a JSON report");
+  command->add_flag("--quiet", a->quiet, "Print errors only");
+  command->begin_group("Places");
   command
       ->add_option("--outside", a->outside,
                    "What lies beyond the data: void (surfaces end at the last sample) or a value "
@@ -175,10 +173,8 @@ void add_certify_command(Command& program, Run& run) {
                    "Points spread over each surface for the mean and the 99 % distance; the "
                    "maximum is searched for in all triangles")
       ->capture_default_str();
+  command->begin_group("Reading the volume");
   a->source.add_to(*command);
-  add_threads_option(*command, a->threads);
-  command->add_flag("--json", a->json, "Print a JSON report");
-  command->add_flag("--quiet", a->quiet, "Say nothing unless something is wrong");
   command->footer(
       "Examples:\n"
       "  multitetra-server certify head.ply --volume head.nrrd --isovalue 500.5 --error 0.5 "

@@ -284,15 +284,16 @@ void add_export_command(Command& program, Run& run) {
   command
       ->add_option(
           "--format", arguments->format,
-          "3dtiles (tileset.json, for CesiumJS and others), neuroglancer (a precomputed "
-          "multi-resolution mesh with a segment for each isovalue) or glb-lods (surface.glb, whole "
-          "surfaces as levels of MSFT_lod)")
+          "Format; 3dtiles: tileset.json, for CesiumJS and others, neuroglancer: a precomputed "
+          "multi-resolution mesh with a segment for each isovalue, glb-lods: surface.glb, whole "
+          "surfaces as levels of MSFT_lod")
       ->one_of({"3dtiles", "neuroglancer", "glb-lods"})
       ->capture_default_str();
   command
-      ->add_option("--isovalue", arguments->isovalues,
-                   "The value (default: the first that is suggested), or several, with commas "
-                   "between them: trees in FOLDER/iso/VALUE, segments of one mesh")
+      ->add_option(
+          "--isovalue", arguments->isovalues,
+          "Isovalue, or several with commas; default: what the dataset suggests. Several are "
+          "trees in FOLDER/iso/VALUE, segments of one mesh")
       ->delimiter(',');
   command->add_option("--error", arguments->error, "Largest error of the finest level, in voxels")
       ->within(0.0, 1e9)

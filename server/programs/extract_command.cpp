@@ -25,7 +25,6 @@
 #include "server/core/planning/budget.hpp"
 #include "server/core/surface/vertex_normals.hpp"
 #include "server/dataset/dataset.hpp"
-#include "server/volume/volume_files.hpp"
 #include "server/extraction/model_file.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/surface_extractor.hpp"
@@ -34,6 +33,7 @@
 #include "server/programs/thread_options.hpp"
 #include "server/service/extracted_surfaces.hpp"
 #include "server/stream/stream_plan.hpp"
+#include "server/volume/volume_files.hpp"
 
 namespace multitetra {
 namespace {
@@ -117,7 +117,7 @@ Json report_of(const ExtractArguments& arguments, const IsosurfaceRequest& reque
   report["content_digest"] = content.hex();
   report["seconds"] = progress.seconds();
   report["parameters"] = json_of(request);
-  report["parameters"]["coordinates"] = arguments.surface.coordinates;
+  report["parameters"]["coordinates"] = name(arguments.surface.query.coordinates);
   report["parameters"]["errors"] = arguments.errors;
   if (arguments.level) report["parameters"]["level"] = *arguments.level;
   report["notices"] = notices;
@@ -295,8 +295,13 @@ void add_extract_command(Command& program, Run& run) {
   command->add_option("-o,--output", a->output, "Mesh file: .ply, .stl, .obj, .glb, .drc or .vtp")
       ->required()
       ->type_name("FILE");
-  add_surface_options(*command, a->surface);
+  add_request_options(*command, a->surface,
+                      {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize});
   add_output_options(*command, a->surface);
+  add_threads_option(*command, a->threads);
+  command->add_flag("--json", a->json, "Print a JSON report");
+  command->add_flag("--quiet", a->quiet, "Print errors only");
+  command->begin_group("Models");
   command
       ->add_option("--errors", a->errors,
                    "spectrum: those that the dataset holds; exact: the reference, a pass over the "
@@ -322,9 +327,6 @@ void add_extract_command(Command& program, Run& run) {
       ->one_of({"all", "surface"})
       ->needs(model_option)
       ->capture_default_str();
-  add_threads_option(*command, a->threads);
-  command->add_flag("--json", a->json, "Print a JSON report");
-  command->add_flag("--quiet", a->quiet, "Say nothing unless something is wrong");
   command->footer(
       "Examples:\n"
       "  multitetra-server extract head.mtd -o head.ply\n"

@@ -11,7 +11,6 @@
 #include "common/cli/output_files.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "server/dataset/dataset.hpp"
-#include "server/dataset/dataset.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/plot/dataset_plot.hpp"
@@ -90,16 +89,16 @@ void add_plot_command(Command& program, Run& run) {
   command->add_option("-o,--output", a->output, "Drawing to write (.svg)")
       ->required()
       ->type_name("FILE");
-  command->add_option("--errors", a->errors, "Errors, in voxels, of which each gets a curve")
+  command->add_option("--errors", a->errors, "Errors in voxels, a curve for each")
       ->within(0.0, 1e6)
       ->delimiter(',')
       ->capture_default_str();
-  command->add_option("--isovalues", a->isovalues, "At how many isovalues")
+  command->add_option("--isovalues", a->isovalues, "Number of isovalues")
       ->within(2, 1000)
       ->capture_default_str();
   command
       ->add_option("--simplify", a->simplify,
-                   "on: as simplified surfaces have them; off: all that marching tetrahedra makes")
+                   "Count simplified surfaces; off: all triangles of marching tetrahedra")
       ->one_of({"on", "off"})
       ->capture_default_str();
   add_threads_option(*command, a->threads);

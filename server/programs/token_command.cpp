@@ -180,17 +180,18 @@ void add_token_command(Command& program, Run& run) {
       ->type_name("NAME|list|revoke NAME");
   command
       ->add_option("--datasets", a->datasets,
-                   "What it lets one see: names, with * for any characters and ? for one "
+                   "Names of datasets that it gives access to; * is any characters and ? one "
                    "(repeatable)")
       ->capture_default_str();
   command
-      ->add_option("--file,--append", a->file,
-                   "The file. A new token's line is added to it, and the token alone is printed; a "
-                   "file that is not there is made, for its owner alone")
+      ->add_option(
+          "--file,--append", a->file,
+          "Token file. A new token's line is added to it, and the token alone is printed; a "
+          "file that is not there is made, for its owner alone")
       ->type_name("FILE");
   command
       ->add_option("--expires", a->expires,
-                   "When a new token ends: days as 30d, hours as 12h, or a moment as "
+                   "When a new token ends, such as 30d; hours as 12h, a moment as "
                    "2027-01-31T12:00:00Z (default: never)")
       ->type_name("WHEN");
   command->add_flag("--surfaces-only", a->surfaces_only,

@@ -47,13 +47,13 @@ Result<IsosurfaceRoute::Wanted> IsosurfaceRoute::wanted(const std::string& datas
                                                         const HttpRequest& request,
                                                         const RequestContext& context) {
   const Permit& permit = context.caller->permit();
-  const auto query = parse_surface_query(target.query);
+  const auto query = parse_mesh_query(target.query);
   if (!query) return tl::unexpected(query.error());
   auto info = permit.describe(dataset);
   if (!info) return tl::unexpected(info.error());
-  auto surfaces = requests_for(*query, *info);
+  auto surfaces = requests_for(query->surface, *info);
   if (!surfaces) return tl::unexpected(surfaces.error());
-  auto scalars = scalars_for(*query);
+  auto scalars = scalars_for(query->surface);
   if (!scalars) return tl::unexpected(scalars.error());
   const auto format =
       query->format ? query->format : accepted_format(field(request, http::field::accept));
@@ -67,19 +67,22 @@ Result<IsosurfaceRoute::Wanted> IsosurfaceRoute::wanted(const std::string& datas
     return fail(ErrorCode::kInvalidArgument,
                 "Several surfaces come in one file as format=glb alone; ask for one at a time.");
   }
+  const bool is_in_world = query->surface.coordinates == CoordinateSystem::kWorld;
   Wanted wanted{.info = std::move(*info),
                 .requests = *std::move(surfaces),
                 .scalars = *std::move(scalars),
                 .form = {.format = *format,
-                         .is_in_world = query->is_in_world,
-                         .colors = query->colors,
-                         .min_component = query->min_component},
+                         .is_in_world = is_in_world,
+                         .colors = query->surface.colors,
+                         .min_component = query->surface.min_component},
                 .is_format_negotiated = !query->format,
                 .key = {},
                 .tag = {}};
   wanted.key = std::string(kFormVersion) + ' ' + std::string(media_type(*format)) +
-               (query->is_in_world ? " w " : " i ") + key_of(wanted.info);
-  if (query->min_component > 0) wanted.key += " from " + shortest_text(query->min_component);
+               (is_in_world ? " w " : " i ") + key_of(wanted.info);
+  if (wanted.form.min_component > 0) {
+    wanted.key += " from " + shortest_text(wanted.form.min_component);
+  }
   for (const IsosurfaceRequest& one : wanted.requests) wanted.key += ' ' + key_of(one);
   bool is_told = wanted.info.content_id != 0;
   if (wanted.scalars) {

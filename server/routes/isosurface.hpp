@@ -11,7 +11,7 @@
 #include "server/http/target.hpp"
 #include "server/routes/detail/mesh_file.hpp"
 #include "server/routes/detail/mesh_file_cache.hpp"
-#include "server/routes/detail/surface_query.hpp"
+#include "server/routes/detail/mesh_query.hpp"
 #include "server/routes/route_options.hpp"
 #include "server/service/workers.hpp"
 

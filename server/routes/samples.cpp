@@ -38,7 +38,7 @@ std::string key_of(const DatasetInfo& info, const SliceRequest& slice, const Sli
     return std::string(kSliceForm) + " raw " + key_of(info) + plane;
   return std::string(kSliceForm) + " png " + std::string(name(scale.map)) + ' ' +
          shortest_text(scale.low) + ' ' + shortest_text(scale.high) + ' ' +
-         (scale.is_logarithmic ? "log " : "") + (query.no_value ? rgb_text(*query.no_value) : "") +
+         (scale.is_logarithmic ? "log " : "") + (query.no_value_color ? rgb_text(*query.no_value_color) : "") +
          key_of(info) + plane;
 }
 
@@ -122,7 +122,7 @@ asio::awaitable<Answer> SamplesRoute::slice(const std::string& dataset, const Ta
       const auto room = context.client->reserve(2 * reply->values->size());
       if (!room) co_return context.refused(room.error());
       std::function<Result<std::string>()> draw =
-          [slice = *reply, colors = PictureColors{*scale, query->no_value.has_value()}] {
+          [slice = *reply, colors = PictureColors{*scale, query->no_value_color.has_value()}] {
             return guarded_picture(slice, colors);
           };
       auto picture = co_await on_workers<std::string>(drawing_, context.client->share(),

@@ -52,8 +52,8 @@ for guide in README.md client/FETCHING.md server/volume/FORMATS.md server/operat
   sed -e ':join' -e '/\\$/{N;s/\\\n//;b join' -e '}' "$root/$guide" | grep -o '^ *multitetra-[a-z]* .*' |
     sed 's/ # .*//; s/  *#.*//' | while read -r program rest; do
     command=${rest%% *}
-    [ "$program" = multitetra-load ] || [ "$program" = multitetra-gateway ] || help=$("$program" "$command" --help 2>&1) || true
-    case "$program" in multitetra-load | multitetra-gateway) help=$("$program" --help 2>&1) || true ;; esac
+    [ "$program" = multitetra-load ] || [ "$program" = multitetra-gateway ] || help=$("$program" "$command" --help-all 2>&1) || true
+    case "$program" in multitetra-load | multitetra-gateway) help=$("$program" --help-all 2>&1) || true ;; esac
     for option in $(grep -oE ' --[a-z][a-z-]+' <<<"$rest"); do
       grep -qE -- "(^|[ ,])$option\b" <<<"$help" || echo "$guide: $program $command has no option $option"
     done

@@ -12,7 +12,7 @@
 #include "server/http/origin.hpp"
 #include "server/http/target.hpp"
 #include "server/routes/detail/slice_query.hpp"
-#include "server/routes/detail/surface_query.hpp"
+#include "server/routes/detail/mesh_query.hpp"
 #include "server/routes/route.hpp"
 #include "tests/fuzz/require.hpp"
 
@@ -64,12 +64,12 @@ void follow(const HttpRequest& request) {
     require(!scale || !scale->is_logarithmic || scale->low > 0);
   }
   if (const auto probe = parse_probe_query(target->query)) require(validated(*probe).has_value());
-  const auto query = parse_surface_query(target->query);
+  const auto query = parse_mesh_query(target->query);
   if (!query) return;
-  if (const auto surfaces = requests_for(*query, info)) {
+  if (const auto surfaces = requests_for(query->surface, info)) {
     for (const IsosurfaceRequest& one : *surfaces) require(validated(one).has_value());
   }
-  static_cast<void>(scalars_for(*query));
+  static_cast<void>(scalars_for(query->surface));
 }
 
 }  // namespace

@@ -16,9 +16,10 @@ topology in all steps that promise that of the full surface.
 """
 
 from ._client import CheckError, Estimate, ServerError, __version__  # noqa: F401
-from ._client import ball, box, grid, half_space, view
+from ._client import grid
 from .connection import EmptySurfaceWarning, connect
 from .mesh import Mesh
+from .thresholds import ball, box, half_space, view
 
 
 def __getattr__(name):

@@ -17,47 +17,31 @@ def connect(url, token="", ca=None, insecure=False, timeout=60.0):
     return Connection(_client.Connection(url, token or "", ca or "", insecure, timeout))
 
 
-def isosurface_request(
-    isovalue,
-    error=0.25,
-    unit="voxel",
-    bound="certified",
-    topology_rule="exact",
-    topology_tolerance=0.0,
-    regions=(),
-    view=None,
-    grid=None,
-    combine="order",
-    region_unit="world",
-    max_triangles=0,
-    max_bytes=0,
-    normals=0,
-    simplify=True,
-):
-    """A request for the surface at `isovalue`. What is out of its range is refused by the server.
-
-    error: the largest distance from the full surface, in `unit` (voxel or world); 0 is the full resolution
-    bound: certified, or paper (which the real distance may exceed)
-    topology_rule: exact or paper; topology_tolerance: features up to this many voxels may vanish
-    regions, view, grid: other errors elsewhere (box, ball, half_space, view, grid of this module); combine: order
-        or minimum; region_unit: of the coordinates of regions and view, world or index
-    max_triangles, max_bytes: a budget, 0 for none; normals: bits of each coordinate, 8 to 10, 0 for none
-    simplify: a few of the triangles, within the same errors
-    """
-    return _client.isosurface_request(
-        isovalue, error, unit, bound, topology_rule, topology_tolerance, list(regions), view, grid, combine, region_unit,
-        max_triangles, max_bytes, normals, simplify,
-    )  # fmt: skip
+def default_of(text):
+    """The default of a keyword, which the table of fields has as text, as a value of Python."""
+    try:
+        return {"": None, "on": True, "off": False}[text]
+    except KeyError:
+        return float(text) if text[0].isdigit() else text
 
 
 def takes_a_request(method):
-    """Lets help() show what `**request` of a method may be: the arguments of isosurface_request."""
+    """Lets help() show what `**request` of a method may be: the fields of a request, from the table that options and HTTP have."""
     own = inspect.signature(method)
     named = [one for one in own.parameters.values() if one.kind is not one.VAR_KEYWORD]
-    asked = list(inspect.signature(isosurface_request).parameters.values())[1:]
-    method.__signature__ = own.replace(parameters=named + [one.replace(kind=one.KEYWORD_ONLY) for one in asked])
-    method.__doc__ += "\n\n        " + isosurface_request.__doc__.split("\n\n", 1)[1].strip().replace("\n", "\n    ")
+    keywords = _client.request_keywords()
+    fields = [("threshold_grid", "", "", "Errors at the samples of an array, as multitetra.grid() makes them"), *keywords]
+    method.__signature__ = own.replace(
+        parameters=named
+        + [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default_of(usual)) for name, _, usual, _ in fields]
+    )
+    method.__doc__ += "\n" + "".join(f"\n        {name}: {help} ({form or 'on|off'})" for name, form, _, help in fields)
     return method
+
+
+def surface_request(isovalue, threshold_grid=None, **fields):
+    """A request and what colors its surface."""
+    return _client.surface_request(isovalue, threshold_grid, fields)
 
 
 class Connection:
@@ -91,37 +75,36 @@ class Connection:
         return sorted(members, key=lambda info: (info.member.field, info.member.time or 0, _label_value(info.member)))
 
     @takes_a_request
-    def isosurface(self, dataset, isovalue, color_by=None, color_range=None, **request):
-        """The surface as it was asked for, without previews: a Mesh."""
-        *_, step = self._steps(dataset, isosurface_request(isovalue, **request), True, False, color_by, color_range)
+    def isosurface(self, dataset, isovalue, **request):
+        """The surface without previews: a Mesh. With color_by its `scalars` are the values of that dataset."""
+        *_, step = self._steps(dataset, *surface_request(isovalue, **request), True, False)
         return step.mesh
 
     @takes_a_request
-    def isosurfaces(self, dataset, isovalues, color_by=None, color_range=None, **request):
+    def isosurfaces(self, dataset, isovalues, **request):
         """Several surfaces of a dataset: a Mesh for each isovalue. A budget is shared by all of them."""
-        asked = self._client.share_budget(dataset, [isosurface_request(one, **request) for one in isovalues])
+        asked = [surface_request(one, **request) for one in isovalues]
+        shares = self._client.share_budget(dataset, [one for one, _ in asked])
         meshes = []
-        for one in asked:
-            *_, step = self._steps(dataset, one, True, False, color_by, color_range)
+        for share, (_, scalars) in zip(shares, asked):
+            *_, step = self._steps(dataset, share, scalars, True, False)
             meshes.append(step.mesh)
         return meshes
 
     @takes_a_request
-    def steps(self, dataset, isovalue, final_only=False, display=False, color_by=None, color_range=None, **request):
-        """Yields Steps, coarse first; the last one is the surface as it was asked for.
+    def steps(self, dataset, isovalue, final_only=False, display=False, **request):
+        """Yields Steps, coarse first; the last one is the surface as it was requested.
 
         display: the meshes are drawn and not kept, so the last one may be the full-resolution surface within the error,
             with more triangles, where that comes sooner
-        color_by: a dataset in the same world, whose values at the vertices are `scalars` of the mesh; color_range:
-            (low, high), which values they span, those of that dataset if None
         """
-        yield from self._steps(dataset, isosurface_request(isovalue, **request), final_only, display, color_by, color_range)
+        yield from self._steps(dataset, *surface_request(isovalue, **request), final_only, display)
 
     @takes_a_request
     def estimate(self, dataset, isovalue, **request):
         """How large the surface would be, without making it: an Estimate."""
         self._client.info(dataset)
-        return self._client.estimate(dataset, isosurface_request(isovalue, **request))
+        return self._client.estimate(dataset, surface_request(isovalue, **request)[0])
 
     def slice(self, dataset, axis=None, at=None, interpolation="linear", detail="auto", **plane):
         """The samples on a plane: a SampledSlice, whose `values` are an array (height, width), NaN without a field.
@@ -145,10 +128,7 @@ class Connection:
         self._client.info(dataset)
         return self._client.probe(dataset, np.asarray(places, float).reshape(-1, 3), coordinates)
 
-    def _steps(self, dataset, request, final_only, display, color_by, color_range):
-        if color_by is None and color_range is not None:
-            raise ValueError("color_range needs color_by, whose values it is of.")
-        scalars = None if color_by is None else _client.ScalarRequest(color_by, color_range)
+    def _steps(self, dataset, request, scalars, final_only, display):
         stream = self._client.open(dataset, request, final_only, display, scalars)
         try:
             while (step := self._client.next(stream)) is not None:

@@ -15,6 +15,7 @@ the same page with what was set before, and nothing comes back.
 import html
 import json
 import pathlib
+import re
 from urllib.parse import quote, urlencode, urlsplit, urlunsplit
 
 import ipywidgets
@@ -129,10 +130,15 @@ def page_of(server, settings):
     parts = urlsplit(server)
     if parts.scheme not in ("http", "https") or not parts.netloc:
         raise ValueError(f"'{server}' is not the address of a server's page, such as http://127.0.0.1:7480/.")
-    simple = {name: in_address(value) for name, value in settings.items() if isinstance(value, (bool, int, float, str))}
+    simple = {snake(name): in_address(value) for name, value in settings.items() if isinstance(value, (bool, int, float, str))}
     said = urlencode(simple, quote_via=quote)
     path = parts.path if parts.path.endswith("/") else parts.path + "/"
     return urlunsplit((parts.scheme, parts.netloc, path, "embed", said))
+
+
+def snake(name):
+    """clipAt as an address has it: clip_at."""
+    return re.sub("[A-Z]", lambda letter: "_" + letter[0].lower(), name)
 
 
 def in_address(value):

@@ -8,7 +8,7 @@
 namespace multitetra {
 namespace {
 
-constexpr std::size_t kColumn = 30;  // Where descriptions begin.
+constexpr std::size_t kColumn = 36;  // Where descriptions begin.
 constexpr std::size_t kWidth = 100;
 
 // "[0.1 - 86400]" of a checked type's name; empty without.
@@ -23,9 +23,46 @@ std::string range_of(const CLI::Option& option) {
   return range;
 }
 
-class HelpFormatter : public CLI::Formatter {
+// A footer's paragraph "Examples:", whose lines are indented, and the rest of the footer.
+struct Footer {
+  std::string examples;
+  std::string rest;
+};
+Footer footer_of(const CLI::App& app) {
+  Footer footer;
+  std::istringstream lines(app.get_footer());
+  bool is_example = false;
+  for (std::string line; std::getline(lines, line);) {
+    is_example = line == "Examples:" || (is_example && line.starts_with("  "));
+    (is_example ? footer.examples : footer.rest) += line + "\n";
+  }
+  return footer;
+}
+
+// The group of options that were given none.
+constexpr const char* kEveryday = "Options";
+
+bool is_rare(const CLI::Option* option) {
+  return option->nonpositional() && !option->get_group().empty() &&
+         option->get_group() != kEveryday;
+}
+
+// All options, by group.
+class FullHelp : public CLI::Formatter {
  public:
-  HelpFormatter() { column_width(kColumn); }
+  FullHelp() { column_width(kColumn); }
+
+  [[nodiscard]] std::string page(const CLI::App* app, const std::string& name,
+                                 CLI::AppFormatMode mode) const {
+    const Footer footer = footer_of(*app);
+    return make_description(app) + make_usage(app, name) + "\n" + footer.examples +
+           make_positionals(app) + groups(app, mode) + make_subcommands(app, mode) + "\n" +
+           footer.rest;
+  }
+
+  [[nodiscard]] virtual std::string groups(const CLI::App* app, CLI::AppFormatMode mode) const {
+    return make_groups(app, mode);
+  }
 
   std::string make_option_opts(const CLI::Option* option) const override {
     const std::string value = value_text(*option);
@@ -34,6 +71,38 @@ class HelpFormatter : public CLI::Formatter {
 
   std::string make_option_desc(const CLI::Option* option) const override {
     return wrapped(full_description(*option), kWidth - kColumn);
+  }
+};
+
+class EverydayHelp : public FullHelp {
+ public:
+  std::string groups(const CLI::App* app, CLI::AppFormatMode) const override {
+    const auto options = app->get_options([](const CLI::Option* option) {
+      return option->nonpositional() && option->get_group() == kEveryday;
+    });
+    const std::string more =
+        app->get_options(is_rare).empty() ? "" : "\nMore options: --help-all\n";
+    return (options.empty() ? "" : make_group(kEveryday, false, options)) + more;
+  }
+
+  std::string make_option_opts(const CLI::Option* option) const override {
+    constexpr std::size_t kLongestValue = 24;
+    if (value_text(*option).size() > kLongestValue) return " WORD";
+    return FullHelp::make_option_opts(option);
+  }
+
+  std::string make_option_desc(const CLI::Option* option) const override {
+    return wrapped(short_description(*option), kWidth - kColumn);
+  }
+};
+
+class HelpFormatter : public FullHelp {
+ public:
+  std::string make_help(const CLI::App* app, std::string name,
+                        CLI::AppFormatMode mode) const override {
+    if (mode == CLI::AppFormatMode::Sub) return make_expanded(app);
+    if (mode == CLI::AppFormatMode::All) return page(app, name, mode);
+    return EverydayHelp().page(app, name, mode);
   }
 };
 
@@ -50,6 +119,14 @@ std::string value_text(const CLI::Option& option) {
   }
   type = type.substr(0, type.find(':'));
   return type == "FLOAT" || type == "INT" || type == "UINT" ? "NUMBER" : type;
+}
+
+std::string short_description(const CLI::Option& option) {
+  const std::string& usual = option.get_default_str();
+  const bool has_default = !usual.empty() && usual != "\"\"";
+  const std::string& text = option.get_description();
+  const std::size_t end = std::min(text.find("; "), text.find(". "));
+  return text.substr(0, end) + (has_default ? " (default " + usual + ")" : "");
 }
 
 std::string full_description(const CLI::Option& option) {

@@ -1,4 +1,5 @@
-// How --help is written: lines that fit a terminal, and no words of a type system.
+// How --help is written: examples first, lines that fit a terminal, and no words of a type system.
+// --help has the options without a group, --help-all has all by group.
 #pragma once
 
 #include <memory>
@@ -14,7 +15,10 @@ namespace multitetra {
 // The value behind the option's name: "FILE", "on|off"; empty for a flag.
 [[nodiscard]] std::string value_text(const CLI::Option& option);
 
-// What the option is for, and behind it range, default and environment.
+// What the option is for, up to the first "; " or ". ", and its default.
+[[nodiscard]] std::string short_description(const CLI::Option& option);
+
+// The same with its range and environment.
 [[nodiscard]] std::string full_description(const CLI::Option& option);
 
 // The words of `text` in lines of at most `width` characters, longer ones where a word is.

@@ -194,12 +194,17 @@ void add_prepare_command(Command& program, Run& run) {
       ->type_name("SOURCE");
   command
       ->add_option("-o,--output", a->output,
-                   "Dataset file to write (.mtd), here or in a bucket (s3://bucket/head.mtd); for "
-                   "several volumes and for series, a folder")
+                   "Dataset file to write (.mtd), or a folder for several; may be in a bucket "
+                   "(s3://bucket/head.mtd)")
       ->required()
       ->type_name("FILE");
   command->add_option("--name", a->name,
-                      "Name of the dataset (default: the input's name without its suffix)");
+                      "Name of the dataset; default: the input's name without its suffix");
+  add_threads_option(*command, a->threads);
+  command->add_flag("--json", a->json, "Print a JSON report");
+  command->add_flag("--quiet", a->quiet, "Print errors only");
+  a->series.add_to(*command);
+  command->begin_group("Grid and errors");
   command->add_option(
       "--outside", a->outside,
       "What lies beyond the data: void (surfaces end at the last sample) or a value "
@@ -210,13 +215,15 @@ void add_prepare_command(Command& program, Run& run) {
           "Grid steps around the data; 1 with a value closes surfaces on all sides (default: "
           "0, and 1 for labels)")
       ->within(0, 4096);
+  command->begin_group("Reading the volume");
   a->volume.add_to(*command);
-  a->series.add_to(*command);
+  command->begin_group("Grid and errors");
   command
       ->add_option("--bins", a->bins,
                    "Bins of isovalues that errors are stored for; more bins, a larger file")
       ->within(1, IsovalueBins::kMaxCount)
       ->capture_default_str();
+  command->begin_group("On several machines");
   command
       ->add_option("--plan", a->parts.plan,
                    "Plan to prepare in so many parts, on as many machines as there are: reads the "
@@ -224,13 +231,11 @@ void add_prepare_command(Command& program, Run& run) {
       ->within(1, static_cast<int>(kMostParts));
   command->add_option("--part", a->parts.part, "Prepare this part of the plan, for example 3/8");
   command->add_flag("--merge", a->parts.merge, "Make the dataset from all parts of the plan");
+  command->begin_group("Output");
   command->add_flag(
       "--force", a->force,
       "Write to a name without .mtd, too, over a file that is no dataset, and what is up "
       "to date");
-  add_threads_option(*command, a->threads);
-  command->add_flag("--json", a->json, "Print a JSON report");
-  command->add_flag("--quiet", a->quiet, "Say nothing unless something is wrong");
   command->footer(
       "Examples:\n"
       "  multitetra-server prepare CThead.nhdr -o head.mtd --name head\n"

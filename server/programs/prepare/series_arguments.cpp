@@ -44,33 +44,32 @@ void SeriesArguments::add_to(Command& command) {
   command
       .add_option(
           "--label", labels,
-          "A dataset for each of these labels of a label map, a smooth field whose "
-          "isosurface 0.5 is the label's boundary; all: every label but 0. Where segments "
+          "A dataset for each of these labels of a label map, or all; each is a smooth field whose "
+          "isosurface 0.5 is the label's boundary, and all is every label but 0. Where segments "
           "overlap, as in .seg.nrrd with several layers, labels are their numbers from 1 on")
       ->delimiter(',')
       ->repeatable()
       ->type_name("LABEL,...");
   command
       .add_option("--label-names", label_names,
-                  "Names and colors of labels: a label description of ITK-SNAP or a color table "
-                  "of 3D Slicer")
+                  "Names and colors of labels; from ITK-SNAP or 3D Slicer")
       ->type_name("FILE");
   command.add_flag("--all-times", all_times, "A dataset for each of the volume's times");
   command
       .add_option("--field", fields,
-                  "A dataset for each of these fields (arrays of one shape, channels); all: every "
-                  "one")
+                  "A dataset for each of these fields, or all; fields are arrays of one shape, or "
+                  "channels")
       ->delimiter(',')
       ->repeatable()
       ->type_name("NAME,...");
   command
       .add_option("--time-series", time_series,
-                  "The volumes are times of one series of this name, in natural order")
+                  "The volumes are times of one series of this name; in natural order")
       ->type_name("NAME");
   command
       .add_option("--times", times,
-                  "Their times: one for each, or the first and the step (0:0.1); default: what the "
-                  "file tells, or 0, 1, 2, ...")
+                  "Their times, or the first and the step as 0:0.1; default: those of the file, or "
+                  "0, 1, 2, ...")
       ->type_name("TIMES");
   command.add_option("--time-unit", time_unit, "Unit of the times, such as s")->type_name("UNIT");
 }

@@ -21,10 +21,10 @@ void add_gateway_options(Command& command, GatewayOptions& o) {
   const std::string group = "Servers behind it";
   command
       .add_option("--upstream", o.upstreams,
-                  "A server's address, tcp://HOST:PORT or tls://HOST:PORT; servers with the same "
-                  "datasets stand in for each other (repeatable)")
+                  "Address of a server, tcp://HOST:PORT or tls://HOST:PORT; servers with the same "
+                  "datasets replace each other (repeatable)")
       ->delimiter(',')
-      ->group(group);
+      ->type_name("ADDRESS");
   command
       .add_option("--upstream-ca", o.upstream_ca,
                   "Trust these authorities (PEM) and no others, for tls://. Read again on SIGHUP")

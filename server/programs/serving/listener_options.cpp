@@ -28,13 +28,11 @@ Option* add_count(Command& command, const std::string& name, std::size_t& value,
 void add_addresses(Command& command, ListenerOptions& o) {
   command
       .add_option("--tcp", o.tcp,
-                  "Address and port for frames over TCP; port 0 takes a free one; off: no such "
-                  "listener")
+                  "Address and port for frames over TCP, or off; port 0 takes a free one")
       ->capture_default_str();
-  command
-      .add_option("--http", o.http,
-                  "Address and port for HTTP and WebSockets; off: no such listener")
+  command.add_option("--http", o.http, "Address and port for HTTP and WebSockets, or off")
       ->capture_default_str();
+  command.begin_group("HTTP");
   command.add_option("--viewer", o.viewer,
                      "Folder of the web viewer's files, served at / (default: the one that was "
                      "built or installed with this program)");
@@ -46,43 +44,40 @@ void add_addresses(Command& command, ListenerOptions& o) {
 }
 
 void add_security(Command& command, ListenerOptions& o) {
-  const std::string group = "Security";
+  command.begin_group();
+  command
+      .add_option("--tls-cert", o.tls_certificate,
+                  "Certificate (PEM, with its chain): listeners use TLS only. Read again on SIGHUP")
+      ->type_name("FILE");
+  command.add_option("--tls-key", o.tls_key, "The certificate's private key (PEM)")
+      ->type_name("FILE");
   command
       .add_option(
-          "--tls-cert", o.tls_certificate,
-          "Certificate (PEM, with those that lead to the root): all listeners speak TLS only. "
-          "Read again on SIGHUP")
-      ->group(group);
-  command.add_option("--tls-key", o.tls_key, "The certificate's private key (PEM)")->group(group);
+          "--tokens", o.tokens,
+          "Tokens and the datasets that each may see, from `token`; without this file every "
+          "client may see every dataset. Read again on SIGHUP")
+      ->type_name("FILE");
   command
-      .add_option("--tokens", o.tokens,
-                  "Who may see which datasets: a file of lines as `multitetra-server token` makes "
-                  "them. Read again on SIGHUP. Without it everybody may see everything, through a "
-                  "gateway what the servers behind it let them see")
-      ->group(group);
-  command
-      .add_option(
-          "--allow-origin", o.allowed_origins,
-          "Web pages of this origin, for example https://example.org, may use the HTTP "
-          "listener besides its own, and show the viewer in a frame; * allows all to use it, "
-          "but none to frame it (repeatable)")
+      .add_option("--allow-origin", o.allowed_origins,
+                  "Web pages of this origin may use HTTP and frame the viewer; such as "
+                  "https://example.org; * allows all to use it, but none to frame it (repeatable)")
       ->delimiter(',')
-      ->group(group);
+      ->type_name("ORIGIN");
   command
       .add_option(
           "--allow-host", o.allowed_hosts,
-          "The HTTP listener may be asked by this name, as example.org, or .example.org for "
+          "Host name that HTTP requests may use; such as example.org, or .example.org for "
           "all below it; * allows all (repeatable; default: *, but on loopback without TLS, tokens "
           "and proxies localhost alone)")
       ->delimiter(',')
-      ->group(group);
+      ->type_name("HOST");
   command
-      .add_option("--trusted-proxy", o.trusted_proxies,
-                  "Address (or network, as 10.0.0.0/8) of a proxy in front, whose X-Forwarded-For "
-                  "is believed, and of a "
-                  "multitetra-gateway, for which limits of one address do not count (repeatable)")
+      .add_option(
+          "--trusted-proxy", o.trusted_proxies,
+          "Address or network (10.0.0.0/8) of a proxy in front; its X-Forwarded-For is used, "
+          "and for a multitetra-gateway limits of one address do not count (repeatable)")
       ->delimiter(',')
-      ->group(group);
+      ->type_name("ADDRESS");
 }
 
 void add_limits_on_clients(Command& command, ListenerOptions& o) {

@@ -21,7 +21,8 @@ std::string size_text(const DatasetInfo& info) {
 }  // namespace
 
 ServedDatasets::ServedDatasets(const std::vector<std::string>& inputs,
-                               std::shared_ptr<SurfaceCache> cache, std::shared_ptr<RemoteFiles> files)
+                               std::shared_ptr<SurfaceCache> cache,
+                               std::shared_ptr<RemoteFiles> files)
     : cache_(std::move(cache)),
       files_(std::move(files)),
       pool_(std::make_shared<CubeMemoryPool>()) {

@@ -20,23 +20,23 @@ std::optional<std::size_t> axis_from(std::string_view text) {
 }
 
 std::optional<Vec3> vector_from(std::string_view text) {
-  const auto numbers = numbers_from(text, 3, 3);
+  const auto numbers = parse_numbers<double>(text, 3);
   if (!numbers) return std::nullopt;
   return Vec3{(*numbers)[0], (*numbers)[1], (*numbers)[2]};
 }
 
 template <typename Member>
 Setter<S> vector(Member member) {
-  return [member](std::string_view text, S& query) -> Objection {
+  return {[member](std::string_view text, S& query) -> Objection {
     member(query) = vector_from(text);
     if (!member(query)) return kThreeNumbers;
     return std::nullopt;
-  };
+  }};
 }
 
 Objection set_extent(std::string_view text, S& query) {
   auto& extent = query.slice.extent;
-  extent = numbers_from(text, 1, 2);
+  extent = parse_number_list<double>(text, 1, 2);
   const auto is_length = [](double v) { return v > 0 && v <= kMaxCoordinate; };
   const bool is_good = extent && std::all_of(extent->begin(), extent->end(), is_length);
   if (!is_good) return "must be a width, or a width and a height, WIDTH,HEIGHT, greater than 0";
@@ -45,18 +45,18 @@ Objection set_extent(std::string_view text, S& query) {
 
 template <typename Member>
 Setter<S> pixels(Member member) {
-  return [member](std::string_view text, S& query) -> Objection {
-    const auto count = number_from<std::uint32_t>(text);
+  return {[member](std::string_view text, S& query) -> Objection {
+    const auto count = parse_number<std::uint32_t>(text);
     if (!count || *count < 2 || *count > kMaxSlicePixels) {
       return "must be a number of pixels, 2 or more";
     }
     member(query) = *count;
     return std::nullopt;
-  };
+  }};
 }
 
 Objection set_window(std::string_view text, S& query) {
-  query.window = number_from<double>(text);
+  query.window = parse_number<double>(text);
   if (!query.window || !(*query.window > 0)) return "must be a number greater than 0";
   return std::nullopt;
 }
@@ -75,7 +75,7 @@ const Setters<S>& slice_setters() {
       {"centre", vector([](S & q) -> auto& { return q.slice.centre; })},
       {"normal", vector([](S & q) -> auto& { return q.slice.normal; })},
       {"up", vector([](S & q) -> auto& { return q.slice.up; })},
-      {"extent", set_extent},
+      {"extent", {set_extent}},
       {"origin", vector([](S & q) -> auto& { return q.slice.origin; })},
       {"right", vector([](S & q) -> auto& { return q.slice.right; })},
       {"down", vector([](S & q) -> auto& { return q.slice.down; })},
@@ -92,7 +92,7 @@ const Setters<S>& slice_setters() {
                      "auto, full or coarse")},
       {"format", word<S>(
                      [](S & q) -> auto& { return q.format; }, format_from, "png or raw")},
-      {"window", set_window},
+      {"window", {set_window}},
       {"level", number<S>([](S & q) -> auto& { return q.level; })},
       {"colors",
        word<S>(
@@ -100,11 +100,11 @@ const Setters<S>& slice_setters() {
       {"color_scale",
        word<S>(
            [](S & q) -> auto& { return q.is_logarithmic; }, is_logarithmic_from, "linear or log")},
-      {"no_value", [](std::string_view text, S& query) -> Objection {
-         query.no_value = rgb_from(text);
-         if (!query.no_value) return "must be a colour, RRGGBB";
+      {"no_value_color", {[](std::string_view text, S& query) -> Objection {
+         query.no_value_color = rgb_from(text);
+         if (!query.no_value_color) return "must be a color, RRGGBB";
          return std::nullopt;
-       }}};
+       }}}};
   return kSetters;
 }
 
@@ -122,7 +122,7 @@ Result<ColorScale> scale_for(const SliceQuery& query, const DatasetInfo& info) {
                          .low = level - 0.5 * window,
                          .high = level + 0.5 * window,
                          .is_logarithmic = query.is_logarithmic,
-                         .no_value = query.no_value.value_or(Rgb{})};
+                         .no_value = query.no_value_color.value_or(Rgb{})};
   if (scale.is_logarithmic && !(scale.low > 0)) {
     return fail(ErrorCode::kInvalidArgument,
                 "color_scale=log needs values above 0; name them by window= and level=, here the "
@@ -137,16 +137,17 @@ Result<ProbeRequest> parse_probe_query(
   using P = ProbeRequest;
   static const Setters<P> kSetters = {
       {"at",
-       [](std::string_view text, P& probe) -> Objection {
-         const auto place = vector_from(text);
-         if (!place) return kThreeNumbers;
-         probe.places.push_back(*place);
-         return std::nullopt;
-       }},
+       {[](std::string_view text, P& probe) -> Objection {
+          const auto place = vector_from(text);
+          if (!place) return kThreeNumbers;
+          probe.places.push_back(*place);
+          return std::nullopt;
+        },
+        /*is_repeatable=*/true}},
       {"coordinates", word<P>(
                           [](P & p) -> auto& { return p.coordinates; }, coordinate_system_from,
                           "world or index")}};
-  auto probe = parse_query<P>(query, kSetters, "at");
+  auto probe = parse_query<P>(query, kSetters);
   if (!probe) return probe;
   if (probe->places.empty()) {
     return fail(ErrorCode::kInvalidArgument, "Name a place with at=X,Y,Z, once or several times.");

@@ -24,12 +24,12 @@ struct SliceQuery {
   std::optional<double> window = {}, level = {};  // How wide the shown values reach, around which.
   ColorMap colors = ColorMap::kGray;
   bool is_logarithmic = false;
-  std::optional<Rgb> no_value = {};  // Absent: transparent.
+  std::optional<Rgb> no_value_color = {};  // Absent: transparent.
 };
 
 // axis, at, centre, normal, up, extent, origin, right, down, coordinates, width, height,
-// interpolation, detail, format, window, level, colors, color_scale, no_value. kInvalidArgument,
-// naming the parameter, when one is unknown, said twice or not understood.
+// interpolation, detail, format, window, level, colors, color_scale, no_value_color.
+// kInvalidArgument, naming the parameter, when one is unknown, said twice or not understood.
 [[nodiscard]] Result<SliceQuery> parse_slice_query(
     const std::vector<std::pair<std::string, std::string>>& query);
 

@@ -42,9 +42,9 @@ class ViewerOfNotebooks(unittest.TestCase):
         self.assertEqual(SETTINGS, set(re.findall(r"^  (\w+):", defaults, re.M)))
 
     def test_says_only_what_it_was_told_and_keeps_what_the_user_has_turned(self):
-        viewer = multitetra.Viewer("https://volumes.example/path", dataset="a head", isovalue=1.5, simplify=False, colour="#aabbcc")
+        viewer = multitetra.Viewer("https://volumes.example/path", dataset="a head", isovalue=1.5, maxTriangles=9, simplify=False, colour="#aabbcc")
         self.assertEqual(
-            viewer.page, "https://volumes.example/path/?embed#dataset=a%20head&isovalue=1.5&simplify=false&colour=aabbcc"
+            viewer.page, "https://volumes.example/path/?embed#dataset=a%20head&isovalue=1.5&max_triangles=9&simplify=false&colour=aabbcc"
         )
         viewer.settings = {"dataset": "a head", "isovalue": 7.5, "error": 0.25}  # As the page tells.
         viewer.error = 2.0

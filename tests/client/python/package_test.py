@@ -237,12 +237,19 @@ class Package(unittest.TestCase):
     def test_help_names_all_that_may_be_asked_for(self):
         for method in (Connection.isosurface, Connection.steps):
             parameters = inspect.signature(method).parameters
-            for name in ("error", "unit", "region_unit", "combine", "normals", "simplify"):
+            for name in ("error", "unit", "quality", "regions", "region_unit", "threshold_grid", "normals", "simplify", "embedded", "color_by"):
                 self.assertIn(name, parameters)
             self.assertNotIn("request", parameters)
-            self.assertIn("a budget", method.__doc__)
+            self.assertIn("such as 500KiB", method.__doc__)
         with multitetra.connect(self.urls[0]) as server, self.assertRaises(TypeError):
             server.isosurface("gyroid", 0.1, normal_bits=8)
+
+    def test_names_are_those_of_options(self):
+        told = subprocess.run([PROGRAMS / "multitetra-client", "fetch", "--help-all"], capture_output=True, text=True).stdout
+        options = set(re.findall(r"^  --([a-z-]+)", told, re.M))
+        for name in [*inspect.signature(Connection.isosurface).parameters][3:]:
+            option = "region" if name == "regions" else name.replace("_", "-")
+            self.assertIn(option, options)
 
     def test_steps_come_coarse_first_and_tiles_once(self):
         for url in self.urls:
@@ -270,7 +277,7 @@ class Package(unittest.TestCase):
                 for request in (
                     {},
                     {"view": multitetra.view([-20, 16, 16], 40, 600, 2)},
-                    {"grid": multitetra.grid(np.full((1, 2, 1), 0.25), spacing=[40, 16, 40], origin=[16, 8, 16])},
+                    {"threshold_grid": multitetra.grid(np.full((1, 2, 1), 0.25), spacing=[40, 16, 40], origin=[16, 8, 16])},
                 )
             ]
         self.assertGreater(counts[1], counts[0])
@@ -282,11 +289,18 @@ class Package(unittest.TestCase):
             vertices, faces = server.isosurface("gyroid", 0.1, error=0.5)
             self.assertEqual(vertices.shape[1], 3)
             self.assertLess(abs(size.triangles - len(faces)), 0.4 * len(faces))
-            with self.assertRaises(multitetra.ServerError):
+            with self.assertRaisesRegex(ValueError, "0 or greater"):
                 server.estimate("gyroid", 0.1, error=-1)
             whole = server.isosurface("gyroid", 0.1, error=0.5, simplify=False)
             self.assertLess(2 * len(faces), len(whole.faces))
             self.assertEqual(whole.euler_characteristic, server.isosurface("gyroid", 0.1).euler_characteristic)
+
+    def test_a_quality_is_an_error_by_its_name(self):
+        with multitetra.connect(self.urls[0]) as server:
+            draft, two = (server.isosurface("gyroid", 0.1, **error) for error in ({"quality": "draft"}, {"error": 2}))
+            np.testing.assert_array_equal(draft.faces, two.faces)
+            with self.assertRaisesRegex(ValueError, "exclude each other"):
+                server.isosurface("gyroid", 0.1, error=1, quality="fine")
 
     def test_normals_are_of_length_one(self):
         with multitetra.connect(self.urls[0]) as server:
@@ -303,9 +317,11 @@ class Package(unittest.TestCase):
         with multitetra.connect(self.urls[1]) as server:
             with self.assertRaises(KeyError):
                 server.isosurface("nowhere", 0.1)
-            with self.assertRaises(multitetra.ServerError) as refused:
+            with self.assertRaises(ValueError):
                 server.isosurface("gyroid", float("nan"))
-            self.assertEqual(refused.exception.code, "invalid_argument")
+            with self.assertRaises(multitetra.ServerError) as refused:
+                server.isosurface("gyroid", 0.1, color_by="nowhere")
+            self.assertEqual(refused.exception.code, "unknown_dataset")
             self.assertEqual(len(server.isosurface("gyroid", 1e9).faces), 0)
 
     def test_another_request_ends_a_stream(self):

@@ -20,10 +20,13 @@ DatasetInfo info() {
   return info;
 }
 
+constexpr std::initializer_list<FieldGroup> kRequested = {
+    FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize};
+
 Result<IsosurfaceRequest> request(std::vector<std::string> words) {
   Command command("", "test");
   SurfaceArguments arguments;
-  add_surface_options(command, arguments);
+  add_request_options(command, arguments, kRequested);
   std::reverse(words.begin(), words.end());  // In CLI11's order.
   command.app().parse(words);
   return request_of(arguments, info());
@@ -48,13 +51,13 @@ TEST(SurfaceOptions, AcceptSeveralIsovalues) {
   const auto isovalues_of = [](std::vector<std::string> words) {
     Command command("", "test");
     SurfaceArguments arguments;
-    add_surface_options(command, arguments, Isovalues::kSeveral);
+    add_request_options(command, arguments, kRequested);
     std::reverse(words.begin(), words.end());
     command.app().parse(words);
     std::vector<double> isovalues;
     const auto requests = requests_of(arguments, info());
     for (const IsosurfaceRequest& each : *requests) {
-      EXPECT_EQ(each.error, arguments.error);
+      EXPECT_EQ(each.error, arguments.query.request.error);
       isovalues.push_back(each.isovalue);
     }
     return isovalues;
@@ -64,7 +67,18 @@ TEST(SurfaceOptions, AcceptSeveralIsovalues) {
   EXPECT_EQ(isovalues_of({"--isovalue", "-7,1e3", "--error", "2"}), (std::vector{-7.0, 1e3}));
   EXPECT_EQ(isovalues_of({"--isovalue", "1", "--isovalue", "2"}), (std::vector{1.0, 2.0}));
   EXPECT_EQ(request({"--isovalue", "-7"}).value().isovalue, -7);
-  EXPECT_THROW((void)request({"--isovalue", "1,2"}), CLI::ParseError);
+  EXPECT_NE(refusal({"--isovalue", "1,2"}).find("one surface"), std::string::npos);
+}
+
+TEST(SurfaceOptions, NameAnErrorByItsQuality) {
+  EXPECT_EQ(request({"--quality", "draft"}).value().error, 2);
+  EXPECT_EQ(request({"--quality", "normal"}).value().error, 0.5);
+  EXPECT_EQ(request({"--quality", "fine"}).value().error, 0.25);
+  EXPECT_EQ(request({"--quality", "exact"}).value().error, 0);
+  EXPECT_NE(refusal({"--quality", "fine", "--error", "1"}).find("exclude each other"),
+            std::string::npos);
+  EXPECT_NE(refusal({"--quality", "fine", "--unit", "world"}).find("in voxels"), std::string::npos);
+  EXPECT_THROW((void)request({"--quality", "best"}), CLI::ParseError);
 }
 
 TEST(SurfaceOptions, OfAThresholdMapAreItsParts) {
@@ -84,11 +98,10 @@ TEST(SurfaceOptions, OfAThresholdMapAreItsParts) {
 }
 
 TEST(SurfaceOptions, OfABudgetAndNormalsAreTheirNumbers) {
-  const auto asked =
-      request({"--max-triangles", "50000", "--max-bytes", "1000000", "--normals", "9"});
+  const auto asked = request({"--max-triangles", "50000", "--max-bytes", "1MB", "--normals", "9"});
   ASSERT_TRUE(asked) << asked.error().text;
   EXPECT_EQ(asked->max_triangles, 50000U);
-  EXPECT_EQ(asked->max_bytes, 1000000U);
+  EXPECT_EQ(asked->max_bytes, 1U << 20);
   EXPECT_EQ(asked->normal_bits, 9);
   EXPECT_NE(refusal({"--normals", "7"}).find("7 bits; they must have 8 to 10"), std::string::npos);
 }
@@ -124,8 +137,9 @@ TEST(SurfaceOptions, OfAThresholdGridAreWhatTheProgramsReaderGives) {
                                .index_to_world = {},
                                .thresholds = {threshold, static_cast<float>(elsewhere)}};
         }};
-    add_surface_options(command, arguments);
-    EXPECT_NE(command.app().help().find("A text file"), std::string::npos);
+    add_request_options(command, arguments, kRequested);
+    EXPECT_NE(command.app().help("", CLI::AppFormatMode::All).find("A text file"),
+              std::string::npos);
     std::reverse(words.begin(), words.end());
     command.app().parse(words);
     return request_of(arguments, info());
@@ -157,6 +171,12 @@ TEST(JsonReport, HoldsTheMapWhereThereIsOne) {
   EXPECT_FALSE(map.contains("grid"));
 }
 
+SurfaceArguments in_space(const std::string& space) {
+  SurfaceArguments arguments;
+  arguments.space = space;
+  return arguments;
+}
+
 TEST(SurfaceOptions, ConvertTheMeshToTheRequestedSpace) {
   DatasetInfo patient = info();
   patient.index_to_world = {.columns = {Vec3{2, 0, 0}, Vec3{0, 0, 3}, Vec3{0, 4, 0}},
@@ -164,28 +184,30 @@ TEST(SurfaceOptions, ConvertTheMeshToTheRequestedSpace) {
   patient.meaning.space = WorldSpace::kLps;
   const Vec3 sample = {1, 1, 1};
   const auto placed = [&](const std::string& space) {
-    const SurfaceArguments arguments{.space = space};
+    const SurfaceArguments arguments = in_space(space);
     EXPECT_TRUE(request_of(arguments, patient));
     return output_map(arguments, patient)(sample);
   };
   EXPECT_EQ(placed("native"), (Vec3{12, 24, 33}));
   EXPECT_EQ(placed("lps"), placed("native"));
   EXPECT_EQ(placed("ras"), (Vec3{-12, -24, 33}));
-  EXPECT_GT(output_map({.space = "ras"}, patient).determinant() *
-                output_map({.space = "lps"}, patient).determinant(),
+  EXPECT_GT(output_map(in_space("ras"), patient).determinant() *
+                output_map(in_space("lps"), patient).determinant(),
             0)
       << "turned, not mirrored";
   const LatticeMesh vertex{
       .vertices = {{32, 32, 32}}, .triangles = {}, .normals = {{0.6F, 0, 0.8F}}};
-  const PositionedMesh turned = output_surface(vertex, {.space = "ras"}, patient).mesh;
+  const PositionedMesh turned = output_surface(vertex, in_space("ras"), patient).mesh;
   EXPECT_EQ(turned.positions[0], (std::array<float, 3>{-12, -24, 33}));
   EXPECT_EQ(turned.normals[0], (UnitVector{-0.6F, 0, 0.8F}));
-  EXPECT_EQ(output_surface(vertex, {.space = "lps"}, patient).mesh.normals[0], vertex.normals[0]);
+  EXPECT_EQ(output_surface(vertex, in_space("lps"), patient).mesh.normals[0], vertex.normals[0]);
   patient.meaning.space = WorldSpace::kRas;
   EXPECT_EQ(placed("lps"), (Vec3{-12, -24, 33}));
-  EXPECT_FALSE(request_of({.coordinates = "index", .space = "ras"}, patient));
-  EXPECT_TRUE(request_of({.space = "native"}, info()));
-  const auto unknown = request_of({.space = "ras"}, info());
+  SurfaceArguments indices = in_space("ras");
+  indices.query.coordinates = CoordinateSystem::kIndex;
+  EXPECT_FALSE(request_of(indices, patient));
+  EXPECT_TRUE(request_of(in_space("native"), info()));
+  const auto unknown = request_of(in_space("ras"), info());
   ASSERT_FALSE(unknown);
   EXPECT_NE(unknown.error().text.find("did not tell"), std::string::npos);
 }
@@ -204,7 +226,8 @@ TEST(SurfaceOptions, RemoveSmallComponentsOnlyOnRequest) {
   EXPECT_EQ(all.mesh.triangles.size(), 3U);
   EXPECT_EQ(all.largest, (std::vector<std::uint32_t>{3, 4, 5}));
   EXPECT_EQ(left_out_text(all, {}), "");
-  const SurfaceArguments large{.min_component = 10};
+  SurfaceArguments large;
+  large.query.min_component = 10;
   const OutputSurface one = output_surface(mesh, large, info());
   EXPECT_EQ(one.mesh.triangles.size(), 1U);
   EXPECT_EQ(one.largest, (std::vector<std::uint32_t>{0, 1, 2}));

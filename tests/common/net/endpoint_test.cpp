@@ -12,6 +12,8 @@ TEST(Endpoint, IsReadAsUsersWriteIt) {
       {"tcp://example.org", {"example.org", kDefaultPort}},
       {"tcp://example.org:7411", {"example.org", 7411}},
       {"127.0.0.1:0", {"127.0.0.1", 0}},
+      {"9120", {"127.0.0.1", 9120}},
+      {"tcp://0", {"127.0.0.1", 0}},
       {"0.0.0.0:65535", {"0.0.0.0", 65535}},
       {"[::1]", {"::1", kDefaultPort}},
       {"tcp://[fe80::1]:7410", {"fe80::1", 7410}}};

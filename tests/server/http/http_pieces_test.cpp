@@ -6,7 +6,7 @@
 #include "server/http/media.hpp"
 #include "server/http/origin.hpp"
 #include "server/http/target.hpp"
-#include "server/routes/detail/surface_query.hpp"
+#include "server/routes/detail/mesh_query.hpp"
 #include "server/routes/route.hpp"
 
 namespace multitetra {
@@ -146,15 +146,16 @@ TEST(Route, TakesPathsOfFilesAsTheyAreSoThatNoneLeadsElsewhere) {
 
 // ---- queries
 
-SurfaceQuery query_of(std::string_view query) {
-  return parse_surface_query(parse_target("/?" + std::string(query)).value().query).value();
+MeshQuery query_of(std::string_view query) {
+  return parse_mesh_query(parse_target("/?" + std::string(query)).value().query).value();
 }
 
-TEST(SurfaceQuery, HasEveryOptionOfTheCommandLine) {
-  const SurfaceQuery query = query_of(
+TEST(MeshQuery, HasEveryOptionOfTheCommandLine) {
+  const auto [query, format] = query_of(
       "isovalue=-3e%2B2&error=0.25&unit=world&bound=paper&topology_rule=paper&topology_tolerance=2&"
       "lattice=4&region=ball:1,2,3,4=0.5&region=box:0,0,0,1,1,1=0&region_unit=index&"
-      "combine=minimum&max_triangles=1000&max_bytes=2000&simplify=off&normals=8&coordinates=index&"
+      "combine=minimum&max_triangles=1000&max_bytes=2000&simplify=off&embedded=true&normals=8&"
+      "coordinates=index&"
       "format=stl&"
       "view=eye=1,2,3,fov=40,height=1080,pixels=1");
   EXPECT_EQ(query.isovalues, std::vector<double>{-300.0});
@@ -171,23 +172,25 @@ TEST(SurfaceQuery, HasEveryOptionOfTheCommandLine) {
   EXPECT_EQ(query.request.max_triangles, 1000U);
   EXPECT_EQ(query.request.max_bytes, 2000U);
   EXPECT_FALSE(query.request.simplify);
+  EXPECT_TRUE(query.request.embedded);
   EXPECT_EQ(query.request.normal_bits, 8);
-  EXPECT_FALSE(query.is_in_world);
-  EXPECT_EQ(query.format, MeshFormat::kStl);
+  EXPECT_EQ(query.coordinates, CoordinateSystem::kIndex);
+  EXPECT_EQ(format, MeshFormat::kStl);
 }
 
-TEST(SurfaceQuery, HasTheDefaultsOfTheCommandLine) {
-  const SurfaceQuery query = query_of("");
+TEST(MeshQuery, HasTheDefaultsOfTheCommandLine) {
+  const auto [query, format] = query_of("");
   EXPECT_EQ(query.request, (IsosurfaceRequest{.error = 0.25, .simplify = true}));
   EXPECT_TRUE(query.isovalues.empty());
-  EXPECT_TRUE(query.is_in_world);
-  EXPECT_FALSE(query.format);
+  EXPECT_EQ(query.coordinates, CoordinateSystem::kWorld);
+  EXPECT_FALSE(format);
 }
 
-TEST(SurfaceQuery, NamesTheInvalidParameter) {
+TEST(MeshQuery, NamesTheInvalidParameter) {
   for (const auto& [query, named] : {std::pair{"isovalue=x", "isovalue"},
                                      {"error=1,5", "error"},
                                      {"error=1&error=2", "error"},
+                                     {"quality=best", "quality"},
                                      {"unit=mm", "unit"},
                                      {"lattice=1e3", "lattice"},
                                      {"max_triangles=-1", "max_triangles"},
@@ -197,21 +200,23 @@ TEST(SurfaceQuery, NamesTheInvalidParameter) {
                                      {"threshold_grid=/etc/passwd", "threshold_grid"},
                                      {"simplify=1", "simplify"},
                                      {"normals=", "normals"}}) {
-    const auto parsed = parse_surface_query(parse_target("/?" + std::string(query)).value().query);
+    const auto parsed = parse_mesh_query(parse_target("/?" + std::string(query)).value().query);
     ASSERT_FALSE(parsed) << query;
     EXPECT_NE(parsed.error().text.find(named), std::string::npos) << parsed.error().text;
   }
 }
 
-TEST(SurfaceQuery, IsCheckedAsARequestOverTheWireIs) {
+TEST(MeshQuery, IsCheckedAsARequestOverTheWireIs) {
   DatasetInfo info;
   info.name = "a";
-  EXPECT_FALSE(requests_for(query_of(""), info));
+  EXPECT_FALSE(requests_for(query_of("").surface, info));
   info.suggested_isovalues = {7};
-  EXPECT_EQ(requests_for(query_of(""), info).value().front().isovalue, 7);
-  EXPECT_FALSE(requests_for(query_of("error=-1"), info));
-  EXPECT_FALSE(requests_for(query_of("isovalue=nan"), info));
-  EXPECT_FALSE(requests_for(query_of("lattice=9"), info));
+  EXPECT_EQ(requests_for(query_of("").surface, info).value().front().isovalue, 7);
+  EXPECT_FALSE(requests_for(query_of("error=-1").surface, info));
+  EXPECT_FALSE(requests_for(query_of("isovalue=nan").surface, info));
+  EXPECT_FALSE(requests_for(query_of("lattice=9").surface, info));
+  EXPECT_FALSE(requests_for(query_of("error=1&quality=fine").surface, info));
+  EXPECT_EQ(requests_for(query_of("quality=draft").surface, info).value().front().error, 2);
 }
 
 // ---- conditions and ranges

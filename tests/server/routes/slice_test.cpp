@@ -120,7 +120,7 @@ TEST_F(SliceTest, NamesTheFaultOfAQuery) {
   expect_refused("slice?colors=jet", "gray, viridis");
   expect_refused("slice?color_scale=log&window=4&level=2", "above 0");
   expect_refused("slice?color_scale=root", "linear or log");
-  expect_refused("slice?no_value=12345g", "RRGGBB");
+  expect_refused("slice?no_value_color=12345g", "RRGGBB");
   expect_refused("slice?at=nan", "at=0 to 8");
   expect_refused("slice?normal=nan,0,1", "no direction");
   expect_refused("slice?origin=nan,0,0&right=1,0,0&down=0,1,0&width=2&height=2", "1e100");

@@ -1,0 +1,290 @@
+#include "common/request/surface_query.hpp"
+
+#include <array>
+#include <type_traits>
+
+#include "common/base/parse_number.hpp"
+#include "common/request/shared_budget.hpp"
+#include "common/request/threshold_parser.hpp"
+
+namespace multitetra {
+namespace {
+
+using F = RequestField;
+using Q = SurfaceQuery;
+using R = IsosurfaceRequest;
+using T = LocalThresholds;
+
+// ---- what a value becomes
+
+template <auto Member>
+auto& member_of(Q& query) {
+  if constexpr (requires { query.request.*Member; }) {
+    return query.request.*Member;
+  } else if constexpr (requires { query.request.thresholds.*Member; }) {
+    return query.request.thresholds.*Member;
+  } else if constexpr (requires { query.colors.*Member; }) {
+    return query.colors.*Member;
+  } else {
+    return query.*Member;
+  }
+}
+
+// "voxel|world" as "voxel or world".
+std::string alternatives(std::string_view form) {
+  std::string text(form);
+  const std::size_t last = text.rfind('|');
+  if (last != std::string::npos) text.replace(last, 1, " or ");
+  for (std::size_t at = 0; (at = text.find('|', at)) != std::string::npos;)
+    text.replace(at, 1, ", ");
+  return text;
+}
+
+template <auto Member, auto Read>
+Objection set_word(const F& field, std::string_view text, Q& query) {
+  const auto value = Read(text);
+  if (!value) return "must be " + alternatives(field.form);
+  member_of<Member>(query) = *value;
+  return std::nullopt;
+}
+
+template <auto Member>
+Objection set_number(const F&, std::string_view text, Q& query) {
+  auto& place = member_of<Member>(query);
+  const auto value = parse_number<std::remove_reference_t<decltype(place)>>(text);
+  if (!value) return "must be a number";
+  place = *value;
+  return std::nullopt;
+}
+
+std::optional<bool> is_on(std::string_view text) {
+  if (text == "on" || text == "true") return true;
+  if (text == "off" || text == "false") return false;
+  return std::nullopt;
+}
+
+template <auto Member>
+Objection set_switch(const F&, std::string_view text, Q& query) {
+  const auto value = is_on(text);
+  if (!value) return "must be on, off, true or false";
+  member_of<Member>(query) = *value;
+  return std::nullopt;
+}
+
+Objection add_isovalues(const F&, std::string_view text, Q& query) {
+  const auto values = parse_number_list<double>(text, 1, SIZE_MAX);
+  if (!values) return "must be a number, or several as A,B,C";
+  query.isovalues.insert(query.isovalues.end(), values->begin(), values->end());
+  return std::nullopt;
+}
+
+Objection set_error(const F& field, std::string_view text, Q& query) {
+  query.has_error = true;
+  return set_number<&R::error>(field, text, query);
+}
+
+Objection set_quality(const F& field, std::string_view text, Q& query) {
+  query.has_quality = true;
+  return set_word<&R::error, quality_error_from>(field, text, query);
+}
+
+Objection add_region(const F&, std::string_view text, Q& query) {
+  const auto region = parse_region(text);
+  if (!region) return region.error().text;
+  query.request.thresholds.regions.push_back(*region);
+  return std::nullopt;
+}
+
+Objection set_view(const F&, std::string_view text, Q& query) {
+  const auto view = parse_view(text);
+  if (!view) return view.error().text;
+  query.request.thresholds.view = *view;
+  return std::nullopt;
+}
+
+template <auto Member, auto Parse>
+Objection set_amount(const F& field, std::string_view text, Q& query) {
+  const auto amount = Parse(text);
+  if (!amount)
+    return "must be a whole number, such as " +
+           std::string(field.form == "BYTES" ? "2MiB" : "300k");
+  member_of<Member>(query) = *amount;
+  return std::nullopt;
+}
+
+Objection set_min_component(const F&, std::string_view text, Q& query) {
+  const auto diagonal = parse_number<double>(text);
+  if (!diagonal || !(*diagonal >= 0 && *diagonal <= 1e6))
+    return "must be a number of samples from 0 to 1e6";
+  query.min_component = *diagonal;
+  return std::nullopt;
+}
+
+Objection set_color_by(const F&, std::string_view text, Q& query) {
+  if (text.empty()) return "must be the name of a dataset";
+  query.color_by = text;
+  return std::nullopt;
+}
+
+Objection set_color_range(const F&, std::string_view text, Q& query) {
+  const auto ends = parse_numbers<double>(text, 2);
+  if (!ends) return "must be two numbers, LOW,HIGH, such as -10,250.5";
+  query.color_range = {ends->front(), ends->back()};
+  return std::nullopt;
+}
+
+// ---- the table
+
+constexpr auto kSurface = FieldGroup::kSurface;
+constexpr auto kThresholds = FieldGroup::kThresholds;
+constexpr auto kSize = FieldGroup::kSize;
+constexpr auto kColors = FieldGroup::kColors;
+constexpr auto kFile = FieldGroup::kFile;
+constexpr bool kEveryday = true, kRare = false, kRepeated = true, kOnce = false;
+
+constexpr std::array kFields = {
+    F{"isovalue", "NUMBER,...", "", kSurface, kEveryday, kRepeated,
+      "Isovalue, or several with commas; default: what the dataset suggests", add_isovalues},
+    F{"error", "NUMBER", "0.25", kSurface, kEveryday, kOnce,
+      "Largest distance from the full-resolution surface", set_error},
+    F{"quality", "draft|normal|fine|exact", "", kSurface, kEveryday, kOnce,
+      "Instead of an error: 2, 0.5, 0.25 or 0 voxels", set_quality},
+    F{"unit", "voxel|world", "voxel", kSurface, kEveryday, kOnce,
+      "Unit of errors: a voxel's spacing or the world's", set_word<&R::unit, length_unit_from>},
+    F{"bound", "certified|paper", "certified", kSurface, kRare, kOnce,
+      "certified bounds the two-sided Hausdorff distance; paper is the estimate of 1997, which the "
+      "distance may exceed",
+      set_word<&R::measure, error_measure_from>},
+    F{"topology_rule", "exact|paper", "exact", kSurface, kRare, kOnce,
+      "Which flips of sign are kept: those that change the topology, or all",
+      set_word<&R::topology_rule, topology_rule_from>},
+    F{"topology_tolerance", "VOXELS", "0", kSurface, kRare, kOnce,
+      "Features up to this size may vanish; 0 preserves the topology",
+      set_number<&R::topology_tolerance>},
+    F{"lattice", "R", "5", kSurface, kRare, kOnce,
+      "Vertices lie on a lattice of 2^-R grid steps, R from 1 to 8",
+      set_number<&R::lattice_resolution>},
+
+    F{"region", "REGION", "", kThresholds, kRare, kRepeated,
+      "Another error in a region, the last that contains a place wins (repeatable): "
+      "box:X0,Y0,Z0,X1,Y1,Z1=ERROR, "
+      "ball:X,Y,Z,R=ERROR or halfspace:NX,NY,NZ,D=ERROR for the places with N.x >= D",
+      add_region},
+    F{"region_unit", "world|index", "world", kThresholds, kRare, kOnce,
+      "Coordinates of regions and view: those of the world, or sample indices",
+      set_word<&T::coordinates, coordinate_system_from>},
+    F{"view", "VIEW", "", kThresholds, kRare, kOnce,
+      "A screen-space error: eye=X,Y,Z,fov=DEGREES,height=PIXELS,pixels=TOLERANCE; for a larger "
+      "error outside the "
+      "picture also look=X,Y,Z,outside=ERROR[,up=X,Y,Z][,aspect=RATIO]",
+      set_view},
+    F{"combine", "order|minimum", "order", kThresholds, kRare, kOnce,
+      "order: regions before the view before the grid before the error; minimum: the least of "
+      "those that apply",
+      set_word<&T::combination, combination_from>},
+
+    F{"max_bytes", "BYTES", "", kSize, kEveryday, kOnce,
+      "Most bytes of each step, such as 500KiB; raises the error to fit",
+      set_amount<&R::max_bytes, parse_bytes>},
+    F{"max_triangles", "COUNT", "", kSize, kRare, kOnce,
+      "Most triangles of each step, such as 300k; raises the error to fit",
+      set_amount<&R::max_triangles, parse_count>},
+    F{"simplify", "on|off", "on", kSize, kRare, kOnce,
+      "on: meshes with a few of the triangles, within the same errors; off: all of marching "
+      "tetrahedra",
+      set_switch<&R::simplify>},
+    F{"embedded", "", "off", kSize, kRare, kOnce,
+      "Simplified meshes without self-intersections, in two to four times the time",
+      set_switch<&R::embedded>},
+    F{"normals", "BITS", "0", kSize, kRare, kOnce,
+      "Bits of each coordinate of the vertices' normals, 8 to 10; 0: no normals",
+      set_number<&R::normal_bits>},
+
+    F{"color_by", "DATASET", "", kColors, kEveryday, kOnce,
+      "Color by the values of this dataset in the same world", set_color_by},
+    F{"color_range", "LOW,HIGH", "", kColors, kRare, kOnce,
+      "Values that the colors span, default those of the dataset; beyond are the colors of the "
+      "ends",
+      set_color_range},
+    F{"colors", "gray|viridis|cividis|coolwarm", "viridis", kColors, kRare, kOnce,
+      "Colors from the least to the greatest value", set_word<&ColorScale::map, color_map_from>},
+    F{"color_scale", "linear|log", "linear", kColors, kRare, kOnce,
+      "log: equal factors are equal steps of color; needs a range above 0",
+      set_word<&ColorScale::is_logarithmic, is_logarithmic_from>},
+    F{"no_value_color", "RRGGBB", "808080", kColors, kRare, kOnce,
+      "Color where the dataset has no value", set_word<&ColorScale::no_value, rgb_from>},
+
+    F{"coordinates", "world|index", "world", kFile, kRare, kOnce,
+      "Coordinates of the mesh: those of the world, or sample indices",
+      set_word<&Q::coordinates, coordinate_system_from>},
+    F{"min_component", "SAMPLES", "0", kFile, kRare, kOnce,
+      "Remove connected components whose bounding box has a shorter diagonal; checks and digests "
+      "are those of the "
+      "whole surface",
+      set_min_component},
+};
+
+}  // namespace
+
+std::string_view title(FieldGroup group) {
+  constexpr std::array<std::string_view, 5> kTitles = {
+      "Surface", "Errors that differ from place to place", "Size", "Colors", "File"};
+  return kTitles[static_cast<std::size_t>(group)];
+}
+
+std::span<const RequestField> request_fields() { return kFields; }
+
+std::optional<double> quality_error_from(std::string_view name) {
+  if (name == "draft") return 2;
+  if (name == "normal") return 0.5;
+  if (name == "fine") return 0.25;
+  if (name == "exact") return 0;
+  return std::nullopt;
+}
+
+Result<std::vector<IsosurfaceRequest>> requests_for(const SurfaceQuery& query,
+                                                    const DatasetInfo& info) {
+  const auto refuse = [](const std::string& text) {
+    return fail(ErrorCode::kInvalidArgument, text);
+  };
+  if (query.has_error && query.has_quality) {
+    return refuse("error and quality exclude each other: a quality is the name of an error.");
+  }
+  if (query.has_quality && query.request.unit != LengthUnit::kVoxel) {
+    return refuse("A quality is an error in voxels; with unit world give an error.");
+  }
+  if (query.isovalues.empty() && info.suggested_isovalues.empty()) {
+    return refuse("Dataset \"" + info.name + "\" suggests no isovalue; name one with isovalue.");
+  }
+  std::vector<double> isovalues = query.isovalues;
+  if (isovalues.empty()) isovalues.push_back(info.suggested_isovalues.front());
+  std::vector<IsosurfaceRequest> requests;
+  for (const double isovalue : isovalues) {
+    IsosurfaceRequest request = query.request;
+    request.isovalue = isovalue;
+    auto valid = validated(request);
+    if (!valid) return tl::unexpected(valid.error());
+    requests.push_back(*std::move(valid));
+  }
+  if (const auto shared = check_shared_budget(requests); !shared)
+    return tl::unexpected(shared.error());
+  return requests;
+}
+
+Result<std::optional<ScalarRequest>> scalars_for(const SurfaceQuery& query) {
+  const auto refuse = [](const std::string& text) {
+    return fail(ErrorCode::kInvalidArgument, text);
+  };
+  if (query.color_by.empty()) {
+    if (!query.color_range && !query.colors.is_logarithmic) return std::nullopt;
+    return refuse("color_range and color_scale need color_by, the dataset whose values they are.");
+  }
+  if (query.colors.is_logarithmic && !(query.color_range && query.color_range->low > 0)) {
+    return refuse("color_scale log needs a color_range LOW,HIGH with both above 0.");
+  }
+  auto valid = validated(ScalarRequest{.dataset = query.color_by, .limits = query.color_range});
+  if (!valid) return tl::unexpected(valid.error());
+  return *std::move(valid);
+}
+
+}  // namespace multitetra

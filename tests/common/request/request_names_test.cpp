@@ -1,0 +1,133 @@
+// One name for one thing: a field of a request is called the same in options, HTTP, Python,
+// protobuf and the viewer's address. Python's keywords are made from the table;
+// tests/client/python/package_test.py compares them with the options.
+#include <gtest/gtest.h>
+
+#include <cctype>
+#include <fstream>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "common/cli/surface_options.hpp"
+
+namespace multitetra {
+namespace {
+
+using Names = std::set<std::string>;
+
+std::string text_of_file(const std::string& path) {
+  std::ifstream file(std::string(MULTITETRA_TEST_DATA) + "/../../" + path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  EXPECT_FALSE(text.str().empty()) << path;
+  return text.str();
+}
+
+// What the expression's first group matches, everywhere in the text.
+Names matches(const std::string& text, const std::string& expression) {
+  const std::regex pattern(expression);
+  Names found;
+  for (std::sregex_iterator at(text.begin(), text.end(), pattern), end; at != end; ++at) {
+    found.insert((*at)[1]);
+  }
+  return found;
+}
+
+Names fields(const std::function<bool(const RequestField&)>& is_wanted) {
+  Names names;
+  for (const RequestField& field : request_fields()) {
+    if (is_wanted(field)) names.insert(std::string(field.name));
+  }
+  return names;
+}
+
+std::string kebab(std::string name) {
+  std::replace(name.begin(), name.end(), '_', '-');
+  return name;
+}
+
+std::string snake(const std::string& camel) {
+  std::string name;
+  for (const char c : camel) {
+    if (std::isupper(static_cast<unsigned char>(c)) != 0) name += '_';
+    name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return name;
+}
+
+TEST(RequestNames, AreThoseOfOptions) {
+  Command command("", "test");
+  SurfaceArguments arguments;
+  add_request_options(command, arguments,
+                      {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize,
+                       FieldGroup::kColors, FieldGroup::kFile});
+  const std::string help = command.app().help("", CLI::AppFormatMode::All);
+  Names expected = {"threshold-grid", "help"};
+  for (const std::string& name : fields([](const RequestField&) { return true; })) {
+    expected.insert(kebab(name));
+  }
+  EXPECT_EQ(matches(help, "--([a-z-]+)"), expected);
+}
+
+TEST(RequestNames, AreThoseOfProtobuf) {
+  const std::string proto = text_of_file("proto/multitetra/v1/request.proto");
+  Names names;
+  for (const std::string message : {"ThresholdMap", "IsosurfaceRequest"}) {
+    const std::string body = std::regex_replace(
+        proto.substr(proto.find("message " + message + " {")), std::regex("\n\\}[^]*"), "");
+    names.merge(matches(body, "\n  (?:repeated )?\\w+ (\\w+) = \\d+;"));
+  }
+  Names expected = fields([](const RequestField& field) {
+    const bool is_in_request =
+        field.group != FieldGroup::kColors && field.group != FieldGroup::kFile;
+    return is_in_request && field.name != "quality" && field.name != "region";
+  });
+  // A list has a plural; a quality is an error; what else there is has no option of its own.
+  expected.merge(Names{"regions", "threshold", "threshold_grid", "at_least", "cell"});
+  EXPECT_EQ(names, expected);
+}
+
+TEST(RequestNames, AndTheirDescriptionsAreThoseOfHttp) {
+  const auto openapi = nlohmann::json::parse(text_of_file("server/routes/openapi.json"));
+  auto parameter = openapi["paths"]["/v1/datasets/{name}/isosurface"]["get"]["parameters"].begin();
+  ASSERT_EQ((*parameter)["name"], "name");
+  for (const RequestField& field : request_fields()) {
+    ++parameter;
+    ASSERT_EQ((*parameter)["name"], field.name);
+    EXPECT_EQ((*parameter)["description"], std::string(field.help) + ".") << field.name;
+    const auto& schema = (*parameter)["schema"];
+    const auto usual = schema.value("default", nlohmann::json());
+    EXPECT_EQ(usual.is_null()     ? ""
+              : usual.is_string() ? usual.get<std::string>()
+                                  : usual.dump(),
+              field.usual)
+        << field.name;
+    if (field.form.find('|') == std::string::npos || field.form == "on|off") continue;
+    std::string form;
+    for (const std::string word : schema["enum"]) form += (form.empty() ? "" : "|") + word;
+    EXPECT_EQ(form, field.form) << field.name;
+  }
+  EXPECT_EQ((*++parameter)["name"], "format")
+      << "no parameter that is no field but the file's format";
+}
+
+TEST(RequestNames, AreThoseOfTheViewersAddress) {
+  const std::string url_state = text_of_file("client/web/src/state/url_state.ts");
+  Names viewer;
+  for (const std::string& name : matches(url_state, "set\\(\"(\\w+)\"")) viewer.insert(snake(name));
+  viewer.merge(matches(url_state, "said\\.get\\(\"(quality)\"\\)"));
+  const Names not_in_viewer = {"unit",        "lattice",     "region_unit", "view",
+                               "combine",     "max_bytes",   "embedded",    "normals",
+                               "color_range", "color_scale", "coordinates"};
+  for (const std::string& name : fields([](const RequestField&) { return true; })) {
+    EXPECT_NE(viewer.contains(name), not_in_viewer.contains(name)) << name;
+  }
+}
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,107 @@
+#include "common/request/surface_query.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace multitetra {
+namespace {
+
+const RequestField& field(std::string_view name) {
+  const auto fields = request_fields();
+  return *std::find_if(fields.begin(), fields.end(),
+                       [&](const RequestField& f) { return f.name == name; });
+}
+
+Objection set(SurfaceQuery& query, std::string_view name, std::string_view text) {
+  return field(name).set(field(name), text, query);
+}
+
+TEST(RequestFields, HaveTheDefaultsThatTheyTell) {
+  const SurfaceQuery usual;
+  for (const RequestField& one : request_fields()) {
+    if (one.usual.empty()) continue;
+    SurfaceQuery query;
+    EXPECT_EQ(one.set(one, one.usual, query), std::nullopt) << one.name;
+    EXPECT_EQ(query.request, usual.request) << one.name;
+    EXPECT_EQ(query.coordinates, usual.coordinates) << one.name;
+    EXPECT_EQ(query.min_component, usual.min_component) << one.name;
+    EXPECT_EQ(query.colors.map, usual.colors.map) << one.name;
+    EXPECT_EQ(query.colors.is_logarithmic, usual.colors.is_logarithmic) << one.name;
+    EXPECT_EQ(query.colors.no_value, usual.colors.no_value) << one.name;
+  }
+}
+
+TEST(RequestFields, TakeEveryAlternativeOfTheirFormAndNoOther) {
+  for (const RequestField& one : request_fields()) {
+    if (one.form.find('|') == std::string_view::npos) continue;
+    for (std::string_view rest = one.form; !rest.empty();) {
+      const std::size_t end = std::min(rest.find('|'), rest.size());
+      SurfaceQuery query;
+      EXPECT_EQ(one.set(one, rest.substr(0, end), query), std::nullopt) << one.name;
+      rest.remove_prefix(std::min(end + 1, rest.size()));
+    }
+    SurfaceQuery query;
+    const Objection wrong = one.set(one, "nonsense", query);
+    ASSERT_TRUE(wrong) << one.name;
+    EXPECT_TRUE(wrong->starts_with("must be ")) << *wrong;
+  }
+}
+
+TEST(RequestFields, TakeSwitchesInBothForms) {
+  SurfaceQuery query;
+  EXPECT_FALSE(set(query, "embedded", "true"));
+  EXPECT_TRUE(query.request.embedded);
+  EXPECT_FALSE(set(query, "embedded", "off"));
+  EXPECT_FALSE(query.request.embedded);
+  EXPECT_FALSE(set(query, "simplify", "false"));
+  EXPECT_FALSE(query.request.simplify);
+  EXPECT_EQ(set(query, "simplify", "1"), "must be on, off, true or false");
+}
+
+TEST(RequestFields, TakeAmountsWithUnits) {
+  SurfaceQuery query;
+  EXPECT_FALSE(set(query, "max_triangles", "1.5M"));
+  EXPECT_EQ(query.request.max_triangles, 1'500'000U);
+  EXPECT_FALSE(set(query, "max_bytes", "500KiB"));
+  EXPECT_EQ(query.request.max_bytes, 512'000U);
+  for (const char* text : {"", "-1", "2.5", "1X", "KiB", "1e30", "nan"}) {
+    EXPECT_EQ(set(query, "max_bytes", text), "must be a whole number, such as 2MiB") << text;
+  }
+}
+
+TEST(SurfaceQuery, RefusesErrorBesideQuality) {
+  DatasetInfo info;
+  info.suggested_isovalues = {7};
+  SurfaceQuery query;
+  EXPECT_FALSE(set(query, "quality", "normal"));
+  EXPECT_EQ(requests_for(query, info).value().front().error, 0.5);
+  EXPECT_FALSE(set(query, "error", "0.5"));
+  const auto refused = requests_for(query, info);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().text,
+            "error and quality exclude each other: a quality is the name of an error.");
+}
+
+TEST(SurfaceQuery, SharesABudgetOnlyWhereItIsLargeEnough) {
+  SurfaceQuery query;
+  EXPECT_FALSE(set(query, "isovalue", "1,2,3"));
+  EXPECT_FALSE(set(query, "max_triangles", "2"));
+  EXPECT_FALSE(requests_for(query, DatasetInfo{}));
+  EXPECT_FALSE(set(query, "max_triangles", "3"));
+  EXPECT_EQ(requests_for(query, DatasetInfo{}).value().size(), 3U);
+}
+
+TEST(SurfaceQuery, NeedsADatasetForColors) {
+  SurfaceQuery query;
+  EXPECT_EQ(scalars_for(query).value(), std::nullopt);
+  EXPECT_FALSE(set(query, "color_range", "0,5"));
+  EXPECT_FALSE(scalars_for(query));
+  EXPECT_FALSE(set(query, "color_by", "dose"));
+  EXPECT_EQ(scalars_for(query).value()->limits->high, 5);
+  EXPECT_FALSE(set(query, "color_scale", "log"));
+  EXPECT_FALSE(scalars_for(query)) << "its range begins at 0";
+}
+
+}  // namespace
+}  // namespace multitetra
