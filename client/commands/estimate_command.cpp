@@ -40,6 +40,9 @@ void add_estimate(Command& app, EstimateArguments& a) {
 }
 
 int estimate(const EstimateArguments& arguments) {
+  if (arguments.order.surface.query.isovalues.size() > 1) {
+    return complain(kUsage, "--isovalue: an estimate is about one surface; give one isovalue.");
+  }
   auto surface = ordered(arguments.order);
   if (!surface) return surface.error();
   const auto reply = surface->client.estimate(surface->info.name, surface->requests.front());
