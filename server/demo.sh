@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# The main job from one end to the other: builds, takes a volume (or makes one), prepares it, serves it on this machine,
-# fetches an isosurface progressively, checks it, and says where to look next.
+# The main job from one end to the other: builds, prepares a volume, serves it on this machine, fetches an isosurface
+# progressively, checks it, and shows it in a browser. On a terminal it serves until Ctrl-C; otherwise it ends.
 #
-#   bash server/demo.sh                      a generated head
+#   bash server/demo.sh                      a CT of a head (server/volume/demo)
 #   bash server/demo.sh CThead.nhdr          a volume of yours
-#   bash server/demo.sh --serve [VOLUME]     stays up until Ctrl-C
+#   --serve, --no-serve                      serves until Ctrl-C, or ends, wherever it runs
 #   --yes                                    installs missing packages without asking
 set -euo pipefail
 
@@ -12,11 +12,13 @@ project=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 usage() { sed -n '2,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
 
 serve=false
+[ -t 1 ] && serve=true
 install_options=()
 volume=
 for argument in "$@"; do
   case "$argument" in
     --serve) serve=true ;;
+    --no-serve) serve=false ;;
     --yes) install_options=(--yes) ;;
     -h | --help) usage; exit 0 ;;
     -*) echo "Unknown option $argument." >&2; usage >&2; exit 2 ;;
@@ -42,17 +44,16 @@ out=build/demo
 mkdir -p "$out"
 
 surface=() # Else the dataset's first suggestion.
-look=()
+picture=()
 if [ -z "$volume" ]; then
-  surface=(--isovalue 71.5)
-  look=(--clip y) # Cut open: most of it is inside.
-  echo "== Making a volume: a head phantom with noise, 128 samples a side"
-  volume=$out/head.nrrd
-  "$server" generate head --size 128 --noise 20 -o "$volume"
+  volume=server/volume/demo/visible_female_head.nrrd
+  surface=(--isovalue -300.5) # Skin.
+  # Skin over bone, without dust.
+  picture=(--isovalue -300.5,300.5 --surface-color '#e0ac8d,#f3ead6' --opacity 0.45,1 --min-component 20 --azimuth 40)
 fi
 
-echo "== Preparing it"
-"$server" prepare "$volume" -o "$out/demo.mtd"
+echo "== Preparing $volume"
+"$server" prepare "$volume" -o "$out/demo.mtd" --force
 
 echo "== Serving it"
 log=$out/server.log
@@ -69,33 +70,32 @@ for _ in $(seq 100); do
   sleep 0.1
 done
 [ -n "$url" ] && [ -n "$page_url" ] || { cat "$log" >&2; echo "The server did not start to listen." >&2; exit 1; }
-page=$("$client" view --http "$page_url" "${surface[@]}" --error 0.25 "${look[@]}")
-echo "   $url"
-echo "   $page in a browser (while this runs)"
+page=$("$client" view --http "$page_url" "${surface[@]}")
+echo "   $page in a browser, from now on"
 
 echo "== Fetching an isosurface: coarse first, refined, checked"
 "$client" fetch --server "$url" "${surface[@]}" --error 0.25 -o "$out/demo.ply" --report "$out/report.json" \
   --save-steps "$out/steps"
 
-echo "== A picture of it, and a plot of all isovalues (half a minute)"
-"$client" snapshot --server "$url" "${surface[@]}" --error 0.25 -o "$out/demo.png"
-"$server" plot "$out/demo.mtd" -o "$out/demo.svg" --isovalues 32 --errors 0.5,1,2 --quiet
+echo "== A picture, and a plot of all isovalues"
+"$client" snapshot --server "$url" "${picture[@]}" --error 0.25 -o "$out/demo.png"
+"$server" plot "$out/demo.mtd" -o "$out/demo.svg" --isovalues 16 --errors 1,2 --quiet
 
-echo "== Where to look next"
 cat <<EOF
+== What there is now
    The mesh            $out/demo.ply (ParaView, MeshLab, Blender); its previews: $out/steps/
    A picture           $out/demo.png; all isovalues, and how large their surfaces are: $out/demo.svg
    What was checked    $out/report.json
-   A volume of yours   bash server/demo.sh FILE.nrrd       (or NIfTI, DICOM, OME-Zarr, VTK, HDF5 ...: multitetra-server formats)
-   Other isovalues     $server info $out/demo.mtd
-                       $server extract $out/demo.mtd --isovalue V --error 0.5 -o mesh.glb
+   A volume of yours   build/release/bin/multitetra view FILE     (NRRD, NIfTI, DICOM, OME-Zarr, VTK, HDF5 ...)
    Every command       $server --help, $client --help
 EOF
-if [ "$serve" = true ]; then
-  echo "   Serving until Ctrl-C. Look at it, turn it, drag its isovalue:"
-  echo "                       $page"
-  echo "   or in another terminal:"
-  echo "                       $client fetch --server $url --isovalue V -o mesh.ply"
-  trap 'kill "$pid" 2>/dev/null || true' INT TERM
-  wait "$pid" || true
+if [ "$serve" = false ]; then
+  echo "   In a browser        build/release/bin/multitetra view $out/demo.mtd"
+  exit 0
 fi
+bold=
+plain=
+if [ -t 1 ] && [ -z "${NO_COLOR:-}" ]; then bold=$'\e[1m' plain=$'\e[0m'; fi
+printf '\n   %s\n\n   Serving until Ctrl-C. Open this address in a browser.\n' "$bold$page$plain"
+trap 'kill "$pid" 2>/dev/null || true' INT TERM
+wait "$pid" || true

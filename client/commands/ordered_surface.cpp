@@ -105,6 +105,11 @@ OrExitCode<OrderedSurface> ordered(const SurfaceOrder& order, const RetryOptions
   if (!requests) return told(complain(kUsage, requests.error().text));
   auto scalars = scalars_for(order.surface.query);
   if (!scalars) return told(complain(kUsage, scalars.error().text));
+  for (const DatasetInfo& values : connected->datasets) {
+    if (!*scalars || values.name != (*scalars)->dataset) continue;
+    const auto fits = check_colors(order.surface.query, *info, values);
+    if (!fits) return told(complain(kUsage, fits.error().text));
+  }
   Notices notices;
   for (const IsosurfaceRequest& request : *requests) notices.tell(request_notices(request, *info));
   return OrderedSurface{connected->server,    std::move(connected->client), *std::move(info),

@@ -7,28 +7,12 @@
 #include <variant>
 
 #include "client/commands/program.hpp"
+#include "common/base/percent_encoded.hpp"
 #include "common/cli/surface_options.hpp"
 #include "common/net/endpoint.hpp"
 
 namespace multitetra {
 namespace {
-
-// Letters, digits and a few harmless signs stay; every other byte is written as %XX.
-std::string percent_encoded(std::string_view text) {
-  constexpr std::string_view kPlain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._~,:=";
-  constexpr std::string_view kDigits = "0123456789ABCDEF";
-  std::string encoded;
-  for (const char c : text) {
-    if (kPlain.find(c) != std::string_view::npos) {
-      encoded += c;
-      continue;
-    }
-    const auto byte = static_cast<unsigned char>(c);
-    encoded += {'%', kDigits[byte >> 4], kDigits[byte & 15]};
-  }
-  return encoded;
-}
 
 // Fields of a request that the viewer reads in its address.
 constexpr std::array<std::string_view, 12> kViewerFields = {
@@ -120,7 +104,7 @@ Result<std::string> viewer_address(const ViewArguments& a) {
   if (const auto checked = check_shown(a.query); !checked) return tl::unexpected(checked.error());
   std::string words;
   const auto say = [&words](std::string_view name, std::string_view value) {
-    words.append(words.empty() ? "#" : "&").append(name).append("=").append(percent_encoded(value));
+    words.append(words.empty() ? "#" : "&").append(name).append("=").append(percent_encoded(value, ",:="));
   };
   if (!a.dataset.empty()) say("dataset", a.dataset);
   for (const auto& [name, text] : a.fields) say(name, text);

@@ -55,6 +55,13 @@ bool preserves_topology(const StepBegin& begin) {
   return begin.request.topology_tolerance == 0 && begin.finest_spacing == 1;
 }
 
+std::optional<double> distance_bound(const StepBegin& begin) {
+  const bool is_bounded =
+      preserves_topology(begin) && begin.request.measure == ErrorMeasure::kCertified;
+  if (!is_bounded) return std::nullopt;
+  return begin.error_bound_world;
+}
+
 Assembler::Assembler(DatasetInfo info, OpenStream open, HeldTiles held, AssemblerLimits limits)
     : info_(std::move(info)),
       held_(named_in(std::move(held), open.held)),

@@ -44,6 +44,9 @@ struct CommittedStep {
 };
 // Whether the step promises the topology of the full-resolution surface.
 [[nodiscard]] bool preserves_topology(const StepBegin& begin);
+// The largest distance to the full-resolution surface, in world units, before vertices are snapped
+// to the lattice. None for previews, for the paper's error, and where features may vanish.
+[[nodiscard]] std::optional<double> distance_bound(const StepBegin& begin);
 using CommittedStepPtr = std::shared_ptr<const CommittedStep>;
 
 // The server refused or ended the stream with an error, which is not a failed check.

@@ -61,6 +61,14 @@ std::string accuracy_of(const StepBegin& begin, const DatasetInfo& info) {
   return "error " + human_number(error) + (error == 1 ? " voxel" : " voxels");
 }
 
+// How far the volume may be from that inside the full-resolution surface: the distance between the
+// surfaces times the area. null where no distance is promised, or there is no volume.
+Json volume_bound(const FetchReport& report) {
+  if (!report.measures || !report.measures->volume || report.steps.empty()) return nullptr;
+  const auto distance = distance_bound(report.steps.back().step->begin);
+  return distance ? Json(*distance * report.measures->area) : Json(nullptr);
+}
+
 Json json_of(const FetchReport& report) {
   Json steps = Json::array();
   for (const FetchedStep& step : report.steps) steps.push_back(step_json(step));
@@ -77,6 +85,7 @@ Json json_of(const FetchReport& report) {
       {"area", report.measures ? Json(report.measures->area) : Json(nullptr)},
       {"volume",
        report.measures && report.measures->volume ? Json(*report.measures->volume) : Json(nullptr)},
+      {"volume_bound", volume_bound(report)},
       {"tiles_held", report.tiles_held},
       {"tiles_received", report.received.tiles},
       {"bytes_received", report.received.payload_bytes},

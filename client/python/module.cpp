@@ -2,6 +2,7 @@
 // release the GIL and react to Ctrl-C; what is named and documented for users is in the package's
 // Python files.
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <mutex>
 
@@ -14,6 +15,7 @@
 #include "common/request/request_notices.hpp"
 #include "common/request/shared_budget.hpp"
 #include "common/request/surface_query.hpp"
+#include "common/wire/mesh_files.hpp"
 
 namespace py = pybind11;
 using namespace pybind11::literals;
@@ -81,7 +83,8 @@ py::object rows_of(const Rows& rows) {
 }
 
 // In double precision, so that no vertex moves. Faces are turned over where the map mirrors.
-py::object mesh_of(const LatticeMesh& mesh, const Affine& grid_to_world) {
+py::object mesh_of(const LatticeMesh& mesh, const Affine& grid_to_world,
+                   std::optional<double> error_bound) {
   std::vector<Vec3> vertices;
   vertices.reserve(mesh.vertices.size());
   const double step = std::ldexp(1.0, -mesh.resolution);
@@ -100,7 +103,57 @@ py::object mesh_of(const LatticeMesh& mesh, const Affine& grid_to_world) {
         py::array_t<float>(static_cast<py::ssize_t>(mesh.scalars.size()), mesh.scalars.data());
   }
   return py::module_::import("multitetra.mesh")
-      .attr("Mesh")(rows_of<double>(vertices), rows_of<std::uint32_t>(faces), normals, scalars);
+      .attr("Mesh")(rows_of<double>(vertices), rows_of<std::uint32_t>(faces), normals, scalars,
+                    error_bound);
+}
+
+template <typename T>
+using Rows = py::array_t<T, py::array::c_style | py::array::forcecast>;
+
+template <typename T>
+std::vector<std::array<T, 3>> rows_from(const Rows<T>& rows, const char* what) {
+  if (rows.ndim() != 2 || rows.shape(1) != 3) {
+    raise(PyExc_ValueError, std::string(what) + " are an array of rows of three numbers.");
+  }
+  std::vector<std::array<T, 3>> out(static_cast<std::size_t>(rows.shape(0)));
+  const T* from = rows.data();
+  for (auto& row : out) {
+    std::copy_n(from, 3, row.begin());
+    from += 3;
+  }
+  return out;
+}
+
+// The format is that of the path's suffix.
+void save_mesh(const std::string& path, const Rows<float>& vertices,
+               const Rows<std::uint32_t>& faces, const std::optional<Rows<float>>& normals,
+               const std::optional<py::array_t<float, py::array::forcecast>>& scalars) {
+  const auto format = mesh_format_from(std::filesystem::path(path).extension().string());
+  if (!format) {
+    raise(PyExc_ValueError, "\"" + path + "\" is no name of a mesh; meshes are *.ply, *.stl, *.obj, "
+                                "*.glb, *.drc and *.vtp.");
+  }
+  PositionedMesh mesh{.positions = rows_from(vertices, "Vertices"),
+                      .triangles = rows_from(faces, "Faces")};
+  for (const TriangleIndices& face : mesh.triangles) {
+    for (const std::uint32_t corner : face) {
+      if (corner >= mesh.positions.size()) {
+        raise(PyExc_ValueError, "Faces name vertex " + std::to_string(corner) + ", and there are " +
+                                    std::to_string(mesh.positions.size()) + ".");
+      }
+    }
+  }
+  if (normals) mesh.normals = rows_from(*normals, "Normals");
+  if (scalars) mesh.scalars.assign(scalars->data(), scalars->data() + scalars->size());
+  const std::size_t count = mesh.positions.size();
+  if ((normals && mesh.normals.size() != count) || (scalars && mesh.scalars.size() != count)) {
+    raise(PyExc_ValueError, "Normals and scalars are one for each vertex.");
+  }
+  try {
+    write_file(path, mesh_file(mesh, *format));
+  } catch (const std::system_error& problem) {
+    raise(PyExc_OSError, problem.what());
+  }
 }
 
 // ---- requests
@@ -155,6 +208,11 @@ std::pair<IsosurfaceRequest, std::optional<ScalarRequest>> surface_request(
     }
   }
   return {argument(requests_for(query, DatasetInfo{})).front(), argument(scalars_for(query))};
+}
+
+// A ValueError unless values of a dataset may color surfaces of another.
+void check_one_world(const DatasetInfo& surface, const DatasetInfo& values) {
+  argument(check_colors({}, surface, values));
 }
 
 // Of every keyword its name, the form of its value, its default as text, and what it means.
@@ -286,7 +344,8 @@ class Connection {
     const LatticeMesh& mesh = step->step->mesh;
     std::string empty_text;
     if (mesh.triangles.empty()) empty_text = empty_surface_text(open_request_, open_info_);
-    return Step{step->step, std::move(empty_text), mesh_of(mesh, grid_to_world(open_info_))};
+    return Step{step->step, std::move(empty_text), mesh_of(mesh, grid_to_world(open_info_),
+                        distance_bound(step->step->begin))};
   }
 
   // Stops the stream if it is the one that runs.
@@ -362,10 +421,33 @@ void define_requests(py::module_& module) {
   py::class_<ScalarRequest>(module, "ScalarRequest");
   module.def("surface_request", &surface_request);
   module.def("request_keywords", &request_keywords);
+  module.def("check_one_world", &check_one_world);
   module.def("grid", &grid_of, "thresholds"_a, "spacing"_a = Vec3{1, 1, 1},
              "origin"_a = Vec3{0, 0, 0},
              "Errors at the samples of an array (x, y, z), each for the voxel around it; NaN: none "
              "there.");
+}
+
+// "<Dataset head: 256 x 256 x 124 u16, spacing 0.94 x 0.94 x 1.5 mm, values 0 to 2766>"
+std::string text_of_dataset(const DatasetInfo& info) {
+  const auto joined = [](const auto& numbers) {
+    std::string text;
+    for (const auto number : numbers) {
+      text += (text.empty() ? "" : " x ") + rounded_text(static_cast<double>(number));
+    }
+    return text;
+  };
+  const auto with_unit = [](const std::string& unit) { return unit.empty() ? "" : " " + unit; };
+  return "<Dataset " + info.name + ": " + joined(info.dims) + " " + std::string(name(info.type)) +
+         ", spacing " + joined(info.spacing) + with_unit(info.meaning.length_unit) + ", values " +
+         rounded_text(info.min) + " to " + rounded_text(info.max) +
+         with_unit(info.meaning.value_unit) + ">";
+}
+
+double affine_entry(const Affine& map, py::ssize_t row, py::ssize_t column) {
+  if (row == 3) return column == 3 ? 1 : 0;
+  const auto r = static_cast<std::size_t>(row);
+  return column == 3 ? map.translation[r] : map.columns[static_cast<std::size_t>(column)][r];
 }
 
 void define_datasets(py::module_& module) {
@@ -381,7 +463,30 @@ void define_datasets(py::module_& module) {
       .def_readonly("label", &SeriesMember::label);
   py::class_<DatasetInfo>(module, "DatasetInfo")
       .def_readonly("name", &DatasetInfo::name)
+      .def("__repr__", &text_of_dataset)
       .def_readonly("dims", &DatasetInfo::dims)
+      .def_property_readonly(
+          "shape",
+          [](const DatasetInfo& info) {
+            return py::make_tuple(info.dims[0], info.dims[1], info.dims[2]);
+          },
+          "Samples along x, y and z.")
+      .def_property_readonly(
+          "affine",
+          [](const DatasetInfo& info) {
+            py::array_t<double> affine({4, 4});
+            auto at = affine.mutable_unchecked<2>();
+            for (py::ssize_t row = 0; row < 4; ++row) {
+              for (py::ssize_t column = 0; column < 4; ++column) {
+                at(row, column) = affine_entry(info.index_to_world, row, column);
+              }
+            }
+            return affine;
+          },
+          "(4, 4): world coordinates of a sample are affine @ [x, y, z, 1].")
+      .def_property_readonly(
+          "unit", [](const DatasetInfo& info) { return info.meaning.length_unit; },
+          "Of spacing and world coordinates; empty where the file does not say it.")
       .def_property_readonly("type", [](const DatasetInfo& info) { return name(info.type); })
       .def_readonly("spacing", &DatasetInfo::spacing)
       .def_property_readonly(
@@ -535,6 +640,7 @@ PyObject* exception_class(py::module_& module, const char* name, const char* wha
 PYBIND11_MODULE(_client, module) {
   using namespace multitetra;
   module.attr("__version__") = MULTITETRA_VERSION;
+  module.def("save_mesh", &save_mesh);
   server_error = exception_class(module, "ServerError",
                                  "The server says no; `code` is the name of its ErrorCode.");
   check_error =

@@ -4,6 +4,7 @@
 #include <type_traits>
 
 #include "common/base/parse_number.hpp"
+#include "common/request/same_world.hpp"
 #include "common/request/shared_budget.hpp"
 #include "common/request/threshold_parser.hpp"
 
@@ -206,6 +207,9 @@ constexpr std::array kFields = {
       "Values that the colors span, default those of the dataset; beyond are the colors of the "
       "ends",
       set_color_range},
+    F{"color_anyway", "", "off", kColors, kRare, kOnce,
+      "Color also by a dataset with other world axes, in another unit of length, or elsewhere",
+      set_switch<&Q::color_anyway>},
     F{"colors", "gray|viridis|cividis|coolwarm", "viridis", kColors, kRare, kOnce,
       "Colors from the least to the greatest value", set_word<&ColorScale::map, color_map_from>},
     F{"color_scale", "linear|log", "linear", kColors, kRare, kOnce,
@@ -285,6 +289,13 @@ Result<std::optional<ScalarRequest>> scalars_for(const SurfaceQuery& query) {
   auto valid = validated(ScalarRequest{.dataset = query.color_by, .limits = query.color_range});
   if (!valid) return tl::unexpected(valid.error());
   return *std::move(valid);
+}
+
+Result<void> check_colors(const SurfaceQuery& query, const DatasetInfo& surface,
+                          const DatasetInfo& values) {
+  const std::string why = query.color_anyway ? "" : why_not_one_world(surface, values);
+  if (why.empty()) return {};
+  return fail(ErrorCode::kInvalidArgument, why + " color_anyway colors by it all the same.");
 }
 
 }  // namespace multitetra

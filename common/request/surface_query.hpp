@@ -26,6 +26,7 @@ struct SurfaceQuery {
   // The dataset whose values color the surfaces; empty: none.
   std::string color_by = {};
   std::optional<ScalarRequest::Limits> color_range = {};
+  bool color_anyway = false;  // Also where that dataset lies in another world.
 
   // About the file that is made of the surface.
   CoordinateSystem coordinates = CoordinateSystem::kWorld;
@@ -72,5 +73,10 @@ struct RequestField {
 
 // What colors the surfaces, checked; nullopt: nothing. kInvalidArgument, naming the field.
 [[nodiscard]] Result<std::optional<ScalarRequest>> scalars_for(const SurfaceQuery& query);
+
+// Whether the dataset of color_by may color surfaces of another: it lies in the same world
+// (same_world.hpp), or `color_anyway` is given. kInvalidArgument, with the reason.
+[[nodiscard]] Result<void> check_colors(const SurfaceQuery& query, const DatasetInfo& surface,
+                                        const DatasetInfo& values);
 
 }  // namespace multitetra

@@ -26,4 +26,4 @@ _multitetra() {
       fi ;;
   esac
 }
-complete -o filenames -F _multitetra multitetra-client multitetra-gateway multitetra-load multitetra-server
+complete -o filenames -F _multitetra multitetra multitetra-client multitetra-gateway multitetra-load multitetra-server

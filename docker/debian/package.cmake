@@ -1,4 +1,4 @@
-# A Debian package of a finished build: cpack --config build/release/CPackConfig.cmake -G DEB
+# A Debian package of a finished build: bash docker/package.sh deb
 # Programs, viewer, man pages, completion, the systemd unit, its user, and /etc/multitetra.
 include(GNUInstallDirs)
 
@@ -12,10 +12,13 @@ foreach(program multitetra_server_program multitetra_gateway_program multitetra_
   install(TARGETS ${program} RUNTIME DESTINATION usr/bin)
   # A binary that is moved finds its viewer beside itself: bin/../share.
 endforeach()
+# `multitetra view` is what one types first.
+install(CODE "file(CREATE_LINK multitetra-server \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/usr/bin/multitetra SYMBOLIC)")
 install(DIRECTORY ${PROJECT_BINARY_DIR}/share/multitetra DESTINATION usr/share PATTERN "*.sources" EXCLUDE)
 foreach(program client gateway load server)
   install(FILES ${DEBIAN_FOLDER}/completion.bash DESTINATION usr/share/bash-completion/completions RENAME multitetra-${program})
 endforeach()
+install(FILES ${DEBIAN_FOLDER}/completion.bash DESTINATION usr/share/bash-completion/completions RENAME multitetra)
 # Manual pages from --help-all (needs help2man). What Debian wants packed is packed the same way each time.
 install(CODE "
   set(man \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/usr/share/man/man1)
@@ -27,6 +30,7 @@ install(CODE "
               --name \"remote visualization of regular volume data\" ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/multitetra-\${program}
       COMMAND gzip -9nc OUTPUT_FILE \${man}/multitetra-\${program}.1.gz COMMAND_ERROR_IS_FATAL ANY)
   endforeach()
+  file(CREATE_LINK multitetra-server.1.gz \${man}/multitetra.1.gz SYMBOLIC)
   execute_process(COMMAND gzip -9nc ${PROJECT_SOURCE_DIR}/CHANGELOG.md OUTPUT_FILE \${doc}/changelog.gz COMMAND_ERROR_IS_FATAL ANY)
   execute_process(COMMAND gzip -9nc ${PACKAGED}/changelog.Debian OUTPUT_FILE \${doc}/changelog.Debian.gz COMMAND_ERROR_IS_FATAL ANY)
 ")
@@ -49,6 +53,7 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "adduser, ca-certificates")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "xdg-utils")
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "remote visualization of regular volume data
  A server of isosurfaces of very large volumes: crack-free, with topology kept
  and a certified error, coarse first and refined step by step. With a gateway,

@@ -14,6 +14,7 @@ namespace multitetra {
 namespace {
 
 constexpr const char* kSuffix = ".mtd";
+constexpr int kMostDepth = 16;  // Of folders in folders.
 
 IsovalueBins bins_of(const std::string& place, std::span<const std::byte> bytes) {
   const auto fail_with = [&](const std::string& what) {
@@ -62,8 +63,18 @@ bool is_folder_of_datasets(const std::string& place) {
 std::vector<std::string> datasets_in(const std::string& folder) {
   if (is_address(folder)) return list_bucket(folder, kSuffix);
   std::vector<std::string> found;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.path().extension() == kSuffix) found.push_back(entry.path().string());
+  (void)std::filesystem::directory_iterator(folder);  // Throws where it cannot be read.
+  std::filesystem::recursive_directory_iterator at(
+      folder, std::filesystem::directory_options::skip_permission_denied);
+  for (const std::filesystem::recursive_directory_iterator end; at != end; ++at) {
+    const std::filesystem::path& path = at->path();
+    std::error_code ignored;
+    if (at->is_directory(ignored)) {
+      const bool is_left_out = path.filename().string().starts_with('.');
+      if (is_left_out || at.depth() == kMostDepth) at.disable_recursion_pending();
+    } else if (path.extension() == kSuffix) {
+      found.push_back(path.string());
+    }
   }
   std::sort(found.begin(), found.end());
   return found;

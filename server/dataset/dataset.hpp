@@ -36,7 +36,8 @@ using DatasetPtr = std::shared_ptr<const PreparedVolume>;
 // Whether a folder is meant, on this machine or in a bucket, whose files *.mtd are datasets.
 [[nodiscard]] bool is_folder_of_datasets(const std::string& place);
 
-// The files *.mtd in such a folder, by name. Throws std::filesystem::filesystem_error, StoreError.
+// The files *.mtd in such a folder, by name; on this machine also those in its subfolders, but for
+// hidden ones and links. Throws std::filesystem::filesystem_error, StoreError.
 [[nodiscard]] std::vector<std::string> datasets_in(const std::string& folder);
 
 // All samples in one piece, for the exact pass over a volume. Needs memory for them, and reads

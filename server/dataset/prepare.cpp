@@ -93,6 +93,14 @@ IsovalueBins bins_with_edges(const DatasetInfo& info, std::span<const float> inn
   return IsovalueBins(std::move(edges));
 }
 
+// Puts the isovalue that the source recommends before those that the histogram suggests.
+void recommend(const std::optional<double>& isovalue, DatasetInfo& info) {
+  if (!isovalue || !(*isovalue > info.min && *isovalue < info.max)) return;
+  std::vector<double>& suggested = info.suggested_isovalues;
+  std::erase(suggested, *isovalue);
+  suggested.insert(suggested.begin(), *isovalue);
+}
+
 // From a builder that has seen every sample once.
 VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
                       SampleStatisticsBuilder& builder) {
@@ -103,6 +111,7 @@ VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
   DatasetInfo info =
       describe(source.header(), builder.finish(), options.name, options.outside, options.margin);
   info.member = options.member;
+  recommend(source.members().recommended_isovalue, info);
   if (!options.suggested_isovalues.empty()) info.suggested_isovalues = options.suggested_isovalues;
   IsovalueBins bins = options.bin_edges.empty()
                           ? IsovalueBins::for_values(info, builder.distinct_values(), options.bins)

@@ -11,6 +11,7 @@ namespace multitetra {
 // The command's exit code: 0 done, 1 failed. What is wrong with the world comes as an exception.
 using Run = std::function<int()>;
 
+void add_view_command(Command& program, Run& run);
 void add_generate_command(Command& program, Run& run);
 void add_prepare_command(Command& program, Run& run);
 void add_formats_command(Command& program, Run& run);

@@ -13,12 +13,13 @@ int run(int argc, char** argv) {
   program.require_subcommand();
   program.footer(
       "Examples:\n"
-      "  multitetra-server generate head --size 128 --noise 20 -o head.nrrd\n"
+      "  multitetra-server view head.nrrd\n"
       "  multitetra-server prepare head.nrrd -o head.mtd\n"
       "  multitetra-server serve head.mtd\n"
       "Each command tells more with --help. Exit codes: 0 done, 1 failed, 2 wrong usage; some have "
       "more.");
   Run command;
+  add_view_command(program, command);
   add_generate_command(program, command);
   add_prepare_command(program, command);
   add_formats_command(program, command);

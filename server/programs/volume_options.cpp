@@ -55,11 +55,26 @@ void VolumeOptions::add_to(Command& command) {
   command.add_option("--header-bytes", header_bytes, "Raw file: bytes before the first sample")
       ->capture_default_str()
       ->needs(layout);
-  command.add_option("--spacing", spacing, "Raw file: world units between samples along x,y,z")
+  command
+      .add_option("--spacing", spacing, "World units between samples along x,y,z, whatever the "
+                  "file says (raw file: 1,1,1 by default)")
       ->delimiter(',')
       ->expected(3)
-      ->type_name("X,Y,Z")
-      ->needs(layout);
+      ->type_name("X,Y,Z");
+  command
+      .add_option("--origin", origin, "World coordinates of the first sample, whatever the file says")
+      ->delimiter(',')
+      ->expected(3)
+      ->type_name("X,Y,Z");
+  command
+      .add_option("--space", space,
+                  "Directions of the world axes of the coordinates that `info` prints without this "
+                  "option, whatever the file says; RAS is turned to LPS")
+      ->one_of({"LPS", "RAS", "none"});
+  command
+      .add_option("--length-unit", length_unit,
+                  "Unit of spacing and coordinates, such as mm or um, whatever the file says")
+      ->type_name("UNIT");
 }
 
 std::string VolumeOptions::told() const {
@@ -74,13 +89,39 @@ std::string VolumeOptions::told() const {
   if (!series.empty()) tell("--series", series);
   if (!component.empty()) tell("--component", component);
   if (resample) text << (text.view().empty() ? "" : " ") << "--resample";
+  for (const double step : spacing) tell("--spacing", step);
+  for (const double place : origin) tell("--origin", place);
+  if (!space.empty()) tell("--space", space);
+  if (!length_unit.empty()) tell("--length-unit", length_unit);
   if (dims.empty()) return text.str();
   for (const std::int32_t side : dims) tell("--dims", side);
   tell("--type", type);
   tell("--endian", endian);
   tell("--header-bytes", header_bytes);
-  for (const double step : spacing) tell("--spacing", step);
   return text.str();
+}
+
+Placement VolumeOptions::placement() const {
+  Placement placement;
+  if (!spacing.empty()) {
+    const auto is_length = [](double step) { return std::isfinite(step) && step > 0; };
+    if (!std::all_of(spacing.begin(), spacing.end(), is_length)) {
+      throw ExitError(kUsage, "--spacing: a distance between samples is a number greater than 0.");
+    }
+    std::copy_n(spacing.begin(), 3, placement.spacing.emplace().begin());
+  }
+  if (!origin.empty()) std::copy_n(origin.begin(), 3, placement.origin.emplace().begin());
+  if (!space.empty()) placement.space = world_space_from(space == "none" ? "" : space);
+  if (!length_unit.empty()) {
+    placement.length_unit = unit_from(length_unit);
+    if (placement.length_unit->empty()) {
+      throw ExitError(kUsage, "--length-unit is \"" + length_unit +
+                                  "\"; it must be UTF-8 of at most " +
+                                  std::to_string(kMaxUnitBytes) +
+                                  " bytes without control characters, such as mm.");
+    }
+  }
+  return placement;
 }
 
 VolumeFileOptions VolumeOptions::parsed() const {
@@ -94,12 +135,12 @@ VolumeFileOptions VolumeOptions::parsed() const {
                     .follow = follow,
                     .resample = resample};
   if (!component.empty()) options.choice.component = component_from(component);
+  options.placement = placement();
   if (dims.empty()) return options;
   options.raw = RawLayout{.type = stored_type_from(type).value(),
                           .endian = endian == "big" ? Endian::kBig : Endian::kLittle,
                           .header_bytes = header_bytes};
   std::copy_n(dims.begin(), 3, options.raw->dims.begin());
-  std::copy_n(spacing.begin(), 3, options.raw->spacing.begin());
   return options;
 }
 

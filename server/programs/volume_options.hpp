@@ -31,15 +31,22 @@ struct VolumeOptions {
   std::string type = "u8";
   std::string endian = "little";
   std::uint64_t header_bytes = 0;
-  std::vector<double> spacing = {1, 1, 1};
+  std::vector<double> spacing;
+  std::vector<double> origin;
+  std::string space;  // LPS, RAS or none; empty: as the file says.
+  std::string length_unit;
 
-  // Adds --array, --level, --time, --channel, --series, --component, --follow, --resample, and what
-  // tells the layout of raw samples.
+  // Adds --array, --level, --time, --channel, --series, --component, --follow, --resample, the
+  // layout of raw samples, and the places of samples.
   void add_to(Command& command);
-  // What they say. Throws ExitError (kUsage) when a component is none.
+  // What they say. Throws ExitError (kUsage) when a component is none, a spacing is not positive,
+  // or the length unit is no unit.
   [[nodiscard]] VolumeFileOptions parsed() const;
   // Those that are not their defaults, as they would be written; empty: none.
   [[nodiscard]] std::string told() const;
+
+ private:
+  [[nodiscard]] Placement placement() const;
 };
 
 }  // namespace multitetra

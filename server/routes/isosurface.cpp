@@ -88,6 +88,8 @@ Result<IsosurfaceRoute::Wanted> IsosurfaceRoute::wanted(const std::string& datas
   if (wanted.scalars) {
     const auto field = permit.describe(wanted.scalars->dataset);
     if (!field) return tl::unexpected(field.error());
+    const auto fits = check_colors(query->surface, wanted.info, *field);
+    if (!fits) return tl::unexpected(fits.error());
     const ScalarRange range = range_for(*wanted.scalars, *field);
     const ColorScale& colors = wanted.form.colors;
     wanted.key += " colours " + std::string(name(colors.map)) + ' ' + shortest_text(range.low) +

@@ -213,6 +213,7 @@ std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Openin
   std::optional<VolumeFormat> format;
   StoredVolume stored = open_stored(path, opening, choice, format);
   check_choice(path, format, choice, stored);
+  place(stored.header, opening.options.placement);
   check_header(path, stored.header);
   opening.header_is_known(opening.use == Use::kWhole ? bytes_as_a_whole(stored.header) : 0);
   if (opening.use == Use::kWhole) check_memory(whole_path, stored.header);

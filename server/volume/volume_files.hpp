@@ -24,6 +24,7 @@
 
 #include "server/core/framework/volume.hpp"
 #include "server/volume/formats/described_raw.hpp"
+#include "server/volume/placement.hpp"
 #include "server/volume/volume_source.hpp"
 
 namespace multitetra {
@@ -31,6 +32,7 @@ namespace multitetra {
 struct VolumeFileOptions {
   std::optional<RawLayout> raw = std::nullopt;  // Given: the file is read as raw bytes.
   VolumeChoice choice = {};  // Where the source holds several volumes, or numbers a sample.
+  Placement placement = {};  // What the file does not say of places, or says wrongly.
   // Told of conversions, a sentence each. A source from open_volume tells while it is read.
   std::function<void(const std::string&)> notice = nullptr;
 };

@@ -11,7 +11,7 @@ export PATH=$bin:$PATH
 
 # commands_of PAGE: its indented lines, smaller and without those that set up a shell or a server.
 commands_of() {
-  sed -n 's/^    //p' "$root/$1" | grep -v '^PATH=\|^bash \| serve .*&' |
+  sed -n 's/^    //p' "$root/$1" | grep -v '^PATH=\|^bash \|^docker run \|/multitetra view \| serve .*&' |
     sed 's/--size 128/--size 48/; s/--min-component 12/--min-component 2/; s/1920x1080/192x108/; s/at=64,64,64/at=24,24,24/
          s/box:40,60,20,90,110,70/box:4,6,2,30,40,40/; s/at=64/at=24/; s/--max-bytes 100000/--max-bytes 50000/'
 }

@@ -258,3 +258,18 @@ EOPY
   ends 0 "2 members, 0 failed" "$server" prepare in/gated --all-times -o gated
   says gated/gated.t0001.mtd '1000 to 1035'
 fi
+
+# --- a series that is prepared again leaves no stale members, and none of another kind is touched
+mkdir again
+for i in 1 2 3; do "$server" generate torus --size 9 --noise 0.01 --seed "$i" -o "again/v$i.nrrd" --quiet; done
+ends 0 "3 members, 0 failed" "$server" prepare again/v1.nrrd again/v2.nrrd again/v3.nrrd --time-series v -o out
+"$server" prepare in/organs.seg.nrrd --label all --name organs -o out --quiet
+ends 0 "v.t0002.mtd: removed" "$server" prepare again/v1.nrrd again/v2.nrrd --time-series v -o out
+[ "$(ls out | tr '\n' ' ')" = "organs.label3.mtd organs.label7.mtd v.t0000.mtd v.t0001.mtd " ] || fail "other members: $(ls out)"
+ends 0 "1 member, 0 failed" "$server" prepare in/organs.seg.nrrd --label 3 --name organs -o out
+[ -e out/organs.label7.mtd ] || fail "a label that was not asked for is removed"
+
+# --- a dataset of another source is replaced on request alone
+"$server" prepare again/v1.nrrd -o kept.mtd --quiet
+ends 2 "kept.mtd is a dataset of 'v1.nrrd'" "$server" prepare again/v2.nrrd -o kept.mtd
+ends 0 "kept.mtd" "$server" prepare again/v2.nrrd -o kept.mtd --force

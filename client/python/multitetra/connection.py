@@ -6,6 +6,8 @@ import warnings
 import numpy as np
 
 from . import _client
+from .addresses import stream_address
+from .samples import SampleArray
 
 
 class EmptySurfaceWarning(UserWarning):
@@ -13,8 +15,11 @@ class EmptySurfaceWarning(UserWarning):
 
 
 def connect(url, token="", ca=None, insecure=False, timeout=60.0):
-    """Connects to ws://HOST:PORT, wss://, tcp:// or tls://; `ca` is a PEM file to trust instead of the system's."""
-    return Connection(_client.Connection(url, token or "", ca or "", insecure, timeout))
+    """Connects to http://HOST:PORT, the address of the viewer, or ws://, wss://, tcp://, tls://.
+
+    `ca` is a PEM file to trust instead of the system's.
+    """
+    return Connection(_client.Connection(stream_address(url), token or "", ca or "", insecure, timeout))
 
 
 def default_of(text):
@@ -63,7 +68,7 @@ class Connection:
         self._client.close()
 
     def datasets(self):
-        """A DatasetInfo each: name, dims, min, max, suggested_isovalues and so on."""
+        """A DatasetInfo each: name, shape (along x, y, z), spacing, affine, unit, min, max, suggested_isovalues and so on."""
         return self._client.datasets()
 
     def series(self, name):
@@ -77,13 +82,13 @@ class Connection:
     @takes_a_request
     def isosurface(self, dataset, isovalue, **request):
         """The surface without previews: a Mesh. With color_by its `scalars` are the values of that dataset."""
-        *_, step = self._steps(dataset, *surface_request(isovalue, **request), True, False)
+        *_, step = self._steps(dataset, *self._request(dataset, isovalue, **request), True, False)
         return step.mesh
 
     @takes_a_request
     def isosurfaces(self, dataset, isovalues, **request):
         """Several surfaces of a dataset: a Mesh for each isovalue. A budget is shared by all of them."""
-        asked = [surface_request(one, **request) for one in isovalues]
+        asked = [self._request(dataset, one, **request) for one in isovalues]
         shares = self._client.share_budget(dataset, [one for one, _ in asked])
         meshes = []
         for share, (_, scalars) in zip(shares, asked):
@@ -98,7 +103,7 @@ class Connection:
         display: the meshes are drawn and not kept, so the last one may be the full-resolution surface within the error,
             with more triangles, where that comes sooner
         """
-        yield from self._steps(dataset, *surface_request(isovalue, **request), final_only, display)
+        yield from self._steps(dataset, *self._request(dataset, isovalue, **request), final_only, display)
 
     @takes_a_request
     def estimate(self, dataset, isovalue, **request):
@@ -123,10 +128,29 @@ class Connection:
             raise TypeError(f"A slice has no {', '.join(plane)}.")
         return self._client.slice(dataset, *words, interpolation, detail)
 
+    def samples(self, dataset, box=None):
+        """The samples with indices in `box`, ((x, end), (y, end), (z, end)), all of them by default: an array by x, y, z.
+
+        float32, NaN where there is no field. `array` fetches only what is indexed.
+        """
+        array = self.array(dataset)
+        return array[:] if box is None else array[tuple(slice(*ends) for ends in box)]
+
+    def array(self, dataset):
+        """The samples as a SampleArray, for dask, napari, or indexing: they are fetched where it is indexed."""
+        return SampleArray(self, self._client.info(dataset))
+
     def probe(self, dataset, places, coordinates="world"):
         """What the field is at places (n, 3): a ProbedPlace each, with world, index, value and gradient."""
         self._client.info(dataset)
         return self._client.probe(dataset, np.asarray(places, float).reshape(-1, 3), coordinates)
+
+    def _request(self, dataset, isovalue, **request):
+        """As surface_request; a ValueError where colors would be those of another world."""
+        asked, scalars = surface_request(isovalue, **request)
+        if scalars is not None and request.get("color_anyway") not in (True, "on", "true"):
+            _client.check_one_world(self._client.info(dataset), self._client.info(request["color_by"]))
+        return asked, scalars
 
     def _steps(self, dataset, request, scalars, final_only, display):
         stream = self._client.open(dataset, request, final_only, display, scalars)

@@ -5,6 +5,8 @@ from typing import Optional
 
 import numpy as np
 
+from . import _client
+
 
 def _edges(mesh):
     """How many distinct edges there are, and how many have one triangle only."""
@@ -23,6 +25,11 @@ class Mesh:
     faces: np.ndarray  # (m, 3) uint32
     normals: Optional[np.ndarray] = None
     scalars: Optional[np.ndarray] = None  # (n,) float32, of the dataset of color_by; NaN where it has no value.
+    error_bound: Optional[float] = None  # Of the distance to the full-resolution surface; None: it has none.
+
+    def __repr__(self):
+        within = "" if self.error_bound is None else f", within {self.error_bound:.3g}"
+        return f"<Mesh: {len(self.vertices)} vertices, {len(self.faces)} triangles{within}>"
 
     def __iter__(self):
         """For `vertices, faces = mesh`."""
@@ -33,8 +40,15 @@ class Mesh:
         return len(self.vertices) - _edges(self)[0] + len(self.faces)
 
     @property
+    def bounds(self):
+        """(2, 3): the least and the largest coordinates of its vertices; NaN without vertices."""
+        if len(self.vertices) == 0:
+            return np.full((2, 3), np.nan)
+        return np.array([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+    @property
     def area(self):
-        """In square units of the world."""
+        """In square units of the world, of this mesh. A distance bounds no area: that of the volume's surface may differ."""
         a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
         return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
 
@@ -51,6 +65,14 @@ class Mesh:
         # Near the origin the products lose least.
         a, b, c = (self.vertices[self.faces[:, i]] - self.vertices.mean(axis=0) for i in range(3))
         return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
+
+    @property
+    def volume_bound(self):
+        """How far `volume` may be from that of the full-resolution surface: area times error_bound. None without a bound.
+
+        A simplified surface encloses too little where it is convex: its vertices lie on the full-resolution one.
+        """
+        return None if self.error_bound is None else self.area * self.error_bound
 
     def components(self):
         """A Mesh for each connected component, the one with the most triangles first."""
@@ -71,7 +93,11 @@ class Mesh:
     def _part(self, is_in):
         kept, faces = np.unique(self.faces[is_in], return_inverse=True)
         values = [None if one is None else one[kept] for one in (self.normals, self.scalars)]
-        return Mesh(self.vertices[kept], faces.reshape(-1, 3).astype(np.uint32), *values)
+        return Mesh(self.vertices[kept], faces.reshape(-1, 3).astype(np.uint32), *values, self.error_bound)
+
+    def save(self, path):
+        """Writes a .ply, .stl, .obj, .glb, .drc or .vtp file, in world coordinates (rounded to 32 bits)."""
+        _client.save_mesh(str(path), self.vertices, self.faces, self.normals, self.scalars)
 
     def to_pyvista(self):
         """A pyvista.PolyData, where pyvista is installed."""

@@ -22,6 +22,8 @@ import ipywidgets
 import traitlets
 from IPython.display import HTML, Javascript, display
 
+from .addresses import page_address
+
 # Of client/web/src/state/settings.ts, which says what they mean.
 SETTINGS = frozenset(
     "dataset isovalue error bound topologyRule topologyTolerance region followView pixels maxTriangles simplify surfaces colour opacity "
@@ -127,13 +129,10 @@ def checked(settings):
 
 def page_of(server, settings):
     """The address of the page without its panel. What the address can say of the settings is in it."""
-    parts = urlsplit(server)
-    if parts.scheme not in ("http", "https") or not parts.netloc:
-        raise ValueError(f"'{server}' is not the address of a server's page, such as http://127.0.0.1:7480/.")
+    parts = urlsplit(page_address(server))
     simple = {snake(name): in_address(value) for name, value in settings.items() if isinstance(value, (bool, int, float, str))}
     said = urlencode(simple, quote_via=quote)
-    path = parts.path if parts.path.endswith("/") else parts.path + "/"
-    return urlunsplit((parts.scheme, parts.netloc, path, "embed", said))
+    return urlunsplit((parts.scheme, parts.netloc, parts.path, "embed", said))
 
 
 def snake(name):

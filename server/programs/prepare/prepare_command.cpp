@@ -234,8 +234,8 @@ void add_prepare_command(Command& program, Run& run) {
   command->begin_group("Output");
   command->add_flag(
       "--force", a->force,
-      "Write to a name without .mtd, too, over a file that is no dataset, and what is up "
-      "to date");
+      "Write to a name without .mtd, too, over a file that is no dataset, over a dataset of another "
+      "source, and what is up to date");
   command->footer(
       "Examples:\n"
       "  multitetra-server prepare CThead.nhdr -o head.mtd --name head\n"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "server/volume/formats/detail/contour_level.hpp"
 #include "server/volume/formats/detail/half_floats.hpp"
 #include "server/volume/formats/detail/header_bytes.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
@@ -76,13 +77,17 @@ StoredVolume open_mrc(const fs::path& path) {
   if (extended < 0)
     fail_reading(path, "its extended header has a negative length", "Get a whole copy of it");
   const std::uint64_t offset = kMrcHeaderBytes + static_cast<std::uint64_t>(extended);
+  StoredVolume volume;
+  volume.header = header;
+  volume.members.recommended_isovalue = contour_level_beside(path);
   if (integer(12) != kHalfMode) {
-    return {.header = header, .slices = slices_in_file(path, offset, endian, header)};
+    volume.slices = slices_in_file(path, offset, endian, header);
+    return volume;
   }
   ImageHeader stored = header;
   stored.type = StoredType::kU16;
-  return {.header = header,
-          .slices = slices_of_halves(slices_in_file(path, offset, endian, stored), header)};
+  volume.slices = slices_of_halves(slices_in_file(path, offset, endian, stored), header);
+  return volume;
 }
 
 }  // namespace multitetra

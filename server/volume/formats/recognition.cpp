@@ -54,7 +54,7 @@ constexpr std::array kFormats = {
     FormatDescription{"Imaris", ".ims", "--level, --time, --channel"},
     FormatDescription{"NetCDF-3", ".nc, .nc:/name", "classic, 64-bit; --time, --channel"},
     FormatDescription{"NumPy", ".npy", "2 to 4 dimensions; --time"},
-    FormatDescription{"MRC and CCP4", ".mrc, .map, .ccp4", "modes 0, 1, 2, 6, 12; also gzipped"},
+    FormatDescription{"MRC and CCP4", ".mrc, .map, .ccp4", "modes 0, 1, 2, 6, 12; also gzipped; the contour level of an EMDB header beside it"},
     FormatDescription{"cube", ".cube, .cub", "densities and orbitals; also gzipped; --component"},
     FormatDescription{
         "raw", ".raw, .raw.gz, .dat",

@@ -76,7 +76,10 @@ std::string members_text(const SourceMembers& members) {
   }
   return MembersJson{{"times", members.times.count}, {"at", members.times.at},
                      {"unit", members.times.unit},   {"fields", std::move(fields)},
-                     {"labels", std::move(labels)},  {"unnamed", members.unnamed}}
+                     {"labels", std::move(labels)},  {"unnamed", members.unnamed},
+                     {"recommended", members.recommended_isovalue
+                                         ? MembersJson(*members.recommended_isovalue)
+                                         : MembersJson()}}
       .dump(-1, ' ', false, MembersJson::error_handler_t::replace);
 }
 
@@ -87,6 +90,9 @@ SourceMembers members_from(std::string_view text) {
                    .at = json.at("at").get<std::vector<double>>(),
                    .unit = json.at("unit").get<std::string>()};
   members.unnamed = json.at("unnamed").get<std::vector<std::string>>();
+  if (const MembersJson& isovalue = json.at("recommended"); !isovalue.is_null()) {
+    members.recommended_isovalue = isovalue.get<double>();
+  }
   for (const MembersJson& field : json.at("fields")) {
     members.fields.push_back(
         {.name = field.at(0).get<std::string>(), .array = field.at(1).get<std::string>()});

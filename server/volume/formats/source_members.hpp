@@ -47,6 +47,8 @@ struct SourceMembers {
   std::vector<SourceLabel> labels = {};
   // What would be fields, if its name could be one's.
   std::vector<std::string> unnamed = {};
+  // Of the surface that the makers of the source recommend.
+  std::optional<double> recommended_isovalue = std::nullopt;
 
   friend bool operator==(const SourceMembers&, const SourceMembers&) = default;
 };

@@ -61,6 +61,23 @@ FetchReport octahedron_report() {
   return report;
 }
 
+TEST(Report, BoundsAVolumeByAreaTimesDistance) {
+  FetchReport report = octahedron_report();
+  report.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
+  EXPECT_EQ(json::parse(json_report(report)).at("volume_bound"), 12.0);  // The distance is 1.
+  report.measures->volume = std::nullopt;
+  EXPECT_TRUE(json::parse(json_report(report)).at("volume_bound").is_null());
+}
+
+TEST(Report, BoundsNoVolumeWhereNoDistanceIsBounded) {
+  FetchReport report = octahedron_report();
+  report.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
+  auto step = std::make_shared<CommittedStep>(*report.steps.back().step);
+  step->begin.request.topology_tolerance = 2;
+  report.steps.back().step = step;
+  EXPECT_TRUE(json::parse(json_report(report)).at("volume_bound").is_null());
+}
+
 TEST(Report, ListsEveryStepInJson) {
   const FetchReport report = octahedron_report();
   const StepEnd& end = report.steps.front().step->end;

@@ -20,7 +20,9 @@ except ImportError as missing:
     sys.exit(0)
 
 import multitetra
+from multitetra.addresses import page_address, stream_address
 from multitetra.connection import Connection
+from multitetra.napari_reader import image_layer, napari_get_reader
 
 PROGRAMS = pathlib.Path(sys.argv.pop(1))
 
@@ -33,6 +35,11 @@ def octahedron():
     vertices = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
     faces = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]]
     return multitetra.Mesh(vertices, np.array(faces, np.uint32))
+
+
+def sixfold_volume(vertices, faces):
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    return np.einsum("ij,ij->i", a, np.cross(b, c)).sum()
 
 
 class Silence:
@@ -167,6 +174,84 @@ class Package(unittest.TestCase):
             np.testing.assert_array_equal(row.values[0], layer.values[5])
             with self.assertRaisesRegex(multitetra.ServerError, "pixels"):
                 server.slice("gyroid", origin=(0, 0, 0), right=(1, 0, 0), down=(0, 1, 0), width=5000, height=5000)
+
+    def test_a_dataset_says_what_arrays_need(self):
+        with multitetra.connect(self.urls[0]) as server:
+            (info,) = [one for one in server.datasets() if one.name == "gyroid"]
+            self.assertEqual(info.shape, (33, 33, 33))
+            np.testing.assert_allclose((info.affine @ [3, 4, 5, 1])[:3], server.probe("gyroid", [[3, 4, 5]], "index")[0].world)
+            self.assertEqual(info.affine.shape, (4, 4))
+            self.assertEqual(info.unit, "")
+            self.assertRegex(repr(info), r"^<Dataset gyroid: 33 x 33 x 33 f32, spacing .*, values .* to .*>$")
+
+    def test_the_page_and_the_conversation_have_one_address(self):
+        page = self.urls[1].replace("ws://", "http://")
+        with multitetra.connect(page + "/#dataset=gyroid") as server:
+            self.assertIn("gyroid", [info.name for info in server.datasets()])
+        self.assertEqual(page_address("wss://example.org/volumes/v1/stream"), "https://example.org/volumes/")
+        self.assertEqual(stream_address("https://example.org/volumes/"), "wss://example.org/volumes/v1/stream")
+        self.assertEqual(stream_address("tls://example.org"), "tls://example.org")
+        with self.assertRaisesRegex(ValueError, "tcp://example.org"):
+            page_address("tcp://example.org")
+
+    def test_samples_are_indexed_like_an_array(self):
+        with multitetra.connect(self.urls[1]) as server:
+            array = server.array("gyroid")
+            whole = server.samples("gyroid")
+            self.assertEqual(whole.shape, (33, 33, 33))
+            self.assertEqual(whole[3, 4, 5], np.float32(server.probe("gyroid", [[3, 4, 5]], "index")[0].value))
+            for index in (np.s_[3, 4, 5], np.s_[3], np.s_[..., 5], np.s_[1:9:3, ::-8, 2:4], np.s_[:, -1, 30:99], np.s_[5:5]):
+                np.testing.assert_array_equal(array[index], whole[index])
+            np.testing.assert_array_equal(server.samples("gyroid", ((1, 3), (0, 33), (7, 8))), whole[1:3, :, 7:8])
+            np.testing.assert_array_equal(np.asarray(array), whole)
+            for wrong, error in ((33, IndexError), ("x", TypeError), (np.s_[0, 0, 0, 0], IndexError)):
+                with self.assertRaises(error):
+                    array[wrong]
+
+    def test_a_mesh_is_saved_in_the_format_of_its_suffix(self):
+        ball = octahedron()
+        np.testing.assert_array_equal(ball.bounds, [[-1, -1, -1], [1, 1, 1]])
+        ball.save(self.path / "ball.stl")
+        self.assertEqual(len((self.path / "ball.stl").read_bytes()), 84 + 8 * 50)
+        ball.save(self.path / "ball.ply")
+        self.assertTrue((self.path / "ball.ply").read_bytes().startswith(b"ply"))
+        with self.assertRaisesRegex(ValueError, r"\*\.stl"):
+            ball.save(self.path / "ball.step")
+        with self.assertRaisesRegex(ValueError, "vertex 9"):
+            multitetra.Mesh(ball.vertices, ball.faces + np.uint32(4)).save(self.path / "wrong.stl")
+        with self.assertRaises(OSError):
+            ball.save(self.path / "nowhere" / "ball.stl")
+
+    def test_a_volume_has_the_bound_of_its_mesh(self):
+        with multitetra.connect(self.urls[0]) as server:
+            steps = list(server.steps("gyroid", 0.1, error=0.5))
+            last = steps[-1].mesh
+            self.assertEqual(last.error_bound, steps[-1].error_bound_world)
+            self.assertEqual(last.volume_bound, last.area * last.error_bound)
+            self.assertTrue(all(step.mesh.error_bound is None for step in steps if step.spacing > 1))
+            self.assertIsNone(server.isosurface("gyroid", 0.1, error=0.5, bound="paper").error_bound)
+            self.assertEqual(last.components()[0].error_bound, last.error_bound)
+            self.assertRegex(repr(last), r"^<Mesh: \d+ vertices, \d+ triangles, within ")
+
+    def test_napari_takes_a_viewers_address_as_layers(self):
+        page = self.urls[1].replace("ws://", "http://")
+        self.assertIsNone(napari_get_reader("head.tif"))
+        reader = napari_get_reader(page)
+        *_, (surface, options, kind) = reader(page + "/#dataset=gyroid&isovalue=0.1&error=0.5")
+        self.assertEqual((kind, options["name"]), ("surface", "gyroid at 0.1"))
+        vertices, faces, values = surface
+        with multitetra.connect(page) as server:
+            mesh = server.isosurface("gyroid", 0.1, error=0.5)
+            info = {one.name: one for one in server.datasets()}["gyroid"]
+        np.testing.assert_array_equal(vertices, mesh.vertices[:, ::-1])
+        self.assertEqual(len(values), len(vertices))
+        # Reversed axes mirror, so the faces are turned over and enclose the same volume.
+        np.testing.assert_allclose(sixfold_volume(vertices, faces), sixfold_volume(mesh.vertices, mesh.faces))
+        samples, options, kind = image_layer(np.zeros((2, 3, 4)), info)
+        self.assertEqual((kind, samples.shape), ("image", (4, 3, 2)))
+        np.testing.assert_allclose((options["affine"] @ [5, 4, 3, 1])[:3][::-1], (info.affine @ [3, 4, 5, 1])[:3])
+        with self.assertRaisesRegex(ValueError, "gyroid"):
+            reader(page + "/#dataset=nothing")
 
     def test_a_surface_coloured_by_its_own_field_has_its_isovalue_everywhere(self):
         with multitetra.connect(self.urls[0]) as server:

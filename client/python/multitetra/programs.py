@@ -1,0 +1,12 @@
+"""`multitetra`, as a command of the wheel: the server that was packed with it, for `multitetra view FILE`."""
+
+import os
+import pathlib
+import sys
+
+
+def main():
+    server = pathlib.Path(__file__).with_name("programs_of_build") / "bin" / "multitetra-server"
+    if not server.exists():
+        sys.exit("This wheel was made of a build without the server; build multitetra_server_program and make it anew.")
+    os.execv(server, ["multitetra", *sys.argv[1:]])

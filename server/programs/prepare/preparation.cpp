@@ -1,0 +1,192 @@
+#include "server/programs/prepare/preparation.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <memory>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/address_text.hpp"
+#include "common/base/exit_codes.hpp"
+#include "common/cli/output_files.hpp"
+#include "server/dataset/prepare.hpp"
+#include "server/dataset/prepared_file.hpp"
+#include "server/programs/progress.hpp"
+#include "server/volume/volume_files.hpp"
+
+namespace multitetra {
+namespace {
+
+[[noreturn]] void fail_without_label(const PrepareJob& job, const LabelMap& map) {
+  const Label& missing = *job.member->label;
+  if (job.stored_label != missing.value) {
+    throw MissingLabel("Cannot read '" + job.input + "': segment " + label_text(missing) + " (" +
+                       missing.name + ") is empty.");
+  }
+  std::string there;
+  for (const FoundLabel& label : map.labels()) {
+    if (there.size() > 60) {
+      there += ", ...";
+      break;
+    }
+    there += (there.empty() ? "" : ", ") + label_text({.value = label.value});
+  }
+  throw MissingLabel(
+      "Cannot read '" + job.input + "': label " + label_text(missing) + " does not occur in it. " +
+      (there.empty() ? "All of its samples are 0" : "Its labels are " + there) + ".");
+}
+
+std::unique_ptr<VolumeSource> open_job(const PrepareJob& job, const VolumeFileOptions& options,
+                                       LatestLabelMap& maps) {
+  if (!job.member || !job.member->label) return open_volume(job.input, options);
+  const double value = job.stored_label;
+  const LabelMap map = maps.of(job.input, options);
+  const bool is_there =
+      value == 0 || std::any_of(map.labels().begin(), map.labels().end(),
+                                [&](const FoundLabel& label) { return label.value == value; });
+  if (!is_there) fail_without_label(job, map);
+  return map.field(value);
+}
+
+}  // namespace
+
+LabelMap LatestLabelMap::of(const std::string& input, const VolumeFileOptions& options) {
+  if (map_ && input_ == input && choice_ == options.choice) return *map_;
+  map_.reset();
+  const auto source = open_volume(input, options);
+  map_.emplace(input, *source, folder_);
+  input_ = input;
+  choice_ = options.choice;
+  return *map_;
+}
+
+bool looks_like_labels(const DatasetInfo& info) {
+  constexpr std::ptrdiff_t kFewValues = 32;
+  if (info.type == SampleType::kF32 || info.member) return false;
+  const auto& counts = info.histogram.counts;
+  const auto values =
+      std::count_if(counts.begin(), counts.end(), [](std::uint64_t count) { return count > 0; });
+  return values >= 2 && values <= kFewValues;
+}
+
+void require_free_output(const PrepareJob& job) {
+  if (is_address(job.output.string())) return;
+  require_outputs({{"--output", job.output}}, {{"input", job.input}});
+}
+
+namespace {
+
+// A dataset that was made of something else is not replaced by mistake. One of the same name, or of
+// the same series, is made anew.
+void require_same_source(const PrepareJob& job, const SourceNote& note) {
+  if (is_address(job.output.string()) || !std::filesystem::exists(job.output)) return;
+  std::optional<DatasetMetadata> there;
+  try {
+    there = PreparedFile(job.output.string()).metadata();
+  } catch (const std::exception&) {
+    return;  // A damaged one may be replaced.
+  }
+  const bool has_same_source = there->source.file == note.file ||
+                               (!note.digest.empty() && there->source.digest == note.digest);
+  const bool is_same_series =
+      job.member && there->info.member && job.member->series == there->info.member->series;
+  if (has_same_source || is_same_series) return;
+  throw ExitError(kUsage, "--output: " + job.output.string() + " is a dataset of '" +
+                              there->source.file + "'; --force replaces it by one of '" +
+                              note.file + "'.");
+}
+
+}  // namespace
+
+std::optional<Prepared> Preparation::prepare_unless_up_to_date(const PrepareJob& job) {
+  require_free_output(job);
+  DatasetOutput output(job.output, arguments_.force);
+  const SourceNote note = note_of(job);
+  if (arguments_.force || !is_up_to_date(job, note)) return prepare_one(job, note, output);
+  see_prepared(job);
+  return std::nullopt;
+}
+
+Prepared Preparation::prepare_one(const PrepareJob& job, const SourceNote& note,
+                                  DatasetOutput& output) {
+  if (!arguments_.force) require_same_source(job, note);
+  const std::optional<double> outside = arguments_.outside_value();
+  Progress progress(job.member ? "prepare " + job.name : "prepare", 3,
+                    arguments_.quiet || arguments_.json);
+  progress.begin("open");
+  VolumeFileOptions options = arguments_.volume.parsed();
+  options.choice = job.choice;
+  options.notice = [&](const std::string& text) { progress.note(text); };
+  const auto source = open_job(job, options, maps_);
+  const VolumeHeader& header = source->header();
+  see(job, {header.dims, header.index_to_world, header.meaning});
+  std::string pass;
+  PrepareOptions how{.name = job.name,
+                     .outside = outside,
+                     .margin = arguments_.margin_steps(),
+                     .bins = arguments_.bins,
+                     .member = job.member};
+  if (job.member && job.member->label) {
+    how.suggested_isovalues = {kLabelBoundary};
+    how.bin_edges = {kLabelBinEdges.begin(), kLabelBinEdges.end()};
+  }
+  how.progress = [&](const char* name, std::uint64_t done, std::uint64_t all) {
+    if (stop_.stop_requested()) throw PreparationStopped();
+    if (pass != name) progress.begin(pass = name);
+    progress.update(static_cast<double>(done), static_cast<double>(all), "voxels");
+  };
+  Prepared prepared;
+  prepared.info = prepare(*source, how, output.file(), note);
+  output.finish([&](double fraction) {
+    if (pass != "upload") progress.begin(pass = "upload");
+    progress.update(100 * fraction, 100, "%");
+  });
+  progress.finish();
+  prepared.file_bytes = std::filesystem::file_size(output.file());
+  prepared.seconds = progress.seconds();
+  return prepared;
+}
+
+SourceNote Preparation::note_of(const PrepareJob& job) {
+  auto [at, is_new] = notes_.try_emplace(job.input);
+  if (is_new) at->second = source_note(job.input);
+  SourceNote note = at->second;
+  note.options = arguments_.told();
+  for (const std::string& more : job.told)
+    note.options += (note.options.empty() ? "" : " ") + more;
+  return note;
+}
+
+void Preparation::see_prepared(const PrepareJob& job) {
+  if (!job.member) return;
+  const DatasetInfo info = PreparedFile(job.output.string()).info();
+  see(job, {info.dims, info.index_to_world, info.meaning});
+}
+
+// What the table tells of a member that lies elsewhere than the first.
+void Preparation::require_same_places(const PrepareJob& job, const Places& found,
+                                      const Places& first, const std::string& first_input) {
+  const auto size = [](const Places& places) {
+    return std::to_string(places.dims[0]) + " x " + std::to_string(places.dims[1]) + " x " +
+           std::to_string(places.dims[2]);
+  };
+  const auto refuse = [&](const std::string& difference) {
+    fail_reading(job.input, difference + "; members of a series lie on the same places",
+                 "Resample it, or prepare it for itself");
+  };
+  if (found.dims != first.dims) {
+    refuse("it has " + size(found) + " samples and '" + first_input + "' has " + size(first));
+  }
+  if (found.index_to_world != first.index_to_world || found.meaning.space != first.meaning.space ||
+      found.meaning.length_unit != first.meaning.length_unit) {
+    refuse("its samples lie at other places in the world than those of '" + first_input + "'");
+  }
+}
+
+void Preparation::see(const PrepareJob& job, const Places& places) {
+  if (!job.member) return;
+  const auto [first, is_new] = first_.try_emplace(job.member->series, places, job.input);
+  if (!is_new) require_same_places(job, places, first->second.first, first->second.second);
+}
+
+}  // namespace multitetra

@@ -1,0 +1,111 @@
+#include "server/programs/view/dataset_cache.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Entry {
+  fs::path path;
+  fs::file_time_type used;
+  std::uint64_t bytes = 0;
+};
+
+std::uint64_t bytes_below(const fs::path& folder) {
+  std::uint64_t bytes = 0;
+  std::error_code gone;  // Other processes may remove what is listed here.
+  for (fs::recursive_directory_iterator at(folder, gone), end; !gone && at != end;
+       at.increment(gone)) {
+    std::error_code ignored;
+    const std::uint64_t size = at->is_regular_file(ignored) ? at->file_size(ignored) : 0;
+    if (!ignored) bytes += size;
+  }
+  return bytes;
+}
+
+std::vector<Entry> entries_in(const fs::path& folder) {
+  std::vector<Entry> entries;
+  std::error_code error;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    std::error_code gone;
+    if (at->is_symlink(gone) || !at->is_directory(gone)) continue;
+    const fs::file_time_type used = at->last_write_time(gone);
+    if (!gone) entries.push_back({at->path(), used, bytes_below(at->path())});
+  }
+  std::sort(entries.begin(), entries.end(),
+            [](const Entry& a, const Entry& b) { return a.used < b.used; });
+  return entries;
+}
+
+// The folder, opened and locked; -1 when another process has a lock that excludes this one.
+int locked(const fs::path& folder, int kind) {
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return -1;
+  if (::flock(descriptor, kind) == 0) return descriptor;
+  ::close(descriptor);
+  return -1;
+}
+
+fs::path absolute_path_in(const char* variable) {
+  const char* const value = std::getenv(variable);
+  return value != nullptr && fs::path(value).is_absolute() ? fs::path(value) : fs::path();
+}
+
+}  // namespace
+
+fs::path usual_cache_folder() {
+  if (const fs::path cache = absolute_path_in("XDG_CACHE_HOME"); !cache.empty()) {
+    return cache / "multitetra";
+  }
+  const fs::path home = absolute_path_in("HOME");
+  return home.empty() ? home : home / ".cache" / "multitetra";
+}
+
+DatasetCache::DatasetCache(fs::path folder, std::uint64_t bytes)
+    : folder_(std::move(folder)), bytes_(bytes) {
+  if (fs::create_directories(folder_)) fs::permissions(folder_, fs::perms::owner_all);
+}
+
+DatasetCache::~DatasetCache() {
+  for (const auto& [key, descriptor] : open_) ::close(descriptor);
+}
+
+fs::path DatasetCache::entry(const std::string& key) {
+  const fs::path path = folder_ / key;
+  if (open_.contains(key)) return path;
+  fs::create_directories(path);
+  const int descriptor = locked(path, LOCK_SH);
+  if (descriptor < 0) throw std::system_error(errno, std::generic_category(), path.string());
+  open_.emplace(key, descriptor);
+  fs::create_directories(path);  // Another process may have evicted it before it was locked.
+  fs::last_write_time(path, fs::file_time_type::clock::now());
+  return path;
+}
+
+void DatasetCache::evict() {
+  const std::vector<Entry> entries = entries_in(folder_);
+  std::uint64_t all = 0;
+  for (const Entry& entry : entries) all += entry.bytes;
+  for (const Entry& entry : entries) {
+    if (all <= bytes_) return;
+    const int descriptor = locked(entry.path, LOCK_EX | LOCK_NB);
+    if (descriptor < 0) continue;
+    std::error_code ignored;
+    fs::remove_all(entry.path, ignored);
+    ::close(descriptor);
+    all -= entry.bytes;
+  }
+}
+
+}  // namespace multitetra

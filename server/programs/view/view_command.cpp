@@ -1,0 +1,313 @@
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdint>
+#include <cstdlib>
+#include <deque>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "common/base/exit_codes.hpp"
+#include "common/base/percent_encoded.hpp"
+#include "common/cli/program.hpp"
+#include "common/cli/terminal.hpp"
+#include "server/dataset/prepared_file.hpp"
+#include "server/programs/commands.hpp"
+#include "server/programs/prepare/series_jobs.hpp"
+#include "server/programs/prepare/preparation.hpp"
+#include "server/programs/serving/dataset_server.hpp"
+#include "server/programs/thread_options.hpp"
+#include "server/programs/view/browser.hpp"
+#include "server/programs/view/dataset_cache.hpp"
+#include "server/programs/view/viewed_volumes.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ViewArguments {
+  std::vector<std::string> inputs;
+  VolumeOptions volume;
+  std::string labels;
+  bool no_labels = false;
+  std::string http = "http://127.0.0.1:0";
+  std::string cache_folder;
+  std::uint64_t cache_bytes = std::uint64_t{20} << 30;
+  bool no_cache = false;
+  bool no_browser = false;
+  bool quiet = false;
+  int threads = 0;
+};
+
+// Where datasets are written: the cache, or a temporary folder that goes with this.
+class DatasetFolders {
+ public:
+  explicit DatasetFolders(const ViewArguments& arguments) {
+    fs::path folder = arguments.cache_folder;
+    if (folder.empty() && !arguments.no_cache) folder = usual_cache_folder();
+    if (!folder.empty() && !arguments.no_cache) {
+      try {
+        cache_.emplace(folder, arguments.cache_bytes);
+        return;
+      } catch (const fs::filesystem_error& error) {
+        if (!arguments.cache_folder.empty()) throw;
+        std::cerr << "view: Nothing is kept for the next time: " << error.what() << std::endl;
+      }
+    }
+    std::string name = (fs::temp_directory_path() / "multitetra-view.XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) {
+      throw std::system_error(errno, std::generic_category(), "Cannot create " + name);
+    }
+    temporary_ = name;
+  }
+  ~DatasetFolders() {
+    std::error_code ignored;
+    if (!temporary_.empty()) fs::remove_all(temporary_, ignored);
+  }
+  DatasetFolders(const DatasetFolders&) = delete;
+  DatasetFolders& operator=(const DatasetFolders&) = delete;
+
+  std::string folder_for(const PrepareArguments& preparation) {
+    if (cache_) return cache_->entry(cache_key(preparation)).string();
+    const fs::path folder = temporary_ / std::to_string(count_++);
+    fs::create_directory(folder);
+    return folder.string();
+  }
+  void evict() {
+    if (cache_) cache_->evict();
+  }
+
+ private:
+  std::optional<DatasetCache> cache_;
+  fs::path temporary_;
+  int count_ = 0;
+};
+
+std::vector<PrepareJob> jobs_of(const PrepareArguments& arguments, LatestLabelMap& maps) {
+  const auto notice = [&](const std::string& text) {
+    if (!arguments.quiet) std::cerr << "view: " << text << std::endl;
+  };
+  if (arguments.series.are_given()) return series_jobs(arguments, maps, notice);
+  std::vector<PrepareJob> jobs = jobs_for(arguments.inputs, arguments.output);
+  for (PrepareJob& job : jobs) job.choice = arguments.volume.parsed().choice;
+  return jobs;
+}
+
+// All that is to be shown, in the order in which it is prepared. One thread at a time.
+class ViewedVolumes {
+ public:
+  ViewedVolumes(const ViewArguments& arguments, std::vector<std::string> inputs)
+      : arguments_(arguments), folders_(arguments) {
+    std::vector<std::string> volumes;
+    for (std::string& input : inputs) (is_prepared(input) ? places_ : volumes).push_back(input);
+    has_datasets_ = !places_.empty();
+    if (!volumes.empty()) {
+      for (PrepareArguments& one : preparations_of(volumes, arguments.volume)) add(std::move(one));
+    }
+    std::optional<std::string> labels;
+    if (!arguments.labels.empty()) {
+      labels = arguments.labels;
+    } else if (!arguments.no_labels && volumes.size() == 1 && !is_address(volumes.front())) {
+      labels = labels_beside(volumes.front());
+    }
+    if (labels) {
+      tell("The labels of '" + *labels + "' come into the list as they are ready.");
+      add(preparation_of_labels(*labels));
+    }
+  }
+
+  // Whether some of the inputs were datasets already.
+  [[nodiscard]] bool has_datasets() const { return has_datasets_; }
+
+  // Where the datasets are, or will be.
+  [[nodiscard]] const std::vector<std::string>& places() const { return places_; }
+
+  // Prepares until a dataset is there. Returns its name; none where all is prepared that can be.
+  // What cannot be prepared is told on the standard error. Throws PreparationStopped.
+  std::optional<std::string> prepare_next(const std::stop_token& stop) {
+    for (; !waiting_.empty(); waiting_.pop_front()) {
+      PrepareArguments& arguments = waiting_.front();
+      try {
+        if (!work_) work_ = std::make_unique<Work>(arguments, stop);
+        while (!work_->jobs.empty()) {
+          const PrepareJob job = std::move(work_->jobs.front());
+          work_->jobs.pop_front();
+          if (prepare(job)) return job.name;
+        }
+      } catch (const PreparationStopped&) {
+        throw;
+      } catch (const std::exception& problem) {
+        complain("multitetra", problem.what());
+      }
+      work_.reset();
+    }
+    folders_.evict();
+    return std::nullopt;
+  }
+
+ private:
+  // The preparation in work.
+  struct Work {
+    Work(const PrepareArguments& arguments, const std::stop_token& stop)
+        : maps(arguments.output), preparation(arguments, maps, stop) {
+      for (PrepareJob& job : jobs_of(arguments, maps)) jobs.push_back(std::move(job));
+    }
+    LatestLabelMap maps;
+    Preparation preparation;
+    std::deque<PrepareJob> jobs;
+  };
+
+  void tell(const std::string& text) const {
+    if (!arguments_.quiet) std::cerr << "view: " << text << std::endl;
+  }
+
+  void add(PrepareArguments arguments) {
+    arguments.output = folders_.folder_for(arguments);
+    places_.push_back(arguments.output);
+    wait_for(std::move(arguments));
+  }
+
+  // Labels that are found in a volume after serving has begun: below a folder that is served.
+  void add_labels_of(const std::string& input) {
+    tell("'" + input + "' looks like labels; their surfaces come into the list as they are ready "
+         "(--no-labels leaves them out).");
+    PrepareArguments arguments = preparation_of_labels(input);
+    arguments.volume = waiting_.front().volume;
+    const fs::path folder = fs::path(waiting_.front().output) / "labels";
+    fs::create_directories(folder);
+    arguments.output = folder.string();
+    wait_for(std::move(arguments));
+  }
+
+  void wait_for(PrepareArguments arguments) {
+    arguments.quiet = arguments_.quiet;
+    waiting_.push_back(std::move(arguments));
+  }
+
+  // False where there is no dataset of the job afterwards.
+  bool prepare(const PrepareJob& job) {
+    try {
+      (void)work_->preparation.prepare_unless_up_to_date(job);
+      const bool has_labels = looks_like_labels(PreparedFile(job.output.string()).info());
+      if (has_labels && !arguments_.no_labels) add_labels_of(job.input);
+      return true;
+    } catch (const PreparationStopped&) {
+      throw;
+    } catch (const std::exception& problem) {
+      complain("multitetra", problem.what());
+      return false;
+    }
+  }
+
+  const ViewArguments& arguments_;
+  DatasetFolders folders_;
+  std::vector<std::string> places_;
+  bool has_datasets_ = false;
+  std::deque<PrepareArguments> waiting_;  // The first one is in work.
+  std::unique_ptr<Work> work_;
+};
+
+// Of a listener on all addresses, one that works on this machine.
+std::string local(std::string url) {
+  for (const std::string all : {"//0.0.0.0:", "//[::]:"}) {
+    if (const std::size_t at = url.find(all); at != std::string::npos) {
+      url.replace(at, all.size(), "//localhost:");
+    }
+  }
+  return url;
+}
+
+void show(const std::string& address, const ViewArguments& arguments) {
+  std::cout << "\n   " << styled(Style::kBold, address, STDOUT_FILENO) << "\n\n"
+            << "   Serving until Ctrl-C." << std::endl;
+  if (!arguments.no_browser) open_in_browser(address);
+}
+
+int view(const ViewArguments& arguments) {
+  const ThreadLimit limit(arguments.threads);
+  std::vector<std::string> inputs = arguments.inputs;
+  if (inputs.empty()) inputs.push_back(demo_volume().string());
+  std::optional<ViewedVolumes> made;
+  try {
+    made.emplace(arguments, inputs);
+  } catch (const VolumeFileError& problem) {
+    throw ExitError(kUsage, problem.what());
+  }
+  ViewedVolumes& volumes = *made;
+  const std::optional<std::string> first = volumes.prepare_next({});
+  if (!first && !volumes.has_datasets()) return kUsage;  // Each problem has been printed.
+  ServeOptions options;
+  options.listeners.tcp = "off";
+  options.listeners.http = arguments.http;
+  options.listeners.log_level = "error";
+  options.listeners.drain_seconds = 1;
+  options.threads = arguments.threads;
+  options.datasets = volumes.places();
+  return serve_until_stopped(options, [&](const OpenServer& server) {
+    const std::string name = first ? "#dataset=" + percent_encoded(*first) : "";
+    show(local(server.urls.front()) + "/" + name, arguments);
+    const auto rest = [&volumes, read_again = server.read_again](const std::stop_token& stop) {
+      try {
+        while (volumes.prepare_next(stop)) read_again();
+      } catch (const PreparationStopped&) {  // The server has stopped.
+      }
+    };
+    return std::make_shared<std::jthread>(rest);
+  });
+}
+
+}  // namespace
+
+void add_view_command(Command& program, Run& run) {
+  const auto a = std::make_shared<ViewArguments>();
+  Command* command = program.add_subcommand(
+      "view", "Show a volume in the browser: prepares it, serves it on this machine, opens it");
+  command
+      ->add_option("input", a->inputs,
+                   "Volumes or datasets: a file, a folder, an address; files of a time series "
+                   "(default: a demo volume)")
+      ->type_name("SOURCE");
+  command->add_option("--labels", a->labels,
+                      "A label map of the same places, whose labels are shown with the volume "
+                      "(default: one beside it that is named like it, as ct_seg.nii.gz)")
+      ->type_name("FILE");
+  command->add_flag("--no-labels", a->no_labels, "Leave label maps as they are");
+  command
+      ->add_option("--http", a->http, "Address and port that are listened on; port 0 is a free one")
+      ->envname("MULTITETRA_HTTP")
+      ->capture_default_str();
+  command->add_flag("--no-browser", a->no_browser, "Only print the address");
+  command->add_flag("--no-cache", a->no_cache, "Prepare again, and keep nothing");
+  command->add_flag("--quiet", a->quiet, "Print only the address and errors");
+  add_threads_option(*command, a->threads);
+  command->begin_group("Cache");
+  command->add_option("--cache", a->cache_folder,
+                      "Folder of the datasets that are kept (default: multitetra in "
+                      "$XDG_CACHE_HOME or ~/.cache)");
+  command
+      ->add_option("--cache-bytes", a->cache_bytes,
+                   "Size of that folder; what was not used for longest is removed first")
+      ->as_bytes()
+      ->capture_default_str();
+  command->begin_group("Reading the volume");
+  a->volume.add_to(*command);
+  command->footer(
+      "Examples:\n"
+      "  multitetra view\n"
+      "  multitetra view head.nii.gz\n"
+      "  multitetra view dicom_folder/ --series 2\n"
+      "  multitetra view flow_*.vti\n"
+      "  multitetra view ct.nii.gz --labels organs.seg.nrrd\n"
+      "  multitetra view https://example.org/image.zarr --channel 0");
+  command->callback([a, &run] { run = [a] { return view(*a); }; });
+}
+
+}  // namespace multitetra

@@ -1,0 +1,208 @@
+#include "server/programs/view/viewed_volumes.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdint>
+#include <cstdio>
+#include <span>
+#include <string_view>
+#include <system_error>
+
+#include "common/base/exit_codes.hpp"
+#include "common/base/text.hpp"
+#include "server/dataset/checksum.hpp"
+#include "server/dataset/dataset.hpp"
+#include "server/dataset/source_note.hpp"
+#include "server/programs/prepare/prepare_jobs.hpp"
+#include "server/volume/formats/image_stack.hpp"
+#include "server/volume/formats/recognition.hpp"
+#include "server/volume/volume_files.hpp"
+#include "server/volume/volume_folder.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+// ---- time series
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+// "flow_0012.vti" -> "flow_#.vti"
+std::string without_numbers(const std::string& name) {
+  std::string pattern;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    if (!is_digit(name[i])) {
+      pattern += name[i];
+    } else if (i == 0 || !is_digit(name[i - 1])) {
+      pattern += '#';
+    }
+  }
+  return pattern;
+}
+
+bool have_one_grid(const std::string& a, const std::string& b, const VolumeFileOptions& options) {
+  const auto first = open_volume(a, options);
+  const auto second = open_volume(b, options);
+  return first->header().dims == second->header().dims &&
+         first->header().index_to_world == second->header().index_to_world;
+}
+
+bool are_times(const std::vector<std::string>& volumes, const VolumeFileOptions& options) {
+  if (volumes.size() < 2) return false;
+  const std::string pattern = without_numbers(fs::path(volumes.front()).filename().string());
+  const bool is_numbered = pattern.find('#') != std::string::npos;
+  const auto is_alike = [&](const std::string& volume) {
+    return fs::path(volume).parent_path() == fs::path(volumes.front()).parent_path() &&
+           without_numbers(fs::path(volume).filename().string()) == pattern;
+  };
+  return is_numbered && std::all_of(volumes.begin(), volumes.end(), is_alike) &&
+         have_one_grid(volumes.front(), volumes.back(), options);
+}
+
+// "flow" of "flow_0012.vti"; the folder's name where the file has only a number.
+std::string series_name(const fs::path& volume) {
+  std::string name = default_dataset_name(volume);
+  const auto ends_here = [](char c) { return is_digit(c) || c == '_' || c == '-' || c == '.'; };
+  while (!name.empty() && ends_here(name.back())) name.pop_back();
+  if (name.empty()) name = fs::absolute(volume).parent_path().filename().string();
+  return name.empty() ? "series" : name;
+}
+
+// ---- labels
+
+constexpr std::array<std::string_view, 7> kLabelWords = {
+    "seg", "segmentation", "segmentations", "label", "labels", "mask", "masks"};
+
+bool is_label_word(std::string_view word) {
+  return std::find(kLabelWords.begin(), kLabelWords.end(), word) != kLabelWords.end();
+}
+
+bool is_volume(const fs::path& file) {
+  try {
+    return recognized_format(file).has_value();
+  } catch (const VolumeFileError&) {
+    return false;
+  }
+}
+
+// ---- keys
+
+// Larger files hold their samples themselves; a smaller one may be a header that names others.
+constexpr std::uintmax_t kMostHeaderBytes = 1 << 20;
+
+std::string hexadecimal(std::uint64_t number) {
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
+  return text.data();
+}
+
+}  // namespace
+
+fs::path demo_volume() {
+  std::error_code unknown;
+  const fs::path program = fs::read_symlink("/proc/self/exe", unknown);
+  const fs::path demo = program.parent_path().parent_path() / "share" / "multitetra" / "demo" /
+                        "visible_female_head.nrrd";
+  if (!unknown && fs::exists(demo, unknown)) return demo;
+  throw ExitError(kFailed, "The demo volume is not at '" + demo.string() +
+                               "'; name a volume of yours: multitetra view FILE.");
+}
+
+bool is_prepared(const std::string& input) {
+  if (fs::path(input).extension() == ".mtd") return true;
+  if (!is_folder_of_datasets(input) || datasets_in(input).empty()) return false;
+  return is_address(input) || volumes_in(input).empty();
+}
+
+std::vector<PrepareArguments> preparations_of(const std::vector<std::string>& inputs,
+                                              const VolumeOptions& volume) {
+  std::vector<std::string> volumes;
+  for (const PrepareJob& job : jobs_for(inputs, {})) volumes.push_back(job.input);
+  if (volumes.empty()) {
+    throw ExitError(kUsage, "There is no volume in " + inputs.front() + ".");
+  }
+  std::sort(volumes.begin(), volumes.end(),
+            [](const std::string& a, const std::string& b) { return naturally_less(a, b); });
+  VolumeFileOptions options = volume.parsed();
+  options.choice.first = true;
+  PrepareArguments usual;
+  usual.volume = volume;
+  if (are_times(volumes, options)) {
+    usual.inputs = volumes;
+    usual.series.time_series = series_name(volumes.front());
+    return {usual};
+  }
+  std::vector<PrepareArguments> preparations;
+  for (const std::string& input : volumes) {
+    PrepareArguments one = usual;
+    one.inputs = {input};
+    const SourceMembers members = open_volume(input, options)->members();
+    one.series.all_times = members.times.count > 1 && !volume.time;
+    const bool chooses_field = !volume.array.empty() || volume.channel.has_value();
+    if (members.fields.size() > 1 && !chooses_field) one.series.fields = {"all"};
+    if (!members.labels.empty() && volume.component.empty()) one.series.labels = {"all"};
+    preparations.push_back(std::move(one));
+  }
+  return preparations;
+}
+
+PrepareArguments preparation_of_labels(const std::string& input) {
+  PrepareArguments arguments;
+  arguments.inputs = {input};
+  arguments.series.labels = {"all"};
+  return arguments;
+}
+
+std::optional<std::string> labels_beside(const fs::path& volume) {
+  std::error_code error;
+  if (!fs::is_regular_file(volume, error)) return std::nullopt;
+  const fs::path folder = volume.has_parent_path() ? volume.parent_path() : ".";
+  const std::string own = lower_case(default_dataset_name(volume));
+  std::optional<std::string> named_alike;
+  std::optional<std::string> plain;
+  std::size_t others = 0;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    std::error_code ignored;
+    if (!at->is_regular_file(ignored) || fs::equivalent(at->path(), volume, ignored)) continue;
+    const std::string name = lower_case(default_dataset_name(at->path()));
+    const bool has_own = name.size() > own.size() + 1 && name.starts_with(own) &&
+                         std::string_view("_-. ").find(name[own.size()]) != std::string::npos;
+    const bool is_alike = has_own && is_label_word(std::string_view(name).substr(own.size() + 1));
+    if (!is_volume(at->path())) continue;
+    if (is_alike) {
+      named_alike = at->path().string();
+    } else if (is_label_word(name)) {
+      plain = at->path().string();
+    } else {
+      ++others;
+    }
+  }
+  if (named_alike) return named_alike;
+  return others == 0 ? plain : std::nullopt;
+}
+
+std::string cache_key(const PrepareArguments& arguments) {
+  const SeriesArguments& series = arguments.series;
+  std::string text = std::string(MULTITETRA_VERSION) + '\0' + arguments.told() + '\0' +
+                     series.time_series + '\0' + arguments.name + '\0';
+  text += std::string(series.all_times ? "times " : "") +
+          (series.fields.empty() ? "" : "fields ") + (series.labels.empty() ? "" : "labels ");
+  for (const std::string& input : arguments.inputs) {
+    const SourceNote note = source_note(input);
+    std::error_code no_file;
+    const std::uintmax_t bytes = fs::is_regular_file(input, no_file) ? fs::file_size(input, no_file) : 0;
+    const bool stands_alone = fs::is_directory(input, no_file) || bytes > kMostHeaderBytes;
+    const fs::path place = is_address(input) ? fs::path(input) : fs::absolute(input);
+    text += '\0' + note.file + '\0' + note.digest + '\0' + (stands_alone ? "" : place.string());
+  }
+  std::string name = default_dataset_name(arguments.inputs.front());
+  std::replace_if(
+      name.begin(), name.end(),
+      [](unsigned char c) { return c < 0x80 && std::isalnum(c) == 0 && c != '-' && c != '_'; }, '_');
+  if (name.size() > 64) name.resize(64);
+  return name + "-" + hexadecimal(checksum(std::as_bytes(std::span(text))));
+}
+
+}  // namespace multitetra

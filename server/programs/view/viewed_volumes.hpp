@@ -1,0 +1,41 @@
+// What `view` makes of the files and folders that it is given: which are datasets already, which
+// volumes belong together, and how they are prepared.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/programs/prepare/prepare_arguments.hpp"
+
+namespace multitetra {
+
+// The volume that is shown when none is named: a file beside the programs. Throws ExitError when it
+// is not there.
+[[nodiscard]] std::filesystem::path demo_volume();
+
+// Whether the input is a dataset, or a folder of datasets that has no volumes; neither needs any
+// preparation.
+[[nodiscard]] bool is_prepared(const std::string& input);
+
+// How the inputs are prepared, each result into a folder of its own; `output` is not set yet. Files
+// numbered alike on the same grid are one time series; a file with several times, fields or named
+// labels becomes a series of them unless `volume` chooses one. Opens volumes, but reads headers
+// only. Throws VolumeFileError, ExitError.
+[[nodiscard]] std::vector<PrepareArguments> preparations_of(const std::vector<std::string>& inputs,
+                                                            const VolumeOptions& volume);
+
+// Every label of a label map as a surface of its own.
+[[nodiscard]] PrepareArguments preparation_of_labels(const std::string& input);
+
+// A label map beside a volume, known by its name: "ct_seg.nii.gz", "ct-labels.nrrd" or "ct.seg.nrrd"
+// beside "ct.nii.gz", or "labels.nii.gz" where only one other volume is in the folder.
+[[nodiscard]] std::optional<std::string> labels_beside(const std::filesystem::path& volume);
+
+// The name of a cache entry for what a preparation reads and the options it reads it with. Reads
+// all bytes of its inputs. An address, and a file small enough to be a header of samples elsewhere,
+// counts by its place as well.
+[[nodiscard]] std::string cache_key(const PrepareArguments& arguments);
+
+}  // namespace multitetra

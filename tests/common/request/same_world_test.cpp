@@ -1,0 +1,48 @@
+#include "common/request/same_world.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/texts.hpp"
+
+namespace multitetra {
+namespace {
+
+using testing::expect_contains;
+
+// Ten samples a side, a millimetre apart, from `origin` on.
+DatasetInfo cube_at(const Vec3& origin) {
+  DatasetInfo info;
+  info.name = "cube";
+  info.dims = {10, 10, 10};
+  info.index_to_world.translation = origin;
+  info.meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = "HU"};
+  return info;
+}
+
+TEST(SameWorld, BoxesThatOverlapLieInOneWorldWhateverTheirGrids) {
+  DatasetInfo values = cube_at({9, 0, 0});
+  values.dims = {3, 40, 5};
+  values.meaning.value_unit = "K";
+  EXPECT_EQ(why_not_one_world(cube_at({0, 0, 0}), values), "");
+}
+
+TEST(SameWorld, OtherAxesUnitsAndPlacesAreOtherWorlds) {
+  const DatasetInfo surface = cube_at({0, 0, 0});
+  DatasetInfo values = surface;
+  values.meaning.space = WorldSpace::kRas;
+  expect_contains(why_not_one_world(surface, values), "RAS");
+  values = surface;
+  values.meaning.length_unit = "µm";
+  expect_contains(why_not_one_world(surface, values), "µm");
+  expect_contains(why_not_one_world(surface, cube_at({0, 10, 0})), "along y from 10 to 19");
+}
+
+TEST(SameWorld, WhatIsNotKnownIsNoDifference) {
+  const DatasetInfo surface = cube_at({0, 0, 0});
+  DatasetInfo values = surface;
+  values.meaning = {};
+  EXPECT_EQ(why_not_one_world(surface, values), "");
+}
+
+}  // namespace
+}  // namespace multitetra

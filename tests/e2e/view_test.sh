@@ -1,0 +1,148 @@
+#!/usr/bin/env bash
+# `multitetra view`: a volume in the browser with one command. Usage: view_test.sh DIRECTORY_OF_PROGRAMS
+set -euo pipefail
+
+bin=$(cd "$1" && pwd)
+view=$bin/multitetra
+server=$bin/multitetra-server
+source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
+export XDG_CACHE_HOME=$work/cache BROWSER=$work/browser
+unset DISPLAY WAYLAND_DISPLAY MULTITETRA_HTTP
+
+# A browser that leaves a note of what it was to open.
+cat >browser <<'END'
+#!/bin/sh
+echo "$1" >>"$(dirname "$0")/opened"
+END
+chmod +x browser
+
+# starts NAME WORDS...: `url` is the server's address, without what is shown there.
+starts() {
+  local name=$1
+  start "$name" "$view" view --quiet "${@:2}"
+  url=
+  for _ in $(seq 1200); do
+    url=$(sed -n 's/.*\(http:\/\/[^ ]*\).*/\1/p' "$name.log" | head -n 1)
+    [ -z "$url" ] || break
+    kill -0 "$pid" 2>/dev/null || break
+    sleep 0.05
+  done
+  [ -n "$url" ] || { fail "view $* prints no address: $(cat "$name.log")"; return; }
+  shown=${url#*#dataset=}
+  url=${url%%/#*}
+  url=${url%/}
+}
+names() {
+  curl -s "$url/v1/datasets" | python3 -c 'import json, sys; print(*sorted(d["name"] for d in json.load(sys.stdin)["datasets"]))'
+}
+# lists NAMES: at last, for some are prepared while others are served.
+lists() {
+  for _ in $(seq 600); do
+    [ "$(names)" != "$1" ] || return 0
+    sleep 0.05
+  done
+  fail "datasets \"$(names)\" instead of \"$1\""
+}
+ends_by_interrupt() {
+  local status=0
+  kill -INT "$pid"
+  wait "$pid" || status=$?
+  [ "$status" = 0 ] || fail "exit code $status after Ctrl-C"
+}
+# volume FILE KIND: 12 samples a side; KIND is a function of x and y.
+volume() {
+  python3 - "$1" "$2" <<'END'
+import sys
+samples = bytes(eval(sys.argv[2], {"x": x, "y": y}) for _ in range(12) for y in range(12) for x in range(12))
+header = b"NRRD0004\ntype: uint8\ndimension: 3\nsizes: 12 12 12\nspacings: 1 1 1\nencoding: raw\n\n"
+open(sys.argv[1], "wb").write(header + samples)
+END
+}
+
+# --- without a file, the demo volume; the browser is opened where it is shown
+starts demo
+[ "$shown" = visible_female_head ] || fail "the demo shows $shown"
+lists "visible_female_head"
+grep -qF "$url/#dataset=visible_female_head" opened || fail "the browser opened $(cat opened)"
+curl -s "$url/" | grep -qi '<html\|no viewer' || fail "no page at $url/"
+ends_by_interrupt
+
+# --- what was prepared is found again by content, also in another folder
+volume bar.nrrd '20 * x + y'
+starts first --no-browser bar.nrrd
+lists "bar"
+ends_by_interrupt
+made=$(ls cache/multitetra/bar-*/bar.mtd)
+before=$(stat -c %Y.%i "$made")
+starts again --no-browser bar.nrrd
+ends_by_interrupt
+[ "$(stat -c %Y.%i "$made")" = "$before" ] || fail "the same volume was prepared twice"
+volume bar.nrrd '255 - 20 * x - y'
+starts changed --no-browser bar.nrrd
+ends_by_interrupt
+[ "$(ls cache/multitetra | grep -c '^bar-')" = 2 ] || fail "another volume of that name was not prepared"
+[ "$(wc -l <opened)" = 1 ] || fail "--no-browser opened one"
+
+# --- the cache is bounded: what was not used for longest goes, what is shown stays
+starts bounded --no-browser --cache-bytes 1 bar.nrrd
+for _ in $(seq 200); do [ "$(ls cache/multitetra | wc -l)" = 1 ] && break; sleep 0.05; done
+[ "$(ls cache/multitetra | wc -l)" = 1 ] || fail "the cache keeps $(ls cache/multitetra)"
+lists "bar"
+ends_by_interrupt
+rm -rf cache
+TMPDIR=$work/tmp
+mkdir "$TMPDIR"
+export TMPDIR
+starts uncached --no-browser --no-cache bar.nrrd
+lists "bar"
+ends_by_interrupt
+[ ! -e cache ] || fail "--no-cache keeps $(find cache)"
+[ -z "$(ls "$TMPDIR")" ] || fail "--no-cache leaves $(ls "$TMPDIR")"
+
+# --- files that are numbered alike are one series, other files are datasets of their own
+mkdir flow
+for i in 1 2 3; do volume "flow/flow_$i.nrrd" "10 * x + y + $i"; done
+starts series --no-browser flow
+lists "flow.t0000 flow.t0001 flow.t0002"
+ends_by_interrupt
+mkdir two
+volume two/a.nrrd '20 * x + y'
+volume two/b.nrrd '255 - 20 * x - y'
+starts folder --no-browser two
+lists "a b"
+ends_by_interrupt
+
+# --- a label map beside a volume is offered as labels, and so is one that is shown itself
+mkdir scan
+volume scan/ct.nrrd '20 * x + y'
+volume scan/ct_seg.nrrd 'x // 4'
+starts labels --no-browser scan/ct.nrrd
+[ "$shown" = ct ] || fail "the labels are shown instead of the volume: $shown"
+lists "ct ct_seg.label1 ct_seg.label2"
+ends_by_interrupt
+starts unlabelled --no-browser --no-labels scan/ct.nrrd
+lists "ct"
+ends_by_interrupt
+starts map --no-browser scan/ct_seg.nrrd
+lists "ct_seg ct_seg.label1 ct_seg.label2"
+ends_by_interrupt
+
+# --- datasets need no preparation, also those in subfolders
+mkdir -p prepared/organs
+"$server" prepare scan/ct.nrrd -o prepared/ct.mtd --quiet
+"$server" prepare scan/ct_seg.nrrd --label all -o prepared/organs --quiet
+starts datasets --no-browser prepared
+lists "ct ct_seg.label1 ct_seg.label2"
+ends_by_interrupt
+
+# --- what the file does not say
+starts placed --no-browser --spacing 2,2,3 --length-unit um bar.nrrd
+curl -s "$url/v1/datasets" | tr -d ' \n' | grep -qF '"spacing":[2.0,2.0,3.0]' || fail "--spacing changes nothing: $(curl -s "$url/v1/datasets")"
+curl -s "$url/v1/datasets" | grep -q 'µm' || fail "--length-unit changes nothing"
+ends_by_interrupt
+
+# --- errors
+head -c 100 bar.nrrd >damaged.nrrd
+ends 2 "damaged.nrrd" "$view" view --no-browser damaged.nrrd
+ends 2 "nowhere.nrrd" "$view" view --no-browser nowhere.nrrd
+ends 2 "--spacing" "$view" view --no-browser bar.nrrd --spacing 0,1,1
