@@ -49,7 +49,7 @@ int run(int argc, char** argv) {
                          "  multitetra-client list --server tcp://127.0.0.1:7410\n"
                          "  multitetra-client fetch --dataset head --error 1 -o head.ply\n"
                          "  multitetra-client snapshot --dataset head -o head.png\n"
-                         "Each command tells more with --help.\n") +
+                         "Each command has its own --help.\n") +
              kExitCodes);
   ListArguments list_arguments;
   EstimateArguments estimate_arguments;

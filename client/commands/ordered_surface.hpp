@@ -1,5 +1,5 @@
-// From a command's options to a server that was asked and a surface that can be asked for: the
-// first half of every command that is about one surface.
+// From a command's options to a connected server and a validated surface request: the first half of
+// every command for one surface.
 #pragma once
 
 #include <initializer_list>
@@ -17,7 +17,7 @@
 
 namespace multitetra {
 
-// What a command could not do was told on the standard error; this is what remains of it.
+// The exit code of a failure that was already printed, or a value.
 template <typename T>
 using OrExitCode = tl::expected<T, ExitCode>;
 

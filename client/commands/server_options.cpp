@@ -52,8 +52,7 @@ void add_server_options(Command& command, ServerArguments& a) {
       ->type_name("FILE")
       ->group(group);
   command
-      .add_flag("--insecure", a.insecure,
-                "Believe whoever answers, whatever its certificate. For trials only")
+      .add_flag("--insecure", a.insecure, "Accept any certificate of the server. For trials only")
       ->group(group);
   command.add_option("--timeout", a.timeout, "Seconds of silence after which to give up")
       ->within(0.1, 86400.0)
@@ -96,7 +95,7 @@ Result<ServerAccess> access_of(const ServerArguments& arguments) {
       return fail(ErrorCode::kInvalidArgument, "--ca: " + tls.error().text);
     }
     if (arguments.insecure) {
-      warn("--insecure: the server's certificate is NOT checked; anybody may be answering.");
+      warn("--insecure: the server's certificate is NOT checked; the server may be an impostor.");
     }
   } else if (!access.options.token.empty() && !is_this_machine(server->host)) {
     warn("the token travels unencrypted to " + to_string(*server) + "; use tls:// or wss://.");

@@ -24,8 +24,8 @@ struct ServerArguments {
 
 void add_server_options(Command& command, ServerArguments& arguments);
 
-// What the arguments mean. kInvalidArgument, naming the option, otherwise. Says loudly on the
-// standard error when whoever answers is believed, or the token travels for all to read.
+// Parses the arguments. kInvalidArgument with the option's name on failure. Prints a warning when
+// the certificate is not verified, or the token is sent unencrypted.
 struct ServerAccess {
   Endpoint server;
   ClientOptions options;

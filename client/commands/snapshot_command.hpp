@@ -19,7 +19,8 @@ struct SnapshotArguments {
   std::string background = "dark";
   std::string shading = "smooth";
   bool wireframe = false;
-  std::vector<double> opacities = {};  // Of the surfaces, in the order of their isovalues.
+  // The opacities of the surfaces, in the order of their isovalues.
+  std::vector<double> opacities = {};
   std::vector<std::string> surface_colors = {};  // "#rrggbb", likewise.
   int threads = 0;
   bool json = false;

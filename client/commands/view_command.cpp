@@ -35,7 +35,7 @@ Result<void> check_shown(const SurfaceQuery& query) {
   return {};
 }
 
-// Where the page is: beside the conversation, for those who travel over HTTP.
+// The address of the page: that of the server's HTTP listener.
 Result<std::string> site_of(const ViewArguments& a) {
   constexpr std::string_view kHttpPort = "7480";
   if (!a.http.empty()) return a.http;

@@ -82,7 +82,7 @@ class Assembler {
 
   using TilePtr = std::shared_ptr<const LatticeMesh>;
 
-  // Of messages that the ledger has accepted.
+  // For messages that the ledger has accepted.
   Result<Progress> take(const StepBegin& begin);
   Result<Progress> take(const Tile& tile);
   Result<Progress> take(const TileScalars& scalars);
@@ -121,7 +121,8 @@ class Assembler {
   std::uint64_t waiting_triangles_ = 0;
   std::map<ContentDigest, TileValues> scalars_;  // That came in this stream.
   CommittedStepPtr shown_;
-  std::optional<Invariants> invariants_;  // Of the steps that preserve the topology.
+  // For the steps that preserve the topology.
+  std::optional<Invariants> invariants_;
   std::optional<Error> failed_;
 };
 

@@ -44,7 +44,7 @@ ClientResult<MessageSocket> welcomed_socket(const Endpoint& server, const TlsCon
     return fail(Trouble::kServer,
                 {ErrorCode::kUnsupportedVersion,
                  "It welcomes with protocol version " + std::to_string(welcome->version) +
-                     "; this client asked for version " + std::to_string(kProtocolVersion) + "."});
+                     "; this client supports version " + std::to_string(kProtocolVersion) + "."});
   }
   return *std::move(socket);
 }
@@ -111,8 +111,8 @@ ClientResult<SliceReply> Client::slice(const std::string& dataset, const SliceRe
   if (auto sent = send(asked); !sent) return tl::unexpected(sent.error());
   auto reply = receive<SliceReply>(socket_, "SliceReply");
   if (reply && (reply->width != request.width || reply->height != request.height)) {
-    return fail(Trouble::kCheck, {ErrorCode::kDamagedData,
-                                  "The slice that came has other pixels than were asked for."});
+    return fail(Trouble::kCheck,
+                {ErrorCode::kDamagedData, "The slice that came has other pixels than requested."});
   }
   return reply;
 }
@@ -123,7 +123,7 @@ ClientResult<ProbeReply> Client::probe(const std::string& dataset, const ProbeRe
   auto reply = receive<ProbeReply>(socket_, "ProbeReply");
   if (reply && reply->places.size() != request.places.size()) {
     return fail(Trouble::kCheck,
-                {ErrorCode::kDamagedData, "The answer has other places than were asked for."});
+                {ErrorCode::kDamagedData, "The answer has other places than requested."});
   }
   return reply;
 }

@@ -21,7 +21,7 @@ class Fetch {
   // connects anew and repeats the request, naming the tiles that it has.
   [[nodiscard]] ClientResult<std::optional<FetchedStep>> next();
 
-  // Asks the server to stop and waits until it has: the client is free for another request.
+  // Stops the stream and waits for its end: the client is free for another request.
   [[nodiscard]] ClientResult<void> cancel();
 
  private:

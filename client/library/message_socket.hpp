@@ -1,10 +1,10 @@
 // Messages with one server, blocking, with a limit on every wait.
 //
-// Trouble with the network or with the server's bytes is an Error: kUnavailable when the server
-// cannot be reached, is silent for too long or hangs up; the codes of frame.hpp and messages.hpp
-// when its bytes are no messages; kInvalidArgument when the address asks for TLS or a
+// Failures of the network or of the server's bytes are an Error: kUnavailable when the server
+// cannot be reached, is silent for too long or closes the connection; the codes of frame.hpp and
+// messages.hpp when its bytes are no messages; kInvalidArgument when the address requires TLS or a
 // WebSocket and the server has none; kLimitExceeded when the deadline is over. After an error the
-// connection is closed, and whatever is tried on it next is kUnavailable.
+// connection is closed, and every later call is kUnavailable.
 #pragma once
 
 #include <chrono>

@@ -45,7 +45,7 @@ Json step_json(const FetchedStep& fetched) {
   return json;
 }
 
-// The error that the step allows: of what fits into a budget, more than was asked. Previews have no
+// The error that the step allows: within a budget it may exceed the requested one. Previews have no
 // bound, but a spacing.
 std::string accuracy_of(const StepBegin& begin, const DatasetInfo& info) {
   if (begin.finest_spacing > 1)

@@ -20,9 +20,10 @@ struct FetchReport {
   std::string mesh_file;                  // Empty when none was written.
   std::vector<FetchedStep> steps;         // Meshes may be left out of all but the last.
   std::optional<std::uint64_t> components_written = {};  // In the mesh file.
-  std::optional<SurfaceMeasures> measures = {};          // Of the final step, all components.
-  std::uint64_t tiles_held = 0;                          // Before the fetch, from earlier ones.
-  ReceivedTiles received = {};                           // Over all connections.
+  // For the final step, all components.
+  std::optional<SurfaceMeasures> measures = {};
+  std::uint64_t tiles_held = 0;               // Before the fetch, from earlier ones.
+  ReceivedTiles received = {};                // Over all connections.
   int reconnections = 0;                      // How often a lost connection was tried again.
   std::optional<Error> error = std::nullopt;  // What ended the fetch before its final step.
 };
@@ -37,7 +38,7 @@ struct FetchReport {
 // bytes (of payload), first_byte_seconds, seconds, server_seconds, content_digest, checks. After a
 // lost connection tiles_received and bytes of a step are those that came since.
 [[nodiscard]] std::string json_report(const FetchReport& report);
-// Of several surfaces: {"surfaces": [...]}, each as above.
+// Several surfaces: {"surfaces": [...]}, each as above.
 [[nodiscard]] std::string json_report(std::span<const FetchReport> reports);
 [[nodiscard]] std::string json_list(const Endpoint& server,
                                     const std::vector<DatasetInfo>& datasets);

@@ -2,8 +2,8 @@
 //
 //   Retries retries({.most = 5});
 //   auto client = Client::connect(server, {});
-//   while (!client && retries.wait_after(client.error().error)) client = Client::connect(server,
-//   {});
+//   while (!client && retries.wait_after(client.error().error))
+//     client = Client::connect(server, {});
 //
 // Only failures that may be temporary are retried: a server that cannot be reached, is silent,
 // closes the connection or shuts down. Malformed messages, refusals and failed checks would repeat.
@@ -20,7 +20,8 @@
 namespace multitetra {
 
 struct Retry {
-  int number = 1;  // Of those in a row without progress.
+  // Consecutive retries without progress.
+  int number = 1;
   std::chrono::milliseconds wait{0};
   Error reason;
 };

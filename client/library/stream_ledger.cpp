@@ -95,7 +95,7 @@ Result<bool> StreamLedger::take(const TileScalars& scalars) {
   if (!is_step_open_ || scalars.step != step_->step) {
     return step_fault(scalars.step, "scalars come outside of their step");
   }
-  if (!step_->scalars) return step_fault(scalars.step, "scalars come that nobody asked for");
+  if (!step_->scalars) return step_fault(scalars.step, "scalars were not requested");
   if (scalars.index >= step_->tiles.size() || !held_.contains(step_->tiles[scalars.index].digest)) {
     return step_fault(scalars.step, "scalars come for tile " + std::to_string(scalars.index) +
                                         ", which is not there");

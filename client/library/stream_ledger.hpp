@@ -17,7 +17,7 @@
 
 namespace multitetra {
 
-// What one stream may ask the client to hold, all steps together: a tile is kept until the stream
+// What one stream may make the client store, all steps together: a tile is kept until the stream
 // has ended, because the server does not send it again. A tile in several steps counts once. The
 // same limits hold for one step with the tiles that are held already.
 struct AssemblerLimits {
@@ -59,7 +59,7 @@ class StreamLedger {
   Result<bool> take(const ErrorReply& reply);
   template <typename Other>
   Result<bool> take(const Other&) {
-    return false;  // Of the connection, or of requests that are no streams.
+    return false;  // For the connection, or for requests that are no streams.
   }
 
   DatasetInfo info_;
@@ -71,7 +71,8 @@ class StreamLedger {
   std::uint32_t tiles_received_ = 0;  // Of the step.
   std::uint64_t bytes_received_ = 0;  // Of the step.
   std::uint32_t steps_ended_ = 0;
-  ManifestTotals announced_;  // Of the tiles of all steps so far that were not held.
+  // The announced tiles of all steps so far that were not held.
+  ManifestTotals announced_;
   bool has_ended_ = false;
 };
 

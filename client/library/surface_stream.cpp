@@ -27,7 +27,7 @@ ClientResult<void> SurfaceStream::open(const DatasetInfo& info, OpenStream open)
 
 ClientResult<void> SurfaceStream::ask() {
   if (assembler_) {
-    (void)assembler_->decode_waiting();  // Tiles that cannot be decoded are asked for again.
+    (void)assembler_->decode_waiting();  // Tiles that cannot be decoded are requested again.
     keep_decoded();
   }
   arrived_.clear();

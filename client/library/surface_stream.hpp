@@ -45,11 +45,11 @@ class SurfaceStream {
   // Both must outlive the stream, and nothing else may use the client while a request runs.
   SurfaceStream(Client& client, TileMemory& tiles);
 
-  // Asks for another surface; the request before, if it still runs, is stopped by the server. The
-  // request id and the tiles held are filled in here.
+  // Requests another surface, which supersedes a running one. The request id and the tiles held are
+  // filled in here.
   [[nodiscard]] ClientResult<void> open(const DatasetInfo& info, OpenStream open);
 
-  // Asks the server to stop. The end comes as news: cancelled, or complete if it was sooner.
+  // Cancels the stream. Its end arrives as news: cancelled, or complete if it was sooner.
   [[nodiscard]] ClientResult<void> cancel();
 
   // Waits for the next news of the running request, at most `patience` and the time that one
@@ -69,7 +69,7 @@ class SurfaceStream {
   // Over all requests and connections.
   [[nodiscard]] const ReceivedTiles& received() const { return received_; }
 
-  // Told of every tile that came and has what was promised of it.
+  // Called for every valid tile of the stream.
   void set_tile_listener(TileListener listener) { listener_ = std::move(listener); }
 
  private:
@@ -86,7 +86,7 @@ class SurfaceStream {
   CommittedStepPtr shown_;
   ReceivedTiles received_;
 
-  // Of the request that was made last.
+  // The dataset of the latest request.
   DatasetInfo info_;
   OpenStream open_;
   std::optional<Assembler> assembler_;  // None when no request runs.

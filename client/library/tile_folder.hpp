@@ -11,11 +11,11 @@
 //   lattice 5 cube 4 1 0 0 triangles 812 vertices 410 bytes 957
 //   <957 bytes>
 //
-// The cube is written as exponent, x, y, z. A file appears whole or not at all, see
-// atomic_file.hpp. What is read is trusted no more than what a server sends: a file that is not a
-// tile, whose bytes do not decode to its counts, or whose content is not what its name says, is
-// passed over, and the tile is fetched again. Files of other names are left alone. A tile fits
-// every request that needs it, so a folder may serve several; nothing is ever deleted.
+// The cube is written as exponent, x, y, z. A file appears complete or not at all, see
+// atomic_file.hpp. Files are as untrusted as a server: a file that is not a tile, whose bytes do
+// not decode to its counts, or whose content differs from its name, is skipped, and the tile is
+// fetched again. Files with other names are left alone. A tile fits every request that needs it, so
+// a folder may serve several; nothing is ever deleted.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ namespace multitetra {
 class TileFolder {
  public:
   // Makes the folder if there is none. Throws std::system_error (also in the functions below) when
-  // the disk says no.
+  // the disk fails.
   explicit TileFolder(std::filesystem::path folder);
 
   struct Loaded {

@@ -44,7 +44,7 @@ class TileMemory {
 
   [[nodiscard]] std::size_t size() const { return places_.size(); }
   [[nodiscard]] std::uint64_t triangles() const { return triangles_; }
-  // Of the vertices and triangles of all tiles.
+  // The size of the vertices and triangles of all tiles.
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
 
  private:

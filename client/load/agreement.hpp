@@ -15,7 +15,7 @@ class Agreement {
  public:
   enum class Verdict { kNew, kSame, kAnother };
 
-  // Compares with what was told of the same step before, by whichever thread.
+  // Compares with the digest that any thread recorded for the same step before.
   Verdict compare(const std::string& dataset, const StepBegin& begin, const ContentDigest& digest);
 
  private:

@@ -12,7 +12,7 @@ struct LoadOptions {
   UserOptions session;  // start, stop and give_up are filled in here.
   std::uint64_t seed = 1;
   std::size_t clients = 10;
-  std::size_t idle = 0;  // Clients besides, who are only there.
+  std::size_t idle = 0;  // Further clients that only stay connected.
   int threads = 1;
   std::chrono::milliseconds duration{10'000};
   std::chrono::milliseconds ramp{1'000};    // The clients connect evenly over this time.

@@ -23,16 +23,18 @@ struct UserOptions {
   TlsContextPtr tls = nullptr;
   std::string token = {};
   std::string dataset = {};  // Empty: all that the server has.
-  bool is_idle = false;      // Is there, and asks for nothing.
+  // Stays connected and requests nothing.
+  bool is_idle = false;
   ScriptKind script = ScriptKind::kMixed;
   ScriptOptions script_options = {};
   // One stream of so many is checked thoroughly, of the others one tile of so many is decoded.
   std::uint32_t streams_per_thorough = 16;
   std::uint32_t tiles_per_decoded = 16;
-  std::chrono::milliseconds timeout{60'000};  // Of silence.
+  std::chrono::milliseconds timeout{60'000};  // The longest silence.
   LoadClock::time_point start = {};           // No session connects sooner.
-  LoadClock::time_point stop = {};            // No session asks for more from then on,
-  LoadClock::time_point give_up = {};         // or waits for more from then on.
+  // No session requests more from then on,
+  LoadClock::time_point stop = {};
+  LoadClock::time_point give_up = {};  // or waits for more from then on.
 };
 
 class LoadSession {
@@ -83,7 +85,8 @@ class LoadSession {
   std::uint64_t last_request_id_ = 0;
   std::uint64_t streams_ = 0;
   int failures_in_a_row_ = 0;
-  std::chrono::milliseconds least_wait_{0};  // As the server said when it let nobody in.
+  // From the last refused connection.
+  std::chrono::milliseconds least_wait_{0};
   std::unique_ptr<RunningStream> stream_;
 };
 

@@ -37,7 +37,8 @@ constexpr const char* kHelp =
     "Scripts of users: random-isovalues (a surface, looked at, then another), drag (the isovalue\n"
     "moves in small steps, 20 a second), roi (a ball of finer errors wanders over a surface),\n"
     "mixed. Misbehaving clients: stalled (reads nothing), slow (a byte a second),\n"
-    "leaving, garbage, greedy (as much work as it may ask for), hoarding (what takes memory).\n"
+    "leaving, garbage, greedy (the most work per request), hoarding (the most memory per "
+    "request).\n"
     "Checks: light takes one stream of 16 as multitetra-client would, and of the others the\n"
     "manifests, counts, sums of digests and one tile of 16; full takes all. Every step is "
     "compared\n"
@@ -88,10 +89,10 @@ void add_options(Command& app, LoadArguments& a) {
   app.add_option("--pause", a.pause, "Mean of the seconds for which a user looks at a surface")
       ->within(0.0, 3600.0)
       ->capture_default_str();
-  app.add_option("--isovalues", a.isovalues, "How many isovalues there are to ask for")
+  app.add_option("--isovalues", a.isovalues, "Number of different isovalues")
       ->within(1, 1'000'000)
       ->capture_default_str();
-  app.add_option("--errors", a.errors, "Errors to ask for, in voxels")
+  app.add_option("--errors", a.errors, "Errors of the requests, in voxels")
       ->within(0.0, 1e6)
       ->delimiter(',')
       ->capture_default_str();

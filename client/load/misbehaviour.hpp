@@ -13,12 +13,13 @@
 namespace multitetra {
 
 enum class Misbehaviour {
-  kStalled,   // Asks for a surface, again and again, and reads nothing.
-  kSlow,      // Sends a byte a second of what should be its greeting.
-  kLeaving,   // Connects, says as much as it likes, and leaves in the middle.
+  kStalled,  // Requests a surface, again and again, and reads nothing.
+  kSlow,     // Sends a byte a second of what should be its greeting.
+  // Connects, sends a part of a conversation, and disconnects in the middle.
+  kLeaving,
   kGarbage,   // Sends what is no message.
-  kGreedy,    // Asks for as much work as it may, never for the same twice, and reads the answers.
-  kHoarding,  // Asks for what takes memory to wait for, as often as it may, and reads nothing.
+  kGreedy,    // Requests the most work allowed, never the same twice, and reads the replies.
+  kHoarding,  // Requests what takes the most memory, at the highest rate, and reads nothing.
 };
 [[nodiscard]] std::optional<Misbehaviour> misbehaviour_from(std::string_view name);
 [[nodiscard]] std::string_view name(Misbehaviour kind);  // "stalled", "slow", ...

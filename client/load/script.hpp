@@ -28,8 +28,8 @@ enum class ScriptKind {
 [[nodiscard]] std::string_view name(ScriptKind kind);  // "random-isovalues", "drag", "roi", "mixed"
 
 struct ScriptOptions {
-  // How many isovalues a dataset is asked for, all users together: few are soon in the server's
-  // cache, many never. At least 1.
+  // The number of different isovalues of a dataset, for all users together: few are soon in the
+  // server's cache, many never. At least 1.
   int isovalues = 32;
   std::vector<double> errors = {0.5, 1, 2, 4};  // Voxels; one is drawn for each surface.
   bool simplify = false;                        // Whether meshes are simplified.

@@ -11,7 +11,8 @@ namespace multitetra {
 namespace {
 
 constexpr double kFieldOfView = 35;  // Degrees, of the shorter side.
-constexpr double kFilled = 0.92;     // Of the picture's half width and height.
+// The filled part of the picture's half width and height.
+constexpr double kFilled = 0.92;
 
 struct Bounds {
   Vec3 low;

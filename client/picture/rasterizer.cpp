@@ -70,7 +70,7 @@ std::vector<Corner> corners_of(const PositionedMesh& mesh, const Camera& camera)
   return corners;
 }
 
-// Of the triangles around each vertex, weighted by their areas.
+// Normals of the vertices: means of the triangles around each, weighted by their areas.
 std::vector<UnitVector> averaged_normals(const PositionedMesh& mesh) {
   std::vector<Vec3> sums(mesh.positions.size(), Vec3{0, 0, 0});
   for (const TriangleIndices& triangle : mesh.triangles) {
@@ -103,9 +103,11 @@ std::vector<Light> lights_of(const PositionedMesh& mesh) {
 struct SeenSurface {
   const PositionedMesh& mesh;
   float opacity = 1;
-  std::optional<Light> color;           // None: the usual one.
-  std::vector<UnitVector> own_normals;  // Of a mesh that has none and needs them.
-  std::vector<Light> colors;            // Of the vertices, if they have some.
+  std::optional<Light> color;  // None: the usual one.
+  // The normals of a mesh that needs them and has none.
+  std::vector<UnitVector> own_normals;
+  // The colours of the vertices, if they have some.
+  std::vector<Light> colors;
   std::vector<Corner> corners;
   std::vector<std::vector<std::uint32_t>> bands;  // Triangles that may show in each, in order.
 
@@ -248,7 +250,8 @@ class Band {
     };
     std::array<Covered, kSamples> covered{};
     std::size_t count = 0;
-    std::array<double, 3> middle = {0, 0, 0};  // Of the covered samples, in weights of corners.
+    // The middle of the covered samples, in weights of corners.
+    std::array<double, 3> middle = {0, 0, 0};
     for (std::size_t i = 0; i < kSamples; ++i) {
       const std::int64_t sx = std::int64_t{x} * kSubpixels + kSamplePlaces[i][0];
       const std::int64_t sy = std::int64_t{y} * kSubpixels + kSamplePlaces[i][1];

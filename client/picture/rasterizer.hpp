@@ -1,6 +1,5 @@
-// Draws surfaces, in the colours of their vertices if they have some: perspective, hidden surfaces,
-// surfaces that others are seen through, smooth or flat shading, edges without steps, the
-// triangles' wires if asked for.
+// Draws surfaces, in the colours of their vertices if they have some: perspective, hidden-surface
+// removal, transparent surfaces, smooth or flat shading, antialiased edges, optional wireframes.
 //
 //   const Camera camera = framing(skin.positions, azimuth, elevation, 1280, 960);
 //   write_file("head.png", png_file(drawn({{.mesh = &skin, .opacity = 0.4}, {.mesh = &bone}},
@@ -27,9 +26,9 @@
 namespace multitetra {
 
 enum class Shading {
-  kSmooth,  // By the mesh's normals or, if it has none, those of its triangles, averaged at
-            // corners.
-  kFlat,    // By each triangle's own normal.
+  // By the mesh's normals or, if it has none, those of its triangles, averaged at corners.
+  kSmooth,
+  kFlat,  // By each triangle's own normal.
 };
 
 struct DrawnSurface {

@@ -403,8 +403,9 @@ class Connection {
 
   const Endpoint server_;
   std::vector<DatasetInfo> infos_;
-  DatasetInfo open_info_;           // Of the last stream,
-  IsosurfaceRequest open_request_;  // and what it was asked for.
+  // The dataset of the last stream,
+  DatasetInfo open_info_;
+  IsosurfaceRequest open_request_;  // and its request.
   std::mutex mutex_;                // Guards what follows.
   std::uint64_t streams_ = 0;       // Requests so far; the last one may be a stream.
   std::optional<Client> client_;    // None: closed.

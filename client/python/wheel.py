@@ -62,7 +62,7 @@ def main():
         sys.exit(f"There is no client in {package}: build the target multitetra_python first.")
     folder = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else pathlib.Path(".")
     folder.mkdir(parents=True, exist_ok=True)
-    python = "cp" + module.name.split("-")[1]  # Of _client.cpython-311-x86_64-linux-gnu.so
+    python = "cp" + module.name.split("-")[1]  # From _client.cpython-311-x86_64-linux-gnu.so
     tag = f"{python}-{python}-linux_{platform.machine()}"
     info = f"multitetra-{version()}.dist-info"
     files = dict(files_of(package)) | dict(programs_of(pathlib.Path(sys.argv[1])))

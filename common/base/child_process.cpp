@@ -178,7 +178,7 @@ std::string made_apart(const std::function<std::string()>& work, std::uint64_t m
         try {
           parent.send(kMade, work());
         } catch (const std::bad_alloc&) {
-          parent.send(kFailed, "there is not enough memory for what it asks for");
+          parent.send(kFailed, "there is not enough memory for what it needs");
         } catch (const std::exception& problem) {
           parent.send(kFailed, problem.what());
         }

@@ -1,11 +1,11 @@
-// Work on bytes that nobody vouches for, with code that was not made for that: in a process of its
-// own, with bounded memory and time. What crashes, hangs or fills memory there is an error here.
+// Runs code on untrusted bytes in a process of its own, with bounded memory and time. A crash, a
+// hang or excessive memory there is an error here.
 //
 //   ChildProcess child([](ChildChannel& parent) { parent.send('h', header_of(file)); }, limits);
 //   const ChildMessage message = child.receive(std::chrono::seconds(30));
 //
-// The child is a fork: it sees the parent's memory as it was, has one thread, and must end by
-// returning. What it writes to standard output and error is lost.
+// The child is a fork: it has a copy of the parent's memory and one thread, and must end by
+// returning. Its standard output and error are discarded.
 #pragma once
 
 #include <array>
@@ -20,8 +20,8 @@
 
 namespace multitetra {
 
-// The child ended or was ended before it answered. The text says how: "it crashed (Segmentation
-// fault)".
+// The child ended, or was killed, before it replied. The text contains the reason: "it crashed
+// (Segmentation fault)".
 class ChildProcessError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

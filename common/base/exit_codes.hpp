@@ -1,4 +1,4 @@
-// How our programs end, told by --help, and the troubles that have a code of their own.
+// The exit codes of our programs, which --help lists, and the exceptions with a code of their own.
 #pragma once
 
 #include <stdexcept>
@@ -7,17 +7,18 @@
 namespace multitetra {
 
 enum ExitCode {
-  kOk = 0,      // Done; a server: stopped as it was asked to.
+  // Done; a server: stopped by request.
+  kOk = 0,
   kFailed = 1,  // What has no code of its own.
   kUsage = 2,   // Wrong options, in whatever place they stand.
-  // Of all that check surfaces:
+  // For programs that check surfaces:
   kCheckFailed = 3,  // A surface is not what was promised.
-  // Of servers:
+  // For servers:
   kNoSecrets = 4,  // Certificate, key or tokens file cannot be used.
   kNoDataset = 5,  // None of the datasets can be served.
-  // Of all that write surfaces:
-  kEmptySurface = 6,  // There is no triangle, and nobody said that this is fine.
-  // Of servers:
+  // For programs that write surfaces:
+  kEmptySurface = 6,  // The surface has no triangle, and the options do not allow that.
+  // For servers:
   kNoAddress = 7,  // An address cannot be listened on, as when another server has it.
 };
 

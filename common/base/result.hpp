@@ -1,12 +1,12 @@
-// The outcome of an operation on bytes or words from outside: a value, or an error that says what
-// was wrong.
+// The outcome of an operation on bytes or words from outside: a value, or an error with a code and
+// a text.
 //
 //   Result<Volume> volume = parse(bytes);
 //   if (!volume) return tl::unexpected(volume.error());
 //
-// Three kinds of trouble have three tools here: our own mistakes are asserted, untrusted input
-// gives a Result, and the world (disk, memory, ports) throws an exception that ends in main() or at
-// a session's edge.
+// Three kinds of faults are handled in three ways: programming errors are asserted, untrusted input
+// gives a Result, and the environment (disk, memory, ports) throws an exception that ends in main()
+// or at a session's edge.
 #pragma once
 
 #include <string>
@@ -29,12 +29,14 @@ enum class ErrorCode {
   kUnknownDataset = 6,      // No dataset of that name is served.
   kInvalidArgument =
       7,  // A value outside its documented range: NaN isovalue, negative threshold, ...
-  kLimitExceeded = 8,     // A documented limit would be exceeded.
-  kCancelled = 9,         // The stream was cancelled or superseded.
-  kDamagedData = 10,      // Stored or sent bytes contradict their checksum, hash or counts.
-  kInternal = 11,         // Our mistake; the text says which.
-  kUnavailable = 12,      // The server is going away or cannot be reached.
-  kUnauthenticated = 13,  // This server wants a token that it knows.
+  kLimitExceeded = 8,  // A documented limit would be exceeded.
+  kCancelled = 9,      // The stream was cancelled or superseded.
+  kDamagedData = 10,   // Stored or sent bytes contradict their checksum, hash or counts.
+  // A fault of the program; the text describes it.
+  kInternal = 11,
+  kUnavailable = 12,  // The server is going away or cannot be reached.
+  // The server requires a token, or another one.
+  kUnauthenticated = 13,
 };
 
 // The code's stable name in logs and JSON, for example "unknown_dataset".
@@ -43,7 +45,7 @@ enum class ErrorCode {
 struct Error {
   ErrorCode code = ErrorCode::kUnknown;
   std::string text;        // One sentence: what was wrong, where, and what would be right.
-  double retry_after = 0;  // Seconds after which the same may be asked again; 0: nothing is said.
+  double retry_after = 0;  // Seconds after which to retry; 0: unknown.
 
   friend bool operator==(const Error&, const Error&) = default;
 };

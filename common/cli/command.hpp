@@ -42,7 +42,7 @@ class Option {
   explicit Option(CLI::Option& option) : option_(&option) {}
 
   Option* one_of(const std::vector<std::string>& words);
-  // Of int, double or std::size_t, which names the type of what may be written.
+  // int, double or std::size_t, which names the type in the help.
   template <typename Number>
   Option* within(Number least, Number most);
   Option* as_bytes();  // 500KiB, 2MiB

@@ -1,5 +1,4 @@
-// What all programs share of the command line: --version, --help, --help-all, and what
-// is printed when it is wrong.
+// The command line of every program: --version, --help, --help-all, and errors.
 //
 //   Command program("Does this and that.", "multitetra-this");
 //   add_program_flags(program);

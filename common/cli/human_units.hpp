@@ -18,10 +18,10 @@ namespace multitetra {
 [[nodiscard]] std::string human_seconds(double seconds);  // "24 ms", "1.25 s", "3 min 05 s"
 [[nodiscard]] std::string human_number(double value);     // Shortest of up to 6 digits: "500.5"
 
-// "0.24 mm"; where the unit is not told, "0.24 units".
+// "0.24 mm"; without a unit "0.24 units".
 [[nodiscard]] std::string human_length(double length, const std::string& unit);
-// A length in world coordinates as somebody reads it who asked in `unit`: "0.5 voxels (0.24 mm)",
-// or "0.24 mm".
+// A length in world coordinates, in the unit of the request and in world units: "0.5 voxels (0.24
+// mm)", or "0.24 mm".
 [[nodiscard]] std::string human_error(double world, LengthUnit unit, const DatasetInfo& info);
 
 // "heart", field p, time 0.25 s, label 3 (liver, #dd8265): what of it is known.

@@ -1,5 +1,5 @@
-// The words of our JSON reports, the same from the server's programs and the client's. Who builds a
-// report includes <nlohmann/json.hpp>.
+// The keys of our JSON reports, the same in the server's programs and the client's. Includes only
+// declarations of <nlohmann/json.hpp>: include that to build a report.
 #pragma once
 
 #include <string>
@@ -27,7 +27,7 @@ using Json = nlohmann::ordered_json;
 [[nodiscard]] Json json_of(const MeshTopology& topology);
 
 // name, dims, type, spacing, min, max, void_samples, outside (null: void), margin, grid_exponent,
-// index_to_world, space, length_unit, value_unit (null: not told), suggested_isovalues, histogram
+// index_to_world, space, length_unit, value_unit (null: unknown), suggested_isovalues, histogram
 [[nodiscard]] Json json_of(const DatasetInfo& info);
 
 // Indented, with a newline at the end. Bytes that are no UTF-8, as in names from outside, are

@@ -20,8 +20,8 @@ namespace multitetra {
 // What reads the file of --threshold-grid: programs know different formats.
 struct ThresholdFiles {
   std::string formats = {};  // For --help: "A NRRD file".
-  // The thresholds of an image, shrunk until a request may carry them; `elsewhere` is the one where
-  // the image says nothing. They need not be checked.
+  // Reads the thresholds of an image, shrunk until a request may contain them; `elsewhere` is the
+  // threshold where the image has none. They need not be checked.
   std::function<Result<ThresholdGrid>(const std::filesystem::path& file, double elsewhere)> read =
       {};
 };

@@ -30,8 +30,8 @@ namespace multitetra::shell {
 
 class ShellDecoder {
  public:
-  // The arrays have room for as many as the header says. What they hold after a failure means
-  // nothing.
+  // The arrays must hold as many elements as the header declares. After a failure their content is
+  // undefined.
   [[nodiscard]] ShellStatus decode(const uint8_t* bytes, size_t size, ShellVertex* vertices,
                                    ShellTriangle* triangles);
 

@@ -116,7 +116,7 @@ class ShellEncoder::Work {
   void code_corrections(const SampleBlock<Sample>& block, const ShellOptions& options, int z,
                         int first, int end, RangeEncoder& coder);
 
-  // Of the data's samples, by coordinates of the box.
+  // Converts the data's samples, by coordinates of the box.
   template <typename Sample>
   [[nodiscard]] double value_at(const SampleBlock<Sample>& block, int x, int y, int z) const {
     return static_cast<double>(
@@ -138,7 +138,7 @@ class ShellEncoder::Work {
   LevelScale scale_;
   Marching marching_;
   std::vector<RowBits> coded_;  // Which samples are, row by row.
-  // Of coded samples, in their order: magnitudes, or levels that start at kZeroDistance.
+  // The coded samples, in their order: magnitudes, or levels that start at kZeroDistance.
   std::vector<std::int32_t> magnitudes_;
   std::vector<std::uint32_t> histogram_;
 };

@@ -39,8 +39,9 @@ using AnySampleBlock =
                  SampleBlock<std::int16_t>, SampleBlock<float>>;
 
 struct ShellBox {
-  AnySampleBlock samples;                    // NaN is void.
-  std::array<std::int32_t, 3> data_samples;  // Of the block; each at least 1.
+  AnySampleBlock samples;  // NaN is void.
+  // The extent of the block; each at least 1.
+  std::array<std::int32_t, 3> data_samples;
   // Grid coordinates of the box's lowest corner in spacings, layers included; >= 0.
   std::array<std::int32_t, 3> origin;
   // Layers one sample thick around the data, as in byte 3 of the format: where the surface closes
@@ -52,7 +53,7 @@ struct ShellBox {
 struct ShellOptions {
   double isovalue = 0;  // Finite.
   ShellValues values = ShellValues::kExact;
-  int levels_per_octave = kLatticeExactLevels;  // Of quantized shells: 1, 2, 4 or 8.
+  int levels_per_octave = kLatticeExactLevels;  // For quantized shells: 1, 2, 4 or 8.
   int lattice_resolution = 5;
   int spacing_exponent = 0;
 };

@@ -42,7 +42,7 @@ inline constexpr int kMaxExactSteps = 256;
 inline constexpr int kLatticeExactLevels = 8;  // L of lattice-exact shells.
 // What lies between the faintest and the strongest sample of a tile, in levels.
 inline constexpr int kMaxLevels = 2560;
-// Of exact values: integers of at most this magnitude, which floats hold too.
+// The largest magnitude of exact values: integers that floats represent, too.
 inline constexpr int32_t kMaxExactValue = 1 << 24;
 
 enum class ShellValues : uint8_t {

@@ -1,5 +1,5 @@
-// Colours for values: maps in which equal steps of the value look like equal steps, and a range
-// that says where they begin and end.
+// Maps from values to colours, in which equal steps of the value look like equal steps, and the
+// range of values that they cover.
 #pragma once
 
 #include <array>
@@ -14,9 +14,10 @@ namespace multitetra {
 using Rgb = std::array<std::uint8_t, 3>;  // Red, green, blue in sRGB.
 
 enum class ColorMap {
-  kGray,      // Black to white.
-  kViridis,   // Blue, green, yellow; lightness grows evenly.
-  kCividis,   // Blue to yellow, alike for people who see no difference between red and green.
+  kGray,     // Black to white.
+  kViridis,  // Blue, green, yellow; lightness grows evenly.
+  // Blue to yellow, equal for people with red-green colour blindness.
+  kCividis,
   kCoolwarm,  // Blue, grey, red: for values around a middle.
 };
 
@@ -35,7 +36,7 @@ struct ColorScale {
   double high = 1;  // Has its last one; where it is not above `low`, values above low have it.
   bool is_logarithmic =
       false;  // Requires 0 < low < high; what is not positive has the first colour.
-  Rgb no_value = {128, 128, 128};  // Of NaN.
+  Rgb no_value = {128, 128, 128};  // The colour of NaN.
 
   [[nodiscard]] Rgb operator()(double value) const;
 };

@@ -9,7 +9,8 @@ namespace multitetra {
 
 enum class PngEffort {
   kSmall,  // As small as libpng makes it.
-  kQuick,  // Several times as fast, and somewhat larger: for whoever waits.
+  // Several times as fast, and somewhat larger: for interactive use.
+  kQuick,
 };
 
 // The whole file's bytes; the same for the same picture and effort. Throws std::runtime_error when

@@ -98,8 +98,10 @@ class BoxTree {
   // Inner nodes are split in two, the first of which follows at once.
   struct Node {
     Box3 box;
-    std::uint32_t first = 0;  // Of a leaf: its boxes. Of an inner node: its second child.
-    std::uint32_t count = 0;  // Of a leaf: how many. Of an inner node: 0.
+    // The first box of a leaf; the second child of an inner node.
+    std::uint32_t first = 0;
+    // The number of boxes of a leaf; 0 for an inner node.
+    std::uint32_t count = 0;
   };
   struct Entry {
     Vec3 centre;

@@ -15,8 +15,8 @@ namespace multitetra {
 
 struct MeshComponents {
   std::vector<std::uint32_t> of_vertex;  // The component of each vertex that a triangle has.
-  // Of each component's bounding box, in grid steps, which are samples. Components are in the order
-  // of their first vertices.
+  // The diagonal of each component's bounding box, in grid steps. Components are in the order of
+  // their first vertices.
   std::vector<double> diagonals;
 
   // The one with the longest diagonal, the first of several; 0 where there is none.

@@ -1,5 +1,5 @@
-// The identity of a set of triangles on the lattice, whatever the order they come in and however
-// they are cut into tiles.
+// A digest of a set of triangles on the lattice, independent of their order and of how they are cut
+// into tiles.
 //
 // Each triangle hashes to 128 bits: XXH3-128, seed = lattice resolution, over its nine coordinates
 // as little-endian 32-bit integers, corners in orientation order starting at the smallest (x, y,
@@ -41,7 +41,7 @@ struct ContentDigest {
 [[nodiscard]] ContentDigest digest(const std::array<LatticePoint, 3>& triangle, int resolution);
 [[nodiscard]] ContentDigest digest(const LatticeMesh& mesh);
 
-// Of any bytes: XXH3-128, seed 0.
+// The digest of any bytes: XXH3-128, seed 0.
 [[nodiscard]] ContentDigest digest_of_bytes(std::string_view bytes);
 
 }  // namespace multitetra

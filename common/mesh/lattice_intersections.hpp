@@ -8,7 +8,8 @@
 namespace multitetra {
 
 struct LatticeIntersections {
-  std::size_t pairs = 0;      // Of triangles that intersect (lattice_plane.hpp).
+  // Pairs of triangles that intersect (lattice_plane.hpp).
+  std::size_t pairs = 0;
   std::size_t triangles = 0;  // That are in such pairs.
 
   friend bool operator==(const LatticeIntersections&, const LatticeIntersections&) = default;

@@ -59,15 +59,15 @@ Number turn(const LatticePlane& plane, const LatticePoint& p, const LatticePoint
   return product(direction(p, q), direction(p, r))[axis];
 }
 
-// Of a point in the plane.
+// Whether the triangle contains a point of its plane.
 bool contains(const LatticePlane& plane, const LatticePoint& p) {
   const LatticeTriangle& t = plane.triangle();
   return is_around(turn(plane, t[0], t[1], p), turn(plane, t[1], t[2], p),
                    turn(plane, t[2], t[0], p));
 }
 
-// Of a segment in the plane. One that lies along an edge meets another edge too, or has an end in
-// the triangle.
+// Whether a segment in the triangle's plane meets the triangle. One that lies along an edge meets
+// another edge too, or has an end in the triangle.
 bool meets_in_plane(const LatticePlane& plane, const LatticePoint& p, const LatticePoint& q) {
   if (contains(plane, p) || contains(plane, q)) return true;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -106,8 +106,8 @@ bool an_edge_meets(const LatticeTriangle& t, const Sides& sides, const LatticePl
   return false;
 }
 
-// Of triangles with two common corners: they lie on each other where both are in one plane, on the
-// same side of their edge.
+// Whether triangles with two common corners overlap: they do if both are in one plane, on the same
+// side of their edge.
 bool lie_on_each_other(const LatticeTriangle& a, const LatticeTriangle& b) {
   LatticePoint first, second;  // The corners that are not common.
   for (const LatticePoint& p : a) {

@@ -30,8 +30,8 @@ using SurfaceTriangle = std::array<Vec3, 3>;
 [[nodiscard]] std::vector<Vec3> sampled_points(std::span<const SurfaceTriangle> surface,
                                                std::size_t count, std::uint64_t seed = 1);
 
-// A surface that answers how far a point is from it. Immutable, so any thread may ask. About 110
-// bytes a triangle; an answer takes time like the logarithm of their number when the point is near.
+// Finds the distance of points to a surface. Immutable, so any thread may use it. Takes about 110
+// bytes a triangle; a query costs O(log triangles) when the point is near.
 class NearestTriangle {
  public:
   explicit NearestTriangle(std::span<const SurfaceTriangle> triangles);
@@ -65,7 +65,8 @@ struct DistanceStatistics {
   std::uint64_t above_limit = 0;  // Samples that are farther than allowed.
 };
 
-// Of the points from the surface. All zero without points; without surface all are infinite.
+// The distances of the points from the surface. All zero without points; without surface all are
+// infinite.
 [[nodiscard]] DistanceStatistics distances(std::span<const Vec3> points,
                                            const NearestTriangle& surface,
                                            const DistanceLimit& limit);

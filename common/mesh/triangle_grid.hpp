@@ -88,8 +88,9 @@ class TriangleGrid {
 
   int finest_;
   int hash_shift_;
-  std::vector<std::uint32_t> first_;  // Of a slot.
-  std::vector<Filed> filed_;          // Of a triangle.
+  std::vector<std::uint32_t> first_;  // By slot.
+  // By triangle.
+  std::vector<Filed> filed_;
   std::array<std::size_t, kLevels> at_level_ = {};
 };
 

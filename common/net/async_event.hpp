@@ -1,10 +1,10 @@
-// Wakes coroutines that wait for something to change. Nothing is remembered: who waits looks at the
-// condition first, and again when woken.
+// Wakes coroutines that wait for something to change. There is no memory of past notifications: a
+// coroutine checks its condition before waiting, and again when woken.
 //
 //   while (queue.empty()) co_await changed.wait();      // One coroutine, or several.
 //   queue.push(x);  changed.notify_all();               // Another one.
 //
-// On one thread. The event must outlive those who wait.
+// For one thread. The event must outlive all that wait.
 #pragma once
 
 #include <chrono>

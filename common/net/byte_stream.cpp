@@ -16,11 +16,11 @@ bool is_address(const std::string& host) {
   return !error;
 }
 
-// Before the handshake: asks for the certificate of `host` and, unless the context believes
-// everybody, will accept no other.
+// Before the handshake: sends `host` as server name and, unless the context skips verification,
+// requires its certificate.
 void expect_host(SSL* tls, const std::string& host) {
   const bool by_address = is_address(host);
-  // A macro of OpenSSL's with a cast of its own; addresses are not asked for by name.
+  // A macro of OpenSSL's with a cast of its own. Addresses are not sent as server names.
   if (!by_address) {
     SSL_ctrl(tls, SSL_CTRL_SET_TLSEXT_HOSTNAME, TLSEXT_NAMETYPE_host_name,
              const_cast<char*>(host.c_str()));

@@ -44,9 +44,9 @@ class ByteStream {
   [[nodiscard]] asio::awaitable<error_code> handshake_as_server();
   // Whether that failed because HTTP without TLS came.
   [[nodiscard]] static bool was_plain_http(const error_code& error);
-  // Asks for the certificate of `host` and, unless the context believes everybody, accepts no
-  // other. The error is the end of a sentence; kInvalidArgument where trying again is no use.
-  // `ca_option` is how users name an authority.
+  // The handshake of a client, which sends `host` as server name and, unless the context skips
+  // verification, requires its certificate. The error is the end of a sentence; kInvalidArgument
+  // when a retry is useless. `ca_option` is the option that names an authority.
   [[nodiscard]] asio::awaitable<Result<void>> handshake_as_client(std::string host,
                                                                   std::string ca_option);
 
@@ -54,11 +54,11 @@ class ByteStream {
   // All of both, in one go; the bytes stay where they are.
   [[nodiscard]] asio::awaitable<Transfer> write(asio::const_buffer first,
                                                 asio::const_buffer second = {});
-  // What was written and waits here to be sent; 0 where the system does not tell. What is under way
-  // is not counted: the other side may be slow to say that it has come.
+  // The bytes that were written and not yet sent; 0 if unknown. Bytes under way are not counted,
+  // since their acknowledgement may be late.
   [[nodiscard]] std::size_t unsent();
-  // Tells the other side that nothing more comes: TLS's close_notify, or TCP's end. With TLS it is
-  // over when the other side has said the same, which browsers never do: limit the wait.
+  // Ends the sending direction: TLS's close_notify, or TCP's FIN. With TLS it completes when the
+  // other side has done the same, which browsers never do: limit the wait.
   [[nodiscard]] asio::awaitable<error_code> shut_down();
   // What is under way ends with an error.
   void close();

@@ -11,8 +11,8 @@ namespace multitetra {
 
 using Coroutine = std::function<asio::awaitable<void>()>;
 
-// Runs a coroutine on the executor. `coroutine` is kept until it is over; then `done` is told of
-// the exception that ended it, null without one. Without `done` an exception is forgotten.
+// Runs a coroutine on the executor. `coroutine` is kept until it is over; then `done` is called
+// with the exception that ended it, or null. Without `done` an exception is ignored.
 void spawn(asio::any_io_executor executor, Coroutine coroutine,
            std::function<void(std::exception_ptr)> done = {});
 

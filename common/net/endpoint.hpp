@@ -11,7 +11,7 @@
 namespace multitetra {
 
 inline constexpr std::uint16_t kDefaultPort = 7410;
-inline constexpr std::string_view kStreamPath = "/v1/stream";  // Of a gateway's WebSockets.
+inline constexpr std::string_view kStreamPath = "/v1/stream";  // For WebSockets of a gateway.
 inline constexpr std::string_view kSubprotocol = "multitetra.v1";
 
 enum class Transport {
@@ -25,7 +25,8 @@ struct Endpoint {
   std::string host;  // A name or an address; an IPv6 address stands here without brackets.
   std::uint16_t port = kDefaultPort;
   Transport transport = Transport::kTcp;
-  std::string path = {};  // Of a WebSocket, from its "/" on; empty for the others.
+  // The path of a WebSocket, from its "/" on; empty for the others.
+  std::string path = {};
 
   [[nodiscard]] bool is_web_socket() const {
     return transport == Transport::kWebSocket || transport == Transport::kSecureWebSocket;

@@ -20,8 +20,8 @@ namespace multitetra {
 inline constexpr std::size_t kFrameHeaderBytes = 4;
 // Default limits on the length of one frame's content. A client's longest message is a request with
 // all the regions, grid thresholds and held tiles that are allowed, about 1.4 million bytes.
-inline constexpr std::uint32_t kMaxClientFrameBytes = 2 * 1024 * 1024;  // What a server accepts.
-inline constexpr std::uint32_t kMaxHelloFrameBytes = 16 * 1024;         // Before it has said Hello.
+inline constexpr std::uint32_t kMaxClientFrameBytes = 2 * 1024 * 1024;   // What a server accepts.
+inline constexpr std::uint32_t kMaxHelloFrameBytes = 16 * 1024;          // Before Hello.
 inline constexpr std::uint32_t kMaxServerFrameBytes = 16 * 1024 * 1024;  // What a client accepts.
 
 // The 4 bytes that precede `content_bytes` bytes.

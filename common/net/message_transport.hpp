@@ -1,14 +1,14 @@
-// Messages over a byte stream, whatever carries them there: frames, or the binary messages of a
-// WebSocket. The same for a client and a server; websocket_transport.hpp opens WebSockets.
+// Messages over a byte stream: frames, or the binary messages of a WebSocket. The same for a client
+// and a server; websocket_transport.hpp opens WebSockets.
 //
 //   const auto transport = frames_over(stream, {});
 //   const Result<std::string> content = co_await transport->receive();
 //   const auto sent = co_await transport->send(serialize(message));
 //
-// At most one receive and one send are under way at a time. There is no limit on any wait: who has
-// waited long enough closes the stream. Errors are kUnavailable when the connection is lost, with
-// the reason as the end of a sentence, and kMalformedFrame, kMessageTooLarge or kMalformedMessage
-// when what comes cannot be followed: from then on only drain() makes sense.
+// At most one receive and one send are under way at a time. No wait is limited: close the stream to
+// end one. Errors are kUnavailable when the connection is lost, with the reason as the end of a
+// sentence, and kMalformedFrame, kMessageTooLarge or kMalformedMessage when the received bytes are
+// invalid: from then on only drain() may be called.
 #pragma once
 
 #include <chrono>
@@ -23,7 +23,7 @@
 namespace multitetra {
 
 struct TransportOptions {
-  std::uint32_t max_message_bytes = kMaxServerFrameBytes;  // Of what is received.
+  std::uint32_t max_message_bytes = kMaxServerFrameBytes;  // Of a received message.
   std::size_t read_buffer_bytes = 64 * 1024;
 };
 

@@ -82,8 +82,8 @@ class StreamSocket {
         token, buffers);
   }
 
-  // Tells the other side that nothing more comes: TLS's close_notify, or TCP's end. With TLS it is
-  // over when the other side has said the same, which browsers never do: limit the wait.
+  // Ends the sending direction: TLS's close_notify, or TCP's FIN. With TLS it completes when the
+  // other side has done the same, which browsers never do: limit the wait.
   template <typename Token>
   auto async_shutdown(Token&& token) {
     return asio::async_initiate<Token, void(boost::system::error_code)>(

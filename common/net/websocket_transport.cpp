@@ -187,7 +187,7 @@ asio::awaitable<Result<void>> WebSocket::accept(UpgradeRequest request, WebSocke
     response.set(http::field::sec_websocket_protocol, kSubprotocolField);
     response.set(http::field::server, "multitetra/" MULTITETRA_VERSION);
   }));
-  // A client is told by the code that closes its WebSocket.
+  // The close code of the WebSocket informs the client.
   is_server_ = true;
   socket_.read_message_max(options_.max_message_bytes);
   error_code error;

@@ -26,7 +26,8 @@ using TransportPtr = std::unique_ptr<MessageTransport>;
 
 struct WebSocketTimes {
   std::chrono::milliseconds handshake{10'000};
-  std::chrono::milliseconds idle{120'000};  // Of a client that answers no ping for so long.
+  // A client that answers no ping for so long is disconnected.
+  std::chrono::milliseconds idle{120'000};
 };
 
 // As the server, of a request that was found good (see server/http/upgrade.hpp).

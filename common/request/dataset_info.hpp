@@ -1,4 +1,4 @@
-// What a client may know of a dataset before it asks for a surface.
+// The facts about a dataset that a client has before it requests a surface.
 #pragma once
 
 #include <array>
@@ -33,10 +33,11 @@ struct DatasetInfo {
   std::string name;                    // UTF-8, 1 to 255 bytes, no '/' and no control characters.
   std::array<std::int32_t, 3> dims{};  // Samples along x, y, z; each at least 1.
   SampleType type = SampleType::kU8;
-  Vec3 spacing = {1, 1, 1};      // World units between samples, > 0.
-  Affine index_to_world;         // Sample index -> world: origin, direction and spacing.
-  PhysicalMeaning meaning = {};  // Of world coordinates and values.
-  double min = 0;                // Range of the samples that are not void.
+  Vec3 spacing = {1, 1, 1};  // World units between samples, > 0.
+  Affine index_to_world;     // Sample index -> world: origin, direction and spacing.
+  // The meaning of world coordinates and values.
+  PhysicalMeaning meaning = {};
+  double min = 0;  // Range of the samples that are not void.
   double max = 0;
   std::uint64_t void_samples = 0;  // NaN samples: places without field.
   std::optional<double> outside;   // The value beyond the data; none means void.
@@ -44,8 +45,8 @@ struct DatasetInfo {
   std::int32_t grid_exponent = 1;  // The grid has 2^grid_exponent steps a side.
   Histogram histogram;
   std::vector<double> suggested_isovalues;  // Best first.
-  // The same exactly if samples and bins of errors are the same, so that equal requests have equal
-  // answers; 0: not told.
+  // Equal exactly if samples and bins of errors are equal, so that equal requests have equal
+  // responses; 0: unknown.
   std::uint64_t content_id = 0;
   std::optional<SeriesMember> member = std::nullopt;  // None: a dataset of its own.
 

@@ -1,5 +1,4 @@
-// What a user asks for: an isovalue, how large an error is allowed where, and under which
-// guarantees.
+// A request for a surface: an isovalue, the allowed error at every place, and the guarantees.
 #pragma once
 
 #include <cstdint>
@@ -62,7 +61,8 @@ struct IsosurfaceRequest {
   bool simplify = false;
   // With `simplify`: whether meshes may nowhere cut themselves. It takes two to four times as long.
   bool embedded = false;
-  int normal_bits = 0;  // Of each of a normal's two octahedral coordinates, 8 to 10; 0: no normals.
+  // The bits of each of a normal's two octahedral coordinates, 8 to 10; 0: no normals.
+  int normal_bits = 0;
   // Only what lies in this cell; it comes in one step. None: everything. Goes with no budget.
   std::optional<SurfaceCell> cell = std::nullopt;
 

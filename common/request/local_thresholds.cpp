@@ -37,7 +37,7 @@ class Faults {
   void place(const std::string& field, const Vec3& place) {
     for (const double number : place) coordinate(field, number);
   }
-  // Of a length or a ratio.
+  // Requires a positive length or ratio.
   void positive(const std::string& field, double value) {
     require(value > 0 && value <= kMaxCoordinate, field, value,
             "a number greater than 0 and at most 1e100");
@@ -115,7 +115,7 @@ void check(const ThresholdGrid& grid, Faults& faults) {
     faults.require(false,
                    "grid.thresholds[" + std::to_string(wrong - grid.thresholds.begin()) + "]",
                    static_cast<double>(*wrong),
-                   "a finite number, 0 or greater, or NaN where the grid says nothing");
+                   "a finite number, 0 or greater, or NaN where the grid has no threshold");
   }
 }
 

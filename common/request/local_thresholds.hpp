@@ -1,11 +1,11 @@
 // Where a request allows another error than its own: regions, a coarse grid of thresholds, a view.
 //
-// Each of them says something at some places and nothing at the others. What holds at a place:
+// Each of them has a threshold at some places and none at the others. The threshold at a place is:
 //
-//   kInOrder   the last region that contains it; else the view; else the grid; else the request's
+//   kInOrder   that of the last region that contains it; else the view's; else the grid's; else the
+//              request's error
+//   kMinimum   the least of all regions, view and grid that have one there; else the request's
 //              error
-//   kMinimum   the least of all regions, view and grid that say something there; the request's
-//              error only where nothing does
 //
 // and nowhere less than `at_least`. Thresholds are in the request's unit.
 #pragma once
@@ -74,7 +74,8 @@ struct ThresholdRegion {
 struct ThresholdGrid {
   std::array<std::int32_t, 3> dims = {};  // Each at least 1; at most kMaxGridThresholds together.
   Affine index_to_world = {};             // Its own, and invertible.
-  std::vector<float> thresholds = {};     // x fastest; finite and >= 0, or NaN: nothing said there.
+  // x fastest; finite and >= 0, or NaN: no threshold.
+  std::vector<float> thresholds = {};
 
   // Where both say nothing they are equal.
   friend bool operator==(const ThresholdGrid& a, const ThresholdGrid& b);
@@ -90,12 +91,12 @@ struct Frustum {
   friend bool operator==(const Frustum&, const Frustum&) = default;
 };
 
-// Thresholds that look the same on a screen: at distance d from the eye, the length in world units
-// that `tolerance_pixels` pixels cover. It says something everywhere.
+// A threshold with constant screen-space error: at distance d from the eye, the length in world
+// units that `tolerance_pixels` pixels cover. It is defined everywhere.
 struct ThresholdView {
   Vec3 eye = {};
   double field_of_view = 0;     // Vertical, degrees, between 0 and 180.
-  double height_pixels = 0;     // Of the viewport, > 0.
+  double height_pixels = 0;     // The height of the viewport, > 0.
   double tolerance_pixels = 0;  // >= 0
   std::optional<Frustum> frustum = {};
 
@@ -103,7 +104,8 @@ struct ThresholdView {
 };
 
 struct LocalThresholds {
-  CoordinateSystem coordinates = CoordinateSystem::kWorld;  // Of regions and view.
+  // For regions and view.
+  CoordinateSystem coordinates = CoordinateSystem::kWorld;
   Combination combination = Combination::kInOrder;
   std::vector<ThresholdRegion> regions = {};       // At most kMaxThresholdRegions; the last wins.
   std::shared_ptr<const ThresholdGrid> grid = {};  // Shared, for requests are copied often.

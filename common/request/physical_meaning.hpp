@@ -18,8 +18,10 @@ enum class WorldSpace { kUnnamed, kLps, kRas };
 
 struct PhysicalMeaning {
   WorldSpace space = WorldSpace::kUnnamed;
-  std::string length_unit;  // Of spacing and world coordinates, such as "mm"; empty: not told.
-  std::string value_unit;   // Of samples and isovalues, such as "HU"; empty: not told.
+  // The unit of spacing and world coordinates, such as "mm"; empty: unknown.
+  std::string length_unit;
+  // The unit of samples and isovalues, such as "HU"; empty: unknown.
+  std::string value_unit;
 
   friend bool operator==(const PhysicalMeaning&, const PhysicalMeaning&) = default;
 };

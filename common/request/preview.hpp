@@ -21,6 +21,7 @@ struct Preview {
 };
 
 inline constexpr std::int32_t kMaxPreviewSpacing = 1 << 19;
-inline constexpr std::size_t kMaxPreviews = 20;  // Of one stream: each refines the one before.
+// The most previews of one stream: each refines the one before.
+inline constexpr std::size_t kMaxPreviews = 20;
 
 }  // namespace multitetra

@@ -1,4 +1,4 @@
-// Places at which the field is asked for, and what it is there.
+// A request for the field at given places, and the values.
 #pragma once
 
 #include <cstddef>

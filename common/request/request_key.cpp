@@ -8,7 +8,7 @@
 namespace multitetra {
 namespace {
 
-// What follows each other without separators has a known length, or says how long it is.
+// Builds a key of parts, which have a known length or are preceded by it.
 class Key {
  public:
   template <typename Number>

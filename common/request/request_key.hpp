@@ -8,8 +8,8 @@
 
 namespace multitetra {
 
-// Bytes that are equal exactly for equal requests, within one process. Where a threshold grid says
-// nothing (NaN) all such places are the same.
+// Bytes that are equal exactly for equal requests, within one process. All places of a threshold
+// grid without a threshold (NaN) are equal.
 [[nodiscard]] std::string key_of(const IsosurfaceRequest& request);
 
 // The same for datasets whose answers are equal: also of one that was replaced under its name.

@@ -1,5 +1,5 @@
-// What a request asks for that is no error, but hardly what is meant: an isovalue that no surface
-// has, an error for places where there are no data. Whoever asks is told, in one sentence for each.
+// Warnings about valid requests that are hardly meant so: an isovalue without a surface, an error
+// for places outside the data. One sentence for each.
 #pragma once
 
 #include <string>
@@ -10,10 +10,10 @@
 
 namespace multitetra {
 
-// Known before anything is computed: the isovalue is not among the dataset's values, or a region or
-// the grid of thresholds lies wholly outside its samples (more than one sample away). Not every
-// such region is found where the data's axes are oblique; one that is told is outside. Requires a
-// valid request.
+// Decided before anything is computed: the isovalue is not among the dataset's values, or a region
+// or the grid of thresholds lies wholly outside its samples (more than one sample away). Not every
+// such region is found where the data's axes are oblique; one that is reported is outside. Requires
+// a valid request.
 [[nodiscard]] std::vector<std::string> request_notices(const IsosurfaceRequest& request,
                                                        const DatasetInfo& info);
 

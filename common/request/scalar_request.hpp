@@ -46,8 +46,8 @@ struct ScalarRequest {
 
 [[nodiscard]] ScalarRange range_for(const ScalarRequest& request, const DatasetInfo& field);
 
-// kInvalidArgument unless places of one dataset's world may be those of the other's: what both tell
-// of space and unit is the same.
+// kInvalidArgument if the two datasets are in different worlds: their space and unit must agree
+// where both are known.
 [[nodiscard]] Result<void> check_same_world(const DatasetInfo& surface, const DatasetInfo& field);
 
 }  // namespace multitetra

@@ -26,15 +26,17 @@ struct SeriesMember {
   std::string series;      // As a dataset's name.
   std::string field = {};  // As its file calls it; empty: the only one.
   std::optional<double> time =
-      std::nullopt;            // In time_unit; finite. None: not one of several times.
-  std::string time_unit = {};  // Such as "s"; empty: not told, then times are numbers of frames.
+      std::nullopt;  // In time_unit; finite. None: not one of several times.
+  // Such as "s"; empty: unknown, then times are numbers of frames.
+  std::string time_unit = {};
   std::optional<Label> label =
       std::nullopt;  // Whose smooth field the dataset is; the boundary is at 0.5.
 
   friend bool operator==(const SeriesMember&, const SeriesMember&) = default;
 };
 
-inline constexpr std::size_t kMaxMemberTextBytes = 255;       // Of names of fields and labels.
+// For names of fields and labels.
+inline constexpr std::size_t kMaxMemberTextBytes = 255;
 inline constexpr double kMaxLabelValue = 9007199254740992.0;  // 2^53; either sign.
 
 // kInvalidArgument, with the field and what is allowed, unless every field is within its range.

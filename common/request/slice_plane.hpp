@@ -26,14 +26,14 @@ inline constexpr std::uint32_t kUsualSlicePixels = 1024;
 [[nodiscard]] SliceRequest axis_slice(const DatasetInfo& info, std::size_t axis, double at,
                                       const SlicePixels& pixels);
 
-// A plane through `centre` whose `normal` points to whoever looks at it. Directions and lengths are
-// those of `coordinates`.
+// A plane through `centre` whose `normal` points to the viewer. Directions and lengths are those of
+// `coordinates`.
 struct ObliquePlane {
   CoordinateSystem coordinates = CoordinateSystem::kWorld;
   Vec3 centre = {0, 0, 0};
   Vec3 normal = {0, 0, 1};           // Not 0; of any length.
   std::optional<Vec3> up = {};       // In the picture; none: the third axis, or the second.
-  std::optional<double> width = {};  // Of what is shown, > 0; none: all of the data.
+  std::optional<double> width = {};  // Of the visible part, > 0; none: all of the data.
   std::optional<double> height = {};
 };
 // kInvalidArgument where the normal has no direction, or up is along it.
@@ -48,7 +48,7 @@ struct NamedSlice {
   std::optional<Vec3> normal = {}, centre = {}, up = {};
   std::optional<std::vector<double>> extent = {};  // Width, or width and height, > 0.
   std::optional<Vec3> origin = {}, right = {}, down = {};
-  CoordinateSystem coordinates = CoordinateSystem::kWorld;  // Of all but `at`.
+  CoordinateSystem coordinates = CoordinateSystem::kWorld;  // For all but `at`.
   SlicePixels pixels = {};
   Interpolation interpolation = Interpolation::kLinear;
   SliceDetail detail = SliceDetail::kAuto;

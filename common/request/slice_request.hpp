@@ -1,4 +1,4 @@
-// A plane through a dataset on which the field is asked for, pixel by pixel.
+// A request for the field on a plane through a dataset, pixel by pixel.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace multitetra {
 
-// Of one slice; 4 bytes each.
+// The most pixels of one slice; 4 bytes each.
 inline constexpr std::uint32_t kMaxSlicePixels = std::uint32_t{1} << 21;
 
 enum class Interpolation {

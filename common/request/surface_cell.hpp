@@ -1,10 +1,10 @@
-// A part of a surface that is asked for by itself: what lies in one octree cube.
+// A part of a surface that can be requested by itself: the one in an octree cube.
 //
 // The model is refined until every tetrahedron lies in one cube of that size, and edges on the
 // cube's faces stay as the model has them. So the cells of one size fit together: their surfaces
-// have nothing in common but vertices on the faces, which are the same lattice points on both
-// sides, and together they are the surface of the whole. A cell's surface is a function of the
-// dataset and the request alone, whatever else was asked for.
+// share only vertices on the faces, which are the same lattice points on both sides, and together
+// they are the whole surface. A cell's surface is a function of the dataset and the request alone,
+// independent of other requests.
 #pragma once
 
 #include <cstdint>

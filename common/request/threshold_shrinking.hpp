@@ -12,13 +12,14 @@ namespace multitetra {
 struct ThresholdSamples {
   std::array<std::int32_t, 3> dims = {};  // Each at least 1.
   Affine index_to_world;
-  std::span<const float> thresholds;  // x fastest, as many as the dims say; NaN says nothing.
+  // x fastest, as many as the dims say; NaN: no threshold.
+  std::span<const float> thresholds;
 };
 
 // Joins blocks of neighbouring samples, about as long on all axes, until at most `limit` are left;
-// an image that fits stays as it is. A block has the least threshold of its samples, and at most
-// `elsewhere` where one of them says nothing or is missing at the image's end: nowhere is more
-// allowed than by the image. A block whose samples all say nothing says nothing.
+// an image that fits is unchanged. A block has the least threshold of its samples, and at most
+// `elsewhere` where one of them has none or is missing at the image's end: no place allows more
+// than the image does. A block without any threshold has none.
 [[nodiscard]] ThresholdGrid shrunk(const ThresholdSamples& image, double elsewhere,
                                    std::size_t limit = kMaxGridThresholds);
 

@@ -18,8 +18,8 @@ struct DracoMesh {
 };
 
 // `position_id` names the attribute as glTF does; none: the file's only positions. kDamagedData
-// when it is no triangle mesh that Draco decodes. Draco believes what the bytes promise and
-// allocates accordingly: run this where memory is bounded (child_process.hpp).
+// when it is no triangle mesh that Draco decodes. Draco allocates the memory that the bytes claim:
+// run this where memory is bounded (child_process.hpp).
 [[nodiscard]] Result<DracoMesh> decode_draco_mesh(std::string_view bytes,
                                                   std::optional<std::uint32_t> position_id);
 

@@ -11,7 +11,7 @@
 
 namespace multitetra {
 
-// What a glTF primitive tells of its Draco bytes.
+// The fields of a glTF primitive with Draco compression.
 struct DracoPrimitive {
   std::string bytes;
   // As a decoder finds them: vertices that Draco splits count as several.

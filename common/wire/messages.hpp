@@ -14,7 +14,7 @@
 //   Estimate, Slice, Probe      ->
 //                               <-       EstimateReply, SliceReply, ProbeReply
 //
-// parse_* are the listener for untrusted bytes: every field is checked for its documented range,
+// parse_* are the entry point for untrusted bytes: every field is checked for its documented range,
 // and what they return is safe to use. Unknown fields are ignored, so that old peers keep working.
 #pragma once
 
@@ -39,7 +39,7 @@ namespace multitetra {
 
 inline constexpr std::uint32_t kProtocolVersion = 1;
 
-// How a tile's payload is coded; negotiated in Hello and Welcome. Everybody knows Draco.
+// How a tile's payload is coded; negotiated in Hello and Welcome. Draco is always supported.
 enum class PayloadCodec { kDracoLattice = 1, kSampleShell = 2 };
 
 // ---- client to server
@@ -51,7 +51,7 @@ struct Hello {
   std::vector<PayloadCodec> codecs = {PayloadCodec::kDracoLattice};
   std::string token = {};  // Bearer token, empty without; at most 4096 bytes.
   std::string agent = {};  // Program and version, for logs; at most 255 bytes.
-  // Of a gateway: who its client is, for servers that trust it; at most 512 bytes.
+  // From a gateway: the identity of its client, for servers that trust it; at most 512 bytes.
   std::string on_behalf_of = {};
 };
 
@@ -73,7 +73,7 @@ enum class MeshUse {
 };
 
 enum class Priority {
-  kNormal,      // Somebody waits for it.
+  kNormal,      // A client waits for it.
   kBackground,  // It comes after all that is normal.
 };
 
@@ -85,8 +85,8 @@ struct OpenStream {
   StepPolicy steps = StepPolicy::kProgressive;
   // Tiles that the client has already, at most kMaxHeldDigests.
   std::vector<ContentDigest> held = {};
-  // What the stream began with elsewhere, at most kMaxPreviews, each finer than the one before:
-  // exactly these previews come again, and then what `steps` says.
+  // The previews that the stream began with elsewhere, at most kMaxPreviews, each finer than the
+  // one before: exactly these previews come again, and then those of `steps`.
   std::vector<Preview> begun = {};
   Priority priority = Priority::kNormal;
   std::optional<ScalarRequest> scalars = {};
@@ -104,7 +104,7 @@ struct Ping {
   std::uint64_t value = 0;
 };
 
-// Asks how large the answer to a request would be.
+// Requests the expected size of a surface.
 struct Estimate {
   std::uint64_t request_id = 0;
   std::string dataset = {};
@@ -112,7 +112,7 @@ struct Estimate {
   Priority priority = Priority::kNormal;
 };
 
-// Asks for the field on a plane.
+// Requests the field on a plane.
 struct Slice {
   std::uint64_t request_id = 0;
   std::string dataset = {};
@@ -120,7 +120,7 @@ struct Slice {
   Priority priority = Priority::kNormal;
 };
 
-// Asks what the field is at some places.
+// Requests the field at some places.
 struct Probe {
   std::uint64_t request_id = 0;
   std::string dataset = {};
@@ -134,7 +134,7 @@ using ClientMessage =
 
 struct Welcome {
   std::uint32_t version = kProtocolVersion;  // The version both speak from now on.
-  // Of the payloads on this connection.
+  // The codecs of payloads on this connection.
   std::vector<PayloadCodec> codecs = {PayloadCodec::kDracoLattice};
   std::string agent = {};
   std::uint32_t max_message_bytes = 0;  // The longest client message that the server accepts.
@@ -149,24 +149,27 @@ struct DatasetList {
 // has come.
 struct StepBegin {
   std::uint64_t request_id = 0;
-  std::uint32_t step = 0;          // 0, 1, ... within the stream.
-  bool is_final = false;  // This step is the request itself, or all that MeshUse::kDisplay needs.
+  std::uint32_t step = 0;  // 0, 1, ... within the stream.
+  bool is_final = false;   // This step is the request itself, or all that MeshUse::kDisplay needs.
   IsosurfaceRequest request = {};  // This step's own parameters; `error` in the request's unit.
   // The largest threshold anywhere, world units. It bounds the distance to the full surface
   // (lattice snapping excluded) when the measure is certified, topology_tolerance is 0 and
   // finest_spacing is 1. Of shells: what quantized values move a vertex by at most, 0 with others.
   double error_bound_world = 0;
-  std::int32_t finest_spacing = 1;  // Grid steps; no finer dividing point takes part.
-  std::optional<ShellStep> shell = {};  // Of a step in sample shells; none: Draco.
-  std::uint64_t tetrahedra = 0;         // Of the model; 0 with shells.
-  std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface; 0 with shells.
+  std::int32_t finest_spacing = 1;      // Grid steps; no finer dividing point takes part.
+  std::optional<ShellStep> shell = {};  // For sample shells; none: Draco.
+  // Tetrahedra of the model; 0 with shells.
+  std::uint64_t tetrahedra = 0;
+  // Those that the surface crosses; 0 with shells.
+  std::uint64_t active_tetrahedra = 0;
   // All tiles of the step, those that the client holds included.
   std::vector<TileSummary> tiles = {};
   bool is_unsimplified = false;  // No tile is simplified, though the request allows it.
-  // Of a request with a cell: bit i is set where OctreeCube::child(i) of its cube may have a
+  // For a request with a cell: bit i is set where OctreeCube::child(i) of its cube may have a
   // surface at any error.
   std::uint32_t crossed_octants = 0;
-  std::optional<ScalarRange> scalars = {};  // Of the tiles' vertices; none: there are none.
+  // For the tiles' vertices; none: no scalars.
+  std::optional<ScalarRange> scalars = {};
 };
 
 // The request of a stream of which that much has come: it goes on where it was, on any server.
@@ -193,10 +196,12 @@ struct TileScalars {
 struct StepEnd {
   std::uint64_t request_id = 0;
   std::uint32_t step = 0;
-  std::uint32_t tiles_sent = 0;     // Without those that the client held.
-  std::uint64_t payload_bytes = 0;  // Of the tiles sent.
-  ContentDigest digest = {};        // Of the whole step.
-  double seconds = 0;               // The server's time for this step.
+  std::uint32_t tiles_sent = 0;  // Without those that the client held.
+  // The payloads of the tiles sent.
+  std::uint64_t payload_bytes = 0;
+  // The digest of the whole step.
+  ContentDigest digest = {};
+  double seconds = 0;  // The server's time for this step.
 };
 
 enum class StreamOutcome { kComplete = 1, kCancelled = 2, kSuperseded = 3 };
@@ -225,7 +230,8 @@ struct EstimateReply {
 
 struct SliceReply {
   std::uint64_t request_id = 0;
-  std::uint32_t width = 0;  // As asked for.
+  // As requested.
+  std::uint32_t width = 0;
   std::uint32_t height = 0;
   std::uint32_t sample_spacing = 1;  // 1, or 8 where every eighth sample was used.
   // A float for each pixel, row by row, NaN where there is no field: 4 bytes each, little-endian.
@@ -234,7 +240,8 @@ struct SliceReply {
 
 struct ProbeReply {
   std::uint64_t request_id = 0;
-  std::vector<ProbedPlace> places = {};  // In the order asked for.
+  // In the order of the request.
+  std::vector<ProbedPlace> places = {};
 };
 
 using ServerMessage =

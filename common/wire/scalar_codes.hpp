@@ -1,8 +1,8 @@
-// Scalars of a tile as bytes and back.
+// Encodes and decodes the scalars of a tile.
 //
-// Draco keeps no order of vertices, so scalars have one of their own: that of the vertices' lattice
-// coordinates, by z, then y, then x. So they are a function of a tile's geometry and the field, and
-// travel apart from it: whoever holds a tile is sent its codes alone.
+// Draco keeps no order of vertices, so scalars have an order of their own: that of the vertices'
+// lattice coordinates, by z, then y, then x. So they are a function of a tile's geometry and the
+// field, and are sent apart from it: a client that has the tile receives its codes alone.
 #pragma once
 
 #include <span>

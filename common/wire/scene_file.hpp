@@ -14,27 +14,29 @@ namespace multitetra {
 [[nodiscard]] std::array<double, 3> part_color(std::size_t number);
 
 struct ScenePart {
-  std::string name = {};                 // Of its node, mesh and material; empty: without.
+  // The name of its node, mesh and material; empty: none.
+  std::string name = {};
   const PositionedMesh* mesh = nullptr;  // Not null; one without triangles has no node.
 };
 
-// The whole file's bytes. Each node has a matrix that turns z-up into glTF's y-up; the positions
-// themselves stay as they are. A mesh has smooth normals of its triangles if it has none; its
-// colours as COLOR_0, in linear light as glTF wants it; and its scalars as _SCALAR where every
-// vertex has one, as glTF has no NaN. Materials are seen from both sides, those of several parts of
+// The bytes of the whole file. Each node has a matrix that turns z-up into glTF's y-up; the
+// positions themselves are unchanged. A mesh without normals gets smooth normals of its triangles;
+// its colours become COLOR_0, in linear light as glTF requires; and its scalars _SCALAR where every
+// vertex has one, as glTF has no NaN. Materials are double-sided, those of several parts have
 // different colours. Throws std::system_error beyond glTF's 4 GiB.
 [[nodiscard]] std::string scene_glb(std::span<const ScenePart> parts);
 
 struct LevelOfDetail {
   const PositionedMesh* mesh = nullptr;  // Not null, with triangles.
   double error = 0;                      // Metres.
-  double screen_coverage = 0;            // Of the screen's area, 0 to 1: not shown where smaller.
+  // A part of the screen's area, 0 to 1: hidden where smaller.
+  double screen_coverage = 0;
 };
 
-// One surface at falling detail, the finest level first, each a node "level_0" and so on
-// (MSFT_lod): who does not know of levels shows the finest. Otherwise as scene_glb(), and
-// `unit_metres` metres are what 1 is in the meshes. Every node tells its error in metres in its
-// extras ("error").
+// One surface at decreasing level of detail, finest first, each a node "level_0" and so on
+// (MSFT_lod): viewers without support for levels show the finest. Otherwise as scene_glb();
+// `unit_metres` is the number of metres of a unit of the meshes. Every node has its error in metres
+// in its extras ("error").
 [[nodiscard]] std::string levels_glb(std::span<const LevelOfDetail> levels, double unit_metres);
 
 }  // namespace multitetra

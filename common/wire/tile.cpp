@@ -147,7 +147,7 @@ std::unique_ptr<draco::Mesh> draco_decoded(std::string_view payload, bool has_no
     options.SetAttributeBool(draco::GeometryAttribute::NORMAL, "skip_attribute_transform", true);
     return decoder.Decode(options, &buffer, mesh.get()).ok() ? std::move(mesh) : nullptr;
   } catch (const std::bad_alloc&) {
-    throw;  // The machine's trouble: what the payload may ask for was compared with its promise.
+    throw;  // Out of memory: what the payload claims was compared with its manifest.
   } catch (const std::exception&) {
     return nullptr;
   }

@@ -23,10 +23,11 @@
 
 namespace multitetra {
 
-// What a manifest says of a tile before its bytes arrive.
+// The entry of a tile in the manifest.
 struct TileSummary {
-  OctreeCube cube = {};       // All vertices lie in this closed cube.
-  ContentDigest digest = {};  // Of its triangles.
+  OctreeCube cube = {};  // All vertices lie in this closed cube.
+  // The digest of its triangles.
+  ContentDigest digest = {};
   std::uint32_t triangles = 0;
   std::uint32_t vertices = 0;  // Distinct lattice points.
   std::uint32_t bytes = 0;     // Encoded size.
@@ -74,13 +75,13 @@ struct TileNormals {
                                       int speed = kDefaultEncodingSpeed,
                                       const TileNormals& normals = {});
 
-// Decodes and checks against what the manifest promised: counts, digest, vertices inside the cube
-// and on the lattice. Never allocates more than in proportion to `promised` and the payload,
-// whatever the payload claims: about 100 bytes a triangle. kDamagedData, naming the tile and the
-// first difference, otherwise.
+// Decodes a tile and checks it against the manifest: counts, digest, vertices inside the cube and
+// on the lattice. Never allocates more than in proportion to `promised` and the payload, whatever
+// the payload claims: about 100 bytes a triangle. kDamagedData, naming the tile and the first
+// difference, otherwise.
 //
-// The mesh has normals exactly when `normal_bits` is not 0; a payload with normals that nobody
-// asked for, without those that were, or with other bits is damaged, and so is one with several
+// The mesh has normals exactly when `normal_bits` is not 0; a payload with normals that were not
+// requested, without those that were, or with other bits is damaged, and so is one with several
 // normals at a vertex. Requires 0 or kMinNormalBits to kMaxNormalBits.
 [[nodiscard]] Result<LatticeMesh> decode_tile(std::string_view payload, const TileSummary& promised,
                                               int lattice_resolution, int normal_bits = 0);

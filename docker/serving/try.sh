@@ -80,7 +80,7 @@ for isovalue in 100.5 200.5 300.5; do
   cmp -s first.glb again.glb || fail "nginx: another mesh at $isovalue"
   grep -qiE '^X-Cache: (HIT|REVALIDATED)' headers || fail "nginx did not keep the mesh at $isovalue: $(cat headers)"
 done
-sleep 2.1  # Longer than nginx, which counts whole seconds, believes itself.
+sleep 2.1  # Longer than nginx caches: it counts whole seconds.
 curl -sf -o again.glb -D headers "$nginx$(mesh 300.5)" && cmp -s first.glb again.glb && grep -qi '^X-Cache: REVALIDATED' headers ||
   fail "nginx does not ask whether a mesh is still so: $(cat headers)"
 before=$(metric "$made" "${servers[@]}")
@@ -170,7 +170,7 @@ report = json.load(open("load.log"))
 streams, connections = report["streams"], report["connections"]
 print(f"lost server: {streams['complete']} streams complete, {streams['failed']} failed, {streams['unfinished']} unfinished; "
       f"{connections['lost']} connections were lost with it")
-assert connections["lost"] > 0, "somebody was at that server"
+assert connections["lost"] > 0, "no client was at that server"
 assert streams["complete"] > 0 and streams["failed"] == streams["unfinished"] == 0
 assert report["checks"]["failed"] == 0 and report["tiles_sent_twice"] == 0
 END

@@ -21,7 +21,8 @@ namespace multitetra {
 
 struct CertifyOptions {
   double isovalue = 0;
-  std::optional<double> error = std::nullopt;  // World units; none: distances are told only.
+  // World units. Without it the distances are measured and nothing is certified.
+  std::optional<double> error = std::nullopt;
   // The mesh's vertices may be rounded to a lattice of 2^-lattice grid steps, as ours are: the
   // error is exceeded only beyond that. None: they are where they should be.
   std::optional<int> lattice = std::nullopt;
@@ -29,8 +30,10 @@ struct CertifyOptions {
   bool count_self_intersections = false;
   std::optional<double> outside = std::nullopt;  // The value beyond the data; none means void.
   std::int32_t margin = 0;                       // Grid steps around the data.
-  std::uint64_t samples = 200'000;               // Of each surface, for mean and percentile.
-  // Is told what begins: "full surface", "topology", "distances", "self-intersections".
+  // The number of samples of each surface, for mean and percentile.
+  std::uint64_t samples = 200'000;
+  // Called at the beginning of each stage: "full surface", "topology", "distances",
+  // "self-intersections".
   std::function<void(const char* stage)> on_stage = nullptr;
 };
 
@@ -44,12 +47,14 @@ enum class ErrorVerdict {
 struct Certificate {
   DatasetInfo grid;  // The volume's.
   MeshTopology mesh;
-  MeshTopology reference;  // Of the full surface.
+  // The topology of the full-resolution surface.
+  MeshTopology reference;
   // Where fans of triangles only touch; at void samples the full surface may have some.
   std::int64_t nonmanifold_vertices = 0;
   std::int64_t nonmanifold_vertices_of_reference = 0;
-  std::uint64_t degenerate_triangles = 0;  // Of the mesh, left out: two corners at one place.
-  TwoSidedDistance distance;               // World units.
+  // Triangles of the mesh with two corners at one place; they are left out.
+  std::uint64_t degenerate_triangles = 0;
+  TwoSidedDistance distance;  // World units.
   // What is allowed for the lattice and for coordinates that are 32-bit floats, world units.
   double lattice_allowance = 0;
   double rounding_allowance = 0;
@@ -57,7 +62,7 @@ struct Certificate {
   bool is_topology_asked = true;
   std::optional<SelfIntersections> self_intersections;
 
-  [[nodiscard]] double maximum() const;          // Of both directions.
+  [[nodiscard]] double maximum() const;          // The larger one of both directions.
   [[nodiscard]] double maximum_at_most() const;  // Likewise.
   // No edge has fewer or more than two triangles, or two that face different sides.
   [[nodiscard]] bool is_watertight() const;

@@ -41,7 +41,7 @@ std::string digits(double value) {
   return text.data();
 }
 
-// Lengths of the world, told in voxels too.
+// Formats lengths in world units and in voxels.
 class Lengths {
  public:
   explicit Lengths(const DatasetInfo& grid)
@@ -73,7 +73,7 @@ std::string error_line(const Certificate& certificate, const CertifyOptions& opt
   }
   switch (certificate.error) {
     case ErrorVerdict::kNotAsked:
-      return "not asked for (--error): no point of either surface is farther from the other than " +
+      return "not requested (--error): no point of either surface is farther from the other than " +
              lengths.text(certificate.maximum_at_most());
     case ErrorVerdict::kKept:
       return "kept: no point of either surface is farther from the other than " +

@@ -10,7 +10,7 @@
 
 namespace multitetra {
 
-// What the certificate is about, as it was asked for.
+// The inputs of the certificate.
 struct CertifiedFiles {
   std::string mesh;
   std::string volume;
@@ -20,13 +20,13 @@ struct CertifiedFiles {
 [[nodiscard]] std::string text_of(const Certificate& certificate, const CertifiedFiles& files,
                                   const CertifyOptions& options);
 
-// kept, mesh_file, volume, isovalue, error: {kept (null: not asked), proven, world, voxel,
+// kept, mesh_file, volume, isovalue, error: {kept (null: not requested), proven, world, voxel,
 // lattice_allowance_world, rounding_allowance_world}, topology_kept, watertight, distances:
 // {mesh_to_full and full_to_mesh: {world and voxel: {maximum, maximum_at_most, percentile_99,
 // mean}, farthest_point, samples}}, mesh and full_surface: the keys of json_report.hpp's topology
 // and nonmanifold_vertices; self_intersections (null: not counted): {triangles, pairs,
 // flat_triangles, place}. An infinite number, where a surface is empty, is null. Distances in
-// voxels are of the smallest spacing; places are in world coordinates.
+// voxels are relative to the smallest spacing; places are in world coordinates.
 [[nodiscard]] nlohmann::ordered_json json_of(const Certificate& certificate,
                                              const CertifiedFiles& files,
                                              const CertifyOptions& options);

@@ -11,13 +11,12 @@
 
 namespace multitetra {
 
-// All triangles in the file, in its coordinates; polygons are cut into fans, and everything that is
-// no surface is left out. The format is recognized by content where it has a mark, else by suffix.
-// Of glTF the nodes of the scene are taken where they stand, turned from glTF's y-up to z-up, as
-// our own files are meant.
+// Reads all triangles of the file, in its coordinates. Polygons are cut into fans; everything that
+// is not a surface is ignored. The format is recognized by its signature if it has one, else by its
+// suffix. The nodes of a glTF scene are placed by their transforms and turned from glTF's y-up to
+// z-up.
 //
-// No byte of the file is trusted: throws VolumeFileError, which names the file, what is wrong with
-// it and a remedy.
+// The file is untrusted: throws VolumeFileError with the file's name, the fault and a remedy.
 [[nodiscard]] TriangleMesh read_mesh(const std::filesystem::path& file);
 
 }  // namespace multitetra

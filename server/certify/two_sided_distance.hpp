@@ -27,7 +27,8 @@ struct DistanceSearch {
 // Lengths in the unit of the coordinates. All infinite where only the other surface is empty, all
 // zero where this one is.
 struct SurfaceDistance {
-  double maximum = 0;          // Of all points that were looked at: the true maximum is not less.
+  // The largest distance of all measured points. The true maximum is not less.
+  double maximum = 0;
   double maximum_at_most = 0;  // And not more than this.
   double percentile_99 = 0;
   double mean = 0;

@@ -1,5 +1,6 @@
 // Bricks of bytes, packed without loss: blosc's bit shuffle with LZ4, which unpacks at gigabytes a
-// second, or with zstd for smooth floats where that saves a quarter; raw where neither pays. The same bytes for the same brick, on any thread.
+// second, or with zstd for smooth floats where that saves a quarter; raw where neither pays. The
+// same bytes for the same brick, on any thread.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +15,7 @@ namespace multitetra {
 enum class BrickCodec : std::uint8_t {
   kRaw = 0,       // The bytes as they are.
   kConstant = 1,  // One item, which is repeated.
-  kBlosc = 2,     // A frame of blosc, which says how long its content is.
+  kBlosc = 2,     // A frame of blosc, which contains its unpacked length.
 };
 
 struct PackedBrick {

@@ -36,7 +36,7 @@ class ByteSource {
   // Throws when the source is not what it was when it was opened.
   virtual void check() const {}
 
-  // Of a source that is far away: begins to fetch these ranges, does not wait and never throws.
+  // For remote sources: begins to fetch these ranges. Returns at once and never throws.
   virtual void will_need(std::span<const FileRange> ranges) const { (void)ranges; }
   // How many bytes must come from far away before these ranges can be read.
   [[nodiscard]] virtual std::uint64_t bytes_to_fetch(std::span<const FileRange> ranges) const {

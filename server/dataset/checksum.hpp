@@ -1,5 +1,4 @@
-// XXH3-64 with seed 0: finds every damage by accident. It is no protection against somebody who
-// wants to deceive.
+// XXH3-64 with seed 0. Detects accidental damage; it is no protection against deliberate changes.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +17,7 @@ class RunningChecksum {
  public:
   RunningChecksum();
   void add(std::span<const std::byte> bytes);
-  [[nodiscard]] std::uint64_t value() const;  // Of all bytes so far.
+  [[nodiscard]] std::uint64_t value() const;  // The checksum of all bytes so far.
 
  private:
   struct Free {

@@ -18,8 +18,8 @@
 
 namespace multitetra {
 
-// The largest grid has 2^14 steps a side. Of grids beyond 2^12 not every lattice resolution stays
-// within kMaxLatticeBits; those that do not are refused when they are asked for.
+// The largest grid has 2^14 steps a side. On grids beyond 2^12 not every lattice resolution fits
+// kMaxLatticeBits; requests for those that do not are refused.
 inline constexpr std::int32_t kMaxGridExponent = 14;
 static_assert(kMaxGridExponent + kDefaultLatticeResolution <= kMaxLatticeBits);
 static_assert((std::int64_t{1} << kMaxGridExponent) + 1 == kMaxSide);

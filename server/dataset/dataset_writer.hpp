@@ -24,9 +24,9 @@
 #include <vector>
 
 #include "common/base/atomic_file.hpp"
+#include "common/base/scratch_file.hpp"
 #include "server/dataset/checksum.hpp"
 #include "server/dataset/prepared_format.hpp"
-#include "common/base/scratch_file.hpp"
 
 namespace multitetra {
 
@@ -118,8 +118,9 @@ class DatasetWriter {
 
   // Filled by finish().
   SectionTable sections_;
-  std::uint64_t end_ = 0;  // Of what was written.
-  RunningChecksum sum_;    // Of the section that is written.
+  std::uint64_t end_ = 0;  // The end of what was written.
+  // The checksum of the current section.
+  RunningChecksum sum_;
 };
 
 }  // namespace multitetra

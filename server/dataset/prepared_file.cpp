@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kOwnCacheBytes = std::size_t{256} << 20;
 
-// Memory for an index that a damaged file asks for in vain is an error of that file.
+// Running out of memory for an index is reported as damage of the file that demands it.
 template <typename Read>
 auto whole_or_thrown(const std::string& place, const Read& read) {
   try {
@@ -43,7 +43,7 @@ BrickFile open_file(const std::string& place, std::shared_ptr<RemoteFiles> files
 }  // namespace
 
 struct PreparedFile::Content {
-  // A packed section, unpacked when it is first asked for.
+  // A packed section, unpacked on first use.
   struct SmallSection {
     SmallSection() = default;
     mutable std::once_flag is_read;

@@ -39,7 +39,7 @@ class PreparedFile {
   [[nodiscard]] const DatasetMetadata& metadata() const;
   [[nodiscard]] const DatasetInfo& info() const { return metadata().info; }
   [[nodiscard]] const SectionTable& sections() const;
-  [[nodiscard]] std::uint64_t bytes() const;  // Of the file.
+  [[nodiscard]] std::uint64_t bytes() const;  // The size of the file.
 
   // DatasetInfo::content_id, from checksums: no sample is read.
   [[nodiscard]] std::uint64_t content_id() const;
@@ -52,8 +52,8 @@ class PreparedFile {
   [[nodiscard]] std::shared_ptr<const PreparedBricks> samples() const;
   [[nodiscard]] std::shared_ptr<const PreparedBricks> spectrum() const;
 
-  // As they were given to DatasetWriter::finish. The first two are read and unpacked when they are
-  // first asked for, and throw what reading a brick throws.
+  // As they were given to DatasetWriter::finish. The first two are read and unpacked on first use,
+  // and throw what reading a brick throws.
   [[nodiscard]] std::span<const std::byte> coarse() const;
   [[nodiscard]] std::span<const std::byte> ranges() const;
   [[nodiscard]] std::span<const std::byte> bins() const;

@@ -123,7 +123,7 @@ Result<PreparedStructure> decode_structure(const ByteSource& source) {
   auto metadata = decode_metadata(source, structure.section(kMetadata));
   if (!metadata) return tl::unexpected(metadata.error());
   structure.metadata = *std::move(metadata);
-  // What the metadata asks for is bounded by the size of the file from here on.
+  // From here on the size of the file bounds what the metadata demand.
   const std::size_t bricks = BrickLayout(structure.metadata.info.dims).size();
   if (const auto checked =
           check_size(structure.section(kSampleIndex), std::uint64_t{bricks} * sizeof(BrickEntry));

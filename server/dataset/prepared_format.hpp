@@ -111,9 +111,9 @@ struct PreparedStructure {
 // The most bytes that a brick of the spectrum has.
 [[nodiscard]] std::size_t most_spectrum_brick_bytes();
 
-// A brick out of its packed bytes, which have the checksum of the place. Of samples `type` is their
-// type and `bytes` their size; of the spectrum there is none, and the brick says its size.
-// kDamagedData when it cannot be unpacked, has another size, or has infinite samples.
+// Unpacks a brick whose checksum was verified. For samples `type` is their type and `bytes` their
+// size; for the spectrum there is no type, and the brick contains its size. kDamagedData when it
+// cannot be unpacked, has another size, or has infinite samples.
 [[nodiscard]] Result<void> unpack_checked(const std::string& section, std::size_t index,
                                           const BrickPlace& place,
                                           std::span<const std::byte> packed,

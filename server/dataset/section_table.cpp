@@ -18,7 +18,7 @@ static_assert(std::endian::native == std::endian::little,
 
 constexpr std::string_view kMagic = "\x89MTD1\r\n\x1a";
 static_assert(kMagic.size() == kMagicBytes);
-constexpr std::string_view kMagicOf0 = "\x89MTD\r\n\x1a\n";  // Of releases 0.x.
+constexpr std::string_view kMagicOf0 = "\x89MTD\r\n\x1a\n";  // The signature of releases 0.x.
 constexpr std::size_t kHeaderBytes = 24;
 constexpr std::size_t kEntryBytes = 40;
 constexpr std::size_t kNameBytes = 8;

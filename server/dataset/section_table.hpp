@@ -45,8 +45,8 @@ using SectionTable = std::vector<Section>;  // In the order of the file.
 // Where a section begins when those before it end here; kHeadBytes for the first.
 [[nodiscard]] std::uint64_t section_begin(std::uint64_t end_of_those_before);
 
-// The first kHeadBytes of a file. Requires 1 to kMaxSections sections that begin where
-// section_begin says.
+// The first kHeadBytes of a file. Requires 1 to kMaxSections sections that begin at the places that
+// section_begin returns.
 [[nodiscard]] std::string encode_head(const SectionTable& sections);
 
 // Verifies header, table and, of a source on this machine, the zeros between sections; no section

@@ -1,4 +1,4 @@
-// Where a dataset came from, kept with it for people who wonder later.
+// The origin of a dataset, stored in it for the record.
 #pragma once
 
 #include <filesystem>

@@ -18,8 +18,8 @@
 
 namespace multitetra {
 
-// Is told now and then which part of the bytes is done, from 0 to 1 and never less than before. An
-// exception of it ends the verification.
+// Called from time to time with the fraction of the bytes that is done, from 0 to 1 and never
+// decreasing. An exception that it throws ends the verification.
 using VerificationProgress = std::function<void(double fraction)>;
 
 // A file or an address. Throws DatasetFileError, which names the file, the section, the brick and

@@ -18,12 +18,13 @@ enum class ModelScope {
 
 struct ModelCells {
   std::vector<GridPoint> points;
-  std::vector<float> values;  // Of the points.
+  std::vector<float> values;  // The values at the points.
   // Corners as indices of points, the fourth on the side that the first three, turning
   // counter-clockwise, face.
   std::vector<std::array<std::int64_t, 4>> cells;
   std::vector<std::int32_t>
-      sizes;  // Of the cells: their tetrahedron's largest extent in grid steps.
+      // For each cell the largest extent of its tetrahedron in grid steps.
+      sizes;
 };
 
 // The cells fill the data without gap or overlap where void lies around it, the whole grid where a

@@ -25,7 +25,7 @@ std::vector<Position> mapped(const std::vector<GridPoint>& points, const Affine&
   return positions;
 }
 
-// A map that mirrors turns all cells over; VTK wants them as they were.
+// Restores the orientation of the cells after a mirroring map, as VTK requires.
 std::vector<std::array<std::int64_t, 4>> turned(std::vector<std::array<std::int64_t, 4>> cells,
                                                 bool is_mirrored) {
   if (is_mirrored) {

@@ -40,8 +40,8 @@ class ReferenceExtractor {
   // The isosurface of any model of this grid. Throws Cancelled soon after `stop` is triggered.
   [[nodiscard]] TiledSurface surface(const Model& model, const SurfaceOptions& options,
                                      std::stop_token stop = {}) const;
-  // The surface of a step, simplified if it says so, from a model of the step; without one from
-  // that with exact errors.
+  // The surface of a step, simplified if the step says so, from a model of the step; without one
+  // from the model with exact errors.
   [[nodiscard]] TiledSurface extract(const ResolvedStep& spec, const Model& model,
                                      std::stop_token stop = {}) const;
   [[nodiscard]] TiledSurface extract(const ResolvedStep& spec, std::stop_token stop = {}) const;

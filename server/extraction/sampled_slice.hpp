@@ -11,13 +11,13 @@
 namespace multitetra {
 
 struct SampledSlice {
-  std::int32_t spacing = 1;   // Of the samples that it is made of: 1 or kSpectrumSpacing.
+  std::int32_t spacing = 1;   // The spacing of the samples used: 1 or kSpectrumSpacing.
   std::vector<float> values;  // Row by row; NaN where there is no field.
 };
 
-// Requires a validated slice. kLimitExceeded when it asks for all samples where they are more than
+// Requires a validated slice. kLimitExceeded when all samples are requested and there are more than
 // kMostSliceBricks. Throws Cancelled soon after `stop` is triggered, and DatasetFileError when the
-// dataset turns out to be damaged.
+// dataset is damaged.
 [[nodiscard]] Result<SampledSlice> sampled_slice(const PreparedVolume& volume,
                                                  const SliceRequest& slice, std::stop_token stop);
 

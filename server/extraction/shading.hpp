@@ -1,4 +1,4 @@
-// The normals of a step's tiles, where it wants them.
+// The normals of a step's tiles, if it has normals.
 #pragma once
 
 #include <cstdint>

@@ -19,7 +19,7 @@
 
 namespace multitetra {
 
-// Memory to work in, used again and again by whoever needs it next.
+// A pool of working memory, shared by all threads.
 class CubeMemoryPool {
  public:
   // Owns memory while it is in use; gives it back at its end.

@@ -16,7 +16,8 @@ enum class SizeAccuracy {
   // simplification, from four blocks, rougher (at most three times too large on public volumes) and
   // slower.
   kQuick,
-  kCareful,  // To tell a client: a larger sample, and bytes as a sample of blocks is encoded.
+  // An estimate for clients: a larger sample, and its blocks are encoded to count bytes.
+  kCareful,
 };
 
 // For one thread at a time. The functions throw Cancelled soon after `stop` is triggered; the

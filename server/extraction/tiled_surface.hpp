@@ -11,9 +11,11 @@
 namespace multitetra {
 
 struct TiledSurface {
-  std::uint64_t tetrahedra = 0;         // Of the model.
-  std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface.
-  std::vector<TileMesh> tiles;          // Sorted by cube; the same for any number of threads.
+  // Tetrahedra of the model.
+  std::uint64_t tetrahedra = 0;
+  // Those that the surface crosses.
+  std::uint64_t active_tetrahedra = 0;
+  std::vector<TileMesh> tiles;  // Sorted by cube; the same for any number of threads.
 };
 
 // Draco's, for a tile: a simplified one is worth more time. A mesh that simplification leaves as it

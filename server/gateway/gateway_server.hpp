@@ -40,7 +40,7 @@ class GatewayServer {
   // Requires that there is such a listener.
   [[nodiscard]] Endpoint http() const;
   [[nodiscard]] Endpoint tcp() const;
-  // Of all listeners, for the log.
+  // The addresses of all listeners, for the log.
   [[nodiscard]] std::vector<std::string> urls() const;
 
   void run();

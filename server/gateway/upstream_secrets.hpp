@@ -1,4 +1,4 @@
-// What a gateway shows to the servers behind it, and which of them it believes.
+// The gateway's credentials at its upstreams, and the certificates that it accepts.
 #pragma once
 
 #include <optional>

@@ -41,9 +41,9 @@ void add_field(Answer& answer, std::string_view name, std::string_view value);
 
 // "application/json", as it is.
 [[nodiscard]] Answer json_answer(int status, std::string json);
-// JSON that is asked for again and again, and changes seldom.
+// JSON that is requested often and seldom changes.
 [[nodiscard]] Answer document_answer(std::string json, const HttpRequest& request);
-// {"error":{"code","text","request_id"}}; such an answer is stored by nobody.
+// {"error":{"code","text","request_id"}}; such a response is not cacheable.
 [[nodiscard]] Answer error_answer(int status, const Error& error, std::string_view request_id);
 // The same with the status that the code stands for.
 [[nodiscard]] Answer error_answer(const Error& error, std::string_view request_id);
@@ -51,11 +51,12 @@ void add_field(Answer& answer, std::string_view name, std::string_view value);
 // The ETag of some bytes, in quotes.
 [[nodiscard]] std::string tag_of(std::string_view content);
 
-// Makes of a whole answer with status 200 what the request's conditions and ranges leave of it.
-// `tag` is that of its content, in quotes, and is told.
+// Applies the request's conditions and ranges to a complete response with status 200. `tag` is the
+// entity tag of its content, in quotes, and is sent.
 void meet_conditions(Answer& answer, const HttpRequest& request, std::string_view tag);
 
-// The status line and the header. The body's length is told also where no body follows, as to HEAD.
+// The status line and the header. Contains the body's length also where no body follows, as for
+// HEAD.
 [[nodiscard]] std::string head_of(const Answer& answer, bool keep_alive);
 
 }  // namespace multitetra

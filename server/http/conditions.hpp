@@ -28,9 +28,8 @@ struct Everything {
 };
 using RangeOutcome = std::variant<Everything, ByteRange, Unsatisfiable>;
 
-// What a Range field asks for of content of `size` bytes with `tag`. One range is met; a field that
-// is absent, not understood or names several is passed over, and so is one whose If-Range names
-// another tag.
+// The requested range of content of `size` bytes with `tag`. One range is supported; a field that
+// is absent, invalid or names several is ignored, and so is one whose If-Range names another tag.
 [[nodiscard]] RangeOutcome range_of(std::string_view range, std::string_view if_range,
                                     std::string_view tag, std::uint64_t size);
 

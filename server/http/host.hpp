@@ -1,6 +1,5 @@
-// By which names a listener may be asked: what keeps a web page from making a browser talk to a
-// server on the user's own machine by giving that machine a name of the page's own (DNS rebinding),
-// which passes every check of origins.
+// The host names that a listener accepts. This prevents DNS rebinding: a page that resolves its own
+// name to the user's machine would pass every check of origins.
 #pragma once
 
 #include <string>

@@ -28,9 +28,9 @@ struct HttpOptions {
   // "https://example.org": pages from there may read answers and open WebSockets, besides those
   // of this listener itself. "*" allows all.
   std::vector<std::string> allowed_origins = {};
-  // Names by which the listener may be asked, as is_allowed_host takes them; "*" allows all.
+  // The accepted host names, as in is_allowed_host; "*" allows all.
   std::vector<std::string> allowed_hosts = {"*"};
-  // Who takes a file more slowly, after write_timeout, holds up others and is given up. 0: nobody.
+  // A client that takes a file more slowly, after write_timeout, is disconnected. 0: no limit.
   std::uint64_t min_file_bytes_per_second = 32 * 1024;
 };
 

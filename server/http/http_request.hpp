@@ -61,7 +61,8 @@ class RequestReader {
   std::uint32_t max_header_bytes_;
   std::string buffer_;
   std::size_t consumed_ = 0;
-  std::optional<Parser> parser_;  // Of a request that has begun.
+  // For a request that has begun.
+  std::optional<Parser> parser_;
   std::optional<BrokenRequest> broken_;
 };
 

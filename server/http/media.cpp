@@ -41,7 +41,7 @@ double weight_of(std::string_view parameters) {
   return 1;
 }
 
-// What the most exact range that names the type says of it.
+// The quality of the most specific range that matches the type.
 double liking(std::string_view accept, std::string_view type) {
   int best = -1;
   double weight = 0;

@@ -32,8 +32,8 @@ struct Target {
 // begins with it: "/volumes/v1/datasets" and "/v1/datasets" are the same.
 [[nodiscard]] std::string_view without_base_path(std::string_view target,
                                                  std::string_view base_path);
-// Whether it is the base path itself, which a browser must ask for with a "/" at its end: links of
-// a page count from there.
+// Whether it is the base path itself without a "/" at its end, which is redirected: relative links
+// of a page start there.
 [[nodiscard]] bool is_base_path(std::string_view target, std::string_view base_path);
 
 // A base path as it is used, from "/volumes/" or "volumes": "/volumes"; empty for "/".

@@ -1,4 +1,4 @@
-// Whom limits are counted for: the address of a client, also behind a proxy.
+// The address of a client for limits, also behind a proxy.
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@ namespace multitetra {
 // Addresses and networks.
 class AddressRanges {
  public:
-  // Each text is an address, or a network as "10.0.0.0/8" or "2001:db8::/32". kInvalidArgument that
-  // says which of them is neither.
+  // Each text is an address, or a network such as "10.0.0.0/8" or "2001:db8::/32". kInvalidArgument
+  // with the first text that is neither.
   [[nodiscard]] static Result<AddressRanges> parse(const std::vector<std::string>& texts);
 
   // Addresses are compared as addresses, not as text.
@@ -28,20 +28,22 @@ class AddressRanges {
   // IPv4 as IPv6 has it.
   struct Range {
     std::array<unsigned char, 16> network = {};
-    int bits = 128;  // Of the network that count.
+    // The significant bits of the network.
+    int bits = 128;
   };
   std::vector<Range> ranges_;
 };
 
-// Who asks, behind proxies that are trusted to say so.
+// The address of a client, possibly behind trusted proxies.
 struct ClientBehind {
   std::string address;
-  bool is_trusted = false;  // A proxy that speaks for nobody: limits of one address do not hold.
+  // A trusted proxy without a client's address: limits per address do not apply.
+  bool is_trusted = false;
 };
 // `peer` itself unless it is one of `trusted`; else the last address of X-Forwarded-For (the lines'
-// values, joined by commas) that no trusted proxy has. So nobody chooses an address for himself. An
-// address may have a port, and brackets. Where the last word is none, the proxy that added it is
-// taken for the client, with a client's limits.
+// values, joined by commas) that is no trusted proxy's. So a client cannot choose its address. An
+// address may have a port, and brackets. If the last word is no address, the proxy that added it
+// counts as the client.
 [[nodiscard]] ClientBehind client_behind(std::string_view peer, std::string_view forwarded_for,
                                          const AddressRanges& trusted);
 

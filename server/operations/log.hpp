@@ -46,9 +46,9 @@ struct LogField {
 [[nodiscard]] bool is_logged(LogLevel level);
 void log_line(LogLevel level, std::string_view text, std::initializer_list<LogField> fields);
 
-// A line that a client may bring about as often as he likes: of each address, and of all together,
-// only so many a second are written, and the next one tells in its field `left_out` how many were
-// not. `peer` is an address, or one with a port.
+// A line that a client can cause at any rate: only so many a second are written for each address,
+// and for all together; the field `left_out` of the next line counts the others. `peer` is an
+// address, or one with a port.
 void log_line_about(std::string_view peer, LogLevel level, std::string_view text,
                     std::initializer_list<LogField> fields);
 

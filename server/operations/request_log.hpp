@@ -1,14 +1,14 @@
-// Writes what a service tells about its work into the log, each line with its connection and, where
-// there is one, its request: `grep connection=7` is a client's whole story.
+// Writes the events of a service into the log, each line with its connection and, where there is
+// one, its request: `grep connection=7` selects everything of one client.
 #pragma once
 
 #include "server/operations/service_observer.hpp"
 
 namespace multitetra {
 
-// Connections, streams, estimates and meshes are told at level info, and so are requests over HTTP
-// that are refused; the many small ones that are not (lists, tiles, files) at debug. A request over
-// HTTP is named as its answer names it (X-Request-Id).
+// Connections, streams, estimates and meshes are logged at level info, and so are refused HTTP
+// requests; the many small ones that succeed (lists, tiles, files) at debug. An HTTP request has
+// the name that its response has (X-Request-Id).
 class RequestLog : public ServiceObserver {
  public:
   void connected(const ClientFacts& client) override;

@@ -1,4 +1,4 @@
-// The content of a small file that somebody names in the options: a certificate, a key, tokens.
+// Reads a small file that an option names: a certificate, a key, tokens.
 #pragma once
 
 #include <filesystem>

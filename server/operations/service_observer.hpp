@@ -1,8 +1,7 @@
-// What a service tells about its work, to whoever counts or writes it down. Sessions know this
-// interface only: neither metrics nor the log.
+// The events of a service, for metrics and log. Sessions depend on this interface only.
 //
-// What nobody overrides is not told. All calls come from the thread of input and output, and must
-// be quick.
+// Events that are not overridden are ignored. All calls come from the thread of input and output,
+// and must be quick.
 #pragma once
 
 #include <cstddef>
@@ -21,26 +20,28 @@ namespace multitetra {
 // Where clients come in: "tcp", "websocket", "http". Always a literal.
 using ProtocolName = const char*;
 
-// Who asks, as the log names it.
+// The client as the log names it.
 struct ClientFacts {
   ProtocolName protocol = "tcp";
   std::uint64_t connection = 0;  // A number that no other connection of this process has.
   std::string peer = {};         // Address and port.
-  std::string name = {};         // Of the token; empty without.
+  std::string name = {};         // The name of the token; empty without.
 };
 
 // A request that was answered, or was not.
 struct RequestFacts {
   const char* kind = "stream";  // "stream", "estimate", "list"; of HTTP: "isosurface", "tile", ...
   std::uint64_t request = 0;    // The client's request id.
-  std::string id = {};          // Over HTTP: what X-Request-Id says; empty otherwise.
+  // Over HTTP: the X-Request-Id; empty otherwise.
+  std::string id = {};
   std::string dataset = {};
   std::optional<double> isovalue = {};
   std::optional<double> error = {};
   std::string_view unit = {};  // Of the error: "voxel" or "world".
   std::uint32_t steps = 0;     // Whole ones.
   std::uint64_t tiles = 0;
-  std::uint64_t bytes = 0;                           // Of tiles, or of the mesh.
+  // Bytes of tiles, or of the mesh.
+  std::uint64_t bytes = 0;
   std::optional<double> seconds_to_first_tile = {};  // From the request on.
   std::optional<double> seconds_to_last_tile = {};
   double seconds = 0;  // Until it ended.
@@ -51,15 +52,16 @@ struct RequestFacts {
 
 // An HTTP request, whatever became of it.
 struct HttpFacts {
-  std::string_view id = {};  // As X-Request-Id says.
-  // What was asked for: "isosurface", "tile", "viewer", ..., "refused" where nobody looked, and
-  // "malformed"; always a literal.
+  std::string_view id = {};  // The X-Request-Id.
+  // The kind of request: "isosurface", "tile", "viewer", ..., "refused" where it was not examined,
+  // and "malformed"; always a literal.
   const char* kind = "malformed";
   std::string_view method = {};
   std::string_view target = {};
   int status = 0;
-  std::uint64_t bytes = 0;  // Of the body.
-  double seconds = 0;       // Until its last byte was on its way.
+  // The size of the body.
+  std::uint64_t bytes = 0;
+  double seconds = 0;  // Until its last byte was on its way.
 };
 
 class ServiceObserver {
@@ -69,7 +71,7 @@ class ServiceObserver {
   virtual void connected(const ClientFacts&) {}
   // Every connection that was reported by connected() ends so, once.
   virtual void disconnected(const ClientFacts&, double /*seconds*/) {}
-  // Somebody was turned away; `limit` is a literal, such as "connections".
+  // A client was refused; `limit` is a literal, such as "connections".
   virtual void refused(const ClientFacts&, const char* /*limit*/) {}
   // A request's work begins; request_ended() follows.
   virtual void request_began(const ClientFacts&, const char* /*kind*/) {}
@@ -83,7 +85,7 @@ class ServiceObserver {
 
 using ServiceObserverPtr = std::shared_ptr<ServiceObserver>;
 
-// Tells several.
+// Notifies several observers.
 class ServiceObservers : public ServiceObserver {
  public:
   explicit ServiceObservers(std::vector<ServiceObserverPtr> all) : all_(std::move(all)) {}

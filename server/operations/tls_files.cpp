@@ -16,7 +16,7 @@
 namespace multitetra {
 namespace {
 
-// Of TLS 1.2; those of 1.3 are all good.
+// The cipher suites of TLS 1.2; all of TLS 1.3 are accepted.
 constexpr const char* kCiphers = "ECDHE+AESGCM:ECDHE+CHACHA20";
 
 ExitError trouble(const std::string& what, const std::filesystem::path& file,
@@ -43,7 +43,7 @@ int choose_protocol(SSL*, const unsigned char** chosen, unsigned char* size,
 }
 
 void take_certificate(SSL_CTX* context, const std::filesystem::path& file) {
-  (void)read_secret_file("certificate", file);  // Which says what is wrong, and never waits.
+  (void)read_secret_file("certificate", file);  // Throws with the fault, and never waits.
   if (SSL_CTX_use_certificate_chain_file(context, file.c_str()) != 1) {
     throw trouble("certificate", file,
                   "is no certificate in PEM form" + last_reason() +
@@ -61,7 +61,7 @@ void take_certificate(SSL_CTX* context, const std::filesystem::path& file) {
 
 void take_key(SSL_CTX* context, const TlsFiles& files) {
   (void)read_secret_file("key", files.key);
-  // Without this OpenSSL would ask for a pass phrase on the terminal.
+  // Without this OpenSSL would prompt for a pass phrase on the terminal.
   SSL_CTX_set_default_passwd_cb(context, [](char*, int, int, void*) { return 0; });
   if (SSL_CTX_use_PrivateKey_file(context, files.key.c_str(), SSL_FILETYPE_PEM) != 1) {
     const bool is_of_another =

@@ -1,11 +1,10 @@
-// A certificate and its key, as files: what a listener needs to speak TLS.
+// The TLS context of a listener, from the files of a certificate and its key.
 //
 //   TlsContextPtr tls = load_tls({.certificate = "server.pem", .key = "server.key"});
 //   ByteStream stream(std::move(accepted), tls);
 //
-// TLS 1.2 and 1.3 with forward secrecy, without compression and renegotiation; HTTP/1.1 to those
-// who ask by ALPN. A context never changes: a renewed certificate is another context, for the
-// connections that follow.
+// TLS 1.2 and 1.3 with forward secrecy, without compression and renegotiation; HTTP/1.1 by ALPN. A
+// context never changes: a renewed certificate is another context, for later connections.
 #pragma once
 
 #include <filesystem>
@@ -19,8 +18,8 @@ struct TlsFiles {
   std::filesystem::path key;          // PEM, without a pass phrase.
 };
 
-// Throws ExitError (kNoSecrets) that names the file and says what is wrong: it is missing, no PEM,
-// a key of another certificate, or a certificate that has expired.
+// Throws ExitError (kNoSecrets) with the file and its fault: it is missing, no PEM, a key of
+// another certificate, or a certificate that has expired.
 [[nodiscard]] TlsContextPtr load_tls(const TlsFiles& files);
 
 }  // namespace multitetra

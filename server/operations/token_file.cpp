@@ -20,7 +20,7 @@ TokenFile::TokenFile(const fs::path& path, IfAbsent if_absent)
     : path_(fs::exists(path) ? fs::canonical(path) : path) {
   const int flags =
       O_RDONLY | O_CLOEXEC | O_NONBLOCK | (if_absent == IfAbsent::kMakeIt ? O_CREAT : 0);
-  // Whoever had the lock before may have replaced the file.
+  // The previous owner of the lock may have replaced the file.
   do {
     if (descriptor_ >= 0) ::close(descriptor_);
     descriptor_ = ::open(path_.c_str(), flags, S_IRUSR | S_IWUSR);

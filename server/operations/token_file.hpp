@@ -15,7 +15,7 @@ class TokenFile {
  public:
   enum class IfAbsent { kMakeIt, kFail };
 
-  // One that is made is empty, and nobody but its owner reads it.
+  // A new file is empty and readable by its owner only.
   explicit TokenFile(const std::filesystem::path& path, IfAbsent if_absent = IfAbsent::kFail);
   ~TokenFile();
   TokenFile(const TokenFile&) = delete;

@@ -10,8 +10,8 @@
 
 namespace multitetra {
 
-// Calls work(place) with each; what is wrong with one is told, also to failed(place, problem), and
-// the others come all the same. Throws ExitError (kUsage) when there is none.
+// Calls work(place) with each. A failure is printed and passed to failed(place, problem); the
+// others are processed all the same. Throws ExitError (kUsage) when there is none.
 template <typename Work, typename Failed>
 [[nodiscard]] ExitCode with_each_dataset(const std::string& folder, const Work& work,
                                          const Failed& failed) {

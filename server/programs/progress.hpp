@@ -1,5 +1,4 @@
-// What a long command tells while it works: a bar on a terminal, a plain line per finished stage
-// elsewhere.
+// The progress of a long command: a bar on a terminal, a plain line per finished stage elsewhere.
 #pragma once
 
 #include <chrono>
@@ -21,9 +20,9 @@ class Progress {
 
   // Ends the stage before and begins one; `stage` is a noun such as "errors".
   void begin(const std::string& stage);
-  // How far the stage is: `done` of `all` units of work, whose plural is `unit`. Tells percentage,
-  // speed and remaining time, on a terminal at most ten times a second, elsewhere every ten
-  // seconds.
+  // The progress of the stage: `done` of `all` units of work, whose plural is `unit`. Prints
+  // percentage, speed and remaining time, on a terminal at most ten times a second, elsewhere every
+  // ten seconds.
   void update(double done, double all, const char* unit);
   void finish();
   // A sentence for the user, above the bar.
@@ -50,7 +49,8 @@ class Progress {
   Clock::time_point start_ = Clock::now();
   Clock::time_point stage_start_ = start_;
   Clock::time_point last_update_ = start_;
-  double fraction_ = 0;  // Of the running stage.
+  // The done fraction of the current stage.
+  double fraction_ = 0;
   std::vector<Stage> stages_;
 };
 

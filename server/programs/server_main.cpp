@@ -16,7 +16,7 @@ int run(int argc, char** argv) {
       "  multitetra-server view head.nrrd\n"
       "  multitetra-server prepare head.nrrd -o head.mtd\n"
       "  multitetra-server serve head.mtd\n"
-      "Each command tells more with --help. Exit codes: 0 done, 1 failed, 2 wrong usage; some have "
+      "Each command has its own --help. Exit codes: 0 done, 1 failed, 2 wrong usage; some have "
       "more.");
   Run command;
   add_view_command(program, command);

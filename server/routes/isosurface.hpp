@@ -31,7 +31,7 @@ class IsosurfaceRoute {
   // that it does not wait for large ones, and no address or token has more than one large.
   static constexpr std::size_t kAssembling = 3;
 
-  // What was asked for, in all that the file is a function of.
+  // Everything that determines the file's bytes.
   struct Wanted {
     DatasetInfo info;
     std::vector<IsosurfaceRequest> requests;  // A surface each.
@@ -39,11 +39,12 @@ class IsosurfaceRoute {
     MeshForm form;
     bool is_format_negotiated = false;
     std::string key;  // The same exactly for the same file.
-    std::string tag;  // In quotes; empty where the dataset does not tell its content.
+    // In quotes; empty where the dataset has no digest of its content.
+    std::string tag;
   };
   [[nodiscard]] Result<Wanted> wanted(const std::string& dataset, const Target& target,
                                       const HttpRequest& request, const RequestContext& context);
-  // Of all isovalues. A budget is shared in proportion to what estimates say.
+  // The surfaces of all isovalues. A budget is shared in proportion to their estimated sizes.
   [[nodiscard]] asio::awaitable<Result<std::vector<Surface>>> surfaces_of(const Wanted& wanted,
                                                                           Caller& caller);
   [[nodiscard]] asio::awaitable<Result<StoredMesh>> make(const Wanted& wanted,

@@ -15,10 +15,11 @@
 namespace multitetra {
 namespace {
 
-// Of what this program makes of a path: to be raised when the same path gives other bytes.
+// The version of the response format, part of ETags: increase it when the same path gives other
+// bytes.
 constexpr std::string_view kNeuroglancerForm = "2 ";
 constexpr std::string_view kIndexSuffix = ".index";
-constexpr std::string_view kInfo = "info";  // Files that tell of others end so.
+constexpr std::string_view kInfo = "info";  // Files that list others end so.
 
 SharedBytes shared(std::string bytes) {
   return std::make_shared<const std::string>(std::move(bytes));
@@ -28,11 +29,12 @@ tl::unexpected<Error> nothing_there(const NeuroglancerFile& file) {
   return fail(ErrorCode::kUnknownDataset,
               "Nothing is at \"" + file.path +
                   "\" of this dataset; there are surfaces/info, surfaces/SEGMENT.index and "
-                  "image/info, and what those tell of.");
+                  "image/info, and the files that those list.");
 }
 
-// Of a mesh's file or a chunk, known before it is made. None for what is made of the dataset's
-// facts alone, and where the dataset does not tell its content: then the bytes have to.
+// The tag of a mesh's file or a chunk, known before it is made. None for what is made of the
+// dataset's facts alone, and where the dataset has no digest of its content: then the tag is made
+// from the bytes.
 std::string lasting_tag(const NeuroglancerFile& file, const DatasetInfo& info) {
   if (info.content_id == 0 || file.path.ends_with(kInfo)) return {};
   const CellTree tree(info, {.error = file.error});
@@ -54,7 +56,7 @@ Result<SharedBytes> fragment_of(const Meshes& pieces, const OctreeCube& cell, in
                 "The server has not enough memory for this mesh; allow a larger error.");
   } catch (const std::exception& trouble) {
     log_line(LogLevel::kError, std::string("making a fragment failed: ") + trouble.what(), {});
-    return fail(ErrorCode::kInternal, "The server failed to make this mesh; its log says why.");
+    return fail(ErrorCode::kInternal, "The server failed to make this mesh; see its log.");
   }
 }
 
@@ -117,7 +119,7 @@ asio::awaitable<Result<void>> NeuroglancerRoute::make_fragment(const CellTree& t
   auto made = co_await on_workers<SharedBytes>(writing_, context.client->share(), "fragment",
                                                /*is_long=*/false, std::move(write));
   if (!made) co_return tl::unexpected(made.error());
-  // Somebody else who waits for the same may have been first.
+  // Another request for the same cell may have finished first.
   const auto at = std::find(mesh->left.begin(), mesh->left.end(), cell);
   if (at == mesh->left.end()) co_return Result<void>();
   mesh->left.erase(at);
@@ -140,7 +142,7 @@ asio::awaitable<Result<NeuroglancerRoute::MeshPtr>> NeuroglancerRoute::mesh(
   while (!mesh->left.empty()) {
     if (std::chrono::steady_clock::now() > until) {
       co_return tl::unexpected(Error{.code = ErrorCode::kUnavailable,
-                                     .text = "The mesh is being made; ask again in 1 s.",
+                                     .text = "The mesh is being made; retry in 1 s.",
                                      .retry_after = 1});
     }
     const auto made = co_await make_fragment(tree, mesh, context);

@@ -22,16 +22,15 @@ class NeuroglancerRoute {
   // The options outlive the route.
   explicit NeuroglancerRoute(const RouteOptions& options) : options_(options) {}
 
-  // A mesh's manifest tells the sizes of all its fragments, so the first who
-  // asks for it, or for what it tells of, waits until all are made; who has waited for a few
-  // seconds is asked to come again, and what was made until then is kept. All of it is asked of the
-  // service cell by cell, so a mesh has the limits of as many requests. Nothing is made where the
-  // client has it already.
+  // A mesh's manifest lists the sizes of all its fragments, so the first request for it, or for a
+  // file that it lists, waits until all are made; after a few seconds it is answered with a delay
+  // for a retry, and what was made until then is kept. The service makes all of it cell by cell, so
+  // a mesh has the limits of as many requests. Nothing is made where the client has it already.
   [[nodiscard]] asio::awaitable<Answer> answer(const NeuroglancerFile& file,
                                                const HttpRequest& request, RequestContext& context);
 
  private:
-  // Of one segment.
+  // The fragments of one segment.
   struct Mesh {
     // What is left to be looked at: the cells of the tree that are crossed and not yet made.
     std::vector<OctreeCube> left;

@@ -1,4 +1,4 @@
-// What those who run the server ask it: /livez, /readyz, /metrics, and /v1/openapi.json.
+// Resources for operators: /livez, /readyz, /metrics, and /v1/openapi.json.
 #pragma once
 
 #include <string>

@@ -61,7 +61,7 @@ using Route = std::variant<Liveness, Readiness, Metrics, Description, WebSocketS
 // A request's target as a log may have it: a token in its path becomes "...".
 [[nodiscard]] std::string without_token(std::string_view target);
 
-// What is asked for, in a word for counting: "isosurface", "tile" and so on.
+// The kind of resource, in a word for counting: "isosurface", "tile" and so on.
 [[nodiscard]] const char* name(const Route& route);
 
 // kInvalidArgument where a part of the path cannot be what it must be, as a tile's digest.

@@ -12,9 +12,9 @@
 namespace multitetra {
 
 struct RouteOptions {
-  // Of /v1/datasets/NAME/isosurface: the most triangles of one response, which take about 120 bytes
-  // of memory each while one is made; and how many bytes of files are being sent or kept for the
-  // next requests, and where: they have no names. 0: none are kept.
+  // For /v1/datasets/NAME/isosurface: the most triangles of one response, which take about 120
+  // bytes of memory each while one is made; the most bytes of files being sent or cached, and their
+  // folder, where they have no names. 0: nothing is cached.
   std::uint64_t max_mesh_triangles = 4'000'000;
   std::uint64_t mesh_cache_bytes = std::uint64_t{512} << 20;
   std::filesystem::path temporary_folder = std::filesystem::temp_directory_path();

@@ -6,8 +6,8 @@
 
 namespace multitetra {
 
-// Whoever may see a dataset may have its tiles. Where tokens decide that, an answer is for their
-// bearer alone.
+// Tiles are visible to clients that may see their dataset. Where tokens decide that, the response
+// is private.
 [[nodiscard]] Answer tile_answer(SurfaceService& service, const ContentDigest& digest,
                                  const HttpRequest& request, RequestContext& context);
 

@@ -1,4 +1,4 @@
-// Trees of cells over HTTP: 3D Tiles that are made while somebody looks at them.
+// Trees of cells over HTTP: 3D Tiles that are made on demand.
 #pragma once
 
 #include <optional>
@@ -21,22 +21,23 @@ class TilesetRoute {
   // The options outlive the route.
   explicit TilesetRoute(const RouteOptions& options) : options_(options) {}
 
-  // Every file costs no more than the surface in one cell, which is asked of the service like any
-  // other; nothing is made for HEAD, nor where the client has it already. Proxies may keep an
-  // answer for everybody where the permit is for all.
+  // Every file costs no more than the surface in one cell, which the service makes like any other;
+  // nothing is made for HEAD, nor where the client has it already. Shared caches may keep a
+  // response if the permit is for all clients.
   [[nodiscard]] asio::awaitable<Answer> answer(const TilesetFile& file, const HttpRequest& request,
                                                RequestContext& context);
 
  private:
-  // What was asked for, in all that the file is a function of.
+  // Everything that determines the file's bytes.
   struct Wanted {
     CellTree tree;
     OctreeCube cell;
     bool is_surface = false;  // Else the cell's tileset.
     bool is_first = false;    // tileset.json, of the dataset as it is now.
-    bool is_known = false;    // Whether the dataset tells its content.
+    bool is_known = false;    // Whether the dataset has a digest of its content.
     std::string key;
-    std::string tag;  // In quotes; empty where the dataset does not tell its content.
+    // In quotes; empty where the dataset has no digest of its content.
+    std::string tag;
   };
   using WantedPtr = std::shared_ptr<const Wanted>;
   [[nodiscard]] Result<WantedPtr> wanted(const TilesetFile& file, const Permit& permit);

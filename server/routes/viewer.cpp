@@ -7,14 +7,14 @@
 namespace multitetra {
 namespace {
 
-// The page talks with the host it came from and with no other: whatever an address tells it,
-// nothing that it knows, a token least of all, goes elsewhere. 'self' takes in WebSockets of that
-// host, in every browser that knows the colours of the page's style.
+// The page connects to its own host only, so that no address can make it send data, such as a
+// token, elsewhere. 'self' includes WebSockets of that host in every browser that supports the
+// colours of the page's style.
 constexpr std::string_view kPolicy =
     "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; "
     "connect-src 'self'; img-src 'self' blob: data:; "
     "style-src 'self' 'unsafe-inline'; object-src 'none'; base-uri 'none'; form-action 'none'; "
-    "frame-ancestors 'self'";  // The last of them: those who may besides come after it.
+    "frame-ancestors 'self'";  // The last one: further origins are appended.
 
 constexpr std::string_view kPage =
     "<!doctype html>\n"
@@ -39,8 +39,8 @@ bool accepts(const HttpRequest& request, std::string_view coding) {
   return !accepted.starts_with(";q=0,") && accepted != ";q=0";
 }
 
-// Who may use the listener by name may show the page as well. "*" lets programs in, not frames: a
-// page that nobody has named could lay itself over the viewer and read what it shows.
+// Allowed origins may also frame the page. "*" allows requests, not frames: an unknown page could
+// overlay the viewer and read what it shows.
 void say_policy(Answer& answer, const std::vector<std::string>& allowed_origins) {
   std::string policy(kPolicy);
   for (const std::string& origin : allowed_origins) {
@@ -60,7 +60,7 @@ Answer viewer_answer(const ViewerFiles& files, std::string_view path, const Http
     return error_answer(
         404,
         {ErrorCode::kInvalidArgument, "There is nothing at \"" + std::string(path) +
-                                          "\"; /v1/openapi.json tells what there is."},
+                                          "\"; /v1/openapi.json lists all resources."},
         request_id);
   }
   say_policy(answer, allowed_origins);

@@ -17,13 +17,14 @@ struct ViewerFileContent {
   SharedBytes gzip;    // Null where there is no NAME.gz beside it.
   SharedBytes brotli;  // Null where there is no NAME.br beside it.
   std::string_view type;
-  std::string tag;                   // Of what it says, in quotes; that of an encoding differs.
+  // A digest of the content, in quotes; encodings have their own.
+  std::string tag;
   bool is_named_by_content = false;  // Under /assets/: its name changes with its bytes.
 };
 
 class ViewerFiles {
  public:
-  // None: only a page that says what this is.
+  // No files: a page that explains this.
   ViewerFiles() = default;
   // Symbolic links are left out. Throws std::filesystem::filesystem_error or std::runtime_error
   // when the folder cannot be read.

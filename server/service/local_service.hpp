@@ -33,7 +33,7 @@ class LocalService : public SurfaceService {
   [[nodiscard]] std::optional<EncodedTile> find_tile(const ContentDigest& digest,
                                                      const TileCache::MaySee& may_see) override;
 
-  // On the executor's thread: what is asked for from now on is found there.
+  // On the executor's thread: replaces the catalogue for later requests.
   void offer(CataloguePtr catalogue) { catalogue_ = std::move(catalogue); }
   [[nodiscard]] const CataloguePtr& catalogue() const { return catalogue_; }
   [[nodiscard]] Workers& workers() { return workers_; }

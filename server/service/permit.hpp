@@ -1,6 +1,5 @@
-// What a client may ask for, by the token that it showed: the datasets that exist for it, and which
-// requests for them are good. Every transport checks tokens and requests here, and nowhere else.
-// Pure.
+// What a client may request with its token: the datasets that exist for it, and which requests for
+// them are valid. Every transport checks tokens and requests here, and nowhere else. Pure.
 //
 //   const auto permit = Permit::of(token, admission.access(), catalogue);
 //   auto job = permit->accept(OpenStream{.dataset = "head", ...});
@@ -42,10 +41,10 @@ struct RequestLimits {
 
 class Permit {
  public:
-  Permit() = default;  // For nobody: no dataset exists.
+  Permit() = default;  // Allows nothing: no dataset exists.
 
-  // kUnauthenticated where the list does not know the token. Without a list everybody may see
-  // everything.
+  // kUnauthenticated where the list does not contain the token. Without a list all datasets are
+  // visible.
   [[nodiscard]] static Result<Permit> of(std::string token, AccessListPtr access,
                                          CataloguePtr catalogue, RequestLimits limits = {});
 
@@ -63,7 +62,7 @@ class Permit {
   [[nodiscard]] const AccessRights& rights() const { return rights_; }
   // Whether those are the rights of a token that was shown.
   [[nodiscard]] bool has_token() const { return access_ && !token_.empty(); }
-  // Whether everybody has the same permit.
+  // Whether all clients have the same permit.
   [[nodiscard]] bool is_for_all() const { return !access_ && token_.empty(); }
   [[nodiscard]] bool may_see(const std::string& dataset) const;
 
@@ -76,7 +75,7 @@ class Permit {
 
  private:
   [[nodiscard]] Result<SurfaceProviderPtr> find(const std::string& dataset) const;
-  // Of a dataset for which there is work.
+  // The provider of a visible dataset.
   [[nodiscard]] Result<SurfaceProviderPtr> provider(const std::string& dataset) const;
   // The same where a valid request for it can be met.
   [[nodiscard]] Result<SurfaceProviderPtr> provider(const std::string& dataset,

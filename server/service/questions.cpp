@@ -18,7 +18,7 @@ std::uint64_t rounded(double value) {
   return static_cast<std::uint64_t>(std::min(value, 1e18) + 0.5);
 }
 
-// Where a source has no samples, whoever asks has the wrong one: our mistake, told to the client.
+// A source without samples cannot be sampled: an internal error for the client.
 Result<const PreparedVolume*> volume_of(const SurfaceProvider& source) {
   if (const PreparedVolume* volume = source.volume()) return volume;
   return fail(ErrorCode::kInternal, "This server has no samples of the dataset.");

@@ -1,5 +1,4 @@
-// What is asked about a dataset besides its surfaces, and answered with one message: what a worker
-// does for a session.
+// Requests about a dataset besides its surfaces, which are answered with one message by a worker.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +19,7 @@ using QuestionReply = std::variant<EstimateReply, SliceReply, ProbeReply>;
 [[nodiscard]] Priority priority_of(const Question& question);
 // In a word, for the log: "estimate", "slice", "probe".
 [[nodiscard]] const char* kind_of(const Question& question);
-// Of the isosurface that is asked about, null where none is.
+// The isosurface of the question, null for other questions.
 [[nodiscard]] const IsosurfaceRequest* request_of(const Question& question);
 // Whether the answer may take as long as a step.
 [[nodiscard]] bool is_long(const Question& question);

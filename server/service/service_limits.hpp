@@ -7,9 +7,10 @@
 namespace multitetra {
 
 struct ServiceLimits {
-  std::chrono::milliseconds request_time{0};  // Of workers, for one request.
+  std::chrono::milliseconds request_time{0};  // Worker time for one request.
   std::uint64_t max_triangles = 0;            // Of a final step.
-  std::chrono::milliseconds waiting_time{0};  // Expected of all that one share asked for.
+  // Expected worker time for all pending requests of a share.
+  std::chrono::milliseconds waiting_time{0};
 };
 
 }  // namespace multitetra

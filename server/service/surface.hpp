@@ -25,7 +25,8 @@ struct SurfaceTiles {
   std::vector<std::shared_ptr<const std::string>> payloads = {};  // As in begin.tiles, or
   std::vector<std::shared_ptr<const LatticeMesh>> meshes = {};    // these in their place.
   std::vector<std::shared_ptr<const std::string>> scalars = {};   // Codes; where it has some.
-  ContentDigest digest = {};                                      // Of all tiles together.
+  // The digest of all tiles together.
+  ContentDigest digest = {};
 };
 [[nodiscard]] std::uint64_t triangles_of(const StepBegin& step);
 
@@ -36,8 +37,9 @@ struct Surface {
   std::uint32_t crossed_octants = 0;        // As in StepBegin,
   std::optional<ScalarRange> scalars = {};  // and this as well.
   ContentDigest digest = {};
-  LatticeMesh mesh = {};                      // Welded, in an order that the tiles alone decide.
-  ByteReservations::Reservation memory = {};  // Of the mesh.
+  LatticeMesh mesh = {};  // Welded, in an order that the tiles alone decide.
+  // The reservation of the mesh's bytes.
+  ByteReservations::Reservation memory = {};
 };
 [[nodiscard]] std::size_t bytes_of(const LatticeMesh& mesh);
 

@@ -1,8 +1,7 @@
-// Steps that were made before, for whoever asks for the same: previews of the isovalues that people
-// like, one surface for everybody in a lecture.
+// A cache of steps: previews of popular isovalues, one surface for many clients at once.
 //
-// A step is remembered as the list of its tiles; the tiles themselves lie in the TileCache, where
-// steps share them. A step of which a tile was forgotten is made again, with what is left of them.
+// A step is cached as the list of its tiles; the tiles themselves lie in the TileCache, where steps
+// share them. A step with an evicted tile is made again, using the remaining ones.
 #pragma once
 
 #include <cstddef>

@@ -30,7 +30,7 @@
 
 namespace multitetra {
 
-// A progressive stream whose steps are being made. Who does not want it any more calls drop().
+// A progressive stream whose steps are being made. Call drop() to cancel it.
 class ProgressiveStream {
  public:
   virtual ~ProgressiveStream() = default;
@@ -41,7 +41,7 @@ class ProgressiveStream {
   // these two decides.
   virtual void end(StreamOutcome outcome) = 0;
   virtual void fail(Error error) = 0;
-  // Nobody takes any more: what is done for it ends soon.
+  // Cancels the stream; its work ends soon.
   virtual void drop() = 0;
 };
 using ProgressiveStreamPtr = std::shared_ptr<ProgressiveStream>;
@@ -65,7 +65,7 @@ class Caller {
 
   // ---- for one request: by the rights of the token that was shown, with room for what waits
 
-  // First: what the bearer of the token may ask for. The client has the token's name from now on.
+  // To be called first: checks the token and sets the client's name.
   [[nodiscard]] asio::awaitable<Result<void>> log_in(std::string token);
   [[nodiscard]] const Permit& permit() const { return permit_; }
 
@@ -78,17 +78,18 @@ class Caller {
 
   // ---- for conversations, which check with their permit and reserve room themselves
 
-  // What the bearer of a token is offered, where that must be found out; nullopt where catalogue()
-  // knows it, and for a token that the access list does not know: it is shown to no other server.
+  // The datasets for the bearer of a token, where that takes a request to other servers; nullopt
+  // where catalogue() has them, and for a token that the access list does not contain, which is
+  // shown to no other server.
   [[nodiscard]] std::optional<asio::awaitable<Result<CataloguePtr>>> find_catalogue(
       const std::string& token);
   // What is offered now, as far as it was found out.
   [[nodiscard]] virtual CataloguePtr catalogue() const = 0;
-  // Begins a progressive stream; the one before was dropped. `changed` tells that there may be
+  // Begins a progressive stream; the one before was dropped. `changed` is called when there may be
   // another message.
   [[nodiscard]] virtual ProgressiveStreamPtr steps(StartStream action,
-                                               std::function<void()> changed) = 0;
-  // `done` is told once, whatever happens; soon after `stop` is triggered.
+                                                   std::function<void()> changed) = 0;
+  // `done` is called exactly once; soon after `stop` is triggered.
   virtual void answer(AnswerQuestion action, std::stop_token stop,
                       std::function<void(Result<QuestionReply>)> done) = 0;
   // What the way to the client was found to carry; streams are planned by it from now on.
@@ -122,7 +123,7 @@ class Caller {
   ClientContextPtr client_;
   RequestLimits limits_;
   Permit permit_;
-  std::uint64_t surfaces_ = 0;  // That were asked for.
+  std::uint64_t surfaces_ = 0;  // The number of requested surfaces.
   std::stop_source stop_;
   std::optional<Error> closed_;
 };
@@ -137,7 +138,7 @@ class SurfaceService {
   // A tile without normals that is at hand, of a dataset that may be seen.
   [[nodiscard]] virtual std::optional<EncodedTile> find_tile(const ContentDigest& digest,
                                                              const TileCache::MaySee& may_see) = 0;
-  // Whether new work is welcome, besides what the admission says.
+  // Whether new work is accepted, apart from the admission control.
   [[nodiscard]] virtual bool is_ready() const { return true; }
 };
 

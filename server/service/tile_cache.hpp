@@ -27,7 +27,7 @@ struct TileKey {
   std::uint64_t appearance = 0;
   // The same triangles may be what is left of different ones.
   double simplification_bound = 0;
-  // Whose it is: not everybody may see every dataset.
+  // Its dataset: not every client may see every dataset.
   std::string dataset = {};
 
   friend auto operator<=>(const TileKey&, const TileKey&) = default;

@@ -5,7 +5,7 @@
 namespace multitetra {
 namespace {
 
-// Of any request: what a session, the service and the log note of it.
+// For any request: the records of session, service and log.
 constexpr std::size_t kOfAnyRequest = 4096;
 constexpr std::size_t kOfAHeldTile = 64;  // In a set.
 

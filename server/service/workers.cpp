@@ -9,7 +9,7 @@ namespace multitetra {
 
 namespace {
 
-// Of what is not known, and from when on it counts as long.
+// The default for unknown times, and the limit above which a job counts as long.
 constexpr double kShortSeconds = 0.1;
 constexpr double kLongSeconds = 0.5;
 
@@ -75,7 +75,7 @@ void Workers::work() {
     lock.unlock();
     const Clock::time_point start = Clock::now();
     taken->job.run();
-    taken->job.run = nullptr;  // What it holds is let go before anybody waits for it.
+    taken->job.run = nullptr;  // Destroys what it holds before other jobs wait for it.
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
     lock.lock();
     queue_.done(*taken, seconds);

@@ -27,8 +27,9 @@ struct Work {
 
 // What a share has waited for, and when it is done.
 struct Backlog {
-  double seconds = 0;             // Expected of what waits and runs,
-  double seconds_until_done = 0;  // and with the others who are served meanwhile.
+  double seconds = 0;  // Expected of what waits and runs,
+  // With the other jobs that run meanwhile.
+  double seconds_until_done = 0;
 };
 
 // Safe to use from several threads at once.
@@ -41,7 +42,7 @@ class Workers {
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
 
-  // A number for a client that nobody else has.
+  // A unique number for a client.
   [[nodiscard]] std::uint64_t new_client();
   void post(const FairQueue::Client& client, Work work);
   // Returns when all jobs have run and the threads have ended. Nothing may be posted afterwards.

@@ -1,4 +1,4 @@
-// What a server's message says of the request that it answers.
+// The request that a server's message answers.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace multitetra {
 // How a stream has ended, by its last message: for the log and the metrics.
 [[nodiscard]] std::string_view outcome_of(const ServerMessage& last);
 
-// Nobody asked for an end: the server is going away, and takes nothing new.
+// The server is shutting down and accepts no new requests.
 [[nodiscard]] bool is_about_stopping(const ServerMessage& message);
 
 }  // namespace multitetra

@@ -1,5 +1,5 @@
-// One client's conversation as pure logic: messages in, actions out. It knows no socket, no thread
-// and no clock; whoever owns the connection performs the actions in their order.
+// One client's conversation as pure logic: messages in, actions out. It uses no socket, no thread
+// and no clock; the owner of the connection performs the actions in their order.
 //
 //   Session session(catalogue, {});
 //   for (const Action& action : session.receive(message)) perform(action);
@@ -32,7 +32,7 @@ struct StopStream {
   std::uint64_t request_id = 0;
   StreamOutcome outcome = StreamOutcome::kCancelled;
 };
-// Send what was said before, then end the connection.
+// Send all earlier messages, then close the connection.
 struct Close {
   std::string reason;  // For the log.
 };
@@ -40,10 +40,11 @@ using Action = std::variant<Send, StartStream, AnswerQuestion, StopStream, Close
 using Actions = std::vector<Action>;
 
 struct SessionOptions {
-  std::string agent = "multitetra-server/" MULTITETRA_VERSION;  // Told in Welcome.
-  std::size_t max_message_bytes = kMaxClientFrameBytes;         // Of a client that is welcomed.
-  std::size_t max_held_digests = kMaxHeldDigests;               // In one OpenStream.
-  std::size_t max_questions = 4;                                // Answered at the same time.
+  std::string agent = "multitetra-server/" MULTITETRA_VERSION;  // Sent in Welcome.
+  // After Welcome.
+  std::size_t max_message_bytes = kMaxClientFrameBytes;
+  std::size_t max_held_digests = kMaxHeldDigests;  // In one OpenStream.
+  std::size_t max_questions = 4;                   // Answered at the same time.
 };
 
 class Session {
@@ -51,9 +52,8 @@ class Session {
   // The catalogue that there is now, where it may change.
   using LatestCatalogue = std::function<CataloguePtr()>;
 
-  // `access` says what a client may see by the token of its Hello; null: everything. Without
-  // `latest` the catalogue is always the same one; with it a client has the datasets as they were
-  // when it last listed them, and knows of no other version.
+  // `access` has the datasets that each token may see; null: all. Without `latest` the catalogue is
+  // constant; with it a client has the datasets as they were when it last listed them.
   Session(CataloguePtr catalogue, SessionOptions options, AccessListPtr access = nullptr,
           LatestCatalogue latest = {}, RequestLimits limits = {});
 
@@ -67,8 +67,7 @@ class Session {
   // Another list holds from now on: a client whose token it does not know any more is sent away.
   // What runs goes on.
   [[nodiscard]] Actions renew(AccessListPtr access);
-  // What there is for this client, where that is found out when it says Hello: before that is
-  // received.
+  // The catalogue of this client, where it is determined after its Hello: before that is received.
   void offer(CataloguePtr catalogue) { catalogue_ = std::move(catalogue); }
   // From now on every stream and question is refused with this error.
   void refuse_work(Error why) { permit_.refuse_work(std::move(why)); }
@@ -84,7 +83,7 @@ class Session {
   [[nodiscard]] bool is_welcomed() const { return is_welcomed_; }
   [[nodiscard]] bool is_closed() const { return is_closed_; }
   [[nodiscard]] const AccessListPtr& access() const { return access_; }
-  [[nodiscard]] const Permit& permit() const { return permit_; }  // Of a welcomed client.
+  [[nodiscard]] const Permit& permit() const { return permit_; }  // After Welcome.
 
  private:
   Actions answer(const Hello& hello);
@@ -102,10 +101,11 @@ class Session {
   SessionOptions options_;
   RequestLimits limits_;
   AccessListPtr access_;
-  Permit permit_;  // Of a welcomed client.
+  Permit permit_;  // After Welcome.
   bool is_welcomed_ = false;
   bool is_closed_ = false;
-  std::uint64_t last_request_id_ = 0;     // Of all streams ever started.
+  // The largest id of all streams so far.
+  std::uint64_t last_request_id_ = 0;
   std::optional<std::uint64_t> running_;  // The stream that runs.
   std::size_t questions_ = 0;             // That are being answered.
 };

@@ -154,7 +154,7 @@ std::vector<std::string> list_bucket(const std::string& folder, std::string_view
   std::vector<std::string> found;
   std::string next;
   do {
-    // In the order of the alphabet, as the signature wants it.
+    // In alphabetical order, as the signature requires.
     const std::string query =
         (next.empty() ? "" : "continuation-token=" + url_encoded(next) + "&") +
         std::string("delimiter=%2F&list-type=2&prefix=") + url_encoded(prefix);

@@ -1,4 +1,4 @@
-// What a bucket (s3://bucket/...) can do beside giving bytes: tell what is in it, and take a file.
+// Operations on a bucket (s3://bucket/...) besides reading: listing objects and uploading a file.
 #pragma once
 
 #include <cstddef>
@@ -36,12 +36,13 @@ struct StoredObject {
 struct UploadCondition {
   enum class Kind { kAnything, kNothing, kThisVersion };
   Kind kind = Kind::kNothing;
-  std::string etag = {};  // Of kThisVersion.
+  // The ETag for kThisVersion.
+  std::string etag = {};
 };
 
-// Puts the file there in parts, as one object that appears whole or not at all; an upload that
-// fails is aborted, so that none of its parts stay. Throws StoreError, also when what is there is
-// not what the condition says, and std::system_error when the file cannot be read.
+// Uploads the file in parts, as one object that appears complete or not at all. A failed upload is
+// aborted, so that no parts remain. Throws StoreError, also when the existing object does not meet
+// the condition, and std::system_error when the file cannot be read.
 void upload_file(const std::filesystem::path& file, const std::string& address,
                  const UploadCondition& condition, const HttpStoreOptions& options = {},
                  const std::function<void(double fraction)>& progress = {});

@@ -50,7 +50,7 @@ class HttpStore : public ObjectStore {
     if (answer.status == 401 || answer.status == 403) {
       throw StoreRefusal(
           request.address, "the server refuses it with status " + std::to_string(answer.status),
-          "Check the credentials; a bucket says so of objects that are missing, too, unless it "
+          "Check the credentials; a bucket also answers so for missing objects, unless it "
           "may be listed");
     }
     throw StoreError(request.address,

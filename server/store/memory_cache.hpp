@@ -1,12 +1,12 @@
-// Bytes in memory, the least recently used removed first when there are more than the limit.
+// Bytes in memory. Evicts the least recently used above the limit.
 //
 //   MemoryCache cache(std::size_t{512} << 20);
 //   const std::uint64_t owner = MemoryCache::new_owner();
 //   cache.put({owner, 7}, bytes);
 //   if (const CachedBytes found = cache.find({owner, 7})) ...
 //
-// Guaranteed: what was found stays as long as the caller keeps it; memory is bounded by the limit
-// and what is in use. Threads that ask for different keys hardly ever wait for each other.
+// Guaranteed: bytes that were found stay valid as long as the caller keeps them; memory is bounded
+// by the limit and what is in use. Threads with different keys hardly ever wait for each other.
 #pragma once
 
 #include <array>

@@ -15,7 +15,7 @@
 
 namespace multitetra {
 
-// Several threads may ask at once.
+// Safe to use from several threads at once.
 class ObjectStore {
  public:
   virtual ~ObjectStore() = default;

@@ -17,15 +17,14 @@ struct ScalarsOfTile {
   double largest_deviation = 0;
 };
 
-// Of all tiles, in their order, on all threads. `request` is that of the step, `surface` its
-// dataset. kDamagedData where a tile cannot be decoded, which would be our mistake. Throws
-// Cancelled soon after `stop` is triggered, and what the field throws when it turns out to be
-// damaged.
+// The scalars of all tiles, in their order, on all threads. `request` is that of the step,
+// `surface` its dataset. kDamagedData where a tile cannot be decoded, an internal error. Throws
+// Cancelled soon after `stop` is triggered, and what the field throws when it is damaged.
 [[nodiscard]] Result<std::vector<ScalarsOfTile>> step_scalars(
     const TiledStep& step, const IsosurfaceRequest& request, const DatasetInfo& surface,
     const PreparedVolume& field, const ScalarRange& range, std::stop_token stop);
 
-// Of all of them together.
+// The size of all of them.
 [[nodiscard]] std::size_t bytes_of(const std::vector<ScalarsOfTile>& scalars);
 
 }  // namespace multitetra

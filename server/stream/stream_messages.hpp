@@ -3,9 +3,9 @@
 //   StepBegin, Tile and TileScalars..., StepEnd      once for each step of the plan
 //   StreamEnd or ErrorReply
 //
-// Pure: it tells what was shown, somebody makes the step that follows, and nothing is made before
-// all messages of the step before were taken. So a slow client holds one encoded step in memory,
-// never a queue.
+// Pure: wanted() returns the state for the next step, the caller makes that step, and nothing is
+// made before all messages of the step before were taken (back-pressure). So a slow client holds
+// one encoded step in memory, never a queue.
 #pragma once
 
 #include <cstddef>
@@ -28,11 +28,10 @@ class StreamMessages {
 
   [[nodiscard]] std::uint64_t request_id() const { return request_id_; }
 
-  // Where the stream stands when its next step is to be made now, told once; nullopt while messages
+  // The state of the stream when its next step must be made, returned once; nullopt while messages
   // are left, a step is being made, or none follows.
   [[nodiscard]] std::optional<StreamState> wanted();
-  // The step that follows the state that was told, and the time it took. Ignored after end() or
-  // fail().
+  // The step for the returned state, and the time it took. Ignored after end() or fail().
   void supply(MadeStep step, double seconds);
 
   // What was not taken yet is dropped; the last message remains. The first of these two decides.
@@ -65,7 +64,7 @@ class StreamMessages {
   std::uint32_t step_ = 0;  // Being made or sent.
   MadeStep current_;
   std::size_t next_tile_ = 0;
-  StepEnd totals_;      // Of the current step so far.
+  StepEnd totals_;      // For the current step so far.
   ServerMessage last_;  // Valid in phase kLast.
 };
 

@@ -32,12 +32,14 @@ struct MadeStep {
   // Nothing was made: of previews alone there are no more.
   bool is_over = false;
   TiledStep encoded = {};
-  StreamState after = {};                   // Without this step among those that were shown.
-  std::vector<ScalarsOfTile> scalars = {};  // Of the tiles, where the stream wants them.
+  StreamState after = {};  // Without this step among those that were shown.
+  // For the tiles, where the stream has scalars.
+  std::vector<ScalarsOfTile> scalars = {};
 };
 
 struct MakingLimits {
-  std::uint64_t max_triangles = 0;                 // Of a final step; 0: as many as it has.
+  // Of a final step; 0: no limit.
+  std::uint64_t max_triangles = 0;
   double bytes_per_second = kUsualBytesPerSecond;  // Of the link to the client.
   bool others_wait = false;  // For the threads: nothing is made that only comes sooner.
   bool as_meshes = false;    // A final step is wanted as meshes (see SurfaceProvider::make_meshes).

@@ -1,5 +1,4 @@
-// Where the surfaces of a dataset come from: for those who plan streams a dataset is what makes
-// steps.
+// The source of a dataset's surfaces: for planning streams a dataset is what makes steps.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +30,7 @@ struct TiledStep {
   std::vector<std::shared_ptr<const LatticeMesh>> meshes = {};
 };
 
-// Of all tiles together; meshes have no bytes.
+// The size of all tiles together; meshes have no bytes.
 [[nodiscard]] SurfaceSize size_of(const TiledStep& step);
 
 // Immutable as seen from outside, and used by all clients at once. What it takes long for throws
@@ -48,7 +47,7 @@ class SurfaceProvider {
   [[nodiscard]] virtual TiledStep make_meshes(const StepRequest& step, std::stop_token stop) const {
     return make(step, std::move(stop));
   }
-  // Whether make() would have this step without making it, as far as can be told now.
+  // Whether make() has this step in a cache, as far as known.
   [[nodiscard]] virtual bool remembers(const StepRequest&) const { return false; }
   // How large steps would be; valid while the provider lives.
   [[nodiscard]] virtual SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const = 0;

@@ -42,7 +42,7 @@ Result<TreeSettings> tree_settings_from(std::string_view text) {
   const auto refuse = [&](const std::string& what) {
     return fail(ErrorCode::kInvalidArgument,
                 "\"" + std::string(text) + "\": " + what +
-                    "; an isovalue and perhaps the error of the finest level in voxels are told as "
+                    "; give an isovalue and optionally the error of the finest level in voxels as "
                     "500.5 or 500.5,error=0.25.");
   };
   const std::size_t comma = text.find(',');

@@ -1,17 +1,17 @@
-// A surface as a tree of cells for viewers that refine where one looks: which octree cubes it has,
-// how fine each level is, and the request that a cell's surface is the answer to.
+// A surface as a tree of cells for viewers with view-dependent refinement: its octree cubes, the
+// level of detail of each, and the request for the surface of a cell.
 //
 //   const CellTree tree(info, {.isovalue = 500.5, .error = 0.25});
 //   root       2^N grid steps a side        a preview: at once, whatever the size of the data
 //   ...        half as large each           half the error each
-//   leaf       2^6 grid steps a side        the error that was asked for
+//   leaf       2^6 grid steps a side        the requested error
 //
 // The cells of one level are one complete conforming surface: their triangles meet in the same
 // vertices on the cells' faces (see common/request/surface_cell.hpp). Levels of cells up to 2^8
 // steps keep the topology, and their error is certified. The root, and levels of larger cells, end
-// the hierarchy at a spacing that lets every cell cost about as much as any other; they are what
-// streams call previews. Where cells of two levels meet there is a gap, or an overlap, of no more
-// than both their errors together.
+// the hierarchy at a spacing that lets every cell cost about as much as any other: they are
+// previews. Where cells of two levels meet there is a gap, or an overlap, of no more than both
+// their errors together.
 #pragma once
 
 #include <string>
@@ -26,7 +26,7 @@ namespace multitetra {
 
 struct TreeSettings {
   double isovalue = 0;
-  double error = 0.25;  // Of the leaves, in voxels; finite, >= 0.
+  double error = 0.25;  // The error of the leaves in voxels; finite, >= 0.
 
   friend bool operator==(const TreeSettings&, const TreeSettings&) = default;
 };
@@ -57,7 +57,7 @@ class CellTree {
     return cell.exponent == leaf_exponent();
   }
 
-  // Of the level whose cells have that exponent. A level that is no preview keeps the topology.
+  // Whether the level whose cells have that exponent is a preview. Other levels keep the topology.
   [[nodiscard]] bool is_preview(int exponent) const;
   // World units: no point of such a level is farther from the surface of the samples, nor the other
   // way round. Of a preview: the size of what may be missing in it. Falls from level to level.

@@ -22,7 +22,8 @@ using Json = nlohmann::ordered_json;
 constexpr int kVertexBits = 16;
 constexpr std::int64_t kLastStep = (1 << kVertexBits) - 1;
 constexpr std::array<std::int32_t, 3> kChunk = {64, 64, 16};
-constexpr std::int32_t kLeastVoxels = 64;  // Of the coarsest scale, along the longest side.
+// The least voxels of the coarsest scale along the longest side.
+constexpr std::int32_t kLeastVoxels = 64;
 
 double nanometres_a_unit(const DatasetInfo& info) {
   return 1e9 * metres_of(info.meaning.length_unit).value_or(1);

@@ -1,14 +1,14 @@
-// A tree of cells as neuroglancer's precomputed formats: multi-resolution meshes with a segment for
+// A tree of cells in neuroglancer's precomputed formats: multi-resolution meshes with a segment for
 // every isovalue, and the volume itself as an image.
 //
 // Neuroglancer's volumes have no directions: image and surfaces lie along the grid's axes, in
 // nanometres, with sample (i, j, k) in the middle of voxel (i, j, k). A mesh has the cells of a
 // tree as fragments: level of detail 0 are the leaves. Fragments of other levels are cut at the
-// octants of their cell, as the format wants it.
+// octants of their cell, as the format requires.
 //
 // A fragment's vertices are whole numbers from 0 to 65535 across its cell, which is not the
 // lattice: they are rounded once more, by less than a 65535th of the cell's side along each axis,
-// and what is told as a level's error has that in it.
+// and the errors of the levels include that.
 #pragma once
 
 #include <cstdint>

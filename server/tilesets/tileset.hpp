@@ -15,7 +15,7 @@
 
 namespace multitetra {
 
-// What making a cell's surface tells.
+// Facts about a cell's surface that are known once it is extracted.
 struct CellFacts {
   bool is_empty = false;
   std::uint32_t crossed_octants = 0;  // As in StepBegin.

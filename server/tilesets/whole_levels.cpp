@@ -13,9 +13,10 @@ namespace multitetra {
 namespace {
 
 constexpr double kErrorRatio = 4;
-constexpr double kLeastError = 0.25;   // Voxels, of all levels but the finest.
-constexpr double kCoarsestShare = 16;  // Of the longest side, in its parts.
-constexpr int kNormalBits = 8;         // That there are normals; files of floats round none.
+constexpr double kLeastError = 0.25;  // Voxels, of all levels but the finest.
+// The coarsest error, as a fraction of the longest side.
+constexpr double kCoarsestShare = 16;
+constexpr int kNormalBits = 8;  // That there are normals; files of floats round none.
 constexpr double kScreenLines = 1080;
 constexpr double kScreenAspect = 16.0 / 9;
 

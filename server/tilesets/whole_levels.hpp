@@ -19,8 +19,8 @@ struct WholeLevel {
   double error_bound = 0;
 };
 
-// The finest first, which has the error that is asked for; each other one four times the error of
-// the one before, up to a sixteenth of the volume's longest side. All keep the topology.
+// The levels, finest first. The first has the requested error; each next one four times the error
+// of the one before, up to a sixteenth of the volume's longest side. All keep the topology.
 [[nodiscard]] std::vector<WholeLevel> whole_levels(const DatasetInfo& info,
                                                    const TreeSettings& settings);
 

@@ -16,7 +16,8 @@ struct ConnectionOptions {
   std::chrono::milliseconds linger{1'000};  // For the client to read our last words and hang up.
   std::uint32_t max_hello_bytes = kMaxHelloFrameBytes;  // What we accept before Welcome.
   std::optional<int> send_buffer_bytes =
-      std::nullopt;  // Of the socket; none leaves it to the system.
+      // The socket's buffer; none: the system's default.
+      std::nullopt;
 };
 
 struct TcpListenerOptions {

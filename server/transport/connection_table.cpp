@@ -33,7 +33,7 @@ void ConnectionTable::remove(std::uint64_t id) {
 void ConnectionTable::close(const Error& why) {
   closed_ = why;
   timer_.cancel();
-  // Whoever ends at once leaves the map while it is walked.
+  // A connection that ends at once is removed from the map while it is walked.
   std::vector<ConnectionPtr> all;
   for (const auto& [id, connection] : connections_) all.push_back(connection);
   for (const ConnectionPtr& connection : all) connection->end(why);
@@ -44,7 +44,7 @@ asio::awaitable<void> ConnectionTable::keep_time() {
     timer_.expires_after(pause_);
     co_await wait_on(timer_);
     const Clock::time_point now = Clock::now();
-    // Nobody leaves the map here: ends are told by the coroutines, later.
+    // No connection leaves the map here: coroutines report their ends later.
     for (const auto& [id, connection] : connections_) connection->keep_time(now);
   }
 }

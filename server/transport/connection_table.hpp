@@ -17,13 +17,13 @@ class ConnectionTable {
   // handler once it was started.
   ConnectionTable(asio::io_context& io, std::chrono::milliseconds shortest);
 
-  // Keeps time, until it is closed and everybody has gone.
+  // Keeps time until it is closed and all connections have ended.
   void start();
   // By a number of its own; a connection that speaks something else from now on takes the place of
   // the one before.
   void put(std::uint64_t id, ConnectionPtr connection);
   void remove(std::uint64_t id);
-  // Ends all that are there. Who comes later is ended as well.
+  // Ends all open connections, and later ones.
   void close(const Error& why);
 
  private:

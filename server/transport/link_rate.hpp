@@ -1,11 +1,11 @@
-// How fast a client takes bytes, as the socket shows: what was written and cannot be sent yet waits
-// there. Pure: the time is brought by who asks.
+// The rate at which a client takes bytes, measured at the socket by the bytes that wait to be sent.
+// Pure: the caller provides the clock.
 //
 //   rate.write_begins(now, unsent);  ...  rate.write_ends(now, bytes, unsent);
 //
-// Buffers on the way (of the client, of proxies) take the first bytes at once, whatever the link
-// behind them carries. So a rate is believed to be low where bytes have waited for a while, and to
-// be high only where much went through.
+// Buffers on the way (of the client, of proxies) take the first bytes at once, whatever the rate of
+// the link behind them. So a low rate is accepted only where bytes have waited for a while, and a
+// high one only where many were sent.
 #pragma once
 
 #include <algorithm>

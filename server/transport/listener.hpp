@@ -27,12 +27,12 @@ class Listener {
   [[nodiscard]] virtual std::string url() const = 0;
   // Begins to accept.
   virtual void open() = 0;
-  // Accepts nobody any more and ends the connections that are there: they are told why. The
-  // listener keeps the io_context at work until the last of them has gone.
+  // Stops accepting, and ends the open connections with an error. The listener keeps the io_context
+  // at work until the last of them has ended.
   virtual void close(const Error& why) = 0;
 };
 
-// What a listener knows of its server, which outlives it.
+// The server as its listeners see it; it outlives them.
 struct ServerContext {
   asio::io_context& io;
   AdmissionControl& admission;

@@ -34,11 +34,12 @@ struct ServerOptions {
   AdmissionOptions admission = {};
   LocalServiceOptions service = {};
   SessionOptions session = {};
-  std::chrono::milliseconds idle_time{0};  // Of a conversation without messages or work; 0: any.
+  // Of a conversation without messages or work; 0: no limit.
+  std::chrono::milliseconds idle_time{0};
   ConnectionOptions connection = {};
   // On the thread of run(), when certificate and tokens were read again.
   std::function<void()> when_reloaded = {};
-  // Kept, and given to whoever asks at a listener. The caller adds what it knows of the state.
+  // Exposed at /metrics by every listener. The caller adds its own state.
   std::shared_ptr<PrometheusMetrics> metrics = {};
   std::function<ServiceState()> state = {};
   bool returns_memory = false;  // As in server_runtime.hpp.
@@ -53,17 +54,17 @@ class Server {
 
   // The address of the listener for TCP, if there is one, then of the others in their order.
   [[nodiscard]] Endpoint endpoint(std::size_t listener = 0) const;
-  // Of all listeners, for the log.
+  // The addresses of all listeners, for the log.
   [[nodiscard]] std::vector<std::string> urls() const;
 
   // Serves until stopped. Returns when all connections are closed and all work has ended.
   void run();
-  // From any thread, as in runtime.hpp.
+  // From any thread, as in server_runtime.hpp.
   void stop();
   void drain();
   void reload();
-  // From any thread. Who connects or lists from now on is offered these datasets; streams under way
-  // go on, and clients that have listed others keep those until they list again.
+  // From any thread. Replaces the offered datasets for new connections and lists; running streams
+  // go on, and clients keep the datasets of their last list.
   void offer(CataloguePtr catalogue);
 
  private:

@@ -14,7 +14,7 @@ namespace multitetra {
 
 namespace {
 
-// Whoever is told besides the metrics goes on being told.
+// Other observers besides the metrics are kept.
 AdmissionOptions observed(const ServerRuntimeOptions& options) {
   AdmissionOptions admission = options.admission;
   if (!options.metrics) return admission;
@@ -100,7 +100,8 @@ class ServerRuntime::Running {
 
   void await_signal() {
     signals_.async_wait([this](error_code cancelled, int signal) {
-      // A signal that came before the last one was heeded is told even after stop_now's cancel.
+      // A signal that came before the last one was handled is delivered even after stop_now's
+      // cancel.
       if (cancelled || is_stopping_) return;
       if (signal == SIGHUP) {
         reload_now();

@@ -1,5 +1,5 @@
-// The listeners of a server, who keeps them, and how it ends: what a server that makes surfaces and
-// a gateway in front of others have in common.
+// The listeners of a server, their owner, and its shutdown: common to a server that makes surfaces
+// and a gateway in front of others.
 //
 //   ServerRuntime runtime({.admission = ...});
 //   runtime.build({.new_session = ...}, {make_tcp_listener, make_http_listener});
@@ -26,12 +26,13 @@ struct ServerRuntimeOptions {
   bool heed_signals = false;
   std::chrono::milliseconds drain_time{30'000};  // For requests that run when it drains.
   AdmissionOptions admission = {};
-  // Kept, and given to whoever asks at a listener. Null: none are.
+  // Exposed at /metrics by every listener. Null: no metrics.
   std::shared_ptr<PrometheusMetrics> metrics = {};
   bool returns_memory = false;  // Memory that is free goes back to the system now and then.
 };
 
-// What a server or a gateway does when its listeners ask. Called on the thread of run().
+// The reactions of a server or a gateway to requests of its listeners. Called on the thread of
+// run().
 struct ServerHooks {
   std::function<ConversationPtr(ClientContextPtr client)> new_conversation;
   std::function<ServiceState()> state = {};  // For the metrics, beside what the listeners know.
@@ -52,13 +53,13 @@ class ServerRuntime {
   // address when that fails.
   void build(SurfaceService& service, ServerHooks hooks,
              const std::vector<MakeListener>& listeners);
-  // Of the listeners in their order.
+  // The addresses of the listeners in their order.
   [[nodiscard]] Endpoint endpoint(std::size_t listener) const;
   [[nodiscard]] std::vector<std::string> urls() const;
 
   // Serves until stopped. Returns when all connections are closed and nothing is left to do.
   void run();
-  // From any thread. Clients are told; after the linger time connections are closed.
+  // From any thread. Clients are informed; after the linger time connections are closed.
   void stop();
   // From any thread. Nothing new is begun; stops when no request is under way any more, or the
   // drain time is over.

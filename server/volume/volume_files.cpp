@@ -47,7 +47,7 @@ std::string to_text(const std::array<std::int64_t, 3>& dims) {
 // What a volume is opened for: slab by slab, or to be in memory as a whole.
 enum class Use { kSlabs, kWhole };
 
-// Throws unless the machine can hold all samples: checked before memory is asked for.
+// Throws unless the machine has the memory for all samples; checked before the allocation.
 void check_memory(const fs::path& file, const ImageHeader& header) {
   const std::int64_t bytes = header.dims[2] * static_cast<std::int64_t>(header.slice_bytes());
   const std::int64_t memory = std::int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE);
@@ -59,13 +59,13 @@ void check_memory(const fs::path& file, const ImageHeader& header) {
   }
 }
 
-// Of the samples as a whole: as stored, and converted to at most 4 bytes each.
+// The bytes of all samples: as stored, and converted to at most 4 bytes each.
 std::uint64_t bytes_as_a_whole(const ImageHeader& header) {
   const auto samples = static_cast<std::uint64_t>(header.dims[0] * header.dims[1] * header.dims[2]);
   return header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2]) + 4 * samples;
 }
 
-// How a volume is opened: what for, and whom to tell.
+// How a volume is opened: for what purpose, and where notices go.
 struct Opening {
   const VolumeFileOptions& options;
   Use use;
@@ -130,9 +130,9 @@ StoredVolume open_format(const fs::path& path, VolumeFormat format, const Volume
       break;
   }
   const std::optional<DescribedRaw> raw = layout_of_raw(path);
-  if (!raw) fail_reading(path, "nothing tells the layout of its samples", "Give it with --dims");
+  if (!raw) fail_reading(path, "the layout of its samples is unknown", "Give it with --dims");
   StoredVolume volume = open_described(*raw);
-  volume.notices.push_back("'" + path.string() + "': the layout is told by " + raw->source + ".");
+  volume.notices.push_back("'" + path.string() + "': the layout is from " + raw->source + ".");
   return volume;
 }
 

@@ -1,5 +1,5 @@
-// Volumes in, whatever format they have (formats/recognition.hpp lists them), and raw bytes whose
-// layout the caller knows. Everything is read by a process of its own with bounded memory
+// Opens volumes of every supported format (listed in formats/recognition.hpp), and raw bytes whose
+// layout the caller knows. Every file is read by a sandboxed process with bounded memory
 // (detail/sandboxed_reader.hpp): no file can crash or hang the caller.
 //
 //   Volume head = read_volume("CThead.nhdr");
@@ -8,12 +8,12 @@
 //
 // Guaranteed: 8-bit and 16-bit integers and 32-bit floats keep their type and their bits, unless
 // the file has a slope or an intercept, which are applied. 32-bit and 64-bit integers and 64-bit
-// floats become f32, infinite samples become void (NaN); both are told through `notice`. NaN
+// floats become f32, infinite samples become void (NaN); both are reported through `notice`. NaN
 // samples stay and mean void.
 //
 // Coordinates: medical formats are in the LPS system (x to the patient's left, y to the back, z to
-// the head; headers that say RAS are turned); files without a system of their own keep their
-// numbers. `meaning` tells which it is.
+// the head; headers in RAS are turned); files without a system of their own keep their numbers.
+// `meaning` contains the system.
 #pragma once
 
 #include <filesystem>

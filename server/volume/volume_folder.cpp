@@ -23,7 +23,7 @@ bool is_volume(const fs::path& file) {
     return !fs::exists(fs::path(file).replace_extension(".dat"), error) ||
            file.extension() == ".dat";
   } catch (const VolumeFileError&) {
-    return true;  // Its trouble is told when it is prepared.
+    return true;  // Its fault is reported when it is prepared.
   }
 }
 

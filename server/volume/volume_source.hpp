@@ -50,7 +50,7 @@ class VolumeSource {
   // All slices. A source that holds them gives them away, so this is the last call to it.
   [[nodiscard]] virtual Samples take_all();
 
-  // What else the source holds, where it is a file that tells.
+  // What else the source holds, if its file lists it.
   [[nodiscard]] virtual const SourceMembers& members() const;
 };
 

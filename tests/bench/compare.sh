@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Our streams beside what people use instead, on whole volumes: bytes, triangles and seconds from "isovalue named" to "encoded
+# Our streams beside other software, on whole volumes: bytes, triangles and seconds from "isovalue named" to "encoded
 # mesh" against the real distance to the full surface. Makes a folder with one page (README.md), plots (SVG) and all numbers
 # (compare.json). Peers are optional: the page says which ran. Times are those of a machine with nothing else to do; everything
 # takes about half an hour.

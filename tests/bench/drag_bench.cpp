@@ -1,5 +1,5 @@
-// What a person sees who drags the isovalue: a running server gets a hundred isovalues, thirty a
-// second, and a client assembles and checks what comes. Prints how many of them were seen, how long
+// Simulates a user who drags the isovalue: a running server gets a hundred isovalues, thirty a
+// second, and a client assembles and checks the steps. Prints how many of them were shown, how long
 // the last one took to be complete, and the memory in between.
 //
 //   drag_bench 127.0.0.1:7410 head 300 1500 0.5     isovalues from 300 to 1500, error 0.5
@@ -74,7 +74,7 @@ int drag(const std::string& server, const std::string& dataset, double from, dou
     }
     if (i % 25 == 24) std::printf("after %d: client %.0f MiB\n", i + 1, resident_mebibytes());
   }
-  std::printf("%zu of %d isovalues were seen, on average %.0f ms after they were asked for\n",
+  std::printf("%zu of %d isovalues were shown, on average %.0f ms after the request\n",
               shown.size(), kIsovalues, 1e3 * first_total / static_cast<double>(shown.size()));
   return 0;
 }

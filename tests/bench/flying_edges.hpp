@@ -27,7 +27,7 @@ class FlyingEdges {
  public:
   // Whether this program was built with VTK.
   [[nodiscard]] static bool is_available();
-  // As VTK itself says it: "VTK 9.1.0".
+  // The version in VTK's words: "VTK 9.1.0".
   [[nodiscard]] static std::string version();
 
   // To the samples of a volume, x fastest, in the type they are stored in.
@@ -42,8 +42,9 @@ class FlyingEdges {
 
   struct Surface {
     std::uint64_t triangles = 0;
-    std::string backend;               // What ran the threads, as VTK names it afterwards.
-    int threads = 0;                   // The most that VTK says it uses.
+    std::string backend;  // What ran the threads, as VTK names it afterwards.
+    // The most threads that VTK uses.
+    int threads = 0;
     std::shared_ptr<const void> mesh;  // Keeps the memory.
   };
   // A copy of what was extracted, the first sample at the origin.

@@ -44,12 +44,12 @@ left_out=()
 busy_warning=
 leave_out() { left_out+=("$1"); echo "!! LEFT OUT: $1"; }
 
-# Somebody else's work on a processor makes two threads look like one.
+# Other work on a processor makes two threads look like one.
 busy=$(awk '/^cpu / { print $2 + $3 + $4 }' /proc/stat)
 sleep 1
 busy=$(awk -v before="$busy" '/^cpu / { print $2 + $3 + $4 - before }' /proc/stat)
 if [ "$busy" -gt 20 ]; then
-  busy_warning="!! THE MACHINE WAS BUSY before we began ($busy % of one processor): do not believe the figures."
+  busy_warning="!! THE MACHINE WAS BUSY before we began ($busy % of one processor): the figures are not reliable."
   echo "$busy_warning"
 fi
 

@@ -40,7 +40,7 @@ std::string facts_of(const VolumeReport& report) {
     text += "  NO COMPARISON with flying edges: built without VTK\n";
   }
   for (std::size_t i = 0; i < report.flying_edges.size(); ++i) {
-    text += "  flying edges, asked for " + std::to_string(report.threads[i]) +
+    text += "  flying edges, requested " + std::to_string(report.threads[i]) +
             " threads: " + report.flying_edges[i] + "\n";
   }
   if (report.preview) {

@@ -13,7 +13,8 @@ namespace multitetra {
 
 // How long the same work took, run after run.
 struct Timing {
-  std::vector<double> seconds;  // Not empty when it is asked.
+  // Empty where it was not measured.
+  std::vector<double> seconds;
 
   [[nodiscard]] double median() const;
   [[nodiscard]] double least() const;
@@ -27,7 +28,7 @@ struct Measurement {
   std::vector<Timing> timings;      // One per number of threads, in the report's order.
 };
 
-// How often bricks were asked for, of how many there are.
+// The number of bricks read, and of all bricks.
 struct BrickReads {
   std::uint64_t sample_reads = 0;
   std::uint64_t sample_bricks = 0;
@@ -38,12 +39,13 @@ struct BrickReads {
 struct VolumeReport {
   DatasetInfo info;
   double isovalue = 0;
-  std::uint64_t file_bytes = 0;           // Of the prepared file.
+  std::uint64_t file_bytes = 0;           // The size of the prepared file.
   double open_seconds = 0;                // Median.
   int processors = 0;                     // Of this machine.
-  std::vector<int> threads;               // As they were asked for.
+  std::vector<int> threads;               // As requested.
   std::vector<std::string> flying_edges;  // How it ran, per number of threads; empty without VTK.
-  std::optional<BrickReads> preview;      // Of the first preview; none where there is no preview.
+  // For the first preview; none where there is no preview.
+  std::optional<BrickReads> preview;
   std::vector<Measurement> measurements;  // Flying edges first, where they are available.
 
   // What the prepared file has beyond the samples themselves.

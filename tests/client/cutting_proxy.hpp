@@ -1,4 +1,4 @@
-// Stands between clients and a server, and loses the connection where a test says.
+// A proxy between clients and a server that cuts connections where a test requires it.
 #pragma once
 
 #include <algorithm>
@@ -28,8 +28,8 @@ struct Cut {
 
 class CuttingProxy {
  public:
-  // `cut_of` says where connection 0, 1, ... is cut. Connection i goes to server i, beyond them to
-  // the last one.
+  // `cut_of` returns where connection 0, 1, ... is cut. Connection i goes to server i, further ones
+  // to the last server.
   CuttingProxy(std::vector<Endpoint> servers, std::function<Cut(int)> cut_of)
       : servers_(std::move(servers)), cut_of_(std::move(cut_of)), thread_([this] { serve(); }) {}
 

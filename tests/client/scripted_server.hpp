@@ -1,4 +1,4 @@
-// A server that says what a test tells it to, whatever the client says: once, to one client.
+// A server that sends what a test scripts, whatever the client sends: once, to one client.
 #pragma once
 
 #include <array>

@@ -11,7 +11,7 @@
 
 namespace multitetra::testing {
 
-// What the listener says to who wants a WebSocket.
+// How the listener answers a WebSocket handshake.
 struct ListenerManners {
   std::string subprotocol = std::string(kSubprotocol);  // Empty: none.
   int status = 101;
@@ -28,7 +28,7 @@ class TransportListener {
 
   [[nodiscard]] Endpoint endpoint() const { return at("127.0.0.1"); }
   [[nodiscard]] Endpoint at(std::string host) const;
-  // Which believes this listener and nobody else.
+  // Accepts the certificate of this listener only.
   [[nodiscard]] Trust trust() const;
 
  private:

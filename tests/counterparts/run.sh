@@ -59,7 +59,7 @@ else
   leave_out "nginx as a proxy"
 fi
 
-# ---- who talks
+# ---- counterparts
 
 talk_client() {
   local url digest='' one
@@ -73,7 +73,7 @@ talk_client() {
     ! "$bin/multitetra-client" list --server "$url" --ca tls.pem >out 2>&1 || fail "client: $url: let in without a token"
     grep -qi 'token' out || fail "client: $url: $(cat out)"
     ! "$bin/multitetra-client" list --server "$url" --token "$token" >out 2>&1 ||
-      fail "client: $url: believes a certificate that nobody signed"
+      fail "client: $url: accepts an unknown certificate"
     "$bin/multitetra-client" list --server "$url" --ca tls.pem --token "$few" >out 2>&1 || fail "client: $url: bob"
     ! grep -q head out || fail "client: $url: bob sees what is not his"
   done
@@ -107,7 +107,7 @@ talk_curl() {
   done
   if [ "${#https[@]}" = 3 ]; then
     [ "$(status "${https[2]}/metrics")" = 404 ] || fail "curl: nginx shows the metrics"
-    # Whom the server takes for its client is told by its log.
+    # The log has the client's address.
     status "${https[2]}/v1/none" -H 'X-Forwarded-For: 203.0.113.9' >/dev/null
     ! grep -q 203.0.113.9 plain.log || fail "curl: a client chooses its own address"
   fi

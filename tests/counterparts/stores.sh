@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Stores that others wrote, with a dataset in them: verified, served and extracted by ranges; of buckets also listed and filled.
+# Stores of other projects, with a dataset in them: verified, served and extracted by ranges; of buckets also listed and filled.
 #   stores.sh FOLDER-OF-PROGRAMS [STORE...]     nginx s3rver radosgw
 #
 # nginx        a folder behind a web server
-# s3rver       an S3 bucket in Node, from npm; it wants signatures to be there, and believes all of them
+# s3rver       an S3 bucket in Node, from npm; it requires signatures, and accepts any
 # radosgw      an S3 bucket with signatures in a Ceph cluster of one monitor and one OSD that keeps all in memory (as root)
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -136,7 +136,7 @@ serve_radosgw() {
   for _ in $(seq 300); do curl -s -o /dev/null "http://127.0.0.1:$port/" && break; sleep 0.1; done
   export AWS_ENDPOINT_URL=http://127.0.0.1:$port AWS_ACCESS_KEY_ID=ACCESS AWS_SECRET_ACCESS_KEY=SECRET AWS_REGION=us-east-1
   fill_bucket radosgw
-  ! AWS_SECRET_ACCESS_KEY=wrong "$bin/multitetra-server" verify s3://volumes/in/head.mtd >out 2>&1 || fail "radosgw: believes a wrong signature"
+  ! AWS_SECRET_ACCESS_KEY=wrong "$bin/multitetra-server" verify s3://volumes/in/head.mtd >out 2>&1 || fail "radosgw: accepts a wrong signature"
   grep -q '/volumes/in/head' out || fail "radosgw: what is said of a wrong signature: $(cat out)"
   echo "radosgw: with a wrong secret: $(cat out)"
   hold_to_it radosgw s3://volumes/in/head.mtd

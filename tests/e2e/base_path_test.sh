@@ -54,7 +54,7 @@ for path in volumes elsewhere; do
   "$client" list --server "ws://127.0.0.1:$port/$path/" | grep -q gyroid || fail "no conversation below /$path/"
   "$client" fetch --server "ws://127.0.0.1:$port/$path/v1/stream" --isovalue 0 -o mesh.ply --quiet || fail "no stream below /$path/"
 done
-[ "$(curl -s -o /dev/null -w '%{http_code}' "$site/volumes/metrics")" = 404 ] || fail "nginx shows the metrics to everybody"
+[ "$(curl -s -o /dev/null -w '%{http_code}' "$site/volumes/metrics")" = 404 ] || fail "nginx exposes the metrics"
 [ "$(curl -s -o /dev/null -w '%{http_code} %{redirect_url}' "$site/volumes")" = "308 $site/volumes/" ] ||
   fail "/volumes does not lead to /volumes/"
 ends 1 "it leads to /volumes/, connect there" "$client" list --server "ws://127.0.0.1:$port/volumes"

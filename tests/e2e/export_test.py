@@ -81,9 +81,9 @@ def check_several(folder, program):
     for shape in ([], ["--sharded"]):
         output = ["--format", "neuroglancer", *shape, "-o", "".join(["several_mesh", *shape])]
         run(program, "export", "gyroid.mtd", *words, *output, cwd=folder)
-    told = json.loads((folder / "several_mesh/segment_properties/info").read_text())["inline"]
-    assert told["properties"][0]["values"] == values, told
-    for value, segment in zip(values, told["ids"]):
+    stored = json.loads((folder / "several_mesh/segment_properties/info").read_text())["inline"]
+    assert stored["properties"][0]["values"] == values, stored
+    for value, segment in zip(values, stored["ids"]):
         alone = ["--isovalue", value, "--error", "1", "--quiet"]
         run(program, "export", "gyroid.mtd", *alone, "-o", f"tree{value}", cwd=folder)
         run(program, "export", "gyroid.mtd", *alone, "--format", "neuroglancer", "-o", f"mesh{value}", cwd=folder)
@@ -114,10 +114,10 @@ def gltf_of(glb):
     binary = glb[28 + length :]
 
     def values(accessor):
-        told = gltf["accessors"][accessor]
-        letter = {5126: "f", 5125: "I"}[told["componentType"]]
-        count = told["count"] * {"VEC3": 3, "SCALAR": 1}[told["type"]]
-        at = gltf["bufferViews"][told["bufferView"]]["byteOffset"]
+        stored = gltf["accessors"][accessor]
+        letter = {5126: "f", 5125: "I"}[stored["componentType"]]
+        count = stored["count"] * {"VEC3": 3, "SCALAR": 1}[stored["type"]]
+        at = gltf["bufferViews"][stored["bufferView"]]["byteOffset"]
         return list(struct.iter_unpack(f"<3{letter}", binary[at : at + 4 * count]))
 
     return gltf, values
@@ -140,11 +140,11 @@ def check_levels(folder, program):
         words = ["--isovalue", str(ISOVALUE), "--error", str(error), "--normals", "8", "--quiet"]
         run(program, "extract", "gyroid.mtd", *words, "-o", "level.glb", cwd=folder)
         alone, alone_values = gltf_of((folder / "level.glb").read_bytes())
-        told = gltf["meshes"][node["mesh"]]["primitives"][0]
+        stored = gltf["meshes"][node["mesh"]]["primitives"][0]
         expected = alone["meshes"][0]["primitives"][0]
         for name in ("POSITION", "NORMAL"):
-            assert values(told["attributes"][name]) == alone_values(expected["attributes"][name]), name
-        triangles = values(told["indices"])
+            assert values(stored["attributes"][name]) == alone_values(expected["attributes"][name]), name
+        triangles = values(stored["indices"])
         assert triangles == alone_values(expected["indices"])
         counts.append(len(triangles))
     assert counts[0] > counts[1] > counts[2] > 0, counts
@@ -171,8 +171,8 @@ def compare(folder, server):
     )
     assert (head, positions) == (live_head, live_positions)
     assert size == (folder / "mesh" / str(segment)).stat().st_size
-    told = json.loads((folder / "mesh/segment_properties/info").read_text())
-    assert told["inline"]["ids"] == [str(segment)]
+    stored = json.loads((folder / "mesh/segment_properties/info").read_text())
+    assert stored["inline"]["ids"] == [str(segment)]
 
 
 def main():
@@ -206,7 +206,7 @@ def main():
         finally:
             server.terminate()
             server.wait()
-    print("Files and server tell of the same trees.")
+    print("Files and server have the same trees.")
 
 
 if __name__ == "__main__":

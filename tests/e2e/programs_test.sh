@@ -79,7 +79,7 @@ printf 'abcdef' | cat - zeros.raw >raw_with_header.raw
 ends 2 "4102" "$server" prepare raw_with_header.raw --dims 16,16,9 --type u16 -o never.mtd
 [ ! -e never.mtd ] || fail "a failed prepare left a file"
 
-# --- several volumes and a folder of many: what fails is told, what is up to date stays
+# --- several volumes and a folder of many: failures are reported, what is up to date stays
 mkdir -p many/inside
 cp gyroid.nrrd many/a.nrrd
 cp sphere.nrrd many/inside/b.nrrd
@@ -139,7 +139,7 @@ for combine in order minimum; do
   "$server" extract gyroid.mtd "${map[@]}" --combine "$combine" -o extracted.ply --json --quiet >extract.json
   [ "$(last_value report.json content_digest)" = "$(value extract.json content_digest)" ] ||
     fail "with a threshold map ($combine) the fetched mesh is not the extracted one"
-  grep -q '"radius"' report.json || fail "the report does not tell the map"
+  grep -q '"radius"' report.json || fail "the report has no threshold map"
 done
 # A budget leads both to the same mesh, which keeps to it.
 for budget in "--max-triangles 3000" "--max-bytes 9000"; do
@@ -165,7 +165,7 @@ cmp once.png twice.png || fail "the same picture has other bytes the second time
 ! cmp -s once.png wires.png || fail "a picture with wires is the same as without"
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 --azimuth 80 -o aside.png --quiet
 ! cmp -s once.png aside.png || fail "a picture from the side is that from the front"
-# What is empty is told, and not written unless that is meant.
+# An empty surface is reported, and written only with the option for it.
 
 # --- several surfaces: parts of one GLB, or a file each; one picture; one budget
 two="--server $url --dataset gyroid --isovalue -0.5,0.5"
@@ -211,7 +211,7 @@ ends 2 "low corner above its high one along y" "$client" fetch --server "$url" -
 ends 2 "1280x960" "$client" snapshot --server "$url" --dataset gyroid --size 12by9 -o x.png
 ends 2 "PNG" "$client" snapshot --server "$url" --dataset gyroid -o x.jpg
 ends 2 '"gyroid"' "$client" snapshot --server "$url" -o x.png
-# Dust is left out of files, and told; what was checked is the whole.
+# Small components are removed from files and reported; the whole surface is checked.
 "$server" generate head --size 33 --noise 120 --seed 3 -o dusty.nrrd --quiet
 "$server" prepare dusty.nrrd -o dusty.mtd --quiet
 "$server" extract dusty.mtd --isovalue 100 --error 0 -o whole.ply --json --quiet >whole.json
@@ -219,7 +219,7 @@ ends 2 '"gyroid"' "$client" snapshot --server "$url" -o x.png
 all=$(value whole.json components_written)
 few=$(value large.json components_written)
 [ "$all" = "$(value whole.json components)" ] && [ "$few" -ge 1 ] && [ "$few" -lt "$all" ] || fail "components: $few of $all"
-grep -q "The file has $few of .* components, those with a diagonal of 12 samples or more" err.txt || fail "dust is not told: $(cat err.txt)"
+grep -q "The file has $few of .* components, those with a diagonal of 12 samples or more" err.txt || fail "removed components are not reported: $(cat err.txt)"
 [ "$(value whole.json content_digest)" = "$(value large.json content_digest)" ] || fail "another surface without dust"
 [ "$(stat -c %s large.ply)" -lt "$(stat -c %s whole.ply)" ] || fail "no triangle is left out"
 ends 6 "is empty" "$server" extract dusty.mtd --isovalue 100 --min-component 1000 -o none.ply
@@ -227,11 +227,11 @@ ends 6 "is empty" "$server" extract dusty.mtd --isovalue 100 --min-component 100
 ends 1 "The time for it is over" "$client" fetch --server "$url" --dataset gyroid --error 0 --deadline 0.002 -o x.ply
 ends 1 "127.0.0.1:1" "$client" fetch --server tcp://127.0.0.1:1 --deadline 0.1 -o x.ply
 "$client" fetch --server "$url" --dataset gyroid --error 1 --deadline 60 -o x.ply --quiet || fail "a long deadline is too short"
-# Errors are told as they were asked for.
+# Errors are printed in the unit of the request.
 "$client" estimate --server "$url" --dataset gyroid --error 0.5 | grep -q 'at most 0.5 voxels (0.5 mm)' ||
   fail "an estimate in other units: $("$client" estimate --server "$url" --dataset gyroid --error 0.5)"
 "$client" fetch --server "$url" --dataset gyroid --error 1 --region ball:9,9,9,3=2 -o x.ply 2>&1 >/dev/null |
-  grep -q 'errors up to 2 voxels' || fail "errors of a map are told in other units"
+  grep -q 'errors up to 2 voxels' || fail "errors of a map are printed in other units"
 # What cannot be written is known before anything is fetched or computed.
 ends 1 "nowhere/x.ply" "$client" fetch --server tcp://127.0.0.1:1 --dataset gyroid -o nowhere/x.ply
 ends 1 "nowhere/x.json" "$client" fetch --server tcp://127.0.0.1:1 --dataset gyroid -o x.ply --report nowhere/x.json
@@ -280,7 +280,7 @@ mkdir folder
 for name in a b c; do cp torus.mtd "folder/$name.mtd"; done
 ends 0 "3 datasets, 0 damaged." "$server" verify folder
 ends 0 '"torus" in folder/c.mtd' "$server" info folder
-[ "$("$server" info folder --json | grep -c '"spectrum_bins"')" = 3 ] || fail "info does not tell all of a folder as JSON"
+[ "$("$server" info folder --json | grep -c '"spectrum_bins"')" = 3 ] || fail "info does not list a whole folder as JSON"
 printf 'x' | dd of=folder/a.mtd bs=1 seek=$(($(wc -c <torus.mtd) / 2)) conv=notrunc status=none
 ends 1 "3 datasets, 1 damaged." "$server" verify folder
 ends 1 'folder/b.mtd: every byte is as it was written' "$server" verify folder

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# A served folder whose datasets come, go and are replaced: after SIGHUP the server offers what is there then, and who is in
-# the middle of a surface gets the one that was begun. Usage: reload_test.sh DIRECTORY_OF_PROGRAMS
+# A served folder whose datasets are added, removed and replaced: after SIGHUP the server offers the current ones, and running
+# streams continue with the dataset they began with. Usage: reload_test.sh DIRECTORY_OF_PROGRAMS
 set -euo pipefail
 
 bin=$(cd "$1" && pwd)
@@ -66,18 +66,18 @@ reload
 [ "$(fetched volume)" = "$torus" ] || fail "the same samples elsewhere have another surface on the lattice"
 [ "$(tag volume)" != "$torus_tag" ] || fail "a file of other coordinates has the old tag"
 
-# A broken file, and one that was served before: told, and nothing else changes.
+# A broken file, and one that was served before: logged, and nothing else changes.
 head -c 2000 served/b.mtd >served/broken.mtd
 head -c 2000 served/b.mtd >cut && mv cut served/b.mtd
 reload
 [ "$(names)" = "gyroid volume " ] || fail "a broken file took a dataset away: $(names)"
-grep -q 'left out: .*broken.mtd' server.log || fail "the broken file is not told"
-grep -q 'what was there before goes on being served' server.log || fail "the broken replacement is not told"
+grep -q 'left out: .*broken.mtd' server.log || fail "the broken file is not logged"
+grep -q 'still serving the previous version' server.log || fail "the broken replacement is not logged"
 fetched gyroid >/dev/null || fail "what was served before is not served any more"
 rm served/b.mtd served/broken.mtd
 reload
 [ "$(names)" = "volume " ] || fail "what is gone is still offered: $(names)"
-grep -q 'no longer served' server.log || fail "what is gone is not told"
+grep -q 'no longer served' server.log || fail "the removed dataset is not logged"
 
 # A folder that cannot be read changes nothing.
 mv served away

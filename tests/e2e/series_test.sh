@@ -11,7 +11,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 # says FILE WORDS: the dataset's facts have them.
 says() {
   "$server" info "$1" >facts.txt
-  grep -qF -- "$2" facts.txt || fail "\"$2\" is not told of $1: $(cat facts.txt)"
+  grep -qF -- "$2" facts.txt || fail "\"$2\" is not in the facts of $1: $(cat facts.txt)"
 }
 digest() { sed -n 's/^ *"content_digest": "\([^"]*\)".*/\1/p' "$1" | tail -n 1; }
 
@@ -100,7 +100,7 @@ grep -q '"euler_characteristic": 2' inner.json || fail "the surface of a ball's 
 "$server" extract organs/organs.label7.mtd --isovalue 0.5 --error 0 -o outer.ply --json --quiet >outer.json
 grep -q '"euler_characteristic": 4' outer.json || fail "the surface of a shell's label is not two balls"
 
-# A label that reaches the volume's border closes there, unless it is told not to.
+# A label that reaches the volume's border closes there by default.
 { printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 9 9 9\nencoding: raw\n\n'; head -c 729 /dev/zero | tr '\0' '\1'; } >in/full.nrrd
 "$server" prepare in/full.nrrd --label 1 -o full --quiet
 "$server" extract full/full.label1.mtd --isovalue 0.5 --error 0 -o full.ply --json --quiet >full.json
@@ -108,12 +108,12 @@ grep -q '"euler_characteristic": 2' full.json && grep -q '"border_edges": 0' ful
 "$server" prepare in/full.nrrd --label 1 --outside void --margin 0 -o open --quiet
 ends 6 "empty" "$server" extract open/full.label1.mtd --isovalue 0.5 -o open.ply
 
-# --- served: they tell what they are, and one colours another
+# --- served: members are listed, and one colours another
 start server "$server" serve organs --tcp 127.0.0.1:0 --http 127.0.0.1:0
 url=$(url_of server tcp)
 http=$(url_of server http)
 curl -s "$http/v1/datasets" >datasets.json
-python3 - <<'EOPY' || fail "/v1/datasets does not tell members: $(cat datasets.json)"
+python3 - <<'EOPY' || fail "/v1/datasets does not list members: $(cat datasets.json)"
 import json
 datasets = json.load(open("datasets.json"))["datasets"]
 assert [d["member"]["label"] for d in datasets] == [

@@ -96,7 +96,7 @@ def measures(points, triangles):
 
 
 def check(name, server, path, isovalue, affine=None):
-    """`affine` where VTK's reader does not tell it."""
+    """`affine`, for files where VTK's reader does not return it."""
     image, told = read_by_vtk(path)
     if image.GetNumberOfPoints() > SMALL and not os.environ.get("MULTITETRA_ALL_VOLUMES"):
         print(f"!! {name} is large: NOT TESTED (tests/run.sh --all).", file=sys.stderr)

@@ -61,5 +61,5 @@ lets_in "$short" || fail "a token is not known before it expires"
 while [ "$(date -u +%Y-%m-%dT%H:%M:%SZ)" \< "$soon" ]; do sleep 0.2; done
 ends 1 "expired at $soon" "$client" list --server "$url" --token "$short"
 lets_in "$long" || fail "a token expired too soon"
-"$server" token list --file tokens | grep -q "^short \*  EXPIRED $soon" || fail "the list does not tell what has expired"
+"$server" token list --file tokens | grep -q "^short \*  EXPIRED $soon" || fail "the list does not mark expired tokens"
 ends_well server "$pid"

@@ -9,10 +9,10 @@
 #
 # many         1000 WebSocket clients, 60 s: no error, memory flat after the first half
 # nginx        cached tiles over HTTP beside nginx with the same bytes: at least half of its throughput
-# nuisances    50 good clients among 800 that stall, dawdle, leave or babble: at most twice their times alone
-# greedy       a good client beside 250 connections that ask for all the work they may: its first preview in 0.5 s, its final
-#              step in at most three times its time alone, and what is remembered at once
-# hoarding     a good client beside 250 connections that ask for what takes memory, and read nothing: no more memory than the
+# nuisances    50 good clients among 800 that stall, send slowly, disconnect or send garbage: at most twice their times alone
+# greedy       a good client beside 250 connections with the most work per request: its first preview in 0.5 s, its final
+#              step in at most three times its time alone, and cached results at once
+# hoarding     a good client beside 250 connections with the most memory per request, which read nothing: no more memory than the
 #              documented bound, and it comes back
 # changed-file a served file is overwritten, another one cut: errors of those datasets, and a third one is served
 # cuts         the connection cut 200 times at random places: the right mesh, and no tile twice

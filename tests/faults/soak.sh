@@ -61,7 +61,7 @@ start gateway "$programs/multitetra-gateway" --upstream "tcp://127.0.0.1:$a_port
 gateway=$pid
 is_there() {
   for _ in $(seq 600); do curl -sf "http://127.0.0.1:$1/readyz" >/dev/null && return; sleep 0.1; done
-  fail "nobody is ready at port $1"
+  fail "no server is ready at port $1"
 }
 is_there "$http_port"; is_there "$gateway_port"
 

@@ -207,7 +207,7 @@ class ExplicitFramework {
   }
 
   const Field& field_;
-  int depth_;  // Of the unit tetrahedra.
+  int depth_;  // The depth of the unit tetrahedra.
   std::vector<std::vector<Tetrahedron>> trees_;
   std::map<GridPoint, Entry> table_;
 };

@@ -20,7 +20,7 @@ class HttpClient {
   explicit HttpClient(const Endpoint& at);
 
   void send(std::string_view bytes);
-  // The next answer; `to_head` if it has no body whatever its header says.
+  // The next response; `to_head` if it has no body whatever its header says.
   Response receive(bool to_head = false);
   Response ask(std::string_view method, std::string_view target, std::string_view fields = {});
   Response get(std::string_view target, std::string_view fields = {}) {

@@ -10,7 +10,7 @@ namespace multitetra::testing {
 
 inline constexpr int kResolution = kDefaultLatticeResolution;
 
-// A dataset of 33^3 samples that nobody has: only its facts.
+// The facts of a dataset of 33^3 samples, which does not exist.
 inline DatasetInfo octahedra_info(std::string name = "octahedra") {
   DatasetInfo info;
   info.name = std::move(name);

@@ -20,8 +20,8 @@
 #include "server/core/spectrum/sample_bricks.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
 #include "server/dataset/dataset_writer.hpp"
-#include "server/dataset/prepared_file.hpp"
 #include "server/dataset/detail/statistics.hpp"
+#include "server/dataset/prepared_file.hpp"
 
 namespace multitetra {
 
@@ -46,7 +46,7 @@ struct PreparedExample {
   }
 };
 
-// The samples of each brick, one by one as the layout says.
+// The samples of each brick, one by one in the order of the layout.
 [[nodiscard]] inline std::vector<std::string> bricks_of(const Volume& volume) {
   const BrickLayout layout(volume.dims);
   std::vector<std::string> bricks(layout.size());

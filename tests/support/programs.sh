@@ -22,14 +22,14 @@ ends() {
   shift 2
   "$@" >out 2>&1 || status=$?
   [ "$status" = "$code" ] || fail "exit code $status instead of $code of: $* ($(cat out))"
-  grep -qF -- "$words" out || fail "\"$words\" is not said by: $* ($(cat out))"
+  grep -qF -- "$words" out || fail "\"$words\" is not printed by: $* ($(cat out))"
 }
 
-# start NAME COMMAND...: its process is `pid`; what it says is in NAME.log.
+# start NAME COMMAND...: its process is `pid`; its output is in NAME.log.
 start() {
   local log=$1.log
   shift
-  : >"$log"  # It is there before somebody looks into it.
+  : >"$log"  # Exists before it is read.
   "$@" >"$log" 2>&1 &
   pid=$!
   pids+=("$pid")

@@ -1,5 +1,5 @@
-// The public volumes that the tests of the whole way go through, each with isovalues worth a look.
-// They are not part of the project; ../shared/data/MANIFEST.md tells where they come from.
+// The public volumes of the end-to-end tests, each with some isovalues. They are not part of the
+// project; ../shared/data/MANIFEST.md lists their sources.
 #pragma once
 
 #include <array>

@@ -21,7 +21,7 @@
 
 namespace multitetra::testing {
 
-// A service that says itself whether it is ready.
+// A service whose readiness the test sets.
 class ReadyWhen : public SurfaceService {
  public:
   ReadyWhen(SurfaceService& service, std::function<bool()> is_ready)
@@ -90,7 +90,7 @@ class RunningHttpServer {
   std::thread thread_;
 };
 
-// A tokens file: who shows which token may see which datasets.
+// A tokens file: the datasets of each token.
 class TokensFile {
  public:
   struct Line {

@@ -1,4 +1,4 @@
-// What is said to people.
+// Texts for users.
 #pragma once
 
 #include <string>

@@ -137,7 +137,7 @@ inline bool contains_place(const ThresholdRegion& region, const Vec3& x) {
   return n[0] * x[0] + n[1] * x[1] + n[2] * x[2] >= half_space.offset;
 }
 
-// The least over the voxels that contain the world place; nullopt where none says something.
+// The least over the voxels that contain the world place; nullopt without a threshold there.
 inline std::optional<double> grid_says(const ThresholdGrid& grid, const Vec3& world) {
   const Vec3 index = inverse(grid.index_to_world)(world);
   std::optional<double> least;

@@ -49,7 +49,7 @@ class Count {
   int value_ = 0;
 };
 
-// Keeps whoever comes until it is opened.
+// Blocks callers until it is opened.
 class Gate {
  public:
   void open() {

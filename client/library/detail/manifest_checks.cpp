@@ -28,13 +28,13 @@ std::optional<std::string> budget_fault(const StepBegin& begin, const Isosurface
   return std::nullopt;
 }
 
-// A preview may be coarser than the request; everything else is as it was asked for.
+// A preview may be coarser than the request; all its other parameters are the request's.
 std::optional<std::string> parameter_fault(const StepBegin& begin, const IsosurfaceRequest& asked) {
   IsosurfaceRequest given = begin.request;
   if (begin.is_final) {
     if (const auto beyond = budget_fault(begin, asked)) return beyond;
     if (has_budget(asked)) {
-      // What does not fit may be coarser than asked for, and says so.
+      // The final step of a budget may be coarser than the request, and contains its error.
       given.thresholds.at_least = asked.thresholds.at_least;
       given.topology_tolerance = asked.topology_tolerance;
     }
@@ -89,7 +89,7 @@ std::optional<std::string> summary_fault(const TileSummary& tile, int grid_expon
 // What simplification may have moved is a part of what the step allows.
 std::optional<std::string> simplification_fault(const TileSummary& tile, const StepBegin& begin) {
   if (tile.simplification_bound == 0) return std::nullopt;
-  if (!begin.request.simplify) return "it is simplified, which nobody asked for";
+  if (!begin.request.simplify) return "it is simplified, although the request excludes that";
   if (tile.simplification_bound <= begin.error_bound_world) return std::nullopt;
   return "simplification moved it by up to " + std::to_string(tile.simplification_bound) +
          ", more than the step's error bound of " + std::to_string(begin.error_bound_world);
@@ -155,7 +155,7 @@ std::optional<std::string> manifest_fault(const StepBegin& begin, const OpenStre
   }
   if (begin.scalars.has_value() != open.scalars.has_value() ||
       (begin.scalars && begin.scalars->bits != open.scalars->bits)) {
-    return "its scalars are not those that were asked for";
+    return "its scalars are not the requested ones";
   }
   ManifestTotals totals;
   std::set<OctreeCube> cubes;

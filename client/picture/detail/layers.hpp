@@ -17,7 +17,7 @@
 
 namespace multitetra {
 
-inline constexpr std::size_t kSamples = 8;  // Of a pixel.
+inline constexpr std::size_t kSamples = 8;  // Per pixel.
 
 // The solid surface that a sample shows.
 struct Sample {
@@ -42,9 +42,9 @@ struct Mix {
   float passing = 1;        // How much of what is behind does.
 };
 
-// Of every sample of so many pixels, kSamples after kSamples; of fragments that are equally near
-// the first one is before the others. None where there is no fragment. Requires that fragments are
-// of these pixels and lie before the samples' solid surfaces.
+// The mix of every sample of so many pixels, kSamples after kSamples; of fragments that are equally
+// near the first one is before the others. None where there is no fragment. Requires that fragments
+// are of these pixels and lie before the samples' solid surfaces.
 [[nodiscard]] std::vector<Mix> mixes_of(std::vector<Fragment> fragments, std::size_t pixels);
 
 // The mean of a pixel's samples; `mixes` is empty or has one a sample. Where nothing is hit

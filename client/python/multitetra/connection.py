@@ -11,7 +11,7 @@ from .samples import SampleArray
 
 
 class EmptySurfaceWarning(UserWarning):
-    """The surface that was asked for has no triangle."""
+    """The requested surface has no triangle."""
 
 
 def connect(url, token="", ca=None, insecure=False, timeout=60.0):

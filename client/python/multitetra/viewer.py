@@ -3,7 +3,7 @@
     viewer = multitetra.Viewer("http://127.0.0.1:7480", dataset="head", isovalue=500.5)
     viewer                                   # Shows it.
     viewer.set(isovalue=300.5, error=1.0)    # Turns what is shown.
-    viewer.isovalue                          # As it is now, also after somebody has dragged it.
+    viewer.isovalue                          # The current one, also after it was dragged.
     viewer.picks                             # Places that were clicked.
     viewer.observe(lambda change: ..., "picks")
 
@@ -52,12 +52,12 @@ class Viewer(ipywidgets.DOMWidget):
         super().__init__(page=page_of(server, settings), height=height, wanted=settings)
 
     def set(self, **settings):
-        """Changes some settings of what is shown; the others stay as they are, whoever has turned them last."""
+        """Changes some settings of what is shown; the others are unchanged."""
         checked(settings)
         self.wanted = {**self.wanted, **self.settings, **settings}
 
     def get(self, name):
-        """A setting as it is now; None while nobody has said anything of it."""
+        """A setting as it is now; None while it has its default."""
         checked({name: None})
         return self.settings.get(name, self.wanted.get(name))
 

@@ -39,7 +39,7 @@ export class AddressKeeper {
     return now.dataset || !info ? now : { ...now, dataset: info.name };
   }
 
-  // Somebody has edited the address, or followed a link to this page.
+  // The user has edited the address, or followed a link to this page.
   useEdited(hash: string): void {
     this.rememberSoon(); // As it is understood, without a token.
     if (this.token.takeFrom(hash)) this.viewer.surfaces.connect();

@@ -12,7 +12,7 @@ export class Downloads {
 
   constructor(private readonly viewer: Viewer) {}
 
-  // Of exactly this view, with all settings.
+  // The address of exactly this view, with all settings.
   addressOf(settings: Settings): string {
     const { eye, target } = this.viewer.stage.view();
     return toAddress({ ...settings, eye: eye as Vec3, target: target as Vec3 });

@@ -1,13 +1,13 @@
-// A page around this one may set and read what is shown, and hears of what happens, by messages of
-// windows: client/web/EMBEDDING.md says which. Only the page around this one is heard; it is told things
-// only after it has spoken, and only at the origin that it then had.
+// Lets the embedding page set and read the view, and sends it events, by window messages: client/web/EMBEDDING.md lists
+// them. Only the parent page may send messages; it receives events only after its first message, and only at the origin
+// that it then had.
 import type { Viewer, ViewerEvents } from "./viewer";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Picked } from "./scene/picking";
 import { parseSettings } from "./state/parse_settings";
 
 const version = 1;
-const together = 100; // Milliseconds: settings that change faster are told once.
+const together = 100; // Milliseconds: changes within this time are sent together.
 
 interface Question {
   multitetra?: unknown;
@@ -16,7 +16,7 @@ interface Question {
 }
 
 export class Embedding {
-  private origin: string | null = null; // Of the page around, once it has spoken.
+  private origin: string | null = null; // Of the parent page, after its first message.
   private timer = 0;
 
   constructor(
@@ -40,7 +40,7 @@ export class Embedding {
 
   private async hear(question: Question | null, origin: string): Promise<void> {
     const { multitetra: kind, id, state } = question ?? {};
-    if (typeof kind !== "string") return; // Somebody else's message.
+    if (typeof kind !== "string") return; // A message of another sender.
     this.origin = origin;
     switch (kind) {
       case "set": {
@@ -68,7 +68,7 @@ export class Embedding {
 
   private tell(kind: string, words: object): void {
     if (this.origin === null) return;
-    // Of a page from a file there is no origin to be told; it is still the one page around this one.
+    // A page from a file has no origin to address; it is still the only parent page.
     this.around.postMessage({ multitetra: kind, ...words }, this.origin === "null" ? "*" : this.origin);
   }
 }

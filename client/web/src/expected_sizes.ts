@@ -44,7 +44,7 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
     return size.triangles <= Math.max(this.insisted, costly * this.share);
   }
 
-  // The user wants a surface of this size; a little more is then no reason to ask again.
+  // The user accepts a surface of this size; a little more then needs no further confirmation.
   allow(size: SurfaceSize): void {
     this.insisted = Math.max(this.insisted, 1.5 * size.triangles);
   }

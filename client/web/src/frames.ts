@@ -1,5 +1,4 @@
-// Final steps that are kept: who wants one of them again, or one that was asked for ahead, needs no server
-// as long as all its tiles are here.
+// A cache of final steps: showing one again, or a prefetched one, needs no server as long as all its tiles are here.
 import { toBinary } from "@bufbuild/protobuf";
 
 import { IsosurfaceRequestSchema } from "./protocol/messages";
@@ -8,9 +7,9 @@ import type { Wanted } from "./stream/conversation";
 import type { Selection } from "./workers/worker_messages";
 
 export interface Frame {
-  ids: readonly string[]; // Of its tiles.
+  ids: readonly string[]; // The ids of its tiles.
   shown: ShownSurface;
-  chosen: Chosen; // Of its components, when it was shown last.
+  chosen: Chosen; // Its components, when it was shown last.
 }
 
 // What of a step is shown: components from that size on.
@@ -23,7 +22,7 @@ export const allChosen: Chosen = { minComponent: 0, selection: null };
 
 export class Frames {
   private readonly kept = new Map<string, Frame>();
-  private readonly colours = new Map<string, string>(); // What the vertices of a dataset's tiles were told last.
+  private readonly colours = new Map<string, string>(); // The colours of a dataset's tiles that were set last.
 
   constructor(private readonly hasTiles: (ids: readonly string[]) => boolean) {}
 

@@ -1,4 +1,4 @@
-// The page: a viewer with a panel, a bar and keys, and an address that says all of it.
+// The page: a viewer with a panel, a status bar and keys, and an address with all settings.
 import "./style/colours.css";
 import "./style/page.css";
 import "./style/panel.css";

@@ -1,10 +1,9 @@
-// Where the page's server is, and the token that it is told.
+// The address of the page's server, and the token for it.
 import { session } from "./state/remembered";
 
-// Where the stream of a server is. A page's own server is beside the page, which may be below a path of
-// a site (https://example.org/volumes/); so is that of any other address of a page. `?server=` names
-// another one than the page's own, for those who work on the page: a page that a server has sent may
-// not talk with another one (viewer_answer.cpp); one from elsewhere may.
+// The address of a server's stream. The page's own server is beside the page, which may be below a path of a site
+// (https://example.org/volumes/); the same holds for the address of any other page. `?server=` names another server,
+// for development: a page from a server may not connect to another one (viewer_answer.cpp); one from elsewhere may.
 export function serverAddress(said?: string): string {
   const named = said ?? new URLSearchParams(location.search).get("server");
   if (named !== null && !/^https?:\/\//.test(named)) return named;
@@ -20,8 +19,8 @@ export function questionsAddress(stream: string): string {
   return folder.href;
 }
 
-// The token for one server. It comes with the page's address once (#token=...), or from the user,
-// and is told to no other server than the one for which it came.
+// The token for one server. It comes with the page's address once (#token=...), or from the user, and is sent to that
+// server only.
 export class Token {
   private readonly name: string;
   private value: string;

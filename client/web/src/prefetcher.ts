@@ -53,8 +53,7 @@ export class Prefetcher {
     this.failed = [];
   }
 
-  // The next that is missing, unless those before it fill the memory. What is kept of them stays longer
-  // than what nobody waits for.
+  // The next missing one, unless the earlier ones fill the memory. Prefetched ones are kept longer than others.
   private goOn(): void {
     if (this.underWay || !this.settings) return;
     const { surface, frames } = this.parts;

@@ -9,7 +9,7 @@ import type { ScalarWish } from "./stream/conversation";
 
 export interface Scene {
   moment: Moment;
-  infos: readonly (DatasetInfo | null)[]; // Of each surface; null: nobody has it.
+  infos: readonly (DatasetInfo | null)[]; // Of each surface; null: unknown dataset.
   scalars?: ScalarWish;
 }
 
@@ -27,7 +27,7 @@ export function sceneOf(list: readonly DatasetInfo[], settings: Settings, info: 
   };
 }
 
-// A name that nobody has is the server's to refuse.
+// Unknown names are refused by the server.
 function wishOf(list: readonly DatasetInfo[], by: DatasetInfo | null, name: string): ScalarWish {
   if (!by) return { dataset: name };
   const { min, max } = rangeOf(list, by);

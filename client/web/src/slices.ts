@@ -19,7 +19,7 @@ import type { TilePool } from "./workers/tile_pool";
 
 export class Slices {
   readonly plane: SlicePlane;
-  private wanted = ""; // What tells the slice asked for last from others.
+  private wanted = ""; // The key of the slice that was requested last.
   private isAsking = false;
   private isCutting = false;
   private isCutDue = false;

@@ -1,17 +1,14 @@
-// What a user wishes of one surface: settings become requests, over a connection of their own. What comes back
-// is brought to the screen by its steps (surface_steps.ts).
+// Streams one surface: settings become requests on a connection of its own. The steps are shown by surface_steps.ts.
 //
-// While the isovalue is dragged only one request is under way: the next one follows as soon as the
-// surface of the one before was shown, or takes too long. When the dragging stops the last request
-// simply goes on to its final step.
+// While the isovalue is dragged only one request is in flight: the next one follows when the surface of the one before
+// was shown, or takes too long. At the end of the drag the last request continues to its final step.
 //
-// How large a surface will be is asked beside its stream. One that is too large for most machines
-// is not sent unasked: the best one of a size that every machine takes comes in its place, and the
-// user is told and may insist.
+// The size of a surface is estimated beside its stream. A surface that is too large for most machines is replaced by
+// the best one of a safe size, and the user may insist.
 //
-// Where there are several surfaces the previews of all come before the final step of any: a client that
-// is one of several asks for previews first, and for the rest when it is told to. A client that
-// `isPrefetch` brings final steps that are wanted soon, and shows nothing.
+// With several surfaces the previews of all come before the final step of any: a client requests previews first, and
+// the rest when all previews are there. A client that `isPrefetch` fetches final steps that are needed soon, and shows
+// nothing.
 import { type Effect, Conversation, isSameOrder, type ScalarWish, type Wanted } from "./stream/conversation";
 import { Link } from "./stream/link";
 import { isosurfaceRequest, isSameRequest, type View } from "./stream/request";
@@ -59,7 +56,7 @@ export class SurfaceClient implements SlotHolder {
   private next: Asked | null = null; // Waits for the request under way.
   private isDragging = false;
   private dragTimer = 0;
-  private isLead = false; // Always has a connection, and asks what is served.
+  private isLead = false; // Always connected; requests the list of datasets.
   private isLinked = false; // Has a connection, or makes one.
   private isUnderWay = false; // A stream, or what leads to it.
   private isFinishing = false; // It is the rest of a stream whose previews came.
@@ -95,7 +92,7 @@ export class SurfaceClient implements SlotHolder {
     });
   }
 
-  // Anew, as somebody says. All but the lead wait until they have something to ask.
+  // Connects again on request. All but the lead wait until they have a request.
   connect(): void {
     if (this.isLinked) this.granted();
     else if (this.isLead || this.isUnderWay) this.needLink();
@@ -376,7 +373,7 @@ export class SurfaceClient implements SlotHolder {
       case "refused":
       case "failed":
         progress.set({ isStreaming: false, trouble: { ...noTrouble, text: effect.text } });
-        this.hasFinal = true; // Nothing is left to ask for.
+        this.hasFinal = true; // Nothing is left to request.
         if (this.asked) steps.offerNothing(this.asked);
         this.settle();
         break;

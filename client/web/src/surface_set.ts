@@ -1,6 +1,6 @@
-// The surfaces of one view. Each has a connection of its own, on which one stream runs at a time, as long
-// as there are few; many share a few connections. The server is fair between connections, and who is one
-// of several asks for the final step when previews of all are there; one that is dragged waits for no other.
+// The surfaces of one view. Each has a connection with one stream at a time, as long as there are few; many share a few
+// connections. The server is fair between connections. A surface requests its final step when the previews of all are
+// there; one that is dragged waits for no other.
 import * as THREE from "three";
 
 import { Prefetcher } from "./prefetcher";
@@ -27,10 +27,10 @@ interface Member {
   client: SurfaceClient;
   surface: Surface;
   prefetcher: Prefetcher;
-  asked: string; // What tells it from others: dataset, isovalue and error.
+  asked: string; // Its key: dataset, isovalue and error.
 }
 
-// One that is shown, for who measures, cuts or saves it.
+// A shown surface, for measuring, cutting or saving.
 export interface ShownTiles {
   shown: ShownSurface;
   drawn: Drawn;
@@ -39,13 +39,13 @@ export interface ShownTiles {
 
 export interface SurfaceSetEvents {
   shown: (at: number, shown: ShownSurface, isFirstOfScene: boolean) => void;
-  progress: (at: number) => void; // Of one beside the first.
+  progress: (at: number) => void; // For one beside the first.
 }
 
-const mostConnections = 5; // Of surfaces beside the first, at a time.
+const mostConnections = 5; // For surfaces beside the first, at a time.
 
 export class SurfaceSet {
-  readonly progress = new Store<Progress>(noProgress); // Of the first surface,
+  readonly progress = new Store<Progress>(noProgress); // For the first surface,
   readonly datasets = new Store<{ list: DatasetInfo[] | null }>({ list: null });
   readonly sizes = new Store<{ expected: SurfaceSize | null }>({ expected: null });
   readonly field = new FieldColours();
@@ -96,7 +96,7 @@ export class SurfaceSet {
     this.members[0].client.insist();
   }
 
-  // Of several times that will be wanted soon, the first ones as far as memory allows. Nothing: none.
+  // Prefetches several times of a series, the first ones as far as memory allows. Empty: none.
   prepare(scenes: readonly Scene[], settings: Settings, view: View): void {
     this.members.forEach((member, at) => {
       const isWanted = at === 0 || this.isSeen(member);
@@ -132,7 +132,7 @@ export class SurfaceSet {
     return this.members[at]?.client.progress.get() ?? noProgress;
   }
 
-  // What a status tells: how the first surface that is seen comes, and what is drawn of all of them.
+  // The progress of the first visible surface, and the totals of all that are drawn.
   get status(): SurfacesStatus {
     const { seen } = this;
     const [first = this.members[0]] = seen;
@@ -192,7 +192,7 @@ export class SurfaceSet {
     return this.look !== null && (surfacesOf(this.look.settings)[this.members.indexOf(member)]?.visible ?? false);
   }
 
-  // Memory and triangles that nobody has to be asked for.
+  // Memory and triangles that need no confirmation.
   private share(among: number): void {
     for (const { surface, client } of this.members) {
       surface.budget = mostTriangles / Math.max(1, among);
@@ -206,8 +206,8 @@ export class SurfaceSet {
     for (const { client } of this.members) client.finish();
   }
 
-  // As many members as surfaces. Who has what a surface wants becomes its member, also where others
-  // before it have gone.
+  // Makes as many members as surfaces. A member that has the data of a surface is reused for it, also when members
+  // before it were removed.
   private arrange(settings: Settings): void {
     const wanted = surfacesOf(settings).map(({ dataset, isovalue, error }) => `${dataset ?? ""} ${isovalue} ${error ?? settings.error}`);
     const before = this.members;
@@ -272,8 +272,8 @@ export class SurfaceSet {
   }
 }
 
-// For each that is wanted, the place of who takes it: who has the same, else who is at its place and
-// not needed elsewhere, else nobody yet.
+// For each wanted surface, the index of the one that takes it: one with the same key, else the one at its place if it
+// is not needed elsewhere, else none.
 export function arrangement(have: readonly string[], wanted: readonly string[]): (number | null)[] {
   const taken = new Set<number>();
   const take = (place: number) => {

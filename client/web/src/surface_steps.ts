@@ -1,9 +1,9 @@
-// The steps of one surface on their way to the screen: tiles are decoded and brought to the graphics card,
-// unseen; a step whose tiles are all there is checked, kept, and offered to whoever says when it is shown.
+// The steps of one surface on their way to the screen: tiles are decoded and uploaded to the graphics card, invisibly;
+// a step whose tiles are all there is checked, kept, and offered to the swap group.
 //
-// Of a stream that was replaced nothing is shown, and on the way to a finer surface of the same isovalue
-// nothing coarser. Where small components are hidden, a step is shown without them from its first frame on; of
-// one that is there already they go without asking the server.
+// Nothing of a replaced stream is shown, and nothing coarser on the way to a finer surface of the same isovalue. Where
+// small components are hidden, a step is shown without them from its first frame on; hiding them in a shown step needs
+// no server.
 import type { Effect, Wanted } from "./stream/conversation";
 import type { AssemblerEffect, StepOfTiles } from "./stream/assembler";
 import { dataBorder, latticeToWorld } from "./stream/dataset";
@@ -21,11 +21,11 @@ import type { TilePool } from "./workers/tile_pool";
 import type { Certified, Drawn } from "./workers/worker_messages";
 
 export interface SurfaceStepsParts {
-  number: number; // Tells the surfaces of a view apart.
+  number: number; // The index of the surface in the view.
   pool: TilePool;
   surface: Surface;
   frames: Frames;
-  speed: StepSpeed; // Of what is shown.
+  speed: StepSpeed; // Of the shown step.
   isPrefetch?: boolean; // Steps are kept, and never shown.
 }
 
@@ -36,7 +36,7 @@ export interface SurfaceStepsEvents {
   shown: (shown: ShownSurface, isFirstOfScene: boolean) => void;
 }
 
-// Who hears what became of a stream's tiles and steps.
+// Listener for the outcome of a stream's tiles and steps.
 export interface StepChecks {
   decoded: (stream: number, key: string) => void;
   damaged: (stream: number, text: string) => void;
@@ -53,14 +53,14 @@ const none = 0; // Streams have numbers from 1.
 
 export class SurfaceSteps {
   shown: ShownSurface | null = null;
-  private frame: Frame | null = null; // Of what is shown; null: nothing is.
+  private frame: Frame | null = null; // The shown step; null: none.
   private taken: Frame | null = null; // Will be offered, and is no stream's.
   private minComponent = 0; // Samples.
   private choices = 0; // Under way, of components of what is shown.
   private stream = none;
   private started = 0;
   private readonly arrived = new Map<number, { triangles: number; lastAt: number }>(); // Tiles, by step of the stream.
-  private colouring: Promise<void>[] = []; // Of the stream that runs.
+  private colouring: Promise<void>[] = []; // Of the running stream.
   private certified: { result: Certified; chosen: Chosen } | null = null;
 
   constructor(
@@ -85,7 +85,7 @@ export class SurfaceSteps {
     this.progress.set({ ...noProgress, phase, shown, components, heldBack, isStreaming: true });
   }
 
-  // What is under way elsewhere belongs to nobody any more.
+  // Results that are still under way are discarded.
   abandon(): void {
     this.stream = none;
     this.taken = null;
@@ -97,7 +97,7 @@ export class SurfaceSteps {
     return stream === this.stream;
   }
 
-  // Of what is shown and what comes, components whose bounding box has a shorter diagonal, in samples; 0: none.
+  // Hides components whose bounding box has a shorter diagonal, in samples, in the shown and later steps; 0: none.
   hide(minComponent: number): void {
     if (minComponent === this.minComponent) return;
     this.minComponent = minComponent;
@@ -109,7 +109,7 @@ export class SurfaceSteps {
     return this.choices === 0;
   }
 
-  // What is drawn, for who picks, cuts or saves it.
+  // The drawn triangles, for picking, cutting and saving.
   get drawn(): Drawn {
     const { frame } = this;
     return frame ? drawnOf(frame.ids, frame.shown.resolution, frame.chosen.minComponent) : { ids: [], leastDiagonal: 0 };
@@ -197,19 +197,19 @@ export class SurfaceSteps {
       this.parts.surface.uploaded(ids),
       ...this.colouring,
     ]);
-    // Of a stream that was replaced, tiles may be gone.
+    // Tiles of a replaced stream may be gone.
     if (stream !== this.stream || !result || !chosen) return;
     this.parts.speed.note(triangles, performance.now() - lastAt);
     this.certified = { result, chosen };
     this.checks.certified(stream, step, result.topology);
   }
 
-  // A complete step: it is offered where it is news, and the final one is kept for who `asked`.
+  // A complete step: it is offered if it is new, and the final one is kept for `asked`.
   present(order: Wanted, asked: Asked | null, committed: Committed, isNews: boolean): void {
     const { number, surface, frames, isPrefetch } = this.parts;
     const { begin } = committed.step;
     const facts = factsOf(order, committed);
-    // Also of a step that is passed over: the keeper tells a change of normals once.
+    // Also for a step that is skipped: the keeper reports a change of normals once.
     for (const { id, normals } of this.certified?.result.normals ?? []) surface.setNormals(id, normals);
     const frame: Frame = {
       ids: idsOf(number, order, committed.step),
@@ -222,8 +222,7 @@ export class SurfaceSteps {
     this.events.offer(asked.moment, () => this.show(frame, elapsed));
   }
 
-  // Of the time that is wanted there is no surface; others do not have to wait for it, and that of another
-  // time does not stay beside them.
+  // There is no surface at the wanted time; other surfaces do not wait for it, and a surface of another time is hidden.
   offerNothing({ order: { info }, moment }: Asked): void {
     const { shown } = this;
     if (!shown || !isOfOneSeries(shown.info, info)) return;

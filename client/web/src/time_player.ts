@@ -21,7 +21,7 @@ export interface Pace {
 }
 
 const lately = 2000; // Milliseconds.
-const lateEnough = 250; // The next is due and not here: that is told.
+const lateEnough = 250; // The next time is due and not loaded: that is reported.
 
 export class TimePlayer {
   private isRunning = false;

@@ -75,7 +75,7 @@ export class Viewer {
   readonly surfaces: SurfaceSet;
   readonly notices: Notices;
   readonly measuring: Measuring;
-  info: DatasetInfo | null = null; // Of the dataset that is looked at.
+  info: DatasetInfo | null = null; // The current dataset.
   private readonly events = new Events<ViewerEvents>();
   private readonly surroundings: Surroundings;
   private readonly orientation: Orientation;
@@ -143,7 +143,7 @@ export class Viewer {
     this.surfaces.connect();
   }
 
-  // ---- for all who use it
+  // ---- public
 
   // Some other settings; `isDragging`: more will follow at once. A view is where one looks from now.
   set(change: Partial<Settings>, isDragging = false): void {
@@ -432,7 +432,7 @@ export class Viewer {
     this.events.tell("shown", { ...shown.facts, surface: at, components: this.surfaces.progressOf(at).components });
   }
 
-  // One surface as it is; of many, whose first one says little, the data.
+  // One surface as it is; with several, the data.
   private frameFirst(info: DatasetInfo): void {
     const { low, high } = worldBox(info);
     if (info.member?.label) this.stage.frameBox(new THREE.Box3(new THREE.Vector3(...low), new THREE.Vector3(...high)));

@@ -145,7 +145,8 @@ std::string full_description(const CLI::Option& option) {
 
 std::string wrapped(const std::string& text, std::size_t width) {
   std::string lines;
-  std::size_t used = 0;  // Of the line.
+  // The used columns of the line.
+  std::size_t used = 0;
   std::istringstream words(text);
   for (std::string word; words >> word;) {
     if (used > 0 && used + 1 + word.size() > width) {

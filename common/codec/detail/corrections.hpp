@@ -1,9 +1,10 @@
-// Lattice-exact shells: by how many lattice steps a vertex lies elsewhere than the levels of its
-// edge's ends say.
+// Lattice-exact shells: the distance in lattice steps of a vertex from the place that the levels of
+// its edge's ends predict.
 //
-// Seen from the end with the lower level (of equal ones: from where the edge begins), levels tell
-// the vertex up to an interval; a correction is coded only where that holds more than one lattice
-// point. The context is the difference of levels: it decides how near the cut is to a rounding.
+// From the end with the lower level (of equal ones: from the beginning of the edge), levels
+// determine the vertex up to an interval; a correction is coded only where the interval holds more
+// than one lattice point. The context is the difference of levels: it decides how near the cut is
+// to a rounding.
 #pragma once
 
 #include <stdint.h>

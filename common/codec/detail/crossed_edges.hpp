@@ -31,7 +31,7 @@ inline constexpr EdgeDirection kEdgeDirection[kEdgeDirections] = {
   return 4 * d.x + 2 * d.y + d.z < 0;
 }
 
-// Of two slices at a time: z and, above it, z - 1 or z + 1.
+// The crossed edges of two slices at a time: z and, above it, z - 1 or z + 1.
 class CrossedEdges {
  public:
   // `origin`: grid coordinates of the box's lowest corner, in spacings.

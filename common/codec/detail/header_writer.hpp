@@ -1,4 +1,4 @@
-// A shell's header from what is asked for, and its bytes.
+// Makes a shell's header from its options, and encodes it.
 #pragma once
 
 #include <cstddef>

@@ -17,7 +17,7 @@
 
 namespace multitetra::shell {
 
-inline constexpr int32_t kMaxMagnitude = (1 << 16) - 1;  // Of what predictions are made from.
+inline constexpr int32_t kMaxMagnitude = (1 << 16) - 1;  // For predictions.
 
 class LevelScale {
  public:
@@ -63,7 +63,7 @@ class LevelScale {
   // From there on all cuts are next to an end: 2^(difference / L) > the lattice steps of an edge.
   static constexpr int32_t kMaxDifference = 8 * (kMaxShellLatticeBits + 2);
   static constexpr int32_t kMaxDoubtful = 8 * (8 + 2);
-  // Of 1 + (i + 1/2) / 32, in eighths of an octave, rounded.
+  // The logarithms of 1 + (i + 1/2) / 32, in eighths of an octave, rounded.
   static constexpr uint8_t kEighthsOfMantissa[32] = {0, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3,
                                                      4, 4, 4, 4, 5, 5, 5, 5, 5, 6, 6,
                                                      6, 6, 7, 7, 7, 7, 7, 8, 8, 8};

@@ -36,7 +36,7 @@ struct KnownSample {
 struct SampleRings {
   static constexpr int kRow = kMaxShellSamples + 2;
 
-  // Of the samples and margins of a slice; x and y from -1.
+  // A sample or margin of a slice; x and y from -1.
   [[nodiscard]] KnownSample* known(int y, int z) { return known_[z & 1] + (y + 1) * kRow + 1; }
   // What marching needs at active samples, layers included: values of exact shells, levels of
   // others.
@@ -261,7 +261,8 @@ class LevelMagnitudes {
   template <typename Coder>
   int32_t code(Coder& coder, ValueModel& model, const Prediction& prediction, int32_t level,
                int32_t& for_predictions) const {
-    // The logarithm of a prediction near 0 says nothing: what it misses by does.
+    // The logarithm of a prediction near 0 is useless as context; the prediction's typical residual
+    // is used instead.
     const int32_t least = prediction.scale / 8;
     const int32_t magnitude = prediction.magnitude < least ? least : prediction.magnitude;
     const int32_t predicted = scale_.level(magnitude);

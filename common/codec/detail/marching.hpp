@@ -29,10 +29,10 @@ class Marching {
  public:
   void begin(const BitField& signs, const BitField* present, const ShellHeader& header);
 
-  // Gives the crossed edges vertices: edges of slice z with directions first .. end - 1.
-  // `cut(x, y, direction)` says how many steps from its beginning an edge is cut. Where samples are
+  // Gives the crossed edges vertices: edges of slice z with directions first .. end - 1. `cut(x, y,
+  // direction)` returns the number of steps from the edge's beginning to its cut. Where samples are
   // void, not every crossed edge has a tetrahedron with four corners: then vertices are made when
-  // the first triangle uses them. False where there are more than the header says.
+  // the first triangle uses them. False where there are more than the header declares.
   template <typename Cut>
   [[nodiscard]] bool add_vertices(const CrossedEdges& edges, int z, int first, int end,
                                   ShellVertex* vertices, const Cut& cut);
@@ -73,7 +73,8 @@ class Marching {
   uint32_t vertex_count_ = 0;
   uint32_t triangle_count_ = 0;
   RowBits not_last_;
-  NumbersOfRow numbers_[2][kMaxShellSamples][kEdgeDirections];  // Of vertices, by crossed edge.
+  // Numbers of vertices, by crossed edge.
+  NumbersOfRow numbers_[2][kMaxShellSamples][kEdgeDirections];
 };
 
 template <typename Cut>

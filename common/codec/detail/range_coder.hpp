@@ -36,7 +36,7 @@ struct Probability {
   static constexpr int kSlowRate = 7;
 };
 
-// Of the range where a byte leaves.
+// The range at which a byte is written.
 inline constexpr uint32_t kLeastRange = 1U << 24;
 
 // Bytes that are gone through once; behind their end there are zeros.

@@ -29,7 +29,7 @@ class RangeEncoder {
     return one;
   }
 
-  // Of `bits` only the lowest `count`, 1 to 25, may be set.
+  // Only the lowest `count` of `bits`, 1 to 25, may be set.
   std::uint32_t raw_bits(int count, std::uint32_t bits) {
     raw_word_ |= bits << kept_;
     kept_ += count;

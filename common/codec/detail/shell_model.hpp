@@ -9,7 +9,7 @@
 
 namespace multitetra::shell {
 
-// Of a field of bits; see sign_coder.hpp.
+// The model of a field of bits; see sign_coder.hpp.
 struct SignModel {
   static constexpr int kBlockContexts = 108;
   static constexpr int kSampleContexts = 1 << 12;
@@ -19,7 +19,7 @@ struct SignModel {
   Probability sample[kSampleContexts];
 };
 
-// Of what predictions of values miss by; see magnitude_coder.hpp.
+// The model of the residuals of predicted values; see magnitude_coder.hpp.
 struct ValueModel {
   static constexpr int kScales = 24;   // Half octaves of what a prediction is likely to miss by.
   static constexpr int kSupports = 4;  // How many neighbours it is made from.
@@ -32,7 +32,8 @@ struct ValueModel {
   Probability mantissa[kExponents][2][3];
 };
 
-// Of lattice-exact corrections, by the difference of levels along the edge; see corrections.hpp.
+// The model of lattice-exact corrections, by the difference of levels along the edge; see
+// corrections.hpp.
 struct CorrectionModel {
   static constexpr int kDifferences = 96;
   static constexpr int kDistances = 8;

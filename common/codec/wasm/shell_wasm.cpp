@@ -10,7 +10,7 @@
 //   new Uint32Array(memory.buffer, shell_triangles(), 3 * shell_triangle_count())
 //
 // The arrays are valid until the next shell_payload. Memory stays as large as the largest tile
-// needs, at most some 65 MB; a host that wants less looks at the counts before shell_decode.
+// needs, at most some 65 MB; a host with less checks the counts before shell_decode.
 #include <stddef.h>
 #include <stdint.h>
 

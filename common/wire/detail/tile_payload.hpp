@@ -1,8 +1,8 @@
-// What a tile's payload claims, read before anything is decoded.
+// Reads the counts that a tile's payload claims before anything is decoded.
 //
-// A Draco bitstream of a few bytes can claim billions of triangles, and the decoder believes it and
-// allocates. So the start of the one form that our encoder writes is read here, without allocating;
-// other methods and versions, metadata and further attributes are refused.
+// A Draco bitstream of a few bytes can claim billions of triangles, and the decoder allocates
+// memory for them. So the start of the one form that our encoder writes is parsed here, without
+// allocating; other methods and versions, metadata and further attributes are refused.
 //
 //   "DRACO"  2 2  1 1  0 0       magic, version 2.2, triangle mesh, edgebreaker, no flags
 //   0 or 2                       standard or valence traversal

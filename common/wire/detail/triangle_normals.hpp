@@ -14,7 +14,7 @@ namespace multitetra {
   return cross(difference(vec3(b), vec3(a)), difference(vec3(c), vec3(a)));
 }
 
-// Of length 1; the z axis where there is no direction.
+// The vector scaled to length 1; the z axis where there is no direction.
 [[nodiscard]] inline std::array<float, 3> unit_or_upwards(const Vec3& v) {
   const double length = std::hypot(v[0], v[1], v[2]);
   if (!(length > 0)) return {0, 0, 1};

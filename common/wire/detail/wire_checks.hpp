@@ -1,5 +1,5 @@
-// How the fields of untrusted messages are checked and their enumerators translated; shared by the
-// files that turn messages into bytes and back, and by nobody else.
+// Checks the fields of untrusted messages and translates their enumerators. Private to the files
+// that parse and serialize messages.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,8 @@
 
 namespace multitetra::wire {
 
-inline constexpr std::size_t kMaxNameBytes = 255;  // Of names of datasets and programs.
+// For names of datasets and programs.
+inline constexpr std::size_t kMaxNameBytes = 255;
 inline constexpr std::uint64_t kMaxU32 = std::numeric_limits<std::uint32_t>::max();
 inline constexpr std::uint64_t kMaxU64 = std::numeric_limits<std::uint64_t>::max();
 
@@ -35,8 +36,8 @@ Wire to_wire(Ours value) {
   return static_cast<Wire>(static_cast<int>(value) - static_cast<int>(kFirst<Ours>) + 1);
 }
 
-// Keeps the first thing that is wrong with a message. Values are converted all the same; nobody
-// sees them when a check failed.
+// Keeps the first fault of a message. Values are converted all the same; they are discarded when a
+// check failed.
 class FieldChecks {
  public:
   void fail(ErrorCode code, std::string text) {

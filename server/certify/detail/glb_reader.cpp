@@ -308,14 +308,14 @@ TriangleMesh read_glb(std::string_view file) {
   std::string_view binary;
   if (bytes.size() >= 8) {
     const auto size = bytes.take_number<std::uint32_t>();
-    bytes.take(4);  // Of binary data.
+    bytes.take(4);  // The length of the binary chunk.
     binary = bytes.take(size);
   }
   try {
     const json document = json::parse(text);
     return GlbReader(document, binary).read();
   } catch (const json::exception&) {
-    throw MeshFault("its JSON is damaged or says something else than glTF does");
+    throw MeshFault("its JSON is damaged or is not glTF");
   }
 }
 

@@ -13,7 +13,7 @@
 
 namespace multitetra {
 
-// What is wrong with a file, without its name: read_mesh() knows it.
+// The fault of a file, without its name, which read_mesh() adds.
 class MeshFault : public std::runtime_error {
  public:
   explicit MeshFault(const std::string& what) : std::runtime_error(what) {}

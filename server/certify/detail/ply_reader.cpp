@@ -13,7 +13,8 @@ enum class PlyEncoding { kText, kLittle, kBig };
 struct PlyProperty {
   std::string name;
   PlyType type = PlyType::kF32;
-  std::optional<PlyType> count = std::nullopt;  // Of a list: the type of its length.
+  // For a list: the type of its length.
+  std::optional<PlyType> count = std::nullopt;
 };
 
 struct PlyElement {
@@ -154,7 +155,7 @@ void take_vertices(const PlyElement& element, PlyValues& values, TriangleMesh& m
   }
 }
 
-// Of faces, or of what is passed over.
+// Reads the lists of faces, or skips those of other elements.
 void take_lists(const PlyElement& element, PlyValues& values, TriangleMesh& mesh) {
   PolygonSink sink(mesh);
   for (std::int64_t i = 0; i < element.count; ++i) {

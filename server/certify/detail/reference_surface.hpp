@@ -21,10 +21,12 @@ namespace multitetra {
                                     std::int32_t margin);
 
 struct ReferenceSurface {
-  TriangleMesh mesh;  // In world coordinates, facing low values. Where a sample is the isovalue
-                      // itself, vertices on different edges have the same place.
+  // In world coordinates, facing low values. Where a sample is the isovalue itself, vertices on
+  // different edges have the same place.
+  TriangleMesh mesh;
   MeshTopology
-      topology;  // Of the surface on the lattice, where vertices on different edges differ.
+      // The topology of the surface on the lattice, where vertices on different edges differ.
+      topology;
 };
 
 // Takes time for one pass over the samples and for the surface, on all threads; memory is about 100

@@ -46,7 +46,7 @@ class VtkNumbers {
     }
     return 0;
   }
-  // Of indices: whole numbers below 2^53.
+  // Reads an index, a whole number below 2^53.
   std::int64_t take_index() {
     const double value = take();
     if (!(value >= 0 && value < 0x1p53)) throw MeshFault("an index is no index");

@@ -1,7 +1,7 @@
-// Notices who asks for nothing for a long time. The clock is the caller's.
+// Detects clients without a request for a long time. The caller provides the clock.
 //
-//   IdleWatch idleness(/*limit=*/600s, now);     // 0: nobody is too idle.
-//   idleness.note(now);                          // Something was said, or finished.
+//   IdleWatch idleness(/*limit=*/600s, now);     // 0: no limit.
+//   idleness.note(now);                          // A message arrived, or work finished.
 //   if (idleness.is_exceeded(now, is_busy)) ...
 #pragma once
 

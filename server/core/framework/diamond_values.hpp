@@ -64,10 +64,11 @@ template <typename Real, typename Vector>
 template <typename Real>
 struct DiamondValues {
   Real centre;
-  std::size_t corners;           // At most 10.
-  std::size_t vectors;           // That hold them; lanes behind the last corner repeat `centre`.
-  bool ring_is_open;             // Corners beyond the grid's border were left out.
-  Lanes<Real> value;             // Of the corners, ends of the split edge first.
+  std::size_t corners;  // At most 10.
+  std::size_t vectors;  // That hold them; lanes behind the last corner repeat `centre`.
+  bool ring_is_open;    // Corners beyond the grid's border were left out.
+  // The values of the corners, ends of the split edge first.
+  Lanes<Real> value;
   const Lanes<Real>* length;     // From the point to the corners, world units.
   Lanes<Real> length_at_border;  // What `length` refers to when corners were left out.
 };
@@ -75,7 +76,8 @@ struct DiamondValues {
 // What a diamond's values allow to know before any bin is looked at.
 template <typename Real>
 struct ValueRange {
-  Real low;  // Of the values that are not void.
+  // The least value that is not void.
+  Real low;
   Real high;
   bool any_void;
   [[nodiscard]] bool is_mixed() const { return low < high; }

@@ -1,5 +1,5 @@
-// How core asks for the many to be done: it knows what is independent, the caller knows about
-// threads.
+// The interface by which core runs independent tasks: core says what is independent, the caller
+// decides on threads.
 #pragma once
 
 #include <cstddef>

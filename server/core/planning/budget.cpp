@@ -92,7 +92,7 @@ int ErrorSchedule::lowest_fitting(const SizeOf& estimate) const {
 
 int next_level(const std::optional<MadeLevel>& too_large, const std::optional<MadeLevel>& fitting,
                int estimated, int last) {
-  // Of an empty surface there is no logarithm.
+  // An empty surface has no logarithm.
   const auto octaves = [](const MadeLevel& made) {
     return rough_log2(std::max(made.part, 1e-9) / kGoal);
   };

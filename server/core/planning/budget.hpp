@@ -1,8 +1,7 @@
 // The best model that fits into a budget of triangles and bytes.
 //
-// Best is what gives up least: thresholds are raised to a common floor, in steps of a fourth of an
-// octave. The topology is never given up for a budget; whoever allows features to vanish says so in
-// the request.
+// The best one has the smallest errors: thresholds are raised to a common floor, in steps of a
+// fourth of an octave. A budget never changes the topology; a request may allow that explicitly.
 //
 //   const ErrorSchedule schedule(request, info);
 //   const int level = schedule.lowest_fitting(size_of);
@@ -44,9 +43,9 @@ class ErrorSchedule {
   [[nodiscard]] IsosurfaceRequest at(int level) const;
 
   // The lowest level in [from, to) whose size takes at most `part` of the budget; `to` when none
-  // does. 0 without a budget. Asks `size_of` some six times.
+  // does. 0 without a budget. Calls `size_of` about six times.
   [[nodiscard]] int lowest_fitting(const SizeOf& size_of, int from, int to, double part) const;
-  // Of all levels, with room for what estimates are wrong by. The last level when none fits.
+  // Over all levels, with a margin for wrong estimates. The last level when none fits.
   [[nodiscard]] int lowest_fitting(const SizeOf& estimate) const;
 
  private:
@@ -63,10 +62,10 @@ struct MadeLevel {
 };
 
 // The level to make next, strictly between the highest that was too large and the lowest that fits,
-// if there is one. Sizes fall about as a power of the threshold: between two that were made the
-// logarithm of the size is taken for linear, and what the estimate tells (`estimated`) is believed
-// as far as the power stays between 1 (upwards a fourth: what is too coarse costs little to make)
-// and 4. Requires that one of them is there, and a level between them.
+// if there is one. Sizes fall about as a power of the threshold: between two made levels the
+// logarithm of the size is interpolated linearly, and the estimate (`estimated`) is used as far as
+// the power stays between 1 (upwards a fourth: a too coarse level costs little) and 4. Requires
+// that one of them is there, and a level between them.
 [[nodiscard]] int next_level(const std::optional<MadeLevel>& too_large,
                              const std::optional<MadeLevel>& fitting, int estimated, int last);
 

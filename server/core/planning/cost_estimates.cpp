@@ -6,7 +6,7 @@ namespace multitetra {
 namespace {
 
 constexpr double kWeight = 0.3;
-constexpr double kLeastTriangles = 2000;  // Fewer tell nothing about each.
+constexpr double kLeastTriangles = 2000;  // Fewer are no basis for the cost of each.
 constexpr double kMostAtOnce = 3;         // One step that had to wait is no new machine.
 
 }  // namespace

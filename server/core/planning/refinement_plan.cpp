@@ -14,7 +14,8 @@
 namespace multitetra {
 namespace {
 
-constexpr std::int32_t kLeastStepsASide = 8;  // Of a preview's own grid.
+// The least steps a side of a preview's own grid.
+constexpr std::int32_t kLeastStepsASide = 8;
 // A preview with half the finest spacing has so many times the triangles: 3.5 to 5 on public
 // volumes.
 constexpr double kTrianglesAHalving = 4.5;
@@ -90,7 +91,7 @@ class Candidates {
     return candidate(step, size, costs_);
   }
 
-  // Of that finest spacing, by what the plan learns from the spectrum.
+  // The candidate with that finest spacing, measured from the spectrum.
   [[nodiscard]] Candidate measured(std::int32_t finest) const {
     return quicker(finest, [this](const StepRequest& step) { return sizes_.of(step); });
   }
@@ -165,7 +166,7 @@ class Candidates {
 std::optional<StepRequest> first_preview(const Candidates& candidates, const DatasetInfo& info,
                                          const SizeEstimates& sizes) {
   std::int32_t finest = kSpectrumSpacing;
-  // Nobody looks at what is far away to find out that it is: sizes are found out by looking.
+  // Remote data are not fetched only to estimate sizes.
   while (sizes.to_fetch && is_worth_showing(2 * finest, info) &&
          sizes.to_fetch(finest) > kFirstFetchedBytes) {
     finest *= 2;

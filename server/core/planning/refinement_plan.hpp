@@ -1,5 +1,5 @@
-// Which models a progressive stream shows on its way to the one that was asked for, so that
-// something that can be judged is seen at once, and the final step soon.
+// The models that a progressive stream shows before the requested one, so that a useful preview is
+// seen at once, and the final step soon.
 //
 // A preview ends the hierarchy at a *finest spacing* f: noise keeps most triangles of a model at
 // any error while its topology is preserved, and a certified bound adds up along sharp borders, so
@@ -26,10 +26,10 @@
 // the bytes; and where it keeps no mesh, the certified one is the final step unless the request
 // itself is complete sooner.
 //
-// A preview keeps to the request's budget too, as far as forecasts tell. The first one never looks
-// at samples that are finer than the spectrum. Which steps come depends on the machines and the
-// link; what a step is never does. So the steps of a stream name themselves (Preview), and a stream
-// that goes on elsewhere is asked for exactly those.
+// Previews also keep to the request's budget, as far as estimates go. The first one never reads
+// samples that are finer than the spectrum. Which steps come depends on the machines and the link;
+// the content of a step never does. So the steps of a stream are named (Preview), and a stream that
+// continues elsewhere requests exactly those.
 #pragma once
 
 #include <cstdint>
@@ -67,9 +67,9 @@ struct StepRequest {
 
 // Where the plan learns how large a step would be. Both may be estimates.
 struct SizeEstimates {
-  // Of any step; costs a small part of making it.
+  // The size of any step; costs a small part of making it.
   std::function<SurfaceSize(const StepRequest&)> of;
-  // Of the request itself, from the spectrum alone; rather too small than too large.
+  // The size of the request itself, from the spectrum alone; a lower estimate.
   std::function<SurfaceSize(const IsosurfaceRequest&)> rough;
   // How many bytes must come from far away before the spectrum of that spacing and of coarser ones
   // can be looked at. Empty: none.
@@ -104,7 +104,7 @@ inline constexpr int kPreviewLevels = 2;
 // What else a plan depends on.
 struct PlanLimits {
   bool previews = true;
-  // Of the certified preview; 0 where nothing may be made only to be there sooner.
+  // For the certified preview; 0 disables it.
   double certified_triangles = kMostCertifiedTriangles;
   bool shells = false;      // The client decodes them.
   bool is_display = false;  // It keeps no mesh.

@@ -8,8 +8,9 @@
 namespace multitetra {
 namespace {
 
-constexpr double kFewBorderEdges = 50;  // Fewer tell nothing.
-constexpr double kLeastInner = 0.05;    // Of what is left in blocks: some is left in any tile.
+constexpr double kFewBorderEdges = 50;  // Fewer are no basis for an estimate.
+// A part of the triangles that are left in blocks: every tile keeps some.
+constexpr double kLeastInner = 0.05;
 
 }  // namespace
 

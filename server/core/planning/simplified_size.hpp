@@ -11,19 +11,20 @@ namespace multitetra {
 
 // Sums over blocks of the same side.
 struct SimplifiedBlocks {
-  std::size_t count = 0;    // With any triangle.
-  double before = 0;        // Triangles.
-  double left = 0;          // Triangles.
-  double border_edges = 0;  // Of one triangle, where tiles would go on.
+  std::size_t count = 0;  // With any triangle.
+  double before = 0;      // Triangles.
+  double left = 0;        // Triangles.
+  // The border edges of one triangle, where tiles would continue.
+  double border_edges = 0;
 };
 
 // Triangles for every edge of the border, 0 to 1, from the same surface in small blocks and in
-// larger ones. Where they tell nothing, by how much is left: measured 0.6 where a third is, 0.98
-// where a hundredth is.
+// larger ones. Where these are no basis, from the remaining share: measured 0.6 where a third is
+// left, 0.98 where a hundredth is.
 [[nodiscard]] double triangles_a_border_edge(const SimplifiedBlocks& apart,
                                              const SimplifiedBlocks& joined);
 
-// Of `before` triangles of a surface, at least 0 and at most all, cut into tiles as
+// The share of `before` triangles of a surface that is left, 0 to 1, cut into tiles as
 // simplified_cube.hpp does. 1 where nothing is known.
 [[nodiscard]] double share_left(const SimplifiedBlocks& blocks, double a_border_edge,
                                 double before);

@@ -22,7 +22,8 @@ namespace multitetra {
 struct CubeSample {
   static constexpr int kExponent = kSpectrumExponent + 1;
 
-  std::vector<OctreeCube> cubes;        // Of kExponent.
+  // Cubes of kExponent.
+  std::vector<OctreeCube> cubes;
   double weight = 1;                    // At least 1.
   std::uint64_t coarse_tetrahedra = 0;  // Crossed ones that belong to larger cubes.
 };

@@ -23,8 +23,8 @@ namespace multitetra {
 // The value of places where there is no field.
 inline constexpr float kNoField = std::numeric_limits<float>::quiet_NaN();
 
-// A place this near to a plane of samples lies on it: so the way from world coordinates and back
-// loses no sample, and what is asked for at a sample is that sample.
+// A place this near to a plane of samples counts as on it, so that converting a sample's position
+// to world coordinates and back selects that sample.
 inline constexpr double kOnSample = 1e-6;
 
 [[nodiscard]] inline double onto_sample(double coordinate) {
@@ -85,7 +85,7 @@ class BrickReader {
   std::array<Known, 61> known_;
 };
 
-// Whether every eighth sample says anything about a volume.
+// Whether the samples at multiples of 8 are enough for an overview of the volume.
 [[nodiscard]] inline bool has_coarse_samples(const DatasetInfo& info) {
   const GridPoint extent = coarse_extent(info).extent;
   return std::min({extent.x, extent.y, extent.z}) > 0;

@@ -1,6 +1,6 @@
 // The field on a plane, pixel by pixel.
 //
-//   const SliceRequest plane = in_indices(asked, volume.info);
+//   const SliceRequest plane = in_indices(request, volume.info);
 //   const std::int32_t spacing = slice_spacing(plane, volume.info);
 //   slice_rows(volume, plane, spacing, 0, plane.height, values);
 //

@@ -1,4 +1,5 @@
-// A field at the vertices of a surface, and how well it is told by them.
+// A second field evaluated at the vertices of a surface, and how well linear interpolation between
+// the vertices represents it.
 #pragma once
 
 #include <vector>

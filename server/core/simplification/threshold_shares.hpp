@@ -12,7 +12,7 @@ namespace multitetra {
 // leaves out quickly what the model does not: see server/core/README.md.
 inline constexpr double kModelShare = 0.02;
 
-// What the model is asked for: the same request with its share of the thresholds.
+// The request for the model: the same request with its share of the thresholds.
 [[nodiscard]] IsosurfaceRequest model_request(const IsosurfaceRequest& request);
 
 }  // namespace multitetra

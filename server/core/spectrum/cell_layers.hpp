@@ -1,5 +1,6 @@
-// What a prepared volume keeps of every cell, made out of boxes of samples: for whoever has a part
-// of the volume only. CellRanges and CoarseVolume make the same of a volume that passes by.
+// What a prepared volume stores per cell, computed from boxes of samples, for callers that have a
+// part of the volume only. CellRanges and CoarseVolume compute the same from a whole volume, slice
+// by slice.
 #pragma once
 
 #include <cstddef>

@@ -30,7 +30,7 @@ class CellRanges {
   const DatasetInfo info_;
   Scratch& scratch_;
   Samples ranges_;                // Pairs, of some layers of cells.
-  std::int32_t first_layer_ = 0;  // Of these, seen from the first of cell_extent.
+  std::int32_t first_layer_ = 0;  // The first of these, relative to cell_extent.
   std::int32_t next_slice_ = 0;
 };
 

@@ -26,8 +26,8 @@ struct ErrorSpectrum {
 };
 
 // The bounds for one isovalue: never smaller than those of SaturatedErrors, and a parent's at least
-// those of its children. Bricks are read when they are first asked for. Safe to use from several
-// threads at once. The spectrum must outlive it.
+// those of its children. Bricks are read on first use. Safe to use from several threads at once.
+// The spectrum must outlive it.
 class SpectrumErrors {
  public:
   SpectrumErrors(const ErrorSpectrum& spectrum, double isovalue, ErrorMeasure measure,
@@ -52,7 +52,7 @@ class SpectrumErrors {
   ErrorMeasure measure_;
   TopologyRule rule_;
   std::array<float, 256> error_of_code_{};                 // World units.
-  mutable std::vector<std::atomic<const Plane*>> planes_;  // By brick; null until asked for.
+  mutable std::vector<std::atomic<const Plane*>> planes_;  // By brick; null until first use.
 };
 
 }  // namespace multitetra

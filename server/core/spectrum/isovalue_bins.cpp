@@ -11,7 +11,8 @@ namespace multitetra {
 namespace {
 
 constexpr std::size_t kGuideCells = 4096;
-constexpr double kLeastWidth = 0x1p-6;  // Of a bin of integers: exact in float with 16-bit values.
+// The least width of a bin of integers. Exact in float with 16-bit values.
+constexpr double kLeastWidth = 0x1p-6;
 
 // Bins a whole number of values wide; where there are more bins than values, a half, a quarter, ...
 std::vector<float> integer_edges(float low, float high, int count) {

@@ -118,7 +118,7 @@ class CoarseVolume : public PlaneSource {
     const float outside = outside_value(info_);
     const GridPoint first = step * low;
     const GridPoint end = extent_.low + extent_.extent;
-    // Of a row: from the first sample to the last one that is asked for.
+    // The range of a row, from the first to the last requested sample.
     const std::int32_t begin_x = std::max(first.x, extent_.low.x);
     const std::int32_t end_x = std::min(first.x + step * (extent.x - 1) + 1, end.x);
     std::vector<Sample> row(static_cast<std::size_t>(std::max(0, end_x - begin_x)));

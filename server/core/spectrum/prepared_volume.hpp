@@ -49,12 +49,13 @@ struct PreparedVolume {
   DatasetInfo info;
   std::shared_ptr<const BrickSource> samples;  // BrickLayout(info.dims), x fastest in a brick.
   BytesOnDemand coarse;                        // The samples of coarse_extent(info).
-  BytesOnDemand ranges;  // Of every closed cell of cell_extent(info): the least and the largest
-                         // sample in it; void ones do not count, and where all are void the least
-                         // is larger than the largest.
+  // The least and the largest sample of every closed cell of cell_extent(info); void samples do not
+  // count, and where all are void the least is larger than the largest.
+  BytesOnDemand ranges;
   ErrorSpectrum spectrum;
   std::shared_ptr<const void> owner;
-  // Throws where the volume was taken away while it was looked at. Empty: nobody can do that.
+  // Throws if the volume's file was removed or changed while it was read. Empty for volumes in
+  // memory.
   std::function<void()> check = {};
 };
 

@@ -46,8 +46,8 @@ class BrickSource {
   // The bytes of brick `index`. Throws what the source throws when they are damaged, or cannot be
   // had.
   [[nodiscard]] virtual KeptBytes brick(std::size_t index) const = 0;
-  // Says that these bricks will be asked for soon, in this order; a source that is far away begins
-  // to fetch them. Returns at once, and never throws.
+  // Announces that these bricks will be read soon, in this order, so that a remote source can
+  // prefetch them. Returns at once and never throws.
   virtual void will_need(std::span<const std::size_t> bricks) const { (void)bricks; }
   // How many bytes must come from far away before these bricks can be looked at; 0 when none must.
   [[nodiscard]] virtual std::uint64_t bytes_to_fetch(std::span<const std::size_t> bricks) const {
@@ -58,7 +58,7 @@ class BrickSource {
   [[nodiscard]] virtual bool is_far() const { return false; }
 };
 
-// Bytes that are fetched as a whole when they are first asked for, and stay from then on.
+// Bytes that are loaded as a whole on first use and stay loaded.
 class BytesOnDemand {
  public:
   using Fetch = std::function<std::span<const std::byte>()>;

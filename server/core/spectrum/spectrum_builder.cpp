@@ -158,8 +158,8 @@ class FineLevels {
   const IsovalueBins& bins_;
   const SpectrumWork& work_;
   const Cells cells_;
-  const GridPoint data_end_;  // Of all cells of the data.
-  const GridPoint size_;      // Of a column, in cells.
+  const GridPoint data_end_;  // The end of all cells of the data.
+  const GridPoint size_;      // The size of a column in cells.
   BrickLayout columns_;
   CurveTiles curves_;
 };

@@ -42,7 +42,7 @@ struct SpectrumWork {
   // Takes the bytes of one brick of SpectrumLayout(info). Each brick at most once and always in the
   // same order, whatever the threads and the memory; those that are never taken are empty.
   std::function<void(std::size_t brick, std::span<const std::byte> bytes)> sink;
-  // Is told how many more samples are done, from any of the threads.
+  // Called with the number of further samples done, from any of the threads.
   std::function<void(std::uint64_t samples)> progress = nullptr;
 };
 
@@ -69,7 +69,7 @@ struct CellBox {
 struct CellCurves {
   CellBox cells;
   GridPoint tile;                 // Cells along a tile.
-  std::vector<std::byte> places;  // Of tiles in the scratch.
+  std::vector<std::byte> places;  // The places of tiles in the scratch file.
 };
 
 // Puts the curves of these cells into work.scratch. The curves are the same for any threads,

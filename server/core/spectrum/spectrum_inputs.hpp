@@ -1,5 +1,4 @@
-// What a spectrum is made from, and where bytes are put aside meanwhile. Whoever has files
-// implements both.
+// The input of a spectrum, and storage for intermediate bytes. Callers with files implement both.
 #pragma once
 
 #include "common/base/scratch.hpp"

@@ -12,7 +12,7 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 }  // namespace
 
-// Between two calls `number_of` knows no vertex.
+// `number_of` is empty between two calls.
 LatticeMesh part_of(const LatticeMesh& mesh, std::size_t begin, std::size_t end,
                     std::vector<std::uint32_t>& number_of) {
   LatticeMesh part{.resolution = mesh.resolution, .vertices = {}, .triangles = {}};

@@ -24,10 +24,12 @@ struct TileMesh {
 
 // The surface in one octree cube, as far as it was cut off already.
 struct CubeSurface {
-  std::uint64_t tetrahedra = 0;         // Of the model, in the cube.
-  std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface.
-  std::vector<TileMesh> tiles;          // Cut off, smaller cubes first.
-  LatticeMesh rest;                     // Not yet in a tile. Vertices in any order, all used.
+  // Tetrahedra of the model in the cube.
+  std::uint64_t tetrahedra = 0;
+  // Those that the surface crosses.
+  std::uint64_t active_tetrahedra = 0;
+  std::vector<TileMesh> tiles;  // Cut off, smaller cubes first.
+  LatticeMesh rest;             // Not yet in a tile. Vertices in any order, all used.
 };
 
 // Some triangles of a mesh with the vertices that they use, in the order of their first use.
@@ -35,8 +37,8 @@ struct CubeSurface {
 [[nodiscard]] LatticeMesh part_of(const LatticeMesh& mesh, std::size_t begin, std::size_t end,
                                   std::vector<std::uint32_t>& number_of);
 
-// Where the triangles of a cube's eight children begin in the order of the child index, and where
-// the last end.
+// The beginnings of the triangles of a cube's eight children, in the order of the child index, and
+// the end of the last.
 using ChildRanges = std::array<std::size_t, 9>;
 
 class CubeSurfaceBuilder {
@@ -75,7 +77,7 @@ class CubeSurfaceBuilder {
   std::size_t max_;
   LatticeMesh& mesh_;
   CubeSurface surface_;
-  VertexNumbers shared_;                  // Of those that may be shared.
+  VertexNumbers shared_;                  // Numbers of vertices that may be shared.
   std::vector<std::uint32_t> number_of_;  // For part_of.
 };
 

@@ -23,7 +23,7 @@ struct SurfaceOptions {
   double isovalue = 0;
   int lattice_resolution = kDefaultLatticeResolution;
   std::size_t max_triangles =
-      16000;  // Of a tile; exceeded only where one octree cube of side 2 holds more.
+      16000;  // Of a tile. Exceeded only where one octree cube of side 2 holds more.
 };
 
 // Memory to work in, some 40 MB for the largest cubes and the largest mesh in one of them: worth to

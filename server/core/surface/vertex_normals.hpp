@@ -29,9 +29,10 @@ namespace multitetra {
 
 // Which values the cells and differences are made of.
 enum class NormalSource {
-  kSamples,        // All samples: a cell is one grid step, and the bricks around it are read.
-  kCoarseSamples,  // Those at multiples of kSpectrumSpacing, which is the side of a cell. No brick
-                   // of samples is read: for previews whose finest spacing is as coarse.
+  kSamples,  // All samples: a cell is one grid step, and the bricks around it are read.
+  // Those at multiples of kSpectrumSpacing, which is the side of a cell. No brick of samples is
+  // read: for previews whose finest spacing is as coarse.
+  kCoarseSamples,
 };
 
 // Where there is no direction, because the gradient is zero or all around is void.

@@ -85,8 +85,8 @@ Pieces::Pieces(const IsosurfaceRequest& request, const DatasetInfo& info)
   }
 }
 
-// A part that says something everywhere bounds the rest: in order, what it hides; for the minimum,
-// what the minimum can be.
+// A part that is defined everywhere bounds the rest: in order, what it hides; for the minimum, what
+// the minimum can be.
 double Pieces::largest() const {
   constexpr double kNothing = std::numeric_limits<double>::infinity();
   if (!is_tame) return at_least;

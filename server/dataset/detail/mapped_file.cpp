@@ -25,7 +25,7 @@ struct MappedFile::Guard {
   static void replace_lost_pages(int signal, siginfo_t* info, void* context);
 
   static inline std::atomic<Guard*> first = nullptr;
-  static inline std::mutex mutex;  // Whoever takes a guard, or makes one, holds it.
+  static inline std::mutex mutex;  // Held while a guard is made or taken.
   static inline struct sigaction other_handler = {};
 };
 
@@ -107,8 +107,8 @@ void MappedFile::check() const {
   }
   if (state() == opened_) return;
   throw DatasetFileError(file_.file_,
-                         "somebody wrote into it while it was open. Put a good file under its name "
-                         "(by renaming, which harms nobody) and start the server again.");
+                         "it was overwritten while it was open. Put a good file under its name "
+                         "(by renaming) and start the server again.");
 }
 
 }  // namespace multitetra

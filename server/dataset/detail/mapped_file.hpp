@@ -1,12 +1,12 @@
-// A file as memory that cannot be written; what is looked at is fetched from the disk, and given
-// back when others need the memory.
+// A read-only memory mapping of a file. Pages are read from the disk on access and evicted under
+// memory pressure.
 //
-// The file must not change meanwhile. Ours never do: a new one takes the name of the old one, which
-// stays as long as somebody maps it. When somebody writes into it nevertheless, or cuts it, or the
-// disk fails, check() says so: from then on what the memory shows is good for nothing, but can be
-// looked at. (A place that the file no longer has would end the program with SIGBUS. It shows zeros
-// instead: the first MappedFile of a process installs a handler that sees to that, and leaves all
-// other places to the one before it.)
+// The file must not change while it is mapped. Our programs replace files by renaming, which leaves
+// the mapped one intact. If the file is overwritten or truncated anyway, or the disk fails, check()
+// reports it: from then on the memory is readable but its content is undefined. (Reading beyond the
+// end of a truncated file would end the program with SIGBUS. The first MappedFile of a process
+// installs a handler that maps zeros there instead, and passes faults at other addresses to the
+// previous handler.)
 #pragma once
 
 #include <atomic>
@@ -40,7 +40,8 @@ class MappedFile : public ByteSource {
   void check() const override;
 
  private:
-  struct Guard;  // Of this memory, where the handler finds it.
+  // The registration of this memory with the handler.
+  struct Guard;
   struct State {
     std::int64_t size = 0;
     std::int64_t seconds = 0;  // When the file was written last,

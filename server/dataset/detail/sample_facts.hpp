@@ -1,4 +1,4 @@
-// What the metadata of a dataset says about its samples, found out from the samples.
+// The facts about the samples that a dataset's metadata contain, computed from the samples.
 #pragma once
 
 #include <cstddef>

@@ -39,10 +39,10 @@ class SampleStatisticsBuilder {
   // Requires that the passes are over.
   [[nodiscard]] SampleStatistics finish() const;
 
-  // The values that occur, ascending, however often they do. Integers: all of them. Floating-point
-  // samples: values with the same sign, exponent and first 15 of 23 bits of the fraction are told
-  // once, by the lowest of them (but none below the least sample), so there are at most 2^24.
-  // Requires that the first pass is over.
+  // The distinct values, ascending. Integers: all of them. Floating-point samples: values with the
+  // same sign, exponent and first 15 of 23 bits of the fraction are represented once, by the lowest
+  // of them (but none below the least sample), so there are at most 2^24. Requires that the first
+  // pass is over.
   [[nodiscard]] std::vector<float> distinct_values() const;
 
  private:

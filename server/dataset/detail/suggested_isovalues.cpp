@@ -124,7 +124,7 @@ std::vector<double> suggested_isovalues(const Histogram& histogram) {
       std::count_if(counts.begin(), counts.end(), [](std::uint64_t count) { return count > 0; }));
   const RunningSums sums(counts);
   std::vector<std::size_t> chosen;
-  // Nearer than this to one that was chosen before, a threshold tells nothing new.
+  // A threshold nearer than this to one that was chosen before is redundant.
   const std::size_t apart = std::max<std::size_t>(1, counts.size() / 25);
   for (std::size_t classes = 2; classes <= std::min(kMaxClasses, occupied); ++classes) {
     for (const std::size_t bin : best_partition(sums, counts.size(), classes)) {

@@ -2,17 +2,17 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/base/in_parallel.hpp"
+#include "common/base/scratch_file.hpp"
 #include "server/core/spectrum/cell_layers.hpp"
 #include "server/core/spectrum/plane_sources.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"
 #include "server/dataset/brick_codec.hpp"
 #include "server/dataset/dataset_writer.hpp"
-#include "common/base/in_parallel.hpp"
 #include "server/dataset/partitioned/detail/part_files.hpp"
 #include "server/dataset/partitioned/part_plan.hpp"
 #include "server/dataset/partitioned/prepare_parts.hpp"
 #include "server/dataset/prepared_format.hpp"
-#include "common/base/scratch_file.hpp"
 
 namespace multitetra {
 namespace {
@@ -209,7 +209,8 @@ std::vector<std::size_t> missing_parts(const fs::path& dataset) {
 
 DatasetInfo merge_parts(const fs::path& dataset, const PartOptions& options) {
   const DatasetInfo info = PartMerger(dataset, options).merge();
-  std::error_code ignored;  // What stays harms nobody.
+  // A leftover is harmless.
+  std::error_code ignored;
   fs::remove_all(parts_folder(dataset), ignored);
   return info;
 }

@@ -1,15 +1,16 @@
-// Preparing in parts: each anywhere, in any order, as often as one likes; then the dataset.
+// Prepares a dataset in parts: on any machine, in any order, each as often as needed; then merges
+// them.
 //
 //   write_plan("head.mtd", {.metadata = ..., .bins = ..., .parts = 8});   // From a survey.
-//   prepare_part(*source, "head.mtd", 3);                                 // Of each, 0 to 7.
+//   prepare_part(*source, "head.mtd", 3);                                 // For each part, 0 to 7.
 //   merge_parts("head.mtd");                                              // Now it can be served.
 //
 // Plan and parts lie in "head.mtd.parts", a folder that all machines share, or into which the files
 // of the parts are copied before the merge.
 //
 // Guaranteed: the result is bit for bit the file of one process, for any number of parts. A part
-// appears whole or not at all, and one that is made again is the same. A merge copies the packed
-// samples and unpacks none.
+// appears complete or not at all, and preparing it again gives the same bytes. A merge copies the
+// packed samples without unpacking them.
 #pragma once
 
 #include <cstddef>

@@ -15,7 +15,8 @@ class ForwardedStream {
  public:
   explicit ForwardedStream(OpenStream open) : open_(std::move(open)) {}
 
-  // To be sent to whoever serves it, the first time and again: it names what came already.
+  // The request to send to an upstream, for the first time or again: it contains what was received
+  // already.
   [[nodiscard]] const OpenStream& open() const { return open_; }
   // Another server begins from the start.
   void restart() { position_ = 0; }
@@ -29,7 +30,7 @@ class ForwardedStream {
   [[nodiscard]] Verdict next(const ServerMessage& message);
 
   [[nodiscard]] std::uint32_t steps_ended() const { return steps_ended_; }
-  // Of the step that the client is being sent.
+  // The step that is being sent to the client.
   [[nodiscard]] const StepBegin& step() const { return step_; }
 
  private:

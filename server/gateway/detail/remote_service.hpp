@@ -1,9 +1,9 @@
-// The service of other servers: what there is for a client is what they offer together; streams and
-// questions are passed on. When a server is lost in the middle of a stream, another one that has
-// the same dataset is asked the same, and the client notices nothing but a pause.
+// The service of other servers: a client is offered their datasets together; streams and questions
+// are forwarded. When a server is lost in the middle of a stream, another one with the same dataset
+// continues, and the client notices only a pause.
 //
-// Memory is bounded: a few messages wait for the client, and what comes behind them waits in the
-// socket of the server that sends it.
+// Memory is bounded: a few messages wait for the client, the following ones in the socket of the
+// upstream (back-pressure).
 #pragma once
 
 #include <memory>
@@ -24,7 +24,7 @@ class RemoteService : public SurfaceService {
   [[nodiscard]] std::optional<EncodedTile> find_tile(const ContentDigest& digest,
                                                      const TileCache::MaySee& may_see) override;
   [[nodiscard]] bool is_ready() const override { return upstreams_->is_ready(); }
-  // Ends its threads. Nothing may be asked afterwards.
+  // Ends its threads. No call may follow.
   void join() { assembling_.join(); }
 
  private:

@@ -1,6 +1,5 @@
-// Who shall serve what, without anybody keeping a table: every candidate has a score for the name,
-// and the highest serves (rendezvous hashing). All gateways agree, and when a candidate goes only
-// its own names move. Pure.
+// Rendezvous hashing: every candidate has a score for a name, and the highest is used. All gateways
+// agree without a shared table, and when a candidate is lost only its own names move. Pure.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +19,7 @@ namespace multitetra {
   return checksum(std::as_bytes(std::span(both)));
 }
 
-// Indices into `candidates`, the one to be asked first at the front.
+// Indices into `candidates`, the first choice first.
 [[nodiscard]] inline std::vector<std::size_t> rendezvous_order(
     std::string_view name, const std::vector<std::string>& candidates) {
   std::vector<std::pair<std::uint64_t, std::size_t>> scores;

@@ -1,8 +1,8 @@
-// One conversation with a server, as its client: Hello and Welcome, signs of life, messages in the
-// order in which they are sent. On the executor of who holds it.
+// One connection to a server, as its client: Hello and Welcome, pings, messages in the order in
+// which they are sent. Runs on the caller's executor.
 //
-// A server that says nothing while it is listened to is asked for a sign of life, and lost when it
-// gives none: whether its machine has vanished, or the process hangs.
+// A server that is silent while a reply is expected is pinged, and counts as lost without a reply:
+// its machine has vanished, or the process hangs.
 #pragma once
 
 #include <chrono>
@@ -18,13 +18,14 @@ namespace multitetra {
 struct LinkOptions {
   TlsContextPtr tls = nullptr;                       // Needed for tls://.
   std::chrono::milliseconds connect_timeout{3'000};  // Until Welcome.
-  std::chrono::milliseconds silence{10'000};         // Of a server that is listened to.
+  std::chrono::milliseconds silence{10'000};         // Of a server from which a reply is expected.
 };
 
 class UpstreamLink : public std::enable_shared_from_this<UpstreamLink> {
  public:
-  // Connected and welcomed. kUnavailable when nobody answers in time, or is not to be trusted; what
-  // the server says instead of Welcome otherwise. Requires options.tls for a secure address.
+  // Connects and exchanges Hello and Welcome. kUnavailable without a reply in time, or when the
+  // certificate is refused; the server's own error when it sends one instead of Welcome. Requires
+  // options.tls for a secure address.
   [[nodiscard]] static asio::awaitable<Result<std::shared_ptr<UpstreamLink>>> connect(
       asio::any_io_executor executor, Endpoint server, Hello hello, LinkOptions options);
 

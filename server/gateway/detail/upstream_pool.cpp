@@ -102,9 +102,8 @@ void UpstreamPool::look_after_upstreams() {
   }
 }
 
-// A link that ends is made anew after a moment, or when its server may be tried again. A server
-// that refuses us, as when it wants a token that only clients have, is tried again after each
-// silence.
+// Connects again after a moment, or when the server may be tried again. A server that refuses the
+// gateway, for example because it requires a client's token, is retried after each silence.
 asio::awaitable<void> UpstreamPool::look_after(std::size_t upstream) {
   Upstream& one = upstreams_[upstream];
   while (!is_stopped_) {
@@ -208,7 +207,7 @@ asio::awaitable<Result<CataloguePtr>> UpstreamPool::ask_all(std::string token) {
         } else {
           log_line(LogLevel::kWarning,
                    "a server has another dataset of that name than the server before it, and is "
-                   "not asked for it",
+                   "not used for it",
                    {{"upstream", upstreams_[i].name}, {"dataset", info.name}});
         }
       }
@@ -229,7 +228,7 @@ asio::awaitable<Result<CataloguePtr>> UpstreamPool::ask_all(std::string token) {
   co_return catalogue;
 }
 
-// ---- who is asked
+// ---- choosing a server
 
 asio::awaitable<std::vector<std::size_t>> UpstreamPool::holders_now(
     std::shared_ptr<const UpstreamDataset> dataset, std::string token) {
@@ -240,7 +239,7 @@ asio::awaitable<std::vector<std::size_t>> UpstreamPool::holders_now(
   co_return now && now->info() == dataset->info() ? now->holders : dataset->holders;
 }
 
-// One that was just lost may be asked again in a moment, but not before one that is there.
+// A server that was just lost may be retried in a moment, but after the reachable ones.
 std::vector<std::size_t> UpstreamPool::in_the_order_to_ask(std::vector<std::size_t> holders) const {
   std::stable_partition(holders.begin(), holders.end(),
                         [this](std::size_t i) { return !upstreams_[i].health.has_failed(); });

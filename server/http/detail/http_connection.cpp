@@ -65,7 +65,7 @@ void HttpConnection::start(Upgrade on_upgrade, std::function<void()> on_closed) 
 
 void HttpConnection::end(const Error& why) {
   is_ending_ = true;
-  if (!is_answering_) {  // Idle, or inside a request that nobody reads any more.
+  if (!is_answering_) {  // Idle, or inside a request that will not be answered.
     stream_->close();
   } else if (context_ && context_->caller) {
     context_->caller->close(why);
@@ -154,7 +154,7 @@ Result<void> HttpConnection::check_admission(const HttpRequest& request) {
 }
 
 asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
-  // Who has asked once may rest; who never did gets no longer than for the header itself.
+  // The timeout after a request is longer than that before the first one.
   deadline_.set(std::exchange(has_asked_, true) ? options_.keep_alive_timeout
                                                 : options_.connection.handshake_timeout);
   std::array<char, 8 * 1024> buffer;  // NOLINT: it is read into before it is looked at.
@@ -248,7 +248,7 @@ bool HttpConnection::has_hung_up() {
 asio::awaitable<void> HttpConnection::hang_up() {
   deadline_.set(options_.connection.linger);
   const error_code error = co_await stream_->shut_down();
-  if (stream_->is_tls() && !error) co_return;  // Both sides have said that nothing more comes.
+  if (stream_->is_tls() && !error) co_return;  // Both sides have closed the stream.
   co_await drop_the_rest();
 }
 
@@ -268,10 +268,10 @@ asio::awaitable<void> HttpConnection::refuse_plain_http() {
   co_await drop_the_rest();
 }
 
-// Until the other side hangs up, or the deadline: a socket that closes before loses what was said.
+// Until the other side closes, or the deadline: closing a socket before that may lose the response.
 asio::awaitable<void> HttpConnection::drop_the_rest() {
   error_code error;
-  std::array<char, 1024> dropped;  // NOLINT: nobody looks at it.
+  std::array<char, 1024> dropped;  // NOLINT: the content is ignored.
   while (!error) {
     co_await stream_->socket().async_read_some(asio::buffer(dropped), use_error(error));
   }

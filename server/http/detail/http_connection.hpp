@@ -44,7 +44,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
   asio::awaitable<void> hang_up();
   asio::awaitable<void> refuse_plain_http();
   asio::awaitable<void> drop_the_rest();
-  // Tells of a request that was answered. `request` is null where the bytes were none.
+  // Reports an answered request to the observer. `request` is null where the bytes were none.
   void tell(const HttpRequest* request, const RequestContext& context, const Answer& answer,
             bool with_body);
   // Leaves the context when the client hangs up while its request is answered.

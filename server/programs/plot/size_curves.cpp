@@ -96,7 +96,8 @@ SizeCurves size_curves(const SurfaceExtractor& extractor, std::vector<double> is
   const std::size_t count = curves.isovalues.size();
   curves.triangles.resize(curves.errors.size(), std::vector<double>(count));
   if (curves.errors.empty()) return curves;
-  std::mutex mutex;  // Guards `done` and the one who is told of it.
+  // Guards `done` and the calls of the progress function.
+  std::mutex mutex;
   std::size_t done = 0;
   in_parallel(count, [&](std::size_t i) {
     const std::vector<double> triangles =

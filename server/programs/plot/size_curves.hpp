@@ -13,8 +13,9 @@ namespace multitetra {
 class SurfaceExtractor;
 
 struct SizeCurves {
-  std::vector<double> isovalues;               // Ascending.
-  std::vector<double> errors;                  // In voxels, as they were asked for.
+  std::vector<double> isovalues;  // Ascending.
+  // In voxels, as requested.
+  std::vector<double> errors;
   std::vector<std::vector<double>> triangles;  // By error, then by isovalue.
 };
 
@@ -23,8 +24,9 @@ struct SizeCurves {
 [[nodiscard]] std::vector<double> spread_isovalues(const DatasetInfo& info, std::size_t count);
 
 struct SizeCurvesOptions {
-  std::size_t cubes = 256;  // Of the sample at each isovalue and error.
-  bool simplify = false;    // Count what simplification leaves, as some blocks show.
+  // The cubes of the sample at each isovalue and error.
+  std::size_t cubes = 256;
+  bool simplify = false;  // Count what simplification leaves, as some blocks show.
   std::function<void(std::size_t done, std::size_t all)> progress =
       {};  // Isovalues; one call at a time.
 };

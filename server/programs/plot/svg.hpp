@@ -30,7 +30,7 @@ class Svg {
   // Any text: what means something in XML is escaped, control characters are left out.
   void text(double x, double y, std::string_view words, const TextStyle& style);
 
-  // The whole file. `title` is what browsers and screen readers tell.
+  // The whole file. `title` is shown by browsers and screen readers.
   [[nodiscard]] std::string file(std::string_view title) const;
 
  private:

@@ -10,15 +10,15 @@
 
 namespace multitetra {
 
-inline constexpr std::size_t kMostLabelsAtOnce = 1024;  // Of --label all.
+inline constexpr std::size_t kMostLabelsAtOnce = 1024;  // The most datasets of --label all.
 
 // Labels are the numbers that samples have, unless the source's segments lie in several layers and
 // no component is chosen: then they are the segments' numbers.
 class LabelJobs {
  public:
-  // `named` are the source's labels, of which `input` is the first volume; --label-names says more
-  // of them, or otherwise. Throws VolumeFileError when its file cannot be read. Keeps references to
-  // arguments and maps.
+  // `named` are the source's labels, of which `input` is the first volume; --label-names adds to
+  // them or overrides them. Throws VolumeFileError when its file cannot be read. Keeps references
+  // to arguments and maps.
   LabelJobs(const PrepareArguments& arguments, LatestLabelMap& maps, const std::string& input,
             std::vector<SourceLabel> named);
 
@@ -44,7 +44,8 @@ class LabelJobs {
   std::vector<SourceLabel> named_;
   bool has_layers_ = false;
   std::string notice_;
-  std::map<double, Label> renamed_;  // As --label-names says.
+  // From --label-names.
+  std::map<double, Label> renamed_;
 };
 
 }  // namespace multitetra

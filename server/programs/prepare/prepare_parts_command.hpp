@@ -11,8 +11,10 @@
 namespace multitetra {
 
 struct PartsArguments {
-  int plan = 0;      // Parts; 0: no plan is asked for.
-  std::string part;  // "3/8"; empty: none is asked for.
+  // The number of parts to plan; 0: no plan.
+  int plan = 0;
+  // The part to prepare, as "3/8"; empty: none.
+  std::string part;
   bool merge = false;
 
   [[nodiscard]] bool are_given() const { return plan > 0 || !part.empty() || merge; }
@@ -24,8 +26,8 @@ struct PartsReport {
   bool quiet = false;
 };
 
-// Reads the volume once, writes the plan, and prints one line for each part: a command, and what
-// the part is expected to take.
+// Reads the volume once, writes the plan, and prints one line for each part: its command and
+// expected cost.
 int plan_parts(VolumeSource& source, const PrepareOptions& options, SourceNote note,
                const std::string& input, const std::string& output, std::size_t parts,
                const PartsReport& report);

@@ -1,4 +1,4 @@
-// Volumes into datasets, one after another: what is made, left alone and told.
+// Prepares volumes one after another and prints the results: prepared, up to date or failed.
 #pragma once
 
 #include <vector>

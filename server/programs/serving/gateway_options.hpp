@@ -1,4 +1,4 @@
-// What `multitetra-gateway` can be told, and what follows from it.
+// The options of `multitetra-gateway`.
 #pragma once
 
 #include <cstddef>

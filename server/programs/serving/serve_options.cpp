@@ -83,7 +83,7 @@ ServerOptions server_options(const ServeOptions& o) {
   const auto tcp = tcp_options(o.listeners);
   LocalServiceOptions service = {// Each step uses all threads. One address has two of the workers
                                  // at most; the others are there
-                                 // so that nobody else waits for them.
+                                 // so that other requests do not wait for them.
                                  .workers = o.threads == 1 ? std::size_t{1} : std::size_t{4},
                                  .limits = {.request_time = milliseconds(o.max_request_seconds),
                                             .max_triangles = o.max_triangles,

@@ -1,4 +1,4 @@
-// What `multitetra-server serve` can be told, and what follows from it.
+// The options of `multitetra-server serve`.
 #pragma once
 
 #include <cstddef>

@@ -76,11 +76,10 @@ std::shared_ptr<const SurfaceProvider> ServedDatasets::source_of(const std::stri
     return source;
   } catch (const std::exception& error) {
     const bool was_served = before != opened_.end();
-    log_line(
-        LogLevel::kError,
-        std::string(was_served ? "what was there before goes on being served: " : "left out: ") +
-            error.what(),
-        {{"file", place}});
+    log_line(LogLevel::kError,
+             std::string(was_served ? "still serving the previous version: " : "left out: ") +
+                 error.what(),
+             {{"file", place}});
     return was_served ? before->second.source : nullptr;
   }
 }

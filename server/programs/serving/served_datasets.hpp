@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "server/extraction/surface_extractor.hpp"
-#include "server/store/remote_files.hpp"
 #include "server/service/dataset_catalogue.hpp"
+#include "server/store/remote_files.hpp"
 
 namespace multitetra {
 
@@ -26,18 +26,19 @@ class ServedDatasets {
   ServedDatasets(const std::vector<std::string>& inputs, std::shared_ptr<SurfaceCache> cache,
                  std::shared_ptr<RemoteFiles> files);
 
-  // All that can be served now. A file that is the same as before stays open; one that cannot be
-  // used is told in the log and left out, but what was served from under its name goes on being
-  // served. The log also tells what is new and what is gone. Throws
-  // std::filesystem::filesystem_error or StoreError when a folder cannot be read; then nothing
-  // changes.
+  // All datasets that can be served now. An unchanged file stays open; one that cannot be used is
+  // logged and left out, but a dataset that was served under its name stays served. New and removed
+  // datasets are logged, too. Throws std::filesystem::filesystem_error or StoreError when a folder
+  // cannot be read; then nothing changes.
   [[nodiscard]] CataloguePtr read();
 
  private:
   struct Input {
     std::string place;
     bool is_folder =
-        false;  // Of datasets. As it was in the beginning: one that is gone for a while is no file.
+        // A folder of datasets. Determined at the start: a folder that is gone for a while is no
+        // file.
+        false;
   };
   // Another one under the same name is another file.
   struct Identity {
@@ -45,7 +46,8 @@ class ServedDatasets {
     ino_t inode = 0;
     off_t size = 0;
     std::int64_t modified = 0;  // Nanoseconds.
-    std::string version = {};   // Of a file behind an address: all that can be known of it.
+    // The version of a remote file, from its store.
+    std::string version = {};
 
     friend bool operator==(const Identity&, const Identity&) = default;
   };

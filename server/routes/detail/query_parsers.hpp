@@ -1,5 +1,5 @@
-// A query's parameters as the members of a struct: each is said once, understood, or refused by its
-// name. Pure.
+// Parses a query's parameters into the members of a struct: each at most once, valid, or refused by
+// its name. Pure.
 #pragma once
 
 #include <functional>

@@ -1,8 +1,8 @@
-// One computation for all who ask for the same thing at the same time.
+// One computation for all concurrent callers with the same key.
 //
-// The first to ask computes, on its own thread; the others wait for its result. Whoever is stopped
-// leaves at once, and the computation itself is stopped when nobody is left who wants it. So a
-// client that goes away takes nothing from another that asked for the same.
+// The first caller computes, on its own thread; the others wait for its result. A caller that is
+// stopped leaves at once, and the computation itself is stopped when no caller is left. So a client
+// that disconnects takes nothing from another with the same request.
 #pragma once
 
 #include <condition_variable>
@@ -19,13 +19,13 @@
 
 namespace multitetra {
 
-// Safe to use from several threads at once. Value is copied to everybody.
+// Safe to use from several threads at once. Every caller gets a copy of the Value.
 template <typename Key, typename Value>
 class SingleFlight {
  public:
-  // compute(stop) where nobody computes it yet, otherwise the result of who does; an exception is
-  // everybody's. Throws Cancelled soon after `stop` is triggered. A Value may throw when it is
-  // copied, then whoever wanted that copy gets the exception; not when it is moved.
+  // Returns compute(stop), or the result of a computation that runs already; an exception reaches
+  // all callers. Throws Cancelled soon after `stop` is triggered. A Value may throw when it is
+  // copied, then the caller of that copy gets the exception; not when it is moved.
   [[nodiscard]] Value get(const Key& key, const std::stop_token& stop,
                           const std::function<Value(std::stop_token)>& compute) {
     std::unique_lock lock(mutex_);
@@ -33,14 +33,14 @@ class SingleFlight {
     if (found != flights_.end() && found->second->interested > 0) {
       return wait_for(found->second, stop, lock);
     }
-    // One that nobody wants any more is left to end by itself.
+    // A computation without callers ends by itself.
     const auto flight = std::make_shared<Flight>();
     flights_[key] = flight;
     lock.unlock();
     return compute_for_all(key, flight, stop, compute);
   }
 
-  // How many want what is computed for that key now.
+  // The number of callers for that key.
   [[nodiscard]] std::size_t interested(const Key& key) const {
     const std::lock_guard lock(mutex_);
     const auto found = flights_.find(key);

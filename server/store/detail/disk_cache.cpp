@@ -88,7 +88,8 @@ std::optional<std::vector<std::byte>> DiskCache::find(const std::string& file,
   std::memcpy(&sum, bytes.data() + bytes.size() - kSumBytes, kSumBytes);
   bytes.resize(bytes.size() - kSumBytes);
   if (XXH3_64bits(bytes.data(), bytes.size()) != sum) return std::nullopt;
-  ::utimensat(AT_FDCWD, path.c_str(), nullptr, 0);  // Its time of writing says when it was used.
+  // The modification time is the time of the last use.
+  ::utimensat(AT_FDCWD, path.c_str(), nullptr, 0);
   return bytes;
 }
 

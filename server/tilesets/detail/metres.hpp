@@ -6,8 +6,7 @@
 
 namespace multitetra {
 
-// Of a unit's name as volume files have it, "mm" or "micrometer" for example; none where it is no
-// length that is known here.
+// The metres of a unit given by name, such as "mm" or "micrometer"; none if it is no known length.
 [[nodiscard]] std::optional<double> metres_of(std::string_view unit);
 
 }  // namespace multitetra

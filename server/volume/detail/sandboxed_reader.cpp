@@ -17,9 +17,9 @@
 namespace multitetra {
 namespace {
 
-// Kinds of messages. From the child: its header is known; what the source holds besides; the opened
-// volume's header; a notice; why it failed; the samples that were asked for. From the parent: which
-// slices it wants.
+// Kinds of messages. From the child: the header is known; what else the source holds; the opened
+// volume's header; a notice; the reason of a failure; the requested samples. From the parent: the
+// requested slices.
 constexpr char kHeaderKnown = 'k';
 constexpr char kMembers = 'm';
 constexpr char kOpened = 'o';
@@ -29,7 +29,7 @@ constexpr char kSamples = 's';
 constexpr char kWanted = 'w';
 
 constexpr std::uint64_t kHeaderMemory = std::uint64_t{1} << 30;
-// A layer of chunks, a chunk, the samples that are asked for, and address space of threads.
+// For a layer of chunks, a chunk, the requested samples, and address space of threads.
 constexpr std::uint64_t kSamplesMemory = std::uint64_t{6} << 30;
 constexpr std::chrono::minutes kHeaderTime{2};
 constexpr std::chrono::hours kSamplesTime{1};
@@ -150,13 +150,13 @@ class SandboxedVolume : public VolumeSource {
   }
 
  private:
-  // A message that is no answer. Throws what the child says of its failure.
+  // Handles a message other than a reply. Throws the child's failure.
   void handle(const ChildMessage& message) {
     if (message.kind == kMembers) members_ = members_from(message.bytes);
     if (message.kind == kNotice && notice_) notice_(message.bytes);
     if (message.kind != kFailed) return;
     if (!message.bytes.empty()) throw VolumeFileError(message.bytes);
-    fail_reading(path_, "there is not enough memory for what it asks for",
+    fail_reading(path_, "there is not enough memory for what it needs",
                  "Check that it is a whole file, reduce the volume, or use a larger machine");
   }
 

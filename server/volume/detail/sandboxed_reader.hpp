@@ -16,8 +16,8 @@ namespace multitetra {
 // slab.
 using HeaderIsKnown = std::function<void(std::uint64_t held_bytes)>;
 
-// Opens a source. What it finds out goes to the notice that it is given; it calls
-// `header_is_known` before it asks for memory for samples.
+// Opens a source. Notices go to the given function; `header_is_known` is called before memory for
+// samples is allocated.
 using OpenSource = std::function<std::unique_ptr<VolumeSource>(
     const Notice& notice, const HeaderIsKnown& header_is_known)>;
 

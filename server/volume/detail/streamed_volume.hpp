@@ -1,4 +1,4 @@
-// A VolumeSource over slices that lie in files: read when they are asked for, then converted.
+// A VolumeSource over slices in files, which are read on demand and then converted.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace multitetra {
 
-// The volume that `stored` makes up, converted as SampleConversion says. `file` is its name in
-// notices. Tells `notice` what the file's reader has to say at once, and of conversions and
+// The volume of `stored`, converted according to SampleConversion. `file` is its name in notices.
+// Passes the notices of the file's reader to `notice` at once, and those of conversions and
 // infinite samples when the last slice has been read for the first time. Requires dims within the
 // largest grid. Throws VolumeFileError when a component must be chosen.
 [[nodiscard]] std::unique_ptr<VolumeSource> streamed_volume(std::filesystem::path file,

@@ -12,8 +12,8 @@ namespace multitetra {
 // grid.
 [[nodiscard]] bool is_cube(std::string_view beginning);
 
-// Cube files have their third axis fastest, so that is x here, and the first one is z; places in
-// the world are the file's own. Lengths are in bohr, or in Å where the file says so. Throws
+// Cube files have their third axis fastest, so that is x here, and the first one is z; world
+// coordinates are the file's own. Lengths are in bohr, or in Å if the file says so. Throws
 // VolumeFileError.
 [[nodiscard]] StoredVolume open_cube(const std::filesystem::path& file);
 

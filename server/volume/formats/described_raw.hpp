@@ -1,5 +1,5 @@
-// Raw samples whose layout stands elsewhere than in a header of a known format: the caller knows
-// it, or it is in a text beside them, in three numbers before them, or in their file's name.
+// Raw samples whose layout is not in a header of a known format: given by the caller, in a text
+// file beside them, in three numbers before them, or in the file's name.
 #pragma once
 
 #include <array>
@@ -28,8 +28,10 @@ struct RawLayout {
 [[nodiscard]] StoredVolume open_raw(const std::filesystem::path& file, const RawLayout& layout);
 
 struct DescribedRaw {
-  std::filesystem::path file;  // Of the samples, which may be packed (gzip, bzip2).
-  std::string source;          // For a notice: what told the layout.
+  // The file of samples, which may be packed (gzip, bzip2).
+  std::filesystem::path file;
+  // Where the layout was found, for a notice.
+  std::string source;
   std::uint64_t offset = 0;
   bool begins_packed = false;  // A gzip stream of the samples begins at `offset` of the file.
   Endian endian = Endian::kLittle;
@@ -40,13 +42,13 @@ struct DescribedRaw {
 // lines "ObjectFileName: NAME" and "Resolution: X Y Z".
 [[nodiscard]] bool is_raw_description(std::string_view beginning);
 
-// What the description `file` says. Throws VolumeFileError.
+// Parses the description `file`. Throws VolumeFileError.
 [[nodiscard]] DescribedRaw described_raw(const std::filesystem::path& file, bool follow);
 
-// The layout of raw samples themselves: from a .dat or .txt of the same name beside them; from
-// three 16-bit counts in front of exactly as many 16-bit samples; or from a name that ends as in
-// fuel_64x64x64_uint8.raw. nullopt when nothing tells it. Where the length of the file can be
-// known, it is that of the layout. Throws VolumeFileError when a description contradicts the file.
+// The layout of raw samples: from a .dat or .txt of the same name beside them; from three 16-bit
+// counts in front of exactly as many 16-bit samples; or from a name such as
+// fuel_64x64x64_uint8.raw. nullopt without any of these. Where the length of the file is known, the
+// layout agrees with it. Throws VolumeFileError when a description contradicts the file.
 [[nodiscard]] std::optional<DescribedRaw> layout_of_raw(const std::filesystem::path& file);
 
 [[nodiscard]] StoredVolume open_described(const DescribedRaw& raw);

@@ -24,7 +24,8 @@ std::size_t digits_at(std::string_view text, std::size_t at) {
 
 // A printf conversion of an integer at the start of `text`: '%', digits, 'd'.
 struct Conversion {
-  std::size_t length = 0;     // Of the conversion's text; 0 when there is none.
+  // The length of the conversion's text; 0 if there is none.
+  std::size_t length = 0;
   std::size_t min_width = 1;  // Digits that it prints at least.
 };
 

@@ -7,9 +7,9 @@
 
 namespace multitetra {
 
-// Samples are raw, zlib or text; raw ones may lie in several files, which a list or a pattern
-// names. World coordinates are LPS in mm where AnatomicalOrientation says that they are a
-// patient's, else the file's own. A fourth dimension has the times. Throws VolumeFileError.
+// Samples are raw, zlib or text; raw ones may lie in several files, named by a list or a pattern.
+// World coordinates are LPS in mm if AnatomicalOrientation declares a patient's axes, else the
+// file's own. A fourth dimension has the times. Throws VolumeFileError.
 [[nodiscard]] StoredVolume open_meta_image(const std::filesystem::path& file,
                                            const VolumeChoice& choice);
 

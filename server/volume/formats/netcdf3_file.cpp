@@ -22,8 +22,8 @@ constexpr std::uint64_t kMostEntries = 100'000;
 
 struct NetcdfAttribute {
   std::string name;
-  std::string text = {};             // Of characters,
-  std::vector<double> numbers = {};  // or of numbers.
+  std::string text = {};             // For an attribute of characters.
+  std::vector<double> numbers = {};  // For an attribute of numbers.
 };
 
 struct NetcdfVariable {
@@ -110,7 +110,8 @@ class NetcdfParser {
     (void)attributes();
     for (std::uint64_t i = list(11); i > 0; --i) header.variables.push_back(variable(header));
     std::uint64_t record_variables = 0;
-    std::uint64_t exact = 0;  // Of one record without padding.
+    // The size of one record without padding.
+    std::uint64_t exact = 0;
     for (const NetcdfVariable& entry : header.variables) {
       if (!entry.has_records) continue;
       std::uint64_t bytes = entry.type == 2 ? 1 : type_bytes(entry.type);
@@ -444,7 +445,7 @@ StoredVolume open_netcdf3(const fs::path& path, const VolumeChoice& choice) {
         strides[d] * chosen_entry(path, name, shape[d], is_channel ? choice.channel : choice.time,
                                   choice.first, is_channel ? "--channel" : "--time");
   }
-  // Of a variable of rows that are records, slices would be torn apart.
+  // Not for a variable whose rows are records, which would tear slices apart.
   if (rank == 2 && variable.has_records && strides[0] != shape[1] * strides[1]) {
     fail_reading(path, "its variable '" + variable.name + "' has one line for each record",
                  "Copy it into a file with fixed dimensions");

@@ -20,8 +20,8 @@ namespace multitetra {
 
 // World coordinates are LPS (NIfTI itself is RAS), from the sform or else the qform; without either
 // the axes are the file's own, as those of Analyze. `file` may be the .img. Slope and intercept are
-// told in the header. Samples along the fourth dimension are times (choice.time), along the fifth
-// components (choice.component). Throws VolumeFileError.
+// returned in the header. Samples along the fourth dimension are times (choice.time), along the
+// fifth components (choice.component). Throws VolumeFileError.
 [[nodiscard]] StoredVolume open_nifti(const std::filesystem::path& file,
                                       const VolumeChoice& choice);
 

@@ -46,7 +46,7 @@ std::vector<std::int64_t> sizes_of(const fs::path& file, const NrrdHeader& heade
   }
   const bool is_right = axes >= 1 && sizes.size() == static_cast<std::size_t>(axes) && axes <= 16;
   if (is_right && *std::min_element(sizes.begin(), sizes.end()) >= 1) return sizes;
-  fail_reading(file, "its sizes are not as many counts from 1 on as its dimension says",
+  fail_reading(file, "the number of its sizes differs from its dimension, or one is below 1",
                kCheckHeader);
 }
 
@@ -61,7 +61,7 @@ bool is_of_space(const std::string& kind) {
   return kind == "domain" || kind == "space" || kind == "time" || kind == "none" || kind == "???";
 }
 
-// Of four axes the one that counts times.
+// The axis of four that counts times.
 std::optional<std::size_t> time_axis(const NrrdHeader& header, bool has_components) {
   std::vector<std::size_t> others;
   const std::vector<std::string> kinds = header.axis_words("kinds", 4);

@@ -103,8 +103,8 @@ std::optional<VolumeFormat> by_content(std::string_view bytes) {
   return std::nullopt;
 }
 
-// What the name says of a file whose content tells nothing: that its reader is to say what is
-// wrong.
+// The format by the file's name, for a file whose content is not recognized: its reader then
+// reports the fault.
 std::optional<VolumeFormat> by_name(const std::string& name) {
   const auto ends_with = [&](auto... suffixes) { return (name.ends_with(suffixes) || ...); };
   if (ends_with(".nrrd", ".nhdr")) return VolumeFormat::kNrrd;

@@ -14,9 +14,11 @@
 namespace multitetra {
 
 struct SourceTimes {
-  std::int64_t count = 1;       // That VolumeChoice::time chooses from; 1: no series.
-  std::vector<double> at = {};  // One for each, finite; empty: not told, then frames are counted.
-  std::string unit = {};        // Of these; empty: not told.
+  std::int64_t count = 1;  // That VolumeChoice::time chooses from; 1: no series.
+  // One for each, finite; empty: unknown, then frames are counted.
+  std::vector<double> at = {};
+  // The unit of these; empty: unknown.
+  std::string unit = {};
 
   friend bool operator==(const SourceTimes&, const SourceTimes&) = default;
 };
@@ -53,10 +55,10 @@ struct SourceMembers {
   friend bool operator==(const SourceMembers&, const SourceMembers&) = default;
 };
 
-inline constexpr std::size_t kMostSourceMembers = 32'768;  // Of each kind.
+inline constexpr std::size_t kMostSourceMembers = 32'768;  // The most members of each kind.
 
-// `count` times from `first` on, `step` apart, in `unit`; not told where these are no times, as of
-// programs that leave fields at 0.
+// `count` times from `first` on, `step` apart, in `unit`; empty where these are no times, as
+// written by programs that leave the fields at 0.
 [[nodiscard]] SourceTimes even_times(std::int64_t count, double first, double step,
                                      std::string_view unit);
 

@@ -1,5 +1,5 @@
-// A volume as its file has it: what the header says, and slices in the file's own type. Every
-// reader of a format makes one; streamed_volume.hpp turns it into a VolumeSource.
+// A volume as stored in its file: the header, and slices in the file's own type. Every reader of a
+// format returns one; streamed_volume.hpp turns it into a VolumeSource.
 #pragma once
 
 #include <array>
@@ -68,7 +68,7 @@ decltype(auto) with_number_type(StoredType type, Action&& action) {
 }
 
 struct ImageHeader {
-  std::array<std::int64_t, 3> dims = {1, 1, 1};  // As the file says: not checked against anything.
+  std::array<std::int64_t, 3> dims = {1, 1, 1};  // From the file, not validated.
   StoredType type = StoredType::kU8;
   Vec3 spacing = {1, 1, 1};
   Affine index_to_world = {};
@@ -77,7 +77,8 @@ struct ImageHeader {
   // value = slope * stored + intercept; slope is not 0, both are finite.
   double slope = 1;
   double intercept = 0;
-  int stored_bits = 0;  // Of an integer, where the file promises fewer than its type has; 0: all.
+  // For an integer, where the file guarantees fewer bits than its type has; 0: all.
+  int stored_bits = 0;
   std::optional<double> missing = std::nullopt;  // A stored number that means void.
 
   // Bytes of one slice as stored. Requires dims and components within their limits.
@@ -123,14 +124,15 @@ struct ComponentChoice {
 // Which volume, where a source holds several.
 struct VolumeChoice {
   std::string array = {};  // The path or name of an array inside the source.
-  std::optional<std::int64_t> level = std::nullopt;    // Of a pyramid; 0 is the finest.
+  // The level of a pyramid; 0 is the finest.
+  std::optional<std::int64_t> level = std::nullopt;
   std::optional<std::int64_t> time = std::nullopt;     // From 0 on.
   std::optional<std::int64_t> channel = std::nullopt;  // From 0 on.
   std::string series = {};  // DICOM: a series' UID, or its number from 1 on.
   ComponentChoice component = {};
   bool follow = false;    // Data files may lie outside the folder of the header that names them.
   bool resample = false;  // DICOM: uneven and tilted slices are interpolated to a rectangular grid.
-  // Where there are several and none is chosen, take the first: for whoever asks what there is.
+  // If there are several and none is chosen, take the first: for listing what there is.
   bool first = false;
 
   friend bool operator==(const VolumeChoice&, const VolumeChoice&) = default;

@@ -44,7 +44,8 @@ class TiffSlices : public StoredSlices {
  private:
   fs::path file_;
   TiffPages tiff_;
-  std::vector<std::size_t> pages_;  // Of each slice.
+  // The page of each slice.
+  std::vector<std::size_t> pages_;
   ImageHeader header_;
 };
 

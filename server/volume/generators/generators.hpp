@@ -14,7 +14,7 @@
 
 namespace multitetra {
 
-// Samples lie at the points of the cube [-1, 1]^3, both ends included, unless it says otherwise.
+// Samples lie at the points of the cube [-1, 1]^3, both ends included, unless noted otherwise.
 enum class GeneratorKind {
   // f32: 0.75 - |p|. Isovalue 0 is the sphere of radius 0.75.
   kSphere,

@@ -4,8 +4,8 @@
 // Slaney, "Principles of Computerized Tomographic Imaging", IEEE Press 1988, chapter 3 (after L. A.
 // Shepp and B. F. Logan, "The Fourier Reconstruction of a Head Section", IEEE Transactions on
 // Nuclear Science 21, 1974); the same table is the variant "yu-ye-wang" of M. Schabel's phantom3d.
-// The published contrasts of one or two percent are stretched so that a few isovalues tell the
-// tissues apart: air -1000, ventricles 0, brain 200, tumours 300, skull 1000.
+// The published contrasts of one or two percent are stretched so that a few isovalues
+// separate the tissues: air -1000, ventricles 0, brain 200, tumours 300, skull 1000.
 //
 // As in a scanner a sample is the mean over its voxel: across a surface the value runs linearly
 // over one voxel, so an isosurface half way lies where the ellipsoid's does.
@@ -30,9 +30,11 @@ class HeadPhantom {
     double value;
     std::array<double, 3> inverse_axes;  // 1 / semi-axis.
     std::array<double, 3> centre;
-    double cosine;  // Of its rotation about z.
+    // The cosine of its rotation about z.
+    double cosine;
     double sine;
-    std::array<double, 3> half_extents;  // Of its bounding box, with one voxel around it.
+    // The half extents of its bounding box, with one voxel around it.
+    std::array<double, 3> half_extents;
   };
 
   void add(const Ellipsoid& ellipsoid, double y, double z, std::span<double> row) const;

@@ -312,9 +312,9 @@ LabelMap::LabelMap(const std::filesystem::path& name, VolumeSource& source,
 std::span<const FoundLabel> LabelMap::labels() const { return content_->labels; }
 
 std::unique_ptr<VolumeSource> LabelMap::field(double value) const {
-  const auto found = std::lower_bound(
-      content_->labels.begin(), content_->labels.end(), value,
-      [](const FoundLabel& label, double wanted) { return label.value < wanted; });
+  const auto found =
+      std::lower_bound(content_->labels.begin(), content_->labels.end(), value,
+                       [](const FoundLabel& label, double wanted) { return label.value < wanted; });
   const bool is_there = found != content_->labels.end() && found->value == value;
   const std::int32_t slices = content_->header.dims[2];
   // The background may be anywhere; a label that does not occur is nowhere.

@@ -35,9 +35,9 @@ inline constexpr double kLabelBoundary = 0.5;
 
 // Bins of isovalues for such fields: no value lies inside the one at the boundary, so that errors
 // there are as good as exact; and they are the same from both ends, as complements are.
-inline constexpr std::array<float, 12> kLabelBinEdges = {
-    0x20p-8F, 0x40p-8F, 0x60p-8F, 0x70p-8F, 0x78p-8F, 0x7Fp-8F,
-    0x81p-8F, 0x88p-8F, 0x90p-8F, 0xA0p-8F, 0xC0p-8F, 0xE0p-8F};
+inline constexpr std::array<float, 12> kLabelBinEdges = {0x20p-8F, 0x40p-8F, 0x60p-8F, 0x70p-8F,
+                                                         0x78p-8F, 0x7Fp-8F, 0x81p-8F, 0x88p-8F,
+                                                         0x90p-8F, 0xA0p-8F, 0xC0p-8F, 0xE0p-8F};
 
 inline constexpr std::size_t kMostFoundLabels = 65'536;
 
@@ -54,10 +54,10 @@ struct FoundLabel {
 // Copies of a map share the samples.
 class LabelMap {
  public:
-  // Reads `source` once, and puts its samples into a file without a name in `scratch_folder`.
-  // `name` is the source's in sentences. Throws VolumeFileError when the source does, when a sample
-  // is no whole number that f32 tells from its neighbours, or when there are more than
-  // kMostFoundLabels; std::system_error when the disk fails.
+  // Reads `source` once into a scratch file in `scratch_folder`. `name` is the source's name in
+  // messages. Throws VolumeFileError when the source does, when a sample is no whole number that
+  // f32 represents exactly, or when there are more than kMostFoundLabels; std::system_error when
+  // the disk fails.
   LabelMap(const std::filesystem::path& name, VolumeSource& source,
            const std::filesystem::path& scratch_folder);
 

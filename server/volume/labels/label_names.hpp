@@ -5,7 +5,7 @@
 //
 // One label a line: its number, then red, green and blue from 0 to 255. In the second kind the
 // number after them is optional, and the name is one word or stands in double quotes; Slicer's
-// underscores for spaces stay. Empty lines and those that begin with # tell nothing.
+// underscores for spaces stay. Empty lines and those that begin with # are ignored.
 #pragma once
 
 #include <filesystem>

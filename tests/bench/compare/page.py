@@ -47,8 +47,8 @@ def plot(report, path):
     plt.close(figure)
 
 
-def distances(told, between):
-    return between.join(f"{told[key]:.3f}" for key in ("largest", "percentile_99", "mean")) if told else ""
+def distances(text, between):
+    return between.join(f"{text[key]:.3f}" for key in ("largest", "percentile_99", "mean")) if text else ""
 
 
 def table(report):
@@ -59,11 +59,11 @@ def table(report):
              f"{full['components']} |"]
     for row in report["rows"]:
         changed = [row["euler_characteristic"] - full["euler_characteristic"], row["components"] - full["components"]]
-        told = ["as it is" if change == 0 else f"{change:+d}" for change in changed]
+        text = ["as it is" if change == 0 else f"{change:+d}" for change in changed]
         lines.append(
             f"| {row['method']} | {row['setting']} | {row['seconds']:.2f} | {count(row['triangles'])} | {count(row['bytes'])} | "
             f"{distances(row['distance'], ' | ')} | {distances(row.get('distance_to_flying_edges'), '; ')} | "
-            f"{row['open_edges']}, {row['nonmanifold_edges']} | {told[0]} | {told[1]} |")
+            f"{row['open_edges']}, {row['nonmanifold_edges']} | {text[0]} | {text[1]} |")
     return "\n".join(lines) + "\n"
 
 
@@ -73,7 +73,7 @@ def at_distance(rows, limit, what):
 
 
 def summary(reports):
-    """Who is smallest within one voxel, and who is fastest."""
+    """The smallest mesh within one voxel, and the fastest."""
     methods = list(STYLES)
     text = ""
     for what, form in (("bytes", count), ("seconds", lambda s: f"{s:.2f}")):
@@ -99,7 +99,7 @@ Made by `bash tests/bench/compare.sh`; all numbers in [compare.json](compare.jso
 Seconds are from "isovalue named" to "encoded mesh", {reports[0]["threads"]} threads (meshoptimizer and the peers' Draco use one), the
 least of some runs; volumes are open. All meshes are Draco's. Distances are sampled both ways to what marching tetrahedra makes at
 full resolution, in voxels; that is *our* full surface, from which that of flying edges differs between samples, however fine: the
-peers' distances to the latter are told as well. Changes of Euler characteristic and components are to ours; the peers' surfaces join
+their distances to the latter are listed as well. Changes of Euler characteristic and components are to ours; the peers' surfaces join
 or part diagonal neighbours otherwise. Open edges at the data's border do not count. Bold is the best: where that is a peer, it is
 better at this, and what it does not promise is in the columns of distances and topology.
 

@@ -46,7 +46,7 @@ class ViewerOfNotebooks(unittest.TestCase):
         self.assertEqual(
             viewer.page, "https://volumes.example/path/?embed#dataset=a%20head&isovalue=1.5&max_triangles=9&simplify=false&colour=aabbcc"
         )
-        viewer.settings = {"dataset": "a head", "isovalue": 7.5, "error": 0.25}  # As the page tells.
+        viewer.settings = {"dataset": "a head", "isovalue": 7.5, "error": 0.25}  # As set by the page.
         viewer.error = 2.0
         self.assertEqual(viewer.wanted["isovalue"], 7.5)
         self.assertEqual(viewer.wanted["error"], 2.0)
@@ -115,7 +115,7 @@ class Examples(unittest.TestCase):
     def test_viewer_both_ways(self):
         self.run_example("viewer_both_ways")
 
-    # What is printed is what the gallery says; pictures are there.
+    # The output equals the stored one; pictures exist.
     def run_example(self, name):
         path = EXAMPLES / f"{name}.ipynb"
         notebook = nbformat.read(path, as_version=4)
@@ -123,7 +123,7 @@ class Examples(unittest.TestCase):
         client = nbclient.NotebookClient(
             notebook, timeout=120, kernel_name="python3", record_timing=False, store_widget_state=False
         )
-        client.comm_open_handlers = {}  # It takes widgets for those of ipywidgets 7; nobody shows them here.
+        client.comm_open_handlers = {}  # It takes widgets for those of ipywidgets 7; nothing shows them here.
         client.execute()
         if IS_WRITING:
             for cell in notebook.cells:  # What a machine grumbles is not the gallery's.

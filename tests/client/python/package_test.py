@@ -43,7 +43,7 @@ def sixfold_volume(vertices, faces):
 
 
 class Silence:
-    """A server that accepts connections and says nothing."""
+    """A server that accepts connections and sends nothing."""
 
     def __enter__(self):
         self._socket = socket.create_server(("127.0.0.1", 0))
@@ -312,9 +312,9 @@ class Package(unittest.TestCase):
         with multitetra.connect(self.urls[0]) as server:
             for empty in (lambda: server.isosurface("gyroid", 1e9), lambda: list(server.steps("gyroid", 1e9))[-1].mesh,
                           lambda: server.isosurfaces("gyroid", [1e9])[0]):  # fmt: skip
-                with self.assertWarnsRegex(multitetra.EmptySurfaceWarning, 'empty: .* values of "gyroid" go from') as told:
+                with self.assertWarnsRegex(multitetra.EmptySurfaceWarning, 'empty: .* values of "gyroid" go from') as output:
                     self.assertEqual(len(empty().faces), 0)
-                self.assertEqual(told.filename, __file__)
+                self.assertEqual(output.filename, __file__)
             with warnings.catch_warnings():
                 warnings.simplefilter("error")
                 server.isosurface("gyroid", 0.1, error=2)
@@ -463,9 +463,9 @@ class Package(unittest.TestCase):
             time.sleep(0.5)
             began = time.monotonic()
             waiting.send_signal(signal.SIGINT)
-            _, told = waiting.communicate(timeout=30)
+            _, output = waiting.communicate(timeout=30)
         self.assertLess(time.monotonic() - began, 5)
-        self.assertIn("KeyboardInterrupt", told)
+        self.assertIn("KeyboardInterrupt", output)
 
     def test_mistakes_are_told_where_they_are_made(self):
         with self.assertRaisesRegex(ValueError, "nonsense://"):
@@ -479,8 +479,8 @@ class Package(unittest.TestCase):
             server.datasets()
 
     def test_the_version_is_that_of_the_programs(self):
-        told = subprocess.run([PROGRAMS / "multitetra-client", "--version"], capture_output=True, text=True).stdout
-        self.assertIn(multitetra.__version__, told)
+        output = subprocess.run([PROGRAMS / "multitetra-client", "--version"], capture_output=True, text=True).stdout
+        self.assertIn(multitetra.__version__, output)
 
     def test_the_example_runs(self):
         example = pathlib.Path(__file__).parents[3] / "client/python/examples/surface.py"

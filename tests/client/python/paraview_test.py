@@ -54,7 +54,7 @@ def main():
             address = lines[0].split("http://")[1].strip()
             path = os.pathsep.join([PACKAGE, str(PROJECT / "client/paraview/debian12")])
             plugin = PROJECT / "client/paraview/multitetra_reader.py"
-            told = subprocess.run(
+            output = subprocess.run(
                 ["pvpython", folder / "script.py", plugin, f"ws://{address}"],
                 env={**os.environ, "PYTHONPATH": path},
                 capture_output=True,
@@ -64,9 +64,9 @@ def main():
         finally:
             server.terminate()
             server.wait()
-    lines = dict(line.split(" ", 1) for line in told.stdout.splitlines() if line.startswith(("RESULT", "EMPTY")))
+    lines = dict(line.split(" ", 1) for line in output.stdout.splitlines() if line.startswith(("RESULT", "EMPTY")))
     if "RESULT" not in lines or lines.get("EMPTY") != "0":
-        print(told.stdout, told.stderr, sep="\n")
+        print(output.stdout, output.stderr, sep="\n")
         return 1
     first, last, is_final = (float(word) for word in lines["RESULT"].split())
     print(f"{first:.0f} triangles, then {last:.0f}")

@@ -1,4 +1,4 @@
-// The example of proto/README.md, read from the page itself, is what our code says.
+// The example on the page proto/README.md equals the bytes of our code.
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -150,12 +150,12 @@ std::string page_payload(const std::vector<Spoken>& spoken) {
   return *encode_tile(triangle(), {1, 0, 0, 0}).payload;
 }
 
-TEST(ConversationExample, OfThePageIsWhatIsSaid) {
+TEST(ConversationExample, MatchesTheBytesOnThePage) {
   const std::vector<Spoken> page = example();
   const std::vector<Spoken> said = expected(page_payload(page));
   std::string all;
   for (const Spoken& s : said) all += s.title + hex(s.frame) + "\n";
-  ASSERT_EQ(page.size(), said.size()) << "The page should say:\n" << all;
+  ASSERT_EQ(page.size(), said.size()) << "Expected on the page:\n" << all;
   for (std::size_t i = 0; i < said.size(); ++i) {
     EXPECT_EQ(page[i].title, said[i].title);
     EXPECT_EQ(hex(page[i].frame), hex(said[i].frame)) << said[i].title;

@@ -11,7 +11,7 @@ import { inChromium, origin, picture, settled } from "./in_chromium.mjs";
 const [token, ...listeners] = process.argv.slice(2);
 const kSegment = (1n << 63n).toString(); // The bits of -0, which stands for 0.
 const kMiddle = [30.5, 45.5, 33.5]; // Voxels.
-const kDimensions = { x: [0.0005, "m"], y: [0.00075, "m"], z: [0.00125, "m"] }; // Of a voxel.
+const kDimensions = { x: [0.0005, "m"], y: [0.00075, "m"], z: [0.00125, "m"] }; // The size of a voxel.
 const kScale = 0.15; // The smallest of a voxel's sides a pixel.
 const kAlongAxes = { z: [0, 0, 0, 1], y: [Math.SQRT1_2, 0, 0, Math.SQRT1_2], x: [0, Math.SQRT1_2, 0, Math.SQRT1_2] };
 

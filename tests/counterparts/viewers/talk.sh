@@ -3,7 +3,7 @@
 
 viewers_store=$bin/../counterparts
 pictures=$viewers_store/pictures
-pages_port=$(free_port)   # Pages at this port may ask the servers.
+pages_port=$(free_port)   # Pages at this port may use the servers.
 
 prepare_trees() {
   [ ! -e tree.mtd ] || return 0
@@ -17,7 +17,7 @@ tree_settings=557.5,error=1
 # segment_of ISOVALUE: its number as neuroglancer has it.
 segment_of() { python3 -c 'import struct, sys; print(struct.unpack("<Q", struct.pack("<d", float(sys.argv[1]) or -0.0))[0])' "$1"; }
 
-# Installs and builds the viewers, and says to them whom they may believe; fails where they cannot be.
+# Installs and builds the viewers and sets the certificate that they accept; fails where that is impossible.
 install_viewers() {
   command -v node >/dev/null && command -v npm >/dev/null || { leave_out "viewers from npm"; return 1; }
   mkdir -p "$viewers_store/viewers" "$pictures"
@@ -30,7 +30,7 @@ install_viewers() {
     fi
     npx vite build --logLevel warn
   ) >npm.log 2>&1 || { cat npm.log >&2; leave_out "viewers from npm, which could not be installed"; return 1; }
-  # What Node and Chromium believe, and nothing else that is signed by nobody.
+  # The only unknown certificate that Node and Chromium accept.
   export NODE_EXTRA_CA_CERTS=$work/tls.pem PICTURES=$pictures PAGES_PORT=$pages_port
   CERTIFICATE_HASH=$(openssl x509 -in tls.pem -pubkey -noout | openssl pkey -pubin -outform der |
     openssl dgst -sha256 -binary | base64)

@@ -53,7 +53,7 @@ void damage_file(const fs::path& file, const char* section, std::size_t at) {
   std::ofstream(file, std::ios::binary) << bytes;
 }
 
-TEST(PreparedFile, WhatIsWrittenIsOpenedAndNothingElseIsLeft) {
+TEST(PreparedFile, OpensWhatWasWrittenAndLeavesNoOtherFile) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "head.mtd";
   const PreparedExample example =
@@ -189,7 +189,7 @@ TEST(PreparedFile, DamageOutsideTheBricksIsReportedAtTheOpening) {
   }
 }
 
-TEST(PreparedFile, WhatIsNoPreparedFileIsReported) {
+TEST(PreparedFile, RefusesOtherFiles) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "whole.mtd";
   write_prepared(path, small_prepared());
@@ -210,7 +210,7 @@ TEST(PreparedFile, FilesOfRelease0AreRefusedWithTheRemedy) {
   expect_contains(text, "prepare the dataset again");
 }
 
-TEST(PreparedFile, WhatIsOpenStaysAsItIsWhenTheFileIsReplaced) {
+TEST(PreparedFile, KeepsItsContentWhenTheFileIsReplaced) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "a.mtd";
   const PreparedExample old = small_prepared();
@@ -228,7 +228,7 @@ TEST(PreparedFile, WhatIsOpenStaysAsItIsWhenTheFileIsReplaced) {
   expect_holds(PreparedFile(path), other);
 }
 
-TEST(PreparedFile, ManyThreadsMayLookFirst) {
+TEST(PreparedFile, ManyThreadsMayReadFirst) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "a.mtd";
   const PreparedExample example =
@@ -247,7 +247,7 @@ TEST(PreparedFile, ManyThreadsMayLookFirst) {
   EXPECT_EQ(file.samples()->reads(), 4 * example.sample_bricks.size());
 }
 
-TEST(VerifyDataset, TellsHowFarItIs) {
+TEST(VerifyDataset, ReportsProgress) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "a.mtd";
   write_prepared(path, prepared_example(generate(GeneratorKind::kHead, {.size = 40})));
@@ -268,7 +268,7 @@ fs::path written_head(const TemporaryFolder& folder) {
   return path;
 }
 
-TEST(PreparedFile, ThatIsCutWhileItIsOpenIsDamagedAndEndsNothing) {
+TEST(PreparedFile, TruncationWhileOpenIsReportedAsDamage) {
   const TemporaryFolder folder;
   const fs::path path = written_head(folder);
   const PreparedFile file(path);
@@ -289,14 +289,16 @@ TEST(PreparedFile, ThatIsCutWhileItIsOpenIsDamagedAndEndsNothing) {
   EXPECT_EQ(error_of_opening(written_head(another)), "none") << "Others are as they were.";
 }
 
-TEST(PreparedFile, ThatIsWrittenIntoWhileItIsOpenIsDamaged) {
+TEST(PreparedFile, OverwritingWhileOpenIsReportedAsDamage) {
   const TemporaryFolder folder;
   const fs::path path = written_head(folder);
   const PreparedFile file(path);
   (void)file.samples()->brick(0);
   damage_file(path, section_names::kSamples, 0);
-  expect_contains(error_of([&] { (void)file.samples()->brick(0); }), "somebody wrote into it");
-  expect_contains(error_of([&] { (void)file.spectrum()->brick(0); }), "somebody wrote into it");
+  expect_contains(error_of([&] { (void)file.samples()->brick(0); }),
+                  "it was overwritten while it was open");
+  expect_contains(error_of([&] { (void)file.spectrum()->brick(0); }),
+                  "it was overwritten while it was open");
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ TEST(LostUpstreams, IsReadyOnlyWhileAServerIsThere) {
   const auto is_ready = [&] { return probe.get("/readyz").result_int() == 200U; };
   EXPECT_TRUE(eventually(is_ready));
   upstream.stop();
-  EXPECT_TRUE(eventually([&] { return !is_ready(); })) << "though nobody has asked for anything";
+  EXPECT_TRUE(eventually([&] { return !is_ready(); })) << "without any request";
   upstream.start_again();
   EXPECT_TRUE(eventually(is_ready));
 }
@@ -208,7 +208,7 @@ class ListCount : public ServiceObserver {
   std::atomic<int> lists = 0;
 };
 
-TEST(LostUpstreams, AsksOnceForAllWhoComeAtTheSameTime) {
+TEST(LostUpstreams, JoinsEqualRequestsOfSeveralClients) {
   const auto count = std::make_shared<ListCount>();
   Upstream upstream(octahedron(), {.admission = {.observer = count}});
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}, .list_lifetime = 1h}});

@@ -1,5 +1,4 @@
-// Somebody who speaks TLS at a listener, byte by byte, and the certificate that the listener has
-// for it.
+// A TLS client of a listener that sends single bytes, and the listener's certificate.
 #pragma once
 
 #include <string>

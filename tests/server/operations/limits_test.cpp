@@ -21,14 +21,14 @@ TEST(RequestRate, AllowsABurstThenSoManyASecond) {
   EXPECT_NEAR(allowed, 103, 1);  // Ten seconds, and what was saved up before.
 }
 
-TEST(RequestRate, SaysWhenToComeAgain) {
+TEST(RequestRate, ReturnsTheDelay) {
   RatePerName rate({.per_second = 2, .burst = 1});
   EXPECT_EQ(rate.take("a", 0), 0);
   EXPECT_DOUBLE_EQ(rate.take("a", 0.1), 0.4);
   EXPECT_EQ(rate.take("a", 0.51), 0);
 }
 
-TEST(RequestRate, WhatIsLargeIsOwedAlsoWhereItIsRefused) {
+TEST(RequestRate, LargeRequestsCountAlsoWhenRefused) {
   RatePerName rate({.per_second = 10, .burst = 20});
   EXPECT_EQ(rate.take("a", 0, 21), 0);
   EXPECT_NEAR(rate.take("a", 0), 0.2, 1e-9);
@@ -57,7 +57,7 @@ TEST(RequestRate, AClockThatStandsStillOrGoesBackGivesNothing) {
   EXPECT_EQ(rate.take("a", 11), 0);
 }
 
-TEST(RequestRate, ForgetsWhoHasRestedAndNeverKnowsMoreThanItMay) {
+TEST(RequestRate, RemovesIdleNamesAndBoundsTheirNumber) {
   RatePerName rate({.per_second = 10, .burst = 2}, /*most_names=*/1000);
   for (int i = 0; i < 500; ++i) EXPECT_EQ(rate.take("a" + std::to_string(i), 0), 0);
   for (int i = 0; i < 500; ++i) EXPECT_EQ(rate.take("b" + std::to_string(i), 5), 0);
@@ -77,7 +77,7 @@ TEST(RequestRate, WhenThereAreTooManyNamesNewcomersShareOneAllowance) {
 
 // ---- connections
 
-TEST(ConnectionLimiter, CountThoseInsideInAllAndByName) {
+TEST(ConnectionLimiter, CountsConnectionsInAllAndByName) {
   ConnectionLimiter connections({.total = 3, .per_name = 2});
   auto a1 = connections.enter("a");
   auto a2 = connections.enter("a");
@@ -94,10 +94,10 @@ TEST(ConnectionLimiter, CountThoseInsideInAllAndByName) {
   *a1 = {};
   EXPECT_EQ(connections.inside(), 2U);
   EXPECT_TRUE(connections.enter("a"));
-  EXPECT_EQ(connections.inside(), 2U) << "A ticket that nobody keeps is given back.";
+  EXPECT_EQ(connections.inside(), 2U) << "A discarded ticket is given back.";
 }
 
-TEST(ConnectionLimiter, WhoIsTrustedCountsInAllOnly) {
+TEST(ConnectionLimiter, TrustedPeersCountInTheTotalOnly) {
   ConnectionLimiter connections({.total = 3, .per_name = 1});
   std::vector<ConnectionLimiter::Ticket> tickets;
   for (int i = 0; i < 3; ++i) tickets.push_back(*connections.enter());
@@ -159,21 +159,21 @@ std::string client_of(std::string_view peer, std::string_view forwarded_for,
   return client.address + (client.is_trusted ? " trusted" : "");
 }
 
-TEST(ClientAddress, OnlyTrustedProxiesSayWhoIsBehindThem) {
+TEST(ClientAddress, OnlyTrustedProxiesForwardAddresses) {
   EXPECT_EQ(client_of("198.51.100.1", "203.0.113.5", {}), "198.51.100.1");
   EXPECT_EQ(client_of("10.0.0.1", "203.0.113.5", {"10.0.0.1"}), "203.0.113.5");
   EXPECT_EQ(client_of("::ffff:10.0.0.1", "203.0.113.5", {"10.0.0.1"}), "203.0.113.5");
   EXPECT_EQ(client_of("10.0.0.1", "", {"10.0.0.1"}), "10.0.0.1 trusted");
 }
 
-TEST(ClientAddress, WhatAClientSaysOfItselfDoesNotCount) {
+TEST(ClientAddress, IgnoresForwardedForFromClients) {
   const std::vector<std::string> trusted = {"10.0.0.1", "10.0.0.2"};
   EXPECT_EQ(client_of("10.0.0.1", "1.1.1.1, 203.0.113.5", trusted), "203.0.113.5");
   EXPECT_EQ(client_of("10.0.0.1", "1.1.1.1,203.0.113.5 , 10.0.0.2", trusted), "203.0.113.5");
   EXPECT_EQ(client_of("10.0.0.1", "10.0.0.2", trusted), "10.0.0.2 trusted");
 }
 
-TEST(ClientAddress, WhatIsNoAddressCountsAsTheProxyWithItsLimits) {
+TEST(ClientAddress, AnInvalidAddressCountsAsTheProxy) {
   for (const std::string& hop :
        {std::string("garbage"), std::string("1.1.1.1, nonsense"), std::string(100'000, ','),
         std::string("203.0.113.5:"), std::string("203.0.113.5:99999"), std::string("[2001:db8::1"),
@@ -201,7 +201,7 @@ TEST(ClientAddress, NetworksAreTrustedAsAWhole) {
   EXPECT_FALSE(ranges({"0.0.0.0/0"}).contains("2001:db8::1"));
 }
 
-TEST(ClientAddress, WhatIsNeitherAddressNorNetworkIsRefused) {
+TEST(ClientAddress, RefusesInvalidNetworks) {
   for (const char* text :
        {"localhost", "", "10.0.0.0/33", "10.0.0.0/-1", "10.0.0.0/", "10.0.0.0/8x", "::/129"}) {
     const auto refused = AddressRanges::parse({"10.0.0.1", text});

@@ -14,7 +14,7 @@ expressions = [target["expr"] for panel in dashboard["panels"] for target in pan
 asked = "\n".join([*expressions, (serving / "alerts.yml").read_text()])
 names = set(re.findall(r"\b(?:multitetra|process)_\w+", asked))
 unknown = {name for name in names if re.sub(r"_(bucket|count|sum)$", "", name) not in known}
-assert not unknown, f"nobody counts {sorted(unknown)}"
+assert not unknown, f"no metric named {sorted(unknown)}"
 assert len(names) > 15, "alerts and dashboard were found"
 ids = [panel["id"] for panel in dashboard["panels"]]
 assert len(ids) == len(set(ids)), "panels have numbers of their own"

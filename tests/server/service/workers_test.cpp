@@ -1,4 +1,4 @@
-// Who is served next, and the threads that do it.
+// The order of work, and the threads that do it.
 #include "server/service/workers.hpp"
 
 #include <atomic>

@@ -446,7 +446,7 @@ TEST(Session, AClientHasTheDatasetsAsItListedThemLast) {
   auto next = testing::catalogue_of(std::make_shared<FakeSteps>("head"));
   next->add(std::make_shared<FakeSteps>("tooth"));
   now = next;
-  EXPECT_EQ(source(3, "head"), before) << "what it was told of still holds";
+  EXPECT_EQ(source(3, "head"), before) << "the announced tiles are unchanged";
   EXPECT_EQ(source(4, "tooth"), nullptr);
   EXPECT_EQ(names(), "head tooth ");
   EXPECT_NE(source(5, "head"), before);

@@ -229,7 +229,7 @@ class LargeSteps : public FakeSteps {
   DatasetInfo info_;
 };
 
-// Whoever names steps gets no more triangles than others.
+// Named steps have the same limits as others.
 TEST(StreamPlan, ANamedModelOfTheRequestItselfKeepsToTheLimitOfTriangles) {
   int made = 0;
   const Misjudged source(1'000'000, 1, made);

@@ -60,7 +60,7 @@ TEST(LinkRate, WhatWaitsForAWhileShowsASlowLink) {
   LinkRate rate;
   rate.write_begins(kStart, 0);
   rate.write_ends(kStart, 50'000, 50'000);
-  EXPECT_EQ(rate.bytes_per_second(), 1.25e6) << "a moment tells nothing";
+  EXPECT_EQ(rate.bytes_per_second(), 1.25e6) << "a moment is too short";
   rate.write_begins(kStart + 100ms, 25'000);
   EXPECT_NEAR(rate.bytes_per_second(), 2.5e5, 1);
 }
@@ -83,7 +83,7 @@ TEST(LinkRate, TimeWithoutAnythingToSendIsNotHeldAgainstTheLink) {
   EXPECT_NEAR(rate.bytes_per_second(), fast, 1);
 }
 
-TEST(LinkRate, NumbersThatCannotBeDoNoHarm) {
+TEST(LinkRate, IgnoresImpossibleNumbers) {
   LinkRate rate;
   rate.write_begins(kStart, 1'000'000);
   rate.write_ends(kStart, 20'000, 1'000'000);

@@ -243,7 +243,7 @@ TEST(Server, StopsThoughAClientDoesNotRead) {
   EXPECT_LT(std::chrono::steady_clock::now() - start, 10s);
 }
 
-TEST(Server, StopsThoughAReloadIsAskedForInTheSameMoment) {
+TEST(Server, StopsDuringAReload) {
   for (int round = 0; round < 20; ++round) {
     RunningServer server(fake_catalogue(), {.heed_signals = true});
     // What has answered heeds signals.
@@ -291,7 +291,7 @@ TEST(Server, AnotherProtocolIsRefusedWithAReason) {
   EXPECT_TRUE(is_closed_by_server(socket));
 }
 
-TEST(Server, AClientThatLeavesInsideAFrameHarmsNobody) {
+TEST(Server, SurvivesADisconnectInsideAFrame) {
   RunningServer server(fake_catalogue());
   for (int i = 0; i < 10; ++i) {
     MessageSocket socket = server.greet();
@@ -309,7 +309,7 @@ TEST(Server, AClientWithoutHelloIsSentAwayInTime) {
   EXPECT_TRUE(is_closed_by_server(socket));
 }
 
-TEST(Server, HasALimitOnConnectionsAndRoomAgainWhenOneLeaves) {
+TEST(Server, LimitsConnections) {
   RunningServer server(fake_catalogue(), {.admission = {.connections = {.total = 2}},
                                           .connection = {.linger = 10ms}});
   MessageSocket first = server.greet();
@@ -357,7 +357,7 @@ TEST(Server, AClientThatDoesNotReadHoldsOneStepAndNoWorker) {
   EXPECT_EQ(made, 1) << "a step was made ahead of a client that does not read";
 }
 
-TEST(Server, WhatNobodyWaitsForIsMadeLast) {
+TEST(Server, StepsWithoutAWaitingClientAreMadeLast) {
   testing::Gate may_end;
   std::mutex mutex;
   std::vector<double> made;
@@ -407,9 +407,9 @@ TEST(Server, AClientThatDoesNotReadIsGivenUpAfterTheWriteTimeout) {
   }));
 }
 
-// A client that asks without reading the answers is not read from any more: its own sending stalls
-// before the server has taken much.
-TEST(Server, RepliesThatNobodyReadsAreBounded) {
+// The server stops reading from a client that does not read its replies: the client's own sending
+// stalls before the server has taken much.
+TEST(Server, UnreadRepliesAreBounded) {
   RunningServer server(fake_catalogue(), {.connection = {.send_buffer_bytes = 16 * 1024}});
   asio::io_context io;
   tcp::socket socket(io);
@@ -443,7 +443,7 @@ TEST(Server, RepliesThatNobodyReadsAreBounded) {
       lists = lists.substr(size) + lists.substr(0, size);
     }
   }
-  EXPECT_LT(sent, kFarTooMuch) << "the server read on though nobody took its answers";
+  EXPECT_LT(sent, kFarTooMuch) << "the server read on though its replies were not read";
 }
 
 // Serialized, its histogram alone is longer than a frame may be.
@@ -495,7 +495,7 @@ TEST(Server, GoesOnAcceptingAfterAClientThatItCouldNotServe) {
   EXPECT_EQ(receive<Pong>(next).value, 1U);
 }
 
-TEST(Server, SaysWhichAddressItCannotListenOn) {
+TEST(Server, NamesAnAddressThatIsInUse) {
   RunningServer server(fake_catalogue());
   try {
     Server second(fake_catalogue(), {.listen = server.endpoint()});

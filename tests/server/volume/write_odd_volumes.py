@@ -219,7 +219,8 @@ def dicom():
 
 def mgh():
     # Coronal slices: x to the left, y down, z to the front; 1 x 2 x 3 mm.
-    axes = numpy.array([(-1, 0, 0), (0, 0, -1), (0, 1, 0)])  # Of columns, rows, slices in RAS.
+    # The directions of columns, rows, slices in RAS.
+    axes = numpy.array([(-1, 0, 0), (0, 0, -1), (0, 1, 0)])
     size = numpy.array((1.0, 2.0, 3.0))
     middle = numpy.array((5.0, 6.0, 7.0))
     head = struct.pack(">7ih", 1, 9, 7, 6, 1, 4, 0, 1) + struct.pack(">15f", *size, *axes.ravel(), *middle)

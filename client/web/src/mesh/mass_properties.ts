@@ -16,8 +16,8 @@ export interface MassProperties {
   volume: number | null; // World units cubed; null: the part is not closed and encloses nothing.
 }
 
-// `at` says which connected part: that of a triangle of a tile. `toWorld`: lattice -> world, the columns
-// of x, y, z and the translation. Null: there is no such triangle.
+// `at` selects the connected part: that of a triangle of a tile. `toWorld`: lattice -> world, the columns of x, y, z
+// and the translation. Null: there is no such triangle.
 export function massProperties(
   tiles: readonly Tile[],
   toWorld: readonly number[],

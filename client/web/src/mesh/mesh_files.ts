@@ -32,7 +32,7 @@ export function weldedInWorld(tiles: readonly Tile[], toWorld: readonly number[]
   const count = tiles.reduce((n, tile) => n + tile.triangles.length, 0);
   const numbers = new PointNumbers(count / 5);
   const triangles = new Uint32Array(count);
-  const directions: number[] = []; // Of each point, as its first tile has it.
+  const directions: number[] = []; // By point, from its first tile.
   let used = 0;
   for (const { positions: p, triangles: corners, normals: n } of tiles) {
     const own = new Int32Array(p.length / 3).fill(-1); // Vertices without a triangle stay out.

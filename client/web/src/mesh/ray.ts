@@ -23,7 +23,7 @@ export function nearestHit(
 ): { id: string; triangle: number; point: [number, number, number] } | null {
   let nearest = Infinity;
   let id = "";
-  let triangle = 0; // Of that tile.
+  let triangle = 0; // The number in that tile.
   const isKept = (at: number) =>
     !kept ||
     kept.normal.reduce((sum, n, axis) => sum + n * (origin[axis] + at * direction[axis]), kept.constant) >= 0;

@@ -1,8 +1,8 @@
 // The values of a second field at a tile's vertices, as the wire has them: codes in the order of the
 // vertices' lattice coordinates, by z, then y, then x, whatever order Draco gives them.
 
-// What a shader takes: 1 to 2 from the low end of the range to the high one, -1 where there is no value.
-// 0, which vertices have that were told nothing, is none of these.
+// The values for the shader: 1 to 2 from the low end of the range to the high one, -1 where there is no value. 0, the
+// default of a vertex without data, is none of these.
 export function scalarAttribute(positions: Float32Array, codes: Uint8Array, bits: number): Float32Array {
   const order = verticesInOrder(positions);
   const none = 2 ** bits - 1;

@@ -22,8 +22,8 @@ export interface MeshTopology {
   triangles: number;
   eulerCharacteristic: number;
   components: number;
-  borderEdges: number; // Of one triangle, on the data's border.
-  openEdges: number; // Of one triangle, elsewhere: cracks.
+  borderEdges: number; // Edges of one triangle on the data's border.
+  openEdges: number; // Edges of one triangle elsewhere: cracks.
   nonmanifoldEdges: number;
   degenerateTriangles: number;
 }

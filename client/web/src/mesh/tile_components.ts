@@ -19,9 +19,9 @@ interface Tile {
 export type LatticeBox = [number, number, number, number, number, number];
 
 export interface LargeComponents {
-  components: number; // Of the whole surface.
-  shown: number; // Of them: those that are large enough.
-  triangles: number; // Of those that are shown.
+  components: number; // Components of the whole surface.
+  shown: number; // Components that are large enough.
+  triangles: number; // Triangles that are shown.
   largest: LatticeBox | null; // Around the one with the longest diagonal; null: none is shown.
   // For each tile its triangles in an order in which those of shown components are the first ones, and how many
   // these are; null: all of them are shown.
@@ -53,7 +53,7 @@ export function withLargeComponents<T extends Tile>(tiles: readonly T[], leastDi
   });
 }
 
-// Of a tile alone.
+// The components of a single tile.
 interface OwnComponents {
   ofVertex: Uint32Array;
   boxes: LatticeBox[];

@@ -1,7 +1,7 @@
-// A tile's Draco bytes -> a mesh on the lattice, or one sentence that says what is wrong with them.
+// A tile's Draco bytes -> a mesh on the lattice, or one sentence with the fault.
 //
-// Nothing the server sends is trusted: counts are compared with the manifest before Draco allocates
-// for them, then vertices with the tile's cube, and the triangles with their digest.
+// The bytes are untrusted: counts are compared with the manifest before Draco allocates for them, then vertices with
+// the tile's cube, and the triangles with their digest.
 import type { Decoder, DecoderModule } from "draco3d";
 
 import { hex, type TriangleHasher } from "./content_digest";

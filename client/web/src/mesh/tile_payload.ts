@@ -3,7 +3,7 @@
 
 export interface PayloadClaims {
   triangles: number;
-  vertices: number; // Of Draco: split ones count several times.
+  vertices: number; // Draco's vertices: split ones count several times.
 }
 
 const header = [0x44, 0x52, 0x41, 0x43, 0x4f, 2, 2, 1, 1, 0, 0]; // "DRACO", 2.2, edgebreaker.

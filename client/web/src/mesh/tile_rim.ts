@@ -9,10 +9,10 @@ import type { LatticeMesh } from "./tile_mesh";
 export interface TileRim {
   triangles: number;
   innerVertices: number; // Not on the rim.
-  innerEdges: number; // Of more than one triangle of this tile.
-  nonmanifoldEdges: number; // Of them.
+  innerEdges: number; // Edges of more than one triangle of this tile.
+  nonmanifoldEdges: number; // Inner edges of more than two triangles.
   degenerateTriangles: number;
-  components: number; // Of the tile alone.
+  components: number; // Components of this tile alone.
   // The vertices on the rim: lattice coordinates, number in the tile, number of the component.
   positions: Int32Array;
   vertices: Uint32Array;

@@ -8,7 +8,7 @@ import { SettingControls } from "./setting_controls";
 
 const budgetPositions = 40; // 10 000 to 10 million triangles, then no limit.
 
-// `expected` tells how large the surface will be.
+// `expected` shows the expected size of the surface.
 export function accuracyPart(change: Change, expected: HTMLElement): Part {
   let info: DatasetInfo | null = null;
   const controls = new SettingControls(change);

@@ -4,7 +4,7 @@ import { h } from "../shared/elements";
 
 export interface BookmarksEvents {
   bookmarks: Bookmarks;
-  currentAddress: () => string; // Of exactly this view.
+  currentAddress: () => string; // The address of exactly this view.
   visit: (address: string) => void;
 }
 

@@ -104,7 +104,7 @@ function chosenOf(list: readonly DatasetInfo[], info: DatasetInfo | null, wanted
   return seriesOf(list, by)?.name ?? by.name;
 }
 
-// The server says no where worlds differ; what is known to differ is not offered.
+// The server refuses datasets of other worlds; those that are known to differ are not offered.
 function isInSameWorld(a: DatasetInfo, b: DatasetInfo): boolean {
   const agree = <T>(x: T, y: T) => !x || !y || x === y;
   return agree(a.space, b.space) && agree(a.lengthUnit, b.lengthUnit);

@@ -12,7 +12,7 @@ export interface HistogramEvents {
 export interface Isoline {
   surface: number; // 0 for the first. Those of other datasets have no line here.
   isovalue: number;
-  colour: string; // Of its surface.
+  colour: string; // The colour of its surface.
 }
 
 const integerTypes = 4; // U8, I8, U16, I16 come before the floats.
@@ -76,7 +76,7 @@ export class HistogramView {
     const { min, max } = this.info!;
     const handle = (this.handles[at] ??= this.handle(at));
     handle.style.left = this.percent(isovalue);
-    // The page's own colour says "this is what one turns" as long as there is one.
+    // With a single surface the handle has the accent colour of the page.
     handle.style.setProperty("--line-colour", this.lines.length > 1 ? colour : "");
     handle.setAttribute("aria-label", this.lines.length > 1 ? `Isovalue of surface ${surface + 1}` : "Isovalue");
     handle.setAttribute("aria-valuemin", String(min));

@@ -1,4 +1,4 @@
-// Keys that work wherever nothing is being typed. panel/help.ts tells them to the user.
+// Keyboard shortcuts, active unless the user types text. panel/help.ts lists them.
 import type { Settings } from "../state/settings";
 
 export interface KeyActs {

@@ -1,5 +1,4 @@
-// Asks for the token of a server, in the server's words. What was typed stays until the server has
-// taken it.
+// A form for a server's token, with the server's own error. The input stays until the server has accepted it.
 import { h } from "../shared/elements";
 
 export class TokenForm {
@@ -23,7 +22,7 @@ export class TokenForm {
     });
   }
 
-  // The server has been told, and has not answered.
+  // The token was sent, and the server has not replied.
   wait(): void {
     this.isWaiting = true;
     this.send.textContent = "Connecting…";

@@ -32,7 +32,7 @@ export function installTooltips(): void {
     timer = window.setTimeout(() => showFor(element), delay);
   };
   document.addEventListener("pointerover", (event) => {
-    // Who drags something knows what it is.
+    // No tooltip while something is dragged.
     if (event.pointerType === "mouse" && event.buttons === 0) consider(event, 450);
   });
   document.addEventListener("focusin", (event) => {

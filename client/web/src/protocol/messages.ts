@@ -1,5 +1,5 @@
-// Bytes of a WebSocket frame <-> messages of the conversation. The only module that knows how they
-// are coded; proto/README.md tells what they mean.
+// Bytes of a WebSocket frame <-> messages of the conversation. The only module that depends on their encoding;
+// proto/README.md documents them.
 import { create, fromBinary, toBinary } from "@bufbuild/protobuf";
 
 import {

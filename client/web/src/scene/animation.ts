@@ -7,7 +7,7 @@ import { hasDrawn } from "./card";
 import type { Stage } from "./stage";
 
 export interface Animation {
-  name: string; // Of the pictures' files.
+  name: string; // The name of the pictures' files.
   frames: number;
   framesASecond: number;
   // Brings what picture `at` shows; before the first one, and after each.

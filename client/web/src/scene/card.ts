@@ -1,7 +1,7 @@
 // What the graphics card has done, found out without the page waiting for it.
 import type * as THREE from "three";
 
-// Resolves when all that was told to it is drawn, and at once when the card was taken away.
+// Resolves when all submitted work is drawn, and at once when the context was lost.
 export async function hasDrawn(renderer: THREE.WebGLRenderer, pause = 30): Promise<void> {
   const gl = renderer.getContext() as WebGL2RenderingContext;
   const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);

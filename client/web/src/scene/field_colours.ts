@@ -7,7 +7,7 @@ export class FieldColours {
   readonly uniforms = {
     fieldColours: { value: null as THREE.DataTexture | null },
     fieldRange: { value: new THREE.Vector2(0, 1) }, // What the surface's numbers span, in values.
-    fieldEnds: { value: new THREE.Vector2(0, 1) }, // Of the colours, as endsOf() gives them.
+    fieldEnds: { value: new THREE.Vector2(0, 1) }, // The range of the colours, from endsOf().
     fieldIsLog: { value: false },
     fieldNone: { value: new THREE.Color() }, // Where there is no value.
   };

@@ -1,5 +1,5 @@
-// Ambient occlusion of what is solid, from its depths and normals: three's ground-truth ambient occlusion.
-// The pattern of its noise is 5 by 5 pixels; whoever uses the texture takes the mean of as many.
+// Ambient occlusion of opaque surfaces, from depths and normals: three's ground-truth ambient occlusion. The pattern of
+// its noise is 5 by 5 pixels; average over as many.
 import * as THREE from "three";
 import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
 import { generateMagicSquareNoise, GTAOShader } from "three/examples/jsm/shaders/GTAOShader.js";
@@ -31,7 +31,7 @@ export class Occlusion {
     this.material.uniforms.tNoise.value = generateMagicSquareNoise();
   }
 
-  // Of the shape that the texture is about.
+  // The depths of the surface in the texture.
   get depths(): THREE.DepthTexture {
     return this.shape.depthTexture!;
   }

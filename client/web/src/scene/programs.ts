@@ -4,7 +4,7 @@ import * as THREE from "three";
 
 import { hasDrawn } from "./card";
 
-const patience = 5000; // Milliseconds: a card that never tells may have the page wait.
+const patience = 5000; // Milliseconds: an upper limit for cards that never report completion.
 
 export class Programs {
   private readonly ready = new Set<string>();
@@ -19,8 +19,8 @@ export class Programs {
     private readonly changed: () => void,
   ) {}
 
-  // Whether things of this kind, of which the object is one, can be drawn at once. If not, that begins, and is
-  // told when it is so.
+  // Whether objects of this kind, such as this one, can be drawn at once. If not, compilation begins, and the callback
+  // is called when it is complete.
   areReady(kind: string, object: THREE.Object3D): boolean {
     if (this.ready.has(kind)) return true;
     if (!this.coming.has(kind)) void this.make(kind, object);
@@ -37,7 +37,7 @@ export class Programs {
     this.changed();
   }
 
-  // A card that cannot tell that a program is ready tells at least that it has got as far.
+  // A card that cannot report when a program is ready reports at least a completed draw.
   private async made(object: THREE.Object3D, target: THREE.WebGLRenderTarget | null): Promise<void> {
     const { renderer, camera, scene } = this;
     const canTell = renderer.extensions.has("KHR_parallel_shader_compile");

@@ -2,7 +2,7 @@
 import type { Vec3 } from "../stream/dataset";
 import type { SliceGrid, SliceValues } from "../stream/questions";
 
-export const mostPixels = 768; // Of a side: about as fine as a picture shows it.
+export const mostPixels = 768; // Per side: about as fine as a picture shows it.
 
 // `at`: 0 to 1 along the axis of the world. Pixels are square and no finer than `spacing`.
 export function sliceGrid(low: Vec3, high: Vec3, axis: number, at: number, spacing: number): SliceGrid {

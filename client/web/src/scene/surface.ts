@@ -38,12 +38,12 @@ export type SurfaceLook =
 export class Surface {
   budget = mostTriangles; // Kept of this one.
   private readonly tiles = new Map<string, KeptTile>();
-  private readonly users = new Map<object, Set<string>>(); // Of tiles, which stay as long as one of them has them.
+  private readonly users = new Map<object, Set<string>>(); // The users of each tile; it stays as long as there is one.
   private readonly early = new Map<string, Float32Array>(); // Scalars of tiles that are not here yet.
   private isGone = false;
   private readonly uploads: string[] = [];
   private shown: string[] = [];
-  private selection: Selection | null = null; // Of what is shown.
+  private selection: Selection | null = null; // The triangles that are shown.
   private uses = 0;
   private waiting: { ids: string[]; resolve: () => void }[] = [];
   private readonly materials = new Map<string, THREE.MeshStandardMaterial>();
@@ -190,8 +190,7 @@ export class Surface {
     attribute.needsUpdate = true;
   }
 
-  // Of a second field, as scalarAttribute() gives them. They may be here before their tile, which comes
-  // from another worker.
+  // Sets the colours of a second field, from scalarAttribute(). They may arrive before their tile, from another worker.
   setScalars(id: string, scalars: Float32Array): void {
     const tile = this.tiles.get(id);
     if (tile) tile.mesh.geometry.setAttribute("scalar", new THREE.BufferAttribute(scalars, 1));
@@ -229,7 +228,7 @@ export class Surface {
 
   release(user: object): void {
     this.users.delete(user);
-    if (this.users.size === 0) this.early.clear(); // Nobody waits for their tiles.
+    if (this.users.size === 0) this.early.clear(); // Their tiles are not needed any more.
   }
 
   // Whether one sees through it now.
@@ -254,7 +253,7 @@ export class Surface {
     this.invalidate();
   }
 
-  // Everything goes from the graphics card, and nobody is told.
+  // Frees everything on the graphics card, without events.
   dispose(): void {
     this.isGone = true;
     for (const [id, tile] of [...this.tiles]) this.remove(id, tile);
@@ -293,7 +292,7 @@ export class Surface {
     if (isVisible) this.setLines(tile);
   }
 
-  // The triangles in another order are the same triangles: their number alone says which are drawn.
+  // The same triangles in another order: the number of drawn ones is enough.
   private setPart(id: string, part: Selection["parted"][number] | null): void {
     const geometry = this.tiles.get(id)?.mesh.geometry;
     if (!geometry) return;

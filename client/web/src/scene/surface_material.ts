@@ -1,4 +1,4 @@
-// How surfaces take the light. The inside, seen where a surface ends or is cut, is told apart by its colour.
+// The shading of surfaces. The inside, visible where a surface ends or is cut, has another colour.
 import * as THREE from "three";
 
 import type { FieldColours } from "./field_colours";

@@ -1,4 +1,4 @@
-// Who wants to hear of what happens.
+// Listeners by kind of event.
 export class Events<Kinds extends object> {
   private readonly listeners = new Map<keyof Kinds, Set<(what: never) => void>>();
 

@@ -13,7 +13,7 @@ export class History {
   private last = { keys: "", at: -Infinity };
   private isOwn = false;
 
-  // Of every change; `now` in milliseconds of any clock.
+  // Records a change; `now` in milliseconds of any clock.
   note(settings: Settings, previous: Settings, now: number): void {
     const keys = changed(settings, previous);
     if (this.isOwn || keys === "") return;

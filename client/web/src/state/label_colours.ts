@@ -1,5 +1,5 @@
-// Colours of labels whose file says none: the same for the same label everywhere, equally light, and far
-// apart for labels that follow one another (a golden angle of hue), with two lightnesses in turn.
+// Colours of labels without a colour in the file: the same for the same label everywhere, equally light, and far apart
+// for consecutive labels (a golden angle of hue), with two lightnesses in turn.
 
 // "#rrggbb"; `told`: 0xRRGGBB, as the file has it.
 export function labelColour(value: number, told?: number): string {

@@ -1,5 +1,4 @@
-// What is told of the surface that is shown and of the one that comes: for the status bar and the
-// certificate.
+// The status of the shown surface and of the next one, for the status bar and the certificate.
 import type { MeshTopology } from "../mesh/seams";
 import type { ShellMode } from "../mesh/shell_decoder";
 
@@ -9,9 +8,9 @@ export interface StepFacts {
   triangles: number;
   tiles: number;
   heldTiles: number;
-  bytes: number; // Of the payloads of all its tiles.
+  bytes: number; // The payloads of all its tiles.
   errorWorld: number;
-  lengthUnit: string; // Of errorWorld; empty: not told.
+  lengthUnit: string; // The unit of errorWorld; empty: unknown.
   errorVoxels: number;
   isCertified: boolean; // The error is a bound.
   shell: ShellMode | null; // It came as samples; null: as triangles.
@@ -29,7 +28,7 @@ export interface StepFacts {
 // What of the surface is shown where small components are hidden.
 export interface ShownComponents {
   minComponent: number; // Samples: those whose bounding box has a shorter diagonal are hidden.
-  components: number; // Of the whole surface,
+  components: number; // Components of the whole surface,
   shown: number; // and of them those that are shown.
   triangles: number; // That are shown.
 }
@@ -47,7 +46,7 @@ export interface Progress {
   phase: ConnectionPhase;
   retryAt: number; // performance.now() of the next attempt, while lost; 0: none.
   isStreaming: boolean;
-  // Of the stream that runs or ran last.
+  // The current or latest stream.
   step: number; // That is being received.
   tilesToCome: number;
   tilesReceived: number;
@@ -55,13 +54,13 @@ export interface Progress {
   firstTile: number | null; // Milliseconds after the request.
   firstSurface: number | null;
   complete: number | null;
-  shown: StepFacts | null; // Of the whole surface,
+  shown: StepFacts | null; // Facts of the whole surface,
   components: ShownComponents | null; // and what of it is shown; null: all.
   // The server is busy: why, and performance.now() of the next attempt.
   postponed: { text: string; until: number } | null;
   heldBack: SurfaceSize | null; // What was asked for is this large: less of it was sent.
-  // Of a second field on the surface: what its values span, and the largest difference that was found
-  // between the field and the colours between vertices.
+  // A second field on the surface: the range of its values, and the largest difference between the field and the
+  // interpolated colours.
   scalars: { low: number; high: number; deviation: number } | null;
   // One sentence for the user, and how bad it is.
   trouble: { text: string; isFatal: boolean; needsToken: boolean } | null;
@@ -73,12 +72,12 @@ export interface DrawnSurface {
   components: ShownComponents | null;
 }
 
-// Of all surfaces that are seen.
+// All visible surfaces.
 export interface SurfacesStatus {
-  progress: Progress; // Of the first of them; where none is seen, of the first there is.
+  progress: Progress; // Of the first visible one; without any, of the first one.
   isLead: boolean; // That is the first there is.
   drawn: DrawnSurface[];
-  done: number; // Whose final step is there, or who never will come,
+  done: number; // Those with a final step, or that will never have one,
   seen: number; // of so many that are seen.
 }
 

@@ -1,6 +1,5 @@
-// Datasets that belong together, as the server tells it of each: times of a series, fields of a
-// simulation, labels of a segmentation. They lie at the same places, so that what is set for one of
-// them (view, errors, regions) holds for all.
+// Datasets that belong together, as listed by the server: times of a series, fields of a simulation, labels of a
+// segmentation. They have the same grid, so that settings of one of them (view, errors, regions) hold for all.
 import type { DatasetInfo, Label } from "../protocol/messages";
 import { labelColour } from "./label_colours";
 import { defaults, type FurtherSurface, type Settings } from "./settings";
@@ -76,7 +75,7 @@ export function atTime(list: readonly DatasetInfo[], info: DatasetInfo, time: nu
   return alike(list, info).reduce((best, one) => (distance(one) < distance(best) ? one : best), info);
 }
 
-// Of the same field and label, ascending; none or one: there is no time to go through.
+// The times of the same field and label, ascending; none or one: there is no series.
 export function timesOf(list: readonly DatasetInfo[], info: DatasetInfo): number[] {
   return [...new Set(alike(list, info).map((one) => timeOf(one)!))].sort((a, b) => a - b);
 }
@@ -98,7 +97,7 @@ export function isOfOneSeries(a: DatasetInfo, b: DatasetInfo): boolean {
   return a.name === b.name || (!!a.member && a.member.series === b.member?.series);
 }
 
-// "0.25 s"; "frame 3" where no unit is told.
+// "0.25 s"; "frame 3" without a unit.
 export function timeText(time: number, unit: string): string {
   const number = String(Number(time.toPrecision(6)));
   return unit ? `${number} ${unit}` : `frame ${number}`;

@@ -1,4 +1,4 @@
-// One value that many look at: told to all of them when it changes.
+// A value with listeners that are called when it changes.
 export class Store<T extends object> {
   private readonly listeners = new Set<(now: T, before: T) => void>();
 
@@ -16,7 +16,7 @@ export class Store<T extends object> {
     for (const listener of this.listeners) listener(this.value, before);
   }
 
-  // The listener is told at once, too.
+  // Also calls the listener at once.
   watch(listener: (now: T, before: T) => void): void {
     this.listeners.add(listener);
     listener(this.value, this.value);

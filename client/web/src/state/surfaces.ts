@@ -1,5 +1,5 @@
-// The surfaces of one view as a list. The first one's isovalue and error are the settings' own: a page
-// with one surface says no more in its address than it has to. All others have what is theirs.
+// The surfaces of one view as a list. The first one's isovalue and error are the settings' own, so that the address of
+// a page with one surface stays short. All others have their own.
 import { defaults, type FurtherSurface, type Settings } from "./settings";
 
 export interface SurfaceSettings extends Omit<FurtherSurface, "isovalue"> {
@@ -24,7 +24,7 @@ export function surfacesOf(settings: Settings): SurfaceSettings[] {
 export function settingsOf(settings: Settings, at: number): Settings | null {
   const own = surfacesOf(settings)[at];
   if (!own) return null;
-  const { minComponent } = defaults; // What the first one hides says nothing of others.
+  const { minComponent } = defaults; // The first one's setting does not apply to others.
   return { ...settings, minComponent, ...own, error: own.error ?? settings.error, surfaces: defaults.surfaces };
 }
 

@@ -1,5 +1,5 @@
-// Settings <-> the part of an address behind '#', which no server gets to see. Only what differs
-// from the defaults is said, in words that a person can edit:
+// Settings <-> the part of an address behind '#', which is not sent to servers. Only differences from the defaults are
+// in it, in words that a person can edit:
 //
 //   #dataset=head&isovalue=500.5&error=0.5&region=box:0,0,0,10,10,10=0.25&eye=1,2,3&target=0,0,0
 //
@@ -95,8 +95,7 @@ export function fromAddress(text: string): Partial<Settings> {
   return settings;
 }
 
-// What fromAddress() passed over, as it was said: "error=-1". A token is no setting, and nobody's to
-// be shown.
+// The parts that fromAddress() skipped, as written: "error=-1". A token is no setting and is never shown.
 export function misread(text: string): string[] {
   const read = fromAddress(text);
   const isRead = ({ setting, value }: Word) => Object.hasOwn(read, setting) || (setting === "quality" && qualities.has(value));
@@ -105,8 +104,7 @@ export function misread(text: string): string[] {
     .map(({ name, value }) => `${name}=${value}`);
 }
 
-// The settings after somebody has edited the address: what it does not say is as usual, but what it
-// says and nobody can read stays as it was.
+// The settings after the user has edited the address: missing parts get their defaults, invalid ones are unchanged.
 export function edited(now: Settings, text: string): Settings {
   const kept = misread(text)
     .map((said) => settingName(said.slice(0, said.indexOf("="))))
@@ -219,7 +217,7 @@ function colourFrom(text: string | null | undefined): string | undefined {
   return text && /^[0-9a-f]{6}$/i.test(text) ? `#${text.toLowerCase()}` : undefined;
 }
 
-// As the programs' --region option says it.
+// In the form of the programs' --region option.
 function regionText(region: Region): string {
   const numbers =
     region.kind === "box" ? [...region.low, ...region.high] : [...region.centre, region.radius];

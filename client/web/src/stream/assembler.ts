@@ -1,10 +1,9 @@
-// Server messages in, complete and checked steps out: the browser's counterpart of
-// client/library/assembler.hpp. Pure: what has to be done elsewhere (decoding, checking a whole step) is
-// told as an effect, and its outcome comes back by a call.
+// Server messages in, complete and checked steps out: the browser's counterpart of client/library/assembler.hpp. Pure:
+// work to be done elsewhere (decoding, checking a whole step) is returned as an effect, and its outcome comes back by a
+// call.
 //
-// A step is shown only when all its tiles are decoded and its checks have passed; until then the
-// step before stays. Steps end in the order in which they began. After a failed check the assembler
-// says nothing more.
+// A step is shown only when all its tiles are decoded and its checks have passed; until then the step before stays.
+// Steps end in the order in which they began. After a failed check the assembler returns no more effects.
 import { type ContentDigest, emptyDigest, fromHex, hex, sum } from "../mesh/content_digest";
 import { isSound, type MeshTopology } from "../mesh/seams";
 import { nameOf, type TilePromise } from "../mesh/tile_mesh";
@@ -29,7 +28,7 @@ export interface StepOfTiles {
   begin: StepBegin;
   end: StepEnd;
   tiles: TilePromise[];
-  digest: ContentDigest; // Of all triangles, as found here.
+  digest: ContentDigest; // Of all triangles, as computed here.
   held: number; // Tiles that did not have to be sent.
 }
 
@@ -66,7 +65,7 @@ export class Assembler {
   private readonly announced = new Set<string>();
   private readonly ready: Set<string>;
 
-  // `held`: keys of tiles that are decoded and kept, and of which the server was told.
+  // `held`: keys of tiles that are decoded and kept, and were announced to the server.
   constructor(
     private readonly order: StreamOrder,
     held: Iterable<string> = [],
@@ -220,7 +219,7 @@ export class Assembler {
     return this.advance();
   }
 
-  // Goes on with the oldest step that waits, or tells the end.
+  // Continues with the oldest waiting step, or returns the end.
   private advance(): AssemblerEffect[] {
     if (this.isOver) return [];
     const first = this.pending[0];

@@ -1,6 +1,6 @@
-// A whole conversation with a server, without its socket: connects again and again, tells what is
-// served, keeps one stream running, and after a lost connection repeats it, naming the tiles that
-// came. Pure; the page performs the effects and reports back.
+// A whole conversation with a server, without its socket: reconnects, returns the list of datasets, keeps one stream
+// running, and repeats it after a lost connection, naming the received tiles. Pure; the page performs the effects and
+// reports back.
 //
 //   opened() -> Hello -> Welcome -> ListDatasets -> DatasetList -> OpenStream ... -> closed()
 import { create } from "@bufbuild/protobuf";
@@ -47,7 +47,7 @@ export type Effect =
   | { kind: "scalars"; stream: number; order: Wanted; values: TileValues }
   // The server wants the stream asked for later; again() does that.
   | { kind: "postponed"; text: string; inMilliseconds: number }
-  // Of a stream; `stream` tells which, as answers from elsewhere may come late.
+  // For a stream; `stream` identifies it, as results from elsewhere may come late.
   | { kind: "stream"; stream: number; order: Wanted; effect: AssemblerEffect; isNews: boolean }
   | { kind: "trouble"; text: string; isFatal: boolean; code: ErrorCode };
 
@@ -74,7 +74,7 @@ export function isSameOrder(a: Wanted, b: Wanted): boolean {
 
 // The scalars of a tile; a step's come before its end.
 export interface TileValues {
-  key: string; // Of the tile.
+  key: string; // The key of the tile.
   codes: Uint8Array;
   range: ScalarRange;
   deviation: number; // Found between the field and what is interpolated from vertices.
@@ -94,7 +94,7 @@ const policies = { all: StepPolicy.PROGRESSIVE, previews: StepPolicy.PREVIEWS_ON
 const maxHeld = 8192;
 const firstRetry = 500;
 const longestRetry = 15_000;
-const longestWait = 600_000; // That a server may ask for.
+const longestWait = 600_000; // The longest delay that a server may require.
 
 export class Conversation {
   private phase: Phase = "connecting";
@@ -106,7 +106,7 @@ export class Conversation {
   private datasets: DatasetInfo[] = [];
   private wanted: Wanted | null = null;
   private assembler: Assembler | null = null;
-  private order: Wanted | null = null; // Of the assembler.
+  private order: Wanted | null = null; // The request of the assembler.
   private stream = 0;
   private isGivenUp = false;
   private wait = 0; // Milliseconds until the next connection, as the server has said.
@@ -115,7 +115,7 @@ export class Conversation {
   // What its stream began with: exactly these steps come again after a lost connection.
   private begun: Preview[] = [];
   private hasFinalBegun = false;
-  private lastStep: StepBegin | null = null; // Of the stream that runs.
+  private lastStep: StepBegin | null = null; // Of the running stream.
 
   constructor(private readonly options: ConversationOptions) {}
 
@@ -145,8 +145,7 @@ export class Conversation {
     return [{ kind: "send", message: { case: "estimate", value } }];
   }
 
-  // A connection is made because the user says so; whatever was refused before, or is still
-  // connected, no longer counts.
+  // The user requests a connection; earlier refusals and connections no longer count.
   connecting(): Effect[] {
     this.isGivenUp = false;
     this.assembler = null;
@@ -182,7 +181,7 @@ export class Conversation {
     return [...this.turn("greeting"), { kind: "send", message: { case: "hello", value } }];
   }
 
-  // How long to wait before the next attempt grows from time to time; it is told with the phase.
+  // The delay before the next attempt grows from time to time; it is part of the phase.
   closed(): Effect[] {
     this.assembler = null;
     const wait = Math.max(this.retry, this.wait);
@@ -204,7 +203,7 @@ export class Conversation {
         return this.sized(message.value);
       case "error":
         if (message.value.requestId === 0n) return this.refusedAltogether(message.value);
-        // The stream is refused for the same reason, and tells it.
+        // The stream is refused for the same reason, and reports it.
         if (message.value.requestId === this.question?.id) return this.askNext();
     }
     if (!this.assembler) return [];
@@ -261,8 +260,8 @@ export class Conversation {
     this.datasets = datasets;
     const effects: Effect[] = [{ kind: "datasets", datasets }];
     const { wanted } = this;
-    // The page opens its first stream when it hears of the datasets; a stream that was cut off is
-    // repeated with what the server now says of its dataset.
+    // The page opens its first stream when it has the list of datasets; an interrupted stream is repeated with the
+    // server's current facts of its dataset.
     if (!wanted || this.assembler) return effects;
     const info = this.datasets.find(({ name }) => name === wanted.info.name);
     if (!info) {
@@ -352,7 +351,7 @@ export class Conversation {
   }
 }
 
-// Of seconds from the wire.
+// A delay in seconds from the wire.
 function waitOf(seconds: number): number {
   return seconds > 0 ? Math.min(longestWait, Math.max(firstRetry, 1000 * seconds)) : 0;
 }

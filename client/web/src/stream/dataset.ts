@@ -77,7 +77,7 @@ export function worldBox(info: DatasetInfo): { low: Vec3; high: Vec3 } {
   return { low, high };
 }
 
-// As data_border in common/request/dataset_info.cpp, which says why.
+// The same as data_border in common/request/dataset_info.cpp, which has the reasons.
 export function dataBorder(
   info: DatasetInfo,
   resolution: number,

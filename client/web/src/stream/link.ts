@@ -1,4 +1,4 @@
-// The WebSocket under a conversation: performs its sends, tells it what came, connects anew.
+// The WebSocket of a conversation: sends its messages, passes on received ones, reconnects.
 import { type ClientKind, decoded, encoded, type ServerKind, subprotocol } from "../protocol/messages";
 
 export interface LinkEvents {
@@ -71,7 +71,7 @@ export class Link {
     socket?.close();
   }
 
-  // What the page's Content-Security-Policy forbids, the socket tells as if nobody were there.
+  // A connection that the page's Content-Security-Policy forbids looks like an unreachable server.
   private hearOfPolicy(): void {
     this.forbidden = new AbortController();
     const { signal } = this.forbidden;

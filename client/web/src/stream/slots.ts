@@ -1,5 +1,5 @@
-// A few connections for many that need one now and then. Who has one keeps it, also when idle, until
-// somebody else needs it.
+// A few connections, shared by many surfaces. A holder keeps its connection, also when idle, until another one needs
+// it.
 export interface SlotHolder {
   readonly isBusy: boolean; // Its connection cannot be taken away now.
   granted: () => void;
@@ -7,7 +7,7 @@ export interface SlotHolder {
 }
 
 export class Slots {
-  private readonly holders = new Set<SlotHolder>(); // Who was idle for longest first, about.
+  private readonly holders = new Set<SlotHolder>(); // Roughly by idle time, longest first.
   private readonly queue: SlotHolder[] = [];
 
   constructor(private readonly most: number) {}

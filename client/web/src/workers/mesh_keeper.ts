@@ -1,6 +1,6 @@
-// Keeps a copy of every tile, away from the page: what needs whole surfaces happens here. Checks a
-// step before it is shown, makes normals agree where tiles meet, tells which components are large enough to be
-// drawn, finds what a ray hits and a plane cuts of what is drawn, measures parts, and writes files.
+// Keeps a copy of every tile in a worker, for operations on whole surfaces. Checks a step before it is shown, makes
+// normals agree where tiles meet, finds the components that are large enough to be drawn, finds what a ray hits and a
+// plane cuts of the drawn triangles, measures parts, and writes files.
 import { cutLine } from "../mesh/cut";
 import { massProperties } from "../mesh/mass_properties";
 import { meshFile } from "../mesh/mesh_files";
@@ -46,7 +46,7 @@ async function all(ids: readonly string[]): Promise<KeptTile[]> {
   return ids.map((id) => tiles.get(id)!);
 }
 
-// With the triangles that are drawn, and no others. Who points and cuts asks for the same again and again.
+// With the triangles that are drawn, and no others. Cached: picking and cutting need the same again and again.
 async function allDrawn({ ids, leastDiagonal }: Drawn): Promise<KeptTile[]> {
   const whole = await all(ids);
   if (leastDiagonal === 0) return whole;
@@ -70,7 +70,7 @@ async function certified(ids: string[], border: DataBorder): Promise<Certified> 
   return { topology: seams.topology, normals: agreed(step, seams.numbers, seams.rimVertices) };
 }
 
-// Gives each rim vertex the sum over all tiles that share it; tells the tiles where that shows.
+// Gives each rim vertex the sum over all tiles that share it; returns the tiles whose normals change.
 function agreed(step: KeptTile[], numbers: Uint32Array[], count: number): Certified["normals"] {
   if (step.some((tile) => !tile.sums)) return [];
   const sums = new Float32Array(3 * count);

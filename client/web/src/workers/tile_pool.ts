@@ -72,12 +72,12 @@ export class TilePool {
     return this.ask((request) => ({ kind: "pick", request, drawn, ray }));
   }
 
-  // Of the connected part that the triangle belongs to, which a hit of the same drawn tiles has told.
+  // Measures the connected part of the triangle, which a hit of the same drawn tiles has returned.
   measure(drawn: Drawn, toWorld: number[], at: { id: string; triangle: number }): Promise<MassProperties | null> {
     return this.ask((request) => ({ kind: "measure", request, drawn, toWorld, at }));
   }
 
-  // Of a second field at the tile's vertices, for the graphics card.
+  // The scalars of a second field at the tile's vertices, for the graphics card.
   scalars(id: string, codes: Uint8Array, bits: number): Promise<Float32Array> {
     return this.ask((request) => ({ kind: "scalars", request, id, codes, bits }));
   }

@@ -65,7 +65,7 @@ export type KeeperRequest =
 // The tiles of a step, without the components that are too small to be drawn.
 export interface Drawn {
   ids: readonly string[];
-  leastDiagonal: number; // Of a component's bounding box, in lattice steps; 0: all are drawn.
+  leastDiagonal: number; // The shortest diagonal of a component's bounding box, in lattice steps; 0: all are drawn.
 }
 
 // In lattice coordinates.
@@ -87,7 +87,7 @@ export interface Certified {
 export interface Hit {
   point: [number, number, number]; // Lattice coordinates.
   id: string;
-  triangle: number; // Of that tile, as it is drawn.
+  triangle: number; // The number in that tile, as it is drawn.
 }
 // Which components of a step are drawn.
 export interface Selection {
@@ -95,7 +95,7 @@ export interface Selection {
   shown: number; // and of them those that are drawn.
   triangles: number; // That are drawn.
   largest: LatticeBox | null; // Around the largest component; null: none is drawn.
-  // Of each tile that is not drawn as a whole all triangles, those that are drawn first, and how many these are.
+  // For each tile that is not drawn as a whole all triangles, drawn ones first, and the number of drawn ones.
   parted: { id: string; triangles: Triangles; shown: number }[];
 }
 export interface KeeperReply {

@@ -31,7 +31,7 @@ class BitGrid {
     strides_ = {1, stride, stride * stride};
     planes_.assign(stride * stride * stride, {});
   }
-  // Of the cell (x, y, z), coordinates from 0 on.
+  // The index of the cell (x, y, z), coordinates from 0.
   [[nodiscard]] std::size_t cell(std::int32_t x, std::int32_t y, std::int32_t z) const {
     return static_cast<std::size_t>(x + 1) + strides_[1] * static_cast<std::size_t>(y + 1) +
            strides_[2] * static_cast<std::size_t>(z + 1);

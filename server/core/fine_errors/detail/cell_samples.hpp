@@ -9,8 +9,8 @@
 
 namespace multitetra {
 
-// Asks for every brick once and keeps it to its own end: eight cells and more lie in a brick, and a
-// file is looked after each time that one is asked for. One thread at a time.
+// Reads the samples of cells. Each brick is read once and kept until the reader is destroyed: a
+// brick holds eight cells or more, and reading one checks its file. Not thread-safe.
 class CellSamples {
  public:
   // For cells from the point `low` to the point `high`. The volume must outlive it.
@@ -30,7 +30,8 @@ class CellSamples {
   GridPoint first_;       // The brick that holds `low`.
   std::int32_t row_ = 0;  // Strides of bricks_.
   std::int32_t slice_ = 0;
-  std::vector<KeptBytes> bricks_;  // Empty until they are asked for.
+  // Each is empty until it is first read.
+  std::vector<KeptBytes> bricks_;
 };
 
 }  // namespace multitetra

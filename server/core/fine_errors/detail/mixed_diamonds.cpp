@@ -3,7 +3,7 @@
 namespace multitetra {
 namespace {
 
-// Of eight points in a row, those of spacing 2^[i] with an even and with an odd coordinate.
+// Bits of those of eight points in a row that have spacing 2^[i] and an even or an odd coordinate.
 constexpr unsigned kPositions[3][2] = {{0x55, 0xAA}, {0x11, 0x44}, {0x01, 0x10}};
 
 // The points of a layer by whether x and y, in units of the spacing, are odd.

@@ -21,7 +21,7 @@ Box PieceFrame::grid_box(const Box& box, double reach) const {
 PieceLimit::PieceLimit(const AllowedDistance& limit, const PieceFrame& frame,
                        std::span<const Vec3> positions)
     : limit_(limit), frame_(frame), largest_(limit.largest() / frame.unit), is_uniform_(false) {
-  // Nothing farther away than that is ever asked for.
+  // No larger distance is ever requested.
   is_uniform_ = least_near(box_of(positions), largest_, largest_) == largest_;
 }
 

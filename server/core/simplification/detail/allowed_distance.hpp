@@ -36,8 +36,9 @@ class AllowedDistance {
 // Where the positions are that the simplification of a piece computes with: relative to one of its
 // vertices, in units of the shortest lattice step.
 struct PieceFrame {
-  double unit = 1;                // The length of that step.
-  Vec3 proportions = {1, 1, 1};   // Of a lattice step along each axis, in units.
+  double unit = 1;  // The length of that step.
+  // The proportions of a lattice step along each axis, in units.
+  Vec3 proportions = {1, 1, 1};
   LatticePoint origin = {};       // Large coordinates would cost precision.
   double lattice_per_voxel = 32;  // Lattice steps per grid step.
 

@@ -22,8 +22,8 @@ class CollapseFan {
     double error = 0;
   };
 
-  // Of v = w_0 with the ring w_0, w_1, ..., of three vertices at least. No distance above `limit`
-  // counts as near.
+  // Prepares the fan of v = w_0 with the ring w_0, w_1, ..., of three vertices at least. No
+  // distance above `limit` counts as near.
   void set_up(std::span<const Vec3> ring, double limit);
 
   [[nodiscard]] std::uint32_t sectors() const { return sectors_; }
@@ -42,7 +42,7 @@ class CollapseFan {
   [[nodiscard]] bool is_near(double error);
 
  private:
-  // Of a triangle's sine, squared: a thinner one has no normal to measure heights along.
+  // The squared sine of a triangle: a thinner one has no normal to measure heights along.
   static constexpr double kThinnest = 1e-12;
 
   struct Spoke {

@@ -98,7 +98,8 @@ class CollapsingMesh {
   std::vector<Triangle> triangles_;
   std::vector<std::uint32_t> corner_of_;  // One corner of each vertex.
   std::vector<VertexKind> kinds_;
-  std::vector<std::uint32_t> marks_;  // Of a vertex: when keeps_topology saw it last.
+  // By vertex: when keeps_topology visited it last.
+  std::vector<std::uint32_t> marks_;
   std::uint32_t mark_ = 0;
 };
 

@@ -6,7 +6,8 @@
 namespace multitetra {
 namespace {
 
-// Of cells somewhat larger than the triangles are on average: most triangles are filed in those.
+// The exponent of cells somewhat larger than the triangles are on average, which hold most
+// triangles.
 int cell_exponent(const CollapsingMesh& mesh, std::span<const LatticePoint> vertices) {
   constexpr std::uint32_t kSamples = 512;
   const std::uint32_t step = mesh.triangle_count() / kSamples + 1;

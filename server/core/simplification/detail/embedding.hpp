@@ -40,7 +40,7 @@ class Embedding {
   std::span<const LatticePoint> vertices_;
   Obstacles obstacles_;
   TriangleGrid grid_;  // Obstacles come after the mesh's triangles.
-  // Of one collapse: the new triangles and their boxes.
+  // For one collapse: the new triangles and their boxes.
   std::vector<LatticePlane> fan_;
   std::vector<TriangleBox> boxes_;
 };

@@ -13,7 +13,8 @@ namespace multitetra {
 namespace {
 
 constexpr int kPasses = 4;
-constexpr double kLeastProgress = 0.01;  // Of the vertices: a pass that does less is the last.
+// A part of the vertices: a pass that removes less is the last.
+constexpr double kLeastProgress = 0.01;
 constexpr std::size_t kBetweenCheckpoints = 8192;
 constexpr std::size_t kMostNeighbours = 32;  // Work grows with their square.
 // What a squared length counts beside a squared height above the surface. With less of it more

@@ -1,5 +1,5 @@
 // Simplification's first stage: quick collapses with a part of the limit, so that the second one,
-// which knows distances better and is slower, begins with fewer triangles.
+// whose distances are exact and slower, begins with fewer triangles.
 #pragma once
 
 #include <functional>
@@ -15,8 +15,9 @@
 namespace multitetra {
 
 struct FirstStage {
-  LatticeMesh mesh;           // Vertices are some of those before, in the order of their first use.
-  std::vector<float> errors;  // Of its vertices, in units: see vertex_errors.hpp.
+  LatticeMesh mesh;  // Vertices are some of those before, in the order of their first use.
+  // By vertex, in units: see vertex_errors.hpp.
+  std::vector<float> errors;
 };
 
 // Requires triangles of three different vertices each. The topology is kept as by simplification;

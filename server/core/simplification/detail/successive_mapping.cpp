@@ -70,7 +70,7 @@ void SuccessiveMapping::number_edges() {
   edges_.resize(count);
 }
 
-// The border's edges are left out: nobody asks for them, as their ends are never carried.
+// The border's edges are left out: they are never needed, as their ends are never carried.
 void SuccessiveMapping::add_edges(const StoredMapping& map, std::span<const std::uint32_t> parts) {
   const auto visit_edges = [&](const auto& visit) {
     for (const StoredMapping::Edge& edge : map.edges) visit(edge.low, edge.high);

@@ -68,13 +68,15 @@ struct StoredMapping {
   // Relative, and more than what rounding takes from a distance, to the thinnest triangles too.
   static constexpr double kRounding = 1e-6;
 
-  // Of M, between two of its triangles. low < high.
+  // An edge of M, between two of its triangles. low < high.
   struct Edge {
     std::uint32_t low = 0;
     std::uint32_t high = 0;
-    std::uint32_t end = 0;  // Of its crossings; they begin where those of the edge before end.
+    // The end of its crossings; they begin where those of the edge before end.
+    std::uint32_t end = 0;
   };
-  std::vector<std::uint32_t> carriers;  // Of every vertex of M; kNone: it is a vertex of N.
+  // For every vertex of M; kNone: it is a vertex of N.
+  std::vector<std::uint32_t> carriers;
   std::vector<Edge> edges;
   // For every crossing, from the low end on: a corner opposite to the edge of N.
   std::vector<std::uint32_t> crossings;
@@ -161,7 +163,7 @@ class SuccessiveMapping {
   [[nodiscard]] CollapseFan::Point point(std::uint32_t vertex) const {
     return {positions_[vertex], errors_[vertex]};
   }
-  // Of the edge whose low half it is.
+  // The ends of the edge with this low half.
   [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> ends(std::uint32_t half) const {
     return {halves_[halves_[half].twin].other, halves_[half].other};
   }
@@ -192,7 +194,7 @@ class SuccessiveMapping {
   std::uint32_t free_ = kNone;
   double largest_ = 0;
 
-  // Of one collapse.
+  // The state of one collapse.
   std::uint32_t now_ = 0;
   CollapseFan fan_;
   std::vector<Vec3> ring_positions_;

@@ -21,8 +21,8 @@
 //    the new error is at least the distance and the old error together. Errors at the ends of a
 //    spoke, or at the corners of the triangle that u is placed in, are raised until it is.
 //
-// What lies in triangles that stay keeps the points that it belonged to; where a vertex of theirs
-// has its error raised they are only nearer than is told.
+// Triangles that stay keep the points that belonged to them; where a vertex of theirs has its error
+// raised, these points are only nearer than the error.
 #pragma once
 
 #include <cstdint>
@@ -67,7 +67,7 @@ class VertexErrors {
 
   std::span<const Vec3> positions_;
   std::vector<double> errors_;
-  // Of one collapse: the ring, the errors there before and after, and the largest that was raised.
+  // For one collapse: the ring, the errors there before and after, and the largest that was raised.
   std::span<const std::uint32_t> ring_;
   std::vector<double> before_, after_;
   double raised_ = 0;

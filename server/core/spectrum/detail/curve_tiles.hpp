@@ -46,7 +46,7 @@ class CurveTiles : public CurveSource {
  private:
   struct Place {
     std::uint64_t offset = 0;
-    std::uint32_t size = 0;  // 0 for a tile without curves, or one that nobody put.
+    std::uint32_t size = 0;  // 0 for a tile without curves, or one that was not written.
     std::uint32_t reserved = 0;
   };
   [[nodiscard]] std::size_t index(std::int32_t tile_x, std::int32_t tile_y, std::int32_t k) const;

@@ -30,7 +30,7 @@ struct CurveBlock {
 class CurveLayer {
  public:
   struct Curve {
-    std::uint32_t offset = 0;  // Of its first block.
+    std::uint32_t offset = 0;  // The offset of its first block.
     std::uint16_t first = 0;   // Its first bin is 4 * first.
     std::uint16_t count = 0;   // Blocks; 0 where there is no error.
   };

@@ -19,9 +19,9 @@
 #include "server/core/framework/grid.hpp"
 #include "server/core/framework/step_lengths.hpp"
 #include "server/core/spectrum/detail/error_curve.hpp"
-#include "server/core/spectrum/isovalue_bins.hpp"
 #include "server/core/spectrum/detail/own_error_curve.hpp"
 #include "server/core/spectrum/detail/own_error_rows.hpp"
+#include "server/core/spectrum/isovalue_bins.hpp"
 
 namespace multitetra {
 
@@ -50,7 +50,7 @@ class FinerCubes {
   std::array<const CurveLayer*, 4> layers_{};
 };
 
-// The points that a level computes, in its units. Points outside have no errors, or nobody asks.
+// The points that a level computes, in its units. Points outside have no errors, or are not needed.
 struct LevelWindow {
   int exponent = 0;
   GridPoint low;  // z is even.
@@ -139,7 +139,7 @@ class LevelWavefront {
   // By shape: where the corners lie as seen from a point of the layer at hand; behind the last one,
   // the point itself.
   std::array<std::array<std::ptrdiff_t, 12>, 64> offsets_{};
-  std::vector<FourOwnErrors> errors_;  // Of the row at hand.
+  std::vector<FourOwnErrors> errors_;  // The errors of the current row.
   std::array<CurveLayer, 2> even_;
   std::size_t lower_ = 1;  // even_[lower_] is layer 2k, the other one 2k + 2.
   std::int32_t next_ = 0;

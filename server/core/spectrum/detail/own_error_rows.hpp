@@ -15,8 +15,8 @@
 
 namespace multitetra {
 
-// Of four points beside each other in a row. Lanes whose values are void, or all equal, say nothing
-// beyond that.
+// The own errors of four neighbouring points in a row. In lanes whose values are void or all equal,
+// only that is defined.
 struct FourOwnErrors {
   using Vector = Lanes<float>::Vector;
   Vector low{};  // The range of the diamond's values.

@@ -46,7 +46,7 @@ class SpectrumBrickBuilder {
   std::vector<std::uint8_t> codes_;
 };
 
-// What one bin of a brick says.
+// The decoded contents of one bin of a brick.
 struct SpectrumPlane {
   struct Point {
     std::uint8_t certified = 0;  // Codes.

@@ -42,7 +42,7 @@ class CellNeighbourhood {
   }
   static constexpr std::array<std::size_t, 3> kStep = {1, 4, 16};
 
-  // `value(x, y, z)` is asked only for what is needed.
+  // Calls `value(x, y, z)` only for the samples that are needed.
   template <typename Value>
   void fill(const std::array<int, 3>& corners, const Value& value) {
     for (int z = 0; z < corners[2] + 2; ++z) {

@@ -17,8 +17,8 @@
 
 namespace multitetra {
 
-// A slot for every half step, in blocks that are made when the first of their edges is asked for.
-// Some 12 MB where a cube of side 64 has surface everywhere: worth to be used again.
+// A slot for every half step, in blocks that are allocated when the first of their edges is used.
+// About 12 MB where a cube of side 64 has surface everywhere, so reuse it.
 class EdgeVertices {
  public:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();

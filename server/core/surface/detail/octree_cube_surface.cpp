@@ -135,7 +135,8 @@ constexpr std::uint32_t bits_of_points_with(int middles) {
   return bits;
 }
 
-constexpr std::size_t kMaxTetrahedra = 48;  // Of its own, in one cube.
+// The most tetrahedra of one octree cube's own.
+constexpr std::size_t kMaxTetrahedra = 48;
 
 // How many tetrahedra the cube has of its own: twelve, two more for every face that is cut in four
 // and for every edge that is cut in two, whose two faces are cut then. A refined child takes away
@@ -167,7 +168,7 @@ class CubeVertices {
   }
 
  private:
-  // Not inlined, so that what is asked for again and again, a vertex that is known, stays short.
+  // Not inlined, so that the frequent case, a vertex that exists, stays short.
   [[gnu::noinline]] std::uint32_t find(std::size_t edge) {
     const auto [i, j] = kTable.edges.edges[edge];
     std::uint32_t& number = numbers_[edge];

@@ -25,11 +25,12 @@ struct OctreeCubePoints {
   std::int32_t step = 1;                           // Half the cube's side.
   std::array<std::int32_t, 3> turned = {1, 1, 1};  // -1 along axes where the even corner is upper.
   std::array<float, 27> values{};                  // NaN is void.
-  std::uint32_t kept = 0;  // Bits of the face centres and edge midpoints that are kept, and
-                           // of the corners whose child is refined.
+  // Bits of the face centres and edge midpoints that are kept, and of the corners whose child is
+  // refined.
+  std::uint32_t kept = 0;
 
   [[nodiscard]] GridPoint at(std::size_t index) const { return centre + turn(kOffsets[index]); }
-  // Of the edge between two points.
+  // The sum of the ends of the edge between two points.
   [[nodiscard]] GridPoint sum_of_ends(std::size_t i, std::size_t j) const {
     return 2 * centre + turn(kOffsets[i] + kOffsets[j]);
   }

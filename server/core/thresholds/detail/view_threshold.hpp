@@ -1,9 +1,9 @@
-// The threshold that a view says over a box: the length that the tolerated pixels cover there.
+// The threshold of a view over a box: the length that the tolerated pixels cover there.
 //
-// tau(x) = k |x - eye| in world units, and at least `outside` outside the frustum. It says
-// something everywhere, so there is never a gap. Monotone (threshold_bound.hpp): the world box of an
-// inner box lies in that of the outer one, so it is no nearer to the eye; and when the outer box
-// lies wholly on the far side of a plane of the frustum, so does the inner one.
+// tau(x) = k |x - eye| in world units, and at least `outside` outside the frustum. It is defined
+// everywhere, so there is never a gap. Monotone (threshold_bound.hpp): the world box of an inner
+// box lies in that of the outer one, so it is no nearer to the eye; and when the outer box lies
+// wholly on the far side of a plane of the frustum, so does the inner one.
 #pragma once
 
 #include <array>
@@ -41,7 +41,7 @@ class ViewThreshold {
   double length_per_distance_;  // k
   double outside_ = 0;
   bool has_frustum_ = false;
-  std::array<Plane, 5> planes_;  // Of the frustum, when there is one: four sides and its apex.
+  std::array<Plane, 5> planes_;  // Planes of the frustum, if there is one: four sides and the apex.
 };
 
 // A view in sample indices as the same one in world coordinates.

@@ -1,4 +1,4 @@
-// The bytes of chunks, as a layout says that they are stored.
+// Decodes the stored bytes of chunks.
 #include <algorithm>
 #include <array>
 #include <cstring>

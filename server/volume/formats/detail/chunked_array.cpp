@@ -315,7 +315,7 @@ ArrayLayout n5(const Json& json) {
   ArrayLayout layout;
   layout.shape = lengths_of(json, "dimensions", 0);
   layout.chunk = lengths_of(json, "blockSize", 1);
-  std::reverse(layout.shape.begin(), layout.shape.end());  // N5 tells the fastest one first.
+  std::reverse(layout.shape.begin(), layout.shape.end());  // N5 lists the fastest one first.
   std::reverse(layout.chunk.begin(), layout.chunk.end());
   layout.type = long_type(member(json, "dataType"));
   layout.are_halves = json.at("dataType") == kHalf3;

@@ -31,24 +31,26 @@ struct ShardLayout {
   bool index_at_end = true;
 };
 
-// Dimensions are in the order of C arrays: the last one varies fastest, unless `order` says else.
+// Dimensions are in the order of C arrays: the last one varies fastest, unless `order` differs.
 struct ArrayLayout {
   std::vector<std::int64_t> shape;
   std::vector<std::int64_t> chunk;  // The shape of a chunk; inside shards, of an inner one.
-  std::vector<std::size_t> order;   // Of the bytes in a chunk: dimensions, the slowest first.
+  // The order of the bytes in a chunk: dimensions, slowest first.
+  std::vector<std::size_t> order;
   StoredType type = StoredType::kU8;
   bool are_halves = false;  // Stored are floats of 16 bits; `type` is what they become, kF32.
   Endian endian = Endian::kLittle;
   std::vector<std::byte> fill;  // One number in host order: what missing chunks hold.
   std::vector<ChunkCodec> codecs;
   std::optional<ShardLayout> shards;
-  std::string key_prefix;  // Of the keys of chunks: "c/", or nothing.
+  std::string key_prefix;  // The prefix of the keys of chunks: "c/", or empty.
   char key_separator = '.';
-  bool key_is_reversed = false;              // The fastest dimension's number comes first (N5).
-  bool has_block_headers = false;            // N5: each chunk says its own shape.
+  bool key_is_reversed = false;  // The fastest dimension's number comes first (N5).
+  // N5: each chunk contains its own shape.
+  bool has_block_headers = false;
   std::vector<std::string> dimension_names;  // Empty, or one for each dimension.
 
-  // Of the numbers of a chunk in `type`, and as they are stored behind the codecs.
+  // The size of a decoded chunk in `type`, and of a chunk as it is stored behind the codecs.
   [[nodiscard]] std::size_t chunk_bytes() const;
   [[nodiscard]] std::size_t stored_width() const { return are_halves ? 2 : bytes_of(type); }
   // The key of the stored object (shard or chunk) with these numbers.

@@ -12,7 +12,7 @@ namespace multitetra {
 namespace {
 
 constexpr std::uint64_t kMostLayerBytes = std::uint64_t{1} << 30;
-// Of chunks and indices of shards that are worked on at the same time; one is always allowed.
+// The most bytes of chunks and indices of shards in work at the same time; one is always allowed.
 constexpr std::uint64_t kMostWorkBytes = std::uint64_t{1} << 29;
 
 // Calls body(0) ... body(count - 1) on up to `threads` threads; throws what one of them threw.
@@ -124,7 +124,7 @@ class Chunks {
     return decoded(key, *stored, what);
   }
 
-  // Chunks are asked for shard by shard, so that few indices are kept: those in use, and one more.
+  // Chunks are requested shard by shard, so that few indices are kept: those in use, and one more.
   std::shared_ptr<Shard> shard_of(const std::vector<std::int64_t>& object) {
     const std::lock_guard lock(mutex_);
     const auto found = std::find_if(shards_.begin(), shards_.end(),
@@ -302,7 +302,7 @@ class ChunkedSlices : public StoredSlices {
 
   Chunks chunks_;
   VolumeInArray volume_;
-  std::vector<std::size_t> strides_;  // Of the dimensions in a chunk, in numbers.
+  std::vector<std::size_t> strides_;  // The strides of the dimensions in a chunk, in numbers.
   std::array<std::int64_t, 3> dims_ = {1, 1, 1};
   std::array<std::int64_t, 3> chunk_ = {1, 1, 1};
   std::size_t slice_bytes_ = 0;

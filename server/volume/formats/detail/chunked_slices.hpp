@@ -23,8 +23,8 @@ struct VolumeInArray {
 
 // `path` is the array's own key prefix in the store, empty or ending in '/'. Chunks are fetched and
 // unpacked in parallel. A layer of them is kept, so that slices read in order fetch each chunk once
-// (of layers larger than 1 GiB only what is asked for). A missing chunk holds the fill value; the
-// findings count them. Chunks and indices of shards at work take half a GiB, or those of one chunk.
+// (of layers larger than 1 GiB only the requested part). A missing chunk holds the fill value; the
+// findings count them. Chunks and indices of shards in work take half a GiB, or those of one chunk.
 [[nodiscard]] std::unique_ptr<StoredSlices> chunked_slices(std::shared_ptr<ObjectStore> store,
                                                            std::string path, ArrayLayout layout,
                                                            VolumeInArray volume);

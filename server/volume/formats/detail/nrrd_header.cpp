@@ -25,7 +25,7 @@ std::optional<std::string_view> take_line(std::string_view& text) {
   return line;
 }
 
-// Of the two spellings that some fields have, the one with a space.
+// The spelling with a space of a field that has two spellings.
 std::string field_name(std::string_view written) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kSpellings = {
       {{"datafile", "data file"},

@@ -83,7 +83,8 @@ class OpenPart {
   std::uint64_t part_bytes_;
   InputFile file_;
   std::optional<UnpackedStream> stream_;
-  std::uint64_t at_ = 0;  // Of the unpacked stream.
+  // The position in the unpacked stream.
+  std::uint64_t at_ = 0;
 };
 
 class SlicesInParts : public StoredSlices {
@@ -123,7 +124,8 @@ class SlicesInParts : public StoredSlices {
   SampleParts samples_;
   ImageHeader header_;
   std::optional<OpenPart> open_;
-  std::uint64_t index_ = 0;  // Of the open part.
+  // The index of the open part.
+  std::uint64_t index_ = 0;
 };
 
 class InterleavedSlices : public StoredSlices {

@@ -24,7 +24,8 @@ struct SamplePart {
 struct SampleParts {
   std::vector<SamplePart> parts = {};
   std::uint64_t part_bytes = 0;
-  std::uint64_t first_byte = 0;  // Of all parts together: where the first slice begins.
+  // Where the first slice begins, counted over all parts.
+  std::uint64_t first_byte = 0;
   Endian endian = Endian::kLittle;
 };
 
@@ -38,7 +39,7 @@ struct SampleParts {
                                                          std::uint64_t offset, Endian endian,
                                                          const ImageHeader& header);
 
-// The same in a file that may be packed by gzip or bzip2 as a whole, told by its first bytes;
+// The same in a file that may be packed by gzip or bzip2 as a whole, recognized by its first bytes;
 // `offset` counts unpacked bytes.
 [[nodiscard]] std::unique_ptr<StoredSlices> slices_in_file(const std::filesystem::path& file,
                                                            std::uint64_t offset, Endian endian,

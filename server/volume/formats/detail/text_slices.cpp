@@ -141,7 +141,8 @@ class TextSlices : public StoredSlices {
   std::optional<UnpackedStream> stream_ = std::nullopt;  // None: the file is not packed.
   std::uint64_t at_ = 0;                                 // The file's byte that comes after text_.
   std::string text_;
-  std::size_t used_ = 0;    // Of text_.
+  // The used bytes of text_.
+  std::size_t used_ = 0;
   std::uint64_t next_ = 0;  // The number that comes next, counted from the first in the text.
 };
 

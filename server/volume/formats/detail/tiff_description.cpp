@@ -151,7 +151,8 @@ class OmeParser {
   // Blocks of pages that say where they begin.
   Result<void> place_blocks(TiffDescription& description) const {
     const std::vector<std::size_t> ordered = description.pages;
-    std::vector<std::size_t> place_of(ordered.size());  // Of the pages, as they are ordered.
+    // The place of each page after ordering.
+    std::vector<std::size_t> place_of(ordered.size());
     for (std::size_t i = 0; i < ordered.size(); ++i) place_of[ordered[i]] = i;
     for (const Values& block : blocks_) {
       if (!block.contains("IFD")) continue;
@@ -221,7 +222,7 @@ Result<TiffDescription> parse_imagej_description(std::string_view text) {
   const std::int64_t frames = count_of(values, "frames");
   const std::int64_t images = count_of(values, "images");
   description.slices = count_of(values, "slices");
-  // A stack that is no hyperstack says only how many images it has.
+  // A stack that is no hyperstack contains only the number of images.
   if (description.channels == 1 && frames == 1 && description.slices == 1) {
     description.slices = images;
   }

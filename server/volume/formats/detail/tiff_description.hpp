@@ -20,7 +20,7 @@ struct TiffDescription {
   std::int64_t slices = 1;
   std::int64_t channels = 1;
   SourceTimes times = {};
-  std::array<std::optional<double>, 3> spacing = {};  // Along x, y, z, where it says so.
+  std::array<std::optional<double>, 3> spacing = {};  // Along x, y, z, where present.
   std::string length_unit = {};
   bool resolution_is_spacing = false;           // The page's resolution is in pixels a length_unit.
   std::vector<std::string> channel_names = {};  // None, or one for each; may be empty.
@@ -28,11 +28,12 @@ struct TiffDescription {
   std::vector<std::size_t> pages = {};
 };
 
-// Of ImageJ's hyperstacks ("ImageJ=1.53..."). Its pages need not all be there: of stacks beyond
-// 4 GiB the file has one, behind which all samples follow.
+// Parses the description of an ImageJ hyperstack ("ImageJ=1.53..."). Its pages need not all be
+// there: stacks beyond 4 GiB have one page, followed by all samples.
 [[nodiscard]] Result<TiffDescription> parse_imagej_description(std::string_view text);
 
-// Of OME-TIFF, an XML document; `components` is the number of components of a page's samples.
+// Parses the XML document of OME-TIFF; `components` is the number of components of a page's
+// samples.
 [[nodiscard]] Result<TiffDescription> parse_ome_description(std::string_view text,
                                                             std::int64_t components);
 

@@ -18,7 +18,7 @@
 namespace multitetra {
 namespace {
 
-// What libtiff said last. It has one function for this in a process.
+// The last message of libtiff, which has one error handler per process.
 thread_local std::string tiff_problem;
 
 void keep_problem(const char* /*module*/, const char* format, va_list arguments) {
@@ -132,7 +132,7 @@ namespace {
 }  // namespace
 
 TiffPages::TiffPages(std::filesystem::path file) : file_(std::move(file)) {
-  (void)InputFile(file_);  // Tells what is wrong with the file itself.
+  (void)InputFile(file_);  // Reports a fault of the file itself.
   reader_ = std::make_unique<Reader>(file_);
   TIFF* const tiff = reader_->tiff;
   if (tiff == nullptr) fail_in_tiff(file_, "it is no whole TIFF file");

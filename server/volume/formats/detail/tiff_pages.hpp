@@ -30,7 +30,8 @@ class TiffPages {
   // ImageDescription, and the resolution in pixels a unit, of the first page.
   [[nodiscard]] const std::string& description() const { return description_; }
   struct Resolution {
-    double x = 0;  // 0: not said.
+    // 0: unknown.
+    double x = 0;
     double y = 0;
     double unit_mm = 0;  // 0: no unit.
   };

@@ -109,7 +109,7 @@ class StreamUnpacker {
     if (packing_ == Packing::kBzip2) {
       BZ2_bzDecompressInit(&bzip2_, 0, 0);
     } else {
-      inflateInit2(&zlib_, 15 + 32);  // Tells zlib from gzip by itself.
+      inflateInit2(&zlib_, 15 + 32);  // Distinguishes zlib from gzip by itself.
     }
   }
   void end() {
@@ -188,7 +188,7 @@ Result<std::size_t> unpack_sized_lz4(std::span<const std::byte> packed, std::spa
   std::memcpy(&size, packed.data(), sizeof(size));  // Little-endian hosts only.
   if (size > into.size()) return damaged("it holds more bytes than it should");
   const Result<std::size_t> done = unpack_lz4(packed.subspan(sizeof(size)), into.first(size));
-  if (done && *done != size) return damaged("it holds fewer bytes than it says");
+  if (done && *done != size) return damaged("it holds fewer bytes than it declares");
   return done;
 }
 

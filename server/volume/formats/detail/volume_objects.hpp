@@ -1,4 +1,4 @@
-// The objects that a volume is made of: a store whose trouble is told as that of a volume file.
+// The objects of a volume: a store whose failures are reported as those of a volume file.
 #pragma once
 
 #include <memory>

@@ -214,7 +214,7 @@ class ZipStore : public ObjectStore {
 
   InputFile file_;
   std::map<std::string, ZipEntry> entries_;
-  std::string prefix_;  // Of all keys.
+  std::string prefix_;  // The prefix of all keys.
 };
 
 }  // namespace

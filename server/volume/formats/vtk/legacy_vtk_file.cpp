@@ -58,7 +58,7 @@ class VtkLines {
   void skip(std::string_view word) {
     if (lower_case(std::string_view(text_).substr(at_, word.size())) == word) (void)line();
   }
-  // Of the file's bytes, the one behind the last line.
+  // The offset of the byte after the last line.
   [[nodiscard]] std::uint64_t position() const { return at_; }
 
  private:

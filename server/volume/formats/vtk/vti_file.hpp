@@ -18,9 +18,11 @@ namespace multitetra {
 // One piece of a .pvti, which may be a part of its whole extent.
 struct VtiPiece {
   StoredVolume volume;
-  std::array<std::int64_t, 6> extent{};  // Of the piece.
+  // The extent of the piece.
+  std::array<std::int64_t, 6> extent{};
   bool of_cells = false;
-  bool is_part = false;  // Of the whole extent that the file tells.
+  // The piece is a part of the whole extent in the file.
+  bool is_part = false;
 };
 [[nodiscard]] VtiPiece open_vti_piece(const std::filesystem::path& file,
                                       const VolumeChoice& choice);

@@ -19,8 +19,9 @@ namespace multitetra {
 struct SlicePlaces {
   std::vector<double>
       at;  // Along the normal, in steps of the grid from its first slice on; rising.
-  std::vector<std::array<double, 2>> shift;  // Of a slice's first sample on the grid, in samples.
-  std::array<std::int64_t, 2> size{};        // Columns and rows of the slices.
+  // The offset of each slice's first sample on the grid, in samples.
+  std::vector<std::array<double, 2>> shift;
+  std::array<std::int64_t, 2> size{};  // Columns and rows of the slices.
 };
 
 struct DicomGrid {

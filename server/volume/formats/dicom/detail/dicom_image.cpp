@@ -75,7 +75,7 @@ struct FunctionalGroups {
   std::string rescale_type = {};
 };
 
-// Takes over what `item` says; the rest stays.
+// Takes over the values in `item`; the rest stays.
 void read_groups(const gdcm::DataSet& item, FunctionalGroups& groups) {
   const auto take = [&](const gdcm::Tag& group, const gdcm::Tag& tag, std::size_t count,
                         std::vector<double>& into) {
@@ -116,8 +116,8 @@ void apply(const FunctionalGroups& groups, DicomImage& image) {
   if (!groups.intercept.empty()) image.intercept = groups.intercept[0];
 }
 
-// The frames of a file whose header is `whole`: told apart by functional groups, else one slice
-// spacing apart, or as far as a dose grid says.
+// The frames of a file whose header is `whole`: positioned by functional groups, else one slice
+// spacing apart, or by the offsets of a dose grid.
 std::vector<DicomImage> frames_of(const DicomImage& whole, const gdcm::DataSet& data) {
   const DicomSequence shared = sequence_at(data, gdcm::Tag(0x5200, 0x9229));
   const DicomSequence each = sequence_at(data, gdcm::Tag(0x5200, 0x9230));

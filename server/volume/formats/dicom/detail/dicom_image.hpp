@@ -1,5 +1,4 @@
-// One frame of a DICOM file, without its pixels: what the header says. GDCM's types are seen here
-// and in the other dicom_ files alone.
+// The header of one frame of a DICOM file, without its pixels. Only the dicom_ files include GDCM.
 #pragma once
 
 #include <array>
@@ -20,8 +19,9 @@ namespace multitetra {
 
 struct DicomImage {
   std::filesystem::path file;
-  std::int64_t frame = 0;   // In the file, from 0 on.
-  std::int64_t frames = 1;  // Of the file.
+  std::int64_t frame = 0;  // In the file, from 0 on.
+  // The number of frames of the file.
+  std::int64_t frames = 1;
   std::string series;
   std::string study;
   std::string patient;
@@ -34,11 +34,13 @@ struct DicomImage {
   StoredType type = StoredType::kU8;
   int components = 1;
   int stored_bits = 0;
-  Vec3 row{};  // Of the image plane: the direction in which columns are counted.
+  // The direction of the image plane in which columns are counted.
+  Vec3 row{};
   Vec3 column{};
-  Vec3 position{};  // Of the first sample.
+  // The position of the first sample.
+  Vec3 position{};
   bool has_position = false;
-  bool has_own_place = false;  // Of a frame: the file gives each frame a position.
+  bool has_own_place = false;  // The file gives each frame a position.
   Vec3 spacing = {1, 1, 1};
   double slope = 1;
   double intercept = 0;

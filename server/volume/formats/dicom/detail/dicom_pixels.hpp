@@ -10,7 +10,8 @@ namespace multitetra {
 
 // What the header promises of the pixel data.
 struct DicomPixels {
-  std::uint64_t offset = 0;      // Of the value of the element (7FE0,0010) in the file.
+  // The offset of the value of the element (7FE0,0010) in the file.
+  std::uint64_t offset = 0;
   std::string_view syntax = {};  // UID of the transfer syntax.
   std::uint64_t frames = 1;
   std::uint64_t frame_samples = 1;  // Pixels of a frame times samples of a pixel.

@@ -40,7 +40,8 @@ std::size_t unpack_lzf(const unsigned char* in, std::size_t size, unsigned char*
   return done;
 }
 
-// Of `values` the third is the size of a chunk; the buffer is the library's, of malloc.
+// A filter of libhdf5. `values[2]` is the size of a chunk; the buffer is the library's, from
+// malloc.
 std::size_t lzf_filter(unsigned flags, std::size_t count, const unsigned* values, std::size_t bytes,
                        std::size_t* buffer_bytes, void** buffer) {
   if ((flags & H5Z_FLAG_REVERSE) == 0 || count < 3 || values[2] == 0) return 0;

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 constexpr int kDeepest = 8;  // Virtual datasets of virtual datasets.
 constexpr std::size_t kMostSources = 100'000;
 
-// The first thing that libhdf5 has against a file, as the innermost function says it.
+// Keeps the first error of libhdf5, as the innermost function reports it.
 herr_t keep_problem(unsigned, const H5E_error2_t* error, void* into) {
   auto& text = *static_cast<std::string*>(into);
   if (error->desc != nullptr && *error->desc != '\0') text = error->desc;
@@ -227,7 +227,7 @@ std::string hdf5_text(hid_t object, const char* name) {
 
 Hdf5Id open_hdf5_file(const fs::path& file) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  const InputFile input(file);  // Tells what is wrong with the file itself.
+  const InputFile input(file);  // Reports a fault of the file itself.
   const Hdf5Id access(H5Pcreate(H5P_FILE_ACCESS), &H5Pclose);
   H5Pset_file_locking(access.get(), false, true);  // Other programs may have it open.
   Hdf5Id opened(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access.get()), &H5Fclose);

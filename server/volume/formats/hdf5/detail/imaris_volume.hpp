@@ -10,9 +10,11 @@
 namespace multitetra {
 
 struct ImarisVolume {
-  std::string dataset;                 // Its path in the file.
-  std::array<std::int64_t, 3> dims{};  // Of the image; the dataset may be padded.
-  Vec3 origin{};                       // Of the first sample: the middle of a voxel.
+  std::string dataset;  // Its path in the file.
+  // The size of the image; the dataset may be padded.
+  std::array<std::int64_t, 3> dims{};
+  // The first sample, the middle of a voxel.
+  Vec3 origin{};
   Vec3 spacing{};
   std::string unit = {};
   SourceMembers members = {};

@@ -220,7 +220,7 @@ class VtiParser {
     VtiArray array{.name = get("Name", ""), .of_cells = of_cells_, .section = section_};
     const std::string type = get("type", "");
     const auto known = stored_type_from_word(type);
-    if (!known) return;  // Of text or bits: nobody asks for it.
+    if (!known) return;  // Text or bits, which are not supported.
     array.type = *known;
     const std::string components = get("NumberOfComponents", "1");
     std::array<std::int64_t, 1> count{};

@@ -32,17 +32,20 @@ struct VtiArray {
 enum class VtkDataKind { kImageData, kPolyData };
 
 struct VtiHeader {
-  std::array<std::int64_t, 6> extent{};  // Of samples: x0 x1 y0 y1 z0 z1, both ends included.
-  std::array<std::int64_t, 6> piece{};   // Of those that the file has: a part, or the same.
+  // The extent of the samples: x0 x1 y0 y1 z0 z1, both ends included.
+  std::array<std::int64_t, 6> extent{};
+  // The extent of the samples in the file: a part, or the same.
+  std::array<std::int64_t, 6> piece{};
   Vec3 origin{};
   Vec3 spacing = {1, 1, 1};
-  std::array<Vec3, 3> directions = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};  // Of axes.
-  // Of polygons: how many there are.
+  // The directions of the axes.
+  std::array<Vec3, 3> directions = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
+  // For polygons: the number of points.
   std::uint64_t points = 0;
   std::uint64_t polys = 0;
   std::uint64_t strips = 0;
   Endian endian = Endian::kLittle;
-  int length_bytes = 4;    // Of the numbers in front of the samples: 4 or 8.
+  int length_bytes = 4;    // The size of the numbers before the samples: 4 or 8.
   std::string compressor;  // Empty: none.
   std::string scalars;     // The name of the active point array; may be empty.
   std::string cell_scalars;
@@ -54,7 +57,7 @@ struct VtiHeader {
 // Gives the next bytes of the file; none at its end.
 using NextBytes = std::function<std::string_view()>;
 
-// What a .pvti file says of its pieces.
+// The pieces that a .pvti file lists.
 struct PvtiHeader {
   std::array<std::int64_t, 6> extent{};
   std::vector<std::string> pieces;  // The files that they lie in.
