@@ -21,7 +21,7 @@ inline ExitCode complain(ExitCode code, const std::string& text) {
 }
 
 inline ExitCode complain(const ClientError& trouble) {
-  const std::string who = trouble.trouble == Trouble::kServer  ? "the server says: "
+  const std::string who = trouble.trouble == Trouble::kServer  ? "server: "
                           : trouble.trouble == Trouble::kCheck ? "a check failed: "
                                                                : "";
   return complain(trouble.trouble == Trouble::kCheck ? kCheckFailed : kFailed,

@@ -108,7 +108,7 @@ void Conversation::keep_time(Clock::time_point now) {
   if (session_.is_closed() || !idleness_.is_exceeded(now, is_busy)) return;
   client_->admission().observer().refused(client_->facts(), "idle_seconds");
   end({ErrorCode::kUnavailable,
-       "Nothing was asked for a long time; connect again when there is something to ask."});
+       "Idle timeout: there was no request for a long time. Connect again for the next one."});
 }
 
 // ---- what is sent
@@ -165,7 +165,7 @@ void Conversation::give_up(const ServerMessage& message) {
     replies_.push_front({ErrorReply{.request_id = list->request_id, .error = error}});
   } else if (stream_) {
     stream_->messages->fail(
-        {ErrorCode::kLimitExceeded, "The answer" + beyond + "; ask for a larger error."});
+        {ErrorCode::kLimitExceeded, "The reply" + beyond + "; request a larger error."});
   }
 }
 

@@ -137,7 +137,7 @@ Result<AccessRights> AccessList::rights_of(std::string_view token,
   if (token.empty()) {
     if (!strangers_.empty() && !strangers_.front().has_expired(now)) return strangers_.front();
     return fail(ErrorCode::kUnauthenticated,
-                "This server wants a token; whoever runs it hands them out.");
+                "This server requires a token. Its operator issues them.");
   }
   const TokenDigest digest = digest_of_token(token);
   const Entry* found = nullptr;
@@ -146,12 +146,12 @@ Result<AccessRights> AccessList::rights_of(std::string_view token,
   }
   if (found == nullptr) {
     return fail(ErrorCode::kUnauthenticated,
-                "The token is none that this server knows; ask whoever runs it for another.");
+                "The token is unknown to this server. Its operator issues tokens.");
   }
   if (found->rights.has_expired(now)) {
     return fail(ErrorCode::kUnauthenticated, "The token expired at " +
                                                  time_text(*found->rights.expires()) +
-                                                 "; ask whoever runs this server for another.");
+                                                 ". The server's operator issues tokens.");
   }
   return found->rights;
 }

@@ -97,11 +97,10 @@ Result<ByteReservations::Reservation> ClientContext::reserve(std::size_t bytes) 
   auto room = admission_.queue_.take(share(), bytes);
   if (room) return *std::move(room);
   admission_.observer().refused(facts_, "queue_bytes");
-  return tl::unexpected(Error{
-      .code = ErrorCode::kUnavailable,
-      .text = "This server has no room for that now, because so much waits already; ask again in " +
-              shortest_text(kRetryAfter) + " s, or for a larger error.",
-      .retry_after = kRetryAfter});
+  return tl::unexpected(Error{.code = ErrorCode::kUnavailable,
+                              .text = "This server has no memory for that request now; retry in " +
+                                      shortest_text(kRetryAfter) + " s, or for a larger error.",
+                              .retry_after = kRetryAfter});
 }
 
 // ---- the admission

@@ -115,7 +115,7 @@ std::string text_of_rights(const AccessRights& rights, bool has_token) {
   std::string text = rights.name();
   for (const std::string& dataset : rights.datasets()) text += " " + dataset;
   if (rights.surfaces_only()) text += "  (surfaces only)";
-  if (!has_token) text += "  (whoever has no token)";
+  if (!has_token) text += "  (clients without a token)";
   if (!rights.expires()) return text + "\n";
   const bool is_over = rights.has_expired(std::chrono::system_clock::now());
   return text + (is_over ? "  EXPIRED " : "  until ") + time_text(*rights.expires()) + "\n";

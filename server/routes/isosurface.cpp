@@ -32,8 +32,7 @@ Result<StoredMesh> guarded_store(std::vector<Surface> surfaces, const DatasetInf
   } catch (const std::exception& trouble) {
     log_line(LogLevel::kError, std::string("making a mesh file failed: ") + trouble.what(),
              {{"dataset", info.name}});
-    return fail(ErrorCode::kInternal,
-                "The server failed to make this mesh's file; its log says why.");
+    return fail(ErrorCode::kInternal, "The server failed to make this mesh's file; see its log.");
   }
 }
 

@@ -105,8 +105,9 @@ asio::awaitable<Outcome> Router::routed(const HttpRequest& request, RequestConte
   if (!is_allowed_host(host, http_.allowed_hosts)) {
     co_return error_answer(
         421,
-        {ErrorCode::kInvalidArgument, "This server is not asked as \"" + std::string(host) +
-                                          "\"; whoever runs it can allow that with --allow-host."},
+        {ErrorCode::kInvalidArgument,
+         "Host \"" + std::string(host) +
+             "\" is not allowed. Start the server with --allow-host to accept it."},
         context.request_id);
   }
   if (request.method() == http::verb::options && request.target() == "*") {

@@ -38,8 +38,8 @@ std::string key_of(const DatasetInfo& info, const SliceRequest& slice, const Sli
     return std::string(kSliceForm) + " raw " + key_of(info) + plane;
   return std::string(kSliceForm) + " png " + std::string(name(scale.map)) + ' ' +
          shortest_text(scale.low) + ' ' + shortest_text(scale.high) + ' ' +
-         (scale.is_logarithmic ? "log " : "") + (query.no_value_color ? rgb_text(*query.no_value_color) : "") +
-         key_of(info) + plane;
+         (scale.is_logarithmic ? "log " : "") +
+         (query.no_value_color ? rgb_text(*query.no_value_color) : "") + key_of(info) + plane;
 }
 
 // Which values have which colours, and what those have that are none.
@@ -66,10 +66,10 @@ Result<std::string> guarded_picture(const SliceReply& slice, const PictureColors
     return picture_of(slice, colors);
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
-                "The server has not enough memory for this picture; ask for fewer pixels.");
+                "The server has not enough memory for this picture; request fewer pixels.");
   } catch (const std::exception& trouble) {
     log_line(LogLevel::kError, std::string("drawing a slice failed: ") + trouble.what(), {});
-    return fail(ErrorCode::kInternal, "The server failed to draw this slice; its log says why.");
+    return fail(ErrorCode::kInternal, "The server failed to draw this slice; see its log.");
   }
 }
 

@@ -32,7 +32,7 @@ Result<SharedBytes> surface_file(Surface& surface, const DatasetInfo& info, cons
   } catch (const std::exception& trouble) {
     log_line(LogLevel::kError, std::string("making a cell's file failed: ") + trouble.what(),
              {{"dataset", info.name}});
-    return fail(ErrorCode::kInternal, "The server failed to make this file; its log says why.");
+    return fail(ErrorCode::kInternal, "The server failed to make this file; see its log.");
   }
 }
 

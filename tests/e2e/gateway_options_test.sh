@@ -42,5 +42,5 @@ grep -q '"text":"stopped"' gateway.log || fail "$(cat gateway.log)"
 
 start open "$gateway" --upstream tcp://127.0.0.1:1 --http 0.0.0.0:0
 url_of open http >/dev/null
-grep -q 'everybody may see what the servers behind let them see' open.log || fail "an open gateway is not told: $(cat open.log)"
+grep -q 'every client may see all datasets of the upstreams' open.log || fail "no warning about an open gateway: $(cat open.log)"
 ends_well open "$pid"

@@ -70,10 +70,10 @@ port=$(url_of guarded tls 2>/dev/null || url_of guarded tcp)
 alone_tcp=$(url_of alone tcp)
 alone_http=$(url_of alone http)
 url_of open tcp >/dev/null
-grep -q 'everybody may see everything' open.log || fail "an open server is not told: $(cat open.log)"
-grep -q 'can be read on its way' open.log || fail "a server without TLS is not told"
-grep -q 'everybody on this machine can read the TLS key' guarded.log || fail "a key for all is not told: $(cat guarded.log)"
-! grep -q 'everybody may\|on its way' guarded.log || fail "a guarded server is told to be open"
+grep -q 'every client may see all datasets' open.log || fail "an open server is not told: $(cat open.log)"
+grep -q 'traffic is not encrypted' open.log || fail "a server without TLS is not told"
+grep -q 'the TLS key is readable by all users' guarded.log || fail "a key for all is not told: $(cat guarded.log)"
+! grep -q 'every client may\|not encrypted' guarded.log || fail "a guarded server is told to be open"
 # A page of another site cannot give this machine a name of its own and read what is for those on it alone.
 status_as() { curl -s -o /dev/null -w '%{http_code}' -H "Host: $1" "$alone_http/v1/datasets"; }
 [ "$(status_as localhost) $(status_as evil.example)" = "200 421" ] || fail "a server for this machine is asked by any name"

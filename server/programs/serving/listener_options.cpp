@@ -275,24 +275,25 @@ void warn_of_open_listeners(const ListenerOptions& o, bool is_gateway) {
   };
   const bool is_open = is_reachable(tcp_options(o)) || is_reachable(http_options(o));
   if (is_open && o.tokens.empty()) {
-    const std::string what = is_gateway ? "what the servers behind let them see" : "everything";
+    const std::string what = is_gateway ? "all datasets of the upstreams" : "all datasets";
     log_line(LogLevel::kWarning,
-             "others than this machine can connect, and everybody may see " + what +
-                 ": there is no --tokens file",
+             "other machines can connect, and every client may see " + what +
+                 ": set --tokens to restrict that",
              {});
   }
   // With a proxy in front TLS may be its business.
   if (is_open && o.tls_certificate.empty() && o.trusted_proxies.empty()) {
     log_line(LogLevel::kWarning,
-             "others than this machine can connect, and all that is said can be read on its way: "
-             "there is no --tls-cert",
+             "other machines can connect, and their traffic is not encrypted: set --tls-cert and "
+             "--tls-key, or --trusted-proxy for a proxy with TLS",
              {});
   }
   std::error_code error;
   const auto allowed = std::filesystem::status(o.tls_key, error).permissions();
   if (!o.tls_key.empty() && !error &&
       (allowed & std::filesystem::perms::others_read) != std::filesystem::perms::none) {
-    log_line(LogLevel::kWarning, "everybody on this machine can read the TLS key; chmod o= it",
+    log_line(LogLevel::kWarning,
+             "the TLS key is readable by all users of this machine; run chmod o= on it",
              {{"file", o.tls_key}});
   }
 }

@@ -41,8 +41,8 @@ Result<ByteReservations::Reservation> MeshFileCache::reserve(const std::string& 
   }
   return tl::unexpected(
       Error{.code = ErrorCode::kUnavailable,
-            .text = "This server's disk has no room for another file, because so many are being "
-                    "sent; ask again in 10 s.",
+            .text = "This server's disk has no space for another file, because so many are being "
+                    "sent; retry in 10 s.",
             .retry_after = kRetryAfter});
 }
 

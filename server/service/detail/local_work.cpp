@@ -5,12 +5,12 @@
 #include <new>
 #include <utility>
 
+#include "common/base/in_parallel.hpp"
 #include "common/base/number_text.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
 #include "server/core/thresholds/threshold_map.hpp"
 #include "server/dataset/byte_source.hpp"
-#include "common/base/in_parallel.hpp"
 #include "server/operations/log.hpp"
 #include "server/store/store_error.hpp"
 
@@ -30,7 +30,7 @@ auto guarded(const SurfaceProvider& source, const char* what, const std::stop_to
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
                 std::string("The server has not enough memory for this ") + what +
-                    "; ask for a larger error.");
+                    "; request a larger error.");
   } catch (const DatasetFileError& damage) {
     log_line(LogLevel::kError, damage.what(), {{"dataset", source.info().name}});
     return fail(ErrorCode::kDamagedData, std::string("The dataset's file is damaged where this ") +
@@ -47,7 +47,7 @@ auto guarded(const SurfaceProvider& source, const char* what, const std::stop_to
     log_line(LogLevel::kError, std::string("making the ") + what + " failed: " + trouble.what(),
              {{"dataset", source.info().name}});
     return fail(ErrorCode::kInternal,
-                std::string("The server failed to make this ") + what + "; its log says why.");
+                std::string("The server failed to make this ") + what + "; see its log.");
   }
 }
 
@@ -121,8 +121,8 @@ Error come_again(const Backlog& backlog, double limit) {
   const double share_of_time = backlog.seconds_until_done / backlog.seconds;
   const double seconds = std::ceil(std::max(1.0, (backlog.seconds - limit) * share_of_time));
   return {.code = ErrorCode::kUnavailable,
-          .text = "What you asked for already takes this server about " +
-                  shortest_text(std::ceil(backlog.seconds)) + " s; ask again in " +
+          .text = "Your pending requests already take this server about " +
+                  shortest_text(std::ceil(backlog.seconds)) + " s; retry in " +
                   shortest_text(seconds) + " s.",
           .retry_after = seconds};
 }
@@ -131,7 +131,7 @@ Error too_long(std::chrono::milliseconds limit) {
   return {ErrorCode::kLimitExceeded,
           "The answer takes this server longer than the " +
               shortest_text(static_cast<double>(limit.count()) / 1000) +
-              " s that it spends on one request; ask for a larger error."};
+              " s that it spends on one request; request a larger error."};
 }
 
 std::optional<ScalarRange> range_of(const StartStream& action) {

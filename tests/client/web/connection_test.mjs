@@ -66,11 +66,11 @@ async function survivesADeadServer(page) {
 
 async function asksForAToken(page) {
   await open(page, "#dataset=gyroid", guarded);
-  await notice(page, /wants a token/);
+  await notice(page, /requires a token/);
   assert.equal(await atKeyboard(page), "input");
   await page.keyboard.type("mt_wrong");
   await page.keyboard.press("Enter");
-  await notice(page, /none that this server knows/);
+  await notice(page, /token is unknown/);
   await page.waitForFunction(() => {
     const { selectionStart, selectionEnd, value } = document.activeElement;
     return value === "mt_wrong" && selectionStart === 0 && selectionEnd === value.length;
@@ -93,7 +93,7 @@ async function hidesItsToken(page) {
   // Also where the page is there already, and knows a token that is none.
   const other = await page.context().browser().newPage();
   await open(other, "#dataset=gyroid&token=mt_wrong", guarded);
-  await notice(other, /none that this server knows/);
+  await notice(other, /token is unknown/);
   await other.evaluate((said) => (location.hash = `dataset=gyroid&token=${said}`), token);
   await complete(other);
   await other.waitForFunction(() => !location.href.includes("token"));
