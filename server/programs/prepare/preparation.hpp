@@ -11,6 +11,8 @@
 #include <string>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 #include "common/cli/json_report.hpp"
 #include "server/programs/prepare/dataset_output.hpp"
 #include "server/programs/prepare/prepare_arguments.hpp"
