@@ -4,7 +4,7 @@ import { type Animation, film, pictures, turntable } from "./scene/animation";
 import type { Settings } from "./state/settings";
 import { toAddress } from "./state/url_state";
 import { latticeToWorld, type Vec3 } from "./stream/dataset";
-import type { Viewer } from "./viewer";
+import type { PictureOptions, Viewer } from "./viewer";
 import type { MeshFormat } from "./workers/worker_messages";
 
 export class Downloads {
@@ -30,8 +30,8 @@ export class Downloads {
     await this.copy(frame.outerHTML, "The HTML");
   }
 
-  async screenshot(): Promise<void> {
-    this.save(await this.viewer.picture(), "png");
+  async screenshot(options: PictureOptions): Promise<void> {
+    this.save(await this.viewer.picture(options), "png");
   }
 
   async turntable(form: "video" | "pictures"): Promise<void> {

@@ -57,7 +57,7 @@ const change = (said: Partial<Settings>, isDragging = false) => {
 const panel = new Panel(settings, change, {
   reset: () => viewer.reset(),
   roll: (radians) => viewer.roll(radians),
-  screenshot: () => void downloads.screenshot(),
+  screenshot: (options) => void downloads.screenshot(options),
   download: (format) => void downloads.download(format),
   copyLink: () => void downloads.copyLink(address.addressed()),
   copyEmbedding: () => void downloads.copyEmbedding(address.addressed()),

@@ -19,6 +19,7 @@ import { componentWords } from "./panel/component_filter";
 import { Notices } from "./panel/notices";
 import { TimeBar } from "./panel/time_bar";
 import type { DatasetInfo } from "./protocol/messages";
+import { annotate } from "./scene/annotations";
 import { Measuring } from "./scene/measuring";
 import { Orientation } from "./scene/orientation";
 import { type Picked, Picking } from "./scene/picking";
@@ -55,6 +56,11 @@ export interface ViewerOptions extends Partial<Settings> {
 export interface TokenPlace {
   get: () => string;
   set: (token: string) => void;
+}
+
+export interface PictureOptions {
+  enlargement?: number; // Of what is on the screen; 1 if not said.
+  isTransparent?: boolean; // Without a background.
 }
 
 export interface ViewerEvents {
@@ -231,11 +237,16 @@ export class Viewer {
     this.set({ up: this.stage.rolledUp(radians) });
   }
 
-  // What is shown, as PNG, on the page's background.
-  picture(): Promise<Blob> {
-    const background = getComputedStyle(this.element).backgroundColor;
-    const isNone = background === "transparent" || background === "rgba(0, 0, 0, 0)";
-    const canvas = this.stage.picture(isNone ? getComputedStyle(document.body).backgroundColor : background);
+  // What is shown, as PNG, on the page's background or on none, with scale bar, legends and what is measured.
+  picture({ enlargement = 1, isTransparent = false }: PictureOptions = {}): Promise<Blob> {
+    const { backgroundColor: own, color } = getComputedStyle(this.element);
+    const isNone = own === "transparent" || own === "rgba(0, 0, 0, 0)";
+    const paper = isNone ? getComputedStyle(document.body).backgroundColor : own;
+    const canvas = this.stage.picture(isTransparent ? null : paper, enlargement);
+    const legends = [this.legends.samples.words, this.legends.field.words].filter((words) => words !== null);
+    const { measurement } = this.measuring;
+    annotate(canvas.getContext("2d")!, { scale: this.surroundings.scale, legends, ...measurement },
+      canvas.width / Math.max(1, this.canvas.clientWidth), color, paper);
     return new Promise((resolve) => canvas.toBlob((blob) => resolve(blob!), "image/png"));
   }
 

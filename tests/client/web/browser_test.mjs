@@ -104,7 +104,7 @@ async function keepsItsControls(page) {
 async function refinesARegion(page) {
   const size = 64;
   const view = `eye=32,-120,32&target=32,32,32`;
-  await open(page, `#dataset=head&error=6&${view}&region=ball:32,32,32,8=0`);
+  await open(page, `#dataset=head&error=6&${view}&region=ball:32,32,32,8=1`);
   const before = await complete(page);
   const canvas = await page.locator(".stage canvas").boundingBox();
   const [x, y] = [canvas.x + canvas.width / 2, canvas.y + canvas.height / 2];
@@ -185,7 +185,27 @@ async function givesFiles(page) {
   assert.equal((await downloaded(page, "STL")).readUInt32LE(80), triangles);
   assert.equal((await downloaded(page, "GLB")).toString("latin1", 0, 4), "glTF");
   assert.match((await downloaded(page, "PLY")).toString("latin1", 0, 400), new RegExp(`element face ${triangles}`));
-  assert.equal((await downloaded(page, "Picture")).toString("latin1", 1, 4), "PNG");
+  const small = await downloaded(page, "Picture");
+  assert.equal(small.toString("latin1", 1, 4), "PNG");
+  await page.locator('[aria-label="Picture size"] button', { hasText: "2" }).click();
+  await page.click('label:has-text("Transparent background")');
+  const large = await downloaded(page, "Picture");
+  const widthOf = (png) => png.readUInt32BE(16);
+  assert.equal(widthOf(large), 2 * widthOf(small));
+  assert.deepEqual((await cornerOf(page, small))[3], 255);
+  assert.deepEqual((await cornerOf(page, large))[3], 0, "nothing lies behind the surface");
+}
+
+// The first pixel of a PNG: red, green, blue and alpha.
+function cornerOf(page, png) {
+  return page.evaluate(async (data) => {
+    const image = new Image();
+    image.src = `data:image/png;base64,${data}`;
+    await image.decode();
+    const context = new OffscreenCanvas(1, 1).getContext("2d");
+    context.drawImage(image, 0, 0);
+    return [...context.getImageData(0, 0, 1, 1).data];
+  }, png.toString("base64"));
 }
 
 async function downloaded(page, word) {

@@ -3,7 +3,7 @@ import { meshFile, weldedInWorld } from "../../../client/web/src/mesh/mesh_files
 import { nearestHit } from "../../../client/web/src/mesh/ray";
 import { rimOf } from "../../../client/web/src/mesh/tile_rim";
 import { payloadClaims } from "../../../client/web/src/mesh/tile_payload";
-import { fieldNormals, normalSums, packedNormals } from "../../../client/web/src/mesh/normals";
+import { fieldNormals, normalSums, packedNormals, spreadSums } from "../../../client/web/src/mesh/normals";
 
 const corners = [[9, 5, 5], [5, 9, 5], [5, 5, 9], [1, 5, 5], [5, 1, 5], [5, 5, 1]];
 const octahedron = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]];
@@ -157,6 +157,31 @@ describe("Normals", () => {
       const outwards = [0, 1, 2].map((axis) => (positions[3 * v + axis] - 5) * sums[3 * v + axis]);
       expect(outwards[0] + outwards[1] + outwards[2]).toBeGreaterThan(0);
     }
+  });
+});
+
+describe("SpreadNormals", () => {
+  // A plane of 13 x 13 points, every one a little above or below it.
+  const side = 13;
+  const positions = Int32Array.from({ length: 3 * side ** 2 }, (_, i) => {
+    const v = Math.floor(i / 3);
+    return [32 * (v % side), 32 * Math.floor(v / side), ((v * 2654435761) % 11) - 5][i % 3];
+  });
+  const cells = Array.from({ length: (side - 1) ** 2 }, (_, i) => (i % (side - 1)) + side * Math.floor(i / (side - 1)));
+  const triangles = Uint32Array.from(cells.flatMap((v) => [v, v + 1, v + side, v + 1, v + side + 1, v + side]));
+  const slope = (rounds: number) => {
+    const sums = spreadSums(normalSums({ positions, triangles, normals: null }), triangles, rounds);
+    let steepest = 0;
+    for (let v = 0; v < sums.length; v += 3) {
+      if (Math.min(positions[v], positions[v + 1]) < 128 || Math.max(positions[v], positions[v + 1]) > 256) continue;
+      steepest = Math.max(steepest, Math.hypot(sums[v], sums[v + 1]) / sums[v + 2]);
+    }
+    return steepest;
+  };
+
+  test("TellLessOfUnevenTrianglesTheFartherTheyReach", () => {
+    expect(slope(1)).toBeLessThan(0.7 * slope(0));
+    expect(slope(3)).toBeLessThan(0.4 * slope(0));
   });
 });
 

@@ -51,6 +51,34 @@ export function normalSums(mesh: LatticeMesh): Float32Array {
   return sums;
 }
 
+// Each vertex takes the sums of its triangles' corners, `rounds` times: directions of a neighbourhood that reaches as far.
+// Triangles of quantized samples are uneven, and single ones tell little of the surface's direction.
+export function spreadSums(sums: Float32Array, triangles: Uint32Array, rounds: number): Float32Array {
+  let from = sums;
+  for (let round = 0; round < rounds; ++round) {
+    const to = new Float32Array(from.length);
+    for (let t = 0; t < triangles.length; t += 3) {
+      const a = 3 * triangles[t];
+      const b = 3 * triangles[t + 1];
+      const c = 3 * triangles[t + 2];
+      const x = from[a] + from[b] + from[c];
+      const y = from[a + 1] + from[b + 1] + from[c + 1];
+      const z = from[a + 2] + from[b + 2] + from[c + 2];
+      to[a] += x;
+      to[a + 1] += y;
+      to[a + 2] += z;
+      to[b] += x;
+      to[b + 1] += y;
+      to[b + 2] += z;
+      to[c] += x;
+      to[c + 1] += y;
+      to[c + 2] += z;
+    }
+    from = to;
+  }
+  return from;
+}
+
 export function packedNormals(sums: Float32Array): Int16Array {
   const packed = new Int16Array((4 * sums.length) / 3);
   for (let v = 0; v < sums.length / 3; ++v) {

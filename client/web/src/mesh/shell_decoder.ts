@@ -9,11 +9,18 @@ import { TileDamage } from "./tile_damage";
 import { type LatticeMesh, nameOf, type OctreeCube, type TilePromise } from "./tile_mesh";
 import type { LatticeBox } from "./tile_components";
 
+const quantized = 2;
+
 // What a step says of all its shells; `values` as in the header: 0 exact, 1 lattice-exact, 2 quantized.
 export interface ShellMode {
   values: number;
   levelsPerOctave: number; // 1, 2, 4 or 8 of quantized ones, else 0.
   spacing: number; // Grid steps.
+}
+
+// For spreadSums(): the fewer levels, the more uneven the triangles are.
+export function normalRounds({ values, levelsPerOctave }: ShellMode): number {
+  return values !== quantized ? 1 : { 1: 4, 2: 3, 4: 2 }[levelsPerOctave] ?? 1;
 }
 
 export interface MarchedTile {
@@ -44,7 +51,6 @@ interface Exports {
   shell_high(axis: number): number;
 }
 
-const quantized = 2;
 const statuses = ["", "an unknown version", "a bad header", "contents that are damaged"];
 
 export async function shellDecoder(wasm: BufferSource): Promise<ShellDecoder> {

@@ -1,13 +1,14 @@
 // What one exports: a link, a picture, a file.
 import type { MeshFormat } from "../workers/worker_messages";
 import { h } from "../shared/elements";
+import { choice, toggle } from "./inputs";
 
 export interface DownloadsEvents {
   copyLink: () => void;
   copyEmbedding: () => void;
   turntable: (form: "video" | "pictures") => void;
   times: (form: "video" | "pictures") => void;
-  screenshot: () => void;
+  screenshot: (options: { enlargement: number; isTransparent: boolean }) => void;
   download: (format: MeshFormat) => void;
 }
 
@@ -21,11 +22,25 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
     button("Times: video", "Every time of the series, as fast as it plays (WebM).", () => events.times("video")),
     button("Times: PNGs", "The same as pictures in a ZIP file.", () => events.times("pictures")),
   ];
-  const element = h("div", { class: "actions" },
+  const picture = { enlargement: 1, isTransparent: false };
+  const size = choice({
+    label: "Picture size", tip: "Of pictures: as large as on the screen, or larger for print.",
+    words: [["1", "1 ×"], ["2", "2 ×"], ["4", "4 ×"]],
+    chosen: (value) => {
+      picture.enlargement = Number(value);
+      size.show(value);
+    },
+  });
+  size.show("1");
+  const transparent = toggle({
+    label: "Transparent background", tip: "Of pictures: nothing behind the surface.",
+    turned: (isOn) => (picture.isTransparent = isOn),
+  });
+  const actions = h("div", { class: "actions" },
     button("Copy link", "The address of exactly this view, with all settings.", events.copyLink),
     button("Embed", "HTML that shows this view in another page; what it may ask of it is in the documentation.",
       events.copyEmbedding),
-    button("Picture", "What you see, as PNG.", events.screenshot),
+    button("Picture", "What you see, as PNG, with scale bar, legend and measurement.", () => events.screenshot(picture)),
     button("GLB", "The shown surface for Blender, web and office programs.", () => events.download("glb")),
     button("PLY", "The shown surface for ParaView, MeshLab, CloudCompare.", () => events.download("ply")),
     button("STL", "The shown surface for 3D printing.", () => events.download("stl")),
@@ -34,10 +49,10 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
     ...ofTimes);
   const showTimes = (hasTimes: boolean) => ofTimes.forEach((one) => (one.hidden = !hasTimes));
   showTimes(false);
-  return { element, showTimes };
+  return { elements: [actions, size.element, transparent.element], showTimes };
 }
 
 export interface DownloadsPart {
-  element: HTMLElement;
+  elements: HTMLElement[];
   showTimes: (hasTimes: boolean) => void;
 }

@@ -1,6 +1,6 @@
 // Colours and the values that they mean, over the picture: of a slice, of a field on the surfaces. Dragged sideways it turns the level, up and
 // down the window, as readers of medical pictures do; arrow keys do the same, a double click resets.
-import { gradientOf } from "../shared/colour_maps";
+import { gradientOf, type LegendWords } from "../shared/colour_maps";
 import { scaleOf, windowOf } from "../slices";
 import type { Settings } from "../state/settings";
 import { h } from "../shared/elements";
@@ -63,6 +63,12 @@ export class Legend {
     this.element.setAttribute("aria-valuemax", String(info.max));
     this.element.setAttribute("aria-valuenow", String((low + high) / 2));
     this.element.setAttribute("aria-valuetext", `level ${inDigits((low + high) / 2)}, window ${inDigits(high - low)}`);
+  }
+
+  // Null: it is not shown.
+  get words(): LegendWords | null {
+    const [name, low, high] = [this.name, this.low, this.high].map(({ textContent }) => textContent ?? "");
+    return this.element.hidden || !this.settings ? null : { map: this.settings[this.names.colours], name, low, high };
   }
 
   private window(settings: Settings, info: LegendValues): { low: number; high: number } {

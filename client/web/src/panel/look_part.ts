@@ -20,8 +20,8 @@ export function lookPart(change: Change, roll: (radians: number) => void): Part 
   const shading = controls.choice("shading", {
     label: "Shading", tip: "Where the directions for light come from.",
     words: [
-      ["field", "From the data", "The field's own gradients, sent with the surface: the smoothest."],
-      ["smooth", "Computed", "From the triangles, averaged where they meet: less to send."],
+      ["smooth", "Computed", "From the triangles, averaged where they meet: the least to send."],
+      ["field", "From the data", "The field's own gradients, sent with the surface: the smoothest, and several times as much to send."],
       ["facets", "Facets", "Each triangle flat, as it is."],
     ],
   });

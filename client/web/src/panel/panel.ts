@@ -82,7 +82,7 @@ export class Panel {
       folded("Slice of the samples", settings.get().slice !== "off", ...slice.elements),
       folded("Appearance", false, ...look.elements),
       folded("Bookmarks", false, ...bookmarksPart(events)),
-      folded("Export", false, this.downloads.element),
+      folded("Export", false, ...this.downloads.elements),
       resetAll,
     );
     settings.watch(() => this.show());

@@ -16,11 +16,10 @@ import type { Picked } from "./picking";
 import type { Stage } from "./stage";
 
 const names = "ABC";
-export const measuredColour = "#ffd24a";
 
 // What is measured, for pictures of it.
 export interface Measurement {
-  places: Vec3[];
+  points: { x: number; y: number }[]; // In CSS pixels.
   words: string[];
 }
 
@@ -74,8 +73,11 @@ export class Measuring {
     this.write();
   }
 
+  // As it is seen now.
   get measurement(): Measurement {
-    return { places: this.places.map(({ world }) => [...world]), words: [...this.lengths(), ...this.angle()] };
+    const points = this.places.map(({ world }) => this.stage.project(new THREE.Vector3(...world)));
+    const isWhole = points.every((at) => at !== null); // None is behind the eye.
+    return { points: isWhole ? points : [], words: [...this.lengths(), ...this.angle()] };
   }
 
   private tell(): void {

@@ -224,16 +224,26 @@ export class Stage {
     };
   }
 
-  // What is shown as it is at rest, drawn into a canvas of its own on the page's background.
-  picture(background: string): HTMLCanvasElement {
+  // What is shown as it is at rest, drawn into a canvas of its own on a background, or on nothing; `enlargement` times as large
+  // as on the screen, as far as the graphics card can.
+  picture(background: string | null, enlargement = 1): HTMLCanvasElement {
+    const ratio = this.renderer.getPixelRatio();
+    const most = this.renderer.capabilities.maxTextureSize / Math.max(1, this.canvas.width, this.canvas.height);
+    if (enlargement > 1) this.renderer.setPixelRatio(ratio * Math.max(1, Math.min(enlargement, most)));
     this.draw(true);
     const copy = document.createElement("canvas");
     copy.width = this.canvas.width;
     copy.height = this.canvas.height;
     const context = copy.getContext("2d")!;
-    context.fillStyle = background;
-    context.fillRect(0, 0, copy.width, copy.height);
+    if (background !== null) {
+      context.fillStyle = background;
+      context.fillRect(0, 0, copy.width, copy.height);
+    }
     context.drawImage(this.canvas, 0, 0);
+    if (enlargement > 1) {
+      this.renderer.setPixelRatio(ratio);
+      this.invalidate();
+    }
     return copy;
   }
 

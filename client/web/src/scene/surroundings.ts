@@ -64,6 +64,12 @@ export class Surroundings {
     this.stage.invalidate();
   }
 
+  // Of the scale bar, in CSS pixels; null: it is not shown.
+  get scale(): { pixels: number; text: string } | null {
+    const pixels = parseFloat(this.scaleBar.style.width);
+    return this.scaleBar.hidden || !(pixels > 0) ? null : { pixels, text: this.scaleBar.textContent ?? "" };
+  }
+
   private drawScale(): void {
     if (!this.dataset) return;
     const wanted = this.stage.unitsOf(110);

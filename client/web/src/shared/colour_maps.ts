@@ -14,6 +14,14 @@ const maps = {
 export type ColourMap = keyof typeof maps;
 export const colourMaps = Object.keys(maps) as ColourMap[];
 
+// What a legend says.
+export interface LegendWords {
+  map: ColourMap;
+  name: string; // Empty: what the colours are is clear.
+  low: string; // With the unit, as is
+  high: string;
+}
+
 // Which values have which colours.
 export interface ColourScale {
   map: ColourMap;

@@ -119,7 +119,7 @@ export const defaults: Settings = {
   fieldWindow: null,
   fieldLog: false,
   noValueColor: "#808080",
-  shading: "field",
+  shading: "smooth",
   wireframe: false,
   colouring: "plain",
   clip: "off",

@@ -5,8 +5,8 @@ import dracoWasm from "draco3d/draco_decoder.wasm?url";
 
 import shellWasm from "../../../../common/codec/wasm/shell_decoder.wasm?url";
 import { type TriangleHasher, triangleHasher } from "../mesh/content_digest";
-import { fieldNormals, normalSums, packedNormals } from "../mesh/normals";
-import { shellDecoder } from "../mesh/shell_decoder";
+import { fieldNormals, normalSums, packedNormals, spreadSums } from "../mesh/normals";
+import { normalRounds, type ShellMode, shellDecoder } from "../mesh/shell_decoder";
 import { TileDamage } from "../mesh/tile_damage";
 import { decodeTile } from "../mesh/tile_decoder";
 import type { LatticeMesh } from "../mesh/tile_mesh";
@@ -35,9 +35,14 @@ async function meshOf({ payload, promised, resolution, shell, hasNormals }: Tile
   return { mesh, rim: rimOf(mesh) };
 }
 
+function sumsOf(mesh: LatticeMesh, shell: ShellMode | null): Float32Array {
+  const sums = normalSums(mesh);
+  return shell ? spreadSums(sums, mesh.triangles, normalRounds(shell)) : sums;
+}
+
 async function decoded(job: TileJob): Promise<DecodedTile> {
   const { mesh, rim } = await meshOf(job);
-  const sums = mesh.normals ? null : normalSums(mesh);
+  const sums = mesh.normals ? null : sumsOf(mesh, job.shell);
   const normals = mesh.normals ? fieldNormals(mesh.normals, job.linear) : packedNormals(sums!);
   const isShort = mesh.positions.length / 3 <= 65536;
   const triangles = isShort ? Uint16Array.from(mesh.triangles) : mesh.triangles;

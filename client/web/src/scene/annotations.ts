@@ -1,0 +1,75 @@
+// What exported pictures have over the scene: the scale bar, the legends with their units, and what is measured. All of it is
+// drawn at the size that it has on the screen.
+import { gradientOf, type LegendWords } from "../shared/colour_maps";
+
+export interface Annotations {
+  scale: { pixels: number; text: string } | null; // CSS pixels.
+  legends: LegendWords[];
+  points: { x: number; y: number }[]; // In CSS pixels from the left and from above.
+  words: string[]; // What was measured.
+}
+
+const margin = 16;
+const measured = "#ffd24a";
+
+// `ratio`: pixels of the canvas for one of the screen; `ink` and `paper`: colours of words and what lies around them.
+export function annotate(context: CanvasRenderingContext2D, { scale, legends, points, words }: Annotations, ratio: number, ink: string, paper: string): void {
+  context.save();
+  context.scale(ratio, ratio);
+  const [width, height] = [context.canvas.width / ratio, context.canvas.height / ratio];
+  context.font = '13px system-ui, "Segoe UI", Roboto, "Noto Sans", sans-serif';
+  context.lineJoin = "round";
+  const write = (text: string, x: number, y: number, align: CanvasTextAlign) => {
+    context.textAlign = align;
+    context.strokeStyle = paper;
+    context.lineWidth = 3;
+    context.strokeText(text, x, y);
+    context.fillStyle = ink;
+    context.fillText(text, x, y);
+  };
+  if (scale) {
+    const [left, right, bottom] = [width - margin - scale.pixels, width - margin, height - margin];
+    context.strokeStyle = ink;
+    context.lineWidth = 1.5;
+    context.beginPath();
+    for (const [x, y] of [[left, bottom - 6], [left, bottom], [right, bottom], [right, bottom - 6]]) context.lineTo(x, y);
+    context.stroke();
+    write(scale.text, (left + right) / 2, bottom - 7, "center");
+  }
+  legends.forEach((legend, i) => drawLegend(context, legend, margin, height - margin - 52 * i, write));
+  drawPoints(context, points);
+  words.forEach((text, i) => write(text, margin, margin + 12 + 18 * i, "left"));
+  context.restore();
+}
+
+function drawLegend(
+  context: CanvasRenderingContext2D, { name, low, high, map }: LegendWords, x: number, bottom: number,
+  write: (text: string, x: number, y: number, align: CanvasTextAlign) => void,
+): void {
+  const length = 200;
+  const colours = gradientOf(map).match(/#[0-9a-f]{6}/g)!;
+  const gradient = context.createLinearGradient(x, 0, x + length, 0);
+  colours.forEach((colour, i) => gradient.addColorStop(i / (colours.length - 1), colour));
+  context.fillStyle = gradient;
+  context.fillRect(x, bottom - 28, length, 11);
+  write(low, x, bottom - 3, "left");
+  write(high, x + length, bottom - 3, "right");
+  if (name) write(name, x, bottom - 33, "left");
+}
+
+function drawPoints(context: CanvasRenderingContext2D, points: Annotations["points"]): void {
+  context.strokeStyle = measured;
+  context.lineWidth = 2.5;
+  context.beginPath();
+  for (const { x, y } of points) context.lineTo(x, y);
+  context.stroke();
+  context.textAlign = "center";
+  points.forEach(({ x, y }, i) => {
+    context.fillStyle = measured;
+    context.beginPath();
+    context.arc(x, y, 8, 0, 2 * Math.PI);
+    context.fill();
+    context.fillStyle = "#20160a";
+    context.fillText("ABC"[i], x, y + 4.5);
+  });
+}
