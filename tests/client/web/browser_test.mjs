@@ -180,7 +180,7 @@ async function cutsOpen(page) {
 }
 
 async function givesFiles(page) {
-  await open(page, "#dataset=gyroid&error=1");
+  await open(page, "#dataset=gyroid&error=1&occlusion=false");
   const { triangles } = await complete(page);
   assert.equal((await downloaded(page, "STL")).readUInt32LE(80), triangles);
   assert.equal((await downloaded(page, "GLB")).toString("latin1", 0, 4), "glTF");
