@@ -57,9 +57,7 @@ void add_generate_command(Command& program, Run& run) {
   command->add_option("kind", arguments->kind, "What to make")->required()->one_of(kinds);
   command->add_option("--size", arguments->options.size, "Samples a side, 2 to 4097")
       ->capture_default_str();
-  command
-      ->add_option("--noise", arguments->options.noise,
-                   "Standard deviation of the noise, in units of the samples")
+  command->add_option("--noise", arguments->options.noise, "Standard deviation of the noise")
       ->capture_default_str();
   command->add_option("--seed", arguments->options.seed, "Chooses the noise")
       ->capture_default_str();

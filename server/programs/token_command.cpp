@@ -195,7 +195,7 @@ void add_token_command(Command& program, Run& run) {
                    "2027-01-31T12:00:00Z (default: never)")
       ->type_name("WHEN");
   command->add_flag("--surfaces-only", a->surfaces_only,
-                    "It gives meshes alone: no samples, as slices and probes show them");
+                    "It gives access to meshes only; no samples, as slices and probes show them");
   command->add_flag("--replace", a->replace, "Make the token that NAME has by now invalid");
   command->add_flag("--json", a->json, "Print JSON");
   command->footer(

@@ -28,9 +28,9 @@ Option* add_count(Command& command, const std::string& name, std::size_t& value,
 void add_addresses(Command& command, ListenerOptions& o) {
   command
       .add_option("--tcp", o.tcp,
-                  "Address and port for frames over TCP, or off; port 0 takes a free one")
+                  "Address for TCP, or off; HOST:PORT or PORT, and port 0 takes a free one")
       ->capture_default_str();
-  command.add_option("--http", o.http, "Address and port for HTTP and WebSockets, or off")
+  command.add_option("--http", o.http, "Address for HTTP, or off; also that of WebSockets")
       ->capture_default_str();
   command.begin_group("HTTP");
   command.add_option("--viewer", o.viewer,

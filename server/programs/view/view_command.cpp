@@ -20,8 +20,8 @@
 #include "common/cli/terminal.hpp"
 #include "server/dataset/prepared_file.hpp"
 #include "server/programs/commands.hpp"
-#include "server/programs/prepare/series_jobs.hpp"
 #include "server/programs/prepare/preparation.hpp"
+#include "server/programs/prepare/series_jobs.hpp"
 #include "server/programs/serving/dataset_server.hpp"
 #include "server/programs/thread_options.hpp"
 #include "server/programs/view/browser.hpp"
@@ -177,7 +177,8 @@ class ViewedVolumes {
 
   // Labels that are found in a volume after serving has begun: below a folder that is served.
   void add_labels_of(const std::string& input) {
-    tell("'" + input + "' looks like labels; their surfaces come into the list as they are ready "
+    tell("'" + input +
+         "' looks like labels; their surfaces come into the list as they are ready "
          "(--no-labels leaves them out).");
     PrepareArguments arguments = preparation_of_labels(input);
     arguments.volume = waiting_.front().volume;
@@ -275,13 +276,13 @@ void add_view_command(Command& program, Run& run) {
                    "Volumes or datasets: a file, a folder, an address; files of a time series "
                    "(default: a demo volume)")
       ->type_name("SOURCE");
-  command->add_option("--labels", a->labels,
-                      "A label map of the same places, whose labels are shown with the volume "
-                      "(default: one beside it that is named like it, as ct_seg.nii.gz)")
+  command
+      ->add_option("--labels", a->labels,
+                   "A label map on the same grid, shown with the volume; default: one beside "
+                   "it that is named like it, as ct_seg.nii.gz")
       ->type_name("FILE");
   command->add_flag("--no-labels", a->no_labels, "Leave label maps as they are");
-  command
-      ->add_option("--http", a->http, "Address and port that are listened on; port 0 is a free one")
+  command->add_option("--http", a->http, "Address to listen on; port 0 is a free one")
       ->envname("MULTITETRA_HTTP")
       ->capture_default_str();
   command->add_flag("--no-browser", a->no_browser, "Only print the address");
