@@ -60,7 +60,7 @@ FineErrors::FineErrors(const PreparedVolume& volume, const FineErrorsOptions& op
     : volume_(volume),
       options_(options),
       isovalue_below_(rounded_down(options.isovalue)),
-      settled_above_(rounded_down(options.largest_threshold)),
+      threshold_below_(rounded_down(options.largest_threshold)),
       cells_(volume, options.isovalue),
       arrays_(arrays) {
   const StepLengths lengths(volume.info.spacing);
@@ -102,7 +102,7 @@ void FineErrors::begin_arrays() {
     arrays_.errors.resize(size);
   }
   for (BitGrid* bits :
-       {&arrays_.above, &arrays_.below, &arrays_.mixed, &arrays_.active, &arrays_.settled}) {
+       {&arrays_.above, &arrays_.below, &arrays_.mixed, &arrays_.active, &arrays_.exceeding}) {
     bits->begin(static_cast<std::int32_t>(row_ / kCell));
   }
 }
@@ -169,16 +169,16 @@ void FineErrors::find_mixed_diamonds(const FineCell& cell) {
 
 float FineErrors::error(GridPoint p) const {
   const GridPoint at = p - origin_;
-  const std::size_t cell = arrays_.settled.cell(at.x / kCell, at.y / kCell, at.z / kCell);
+  const std::size_t cell = arrays_.exceeding.cell(at.x / kCell, at.y / kCell, at.z / kCell);
   const int bit = at.x % kCell + kCell * (at.y % kCell);
-  if ((arrays_.settled.plane(cell, at.z % kCell) >> bit & 1) != 0) {
+  if ((arrays_.exceeding.plane(cell, at.z % kCell) >> bit & 1) != 0) {
     return std::numeric_limits<float>::infinity();
   }
   return arrays_.errors[static_cast<std::size_t>(index(p))];
 }
 
-std::uint32_t FineErrors::settled_around(GridPoint p, std::int32_t step,
-                                         const std::array<std::int32_t, 3>& turned) const {
+std::uint32_t FineErrors::exceeding_around(GridPoint p, std::int32_t step,
+                                           const std::array<std::int32_t, 3>& turned) const {
   const GridPoint at = p - origin_;
   // The lower ends of the octree cube lie in the cell of its centre, the upper ones perhaps behind.
   const int first = at.x % kCell - step * turned[0];
@@ -190,9 +190,9 @@ std::uint32_t FineErrors::settled_around(GridPoint p, std::int32_t step,
     for (std::int32_t j = -1; j <= 1; ++j, place += 3) {
       const std::int32_t y = at.y + step * turned[1] * j;
       const std::int32_t z = at.z + step * turned[2] * k;
-      const std::size_t cell = arrays_.settled.cell(at.x / kCell, y / kCell, z / kCell);
-      const BitPlane row = (arrays_.settled.plane(cell, z % kCell) >> (8 * (y % kCell)) & 0xFF) |
-                           (arrays_.settled.plane(cell + 1, z % kCell) >> (8 * (y % kCell)) & 1)
+      const std::size_t cell = arrays_.exceeding.cell(at.x / kCell, y / kCell, z / kCell);
+      const BitPlane row = (arrays_.exceeding.plane(cell, z % kCell) >> (8 * (y % kCell)) & 0xFF) |
+                           (arrays_.exceeding.plane(cell + 1, z % kCell) >> (8 * (y % kCell)) & 1)
                                << kCell;
       const BitPlane three = (row >> first & 1) | (row >> middle & 1) << 1 | (row >> last & 1) << 2;
       result |= static_cast<std::uint32_t>(three) << place;
@@ -215,7 +215,7 @@ void FineErrors::compute_kind(const FineCell& cell, int exponent, PointKind kind
   const std::int32_t step = 1 << exponent;
   const std::int32_t reach = kReach[static_cast<std::size_t>(exponent)];
   const std::int32_t last = 1 << volume_.info.grid_exponent;
-  // Only where somebody asks, and within the grid.
+  // Only where points were requested, and within the grid.
   const auto needed = [&](std::int32_t low, std::int32_t origin) {
     return bits_between(low, std::max(origin + kCell - reach, 0),
                         std::min(origin + kCell + side_ + reach, last));
@@ -230,19 +230,19 @@ void FineErrors::compute_kind(const FineCell& cell, int exponent, PointKind kind
     const BitPlane mixed = arrays_.mixed.plane(bits, z) & points;
     const BitPlane active = with_children(arrays_.active, bits, z, exponent, kind) & points;
     if ((mixed | active) == 0) continue;
-    const BitPlane settled =
-        active == 0 ? 0 : with_children(arrays_.settled, bits, z, exponent, kind) & points;
+    const BitPlane exceeding =
+        active == 0 ? 0 : with_children(arrays_.exceeding, bits, z, exponent, kind) & points;
     arrays_.active.plane(bits, z) |= active;
-    arrays_.settled.plane(bits, z) |= settled;
-    compute_points(cell, z, (mixed | active) & ~settled, mixed, exponent, kind);
+    arrays_.exceeding.plane(bits, z) |= exceeding;
+    compute_points(cell, z, (mixed | active) & ~exceeding, mixed, exponent, kind);
   }
 }
 
-// Those of a layer that may have an error and no settled child.
+// Those of a layer that may have an error and no child that exceeds the threshold.
 void FineErrors::compute_points(const FineCell& cell, std::int32_t z, BitPlane points,
                                 BitPlane mixed, int exponent, PointKind kind) {
   BitPlane active = 0;
-  BitPlane settled = 0;
+  BitPlane exceeding = 0;
   for (BitPlane left = points; left != 0; left &= left - 1) {
     const int i = std::countr_zero(left);
     const GridPoint p = cell.low + GridPoint{i % kCell, i / kCell, z};
@@ -253,14 +253,15 @@ void FineErrors::compute_points(const FineCell& cell, std::int32_t z, BitPlane p
     if ((mixed >> i & 1U) != 0) error = with_own_error(p, at, exponent, error);
     arrays_.errors[static_cast<std::size_t>(at)] = error;
     active |= static_cast<BitPlane>(error > 0) << i;
-    settled |= static_cast<BitPlane>(error > settled_above_) << i;
+    exceeding |= static_cast<BitPlane>(error > threshold_below_) << i;
   }
   const std::size_t bits = bits_of(cell);
   arrays_.active.plane(bits, z) |= active;
-  arrays_.settled.plane(bits, z) |= settled;
+  arrays_.exceeding.plane(bits, z) |= exceeding;
 }
 
-// Of the children of the point at `at`, none of which is settled.
+// The largest error of the children of the point at `at`. Requires that none of them exceeds the
+// threshold.
 float FineErrors::largest_error(const Children& children, std::ptrdiff_t at) const {
   float largest = 0;
   for (std::size_t i = 0; i < children.count; ++i) {

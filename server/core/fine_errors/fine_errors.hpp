@@ -1,9 +1,9 @@
 // The field and the exact errors of spacings 1, 2 and 4 in one octree cube, for one isovalue: what
 // the error spectrum leaves out, computed from the samples when a query needs it.
 //
-// Errors above the largest threshold are not told apart: the point is *settled*, and so are its
-// parents, by bits of whole layers and without any arithmetic. The same bits pass over the points
-// whose diamond the surface misses.
+// Errors above the largest threshold are not computed: such a point *exceeds the threshold*, and so
+// do its parents. That is decided by bits of whole layers, without arithmetic. The same bits skip
+// the points whose diamond the surface misses.
 #pragma once
 
 #include <array>
@@ -38,12 +38,13 @@ struct FineErrorsOptions {
 // between two uses means nothing.
 struct FineArrays {
   std::vector<float> values;
-  std::vector<float> errors;  // Of points that are not settled.
+  std::vector<float> errors;  // Of points that do not exceed the threshold.
   BitGrid above;              // The value is greater than the isovalue.
   BitGrid below;              // It is not, and it is not void.
   BitGrid mixed;              // The diamond has values of both kinds.
   BitGrid active;             // The error is not 0.
-  BitGrid settled;            // It is greater than the largest threshold.
+  // The error is greater than the largest threshold.
+  BitGrid exceeding;
 };
 
 // One thread at a time.
@@ -62,18 +63,18 @@ class FineErrors {
   // Whether a cell of the cube is wanted.
   [[nodiscard]] bool is_wanted(const OctreeCube& cell) const { return cells_.is_wanted(cell); }
 
-  // Of points in a wanted closed cell, by index().
+  // The value of a point in a wanted closed cell, by index().
   [[nodiscard]] float value(std::ptrdiff_t at) const {
     return arrays_.values[static_cast<std::size_t>(at)];
   }
-  // The error of such a point of spacing 1, 2 or 4; infinite when it is settled, or when a flip
-  // that is not tolerated keeps the point or a descendant.
+  // The error of such a point of spacing 1, 2 or 4; infinite when it exceeds the threshold, or when
+  // a flip that is not tolerated keeps the point or a descendant.
   [[nodiscard]] float error(GridPoint p) const;
-  // Bit i + 3 j + 9 k: whether the point p + step * turned (i - 1, j - 1, k - 1) is settled.
-  // Requires p to be the centre of an octree cube in a wanted cell, and a step of at most half its
-  // side.
-  [[nodiscard]] std::uint32_t settled_around(GridPoint p, std::int32_t step,
-                                             const std::array<std::int32_t, 3>& turned) const;
+  // Bit i + 3 j + 9 k: whether the point p + step * turned (i - 1, j - 1, k - 1) exceeds the
+  // threshold. Requires p to be the centre of an octree cube in a wanted cell, and a step of at
+  // most half its side.
+  [[nodiscard]] std::uint32_t exceeding_around(GridPoint p, std::int32_t step,
+                                               const std::array<std::int32_t, 3>& turned) const;
   [[nodiscard]] std::ptrdiff_t index(GridPoint p) const {
     const GridPoint at = p - origin_;
     return at.x + row_ * at.y + slice_ * at.z;
@@ -110,18 +111,19 @@ class FineErrors {
 
   const PreparedVolume& volume_;
   const FineErrorsOptions options_;
-  const float isovalue_below_;  // A float is above the isovalue exactly when it is above this one.
-  const float settled_above_;   // As for the isovalue, of the largest threshold.
+  const float isovalue_below_;   // A float is above the isovalue exactly when it is above this one.
+  const float threshold_below_;  // The same for the largest threshold.
   FineCells cells_;
-  GridPoint origin_;        // Grid coordinates of the arrays' first point: one cell below the cube.
-  std::int32_t side_ = 0;   // Of the cube, grid steps.
+  GridPoint origin_;  // Grid coordinates of the arrays' first point: one cell below the cube.
+  // The side of the cube in grid steps.
+  std::int32_t side_ = 0;
   std::ptrdiff_t row_ = 0;  // Strides of the arrays.
   std::ptrdiff_t slice_ = 0;
   FineArrays& arrays_;
   std::array<std::array<Children, 12>, kSpectrumExponent> children_{};  // By spacing and row_index.
   std::array<DiamondLengths<double>, kSpectrumExponent> lengths_{};     // By spacing.
-  std::array<std::array<std::ptrdiff_t, Diamond::kMaxCorners>, 64> offsets_{};  // By shape, for
-                                                                                // spacing 1.
+  // By shape, for spacing 1.
+  std::array<std::array<std::ptrdiff_t, Diamond::kMaxCorners>, 64> offsets_{};
 };
 
 }  // namespace multitetra

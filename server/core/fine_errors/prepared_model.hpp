@@ -53,7 +53,7 @@ class PreparedModel {
   [[nodiscard]] bool may_keep(std::int32_t s) const { return s >= options_.finest_spacing; }
   // Whether one threshold holds everywhere: then a finer point is kept exactly when its error is
   // above the largest threshold, and no exact value is needed.
-  [[nodiscard]] bool keeps_only_settled() const {
+  [[nodiscard]] bool has_one_threshold() const {
     return options_.thresholds.least() == options_.thresholds.largest();
   }
 

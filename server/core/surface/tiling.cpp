@@ -8,15 +8,15 @@
 
 #include "common/mesh/vertex_numbers.hpp"
 #include "server/core/errors/leaves.hpp"
-#include "server/core/surface/marching_tetrahedra.hpp"
 #include "server/core/surface/detail/octree_cube_surface.hpp"
+#include "server/core/surface/marching_tetrahedra.hpp"
 
 namespace multitetra {
 namespace {
 
 // ---- where tetrahedra and values come from
 
-// A bit for each child, asked one by one.
+// A bit for each child, from one query per child.
 template <typename Source>
 unsigned refined_children_of(const Source& source, const OctreeCube& cube) {
   unsigned refined = 0;
@@ -105,18 +105,18 @@ class PreparedSource {
   }
 
   [[nodiscard]] unsigned refined_children(const OctreeCube& cube) const {
-    if (cube.exponent > kSpectrumExponent || cube.exponent <= 1 || !model_.keeps_only_settled()) {
+    if (cube.exponent > kSpectrumExponent || cube.exponent <= 1 || !model_.has_one_threshold()) {
       return refined_children_of(*this, cube);
     }
     // The children's centres lie around the cube's, at the corners of a cube of half the size.
     const OctreeCubePoints points = points_of(cube);
     const std::int32_t step = points.step / 2;
     if (!model_.may_keep(step)) return 0;
-    const std::uint32_t settled = fine_.settled_around(points.centre, step, {1, 1, 1});
+    const std::uint32_t exceeding = fine_.exceeding_around(points.centre, step, {1, 1, 1});
     unsigned refined = 0;
     for (unsigned i = 0; i < 8; ++i) {
       const unsigned corner = (i & 1) * 2 + (i >> 1 & 1) * 6 + (i >> 2) * 18;
-      refined |= (settled >> corner & 1U) << i;
+      refined |= (exceeding >> corner & 1U) << i;
     }
     return refined;
   }
@@ -164,8 +164,9 @@ class PreparedSource {
     }
     // Where a face or an edge lies, its spacing is that of the cube's centre.
     if (!model_.may_keep(points.step)) return;
-    points.kept = fine_.settled_around(points.centre, points.step, points.turned) & kFacesAndEdges;
-    if (model_.keeps_only_settled()) return;
+    points.kept =
+        fine_.exceeding_around(points.centre, points.step, points.turned) & kFacesAndEdges;
+    if (model_.has_one_threshold()) return;
     for (std::uint32_t left = kFacesAndEdges & ~points.kept; left != 0; left &= left - 1) {
       const auto p = static_cast<std::size_t>(std::countr_zero(left));
       const GridPoint at = points.at(p);

@@ -9,8 +9,10 @@ namespace {
 
 constexpr std::size_t kShortList = 12;  // Not worth a division.
 constexpr double kLeastSide = 8;        // Grid steps; the region of a finest point has 4 to 6.
-constexpr std::size_t kMaxEntries = 1 << 20;  // Of all lists together.
-constexpr std::size_t kLongList = 64;         // Of a leaf, not worth a look for each query.
+// The most entries of all lists together.
+constexpr std::size_t kMaxEntries = 1 << 20;
+// The longest list that a query walks through.
+constexpr std::size_t kLongList = 64;
 
 Box intersection(const Box& a, const Box& b) {
   Box both = a;
@@ -120,37 +122,37 @@ RegionOctree::Cube RegionOctree::child(const Cube& cube, std::uint32_t first, un
   return part;
 }
 
-// What is said about the whole cube.
+// Sets the bound of a leaf's whole cube.
 void RegionOctree::settle(const Leaf& leaf) {
   const RegionSet::List& list = leaf.list;
-  Node& settled = nodes_[leaf.cube.node];
-  settled.has_gap = !list.is_closed;
-  settled.least = ThresholdBound{}.least;
+  Node& bounded = nodes_[leaf.cube.node];
+  bounded.has_gap = !list.is_closed;
+  bounded.least = ThresholdBound{}.least;
   double largest = 0;
   for (const RegionSet::Index i : list.regions) {
-    settled.least = std::min(settled.least, regions_.threshold(i));
+    bounded.least = std::min(bounded.least, regions_.threshold(i));
     largest = std::max(largest, regions_.threshold(i));
   }
-  settled.is_constant = list.regions.empty() || (list.is_closed && settled.least == largest);
+  bounded.is_constant = list.regions.empty() || (list.is_closed && bounded.least == largest);
 }
 
 ThresholdBound RegionOctree::least_in(const Box& box) const {
-  ThresholdBound said;
-  add({.node = 0, .low = {}, .side = side_}, box, said);
-  return said;
+  ThresholdBound bound;
+  add({.node = 0, .low = {}, .side = side_}, box, bound);
+  return bound;
 }
 
-void RegionOctree::add(const Cube& cube, const Box& box, ThresholdBound& said) const {
+void RegionOctree::add(const Cube& cube, const Box& box, ThresholdBound& bound) const {
   const Node& node = nodes_[cube.node];
-  if (node.least >= said.least && (said.has_gap || !node.has_gap)) return;
+  if (node.least >= bound.least && (bound.has_gap || !node.has_gap)) return;
   const Box whole = box_of(cube);
   if (node.is_constant || contains(box, whole)) {
-    said.least = std::min(said.least, node.least);
-    said.has_gap = said.has_gap || node.has_gap;
+    bound.least = std::min(bound.least, node.least);
+    bound.has_gap = bound.has_gap || node.has_gap;
     return;
   }
   if (!node.has_children) {
-    add_leaf(node, intersection(box, whole), said);
+    add_leaf(node, intersection(box, whole), bound);
     return;
   }
   // The middle belongs to the upper half, so every place to one leaf, and a box inside another
@@ -164,20 +166,20 @@ void RegionOctree::add(const Cube& cube, const Box& box, ThresholdBound& said) c
   }
   for (unsigned octant = 0; octant < 8; ++octant) {
     if ((octant & ~upper) != 0 || (~octant & 7U & ~lower) != 0) continue;
-    add(child(cube, node.first, octant), box, said);
+    add(child(cube, node.first, octant), box, bound);
   }
 }
 
-void RegionOctree::add_leaf(const Node& node, const Box& part, ThresholdBound& said) const {
+void RegionOctree::add_leaf(const Node& node, const Box& part, ThresholdBound& bound) const {
   const RegionSet::Places places = regions_.places(part);
   for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
     const RegionSet::Index region = lists_[i];
     const Contact contact = regions_.contact(region, places);
     if (contact == Contact::kApart) continue;
-    said.least = std::min(said.least, regions_.threshold(region));
+    bound.least = std::min(bound.least, regions_.threshold(region));
     if (contact == Contact::kContains) return;
   }
-  said.has_gap = true;
+  bound.has_gap = true;
 }
 
 }  // namespace multitetra

@@ -1,14 +1,14 @@
-// The least threshold that regions say over a box, without a look at all of them.
+// The least threshold of many regions over a box, without visiting all of them.
 //
 // An octree over the grid. A leaf keeps the short list of regions that may hold in its cube; every
-// node knows the least threshold below it and whether there may be places that no region contains.
-// A query is the minimum over the leaves that the box comes to: a cube inside it answers at once,
-// one that can only say more than what was found is left out, and a leaf at the box's border
-// compares its regions with the part of the box inside it. Where the borders of very many regions
-// cross in one small cube, the least of them stands for the whole cube.
+// node stores the least threshold below it and whether there may be places that no region contains.
+// A query is the minimum over the leaves that the box touches: a cube inside the box contributes
+// its node's bound at once, one that cannot lower the result is skipped, and a leaf at the box's
+// border compares its regions with the part of the box inside it. Where the borders of very many
+// regions cross in one small cube, the least of them stands for the whole cube.
 //
-// The answer is monotone (threshold_bound.hpp): an inner box comes to no leaf that the outer one
-// does not come to, its part there lies in the outer one's part, and for a part it is the minimum
+// The result is monotone (threshold_bound.hpp): an inner box touches no leaf that the outer one
+// does not touch, its part there lies in the outer one's part, and for a part it is the minimum
 // over the regions that touch it and are not hidden by a later one that contains it.
 #pragma once
 
@@ -39,9 +39,11 @@ class RegionOctree {
     double least = 0;
     bool has_gap = false;
     bool has_children = false;
-    bool is_constant = false;  // The same is said about all of it.
-    std::uint32_t first = 0;   // Of its eight children, or of its list.
-    std::uint32_t count = 0;   // Of its list.
+    bool is_constant = false;  // One bound holds for all of it.
+    // The first of its eight children, or of its list.
+    std::uint32_t first = 0;
+    // The length of its list.
+    std::uint32_t count = 0;
   };
   // A node with the low corner and the side of its cube.
   struct Cube {
@@ -63,8 +65,8 @@ class RegionOctree {
   [[nodiscard]] std::vector<Leaf> divide(const Leaf& leaf);
   void store(const Leaf& leaf);
   void sum_up();
-  void add(const Cube& cube, const Box& box, ThresholdBound& said) const;
-  void add_leaf(const Node& node, const Box& part, ThresholdBound& said) const;
+  void add(const Cube& cube, const Box& box, ThresholdBound& bound) const;
+  void add_leaf(const Node& node, const Box& part, ThresholdBound& bound) const;
 
   RegionSet regions_;
   Box places_;

@@ -65,7 +65,7 @@ ThresholdPyramid::Range ThresholdPyramid::range_of(const Box& box) const {
 
 ThresholdBound ThresholdPyramid::least_in(const Box& box) const {
   const Range range = range_of(box);
-  Cell said{.least = kSilent, .has_gap = range.leaves_grid || range.is_empty};
+  Cell bound{.least = kSilent, .has_gap = range.leaves_grid || range.is_empty};
   if (!range.is_empty) {
     // The finest level on which the range lies in two cells along every axis.
     int level = 0;
@@ -75,19 +75,19 @@ ThresholdBound ThresholdPyramid::least_in(const Box& box) const {
     for (std::int32_t z = range.first[2] >> level; z <= range.last[2] >> level; ++z) {
       for (std::int32_t y = range.first[1] >> level; y <= range.last[1] >> level; ++y) {
         for (std::int32_t x = range.first[0] >> level; x <= range.last[0] >> level; ++x) {
-          add(level, {x, y, z}, range, said);
+          add(level, {x, y, z}, range, bound);
         }
       }
     }
   }
-  if (said.least == kSilent) return {.has_gap = said.has_gap};
-  return {.least = world(said.least, unit_), .has_gap = said.has_gap};
+  if (bound.least == kSilent) return {.has_gap = bound.has_gap};
+  return {.least = world(bound.least, unit_), .has_gap = bound.has_gap};
 }
 
 void ThresholdPyramid::add(int level, const std::array<std::int32_t, 3>& cell, const Range& range,
-                           Cell& said) const {
+                           Cell& bound) const {
   const Cell& here = levels_[static_cast<std::size_t>(level)].at(cell[0], cell[1], cell[2]);
-  if (here.least >= said.least && (said.has_gap || !here.has_gap)) return;
+  if (here.least >= bound.least && (bound.has_gap || !here.has_gap)) return;
   bool is_inside = true;
   std::array<std::int32_t, 3> first;  // Cells of the next finer level, as far as they are in range.
   std::array<std::int32_t, 3> last;
@@ -101,13 +101,13 @@ void ThresholdPyramid::add(int level, const std::array<std::int32_t, 3>& cell, c
     last[axis] = std::min(high, range.last[axis]) >> (level - 1);
   }
   if (is_inside) {
-    said.least = std::min(said.least, here.least);
-    said.has_gap = said.has_gap || here.has_gap;
+    bound.least = std::min(bound.least, here.least);
+    bound.has_gap = bound.has_gap || here.has_gap;
     return;
   }
   for (std::int32_t z = first[2]; z <= last[2]; ++z) {
     for (std::int32_t y = first[1]; y <= last[1]; ++y) {
-      for (std::int32_t x = first[0]; x <= last[0]; ++x) add(level - 1, {x, y, z}, range, said);
+      for (std::int32_t x = first[0]; x <= last[0]; ++x) add(level - 1, {x, y, z}, range, bound);
     }
   }
 }

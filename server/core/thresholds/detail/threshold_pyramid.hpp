@@ -1,9 +1,9 @@
-// The least threshold that a coarse grid says over a box: a pyramid of minima over its samples.
+// The least threshold of a coarse grid over a box: a pyramid of minima over its samples.
 //
-// Each sample is valid in its voxel, half a step around it, borders included. Over a box the least
-// of all voxels holds that the box's image in the grid's own indices touches; where the axes are
-// not parallel the image is the least box around it. Monotone (threshold_bound.hpp): the image and
-// the range of voxels of an inner box lie in those of the outer one.
+// Each sample is valid in its voxel, half a step around it, borders included. Over a box the result
+// is the least of all voxels that the box's image in the grid's own indices touches; where the axes
+// are not parallel the image is the least box around it. Monotone (threshold_bound.hpp): the image
+// and the range of voxels of an inner box lie in those of the outer one.
 #pragma once
 
 #include <array>
@@ -24,12 +24,12 @@ class ThresholdPyramid {
 
   [[nodiscard]] ThresholdBound least_in(const Box& box) const;
 
-  // No less than what least_in says of any box within this one, unless nothing is said: then 0.
+  // At least the result of least_in for any box within this one; 0 without a threshold.
   [[nodiscard]] double largest_in(const Box& box) const;
 
  private:
   struct Cell {
-    float least = 0;  // Infinite where nothing is said.
+    float least = 0;  // Infinite where there is no threshold.
     bool has_gap = false;
   };
   // Level l holds the minima of blocks of 2^l samples a side; the last has one cell.
@@ -50,11 +50,11 @@ class ThresholdPyramid {
 
   [[nodiscard]] Range range_of(const Box& box) const;
   void add(int level, const std::array<std::int32_t, 3>& cell, const Range& range,
-           Cell& said) const;
+           Cell& bound) const;
 
   Affine to_samples_;
   double unit_;
-  std::vector<float> thresholds_;  // As given, NaN where nothing is said.
+  std::vector<float> thresholds_;  // As given; NaN where there is no threshold.
   std::vector<Level> levels_;
 };
 

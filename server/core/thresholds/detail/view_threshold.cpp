@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kMax = std::numeric_limits<double>::max();
 
-// Of length 1; 0 stays 0. Scaled first, so that no square leaves the doubles.
+// The vector scaled to length 1; 0 stays 0. Scaled first, so that no square overflows.
 Vec3 normalized(const Vec3& v) {
   const double largest = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
   if (!(largest > 0)) return {0, 0, 0};
@@ -50,14 +50,14 @@ ViewThreshold::Plane ViewThreshold::plane(const Vec3& normal) const {
 
 void ViewThreshold::set_frustum(const Frustum& frustum, double half_height) {
   has_frustum_ = true;
-  const Vec3 ahead = normalized(difference(frustum.look_at, eye_));
-  const Vec3 right = normalized(cross(ahead, normalized(frustum.up)));
-  const Vec3 up = cross(right, ahead);
+  const Vec3 forward = normalized(difference(frustum.look_at, eye_));
+  const Vec3 right = normalized(cross(forward, normalized(frustum.up)));
+  const Vec3 up = cross(right, forward);
   // Normals point inwards; their lengths do not matter, but they must not leave the doubles.
-  const Vec3 vertical = scaled(ahead, half_height);
-  const Vec3 horizontal = scaled(ahead, std::min(half_height * frustum.aspect, kMaxCoordinate));
+  const Vec3 vertical = scaled(forward, half_height);
+  const Vec3 horizontal = scaled(forward, std::min(half_height * frustum.aspect, kMaxCoordinate));
   planes_ = {plane(sum(vertical, up)), plane(difference(vertical, up)),
-             plane(sum(horizontal, right)), plane(difference(horizontal, right)), plane(ahead)};
+             plane(sum(horizontal, right)), plane(difference(horizontal, right)), plane(forward)};
 }
 
 bool ViewThreshold::is_outside(const Box& box) const {
