@@ -41,7 +41,8 @@ using ClientResult = tl::expected<T, ClientError>;
 }
 
 struct ClientOptions {
-  std::chrono::milliseconds timeout{60'000};  // Of silence.
+  // Of silence. A server that gives signs of life is left after ten times that without progress.
+  std::chrono::milliseconds timeout{60'000};
   // When everything must be over, however much comes until then; none: whenever it is.
   std::optional<std::chrono::steady_clock::time_point> deadline = {};
   std::string agent = "multitetra-client/" MULTITETRA_VERSION;

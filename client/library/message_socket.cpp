@@ -12,6 +12,11 @@ using Clock = std::chrono::steady_clock;
 // The longest wait for the closing handshake of a connection.
 constexpr auto kGoodbye = std::chrono::milliseconds(250);
 
+// A server that gives signs of life, as Pongs are, and makes no progress is left after so many
+// timeouts. Bytes of a message that is under way are progress at this rate.
+constexpr int kTimeoutsWithoutProgress = 10;
+constexpr double kSlowestBytesPerSecond = 1024;
+
 struct MessageSocket::State {
   State(const Endpoint& server, std::chrono::milliseconds timeout_in, const ChannelOptions& options,
         Deadline deadline_in, Interrupt interrupt_in)
@@ -41,6 +46,19 @@ struct MessageSocket::State {
   std::optional<Result<std::string>> received;
   Clock::time_point asked =
       Clock::now();  // When a message was last awaited, however long it takes.
+  Clock::time_point progress = Clock::now();  // A request was sent, or a message other than Pong came.
+  std::uint64_t bytes_at_progress = 0;
+
+  void note_progress() {
+    progress = Clock::now();
+    bytes_at_progress = channel.bytes_received();
+  }
+  [[nodiscard]] Clock::time_point stalled_at() const {
+    const auto bytes = static_cast<double>(channel.bytes_received() - bytes_at_progress);
+    const std::chrono::duration<double> under_way(bytes / kSlowestBytesPerSecond);
+    return progress + kTimeoutsWithoutProgress * timeout +
+           std::chrono::duration_cast<Clock::duration>(under_way);
+  }
 
   asio::awaitable<Result<void>> left() {
     co_await channel.leave();
@@ -110,9 +128,14 @@ struct MessageSocket::State {
                                                  to_string(channel.server()) +
                                                  " had not given all of it.");
     }
+    const bool is_stalled = Clock::now() >= stalled_at();
     return fail(ErrorCode::kUnavailable,
-                to_string(channel.server()) + " " + what + " within " +
-                    shortest_text(static_cast<double>(timeout.count()) / 1000) +
+                to_string(channel.server()) + " " + (is_stalled ? "made no progress" : what) +
+                    " within " +
+                    shortest_text(static_cast<double>(
+                                      (is_stalled ? kTimeoutsWithoutProgress * timeout : timeout)
+                                          .count()) /
+                                  1000) +
                     " s; try a longer timeout.");
   }
 };
@@ -133,6 +156,7 @@ Result<MessageSocket> MessageSocket::connect(const Endpoint& server,
 }
 
 Result<void> MessageSocket::send(const ClientMessage& message) {
+  if (!std::holds_alternative<Ping>(message)) state_->note_progress();
   return state_->outcome_of(state_->channel.send(serialize(message)), "did not take our message");
 }
 
@@ -143,6 +167,7 @@ Result<void> MessageSocket::send_bytes(std::string_view bytes) {
 
 Result<ServerMessage> MessageSocket::receive() {
   state_->asked = Clock::now();
+  state_->note_progress();
   for (;;) {
     auto message = receive_within(state_->timeout);
     if (!message) return tl::unexpected(message.error());
@@ -157,7 +182,8 @@ Result<std::optional<ServerMessage>> MessageSocket::receive_within(
       std::min(Clock::now() + patience + std::chrono::milliseconds(1), state.deadline);
   state.receive_from_now_on();
   const auto silent_at = [&state] {
-    return std::max(state.channel.last_sign(), state.asked) + state.timeout;
+    return std::min(std::max(state.channel.last_sign(), state.asked) + state.timeout,
+                    state.stalled_at());
   };
   while (!state.received && !state.is_interrupted && Clock::now() < std::min(until, silent_at())) {
     state.run_until(std::min(until, silent_at()), [&state] { return state.received.has_value(); });
@@ -175,6 +201,7 @@ Result<std::optional<ServerMessage>> MessageSocket::receive_within(
     state.finish();
     return tl::unexpected(message.error().error);
   }
+  if (!std::holds_alternative<Pong>(*message)) state.note_progress();
   return *std::move(message);
 }
 

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 
+#include "common/base/printable_line.hpp"
 #include "common/base/utf8.hpp"
 #include "common/net/frame.hpp"
 #include "common/wire/detail/wire_bytes.hpp"
@@ -225,13 +226,14 @@ void write(const ErrorReply& reply, v1::ServerMessage& message) {
 }
 
 // What a server says of a failure is taken as far as it makes sense: there is nothing to fall back
-// on.
+// on. Its text is one line that steers no terminal.
 ErrorReply read(const v1::ErrorReply& wire) {
+  constexpr std::size_t kMostText = 1000;
   const bool known = v1::ErrorCode_IsValid(wire.code());
   const bool is_said = std::isfinite(wire.retry_after()) && wire.retry_after() > 0;
   return {.request_id = wire.request_id(),
           .error = {.code = known ? static_cast<ErrorCode>(wire.code()) : ErrorCode::kUnknown,
-                    .text = wire.text(),
+                    .text = printable_line(wire.text(), kMostText),
                     .retry_after = is_said ? wire.retry_after() : 0}};
 }
 

@@ -4,7 +4,7 @@
 #   bash slurm.sh VOLUME DATASET PARTS [options of sbatch]
 #   bash slurm.sh /lustre/big.nrrd /lustre/big.mtd 64 --partition=cpu --cpus-per-task=8 --mem=2G
 #
-# VOLUME and DATASET are paths that all nodes see. PREPARE_OPTIONS="--margin 1 --outside 0" tells how to read and prepare it. A part that fails or loses its node may run again at any time
+# Without --cpus-per-task a part has one processor. VOLUME and DATASET are paths that all nodes see. PREPARE_OPTIONS="--margin 1 --outside 0" tells how to read and prepare it. A part that fails or loses its node may run again at any time
 # (sbatch --requeue does it); after that: multitetra-server prepare --merge -o DATASET.
 set -euo pipefail
 if [ $# -lt 3 ]; then
@@ -33,7 +33,7 @@ EOF
 
 more_options=" ${PREPARE_OPTIONS:-}"
 plan=$(submit plan "$@" -- "$volume" -o "$dataset" --plan "$parts")
-more_options+=" --part \$SLURM_ARRAY_TASK_ID/$parts --threads \${SLURM_CPUS_PER_TASK:-0}"
+more_options+=" --part \$SLURM_ARRAY_TASK_ID/$parts --threads \${SLURM_CPUS_PER_TASK:-1}"
 array=$(submit part "$@" --array=1-"$parts" --dependency=afterok:"$plan" --kill-on-invalid-dep=yes -- "$volume" -o "$dataset")
 more_options=""
 merge=$(submit merge "$@" --dependency=afterok:"$array" --kill-on-invalid-dep=yes -- --merge -o "$dataset")

@@ -104,11 +104,15 @@ void Conversation::keep_time(Clock::time_point now) {
     replies_taken_.notify_all();
   }
   caller_->keep_time(now);
-  const bool is_busy = stream_ || !questions_.empty() || is_greeting_;
-  if (session_.is_closed() || !idleness_.is_exceeded(now, is_busy)) return;
+  if (session_.is_closed() || !idleness_.is_exceeded(now, is_busy())) return;
   client_->admission().observer().refused(client_->facts(), "idle_seconds");
   end({ErrorCode::kUnavailable,
        "Idle timeout: there was no request for a long time. Connect again for the next one."});
+}
+
+std::optional<Clock::time_point> Conversation::resting_since() const {
+  const bool is_resting = !is_busy() && replies_.empty() && !leaving_;
+  return is_resting ? std::optional(idleness_.last()) : std::nullopt;
 }
 
 // ---- what is sent
@@ -238,15 +242,13 @@ void Conversation::answer_made(std::uint64_t number, Result<QuestionReply> made)
   session_.question_ended();
   const auto found = questions_.find(number);
   if (found == questions_.end()) return;  // The client has left.
-  const RunningQuestion question = std::move(found->second);
+  RunningQuestion question = std::move(found->second);
   questions_.erase(found);
   if (is_over_) return;
   idleness_.note(Clock::now());
-  auto room = client_->reserve(made ? waiting_bytes(*made) : 0);
-  if (!room) made = tl::unexpected(room.error());
   question.record->end(made ? "complete" : name(made.error().code));
   if (made) {
-    std::visit([&](auto& answer) { reply(std::move(answer), *std::move(room)); }, *made);
+    std::visit([&](auto& answer) { reply(std::move(answer), std::move(question.room)); }, *made);
   } else {
     reply(ErrorReply{.request_id = question.request_id, .error = made.error()});
   }

@@ -47,6 +47,8 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   // instead, and the session goes on.
   void give_up(const ServerMessage& message);
   void keep_time(std::chrono::steady_clock::time_point now);
+  // Since when nothing was asked or answered; nullopt while something is.
+  [[nodiscard]] std::optional<std::chrono::steady_clock::time_point> resting_since() const;
   // What the way to the client was found to carry.
   void link_carries(double bytes_per_second) { caller_->link_carries(bytes_per_second); }
 
@@ -94,6 +96,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   void reply(ServerMessage message, ByteReservations::Reservation room = {});
   void drop_stream();
   [[nodiscard]] bool has_room() const;
+  [[nodiscard]] bool is_busy() const { return stream_ || !questions_.empty() || is_greeting_; }
 
   asio::any_io_executor executor_;
   CallerPtr caller_;

@@ -60,6 +60,19 @@ int status_of(ErrorCode code) {
   return 500;
 }
 
+// Bytes in memory are copied, so that an answer keeps no more of them than it sends.
+Body part_of(Body body, const ByteRange& range) {
+  const bool is_file = std::holds_alternative<SharedFile>(body.whole);
+  if (is_file || body.is_resident || range.length == body.length) {
+    body.first = range.first;
+    body.length = range.length;
+    return body;
+  }
+  const auto* shared = std::get_if<SharedBytes>(&body.whole);
+  const std::string& whole = shared ? **shared : std::get<std::string>(body.whole);
+  return body_of(whole.substr(range.first, range.length));
+}
+
 bool may_have_body(int status) { return status >= 200 && status != 204 && status != 304; }
 
 }  // namespace
@@ -76,6 +89,16 @@ Body body_of(SharedBytes bytes) {
 
 Body body_of(SharedFile file, std::uint64_t size) {
   return {.whole = std::move(file), .first = 0, .length = size};
+}
+
+std::size_t memory_of(const Answer& answer) {
+  constexpr std::uint64_t kSmall = 16 * 1024;
+  const Body& body = answer.body;
+  if (body.is_resident) return 0;
+  const std::uint64_t bytes = std::holds_alternative<SharedFile>(body.whole)
+                                  ? std::min(body.length, kFilePieceBytes)
+                                  : body.length;
+  return bytes > kSmall ? bytes : 0;
 }
 
 void add_field(Answer& answer, std::string_view name, std::string_view value) {
@@ -131,8 +154,7 @@ void meet_conditions(Answer& answer, const HttpRequest& request, std::string_vie
                answer.body.length);
   if (const auto* range = std::get_if<ByteRange>(&outcome)) {
     answer.status = 206;
-    answer.body.first = range->first;
-    answer.body.length = range->length;
+    answer.body = part_of(std::move(answer.body), *range);
     add_field(answer, "Content-Range",
               "bytes " + std::to_string(range->first) + "-" +
                   std::to_string(range->first + range->length - 1) + of);

@@ -19,11 +19,15 @@ using SharedBytes = std::shared_ptr<const std::string>;
 // Bytes that lie on the disk, and are read a piece at a time.
 using SharedFile = std::shared_ptr<const ScratchFile>;
 
+// A file is sent in pieces of so many bytes, of which one is in memory.
+inline constexpr std::uint64_t kFilePieceBytes = 256 * 1024;
+
 // Some of the bytes of a whole.
 struct Body {
   std::variant<std::string, SharedBytes, SharedFile> whole = {};
   std::uint64_t first = 0;
   std::uint64_t length = 0;
+  bool is_resident = false;  // In memory for as long as the program runs, sent or not.
 };
 [[nodiscard]] Body body_of(std::string text);
 [[nodiscard]] Body body_of(SharedBytes bytes);
@@ -35,6 +39,11 @@ struct Answer {
   Body body = {};
   bool is_length_known = true;  // False only for an answer to HEAD whose body was never made.
 };
+
+// The memory that an answer takes until it has been sent. What it shares with a cache counts as well,
+// since the cache may evict it before. 0 for resident bytes, and for a few bytes: those are part of
+// the connection's memory.
+[[nodiscard]] std::size_t memory_of(const Answer& answer);
 
 // Adds a header field. `value` is ours or was checked: it has no line break.
 void add_field(Answer& answer, std::string_view name, std::string_view value);

@@ -1,5 +1,6 @@
 #include "server/operations/admission_control.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <exception>
 #include <utility>
@@ -15,6 +16,8 @@ using Clock = std::chrono::steady_clock;
 
 // Refused connections linger for a moment; beyond so many they are dropped without a word.
 constexpr std::size_t kMostRefusedAtOnce = 64;
+
+constexpr double kPartOfAShare = 0.25;  // Of the queue's bytes that the others leave.
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -33,6 +36,7 @@ ClientContext::ClientContext(AdmissionControl& admission, ClientFacts facts, std
       ticket_(std::move(ticket)) {}
 
 ClientContext::~ClientContext() {
+  admission_.clients_.erase(this);
   try {
     admission_.observer().disconnected(facts_, seconds_since(since_));
   } catch (...) {  // A log that cannot be written takes nobody else down.
@@ -80,7 +84,11 @@ Result<void> ClientContext::may_ask(std::size_t message_bytes) {
   const double cost = 1 + static_cast<double>(message_bytes / kBytesOfARequest);
   const double now = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
   if (limited_.empty()) return {};
-  const double wait = admission_.rates_.take(has_token_ ? share() : limited_, now, cost);
+  // A network that counts for several shares pays as much less.
+  double wait = 0;
+  for (const ShareLevel& level : share_levels(has_token_ ? share() : limited_)) {
+    wait = std::max(wait, admission_.rates_.take(level.name, now, cost / level.shares));
+  }
   if (wait <= 0) return {};
   admission_.observer().refused(facts_, "requests_per_second");
   const double seconds = std::ceil(wait);
@@ -113,7 +121,7 @@ AdmissionControl::AdmissionControl(AdmissionOptions options)
       connections_(options_.connections),
       refused_({.total = kMostRefusedAtOnce}),
       rates_(options_.requests),
-      queue_(options_.queue_bytes, options_.queue_bytes / 2) {}
+      queue_(options_.queue_bytes, kPartOfAShare) {}
 
 AdmissionControl::Admitted AdmissionControl::admit(ProtocolName protocol,
                                                    const std::string& address,
@@ -121,7 +129,9 @@ AdmissionControl::Admitted AdmissionControl::admit(ProtocolName protocol,
   ClientFacts facts{.protocol = protocol, .connection = ++last_connection_, .peer = peer};
   // A trusted proxy brings many; who they are is known when they ask.
   const bool is_proxy = options_.trusted_proxies.contains(address);
-  auto ticket = is_proxy ? connections_.enter() : connections_.enter(limited_name(address));
+  const std::string name = is_proxy ? "" : limited_name(address);
+  if (connections_.is_full()) make_room_for(name);
+  auto ticket = is_proxy ? connections_.enter() : connections_.enter(name);
   std::optional<Error> refusal;
   if (!ticket) {
     observer_->refused(facts, "connections");
@@ -130,9 +140,33 @@ AdmissionControl::Admitted AdmissionControl::admit(ProtocolName protocol,
     if (!ticket) return {};
   }
   observer_->connected(facts);
-  return {.client =
-              std::make_shared<ClientContext>(*this, std::move(facts), address, *std::move(ticket)),
-          .refusal = std::move(refusal)};
+  auto client =
+      std::make_shared<ClientContext>(*this, std::move(facts), address, *std::move(ticket));
+  if (!refusal) clients_.insert(client.get());
+  return {.client = std::move(client), .refusal = std::move(refusal)};
+}
+
+void AdmissionControl::make_room_for(const std::string& limited_name) {
+  const double newcomers = connections_.crowd_of(limited_name) + 1;
+  ClientContext* longest = nullptr;
+  double crowd = 0;
+  RestingConnection::Clock::time_point since;
+  for (ClientContext* const client : clients_) {
+    const auto resting = client->resting_.since ? client->resting_.since() : std::nullopt;
+    const double size = resting ? connections_.crowd_of(client->limited_) : 0;
+    if (size <= newcomers || size < crowd) continue;
+    if (size == crowd && *resting >= since) continue;
+    longest = client;
+    crowd = size;
+    since = *resting;
+  }
+  if (longest == nullptr) return;
+  observer_->refused(longest->facts_, "connections");
+  longest->ticket_ = {};
+  std::exchange(longest->resting_, {})
+      .end({ErrorCode::kUnavailable,
+            "The server has all the connections that it may have, and this one has rested for "
+            "longest; connect again when there is something to ask."});
 }
 
 void AdmissionControl::reload() {

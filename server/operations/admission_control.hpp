@@ -18,6 +18,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -36,14 +37,21 @@ struct AdmissionOptions {
   std::optional<std::filesystem::path> tokens = {};  // None: everybody may see everything.
   ConnectionLimits connections = {.total = 1024, .per_name = 256};  // Names are addresses.
   RequestRate requests = {.per_second = 200, .burst = 600};         // Of a token, else an address.
-  // Of all that waits: requests for workers, steps and lists for their clients. One share (an
-  // address, a token) has half of it at most.
+  // Of all that waits: requests for workers, steps, lists and HTTP answers for their clients. One
+  // share (an address, a token) has at most a quarter of what the others leave.
   std::size_t queue_bytes = std::size_t{1} << 30;
   AddressRanges trusted_proxies = {};  // Whose X-Forwarded-For is believed.
   ServiceObserverPtr observer = {};    // Null: nobody is told.
 };
 
 class AdmissionControl;
+
+// How a connection is ended that rests when a newcomer finds no room.
+struct RestingConnection {
+  using Clock = std::chrono::steady_clock;
+  std::function<std::optional<Clock::time_point>()> since;  // nullopt while it has something to do.
+  std::function<void(const Error& why)> end;
+};
 
 // Somebody on a connection, from accepting it to its end.
 class ClientContext {
@@ -61,6 +69,8 @@ class ClientContext {
   // limits count for who is behind it from now on. An error when there are too many connections
   // from there.
   [[nodiscard]] Result<void> forwarded_for(std::string_view addresses);
+  // When there are too many connections, this one may be ended while it rests.
+  void may_be_ended(RestingConnection how) { resting_ = std::move(how); }
   // Its connection is of another kind from now on.
   void changes_to(ProtocolName protocol);
   // After its token was accepted: the name for the log, and whether it is that of its own token.
@@ -88,8 +98,10 @@ class ClientContext {
   std::string limited_;  // The name under which limits count.
   bool has_token_ = false;
   std::string asks_for_;
+  RestingConnection resting_;
   ConnectionLimiter::Ticket ticket_;
   std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
+  friend class AdmissionControl;
 };
 using ClientContextPtr = std::shared_ptr<ClientContext>;
 
@@ -131,6 +143,9 @@ class AdmissionControl {
   friend class ClientContext;
   friend class RequestRecord;
   void request_over();
+  // Ends the connection that has rested for longest, of the address with the most connections of
+  // those that rest, where that has more than the newcomer's would.
+  void make_room_for(const std::string& limited_name);
 
   AdmissionOptions options_;
   ServiceObserverPtr observer_;
@@ -138,6 +153,7 @@ class AdmissionControl {
   AccessListPtr access_;
   ConnectionLimiter connections_;
   ConnectionLimiter refused_;  // Those who are being told why.
+  std::set<ClientContext*> clients_;  // Those that were not refused.
   RatePerName rates_;
   ByteReservations queue_;
   std::uint64_t last_connection_ = 0;

@@ -63,15 +63,37 @@ bool agree(const Bytes& a, const Bytes& b, int bits) {
   return true;
 }
 
+// What one IPv6 subscriber has at least.
+constexpr std::size_t kBytesOfASubnet = 8;
+constexpr std::string_view kSubnetSuffix = "/64";
+
+// "2001:db8:1:2::/64": the first bytes of an address.
+std::string network_of(const asio::ip::address_v6& address, std::size_t bytes) {
+  Bytes network = address.to_bytes();
+  std::fill(network.begin() + static_cast<std::ptrdiff_t>(bytes), network.end(), 0);
+  return asio::ip::address_v6(network).to_string() + '/' + std::to_string(8 * bytes);
+}
+
 }  // namespace
 
 std::string limited_name(std::string_view address) {
   const auto found = parsed(address);
   if (!found) return std::string(address);
   if (found->is_v4()) return found->to_string();
-  auto bytes = found->to_v6().to_bytes();
-  std::fill(bytes.begin() + 8, bytes.end(), static_cast<unsigned char>(0));
-  return asio::ip::address_v6(bytes).to_string() + "/64";
+  return network_of(found->to_v6(), kBytesOfASubnet);
+}
+
+std::vector<ShareLevel> share_levels(const std::string& share) {
+  std::vector<ShareLevel> levels = {{.name = share}};
+  if (!share.ends_with(kSubnetSuffix)) return levels;
+  const std::size_t space = share.rfind(' ');
+  const std::size_t first = space == std::string::npos ? 0 : space + 1;
+  const auto found = parsed(share.substr(first, share.size() - first - kSubnetSuffix.size()));
+  if (!found || !found->is_v6()) return levels;
+  const std::string before = share.substr(0, first);
+  levels.push_back({.name = before + network_of(found->to_v6(), 7), .shares = 2});
+  levels.push_back({.name = before + network_of(found->to_v6(), 6), .shares = 4});
+  return levels;
 }
 
 Result<AddressRanges> AddressRanges::parse(const std::vector<std::string>& texts) {

@@ -14,6 +14,18 @@ namespace multitetra {
 // for one subscriber has all of that. What is no address is its own name.
 [[nodiscard]] std::string limited_name(std::string_view address);
 
+// One of the groups that a share belongs to, and for how many shares the group counts at most.
+struct ShareLevel {
+  std::string name;
+  int shares = 1;
+
+  friend bool operator==(const ShareLevel&, const ShareLevel&) = default;
+};
+// The share itself first. A share that ends in an IPv6 network, as limited_name() gives it, also
+// belongs to the /56 and the /48 around it, which count for 2 and for 4 shares: whoever has a large
+// network has many /64 networks, but no more than that of the server.
+[[nodiscard]] std::vector<ShareLevel> share_levels(const std::string& share);
+
 // Addresses and networks.
 class AddressRanges {
  public:

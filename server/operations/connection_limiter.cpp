@@ -1,35 +1,56 @@
 #include "server/operations/connection_limiter.hpp"
 
+#include <algorithm>
+
+#include "server/operations/client_address.hpp"
+
 namespace multitetra {
 
 Result<ConnectionLimiter::Ticket> ConnectionLimiter::enter() {
-  if (limits_.total > 0 && inside_ >= limits_.total) {
+  if (is_full()) {
     return fail(ErrorCode::kUnavailable, "The server has its " + std::to_string(limits_.total) +
                                              " connections; try again later.");
   }
   ++inside_;
-  return Ticket(this, "");
+  return Ticket(this);
 }
 
 Result<ConnectionLimiter::Ticket> ConnectionLimiter::enter(const std::string& name) {
-  const auto found = by_name_.find(name);
-  if (limits_.per_name > 0 && found != by_name_.end() && found->second >= limits_.per_name) {
-    return fail(ErrorCode::kUnavailable, "There are " + std::to_string(limits_.per_name) +
-                                             " connections from your address, the most that one "
-                                             "may have; close one of them.");
+  const std::vector<ShareLevel> levels = share_levels(name);
+  for (const ShareLevel& level : levels) {
+    const std::size_t most = limits_.per_name * static_cast<std::size_t>(level.shares);
+    const auto found = by_level_.find(level.name);
+    if (most == 0 || found == by_level_.end() || found->second < most) continue;
+    return fail(ErrorCode::kUnavailable,
+                "There are " + std::to_string(most) + " connections from your " +
+                    (level.shares == 1 ? "address" : "network " + level.name) +
+                    ", the most that one may have; close one of them.");
   }
   auto ticket = enter();
-  if (!ticket) return ticket;
-  if (!name.empty()) ++by_name_[name];
-  ticket->name_ = name;
+  if (!ticket || name.empty()) return ticket;
+  for (const ShareLevel& level : levels) {
+    ++by_level_[level.name];
+    ticket->levels_.push_back(level.name);
+  }
   return ticket;
 }
 
-void ConnectionLimiter::leave(const std::string& name) {
+double ConnectionLimiter::crowd_of(const std::string& name) const {
+  double most = 0;
+  for (const ShareLevel& level : share_levels(name)) {
+    const auto found = by_level_.find(level.name);
+    if (found == by_level_.end()) continue;
+    most = std::max(most, static_cast<double>(found->second) / level.shares);
+  }
+  return most;
+}
+
+void ConnectionLimiter::leave(const std::vector<std::string>& levels) {
   --inside_;
-  if (name.empty()) return;
-  const auto at = by_name_.find(name);
-  if (--at->second == 0) by_name_.erase(at);
+  for (const std::string& level : levels) {
+    const auto at = by_level_.find(level);
+    if (--at->second == 0) by_level_.erase(at);
+  }
 }
 
 }  // namespace multitetra

@@ -1,5 +1,6 @@
-// How many are inside, in all and of each name (a client's address): who comes in holds a ticket
-// for as long as it stays.
+// How many connections there are, in all and of each name (a client's address): each holds a ticket
+// for as long as it stays. Names that are IPv6 networks count for the networks around them as well
+// (see share_levels()).
 //
 //   auto ticket = connections.enter("192.0.2.7");
 //   if (!ticket) say(ticket.error());
@@ -11,6 +12,7 @@
 #include <string>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include "common/base/result.hpp"
 
@@ -34,35 +36,39 @@ class ConnectionLimiter {
   // Somebody who is trusted to bring many: the total counts alone.
   [[nodiscard]] Result<Ticket> enter();
   [[nodiscard]] std::size_t inside() const { return inside_; }
+  [[nodiscard]] bool is_full() const { return limits_.total > 0 && inside_ >= limits_.total; }
+  // How many connections a name has; the networks around it may have more for each share that they
+  // count for.
+  [[nodiscard]] double crowd_of(const std::string& name) const;
 
  private:
-  void leave(const std::string& name);
+  void leave(const std::vector<std::string>& levels);
 
   ConnectionLimits limits_;
   std::size_t inside_ = 0;
-  std::unordered_map<std::string, std::size_t> by_name_;
+  std::unordered_map<std::string, std::size_t> by_level_;
 };
 
 class ConnectionLimiter::Ticket {
  public:
   Ticket() = default;
   Ticket(Ticket&& other) noexcept
-      : of_(std::exchange(other.of_, nullptr)), name_(std::move(other.name_)) {}
+      : of_(std::exchange(other.of_, nullptr)), levels_(std::move(other.levels_)) {}
   Ticket& operator=(Ticket&& other) noexcept {
     std::swap(of_, other.of_);
-    std::swap(name_, other.name_);
+    std::swap(levels_, other.levels_);
     return *this;
   }
   ~Ticket() {
-    if (of_ != nullptr) of_->leave(name_);
+    if (of_ != nullptr) of_->leave(levels_);
   }
 
  private:
   friend class ConnectionLimiter;
-  Ticket(ConnectionLimiter* of, std::string name) : of_(of), name_(std::move(name)) {}
+  explicit Ticket(ConnectionLimiter* of) : of_(of) {}
 
   ConnectionLimiter* of_ = nullptr;
-  std::string name_;
+  std::vector<std::string> levels_;
 };
 
 }  // namespace multitetra

@@ -109,8 +109,12 @@ struct PrometheusMetrics::Families {
       gauge(registry, "multitetra_block_bytes", "Bytes of blocks and unpacked bricks in memory.");
   Family<Gauge>& upstreams = BuildGauge()
                                  .Name("multitetra_upstream_up")
-                                 .Help("1 while a server behind this gateway can be reached.")
+                                 .Help("1 while a server behind this gateway can be reached and is "
+                                       "not left out.")
                                  .Register(registry);
+  Family<Counter>& damaged_tiles =
+      counter(registry, "multitetra_upstream_damaged_tiles_total",
+              "Tiles that a server behind this gateway sent and that are not what it promised.");
   Gauge& draining = gauge(registry, "multitetra_draining", "1 while the server is about to stop.");
   Gauge& resident = gauge(registry, "process_resident_memory_bytes", "Resident memory.");
 };
@@ -193,8 +197,9 @@ std::string PrometheusMetrics::text(const ServiceState& state) {
   f.waiting_bytes.Set(static_cast<double>(state.waiting_bytes));
   f.datasets.Set(static_cast<double>(state.datasets));
   if (state.blocks) tell_blocks(f, *state.blocks);
-  for (const auto& [name, is_up] : state.upstreams) {
-    f.upstreams.Add({{"upstream", name}}).Set(is_up ? 1 : 0);
+  for (const UpstreamState& one : state.upstreams) {
+    f.upstreams.Add({{"upstream", one.name}}).Set(one.is_up ? 1 : 0);
+    raise_to(f.damaged_tiles.Add({{"upstream", one.name}}), one.damaged_tiles);
   }
   f.draining.Set(state.is_draining ? 1 : 0);
   f.resident.Set(static_cast<double>(resident_bytes()));

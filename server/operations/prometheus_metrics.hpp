@@ -27,6 +27,13 @@ struct BlockState {
   std::uint64_t memory_bytes = 0;  // Now.
 };
 
+// A server behind a gateway.
+struct UpstreamState {
+  std::string name = {};  // Its address.
+  bool is_up = false;     // It could be reached, and is not left out.
+  std::uint64_t damaged_tiles = 0;
+};
+
 // What is looked at when somebody reads the metrics.
 struct ServiceState {
   std::uint64_t cache_hits = 0;
@@ -38,8 +45,7 @@ struct ServiceState {
   std::size_t datasets = 0;
   bool is_draining = false;
   std::optional<BlockState> blocks = {};  // Of a server.
-  // Of a gateway: servers behind it by their addresses, and whether they could be reached.
-  std::vector<std::pair<std::string, bool>> upstreams = {};
+  std::vector<UpstreamState> upstreams = {};  // Of a gateway.
 };
 
 class PrometheusMetrics : public ServiceObserver {

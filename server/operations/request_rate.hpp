@@ -21,14 +21,15 @@ class RateAllowance {
  public:
   RateAllowance(const RequestRate& rate, double now) : left_(rate.burst), since_(now) {}
 
-  // 0 when another request may be asked now: it is counted then, for `cost` >= 1. Else the seconds
-  // until then; what it costs beyond 1, which is the work to look at it, is counted nevertheless.
+  // 0 when another request may be asked now: it is counted then, for `cost`. Else the seconds until
+  // then; what it costs beyond 1, which is the work to look at it, is counted nevertheless.
   [[nodiscard]] double take(const RequestRate& rate, double now, double cost) {
     left_ = left_at(rate, now);
     since_ = std::max(since_, now);
-    const bool may_ask = left_ >= 1;
-    left_ = std::max(left_ - (may_ask ? cost : cost - 1), -kLongestDebt * rate.per_second);
-    return may_ask ? 0 : (1 - left_) / rate.per_second;
+    const double needed = std::min(cost, 1.0);
+    const bool may_ask = left_ >= needed;
+    left_ = std::max(left_ - (may_ask ? cost : cost - needed), -kLongestDebt * rate.per_second);
+    return may_ask ? 0 : (needed - left_) / rate.per_second;
   }
   // As if nobody had ever asked.
   [[nodiscard]] bool is_full(const RequestRate& rate, double now) const {

@@ -1,6 +1,8 @@
 #include "server/routes/isosurface.hpp"
 
 #include <new>
+#include <optional>
+#include <system_error>
 #include <utility>
 
 #include "common/base/number_text.hpp"
@@ -20,11 +22,19 @@ constexpr std::string_view kFormVersion = "4";
 // Of a mesh that takes its time.
 constexpr std::uint64_t kManyTriangles = 200'000;
 
-Result<StoredMesh> guarded_store(std::vector<Surface> surfaces, const DatasetInfo& info,
-                                 const MeshForm& form, const MeshPlace& place,
-                                 const std::stop_token& stop) {
+// nullopt when the temporary folder does not take the file.
+Result<std::optional<StoredMesh>> guarded_store(std::vector<Surface> surfaces,
+                                                const DatasetInfo& info, const MeshForm& form,
+                                                const MeshPlace& place,
+                                                const std::stop_token& stop) {
   try {
-    return store_mesh(std::move(surfaces), info, form, place, stop);
+    auto stored = store_mesh(std::move(surfaces), info, form, place, stop);
+    if (!stored) return tl::unexpected(stored.error());
+    return *std::move(stored);
+  } catch (const std::system_error& trouble) {
+    log_line(LogLevel::kError, std::string("writing a mesh file failed: ") + trouble.what(),
+             {{"dataset", info.name}, {"folder", place.folder.string()}});
+    return std::nullopt;
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
                 "The server has not enough memory for this mesh in one response; allow a larger "
@@ -34,6 +44,15 @@ Result<StoredMesh> guarded_store(std::vector<Surface> surfaces, const DatasetInf
              {{"dataset", info.name}});
     return fail(ErrorCode::kInternal, "The server failed to make this mesh's file; see its log.");
   }
+}
+
+Answer no_storage(RequestContext& context) {
+  const Error error = {ErrorCode::kUnavailable,
+                       "The temporary folder of this server does not take the mesh's file, since it is "
+                       "full or cannot be written; its log says why. Allow a larger error, or take "
+                       "the surface as a stream."};
+  (void)context.refused(error);
+  return error_answer(507, error, context.request_id);
 }
 
 }  // namespace
@@ -129,7 +148,7 @@ asio::awaitable<Result<std::vector<Surface>>> IsosurfaceRoute::surfaces_of(const
   co_return surfaces;
 }
 
-asio::awaitable<Result<StoredMesh>> IsosurfaceRoute::make(const Wanted& wanted,
+asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make(const Wanted& wanted,
                                                           RequestContext& context) {
   if (context.watch) context.watch();
   auto made = co_await surfaces_of(wanted, *context.caller);
@@ -147,13 +166,13 @@ asio::awaitable<Result<StoredMesh>> IsosurfaceRoute::make(const Wanted& wanted,
       .folder = options_.temporary_folder,
       .room = [this, share](std::uint64_t bytes) { return meshes_.reserve(share, bytes); }};
   const bool is_large = triangles > kManyTriangles;
-  std::function<Result<StoredMesh>()> store = [surfaces, info = wanted.info, form = wanted.form,
+  std::function<Result<std::optional<StoredMesh>>()> store = [surfaces, info = wanted.info, form = wanted.form,
                                                place, stop = context.stop.get_token()] {
     return guarded_store(std::move(*surfaces), info, form, place, stop);
   };
-  auto stored = co_await on_workers<StoredMesh>(
+  auto stored = co_await on_workers<std::optional<StoredMesh>>(
       assembling_, share, is_large ? "large mesh" : "small mesh", is_large, std::move(store));
-  if (stored && !wanted.tag.empty()) meshes_.keep(wanted.key, *stored);
+  if (stored && *stored && !wanted.tag.empty()) meshes_.keep(wanted.key, **stored);
   co_return stored;
 }
 
@@ -181,7 +200,8 @@ asio::awaitable<Answer> IsosurfaceRoute::answer(const std::string& dataset, cons
   } else if (!needs_none) {
     auto made = co_await make(*wanted, context);
     if (!made) co_return context.refused(made.error());
-    mesh = *std::move(made);
+    if (!*made) co_return no_storage(context);
+    mesh = **std::move(made);
   }
   if (mesh.file) {
     answer.fields += mesh.fields;

@@ -47,8 +47,9 @@ class IsosurfaceRoute {
   // The surfaces of all isovalues. A budget is shared in proportion to their estimated sizes.
   [[nodiscard]] asio::awaitable<Result<std::vector<Surface>>> surfaces_of(const Wanted& wanted,
                                                                           Caller& caller);
-  [[nodiscard]] asio::awaitable<Result<StoredMesh>> make(const Wanted& wanted,
-                                                         RequestContext& context);
+  // nullopt when the temporary folder does not take the file.
+  [[nodiscard]] asio::awaitable<Result<std::optional<StoredMesh>>> make(const Wanted& wanted,
+                                                                        RequestContext& context);
   const RouteOptions& options_;
   MeshFileCache meshes_;
   Workers assembling_{kAssembling};

@@ -60,6 +60,12 @@ Result<SharedBytes> fragment_of(const Meshes& pieces, const OctreeCube& cell, in
   }
 }
 
+std::size_t bytes_of(const ImageChunk& chunk, SampleType type) {
+  std::size_t bytes = static_cast<std::size_t>(bytes_per_sample(type));
+  for (const std::int32_t size : chunk.size) bytes *= static_cast<std::size_t>(size);
+  return bytes;
+}
+
 // Values as the image's type has them; what has no value is 0 where the type has no NaN.
 void append_voxels(std::string& bytes, const std::string& values, SampleType type) {
   const auto append_as = [&]<typename Voxel>(Voxel) {
@@ -127,7 +133,9 @@ asio::awaitable<Result<void>> NeuroglancerRoute::make_fragment(const CellTree& t
   mesh->bytes += (*made)->size();
   mesh->fragments.emplace(cell, *std::move(made));
   if (mesh->left.empty()) {
-    mesh->files = mesh_files_of(tree, mesh->fragments);
+    MeshFiles files = mesh_files_of(tree, mesh->fragments);
+    mesh->manifest = shared(std::move(files.manifest));
+    mesh->data = shared(std::move(files.data));
     mesh->fragments.clear();
   }
   co_return Result<void>();
@@ -139,6 +147,7 @@ asio::awaitable<Result<NeuroglancerRoute::MeshPtr>> NeuroglancerRoute::mesh(
   const MeshPtr* const known = meshes_.find(key);
   MeshPtr mesh = known != nullptr ? *known : std::make_shared<Mesh>(Mesh{.left = {tree.root()}});
   const auto until = std::chrono::steady_clock::now() + kPatience;
+  ByteReservations::Reservation room;  // Of what was made: it may be evicted meanwhile.
   while (!mesh->left.empty()) {
     if (std::chrono::steady_clock::now() > until) {
       co_return tl::unexpected(Error{.code = ErrorCode::kUnavailable,
@@ -152,6 +161,10 @@ asio::awaitable<Result<NeuroglancerRoute::MeshPtr>> NeuroglancerRoute::mesh(
                      "The mesh has more than " + std::to_string(kMostBytes) +
                          " bytes; allow a larger error with surfaces,error=ERROR.");
     }
+    room = {};
+    auto more_room = context.client->reserve(mesh->bytes);
+    if (!more_room) co_return tl::unexpected(more_room.error());
+    room = *std::move(more_room);
     meshes_.add(key, mesh, mesh->bytes + 1024 * (1 + mesh->fragments.size()));
   }
   co_return mesh;
@@ -162,6 +175,8 @@ asio::awaitable<Result<SharedBytes>> NeuroglancerRoute::image(const ImageChunk& 
                                                               const DatasetInfo& info,
                                                               RequestContext& context) {
   std::string bytes;
+  const auto room = context.client->reserve(bytes_of(chunk, info.type));
+  if (!room) co_return tl::unexpected(room.error());
   const auto step = static_cast<double>(chunk.step);
   for (std::int32_t z = 0; z < chunk.size[2]; ++z) {
     SliceRequest plane{.coordinates = CoordinateSystem::kIndex,
@@ -203,11 +218,10 @@ asio::awaitable<Result<SharedBytes>> NeuroglancerRoute::content(const Neuroglanc
   auto made = co_await mesh(tree, context);
   if (!made) co_return tl::unexpected(made.error());
   const MeshPtr mesh = *std::move(made);
-  if (mesh->files.data.empty()) {
+  if (mesh->data->empty()) {
     co_return fail(ErrorCode::kUnknownDataset, "There is no surface at this isovalue.");
   }
-  // As long as it is sent the mesh is there.
-  co_return SharedBytes(mesh, is_index ? &mesh->files.manifest : &mesh->files.data);
+  co_return is_index ? mesh->manifest : mesh->data;
 }
 
 asio::awaitable<Answer> NeuroglancerRoute::answer(const NeuroglancerFile& file,

@@ -36,7 +36,9 @@ class NeuroglancerRoute {
     std::vector<OctreeCube> left;
     MeshFragments fragments = {};
     std::size_t bytes = 0;
-    MeshFiles files = {};  // When nothing is left.
+    // When nothing is left: as MeshFiles, each for itself, so that sending one keeps only that.
+    SharedBytes manifest = {};
+    SharedBytes data = {};
   };
   using MeshPtr = std::shared_ptr<Mesh>;
 

@@ -42,13 +42,6 @@ std::string dataset_of(const Route& route) {
       route);
 }
 
-// Memory that nobody else has, until the answer has left. Small ones are part of the connection.
-std::size_t waiting_bytes(const Answer& answer) {
-  constexpr std::size_t kSmall = 16 * 1024;
-  const auto* text = std::get_if<std::string>(&answer.body.whole);
-  return text != nullptr && text->size() > kSmall ? text->size() : 0;
-}
-
 Answer methods_answer() {
   Answer answer{.status = 204};
   add_field(answer, "Allow", kMethods);
@@ -84,11 +77,11 @@ std::string Router::loggable(std::string_view target) const { return without_tok
 asio::awaitable<Outcome> Router::answer(const HttpRequest& request, RequestContext& context) {
   Outcome outcome = co_await routed(request, context);
   if (const auto* answer = std::get_if<Answer>(&outcome)) {
-    auto room = context.client->reserve(waiting_bytes(*answer));
+    auto room = context.client->reserve(memory_of(*answer));
     if (room) {
       context.room = *std::move(room);
     } else {
-      outcome = error_answer(room.error(), context.request_id);
+      outcome = context.refused(room.error());
     }
   }
   if (auto* answer = std::get_if<Answer>(&outcome)) {

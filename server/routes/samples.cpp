@@ -113,14 +113,16 @@ asio::awaitable<Answer> SamplesRoute::slice(const std::string& dataset, const Ta
     answer.is_length_known = false;
   } else {
     if (context.watch) context.watch();
+    // Of a picture, as pixels and as a file; the service has room for the samples themselves.
+    const std::size_t picture_bytes = 2 * sizeof(Pixel) * slice->width * slice->height;
+    const auto room = context.client->reserve(is_raw ? 0 : picture_bytes);
+    if (!room) co_return context.refused(room.error());
     const auto reply = co_await context.caller->slice(dataset, *slice);
     if (!reply) co_return context.refused(reply.error());
     add_field(answer, "Multitetra-Sample-Spacing", std::to_string(reply->sample_spacing));
     if (is_raw) {
       answer.body = body_of(reply->values);
     } else {
-      const auto room = context.client->reserve(2 * reply->values->size());
-      if (!room) co_return context.refused(room.error());
       std::function<Result<std::string>()> draw =
           [slice = *reply, colors = PictureColors{*scale, query->no_value_color.has_value()}] {
             return guarded_picture(slice, colors);

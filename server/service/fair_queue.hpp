@@ -1,15 +1,19 @@
-// Whose work comes next: that of the share which was served for the shortest time, and in it of the
-// client who was.
+// Which job runs next: weighted fair queueing by the time that jobs take.
 //
-// A share is what somebody can have who comes by many connections: an address, or a token. So a
-// hundred connections from one address get no more than a single one from another, and share that
-// among themselves. Times count from when a share or a client has something to do again, so that
-// whoever was idle saves up no claim. What a job is expected to take counts from its beginning,
-// what it has taken at its end.
+// A *share* is what one client has, however many connections it opens: an address, or a token. If
+// all shares that have something to do were served at the same time, each with the same part of the
+// workers, a job would be done at its virtual finish time. Jobs are taken in the order of these times.
+// So a small job passes long ones, whoever asks for it; a hundred connections from one address get no
+// more than a single one from another; and a long job is done about as soon as if everything were
+// served at the same time, however many small ones come. Within a share the same holds for its
+// clients. What a job is expected to take counts from its beginning, what it has taken at its end.
 //
-// Long jobs never take all workers, a share has one of them at a time and one job beside it: so
-// what is short finds a worker, and who comes new does not wait for all that runs. Nobody waits for
-// what runs in the background: it comes when nothing else could run.
+// Virtual time passes with the work that is done, divided among the shares that have something to do.
+// A share that was idle begins at the present virtual time, so being idle saves nothing up. Networks
+// that belong together (see share_levels()) have the weight of a few shares together.
+//
+// Long jobs never take all workers, and a share runs at most one long job and one beside it: a short
+// job finds a worker. Background jobs run when no other job may.
 //
 // Pure: no thread, no clock.
 #pragma once
@@ -24,6 +28,9 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
+
+#include "server/operations/client_address.hpp"
 
 namespace multitetra {
 
@@ -39,23 +46,31 @@ class FairQueue {
     std::function<void()> run;
     bool is_long = false;
     bool is_background = false;  // Comes after all that is not.
-    std::string kind = {};       // For whoever learns from what it takes.
+    std::string kind = {};       // For the statistics of what jobs take.
     double expected_seconds = 0;
+    double following_seconds = 0;  // Expected of a job that this one will add.
   };
   struct Taken {
     Client client = {};
     Job job;
+    double weight = 1;  // Of the share when the job was taken.
   };
 
   // At most `max_long` long jobs run at the same time; at least 1.
   explicit FairQueue(std::size_t max_long) : max_long_(std::max<std::size_t>(max_long, 1)) {}
 
   void add(const Client& client, Job job) {
-    Share& share = shares_[client.share];
-    if (share.is_idle()) share.seconds = std::max(share.seconds, now_);
+    const auto [at, is_new] = shares_.try_emplace(client.share);
+    Share& share = at->second;
+    if (is_new) note_networks(share, client.share);
+    if (share.is_idle()) {
+      share.served = std::max(share.served, now_);
+      ++busy_shares_;
+      for (const auto& network : share.networks) ++network->second.busy;
+    }
     Queue& queue = share.clients[client.number];
-    if (queue.is_idle()) queue.seconds = std::max(queue.seconds, share.now);
-    share.expected_seconds += job.expected_seconds;
+    if (queue.is_idle()) queue.served = std::max(queue.served, share.now);
+    share.expected_seconds += job.expected_seconds + job.following_seconds;
     queue.jobs.push_back(std::move(job));
     ++queue.waiting;
     ++share.waiting;
@@ -70,7 +85,8 @@ class FairQueue {
     for (auto at = shares_.begin(); at != shares_.end(); ++at) {
       const auto in_share = next_of(at->second);
       if (!in_share) continue;
-      const Turn turn = {in_share->second.is_background, at->second.seconds};
+      const Job& job = in_share->second->jobs.front();
+      const Turn turn = turn_of(at->second, job, weight_of(at->second));
       if (best && *best <= turn) continue;
       best = turn;
       next = at;
@@ -79,12 +95,11 @@ class FairQueue {
     if (!best) return std::nullopt;
     Share& share = next->second;
     Queue& queue = share.clients.at(number);
-    Taken taken{{next->first, number}, std::move(queue.jobs.front())};
+    Taken taken{{next->first, number}, std::move(queue.jobs.front()), weight_of(share)};
     queue.jobs.pop_front();
-    now_ = std::max(now_, share.seconds);
-    share.now = std::max(share.now, queue.seconds);
-    begin(share, taken.job);
-    begin(queue, taken.job);
+    ++turns_;
+    begin(share, taken.job, taken.weight);
+    begin(queue, taken.job, 1);
     --waiting_;
     if (taken.job.is_long) {
       ++running_long_;
@@ -101,16 +116,16 @@ class FairQueue {
       --running_long_;
       --share.running_long;
     }
-    share.expected_seconds -= taken.job.expected_seconds;
-    end(share, taken.job, seconds);
-    end(share.clients.at(taken.client.number), taken.job, seconds);
-    // Who is idle is remembered as long as he is ahead of the others.
-    std::erase_if(share.clients, [&share](const auto& entry) {
-      return entry.second.is_idle() && entry.second.seconds <= share.now;
-    });
-    std::erase_if(shares_, [this](const auto& entry) {
-      return entry.second.is_idle() && entry.second.seconds <= now_;
-    });
+    share.expected_seconds -= taken.job.expected_seconds + taken.job.following_seconds;
+    now_ += seconds / busy_weight();
+    share.now += seconds / static_cast<double>(share.busy_clients());
+    end(share, taken.job, seconds, taken.weight);
+    end(share.clients.at(taken.client.number), taken.job, seconds, 1);
+    if (share.is_idle()) {
+      --busy_shares_;
+      for (const auto& network : share.networks) --network->second.busy;
+    }
+    forget_the_idle(share);
   }
 
   [[nodiscard]] std::size_t waiting() const { return waiting_; }
@@ -120,17 +135,15 @@ class FairQueue {
     return found == shares_.end() ? 0 : std::max(found->second.expected_seconds, 0.0);
   }
   // How many shares have something to do.
-  [[nodiscard]] std::size_t busy_shares() const {
-    return static_cast<std::size_t>(std::count_if(
-        shares_.begin(), shares_.end(), [](const auto& entry) { return !entry.second.is_idle(); }));
-  }
+  [[nodiscard]] std::size_t busy_shares() const { return busy_shares_; }
 
  private:
   static constexpr std::size_t kMostOfAShare = 2;  // Jobs that run at the same time,
   static constexpr std::size_t kMostLongOfAShare = 1;
 
   struct Served {
-    double seconds = 0;
+    double served = 0;  // The virtual time until which it was served.
+    std::uint64_t last_turn = 0;
     std::size_t running = 0;
     std::size_t waiting = 0;
 
@@ -139,46 +152,115 @@ class FairQueue {
   struct Queue : Served {
     std::deque<Job> jobs;
   };
+  // Of shares that have a network in common.
+  struct Network {
+    int shares = 1;         // For how many they count at most.
+    std::size_t known = 0;  // Of them.
+    std::size_t busy = 0;
+  };
+  using Networks = std::map<std::string, Network>;
   struct Share : Served {
+    std::vector<Networks::iterator> networks;  // None for most.
     double expected_seconds = 0;  // Of all that waits or runs.
     std::size_t running_long = 0;
-    double now = 0;  // The largest time served of a client at which a job of it was taken.
+    double now = 0;  // The virtual time among its clients.
     std::map<std::uint64_t, Queue> clients;
+
+    [[nodiscard]] std::size_t busy_clients() const {
+      return static_cast<std::size_t>(
+          std::count_if(clients.begin(), clients.end(),
+                        [](const auto& entry) { return !entry.second.is_idle(); }));
+    }
   };
+  // What decides: the least comes next. Of equal ones the one that was served longest ago.
   struct Turn {
     bool is_background = false;
-    double seconds = 0;
+    double finish = 0;
+    std::uint64_t last_turn = 0;
 
     friend auto operator<=>(const Turn&, const Turn&) = default;
   };
 
+  static Turn turn_of(const Served& served, const Job& job, double weight) {
+    return {job.is_background, served.served + job.expected_seconds / weight, served.last_turn};
+  }
+  // At most 1: the shares of a network have at most its weight together.
+  [[nodiscard]] double weight_of(const Share& share) const {
+    double weight = 1;
+    for (const auto& network : share.networks) {
+      const Network& all = network->second;
+      weight = std::min(weight, all.shares / static_cast<double>(all.busy));
+    }
+    return weight;
+  }
+  void note_networks(Share& share, const std::string& name) {
+    const std::vector<ShareLevel> levels = share_levels(name);
+    for (std::size_t i = 1; i < levels.size(); ++i) {  // The first one is the share itself.
+      const auto at = networks_.try_emplace(levels[i].name, Network{levels[i].shares}).first;
+      ++at->second.known;
+      share.networks.push_back(at);
+    }
+  }
+  [[nodiscard]] double busy_weight() const {
+    double weight = 0;
+    for (const auto& [name, share] : shares_) {
+      if (!share.is_idle()) weight += weight_of(share);
+    }
+    return weight;
+  }
+
   // The client of a share whose first job comes next, if one may run.
-  [[nodiscard]] std::optional<std::pair<std::uint64_t, Turn>> next_of(const Share& share) const {
+  [[nodiscard]] std::optional<std::pair<std::uint64_t, const Queue*>> next_of(
+      const Share& share) const {
     if (share.waiting == 0 || share.running >= kMostOfAShare) return std::nullopt;
     const bool may_be_long = running_long_ < max_long_ && share.running_long < kMostLongOfAShare;
-    std::optional<std::pair<std::uint64_t, Turn>> next;
+    std::optional<std::pair<std::uint64_t, const Queue*>> next;
+    std::optional<Turn> best;
     for (const auto& [number, queue] : share.clients) {
       if (queue.jobs.empty() || (queue.jobs.front().is_long && !may_be_long)) continue;
-      const Turn turn = {queue.jobs.front().is_background, queue.seconds};
-      if (!next || turn < next->second) next = {number, turn};
+      const Turn turn = turn_of(queue, queue.jobs.front(), 1);
+      if (best && *best <= turn) continue;
+      best = turn;
+      next = {number, &queue};
     }
     return next;
   }
-  static void begin(Served& served, const Job& job) {
+  void begin(Served& served, const Job& job, double weight) const {
     --served.waiting;
     ++served.running;
-    served.seconds += job.expected_seconds;
+    served.last_turn = turns_;
+    served.served += job.expected_seconds / weight;
   }
-  static void end(Served& served, const Job& job, double seconds) {
+  static void end(Served& served, const Job& job, double seconds, double weight) {
     --served.running;
-    served.seconds += seconds - job.expected_seconds;
+    served.served += (seconds - job.expected_seconds) / weight;
+  }
+
+  // An idle share or client is remembered while it was served for longer than the others. When
+  // nothing is left to do, nothing is.
+  void forget_the_idle(Share& share) {
+    std::erase_if(share.clients, [&share](const auto& entry) {
+      return entry.second.is_idle() && entry.second.served <= share.now;
+    });
+    std::erase_if(shares_, [this](const auto& entry) {
+      const Share& one = entry.second;
+      if (!one.is_idle() || (one.served > now_ && busy_shares_ > 0)) return false;
+      for (const auto& network : one.networks) {
+        if (--network->second.known == 0) networks_.erase(network);
+      }
+      return true;
+    });
+    if (shares_.empty()) now_ = 0;
   }
 
   std::size_t max_long_;
   std::size_t running_long_ = 0;
   std::size_t waiting_ = 0;
-  double now_ = 0;  // The largest time served of a share at which a job of it was taken.
+  std::uint64_t turns_ = 0;
+  double now_ = 0;  // The virtual time.
   std::map<std::string, Share> shares_;
+  Networks networks_;
+  std::size_t busy_shares_ = 0;
 };
 
 }  // namespace multitetra

@@ -52,11 +52,11 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
   template <typename T>
   void run(WorkKind work, Priority priority, std::stop_token left,
            std::function<Result<T>(const std::stop_token&)> make,
-           std::function<void(Result<T>)> done);
+           std::function<void(Result<T>)> done, Forecast forecast = {});
 
   // Unless one is being made: step_made() calls it again then.
   void make_next_step();
-  void post(WorkKind work, Priority priority, std::function<void()> run);
+  void post(WorkKind work, Priority priority, std::function<void()> run, Forecast forecast = {});
   // Why no more may wait, if so.
   [[nodiscard]] std::optional<Error> check_backlog();
   [[nodiscard]] MakingLimits step_limits() const;
@@ -138,12 +138,14 @@ void LocalCaller::keep_time(Clock::time_point now) {
   }
 }
 
-void LocalCaller::post(WorkKind work, Priority priority, std::function<void()> run) {
+void LocalCaller::post(WorkKind work, Priority priority, std::function<void()> run,
+                       Forecast forecast) {
   service_.workers().post({.share = client()->share(), .number = queue_number_},
                           {.run = std::move(run),
                            .kind = std::move(work.kind),
                            .is_long = work.is_long,
-                           .is_background = priority == Priority::kBackground});
+                           .is_background = priority == Priority::kBackground,
+                           .forecast = std::move(forecast)});
 }
 
 std::optional<Error> LocalCaller::check_backlog() {
@@ -194,7 +196,9 @@ void LocalCaller::make_next_step() {
     });
   };
   const StartStream& action = stream_->action;
-  post(work_for(*action.source, *state), action.open.priority, std::move(make));
+  WorkKind work = work_for(*action.source, *state);
+  Forecast forecast = forecast_for(work, action, stream_->stop.get_token());
+  post(std::move(work), action.open.priority, std::move(make), std::move(forecast));
   is_making_ = true;
 }
 
@@ -235,7 +239,7 @@ void LocalCaller::step_made(const StreamPtr& stream, Result<MadeStep> step, doub
 template <typename T>
 void LocalCaller::run(WorkKind work, Priority priority, std::stop_token left,
                       std::function<Result<T>(const std::stop_token&)> make,
-                      std::function<void(Result<T>)> done) {
+                      std::function<void(Result<T>)> done, Forecast forecast) {
   const asio::any_io_executor& executor = service_.executor();
   if (const auto refusal = check_backlog()) {
     multitetra::post(executor,
@@ -267,7 +271,7 @@ void LocalCaller::run(WorkKind work, Priority priority, std::stop_token left,
       done(std::move(*made));
     });
   };
-  post(std::move(work), priority, std::move(on_worker));
+  post(std::move(work), priority, std::move(on_worker), std::move(forecast));
 }
 
 void LocalCaller::answer(AnswerQuestion action, std::stop_token stop,
@@ -287,13 +291,14 @@ void LocalCaller::make_surface(StartStream action, std::uint64_t max_triangles,
   const StreamState state{.request = action.open.request, .steps = StepPolicy::kFinalOnly};
   WorkKind work = work_for(*action.source, state);
   const Priority priority = action.open.priority;
+  Forecast forecast = forecast_for(work, action, stop);
   run<Surface>(
       std::move(work), priority, std::move(stop),
       [action = std::move(action), max_triangles,
        limits = step_limits()](const std::stop_token& of_job) {
         return make_mesh(action, max_triangles, limits, of_job);
       },
-      std::move(done));
+      std::move(done), std::move(forecast));
 }
 
 }  // namespace

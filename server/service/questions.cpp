@@ -95,11 +95,6 @@ bool is_long(const Question& question) {
   return request && (has_budget(*request) || request->simplify);
 }
 
-std::size_t waiting_bytes(const QuestionReply& reply) {
-  const auto* slice = std::get_if<SliceReply>(&reply);
-  return slice ? 2 * slice->values->size() : 0;  // As it is, and as it is sent.
-}
-
 Result<QuestionReply> answered(const SurfaceProvider& source, const Question& question,
                                const std::stop_token& stop) {
   return std::visit([&](const auto& asked) { return answer(source, asked, stop); }, question);

@@ -24,9 +24,6 @@ using QuestionReply = std::variant<EstimateReply, SliceReply, ProbeReply>;
 // Whether the answer may take as long as a step.
 [[nodiscard]] bool is_long(const Question& question);
 
-// Memory that a reply takes while it waits, where it is large.
-[[nodiscard]] std::size_t waiting_bytes(const QuestionReply& reply);
-
 // Requires a question of the source's dataset, validated. Throws what the source throws; Cancelled
 // soon after `stop` is triggered.
 [[nodiscard]] Result<QuestionReply> answered(const SurfaceProvider& source,

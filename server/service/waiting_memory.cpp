@@ -18,6 +18,10 @@ std::size_t bytes_of(const IsosurfaceRequest& request) {
   return kCopies * thresholds.regions.size() * sizeof(ThresholdRegion) + grid;
 }
 
+std::size_t bytes_of(const SliceRequest& slice) {
+  return std::size_t{slice.width} * slice.height * sizeof(float);
+}
+
 std::size_t bytes_of(const DatasetInfo& info) {
   return sizeof info + info.name.size() + info.histogram.counts.size() * sizeof(std::uint64_t) +
          info.suggested_isovalues.size() * sizeof(double);
@@ -37,7 +41,8 @@ std::size_t waiting_bytes(const Question& question) {
   if (const auto* probe = std::get_if<Probe>(&question)) {
     return kOfAnyRequest + probe->probe.places.size() * (sizeof(Vec3) + sizeof(ProbedPlace));
   }
-  return kOfAnyRequest;
+  // As the samples are, and as the reply has them.
+  return kOfAnyRequest + 2 * bytes_of(std::get<Slice>(question).slice);
 }
 
 std::size_t waiting_bytes(const ServerMessage& message) {

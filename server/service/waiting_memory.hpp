@@ -1,6 +1,6 @@
-// How much memory messages take while somebody waits: a client's requests for workers, a server's
-// answers for their client. Rather too much than too little; what all share with others, such as a
-// cached tile, counts for each.
+// How much memory requests and their answers take, from when a request waits for workers until its
+// answer has been sent. Rather too much than too little; what several share, such as a cached tile,
+// counts for each.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +12,10 @@ namespace multitetra {
 
 // As long as the request is not answered.
 [[nodiscard]] std::size_t waiting_bytes(const OpenStream& open);
+// With its reply, whose size follows from the question: until that has been sent.
 [[nodiscard]] std::size_t waiting_bytes(const Question& question);
-// Of a reply until it has left; 0 for those of a few bytes, of which only so many may wait.
+// Of a reply without a question until it has been sent; 0 for those of a few bytes, of which only
+// so many may wait.
 [[nodiscard]] std::size_t waiting_bytes(const ServerMessage& message);
 
 }  // namespace multitetra

@@ -12,6 +12,7 @@ namespace {
 // The default for unknown times, and the limit above which a job counts as long.
 constexpr double kShortSeconds = 0.1;
 constexpr double kLongSeconds = 0.5;
+constexpr double kForecastSeconds = 0.005;
 
 }  // namespace
 
@@ -29,15 +30,38 @@ std::uint64_t Workers::new_client() {
 }
 
 void Workers::post(const FairQueue::Client& client, Work work) {
-  {
+  if (!work.forecast) {
     const std::lock_guard lock(mutex_);
-    const double expected = costs_.expected(work.kind, work.is_long ? kLongSeconds : kShortSeconds);
-    queue_.add(client, {.run = std::move(work.run),
-                        .is_long = work.is_long || expected > kLongSeconds,
-                        .is_background = work.is_background,
-                        .kind = std::move(work.kind),
-                        .expected_seconds = expected});
+    add(client, std::move(work), std::nullopt);
+    return;
   }
+  const bool is_background = work.is_background;
+  const std::lock_guard lock(mutex_);
+  const double following = costs_.expected(work.kind, work.is_long ? kLongSeconds : kShortSeconds);
+  auto first = [this, client, work = std::move(work)]() mutable {
+    const std::optional<double> seconds = work.forecast();
+    work.forecast = nullptr;
+    const std::lock_guard of_queue(mutex_);
+    add(client, std::move(work), seconds);
+  };
+  queue_.add(client, {.run = std::move(first),
+                      .is_background = is_background,
+                      .kind = "forecast",
+                      .expected_seconds = costs_.expected("forecast", kForecastSeconds),
+                      .following_seconds = following});
+  something_to_do_.notify_one();
+}
+
+void Workers::add(const FairQueue::Client& client, Work work, std::optional<double> seconds) {
+  const double learned = costs_.expected(work.kind, work.is_long ? kLongSeconds : kShortSeconds);
+  const double expected = seconds.value_or(learned);
+  // A forecast may be several times too small.
+  const bool is_long = seconds ? expected > kShortSeconds : work.is_long || learned > kLongSeconds;
+  queue_.add(client, {.run = std::move(work.run),
+                      .is_long = is_long,
+                      .is_background = work.is_background,
+                      .kind = std::move(work.kind),
+                      .expected_seconds = expected});
   something_to_do_.notify_one();
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -15,6 +16,10 @@
 
 namespace multitetra {
 
+// Seconds that work will take, found out in a small part of them; nullopt where that is not known.
+// Must not throw.
+using Forecast = std::function<std::optional<double>()>;
+
 // What a worker shall do.
 struct Work {
   std::function<void()> run;  // Must not throw.
@@ -23,6 +28,9 @@ struct Work {
   std::string kind = {};
   bool is_long = false;        // Also what turns out to be, of its kind, is long.
   bool is_background = false;  // Comes after all that is not.
+  // If there is one, a worker calls it first, in a job of its own; where it knows, `is_long` does not
+  // count.
+  Forecast forecast = {};
 };
 
 // What a share has waited for, and when it is done.
@@ -51,6 +59,8 @@ class Workers {
   [[nodiscard]] Backlog backlog(const std::string& share) const;
 
  private:
+  // `seconds` is the forecast, if there is one.
+  void add(const FairQueue::Client& client, Work work, std::optional<double> seconds);
   void work();
 
   mutable std::mutex mutex_;  // Guards queue_, costs_, next_client_ and is_closed_.

@@ -178,7 +178,7 @@ std::optional<StoredObject> find_object(const std::string& address, std::size_t 
   HttpAnswer answer = client.send({.address = place.address(),
                                    .range = ByteRange{.first = 0, .length = bytes},
                                    .most = std::max<std::uint64_t>(bytes, kMostAnswerBytes)});
-  if (answer.status == 403 || answer.status == 404) return std::nullopt;
+  if (answer.status == 404) return std::nullopt;
   if (answer.status == 416) return StoredObject{.etag = answer.etag, .begin = {}};  // It is empty.
   if (!answer.is_good()) fail_with(address, answer, "it cannot be read");
   return StoredObject{.etag = answer.etag, .begin = std::move(answer.bytes)};

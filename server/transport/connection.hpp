@@ -2,8 +2,10 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "common/base/result.hpp"
+#include "server/operations/admission_control.hpp"
 #include "server/operations/deadline.hpp"
 
 namespace multitetra {
@@ -12,6 +14,8 @@ class Connection {
  public:
   virtual ~Connection() = default;
 
+  // Since when it has had nothing to do; nullopt while it has.
+  [[nodiscard]] virtual std::optional<Clock::time_point> resting_since() const = 0;
   // Tells why, where there are words for it, and ends; within the linger time the connection is
   // closed whatever the client does.
   virtual void end(const Error& why) = 0;
@@ -20,5 +24,19 @@ class Connection {
   virtual void keep_time(Clock::time_point now) = 0;
 };
 using ConnectionPtr = std::shared_ptr<Connection>;
+
+// A newcomer may take the client's place among the connections while this one rests.
+inline void let_end_while_resting(ClientContext& client, std::weak_ptr<Connection> connection) {
+  client.may_be_ended(
+      {.since =
+           [connection] {
+             const ConnectionPtr one = connection.lock();
+             return one ? one->resting_since() : std::nullopt;
+           },
+       .end =
+           [connection](const Error& why) {
+             if (const ConnectionPtr one = connection.lock()) one->end(why);
+           }});
+}
 
 }  // namespace multitetra

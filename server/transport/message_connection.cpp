@@ -26,6 +26,7 @@ MessageConnection::MessageConnection(std::unique_ptr<ByteStream> stream, OpenTra
 
 void MessageConnection::start(std::function<void()> on_closed) {
   on_closed_ = std::move(on_closed);
+  let_end_while_resting(*client_, weak_from_this());
   hello_.set(options_.handshake_timeout);
   spawn(&MessageConnection::open_and_read);
 }

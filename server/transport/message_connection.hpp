@@ -29,6 +29,9 @@ class MessageConnection : public Connection,
   // Both coroutines keep the connection alive; `on_closed` is called once when they are done.
   void start(std::function<void()> on_closed);
 
+  [[nodiscard]] std::optional<Clock::time_point> resting_since() const override {
+    return conversation_->resting_since();
+  }
   void end(const Error& why) override;
   void keep_time(Clock::time_point now) override;
 

@@ -9,7 +9,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 harnesses=(fuzz_dataset_file fuzz_frame fuzz_client_message fuzz_server_message fuzz_tile
-  fuzz_tile_round_trip fuzz_shell fuzz_shell_round_trip fuzz_http_request fuzz_volume_metadata fuzz_volume_file fuzz_manifest fuzz_label_names)
+  fuzz_tile_round_trip fuzz_shell fuzz_shell_round_trip fuzz_http_request fuzz_volume_metadata fuzz_volume_file fuzz_label_names)
 export is_kept=false
 if [ "${1:-}" = --keep ]; then
   is_kept=true

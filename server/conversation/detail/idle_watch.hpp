@@ -16,6 +16,7 @@ class IdleWatch {
   IdleWatch(std::chrono::milliseconds limit, Clock::time_point now) : limit_(limit), last_(now) {}
 
   void note(Clock::time_point now) { last_ = now; }
+  [[nodiscard]] Clock::time_point last() const { return last_; }
   // Whether nothing was noted for longer than the limit. Being busy counts as being noted.
   [[nodiscard]] bool is_exceeded(Clock::time_point now, bool is_busy) {
     if (is_busy) last_ = now;

@@ -9,27 +9,32 @@
 #include <string_view>
 #include <utility>
 
-#include "common/base/utf8.hpp"
+#include "common/base/printable_line.hpp"
 #include "server/dataset/detail/statistics_builder.hpp"
 
 namespace multitetra {
 namespace {
 
+// A name is also a part of paths and of addresses, and is printed.
 Result<void> check_name(std::string_view name) {
   if (name.empty() || name.size() > 255) {
     return fail(ErrorCode::kInvalidArgument,
                 "A dataset's name has 1 to 255 bytes, not " + std::to_string(name.size()) + ".");
   }
-  while (!name.empty()) {
-    const auto byte = static_cast<unsigned char>(name[0]);
-    const std::size_t length = utf8_sequence(name);
-    if (length == 0 || byte == '/' || byte < 0x20 || byte == 0x7F) {
+  if (name == "." || name == "..") {
+    return fail(ErrorCode::kInvalidArgument,
+                "A dataset cannot have the name \"" + std::string(name) +
+                    "\", which leads elsewhere in paths and addresses; choose another one.");
+  }
+  for (std::string_view rest = name; !rest.empty();) {
+    const std::size_t length = utf8_sequence(rest);
+    if (length == 0 || rest[0] == '/' || is_steering(rest)) {
       return fail(ErrorCode::kInvalidArgument,
-                  "A dataset's name is UTF-8 without '/' and control characters, and this one has "
-                  "byte " +
-                      std::to_string(byte) + ".");
+                  "A dataset's name is UTF-8 without '/', control characters and marks of writing "
+                  "directions, and this one is not: \"" +
+                      printable_line(name, 255) + "\".");
     }
-    name.remove_prefix(length);
+    rest.remove_prefix(length);
   }
   return {};
 }

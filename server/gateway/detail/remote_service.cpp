@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <deque>
-#include <exception>
 #include <iterator>
-#include <new>
 #include <optional>
 #include <utility>
 
@@ -13,6 +11,7 @@
 #include "common/net/coroutines.hpp"
 #include "server/gateway/detail/forwarded_stream.hpp"
 #include "server/gateway/detail/upstream_questions.hpp"
+#include "server/gateway/detail/upstream_tiles.hpp"
 #include "server/operations/log.hpp"
 #include "server/service/on_workers.hpp"
 #include "server/session/answers.hpp"
@@ -53,20 +52,6 @@ bool keep_holders_of_scalars(StartStream& action) {
 // Of a mesh that takes its time.
 constexpr std::uint64_t kManyTriangles = 200'000;
 
-Result<Surface> assembled_or_why_not(SurfaceTiles tiles, const std::stop_token& stop) {
-  try {
-    return assembled(std::move(tiles), stop);
-  } catch (const Cancelled&) {
-    return fail(ErrorCode::kCancelled, "The surface was cancelled.");
-  } catch (const std::bad_alloc&) {
-    return fail(ErrorCode::kLimitExceeded,
-                "The gateway has not enough memory for this surface; ask for a larger error.");
-  } catch (const std::exception& trouble) {
-    log_line(LogLevel::kError, std::string("assembling a surface failed: ") + trouble.what(), {});
-    return fail(ErrorCode::kInternal, "The gateway failed to assemble this surface.");
-  }
-}
-
 class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCaller> {
  public:
   RemoteCaller(asio::any_io_executor executor, std::shared_ptr<UpstreamPool> upstreams,
@@ -75,6 +60,7 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
         executor_(executor),
         upstreams_(std::move(upstreams)),
         assembling_(assembling),
+        queue_number_(assembling.new_client()),
         questions_(upstreams_),
         change_(executor) {}
 
@@ -106,6 +92,8 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
   // Until the stream is over (true) or the server lost (false).
   asio::awaitable<bool> forward(StreamPtr stream);
   void take(const StreamPtr& stream, ServerMessage message);
+  // For clients that ask for it by its digest, unless it is damaged.
+  void keep(const Stream& stream, const Tile& tile);
   void cancel(Stream& stream);
   [[nodiscard]] UpstreamClient upstream_client() const;
   asio::awaitable<void> bring_answer(AnswerQuestion action,
@@ -113,12 +101,17 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
   asio::awaitable<void> bring_surface(StartStream action, std::uint64_t max_triangles,
                                       std::stop_token stop,
                                       std::function<void(Result<Surface>)> done);
-  // All tiles of a stream's only step.
-  asio::awaitable<Result<SurfaceTiles>> collect(StartStream action, std::uint64_t max_triangles);
+  // All tiles of a stream's only step, and the memory that they take.
+  struct Collected {
+    SurfaceTiles tiles;
+    ByteReservations::Reservation memory = {};
+  };
+  asio::awaitable<Result<Collected>> collect(StartStream action, std::uint64_t max_triangles);
 
   asio::any_io_executor executor_;
   std::shared_ptr<UpstreamPool> upstreams_;
   Workers& assembling_;
+  std::uint64_t queue_number_;
   UpstreamQuestions questions_;
   CataloguePtr catalogue_;
   std::string token_;
@@ -269,7 +262,7 @@ asio::awaitable<void> RemoteCaller::bring_streams() {
 asio::awaitable<bool> RemoteCaller::reach_holder(StreamPtr stream) {
   const std::vector<std::size_t> holders = stream->dataset->holders;
   const bool is_there =
-      reached_ && !reached_->link->is_lost() &&
+      reached_ && !reached_->link->is_lost() && upstreams_->may_be_asked(reached_->upstream) &&
       std::find(holders.begin(), holders.end(), reached_->upstream) != holders.end();
   if (is_there) co_return true;
   if (reached_) reached_->link->close();
@@ -351,16 +344,34 @@ void RemoteCaller::take(const StreamPtr& stream, ServerMessage message) {
       break;
   }
   stream->lost_at.reset();
-  if (const auto* tile = std::get_if<Tile>(&message)) {
-    const StepBegin& step = stream->forwarded.step();
-    if (step.request.normal_bits == 0 && !step.shell && tile->index < step.tiles.size()) {
-      const TileSummary& summary = step.tiles[tile->index];
-      upstreams_->tiles().add(
-          {.digest = summary.digest, .cube = summary.cube, .dataset = stream->dataset->info().name},
-          {.summary = summary, .payload = tile->payload});
-    }
-  }
+  if (const auto* tile = std::get_if<Tile>(&message)) keep(*stream, *tile);
   stream->put(std::move(message));
+}
+
+// Checked on another thread: what passes does not wait for it.
+void RemoteCaller::keep(const Stream& stream, const Tile& tile) {
+  constexpr std::size_t kMostUnchecked = 64;  // Beyond that a tile is kept another time.
+  const StepBegin& step = stream.forwarded.step();
+  if (step.request.normal_bits != 0 || step.shell || tile.index >= step.tiles.size()) return;
+  const TileSummary& summary = step.tiles[tile.index];
+  const TileKey key = {
+      .digest = summary.digest, .cube = summary.cube, .dataset = stream.dataset->info().name};
+  if (upstreams_->tiles().has_all({&key, 1}) || assembling_.waiting() >= kMostUnchecked) return;
+  auto check = [upstreams = upstreams_, executor = executor_, upstream = reached_->upstream, key,
+                encoded = EncodedTile{.summary = summary, .payload = tile.payload},
+                request = step.request] {
+    const auto checked = check_tile(encoded, request);
+    if (checked) {
+      upstreams->tiles().add(key, encoded);
+      return;
+    }
+    multitetra::post(executor, [weak = std::weak_ptr(upstreams), upstream,
+                                why = checked.error().text] {
+      if (const auto all = weak.lock()) all->sent_damaged_tile(upstream, why);
+    });
+  };
+  assembling_.post({.share = client()->share(), .number = queue_number_},
+                   {.run = std::move(check), .kind = "tile check"});
 }
 
 // ---- questions
@@ -393,12 +404,13 @@ asio::awaitable<void> RemoteCaller::bring_answer(AnswerQuestion action,
 
 // ---- surfaces
 
-asio::awaitable<Result<SurfaceTiles>> RemoteCaller::collect(StartStream action,
-                                                            std::uint64_t max_triangles) {
+asio::awaitable<Result<RemoteCaller::Collected>> RemoteCaller::collect(
+    StartStream action, std::uint64_t max_triangles) {
   const auto changed = std::make_shared<AsyncEvent>(executor_);
   const ProgressiveStreamPtr stream =
       steps(std::move(action), [changed] { changed->notify_all(); });
-  SurfaceTiles tiles;
+  Collected collected;
+  SurfaceTiles& tiles = collected.tiles;
   for (;;) {
     auto message = stream->take();
     if (is_closed_) co_return fail(ErrorCode::kCancelled, "The client has gone.");
@@ -415,6 +427,12 @@ asio::awaitable<Result<SurfaceTiles>> RemoteCaller::collect(StartStream action,
         stream->drop();
         co_return tl::unexpected(allowed.error());
       }
+      auto memory = client()->reserve(bytes_of_tiles(tiles.begin));
+      if (!memory) {
+        stream->drop();
+        co_return tl::unexpected(memory.error());
+      }
+      collected.memory = *std::move(memory);
     } else if (auto* tile = std::get_if<Tile>(&*message)) {
       if (tile->index < tiles.payloads.size()) tiles.payloads[tile->index] = tile->payload;
     } else if (auto* scalars = std::get_if<TileScalars>(&*message)) {
@@ -423,7 +441,7 @@ asio::awaitable<Result<SurfaceTiles>> RemoteCaller::collect(StartStream action,
       tiles.digest = step->digest;
     } else if (const auto* end = std::get_if<StreamEnd>(&*message)) {
       stream->drop();
-      if (end->outcome == StreamOutcome::kComplete) co_return tiles;
+      if (end->outcome == StreamOutcome::kComplete) co_return collected;
       co_return fail(ErrorCode::kUnavailable, "The server stops; ask again later.");
     }
   }
@@ -438,14 +456,17 @@ asio::awaitable<void> RemoteCaller::bring_surface(StartStream action, std::uint6
     done(tl::unexpected(collected.error()));
     co_return;
   }
-  const bool is_large = triangles_of(collected->begin) > kManyTriangles;
-  const auto tiles = std::make_shared<SurfaceTiles>(*std::move(collected));
+  const bool is_large = triangles_of(collected->tiles.begin) > kManyTriangles;
+  const auto tiles = std::make_shared<SurfaceTiles>(std::move(collected->tiles));
   std::function<Result<Surface>()> assemble = [tiles, stop] {
     return assembled_or_why_not(std::move(*tiles), stop);
   };
   auto surface = co_await on_workers<Surface>(assembling_, client()->share(),
                                               is_large ? "large mesh" : "small mesh", is_large,
                                               std::move(assemble));
+  if (!surface && surface.error().code == ErrorCode::kDamagedData && reached_) {
+    upstreams_->sent_damaged_tile(reached_->upstream, surface.error().text);
+  }
   done(std::move(surface));
 }
 

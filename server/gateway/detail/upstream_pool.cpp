@@ -59,14 +59,30 @@ void UpstreamPool::note(std::size_t upstream, bool is_reached, const std::string
 
 void UpstreamPool::lost(std::size_t upstream) { note(upstream, false, "it hung up or stops"); }
 
-bool UpstreamPool::is_ready() const {
-  return std::any_of(upstreams_.begin(), upstreams_.end(),
-                     [](const Upstream& one) { return one.health.is_there(); });
+void UpstreamPool::sent_damaged_tile(std::size_t upstream, const std::string& why) {
+  Upstream& one = upstreams_[upstream];
+  ++one.damaged_tiles;
+  offers_.clear();
+  if (one.health.leave_out(Clock::now(), options_.left_out) != UpstreamHealth::Change::kLost) return;
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(options_.left_out).count();
+  log_line(LogLevel::kError,
+           "a server sends damaged tiles and is left out for " + std::to_string(seconds) + " s",
+           {{"upstream", one.name}, {"why", why}});
 }
 
-std::vector<std::pair<std::string, bool>> UpstreamPool::upstreams() const {
-  std::vector<std::pair<std::string, bool>> all;
-  for (const Upstream& one : upstreams_) all.emplace_back(one.name, one.health.is_there());
+bool UpstreamPool::is_ready() const {
+  return std::any_of(upstreams_.begin(), upstreams_.end(), [](const Upstream& one) {
+    return one.health.is_there(Clock::now());
+  });
+}
+
+std::vector<UpstreamState> UpstreamPool::upstreams() const {
+  std::vector<UpstreamState> all;
+  for (const Upstream& one : upstreams_) {
+    all.push_back({.name = one.name,
+                   .is_up = one.health.is_there(Clock::now()),
+                   .damaged_tiles = one.damaged_tiles});
+  }
   return all;
 }
 

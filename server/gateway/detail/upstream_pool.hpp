@@ -18,6 +18,7 @@
 #include "server/gateway/detail/upstream_health.hpp"
 #include "server/gateway/detail/upstream_link.hpp"
 #include "server/gateway/upstream_options.hpp"
+#include "server/operations/prometheus_metrics.hpp"
 #include "server/service/dataset_catalogue.hpp"
 #include "server/service/tile_cache.hpp"
 
@@ -68,11 +69,15 @@ class UpstreamPool {
       std::function<bool()> is_wanted);
   // The link to it was lost: others are preferred for a moment.
   void lost(std::size_t upstream);
+  // It sent a tile that is not what it promised: it is left out for a while.
+  void sent_damaged_tile(std::size_t upstream, const std::string& why);
+  [[nodiscard]] bool may_be_asked(std::size_t upstream) const {
+    return upstreams_[upstream].health.may_be_asked(Clock::now());
+  }
 
   // Whether a server is there.
   [[nodiscard]] bool is_ready() const;
-  // Each server by its address, and whether it is there.
-  [[nodiscard]] std::vector<std::pair<std::string, bool>> upstreams() const;
+  [[nodiscard]] std::vector<UpstreamState> upstreams() const;
   // How many datasets were offered when somebody asked last.
   [[nodiscard]] std::size_t datasets() const { return datasets_; }
   // Keeps a link to every server, to know at once when it goes and when it is back. Until stop().
@@ -88,6 +93,7 @@ class UpstreamPool {
   struct Upstream {
     std::string name;
     UpstreamHealth health;
+    std::uint64_t damaged_tiles = 0;  // That it has sent.
     LinkPtr watched = nullptr;
     std::unique_ptr<asio::steady_timer> timer = nullptr;  // Until it is tried again.
   };

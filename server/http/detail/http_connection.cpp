@@ -45,6 +45,7 @@ HttpConnection::HttpConnection(std::unique_ptr<ByteStream> stream, ClientContext
 void HttpConnection::start(Upgrade on_upgrade, std::function<void()> on_closed) {
   on_upgrade_ = std::move(on_upgrade);
   on_closed_ = std::move(on_closed);
+  let_end_while_resting(*client_, weak_from_this());
   spawn(
       stream_->executor(), [self = shared_from_this()] { return self->run(); },
       [self = shared_from_this()](const std::exception_ptr& trouble) {
@@ -61,6 +62,10 @@ void HttpConnection::start(Upgrade on_upgrade, std::function<void()> on_closed) 
         if (self->stream_) self->stream_->close();
         self->on_closed_();
       });
+}
+
+std::optional<Clock::time_point> HttpConnection::resting_since() const {
+  return is_answering_ ? std::nullopt : std::optional(resting_since_);
 }
 
 void HttpConnection::end(const Error& why) {
@@ -123,6 +128,7 @@ asio::awaitable<void> HttpConnection::run() {
     if (!is_written) co_return;
     if (!keep_alive || is_ending_) break;
     is_answering_ = false;
+    resting_since_ = Clock::now();
   }
   co_await hang_up();
 }
@@ -203,13 +209,12 @@ asio::awaitable<bool> HttpConnection::write(const Answer& answer, bool with_body
 
 asio::awaitable<bool> HttpConnection::write_file(const ScratchFile& file, std::uint64_t first,
                                                  std::uint64_t length) {
-  constexpr std::uint64_t kPiece = 256 * 1024;
-  std::vector<std::byte> piece(std::min(length, kPiece));
+  std::vector<std::byte> piece(std::min(length, kFilePieceBytes));
   const SlowestReader slowest(Clock::now(), options_.connection.write_timeout,
                               options_.min_file_bytes_per_second);
   std::uint64_t taken = 0;
   while (length > 0) {
-    piece.resize(std::min(length, kPiece));
+    piece.resize(std::min(length, kFilePieceBytes));
     file.get(first, piece);
     taken += piece.size();
     const Clock::time_point now = Clock::now();

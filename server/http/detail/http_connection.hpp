@@ -27,6 +27,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
   // Exactly one of both is called, once, when the coroutine is done.
   void start(Upgrade on_upgrade, std::function<void()> on_closed);
 
+  [[nodiscard]] std::optional<Clock::time_point> resting_since() const override;
   void end(const Error& why) override;
   void keep_time(Clock::time_point now) override;
 
@@ -61,6 +62,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
   std::function<void()> on_closed_;
   RequestReader requests_;
   std::shared_ptr<RequestContext> context_;  // While a request is answered.
+  Clock::time_point resting_since_ = Clock::now();  // While no request is answered.
   bool is_watching_ = false;
   bool is_answering_ = false;
   bool has_asked_ = false;

@@ -6,6 +6,7 @@
 namespace multitetra {
 namespace {
 
+constexpr double kPartOfAShare = 0.5;  // Of the disk that the others leave.
 constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 
 std::uint64_t disk_of(std::uint64_t capacity) { return capacity == 0 ? kUnlimited : capacity; }
@@ -14,7 +15,7 @@ std::uint64_t disk_of(std::uint64_t capacity) { return capacity == 0 ? kUnlimite
 
 MeshFileCache::MeshFileCache(std::uint64_t capacity)
     : capacity_(capacity),
-      disk_(disk_of(capacity), std::max<std::uint64_t>(disk_of(capacity) / 2, 1)),
+      disk_(disk_of(capacity), kPartOfAShare),
       kept_(capacity) {}
 
 std::optional<StoredMesh> MeshFileCache::find(const std::string& key) {

@@ -110,6 +110,21 @@ WorkKind work_for(const SurfaceProvider& source, const StreamState& state) {
   return {.kind = dataset + (request.simplify ? " simplified step" : " step"), .is_long = true};
 }
 
+Forecast forecast_for(const WorkKind& work, const StartStream& action, std::stop_token stop) {
+  const IsosurfaceRequest& asked = action.open.request;
+  if (!work.is_long || asked.cell || has_budget(asked)) return {};
+  return [source = action.source, request = asked, stop = std::move(stop)]() {
+    const auto seconds = guarded(*source, "forecast", stop, [&]() -> Result<double> {
+      const SizeEstimates sizes = source->sizes(stop, SizeAccuracy::kQuick);
+      if (sizes.to_fetch && sizes.to_fetch(kSpectrumSpacing) > 0) {
+        return fail(ErrorCode::kUnavailable, "The spectrum is not here yet.");
+      }
+      return source->costs().server_seconds(sizes.rough(request), request.simplify);
+    });
+    return seconds ? std::optional(*seconds) : std::nullopt;
+  };
+}
+
 // What takes about as long as others of its kind.
 WorkKind work_for(const SurfaceProvider& source, const Question& question) {
   return {.kind = source.info().name + (is_long(question) ? " long " : " short ") +

@@ -15,13 +15,18 @@
 
 namespace multitetra {
 
-// What takes about as long each time, and whether that is long.
+// What takes about as long each time, and whether that is long, as far as can be told at once.
 struct WorkKind {
   std::string kind;
   bool is_long = false;
 };
 [[nodiscard]] WorkKind work_for(const SurfaceProvider& source, const StreamState& state);
 [[nodiscard]] WorkKind work_for(const SurfaceProvider& source, const Question& question);
+
+// Of a step that may be long: what the final step takes, from the spectrum alone, where that need not
+// be fetched. None for a cell, which is small, nor within a budget, which many steps may be made for.
+[[nodiscard]] Forecast forecast_for(const WorkKind& work, const StartStream& action,
+                                    std::stop_token stop);
 
 // What the codes of a stream's scalars mean, if it has any.
 [[nodiscard]] std::optional<ScalarRange> range_of(const StartStream& action);

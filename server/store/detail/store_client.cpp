@@ -184,6 +184,7 @@ struct StoreClient::Outcome {
   std::string problem = {};
   std::string remedy = "Check the address, the network and the credentials";
   milliseconds pause{0};  // What the server asks for.
+  bool has_stalled = false;
 
   static Outcome of(CURL* curl, CURLcode code, const HttpRequest& request, const Transfer& transfer,
                     HttpAnswer& answer);
@@ -215,6 +216,8 @@ HttpAnswer StoreClient::send(const HttpRequest& request) {
     return std::chrono::duration_cast<milliseconds>(deadline - Clock::now());
   };
   milliseconds pause = options_.first_pause;
+  constexpr int kMostStalls = 2;
+  int stalls = 0;
   Outcome outcome;
   for (int attempt = 0; attempt < options_.tries; ++attempt) {
     if (attempt > 0) {
@@ -229,6 +232,8 @@ HttpAnswer StoreClient::send(const HttpRequest& request) {
     outcome = attempted(request, left(), answer);
     if (outcome.kind == Outcome::Kind::kDone) return answer;
     if (outcome.kind == Outcome::Kind::kFailed) break;
+    // Each try has taken its full time: a server that stalls again is left.
+    if (outcome.has_stalled && ++stalls == kMostStalls) break;
   }
   if (outcome.kind == Outcome::Kind::kTryAgain) rest(outcome.problem);
   throw StoreError(request.address, outcome.problem, outcome.remedy);
@@ -356,7 +361,9 @@ StoreClient::Outcome StoreClient::Outcome::of(CURL* curl, CURLcode code, const H
   if (code != CURLE_OK) {
     const bool stays = code == CURLE_UNSUPPORTED_PROTOCOL || code == CURLE_URL_MALFORMAT ||
                        code == CURLE_PEER_FAILED_VERIFICATION || code == CURLE_TOO_MANY_REDIRECTS;
-    return {.kind = stays ? Kind::kFailed : Kind::kTryAgain, .problem = curl_easy_strerror(code)};
+    return {.kind = stays ? Kind::kFailed : Kind::kTryAgain,
+            .problem = curl_easy_strerror(code),
+            .has_stalled = code == CURLE_OPERATION_TIMEDOUT};
   }
   curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &answer.status);
   answer.etag = header_of(curl, "ETag");

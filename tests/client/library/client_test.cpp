@@ -2,10 +2,12 @@
 #include "client/library/client.hpp"
 
 #include <chrono>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "common/base/utf8.hpp"
 #include "tests/client/scripted_server.hpp"
 
 namespace multitetra {
@@ -66,6 +68,53 @@ TEST(MessageSocket, ASilentServerIsLeftAfterTheTimeout) {
   EXPECT_EQ(silent.error().code, ErrorCode::kUnavailable);
   EXPECT_NE(silent.error().text.find("within 0.1 s"), std::string::npos) << silent.error().text;
   EXPECT_TRUE(server.client_leaves());
+}
+
+// A server that sends a byte of an endless message now and then.
+class TricklingServer {
+ public:
+  explicit TricklingServer(std::string first)
+      : thread_([this, first = std::move(first)] {
+          tcp::socket socket = acceptor_.accept();
+          boost::system::error_code error;
+          asio::write(socket, asio::buffer(first), error);
+          while (!error) {
+            asio::write(socket, asio::buffer("x", 1), error);
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+          }
+        }) {}
+  [[nodiscard]] Endpoint endpoint() const {
+    return {.host = "127.0.0.1", .port = acceptor_.local_endpoint().port()};
+  }
+
+ private:
+  asio::io_context io_;
+  tcp::acceptor acceptor_{io_, {asio::ip::make_address("127.0.0.1"), 0}};
+  std::jthread thread_;
+};
+
+TEST(MessageSocket, SignsOfLifeWithoutProgressHoldNobodyForEver) {
+  // After some Pongs a frame of a megabyte begins.
+  const TricklingServer server(framed_messages(Messages(20, Pong{})) + frame_header(1 << 20));
+  auto socket = MessageSocket::connect(server.endpoint(), std::chrono::milliseconds(300));
+  ASSERT_TRUE(socket);
+  Result<std::optional<ServerMessage>> message = std::nullopt;
+  while (message) message = socket->receive_within(std::chrono::seconds(10));
+  EXPECT_EQ(message.error().code, ErrorCode::kUnavailable);
+  EXPECT_NE(message.error().text.find("made no progress within 3 s"), std::string::npos)
+      << message.error().text;
+}
+
+TEST(Client, GivesTheTextOfAServersErrorAsOneShortPlainLine) {
+  const std::string hostile = "\x1b[2Jgone\r\nmultitetra: all is well\n" + std::string(100'000, 'a');
+  const ScriptedServer server(framed_messages(
+      Messages{ErrorReply{.error = {ErrorCode::kInternal, hostile}}}));
+  const auto refused = Client::connect(server.endpoint(), {});
+  ASSERT_FALSE(refused);
+  const std::string& text = refused.error().error.text;
+  EXPECT_TRUE(is_plain_text(text));
+  EXPECT_TRUE(text.starts_with("\\x1b[2Jgone\\x0d\\x0amultitetra")) << text;
+  EXPECT_LE(text.size(), 1000U);
 }
 
 TEST(Client, LeavesAServerThatSpeaksAnotherVersion) {

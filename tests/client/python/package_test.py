@@ -5,6 +5,7 @@ import pathlib
 import re
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
@@ -94,7 +95,7 @@ class Meddler:
             frame = self._meddle(stream.read(int.from_bytes(head, "little")), self._seen)
             if frame is None:
                 break
-            client.sendall(head + frame)
+            client.sendall(len(frame).to_bytes(4, "little") + frame)
         for end in (client, server):
             end.close()
 
@@ -431,6 +432,34 @@ class Package(unittest.TestCase):
                 server.isosurface("gyroid", 0.1, error=0.5)
             # What failed is not kept, and the connection serves again.
             self.assertGreater(len(server.isosurface("gyroid", 0.1, error=0.5).faces), 0)
+
+    def test_a_step_of_another_request_or_without_a_bound_is_found(self):
+        for asked, answered in ((0.1, 0.2), (0.5, float("nan"))):  # The isovalue, and the error.
+            def meddle(frame, _):
+                if frame[0] != 0x1A:  # The tag of ServerMessage.step_begin.
+                    return frame
+                return frame.replace(struct.pack("<d", asked), struct.pack("<d", answered))
+
+            with Meddler(self.urls[0], meddle) as url, multitetra.connect(url) as server:
+                with self.assertRaises(multitetra.CheckError):
+                    server.isosurface("gyroid", 0.1, error=0.5)
+
+    def test_texts_of_a_server_are_short_plain_lines(self):
+        text = b"\x1b[2J\r\nall is well\n" * 1000
+        reply = b"\x10\x08\x1a" + bytes([len(text) & 127 | 128, len(text) >> 7 & 127 | 128, len(text) >> 14]) + text
+
+        def meddle(frame, _):
+            if frame[0] != 0x3A:  # The tag of ServerMessage.error.
+                return frame
+            size = len(reply)
+            return b"\x3a" + bytes([size & 127 | 128, size >> 7 & 127 | 128, size >> 14]) + reply
+
+        with Meddler(self.urls[0], meddle) as url, multitetra.connect(url) as server:
+            with self.assertRaises(multitetra.ServerError) as refused:
+                server.isosurface("gyroid", float("nan"))
+        said = str(refused.exception)
+        self.assertTrue(said.isprintable(), said)
+        self.assertLess(len(said), 1100)
 
     def test_a_lost_connection_is_made_anew_and_tiles_come_once(self):
         def cut_once_behind_the_first_tiles(frame, seen):

@@ -303,7 +303,8 @@ TEST(Describe, RefusesWhatIsOutsideItsRangeAndSaysSo) {
        {std::string(), std::string(256, 'a'), std::string("a/b"), std::string("a\nb"),
         std::string("a\0b", 3), std::string("\x7F"), std::string("\xFF"), std::string("\xC3"),
         std::string("\xC0\xAF"), std::string("\xE0\x80\xAF"), std::string("\xED\xA0\x80"),
-        std::string("\xF4\x90\x80\x80")}) {
+        std::string("\xF4\x90\x80\x80"), std::string("."), std::string(".."),
+        std::string("a\xE2\x80\xAE"), std::string("a\xC2\x9B")}) {
     EXPECT_NE(refused(name, {}, 0).find("name"), std::string::npos) << name;
   }
   EXPECT_NE(refused("a", {}, -1).find("margin"), std::string::npos);

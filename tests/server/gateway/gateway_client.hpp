@@ -2,8 +2,11 @@
 // is the octahedron.
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <string>
+#include <string_view>
+#include <thread>
 
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/running_http_server.hpp"
@@ -42,6 +45,18 @@ inline ServerMessage end_of_stream(WebSocketClient& client) {
 inline bool is_complete(const ServerMessage& last) {
   const auto* end = std::get_if<StreamEnd>(&last);
   return end && end->outcome == StreamOutcome::kComplete;
+}
+
+// A tile that passed, as soon as the gateway has checked and kept it; 404 if that is never.
+inline HttpClient::Response kept_tile(HttpClient& client, const ContentDigest& digest,
+                                      std::string_view fields = {}) {
+  const std::string path = "/v1/tiles/" + digest.hex();
+  HttpClient::Response response = client.get(path, fields);
+  for (int i = 0; i < 500 && response.result_int() == 404; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    response = client.get(path, fields);
+  }
+  return response;
 }
 
 }  // namespace multitetra::testing

@@ -202,7 +202,57 @@ TEST(GatewayTest, AnswersHttpAsAServerDoes) {
   EXPECT_EQ(mesh.result_int(), 200U) << mesh.body();
   EXPECT_EQ(mesh["Multitetra-Triangles"], "10");
   const auto tile = testing::fine_tiles().front();
-  EXPECT_EQ(client.get("/v1/tiles/" + tile.summary.digest.hex()).body(), *tile.payload);
+  EXPECT_EQ(testing::kept_tile(client, tile.summary.digest).body(), *tile.payload);
+}
+
+// Its digest is that of other triangles.
+TiledStep damaged_step(const StepRequest& step) {
+  TiledStep made = testing::octahedron_step(step);
+  std::string payload = *made.tiles.front().payload;
+  payload[payload.size() / 2] = static_cast<char>(payload[payload.size() / 2] ^ 0x55);
+  made.tiles.front().payload = std::make_shared<const std::string>(std::move(payload));
+  return made;
+}
+
+TEST(GatewayTest, KeepsNoDamagedTileAndLeavesOutTheServerThatSentIt) {
+  Upstream damaged(std::make_shared<FakeSteps>(
+      "octahedron",
+      [](const StepRequest& step, std::stop_token) { return damaged_step(step); }));
+  GatewayServerOptions options{.upstream = {.upstreams = {damaged.endpoint()}}};
+  options.upstream.patience = std::chrono::milliseconds(100);
+  options.runtime.metrics = std::make_shared<PrometheusMetrics>();
+  RunningGateway gateway(std::move(options));
+  WebSocketClient client(gateway.http());
+  greet(client);
+  open(client, 1);
+  (void)testing::end_of_stream(client);
+  HttpClient http(gateway.http());
+  for (int i = 0; i < 500 && http.get("/readyz").result_int() == 200; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  EXPECT_EQ(http.get("/readyz").result_int(), 503U);
+  const std::string digest = testing::fine_tiles().front().summary.digest.hex();
+  EXPECT_EQ(http.get("/v1/tiles/" + digest).result_int(), 404U);
+  const std::string metrics = http.get("/metrics").body();
+  EXPECT_NE(metrics.find("multitetra_upstream_damaged_tiles_total{upstream="), std::string::npos);
+  open(client, 2);
+  EXPECT_EQ(testing::code_of(testing::end_of_stream(client)), ErrorCode::kUnavailable);
+}
+
+TEST(GatewayTest, AsksAnotherServerInPlaceOfOneThatSendsDamagedTiles) {
+  Upstream damaged(std::make_shared<FakeSteps>(
+      "octahedron",
+      [](const StepRequest& step, std::stop_token) { return damaged_step(step); }));
+  Upstream sound(octahedron());
+  RunningGateway gateway({.upstream = {.upstreams = {damaged.endpoint(), sound.endpoint()}}});
+  HttpClient http(gateway.http());
+  // Whichever is asked first: after one damaged surface the sound server is.
+  int refused = 0;
+  for (int i = 0; i < 4; ++i) {
+    const auto mesh = http.get("/v1/datasets/octahedron/isosurface?isovalue=0.5&format=stl");
+    refused += mesh.result_int() == 200 ? 0 : 1;
+  }
+  EXPECT_LE(refused, 1);
 }
 
 // The stream as it is without trouble, and one in which its server is lost after `seen` messages.

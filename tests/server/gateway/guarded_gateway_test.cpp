@@ -62,9 +62,10 @@ TEST(GuardedGateway, SendsTilesOnlyOfVisibleDatasets) {
   EXPECT_TRUE(is_welcome(greeted(alice, "right")));
   open(alice, 1);
   EXPECT_TRUE(is_complete(end_of_stream(alice)));
-  const std::string path = "/v1/tiles/" + testing::fine_tiles().front().summary.digest.hex();
+  const ContentDigest digest = testing::fine_tiles().front().summary.digest;
+  const std::string path = "/v1/tiles/" + digest.hex();
   HttpClient http(gateway.http());
-  const auto hers = http.get(path, "Authorization: Bearer right\r\n");
+  const auto hers = testing::kept_tile(http, digest, "Authorization: Bearer right\r\n");
   EXPECT_EQ(hers.result_int(), 200U);
   EXPECT_TRUE(hers["Cache-Control"].starts_with("private"));
   EXPECT_EQ(http.get(path).result_int(), 401U);

@@ -13,7 +13,7 @@ constexpr UpstreamHealth::Clock::time_point kStart{1h};
 
 TEST(UpstreamHealth, AnUntriedServerIsUnknown) {
   const UpstreamHealth health(100ms, 1s);
-  EXPECT_FALSE(health.is_there());
+  EXPECT_FALSE(health.is_there(kStart));
   EXPECT_FALSE(health.has_failed());
   EXPECT_TRUE(health.may_be_asked(kStart));
 }
@@ -25,13 +25,25 @@ TEST(UpstreamHealth, ReportsEachChangeOnce) {
   EXPECT_EQ(health.failed(kStart), Change::kLost);
   EXPECT_EQ(health.failed(kStart), Change::kNone);
   EXPECT_EQ(health.reached(), Change::kThere);
-  EXPECT_TRUE(health.is_there());
+  EXPECT_TRUE(health.is_there(kStart));
+}
+
+TEST(UpstreamHealth, AServerThatGivesWhatIsWrongIsLeftOutThoughItAnswers) {
+  UpstreamHealth health(100ms, 1s);
+  health.reached();
+  EXPECT_EQ(health.leave_out(kStart, 60s), Change::kLost);
+  EXPECT_EQ(health.leave_out(kStart, 60s), Change::kNone);
+  health.reached();
+  EXPECT_FALSE(health.may_be_asked(kStart + 59s));
+  EXPECT_FALSE(health.is_there(kStart + 59s));
+  EXPECT_TRUE(health.may_be_asked(kStart + 60s));
+  EXPECT_TRUE(health.is_there(kStart + 60s));
 }
 
 TEST(UpstreamHealth, ReportsAServerThatFailsAtOnce) {
   UpstreamHealth health(100ms, 1s);
   EXPECT_EQ(health.failed(kStart), Change::kLost);
-  EXPECT_FALSE(health.is_there());
+  EXPECT_FALSE(health.is_there(kStart));
 }
 
 TEST(UpstreamHealth, WaitsTwiceAsLongAfterEachFailureUpToTheMost) {

@@ -27,6 +27,53 @@ TEST(AdmissionControl, WhoAsksTooMuchLeavesTheirRateToOtherTokensOfTheirAddress)
   EXPECT_TRUE(client_of(admission)->may_ask()) << "nor to those without one";
 }
 
+TEST(AdmissionControl, ANewcomerTakesThePlaceOfTheOneThatRestsLongestOfTheLargestShare) {
+  AdmissionControl admission({.connections = {.total = 5}});
+  std::string ended;
+  std::vector<ClientContextPtr> clients;
+  const auto connect = [&](const char* address, const char* name, std::optional<int> rests_since) {
+    auto admitted = admission.admit("tcp", address, name);
+    using Clock = RestingConnection::Clock;
+    admitted.client->may_be_ended(
+        {.since =
+             [rests_since] {
+               return rests_since
+                          ? std::optional(Clock::time_point(std::chrono::seconds(*rests_since)))
+                          : std::nullopt;
+             },
+         .end = [&ended, name](const Error&) { ended += name; }});
+    clients.push_back(std::move(admitted.client));
+    return !admitted.refusal;
+  };
+  EXPECT_TRUE(connect("192.0.2.1", "a", 10));
+  EXPECT_TRUE(connect("192.0.2.2", "b", 40));
+  EXPECT_TRUE(connect("192.0.2.2", "c", 30));
+  EXPECT_TRUE(connect("192.0.2.2", "d", std::nullopt));
+  EXPECT_TRUE(connect("192.0.2.3", "e", 20));
+  EXPECT_TRUE(connect("192.0.2.4", "f", 60));
+  EXPECT_EQ(ended, "c");
+  EXPECT_FALSE(connect("192.0.2.2", "g", 70)) << "of the largest share itself";
+  EXPECT_FALSE(connect("192.0.2.4", "h", 70)) << "two of one address, as all others have at most";
+  EXPECT_EQ(ended, "c");
+  EXPECT_EQ(admission.connections(), 5U);
+}
+
+TEST(AdmissionControl, TheNetworksOfOneIpv6NetworkAreOneShareWhereConnectionsAreFew) {
+  AdmissionControl admission({.connections = {.per_name = 2}, .requests = {.per_second = 0.001, .burst = 2}});
+  std::vector<ClientContextPtr> clients;
+  int admitted = 0;
+  int asked = 0;
+  for (int i = 0; i < 64; ++i) {
+    auto [client, refusal] =
+        admission.admit("tcp", "2001:db8:1:" + std::to_string(i) + "00::7", "somebody");
+    admitted += refusal ? 0 : 1;
+    if (client && client->may_ask()) ++asked;
+    clients.push_back(std::move(client));
+  }
+  EXPECT_EQ(admitted, 8) << "a /48 has what four addresses have";
+  EXPECT_EQ(asked, 8);
+}
+
 TEST(AdmissionControl, WithoutATokenAnAddressIsOne) {
   AdmissionControl admission({.requests = {.per_second = 0.001, .burst = 1}});
   EXPECT_TRUE(client_of(admission)->may_ask());

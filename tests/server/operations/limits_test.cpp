@@ -126,14 +126,50 @@ TEST(ByteReservations, GivesBackWhatSharesHeld) {
 }
 
 TEST(ByteReservations, AShareLeavesRoomForOthers) {
-  ByteReservations budget(100, /*most_of_a_share=*/50);
-  EXPECT_FALSE(budget.take("a", 51));
-  auto a = budget.take("a", 50);
+  ByteReservations budget(1000, /*part_of_a_share=*/0.25);
+  EXPECT_EQ(budget.most_of_a_share(), 250U);
+  EXPECT_FALSE(budget.take("a", 251));
+  auto a = budget.take("a", 250);
   ASSERT_TRUE(a);
   EXPECT_FALSE(budget.take("a", 1));
-  EXPECT_TRUE(budget.take("b", 50));
+  EXPECT_FALSE(budget.take("b", 188)) << "a quarter of the 750 bytes that are left";
+  EXPECT_TRUE(budget.take("b", 187));
   a.reset();
-  EXPECT_TRUE(budget.take("a", 50));
+  EXPECT_TRUE(budget.take("a", 250));
+  EXPECT_EQ(budget.used(), 0U);
+}
+
+// What a share takes until it is refused, in pieces of a thousandth.
+std::vector<ByteReservations::Reservation> all_of(ByteReservations& budget,
+                                                  const std::string& share) {
+  std::vector<ByteReservations::Reservation> held;
+  while (auto more = budget.take(share, 1000)) held.push_back(*std::move(more));
+  return held;
+}
+
+TEST(ByteReservations, SixSharesThatTakeAllTheyCanLeaveASixthToOthers) {
+  ByteReservations budget(1'000'000, 0.25);
+  std::vector<std::vector<ByteReservations::Reservation>> held;
+  for (int i = 0; i < 6; ++i) held.push_back(all_of(budget, "address 192.0.2." + std::to_string(i)));
+  EXPECT_GT(budget.capacity() - budget.used(), budget.capacity() / 6);
+  EXPECT_TRUE(budget.take("address 198.51.100.1", 40'000));
+}
+
+TEST(ByteReservations, ManyNetworksOfOneIpv6NetworkCountForAFewShares) {
+  ByteReservations budget(1'000'000, 0.25);
+  std::vector<std::vector<ByteReservations::Reservation>> held;
+  const auto take_all_of = [&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      char name[64];
+      std::snprintf(name, sizeof name, "address 2001:db8:1:%x::/64", i);
+      held.push_back(all_of(budget, name));
+    }
+    return budget.used();
+  };
+  EXPECT_LE(take_all_of(0, 256), 437'500U) << "a /56 has what two addresses have";
+  EXPECT_LE(take_all_of(256, 4096), 684'000U) << "a /48 has what four have";
+  EXPECT_TRUE(budget.take("address 192.0.2.7", 70'000));
+  held.clear();
   EXPECT_EQ(budget.used(), 0U);
 }
 
@@ -146,6 +182,19 @@ TEST(ClientAddress, LimitsHoldForAnIpv4AddressOrAnIpv6Network) {
   EXPECT_EQ(limited_name("2001:db8:1:2::"), limited_name("2001:db8:1:2:ffff::1"));
   EXPECT_NE(limited_name("2001:db8:1:2::"), limited_name("2001:db8:1:3::"));
   EXPECT_EQ(limited_name("unknown client"), "unknown client");
+}
+
+TEST(ShareLevels, AnIpv6NetworkBelongsToLargerOnes) {
+  using Levels = std::vector<ShareLevel>;
+  EXPECT_EQ(share_levels("address 192.0.2.7"), (Levels{{"address 192.0.2.7", 1}}));
+  EXPECT_EQ(share_levels("token alice"), (Levels{{"token alice", 1}}));
+  EXPECT_EQ(share_levels("token a/64"), (Levels{{"token a/64", 1}}));
+  EXPECT_EQ(share_levels("address 2001:db8:1:203::/64"),
+            (Levels{{"address 2001:db8:1:203::/64", 1},
+                    {"address 2001:db8:1:200::/56", 2},
+                    {"address 2001:db8:1::/48", 4}}));
+  EXPECT_EQ(share_levels("gateway 192.0.2.1 address 2001:db8::/64").back().name,
+            "gateway 192.0.2.1 address 2001:db8::/48");
 }
 
 AddressRanges ranges(const std::vector<std::string>& texts) {

@@ -192,10 +192,10 @@ StoredMesh stored(ByteReservations::Reservation room) {
 
 TEST(MeshFileCache, ForgetsWhatIsKeptForWhatIsWanted) {
   MeshFileCache files(1000);
-  files.keep("a", stored(files.reserve("one", 400).value()));
-  files.keep("b", stored(files.reserve("another", 400).value()));
+  files.keep("a", stored(files.reserve("one", 300).value()));
+  files.keep("b", stored(files.reserve("another", 300).value()));
   EXPECT_TRUE(files.find("a"));
-  EXPECT_TRUE(files.reserve("a third", 400));
+  EXPECT_TRUE(files.reserve("a third", 300));
   EXPECT_TRUE(files.find("a")) << "was asked for last";
   EXPECT_FALSE(files.find("b"));
 }
@@ -203,19 +203,19 @@ TEST(MeshFileCache, ForgetsWhatIsKeptForWhatIsWanted) {
 TEST(MeshFileCache, WhatIsBeingSentCounts) {
   MeshFileCache files(1000);
   std::vector<StoredMesh> sent;
-  for (const char* share : {"one", "another"}) {
-    sent.push_back(stored(files.reserve(share, 500).value()));
+  for (const auto& [share, bytes] : {std::pair("one", 500U), {"another", 250U}}) {
+    sent.push_back(stored(files.reserve(share, bytes).value()));
     files.keep(share, sent.back());
   }
-  const auto refused = files.reserve("a third", 1);
+  const auto refused = files.reserve("a third", 126);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
   EXPECT_GT(refused.error().retry_after, 0);
   sent.pop_back();
-  EXPECT_TRUE(files.reserve("a third", 500));
+  EXPECT_TRUE(files.reserve("a third", 250));
 }
 
-TEST(MeshFileCache, AShareHasHalfOfIt) {
+TEST(MeshFileCache, AShareHasHalfOfWhatTheOthersLeave) {
   MeshFileCache files(1000);
   const auto first = files.reserve("one", 300);
   EXPECT_FALSE(files.reserve("one", 300));
@@ -249,6 +249,15 @@ TEST_F(IsosurfaceTest, ThatFindsNoRoomOnTheDiskIsRefused) {
   EXPECT_EQ(refused.result_int(), 422U);
   EXPECT_NE(refused.body().find("this server holds at most 50 in one"), std::string::npos)
       << refused.body();
+}
+
+TEST_F(IsosurfaceTest, ThatTheTemporaryFolderDoesNotTakeIsAnsweredWithTheReason) {
+  RunningHttpServer full(catalogue_of(std::make_shared<CountedSteps>(made_)), {}, {},
+                         {.temporary_folder = "/dev/null/nothing"});
+  HttpClient client(full.http());
+  const auto refused = client.get(kPath);
+  EXPECT_EQ(refused.result_int(), 507U);
+  EXPECT_NE(refused.body().find("temporary folder"), std::string::npos) << refused.body();
 }
 
 }  // namespace

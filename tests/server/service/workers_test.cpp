@@ -166,10 +166,10 @@ TEST(FairQueue, ExpectedTimeCountsFromTheBeginningOfAJob) {
   };
   queue.add(alone(0), costing(10));
   queue.add(alone(0), costing(10));
-  queue.add(alone(1), costing(1));
-  queue.add(alone(1), costing(1));
   const auto first = queue.take();
   ASSERT_EQ(first->client.number, 0U);
+  queue.add(alone(1), costing(1));
+  queue.add(alone(1), costing(1));
   EXPECT_EQ(serve_next(queue, 1.0), 1U);
   EXPECT_EQ(serve_next(queue, 1.0), 1U) << "the first one's job still runs";
   EXPECT_EQ(queue.expected_seconds(alone(0).share), 20);

@@ -101,6 +101,17 @@ TEST_F(HttpStoreTest, WaitsForAStoreThatStallsNoLongerThanItsDeadline) {
   EXPECT_LT(steady_clock::now() - begin, std::chrono::seconds(10));
 }
 
+TEST_F(HttpStoreTest, LeavesAStoreThatStallsTwice) {
+  HttpStoreOptions options = quick();
+  options.tries = 100;
+  options.stalled = std::chrono::seconds(1);
+  std::atomic<int> tried_again = 0;
+  options.tries_again = [&] { ++tried_again; };
+  const auto stalled = store("/lies/stalled/1000", options);
+  EXPECT_NE(trouble([&] { return whole(*stalled); }).find("Timeout"), std::string::npos);
+  EXPECT_EQ(tried_again, 1);
+}
+
 TEST_F(HttpStoreTest, LetsAStoreThatFailedRest) {
   HttpStoreOptions options = quick();
   options.rest_after_failure = std::chrono::hours(1);

@@ -329,7 +329,7 @@ TEST(Limits, BytesThatWaitForClients) {
 
 TEST(Limits, BytesOfStreamsThatHaveGoneAreFreeAgain) {
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", heavy(4, 100'000))),
-                             {.admission = {.queue_bytes = 2 * (400'000 + kOfARequest)}});
+                             {.admission = {.queue_bytes = 4 * (400'000 + kOfARequest)}});
   for (int i = 0; i < 3; ++i) {
     MessageSocket socket = server.greet();
     for (std::uint64_t id = 1; id <= 3; ++id) {
@@ -662,7 +662,7 @@ TEST_F(SharesTest, RequestsThatWaitTakeRoomOfTheQueue) {
   constexpr std::size_t kOfOne = 2 * kMaxThresholdRegions * sizeof(ThresholdRegion) + kOfARequest;
   ServerOptions with = options();
   with.service.workers = 1;
-  with.admission.queue_bytes = 2 * (2 * kOfOne + kOfARequest);
+  with.admission.queue_bytes = 4 * (2 * kOfOne + kOfARequest);
   const auto notes = std::make_shared<Notes>();
   with.admission.observer = notes;
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running_))),
@@ -682,7 +682,7 @@ TEST_F(SharesTest, RequestsThatWaitTakeRoomOfTheQueue) {
   MessageSocket alice = welcomed(server, "good");
   ASSERT_TRUE(alice.send(with_a_large_map(1)));
   ASSERT_TRUE(alice.send(Ping{1}));
-  (void)receive<Pong>(alice);  // A share has half of it.
+  (void)receive<Pong>(alice);  // A share has a quarter of it.
   first.reset();
   EXPECT_TRUE(eventually([&, id = std::uint64_t{1}]() mutable {
     if (!second.send(with_a_large_map(++id)) || !second.send(Ping{id})) return false;

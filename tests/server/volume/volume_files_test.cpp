@@ -1,5 +1,6 @@
 #include "server/volume/volume_files.hpp"
 
+#include <bzlib.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -322,6 +323,35 @@ TEST_F(VolumeFiles, RefusesTruncatedFiles) {
     for (std::size_t size = 0; size < bytes.size() - 48; size += 29) {
       SCOPED_TRACE(size);
       error_of_reading(folder_.file(name, bytes.substr(0, size)));
+    }
+  }
+}
+
+TEST_F(VolumeFiles, PackedSamplesAreCheckedToTheEndOfTheirStream) {
+  const std::string shorts = packed<std::int16_t>(values());
+  const std::string lines =
+      "dimension: 3\nsizes: 4 3 2\nendian: little\ntype: int16\nencoding: ";
+  std::string bzip2(1000, '\0');
+  auto size = static_cast<unsigned>(bzip2.size());
+  std::string source = shorts;
+  ASSERT_EQ(BZ2_bzBuffToBuffCompress(bzip2.data(), &size, source.data(),
+                                     static_cast<unsigned>(source.size()), 1, 0, 0),
+            BZ_OK);
+  bzip2.resize(size);
+  for (const auto& [encoding, stream] :
+       {std::pair("gzip", deflated(shorts, true)), {"bzip2", bzip2}}) {
+    SCOPED_TRACE(encoding);
+    const auto read = [&, header = lines + encoding + "\n"](const std::string& changed) {
+      return samples_of(read_volume(folder_.file("packed.nrrd", nrrd(header, changed))));
+    };
+    EXPECT_EQ(read(stream), values());
+    for (std::size_t bit = 0; bit < 8 * stream.size(); bit += 3) {
+      std::string changed = stream;
+      changed[bit / 8] = static_cast<char>(changed[bit / 8] ^ (1 << bit % 8));
+      try {
+        EXPECT_EQ(read(changed), values()) << "bit " << bit;
+      } catch (const VolumeFileError&) {  // As it should be: few bits mean nothing.
+      }
     }
   }
 }

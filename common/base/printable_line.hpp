@@ -1,0 +1,23 @@
+// Text from elsewhere as one short line.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+#include "common/base/utf8.hpp"
+
+namespace multitetra {
+
+// As printable() without line ends, of at most `most` bytes, at least 3: a longer one ends in "...".
+// Applied twice it gives the same.
+[[nodiscard]] inline std::string printable_line(std::string_view text, std::size_t most) {
+  // What is shown is no shorter than what it is made of.
+  std::string shown = printable(text.substr(0, 4 * most), /*keeps_lines=*/false);
+  if (shown.size() <= most) return shown;
+  std::size_t kept = most - 3;
+  while (kept > 0 && (static_cast<unsigned char>(shown[kept]) & 0xC0) == 0x80) --kept;
+  return shown.substr(0, kept) + "...";
+}
+
+}  // namespace multitetra

@@ -1,0 +1,48 @@
+#include "server/gateway/detail/upstream_tiles.hpp"
+
+#include <exception>
+#include <new>
+#include <string>
+#include <utility>
+
+#include "common/base/in_parallel.hpp"
+#include "server/operations/log.hpp"
+
+namespace multitetra {
+
+std::size_t bytes_of_tiles(const StepBegin& step) {
+  constexpr std::size_t kBytesOfAScalar = 2;  // At a vertex.
+  std::size_t bytes = 0;
+  for (const TileSummary& tile : step.tiles) {
+    bytes += tile.bytes + (step.scalars ? kBytesOfAScalar * tile.vertices : 0);
+  }
+  return bytes;
+}
+
+Result<void> check_tile(const EncodedTile& tile, const IsosurfaceRequest& request) {
+  try {
+    const auto decoded = decode_tile(*tile.payload, tile.summary, request.lattice_resolution,
+                                     request.normal_bits);
+    if (!decoded) return tl::unexpected(decoded.error());
+    return {};
+  } catch (const std::exception& trouble) {
+    return fail(ErrorCode::kDamagedData,
+                std::string("The tile cannot be decoded: ") + trouble.what());
+  }
+}
+
+Result<Surface> assembled_or_why_not(SurfaceTiles tiles, const std::stop_token& stop) {
+  try {
+    return assembled(std::move(tiles), stop);
+  } catch (const Cancelled&) {
+    return fail(ErrorCode::kCancelled, "The surface was cancelled.");
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::kLimitExceeded,
+                "The gateway has not enough memory for this surface; ask for a larger error.");
+  } catch (const std::exception& trouble) {
+    log_line(LogLevel::kError, std::string("assembling a surface failed: ") + trouble.what(), {});
+    return fail(ErrorCode::kInternal, "The gateway failed to assemble this surface.");
+  }
+}
+
+}  // namespace multitetra

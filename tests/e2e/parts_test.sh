@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# docker/parts: a volume in parts through schedulers, and the same dataset as in one process.
+#   parts_test.sh FOLDER-OF-PROGRAMS
+set -euo pipefail
+bin=$(cd "$1" && pwd)
+project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+source "$project/tests/support/programs.sh"
+
+export PATH=$work/path:$bin:$PATH
+mkdir path volumes datasets
+multitetra-server generate gyroid --size 40 -o volumes/gyroid.nrrd --quiet
+multitetra-server prepare volumes/gyroid.nrrd -o whole.mtd --quiet
+
+# A scheduler that runs each job at once, an array one after the other, as Slurm does without --cpus-per-task.
+cat >path/sbatch <<'EOF'
+#!/usr/bin/env bash
+array=1-1
+for option in "$@"; do [[ $option != --array=* ]] || array=${option#--array=}; done
+script=$(cat)
+for i in $(seq "${array%-*}" "${array#*-}"); do
+  env -u SLURM_CPUS_PER_TASK SLURM_ARRAY_TASK_ID="$i" bash -c "$script" >>jobs.log 2>&1 || echo "job $i failed" >>failed.log
+done
+echo 1
+EOF
+chmod +x path/sbatch
+bash "$project/docker/parts/slurm.sh" "$work/volumes/gyroid.nrrd" "$work/slurm.mtd" 3 --partition=cpu >/dev/null
+[ ! -e failed.log ] || fail "slurm.sh: $(cat failed.log jobs.log)"
+cmp -s slurm.mtd whole.mtd || fail "slurm.sh: another dataset than one process makes"
+
+# What the Snakefile finds: volumes of any format that are one file. Without any it ends.
+cp volumes/gyroid.nrrd volumes/other.nii.gz
+mkdir empty
+cat >found.py <<'EOF'
+import sys
+head = open(sys.argv[1]).read().split("\nrule all:")[0]
+space = {"config": {"volumes": sys.argv[2], "out": "datasets"}}
+exec(head, space)
+print(*space["volumes"])
+EOF
+found=$(python3 found.py "$project/docker/parts/Snakefile" volumes)
+[ "$found" = "gyroid other" ] || fail "Snakefile: it finds $found"
+ends 1 "There is no volume in 'empty'" python3 found.py "$project/docker/parts/Snakefile" empty
+cp volumes/gyroid.nrrd volumes/gyroid.mha
+ends 1 "would both be 'gyroid.mtd'" python3 found.py "$project/docker/parts/Snakefile" volumes
+rm volumes/gyroid.mha volumes/other.nii.gz
+
+if command -v snakemake >/dev/null; then
+  snakemake -s "$project/docker/parts/Snakefile" --cores 2 --quiet all --config volumes="$work/volumes" out="$work/datasets" \
+    parts=2 >snakemake.log 2>&1 || fail "Snakefile: $(tail -n 20 snakemake.log)"
+  cmp -s datasets/gyroid.mtd whole.mtd || fail "Snakefile: another dataset than one process makes"
+fi

@@ -1,0 +1,117 @@
+// Clients that ask and do not read: the memory of the server stays within what it documents, on all
+// routes (server/operations/README.md, "Memory").
+#include <deque>
+#include <fstream>
+
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+#include "server/dataset/prepare.hpp"
+#include "server/extraction/surface_extractor.hpp"
+#include "server/operations/prometheus_metrics.hpp"
+#include "server/service/extracted_surfaces.hpp"
+#include "server/tilesets/neuroglancer.hpp"
+#include "tests/support/fake_steps.hpp"
+#include "tests/support/fields.hpp"
+#include "tests/support/running_http_server.hpp"
+
+namespace multitetra {
+namespace {
+
+using testing::HttpClient;
+using testing::RunningHttpServer;
+
+constexpr std::size_t kMiB = std::size_t{1} << 20;
+constexpr std::size_t kQueueBytes = 8 * kMiB;
+constexpr std::size_t kClients = 60;
+// Of one connection: coroutines, a header, a piece of a file.
+constexpr std::size_t kBytesOfAConnection = 48 * 1024;
+// Two workers, each with a slice of 2 MiB twice and as a picture, and what the allocator keeps.
+constexpr std::size_t kWorkerBytes = 24 * kMiB;
+
+// A client with an address of its own, whose system takes next to nothing of an answer.
+class UnreadingClient {
+ public:
+  UnreadingClient(const Endpoint& at, std::size_t number) : socket_(io_, tcp::v4()) {
+    socket_.set_option(asio::socket_base::receive_buffer_size(4096));
+    const auto last = static_cast<unsigned char>(2 + number % 6);
+    socket_.bind({asio::ip::address_v4({127, 0, 0, last}), 0});
+    socket_.connect({asio::ip::make_address(at.host), at.port});
+  }
+  void ask(const std::string& path) {
+    asio::write(socket_, asio::buffer("GET " + path + " HTTP/1.1\r\nHost: localhost\r\n\r\n"));
+  }
+  // The status of the answer, once its first bytes have come.
+  std::string status() {
+    std::string line(12, ' ');
+    error_code error;
+    asio::read(socket_, asio::buffer(line), error);
+    return line.substr(9);
+  }
+
+ private:
+  asio::io_context io_;
+  tcp::socket socket_;
+};
+
+class UnreadAnswers : public ::testing::TestWithParam<std::string> {
+ protected:
+  static CataloguePtr catalogue() {
+    const Volume volume = testing::fields::sampled<std::uint16_t>(
+        {33, 33, 33},
+        [](int x, int y, int z) { return (x - 16) * (x - 16) + (y - 16) * (y - 16) + 9 * z; });
+    return testing::catalogue_of(std::make_shared<ExtractedSurfaces>(
+        std::make_shared<const SurfaceExtractor>(make_dataset(volume, "head"))));
+  }
+  static HttpOptions http() {
+    HttpOptions options;
+    options.connection.send_buffer_bytes = 4096;
+    return options;
+  }
+  static ServerOptions server() {
+    ServerOptions options;
+    options.admission.queue_bytes = kQueueBytes;
+    options.admission.requests = {};
+    options.service.workers = 2;
+    options.metrics = std::make_shared<PrometheusMetrics>();
+    return options;
+  }
+
+  RunningHttpServer server_{catalogue(), http(), server()};
+};
+
+TEST_P(UnreadAnswers, StayWithinTheDocumentedMemory) {
+  const std::size_t before = resident_bytes();
+  std::deque<UnreadingClient> clients;
+  for (std::size_t i = 0; i < kClients; ++i) {
+    clients.emplace_back(server_.http(), i);
+    clients.back().ask(GetParam());
+  }
+  std::size_t answered = 0;
+  for (UnreadingClient& client : clients) {
+    const std::string status = client.status();
+    answered += status == "200" ? 1U : 0U;
+    EXPECT_TRUE(status == "200" || status == "503") << status;
+  }
+  EXPECT_GT(answered, 0U);
+  const std::size_t used = std::max(resident_bytes(), before) - before;
+  EXPECT_LT(used, kQueueBytes + kClients * kBytesOfAConnection + kWorkerBytes);
+  // Others are served all the same.
+  HttpClient newcomer(server_.http());
+  EXPECT_EQ(newcomer.get("/v1/datasets/head/slice?width=64&height=64").result_int(), 200U);
+  EXPECT_EQ(newcomer.get("/v1/datasets/head/isosurface?isovalue=200&error=1").result_int(), 200U);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    OfAllRoutes, UnreadAnswers,
+    ::testing::Values("/v1/datasets/head/slice?format=raw&width=1024&height=512",
+                      "/v1/datasets/head/slice?width=1024&height=512",
+                      "/v1/datasets/head/isosurface?isovalue=200&error=0&format=stl",
+                      "/v1/3dtiles/head/iso/200/tileset.json", "/v1/neuroglancer/head/image/info",
+                      "/v1/neuroglancer/head/image/1_1_1/0-33_0-33_0-16",
+                      "/v1/neuroglancer/head/surfaces/" + std::to_string(segment_of(200)),
+                      "/v1/datasets/head", "/v1/datasets", "/v1/openapi.json", "/metrics"));
+
+}  // namespace
+}  // namespace multitetra

@@ -1,0 +1,140 @@
+// The fair queue in simulated time: how long clients wait beside many others.
+#include <cstdio>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "server/service/fair_queue.hpp"
+
+namespace multitetra {
+namespace {
+
+// Workers that take jobs from a queue. A job takes as long as it is expected to; `run` is called at
+// its end.
+class SimulatedWorkers {
+ public:
+  explicit SimulatedWorkers(std::size_t workers) : workers_(workers), queue_(workers - 1) {}
+
+  void add(const FairQueue::Client& client, double seconds, std::function<void()> when_done = [] {}) {
+    constexpr double kLongSeconds = 0.5;
+    queue_.add(client, {.run = std::move(when_done),
+                        .is_long = seconds > kLongSeconds,
+                        .expected_seconds = seconds});
+    take();
+  }
+  // Everything that ends until `time`; what is added meanwhile as well.
+  void run_until(double time) {
+    while (!running_.empty() && running_.begin()->first <= time) {
+      const auto first = running_.begin();
+      now_ = first->first;
+      const FairQueue::Taken taken = std::move(first->second);
+      running_.erase(first);
+      queue_.done(taken, taken.job.expected_seconds);
+      taken.job.run();
+      take();
+    }
+    now_ = time;
+  }
+  [[nodiscard]] double now() const { return now_; }
+
+ private:
+  void take() {
+    while (running_.size() < workers_) {
+      auto taken = queue_.take();
+      if (!taken) return;
+      running_.emplace(now_ + taken->job.expected_seconds, *std::move(taken));
+    }
+  }
+
+  std::size_t workers_;
+  FairQueue queue_;
+  std::multimap<double, FairQueue::Taken> running_;  // By their ends.
+  double now_ = 0;
+};
+
+std::string numbered(const char* format, int number) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, number);
+  return text;
+}
+
+// A client that asks for the next surface when it has one: a preview and a final step each.
+class Stream {
+ public:
+  Stream(SimulatedWorkers& workers, FairQueue::Client client, double preview, double final_step)
+      : workers_(workers), client_(std::move(client)), preview_(preview), final_(final_step) {}
+  void start() {
+    began_ = workers_.now();
+    workers_.add(client_, preview_, [this] {
+      workers_.add(client_, final_, [this] {
+        seconds_.push_back(workers_.now() - began_);
+        start();
+      });
+    });
+  }
+  // Of each surface, from asking to its end.
+  [[nodiscard]] const std::vector<double>& seconds() const { return seconds_; }
+
+ private:
+  SimulatedWorkers& workers_;
+  FairQueue::Client client_;
+  double preview_, final_;
+  double began_ = 0;
+  std::vector<double> seconds_;
+};
+
+using Streams = std::vector<std::unique_ptr<Stream>>;
+
+Streams started(SimulatedWorkers& workers, int count, const char* share, double final_step) {
+  Streams streams;
+  for (int i = 0; i < count; ++i) {
+    streams.push_back(std::make_unique<Stream>(
+        workers, FairQueue::Client{numbered(share, i), static_cast<std::uint64_t>(i)}, 0.02,
+        final_step));
+    streams.back()->start();
+  }
+  return streams;
+}
+
+TEST(FairQueueSimulation, ASmallSurfaceIsCompleteWithinASecondBesideTwoHundredLongOnes) {
+  for (const double final_step : {2.0, 0.4}) {
+    for (const double later : {5.0, 60.0}) {
+      SimulatedWorkers workers(3);
+      const Streams long_ones = started(workers, 200, "address 192.0.2.%d", final_step);
+      workers.run_until(later);
+      Stream small(workers, {"address 198.51.100.1", 1000}, 0.02, 0.02);
+      small.start();
+      workers.run_until(later + 1);
+      EXPECT_GE(small.seconds().size(), 1U) << final_step << " s, after " << later << " s";
+    }
+  }
+}
+
+TEST(FairQueueSimulation, LongStepsAreDoneHoweverManySmallOnesCome) {
+  SimulatedWorkers workers(3);
+  const Streams small_ones = started(workers, 50, "address 192.0.2.%d", 0.02);
+  Stream large(workers, {"address 198.51.100.1", 1000}, 0.02, 2.0);
+  large.start();
+  // Of 51 shares each has 3/51 of the time of three workers: 2 s take 34 s.
+  workers.run_until(45);
+  EXPECT_GE(large.seconds().size(), 1U);
+}
+
+TEST(FairQueueSimulation, TheNetworksOfOneIpv6NetworkHaveNoMoreThanAFewAddresses) {
+  SimulatedWorkers workers(3);
+  const Streams of_one_site = started(workers, 64, "address 2001:db8:1:%x::/64", 0.1);
+  const Streams of_addresses = started(workers, 4, "address 192.0.2.%d", 0.1);
+  workers.run_until(30);
+  const auto made = [](const Streams& streams) {
+    std::size_t count = 0;
+    for (const auto& stream : streams) count += stream->seconds().size();
+    return static_cast<double>(count);
+  };
+  // A /56 counts for two addresses.
+  EXPECT_NEAR(made(of_one_site) / made(of_addresses), 0.5, 0.1);
+}
+
+}  // namespace
+}  // namespace multitetra
