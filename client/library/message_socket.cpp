@@ -46,7 +46,8 @@ struct MessageSocket::State {
   std::optional<Result<std::string>> received;
   Clock::time_point asked =
       Clock::now();  // When a message was last awaited, however long it takes.
-  Clock::time_point progress = Clock::now();  // A request was sent, or a message other than Pong came.
+  Clock::time_point progress =
+      Clock::now();  // A request was sent, or a message other than Pong came.
   std::uint64_t bytes_at_progress = 0;
 
   void note_progress() {
@@ -129,14 +130,13 @@ struct MessageSocket::State {
                                                  " had not given all of it.");
     }
     const bool is_stalled = Clock::now() >= stalled_at();
-    return fail(ErrorCode::kUnavailable,
-                to_string(channel.server()) + " " + (is_stalled ? "made no progress" : what) +
-                    " within " +
-                    shortest_text(static_cast<double>(
-                                      (is_stalled ? kTimeoutsWithoutProgress * timeout : timeout)
-                                          .count()) /
-                                  1000) +
-                    " s; try a longer timeout.");
+    return fail(
+        ErrorCode::kUnavailable,
+        to_string(channel.server()) + " " + (is_stalled ? "made no progress" : what) + " within " +
+            shortest_text(static_cast<double>(
+                              (is_stalled ? kTimeoutsWithoutProgress * timeout : timeout).count()) /
+                          1000) +
+            " s; try a longer timeout.");
   }
 };
 

@@ -9,8 +9,8 @@
 
 namespace multitetra {
 
-// As printable() without line ends, of at most `most` bytes, at least 3: a longer one ends in "...".
-// Applied twice it gives the same.
+// As printable() without line ends, of at most `most` bytes, at least 3: a longer one ends in
+// "...". Applied twice it gives the same.
 [[nodiscard]] inline std::string printable_line(std::string_view text, std::size_t most) {
   // What is shown is no shorter than what it is made of.
   std::string shown = printable(text.substr(0, 4 * most), /*keeps_lines=*/false);

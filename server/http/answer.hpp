@@ -40,9 +40,9 @@ struct Answer {
   bool is_length_known = true;  // False only for an answer to HEAD whose body was never made.
 };
 
-// The memory that an answer takes until it has been sent. What it shares with a cache counts as well,
-// since the cache may evict it before. 0 for resident bytes, and for a few bytes: those are part of
-// the connection's memory.
+// The memory that an answer takes until it has been sent. What it shares with a cache counts as
+// well, since the cache may evict it before. 0 for resident bytes, and for a few bytes: those are
+// part of the connection's memory.
 [[nodiscard]] std::size_t memory_of(const Answer& answer);
 
 // Adds a header field. `value` is ours or was checked: it has no line break.

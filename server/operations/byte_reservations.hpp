@@ -5,8 +5,8 @@
 //   if (!room) refuse();      // Else the bytes are taken for as long as *room lives.
 //
 // A share may hold a part of what the others leave. So a few shares never take all: with a quarter
-// each, six of them leave 18 % free, of which the next one may have a quarter. Several IPv6 networks
-// of one network around them (see share_levels()) count for a few shares together.
+// each, six of them leave 18 % free, of which the next one may have a quarter. Several IPv6
+// networks of one network around them (see share_levels()) count for a few shares together.
 //
 // Safe to use from several threads at once. Reservations may outlive this.
 #pragma once

@@ -109,8 +109,9 @@ struct PrometheusMetrics::Families {
       gauge(registry, "multitetra_block_bytes", "Bytes of blocks and unpacked bricks in memory.");
   Family<Gauge>& upstreams = BuildGauge()
                                  .Name("multitetra_upstream_up")
-                                 .Help("1 while a server behind this gateway can be reached and is "
-                                       "not left out.")
+                                 .Help(
+                                     "1 while a server behind this gateway can be reached and is "
+                                     "not left out.")
                                  .Register(registry);
   Family<Counter>& damaged_tiles =
       counter(registry, "multitetra_upstream_damaged_tiles_total",

@@ -47,10 +47,11 @@ Result<std::optional<StoredMesh>> guarded_store(std::vector<Surface> surfaces,
 }
 
 Answer no_storage(RequestContext& context) {
-  const Error error = {ErrorCode::kUnavailable,
-                       "The temporary folder of this server does not take the mesh's file, since it is "
-                       "full or cannot be written; its log says why. Allow a larger error, or take "
-                       "the surface as a stream."};
+  const Error error = {
+      ErrorCode::kUnavailable,
+      "The temporary folder of this server does not take the mesh's file, since it is "
+      "full or cannot be written; its log says why. Allow a larger error, or take "
+      "the surface as a stream."};
   (void)context.refused(error);
   return error_answer(507, error, context.request_id);
 }
@@ -149,7 +150,7 @@ asio::awaitable<Result<std::vector<Surface>>> IsosurfaceRoute::surfaces_of(const
 }
 
 asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make(const Wanted& wanted,
-                                                          RequestContext& context) {
+                                                                         RequestContext& context) {
   if (context.watch) context.watch();
   auto made = co_await surfaces_of(wanted, *context.caller);
   if (!made) co_return tl::unexpected(made.error());
@@ -166,10 +167,10 @@ asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make(const W
       .folder = options_.temporary_folder,
       .room = [this, share](std::uint64_t bytes) { return meshes_.reserve(share, bytes); }};
   const bool is_large = triangles > kManyTriangles;
-  std::function<Result<std::optional<StoredMesh>>()> store = [surfaces, info = wanted.info, form = wanted.form,
-                                               place, stop = context.stop.get_token()] {
-    return guarded_store(std::move(*surfaces), info, form, place, stop);
-  };
+  std::function<Result<std::optional<StoredMesh>>()> store =
+      [surfaces, info = wanted.info, form = wanted.form, place, stop = context.stop.get_token()] {
+        return guarded_store(std::move(*surfaces), info, form, place, stop);
+      };
   auto stored = co_await on_workers<std::optional<StoredMesh>>(
       assembling_, share, is_large ? "large mesh" : "small mesh", is_large, std::move(store));
   if (stored && *stored && !wanted.tag.empty()) meshes_.keep(wanted.key, **stored);

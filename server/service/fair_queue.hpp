@@ -2,18 +2,19 @@
 //
 // A *share* is what one client has, however many connections it opens: an address, or a token. If
 // all shares that have something to do were served at the same time, each with the same part of the
-// workers, a job would be done at its virtual finish time. Jobs are taken in the order of these times.
-// So a small job passes long ones, whoever asks for it; a hundred connections from one address get no
-// more than a single one from another; and a long job is done about as soon as if everything were
-// served at the same time, however many small ones come. Within a share the same holds for its
-// clients. What a job is expected to take counts from its beginning, what it has taken at its end.
+// workers, a job would be done at its virtual finish time. Jobs are taken in the order of these
+// times. So a small job passes long ones, whoever asks for it; a hundred connections from one
+// address get no more than a single one from another; and a long job is done about as soon as if
+// everything were served at the same time, however many small ones come. Within a share the same
+// holds for its clients. What a job is expected to take counts from its beginning, what it has
+// taken at its end.
 //
-// Virtual time passes with the work that is done, divided among the shares that have something to do.
-// A share that was idle begins at the present virtual time, so being idle saves nothing up. Networks
-// that belong together (see share_levels()) have the weight of a few shares together.
+// Virtual time passes with the work that is done, divided among the shares that have something to
+// do. A share that was idle begins at the present virtual time, so being idle saves nothing up.
+// Networks that belong together (see share_levels()) have the weight of a few shares together.
 //
-// Long jobs never take all workers, and a share runs at most one long job and one beside it: a short
-// job finds a worker. Background jobs run when no other job may.
+// Long jobs never take all workers, and a share runs at most one long job and one beside it: a
+// short job finds a worker. Background jobs run when no other job may.
 //
 // Pure: no thread, no clock.
 #pragma once

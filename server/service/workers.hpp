@@ -28,8 +28,8 @@ struct Work {
   std::string kind = {};
   bool is_long = false;        // Also what turns out to be, of its kind, is long.
   bool is_background = false;  // Comes after all that is not.
-  // If there is one, a worker calls it first, in a job of its own; where it knows, `is_long` does not
-  // count.
+  // If there is one, a worker calls it first, in a job of its own; where it knows, `is_long` does
+  // not count.
   Forecast forecast = {};
 };
 

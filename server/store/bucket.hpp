@@ -24,8 +24,8 @@ namespace multitetra {
                                                    const HttpStoreOptions& options = {});
 
 // What is there: its ETag and its first `bytes` bytes; nullopt when nothing is. Throws StoreError,
-// also for what may not be read: a bucket that may not be listed answers 403 for what is missing, and
-// an object that is there must not be taken for missing.
+// also for what may not be read: a bucket that may not be listed answers 403 for what is missing,
+// and an object that is there must not be taken for missing.
 struct StoredObject {
   std::string etag;
   std::vector<std::byte> begin;

@@ -27,16 +27,15 @@ using ConnectionPtr = std::shared_ptr<Connection>;
 
 // A newcomer may take the client's place among the connections while this one rests.
 inline void let_end_while_resting(ClientContext& client, std::weak_ptr<Connection> connection) {
-  client.may_be_ended(
-      {.since =
-           [connection] {
-             const ConnectionPtr one = connection.lock();
-             return one ? one->resting_since() : std::nullopt;
-           },
-       .end =
-           [connection](const Error& why) {
-             if (const ConnectionPtr one = connection.lock()) one->end(why);
-           }});
+  client.may_be_ended({.since =
+                           [connection] {
+                             const ConnectionPtr one = connection.lock();
+                             return one ? one->resting_since() : std::nullopt;
+                           },
+                       .end =
+                           [connection](const Error& why) {
+                             if (const ConnectionPtr one = connection.lock()) one->end(why);
+                           }});
 }
 
 }  // namespace multitetra

@@ -365,10 +365,10 @@ void RemoteCaller::keep(const Stream& stream, const Tile& tile) {
       upstreams->tiles().add(key, encoded);
       return;
     }
-    multitetra::post(executor, [weak = std::weak_ptr(upstreams), upstream,
-                                why = checked.error().text] {
-      if (const auto all = weak.lock()) all->sent_damaged_tile(upstream, why);
-    });
+    multitetra::post(executor,
+                     [weak = std::weak_ptr(upstreams), upstream, why = checked.error().text] {
+                       if (const auto all = weak.lock()) all->sent_damaged_tile(upstream, why);
+                     });
   };
   assembling_.post({.share = client()->share(), .number = queue_number_},
                    {.run = std::move(check), .kind = "tile check"});

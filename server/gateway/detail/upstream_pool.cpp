@@ -63,7 +63,8 @@ void UpstreamPool::sent_damaged_tile(std::size_t upstream, const std::string& wh
   Upstream& one = upstreams_[upstream];
   ++one.damaged_tiles;
   offers_.clear();
-  if (one.health.leave_out(Clock::now(), options_.left_out) != UpstreamHealth::Change::kLost) return;
+  if (one.health.leave_out(Clock::now(), options_.left_out) != UpstreamHealth::Change::kLost)
+    return;
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(options_.left_out).count();
   log_line(LogLevel::kError,
            "a server sends damaged tiles and is left out for " + std::to_string(seconds) + " s",
@@ -71,9 +72,8 @@ void UpstreamPool::sent_damaged_tile(std::size_t upstream, const std::string& wh
 }
 
 bool UpstreamPool::is_ready() const {
-  return std::any_of(upstreams_.begin(), upstreams_.end(), [](const Upstream& one) {
-    return one.health.is_there(Clock::now());
-  });
+  return std::any_of(upstreams_.begin(), upstreams_.end(),
+                     [](const Upstream& one) { return one.health.is_there(Clock::now()); });
 }
 
 std::vector<UpstreamState> UpstreamPool::upstreams() const {

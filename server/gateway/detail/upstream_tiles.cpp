@@ -21,8 +21,8 @@ std::size_t bytes_of_tiles(const StepBegin& step) {
 
 Result<void> check_tile(const EncodedTile& tile, const IsosurfaceRequest& request) {
   try {
-    const auto decoded = decode_tile(*tile.payload, tile.summary, request.lattice_resolution,
-                                     request.normal_bits);
+    const auto decoded =
+        decode_tile(*tile.payload, tile.summary, request.lattice_resolution, request.normal_bits);
     if (!decoded) return tl::unexpected(decoded.error());
     return {};
   } catch (const std::exception& trouble) {

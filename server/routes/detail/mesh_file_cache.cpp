@@ -14,9 +14,7 @@ std::uint64_t disk_of(std::uint64_t capacity) { return capacity == 0 ? kUnlimite
 }  // namespace
 
 MeshFileCache::MeshFileCache(std::uint64_t capacity)
-    : capacity_(capacity),
-      disk_(disk_of(capacity), kPartOfAShare),
-      kept_(capacity) {}
+    : capacity_(capacity), disk_(disk_of(capacity), kPartOfAShare), kept_(capacity) {}
 
 std::optional<StoredMesh> MeshFileCache::find(const std::string& key) {
   const std::lock_guard lock(mutex_);

@@ -23,8 +23,9 @@ struct WorkKind {
 [[nodiscard]] WorkKind work_for(const SurfaceProvider& source, const StreamState& state);
 [[nodiscard]] WorkKind work_for(const SurfaceProvider& source, const Question& question);
 
-// Of a step that may be long: what the final step takes, from the spectrum alone, where that need not
-// be fetched. None for a cell, which is small, nor within a budget, which many steps may be made for.
+// Of a step that may be long: what the final step takes, from the spectrum alone, where that need
+// not be fetched. None for a cell, which is small, nor within a budget, which many steps may be
+// made for.
 [[nodiscard]] Forecast forecast_for(const WorkKind& work, const StartStream& action,
                                     std::stop_token stop);
 

@@ -106,9 +106,10 @@ TEST(MessageSocket, SignsOfLifeWithoutProgressHoldNobodyForEver) {
 }
 
 TEST(Client, GivesTheTextOfAServersErrorAsOneShortPlainLine) {
-  const std::string hostile = "\x1b[2Jgone\r\nmultitetra: all is well\n" + std::string(100'000, 'a');
-  const ScriptedServer server(framed_messages(
-      Messages{ErrorReply{.error = {ErrorCode::kInternal, hostile}}}));
+  const std::string hostile =
+      "\x1b[2Jgone\r\nmultitetra: all is well\n" + std::string(100'000, 'a');
+  const ScriptedServer server(
+      framed_messages(Messages{ErrorReply{.error = {ErrorCode::kInternal, hostile}}}));
   const auto refused = Client::connect(server.endpoint(), {});
   ASSERT_FALSE(refused);
   const std::string& text = refused.error().error.text;

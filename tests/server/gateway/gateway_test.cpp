@@ -216,8 +216,7 @@ TiledStep damaged_step(const StepRequest& step) {
 
 TEST(GatewayTest, KeepsNoDamagedTileAndLeavesOutTheServerThatSentIt) {
   Upstream damaged(std::make_shared<FakeSteps>(
-      "octahedron",
-      [](const StepRequest& step, std::stop_token) { return damaged_step(step); }));
+      "octahedron", [](const StepRequest& step, std::stop_token) { return damaged_step(step); }));
   GatewayServerOptions options{.upstream = {.upstreams = {damaged.endpoint()}}};
   options.upstream.patience = std::chrono::milliseconds(100);
   options.runtime.metrics = std::make_shared<PrometheusMetrics>();
@@ -241,8 +240,7 @@ TEST(GatewayTest, KeepsNoDamagedTileAndLeavesOutTheServerThatSentIt) {
 
 TEST(GatewayTest, AsksAnotherServerInPlaceOfOneThatSendsDamagedTiles) {
   Upstream damaged(std::make_shared<FakeSteps>(
-      "octahedron",
-      [](const StepRequest& step, std::stop_token) { return damaged_step(step); }));
+      "octahedron", [](const StepRequest& step, std::stop_token) { return damaged_step(step); }));
   Upstream sound(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {damaged.endpoint(), sound.endpoint()}}});
   HttpClient http(gateway.http());

@@ -59,7 +59,8 @@ TEST(AdmissionControl, ANewcomerTakesThePlaceOfTheOneThatRestsLongestOfTheLarges
 }
 
 TEST(AdmissionControl, TheNetworksOfOneIpv6NetworkAreOneShareWhereConnectionsAreFew) {
-  AdmissionControl admission({.connections = {.per_name = 2}, .requests = {.per_second = 0.001, .burst = 2}});
+  AdmissionControl admission(
+      {.connections = {.per_name = 2}, .requests = {.per_second = 0.001, .burst = 2}});
   std::vector<ClientContextPtr> clients;
   int admitted = 0;
   int asked = 0;

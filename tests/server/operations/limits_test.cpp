@@ -150,7 +150,8 @@ std::vector<ByteReservations::Reservation> all_of(ByteReservations& budget,
 TEST(ByteReservations, SixSharesThatTakeAllTheyCanLeaveASixthToOthers) {
   ByteReservations budget(1'000'000, 0.25);
   std::vector<std::vector<ByteReservations::Reservation>> held;
-  for (int i = 0; i < 6; ++i) held.push_back(all_of(budget, "address 192.0.2." + std::to_string(i)));
+  for (int i = 0; i < 6; ++i)
+    held.push_back(all_of(budget, "address 192.0.2." + std::to_string(i)));
   EXPECT_GT(budget.capacity() - budget.used(), budget.capacity() / 6);
   EXPECT_TRUE(budget.take("address 198.51.100.1", 40'000));
 }
@@ -189,10 +190,9 @@ TEST(ShareLevels, AnIpv6NetworkBelongsToLargerOnes) {
   EXPECT_EQ(share_levels("address 192.0.2.7"), (Levels{{"address 192.0.2.7", 1}}));
   EXPECT_EQ(share_levels("token alice"), (Levels{{"token alice", 1}}));
   EXPECT_EQ(share_levels("token a/64"), (Levels{{"token a/64", 1}}));
-  EXPECT_EQ(share_levels("address 2001:db8:1:203::/64"),
-            (Levels{{"address 2001:db8:1:203::/64", 1},
-                    {"address 2001:db8:1:200::/56", 2},
-                    {"address 2001:db8:1::/48", 4}}));
+  EXPECT_EQ(share_levels("address 2001:db8:1:203::/64"), (Levels{{"address 2001:db8:1:203::/64", 1},
+                                                                 {"address 2001:db8:1:200::/56", 2},
+                                                                 {"address 2001:db8:1::/48", 4}}));
   EXPECT_EQ(share_levels("gateway 192.0.2.1 address 2001:db8::/64").back().name,
             "gateway 192.0.2.1 address 2001:db8::/48");
 }

@@ -17,7 +17,8 @@ class SimulatedWorkers {
  public:
   explicit SimulatedWorkers(std::size_t workers) : workers_(workers), queue_(workers - 1) {}
 
-  void add(const FairQueue::Client& client, double seconds, std::function<void()> when_done = [] {}) {
+  void add(
+      const FairQueue::Client& client, double seconds, std::function<void()> when_done = [] {}) {
     constexpr double kLongSeconds = 0.5;
     queue_.add(client, {.run = std::move(when_done),
                         .is_long = seconds > kLongSeconds,

@@ -92,8 +92,9 @@ TEST_F(BucketTest, SaysWhyItCannotBeListed) {
 TEST_F(BucketTest, WhatMayNotBeReadIsNotMissing) {
   folder_.file("old.mtd", "old content");
   setenv("AWS_SECRET_ACCESS_KEY", "another secret", 1);
-  EXPECT_NE(trouble([] { (void)find_object("s3://volumes/old.mtd", 3, kQuick); }).find("status 403"),
-            std::string::npos);
+  EXPECT_NE(
+      trouble([] { (void)find_object("s3://volumes/old.mtd", 3, kQuick); }).find("status 403"),
+      std::string::npos);
 }
 
 TEST_F(BucketTest, TakesAFileInPartsAsOneObject) {

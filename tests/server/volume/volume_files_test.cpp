@@ -329,8 +329,7 @@ TEST_F(VolumeFiles, RefusesTruncatedFiles) {
 
 TEST_F(VolumeFiles, PackedSamplesAreCheckedToTheEndOfTheirStream) {
   const std::string shorts = packed<std::int16_t>(values());
-  const std::string lines =
-      "dimension: 3\nsizes: 4 3 2\nendian: little\ntype: int16\nencoding: ";
+  const std::string lines = "dimension: 3\nsizes: 4 3 2\nendian: little\ntype: int16\nencoding: ";
   std::string bzip2(1000, '\0');
   auto size = static_cast<unsigned>(bzip2.size());
   std::string source = shorts;
